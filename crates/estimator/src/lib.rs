@@ -1,0 +1,48 @@
+//! Wheel forces of ROBHAZ-6WHEEL from sensor readings alone.
+//!
+//! After Choi, Kang, Hyun, Kim and Kwak, *Force Distribution Estimation of Wheeled Mobile Robot: Application to Friction
+//! Coefficients Estimation*: linkage angles, motor torque and wheel speed, put into static equilibrium, give the normal
+//! force of every wheel by least squares.
+//!
+//! | paper | here |
+//! |---|---|
+//! | Fig. 5, linkage position from two inclinometers and gyros | [`linkage`] |
+//! | eq. (3), traction from motor torque and wheel speed | [`traction`] |
+//! | eq. (1), the full system `G x = F` | [`statics::FullSystem`] |
+//! | eqs. (4) to (7), its block form | [`statics::BlockForm`] |
+//! | eq. (8), the reduced system `H x' = F'` | [`statics::ReducedSystem`] |
+//! | section 3.4, least squares for the three N | [`statics::ReducedSystem::normal_forces`] |
+//! | Figs. 7 and 8, the linkage's mass lumped to body or wheels | [`Masses`] |
+//!
+//! The crate is `no_std`, allocates nothing, and depends on the robot's drawings (`robhaz-model`) alone: it cannot reach
+//! the simulator.
+//!
+//! ```
+//! use robhaz_estimator::{Estimator, EstimatorSettings, LinkReading, SensorFrame};
+//! use robhaz_model::Robot;
+//!
+//! let robot = Robot::default_a();
+//! let mut estimator = Estimator::new(&robot, EstimatorSettings::paper_wheels());
+//! // At rest on level ground: no torque, no turning, linkage in its nominal pose.
+//! let estimate = estimator.update(&SensorFrame {
+//!     time: 0.0,
+//!     wheel_angle: [0.0; 3],
+//!     motor_torque: [0.0; 3],
+//!     link1: LinkReading { inclination: 0.0, rate: 0.0 },
+//!     link2: LinkReading { inclination: 0.0, rate: 0.0 },
+//!     contact_angle: [0.0; 3],
+//! })?;
+//! let weight = 14.0 * 9.81;
+//! assert!((estimate.normal_force.iter().sum::<f64>() - weight).abs() < 1e-9);
+//! # Ok::<(), robhaz_estimator::EstimateError>(())
+//! ```
+#![no_std]
+
+mod estimator;
+pub mod linkage;
+pub mod statics;
+pub mod traction;
+
+pub use estimator::{
+    Estimate, EstimateError, Estimator, EstimatorSettings, LinkReading, Masses, SensorFrame,
+};

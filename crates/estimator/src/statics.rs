@@ -1,0 +1,378 @@
+//! Static equilibrium of the four bars: eqs. (1) and (4) to (8), and the least squares for the normal forces.
+//!
+//! A wheel belongs to the link that carries it. Signs and the order of unknowns:
+//!
+//! ```text
+//! x   = [T1 N1 T2 N2 T3 N3 Qx Qy | Px Py Rx Ry Sx Sy]      x_c | x_u
+//! P on the body from link 1, Q on link 1 from link 2, R on link 3 from link 2, S on the body from link 3
+//! rows: link 1 and link 2 (x, y, moment about Q) | link 3 (x, y, moment about R), body (x, y, moment about P)
+//! ```
+//!
+//! The paper prints G as 14x12 and F as 14x1; they are 12x14 and 12x1. It prints F_c as 8x1; it is 6x1.
+
+use nalgebra::{SMatrix, SVector};
+use robhaz_model::{Bar, GRAVITY, Geometry, Pin, PointMasses, Posture, Vec2, cross};
+
+/// A matrix of eq. (4) is singular: P lies on the line RS, or the contacts leave a normal force undetermined.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Singular {
+    /// Which matrix.
+    pub matrix: &'static str,
+}
+
+impl core::fmt::Display for Singular {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "matrix {} is singular in this posture", self.matrix)
+    }
+}
+
+impl core::error::Error for Singular {}
+
+/// Eq. (1), `G x = F`: 12 equations, 14 unknowns. Rows in N and N m.
+#[derive(Clone, Debug)]
+pub struct FullSystem {
+    /// G, 12x14.
+    pub g: SMatrix<f64, 12, 14>,
+    /// F, 12x1: what balances gravity.
+    pub f: SVector<f64, 12>,
+}
+
+impl FullSystem {
+    /// Equilibrium in a posture, with wheels of radius `r` touching the ground at the given contact angles (rad).
+    ///
+    /// The arm from axle to contact is the wheel radius: the estimator does not know the penetration (0.6 % of it).
+    pub fn new(
+        geometry: &Geometry,
+        masses: &PointMasses,
+        posture: &Posture,
+        contact_angle: &[f64; 3],
+    ) -> Self {
+        let mut g = SMatrix::<f64, 12, 14>::zeros();
+        let mut f = SVector::<f64, 12>::zeros();
+        let pin = |pin| posture.pin_from_q(geometry, pin);
+        let (p, r, s) = (pin(Pin::P), pin(Pin::R), pin(Pin::S));
+
+        for (i, angle) in contact_angle.iter().enumerate() {
+            let (sin, cos) = libm::sincos(*angle);
+            let (t, n) = (Vec2::new(cos, sin), Vec2::new(-sin, cos));
+            let axle = posture.axle_from_q(geometry, i);
+            let contact = axle - n * geometry.wheel_radius;
+            let row = 3 * geometry.carriers[i].index();
+            add_force(&mut g, row, 2 * i, t, contact);
+            add_force(&mut g, row, 2 * i + 1, n, contact);
+            add_weight(&mut f, row, masses.wheel, axle);
+        }
+        let (x, y) = (Vec2::x(), Vec2::y());
+        // (row of the bar, first column of the pin, sign, arm from the bar's moment point)
+        let pins = [
+            (0, 6, 1.0, Vec2::zeros()),
+            (3, 6, -1.0, Vec2::zeros()),
+            (0, 8, -1.0, p),
+            (9, 8, 1.0, Vec2::zeros()),
+            (3, 10, -1.0, r),
+            (6, 10, 1.0, Vec2::zeros()),
+            (6, 12, -1.0, s - r),
+            (9, 12, 1.0, s - p),
+        ];
+        for (row, column, sign, arm) in pins {
+            add_force(&mut g, row, column, x * sign, arm);
+            add_force(&mut g, row, column + 1, y * sign, arm);
+        }
+        let cg = |bar| posture.cg_from_q(geometry, bar);
+        add_weight(&mut f, 0, masses.links[0], cg(Bar::Link1));
+        add_weight(&mut f, 3, masses.links[1], cg(Bar::Link2));
+        add_weight(&mut f, 6, masses.links[2], cg(Bar::Link3) - r);
+        add_weight(&mut f, 9, masses.body, cg(Bar::Body) - p);
+        Self { g, f }
+    }
+}
+
+/// A unit force along `direction` at `arm` from the moment point, in the three rows of a bar from `row`.
+fn add_force(g: &mut SMatrix<f64, 12, 14>, row: usize, column: usize, direction: Vec2, arm: Vec2) {
+    g[(row, column)] += direction.x;
+    g[(row + 1, column)] += direction.y;
+    g[(row + 2, column)] += cross(arm, direction);
+}
+
+/// What balances the weight of `mass` at `arm` from the moment point.
+fn add_weight(f: &mut SVector<f64, 12>, row: usize, mass: f64, arm: Vec2) {
+    f[row + 1] += mass * GRAVITY;
+    f[row + 2] += mass * GRAVITY * arm.x;
+}
+
+/// Eqs. (4) to (7): `C x_u = F_u` for link 3 and body, `A x_c + B x_u = F_c` for links 1 and 2.
+#[derive(Clone, Debug)]
+pub struct BlockForm {
+    /// A, 6x8.
+    pub a: SMatrix<f64, 6, 8>,
+    /// B, 6x6.
+    pub b: SMatrix<f64, 6, 6>,
+    /// C, 6x6.
+    pub c: SMatrix<f64, 6, 6>,
+    /// F_c, 6x1.
+    pub f_c: SVector<f64, 6>,
+    /// F_u, 6x1.
+    pub f_u: SVector<f64, 6>,
+}
+
+impl BlockForm {
+    /// Eq. (4): the blocks of G. The block of zeros below A is the reason why this works.
+    pub fn new(full: &FullSystem) -> Self {
+        Self {
+            a: full.g.fixed_view::<6, 8>(0, 0).into_owned(),
+            b: full.g.fixed_view::<6, 6>(0, 8).into_owned(),
+            c: full.g.fixed_view::<6, 6>(6, 8).into_owned(),
+            f_c: full.f.fixed_rows::<6>(0).into_owned(),
+            f_u: full.f.fixed_rows::<6>(6).into_owned(),
+        }
+    }
+
+    /// Eq. (6): the forces in P, R and S, `x_u = [Px Py Rx Ry Sx Sy]`, N.
+    ///
+    /// # Errors
+    /// [`Singular`] where P lies on the line RS.
+    pub fn pin_forces(&self) -> Result<SVector<f64, 6>, Singular> {
+        self.c.lu().solve(&self.f_u).ok_or(Singular { matrix: "C" })
+    }
+
+    /// Eq. (7): the right side of `A x_c = F_c - B x_u`.
+    pub fn right_side(&self, x_u: &SVector<f64, 6>) -> SVector<f64, 6> {
+        self.f_c - self.b * x_u
+    }
+}
+
+/// Eq. (8), `H x' = F'` with `x' = [T1 N1 T2 N2 T3 N3]`: 4 equations.
+///
+/// Rows: horizontal and vertical force on links 1 and 2 together (Q cancels), moment of link 1 and of link 2 about Q.
+/// They stand in N and N m as in the paper: least squares depends on that choice.
+#[derive(Clone, Debug)]
+pub struct ReducedSystem {
+    /// H, 4x6.
+    pub h: SMatrix<f64, 4, 6>,
+    /// F', 4x1.
+    pub f: SVector<f64, 4>,
+}
+
+/// The normal forces that fit eq. (8) best, and how well they do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LeastSquares {
+    /// N of the front, middle and rear wheel, N.
+    pub normal_force: [f64; 3],
+    /// What is left of eq. (8): horizontal force (N), vertical force (N), moments of link 1 and 2 about Q (N m).
+    pub residual: [f64; 4],
+}
+
+impl ReducedSystem {
+    /// Eliminates Q from eq. (7) by adding the force rows of links 1 and 2; the moments about Q do not hold it.
+    pub fn new(block: &BlockForm, x_u: &SVector<f64, 6>) -> Self {
+        let right = block.right_side(x_u);
+        let mut h = SMatrix::<f64, 4, 6>::zeros();
+        let mut f = SVector::<f64, 4>::zeros();
+        for (row, parts) in [(0, [0, 3]), (1, [1, 4])] {
+            for part in parts {
+                for column in 0..6 {
+                    h[(row, column)] += block.a[(part, column)];
+                }
+                f[row] += right[part];
+            }
+        }
+        for (row, part) in [(2, 2), (3, 5)] {
+            for column in 0..6 {
+                h[(row, column)] = block.a[(part, column)];
+            }
+            f[row] = right[part];
+        }
+        Self { h, f }
+    }
+
+    /// Least squares for the three N with the three T known (N): 4 equations, 3 unknowns, rows unscaled as in the paper.
+    ///
+    /// # Errors
+    /// [`Singular`] where the contacts leave a normal force undetermined.
+    pub fn normal_forces(&self, traction: &[f64; 3]) -> Result<LeastSquares, Singular> {
+        let mut h_n = SMatrix::<f64, 4, 3>::zeros();
+        let mut right = self.f;
+        for (i, t) in traction.iter().enumerate() {
+            h_n.set_column(i, &self.h.column(2 * i + 1));
+            right -= self.h.column(2 * i) * *t;
+        }
+        let qr = h_n.qr();
+        let n = qr
+            .r()
+            .solve_upper_triangular(&(qr.q().transpose() * right))
+            .ok_or(Singular { matrix: "H_N" })?;
+        let residual = right - h_n * n;
+        Ok(LeastSquares {
+            normal_force: n.into(),
+            residual: residual.into(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::SVector;
+    use proptest::prelude::*;
+    use robhaz_model::{MassSet, Robot};
+
+    fn posture(geometry: &Geometry, theta1: f64, theta2: f64) -> Posture {
+        Posture::close(geometry, theta1, theta2).expect("inside the stops the four-bar closes")
+    }
+
+    fn systems(
+        geometry: &Geometry,
+        masses: &PointMasses,
+        posture: &Posture,
+        contact_angle: &[f64; 3],
+    ) -> (FullSystem, BlockForm, ReducedSystem) {
+        let full = FullSystem::new(geometry, masses, posture, contact_angle);
+        let block = BlockForm::new(&full);
+        let x_u = block.pin_forces().expect("C is regular inside the stops");
+        let reduced = ReducedSystem::new(&block, &x_u);
+        (full, block, reduced)
+    }
+
+    /// Closed form: static wheel loads on level ground without traction (derived by hand for both geometries).
+    #[test]
+    fn static_loads_on_level_ground() {
+        for (geometry, expected) in [
+            (Geometry::a(), [43.58, 48.05, 45.71]),
+            (Geometry::b(), [46.21, 45.65, 45.48]),
+        ] {
+            let masses = MassSet::caption().true_points();
+            let (_, _, reduced) = systems(&geometry, &masses, &Posture::NOMINAL, &[0.0; 3]);
+            let found = reduced.normal_forces(&[0.0; 3]).expect("regular");
+            for (n, e) in found.normal_force.iter().zip(expected) {
+                // Expected values are stated to 0.01 N.
+                assert!((n - e).abs() < 0.006, "{:?}", found.normal_force);
+            }
+            // Nothing pushes sideways: the redundant row is met.
+            assert!(found.residual.iter().all(|r| r.abs() < 1e-12));
+        }
+    }
+
+    /// The block of zeros that eq. (4) rests on.
+    #[test]
+    fn wheels_and_q_do_not_touch_link3_and_body() {
+        let robot = Robot::default_a();
+        let (full, _, _) = systems(
+            &robot.geometry,
+            &robot.mass.true_points(),
+            &posture(&robot.geometry, 0.2, -0.1),
+            &[0.3, -0.2, 0.1],
+        );
+        assert!(full.g.fixed_view::<6, 8>(6, 0).norm() == 0.0);
+    }
+
+    proptest! {
+        /// Equivalence of the three forms: with two tractions given, eq. (1), eqs. (5) to (7) and eq. (8) are square
+        /// systems, and must give the same forces. 1e-9 relative to the load: a hundred times the rounding of a 12x12 solve
+        /// at a condition of 1e3.
+        #[test]
+        fn full_block_and_reduced_systems_agree(
+            theta1 in -0.3_f64..0.3, theta2 in -0.3_f64..0.3,
+            g1 in -0.5_f64..0.5, g2 in -0.5_f64..0.5, g3 in -0.5_f64..0.5,
+            t1 in -30.0_f64..30.0, t2 in -30.0_f64..30.0, is_b in any::<bool>(),
+        ) {
+            let geometry = if is_b { Geometry::b() } else { Geometry::a() };
+            let masses = MassSet::caption().true_points();
+            let posture = posture(&geometry, theta1, theta2);
+            let (full, block, reduced) = systems(&geometry, &masses, &posture, &[g1, g2, g3]);
+            // The third traction is an unknown beside the three N.
+            let given = [(0_usize, t1), (2, t2)];
+
+            let mut right = full.f;
+            let mut square = SMatrix::<f64, 12, 12>::zeros();
+            for (column, value) in given { right -= full.g.column(column) * value; }
+            for (to, from) in [1, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13].into_iter().enumerate() {
+                square.set_column(to, &full.g.column(from));
+            }
+            let Some(by_full) = square.lu().solve(&right) else { return Ok(()) };
+
+            let x_u = block.pin_forces().expect("regular");
+            let mut right = block.right_side(&x_u);
+            let mut square = SMatrix::<f64, 6, 6>::zeros();
+            for (column, value) in given { right -= block.a.column(column) * value; }
+            for (to, from) in [1, 3, 4, 5, 6, 7].into_iter().enumerate() {
+                square.set_column(to, &block.a.column(from));
+            }
+            let by_block = square.lu().solve(&right).expect("as regular as the full one");
+
+            let mut right = reduced.f;
+            let mut square = SMatrix::<f64, 4, 4>::zeros();
+            for (column, value) in given { right -= reduced.h.column(column) * value; }
+            for (to, from) in [1, 3, 4, 5].into_iter().enumerate() {
+                square.set_column(to, &reduced.h.column(from));
+            }
+            let by_reduced = square.lu().solve(&right).expect("as regular as the full one");
+
+            let scale = 1.0 + by_full.norm();
+            for i in 0..4 {
+                prop_assert!((by_full[i] - by_reduced[i]).abs() < 1e-9 * scale);
+            }
+            for i in 0..6 {
+                prop_assert!((by_full[i] - by_block[i]).abs() < 1e-9 * scale);
+                prop_assert!((by_full[6 + i] - x_u[i]).abs() < 1e-9 * scale);
+            }
+        }
+
+        /// Property: with consistent tractions (those of an exact equilibrium) least squares returns the exact N and
+        /// leaves no residual, and the ground carries the whole weight.
+        #[test]
+        fn exact_equilibrium_is_recovered(
+            theta1 in -0.3_f64..0.3, theta2 in -0.3_f64..0.3,
+            g1 in -0.4_f64..0.4, g2 in -0.4_f64..0.4, g3 in -0.4_f64..0.4, t1 in -10.0_f64..10.0, t2 in -10.0_f64..10.0,
+        ) {
+            let robot = Robot::default_a();
+            let posture = posture(&robot.geometry, theta1, theta2);
+            let angles = [g1, g2, g3];
+            let (_, _, reduced) = systems(&robot.geometry, &robot.mass.true_points(), &posture, &angles);
+            let mut square = SMatrix::<f64, 4, 4>::zeros();
+            for (to, from) in [1, 3, 5, 4].into_iter().enumerate() {
+                square.set_column(to, &reduced.h.column(from));
+            }
+            let right = reduced.f - reduced.h.column(0) * t1 - reduced.h.column(2) * t2;
+            let Some(exact) = square.lu().solve(&right) else { return Ok(()) };
+            let tractions = [t1, t2, exact[3]];
+            let found = reduced.normal_forces(&tractions).expect("regular");
+            let scale = 1.0 + exact.norm();
+            let mut ground = Vec2::zeros();
+            for i in 0..3 {
+                prop_assert!((found.normal_force[i] - exact[i]).abs() < 1e-9 * scale);
+                let (sin, cos) = libm::sincos(angles[i]);
+                ground += Vec2::new(cos, sin) * tractions[i] + Vec2::new(-sin, cos) * exact[i];
+            }
+            prop_assert!(found.residual.iter().all(|r| r.abs() < 1e-9 * scale));
+            prop_assert!((ground - Vec2::new(0.0, 14.0 * GRAVITY)).norm() < 1e-9 * scale);
+        }
+
+        /// Fig. 7, Fig. 8 and the true masses weigh the same: on level ground the sum of N is the weight for each.
+        #[test]
+        fn lumping_keeps_the_weight(theta1 in -0.2_f64..0.2, theta2 in -0.2_f64..0.2) {
+            let robot = Robot::default_a();
+            let posture = posture(&robot.geometry, theta1, theta2);
+            for masses in [robot.mass.true_points(), robot.mass.lumped_to_body(), robot.mass.lumped_to_wheels()] {
+                let (_, _, reduced) = systems(&robot.geometry, &masses, &posture, &[0.0; 3]);
+                let found = reduced.normal_forces(&[0.0; 3]).expect("regular");
+                prop_assert!((found.normal_force.iter().sum::<f64>() - 14.0 * GRAVITY).abs() < 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn a_straight_line_through_p_r_s_is_refused() {
+        let mut geometry = Geometry::a();
+        geometry.pins.p = Vec2::new(geometry.pins.s.x, 0.5);
+        let full = FullSystem::new(
+            &geometry,
+            &MassSet::caption().true_points(),
+            &Posture::NOMINAL,
+            &[0.0; 3],
+        );
+        assert_eq!(
+            BlockForm::new(&full).pin_forces(),
+            Err::<SVector<f64, 6>, _>(Singular { matrix: "C" })
+        );
+    }
+}

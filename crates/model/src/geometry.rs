@@ -1,0 +1,342 @@
+//! Positions of pins, axles and centres of mass in the nominal pose.
+//!
+//! The real dimensions of ROBHAZ-6WHEEL were never published. Geometries A and B are derived: 0.60 m wheelbase, static
+//! wheel loads equal within 5 %, and 0.18 m of reach of the front wheel inside the stops.
+
+use crate::Vec2;
+
+/// One of the four rigid bars of the loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Bar {
+    /// The body, between P and S.
+    Body,
+    /// Link 1, between P and Q.
+    Link1,
+    /// Link 2, between Q and R.
+    Link2,
+    /// Link 3, between R and S.
+    Link3,
+}
+
+impl Bar {
+    /// All bars: body first, then the links in order.
+    pub const ALL: [Bar; 4] = [Bar::Body, Bar::Link1, Bar::Link2, Bar::Link3];
+    /// The three links in order.
+    pub const LINKS: [Bar; 3] = [Bar::Link1, Bar::Link2, Bar::Link3];
+
+    /// Lower-case name as used in column names: `body`, `link1` ...
+    pub const fn name(self) -> &'static str {
+        match self {
+            Bar::Body => "body",
+            Bar::Link1 => "link1",
+            Bar::Link2 => "link2",
+            Bar::Link3 => "link3",
+        }
+    }
+}
+
+/// One of the four pins of the loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Pin {
+    /// Between body and link 1.
+    P,
+    /// Between link 1 and link 2; it carries the end stops.
+    Q,
+    /// Between link 2 and link 3.
+    R,
+    /// Between link 3 and body.
+    S,
+}
+
+impl Pin {
+    /// All pins in order.
+    pub const ALL: [Pin; 4] = [Pin::P, Pin::Q, Pin::R, Pin::S];
+
+    /// Lower-case letter as used in column names.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Pin::P => "p",
+            Pin::Q => "q",
+            Pin::R => "r",
+            Pin::S => "s",
+        }
+    }
+
+    /// `(receiver, giver)`: the pin's force is the one that acts on `receiver` and comes from `giver`.
+    ///
+    /// P: on the body from link 1. Q: on link 1 from link 2. R: on link 3 from link 2. S: on the body from link 3.
+    pub const fn bars(self) -> (Bar, Bar) {
+        match self {
+            Pin::P => (Bar::Body, Bar::Link1),
+            Pin::Q => (Bar::Link1, Bar::Link2),
+            Pin::R => (Bar::Link3, Bar::Link2),
+            Pin::S => (Bar::Body, Bar::Link3),
+        }
+    }
+}
+
+/// A point for each pin, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pins {
+    /// Between body and link 1.
+    pub p: Vec2,
+    /// Between link 1 and link 2.
+    pub q: Vec2,
+    /// Between link 2 and link 3.
+    pub r: Vec2,
+    /// Between link 3 and body.
+    pub s: Vec2,
+}
+
+impl Pins {
+    /// The point of one pin.
+    pub fn get(&self, pin: Pin) -> Vec2 {
+        match pin {
+            Pin::P => self.p,
+            Pin::Q => self.q,
+            Pin::R => self.r,
+            Pin::S => self.s,
+        }
+    }
+}
+
+/// The link that carries a wheel: only links 1 and 2 do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Carrier {
+    /// The wheel's axle is fixed to link 1.
+    Link1,
+    /// The wheel's axle is fixed to link 2.
+    Link2,
+}
+
+impl Carrier {
+    /// The carrying bar.
+    pub const fn bar(self) -> Bar {
+        match self {
+            Carrier::Link1 => Bar::Link1,
+            Carrier::Link2 => Bar::Link2,
+        }
+    }
+
+    /// Index into an array over the carrying links: 0 for link 1, 1 for link 2.
+    pub const fn index(self) -> usize {
+        self as usize
+    }
+}
+
+/// End stops of pin Q, on the relative angle theta_1 - theta_2 (the paper's "limited pin joint").
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PinStop {
+    /// Lower limit of theta_1 - theta_2, rad.
+    pub lower: f64,
+    /// Upper limit of theta_1 - theta_2, rad.
+    pub upper: f64,
+    /// Stiffness beyond a limit, N m/rad.
+    pub stiffness: f64,
+    /// Damping beyond a limit, N m s/rad.
+    pub damping: f64,
+}
+
+impl PinStop {
+    /// -40 deg to +35 deg, 2000 N m/rad, 20 N m s/rad.
+    pub fn standard() -> Self {
+        Self {
+            lower: (-40.0_f64).to_radians(),
+            upper: 35.0_f64.to_radians(),
+            stiffness: 2000.0,
+            damping: 20.0,
+        }
+    }
+}
+
+/// Positions in the nominal pose: all wheels on level ground `y = 0`, middle axle at `x = 0`. Metres.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Geometry {
+    /// Radius of every wheel, m.
+    pub wheel_radius: f64,
+    /// Axles of the front, middle and rear wheel, m.
+    pub axles: [Vec2; 3],
+    /// The link that carries each wheel.
+    pub carriers: [Carrier; 3],
+    /// The four pins, m.
+    pub pins: Pins,
+    /// Centre of mass of the body, m.
+    pub body_cg: Vec2,
+    /// Centres of mass of links 1 to 3 without wheels, m.
+    pub link_cg: [Vec2; 3],
+    /// End stops of pin Q.
+    pub stop: PinStop,
+}
+
+/// Why a geometry cannot be a robot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum GeometryError {
+    /// The wheel's radius is not a positive number.
+    WheelRadius(f64),
+    /// A coordinate is not finite.
+    NotFinite,
+    /// Two neighbouring pins coincide, so that a bar of the loop has no length.
+    ZeroBar(Bar),
+    /// P lies on the line RS in the nominal pose: matrix C of eq. (6) is singular there.
+    POnLineRs,
+    /// Wheels are not ordered from front to rear.
+    WheelOrder,
+    /// No wheel is carried by one of links 1 and 2.
+    UnusedCarrier(Carrier),
+    /// The lower stop is not below zero or the upper not above it: the nominal pose must be free.
+    Stop,
+}
+
+impl core::fmt::Display for GeometryError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::WheelRadius(r) => write!(f, "the wheel radius is {r} m; it must be above 0"),
+            Self::NotFinite => write!(f, "a coordinate is not a finite number"),
+            Self::ZeroBar(bar) => write!(f, "the pins of {} coincide", bar.name()),
+            Self::POnLineRs => write!(
+                f,
+                "pin P lies on the line through R and S, where the statics of body and link3 are singular"
+            ),
+            Self::WheelOrder => write!(
+                f,
+                "axles must be ordered front, middle, rear (x decreasing)"
+            ),
+            Self::UnusedCarrier(c) => write!(f, "{} carries no wheel", c.bar().name()),
+            Self::Stop => write!(
+                f,
+                "the stops must leave the nominal pose free: lower < 0 < upper"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for GeometryError {}
+
+impl Geometry {
+    /// Geometry A, the default: wheel 1 on link 1; wheels 2 and 3 on link 2. Derived, not the maker's.
+    pub fn a() -> Self {
+        Self::with_mean_link_cgs(
+            [Carrier::Link1, Carrier::Link2, Carrier::Link2],
+            Pins {
+                p: Vec2::new(0.15, 0.22),
+                q: Vec2::new(-0.05, 0.14),
+                r: Vec2::new(-0.25, 0.16),
+                s: Vec2::new(-0.25, 0.26),
+            },
+            Vec2::new(0.03, 0.30),
+        )
+    }
+
+    /// Geometry B: wheels 1 and 2 on link 1; wheel 3 on link 2. Derived, not the maker's.
+    pub fn b() -> Self {
+        Self::with_mean_link_cgs(
+            [Carrier::Link1, Carrier::Link1, Carrier::Link2],
+            Pins {
+                p: Vec2::new(0.25, 0.22),
+                q: Vec2::new(0.10, 0.14),
+                r: Vec2::new(-0.10, 0.16),
+                s: Vec2::new(-0.10, 0.26),
+            },
+            Vec2::new(0.0, 0.30),
+        )
+    }
+
+    fn with_mean_link_cgs(carriers: [Carrier; 3], pins: Pins, body_cg: Vec2) -> Self {
+        let axles = [
+            Vec2::new(0.30, 0.10),
+            Vec2::new(0.0, 0.10),
+            Vec2::new(-0.30, 0.10),
+        ];
+        Self {
+            wheel_radius: 0.10,
+            link_cg: mean_link_cgs(&axles, &carriers, &pins),
+            axles,
+            carriers,
+            pins,
+            body_cg,
+            stop: PinStop::standard(),
+        }
+    }
+
+    /// Whether this can be a robot: finite, bars with length, C of eq. (6) regular in the nominal pose, wheels in order.
+    ///
+    /// # Errors
+    /// The first [`GeometryError`] found.
+    pub fn check(&self) -> Result<(), GeometryError> {
+        // Written so that a NaN fails too.
+        if !(self.wheel_radius > 0.0 && self.wheel_radius.is_finite()) {
+            return Err(GeometryError::WheelRadius(self.wheel_radius));
+        }
+        let points = [
+            self.pins.p,
+            self.pins.q,
+            self.pins.r,
+            self.pins.s,
+            self.body_cg,
+        ];
+        if !points
+            .iter()
+            .chain(&self.axles)
+            .chain(&self.link_cg)
+            .all(|v| v.x.is_finite() && v.y.is_finite())
+        {
+            return Err(GeometryError::NotFinite);
+        }
+        let Pins { p, q, r, s } = self.pins;
+        for (bar, length) in [
+            (Bar::Link1, (p - q).norm()),
+            (Bar::Link2, (q - r).norm()),
+            (Bar::Link3, (r - s).norm()),
+            (Bar::Body, (s - p).norm()),
+        ] {
+            if length < 1e-6 {
+                return Err(GeometryError::ZeroBar(bar));
+            }
+        }
+        let sine = crate::cross(s - r, p - r) / ((s - r).norm() * (p - r).norm().max(1e-12));
+        if sine.abs() < 1e-3 {
+            return Err(GeometryError::POnLineRs);
+        }
+        if !(self.axles[0].x > self.axles[1].x && self.axles[1].x > self.axles[2].x) {
+            return Err(GeometryError::WheelOrder);
+        }
+        for carrier in [Carrier::Link1, Carrier::Link2] {
+            if !self.carriers.contains(&carrier) {
+                return Err(GeometryError::UnusedCarrier(carrier));
+            }
+        }
+        if !(self.stop.lower < 0.0 && self.stop.upper > 0.0) {
+            return Err(GeometryError::Stop);
+        }
+        Ok(())
+    }
+
+    /// Centre of mass of a bar without wheels, in the nominal pose, m.
+    pub fn cg(&self, bar: Bar) -> Vec2 {
+        match bar {
+            Bar::Body => self.body_cg,
+            Bar::Link1 => self.link_cg[0],
+            Bar::Link2 => self.link_cg[1],
+            Bar::Link3 => self.link_cg[2],
+        }
+    }
+}
+
+/// The rule for the links' centres of mass where nothing better is known: the mean of the link's own pins and axles, m.
+pub fn mean_link_cgs(axles: &[Vec2; 3], carriers: &[Carrier; 3], pins: &Pins) -> [Vec2; 3] {
+    let mean = |ends: [Vec2; 2], carrier: Option<Carrier>| {
+        let (mut sum, mut count) = (ends[0] + ends[1], 2.0);
+        for (axle, own) in axles.iter().zip(carriers) {
+            if carrier == Some(*own) {
+                sum += axle;
+                count += 1.0;
+            }
+        }
+        sum / count
+    };
+    [
+        mean([pins.p, pins.q], Some(Carrier::Link1)),
+        mean([pins.q, pins.r], Some(Carrier::Link2)),
+        mean([pins.r, pins.s], None),
+    ]
+}

@@ -1,0 +1,137 @@
+//! Masses and inertias, and the point masses that static equilibrium needs of them.
+
+/// Masses and inertias of one side. kg, kg m^2; every inertia is about the part's own centre of mass.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MassSet {
+    /// Half of the real body, kg.
+    pub body: f64,
+    /// Links 1 to 3 without wheels, kg.
+    pub links: [f64; 3],
+    /// Each wheel module, kg.
+    pub wheel: f64,
+    /// Inertia of the body, kg m^2.
+    pub body_inertia: f64,
+    /// Inertia of links 1 to 3, kg m^2.
+    pub link_inertias: [f64; 3],
+    /// J_wheel: inertia of the wheel's disc, which resists the absolute spin, kg m^2.
+    pub wheel_inertia: f64,
+    /// J_rotor: the drive's rotor reflected through the gear, which resists the relative spin, kg m^2.
+    pub rotor_inertia: f64,
+}
+
+/// Why a set of masses cannot be a robot's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MassError {
+    /// Name of the entry at fault.
+    pub entry: &'static str,
+    /// What was found.
+    pub found: f64,
+}
+
+impl core::fmt::Display for MassError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(
+            f,
+            "{} is {}; it must be a finite number above 0",
+            self.entry, self.found
+        )
+    }
+}
+
+impl core::error::Error for MassError {}
+
+impl MassSet {
+    /// Rotor inertia at the wheel: 135 g cm^2 through the 80:1 gear, kg m^2.
+    pub const ROTOR_INERTIA: f64 = 135e-7 * 80.0 * 80.0;
+
+    /// Mass set `caption`, the default: what the captions of Figs. 7 and 8 imply (body 5 kg, wheels 1.5 kg, links 4.5 kg).
+    pub fn caption() -> Self {
+        Self {
+            body: 5.0,
+            links: [1.8, 2.2, 0.5],
+            wheel: 1.5,
+            body_inertia: 0.076,
+            link_inertias: [0.018, 0.0225, 0.0004],
+            wheel_inertia: 0.0075,
+            rotor_inertia: Self::ROTOR_INERTIA,
+        }
+    }
+
+    /// Mass set `text`: what the paper's text says for both sides (body 10, wheels 10, linkage 8 kg), halved.
+    pub fn text() -> Self {
+        Self {
+            links: [1.6, 1.9556, 0.4444],
+            wheel: 1.6667,
+            ..Self::caption()
+        }
+    }
+
+    /// Mass of one side, kg.
+    pub fn total(&self) -> f64 {
+        self.body + self.links.iter().sum::<f64>() + 3.0 * self.wheel
+    }
+
+    /// Whether every mass and inertia is a finite number above zero.
+    ///
+    /// # Errors
+    /// Names the first entry that is not.
+    pub fn check(&self) -> Result<(), MassError> {
+        let entries = [
+            ("body", self.body),
+            ("links[0]", self.links[0]),
+            ("links[1]", self.links[1]),
+            ("links[2]", self.links[2]),
+            ("wheel", self.wheel),
+            ("body_inertia", self.body_inertia),
+            ("link_inertias[0]", self.link_inertias[0]),
+            ("link_inertias[1]", self.link_inertias[1]),
+            ("link_inertias[2]", self.link_inertias[2]),
+            ("wheel_inertia", self.wheel_inertia),
+            ("rotor_inertia", self.rotor_inertia),
+        ];
+        for (entry, found) in entries {
+            if !(found > 0.0 && found.is_finite()) {
+                return Err(MassError { entry, found });
+            }
+        }
+        Ok(())
+    }
+
+    /// The masses where they are.
+    pub fn true_points(&self) -> PointMasses {
+        PointMasses {
+            body: self.body,
+            links: self.links,
+            wheel: self.wheel,
+        }
+    }
+
+    /// Fig. 7: the linkage's mass concentrated in the body's centre of mass.
+    pub fn lumped_to_body(&self) -> PointMasses {
+        PointMasses {
+            body: self.body + self.links.iter().sum::<f64>(),
+            links: [0.0; 3],
+            wheel: self.wheel,
+        }
+    }
+
+    /// Fig. 8: the linkage's mass shared evenly by the wheels.
+    pub fn lumped_to_wheels(&self) -> PointMasses {
+        PointMasses {
+            body: self.body,
+            links: [0.0; 3],
+            wheel: self.wheel + self.links.iter().sum::<f64>() / 3.0,
+        }
+    }
+}
+
+/// What static equilibrium needs of the masses, kg: each acts at its part's centre of mass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointMasses {
+    /// At the body's centre of mass.
+    pub body: f64,
+    /// At the centres of mass of links 1 to 3.
+    pub links: [f64; 3],
+    /// At each axle.
+    pub wheel: f64,
+}

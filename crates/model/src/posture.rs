@@ -1,0 +1,151 @@
+//! The closed four-bar in any posture: link 1 and link 2 given, link 3 and body found in closed form.
+
+use crate::{Bar, Geometry, Pin, Vec2};
+
+/// The z component of `a x b`.
+pub fn cross(a: Vec2, b: Vec2) -> f64 {
+    a.x * b.y - a.y * b.x
+}
+
+/// `v` turned counter-clockwise by `angle`, rad.
+pub fn rotate(v: Vec2, angle: f64) -> Vec2 {
+    let (sin, cos) = libm::sincos(angle);
+    Vec2::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y)
+}
+
+/// Angles of the four bars, rad, as turns from the nominal pose (all zero there).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Posture {
+    /// Pitch of the body, theta_body.
+    pub body: f64,
+    /// Angles of links 1 to 3, theta_1 to theta_3.
+    pub links: [f64; 3],
+}
+
+/// The angles of links 1 and 2 leave no place for body and link 3: the four-bar cannot close.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PostureError {
+    /// Distance that the two links leave between P and R, m.
+    pub pr: f64,
+    /// Least distance that body and link 3 can span, m.
+    pub least: f64,
+    /// Greatest distance that body and link 3 can span, m.
+    pub greatest: f64,
+}
+
+impl core::fmt::Display for PostureError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(
+            f,
+            "the four-bar cannot close: P and R are {:.4} m apart, body and link3 span {:.4} to {:.4} m",
+            self.pr, self.least, self.greatest
+        )
+    }
+}
+
+impl core::error::Error for PostureError {}
+
+impl Posture {
+    /// The nominal pose.
+    pub const NOMINAL: Self = Self {
+        body: 0.0,
+        links: [0.0; 3],
+    };
+
+    /// Closes the four-bar from the angles of link 1 and link 2, rad (the position analysis behind Fig. 5).
+    ///
+    /// Seen from Q the links fix P and R; S is then the corner of a triangle with sides PS (body) and RS (link 3), on the
+    /// side of PR where it lies in the nominal pose.
+    ///
+    /// # Errors
+    /// [`PostureError`] where the triangle does not exist, or an angle is not finite.
+    pub fn close(geometry: &Geometry, theta1: f64, theta2: f64) -> Result<Self, PostureError> {
+        let pins = &geometry.pins;
+        let p = rotate(pins.p - pins.q, theta1);
+        let r = rotate(pins.r - pins.q, theta2);
+        let (ps, rs) = ((pins.s - pins.p).norm(), (pins.s - pins.r).norm());
+        let pr = r - p;
+        let d2 = pr.norm_squared();
+        let d = libm::sqrt(d2);
+        let (least, greatest) = (libm::fabs(ps - rs), ps + rs);
+        // Written so that a NaN fails too.
+        if !(d > least && d < greatest && d > 0.0) {
+            return Err(PostureError {
+                pr: d,
+                least,
+                greatest,
+            });
+        }
+        // Foot of S on PR, measured from P, and height above it.
+        let foot = (d2 + ps * ps - rs * rs) / (2.0 * d);
+        let height = libm::sqrt((ps * ps - foot * foot).max(0.0));
+        let side = libm::copysign(1.0, cross(pins.r - pins.p, pins.s - pins.p));
+        let along = pr / d;
+        let s = p + along * foot + Vec2::new(-along.y, along.x) * (side * height);
+        let turn = |from: Vec2, to: Vec2| libm::atan2(cross(from, to), from.dot(&to));
+        Ok(Self {
+            body: turn(pins.s - pins.p, s - p),
+            links: [theta1, theta2, turn(pins.s - pins.r, s - r)],
+        })
+    }
+
+    /// Rates of body and link 3 that go with given rates of link 1 and link 2, rad/s, in this posture.
+    ///
+    /// The loop's velocity closure: `w1 x (P-Q) + wb x (S-P) = w2 x (R-Q) + w3 x (S-R)`.
+    /// Returns `[body, link1, link2, link3]` in the order of [`Bar::ALL`]; not finite where P, R and S lie on one line.
+    pub fn rates(&self, geometry: &Geometry, rate1: f64, rate2: f64) -> [f64; 4] {
+        let pins = &geometry.pins;
+        let a = rotate(pins.p - pins.q, self.links[0]);
+        let b = rotate(pins.r - pins.q, self.links[1]);
+        let c = rotate(pins.s - pins.p, self.body);
+        let d = rotate(pins.s - pins.r, self.links[2]);
+        // With `perp` common to all terms: wb c - w3 d = w2 b - w1 a.
+        let right = b * rate2 - a * rate1;
+        let det = -cross(c, d);
+        [-cross(right, d) / det, rate1, rate2, cross(c, right) / det]
+    }
+
+    /// Angle of a bar, rad.
+    pub fn angle(&self, bar: Bar) -> f64 {
+        match bar {
+            Bar::Body => self.body,
+            Bar::Link1 => self.links[0],
+            Bar::Link2 => self.links[1],
+            Bar::Link3 => self.links[2],
+        }
+    }
+
+    /// Where a point of `bar`, given in the nominal pose, stands relative to Q, m, in world axes.
+    pub fn from_q(&self, geometry: &Geometry, bar: Bar, nominal: Vec2) -> Vec2 {
+        let pins = &geometry.pins;
+        match bar {
+            Bar::Link1 => rotate(nominal - pins.q, self.links[0]),
+            Bar::Link2 => rotate(nominal - pins.q, self.links[1]),
+            Bar::Body => {
+                rotate(pins.p - pins.q, self.links[0]) + rotate(nominal - pins.p, self.body)
+            }
+            Bar::Link3 => {
+                rotate(pins.r - pins.q, self.links[1]) + rotate(nominal - pins.r, self.links[2])
+            }
+        }
+    }
+
+    /// Position of a pin relative to Q, m, in world axes.
+    pub fn pin_from_q(&self, geometry: &Geometry, pin: Pin) -> Vec2 {
+        self.from_q(geometry, pin.bars().0, geometry.pins.get(pin))
+    }
+
+    /// Position of a wheel's axle relative to Q, m, in world axes.
+    pub fn axle_from_q(&self, geometry: &Geometry, wheel: usize) -> Vec2 {
+        self.from_q(
+            geometry,
+            geometry.carriers[wheel].bar(),
+            geometry.axles[wheel],
+        )
+    }
+
+    /// Position of a bar's centre of mass relative to Q, m, in world axes.
+    pub fn cg_from_q(&self, geometry: &Geometry, bar: Bar) -> Vec2 {
+        self.from_q(geometry, bar, geometry.cg(bar))
+    }
+}

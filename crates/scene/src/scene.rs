@@ -1,0 +1,154 @@
+//! A scene with every choice made: the result of reading a scene file.
+
+use robhaz_estimator::EstimatorSettings;
+use robhaz_model::Robot;
+use robhaz_sim::PlantSetup;
+use robhaz_sim::contact::ContactLaw;
+use robhaz_sim::drive::Drive;
+use robhaz_sim::friction::FrictionLaw;
+use robhaz_terrain::{Profile, Terrain};
+
+/// Everything that a run depends on. SI throughout.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// The file's stem: names the default output folder.
+    pub name: String,
+    /// Seed of everything random in the run.
+    pub seed: u64,
+    /// `[robot]`
+    pub robot: RobotChoice,
+    /// `[terrain]`
+    pub terrain: TerrainChoice,
+    /// `[contact]`, eq. (10)
+    pub contact: ContactLaw,
+    /// `[contact]`, eq. (11)
+    pub friction: FrictionLaw,
+    /// `[drive]`, eq. (2)
+    pub drive: Drive,
+    /// `[sensors]`
+    pub sensors: SensorChoice,
+    /// `[[estimator]]`, in the file's order; names are unique.
+    pub estimators: Vec<EstimatorChoice>,
+    /// `[engine]`
+    pub engine: EngineChoice,
+    /// `[record]`
+    pub record: RecordChoice,
+}
+
+/// The robot, and the names under which its parts were chosen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobotChoice {
+    /// `A`, `B`, or the path of a geometry file.
+    pub geometry_name: String,
+    /// `caption`, `text`, or the path of a mass file.
+    pub mass_name: String,
+    /// What they hold.
+    pub robot: Robot,
+}
+
+/// The ground, and the name of its kind.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TerrainChoice {
+    /// `flat`, `smooth`, `bumps` or `cosbump`.
+    pub kind: &'static str,
+    /// Its shape.
+    pub profile: Profile,
+}
+
+/// How the readings differ from the truth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Grade {
+    /// They do not.
+    Ideal,
+}
+
+/// The sensors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorChoice {
+    /// How good they are.
+    pub grade: Grade,
+    /// Samples a second, Hz; a whole multiple of the record's rate.
+    pub rate: f64,
+}
+
+/// An estimator to run on the readings.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EstimatorChoice {
+    /// Name in tables, figures and file names.
+    pub name: String,
+    /// What it does.
+    pub settings: EstimatorSettings,
+}
+
+/// Which engine computes the truth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EngineKind {
+    /// rapier2d.
+    Rapier,
+}
+
+impl EngineKind {
+    /// Name in scene files and summaries.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Rapier => "rapier",
+        }
+    }
+}
+
+/// The engine that computes the truth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EngineChoice {
+    /// Which.
+    pub kind: EngineKind,
+    /// Greatest integration step, s.
+    pub step: f64,
+}
+
+/// What is kept of the run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RecordChoice {
+    /// Simulated time, s.
+    pub duration: f64,
+    /// Records a second, Hz.
+    pub rate: f64,
+    /// Errors count from this time on, s: what comes before is settling and starting.
+    pub compare_from: f64,
+}
+
+impl Scene {
+    /// The plant of this scene; one period is one sample of the sensors.
+    pub fn plant_setup(&self) -> PlantSetup {
+        PlantSetup {
+            robot: self.robot.robot.clone(),
+            terrain: Terrain::new(self.terrain.profile.clone()),
+            contact: self.contact,
+            friction: self.friction,
+            drive: self.drive,
+            step: self.engine.step,
+            period: 1.0 / self.sensors.rate,
+        }
+    }
+
+    /// Sensor samples between two records.
+    pub fn samples_per_record(&self) -> u64 {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "checked when read: a small whole number"
+        )]
+        let samples = (self.sensors.rate / self.record.rate).round() as u64;
+        samples.max(1)
+    }
+
+    /// Number of records: one at time 0, one at the end, one a period between.
+    pub fn record_count(&self) -> u64 {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "checked when read: positive and bounded"
+        )]
+        let periods = (self.record.duration * self.record.rate).round() as u64;
+        periods + 1
+    }
+}

@@ -1,0 +1,23 @@
+//! The plant: ROBHAZ-6WHEEL on its ground, with the forces as they truly are.
+//!
+//! | paper | here |
+//! |---|---|
+//! | eq. (2), the wheel with its drive | [`drive`] |
+//! | eq. (10), contact | [`contact`] |
+//! | eq. (11), friction | [`friction`] |
+//! | limited pin joint | [`stop`] |
+//! | closed four-bar, three wheels | [`rapier`] |
+//!
+//! [`Plant`] owns time and hands out a [`Truth`] a record; [`sensors`] turns truth into readings. Nothing flows back.
+
+pub mod contact;
+pub mod drive;
+pub mod friction;
+mod plant;
+pub mod rapier;
+pub mod sensors;
+pub mod stop;
+mod truth;
+
+pub use plant::{Plant, PlantError, PlantSetup};
+pub use truth::{BarTruth, PinTruth, Truth, WheelTruth};

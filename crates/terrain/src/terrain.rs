@@ -1,0 +1,357 @@
+//! A profile made ready for contact: nearest points of a wheel on a chain of edges.
+
+use crate::{Profile, Vec2};
+use parry2d::bounding_volume::Aabb;
+use parry2d::math::Vector;
+use parry2d::partitioning::{Bvh, BvhBuildStrategy};
+
+/// Level ground goes on this far to both sides, m.
+const REACH: f64 = 1.0e3;
+/// Two nearest points closer than this are one, m: where edges meet smoothly rounding can put one on each side.
+const SAME_POINT: f64 = 1.0e-6;
+
+/// A place where the ground is nearest to a wheel's centre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// The point on the ground, m.
+    pub point: Vec2,
+    /// Contact angle gamma: slope of the tangent, rad. Tangent `(cos g, sin g)`, normal `(-sin g, cos g)`.
+    pub angle: f64,
+    /// Distance of the centre from the point, along the normal, m; negative below the ground.
+    pub distance: f64,
+}
+
+impl Contact {
+    /// Unit tangent, pointing forward.
+    pub fn tangent(&self) -> Vec2 {
+        Vec2::new(self.angle.cos(), self.angle.sin())
+    }
+
+    /// Unit normal, pointing out of the ground.
+    pub fn normal(&self) -> Vec2 {
+        Vec2::new(-self.angle.sin(), self.angle.cos())
+    }
+}
+
+/// One piece of the ground between two neighbouring knots, walked in the direction of travel (ground on the right).
+#[derive(Clone, Debug)]
+struct Edge {
+    from: Vec2,
+    to: Vec2,
+    /// Tangents at both ends, not normalised.
+    from_tangent: Vec2,
+    to_tangent: Vec2,
+    curved: bool,
+}
+
+/// The ground: a chain of straight and curved edges, and an index that finds those near a wheel.
+#[derive(Clone)]
+pub struct Terrain {
+    profile: Profile,
+    edges: Vec<Edge>,
+    index: Bvh,
+}
+
+impl Terrain {
+    /// Makes a profile ready for contact. The profile must have passed [`Profile::check`].
+    pub fn new(profile: Profile) -> Self {
+        let line = |from: Vec2, to: Vec2| Edge {
+            from,
+            to,
+            from_tangent: to - from,
+            to_tangent: to - from,
+            curved: false,
+        };
+        let mut edges = Vec::new();
+        let mut boxes = Vec::new();
+        if let Some((start, end, spacing)) = profile.extent() {
+            let count = ((end - start) / spacing).ceil().max(1.0);
+            let knot = |i: f64| {
+                let x = start + (end - start) * i / count;
+                let [y, slope, _] = profile.eval(x);
+                (Vec2::new(x, y), Vec2::new(1.0, slope))
+            };
+            let (first, _) = knot(0.0);
+            edges.push(line(Vec2::new(start - REACH, first.y), first));
+            boxes.push(aabb(&edges[0], 0.0));
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "a count of knots"
+            )]
+            for i in 0..count as u32 {
+                let (from, from_tangent) = knot(f64::from(i));
+                let (to, to_tangent) = knot(f64::from(i) + 1.0);
+                let edge = Edge {
+                    from,
+                    to,
+                    from_tangent,
+                    to_tangent,
+                    curved: true,
+                };
+                // A curve leaves its chord by at most max|f''| h^2/8; twice the greatest of three samples bounds it here.
+                let bend = [from.x, 0.5 * (from.x + to.x), to.x]
+                    .map(|x| profile.eval(x)[2].abs())
+                    .into_iter()
+                    .fold(0.0, f64::max);
+                boxes.push(aabb(&edge, 2.0 * bend * (to.x - from.x).powi(2) / 8.0));
+                edges.push(edge);
+            }
+            let (last, _) = knot(count);
+            edges.push(line(last, Vec2::new(end + REACH, last.y)));
+            boxes.push(aabb(&edges[edges.len() - 1], 0.0));
+        } else {
+            edges.push(line(Vec2::new(-REACH, 0.0), Vec2::new(REACH, 0.0)));
+            boxes.push(aabb(&edges[0], 0.0));
+        }
+        let index = Bvh::from_leaves(BvhBuildStrategy::default(), &boxes);
+        Self {
+            profile,
+            edges,
+            index,
+        }
+    }
+
+    /// The profile behind this terrain.
+    pub fn profile(&self) -> &Profile {
+        &self.profile
+    }
+
+    /// All places within `radius` of `centre` where the ground is locally nearest, from rear to front; m.
+    ///
+    /// On smooth ground that is one place; a wheel that bridges a hollow has two. `out` is cleared first and keeps its
+    /// storage from call to call.
+    pub fn contacts(&self, centre: Vec2, radius: f64, out: &mut Vec<Contact>) {
+        out.clear();
+        let mut near = [0_usize; 64];
+        let mut many = Vec::new();
+        let mut count = 0;
+        let half = Vector::new(radius, radius);
+        let middle = Vector::new(centre.x, centre.y);
+        let query = Aabb::new(middle - half, middle + half);
+        for leaf in self.index.intersect_aabb(&query) {
+            if count < near.len() {
+                near[count] = leaf as usize;
+                count += 1;
+            } else {
+                many.push(leaf as usize);
+            }
+        }
+        if many.is_empty() {
+            near[..count].sort_unstable();
+            self.nearest_on(&near[..count], centre, radius, out);
+        } else {
+            many.extend_from_slice(&near);
+            many.sort_unstable();
+            self.nearest_on(&many, centre, radius, out);
+        }
+    }
+
+    /// The nearest place of the ground to `centre`, however far.
+    pub fn nearest(&self, centre: Vec2) -> Option<Contact> {
+        let mut found = Vec::new();
+        let mut radius = 0.1;
+        while radius < 2.0 * REACH {
+            self.contacts(centre, radius, &mut found);
+            if let Some(best) = found
+                .iter()
+                .min_by(|a, b| a.distance.abs().total_cmp(&b.distance.abs()))
+            {
+                return Some(*best);
+            }
+            radius *= 2.0;
+        }
+        None
+    }
+
+    /// Points along the ground from `from` to `to`, at most `spacing` apart, for drawing; m.
+    pub fn outline(&self, from: f64, to: f64, spacing: f64) -> Vec<Vec2> {
+        let count = ((to - from) / spacing).ceil().max(1.0);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a count of points"
+        )]
+        (0..=count as u32)
+            .map(|i| {
+                let x = from + (to - from) * f64::from(i) / count;
+                Vec2::new(x, self.profile.eval(x)[0])
+            })
+            .collect()
+    }
+
+    /// Local minima of the distance on edges given in ascending order.
+    fn nearest_on(&self, near: &[usize], centre: Vec2, radius: f64, out: &mut Vec<Contact>) {
+        let limit = radius * radius;
+        let mut push = |point: Vec2, tangent: Option<Vec2>| {
+            let arm = centre - point;
+            if arm.norm_squared() >= limit {
+                return;
+            }
+            let (angle, distance) = match tangent {
+                Some(t) => {
+                    let t = t.normalize();
+                    (t.y.atan2(t.x), t.x * arm.y - t.y * arm.x)
+                }
+                // At a corner the normal points at the centre.
+                None => ((-arm.x).atan2(arm.y), arm.norm()),
+            };
+            let contact = Contact {
+                point,
+                angle,
+                distance,
+            };
+            match out.last_mut() {
+                Some(last) if (last.point - point).norm() < SAME_POINT => {
+                    if contact.distance < last.distance {
+                        *last = contact;
+                    }
+                }
+                _ => out.push(contact),
+            }
+        };
+        // Derivative of half the squared distance along the edge, at the end of the edge before and its index.
+        let mut before: Option<(usize, f64)> = None;
+        for &i in near {
+            let edge = &self.edges[i];
+            let at_from = (edge.from - centre).dot(&edge.from_tangent);
+            let at_to = (edge.to - centre).dot(&edge.to_tangent);
+            if let Some((previous, rise)) = before
+                && previous + 1 == i
+                && rise <= 0.0
+                && at_from >= 0.0
+            {
+                let smooth = cross(self.edges[previous].to_tangent, edge.from_tangent).abs()
+                    < 1e-9 * edge.from_tangent.norm() * self.edges[previous].to_tangent.norm();
+                push(edge.from, smooth.then_some(edge.from_tangent));
+            }
+            if at_from < 0.0 && at_to > 0.0 {
+                if edge.curved {
+                    let (point, tangent) = self.foot_on_curve(edge, centre);
+                    push(point, Some(tangent));
+                } else {
+                    let t = edge.from_tangent;
+                    push(edge.from - t * (at_from / t.norm_squared()), Some(t));
+                }
+            }
+            before = Some((i, at_to));
+        }
+    }
+
+    /// The point of a curved edge whose normal goes through `centre`, and the tangent there.
+    ///
+    /// Newton's method on `(x - cx) + (f - cy) f' = 0`, kept inside a bracket that bisection shrinks where Newton leaves it.
+    fn foot_on_curve(&self, edge: &Edge, centre: Vec2) -> (Vec2, Vec2) {
+        let (mut low, mut high) = (edge.from.x, edge.to.x);
+        let (at_low, at_high) = (
+            (edge.from - centre).dot(&edge.from_tangent),
+            (edge.to - centre).dot(&edge.to_tangent),
+        );
+        // The secant's root is within a few um already.
+        let mut x = low - at_low * (high - low) / (at_high - at_low);
+        let mut value = self.profile.eval(x);
+        // Convergence is quadratic: three steps are the rule, 60 bisections the bound.
+        for _ in 0..60 {
+            let [y, slope, bend] = value;
+            let residual = (x - centre.x) + (y - centre.y) * slope;
+            if residual > 0.0 {
+                high = x;
+            } else {
+                low = x;
+            }
+            let mut next = x - residual / (1.0 + slope * slope + (y - centre.y) * bend);
+            if !(next > low && next < high) {
+                next = 0.5 * (low + high);
+            }
+            let moved = (next - x).abs();
+            x = next;
+            value = self.profile.eval(x);
+            // Second order: a foot 1e-10 m off changes the distance by less than 1e-18 m, the angle by 1e-9 rad.
+            if moved < 1e-10 {
+                break;
+            }
+        }
+        (Vec2::new(x, value[0]), Vec2::new(1.0, value[1]))
+    }
+}
+
+fn cross(a: Vec2, b: Vec2) -> f64 {
+    a.x * b.y - a.y * b.x
+}
+
+fn aabb(edge: &Edge, margin: f64) -> Aabb {
+    let (a, b) = (edge.from, edge.to);
+    let margin = Vector::new(1e-9 + margin, 1e-9 + margin);
+    Aabb::new(
+        Vector::new(a.x.min(b.x), a.y.min(b.y)) - margin,
+        Vector::new(a.x.max(b.x), a.y.max(b.y)) + margin,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn contacts(terrain: &Terrain, x: f64, y: f64, radius: f64) -> Vec<Contact> {
+        let mut out = Vec::new();
+        terrain.contacts(Vec2::new(x, y), radius, &mut out);
+        out
+    }
+
+    #[test]
+    fn level_ground_is_met_straight_below() {
+        let terrain = Terrain::new(Profile::Flat);
+        let found = contacts(&terrain, 0.7, 0.0994, 0.1);
+        assert_eq!(found.len(), 1);
+        assert!((found[0].distance - 0.0994).abs() < 1e-15);
+        assert!(found[0].angle.abs() < 1e-15);
+        assert!(contacts(&terrain, 0.7, 0.1001, 0.1).is_empty());
+    }
+
+    #[test]
+    fn below_the_ground_the_distance_is_negative() {
+        let terrain = Terrain::new(Profile::smooth());
+        let y = terrain.profile().eval(1.0)[0];
+        let found = contacts(&terrain, 1.0, y - 0.01, 0.1);
+        assert!(found.iter().any(|c| c.distance < 0.0));
+    }
+
+    #[test]
+    fn a_narrow_hollow_is_bridged_at_two_places() {
+        let terrain = Terrain::new(Profile::CosBump {
+            height: -0.08,
+            centre: 0.0,
+            half_width: 0.08,
+        });
+        let found = contacts(&terrain, 0.0, 0.055, 0.1);
+        assert_eq!(found.len(), 2);
+        assert!((found[0].distance - found[1].distance).abs() < 1e-12);
+        assert!((found[0].angle + found[1].angle).abs() < 1e-9);
+        assert!(found[0].angle < 0.0);
+    }
+
+    proptest! {
+        /// Property: the nearest place found is the nearest of a dense sample of the curve, and lies on its own normal.
+        #[test]
+        fn nearest_is_nearest(x in -0.5_f64..4.5, gap in 0.09_f64..0.1, which in 0..2) {
+            let profile = if which == 0 { Profile::smooth() } else { Profile::cosbump() };
+            let terrain = Terrain::new(profile.clone());
+            let [y, slope, _] = profile.eval(x);
+            let up = Vec2::new(-slope, 1.0).normalize();
+            let centre = Vec2::new(x, y) + up * gap;
+            let found = contacts(&terrain, centre.x, centre.y, 0.1);
+            prop_assert_eq!(found.len(), 1);
+            let contact = found[0];
+            prop_assert!((contact.point + contact.normal() * contact.distance - centre).norm() < 1e-9);
+            let dense = (-2000..=2000)
+                .map(|i| {
+                    let u = centre.x + 1e-4 * f64::from(i);
+                    (Vec2::new(u, profile.eval(u)[0]) - centre).norm()
+                })
+                .fold(f64::INFINITY, f64::min);
+            // A sample 0.1 mm apart is farther than the nearest by at most (0.05 mm)^2 / 2r = 1.3e-8 m.
+            prop_assert!(contact.distance <= dense + 1e-12 && contact.distance > dense - 5e-8);
+        }
+    }
+}
