@@ -1,1 +1,40 @@
-fn main() {}
+//! The `robhaz` command.
+
+mod compare;
+mod output;
+mod progress;
+mod run;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Wheel forces of ROBHAZ-6WHEEL on rough ground: simulated, estimated as Choi et al. do, compared.
+#[derive(Parser)]
+#[command(version, about)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Run a scene: simulate, estimate, write tables, figures and a recording, print how far off the estimates are.
+    Run(run::Args),
+    /// Print the same table for finished runs, several at once.
+    Compare(compare::Args),
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let done = match cli.command {
+        Command::Run(args) => run::run(&args),
+        Command::Compare(args) => compare::compare(&args),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(report) => {
+            eprintln!("{report:?}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -54,6 +54,9 @@ pub enum ProfileError {
     },
 }
 
+/// Square of the distance from a bump's centre, in widths, beyond which it counts as level ground.
+const FADED: f64 = 40.0;
+
 impl Profile {
     /// Profile `smooth`: stands for the paper's "relatively smooth geometric profile", which was not published.
     pub fn smooth() -> Self {
@@ -118,6 +121,10 @@ impl Profile {
                 let mut sum = [0.0; 3];
                 for b in bumps {
                     let u = (x - b.centre) / b.width;
+                    // exp(-40) is below the rounding of any height that matters.
+                    if u * u > FADED {
+                        continue;
+                    }
                     let e = b.height * (-u * u).exp();
                     sum[0] += e;
                     sum[1] -= 2.0 * u / b.width * e;
@@ -141,7 +148,7 @@ impl Profile {
         }
     }
 
-    /// The stretch of x outside of which the ground is level (to 1e-27 of the bumps' heights), and the spacing of knots
+    /// The stretch of x outside of which the ground is level (a bump has faded long before 8 widths from its centre), and the spacing of knots
     /// on it that no bend slips through; m. `None` for level ground.
     pub(crate) fn extent(&self) -> Option<(f64, f64, f64)> {
         /// Knots no farther apart than this, m: fine enough that a wheel's nearest point is alone on its edge.

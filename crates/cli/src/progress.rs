@@ -1,0 +1,49 @@
+//! The progress bar of a run, on a terminal only.
+
+use indicatif::{ProgressBar, ProgressStyle};
+use robhaz_run::{Frame, RunEnd, Sink, SinkError};
+use robhaz_scene::Scene;
+
+/// A sink that shows how far the simulated time has come. Hidden where standard error is not a terminal.
+pub struct Progress {
+    bar: ProgressBar,
+    /// Records until the bar is told again: a thousand updates a second would cost more than the estimators.
+    every: u64,
+    count: u64,
+}
+
+impl Progress {
+    /// A bar that has not started.
+    pub fn new() -> Self {
+        Self {
+            bar: ProgressBar::hidden(),
+            every: 1,
+            count: 0,
+        }
+    }
+}
+
+impl Sink for Progress {
+    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
+        let total = scene.record_count();
+        self.every = (total / 500).max(1);
+        self.bar = ProgressBar::new(total);
+        let style = ProgressStyle::with_template("{msg} {wide_bar} {percent:>3} %  {eta} left")?;
+        self.bar.set_style(style);
+        self.bar.set_message(scene.name.clone());
+        Ok(())
+    }
+
+    fn frame(&mut self, _frame: &Frame<'_>) -> Result<(), SinkError> {
+        self.count += 1;
+        if self.count.is_multiple_of(self.every) {
+            self.bar.set_position(self.count);
+        }
+        Ok(())
+    }
+
+    fn end(&mut self, _end: Option<&RunEnd>) -> Result<(), SinkError> {
+        self.bar.finish_and_clear();
+        Ok(())
+    }
+}

@@ -1,0 +1,91 @@
+//! `robhaz run`: one scene from its file to its results.
+
+use crate::output::OutputFolder;
+use crate::progress::Progress;
+use miette::{IntoDiagnostic, Result, WrapErr};
+use robhaz_record::{FigureSink, Summary, SummarySink, TableFormat, TableSink, comparison_table};
+use robhaz_run::Sink;
+use robhaz_scene::Scene;
+use std::path::{Path, PathBuf};
+
+/// Arguments of `robhaz run`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Scene file (TOML).
+    scene: PathBuf,
+    /// Folder for the results; by default `runs/` and the scene's name.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Format of the tables.
+    #[arg(long, value_enum, default_value_t = Format::Parquet)]
+    format: Format,
+    /// Sets a key of the scene, over what the file says: `--set drive.speed=0.3`. Can be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Seed of everything random in the run.
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Replaces an earlier run in the output folder.
+    #[arg(long)]
+    force: bool,
+}
+
+/// Format of the tables.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Format {
+    /// Apache Parquet, units in the field metadata.
+    Parquet,
+    /// Comma-separated text.
+    Csv,
+}
+
+/// Runs the scene, writes the results, prints the table.
+pub fn run(args: &Args) -> Result<()> {
+    let mut overrides = args.set.clone();
+    overrides.extend(args.seed.map(|seed| format!("seed={seed}")));
+    let scene = Scene::load(&args.scene, &overrides)?;
+    let target = args
+        .out
+        .clone()
+        .unwrap_or_else(|| Path::new("runs").join(&scene.name));
+    let folder = OutputFolder::create(&target, args.force)?;
+    folder.write("scene.toml", &scene.to_toml(env!("CARGO_PKG_VERSION")))?;
+
+    let summary = match simulate(&scene, args.format, folder.path()) {
+        Ok(summary) => summary,
+        Err(report) => {
+            return Err(report.wrap_err(format!(
+                "{} broke off; what it recorded is in {}",
+                scene.name,
+                folder.path().display()
+            )));
+        }
+    };
+    folder.write("summary.json", &summary.to_json().into_diagnostic()?)?;
+    let path = folder.finish()?;
+    println!("{}", comparison_table(&[(&scene.name, &summary)]));
+    println!("Results in {}", path.display());
+    Ok(())
+}
+
+fn simulate(scene: &Scene, format: Format, folder: &Path) -> Result<Summary> {
+    let format = match format {
+        Format::Parquet => TableFormat::Parquet,
+        Format::Csv => TableFormat::Csv,
+    };
+    let mut tables = TableSink::new(folder, format);
+    let mut summary = SummarySink::new();
+    let mut figures = FigureSink::new(&folder.join("figures"));
+    let mut progress = Progress::new();
+    #[cfg(feature = "viewer")]
+    let mut recording =
+        robhaz_viewer::RecordingSink::save(&folder.join("run.rrd")).into_diagnostic()?;
+    let mut sinks: Vec<&mut dyn Sink> =
+        vec![&mut tables, &mut summary, &mut figures, &mut progress];
+    #[cfg(feature = "viewer")]
+    sinks.push(&mut recording);
+    robhaz_run::run(scene, &mut sinks)
+        .into_diagnostic()
+        .wrap_err_with(|| format!("cannot finish {}", scene.name))?;
+    summary.summary().into_diagnostic()
+}

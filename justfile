@@ -1,0 +1,23 @@
+# What people do daily; continuous integration runs the same.
+
+# Format, lints, documentation: the cheap checks.
+check:
+    cargo fmt --all --check
+    cargo clippy --workspace --all-targets --locked -- -D warnings
+    RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked
+
+# All tests, in the profile that runs use, so that dependencies are built once.
+test:
+    cargo test --release --workspace --locked
+
+# Timings, as ratios within one run.
+bench:
+    cargo bench -p robhaz --bench robhaz
+
+# The paper's main scene, with its figures in runs/smooth/figures.
+figures:
+    cargo run --release -- run scenes/smooth.toml --force
+
+# All of continuous integration.
+ci:
+    bash .ci/run

@@ -1,0 +1,204 @@
+//! The command as a user types it.
+
+use crate::support::root;
+use assert_cmd::Command;
+use std::fs;
+use std::path::Path;
+
+fn robhaz(folder: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_robhaz"));
+    command.current_dir(folder);
+    command
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// A scene of one second that a test may edit.
+fn short_scene(folder: &Path, extra: &str) -> std::path::PathBuf {
+    let path = folder.join("short.toml");
+    fs::write(
+        &path,
+        format!("[terrain]\nkind = \"flat\"\n\n[record]\nduration = 1.5\ncompare_from = 0.5\n{extra}"),
+    )
+    .unwrap();
+    path
+}
+
+/// One run leaves everything that was promised, and says where.
+#[test]
+fn run_leaves_tables_figures_summary_and_scene() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    let output = robhaz(dir.path()).args(["run", "short.toml"]).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let run = dir.path().join("runs/short");
+    let mut expected = vec![
+        "truth.parquet",
+        "sensors.parquet",
+        "estimate-paper-body.parquet",
+        "estimate-paper-wheels.parquet",
+        "estimate-true-mass.parquet",
+        "summary.json",
+        "scene.toml",
+        "figures/fig5_linkage.svg",
+        "figures/fig6_forces.svg",
+        "figures/fig7_paper-body.svg",
+        "figures/fig8_paper-wheels.svg",
+    ];
+    if cfg!(feature = "viewer") {
+        expected.push("run.rrd");
+    }
+    for name in expected {
+        let size = fs::metadata(run.join(name)).unwrap_or_else(|e| panic!("{name}: {e}")).len();
+        assert!(size > 100, "{name} has {size} bytes");
+    }
+    let shown = text(&output.stdout);
+    for word in ["paper-body", "paper-wheels", "true-mass", "runs/short", "RMSE"] {
+        assert!(shown.contains(word), "{word} is missing in:\n{shown}");
+    }
+    // No progress bar in a pipe.
+    assert!(output.stderr.is_empty(), "{}", text(&output.stderr));
+
+    let summary: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(run.join("summary.json")).unwrap()).unwrap();
+    assert_eq!(summary["scene"], "short");
+    assert_eq!(summary["engine"], "rapier");
+    assert_eq!(summary["seed"], 0);
+    assert_eq!(summary["duration_s"], 1.5);
+    let error = &summary["estimators"]["true-mass"]["normal_force"];
+    assert_eq!(error["rmse"].as_array().unwrap().len(), 3);
+    // Statics with true masses, nearly at rest on level ground: a thousandth of the load is far more than the start leaves.
+    assert!(error["nrmse"].as_f64().unwrap() < 1e-2, "{error}");
+
+    let compared = robhaz(dir.path()).args(["compare", "runs/short"]).output().unwrap();
+    assert!(compared.status.success());
+    assert!(text(&compared.stdout).contains("paper-wheels"));
+}
+
+/// What a run resolved can be run again, and gives the same tables to the bit; so does the scene itself.
+#[test]
+fn the_resolved_scene_runs_again_to_the_same_bits() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    for (scene, out) in [("short.toml", "first"), ("first/scene.toml", "second")] {
+        let output = robhaz(dir.path())
+            .args(["run", scene, "--out", out, "--set", "record.duration=1"])
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", text(&output.stderr));
+    }
+    for name in ["truth.parquet", "sensors.parquet", "estimate-true-mass.parquet", "scene.toml"] {
+        let [first, second] =
+            ["first", "second"].map(|run| fs::read(dir.path().join(run).join(name)).unwrap());
+        assert!(first == second, "{name} differs");
+    }
+}
+
+/// Nothing is overwritten unasked, and never what is not a run.
+#[test]
+fn an_existing_folder_is_safe() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    fs::create_dir(dir.path().join("precious")).unwrap();
+    fs::write(dir.path().join("precious/thesis.txt"), "years").unwrap();
+    for force in [false, true] {
+        let mut command = robhaz(dir.path());
+        command.args(["run", "short.toml", "--out", "precious"]);
+        if force {
+            command.arg("--force");
+        }
+        let output = command.output().unwrap();
+        assert!(!output.status.success());
+        assert!(text(&output.stderr).contains("precious"), "{}", text(&output.stderr));
+        assert_eq!(fs::read_to_string(dir.path().join("precious/thesis.txt")).unwrap(), "years");
+    }
+    let run = |extra: &[&str]| {
+        robhaz(dir.path())
+            .args(["run", "short.toml", "--set", "record.duration=1"])
+            .args(extra)
+            .output()
+            .unwrap()
+    };
+    assert!(run(&[]).status.success());
+    let refused = run(&[]);
+    assert!(!refused.status.success());
+    assert!(text(&refused.stderr).contains("--force"), "{}", text(&refused.stderr));
+    assert!(run(&["--force", "--format", "csv"]).status.success());
+    let run = dir.path().join("runs/short");
+    assert!(run.join("truth.csv").exists() && !run.join("truth.parquet").exists());
+}
+
+/// A run that breaks off says so, keeps what it recorded, and leaves no folder that looks finished.
+#[test]
+fn a_run_that_breaks_off_keeps_what_it_has() {
+    let dir = tempfile::tempdir().unwrap();
+    // Ground too soft to carry the robot: the wheels sink in until their centres are below it.
+    short_scene(dir.path(), "\n[contact]\nstiffness = 1.0e3\ndamping = 0.0\n");
+    let output = robhaz(dir.path())
+        .args(["run", "short.toml", "--format", "csv"])
+        .output()
+        .unwrap();
+    assert!(!output.status.success());
+    let said = text(&output.stderr);
+    assert!(said.contains("below the ground") && said.contains("short.partial"), "{said}");
+    assert!(!dir.path().join("runs/short").exists());
+    let table = fs::read_to_string(dir.path().join("runs/short.partial/truth.csv")).unwrap();
+    assert!(table.starts_with("time,"));
+    let compared = robhaz(dir.path()).args(["compare", "runs/short.partial"]).output().unwrap();
+    assert!(!compared.status.success());
+}
+
+/// Bad scenes: file, line, key, what was found, what is allowed.
+#[test]
+fn bad_scenes_are_told_apart() {
+    let dir = tempfile::tempdir().unwrap();
+    let cases = [
+        ("\n[drive]\ntorque_limit = -3\n", ["short.toml", ":9", "drive.torque_limit", "-3", "above 0"]),
+        ("\n[drive]\nspeeed = 0.2\n", ["short.toml", ":9", "drive.speeed", "unknown", "speed"]),
+        ("\n[drive]\nspeed = \"2 kg\"\n", ["short.toml", ":9", "drive.speed", "kg", "m/s"]),
+        ("\n[wheels]\ncount = 6\n", ["short.toml", ":8", "wheels", "unknown", "robot"]),
+    ];
+    for (extra, words) in cases {
+        short_scene(dir.path(), extra);
+        let output = robhaz(dir.path()).args(["run", "short.toml"]).output().unwrap();
+        assert!(!output.status.success());
+        let said = text(&output.stderr);
+        for word in words {
+            assert!(said.contains(word), "{word} is missing in:\n{said}");
+        }
+        assert!(!dir.path().join("runs").exists());
+    }
+    let output = robhaz(dir.path()).args(["run", "nowhere.toml"]).output().unwrap();
+    assert!(text(&output.stderr).contains("nowhere.toml"));
+}
+
+/// `--seed` and `--set` end up in the resolved scene and in the summary.
+#[test]
+fn seed_and_overrides_are_kept() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    let output = robhaz(dir.path())
+        .args(["run", "short.toml", "--seed", "42", "--set", "drive.kp=2", "--set", "record.duration=1"])
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let run = dir.path().join("runs/short");
+    assert!(fs::read_to_string(run.join("summary.json")).unwrap().contains("\"seed\": 42"));
+    let resolved = robhaz_scene::Scene::load(&run.join("scene.toml"), &[]).unwrap();
+    assert_eq!(resolved.seed, 42);
+    assert!((resolved.drive.kp - 2.0).abs() < f64::EPSILON);
+}
+
+/// Every shipped scene is loaded by the command (a bad output folder stops it before it simulates).
+#[test]
+fn shipped_scenes_load() {
+    let mut count = 0;
+    for entry in fs::read_dir(root().join("scenes")).unwrap() {
+        let path = entry.unwrap().path();
+        robhaz_scene::Scene::load(&path, &[]).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        count += 1;
+    }
+    assert!(count >= 3);
+}

@@ -1,0 +1,12 @@
+//! Tests across crates. One file a claim; what a test proves stands above it.
+
+// A test may stop at the first surprise.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod acceptance_fig5;
+mod acceptance_fig7_fig8;
+mod command;
+mod documents;
+mod estimator_is_isolated;
+mod reference;
+mod support;

@@ -1,0 +1,115 @@
+//! What several tests need: runs kept in memory, and the reference runs.
+
+use robhaz_estimator::{Estimate, EstimateError, SensorFrame};
+use robhaz_run::{Frame, RunEnd, Sink, SinkError};
+use robhaz_scene::Scene;
+use robhaz_sim::Truth;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+/// The repository's root.
+pub fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// A shipped scene with some keys set.
+pub fn scene(name: &str, overrides: &[&str]) -> Scene {
+    let overrides: Vec<String> = overrides.iter().map(|s| (*s).to_owned()).collect();
+    Scene::load(&root().join("scenes").join(format!("{name}.toml")), &overrides).unwrap()
+}
+
+/// A run kept whole.
+#[derive(Default)]
+pub struct Kept {
+    pub truth: Vec<Truth>,
+    pub sensors: Vec<SensorFrame>,
+    /// One list an estimator.
+    pub estimates: Vec<Vec<Result<Estimate, EstimateError>>>,
+}
+
+impl Sink for Kept {
+    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
+        self.estimates = vec![Vec::new(); scene.estimators.len()];
+        Ok(())
+    }
+
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
+        self.truth.push(*frame.truth);
+        self.sensors.push(*frame.sensors);
+        for (list, estimate) in self.estimates.iter_mut().zip(frame.estimates) {
+            list.push(*estimate);
+        }
+        Ok(())
+    }
+
+    fn end(&mut self, _end: Option<&RunEnd>) -> Result<(), SinkError> {
+        Ok(())
+    }
+}
+
+/// Runs a scene and keeps every record.
+pub fn keep(scene: &Scene) -> Kept {
+    let mut kept = Kept::default();
+    robhaz_run::run(scene, &mut [&mut kept]).unwrap();
+    kept
+}
+
+impl Kept {
+    /// NRMSE of N of one estimator from `from` seconds on: RMS over the three wheels over the mean true N.
+    pub fn nrmse(&self, estimator: usize, from: f64) -> f64 {
+        let (mut square, mut sum, mut count) = (0.0, 0.0, 0.0);
+        for (truth, estimate) in self.truth.iter().zip(&self.estimates[estimator]) {
+            if truth.time < from {
+                continue;
+            }
+            let estimate = estimate.as_ref().unwrap();
+            for (wheel, n) in truth.wheels.iter().zip(estimate.normal_force) {
+                square += (n - wheel.normal_force).powi(2);
+                sum += wheel.normal_force;
+                count += 1.0;
+            }
+        }
+        (square / count as f64).sqrt() / (sum / count)
+    }
+}
+
+/// A reference run: columns by name, 50 Hz.
+pub struct Reference {
+    columns: HashMap<String, Vec<f64>>,
+}
+
+impl Reference {
+    pub fn read(case: &str) -> Self {
+        let path = root().join("tests/reference").join(format!("{case}.csv"));
+        let mut reader = csv::Reader::from_path(path).unwrap();
+        let names: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
+        let mut columns: HashMap<String, Vec<f64>> = HashMap::new();
+        for record in reader.records() {
+            for (name, field) in names.iter().zip(record.unwrap().iter()) {
+                columns.entry(name.clone()).or_default().push(field.parse().unwrap());
+            }
+        }
+        Self { columns }
+    }
+
+    pub fn column(&self, name: &str) -> &[f64] {
+        &self.columns[name]
+    }
+
+    /// RMS and greatest difference of a column from a 1 kHz run, over times from `from` (s) on.
+    pub fn difference(&self, name: &str, from: f64, truth: &[Truth], value: impl Fn(&Truth) -> f64) -> (f64, f64) {
+        let (mut square, mut greatest, mut count) = (0.0, 0.0_f64, 0.0);
+        for (time, expected) in self.column("t").iter().zip(self.column(name)) {
+            if *time < from {
+                continue;
+            }
+            let at = &truth[(time * 1000.0).round() as usize];
+            assert!((at.time - time).abs() < 1e-9);
+            let error = value(at) - expected;
+            square += error * error;
+            greatest = greatest.max(error.abs());
+            count += 1.0;
+        }
+        ((square / count as f64).sqrt(), greatest)
+    }
+}
