@@ -13,6 +13,7 @@
 pub mod contact;
 pub mod drive;
 pub mod friction;
+mod ground;
 mod plant;
 pub mod rapier;
 pub mod sensors;

@@ -3,22 +3,18 @@
 //! Rapier sees no collider: terrain queries, contact, friction, drive and stops are evaluated here before each step, at the
 //! state from which the step starts. The explicit contact force is stable below about 0.15 ms (damping over wheel mass).
 
-use crate::contact::ContactLaw;
 use crate::drive::{Drive, wheel_acceleration};
-use crate::friction::FrictionLaw;
+use crate::ground::{Ground, WheelMotion};
 use crate::plant::{PlantError, PlantSetup};
 use crate::stop::stop_torque;
-use crate::truth::{BarTruth, PinTruth, Truth, WheelTruth};
+use crate::truth::{BarTruth, PinTruth, Truth};
 use rapier2d::prelude::*;
 use robhaz_model::{Bar, Pin, Robot, Vec2};
-use robhaz_terrain::{Contact, Terrain};
 
 /// The simulation on rapier2d, with all that acts on the robot.
 pub struct RapierEngine {
     robot: Robot,
-    terrain: Terrain,
-    contact: ContactLaw,
-    friction: FrictionLaw,
+    ground: Ground,
     drive: Drive,
     world: PhysicsWorld,
     bars: [RigidBodyHandle; 4],
@@ -34,22 +30,6 @@ pub struct RapierEngine {
     previous_rates: [f64; 2],
     /// Spin of each wheel relative to its link since the start, rad.
     spins: [f64; 3],
-    found: Vec<Contact>,
-}
-
-/// What the ground does to one wheel.
-#[derive(Clone, Copy, Default)]
-struct Ground {
-    /// Sum of all contact forces, N.
-    force: Vec2,
-    /// Sum of d T over the contacts, N m: the torque that resists the forward spin.
-    torque: f64,
-    normal_force: f64,
-    traction: f64,
-    contact_angle: f64,
-    penetration: f64,
-    slip_speed: f64,
-    contacts: u32,
 }
 
 fn to_rapier(v: Vec2) -> Vector {
@@ -120,9 +100,7 @@ impl RapierEngine {
         }
         Self {
             robot: setup.robot.clone(),
-            terrain: setup.terrain.clone(),
-            contact: setup.contact,
-            friction: setup.friction,
+            ground: Ground::new(setup),
             drive: setup.drive,
             world,
             bars,
@@ -134,7 +112,6 @@ impl RapierEngine {
             integrals: [0.0; 3],
             previous_rates: [0.0; 2],
             spins: [0.0; 3],
-            found: Vec::with_capacity(4),
         }
     }
 
@@ -240,7 +217,17 @@ impl RapierEngine {
             let omega = link_rate - spin_rate;
             self.spins[i] = unwrapped(self.spins[i], angles[carrier] - turn);
 
-            let ground = self.ground(i, time, centre, velocity, -spin_rate, truth.is_some())?;
+            let motion = WheelMotion {
+                centre,
+                velocity,
+                spin: -spin_rate,
+            };
+            let below = |x| PlantError::WheelBelowGround {
+                time,
+                wheel: i + 1,
+                x,
+            };
+            let ground = self.ground.act(&motion).map_err(below)?;
             let error = self.drive.set_speed(time, geometry.wheel_radius) - omega;
             let torque = self.drive.torque(error, self.integrals[i]);
             let drive_torque = torque - self.drive.viscous_damping * omega;
@@ -264,18 +251,8 @@ impl RapierEngine {
                 body.add_torque(ground.torque - through_gear, false);
             }
             if let Some(truth) = truth.as_deref_mut() {
-                truth.wheels[i] = WheelTruth {
-                    position: centre,
-                    angle: self.spins[i],
-                    omega,
-                    torque,
-                    normal_force: ground.normal_force,
-                    traction: ground.traction,
-                    contact_angle: ground.contact_angle,
-                    penetration: ground.penetration,
-                    slip_speed: ground.slip_speed,
-                    contacts: ground.contacts,
-                };
+                let ground = self.ground.or_gap(ground, &motion).map_err(below)?;
+                truth.wheels[i] = ground.truth(centre, self.spins[i], omega, torque);
             }
         }
         let stop = stop_torque(&geometry.stop, angles[0] - angles[1], rates[0] - rates[1]);
@@ -293,71 +270,6 @@ impl RapierEngine {
         self.world.step();
         self.steps += 1;
         Ok(())
-    }
-
-    /// Contact and friction of one wheel, eqs. (10) and (11). `spin` is the absolute forward spin, rad/s.
-    fn ground(
-        &mut self,
-        wheel: usize,
-        time: f64,
-        centre: Vec2,
-        velocity: Vec2,
-        spin: f64,
-        for_truth: bool,
-    ) -> Result<Ground, PlantError> {
-        let radius = self.robot.geometry.wheel_radius;
-        self.terrain.contacts(centre, radius, &mut self.found);
-        let mut ground = Ground {
-            penetration: f64::NEG_INFINITY,
-            ..Ground::default()
-        };
-        let mut normal_sum = Vec2::zeros();
-        for contact in &self.found {
-            // Written so that a NaN fails too.
-            if !(contact.distance > 0.0) {
-                return Err(PlantError::WheelBelowGround {
-                    time,
-                    wheel: wheel + 1,
-                    x: centre.x,
-                });
-            }
-            let (t, n) = (contact.tangent(), contact.normal());
-            let arm = contact.distance;
-            let penetration = radius - arm;
-            let normal_force = self.contact.normal_force(penetration, -velocity.dot(&n));
-            let slip_speed = spin * arm - velocity.dot(&t);
-            let traction = self.friction.coefficient(slip_speed) * normal_force;
-            normal_sum += n * normal_force;
-            ground.force += n * normal_force + t * traction;
-            ground.torque += arm * traction;
-            ground.traction += traction;
-            ground.contacts += 1;
-            if penetration > ground.penetration {
-                ground.penetration = penetration;
-                ground.slip_speed = slip_speed;
-                ground.contact_angle = contact.angle;
-            }
-        }
-        ground.normal_force = normal_sum.norm();
-        if ground.contacts > 1 && ground.normal_force > 0.0 {
-            ground.contact_angle = (-normal_sum.x).atan2(normal_sum.y);
-        }
-        if ground.contacts == 0 && for_truth {
-            // In the air: the gap and the slope of the nearest ground, for the record only.
-            if let Some(nearest) = self.terrain.nearest(centre) {
-                if !(nearest.distance > 0.0) {
-                    return Err(PlantError::WheelBelowGround {
-                        time,
-                        wheel: wheel + 1,
-                        x: centre.x,
-                    });
-                }
-                ground.penetration = radius - nearest.distance;
-                ground.contact_angle = nearest.angle;
-                ground.slip_speed = spin * nearest.distance - velocity.dot(&nearest.tangent());
-            }
-        }
-        Ok(ground)
     }
 
     /// What undoing rapier's joint rows needs, from the poses before a step.
