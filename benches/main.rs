@@ -47,8 +47,14 @@ fn estimate(c: &mut Criterion) {
         time: 0.0,
         wheel_angle: [0.0; 3],
         motor_torque: [0.5, -0.2, 0.3],
-        link1: LinkReading { inclination: 0.1, rate: 0.0 },
-        link2: LinkReading { inclination: -0.05, rate: 0.0 },
+        link1: LinkReading {
+            inclination: 0.1,
+            rate: 0.0,
+        },
+        link2: LinkReading {
+            inclination: -0.05,
+            rate: 0.0,
+        },
         contact_angle: [0.2, 0.0, -0.1],
     };
     let mut estimator = Estimator::new(&Robot::default_a(), EstimatorSettings::paper_wheels());

@@ -20,6 +20,10 @@ fn pins_are_found_from_two_links() {
     println!("greatest error of a pin's position: {greatest:.2e} m");
     assert!(greatest < 1e-4, "{greatest}");
     // The test would be empty if the linkage stood still.
-    let turn = kept.truth.iter().map(|t| (t.links[0].angle - t.links[1].angle).abs()).fold(0.0, f64::max);
+    let turn = kept
+        .truth
+        .iter()
+        .map(|t| (t.links[0].angle - t.links[1].angle).abs())
+        .fold(0.0, f64::max);
     assert!(turn > 0.2, "{turn}");
 }

@@ -13,7 +13,10 @@ const STATED: f64 = 0.1;
 
 fn close(found: [f64; 3], expected: [f64; 3]) {
     for (found, expected) in found.into_iter().zip(expected) {
-        assert!((found - expected).abs() < STATED, "{found:.3} %, expected {expected} %");
+        assert!(
+            (found - expected).abs() < STATED,
+            "{found:.3} %, expected {expected} %"
+        );
     }
 }
 
@@ -23,7 +26,10 @@ fn close(found: [f64; 3], expected: [f64; 3]) {
 fn lumped_to_wheels_beats_lumped_to_body() {
     let kept = keep(&scene("smooth", &[]));
     let found = errors(&kept);
-    println!("paper-body {:.2} %, paper-wheels {:.2} %, true-mass {:.2} %", found[0], found[1], found[2]);
+    println!(
+        "paper-body {:.2} %, paper-wheels {:.2} %, true-mass {:.2} %",
+        found[0], found[1], found[2]
+    );
     assert!(found[1] < found[0]);
     close(found, [10.9, 7.6, 2.5]);
 }
@@ -33,7 +39,10 @@ fn lumped_to_wheels_beats_lumped_to_body() {
 fn and_under_the_soft_drive() {
     let kept = keep(&scene("smooth", &["drive.kp=2", "drive.ki=0"]));
     let found = errors(&kept);
-    println!("paper-body {:.2} %, paper-wheels {:.2} %, true-mass {:.2} %", found[0], found[1], found[2]);
+    println!(
+        "paper-body {:.2} %, paper-wheels {:.2} %, true-mass {:.2} %",
+        found[0], found[1], found[2]
+    );
     assert!(found[1] < found[0]);
     close(found, [11.1, 7.5, 1.7]);
 }

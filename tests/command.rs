@@ -20,7 +20,9 @@ fn short_scene(folder: &Path, extra: &str) -> std::path::PathBuf {
     let path = folder.join("short.toml");
     fs::write(
         &path,
-        format!("[terrain]\nkind = \"flat\"\n\n[record]\nduration = 1.5\ncompare_from = 0.5\n{extra}"),
+        format!(
+            "[terrain]\nkind = \"flat\"\n\n[record]\nduration = 1.5\ncompare_from = 0.5\n{extra}"
+        ),
     )
     .unwrap();
     path
@@ -31,7 +33,10 @@ fn short_scene(folder: &Path, extra: &str) -> std::path::PathBuf {
 fn run_leaves_tables_figures_summary_and_scene() {
     let dir = tempfile::tempdir().unwrap();
     short_scene(dir.path(), "");
-    let output = robhaz(dir.path()).args(["run", "short.toml"]).output().unwrap();
+    let output = robhaz(dir.path())
+        .args(["run", "short.toml"])
+        .output()
+        .unwrap();
     assert!(output.status.success(), "{}", text(&output.stderr));
     let run = dir.path().join("runs/short");
     let mut expected = vec![
@@ -51,11 +56,19 @@ fn run_leaves_tables_figures_summary_and_scene() {
         expected.push("run.rrd");
     }
     for name in expected {
-        let size = fs::metadata(run.join(name)).unwrap_or_else(|e| panic!("{name}: {e}")).len();
+        let size = fs::metadata(run.join(name))
+            .unwrap_or_else(|e| panic!("{name}: {e}"))
+            .len();
         assert!(size > 100, "{name} has {size} bytes");
     }
     let shown = text(&output.stdout);
-    for word in ["paper-body", "paper-wheels", "true-mass", "runs/short", "RMSE"] {
+    for word in [
+        "paper-body",
+        "paper-wheels",
+        "true-mass",
+        "runs/short",
+        "RMSE",
+    ] {
         assert!(shown.contains(word), "{word} is missing in:\n{shown}");
     }
     // No progress bar in a pipe.
@@ -72,7 +85,10 @@ fn run_leaves_tables_figures_summary_and_scene() {
     // Statics with true masses, nearly at rest on level ground: a thousandth of the load is far more than the start leaves.
     assert!(error["nrmse"].as_f64().unwrap() < 1e-2, "{error}");
 
-    let compared = robhaz(dir.path()).args(["compare", "runs/short"]).output().unwrap();
+    let compared = robhaz(dir.path())
+        .args(["compare", "runs/short"])
+        .output()
+        .unwrap();
     assert!(compared.status.success());
     assert!(text(&compared.stdout).contains("paper-wheels"));
 }
@@ -89,7 +105,12 @@ fn the_resolved_scene_runs_again_to_the_same_bits() {
             .unwrap();
         assert!(output.status.success(), "{}", text(&output.stderr));
     }
-    for name in ["truth.parquet", "sensors.parquet", "estimate-true-mass.parquet", "scene.toml"] {
+    for name in [
+        "truth.parquet",
+        "sensors.parquet",
+        "estimate-true-mass.parquet",
+        "scene.toml",
+    ] {
         let [first, second] =
             ["first", "second"].map(|run| fs::read(dir.path().join(run).join(name)).unwrap());
         assert!(first == second, "{name} differs");
@@ -111,8 +132,15 @@ fn an_existing_folder_is_safe() {
         }
         let output = command.output().unwrap();
         assert!(!output.status.success());
-        assert!(text(&output.stderr).contains("precious"), "{}", text(&output.stderr));
-        assert_eq!(fs::read_to_string(dir.path().join("precious/thesis.txt")).unwrap(), "years");
+        assert!(
+            text(&output.stderr).contains("precious"),
+            "{}",
+            text(&output.stderr)
+        );
+        assert_eq!(
+            fs::read_to_string(dir.path().join("precious/thesis.txt")).unwrap(),
+            "years"
+        );
     }
     let run = |extra: &[&str]| {
         robhaz(dir.path())
@@ -124,7 +152,11 @@ fn an_existing_folder_is_safe() {
     assert!(run(&[]).status.success());
     let refused = run(&[]);
     assert!(!refused.status.success());
-    assert!(text(&refused.stderr).contains("--force"), "{}", text(&refused.stderr));
+    assert!(
+        text(&refused.stderr).contains("--force"),
+        "{}",
+        text(&refused.stderr)
+    );
     assert!(run(&["--force", "--format", "csv"]).status.success());
     let run = dir.path().join("runs/short");
     assert!(run.join("truth.csv").exists() && !run.join("truth.parquet").exists());
@@ -135,18 +167,27 @@ fn an_existing_folder_is_safe() {
 fn a_run_that_breaks_off_keeps_what_it_has() {
     let dir = tempfile::tempdir().unwrap();
     // Ground too soft to carry the robot: the wheels sink in until their centres are below it.
-    short_scene(dir.path(), "\n[contact]\nstiffness = 1.0e3\ndamping = 0.0\n");
+    short_scene(
+        dir.path(),
+        "\n[contact]\nstiffness = 1.0e3\ndamping = 0.0\n",
+    );
     let output = robhaz(dir.path())
         .args(["run", "short.toml", "--format", "csv"])
         .output()
         .unwrap();
     assert!(!output.status.success());
     let said = text(&output.stderr);
-    assert!(said.contains("below the ground") && said.contains("short.partial"), "{said}");
+    assert!(
+        said.contains("below the ground") && said.contains("short.partial"),
+        "{said}"
+    );
     assert!(!dir.path().join("runs/short").exists());
     let table = fs::read_to_string(dir.path().join("runs/short.partial/truth.csv")).unwrap();
     assert!(table.starts_with("time,"));
-    let compared = robhaz(dir.path()).args(["compare", "runs/short.partial"]).output().unwrap();
+    let compared = robhaz(dir.path())
+        .args(["compare", "runs/short.partial"])
+        .output()
+        .unwrap();
     assert!(!compared.status.success());
 }
 
@@ -155,14 +196,29 @@ fn a_run_that_breaks_off_keeps_what_it_has() {
 fn bad_scenes_are_told_apart() {
     let dir = tempfile::tempdir().unwrap();
     let cases = [
-        ("\n[drive]\ntorque_limit = -3\n", ["short.toml", ":9", "drive.torque_limit", "-3", "above 0"]),
-        ("\n[drive]\nspeeed = 0.2\n", ["short.toml", ":9", "drive.speeed", "unknown", "speed"]),
-        ("\n[drive]\nspeed = \"2 kg\"\n", ["short.toml", ":9", "drive.speed", "kg", "m/s"]),
-        ("\n[wheels]\ncount = 6\n", ["short.toml", ":8", "wheels", "unknown", "robot"]),
+        (
+            "\n[drive]\ntorque_limit = -3\n",
+            ["short.toml", ":9", "drive.torque_limit", "-3", "above 0"],
+        ),
+        (
+            "\n[drive]\nspeeed = 0.2\n",
+            ["short.toml", ":9", "drive.speeed", "unknown", "speed"],
+        ),
+        (
+            "\n[drive]\nspeed = \"2 kg\"\n",
+            ["short.toml", ":9", "drive.speed", "kg", "m/s"],
+        ),
+        (
+            "\n[wheels]\ncount = 6\n",
+            ["short.toml", ":8", "wheels", "unknown", "robot"],
+        ),
     ];
     for (extra, words) in cases {
         short_scene(dir.path(), extra);
-        let output = robhaz(dir.path()).args(["run", "short.toml"]).output().unwrap();
+        let output = robhaz(dir.path())
+            .args(["run", "short.toml"])
+            .output()
+            .unwrap();
         assert!(!output.status.success());
         let said = text(&output.stderr);
         for word in words {
@@ -170,7 +226,10 @@ fn bad_scenes_are_told_apart() {
         }
         assert!(!dir.path().join("runs").exists());
     }
-    let output = robhaz(dir.path()).args(["run", "nowhere.toml"]).output().unwrap();
+    let output = robhaz(dir.path())
+        .args(["run", "nowhere.toml"])
+        .output()
+        .unwrap();
     assert!(text(&output.stderr).contains("nowhere.toml"));
 }
 
@@ -180,12 +239,25 @@ fn seed_and_overrides_are_kept() {
     let dir = tempfile::tempdir().unwrap();
     short_scene(dir.path(), "");
     let output = robhaz(dir.path())
-        .args(["run", "short.toml", "--seed", "42", "--set", "drive.kp=2", "--set", "record.duration=1"])
+        .args([
+            "run",
+            "short.toml",
+            "--seed",
+            "42",
+            "--set",
+            "drive.kp=2",
+            "--set",
+            "record.duration=1",
+        ])
         .output()
         .unwrap();
     assert!(output.status.success(), "{}", text(&output.stderr));
     let run = dir.path().join("runs/short");
-    assert!(fs::read_to_string(run.join("summary.json")).unwrap().contains("\"seed\": 42"));
+    assert!(
+        fs::read_to_string(run.join("summary.json"))
+            .unwrap()
+            .contains("\"seed\": 42")
+    );
     let resolved = robhaz_scene::Scene::load(&run.join("scene.toml"), &[]).unwrap();
     assert_eq!(resolved.seed, 42);
     assert!((resolved.drive.kp - 2.0).abs() < f64::EPSILON);

@@ -13,14 +13,20 @@ fn paths_named_in_documents_exist() {
             documents.push(path);
         }
     }
-    let ours = ["crates/", "scenes/", "robots/", "docs/", "tests/", "benches/", ".ci/"];
+    let ours = [
+        "crates/", "scenes/", "robots/", "docs/", "tests/", "benches/", ".ci/",
+    ];
     let mut checked = 0;
     for document in documents {
         let text = std::fs::read_to_string(&document).unwrap();
         for word in text.split(|c: char| c.is_whitespace() || "`()[]|,;\"".contains(c)) {
             let word = word.trim_end_matches(['.', ':']);
             if ours.iter().any(|start| word.starts_with(start)) && !word.contains('*') {
-                assert!(root.join(word).exists(), "{}: {word} is not there", document.display());
+                assert!(
+                    root.join(word).exists(),
+                    "{}: {word} is not there",
+                    document.display()
+                );
                 checked += 1;
             }
         }

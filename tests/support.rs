@@ -15,7 +15,11 @@ pub fn root() -> PathBuf {
 /// A shipped scene with some keys set.
 pub fn scene(name: &str, overrides: &[&str]) -> Scene {
     let overrides: Vec<String> = overrides.iter().map(|s| (*s).to_owned()).collect();
-    Scene::load(&root().join("scenes").join(format!("{name}.toml")), &overrides).unwrap()
+    Scene::load(
+        &root().join("scenes").join(format!("{name}.toml")),
+        &overrides,
+    )
+    .unwrap()
 }
 
 /// A run kept whole.
@@ -82,11 +86,19 @@ impl Reference {
     pub fn read(case: &str) -> Self {
         let path = root().join("tests/reference").join(format!("{case}.csv"));
         let mut reader = csv::Reader::from_path(path).unwrap();
-        let names: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
+        let names: Vec<String> = reader
+            .headers()
+            .unwrap()
+            .iter()
+            .map(str::to_owned)
+            .collect();
         let mut columns: HashMap<String, Vec<f64>> = HashMap::new();
         for record in reader.records() {
             for (name, field) in names.iter().zip(record.unwrap().iter()) {
-                columns.entry(name.clone()).or_default().push(field.parse().unwrap());
+                columns
+                    .entry(name.clone())
+                    .or_default()
+                    .push(field.parse().unwrap());
             }
         }
         Self { columns }
@@ -97,7 +109,13 @@ impl Reference {
     }
 
     /// RMS and greatest difference of a column from a 1 kHz run, over times from `from` (s) on.
-    pub fn difference(&self, name: &str, from: f64, truth: &[Truth], value: impl Fn(&Truth) -> f64) -> (f64, f64) {
+    pub fn difference(
+        &self,
+        name: &str,
+        from: f64,
+        truth: &[Truth],
+        value: impl Fn(&Truth) -> f64,
+    ) -> (f64, f64) {
         let (mut square, mut greatest, mut count) = (0.0, 0.0_f64, 0.0);
         for (time, expected) in self.column("t").iter().zip(self.column(name)) {
             if *time < from {

@@ -16,7 +16,10 @@ pub struct Args {
 pub fn compare(args: &Args) -> Result<()> {
     let mut summaries = Vec::new();
     for run in &args.runs {
-        summaries.push((run.display().to_string(), Summary::read(run).into_diagnostic()?));
+        summaries.push((
+            run.display().to_string(),
+            Summary::read(run).into_diagnostic()?,
+        ));
     }
     let rows: Vec<(&str, &Summary)> = summaries
         .iter()

@@ -88,7 +88,8 @@ impl OutputFolder {
             check_replaceable(&self.target)?;
             fs::remove_dir_all(&self.target).map_err(io_error("cannot remove", &self.target))?;
         }
-        fs::rename(&self.partial, &self.target).map_err(io_error("cannot rename", &self.partial))?;
+        fs::rename(&self.partial, &self.target)
+            .map_err(io_error("cannot rename", &self.partial))?;
         Ok(self.target)
     }
 }

@@ -23,7 +23,7 @@ mod posture;
 
 pub use geometry::{Bar, Carrier, Geometry, GeometryError, Pin, PinStop, Pins, mean_link_cgs};
 pub use mass::{MassError, MassSet, PointMasses};
-pub use posture::{Posture, PostureError, cross, rotate};
+pub use posture::{Posture, PostureError, corner_s, cross, rotate};
 
 /// A position, velocity or force in the plane (x forward, y up).
 pub type Vec2 = nalgebra::Vector2<f64>;

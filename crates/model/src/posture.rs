@@ -45,6 +45,34 @@ impl core::fmt::Display for PostureError {
 
 impl core::error::Error for PostureError {}
 
+/// Where S is when P and R are at given points (all relative to the same origin, m): the corner of a triangle with sides
+/// PS (body) and RS (link 3), on the side of PR where it lies in the nominal pose.
+///
+/// # Errors
+/// [`PostureError`] where the triangle does not exist, or a coordinate is not finite.
+pub fn corner_s(geometry: &Geometry, p: Vec2, r: Vec2) -> Result<Vec2, PostureError> {
+    let pins = &geometry.pins;
+    let (ps, rs) = ((pins.s - pins.p).norm(), (pins.s - pins.r).norm());
+    let pr = r - p;
+    let d2 = pr.norm_squared();
+    let d = libm::sqrt(d2);
+    let (least, greatest) = (libm::fabs(ps - rs), ps + rs);
+    // Written so that a NaN fails too.
+    if !(d > least && d < greatest && d > 0.0) {
+        return Err(PostureError {
+            pr: d,
+            least,
+            greatest,
+        });
+    }
+    // Foot of S on PR, measured from P, and height above it.
+    let foot = (d2 + ps * ps - rs * rs) / (2.0 * d);
+    let height = libm::sqrt((ps * ps - foot * foot).max(0.0));
+    let side = libm::copysign(1.0, cross(pins.r - pins.p, pins.s - pins.p));
+    let along = pr / d;
+    Ok(p + along * foot + Vec2::new(-along.y, along.x) * (side * height))
+}
+
 impl Posture {
     /// The nominal pose.
     pub const NOMINAL: Self = Self {
@@ -54,8 +82,7 @@ impl Posture {
 
     /// Closes the four-bar from the angles of link 1 and link 2, rad (the position analysis behind Fig. 5).
     ///
-    /// Seen from Q the links fix P and R; S is then the corner of a triangle with sides PS (body) and RS (link 3), on the
-    /// side of PR where it lies in the nominal pose.
+    /// Seen from Q the links fix P and R; [`corner_s`] gives S.
     ///
     /// # Errors
     /// [`PostureError`] where the triangle does not exist, or an angle is not finite.
@@ -63,25 +90,7 @@ impl Posture {
         let pins = &geometry.pins;
         let p = rotate(pins.p - pins.q, theta1);
         let r = rotate(pins.r - pins.q, theta2);
-        let (ps, rs) = ((pins.s - pins.p).norm(), (pins.s - pins.r).norm());
-        let pr = r - p;
-        let d2 = pr.norm_squared();
-        let d = libm::sqrt(d2);
-        let (least, greatest) = (libm::fabs(ps - rs), ps + rs);
-        // Written so that a NaN fails too.
-        if !(d > least && d < greatest && d > 0.0) {
-            return Err(PostureError {
-                pr: d,
-                least,
-                greatest,
-            });
-        }
-        // Foot of S on PR, measured from P, and height above it.
-        let foot = (d2 + ps * ps - rs * rs) / (2.0 * d);
-        let height = libm::sqrt((ps * ps - foot * foot).max(0.0));
-        let side = libm::copysign(1.0, cross(pins.r - pins.p, pins.s - pins.p));
-        let along = pr / d;
-        let s = p + along * foot + Vec2::new(-along.y, along.x) * (side * height);
+        let s = corner_s(geometry, p, r)?;
         let turn = |from: Vec2, to: Vec2| libm::atan2(cross(from, to), from.dot(&to));
         Ok(Self {
             body: turn(pins.s - pins.p, s - p),

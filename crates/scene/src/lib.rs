@@ -1,7 +1,31 @@
 //! Scene files: what a user writes, read, checked and turned into the parts of a run.
+//!
+//! [`Scene::load`] reads a file and the overrides of the command line; [`Scene::to_toml`] writes the scene with every
+//! choice made. Each key is declared once, with its unit, range, meaning and the field that it sets; reading, writing,
+//! defaults and [`reference()`] come from that declaration.
 
+mod checks;
+mod error;
+mod estimators;
+mod key;
+mod load;
+mod name;
+mod overrides;
+mod range;
+mod reader;
+mod reference;
+mod robot;
+mod robot_keys;
 mod scene;
+mod sections;
+mod source;
+mod suggest;
+mod terrain;
+mod units;
+mod write;
 
+pub use error::{Problem, SceneError};
+pub use reference::{KeyReference, reference};
 pub use scene::{
     EngineChoice, EngineKind, EstimatorChoice, Grade, RecordChoice, RobotChoice, Scene,
     SensorChoice, TerrainChoice,

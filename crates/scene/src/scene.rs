@@ -1,5 +1,6 @@
 //! A scene with every choice made: the result of reading a scene file.
 
+use crate::{estimators, robot, terrain};
 use robhaz_estimator::EstimatorSettings;
 use robhaz_model::Robot;
 use robhaz_sim::PlantSetup;
@@ -11,7 +12,7 @@ use robhaz_terrain::{Profile, Terrain};
 /// Everything that a run depends on. SI throughout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
-    /// The file's stem: names the default output folder.
+    /// The file's stem, or what the file says: names the default output folder. Lower-case letters, digits, `-`, `_`.
     pub name: String,
     /// Seed of everything random in the run.
     pub seed: u64,
@@ -27,7 +28,7 @@ pub struct Scene {
     pub drive: Drive,
     /// `[sensors]`
     pub sensors: SensorChoice,
-    /// `[[estimator]]`, in the file's order; names are unique.
+    /// `[[estimator]]`, in the file's order; names are unique. May be empty.
     pub estimators: Vec<EstimatorChoice>,
     /// `[engine]`
     pub engine: EngineChoice,
@@ -38,9 +39,9 @@ pub struct Scene {
 /// The robot, and the names under which its parts were chosen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotChoice {
-    /// `A`, `B`, or the path of a geometry file.
+    /// `A`, `B`, the path of a geometry file, or `inline`; with `, changed` when an override changed a part of it.
     pub geometry_name: String,
-    /// `caption`, `text`, or the path of a mass file.
+    /// `caption`, `text`, the path of a mass file, or `inline`; with `, changed` as above.
     pub mass_name: String,
     /// What they hold.
     pub robot: Robot,
@@ -60,6 +61,18 @@ pub struct TerrainChoice {
 pub enum Grade {
     /// They do not.
     Ideal,
+}
+
+impl Grade {
+    /// All grades, in their order.
+    pub const ALL: [Self; 1] = [Self::Ideal];
+
+    /// Name in scene files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ideal => "ideal",
+        }
+    }
 }
 
 /// The sensors.
@@ -88,6 +101,9 @@ pub enum EngineKind {
 }
 
 impl EngineKind {
+    /// All kinds, in their order.
+    pub const ALL: [Self; 1] = [Self::Rapier];
+
     /// Name in scene files and summaries.
     pub const fn name(self) -> &'static str {
         match self {
@@ -114,6 +130,56 @@ pub struct RecordChoice {
     pub rate: f64,
     /// Errors count from this time on, s: what comes before is settling and starting.
     pub compare_from: f64,
+}
+
+impl Default for SensorChoice {
+    /// Ideal sensors at 1 kHz.
+    fn default() -> Self {
+        Self {
+            grade: Grade::Ideal,
+            rate: 1000.0,
+        }
+    }
+}
+
+impl Default for EngineChoice {
+    /// rapier2d with steps of 0.1 ms.
+    fn default() -> Self {
+        Self {
+            kind: EngineKind::Rapier,
+            step: 1e-4,
+        }
+    }
+}
+
+impl Default for RecordChoice {
+    /// 20 s at 1 kHz, errors from 2 s on.
+    fn default() -> Self {
+        Self {
+            duration: 20.0,
+            rate: 1000.0,
+            compare_from: 2.0,
+        }
+    }
+}
+
+impl Default for Scene {
+    /// What an empty file stands for: robot A on the smooth course under the PI drive, all presets of the estimator.
+    fn default() -> Self {
+        Self {
+            name: "scene".to_owned(),
+            seed: 0,
+            robot: robot::default(),
+            terrain: terrain::default(),
+            contact: ContactLaw::default(),
+            friction: FrictionLaw::default(),
+            drive: Drive::default(),
+            sensors: SensorChoice::default(),
+            estimators: estimators::defaults(),
+            engine: EngineChoice::default(),
+            record: RecordChoice::default(),
+        }
+    }
 }
 
 impl Scene {

@@ -136,8 +136,11 @@ impl Terrain {
         let half = Vector::new(radius, radius);
         let middle = Vector::new(centre.x, centre.y);
         let query = Aabb::new(middle - half, middle + half);
-        let mut blocks: SmallVec<[usize; 8]> =
-            self.index.intersect_aabb(&query).map(|leaf| leaf as usize).collect();
+        let mut blocks: SmallVec<[usize; 8]> = self
+            .index
+            .intersect_aabb(&query)
+            .map(|leaf| leaf as usize)
+            .collect();
         blocks.sort_unstable();
         self.nearest_on(&blocks, centre, radius, out);
     }
@@ -266,7 +269,11 @@ impl Terrain {
             x = next;
             // Over a last step this short Taylor's series errs by f'' 1e-13/2 m: no need to evaluate once more.
             if moved.abs() < LAST_STEP {
-                value = [y + moved * (slope + 0.5 * moved * bend), slope + moved * bend, bend];
+                value = [
+                    y + moved * (slope + 0.5 * moved * bend),
+                    slope + moved * bend,
+                    bend,
+                ];
                 break;
             }
             value = self.profile.eval(x);

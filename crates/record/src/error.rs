@@ -1,0 +1,106 @@
+//! What can go wrong with files, said with the file's path.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Why something cannot be recorded or read back.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordError {
+    /// The file system says no.
+    #[error("cannot {action} {path}: {source}", path = path.display())]
+    Io {
+        /// What was tried: `create`, `write`, `read`.
+        action: &'static str,
+        /// On which file or folder.
+        path: PathBuf,
+        /// What came back.
+        source: io::Error,
+    },
+    /// A Parquet file cannot be written.
+    #[error("cannot write {path}: {source}", path = path.display())]
+    Parquet {
+        /// Which file.
+        path: PathBuf,
+        /// What came back.
+        source: parquet::errors::ParquetError,
+    },
+    /// A figure cannot be drawn.
+    #[error("cannot draw {path}: {reason}", path = path.display())]
+    Figure {
+        /// Which file.
+        path: PathBuf,
+        /// What the drawing library says.
+        reason: String,
+    },
+    /// An estimator's name cannot be part of a file name.
+    #[error(
+        "the estimator {name:?} cannot have files in {folder}: use letters, digits, `-`, `_` and `.` in its name",
+        folder = folder.display()
+    )]
+    Name {
+        /// The name.
+        name: String,
+        /// Where its files would be.
+        folder: PathBuf,
+    },
+    /// No such folder.
+    #[error("there is no folder {path}", path = path.display())]
+    NoFolder {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A folder without a summary.
+    #[error(
+        "{path} holds no summary.json: either the run in it did not finish, or it is not the folder of a run",
+        path = path.display()
+    )]
+    NoSummary {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A file that is no summary.
+    #[error("{path} is not the summary of a run: {source}", path = path.display())]
+    NotASummary {
+        /// The file.
+        path: PathBuf,
+        /// What does not fit.
+        source: serde_json::Error,
+    },
+    /// A summary was asked for before the run's end, or the run broke off.
+    #[error("the run did not finish: it has no summary")]
+    Unfinished,
+    /// A number of the summary cannot be written as JSON.
+    #[error("{key} in the summary is not a finite number")]
+    NotFinite {
+        /// Where it stands, keys joined by dots.
+        key: String,
+    },
+    /// The summary cannot be turned into JSON.
+    #[error("cannot write the summary as JSON: {0}")]
+    Json(serde_json::Error),
+}
+
+/// Adds the path to a failure of the file system.
+pub(crate) fn io_error(
+    action: &'static str,
+    path: &Path,
+) -> impl FnOnce(io::Error) -> RecordError + use<> {
+    let path = path.to_path_buf();
+    move |source| RecordError::Io {
+        action,
+        path,
+        source,
+    }
+}
+
+/// Refuses names that would lead out of the folder or that some file system cannot hold.
+pub(crate) fn check_name(name: &str, folder: &Path) -> Result<(), RecordError> {
+    let allowed = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.');
+    if name.is_empty() || !name.chars().all(allowed) {
+        return Err(RecordError::Name {
+            name: name.to_owned(),
+            folder: folder.to_path_buf(),
+        });
+    }
+    Ok(())
+}

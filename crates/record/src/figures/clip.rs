@@ -1,0 +1,130 @@
+//! Which range a panel shows, and what of a line lies in it.
+
+use super::trace::Point;
+use std::ops::Range;
+
+/// Share of the values on each side that may lie outside of the bulk.
+const TAIL: f64 = 0.005;
+/// How far beyond the bulk the range follows the values, in heights of the bulk.
+const REACH: f64 = 1.0;
+/// Margin above and below, as a share of the range.
+const MARGIN: f64 = 0.06;
+
+/// Range for a panel that shows these lines: all values, unless single peaks are far out of all proportion.
+///
+/// At least `least_span` high, so that noise does not fill a panel.
+pub fn range<'a>(lines: impl Iterator<Item = &'a Point>, least_span: f64) -> Range<f64> {
+    let mut values: Vec<f64> = lines.map(|p| p.1).collect();
+    values.sort_by(f64::total_cmp);
+    let (Some(first), Some(last)) = (values.first().copied(), values.last().copied()) else {
+        return 0.0..least_span;
+    };
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        clippy::cast_precision_loss,
+        reason = "an index into some thousand values"
+    )]
+    let tail = (values.len() as f64 * TAIL) as usize;
+    let (low, high) = (values[tail], values[values.len() - 1 - tail]);
+    let bulk = (high - low).max(least_span);
+    let low = first.max(low - REACH * bulk);
+    let high = last.min(high + REACH * bulk);
+    let middle = 0.5 * (low + high);
+    let half = (0.5 + MARGIN) * (high - low).max(least_span);
+    middle - half..middle + half
+}
+
+/// The parts of a line that lie in the range.
+pub fn clip(line: &[Point], range: &Range<f64>) -> Vec<Vec<Point>> {
+    let inside = |p: &Point| range.contains(&p.1);
+    let mut parts = vec![Vec::new()];
+    for (i, point) in line.iter().enumerate() {
+        if i > 0 {
+            for crossing in crossings(line[i - 1], *point, range) {
+                // A crossing ends a part or begins one.
+                let ends = parts.last().is_some_and(|part| !part.is_empty());
+                push(&mut parts, crossing);
+                if ends {
+                    parts.push(Vec::new());
+                }
+            }
+        }
+        if inside(point) {
+            push(&mut parts, *point);
+        }
+    }
+    parts.retain(|part| part.len() > 1);
+    parts
+}
+
+fn push(parts: &mut [Vec<Point>], point: Point) {
+    if let Some(part) = parts.last_mut() {
+        part.push(point);
+    }
+}
+
+/// Where the straight line from `a` to `b` crosses the bounds, in order.
+fn crossings(a: Point, b: Point, range: &Range<f64>) -> impl Iterator<Item = Point> {
+    let (low, high) = (range.start, range.end);
+    let bounds = if a.1 < b.1 { [low, high] } else { [high, low] };
+    bounds.into_iter().filter_map(move |bound| {
+        let crosses = (a.1 < bound) != (b.1 < bound);
+        crosses.then(|| {
+            let share = (bound - a.1) / (b.1 - a.1);
+            (a.0 + share * (b.0 - a.0), bound)
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ramp(n: u32) -> Vec<Point> {
+        (0..n).map(|k| (f64::from(k), f64::from(k))).collect()
+    }
+
+    /// Ordinary data are shown whole, with a margin.
+    #[test]
+    fn the_range_holds_all_ordinary_values() {
+        let range = range(ramp(1000).iter(), 1.0);
+        assert!(range.start < 0.0 && range.end > 999.0);
+        assert!(range.start > -100.0 && range.end < 1100.0);
+    }
+
+    /// One blow of a wheel on an edge does not press all else flat.
+    #[test]
+    fn a_single_peak_does_not_rule_the_range() {
+        let mut points = ramp(1000);
+        points.push((1000.0, 1e6));
+        let range = range(points.iter(), 1.0);
+        assert!(range.end > 999.0 && range.end < 2500.0, "{range:?}");
+    }
+
+    /// Constant data, or none, still give a range with a height.
+    #[test]
+    fn the_range_has_a_least_height() {
+        let constant = [(0.0, 5.0), (1.0, 5.0)];
+        let range_of_constant = range(constant.iter(), 2.0);
+        assert!(range_of_constant.start < 4.0 && range_of_constant.end > 6.0);
+        assert_eq!(range([].iter(), 2.0), 0.0..2.0);
+    }
+
+    /// A line that leaves the range ends at its edge and begins again at its edge.
+    #[test]
+    fn lines_are_cut_at_the_edge() {
+        let line = [(0.0, 0.0), (1.0, 2.0), (2.0, 0.0), (3.0, -2.0), (4.0, 4.0)];
+        let parts = clip(&line, &(-1.0..1.0));
+        assert_eq!(
+            parts,
+            [
+                vec![(0.0, 0.0), (0.5, 1.0)],
+                vec![(1.5, 1.0), (2.0, 0.0), (2.5, -1.0)],
+                vec![(3.0 + 1.0 / 6.0, -1.0), (3.5, 1.0)],
+            ]
+        );
+        assert!(clip(&[(0.0, 5.0), (1.0, 6.0)], &(-1.0..1.0)).is_empty());
+        assert_eq!(clip(&line, &(-9.0..9.0)), [line.to_vec()]);
+    }
+}

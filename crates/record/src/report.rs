@@ -1,0 +1,219 @@
+//! The table that a user reads at the end of a run, and that sets runs side by side.
+
+use crate::summary::{EstimatorSummary, Summary};
+use comfy_table::presets::UTF8_FULL_CONDENSED;
+use comfy_table::{Cell, CellAlignment, ContentArrangement, Row, Table};
+
+/// Width of the table, columns of text.
+const WIDTH: u16 = 100;
+
+/// Estimators by wheels: how far the normal forces are off, for one run or several. Each run has a label.
+///
+/// Errors are in N, and also in % of the mean true normal force of the three wheels.
+pub fn comparison_table(runs: &[(&str, &Summary)]) -> String {
+    let several = runs.len() > 1;
+    let mut table = Table::new();
+    table
+        .load_preset(UTF8_FULL_CONDENSED)
+        .set_content_arrangement(ContentArrangement::Dynamic)
+        .set_width(if several { WIDTH + 40 } else { WIDTH })
+        .set_header(header(several));
+    for (label, summary) in runs {
+        for (i, estimator) in summary.estimators.iter().enumerate() {
+            table.add_row(row(
+                several.then_some(if i == 0 { *label } else { "" }),
+                estimator,
+            ));
+        }
+    }
+    let mut text = String::from(
+        "RMSE of the estimated normal force, in N and in % of its true mean (last column: traction, in N)\n",
+    );
+    text.push_str(&table.trim_fmt());
+    for (label, summary) in runs {
+        text.push('\n');
+        text.push_str(&speed(label, summary));
+        for estimator in &summary.estimators {
+            if estimator.missing > 0 {
+                text.push_str(&missing(estimator));
+            }
+        }
+    }
+    text
+}
+
+fn header(several: bool) -> Row {
+    let names = [
+        "wheel 1\nfront\nN     %",
+        "wheel 2\nmiddle\nN     %",
+        "wheel 3\nrear\nN     %",
+        "all wheels\n(NRMSE)\nN     %",
+        "largest\nerror\nN",
+        "traction,\nall wheels\nN",
+    ];
+    let mut row = Row::new();
+    if several {
+        row.add_cell(Cell::new("run"));
+    }
+    row.add_cell(Cell::new("estimator"));
+    for name in names {
+        row.add_cell(right(name));
+    }
+    row
+}
+
+fn row(label: Option<&str>, estimator: &EstimatorSummary) -> Row {
+    let mut row = Row::new();
+    if let Some(label) = label {
+        row.add_cell(Cell::new(label));
+    }
+    row.add_cell(Cell::new(&estimator.name));
+    let Some((normal, traction)) = estimator.normal_force.zip(estimator.traction) else {
+        for _ in 0..6 {
+            row.add_cell(right("-"));
+        }
+        return row;
+    };
+    // The share is taken of the same load everywhere, so that wheels can be compared in % as well.
+    let share = normal.nrmse.map(|n| n / normal.rmse_all);
+    for rmse in normal.rmse {
+        row.add_cell(right(force(rmse, share.map(|s| s * rmse))));
+    }
+    row.add_cell(right(force(normal.rmse_all, normal.nrmse)));
+    row.add_cell(right(force(normal.max_abs, None)));
+    row.add_cell(right(force(traction.rmse_all, None)));
+    row
+}
+
+fn right(text: impl ToString) -> Cell {
+    Cell::new(text).set_alignment(CellAlignment::Right)
+}
+
+/// Newtons and, under the header's `%`, the share.
+fn force(newtons: f64, share: Option<f64>) -> String {
+    match share {
+        Some(share) if share.is_finite() => format!("{newtons:.2} {:>5.1}", 100.0 * share),
+        _ => format!("{newtons:.2}"),
+    }
+}
+
+fn speed(label: &str, summary: &Summary) -> String {
+    format!(
+        "{label}: {} s simulated in {:.2} s, {:.1} times real time (engine {}, step {:.3} ms). Errors count from {} s on.",
+        summary.duration_s,
+        summary.wall_s,
+        summary.real_time_factor,
+        summary.engine,
+        1e3 * summary.step_s,
+        summary.compare_from_s,
+    )
+}
+
+fn missing(estimator: &EstimatorSummary) -> String {
+    format!(
+        "\n  {}: no estimate in {} of {} records; these do not count.",
+        estimator.name,
+        estimator.missing,
+        estimator.missing + estimator.samples
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::summary::ForceErrors;
+
+    fn summary(missing: u32) -> Summary {
+        let errors = |scale: f64| ForceErrors {
+            rmse: [scale, 2.0 * scale, 3.0 * scale],
+            rmse_all: 2.0 * scale,
+            nrmse: Some(2.0 * scale / 50.0),
+            max_abs: 20.0 * scale,
+        };
+        let estimator = |name: &str, scale| EstimatorSummary {
+            name: name.to_owned(),
+            normal_force: Some(errors(scale)),
+            traction: Some(errors(0.5)),
+            mean_normal_force: Some([50.0; 3]),
+            samples: 90,
+            missing,
+        };
+        Summary {
+            scene: "smooth".to_owned(),
+            engine: "rapier".to_owned(),
+            seed: 1,
+            duration_s: 20.0,
+            wall_s: 0.8,
+            real_time_factor: 25.0,
+            step_s: 1e-4,
+            record_rate_hz: 1000.0,
+            compare_from_s: 2.0,
+            version: "0.1.0".to_owned(),
+            estimators: vec![estimator("paper-body", 5.0), estimator("paper-wheels", 4.0)],
+        }
+    }
+
+    /// A run is one table of at most 100 columns, one line an estimator, with every number under its wheel.
+    #[test]
+    fn one_run_fits_the_terminal() {
+        let text = comparison_table(&[("smooth", &summary(0))]);
+        for line in text.lines().filter(|l| !l.starts_with("smooth:")) {
+            assert!(line.chars().count() <= 100, "{line}");
+        }
+        let row = text
+            .lines()
+            .find(|l| l.contains("paper-body"))
+            .expect("a row");
+        let cells: Vec<_> = row
+            .split(['│', '┆'])
+            .map(|c| c.split_whitespace().collect::<Vec<_>>().join(" "))
+            .filter(|c| !c.is_empty())
+            .collect();
+        assert_eq!(
+            cells,
+            [
+                "paper-body",
+                "5.00 10.0",
+                "10.00 20.0",
+                "15.00 30.0",
+                "10.00 20.0",
+                "100.00",
+                "1.00"
+            ]
+        );
+        assert!(text.contains("25.0 times real time"), "{text}");
+        assert!(!text.contains("no estimate"), "{text}");
+    }
+
+    /// Several runs stand in one table, each under its label, each with its speed.
+    #[test]
+    fn several_runs_are_told_apart() {
+        let (first, second) = (summary(0), summary(0));
+        let text = comparison_table(&[("runs/a", &first), ("runs/b", &second)]);
+        for label in ["runs/a", "runs/b"] {
+            let mut rows = text.lines().filter(|l| l.contains(label));
+            assert!(rows.next().is_some_and(|l| l.contains("paper-body")));
+            assert!(rows.next().is_some_and(|l| l.contains("times real time")));
+            assert!(rows.next().is_none());
+        }
+        assert_eq!(text.matches("paper-wheels").count(), 2);
+    }
+
+    /// Gaps are told of, and an estimator without any result has none in the table.
+    #[test]
+    fn missing_estimates_are_told_of() {
+        let mut gaps = summary(10);
+        gaps.estimators[1].normal_force = None;
+        gaps.estimators[1].traction = None;
+        let text = comparison_table(&[("smooth", &gaps)]);
+        assert!(
+            text.contains("paper-body: no estimate in 10 of 100 records"),
+            "{text}"
+        );
+        let row = text
+            .lines()
+            .find(|l| l.contains("paper-wheels"))
+            .expect("a row");
+        assert_eq!(row.matches(" - ").count(), 6, "{row}");
+    }
+}

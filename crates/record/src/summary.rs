@@ -1,0 +1,454 @@
+//! `summary.json`: how a run went and how far each estimator was off.
+
+use crate::accuracy::Accuracy;
+use crate::error::{RecordError, io_error};
+use robhaz_run::{Frame, RunEnd, Sink, SinkError};
+use robhaz_scene::Scene;
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::fmt;
+use std::io;
+use std::path::Path;
+
+/// Name of the file in a run's folder.
+const FILE: &str = "summary.json";
+
+/// What a finished run comes to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// Name of the scene.
+    pub scene: String,
+    /// Name of the engine that computed the truth.
+    pub engine: String,
+    /// Seed of everything random in the run.
+    pub seed: u64,
+    /// Simulated time, s.
+    pub duration_s: f64,
+    /// Time that simulation and estimation took, s.
+    pub wall_s: f64,
+    /// Simulated seconds a second.
+    pub real_time_factor: f64,
+    /// Integration step, s.
+    pub step_s: f64,
+    /// Records a second, Hz.
+    pub record_rate_hz: f64,
+    /// Time from which on errors count, s.
+    pub compare_from_s: f64,
+    /// Version of robhaz.
+    pub version: String,
+    /// The estimators in the scene's order; in JSON an object with their names as keys.
+    #[serde(with = "by_name")]
+    pub estimators: Vec<EstimatorSummary>,
+}
+
+/// How far one estimator was off.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EstimatorSummary {
+    /// Its name in the scene.
+    #[serde(skip)]
+    pub name: String,
+    /// Errors of the normal forces; `None` when nothing could be compared.
+    pub normal_force: Option<ForceErrors>,
+    /// Errors of the tractions; `None` when nothing could be compared.
+    pub traction: Option<ForceErrors>,
+    /// Mean of the true normal force of each wheel over the samples compared, N.
+    pub mean_normal_force: Option<[f64; 3]>,
+    /// Number of records compared.
+    pub samples: u32,
+    /// Number of records that should have been compared, but had no estimate.
+    pub missing: u32,
+}
+
+/// Errors of one force on the three wheels.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ForceErrors {
+    /// Root mean square error of each wheel, N.
+    pub rmse: [f64; 3],
+    /// Root mean square error over the three wheels, N.
+    pub rmse_all: f64,
+    /// `rmse_all` over the mean true normal force of the three wheels, a fraction; `None` when no wheel ever carried load.
+    pub nrmse: Option<f64>,
+    /// Largest absolute error of any wheel, N.
+    pub max_abs: f64,
+}
+
+impl Summary {
+    /// The text of `summary.json`.
+    ///
+    /// # Errors
+    /// [`RecordError::NotFinite`]: JSON has no such numbers, and none is put in their place.
+    pub fn to_json(&self) -> Result<String, RecordError> {
+        if let Some(key) = self.not_finite() {
+            return Err(RecordError::NotFinite { key });
+        }
+        let mut text = serde_json::to_string_pretty(self).map_err(RecordError::Json)?;
+        text.push('\n');
+        Ok(text)
+    }
+
+    /// Writes `summary.json` into the folder of a run.
+    ///
+    /// # Errors
+    /// [`RecordError`] with the file's path, or as [`Summary::to_json`].
+    pub fn write(&self, folder: &Path) -> Result<(), RecordError> {
+        let path = folder.join(FILE);
+        std::fs::write(&path, self.to_json()?).map_err(io_error("write", &path))
+    }
+
+    /// Reads `summary.json` from the folder of a finished run.
+    ///
+    /// # Errors
+    /// [`RecordError`]: there is no such folder, the run did not finish, or the file is no summary.
+    pub fn read(folder: &Path) -> Result<Self, RecordError> {
+        if !folder.is_dir() {
+            return Err(RecordError::NoFolder {
+                path: folder.to_path_buf(),
+            });
+        }
+        let path = folder.join(FILE);
+        let text = match std::fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                return Err(RecordError::NoSummary {
+                    path: folder.to_path_buf(),
+                });
+            }
+            Err(error) => return Err(io_error("read", &path)(error)),
+        };
+        serde_json::from_str(&text).map_err(|source| RecordError::NotASummary { path, source })
+    }
+
+    /// The first number that JSON cannot hold.
+    fn not_finite(&self) -> Option<String> {
+        let run = [
+            ("duration_s", self.duration_s),
+            ("wall_s", self.wall_s),
+            ("real_time_factor", self.real_time_factor),
+            ("step_s", self.step_s),
+            ("record_rate_hz", self.record_rate_hz),
+            ("compare_from_s", self.compare_from_s),
+        ];
+        let of_run = run.iter().find(|(_, value)| !value.is_finite());
+        of_run.map(|(key, _)| (*key).to_owned()).or_else(|| {
+            self.estimators
+                .iter()
+                .find_map(EstimatorSummary::not_finite)
+        })
+    }
+}
+
+impl EstimatorSummary {
+    fn not_finite(&self) -> Option<String> {
+        let name = &self.name;
+        let forces = [
+            ("normal_force", &self.normal_force),
+            ("traction", &self.traction),
+        ];
+        let of_forces = forces
+            .iter()
+            .find(|(_, errors)| errors.is_some_and(|e| !e.is_finite()));
+        let load = self.mean_normal_force.iter().flatten();
+        of_forces
+            .map(|(force, _)| format!("estimators.{name}.{force}"))
+            .or_else(|| {
+                load.copied()
+                    .find(|value| !value.is_finite())
+                    .map(|_| format!("estimators.{name}.mean_normal_force"))
+            })
+    }
+}
+
+impl ForceErrors {
+    fn is_finite(&self) -> bool {
+        let mut numbers = self.rmse.iter().chain([&self.rmse_all, &self.max_abs]);
+        numbers.all(|v| v.is_finite()) && self.nrmse.is_none_or(f64::is_finite)
+    }
+}
+
+/// A list of estimators as a JSON object, in order.
+mod by_name {
+    use super::{Deserializer, EstimatorSummary, MapAccess, Serializer, Visitor, fmt};
+
+    pub fn serialize<S: Serializer>(
+        estimators: &[EstimatorSummary],
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(estimators.iter().map(|e| (&e.name, e)))
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Vec<EstimatorSummary>, D::Error> {
+        deserializer.deserialize_map(ByName)
+    }
+
+    struct ByName;
+
+    impl<'de> Visitor<'de> for ByName {
+        type Value = Vec<EstimatorSummary>;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("estimators by their names")
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+            let mut estimators = Vec::new();
+            while let Some((name, estimator)) = map.next_entry::<String, EstimatorSummary>()? {
+                estimators.push(EstimatorSummary { name, ..estimator });
+            }
+            Ok(estimators)
+        }
+    }
+}
+
+/// Sums up a run; keeps nothing of it but sums.
+#[derive(Debug, Default)]
+pub struct SummarySink {
+    estimators: Vec<Accuracy>,
+    /// What is known of the run before it starts.
+    scene: Option<Scene>,
+    end: Option<RunEnd>,
+}
+
+impl SummarySink {
+    /// A sink for one run.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The summary of the finished run.
+    ///
+    /// # Errors
+    /// [`RecordError::Unfinished`] when the run broke off or goes on.
+    pub fn summary(&self) -> Result<Summary, RecordError> {
+        let (Some(scene), Some(end)) = (&self.scene, &self.end) else {
+            return Err(RecordError::Unfinished);
+        };
+        Ok(Summary {
+            scene: scene.name.clone(),
+            engine: scene.engine.kind.name().to_owned(),
+            seed: scene.seed,
+            duration_s: end.duration,
+            wall_s: end.wall,
+            real_time_factor: end.real_time_factor(),
+            step_s: end.step,
+            record_rate_hz: scene.record.rate,
+            compare_from_s: scene.record.compare_from,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            estimators: self.estimators.iter().map(Accuracy::summary).collect(),
+        })
+    }
+}
+
+impl Sink for SummarySink {
+    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
+        self.estimators = scene
+            .estimators
+            .iter()
+            .map(|e| Accuracy::new(&e.name, scene.record.compare_from))
+            .collect();
+        self.scene = Some(scene.clone());
+        self.end = None;
+        Ok(())
+    }
+
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
+        for (i, accuracy) in self.estimators.iter_mut().enumerate() {
+            accuracy.add(frame.truth, frame.estimates.get(i));
+        }
+        Ok(())
+    }
+
+    fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
+        self.end = end.copied();
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{failed_frame, frame_of, good_estimate, record_of, records, scene};
+    use robhaz_sim::{Truth, WheelTruth};
+
+    const END: RunEnd = RunEnd {
+        duration: 2.0,
+        wall: 0.1,
+        step: 1e-4,
+    };
+
+    fn summary_of(records: &[crate::testing::Record]) -> Summary {
+        let mut sink = SummarySink::new();
+        sink.begin(&scene()).expect("begins");
+        for record in records {
+            sink.frame(&record.frame()).expect("a record");
+        }
+        sink.end(Some(&END)).expect("ends");
+        sink.summary().expect("a finished run")
+    }
+
+    /// A truth with given loads, and an estimate with given errors of N and T.
+    fn record(time: f64, loads: [f64; 3], n: [f64; 3], t: [f64; 3]) -> crate::testing::Record {
+        let mut truth = Truth {
+            time,
+            ..Truth::default()
+        };
+        truth.wheels = loads.map(|normal_force| WheelTruth {
+            normal_force,
+            ..WheelTruth::default()
+        });
+        let mut estimate = good_estimate(&truth, 0.0);
+        for i in 0..3 {
+            estimate.normal_force[i] += n[i];
+            estimate.traction[i] += t[i];
+        }
+        record_of(truth, vec![Ok(estimate); 3])
+    }
+
+    fn close(a: f64, b: f64) {
+        assert!((a - b).abs() < 1e-12, "{a} is not {b}");
+    }
+
+    /// Two records by hand. The one before 0.5 s does not count, the one at 0.5 s does.
+    #[test]
+    fn errors_are_those_computed_by_hand() {
+        let summary = summary_of(&[
+            record(0.49, [1e3; 3], [1e3; 3], [1e3; 3]),
+            record(0.5, [40.0, 50.0, 60.0], [3.0, 0.0, -2.0], [1.0, 0.0, 0.0]),
+            record(0.51, [44.0, 50.0, 56.0], [-4.0, 0.0, 2.0], [0.0, 0.0, 7.0]),
+        ]);
+        let estimator = &summary.estimators[0];
+        assert_eq!((estimator.samples, estimator.missing), (2, 0));
+        let load = estimator.mean_normal_force.expect("loads");
+        for (found, expected) in load.into_iter().zip([42.0, 50.0, 58.0]) {
+            close(found, expected);
+        }
+        let n = estimator.normal_force.expect("errors of N");
+        for (found, square) in n.rmse.into_iter().zip([12.5_f64, 0.0, 4.0]) {
+            close(found, square.sqrt());
+        }
+        close(n.rmse_all, (33.0_f64 / 6.0).sqrt());
+        close(n.nrmse.expect("a share"), (33.0_f64 / 6.0).sqrt() / 50.0);
+        close(n.max_abs, 4.0);
+        let t = estimator.traction.expect("errors of T");
+        close(t.rmse_all, (50.0_f64 / 6.0).sqrt());
+        close(t.nrmse.expect("a share"), (50.0_f64 / 6.0).sqrt() / 50.0);
+        close(t.max_abs, 7.0);
+    }
+
+    /// Records without an estimate are counted and take no part in the errors.
+    #[test]
+    fn missing_estimates_are_counted() {
+        let summary = summary_of(&records());
+        let estimator = &summary.estimators[2];
+        assert_eq!((estimator.samples, estimator.missing), (131, 20));
+        close(estimator.normal_force.expect("errors").rmse_all, 4.0);
+    }
+
+    /// Nothing to compare is `null` in JSON, not a number.
+    #[test]
+    fn without_samples_there_are_no_errors() {
+        let mut broken = frame_of(1.9);
+        for estimate in broken.estimates.iter_mut().flatten() {
+            estimate.normal_force[1] = f64::NAN;
+        }
+        let summary = summary_of(&[frame_of(0.1), failed_frame(1.0), broken]);
+        for estimator in &summary.estimators {
+            assert_eq!(estimator.normal_force, None);
+            assert_eq!(estimator.traction, None);
+            assert_eq!(estimator.mean_normal_force, None);
+            assert_eq!((estimator.samples, estimator.missing), (0, 2));
+        }
+        let json = summary.to_json().expect("JSON");
+        assert!(json.contains("\"normal_force\": null"), "{json}");
+    }
+
+    /// A robot in the air has errors in N, but no load to divide them by.
+    #[test]
+    fn without_load_there_is_no_share_of_it() {
+        let summary = summary_of(&[record(1.0, [0.0; 3], [1.0; 3], [0.0; 3])]);
+        let errors = summary.estimators[0].normal_force.expect("errors");
+        close(errors.rmse_all, 1.0);
+        assert_eq!(errors.nrmse, None);
+    }
+
+    /// What is written is what is read, to the last digit, with the estimators in the scene's order.
+    #[test]
+    fn json_gives_back_what_was_written() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let summary = summary_of(&records());
+        summary.write(folder.path()).expect("written");
+        let read = Summary::read(folder.path()).expect("read");
+        assert_eq!(read, summary);
+        let names: Vec<_> = read.estimators.iter().map(|e| e.name.as_str()).collect();
+        assert_eq!(names, ["paper-body", "true-mass", "mine"]);
+    }
+
+    /// The keys that others read.
+    #[test]
+    fn json_has_the_keys_that_scripts_rely_on() {
+        let json = summary_of(&records()).to_json().expect("JSON");
+        let value: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+        assert_eq!(value["scene"], "trial");
+        assert_eq!(value["engine"], "rapier");
+        assert_eq!(value["seed"], 7);
+        for key in ["duration_s", "wall_s", "real_time_factor"] {
+            assert!(value[key].is_f64(), "{key}");
+        }
+        for force in ["normal_force", "traction"] {
+            let errors = &value["estimators"]["paper-body"][force];
+            assert_eq!(errors["rmse"].as_array().map(Vec::len), Some(3));
+            for key in ["rmse_all", "nrmse", "max_abs"] {
+                assert!(errors[key].is_f64(), "{force}.{key}");
+            }
+        }
+    }
+
+    /// JSON has no infinity: it is an error, not a silent `null`.
+    #[test]
+    fn numbers_that_are_not_finite_are_refused() {
+        let good = summary_of(&records());
+        let mut bad = good.clone();
+        bad.real_time_factor = f64::INFINITY;
+        let error = bad.to_json().expect_err("refused").to_string();
+        assert!(error.contains("real_time_factor"), "{error}");
+        let mut bad = good;
+        if let Some(errors) = bad.estimators[1].traction.as_mut() {
+            errors.rmse[2] = f64::NAN;
+        }
+        let error = bad.to_json().expect_err("refused").to_string();
+        assert!(error.contains("estimators.true-mass.traction"), "{error}");
+    }
+
+    /// A run that broke off must not pass for a finished one.
+    #[test]
+    fn a_broken_run_has_no_summary() {
+        let mut sink = SummarySink::new();
+        assert!(matches!(sink.summary(), Err(RecordError::Unfinished)));
+        sink.begin(&scene()).expect("begins");
+        sink.frame(&frame_of(1.0).frame()).expect("a record");
+        sink.end(None).expect("ends");
+        assert!(matches!(sink.summary(), Err(RecordError::Unfinished)));
+    }
+
+    /// Each way of pointing at the wrong thing has words of its own, with the path.
+    #[test]
+    fn wrong_folders_are_told_apart() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let absent = folder.path().join("absent");
+        assert!(matches!(
+            Summary::read(&absent),
+            Err(RecordError::NoFolder { path }) if path == absent
+        ));
+        assert!(matches!(
+            Summary::read(folder.path()),
+            Err(RecordError::NoSummary { path }) if path == folder.path()
+        ));
+        for text in ["{\"scene\": 3}", "not JSON"] {
+            std::fs::write(folder.path().join(FILE), text).expect("written");
+            let error = Summary::read(folder.path()).expect_err("no summary");
+            assert!(matches!(error, RecordError::NotASummary { .. }));
+            assert!(error.to_string().contains(FILE), "{error}");
+        }
+    }
+}

@@ -1,0 +1,322 @@
+//! The sink that writes the tables.
+
+use crate::columns::Table;
+use crate::csv_table::{CsvTable, write_columns};
+use crate::error::{RecordError, check_name, io_error};
+use crate::parquet_table::ParquetTable;
+use robhaz_run::{Frame, RunEnd, Sink, SinkError};
+use robhaz_scene::Scene;
+use std::path::{Path, PathBuf};
+
+/// Format of the tables.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TableFormat {
+    /// Apache Parquet with Snappy; unit and description of a column stand in its field metadata.
+    Parquet,
+    /// Comma-separated text; units and descriptions stand in `columns.csv` beside it.
+    Csv,
+}
+
+enum Writer {
+    Parquet(Box<ParquetTable>),
+    Csv(CsvTable),
+}
+
+/// Writes the tables `truth`, `sensors` and `estimate-NAME` of a run into a folder.
+///
+/// A run that breaks off keeps every row; one that is killed keeps all but its last seconds.
+pub struct TableSink {
+    folder: PathBuf,
+    format: TableFormat,
+    writers: Vec<Writer>,
+}
+
+impl TableSink {
+    /// A sink for a folder, which is made if need be.
+    pub fn new(folder: &Path, format: TableFormat) -> Self {
+        Self {
+            folder: folder.to_path_buf(),
+            format,
+            writers: Vec::new(),
+        }
+    }
+
+    fn open(&mut self, scene: &Scene) -> Result<(), RecordError> {
+        let folder = &self.folder;
+        for estimator in &scene.estimators {
+            check_name(&estimator.name, folder)?;
+        }
+        std::fs::create_dir_all(folder).map_err(io_error("create", folder))?;
+        let tables = Table::all(scene);
+        if self.format == TableFormat::Csv {
+            write_columns(folder, &tables)?;
+        }
+        let metadata = [
+            ("scene", scene.name.clone()),
+            ("robhaz_version", env!("CARGO_PKG_VERSION").to_owned()),
+        ];
+        self.writers = tables
+            .into_iter()
+            .map(|table| match self.format {
+                TableFormat::Parquet => ParquetTable::create(folder, table, &metadata)
+                    .map(|t| Writer::Parquet(Box::new(t))),
+                TableFormat::Csv => CsvTable::create(folder, table).map(Writer::Csv),
+            })
+            .collect::<Result<_, _>>()?;
+        Ok(())
+    }
+}
+
+impl Sink for TableSink {
+    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
+        Ok(self.open(scene)?)
+    }
+
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
+        for writer in &mut self.writers {
+            match writer {
+                Writer::Parquet(table) => table.push(frame)?,
+                Writer::Csv(table) => table.push(frame)?,
+            }
+        }
+        Ok(())
+    }
+
+    fn end(&mut self, _: Option<&RunEnd>) -> Result<(), SinkError> {
+        // One table that cannot be closed must not keep the others open.
+        let mut first_failure = None;
+        for mut writer in self.writers.drain(..) {
+            let closed = match &mut writer {
+                Writer::Parquet(table) => table.close(),
+                Writer::Csv(table) => table.close(),
+            };
+            if let Err(error) = closed {
+                first_failure.get_or_insert(error);
+            }
+        }
+        match first_failure {
+            Some(error) => Err(error.into()),
+            None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::columns::{Kind, Value};
+    use crate::testing::{Record, frame_of, records, scene};
+    use arrow_array::{Array, Float64Array, RecordBatch, UInt32Array};
+    use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+    use std::fs::{self, File};
+
+    fn write(folder: &Path, format: TableFormat, records: &[Record]) {
+        let mut sink = TableSink::new(folder, format);
+        sink.begin(&scene()).expect("begins");
+        for record in records {
+            sink.frame(&record.frame()).expect("a row");
+        }
+        sink.end(None).expect("ends");
+    }
+
+    fn read(path: &Path) -> (Vec<RecordBatch>, ParquetRecordBatchReaderBuilder<File>) {
+        let open = || {
+            let file = File::open(path).expect("the table is there");
+            ParquetRecordBatchReaderBuilder::try_new(file).expect("it has a footer")
+        };
+        let batches = open()
+            .build()
+            .expect("a reader")
+            .collect::<Result<Vec<_>, _>>()
+            .expect("all rows can be read");
+        (batches, open())
+    }
+
+    /// Every value of every table comes back as it was, gaps as gaps.
+    #[test]
+    fn parquet_gives_back_what_was_written() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let records = records();
+        write(folder.path(), TableFormat::Parquet, &records);
+        for table in Table::all(&scene()) {
+            let path = folder.path().join(format!("{}.parquet", table.name));
+            let (batches, _) = read(&path);
+            assert_eq!(
+                batches.iter().map(RecordBatch::num_rows).sum::<usize>(),
+                records.len()
+            );
+            let mut row = 0;
+            for batch in &batches {
+                for i in 0..batch.num_rows() {
+                    for (column, array) in table.columns.iter().zip(batch.columns()) {
+                        let expected = column.value(&records[row].frame());
+                        let found = cell(column.kind(), array.as_ref(), i);
+                        assert_eq!(found, expected, "{}", column.name);
+                    }
+                    row += 1;
+                }
+            }
+        }
+    }
+
+    fn cell(kind: Kind, array: &dyn Array, row: usize) -> Value {
+        let array = array.as_any();
+        if kind == Kind::Count {
+            let counts: &UInt32Array = array.downcast_ref().expect("counts");
+            return Value::Count(counts.value(row));
+        }
+        let floats: &Float64Array = array.downcast_ref().expect("floats");
+        if kind == Kind::Estimate {
+            return Value::Estimate(floats.is_valid(row).then(|| floats.value(row)));
+        }
+        Value::Float(floats.value(row))
+    }
+
+    /// Whoever opens the file sees units, meanings, scene and version.
+    #[test]
+    fn parquet_says_what_its_columns_are() {
+        let folder = tempfile::tempdir().expect("a folder");
+        write(folder.path(), TableFormat::Parquet, &records());
+        let (_, file) = read(&folder.path().join("truth.parquet"));
+        let schema = file.schema();
+        for column in &Table::truth().columns {
+            let field = schema.field_with_name(&column.name).expect("a field");
+            assert_eq!(
+                field.metadata().get("unit").map(String::as_str),
+                Some(column.unit)
+            );
+            assert_eq!(
+                field.metadata().get("description"),
+                Some(&column.description)
+            );
+        }
+        let metadata = file
+            .metadata()
+            .file_metadata()
+            .key_value_metadata()
+            .expect("metadata");
+        let value = |key: &str| {
+            metadata
+                .iter()
+                .find(|entry| entry.key == key)
+                .and_then(|entry| entry.value.clone())
+        };
+        assert_eq!(value("scene").as_deref(), Some("trial"));
+        assert_eq!(
+            value("robhaz_version").as_deref(),
+            Some(env!("CARGO_PKG_VERSION"))
+        );
+    }
+
+    /// A run that is killed has not closed its tables: they can be read up to the last row group all the same, and what
+    /// stands there in between does not disturb the finished file.
+    #[test]
+    fn parquet_can_be_read_while_it_grows() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("truth.parquet");
+        let mut sink = TableSink::new(folder.path(), TableFormat::Parquet);
+        sink.begin(&scene()).expect("begins");
+        let rows = |path: &Path| {
+            let (batches, _) = read(path);
+            batches.iter().map(RecordBatch::num_rows).sum::<usize>()
+        };
+        let group = 16 * 1024;
+        for k in 0..2 * group + 10 {
+            sink.frame(&frame_of(f64::from(k)).frame()).expect("a row");
+            if k + 1 == group {
+                assert_eq!(rows(&path), 16 * 1024);
+            }
+        }
+        assert_eq!(rows(&path), 2 * 16 * 1024);
+        sink.end(None).expect("ends");
+        assert_eq!(rows(&path), 2 * 16 * 1024 + 10);
+    }
+
+    /// Text, but no digit lost; gaps are empty.
+    #[test]
+    fn csv_gives_back_what_was_written() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let records = records();
+        write(folder.path(), TableFormat::Csv, &records);
+        for table in Table::all(&scene()) {
+            let path = folder.path().join(format!("{}.csv", table.name));
+            let mut reader = csv::Reader::from_path(path).expect("the table is there");
+            let names: Vec<_> = table.columns.iter().map(|c| c.name.clone()).collect();
+            assert_eq!(reader.headers().expect("names"), names);
+            let rows = reader
+                .records()
+                .collect::<Result<Vec<_>, _>>()
+                .expect("rows of one length");
+            assert_eq!(rows.len(), records.len());
+            for (row, record) in rows.iter().zip(&records) {
+                for (text, column) in row.iter().zip(&table.columns) {
+                    let value = match column.kind() {
+                        Kind::Count => Value::Count(text.parse().expect("a count")),
+                        Kind::Float => Value::Float(text.parse().expect("a number")),
+                        Kind::Estimate if text.is_empty() => Value::Estimate(None),
+                        Kind::Estimate => Value::Estimate(Some(text.parse().expect("a number"))),
+                    };
+                    assert_eq!(value, column.value(&record.frame()), "{}", column.name);
+                }
+            }
+        }
+    }
+
+    /// CSV has no place for units: they stand beside it, for every column.
+    #[test]
+    fn csv_has_its_units_beside_it() {
+        let folder = tempfile::tempdir().expect("a folder");
+        write(folder.path(), TableFormat::Csv, &records());
+        let mut reader =
+            csv::Reader::from_path(folder.path().join("columns.csv")).expect("it is there");
+        let rows: Vec<Vec<String>> = reader
+            .records()
+            .map(|row| row.expect("a row").iter().map(String::from).collect())
+            .collect();
+        let expected: Vec<Vec<String>> = Table::all(&scene())
+            .iter()
+            .flat_map(|table| {
+                table.columns.iter().map(|c| {
+                    vec![
+                        table.name.clone(),
+                        c.name.clone(),
+                        c.unit.to_owned(),
+                        c.description.clone(),
+                    ]
+                })
+            })
+            .collect();
+        assert_eq!(rows, expected);
+    }
+
+    /// The same run leaves the same bytes: results can be compared by checksum.
+    #[test]
+    fn the_same_records_leave_the_same_bytes() {
+        for format in [TableFormat::Parquet, TableFormat::Csv] {
+            let folders = [(); 2].map(|()| tempfile::tempdir().expect("a folder"));
+            for folder in &folders {
+                write(folder.path(), format, &records());
+            }
+            let mut files = 0;
+            for entry in fs::read_dir(folders[0].path()).expect("files") {
+                let name = entry.expect("a file").file_name();
+                let [a, b] = [0, 1].map(|i| fs::read(folders[i].path().join(&name)));
+                assert_eq!(a.expect("first"), b.expect("second"), "{name:?}");
+                files += 1;
+            }
+            assert!(files >= 5);
+        }
+    }
+
+    /// A scene cannot write outside the run's folder.
+    #[test]
+    fn names_that_leave_the_folder_are_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut scene = scene();
+        scene.estimators[0].name = "../x".to_owned();
+        let error = TableSink::new(folder.path(), TableFormat::Csv)
+            .begin(&scene)
+            .expect_err("refused");
+        assert!(error.to_string().contains("\"../x\""), "{error}");
+    }
+}

@@ -1,0 +1,175 @@
+//! Made-up records and a small scene for the tests of this crate.
+
+use robhaz_estimator::{Estimate, EstimateError, EstimatorSettings, LinkReading, SensorFrame};
+use robhaz_model::{Pin, Posture, Robot, Vec2};
+use robhaz_run::Frame;
+use robhaz_scene::{
+    EngineChoice, EngineKind, EstimatorChoice, Grade, RecordChoice, RobotChoice, Scene,
+    SensorChoice, TerrainChoice,
+};
+use robhaz_sim::contact::ContactLaw;
+use robhaz_sim::drive::Drive;
+use robhaz_sim::friction::FrictionLaw;
+use robhaz_sim::{BarTruth, PinTruth, Truth, WheelTruth};
+use robhaz_terrain::Profile;
+
+/// A record that owns what a [`Frame`] borrows.
+pub struct Record {
+    pub truth: Truth,
+    pub sensors: SensorFrame,
+    pub estimates: Vec<Result<Estimate, EstimateError>>,
+}
+
+impl Record {
+    pub fn frame(&self) -> Frame<'_> {
+        Frame {
+            truth: &self.truth,
+            sensors: &self.sensors,
+            estimates: &self.estimates,
+        }
+    }
+}
+
+/// Three estimators, the last of them not of the paper; 2 s at 100 Hz, compared from 0.5 s.
+pub fn scene() -> Scene {
+    let estimator = |name: &str| EstimatorChoice {
+        name: name.to_owned(),
+        settings: EstimatorSettings::true_mass(),
+    };
+    Scene {
+        name: "trial".to_owned(),
+        seed: 7,
+        robot: RobotChoice {
+            geometry_name: "A".to_owned(),
+            mass_name: "caption".to_owned(),
+            robot: Robot::default_a(),
+        },
+        terrain: TerrainChoice {
+            kind: "flat",
+            profile: Profile::Flat,
+        },
+        contact: ContactLaw::default(),
+        friction: FrictionLaw::default(),
+        drive: Drive::default(),
+        sensors: SensorChoice {
+            grade: Grade::Ideal,
+            rate: 1000.0,
+        },
+        estimators: vec![
+            estimator("paper-body"),
+            estimator("true-mass"),
+            estimator("mine"),
+        ],
+        engine: EngineChoice {
+            kind: EngineKind::Rapier,
+            step: 1e-4,
+        },
+        record: RecordChoice {
+            duration: 2.0,
+            rate: 100.0,
+            compare_from: 0.5,
+        },
+    }
+}
+
+/// A truth in which every field has a value of its own.
+pub fn truth_at(time: f64) -> Truth {
+    let wave = |k: f64| (k + 3.0 * time).sin();
+    let bar = |k: f64| BarTruth {
+        position: Vec2::new(wave(k), wave(k + 0.1)),
+        angle: wave(k + 0.2),
+        velocity: Vec2::new(wave(k + 0.3), wave(k + 0.4)),
+        rate: wave(k + 0.5),
+    };
+    let wheel = |k: f64| WheelTruth {
+        position: Vec2::new(wave(k), wave(k + 0.1)),
+        angle: wave(k + 0.2),
+        omega: wave(k + 0.3),
+        torque: wave(k + 0.4),
+        normal_force: 45.0 + 20.0 * wave(k + 0.5),
+        traction: 10.0 * wave(k + 0.6),
+        contact_angle: 0.2 * wave(k + 0.7),
+        penetration: 1e-3 * wave(k + 0.8),
+        slip_speed: wave(k + 0.9),
+        contacts: 1,
+    };
+    let pin = |k: f64| PinTruth {
+        position: Vec2::new(wave(k), wave(k + 0.1)),
+        force: Vec2::new(10.0 * wave(k + 0.2), 10.0 * wave(k + 0.3)),
+    };
+    Truth {
+        time,
+        body: bar(0.0),
+        links: [bar(1.0), bar(2.0), bar(3.0)],
+        wheels: [wheel(4.0), wheel(5.0), wheel(6.0)],
+        pins: [pin(7.0), pin(8.0), pin(9.0), pin(10.0)],
+        stop_torque: wave(11.0),
+        loop_error: 1e-9,
+    }
+}
+
+/// An estimate whose normal forces are `error` (N) too high on every wheel.
+pub fn good_estimate(truth: &Truth, error: f64) -> Estimate {
+    let q = truth.pin(Pin::Q).position;
+    Estimate {
+        time: truth.time,
+        normal_force: truth.wheels.map(|w| w.normal_force + error),
+        traction: truth.wheels.map(|w| w.traction - 0.5 * error),
+        posture: Posture {
+            body: truth.body.angle,
+            links: truth.links.map(|l| l.angle),
+        },
+        pin_from_q: truth.pins.map(|p| p.position - q),
+        pin_force: truth.pins.map(|p| p.force),
+        residual: [0.1, 0.2, 0.3, 0.4],
+    }
+}
+
+/// A record with three estimates, 2, 1 and 4 N too high.
+pub fn frame_of(time: f64) -> Record {
+    let truth = truth_at(time);
+    let estimates = [2.0, 1.0, 4.0]
+        .map(|error| Ok(good_estimate(&truth, error)))
+        .to_vec();
+    record_of(truth, estimates)
+}
+
+/// A record of which no estimator can make anything.
+pub fn failed_frame(time: f64) -> Record {
+    let refusal = EstimateError::NotFinite { field: "time" };
+    record_of(truth_at(time), vec![Err(refusal); 3])
+}
+
+/// A record of given truth and estimates.
+pub fn record_of(truth: Truth, estimates: Vec<Result<Estimate, EstimateError>>) -> Record {
+    let link = |i: usize| LinkReading {
+        inclination: truth.links[i].angle,
+        rate: truth.links[i].rate,
+    };
+    Record {
+        sensors: SensorFrame {
+            time: truth.time,
+            wheel_angle: truth.wheels.map(|w| w.angle),
+            motor_torque: truth.wheels.map(|w| w.torque),
+            link1: link(0),
+            link2: link(1),
+            contact_angle: truth.wheels.map(|w| w.contact_angle),
+        },
+        truth,
+        estimates,
+    }
+}
+
+/// Records of the whole of [`scene`]; between 1.0 and 1.2 s there are no estimates.
+pub fn records() -> Vec<Record> {
+    (0..=200)
+        .map(|k| {
+            let time = f64::from(k) / 100.0;
+            if (1.0..1.2).contains(&time) {
+                failed_frame(time)
+            } else {
+                frame_of(time)
+            }
+        })
+        .collect()
+}

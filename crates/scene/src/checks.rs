@@ -1,0 +1,120 @@
+//! Rules over several keys.
+
+use crate::error::Problem;
+use crate::range::short;
+use crate::reader::Reader;
+use crate::scene::Scene;
+use crate::source::Node;
+
+/// Most records of a run.
+const MOST_RECORDS: f64 = 1e8;
+/// Most integration steps of a run: days of computing.
+const MOST_STEPS: f64 = 1e11;
+/// Rounding allowed in what must be a whole number, of the number.
+const WHOLE: f64 = 1e-12;
+
+/// A key and its value, for messages.
+type Value<'a> = (&'a str, f64);
+
+/// Checks what concerns several keys, where the keys themselves are in order.
+pub(crate) fn check(reader: &mut Reader, root: &Node, scene: &Scene) {
+    if reader.is_clean(&["contact."]) {
+        friction(reader, root, scene);
+    }
+    if reader.is_clean(&["record."]) {
+        record(reader, root, scene);
+    }
+    if reader.is_clean(&["record.", "sensors."]) {
+        sensors(reader, root, scene);
+    }
+    if reader.is_clean(&["record.", "engine."]) {
+        engine(reader, root, scene);
+    }
+}
+
+fn friction(reader: &mut Reader, root: &Node, scene: &Scene) {
+    let law = &scene.friction;
+    if law.mu_d > law.mu_s {
+        let keys = [("contact.mu_d", law.mu_d), ("contact.mu_s", law.mu_s)];
+        conflict(reader, root, keys, "contact.mu_d not above contact.mu_s");
+    }
+    if law.v_s >= law.v_d {
+        let keys = [("contact.v_s", law.v_s), ("contact.v_d", law.v_d)];
+        conflict(reader, root, keys, "contact.v_s below contact.v_d");
+    }
+}
+
+fn record(reader: &mut Reader, root: &Node, scene: &Scene) {
+    let r = &scene.record;
+    let (duration, rate) = (("record.duration", r.duration), ("record.rate", r.rate));
+    if r.compare_from >= r.duration {
+        let from = ("record.compare_from", r.compare_from);
+        let rule = "record.compare_from below record.duration";
+        conflict(reader, root, [from, duration], rule);
+    }
+    let count = r.duration * r.rate;
+    if count > MOST_RECORDS {
+        let rule = format!("at most {} records", short(MOST_RECORDS));
+        conflict(reader, root, [rate, duration], &rule);
+    } else if !is_whole(count) {
+        let rule = "a whole number of records: record.duration times record.rate";
+        conflict(reader, root, [duration, rate], rule);
+    }
+}
+
+fn sensors(reader: &mut Reader, root: &Node, scene: &Scene) {
+    if !is_whole(scene.sensors.rate / scene.record.rate) {
+        let keys = [
+            ("sensors.rate", scene.sensors.rate),
+            ("record.rate", scene.record.rate),
+        ];
+        let rule = "sensors.rate a whole multiple of record.rate";
+        conflict(reader, root, keys, rule);
+    }
+}
+
+fn engine(reader: &mut Reader, root: &Node, scene: &Scene) {
+    if scene.record.duration / scene.engine.step > MOST_STEPS {
+        let keys = [
+            ("engine.step", scene.engine.step),
+            ("record.duration", scene.record.duration),
+        ];
+        let rule = format!("at most {} steps", short(MOST_STEPS));
+        conflict(reader, root, keys, &rule);
+    }
+}
+
+/// Whether a number is 1, 2, 3 ... but for rounding.
+fn is_whole(value: f64) -> bool {
+    value.round() >= 1.0 && (value - value.round()).abs() <= WHOLE * value
+}
+
+/// Blames the key that an override set, else the first one that is written at all; defaults agree with each other.
+fn conflict(reader: &mut Reader, root: &Node, keys: [Value<'_>; 2], rule: &str) {
+    let written = |key: &str| root.find(key).map(|n| n.origin.clone());
+    let origins = keys.map(|(key, _)| (key, written(key)));
+    let by_override = |(_, o): &&(_, Option<crate::source::Origin>)| {
+        o.as_ref().is_some_and(crate::source::Origin::is_override)
+    };
+    let blamed = origins
+        .iter()
+        .find(by_override)
+        .or_else(|| origins.iter().find(|(_, o)| o.is_some()));
+    let Some((key, Some(origin))) = blamed else {
+        return;
+    };
+    let found = keys.map(|(key, value)| format!("{key} = {}", short(value)));
+    let message = format!("found {}, allowed: {rule}", found.join(" and "));
+    reader.push(Problem::at(origin, key, message).whole());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_numbers_may_be_rounded() {
+        assert!(is_whole(2.3 * 1000.0) && is_whole(1.0) && is_whole(0.1 * 3.0 * 10.0));
+        assert!(!is_whole(0.0) && !is_whole(0.5) && !is_whole(1000.001) && !is_whole(1e-20));
+    }
+}

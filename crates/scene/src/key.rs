@@ -1,0 +1,227 @@
+//! The one place where a key is declared: its name, unit, range, meaning and the field that it sets.
+//!
+//! Reading, writing, defaults and the reference in `docs/scenes.md` all come from these declarations. Defaults are not
+//! declared: they are what the field holds in the crates' own `Default` or named constructor.
+
+use crate::range::Range;
+use crate::units::Dimension;
+use robhaz_model::Vec2;
+
+/// A key of a table that sets a field of `T`.
+pub(crate) struct Key<T: 'static> {
+    pub name: &'static str,
+    pub meaning: &'static str,
+    pub field: Field<T>,
+    /// Whether it must be given.
+    pub required: bool,
+}
+
+/// The unit and range of a number.
+#[derive(Clone, Copy)]
+pub(crate) struct Number {
+    pub unit: &'static Dimension,
+    pub range: Range,
+}
+
+/// What a key holds.
+pub(crate) enum Field<T: 'static> {
+    Number(Number, fn(&mut T) -> &mut f64),
+    /// `[a, b, c]`: one for each link.
+    Three(Number, fn(&mut T) -> &mut [f64; 3]),
+    /// `[x, y]`
+    Point(Number, fn(&mut T) -> &mut Vec2),
+    /// `[[x, y], [x, y], [x, y]]`
+    ThreePoints(Number, fn(&mut T) -> &mut [Vec2; 3]),
+    /// One of a few words, by its index.
+    Word(Words, fn(&T) -> usize, fn(&mut T, usize)),
+    /// `["word", "word", "word"]`
+    ThreeWords(Words, fn(&T) -> [usize; 3], fn(&mut T, [usize; 3])),
+    /// A table within the table.
+    Table(&'static [Key<T>]),
+    /// What the section reads in its own way: default and allowed values in words.
+    Own {
+        default: &'static str,
+        allowed: &'static str,
+    },
+    /// A word that the section reads in its own way, since other keys depend on it.
+    OwnWord {
+        default: &'static str,
+        words: Words,
+    },
+}
+
+/// Words to choose from.
+pub(crate) type Words = &'static [&'static str];
+
+impl<T> Key<T> {
+    const fn new(name: &'static str, field: Field<T>, meaning: &'static str) -> Self {
+        Self {
+            name,
+            meaning,
+            field,
+            required: false,
+        }
+    }
+
+    pub const fn number(
+        name: &'static str,
+        unit: &'static Dimension,
+        range: Range,
+        at: fn(&mut T) -> &mut f64,
+        meaning: &'static str,
+    ) -> Self {
+        Self::new(name, Field::Number(Number { unit, range }, at), meaning)
+    }
+
+    pub const fn three(
+        name: &'static str,
+        unit: &'static Dimension,
+        range: Range,
+        at: fn(&mut T) -> &mut [f64; 3],
+        meaning: &'static str,
+    ) -> Self {
+        Self::new(name, Field::Three(Number { unit, range }, at), meaning)
+    }
+
+    pub const fn point(
+        name: &'static str,
+        unit: &'static Dimension,
+        range: Range,
+        at: fn(&mut T) -> &mut Vec2,
+        meaning: &'static str,
+    ) -> Self {
+        Self::new(name, Field::Point(Number { unit, range }, at), meaning)
+    }
+
+    pub const fn three_points(
+        name: &'static str,
+        unit: &'static Dimension,
+        range: Range,
+        at: fn(&mut T) -> &mut [Vec2; 3],
+        meaning: &'static str,
+    ) -> Self {
+        let number = Number { unit, range };
+        Self::new(name, Field::ThreePoints(number, at), meaning)
+    }
+
+    pub const fn word(
+        name: &'static str,
+        words: Words,
+        get: fn(&T) -> usize,
+        set: fn(&mut T, usize),
+        meaning: &'static str,
+    ) -> Self {
+        Self::new(name, Field::Word(words, get, set), meaning)
+    }
+
+    pub const fn three_words(
+        name: &'static str,
+        words: Words,
+        get: fn(&T) -> [usize; 3],
+        set: fn(&mut T, [usize; 3]),
+        meaning: &'static str,
+    ) -> Self {
+        Self::new(name, Field::ThreeWords(words, get, set), meaning)
+    }
+
+    pub const fn table(name: &'static str, keys: &'static [Key<T>], meaning: &'static str) -> Self {
+        Self::new(name, Field::Table(keys), meaning)
+    }
+
+    pub const fn own(
+        name: &'static str,
+        default: &'static str,
+        allowed: &'static str,
+        meaning: &'static str,
+    ) -> Self {
+        Self::new(name, Field::Own { default, allowed }, meaning)
+    }
+
+    pub const fn own_word(
+        name: &'static str,
+        default: &'static str,
+        words: Words,
+        meaning: &'static str,
+    ) -> Self {
+        Self::new(name, Field::OwnWord { default, words }, meaning)
+    }
+
+    /// The same key, without a default.
+    pub const fn required(self) -> Self {
+        Self {
+            required: true,
+            ..self
+        }
+    }
+}
+
+impl Number {
+    /// `a number above 0, in N m`
+    pub fn allowed(&self) -> String {
+        match self.unit.si() {
+            "" => format!("a number {}", self.range),
+            si => format!("a number {}, in {si}", self.range),
+        }
+    }
+
+    /// The same, with what else can be written.
+    pub fn allowed_in_full(&self) -> String {
+        match self.unit.units.len() {
+            0 => self.allowed(),
+            _ => format!(
+                "{}, or a text with a unit ({})",
+                self.allowed(),
+                self.unit.names()
+            ),
+        }
+    }
+}
+
+impl<T> Field<T> {
+    /// What the key takes, in words.
+    pub fn allowed(&self) -> String {
+        let number = self.number().map(Number::allowed_in_full);
+        self.in_words(&number.unwrap_or_default())
+    }
+
+    /// What the key takes, without units.
+    pub fn allowed_values(&self) -> String {
+        let range = self.number().map(|n| n.range.to_string());
+        self.in_words(range.unwrap_or_default().trim_start_matches("of "))
+    }
+
+    fn in_words(&self, number: &str) -> String {
+        match self {
+            Self::Number(..) => number.to_owned(),
+            Self::Three(..) => format!("[a, b, c], each {number}"),
+            Self::Point(..) => format!("[x, y], each {number}"),
+            Self::ThreePoints(..) => format!("[[x, y], [x, y], [x, y]], each {number}"),
+            Self::Word(words, ..) | Self::OwnWord { words, .. } => quoted(words),
+            Self::ThreeWords(words, ..) => format!("three of {}", quoted(words)),
+            Self::Table(_) => "a table".to_owned(),
+            Self::Own { allowed, .. } => (*allowed).to_owned(),
+        }
+    }
+
+    /// The unit and range, where it is made of numbers.
+    pub fn number(&self) -> Option<&Number> {
+        match self {
+            Self::Number(n, _)
+            | Self::Three(n, _)
+            | Self::Point(n, _)
+            | Self::ThreePoints(n, _) => Some(n),
+            _ => None,
+        }
+    }
+
+    /// The SI unit; empty where there is none.
+    pub fn unit(&self) -> &'static str {
+        self.number().map_or("", |n| n.unit.si())
+    }
+}
+
+/// `"one", "two"`
+pub(crate) fn quoted(words: &[&str]) -> String {
+    let words: Vec<_> = words.iter().map(|w| format!("\"{w}\"")).collect();
+    words.join(", ")
+}

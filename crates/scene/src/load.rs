@@ -1,0 +1,119 @@
+//! From a file to a [`Scene`].
+
+use crate::error::{Problem, SceneError};
+use crate::key::Key;
+use crate::reader::{Reader, join};
+use crate::scene::Scene;
+use crate::sections::SECTIONS;
+use crate::source::{Node, Source, Value};
+use crate::{checks, estimators, name, overrides, robot, terrain};
+use std::path::Path;
+
+/// A table that the reader ignores: the resolved scene says there which versions wrote it.
+pub(crate) const IGNORED: &str = "resolved";
+
+/// The keys above all sections.
+pub(crate) const TOP: &[Key<Scene>] = &[
+    Key::own(
+        "name",
+        "the file's name without `.toml`",
+        name::ALLOWED,
+        "name of the scene: names the default output folder",
+    ),
+    Key::own(
+        "seed",
+        "0",
+        "a whole number of at least 0 and below 2^64",
+        "seed of everything random in the run",
+    ),
+];
+
+impl Scene {
+    /// Reads a scene file; `overrides` are texts `key=value` that win over the file, the last one first.
+    ///
+    /// # Errors
+    /// [`SceneError`] with everything that is wrong, in the file, in files that it names, and in the overrides.
+    pub fn load(path: &Path, overrides: &[String]) -> Result<Self, SceneError> {
+        let shown = path.display().to_string();
+        let text = std::fs::read_to_string(path).map_err(|error| {
+            let message = format!("cannot be read: {error}; allowed: a scene file in TOML, UTF-8");
+            SceneError::new(Problem::unread(&shown, message), Vec::new())
+        })?;
+        let base_dir = path.parent().unwrap_or(Path::new(""));
+        Self::parse(&text, &shown, base_dir, overrides)
+    }
+
+    /// Reads the text of a scene file.
+    ///
+    /// `source_name` is the file's name in messages, and the scene's name where the text gives none. Paths in the
+    /// scene are relative to `base_dir`.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn parse(
+        text: &str,
+        source_name: &str,
+        base_dir: &Path,
+        overrides: &[String],
+    ) -> Result<Self, SceneError> {
+        let mut reader = Reader::new(base_dir.to_owned());
+        let mut root = reader.document(&Source::file(source_name, text));
+        for text in overrides {
+            overrides::apply(&mut reader, &mut root, text);
+        }
+        let scene = read(&mut reader, &root, source_name);
+        reader.finish(scene)
+    }
+}
+
+fn read(reader: &mut Reader, root: &Node, source_name: &str) -> Scene {
+    top_level(reader, root);
+    let stem = Path::new(source_name).file_stem().unwrap_or_default();
+    let given = root.get("name").map(|n| name::read(reader, n, "name"));
+    let mut scene = Scene {
+        name: given
+            .flatten()
+            .unwrap_or_else(|| name::from_stem(&stem.to_string_lossy())),
+        seed: seed(reader, root),
+        robot: robot::read(reader, root),
+        terrain: terrain::read(reader, root),
+        estimators: estimators::read(reader, root),
+        ..Scene::default()
+    };
+    for section in SECTIONS {
+        if let Some(node) = root.get(section.name) {
+            reader.table(section.keys, node, section.name, &mut scene);
+        }
+    }
+    checks::check(reader, root, &scene);
+    scene
+}
+
+/// Complains of what is neither a key of the top nor a section.
+fn top_level(reader: &mut Reader, root: &Node) {
+    let allowed: Vec<&str> = TOP
+        .iter()
+        .map(|k| k.name)
+        .chain(["robot", terrain::PATH, estimators::PATH])
+        .chain(SECTIONS.iter().map(|s| s.name))
+        .collect();
+    for entry in reader.entries(root, "") {
+        if entry.key != IGNORED && !allowed.contains(&entry.key.as_str()) {
+            reader.unknown(entry, "", &allowed);
+        }
+    }
+}
+
+fn seed(reader: &mut Reader, root: &Node) -> u64 {
+    let Some(node) = root.get("seed") else {
+        return 0;
+    };
+    let seed = match node.value {
+        Value::Integer(Some(seed), _) => u64::try_from(seed).ok(),
+        _ => None,
+    };
+    seed.unwrap_or_else(|| {
+        reader.refuse(node, &join("", "seed"), &TOP[1].field.allowed());
+        0
+    })
+}

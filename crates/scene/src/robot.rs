@@ -1,0 +1,284 @@
+//! `[robot]`: geometry and masses, by name, from a file, or written in the scene.
+
+use crate::error::Problem;
+use crate::key::{Key, quoted};
+use crate::reader::{Reader, join};
+use crate::robot_keys::{GEOMETRY, LINK_CG, MASSES};
+use crate::scene::RobotChoice;
+use crate::source::{Entry, Node, Origin, Source, Value};
+use crate::suggest::nearest;
+use robhaz_model::{Geometry, GeometryError, MassSet, PinStop, Robot, mean_link_cgs};
+use std::path::Path;
+
+/// How far the axles may stand from the wheel radius over the ground in the nominal pose, m.
+const LEVEL: f64 = 1e-4;
+
+const DEFAULT_GEOMETRY: &str = "A";
+const DEFAULT_MASS: &str = "caption";
+
+/// A file that is part of the program.
+struct BuiltIn {
+    name: &'static str,
+    file: &'static str,
+    text: &'static str,
+}
+
+/// One of the two halves of `[robot]`.
+pub(crate) struct Part {
+    /// Full key.
+    pub path: &'static str,
+    /// The first is the default.
+    builtins: &'static [BuiltIn],
+    what: &'static str,
+}
+
+/// `robot.geometry`
+pub(crate) const GEOMETRY_PART: Part = Part {
+    path: "robot.geometry",
+    builtins: &[
+        BuiltIn {
+            name: DEFAULT_GEOMETRY,
+            file: "robots/geometry-a.toml",
+            text: include_str!("../../../robots/geometry-a.toml"),
+        },
+        BuiltIn {
+            name: "B",
+            file: "robots/geometry-b.toml",
+            text: include_str!("../../../robots/geometry-b.toml"),
+        },
+    ],
+    what: "geometry",
+};
+
+/// `robot.mass`
+pub(crate) const MASS_PART: Part = Part {
+    path: "robot.mass",
+    builtins: &[
+        BuiltIn {
+            name: DEFAULT_MASS,
+            file: "robots/mass-caption.toml",
+            text: include_str!("../../../robots/mass-caption.toml"),
+        },
+        BuiltIn {
+            name: "text",
+            file: "robots/mass-text.toml",
+            text: include_str!("../../../robots/mass-text.toml"),
+        },
+    ],
+    what: "mass",
+};
+
+/// The keys of `[robot]` itself.
+pub(crate) const KEYS: &[Key<()>] = &[
+    Key::own(
+        "geometry",
+        DEFAULT_GEOMETRY,
+        "\"A\", \"B\", the path of a .toml file, or a table",
+        "dimensions of the robot; a path is relative to the scene file",
+    ),
+    Key::own(
+        "mass",
+        DEFAULT_MASS,
+        "\"caption\", \"text\", the path of a .toml file, or a table",
+        "masses and inertias; a path is relative to the scene file",
+    ),
+];
+
+/// Geometry A with the masses of the captions.
+pub(crate) fn default() -> RobotChoice {
+    RobotChoice {
+        geometry_name: DEFAULT_GEOMETRY.to_owned(),
+        mass_name: DEFAULT_MASS.to_owned(),
+        robot: Robot::default_a(),
+    }
+}
+
+/// Reads the section.
+pub(crate) fn read(reader: &mut Reader, root: &Node) -> RobotChoice {
+    if let Some(node) = root.get("robot") {
+        reader.table(KEYS, node, "robot", &mut ());
+    }
+    let (geometry_name, geometry) = read_part(reader, root, &GEOMETRY_PART, read_geometry);
+    let (mass_name, mass) = read_part(reader, root, &MASS_PART, read_masses);
+    RobotChoice {
+        geometry_name,
+        mass_name,
+        robot: Robot {
+            // Both are there unless there is a problem.
+            geometry: geometry.unwrap_or_else(Geometry::a),
+            mass: mass.unwrap_or_else(MassSet::caption),
+        },
+    }
+}
+
+fn read_part<T>(
+    reader: &mut Reader,
+    root: &Node,
+    part: &Part,
+    read: fn(&mut Reader, &Node, &str) -> Option<T>,
+) -> (String, Option<T>) {
+    let (chosen, node, path) = match root.find(part.path) {
+        None => {
+            let default = &part.builtins[0];
+            (default.name, Some(part.builtin(reader, default)), "")
+        }
+        Some(node) => match &node.value {
+            Value::Text(name) => (name.as_str(), part.by_name(reader, node, name), ""),
+            Value::Table(_) => ("inline", Some(node.clone()), part.path),
+            _ => {
+                reader.refuse(node, part.path, &part.allowed());
+                ("", None, "")
+            }
+        },
+    };
+    let Some(node) = node else {
+        return (chosen.to_owned(), None);
+    };
+    let name = match node.get("name").map(|n| (n, &n.value)) {
+        Some((_, Value::Text(name))) => name.clone(),
+        Some((name, _)) => {
+            reader.refuse(name, &join(path, "name"), "a text");
+            String::new()
+        }
+        None => chosen.to_owned(),
+    };
+    (name, read(reader, &node, path))
+}
+
+impl Part {
+    fn names(&self) -> Vec<&'static str> {
+        self.builtins.iter().map(|b| b.name).collect()
+    }
+
+    fn allowed(&self) -> String {
+        format!(
+            "{}, the path of a {} file ending in .toml, or a table with the keys of such a file",
+            quoted(&self.names()),
+            self.what
+        )
+    }
+
+    fn builtin(&self, reader: &mut Reader, builtin: &BuiltIn) -> Node {
+        reader.document(&Source::file(builtin.file, builtin.text))
+    }
+
+    /// The content of a built-in or a file.
+    fn by_name(&self, reader: &mut Reader, node: &Node, name: &str) -> Option<Node> {
+        if let Some(builtin) = self.builtins.iter().find(|b| b.name == name) {
+            return Some(self.builtin(reader, builtin));
+        }
+        if Path::new(name).extension().is_none_or(|e| e != "toml") {
+            let mut allowed = self.allowed();
+            if let Some(near) = nearest(name, &self.names()) {
+                allowed += &format!("; did you mean \"{near}\"?");
+            }
+            reader.refuse(node, self.path, &allowed);
+            return None;
+        }
+        let path = reader.base_dir.join(name);
+        let shown = path.display().to_string();
+        match std::fs::read_to_string(&path) {
+            Ok(text) => Some(reader.document(&Source::file(&shown, &text))),
+            Err(error) => {
+                let message = format!(
+                    "found {}, but {shown} cannot be read: {error}; allowed: {}",
+                    node.origin.found(),
+                    self.allowed()
+                );
+                reader.push(Problem::at(&node.origin, self.path, message));
+                None
+            }
+        }
+    }
+
+    /// What `chosen` (or the default) holds, written out as a table, so that an override can change a part of it.
+    ///
+    /// Its name says that it is no longer what it was.
+    pub(crate) fn written_out(
+        &self,
+        reader: &mut Reader,
+        chosen: Option<&Node>,
+        origin: &Origin,
+    ) -> Option<Node> {
+        let (name, node) = match chosen.map(|c| (c, &c.value)) {
+            None => {
+                let default = &self.builtins[0];
+                (default.name, self.builtin(reader, default))
+            }
+            Some((node, Value::Text(name))) => (name.as_str(), self.by_name(reader, node, name)?),
+            Some((node, _)) => match node.get("name").map(|n| &n.value) {
+                Some(Value::Text(name)) => (name.as_str(), node.clone()),
+                _ => return Some(node.clone()),
+            },
+        };
+        let name = name.strip_suffix(CHANGED).unwrap_or(name);
+        let mut entries: Vec<Entry> = node.entries().unwrap_or_default().to_vec();
+        entries.retain(|e| e.key != "name");
+        entries.push(Entry {
+            key: "name".to_owned(),
+            origin: origin.clone(),
+            node: Node::text(origin, &format!("{name}{CHANGED}")),
+        });
+        Some(Node::table(&node.origin, entries))
+    }
+}
+
+/// Ends the name of a part that an override has changed.
+const CHANGED: &str = ", changed";
+
+fn read_geometry(reader: &mut Reader, node: &Node, path: &str) -> Option<Geometry> {
+    let mark = reader.mark();
+    // Filled in key by key; only the stops have defaults.
+    let mut geometry = Geometry {
+        stop: PinStop::standard(),
+        ..Geometry::a()
+    };
+    reader.table(GEOMETRY, node, path, &mut geometry);
+    if reader.mark() != mark {
+        return None;
+    }
+    if node.get(LINK_CG).is_none() {
+        geometry.link_cg = mean_link_cgs(&geometry.axles, &geometry.carriers, &geometry.pins);
+    }
+    if let Err((key, message)) = check(&geometry) {
+        let at = node.find(key).unwrap_or(node);
+        let message = format!("found {}, but {message}", at.origin.found());
+        reader.push(Problem::at(&at.origin, &join(path, key), message).whole());
+        return None;
+    }
+    Some(geometry)
+}
+
+/// The key at fault and why.
+fn check(geometry: &Geometry) -> Result<(), (&'static str, String)> {
+    if let Err(error) = geometry.check() {
+        let key = match error {
+            GeometryError::WheelRadius(_) => "wheel_radius",
+            GeometryError::NotFinite | GeometryError::ZeroBar(_) => "pins",
+            GeometryError::POnLineRs => "pins.p",
+            GeometryError::WheelOrder => "axles",
+            GeometryError::UnusedCarrier(_) => "carriers",
+            GeometryError::Stop => "stop",
+        };
+        return Err((key, error.to_string()));
+    }
+    let radius = geometry.wheel_radius;
+    if geometry.axles.iter().any(|a| (a.y - radius).abs() > LEVEL) {
+        let message = format!(
+            "in the nominal pose all wheels stand on y = 0: the y of every axle is wheel_radius = {radius} m"
+        );
+        return Err(("axles", message));
+    }
+    Ok(())
+}
+
+fn read_masses(reader: &mut Reader, node: &Node, path: &str) -> Option<MassSet> {
+    let mark = reader.mark();
+    let mut masses = MassSet::caption();
+    reader.table(MASSES, node, path, &mut masses);
+    if let (true, Err(error)) = (reader.mark() == mark, masses.check()) {
+        let message = error.to_string();
+        reader.push(Problem::at(&node.origin, &join(path, error.entry), message).whole());
+    }
+    (reader.mark() == mark).then_some(masses)
+}

@@ -1,0 +1,220 @@
+//! The plain sections: contact, drive, sensors, engine and record.
+
+use crate::key::Key;
+use crate::range::{above, at_least};
+use crate::scene::{EngineKind, Grade, Scene};
+use crate::units::{
+    CONTACT_STIFFNESS, DAMPING, FREQUENCY, LENGTH, NONE, ROTARY_DAMPING, SPEED, TIME, TORQUE,
+};
+
+/// A section of a scene file whose keys set fields of the scene.
+pub(crate) struct Section {
+    pub name: &'static str,
+    pub meaning: &'static str,
+    pub keys: &'static [Key<Scene>],
+}
+
+/// Longest step with which the explicit contact force is stable, s.
+pub(crate) const LONGEST_STEP: f64 = 1.5e-4;
+/// Fastest rate of sensors and records, Hz.
+const FASTEST: f64 = 1e6;
+/// Longest run, s.
+const LONGEST_RUN: f64 = 1e6;
+
+/// All plain sections, in the order in which they are written.
+pub(crate) const SECTIONS: &[Section] = &[
+    Section {
+        name: "contact",
+        meaning: "eqs. (10) and (11): wheel and ground",
+        keys: CONTACT,
+    },
+    Section {
+        name: "drive",
+        meaning: "eq. (2): motors and their speed control",
+        keys: DRIVE,
+    },
+    Section {
+        name: "sensors",
+        meaning: "what the estimators see",
+        keys: SENSORS,
+    },
+    Section {
+        name: "engine",
+        meaning: "what computes the truth",
+        keys: ENGINE,
+    },
+    Section {
+        name: "record",
+        meaning: "what is kept of the run",
+        keys: RECORD,
+    },
+];
+
+const CONTACT: &[Key<Scene>] = &[
+    Key::number(
+        "stiffness",
+        CONTACT_STIFFNESS,
+        above(0.0).at_most(1e15),
+        |s| &mut s.contact.stiffness,
+        "stiffness k of the ground",
+    ),
+    Key::number(
+        "exponent",
+        NONE,
+        at_least(1.0).at_most(5.0),
+        |s| &mut s.contact.exponent,
+        "exponent n of the penetration; the unit of the stiffness goes with it",
+    ),
+    Key::number(
+        "damping",
+        DAMPING,
+        at_least(0.0).at_most(1e7),
+        |s| &mut s.contact.damping,
+        "damping c of the ground",
+    ),
+    Key::number(
+        "damping_ramp",
+        LENGTH,
+        at_least(0.0).at_most(0.1),
+        |s| &mut s.contact.damping_ramp,
+        "penetration over which the damping comes in; 0 for a constant c",
+    ),
+    Key::number(
+        "mu_s",
+        NONE,
+        at_least(0.0).at_most(10.0),
+        |s| &mut s.friction.mu_s,
+        "static friction coefficient",
+    ),
+    Key::number(
+        "mu_d",
+        NONE,
+        at_least(0.0).at_most(10.0),
+        |s| &mut s.friction.mu_d,
+        "dynamic friction coefficient, not above mu_s",
+    ),
+    Key::number(
+        "v_s",
+        SPEED,
+        above(0.0).at_most(10.0),
+        |s| &mut s.friction.v_s,
+        "slip speed of the static coefficient",
+    ),
+    Key::number(
+        "v_d",
+        SPEED,
+        above(0.0).at_most(10.0),
+        |s| &mut s.friction.v_d,
+        "slip speed from which the dynamic coefficient holds, above v_s",
+    ),
+];
+
+const DRIVE: &[Key<Scene>] = &[
+    Key::number(
+        "speed",
+        SPEED,
+        at_least(-10.0).at_most(10.0),
+        |s| &mut s.drive.speed,
+        "set speed of travel, forward positive",
+    ),
+    Key::number(
+        "kp",
+        ROTARY_DAMPING,
+        at_least(0.0).at_most(1e6),
+        |s| &mut s.drive.kp,
+        "proportional gain on the wheel speed",
+    ),
+    Key::number(
+        "ki",
+        TORQUE,
+        at_least(0.0).at_most(1e6),
+        |s| &mut s.drive.ki,
+        "integral gain on the wheel speed; 0 for the soft drive",
+    ),
+    Key::number(
+        "torque_limit",
+        TORQUE,
+        above(0.0).at_most(1e6),
+        |s| &mut s.drive.torque_limit,
+        "greatest motor torque at the wheel",
+    ),
+    Key::number(
+        "viscous_damping",
+        ROTARY_DAMPING,
+        at_least(0.0).at_most(1e3),
+        |s| &mut s.drive.viscous_damping,
+        "damping B in the wheel module",
+    ),
+    Key::number(
+        "start_time",
+        TIME,
+        at_least(0.0).at_most(LONGEST_RUN),
+        |s| &mut s.drive.start_time,
+        "rest before the start",
+    ),
+    Key::number(
+        "ramp_time",
+        TIME,
+        at_least(0.0).at_most(LONGEST_RUN),
+        |s| &mut s.drive.ramp_time,
+        "duration of the smooth start; 0 for a jump",
+    ),
+];
+
+const SENSORS: &[Key<Scene>] = &[
+    Key::word(
+        "grade",
+        &[Grade::Ideal.name()],
+        |s| s.sensors.grade as usize,
+        |s, i| s.sensors.grade = Grade::ALL[i],
+        "how good the sensors are; ideal ones read the truth",
+    ),
+    Key::number(
+        "rate",
+        FREQUENCY,
+        above(0.0).at_most(FASTEST),
+        |s| &mut s.sensors.rate,
+        "samples a second, a whole multiple of record.rate",
+    ),
+];
+
+const ENGINE: &[Key<Scene>] = &[
+    Key::word(
+        "kind",
+        &[EngineKind::Rapier.name()],
+        |s| s.engine.kind as usize,
+        |s, i| s.engine.kind = EngineKind::ALL[i],
+        "which engine",
+    ),
+    Key::number(
+        "step",
+        TIME,
+        above(0.0).at_most(LONGEST_STEP),
+        |s| &mut s.engine.step,
+        "greatest integration step; the explicit contact force is unstable above about 0.15 ms",
+    ),
+];
+
+const RECORD: &[Key<Scene>] = &[
+    Key::number(
+        "duration",
+        TIME,
+        above(0.0).at_most(LONGEST_RUN),
+        |s| &mut s.record.duration,
+        "simulated time; a whole number of records",
+    ),
+    Key::number(
+        "rate",
+        FREQUENCY,
+        above(0.0).at_most(FASTEST),
+        |s| &mut s.record.rate,
+        "records a second",
+    ),
+    Key::number(
+        "compare_from",
+        TIME,
+        at_least(0.0).at_most(LONGEST_RUN),
+        |s| &mut s.record.compare_from,
+        "errors count from this time on, below duration: before it the robot settles and starts",
+    ),
+];

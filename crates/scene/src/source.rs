@@ -1,0 +1,250 @@
+//! A file or an override as a tree whose every node knows where it was written.
+
+use miette::NamedSource;
+use std::ops::Range;
+use std::sync::Arc;
+use toml::de::{DeInteger, DeTable, DeValue};
+
+/// Where text comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SourceKind {
+    /// A file: problems name its lines.
+    File,
+    /// An override of the command line: one line, named by itself.
+    Override,
+}
+
+/// A text with its name.
+#[derive(Debug)]
+pub(crate) struct Source {
+    pub kind: SourceKind,
+    pub named: NamedSource<String>,
+}
+
+impl Source {
+    pub fn file(name: &str, text: &str) -> Arc<Self> {
+        Arc::new(Self {
+            kind: SourceKind::File,
+            named: NamedSource::new(name, text.to_owned()).with_language("TOML"),
+        })
+    }
+
+    /// An override `key=value` as given to `--set`.
+    pub fn set(text: &str) -> Arc<Self> {
+        Arc::new(Self {
+            kind: SourceKind::Override,
+            named: NamedSource::new(format!("--set {text}"), text.to_owned()),
+        })
+    }
+}
+
+/// A place in a source.
+#[derive(Clone, Debug)]
+pub(crate) struct Origin {
+    pub source: Arc<Source>,
+    /// In bytes.
+    pub span: Range<usize>,
+}
+
+impl Origin {
+    /// The line, from 1.
+    pub fn line(&self) -> usize {
+        let before = self.source.named.inner().bytes().take(self.span.start);
+        1 + before.filter(|b| *b == b'\n').count()
+    }
+
+    pub fn is_override(&self) -> bool {
+        self.source.kind == SourceKind::Override
+    }
+
+    /// What is written there, short enough for a message of one line.
+    pub fn found(&self) -> String {
+        const LONGEST: usize = 60;
+        let text = self.source.named.inner();
+        let text = text.get(self.span.clone()).unwrap_or_default();
+        let line = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        if line.is_empty() {
+            return "nothing".to_owned();
+        }
+        match line.char_indices().nth(LONGEST) {
+            Some((end, _)) => format!("{} ...", &line[..end]),
+            None => line,
+        }
+    }
+}
+
+/// A value and where it was written.
+#[derive(Clone, Debug)]
+pub(crate) struct Node {
+    pub origin: Origin,
+    pub value: Value,
+}
+
+/// What was written.
+#[derive(Clone, Debug)]
+pub(crate) enum Value {
+    Text(String),
+    Float(f64),
+    /// A whole number, where it fits, and its value as a float.
+    Integer(Option<i128>, f64),
+    /// What no key takes: its type in words.
+    Other(&'static str),
+    Array(Vec<Node>),
+    /// In the order of the file.
+    Table(Vec<Entry>),
+}
+
+/// A key with its value.
+#[derive(Clone, Debug)]
+pub(crate) struct Entry {
+    pub key: String,
+    pub origin: Origin,
+    pub node: Node,
+}
+
+impl Node {
+    /// A text that stands for what its origin left out.
+    pub fn text(origin: &Origin, text: &str) -> Self {
+        Self {
+            origin: origin.clone(),
+            value: Value::Text(text.to_owned()),
+        }
+    }
+
+    /// A table of which nothing is written yet.
+    pub fn table(origin: &Origin, entries: Vec<Entry>) -> Self {
+        Self {
+            origin: origin.clone(),
+            value: Value::Table(entries),
+        }
+    }
+
+    /// The type of the value in words.
+    pub fn type_name(&self) -> &'static str {
+        match self.value {
+            Value::Text(_) => "a text",
+            Value::Float(_) => "a number",
+            Value::Integer(..) => "a whole number",
+            Value::Other(name) => name,
+            Value::Array(_) => "an array",
+            Value::Table(_) => "a table",
+        }
+    }
+
+    /// The entries of a table, `None` for anything else.
+    pub fn entries(&self) -> Option<&[Entry]> {
+        match &self.value {
+            Value::Table(entries) => Some(entries),
+            _ => None,
+        }
+    }
+
+    /// The value of a key of a table.
+    pub fn get(&self, key: &str) -> Option<&Node> {
+        let entry = self.entries()?.iter().find(|e| e.key == key)?;
+        Some(&entry.node)
+    }
+
+    /// The value of a dotted path of tables.
+    pub fn find(&self, path: &str) -> Option<&Node> {
+        path.split('.').try_fold(self, |node, key| node.get(key))
+    }
+}
+
+/// A TOML error and its place.
+pub(crate) struct SyntaxError {
+    pub origin: Origin,
+    pub message: String,
+    /// What follows in the file may have been misread.
+    pub breaks_structure: bool,
+}
+
+/// Reads a TOML document as far as it can be read, and lists what is wrong with it.
+pub(crate) fn document(source: &Arc<Source>) -> (Node, Vec<SyntaxError>) {
+    let (table, errors) = DeTable::parse_recoverable(source.named.inner());
+    let place = Place { source, offset: 0 };
+    let node = Node::table(&place.origin(table.span()), place.entries(table.get_ref()));
+    let mut found: Vec<SyntaxError> = Vec::new();
+    for error in errors {
+        let origin = place.origin(error.span().unwrap_or(0..0));
+        // One mistake can make many errors; the first of a line says it.
+        if found.iter().any(|e| e.origin.line() == origin.line()) {
+            continue;
+        }
+        let message = error.message();
+        found.push(SyntaxError {
+            breaks_structure: message != "duplicate key"
+                && !message.starts_with("string values must be quoted"),
+            message: message.to_owned(),
+            origin,
+        });
+    }
+    (node, found)
+}
+
+/// The part of a source from `offset` on as a TOML value; as a text when it is none.
+pub(crate) fn value_or_text(source: &Arc<Source>, offset: usize) -> Node {
+    let text = source.named.inner().get(offset..).unwrap_or_default();
+    let place = Place { source, offset };
+    match DeValue::parse(text) {
+        Ok(value) => place.node(value.get_ref(), value.span()),
+        Err(_) => Node::text(&place.origin(0..text.len()), text.trim()),
+    }
+}
+
+/// Turns the parser's spans into origins.
+struct Place<'a> {
+    source: &'a Arc<Source>,
+    /// Where the parsed text starts in the source.
+    offset: usize,
+}
+
+impl Place<'_> {
+    fn origin(&self, span: Range<usize>) -> Origin {
+        Origin {
+            source: Arc::clone(self.source),
+            span: self.offset + span.start..self.offset + span.end,
+        }
+    }
+
+    fn node(&self, value: &DeValue<'_>, span: Range<usize>) -> Node {
+        let value = match value {
+            DeValue::String(text) => Value::Text(text.to_string()),
+            DeValue::Integer(integer) => whole(integer),
+            // Too great a number becomes infinite, which no range contains.
+            DeValue::Float(float) => Value::Float(float.as_str().parse().unwrap_or(f64::NAN)),
+            DeValue::Boolean(_) => Value::Other("a boolean"),
+            DeValue::Datetime(_) => Value::Other("a date or time"),
+            DeValue::Array(items) => {
+                let items = items.iter();
+                Value::Array(items.map(|i| self.node(i.get_ref(), i.span())).collect())
+            }
+            DeValue::Table(table) => Value::Table(self.entries(table)),
+        };
+        Node {
+            origin: self.origin(span),
+            value,
+        }
+    }
+
+    fn entries(&self, table: &DeTable<'_>) -> Vec<Entry> {
+        let mut entries: Vec<_> = table
+            .iter()
+            .map(|(key, value)| Entry {
+                key: key.get_ref().to_string(),
+                origin: self.origin(key.span()),
+                node: self.node(value.get_ref(), value.span()),
+            })
+            .collect();
+        // The parser sorts by name.
+        entries.sort_by_key(|e| e.origin.span.start);
+        entries
+    }
+}
+
+fn whole(integer: &DeInteger<'_>) -> Value {
+    let value = i128::from_str_radix(integer.as_str(), integer.radix()).ok();
+    #[expect(clippy::cast_precision_loss, reason = "a whole number as a float")]
+    let float = value.map_or(f64::INFINITY, |v| v as f64);
+    Value::Integer(value, float)
+}

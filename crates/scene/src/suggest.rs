@@ -1,0 +1,65 @@
+//! "Did you mean": the nearest of the allowed names, or the section that a misplaced key belongs to.
+
+use crate::reference::reference;
+
+/// The allowed name that a typing error most likely meant: few letters wrong, or the same start.
+pub(crate) fn nearest<'a>(found: &str, allowed: &[&'a str]) -> Option<&'a str> {
+    /// How much two names must have in common, of 1; the start counts more.
+    const ALIKE: f64 = 0.85;
+    let found = found.to_lowercase();
+    // Three letters in ten may be wrong, but never all of them.
+    let tolerance = (found.chars().count() * 3 / 10).max(1);
+    let typing_error = allowed
+        .iter()
+        .map(|name| {
+            let lower = name.to_lowercase();
+            (strsim::damerau_levenshtein(&found, &lower), *name)
+        })
+        .filter(|(distance, name)| *distance <= tolerance && *distance < name.chars().count())
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, name)| name);
+    let alike = || {
+        let likeness = |name: &&str| strsim::jaro_winkler(&found, &name.to_lowercase());
+        let best = allowed
+            .iter()
+            .max_by(|a, b| likeness(a).total_cmp(&likeness(b)))?;
+        (likeness(best) > ALIKE).then_some(*best)
+    };
+    typing_error.or_else(alike)
+}
+
+/// The table that has a key of this name, as written in a file.
+pub(crate) fn home_of(name: &str) -> Option<String> {
+    let suffix = format!(".{name}");
+    let key = reference().into_iter().find(|k| k.key.ends_with(&suffix))?;
+    let section = key.key.strip_suffix(&suffix)?;
+    Some(match section.strip_suffix("[]") {
+        Some(list) => format!("[[{list}]]"),
+        None => format!("[{section}]"),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn typing_errors_find_their_word() {
+        let words = ["speed", "torque_limit", "kp", "ki"];
+        assert_eq!(nearest("torqe_limit", &words), Some("torque_limit"));
+        assert_eq!(nearest("Speed", &words), Some("speed"));
+        assert_eq!(nearest("kx", &words), Some("kp"));
+        assert_eq!(nearest("torqe", &words), Some("torque_limit"));
+        assert_eq!(nearest("gravity", &words), None);
+        assert_eq!(nearest("", &words), None);
+        assert_eq!(nearest("b", &["A", "B"]), Some("B"));
+        assert_eq!(nearest("C", &["A", "B"]), None);
+    }
+
+    #[test]
+    fn misplaced_keys_find_their_section() {
+        assert_eq!(home_of("mu_s").as_deref(), Some("[contact]"));
+        assert_eq!(home_of("observer_pole").as_deref(), Some("[[estimator]]"));
+        assert_eq!(home_of("gravity"), None);
+    }
+}

@@ -1,0 +1,133 @@
+//! Units: a bare number is SI, a text such as `"20 cm/s"` carries its own.
+
+/// A unit by its name, and how a number in it becomes SI.
+pub(crate) struct Unit {
+    pub name: &'static str,
+    to_si: fn(f64) -> f64,
+}
+
+/// The units in which a key may be written: SI first. None for a pure number.
+pub(crate) struct Dimension {
+    pub units: &'static [Unit],
+}
+
+/// Why a text is no number of a dimension.
+#[derive(Debug, PartialEq)]
+pub(crate) enum UnitError {
+    /// It does not start with a finite number.
+    NotANumber,
+    /// It has no unit.
+    NoUnit,
+    /// It has a unit that the key does not take.
+    Wrong(String),
+}
+
+const fn si(name: &'static str) -> Unit {
+    Unit { name, to_si: |v| v }
+}
+
+// Sub-units divide: 35 cm is then exactly the double 0.35, which 35 * 0.01 is not.
+macro_rules! dimension {
+    ($(#[$doc:meta])* $name:ident: $si:literal $(, $unit:literal => $to_si:expr)*) => {
+        $(#[$doc])*
+        pub(crate) const $name: &Dimension = &Dimension {
+            units: &[si($si) $(, Unit { name: $unit, to_si: $to_si })*],
+        };
+    };
+}
+
+/// A pure number.
+pub(crate) const NONE: &Dimension = &Dimension { units: &[] };
+dimension!(LENGTH: "m", "cm" => |v| v / 1e2, "mm" => |v| v / 1e3, "um" => |v| v / 1e6);
+dimension!(TIME: "s", "ms" => |v| v / 1e3, "us" => |v| v / 1e6);
+dimension!(ANGLE: "rad", "deg" => f64::to_radians);
+dimension!(SPEED: "m/s", "cm/s" => |v| v / 1e2, "mm/s" => |v| v / 1e3, "km/h" => |v| v * 1e3 / 3600.0);
+dimension!(FREQUENCY: "Hz", "kHz" => |v| v * 1e3);
+dimension!(ANGULAR_FREQUENCY: "rad/s");
+dimension!(MASS: "kg", "g" => |v| v / 1e3);
+dimension!(INERTIA: "kg m^2", "kg cm^2" => |v| v / 1e4, "g cm^2" => |v| v / 1e7);
+dimension!(TORQUE: "N m", "mN m" => |v| v / 1e3);
+dimension!(DAMPING: "N s/m", "N s/mm" => |v| v * 1e3);
+dimension!(ROTARY_DAMPING: "N m s", "mN m s" => |v| v / 1e3);
+dimension!(STOP_STIFFNESS: "N m/rad", "N m/deg" => f64::to_degrees);
+dimension!(STOP_DAMPING: "N m s/rad", "N m s/deg" => f64::to_degrees);
+dimension!(
+    /// Its unit depends on the exponent n, so that no other one is offered.
+    CONTACT_STIFFNESS: "N/m^n"
+);
+
+impl Dimension {
+    /// Name of the SI unit; empty for a pure number.
+    pub fn si(&self) -> &'static str {
+        self.units.first().map_or("", |u| u.name)
+    }
+
+    /// Names of all units, for messages.
+    pub fn names(&self) -> String {
+        let names: Vec<_> = self.units.iter().map(|u| u.name).collect();
+        names.join(", ")
+    }
+
+    /// The number in SI that a text such as `20 cm/s` stands for.
+    pub fn parse(&self, text: &str) -> Result<f64, UnitError> {
+        let (number, rest) = leading_number(text.trim()).ok_or(UnitError::NotANumber)?;
+        let unit = rest.split_whitespace().collect::<Vec<_>>().join(" ");
+        if unit.is_empty() {
+            return Err(UnitError::NoUnit);
+        }
+        match self.units.iter().find(|u| u.name == unit) {
+            Some(found) => Ok((found.to_si)(number)),
+            None => Err(UnitError::Wrong(unit)),
+        }
+    }
+}
+
+/// The longest start of a text that is a finite number, and what follows it.
+fn leading_number(text: &str) -> Option<(f64, &str)> {
+    let ends = text.char_indices().map(|(i, _)| i).chain([text.len()]);
+    ends.collect::<Vec<_>>().into_iter().rev().find_map(|end| {
+        let (number, rest) = text.split_at(end);
+        // No `inf`, `nan` or `infinity`: digits only.
+        let plain = number.chars().all(|c| "0123456789+-.eE".contains(c));
+        let value = number.parse::<f64>().ok().filter(|v| v.is_finite())?;
+        plain.then_some((value, rest))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_become_si() {
+        assert_eq!(SPEED.parse("20 cm/s"), Ok(0.2));
+        assert_eq!(SPEED.parse("0.72 km/h"), Ok(0.2));
+        assert_eq!(ANGLE.parse("-40 deg"), Ok((-40.0_f64).to_radians()));
+        assert_eq!(LENGTH.parse("0.1 mm"), Ok(1e-4));
+        assert_eq!(FREQUENCY.parse("1 kHz"), Ok(1000.0));
+        assert_eq!(TIME.parse("0.1 ms"), Ok(1e-4));
+        assert_eq!(TIME.parse("1.5e2us"), Ok(1.5e-4));
+        assert_eq!(TORQUE.parse(" 1e1   N  m "), Ok(10.0));
+        assert_eq!(DAMPING.parse("20 N s/mm"), Ok(2e4));
+        assert_eq!(INERTIA.parse("135 g cm^2"), Ok(135e-7));
+    }
+
+    /// Decimal sub-units give the very double that the same length in metres gives.
+    #[test]
+    fn decimal_units_round_once() {
+        for i in 0..1000 {
+            let metres: f64 = format!("{}.{:02}", i / 100, i % 100).parse().unwrap();
+            assert_eq!(LENGTH.parse(&format!("{i} cm")), Ok(metres));
+        }
+    }
+
+    #[test]
+    fn what_is_no_number_with_a_unit_is_refused() {
+        assert_eq!(LENGTH.parse("abc"), Err(UnitError::NotANumber));
+        assert_eq!(LENGTH.parse(""), Err(UnitError::NotANumber));
+        assert_eq!(LENGTH.parse("inf m"), Err(UnitError::NotANumber));
+        assert_eq!(LENGTH.parse("3"), Err(UnitError::NoUnit));
+        assert_eq!(LENGTH.parse("3 kg"), Err(UnitError::Wrong("kg".into())));
+        assert_eq!(NONE.parse("3 m"), Err(UnitError::Wrong("m".into())));
+    }
+}

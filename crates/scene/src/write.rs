@@ -1,0 +1,188 @@
+//! The resolved scene as a file: every choice written out with its unit, to be run again as it was.
+
+use crate::estimators;
+use crate::key::{Field, Key};
+use crate::load::IGNORED;
+use crate::robot;
+use crate::robot_keys;
+use crate::scene::Scene;
+use crate::sections::SECTIONS;
+use crate::terrain::{self, CosBump};
+use robhaz_model::Vec2;
+use robhaz_terrain::{Bump, Profile};
+use std::fmt::Write;
+
+impl Scene {
+    /// The scene as a file that reads back as exactly this scene, wherever it lies. `version` says what wrote it, such
+    /// as `robhaz 0.1.0, rapier2d 0.36.1`.
+    pub fn to_toml(&self, version: &str) -> String {
+        let mut out = Out::default();
+        out.line(
+            "# A scene with every choice written out. SI units. It can be run again as it is.",
+        );
+        out.key("name", &text(&self.name), "");
+        out.key("seed", &self.seed.to_string(), "");
+        if self.estimators.is_empty() {
+            out.key(estimators::PATH, "[]", "none");
+        }
+        out.head(&format!("[{IGNORED}]"), "what wrote this file; not read");
+        out.key("version", &text(version), "");
+        write_robot(&mut out, self);
+        write_terrain(&mut out, self);
+        let mut scene = self.clone();
+        for section in SECTIONS {
+            out.head(&format!("[{}]", section.name), section.meaning);
+            out.table(section.keys, &mut scene, section.name);
+        }
+        for estimator in &self.estimators {
+            let mut settings = estimator.settings;
+            out.head(&format!("[[{}]]", estimators::PATH), "");
+            out.key("name", &text(estimators::preset_of(&settings)), "");
+            out.key("label", &text(&estimator.name), "");
+            out.table(estimators::KEYS, &mut settings, estimators::PATH);
+        }
+        out.0
+    }
+}
+
+fn write_robot(out: &mut Out, scene: &Scene) {
+    let choice = &scene.robot;
+    let mut robot = choice.robot.clone();
+    let path = robot::GEOMETRY_PART.path;
+    out.head(&format!("[{path}]"), "positions in the nominal pose");
+    out.key("name", &text(&choice.geometry_name), "");
+    out.table(robot_keys::GEOMETRY, &mut robot.geometry, path);
+    let path = robot::MASS_PART.path;
+    out.head(
+        &format!("[{path}]"),
+        "inertias about the parts' own centres of mass",
+    );
+    out.key("name", &text(&choice.mass_name), "");
+    out.table(robot_keys::MASSES, &mut robot.mass, path);
+}
+
+fn write_terrain(out: &mut Out, scene: &Scene) {
+    let terrain = &scene.terrain;
+    out.head(&format!("[{}]", terrain::PATH), "the ground");
+    out.key("kind", &text(terrain.kind), "");
+    match &terrain.profile {
+        Profile::Flat => {}
+        Profile::Bumps(bumps) if terrain.kind == terrain::DEFAULT => {
+            out.line("# These bumps are what the kind stands for:");
+            for line in bump_lines(bumps) {
+                out.line(&format!("# {line}"));
+            }
+        }
+        Profile::Bumps(bumps) => bump_lines(bumps).iter().for_each(|l| out.line(l)),
+        Profile::CosBump { .. } => {
+            let mut bump = CosBump::of(&terrain.profile);
+            out.table(terrain::COSBUMP, &mut bump, terrain::PATH);
+        }
+    }
+}
+
+fn bump_lines(bumps: &[Bump]) -> Vec<String> {
+    let mut lines = vec!["bumps = [ # m".to_owned()];
+    for bump in bumps {
+        let mut bump = *bump;
+        let fields = terrain::BUMP.iter().filter_map(|key| {
+            let value = value(&key.field, &mut bump)?;
+            Some(format!("{} = {value}", key.name))
+        });
+        let fields = fields.collect::<Vec<_>>().join(", ");
+        lines.push(format!("    {{ {fields} }},"));
+    }
+    lines.push("]".to_owned());
+    lines
+}
+
+#[derive(Default)]
+struct Out(String);
+
+impl Out {
+    fn line(&mut self, line: &str) {
+        self.0.push_str(line);
+        self.0.push('\n');
+    }
+
+    fn head(&mut self, head: &str, comment: &str) {
+        self.line("");
+        self.line(&with_comment(head, comment));
+    }
+
+    fn key(&mut self, name: &str, value: &str, comment: &str) {
+        self.line(&with_comment(&format!("{name} = {value}"), comment));
+    }
+
+    /// The keys of a table that is headed already; its own tables after it.
+    fn table<T>(&mut self, keys: &[Key<T>], of: &mut T, path: &str) {
+        for key in keys {
+            if let Some(value) = value(&key.field, of) {
+                let unit = key.field.unit();
+                let comment = match unit {
+                    "" => key.meaning.to_owned(),
+                    _ => format!("{unit}; {}", key.meaning),
+                };
+                self.key(key.name, &value, &comment);
+            }
+        }
+        for key in keys {
+            if let Field::Table(keys) = key.field {
+                let path = format!("{path}.{}", key.name);
+                self.head(&format!("[{path}]"), key.meaning);
+                self.table(keys, of, &path);
+            }
+        }
+    }
+}
+
+fn with_comment(text: &str, comment: &str) -> String {
+    match comment {
+        "" => text.to_owned(),
+        _ => format!("{text} # {comment}"),
+    }
+}
+
+/// The value of a field in TOML; `None` for tables and for what a section writes itself.
+pub(crate) fn value<T>(field: &Field<T>, of: &mut T) -> Option<String> {
+    Some(match field {
+        Field::Number(_, at) => number(*at(of)),
+        Field::Three(_, at) => array(at(of).map(number)),
+        Field::Point(_, at) => point(*at(of)),
+        Field::ThreePoints(_, at) => array(at(of).map(point)),
+        Field::Word(words, get, _) => text(words[get(of)]),
+        Field::ThreeWords(words, get, _) => array(get(of).map(|i| text(words[i]))),
+        Field::Table(_) | Field::Own { .. } | Field::OwnWord { .. } => return None,
+    })
+}
+
+/// A float that reads back as the same bits: the shortest one that does.
+fn number(value: f64) -> String {
+    format!("{value:?}")
+}
+
+fn point(point: Vec2) -> String {
+    format!("[{}, {}]", number(point.x), number(point.y))
+}
+
+fn array(items: [String; 3]) -> String {
+    format!("[{}]", items.join(", "))
+}
+
+/// A text in quotes, as TOML writes it.
+fn text(value: &str) -> String {
+    let mut out = String::from('"');
+    for c in value.chars() {
+        match c {
+            '"' => out.push_str("\\\""),
+            '\\' => out.push_str("\\\\"),
+            c if c.is_control() => {
+                // Writing to a text cannot fail.
+                let _ = write!(out, "\\u{:04X}", u32::from(c));
+            }
+            c => out.push(c),
+        }
+    }
+    out.push('"');
+    out
+}

@@ -1,0 +1,399 @@
+//! What a user reads when a scene is wrong: every problem, on one line each, with file, line, key, found and allowed.
+#![allow(
+    clippy::unwrap_used,
+    reason = "helpers of tests may stop at the first surprise"
+)]
+
+use miette::Diagnostic;
+use robhaz_scene::{Scene, SceneError};
+use std::path::Path;
+
+fn error(text: &str) -> SceneError {
+    match Scene::parse(text, "x.toml", Path::new(""), &[]) {
+        Err(error) => error,
+        Ok(_) => panic!("no error in: {text}"),
+    }
+}
+
+fn lines(text: &str) -> Vec<String> {
+    error(text).problems().map(ToString::to_string).collect()
+}
+
+/// The text has this one problem.
+#[track_caller]
+fn one(text: &str, expected: &str) {
+    assert_eq!(lines(text), [expected]);
+}
+
+#[test]
+fn out_of_range() {
+    one(
+        "[drive]\n\n# Nm\ntorque_limit = -3\n",
+        "x.toml:4: drive.torque_limit: found -3, allowed: a number above 0 and at most 1e6, in N m",
+    );
+    one(
+        "engine.step = '0.2 ms'",
+        "x.toml:1: engine.step: found '0.2 ms', allowed: a number above 0 and at most 1.5e-4, in s",
+    );
+    for bad in ["inf", "nan", "-inf", "1e999"] {
+        let lines = lines(&format!("drive.speed = {bad}"));
+        assert!(lines[0].contains(&format!("found {bad}, allowed: a number of at least -10")));
+    }
+}
+
+#[test]
+fn wrong_unit() {
+    one(
+        "[drive]\nspeed = \"20 kg\"",
+        "x.toml:2: drive.speed: found \"20 kg\" with the unit kg, allowed units: m/s, cm/s, mm/s, km/h",
+    );
+    one(
+        "[contact]\nmu_s = \"0.8 m\"",
+        "x.toml:2: contact.mu_s: found \"0.8 m\" with the unit m, \
+         allowed: a number of at least 0 and at most 10, without a unit",
+    );
+    let lines = lines("[contact]\nstiffness = \"150 N/mm^2.1\"\nv_s = \"0.02\"\nv_d = \"fast\"");
+    assert!(lines[0].ends_with("with the unit N/mm^2.1, allowed units: N/m^n"));
+    assert!(lines[1].contains("found \"0.02\", a text without a unit, allowed: a number above 0"));
+    assert!(lines[2].contains("found \"fast\", allowed: a number above 0"));
+    assert!(lines[2].ends_with("in m/s, or a text with a unit (m/s, cm/s, mm/s, km/h)"));
+}
+
+#[test]
+fn wrong_type() {
+    one(
+        "drive.kp = true",
+        "x.toml:1: drive.kp: found true (a boolean), allowed: a number of at least 0 and at most 1e6, \
+         in N m s, or a text with a unit (N m s, mN m s)",
+    );
+    one("drive = 3", "x.toml:1: drive: found 3, allowed: a table");
+    one(
+        "terrain = 'flat'",
+        "x.toml:1: terrain: found 'flat', allowed: a table",
+    );
+    one(
+        "robot = 'A'",
+        "x.toml:1: robot: found 'A', allowed: a table",
+    );
+    one(
+        "[estimator]\nname = 'true-mass'",
+        "x.toml:1: estimator: found [estimator] (a table), \
+         allowed: an array of tables, each headed [[estimator]]",
+    );
+    for bad in ["-1", "1.0", "'1'", "18446744073709551616", "1979-05-27"] {
+        let lines = lines(&format!("seed = {bad}"));
+        assert!(lines[0].contains("allowed: a whole number of at least 0 and below 2^64"));
+    }
+    for good in ["0", "18446744073709551615", "0xff", "1_000"] {
+        Scene::parse(&format!("seed = {good}"), "x.toml", Path::new(""), &[]).unwrap();
+    }
+}
+
+#[test]
+fn unknown_keys_and_sections() {
+    one(
+        "[drive]\nkp = 3\ntorqe_limit = 3",
+        "x.toml:3: drive.torqe_limit: unknown key, allowed: speed, kp, ki, torque_limit, viscous_damping, \
+         start_time, ramp_time; did you mean torque_limit?",
+    );
+    one(
+        "[drives]\nkp = 3",
+        "x.toml:1: drives: unknown key, allowed: name, seed, robot, terrain, estimator, contact, drive, sensors, \
+         engine, record; did you mean drive?",
+    );
+    let found = lines("mu_s = 3\n[[estimator]]\nname = 'true-mass'\npole = 3");
+    assert!(
+        found[0].ends_with("; mu_s belongs to [contact]"),
+        "{}",
+        found[0]
+    );
+    assert!(
+        found[1].starts_with("x.toml:4: estimator[0].pole: unknown key, allowed: name, label,")
+    );
+}
+
+#[test]
+fn wrong_words() {
+    one(
+        "engine.kind = 'rapper'",
+        "x.toml:1: engine.kind: found 'rapper', allowed: \"rapier\"; did you mean \"rapier\"?",
+    );
+    one(
+        "sensors.grade = 3",
+        "x.toml:1: sensors.grade: found 3, allowed: \"ideal\"",
+    );
+}
+
+#[test]
+fn keys_of_another_kind_of_terrain() {
+    one(
+        "[terrain]\nkind = \"flat\"\nheight = 0.1",
+        "x.toml:3: terrain.height: found height, allowed: with kind = \"flat\": kind alone; \
+         height belongs to kind = \"cosbump\"",
+    );
+    one(
+        "[terrain]\nbumps = []",
+        "x.toml:2: terrain.bumps: found bumps, allowed: with kind = \"smooth\": kind alone; \
+         bumps belongs to kind = \"bumps\"",
+    );
+    one(
+        "[terrain]\nkind = 'bumps'",
+        "x.toml:1: terrain.bumps: missing, and it has no default; \
+         allowed: an array of 1 to 1000 tables {height, centre, width}",
+    );
+    let found = lines(
+        "[terrain]\nkind = 'bumps'\nbumps = [{height = 1, centre = 2}, {height = 1, centre = 2, width = 0}]",
+    );
+    assert!(
+        found[0].starts_with("x.toml:3: terrain.bumps[0].width: missing, and it has no default")
+    );
+    assert!(found[1].starts_with(
+        "x.toml:3: terrain.bumps[1].width: found 0, allowed: a number of at least 0.005"
+    ));
+}
+
+#[test]
+fn rules_over_several_keys() {
+    one(
+        "[contact]\nmu_d = 0.9",
+        "x.toml:2: contact.mu_d: found contact.mu_d = 0.9 and contact.mu_s = 0.8, \
+         allowed: contact.mu_d not above contact.mu_s",
+    );
+    one(
+        "contact.v_s = '10 cm/s'",
+        "x.toml:1: contact.v_s: found contact.v_s = 0.1 and contact.v_d = 0.1, \
+         allowed: contact.v_s below contact.v_d",
+    );
+    one(
+        "record.duration = 1",
+        "x.toml:1: record.duration: found record.compare_from = 2 and record.duration = 1, \
+         allowed: record.compare_from below record.duration",
+    );
+    one(
+        "sensors.rate = 1500",
+        "x.toml:1: sensors.rate: found sensors.rate = 1500 and record.rate = 1000, \
+         allowed: sensors.rate a whole multiple of record.rate",
+    );
+    let found = lines("record.duration = 2.00005");
+    assert!(
+        found[0].contains("allowed: a whole number of records"),
+        "{}",
+        found[0]
+    );
+    let found = lines("record.duration = 1e6");
+    assert!(
+        found[0].contains("allowed: at most 1e8 records"),
+        "{}",
+        found[0]
+    );
+    let found = lines("engine.step = 1e-12");
+    assert!(
+        found[0].contains("allowed: at most 1e11 steps"),
+        "{}",
+        found[0]
+    );
+}
+
+#[test]
+fn estimators() {
+    let found = lines("[[estimator]]\nname = 'paper-body'\n[[estimator]]\nname = 'paper-body'");
+    assert_eq!(
+        found,
+        [
+            "x.toml:4: estimator[1].label: found 'paper-body', allowed: a label that estimator[0] does not have"
+        ]
+    );
+    let found = lines(
+        "[[estimator]]\nlabel = 'a'\n[[estimator]]\nname = 'paper'\n[[estimator]]\nname = 'true-mass'\nlabel = '../x'",
+    );
+    assert_eq!(found.len(), 3);
+    assert!(found[0].starts_with("x.toml:1: estimator[0].name: missing"));
+    assert!(
+        found[1]
+            .starts_with("x.toml:4: estimator[1].name: found 'paper', allowed: \"paper-body\",")
+    );
+    assert!(
+        found[2]
+            .starts_with("x.toml:7: estimator[2].label: found '../x', allowed: a text of 1 to 64")
+    );
+}
+
+#[test]
+fn robots() {
+    one(
+        "robot.geometry = 'a'",
+        "x.toml:1: robot.geometry: found 'a', allowed: \"A\", \"B\", the path of a geometry file ending in .toml, \
+         or a table with the keys of such a file; did you mean \"A\"?",
+    );
+    let found = lines("[robot]\nmass = 'no/such.toml'");
+    assert!(found[0].starts_with(
+        "x.toml:2: robot.mass: found 'no/such.toml', but no/such.toml cannot be read: "
+    ));
+    assert!(found[0].contains("; allowed: \"caption\", \"text\", the path of a mass file"));
+    let found = lines("[robot.mass]\nbody = 0\nlinks = [1, 2]\nwheel = 1");
+    assert!(found.iter().any(|l| l.starts_with("x.toml:2: robot.mass.body: found 0, allowed: a number above 0")));
+    assert!(found.iter().any(|l| l.starts_with(
+        "x.toml:3: robot.mass.links: found [1, 2] (an array), allowed: [a, b, c], each"
+    )));
+    assert!(
+        found
+            .iter()
+            .any(|l| l.starts_with("x.toml:1: robot.mass.rotor_inertia: missing"))
+    );
+    assert_eq!(found.len(), 6);
+}
+
+/// What `Geometry::check` refuses is shown where it is written, in the robot's own file.
+#[test]
+fn impossible_geometries() {
+    let good = include_str!("../../../robots/geometry-a.toml");
+    let dir = tempfile::tempdir().unwrap();
+    let check = |from: &str, to: &str, key: &str, message: &str| {
+        let text = good.replace(from, to);
+        assert_ne!(text, good);
+        let line = 1 + text[..text.find(to).unwrap()].matches('\n').count();
+        std::fs::write(dir.path().join("bad.toml"), text).unwrap();
+        let scene = Scene::parse("robot.geometry = 'bad.toml'", "x.toml", dir.path(), &[]);
+        let found = scene.unwrap_err().to_string();
+        let start = format!("{}:{line}: {key}: ", dir.path().join("bad.toml").display());
+        assert!(found.starts_with(&start), "{found}");
+        assert!(found.contains(message), "{found}");
+    };
+    check(
+        "p = [0.15, 0.22]",
+        "p = [-0.25, 0.2]",
+        "pins.p",
+        "pin P lies on the line",
+    );
+    check(
+        "\"link2\", \"link2\"]",
+        "\"link1\", \"link1\"]",
+        "carriers",
+        "link2 carries no wheel",
+    );
+    check(
+        "[0.0, 0.10], [-0.30",
+        "[-0.3, 0.10], [-0.30",
+        "axles",
+        "front, middle, rear",
+    );
+    check(
+        "wheel_radius = 0.10",
+        "axes = 3\nwheel_radius = 0.10",
+        "axes",
+        "did you mean axles?",
+    );
+    check(
+        "\"35 deg\"",
+        "\"-35 deg\"",
+        "stop.upper",
+        "allowed: a number above 0",
+    );
+    check(
+        "[0.0, 0.10], [-0.30, 0.10]]",
+        "[0.0, 0.10], [-0.30, 0.11]]",
+        "axles",
+        "stand on y = 0",
+    );
+}
+
+#[test]
+fn syntax_errors_come_together_with_the_rest() {
+    one(
+        "[drive]\nkp = 1\nkp = 2",
+        "x.toml:3: TOML does not allow this: duplicate key; found: kp = 2",
+    );
+    assert_eq!(
+        lines("[drive]\nspeed = 30 cm/s\n[drive]\nki = -1\n[contact]\nmu_s = 20"),
+        [
+            "x.toml:2: TOML does not allow this: string values must be quoted, expected literal string; \
+             found: speed = 30 cm/s",
+            "x.toml:3: TOML does not allow this: duplicate key; found: [drive]",
+            "x.toml:4: drive.ki: found -1, allowed: a number of at least 0 and at most 1e6, in N m",
+            "x.toml:6: contact.mu_s: found 20, allowed: a number of at least 0 and at most 10",
+        ]
+    );
+    // What follows a line that breaks the structure is not guessed at.
+    let found = lines("[contact]\nmu_s = 20\n[drive\nkp = 3\n");
+    assert_eq!(found.len(), 2);
+    assert!(found[0].starts_with("x.toml:2: contact.mu_s: found 20"));
+    assert!(found[1].starts_with("x.toml:3: TOML does not allow this: unclosed table"));
+}
+
+#[test]
+fn unreadable_files() {
+    let error = Scene::load(Path::new("no/such.toml"), &[]).unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .starts_with("no/such.toml: cannot be read: ")
+    );
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("binary.toml");
+    std::fs::write(&file, [0xff, 0xfe, 0x00]).unwrap();
+    let error = Scene::load(&file, &[]).unwrap_err();
+    assert!(error.to_string().contains("UTF-8"));
+}
+
+#[test]
+fn the_report_shows_the_place_of_every_problem() {
+    let error = error("[drive]\nkp = -1\nki = -2\nkx = 3");
+    assert_eq!(error.problems().count(), 3);
+    assert!(
+        error
+            .to_string()
+            .starts_with("x.toml:2: drive.kp: found -1")
+    );
+    assert!(error.to_string().ends_with("(and 2 more problems)"));
+    assert!(error.source_code().is_some());
+    assert_eq!(error.related().unwrap().count(), 2);
+    for (problem, (line, key)) in error.problems().zip([(2, "kp"), (3, "ki"), (4, "kx")]) {
+        assert_eq!((problem.file(), problem.line()), ("x.toml", Some(line)));
+        assert_eq!(problem.key(), format!("drive.{key}"));
+        let label = problem.labels().unwrap().next().unwrap();
+        assert!(label.len() == 2);
+    }
+}
+
+/// Nothing that can be typed makes the reader stop.
+#[test]
+fn odd_files_make_errors_and_no_panic() {
+    for text in [
+        "\u{0}",
+        "=",
+        "[",
+        "[[",
+        "]]",
+        "'",
+        "\"\"\"",
+        "a.b.c",
+        "é = 'ü",
+        "[[drive]]\nkp=1",
+        "[[robot]]",
+        "robot.geometry = []",
+        "robot.geometry = [[[[]]]]",
+        "robot.geometry = {}",
+        "terrain.bumps = 3",
+        "terrain = {kind = 'bumps', bumps = 3}",
+        "terrain = {kind = 'bumps', bumps = [3]}",
+        "estimator = 3",
+        "estimator = [3]",
+        "estimator = [[]]",
+        "name = ''",
+        "name = 'A'",
+        "drive.kp = 'é m'",
+        "drive.kp = ''",
+        "robot.geometry = {axles = [1, [1], [1, 2, 3]]}",
+        "robot.geometry = {carriers = ['a', 1, 'link1']}",
+        "robot.geometry = ''",
+        "robot.geometry = '.toml'",
+        "robot.geometry = '/.toml'",
+    ] {
+        assert!(
+            error(text)
+                .problems()
+                .all(|p| !p.to_string().contains('\n')),
+            "{text}"
+        );
+    }
+}

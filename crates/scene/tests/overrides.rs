@@ -1,0 +1,218 @@
+//! `--set key=value`: what wins, what it can reach, and how its errors name it.
+#![allow(
+    clippy::unwrap_used,
+    reason = "helpers of tests may stop at the first surprise"
+)]
+
+use robhaz_estimator::{EstimatorSettings, Masses};
+use robhaz_model::{Geometry, MassSet};
+use robhaz_scene::{Scene, SceneError};
+use robhaz_terrain::Profile;
+use std::path::Path;
+
+fn parse(text: &str, overrides: &[&str]) -> Result<Scene, SceneError> {
+    let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
+    Scene::parse(text, "x.toml", Path::new(""), &overrides)
+}
+
+fn good(text: &str, overrides: &[&str]) -> Scene {
+    parse(text, overrides).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// The overrides have this one problem.
+#[track_caller]
+fn one(text: &str, overrides: &[&str], expected: &str) {
+    let error = parse(text, overrides).unwrap_err();
+    let lines: Vec<_> = error.problems().map(ToString::to_string).collect();
+    assert_eq!(lines, [expected]);
+}
+
+fn close(a: f64, b: f64) -> bool {
+    (a - b).abs() < 1e-15
+}
+
+#[test]
+fn overrides_win_over_the_file_and_the_last_one_wins() {
+    let text = "[drive]\nspeed = 0.1\nkp = 3";
+    let scene = good(text, &["drive.speed=30 cm/s", "drive.ki = 0", "seed=7"]);
+    assert!(
+        close(scene.drive.speed, 0.3) && close(scene.drive.kp, 3.0) && close(scene.drive.ki, 0.0)
+    );
+    assert_eq!(scene.seed, 7);
+    let scene = good(text, &["drive.speed=0.3", "drive.speed=\"0.4 m/s\""]);
+    assert!(close(scene.drive.speed, 0.4));
+    let scene = good(text, &["drive={speed=0.5}", "contact.damping_ramp=0"]);
+    assert!(close(scene.drive.speed, 0.5) && close(scene.drive.kp, 5.0));
+    assert!(close(scene.contact.damping_ramp, 0.0));
+    assert_eq!(good("", &["name=fast"]).name, "fast");
+}
+
+#[test]
+fn estimators_are_reached_by_index_written_or_not() {
+    let scene = good(
+        "",
+        &["estimator.0.observer_pole=30", "estimator[2].label=best"],
+    );
+    assert!(close(scene.estimators[0].settings.observer_pole, 30.0));
+    assert_eq!(scene.estimators[2].name, "best");
+    assert_eq!(scene.estimators.len(), 3);
+    let text = "[[estimator]]\nname = 'true-mass'";
+    let scene = good(text, &["estimator.0.observer_pole=30 rad/s"]);
+    assert_eq!(scene.estimators.len(), 1);
+    assert_eq!(scene.estimators[0].settings.masses, Masses::True);
+    let scene = good(text, &["estimator=[{name='paper-body'}]"]);
+    assert_eq!(
+        scene.estimators[0].settings,
+        EstimatorSettings::paper_body()
+    );
+    assert_eq!(good(text, &["estimator=[]"]).estimators, []);
+    one(
+        text,
+        &["estimator.1.observer_pole=30"],
+        "--set estimator.1.observer_pole=30: estimator: found index 1, allowed: 0 to 0 (estimator has 1)",
+    );
+}
+
+#[test]
+fn robots_are_changed_in_whole_and_in_part() {
+    let scene = good("", &["robot.mass=text", "robot.geometry=B"]);
+    assert_eq!(scene.robot.robot.mass, MassSet::text());
+    assert_eq!(scene.robot.mass_name, "text");
+    assert_eq!(scene.robot.robot.geometry.pins, Geometry::b().pins);
+
+    let scene = good(
+        "robot.mass = 'text'",
+        &[
+            "robot.mass.body=6",
+            "robot.geometry.pins.q=[-0.06, 0.14]",
+            "robot.geometry.body_cg.0=4 cm",
+        ],
+    );
+    let expected = MassSet {
+        body: 6.0,
+        ..MassSet::text()
+    };
+    assert_eq!(scene.robot.robot.mass, expected);
+    assert_eq!(scene.robot.mass_name, "text, changed");
+    assert_eq!(scene.robot.geometry_name, "A, changed");
+    let geometry = &scene.robot.robot.geometry;
+    assert!(close(geometry.pins.q.x, -0.06) && close(geometry.body_cg.x, 0.04));
+    // Without link_cg the rule goes with the pins.
+    assert_ne!(geometry.link_cg, Geometry::a().link_cg);
+}
+
+/// Another kind on the command line leaves behind what the file says of its own kind; what is set there must fit.
+#[test]
+fn another_kind_of_terrain_forgets_the_keys_of_the_old_one() {
+    let text = "[terrain]\nkind = 'cosbump'\nheight = 0.03\nhalf_width = 0.2";
+    assert_eq!(
+        good(text, &["terrain.kind=flat"]).terrain.profile,
+        Profile::Flat
+    );
+    assert_eq!(
+        good(text, &["terrain.kind=smooth"]).terrain.profile,
+        Profile::smooth()
+    );
+    let scene = good(text, &["terrain.kind=cosbump", "terrain.height='40 mm'"]);
+    let Profile::CosBump {
+        height, half_width, ..
+    } = scene.terrain.profile
+    else {
+        panic!("{:?}", scene.terrain);
+    };
+    assert!(close(height, 0.04) && close(half_width, 0.2));
+    let bumps = "terrain.bumps=[{height = 0.05, centre = 1, width = '20 cm'}]";
+    assert_eq!(
+        good(text, &["terrain.kind=bumps", bumps]).terrain.kind,
+        "bumps"
+    );
+    one(
+        text,
+        &["terrain.kind=flat", "terrain.height=0.1"],
+        "--set terrain.height=0.1: terrain.height: found terrain.height, allowed: with kind = \"flat\": kind alone; \
+         height belongs to kind = \"cosbump\"",
+    );
+    // A key that no kind has is still unknown.
+    assert!(parse("[terrain]\nhigh = 3", &["terrain.kind=flat"]).is_err());
+}
+
+#[test]
+fn errors_name_the_override() {
+    one(
+        "",
+        &["drive.kp=abc"],
+        "--set drive.kp=abc: drive.kp: found abc, allowed: a number of at least 0 and at most 1e6, in N m s, \
+         or a text with a unit (N m s, mN m s)",
+    );
+    one(
+        "drive.kp = 3",
+        &["drive.kq=3"],
+        "--set drive.kq=3: drive.kq: unknown key, allowed: speed, kp, ki, torque_limit, viscous_damping, \
+         start_time, ramp_time; did you mean kp?",
+    );
+    one(
+        "record.compare_from = 1.5",
+        &["record.duration=1"],
+        "--set record.duration=1: record.duration: found record.compare_from = 1.5 and record.duration = 1, \
+         allowed: record.compare_from below record.duration",
+    );
+    one(
+        "drive.kp = 3",
+        &["drive.kp.x=3"],
+        "--set drive.kp.x=3: drive.kp: found the key x under what is a whole number, \
+         allowed: keys of tables and indices of arrays",
+    );
+}
+
+#[test]
+fn malformed_overrides() {
+    for bad in [
+        "",
+        "drive.kp",
+        "=3",
+        "drive..kp=3",
+        "drive kp=3",
+        "drive.kp[=3",
+        ".=3",
+    ] {
+        one(
+            "",
+            &[bad],
+            &format!(
+                "--set {bad}: not an override, allowed: key=value with a dotted key, such as drive.kp=2 or \
+                 estimator.0.observer_pole=30"
+            ),
+        );
+    }
+    for bad in [
+        "0=3",
+        "drive.0=3",
+        "estimator.x=3",
+        "estimator.3.name=true-mass",
+        "drive.kp=",
+        "terrain.kind=",
+    ] {
+        let error = parse("", &[bad]).unwrap_err();
+        assert!(
+            error.to_string().starts_with(&format!("--set {bad}: ")),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn problems_of_file_and_overrides_come_together() {
+    let error = parse("drive.kp = -1", &["drive.ki=-1", "nonsense"]).unwrap_err();
+    let files: Vec<_> = error
+        .problems()
+        .map(|p| (p.file().to_owned(), p.line()))
+        .collect();
+    assert_eq!(
+        files,
+        [
+            ("x.toml".to_owned(), Some(1)),
+            ("--set drive.ki=-1".to_owned(), None),
+            ("--set nonsense".to_owned(), None),
+        ]
+    );
+}

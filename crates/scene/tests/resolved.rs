@@ -1,0 +1,123 @@
+//! The resolved scene reads back as exactly the scene that it was written from, wherever it lies.
+#![allow(
+    clippy::unwrap_used,
+    reason = "helpers of tests may stop at the first surprise"
+)]
+
+use proptest::prelude::*;
+use robhaz_scene::Scene;
+use std::path::Path;
+
+const SCENES: [&str; 4] = ["smooth", "flat", "cosbump", "smooth-soft-drive"];
+
+fn load(name: &str, overrides: &[String]) -> Scene {
+    let file = format!("{}/../../scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    Scene::load(Path::new(&file), overrides).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Written and read back under another name and in a folder without anything in it.
+fn again(scene: &Scene) -> Scene {
+    let text = scene.to_toml("robhaz 0.1.0, rapier2d 0.36.1");
+    Scene::parse(&text, "runs/1/scene.toml", Path::new("/nowhere"), &[])
+        .unwrap_or_else(|e| panic!("{e}\n{text}"))
+}
+
+#[test]
+fn every_shipped_scene_comes_back() {
+    for name in SCENES {
+        let scene = load(name, &[]);
+        assert_eq!(again(&scene), scene);
+    }
+}
+
+#[test]
+fn choices_of_every_kind_come_back() {
+    for overrides in [
+        vec!["robot.geometry=B", "robot.mass=text"],
+        vec![
+            "robot.geometry.body_cg=[0.04, 0.3]",
+            "robot.mass.links.0='1.9 kg'",
+        ],
+        vec!["terrain.kind=flat"],
+        vec![
+            "terrain.kind=bumps",
+            "terrain.bumps=[{height=0.1, centre=1, width=0.3}, {height=-0.1, centre=3, width=1}]",
+        ],
+        vec!["terrain.kind=cosbump", "terrain.centre=2"],
+        vec!["estimator=[]"],
+        vec!["estimator=[{name='true-mass'},{name='true-mass',label='slow',observer_pole=5}]"],
+        vec!["seed=18446744073709551615", "name=a-b_c"],
+        vec![r#"robot.mass.name="a \"b\" \\ c\n\u007f é # x""#],
+        vec!["contact.damping_ramp=0", "drive.start_time=-0.0"],
+    ] {
+        let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
+        let scene = load("smooth", &overrides);
+        assert_eq!(again(&scene), scene);
+    }
+}
+
+/// The file holds numbers with units and no path, and says what wrote it.
+#[test]
+fn the_file_explains_itself() {
+    let text = load("smooth", &[]).to_toml("robhaz 1.2.3");
+    for line in [
+        "name = \"smooth\"",
+        "[resolved] # what wrote this file; not read",
+        "version = \"robhaz 1.2.3\"",
+        "kp = 5.0 # N m s; proportional gain on the wheel speed",
+        "wheel_radius = 0.1 # m; radius of every wheel",
+        "[robot.geometry.pins] # positions of the four pins",
+        "q = [-0.05, 0.14] # m; between link 1 and link 2",
+        "label = \"paper-body\"",
+    ] {
+        assert!(text.lines().any(|l| l == line), "{line}\n{text}");
+    }
+}
+
+/// A resolved scene can be changed by overrides as any other.
+#[test]
+fn resolved_scenes_take_overrides() {
+    let text = load("smooth", &[]).to_toml("x");
+    let overrides = [
+        "robot.mass.body=6".to_owned(),
+        "terrain.kind=flat".to_owned(),
+    ];
+    let scene = Scene::parse(&text, "scene.toml", Path::new(""), &overrides).unwrap();
+    assert_eq!(scene.terrain.kind, "flat");
+    assert_eq!(scene.robot.mass_name, "caption, changed");
+}
+
+/// Keys with the ends of what they may be here.
+const NUMBERS: [(&str, f64, f64); 14] = [
+    ("contact.stiffness", 1e-3, 1e15),
+    ("contact.exponent", 1.0, 5.0),
+    ("contact.mu_s", 0.7, 10.0),
+    ("contact.v_s", 1e-9, 0.099),
+    ("drive.speed", -10.0, 10.0),
+    ("drive.ki", 0.0, 1e6),
+    ("engine.step", 1e-9, 1.5e-4),
+    ("record.compare_from", 0.0, 3.9),
+    ("estimator.0.observer_pole", 1e-9, 1e6),
+    ("estimator.2.crossover_time", 1e-9, 1e6),
+    ("robot.mass.wheel", 1e-9, 1e6),
+    ("robot.mass.link_inertias.1", 1e-9, 1e6),
+    ("robot.geometry.pins.q.0", -10.0, 10.0),
+    ("robot.geometry.stop.lower", -3.0, -1e-12),
+];
+
+proptest! {
+    /// Any numbers come back bit for bit.
+    #[test]
+    fn any_numbers_come_back(
+        scene in 0..SCENES.len(),
+        seed: u64,
+        parts in proptest::array::uniform14(0.0..1.0_f64),
+    ) {
+        let mut overrides = vec![format!("seed={seed}")];
+        for ((key, low, high), part) in NUMBERS.iter().zip(parts) {
+            overrides.push(format!("{key}={:?}", low + (high - low) * part));
+        }
+        let scene = load(SCENES[scene], &overrides);
+        prop_assert_eq!(again(&scene), scene);
+    }
+}

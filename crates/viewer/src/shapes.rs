@@ -1,0 +1,89 @@
+//! Outlines of the robot's parts, each in its own frame: origin in the centre of mass, nominal pose.
+
+use robhaz_model::{Bar, Geometry, MassSet, Pin, Vec2};
+
+/// Spokes of a wheel: few enough to see it turn.
+const SPOKES: u32 = 5;
+
+/// A link as a polyline through its own pins and axles, from rear to front, m.
+pub(crate) fn link(geometry: &Geometry, bar: Bar) -> Vec<Vec2> {
+    let cg = geometry.cg(bar);
+    let axles = geometry.axles.iter().zip(geometry.carriers);
+    let mut points: Vec<Vec2> = pins_of(geometry, bar)
+        .chain(axles.filter(|(_, c)| c.bar() == bar).map(|(axle, _)| *axle))
+        .map(|point| point - cg)
+        .collect();
+    points.sort_by(|a, b| a.x.total_cmp(&b.x));
+    points
+}
+
+/// The body as a closed outline through its pins and a box of its mass and inertia (three times as long as high), m.
+pub(crate) fn body(geometry: &Geometry, mass: &MassSet) -> Vec<Vec2> {
+    let height = (12.0 * mass.body_inertia / mass.body / 10.0).sqrt();
+    let half = Vec2::new(1.5 * height, 0.5 * height);
+    let cg = geometry.cg(Bar::Body);
+    let mut points: Vec<Vec2> = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]
+        .map(|(x, y)| Vec2::new(x * half.x, y * half.y))
+        .into_iter()
+        .chain(pins_of(geometry, Bar::Body).map(|pin| pin - cg))
+        .collect();
+    // Seen from inside, corners in the order of their direction never cross.
+    points.sort_by(|a, b| a.y.atan2(a.x).total_cmp(&b.y.atan2(b.x)));
+    points.extend(points.first().copied());
+    points
+}
+
+/// Spokes of a wheel from its centre, m.
+pub(crate) fn spokes(radius: f64) -> Vec<[Vec2; 2]> {
+    (0..SPOKES)
+        .map(|i| {
+            let angle = std::f64::consts::TAU * f64::from(i) / f64::from(SPOKES);
+            [Vec2::zeros(), Vec2::new(angle.cos(), angle.sin()) * radius]
+        })
+        .collect()
+}
+
+fn pins_of(geometry: &Geometry, bar: Bar) -> impl Iterator<Item = Vec2> {
+    Pin::ALL
+        .into_iter()
+        .filter(move |pin| pin.bars().0 == bar || pin.bars().1 == bar)
+        .map(|pin| geometry.pins.get(pin))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Link 2 of geometry A goes from the rear axle over R and Q to the middle axle.
+    #[test]
+    fn a_link_goes_through_its_own_pins_and_axles() {
+        let geometry = Geometry::a();
+        let found = link(&geometry, Bar::Link2);
+        let cg = geometry.cg(Bar::Link2);
+        let expected = [
+            geometry.axles[2],
+            geometry.pins.r,
+            geometry.pins.q,
+            geometry.axles[1],
+        ]
+        .map(|p| p - cg);
+        assert_eq!(found, expected);
+    }
+
+    /// The box has the body's inertia: m (w^2 + h^2)/12; the outline is closed and meets P and S.
+    #[test]
+    fn the_body_has_its_own_inertia_and_pins() {
+        let (geometry, mass) = (Geometry::a(), MassSet::caption());
+        let outline = body(&geometry, &mass);
+        assert_eq!(outline.len(), 7);
+        assert_eq!(outline.first(), outline.last());
+        for pin in [geometry.pins.p, geometry.pins.s] {
+            assert!(outline.contains(&(pin - geometry.body_cg)));
+        }
+        let half = outline
+            .iter()
+            .fold(Vec2::zeros(), |m, p| Vec2::new(m.x.max(p.x), m.y.max(p.y)));
+        let inertia = mass.body * (4.0 * half.norm_squared()) / 12.0;
+        assert!((inertia - mass.body_inertia).abs() < 1e-12);
+    }
+}
