@@ -28,3 +28,41 @@ pub use figures::FigureSink;
 pub use report::comparison_table;
 pub use summary::{EstimatorSummary, ForceErrors, Summary, SummarySink};
 pub use table::{TableFormat, TableSink};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::scene;
+    use robhaz_run::RunError;
+
+    /// All sinks on a run of the real loop: everything is there, and twice the same.
+    #[test]
+    fn a_real_run_leaves_its_tables_figures_and_summary() -> Result<(), RunError> {
+        let mut scene = scene();
+        scene.record.duration = 0.3;
+        scene.record.compare_from = 0.1;
+        let folders = [(); 2].map(|()| tempfile::tempdir().expect("a folder"));
+        for folder in &folders {
+            let mut tables = TableSink::new(folder.path(), TableFormat::Parquet);
+            let mut figures = FigureSink::new(folder.path());
+            let mut summary = SummarySink::new();
+            robhaz_run::run(&scene, &mut [&mut tables, &mut figures, &mut summary])?;
+            let summary = summary.summary().expect("a finished run");
+            let estimator = &summary.estimators[1];
+            assert_eq!((estimator.samples, estimator.missing), (21, 0));
+            // At rest on level ground the true masses leave nothing to err by.
+            assert!(estimator.normal_force.expect("errors").rmse_all < 0.5);
+        }
+        let mut names: Vec<_> = std::fs::read_dir(folders[0].path())
+            .expect("files")
+            .map(|entry| entry.expect("a file").file_name())
+            .collect();
+        names.sort();
+        assert_eq!(names.len(), 5 + 5, "{names:?}");
+        for name in names {
+            let [a, b] = [0, 1].map(|i| std::fs::read(folders[i].path().join(&name)));
+            assert_eq!(a.expect("first"), b.expect("second"), "{name:?}");
+        }
+        Ok(())
+    }
+}

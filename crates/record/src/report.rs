@@ -27,7 +27,7 @@ pub fn comparison_table(runs: &[(&str, &Summary)]) -> String {
         }
     }
     let mut text = String::from(
-        "RMSE of the estimated normal force, in N and in % of its true mean (last column: traction, in N)\n",
+        "RMSE of the normal force in N and in % of its mean over the wheels; last column: traction in N\n",
     );
     text.push_str(&table.trim_fmt());
     for (label, summary) in runs {

@@ -173,19 +173,7 @@ impl SceneView {
 
     /// Logs the frames that have come since the last time.
     pub(crate) fn flush(&mut self, out: &mut RrdWriter) -> Result<(), ViewerError> {
-        if self.covered != self.drawn {
-            // Farther than planned: more than needed, so that this stays rare.
-            let more = 0.25 * (self.covered.1 - self.covered.0);
-            let (before, after) = (self.drawn, self.covered);
-            self.drawn.0 = before
-                .0
-                .min(after.0 - if after.0 < before.0 { more } else { 0.0 });
-            self.drawn.1 = before
-                .1
-                .max(after.1 + if after.1 > before.1 { more } else { 0.0 });
-            self.covered = self.drawn;
-            self.draw_ground(out)?;
-        }
+        self.extend_ground(out)?;
         let frames = std::mem::take(&mut self.snapshots);
         let times: Vec<f64> = frames.iter().map(|f| f.truth.time).collect();
         for bar in Bar::ALL {
@@ -204,6 +192,23 @@ impl SceneView {
         log_follower(out, &times, &frames)?;
         self.log_points(out, &times, &frames)?;
         self.log_arrows(out, &times, &frames)
+    }
+
+    /// Draws more ground where the robot went farther than planned; more than needed, so that this stays rare.
+    fn extend_ground(&mut self, out: &mut RrdWriter) -> Result<(), ViewerError> {
+        let (from, to) = self.covered;
+        let more = 0.25 * (to - from);
+        let (backward, forward) = (from < self.drawn.0, to > self.drawn.1);
+        if backward {
+            self.drawn.0 = from - more;
+        }
+        if forward {
+            self.drawn.1 = to + more;
+        }
+        if backward || forward {
+            self.draw_ground(out)?;
+        }
+        Ok(())
     }
 
     fn draw_ground(&self, out: &mut RrdWriter) -> Result<(), ViewerError> {
@@ -276,7 +281,7 @@ impl SceneView {
     }
 
     fn next_trails(&mut self, truth: &Truth) -> Vec<[Vec2; 2]> {
-        let due = self.frames % FRAMES_PER_TRAIL == 0;
+        let due = self.frames.is_multiple_of(FRAMES_PER_TRAIL);
         self.frames = self.frames.wrapping_add(1);
         if !due {
             return Vec::new();

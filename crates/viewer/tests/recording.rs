@@ -1,5 +1,7 @@
 //! What a recording holds is read back from its file: a viewer that cannot show a run is noticed by nobody until it is needed.
 
+#![expect(clippy::expect_used, reason = "a test that cannot go on fails here")]
+
 mod common;
 
 use re_sdk::external::re_log_encoding::Decoder;
@@ -249,6 +251,9 @@ impl Sink for Eventful {
             let field = "motor_torque";
             estimates[2] = Err(EstimateError::NotFinite { field });
         }
+        if ms >= 500.0 {
+            truth.wheels[0].position.x += 10.0;
+        }
         self.0.frame(&Frame {
             truth: &truth,
             sensors: frame.sensors,
@@ -262,7 +267,8 @@ impl Sink for Eventful {
     }
 }
 
-/// Events stand at the record at which they happen, and a refused estimate leaves a gap in lines and arrows.
+/// Events stand at the record at which they happen, a refused estimate leaves a gap in lines and arrows, and ground is drawn
+/// wherever the robot gets to.
 #[test]
 fn events_and_gaps_are_shown_where_they_happen() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -302,6 +308,7 @@ fn events_and_gaps_are_shown_where_they_happen() {
         assert_eq!(text, expected_text);
     }
 
+    assert_eq!(chunks["/world/ground"].len(), 2);
     for (time, row) in scalars(&chunks, "/series/normal_force/wheel1") {
         let refused = (0.4 - 1e-9..0.5 - 1e-9).contains(&time);
         assert_eq!(row[3].is_nan(), refused, "t = {time}");

@@ -206,7 +206,7 @@ fn header(root: &Area<'_>, figure: &Figure<'_>, layout: &Layout) -> Drawn {
     if let Some(name) = &figure.estimate_label {
         for color in &figure.estimate_colors {
             sample(root, (x, y), estimate_line(*color))?;
-            x += SAMPLE + 6.0;
+            x += SAMPLE + 10.0;
         }
         let label = format!("estimated ({name})");
         write(root, &label, (x, y), plain())?;

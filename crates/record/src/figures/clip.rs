@@ -6,7 +6,7 @@ use std::ops::Range;
 /// Share of the values on each side that may lie outside of the bulk.
 const TAIL: f64 = 0.005;
 /// How far beyond the bulk the range follows the values, in heights of the bulk.
-const REACH: f64 = 1.0;
+const REACH: f64 = 0.5;
 /// Margin above and below, as a share of the range.
 const MARGIN: f64 = 0.06;
 

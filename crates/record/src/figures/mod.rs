@@ -216,7 +216,7 @@ impl Traces {
                     .shown
                     .as_ref()
                     .and_then(|s| s.pin_errors[k][axis].value())
-                    .map_or(String::new(), |rms| format!("RMSE {rms:.2} mm")),
+                    .map_or(String::new(), pin_note),
                 y_label,
                 least_span: 2.0,
                 truth: &self.pins[k][axis],
@@ -323,6 +323,15 @@ impl Shown {
                 self.pin_errors[k][1].add(error.y);
             }
         }
+    }
+}
+
+/// The error of a pin's position in words; `rms` in mm.
+fn pin_note(rms: f64) -> String {
+    if rms < 0.01 {
+        "RMSE below 0.01 mm".to_owned()
+    } else {
+        format!("RMSE {rms:.2} mm")
     }
 }
 
@@ -434,7 +443,7 @@ mod tests {
                     "x from Q (mm)",
                     "y from Q (mm)",
                     "Pin S",
-                    "RMSE 0.00 mm",
+                    "RMSE below 0.01 mm",
                     "estimated (true-mass)",
                 ],
             ),
@@ -475,7 +484,7 @@ mod tests {
     fn lines_are_told_apart_without_colour() {
         for (name, svg) in draw(usize::MAX) {
             let lines: Vec<_> = svg.lines().filter(|l| l.starts_with("<polyline")).collect();
-            let width = |line: &&&str| -> u32 {
+            let width = |line: &str| -> u32 {
                 let (_, rest) = line.split_once("stroke-width=\"").expect("a width");
                 rest.split('"')
                     .next()
@@ -483,12 +492,13 @@ mod tests {
                     .parse()
                     .expect("a number")
             };
-            let (dashed, solid): (Vec<_>, Vec<_>) =
-                lines.iter().partition(|l| l.contains("stroke-dasharray"));
+            let (dashed, solid): (Vec<&str>, Vec<&str>) = lines
+                .into_iter()
+                .partition(|l| l.contains("stroke-dasharray"));
             assert!(dashed.len() >= 4, "{name}");
-            let thinnest_truth = solid.iter().filter(|l| l.contains(style::TRUTH_HEX));
-            let thinnest_truth = thinnest_truth.map(width).min().expect("true lines");
-            let thickest_estimate = dashed.iter().map(width).max().expect("dashed lines");
+            let truth = solid.into_iter().filter(|l| l.contains(style::TRUTH_HEX));
+            let thinnest_truth = truth.map(width).min().expect("true lines");
+            let thickest_estimate = dashed.into_iter().map(width).max().expect("dashed lines");
             assert!(thinnest_truth > thickest_estimate, "{name}");
         }
     }
