@@ -5,28 +5,47 @@
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use robhaz_estimator::{Estimator, EstimatorSettings, LinkReading, SensorFrame};
 use robhaz_model::Robot;
-use robhaz_sim::{Plant, PlantSetup};
+use robhaz_sim::{EngineKind, Plant, PlantSetup};
 use robhaz_terrain::{Profile, Terrain, Vec2};
 use std::hint::black_box;
 
-fn setup() -> PlantSetup {
+fn setup(engine: EngineKind) -> PlantSetup {
     PlantSetup {
         robot: Robot::default_a(),
         terrain: Terrain::new(Profile::smooth()),
         contact: Default::default(),
         friction: Default::default(),
         drive: Default::default(),
+        engine,
         step: 1e-4,
+        tolerance: 1e-4,
         period: 1e-3,
     }
 }
 
-/// One simulated millisecond at the default step (ten steps); the real-time factor is 1 ms over this.
+/// One simulated second of `smooth` from the third on, 1 kHz truth included; the real-time factor is 1 s over this.
 fn plant(c: &mut Criterion) {
-    let mut plant = Plant::new(&setup());
-    c.bench_function("plant: 1 ms on smooth, rapier, steps of 0.1 ms", |b| {
-        b.iter(|| black_box(plant.next_truth()).is_ok());
-    });
+    let mut group = c.benchmark_group("plant: 1 s on smooth, 1 kHz truth");
+    group.sample_size(10);
+    for engine in EngineKind::ALL {
+        group.bench_function(engine.name(), |b| {
+            b.iter_batched_ref(
+                || {
+                    let mut plant = Plant::new(&setup(engine));
+                    for _ in 0..2000 {
+                        assert!(plant.next_truth().is_ok());
+                    }
+                    plant
+                },
+                |plant| {
+                    for _ in 0..1000 {
+                        assert!(black_box(plant.next_truth()).is_ok());
+                    }
+                },
+                BatchSize::PerIteration,
+            );
+        });
+    }
 }
 
 /// Nearest contact of one wheel on the smooth profile.

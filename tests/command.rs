@@ -1,9 +1,9 @@
 //! The command as a user types it.
 
 use crate::support::root;
-use assert_cmd::Command;
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 
 fn robhaz(folder: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_robhaz"));

@@ -1,6 +1,7 @@
-//! Documents name paths that exist.
+//! Documents name paths and versions that exist.
 
 use crate::support::root;
+use robhaz_sim::EngineKind;
 
 /// Every path in backticks or links of the README and the docs that looks like one of ours is there.
 #[test]
@@ -19,7 +20,12 @@ fn paths_named_in_documents_exist() {
     let mut checked = 0;
     for document in documents {
         let text = std::fs::read_to_string(&document).unwrap();
-        for word in text.split(|c: char| c.is_whitespace() || "`()[]|,;\"".contains(c)) {
+        // What a terminal would show names files of the reader's own.
+        let prose: String = text
+            .split("```")
+            .filter(|block| !block.starts_with("text"))
+            .collect();
+        for word in prose.split(|c: char| c.is_whitespace() || "`()[]|,;\"".contains(c)) {
             let word = word.trim_end_matches(['.', ':']);
             if ours.iter().any(|start| word.starts_with(start)) && !word.contains('*') {
                 assert!(
@@ -32,4 +38,18 @@ fn paths_named_in_documents_exist() {
         }
     }
     assert!(checked > 5, "{checked}");
+}
+
+/// The library's version in every resolved scene is the one that was built.
+#[test]
+fn the_engines_versions_are_the_locked_ones() {
+    let lock = std::fs::read_to_string(root().join("Cargo.lock")).unwrap();
+    for kind in EngineKind::ALL {
+        let (name, version) = kind.library().split_once(' ').unwrap();
+        // rapier2d is published once more with f64 inside.
+        let found = [name.to_owned(), format!("{name}-f64")]
+            .iter()
+            .any(|n| lock.contains(&format!("name = \"{n}\"\nversion = \"{version}\"\n")));
+        assert!(found, "{name} {version}");
+    }
 }

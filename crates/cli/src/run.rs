@@ -22,6 +22,9 @@ pub struct Args {
     /// Sets a key of the scene, over what the file says: `--set drive.speed=0.3`. Can be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+    /// Engine that computes the truth: `rapier` or `direct`; short for `--set engine.kind=...`.
+    #[arg(long, value_name = "KIND")]
+    engine: Option<String>,
     /// Seed of everything random in the run.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
@@ -42,6 +45,7 @@ enum Format {
 /// Runs the scene, writes the results, prints the table.
 pub fn run(args: &Args) -> Result<()> {
     let mut overrides = args.set.clone();
+    overrides.extend(args.engine.iter().map(|kind| format!("engine.kind={kind}")));
     overrides.extend(args.seed.map(|seed| format!("seed={seed}")));
     let scene = Scene::load(&args.scene, &overrides)?;
     let target = args
@@ -49,7 +53,12 @@ pub fn run(args: &Args) -> Result<()> {
         .clone()
         .unwrap_or_else(|| Path::new("runs").join(&scene.name));
     let folder = OutputFolder::create(&target, args.force)?;
-    folder.write("scene.toml", &scene.to_toml(env!("CARGO_PKG_VERSION")))?;
+    let version = format!(
+        "robhaz {}, {}",
+        env!("CARGO_PKG_VERSION"),
+        scene.engine.kind.library()
+    );
+    folder.write("scene.toml", &scene.to_toml(&version))?;
 
     let summary = match simulate(&scene, args.format, folder.path()) {
         Ok(summary) => summary,

@@ -11,8 +11,8 @@ use robhaz_model::Robot;
 use robhaz_record::{FigureSink, SummarySink, TableFormat, TableSink, comparison_table};
 use robhaz_run::{Frame, RunEnd, Sink, SinkError};
 use robhaz_scene::{
-    EngineChoice, EngineKind, EstimatorChoice, Grade, RecordChoice, RobotChoice, Scene,
-    SensorChoice, TerrainChoice,
+    EngineChoice, EstimatorChoice, Grade, RecordChoice, RobotChoice, Scene, SensorChoice,
+    TerrainChoice,
 };
 use robhaz_sim::contact::ContactLaw;
 use robhaz_sim::drive::Drive;
@@ -84,10 +84,7 @@ fn scene(duration: f64) -> Scene {
             estimator("paper-wheels", EstimatorSettings::paper_wheels()),
             estimator("true-mass", EstimatorSettings::true_mass()),
         ],
-        engine: EngineChoice {
-            kind: EngineKind::Rapier,
-            step: 1e-4,
-        },
+        engine: EngineChoice::default(),
         record: RecordChoice {
             duration,
             rate: 1000.0,

@@ -4,8 +4,8 @@ use robhaz_estimator::{Estimate, EstimateError, EstimatorSettings, LinkReading, 
 use robhaz_model::{Pin, Posture, Robot, Vec2};
 use robhaz_run::Frame;
 use robhaz_scene::{
-    EngineChoice, EngineKind, EstimatorChoice, Grade, RecordChoice, RobotChoice, Scene,
-    SensorChoice, TerrainChoice,
+    EngineChoice, EstimatorChoice, Grade, RecordChoice, RobotChoice, Scene, SensorChoice,
+    TerrainChoice,
 };
 use robhaz_sim::contact::ContactLaw;
 use robhaz_sim::drive::Drive;
@@ -60,10 +60,7 @@ pub fn scene() -> Scene {
             estimator("true-mass"),
             estimator("mine"),
         ],
-        engine: EngineChoice {
-            kind: EngineKind::Rapier,
-            step: 1e-4,
-        },
+        engine: EngineChoice::default(),
         record: RecordChoice {
             duration: 2.0,
             rate: 100.0,

@@ -30,7 +30,7 @@ pub struct RunEnd {
     pub duration: f64,
     /// Time that simulation and estimation took, without the sinks, s.
     pub wall: f64,
-    /// Integration step used, s.
+    /// Mean integration step, s.
     pub step: f64,
 }
 
@@ -138,7 +138,7 @@ fn simulate(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunErr
     Ok(RunEnd {
         duration: scene.record.duration,
         wall: wall.as_secs_f64(),
-        step: plant.step(),
+        step: plant.mean_step(),
     })
 }
 

@@ -26,7 +26,8 @@ mod write;
 
 pub use error::{Problem, SceneError};
 pub use reference::{KeyReference, reference};
+pub use robhaz_sim::EngineKind;
 pub use scene::{
-    EngineChoice, EngineKind, EstimatorChoice, Grade, RecordChoice, RobotChoice, Scene,
-    SensorChoice, TerrainChoice,
+    EngineChoice, EstimatorChoice, Grade, RecordChoice, RobotChoice, Scene, SensorChoice,
+    TerrainChoice,
 };

@@ -3,10 +3,10 @@
 use crate::{estimators, robot, terrain};
 use robhaz_estimator::EstimatorSettings;
 use robhaz_model::Robot;
-use robhaz_sim::PlantSetup;
 use robhaz_sim::contact::ContactLaw;
 use robhaz_sim::drive::Drive;
 use robhaz_sim::friction::FrictionLaw;
+use robhaz_sim::{EngineKind, PlantSetup};
 use robhaz_terrain::{Profile, Terrain};
 
 /// Everything that a run depends on. SI throughout.
@@ -93,32 +93,15 @@ pub struct EstimatorChoice {
     pub settings: EstimatorSettings,
 }
 
-/// Which engine computes the truth.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum EngineKind {
-    /// rapier2d.
-    Rapier,
-}
-
-impl EngineKind {
-    /// All kinds, in their order.
-    pub const ALL: [Self; 1] = [Self::Rapier];
-
-    /// Name in scene files and summaries.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Rapier => "rapier",
-        }
-    }
-}
-
 /// The engine that computes the truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EngineChoice {
     /// Which.
     pub kind: EngineKind,
-    /// Greatest integration step, s.
+    /// Greatest integration step of `rapier`, s.
     pub step: f64,
+    /// Tolerance of `direct`, -: see [`PlantSetup::tolerance`].
+    pub tolerance: f64,
 }
 
 /// What is kept of the run.
@@ -143,11 +126,12 @@ impl Default for SensorChoice {
 }
 
 impl Default for EngineChoice {
-    /// rapier2d with steps of 0.1 ms.
+    /// `rapier` with steps of 0.1 ms; `direct` holds N to about 1 mN at its tolerance of 1e-4.
     fn default() -> Self {
         Self {
             kind: EngineKind::Rapier,
             step: 1e-4,
+            tolerance: 1e-4,
         }
     }
 }
@@ -191,7 +175,9 @@ impl Scene {
             contact: self.contact,
             friction: self.friction,
             drive: self.drive,
+            engine: self.engine.kind,
             step: self.engine.step,
+            tolerance: self.engine.tolerance,
             period: 1.0 / self.sensors.rate,
         }
     }

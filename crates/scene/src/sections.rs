@@ -2,10 +2,11 @@
 
 use crate::key::Key;
 use crate::range::{above, at_least};
-use crate::scene::{EngineKind, Grade, Scene};
+use crate::scene::{Grade, Scene};
 use crate::units::{
     CONTACT_STIFFNESS, DAMPING, FREQUENCY, LENGTH, NONE, ROTARY_DAMPING, SPEED, TIME, TORQUE,
 };
+use robhaz_sim::EngineKind;
 
 /// A section of a scene file whose keys set fields of the scene.
 pub(crate) struct Section {
@@ -181,17 +182,24 @@ const SENSORS: &[Key<Scene>] = &[
 const ENGINE: &[Key<Scene>] = &[
     Key::word(
         "kind",
-        &[EngineKind::Rapier.name()],
+        &[EngineKind::Rapier.name(), EngineKind::Direct.name()],
         |s| s.engine.kind as usize,
         |s, i| s.engine.kind = EngineKind::ALL[i],
-        "which engine",
+        "which engine: rigid bodies in rapier2d, or the equations of motion with a stiff solver",
     ),
     Key::number(
         "step",
         TIME,
         above(0.0).at_most(LONGEST_STEP),
         |s| &mut s.engine.step,
-        "greatest integration step; the explicit contact force is unstable above about 0.15 ms",
+        "greatest integration step of rapier; the explicit contact force is unstable above about 0.15 ms",
+    ),
+    Key::number(
+        "tolerance",
+        NONE,
+        at_least(1e-9).at_most(1e-2),
+        |s| &mut s.engine.tolerance,
+        "error allowed in a step of direct, in units of 1 mm, 10 mrad, 0.1 m/s and 0.1 rad/s",
     ),
 ];
 

@@ -116,7 +116,7 @@ fn unknown_keys_and_sections() {
 fn wrong_words() {
     one(
         "engine.kind = 'rapper'",
-        "x.toml:1: engine.kind: found 'rapper', allowed: \"rapier\"; did you mean \"rapier\"?",
+        "x.toml:1: engine.kind: found 'rapper', allowed: \"rapier\", \"direct\"; did you mean \"rapier\"?",
     );
     one(
         "sensors.grade = 3",

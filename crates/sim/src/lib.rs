@@ -6,11 +6,12 @@
 //! | eq. (10), contact | [`contact`] |
 //! | eq. (11), friction | [`friction`] |
 //! | limited pin joint | [`stop`] |
-//! | closed four-bar, three wheels | [`rapier`] |
+//! | closed four-bar, three wheels | [`rapier`], and independently [`direct`] |
 //!
 //! [`Plant`] owns time and hands out a [`Truth`] a record; [`sensors`] turns truth into readings. Nothing flows back.
 
 pub mod contact;
+pub mod direct;
 pub mod drive;
 pub mod friction;
 mod ground;
@@ -20,5 +21,5 @@ pub mod sensors;
 pub mod stop;
 mod truth;
 
-pub use plant::{Plant, PlantError, PlantSetup};
+pub use plant::{EngineKind, Plant, PlantError, PlantSetup};
 pub use truth::{BarTruth, PinTruth, Truth, WheelTruth};

@@ -1,12 +1,52 @@
 //! The plant as a caller sees it: set up once, then asked for the truth, one period after the other.
 
 use crate::contact::ContactLaw;
+use crate::direct::{self, DirectEngine};
 use crate::drive::Drive;
 use crate::friction::FrictionLaw;
-use crate::rapier::RapierEngine;
+use crate::rapier::{self, RapierEngine};
 use crate::truth::Truth;
 use robhaz_model::{Bar, Robot};
 use robhaz_terrain::Terrain;
+
+/// Which engine computes the truth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EngineKind {
+    /// Rigid bodies and joints in rapier2d, with a fixed step.
+    Rapier,
+    /// The equations of motion in minimal coordinates, with a stiff solver.
+    Direct,
+}
+
+impl EngineKind {
+    /// All engines.
+    pub const ALL: [Self; 2] = [Self::Rapier, Self::Direct];
+
+    /// Name in scene files and summaries.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Rapier => "rapier",
+            Self::Direct => "direct",
+        }
+    }
+
+    /// The library behind it and its version.
+    pub const fn library(self) -> &'static str {
+        match self {
+            Self::Rapier => rapier::LIBRARY,
+            Self::Direct => direct::LIBRARY,
+        }
+    }
+}
+
+/// What every engine can do.
+pub(crate) trait Engine {
+    /// Mean integration step so far, s.
+    fn mean_step(&self) -> f64;
+
+    /// The truth at the current time; the simulation then goes on by one period.
+    fn next_truth(&mut self) -> Result<Truth, PlantError>;
+}
 
 /// Everything that a simulation depends on.
 #[derive(Clone)]
@@ -21,8 +61,12 @@ pub struct PlantSetup {
     pub friction: FrictionLaw,
     /// Eq. (2).
     pub drive: Drive,
-    /// Greatest integration step, s. The step used divides the period.
+    /// What computes the truth.
+    pub engine: EngineKind,
+    /// Greatest integration step of `rapier`, s. The step used divides the period.
     pub step: f64,
+    /// Tolerance of `direct`: how large the error of one step may be, in units of 1 mm, 10 mrad, 0.1 m/s and 0.1 rad/s.
+    pub tolerance: f64,
     /// Time between two truths, s.
     pub period: f64,
 }
@@ -48,7 +92,19 @@ pub enum PlantError {
         /// Which bar.
         part: &'static str,
     },
-    /// The loop has opened by more than a micrometre a step can explain: pins cannot be trusted.
+    /// The links have turned farther than the four-bar can close.
+    #[error("at t = {time:.4} s links 1 and 2 have turned farther than the four-bar can close")]
+    LoopRange {
+        /// When, s.
+        time: f64,
+    },
+    /// The solver finds no step that is accurate enough.
+    #[error("at t = {time:.4} s the solver finds no step that is accurate enough")]
+    NoStep {
+        /// When, s.
+        time: f64,
+    },
+    /// The loop has drifted open: the pins cannot be trusted.
     #[error(
         "at t = {time:.4} s the pins of the four-bar are {distance:e} m apart; try a shorter engine.step"
     )]
@@ -62,23 +118,26 @@ pub enum PlantError {
 
 /// A running simulation.
 pub struct Plant {
-    engine: RapierEngine,
+    engine: Box<dyn Engine>,
 }
 
 impl Plant {
-    /// Loop error beyond which a run is stopped, m. Ten times what a 0.1 ms step leaves on kerbs; N moves by less than 0.1 %.
+    /// Loop error beyond which a run is stopped, m: a thousand times what the default step leaves on rolling ground.
     pub const MAX_LOOP_ERROR: f64 = 1e-4;
 
     /// Puts the robot on its ground: nominal pose, at rest, middle wheel at x = 0, each wheel at the penetration of the mean load.
     pub fn new(setup: &PlantSetup) -> Self {
         Self {
-            engine: RapierEngine::new(setup),
+            engine: match setup.engine {
+                EngineKind::Rapier => Box::new(RapierEngine::new(setup)),
+                EngineKind::Direct => Box::new(DirectEngine::new(setup)),
+            },
         }
     }
 
-    /// The integration step in use, s.
-    pub fn step(&self) -> f64 {
-        self.engine.step()
+    /// Mean integration step so far, s.
+    pub fn mean_step(&self) -> f64 {
+        self.engine.mean_step()
     }
 
     /// The truth at the current time; the simulation then goes on by one period.

@@ -5,11 +5,14 @@
 
 use crate::drive::{Drive, wheel_acceleration};
 use crate::ground::{Ground, WheelMotion};
-use crate::plant::{PlantError, PlantSetup};
+use crate::plant::{Engine, PlantError, PlantSetup};
 use crate::stop::stop_torque;
 use crate::truth::{BarTruth, PinTruth, Truth};
 use rapier2d::prelude::*;
 use robhaz_model::{Bar, Pin, Robot, Vec2};
+
+/// The library behind this engine; a test holds it against the locked version.
+pub const LIBRARY: &str = "rapier2d 0.36.1";
 
 /// The simulation on rapier2d, with all that acts on the robot.
 pub struct RapierEngine {
@@ -113,33 +116,6 @@ impl RapierEngine {
             previous_rates: [0.0; 2],
             spins: [0.0; 3],
         }
-    }
-
-    /// The integration step in use, s.
-    pub fn step(&self) -> f64 {
-        self.step
-    }
-
-    /// The truth at the current time; then one period of steps.
-    ///
-    /// The first of those steps also tells the pins' forces, which belong to the same instant as the truth.
-    ///
-    /// # Errors
-    /// [`PlantError::WheelBelowGround`].
-    pub fn next_truth(&mut self) -> Result<Truth, PlantError> {
-        let mut truth = self.kinematics();
-        let arms = self.pin_arms();
-        self.advance(Some(&mut truth))?;
-        for (i, handle) in self.pins.into_iter().enumerate() {
-            if let Some(joint) = self.world.impulse_joints.get(handle) {
-                truth.pins[i].force =
-                    arms[i].force(joint.impulses[0], joint.impulses[1], self.step);
-            }
-        }
-        for _ in 1..self.steps_per_period {
-            self.advance(None)?;
-        }
-        Ok(truth)
     }
 
     fn time(&self) -> f64 {
@@ -296,6 +272,29 @@ impl RapierEngine {
                 inverse: [inverse(receiver), inverse(giver)],
             }
         })
+    }
+}
+
+impl Engine for RapierEngine {
+    fn mean_step(&self) -> f64 {
+        self.step
+    }
+
+    /// The first step of a period also tells the pins' forces, which belong to the same instant as the truth.
+    fn next_truth(&mut self) -> Result<Truth, PlantError> {
+        let mut truth = self.kinematics();
+        let arms = self.pin_arms();
+        self.advance(Some(&mut truth))?;
+        for (i, handle) in self.pins.into_iter().enumerate() {
+            if let Some(joint) = self.world.impulse_joints.get(handle) {
+                truth.pins[i].force =
+                    arms[i].force(joint.impulses[0], joint.impulses[1], self.step);
+            }
+        }
+        for _ in 1..self.steps_per_period {
+            self.advance(None)?;
+        }
+        Ok(truth)
     }
 }
 

@@ -3,8 +3,8 @@
 use robhaz_estimator::EstimatorSettings;
 use robhaz_model::Robot;
 use robhaz_scene::{
-    EngineChoice, EngineKind, EstimatorChoice, Grade, RecordChoice, RobotChoice, Scene,
-    SensorChoice, TerrainChoice,
+    EngineChoice, EstimatorChoice, Grade, RecordChoice, RobotChoice, Scene, SensorChoice,
+    TerrainChoice,
 };
 use robhaz_sim::contact::ContactLaw;
 use robhaz_sim::drive::Drive;
@@ -41,10 +41,7 @@ pub fn smooth(duration: f64) -> Scene {
             estimator("paper-wheels", EstimatorSettings::paper_wheels()),
             estimator("true-mass", EstimatorSettings::true_mass()),
         ],
-        engine: EngineChoice {
-            kind: EngineKind::Rapier,
-            step: 1e-4,
-        },
+        engine: EngineChoice::default(),
         record: RecordChoice {
             duration,
             rate: 1000.0,

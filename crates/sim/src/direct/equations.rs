@@ -1,0 +1,158 @@
+//! The equations of motion as the solver wants them: `dy/dt = f(t, y)`, and their Jacobian.
+
+use super::mechanism::{Forces, Kinematics, NoForces, State};
+use crate::drive::Drive;
+use crate::ground::{Ground, GroundForces, WheelMotion};
+use crate::plant::PlantSetup;
+use differential_equations::linalg::Matrix;
+use differential_equations::ode::ODE;
+use nalgebra::Vector4;
+use robhaz_model::{Robot, Vec2};
+use std::cell::{Cell, RefCell};
+
+/// Solver state: Q (m), angles of links 1 and 2 (rad), velocity of Q (m/s), rates of links 1 and 2 (rad/s), wheel spin
+/// speeds (rad/s), integrals of the speed errors (rad), wheel spins (rad).
+pub(super) type Y = [f64; 17];
+const RATES: usize = 4;
+const OMEGA: usize = 8;
+const INTEGRAL: usize = 11;
+/// Wheel spins, rad: nothing depends on them.
+pub(super) const SPIN: usize = 14;
+
+pub(super) struct Equations {
+    pub robot: Robot,
+    drive: Drive,
+    ground: RefCell<Ground>,
+    refusal: Cell<Option<NoForces>>,
+}
+
+/// Nominal pose, at rest, sunk by the static penetration of the mean wheel load.
+pub(super) fn start(setup: &PlantSetup) -> Y {
+    let q = setup.robot.geometry.pins.q;
+    let mut y = [0.0; 17];
+    y[0] = q.x;
+    y[1] = q.y
+        - setup
+            .contact
+            .static_penetration(setup.robot.mean_wheel_load());
+    y
+}
+
+pub(super) fn state(y: &Y) -> State {
+    State {
+        q: Vec2::new(y[0], y[1]),
+        angles: [y[2], y[3]],
+        rates: Vector4::from_column_slice(&y[RATES..OMEGA]),
+        omega: [y[OMEGA], y[OMEGA + 1], y[OMEGA + 2]],
+    }
+}
+
+impl Equations {
+    pub fn new(setup: &PlantSetup) -> Self {
+        Self {
+            robot: setup.robot.clone(),
+            drive: setup.drive,
+            ground: RefCell::new(Ground::new(setup)),
+            refusal: Cell::new(None),
+        }
+    }
+
+    /// What the last evaluation that failed complained of.
+    pub fn last_refusal(&self) -> Option<NoForces> {
+        self.refusal.get()
+    }
+
+    /// Motor torques at the wheels, N m.
+    pub fn motor_torques(&self, t: f64, y: &Y) -> [f64; 3] {
+        let set_speed = self.drive.set_speed(t, self.robot.geometry.wheel_radius);
+        [0, 1, 2].map(|i| self.drive.torque(set_speed - y[OMEGA + i], y[INTEGRAL + i]))
+    }
+
+    /// Accelerations and forces for given motor torques, N m.
+    pub fn forces(
+        &self,
+        kinematics: &Kinematics,
+        state: &State,
+        torques: [f64; 3],
+    ) -> Result<Forces, NoForces> {
+        let drive_torque =
+            [0, 1, 2].map(|i| torques[i] - self.drive.viscous_damping * state.omega[i]);
+        let mut ground = self.ground.borrow_mut();
+        Forces::new(&self.robot, &mut ground, kinematics, state, drive_torque)
+    }
+
+    /// For the record only: of a wheel in the air, the gap to the nearest ground.
+    pub fn or_gap(
+        &self,
+        wheel: usize,
+        forces: GroundForces,
+        kinematics: &Kinematics,
+        state: &State,
+    ) -> Result<GroundForces, NoForces> {
+        let link_rate = state.rates[2 + self.robot.geometry.carriers[wheel].index()];
+        let motion = WheelMotion {
+            centre: kinematics.axle(wheel, state),
+            velocity: kinematics.axle_velocity(wheel, state),
+            spin: state.omega[wheel] - link_rate,
+        };
+        let ground = self.ground.borrow();
+        ground
+            .or_gap(forces, &motion)
+            .map_err(|x| NoForces::BelowGround(wheel, x))
+    }
+
+    fn rates(&self, t: f64, y: &Y) -> Result<Y, NoForces> {
+        let state = state(y);
+        let kinematics = Kinematics::new(&self.robot, &state)?;
+        let forces = self.forces(&kinematics, &state, self.motor_torques(t, y))?;
+        let set_speed = self.drive.set_speed(t, self.robot.geometry.wheel_radius);
+        let mut rates = [0.0; 17];
+        rates[..RATES].copy_from_slice(&y[RATES..OMEGA]);
+        rates[RATES..OMEGA].copy_from_slice(forces.accelerations.as_slice());
+        for i in 0..3 {
+            rates[OMEGA + i] = forces.omega_rates[i];
+            rates[INTEGRAL + i] = self
+                .drive
+                .integral_rate(set_speed - y[OMEGA + i], y[INTEGRAL + i]);
+            rates[SPIN + i] = y[OMEGA + i];
+        }
+        Ok(rates)
+    }
+}
+
+/// Steps of the difference quotients: 10 nm and 10 nrad of position (2 mN of N), 1 um/s and 1 urad/s of velocity.
+const POSITION_STEP: f64 = 1e-8;
+const VELOCITY_STEP: f64 = 1e-6;
+
+impl ODE<f64, Y> for Equations {
+    /// A state without forces gives NaN: the solver rejects the step and tries a shorter one.
+    fn diff(&self, t: f64, y: &Y, dydt: &mut Y) {
+        *dydt = self.rates(t, y).unwrap_or_else(|why| {
+            self.refusal.set(Some(why));
+            [f64::NAN; 17]
+        });
+    }
+
+    fn jacobian(&self, t: f64, y: &Y, j: &mut Matrix<f64>) {
+        let (mut here, mut there) = ([0.0; 17], [0.0; 17]);
+        self.diff(t, y, &mut here);
+        for column in 0..17 {
+            let step = if column < RATES {
+                POSITION_STEP
+            } else {
+                VELOCITY_STEP
+            };
+            // Nothing depends on the spins.
+            if column >= SPIN {
+                there = here;
+            } else {
+                let mut moved = *y;
+                moved[column] += step;
+                self.diff(t, &moved, &mut there);
+            }
+            for row in 0..17 {
+                j[(row, column)] = (there[row] - here[row]) / step;
+            }
+        }
+    }
+}
