@@ -8,7 +8,7 @@ check:
 
 # All tests, in the profile that runs use, so that dependencies are built once.
 test:
-    cargo test --release --workspace --locked
+    cargo test --release --workspace
 
 # Timings, as ratios within one run.
 bench:

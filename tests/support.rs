@@ -73,7 +73,7 @@ impl Kept {
                 count += 1.0;
             }
         }
-        (square / count as f64).sqrt() / (sum / count)
+        (square / count).sqrt() / (sum / count)
     }
 }
 
@@ -128,6 +128,6 @@ impl Reference {
             greatest = greatest.max(error.abs());
             count += 1.0;
         }
-        ((square / count as f64).sqrt(), greatest)
+        ((square / count).sqrt(), greatest)
     }
 }

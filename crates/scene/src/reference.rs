@@ -6,9 +6,8 @@ use crate::range::short;
 use crate::reader::join;
 use crate::scene::Scene;
 use crate::sections::SECTIONS;
-use crate::terrain::{self, CosBump};
+use crate::terrain::{self, Shape};
 use crate::{estimators, robot, robot_keys, write};
-use robhaz_terrain::Profile;
 
 /// A key of scene files.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -32,15 +31,15 @@ pub fn reference() -> Vec<KeyReference> {
     let mut rows = Vec::new();
     let mut scene = Scene::default();
     let mut robot = scene.robot.robot.clone();
-    let mut cosbump = CosBump::of(&Profile::cosbump());
+    let mut shape = Shape::default();
     list(&mut rows, TOP, &mut scene, "");
     list(&mut rows, robot::KEYS, &mut (), "robot");
     let path = robot::GEOMETRY_PART.path;
     list(&mut rows, robot_keys::GEOMETRY, &mut robot.geometry, path);
     let path = robot::MASS_PART.path;
     list(&mut rows, robot_keys::MASSES, &mut robot.mass, path);
-    for keys in [terrain::COMMON, terrain::BUMPS, terrain::COSBUMP] {
-        list(&mut rows, keys, &mut cosbump, terrain::PATH);
+    for keys in [terrain::COMMON, terrain::BUMPS, terrain::SHAPE] {
+        list(&mut rows, keys, &mut shape, terrain::PATH);
     }
     let mut bump = terrain::NO_BUMP;
     list(&mut rows, terrain::BUMP, &mut bump, "terrain.bumps[]");

@@ -7,7 +7,7 @@ use crate::robot;
 use crate::robot_keys;
 use crate::scene::Scene;
 use crate::sections::SECTIONS;
-use crate::terrain::{self, CosBump};
+use crate::terrain::{self, Shape};
 use robhaz_model::Vec2;
 use robhaz_terrain::{Bump, Profile};
 use std::fmt::Write;
@@ -74,9 +74,11 @@ fn write_terrain(out: &mut Out, scene: &Scene) {
             }
         }
         Profile::Bumps(bumps) => bump_lines(bumps).iter().for_each(|l| out.line(l)),
-        Profile::CosBump { .. } => {
-            let mut bump = CosBump::of(&terrain.profile);
-            out.table(terrain::COSBUMP, &mut bump, terrain::PATH);
+        profile => {
+            let mut shape = Shape::of(terrain.kind, profile);
+            for key in terrain::shape_keys(terrain.kind) {
+                out.field(key, &mut shape);
+            }
         }
     }
 }
@@ -115,16 +117,20 @@ impl Out {
     }
 
     /// The keys of a table that is headed already; its own tables after it.
+    fn field<T>(&mut self, key: &Key<T>, of: &mut T) {
+        if let Some(value) = value(&key.field, of) {
+            let unit = key.field.unit();
+            let comment = match unit {
+                "" => key.meaning.to_owned(),
+                _ => format!("{unit}; {}", key.meaning),
+            };
+            self.key(key.name, &value, &comment);
+        }
+    }
+
     fn table<T>(&mut self, keys: &[Key<T>], of: &mut T, path: &str) {
         for key in keys {
-            if let Some(value) = value(&key.field, of) {
-                let unit = key.field.unit();
-                let comment = match unit {
-                    "" => key.meaning.to_owned(),
-                    _ => format!("{unit}; {}", key.meaning),
-                };
-                self.key(key.name, &value, &comment);
-            }
+            self.field(key, of);
         }
         for key in keys {
             if let Field::Table(keys) = key.field {

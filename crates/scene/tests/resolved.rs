@@ -8,7 +8,15 @@ use proptest::prelude::*;
 use robhaz_scene::Scene;
 use std::path::Path;
 
-const SCENES: [&str; 4] = ["smooth", "flat", "cosbump", "smooth-soft-drive"];
+const SCENES: [&str; 7] = [
+    "smooth",
+    "flat",
+    "cosbump",
+    "smooth-soft-drive",
+    "ramp",
+    "step",
+    "stairs",
+];
 
 fn load(name: &str, overrides: &[String]) -> Scene {
     let file = format!("{}/../../scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
@@ -44,6 +52,12 @@ fn choices_of_every_kind_come_back() {
             "terrain.bumps=[{height=0.1, centre=1, width=0.3}, {height=-0.1, centre=3, width=1}]",
         ],
         vec!["terrain.kind=cosbump", "terrain.centre=2"],
+        vec![
+            "terrain.kind=stairs",
+            "terrain.count=1",
+            "terrain.rise='-3 cm'",
+        ],
+        vec!["terrain.kind=step", "terrain.kerb=-0.05"],
         vec!["estimator=[]"],
         vec!["estimator=[{name='true-mass'},{name='true-mass',label='slow',observer_pole=5}]"],
         vec!["seed=18446744073709551615", "name=a-b_c"],

@@ -1,5 +1,6 @@
 //! The ground's height over x, with slope and curvature in closed form.
 
+use crate::Vec2;
 use std::f64::consts::PI;
 
 /// One Gaussian bump (or hollow) `height exp(-((x - centre)/width)^2)`; m.
@@ -31,6 +32,35 @@ pub enum Profile {
         /// Half of the bump's length, m.
         half_width: f64,
     },
+    /// Level ground, an incline, level ground; two corners.
+    Ramp {
+        /// Slope of the incline, rad; negative downhill. Within +-80 deg.
+        angle: f64,
+        /// Where the incline starts, m.
+        start: f64,
+        /// Length along the incline, m.
+        length: f64,
+    },
+    /// Kerbs with vertical risers: one is a step, several are stairs.
+    Stairs {
+        /// Height of each riser, m; negative for a way down.
+        rise: f64,
+        /// Length of each tread, m.
+        run: f64,
+        /// Number of risers.
+        count: u32,
+        /// Where the first riser is, m.
+        start: f64,
+    },
+}
+
+/// One piece of the ground, from where the piece before ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Piece {
+    /// Straight on to a point, m.
+    Line(Vec2),
+    /// Along [`Profile::eval`] to this x, with knots no farther apart than the spacing that no bend slips through; m.
+    Curve(f64, f64),
 }
 
 /// Why a profile cannot be ground.
@@ -51,6 +81,16 @@ pub enum ProfileError {
         bump: usize,
         /// What was found, m.
         found: f64,
+    },
+    /// A number of a ramp or of stairs is out of its range.
+    #[error("{entry} is {found}; it must be {allowed}")]
+    Range {
+        /// Which number.
+        entry: &'static str,
+        /// What was found.
+        found: f64,
+        /// What it must be.
+        allowed: &'static str,
     },
 }
 
@@ -83,6 +123,35 @@ impl Profile {
         }
     }
 
+    /// Profile `ramp`: 15 deg from x = 0.7 m on, 0.8 m long.
+    pub fn ramp() -> Self {
+        Self::Ramp {
+            angle: 15.0_f64.to_radians(),
+            start: 0.7,
+            length: 0.8,
+        }
+    }
+
+    /// Profile `step`: a kerb of 50 mm at x = 0.7 m.
+    pub fn step() -> Self {
+        Self::Stairs {
+            rise: 0.05,
+            run: 0.3,
+            count: 1,
+            start: 0.7,
+        }
+    }
+
+    /// Profile `stairs`: 4 steps of 80 mm, 300 mm apart, from x = 0.7 m on.
+    pub fn stairs() -> Self {
+        Self::Stairs {
+            rise: 0.08,
+            run: 0.3,
+            count: 4,
+            start: 0.7,
+        }
+    }
+
     /// Whether the numbers describe a ground.
     ///
     /// # Errors
@@ -110,13 +179,36 @@ impl Profile {
                 centre,
                 half_width,
             } => check(0, *height, *centre, *half_width),
+            Self::Ramp {
+                angle,
+                start,
+                length,
+            } => {
+                let steepest = 80.0_f64.to_radians();
+                in_range("angle", *angle, "within +-80 deg", |a| a.abs() <= steepest)?;
+                in_range("start", *start, "a finite number", f64::is_finite)?;
+                in_range("length", *length, "a number above 0", |l| {
+                    l > 0.0 && l.is_finite()
+                })
+            }
+            Self::Stairs {
+                rise, run, start, ..
+            } => {
+                in_range("rise", *rise, "a finite number other than 0", |r| {
+                    r != 0.0 && r.is_finite()
+                })?;
+                in_range("start", *start, "a finite number", f64::is_finite)?;
+                in_range("run", *run, "a number above 0", |r| {
+                    r > 0.0 && r.is_finite()
+                })
+            }
         }
     }
 
-    /// Height (m), slope (-) and second derivative (1/m) at x.
+    /// Height (m), slope (-) and second derivative (1/m) of a smooth profile at x; level for one of straight pieces.
     pub fn eval(&self, x: f64) -> [f64; 3] {
         match self {
-            Self::Flat => [0.0; 3],
+            Self::Flat | Self::Ramp { .. } | Self::Stairs { .. } => [0.0; 3],
             Self::Bumps(bumps) => {
                 let mut sum = [0.0; 3];
                 for b in bumps {
@@ -148,32 +240,80 @@ impl Profile {
         }
     }
 
-    /// The stretch of x outside of which the ground is level (a bump has faded long before 8 widths from its centre), and the spacing of knots
-    /// on it that no bend slips through; m. `None` for level ground.
-    pub(crate) fn extent(&self) -> Option<(f64, f64, f64)> {
+    /// Where the level ground before the profile ends, and the pieces up to the level ground after it; m.
+    pub(crate) fn pieces(&self) -> (Vec2, Vec<Piece>) {
         /// Knots no farther apart than this, m: fine enough that a wheel's nearest point is alone on its edge.
         const SPACING: f64 = 0.01;
+        /// A Gaussian bump has faded long before this many widths from its centre.
+        const WIDTHS: f64 = 8.0;
         match self {
-            Self::Flat => None,
-            Self::Bumps(bumps) => bumps
-                .iter()
-                .map(|b| {
-                    (
-                        b.centre - 8.0 * b.width,
-                        b.centre + 8.0 * b.width,
-                        b.width / 10.0,
-                    )
-                })
-                .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1), a.2.min(b.2)))
-                .map(|(from, to, h)| (from, to, h.min(SPACING))),
+            Self::Flat => (Vec2::zeros(), Vec::new()),
+            Self::Bumps(bumps) => {
+                let (mut from, mut to, mut spacing) = (f64::INFINITY, f64::NEG_INFINITY, SPACING);
+                for b in bumps {
+                    from = from.min(b.centre - WIDTHS * b.width);
+                    to = to.max(b.centre + WIDTHS * b.width);
+                    spacing = spacing.min(b.width / 10.0);
+                }
+                if bumps.is_empty() {
+                    return (Vec2::zeros(), Vec::new());
+                }
+                let start = Vec2::new(from, self.eval(from)[0]);
+                (start, vec![Piece::Curve(to, spacing)])
+            }
             Self::CosBump {
                 centre, half_width, ..
-            } => Some((
-                centre - half_width,
-                centre + half_width,
-                SPACING.min(half_width / 20.0),
-            )),
+            } => {
+                let start = Vec2::new(centre - half_width, 0.0);
+                let spacing = SPACING.min(half_width / 20.0);
+                (start, vec![Piece::Curve(centre + half_width, spacing)])
+            }
+            Self::Ramp {
+                angle,
+                start,
+                length,
+            } => {
+                let start = Vec2::new(*start, 0.0);
+                let top = start + Vec2::new(angle.cos(), angle.sin()) * *length;
+                (start, vec![Piece::Line(top)])
+            }
+            Self::Stairs {
+                rise,
+                run,
+                count,
+                start,
+            } => {
+                let start = Vec2::new(*start, 0.0);
+                let mut at = start;
+                let mut pieces = Vec::new();
+                for step in 0..*count {
+                    if step > 0 {
+                        at.x += run;
+                        pieces.push(Piece::Line(at));
+                    }
+                    at.y += rise;
+                    pieces.push(Piece::Line(at));
+                }
+                (start, pieces)
+            }
         }
+    }
+}
+
+fn in_range(
+    entry: &'static str,
+    found: f64,
+    allowed: &'static str,
+    inside: impl Fn(f64) -> bool,
+) -> Result<(), ProfileError> {
+    if inside(found) {
+        Ok(())
+    } else {
+        Err(ProfileError::Range {
+            entry,
+            found,
+            allowed,
+        })
     }
 }
 

@@ -1,5 +1,6 @@
 //! A profile made ready for contact: nearest points of a wheel on a chain of edges.
 
+use crate::profile::Piece;
 use crate::{Profile, Vec2};
 use parry2d::bounding_volume::{Aabb, BoundingVolume};
 use parry2d::math::Vector;
@@ -10,6 +11,9 @@ use smallvec::SmallVec;
 const REACH: f64 = 1.0e3;
 /// Edges under one leaf of the index: near a wheel there are some twenty, and a leaf costs more to visit than an edge.
 const BLOCK: usize = 16;
+/// Two nearest points whose normals differ by less than this are one, rad (8 deg): a bend so blunt carries a wheel at one
+/// place, and to count both would double the ground's stiffness.
+const SAME_NORMAL: f64 = 0.14;
 /// Two nearest points closer than this are one, m: where edges meet smoothly rounding can put one on each side.
 const SAME_POINT: f64 = 1.0e-6;
 
@@ -50,6 +54,53 @@ struct Edge {
     curved: bool,
 }
 
+impl Edge {
+    fn line(from: Vec2, to: Vec2) -> Self {
+        Self {
+            from,
+            to,
+            from_tangent: to - from,
+            to_tangent: to - from,
+            curved: false,
+        }
+    }
+}
+
+/// A curve cut into edges.
+fn curve(profile: &Profile, from_x: f64, to_x: f64, spacing: f64) -> impl Iterator<Item = Edge> {
+    let count = ((to_x - from_x) / spacing).ceil().max(1.0);
+    let knot = move |i: f64| {
+        let x = from_x + (to_x - from_x) * i / count;
+        let [y, slope, _] = profile.eval(x);
+        (Vec2::new(x, y), Vec2::new(1.0, slope))
+    };
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a count of knots"
+    )]
+    (0..count as u32).map(move |i| {
+        let (from, from_tangent) = knot(f64::from(i));
+        let (to, to_tangent) = knot(f64::from(i) + 1.0);
+        Edge {
+            from,
+            to,
+            from_tangent,
+            to_tangent,
+            curved: true,
+        }
+    })
+}
+
+/// How far a curve can leave its chord, m: max|f''| h^2/8; twice the greatest of three samples bounds it here.
+fn bulge(profile: &Profile, edge: &Edge) -> f64 {
+    let bend = [edge.from.x, 0.5 * (edge.from.x + edge.to.x), edge.to.x]
+        .map(|x| profile.eval(x)[2].abs())
+        .into_iter()
+        .fold(0.0, f64::max);
+    2.0 * bend * (edge.to.x - edge.from.x).powi(2) / 8.0
+}
+
 /// The ground: a chain of straight and curved edges, and an index that finds those near a wheel.
 #[derive(Clone)]
 pub struct Terrain {
@@ -61,55 +112,28 @@ pub struct Terrain {
 impl Terrain {
     /// Makes a profile ready for contact. The profile must have passed [`Profile::check`].
     pub fn new(profile: Profile) -> Self {
-        let line = |from: Vec2, to: Vec2| Edge {
-            from,
-            to,
-            from_tangent: to - from,
-            to_tangent: to - from,
-            curved: false,
-        };
-        let mut edges = Vec::new();
-        let mut boxes = Vec::new();
-        if let Some((start, end, spacing)) = profile.extent() {
-            let count = ((end - start) / spacing).ceil().max(1.0);
-            let knot = |i: f64| {
-                let x = start + (end - start) * i / count;
-                let [y, slope, _] = profile.eval(x);
-                (Vec2::new(x, y), Vec2::new(1.0, slope))
-            };
-            let (first, _) = knot(0.0);
-            edges.push(line(Vec2::new(start - REACH, first.y), first));
-            boxes.push(aabb(&edges[0], 0.0));
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "a count of knots"
-            )]
-            for i in 0..count as u32 {
-                let (from, from_tangent) = knot(f64::from(i));
-                let (to, to_tangent) = knot(f64::from(i) + 1.0);
-                let edge = Edge {
-                    from,
-                    to,
-                    from_tangent,
-                    to_tangent,
-                    curved: true,
-                };
-                // A curve leaves its chord by at most max|f''| h^2/8; twice the greatest of three samples bounds it here.
-                let bend = [from.x, 0.5 * (from.x + to.x), to.x]
-                    .map(|x| profile.eval(x)[2].abs())
-                    .into_iter()
-                    .fold(0.0, f64::max);
-                boxes.push(aabb(&edge, 2.0 * bend * (to.x - from.x).powi(2) / 8.0));
-                edges.push(edge);
+        let (start, pieces) = profile.pieces();
+        let mut edges = vec![Edge::line(start - Vec2::new(REACH, 0.0), start)];
+        let mut boxes = vec![aabb(&edges[0], 0.0)];
+        let mut at = start;
+        for piece in pieces {
+            match piece {
+                Piece::Line(to) => {
+                    edges.push(Edge::line(at, to));
+                    boxes.push(aabb(&edges[edges.len() - 1], 0.0));
+                    at = to;
+                }
+                Piece::Curve(to_x, spacing) => {
+                    for edge in curve(&profile, at.x, to_x, spacing) {
+                        boxes.push(aabb(&edge, bulge(&profile, &edge)));
+                        at = edge.to;
+                        edges.push(edge);
+                    }
+                }
             }
-            let (last, _) = knot(count);
-            edges.push(line(last, Vec2::new(end + REACH, last.y)));
-            boxes.push(aabb(&edges[edges.len() - 1], 0.0));
-        } else {
-            edges.push(line(Vec2::new(-REACH, 0.0), Vec2::new(REACH, 0.0)));
-            boxes.push(aabb(&edges[0], 0.0));
         }
+        edges.push(Edge::line(at, at + Vec2::new(REACH, 0.0)));
+        boxes.push(aabb(&edges[edges.len() - 1], 0.0));
         let blocks: Vec<Aabb> = boxes
             .chunks(BLOCK)
             .map(|block| block[1..].iter().fold(block[0], |sum, b| sum.merged(b)))
@@ -162,20 +186,48 @@ impl Terrain {
         None
     }
 
-    /// Points along the ground from `from` to `to`, at most `spacing` apart, for drawing; m.
+    /// Points along the ground from `from` to `to`, for drawing: all corners, and curves at most `spacing` apart; m.
     pub fn outline(&self, from: f64, to: f64, spacing: f64) -> Vec<Vec2> {
-        let count = ((to - from) / spacing).ceil().max(1.0);
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a count of points"
-        )]
-        (0..=count as u32)
-            .map(|i| {
-                let x = from + (to - from) * f64::from(i) / count;
-                Vec2::new(x, self.profile.eval(x)[0])
-            })
-            .collect()
+        let on = |edge: &Edge, x: f64| {
+            let x = x.clamp(edge.from.x, edge.to.x);
+            if edge.curved {
+                return Vec2::new(x, self.profile.eval(x)[0]);
+            }
+            let length = edge.to.x - edge.from.x;
+            let share = if length > 0.0 {
+                (x - edge.from.x) / length
+            } else {
+                1.0
+            };
+            Vec2::new(x, edge.from.y + share * (edge.to.y - edge.from.y))
+        };
+        let mut points = Vec::new();
+        let shown = self
+            .edges
+            .iter()
+            .filter(|e| e.to.x >= from && e.from.x <= to);
+        for edge in shown {
+            let start = on(edge, from.max(edge.from.x));
+            let end = on(edge, to.min(edge.to.x));
+            if points.is_empty() {
+                points.push(start);
+            }
+            if edge.curved {
+                let count = ((end.x - start.x) / spacing).ceil().max(1.0);
+                let mut i = 1.0;
+                while i < count {
+                    points.push(on(edge, start.x + (end.x - start.x) * i / count));
+                    i += 1.0;
+                }
+            }
+            // A riser at the very start has its whole height.
+            points.push(if edge.from.x < edge.to.x {
+                end
+            } else {
+                edge.to
+            });
+        }
+        points
     }
 
     /// Local minima of the distance on blocks of edges given in ascending order.
@@ -200,7 +252,11 @@ impl Terrain {
                 distance,
             };
             match out.last_mut() {
-                Some(last) if (last.point - point).norm() < SAME_POINT => {
+                // Two places that look alike are one: the deeper counts.
+                Some(last)
+                    if (last.point - point).norm() < SAME_POINT
+                        || (last.angle - contact.angle).abs() < SAME_NORMAL =>
+                {
                     if contact.distance < last.distance {
                         *last = contact;
                     }
@@ -262,7 +318,8 @@ impl Terrain {
                 low = x;
             }
             let mut next = x - residual / (1.0 + slope * slope + (y - centre.y) * bend);
-            if !(next > low && next < high) {
+            // The bracket is closed: where the residual is zero already, Newton stays.
+            if !(next >= low && next <= high) {
                 next = 0.5 * (low + high);
             }
             let moved = next - x;
@@ -336,6 +393,50 @@ mod tests {
         assert!((found[0].distance - found[1].distance).abs() < 1e-12);
         assert!((found[0].angle + found[1].angle).abs() < 1e-9);
         assert!(found[0].angle < 0.0);
+    }
+
+    #[test]
+    fn a_wheel_against_a_riser_touches_riser_and_tread() {
+        let terrain = Terrain::new(Profile::step());
+        let found = contacts(&terrain, 0.7 - 0.085, 0.0995, 0.1);
+        assert_eq!(found.len(), 2);
+        // From rear to front: the tread below, then the riser's edge, 50 mm up, before the centre.
+        assert!((found[0].distance - 0.0995).abs() < 1e-15 && found[0].angle.abs() < 1e-15);
+        let edge = Vec2::new(0.7, 0.05);
+        assert!((found[1].point - edge).norm() < 1e-15);
+        let found = contacts(&terrain, 0.7 - 0.099, 0.04, 0.1);
+        assert!(
+            found
+                .iter()
+                .any(|c| (c.angle - std::f64::consts::FRAC_PI_2).abs() < 1e-12)
+        );
+    }
+
+    #[test]
+    fn a_concave_corner_has_two_contacts_a_convex_one_a_corner() {
+        let terrain = Terrain::new(Profile::ramp());
+        // On the line that halves the corner both distances are equal.
+        let half = 7.5_f64.to_radians();
+        let found = contacts(&terrain, 0.7 - 0.0995 * half.tan(), 0.0995, 0.1);
+        assert_eq!(found.len(), 2);
+        assert!((found[0].distance - found[1].distance).abs() < 1e-12);
+        assert!((found[1].angle - 15.0_f64.to_radians()).abs() < 1e-12);
+        let top = Vec2::new(0.7, 0.0) + Vec2::new((2.0 * half).cos(), (2.0 * half).sin()) * 0.8;
+        let up = Vec2::new(-half.sin(), half.cos());
+        let centre = top + up * 0.0995;
+        let found = contacts(&terrain, centre.x, centre.y, 0.1);
+        assert_eq!(found.len(), 1);
+        assert!((found[0].point - top).norm() < 1e-12);
+        assert!((found[0].angle - half).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_outline_has_every_corner() {
+        let terrain = Terrain::new(Profile::stairs());
+        let points = terrain.outline(0.0, 3.0, 0.01);
+        // Start, four risers of two points each, end.
+        assert_eq!(points.len(), 10);
+        assert!((points[9] - Vec2::new(3.0, 0.32)).norm() < 1e-12);
     }
 
     proptest! {
