@@ -197,11 +197,10 @@ fn engines_agree_on_every_shipped_scene() {
         let has_corners = ["ramp", "step", "stairs"].contains(&name.as_str());
         let (mut square, mut sums, mut count) = (0.0, [[0.0; 3]; 2], 0.0);
         for (a, b) in rapier.truth.iter().zip(&direct.truth) {
-            for i in 0..3 {
-                let [a, b] = [a, b].map(|t| t.wheels[i].normal_force);
-                square += (a - b).powi(2);
-                sums[0][i] += a;
-                sums[1][i] += b;
+            for (i, (a, b)) in a.wheels.iter().zip(&b.wheels).enumerate() {
+                square += (a.normal_force - b.normal_force).powi(2);
+                sums[0][i] += a.normal_force;
+                sums[1][i] += b.normal_force;
                 count += 1.0;
             }
         }
