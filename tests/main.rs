@@ -6,6 +6,7 @@
 mod acceptance_fig5;
 mod acceptance_fig7_fig8;
 mod command;
+mod conservation;
 mod documents;
 mod estimator_is_isolated;
 mod reference;

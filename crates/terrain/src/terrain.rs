@@ -5,7 +5,6 @@ use crate::{Profile, Vec2};
 use parry2d::bounding_volume::{Aabb, BoundingVolume};
 use parry2d::math::Vector;
 use parry2d::partitioning::{Bvh, BvhBuildStrategy};
-use smallvec::SmallVec;
 
 /// Level ground goes on this far to both sides, m.
 const REACH: f64 = 1.0e3;
@@ -160,13 +159,20 @@ impl Terrain {
         let half = Vector::new(radius, radius);
         let middle = Vector::new(centre.x, centre.y);
         let query = Aabb::new(middle - half, middle + half);
-        let mut blocks: SmallVec<[usize; 8]> = self
-            .index
-            .intersect_aabb(&query)
-            .map(|leaf| leaf as usize)
-            .collect();
-        blocks.sort_unstable();
-        self.nearest_on(&blocks, centre, radius, out);
+        let (mut first, mut last) = (usize::MAX, 0);
+        for leaf in self.index.intersect_aabb(&query) {
+            first = first.min(leaf as usize);
+            last = last.max(leaf as usize);
+        }
+        if first > last {
+            return;
+        }
+        // The chain never turns back in x: what is under the wheel is one run of edges.
+        let from = first * BLOCK;
+        let edges = &self.edges[from..((last + 1) * BLOCK).min(self.edges.len())];
+        let rear = edges.partition_point(|e| e.to.x < centre.x - radius);
+        let front = edges.partition_point(|e| e.from.x <= centre.x + radius);
+        self.nearest_on(&edges[rear..front], centre, radius, out);
     }
 
     /// The nearest place of the ground to `centre`, however far.
@@ -230,8 +236,8 @@ impl Terrain {
         points
     }
 
-    /// Local minima of the distance on blocks of edges given in ascending order.
-    fn nearest_on(&self, blocks: &[usize], centre: Vec2, radius: f64, out: &mut Vec<Contact>) {
+    /// Local minima of the distance on a run of edges.
+    fn nearest_on(&self, edges: &[Edge], centre: Vec2, radius: f64, out: &mut Vec<Contact>) {
         let limit = radius * radius;
         let mut push = |point: Vec2, tangent: Option<Vec2>| {
             let arm = centre - point;
@@ -264,23 +270,17 @@ impl Terrain {
                 _ => out.push(contact),
             }
         };
-        // Derivative of half the squared distance along the edge, at the end of the edge before and its index.
-        let mut before: Option<(usize, f64)> = None;
-        let near = blocks.iter().flat_map(|block| {
-            let first = block * BLOCK;
-            first..(first + BLOCK).min(self.edges.len())
-        });
-        for i in near {
-            let edge = &self.edges[i];
+        // The edge before, and the derivative of half the squared distance along it at its end.
+        let mut before: Option<(&Edge, f64)> = None;
+        for edge in edges {
             let at_from = (edge.from - centre).dot(&edge.from_tangent);
             let at_to = (edge.to - centre).dot(&edge.to_tangent);
             if let Some((previous, rise)) = before
-                && previous + 1 == i
                 && rise <= 0.0
                 && at_from >= 0.0
             {
-                let smooth = cross(self.edges[previous].to_tangent, edge.from_tangent).abs()
-                    < 1e-9 * edge.from_tangent.norm() * self.edges[previous].to_tangent.norm();
+                let smooth = cross(previous.to_tangent, edge.from_tangent).abs()
+                    < 1e-9 * edge.from_tangent.norm() * previous.to_tangent.norm();
                 push(edge.from, smooth.then_some(edge.from_tangent));
             }
             if at_from < 0.0 && at_to > 0.0 {
@@ -292,7 +292,7 @@ impl Terrain {
                     push(edge.from - t * (at_from / t.norm_squared()), Some(t));
                 }
             }
-            before = Some((i, at_to));
+            before = Some((edge, at_to));
         }
     }
 

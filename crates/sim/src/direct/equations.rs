@@ -11,13 +11,12 @@ use robhaz_model::{Robot, Vec2};
 use std::cell::{Cell, RefCell};
 
 /// Solver state: Q (m), angles of links 1 and 2 (rad), velocity of Q (m/s), rates of links 1 and 2 (rad/s), wheel spin
-/// speeds (rad/s), integrals of the speed errors (rad), wheel spins (rad).
-pub(super) type Y = [f64; 17];
+/// speeds (rad/s), integrals of the speed errors (rad). Wheel spins are left out: nothing depends on them.
+pub(super) type Y = [f64; SIZE];
+pub(super) const SIZE: usize = 14;
 const RATES: usize = 4;
-const OMEGA: usize = 8;
+pub(super) const OMEGA: usize = 8;
 const INTEGRAL: usize = 11;
-/// Wheel spins, rad: nothing depends on them.
-pub(super) const SPIN: usize = 14;
 
 pub(super) struct Equations {
     pub robot: Robot,
@@ -29,7 +28,7 @@ pub(super) struct Equations {
 /// Nominal pose, at rest, sunk by the static penetration of the mean wheel load.
 pub(super) fn start(setup: &PlantSetup) -> Y {
     let q = setup.robot.geometry.pins.q;
-    let mut y = [0.0; 17];
+    let mut y = [0.0; SIZE];
     y[0] = q.x;
     y[1] = q.y
         - setup
@@ -106,7 +105,7 @@ impl Equations {
         let kinematics = Kinematics::new(&self.robot, &state)?;
         let forces = self.forces(&kinematics, &state, self.motor_torques(t, y))?;
         let set_speed = self.drive.set_speed(t, self.robot.geometry.wheel_radius);
-        let mut rates = [0.0; 17];
+        let mut rates = [0.0; SIZE];
         rates[..RATES].copy_from_slice(&y[RATES..OMEGA]);
         rates[RATES..OMEGA].copy_from_slice(forces.accelerations.as_slice());
         for i in 0..3 {
@@ -114,7 +113,6 @@ impl Equations {
             rates[INTEGRAL + i] = self
                 .drive
                 .integral_rate(set_speed - y[OMEGA + i], y[INTEGRAL + i]);
-            rates[SPIN + i] = y[OMEGA + i];
         }
         Ok(rates)
     }
@@ -129,28 +127,23 @@ impl ODE<f64, Y> for Equations {
     fn diff(&self, t: f64, y: &Y, dydt: &mut Y) {
         *dydt = self.rates(t, y).unwrap_or_else(|why| {
             self.refusal.set(Some(why));
-            [f64::NAN; 17]
+            [f64::NAN; SIZE]
         });
     }
 
     fn jacobian(&self, t: f64, y: &Y, j: &mut Matrix<f64>) {
-        let (mut here, mut there) = ([0.0; 17], [0.0; 17]);
+        let (mut here, mut there) = ([0.0; SIZE], [0.0; SIZE]);
         self.diff(t, y, &mut here);
-        for column in 0..17 {
+        for column in 0..SIZE {
             let step = if column < RATES {
                 POSITION_STEP
             } else {
                 VELOCITY_STEP
             };
-            // Nothing depends on the spins.
-            if column >= SPIN {
-                there = here;
-            } else {
-                let mut moved = *y;
-                moved[column] += step;
-                self.diff(t, &moved, &mut there);
-            }
-            for row in 0..17 {
+            let mut moved = *y;
+            moved[column] += step;
+            self.diff(t, &moved, &mut there);
+            for row in 0..SIZE {
                 j[(row, column)] = (there[row] - here[row]) / step;
             }
         }

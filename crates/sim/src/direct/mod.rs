@@ -10,7 +10,7 @@ mod solver;
 
 use crate::plant::{Engine, PlantError, PlantSetup};
 use crate::truth::{BarTruth, PinTruth, Truth};
-use equations::{Equations, SPIN, Y, start};
+use equations::{Equations, Y, start};
 use mechanism::{Kinematics, NoForces};
 use robhaz_model::Bar;
 use solver::Solver;
@@ -46,7 +46,7 @@ impl DirectEngine {
         refusal(time, self.equations.last_refusal())
     }
 
-    fn truth(&self, time: f64, y: &Y) -> Result<Truth, NoForces> {
+    fn truth(&self, time: f64, y: &Y, spins: [f64; 3]) -> Result<Truth, NoForces> {
         let equations = &self.equations;
         let robot = &equations.robot;
         let state = equations::state(y);
@@ -73,7 +73,7 @@ impl DirectEngine {
             let ground = equations.or_gap(i, forces.ground[i], &kinematics, &state)?;
             truth.wheels[i] = ground.truth(
                 kinematics.axle(i, &state),
-                y[SPIN + i],
+                spins[i],
                 state.omega[i],
                 torques[i],
             );
@@ -101,12 +101,13 @@ impl Engine for DirectEngine {
     fn next_truth(&mut self) -> Result<Truth, PlantError> {
         #[expect(clippy::cast_precision_loss, reason = "exact below 2^53 records")]
         let time = self.records as f64 * self.period;
-        let y = self
+        let (y, spins) = self
             .solver
             .at(time, &self.equations)
             .map_err(|time| self.error(time))?;
         self.records += 1;
-        self.truth(time, &y).map_err(|why| refusal(time, Some(why)))
+        self.truth(time, &y, spins)
+            .map_err(|why| refusal(time, Some(why)))
     }
 }
 

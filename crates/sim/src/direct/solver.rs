@@ -1,18 +1,17 @@
 //! The stiff solver, taken step by step, with its dense output.
 
-use super::equations::{Equations, Y};
+use super::equations::{Equations, OMEGA, SIZE, Y};
 use differential_equations::interpolate::Interpolation;
 use differential_equations::methods::ImplicitRungeKutta;
 use differential_equations::ode::OrdinaryNumericalMethod;
 
 /// Local errors allowed in a step, per unit of tolerance: positions (m, rad), velocities (m/s, rad/s), wheel speeds
-/// (rad/s), integrals and spins (rad). A penetration off by 10 nm is 2 mN of N; a spin only counts.
-const WEIGHTS: [f64; 17] = [
+/// (rad/s), integrals (rad). A penetration off by 10 nm is 2 mN of N.
+const WEIGHTS: [f64; SIZE] = [
     1e-3, 1e-3, 1e-2, 1e-2, // Q, theta
     1e-1, 1e-1, 1e-1, 1e-1, // their rates
     1e-1, 1e-1, 1e-1, // omega
     1e-1, 1e-1, 1e-1, // integrals
-    1.0, 1.0, 1.0, // spins
 ];
 /// First step, s: below the fast pole of a bare wheel on the ground (75 us).
 const FIRST_STEP: f64 = 1e-5;
@@ -51,6 +50,8 @@ pub(super) struct Solver {
     stepper: Box<dyn Stepper>,
     start: Y,
     steps: u64,
+    /// Where the last step began, s, and the wheel spins there and at its end, rad.
+    last_step: (f64, [f64; 3], [f64; 3]),
 }
 
 fn stepper(equations: &Equations, start: &Y, tolerance: f64) -> Box<dyn Stepper> {
@@ -60,7 +61,7 @@ fn stepper(equations: &Equations, start: &Y, tolerance: f64) -> Box<dyn Stepper>
     let scaled = 0.1 * relative.powf(2.0 / 3.0);
     let absolute = WEIGHTS.map(|w| w * tolerance * relative / scaled);
     let mut method = ImplicitRungeKutta::radau5()
-        .rtol(vec![relative; 17])
+        .rtol(vec![relative; SIZE])
         .atol(absolute.to_vec())
         .h0(FIRST_STEP)
         .h_max(LONGEST_STEP)
@@ -76,6 +77,7 @@ impl Solver {
             stepper: stepper(equations, start, tolerance),
             start: *start,
             steps: 0,
+            last_step: (0.0, [0.0; 3], [0.0; 3]),
         }
     }
 
@@ -86,10 +88,11 @@ impl Solver {
         self.stepper.time() / steps
     }
 
-    /// The state at `time` (s), which must not decrease from call to call. The error is the time where the solver got stuck.
-    pub fn at(&mut self, time: f64, equations: &Equations) -> Result<Y, f64> {
+    /// State and wheel spins (rad) at `time` (s), which must not decrease from call to call. The error is the time where the
+    /// solver got stuck.
+    pub fn at(&mut self, time: f64, equations: &Equations) -> Result<(Y, [f64; 3]), f64> {
         if time <= 0.0 {
-            return Ok(self.start);
+            return Ok((self.start, [0.0; 3]));
         }
         let mut rejections = 0;
         while self.stepper.time() < time {
@@ -98,6 +101,9 @@ impl Solver {
             if taken {
                 rejections = 0;
                 self.steps += 1;
+                let spins = self.last_step.2;
+                self.last_step = (before, spins, spins);
+                self.last_step.2 = self.spins(self.stepper.time()).ok_or(before)?;
             } else {
                 rejections += 1;
                 if rejections > MAX_REJECTIONS {
@@ -105,6 +111,20 @@ impl Solver {
                 }
             }
         }
-        self.stepper.interpolate(time).ok_or(time)
+        let y = self.stepper.interpolate(time).ok_or(time)?;
+        Ok((y, self.spins(time).ok_or(time)?))
+    }
+
+    /// Wheel spins at a time within the last step, rad: Simpson's rule on the speeds, exact for the cubic dense output.
+    fn spins(&mut self, time: f64) -> Option<[f64; 3]> {
+        let (begin, spins, _) = self.last_step;
+        let a = self.stepper.interpolate(begin)?;
+        let m = self.stepper.interpolate(0.5 * (begin + time))?;
+        let b = self.stepper.interpolate(time)?;
+        let sixth = (time - begin) / 6.0;
+        Some([0, 1, 2].map(|i| {
+            let j = OMEGA + i;
+            spins[i] + sixth * (a[j] + 4.0 * m[j] + b[j])
+        }))
     }
 }
