@@ -5,6 +5,8 @@ use crate::range::short;
 use crate::reader::Reader;
 use crate::scene::Scene;
 use crate::source::Node;
+use robhaz_sim::EngineKind;
+use robhaz_sim::rapier::longest_stable_step;
 
 /// Most records of a run.
 const MOST_RECORDS: f64 = 1e8;
@@ -29,6 +31,9 @@ pub(crate) fn check(reader: &mut Reader, root: &Node, scene: &Scene) {
     }
     if reader.is_clean(&["record.", "engine."]) {
         engine(reader, root, scene);
+    }
+    if reader.is_clean(&["contact.", "engine.", "robot."]) {
+        stability(reader, root, scene);
     }
 }
 
@@ -84,6 +89,23 @@ fn engine(reader: &mut Reader, root: &Node, scene: &Scene) {
     }
 }
 
+/// The step of `rapier` against the contact's damping: beyond the limit N oscillates, and nothing else would show it.
+fn stability(reader: &mut Reader, root: &Node, scene: &Scene) {
+    let wheel = scene.robot.robot.mass.wheel;
+    let longest = longest_stable_step(&scene.contact, wheel);
+    if scene.engine.kind == EngineKind::Rapier && scene.engine.step > longest {
+        let keys = [
+            ("contact.damping", scene.contact.damping),
+            ("engine.step", scene.engine.step),
+        ];
+        let rule = format!(
+            "engine.step at most {} s, twice the wheel's mass over the damping; or engine.kind = \"direct\"",
+            short((longest * 1e9).floor() / 1e9)
+        );
+        conflict(reader, root, keys, &rule);
+    }
+}
+
 /// Whether a number is 1, 2, 3 ... but for rounding.
 fn is_whole(value: f64) -> bool {
     value.round() >= 1.0 && (value - value.round()).abs() <= WHOLE * value
@@ -100,8 +122,10 @@ fn conflict(reader: &mut Reader, root: &Node, keys: [Value<'_>; 2], rule: &str) 
         .iter()
         .find(by_override)
         .or_else(|| origins.iter().find(|(_, o)| o.is_some()));
-    let Some((key, Some(origin))) = blamed else {
-        return;
+    // Where neither is written, what is at fault stands in the robot: the file as a whole is blamed.
+    let (key, origin) = match blamed {
+        Some((key, Some(origin))) => (*key, origin),
+        _ => (keys[0].0, &root.origin),
     };
     let found = keys.map(|(key, value)| format!("{key} = {}", short(value)));
     let message = format!("found {}, allowed: {rule}", found.join(" and "));

@@ -186,6 +186,16 @@ fn rules_over_several_keys() {
         "{}",
         found[0]
     );
+    // Beyond twice the time constant of a bare wheel on the damping an explicit contact force diverges in silence.
+    assert_eq!(
+        lines("contact.damping = 5e4"),
+        [
+            "x.toml:1: contact.damping: found contact.damping = 50000 and engine.step = 1e-4, \
+            allowed: engine.step at most 6e-5 s, twice the wheel's mass over the damping; or engine.kind = \"direct\""
+        ]
+    );
+    let found = lines("robot.mass.wheel = 0.5");
+    assert!(found[0].contains("engine.step at most 5e-5 s"), "{found:?}");
     let found = lines("engine.step = 1e-12");
     assert!(
         found[0].contains("allowed: at most 1e11 steps"),

@@ -3,6 +3,7 @@
 //! Rapier sees no collider: terrain queries, contact, friction, drive and stops are evaluated here before each step, at the
 //! state from which the step starts. The explicit contact force is stable below about 0.15 ms (damping over wheel mass).
 
+use crate::contact::ContactLaw;
 use crate::drive::{Drive, wheel_acceleration};
 use crate::ground::{Ground, WheelMotion};
 use crate::plant::{Engine, PlantError, PlantSetup};
@@ -324,6 +325,12 @@ impl PinArms {
         }
         (ex * (first - d01 / d00 * second) + ey * second) / dt
     }
+}
+
+/// Longest step, s, at which the explicit contact force is stable: a bare wheel (kg) on the contact's damping decays with
+/// `c/m`, and an explicit step must stay below twice the time constant. 0.15 ms for the default robot.
+pub fn longest_stable_step(contact: &ContactLaw, wheel_mass: f64) -> f64 {
+    2.0 * wheel_mass / contact.damping
 }
 
 /// Steps in one period so that none is longer than `step`.
