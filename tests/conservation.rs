@@ -120,3 +120,64 @@ fn forces_stay_within_their_laws() {
         }
     }
 }
+
+/// Conservation: the motors' work is what gear damping, friction and the contacts take, and what the robot gains.
+///
+/// All from the records: kinetic and potential energy of bars, wheels and rotors at both ends, work by the trapezoidal rule
+/// at 1 kHz. The wheels' penetration works against N, the slip against T.
+#[test]
+fn energy_balances() {
+    for (engine, bound) in [
+        // Rapier's step of 0.1 ms is of first order in time.
+        ("engine.kind=rapier", 1e-4),
+        // What is left is the trapezoidal rule: 1 ms against a slow pole of the contact of 118 ms.
+        ("engine.kind=direct", 1e-6),
+    ] {
+        let scene = scene("smooth", &[engine, "engine.tolerance=1e-6"]);
+        let truth = keep(&scene).truth;
+        let robot = &scene.robot.robot;
+        let energy = |t: &Truth| {
+            let m = &robot.mass;
+            let mut e = 0.0;
+            let bars = [
+                (m.body, m.body_inertia, &t.body),
+                (m.links[0], m.link_inertias[0], &t.links[0]),
+                (m.links[1], m.link_inertias[1], &t.links[1]),
+                (m.links[2], m.link_inertias[2], &t.links[2]),
+            ];
+            for (mass, inertia, bar) in bars {
+                e += 0.5 * mass * bar.velocity.norm_squared() + 0.5 * inertia * bar.rate.powi(2);
+                e += mass * robhaz_model::GRAVITY * bar.position.y;
+            }
+            for (i, w) in t.wheels.iter().enumerate() {
+                let link = t.bar(robot.geometry.carriers[i].bar());
+                let arm = w.position - link.position;
+                let velocity = link.velocity + robhaz_model::Vec2::new(-arm.y, arm.x) * link.rate;
+                e += 0.5 * m.wheel * velocity.norm_squared();
+                e += m.wheel * robhaz_model::GRAVITY * w.position.y;
+                // The disc turns absolutely, the rotor relative to the link.
+                e += 0.5 * m.wheel_inertia * (w.omega - link.rate).powi(2);
+                e += 0.5 * m.rotor_inertia * w.omega.powi(2);
+            }
+            e
+        };
+        let (mut motors, mut losses) = (0.0, 0.0);
+        let (from, to) = (500, 19_500);
+        for k in from..to {
+            for (a, b) in truth[k].wheels.iter().zip(&truth[k + 1].wheels) {
+                let mean = |f: &dyn Fn(&robhaz_sim::WheelTruth) -> f64| 0.5e-3 * (f(a) + f(b));
+                motors += mean(&|w| w.torque * w.omega);
+                losses += mean(&|w| scene.drive.viscous_damping * w.omega.powi(2));
+                losses += mean(&|w| w.traction * w.slip_speed);
+                losses += 0.5 * (a.normal_force + b.normal_force) * (b.penetration - a.penetration);
+            }
+        }
+        let gain = energy(&truth[to]) - energy(&truth[from]);
+        let relative = (motors - losses - gain) / motors;
+        println!(
+            "{engine}: motors {motors:.4} J, losses {losses:.4} J, gain {gain:.4} J, left {relative:.1e}"
+        );
+        assert!(motors > 10.0);
+        assert!(relative.abs() < bound, "{engine}: {relative}");
+    }
+}

@@ -7,6 +7,7 @@ mod acceptance_fig5;
 mod acceptance_fig7_fig8;
 mod command;
 mod conservation;
+mod convergence;
 mod documents;
 mod estimator_is_isolated;
 mod reference;
