@@ -233,6 +233,33 @@ fn bad_scenes_are_told_apart() {
     assert!(text(&output.stderr).contains("nowhere.toml"));
 }
 
+/// `verify` prints a verdict a line and succeeds where all hold; a run that it cannot keep in memory is refused.
+#[test]
+fn verify_prints_a_verdict_a_line() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    let output = robhaz(dir.path())
+        .args(["verify", "short.toml"])
+        .output()
+        .unwrap();
+    let shown = text(&output.stdout);
+    assert!(output.status.success(), "{shown}{}", text(&output.stderr));
+    assert!(
+        shown.lines().filter(|l| l.starts_with("passed")).count() >= 8,
+        "{shown}"
+    );
+    let output = robhaz(dir.path())
+        .args(["verify", "short.toml", "--set", "record.duration=1000"])
+        .output()
+        .unwrap();
+    assert!(!output.status.success());
+    assert!(
+        text(&output.stderr).contains("500000"),
+        "{}",
+        text(&output.stderr)
+    );
+}
+
 /// `--seed` and `--set` end up in the resolved scene and in the summary.
 #[test]
 fn seed_and_overrides_are_kept() {

@@ -4,6 +4,7 @@ mod compare;
 mod output;
 mod progress;
 mod run;
+mod verify;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -22,6 +23,8 @@ enum Command {
     Run(run::Args),
     /// Print the same table for finished runs, several at once.
     Compare(compare::Args),
+    /// Check that the simulated truth of a scene can be trusted: both engines, conservation, half the step; a verdict a line.
+    Verify(verify::Args),
 }
 
 fn main() -> ExitCode {
@@ -29,6 +32,7 @@ fn main() -> ExitCode {
     let done = match cli.command {
         Command::Run(args) => run::run(&args),
         Command::Compare(args) => compare::compare(&args),
+        Command::Verify(args) => verify::run(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

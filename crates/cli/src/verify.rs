@@ -1,0 +1,57 @@
+//! `robhaz verify`: can the simulated truth of a scene be trusted?
+
+use indicatif::ProgressBar;
+use miette::{IntoDiagnostic, Result, bail};
+use robhaz_scene::Scene;
+use robhaz_verify::{Outcome, verify};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Arguments of `robhaz verify`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Scene file (TOML); by default the main scene.
+    scene: Option<PathBuf>,
+    /// Sets a key of the scene, over what the file says. Can be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+/// Runs the checks and prints a verdict a line; fails when one does.
+pub fn run(args: &Args) -> Result<()> {
+    let scene = match &args.scene {
+        Some(path) => Scene::load(path, &args.set)?,
+        None => Scene::parse("", "smooth", &PathBuf::new(), &args.set)?,
+    };
+    let progress = ProgressBar::new_spinner();
+    progress.enable_steady_tick(Duration::from_millis(100));
+    let verdicts = verify(&scene, &mut |step| progress.set_message(step.to_owned()));
+    progress.finish_and_clear();
+    let verdicts = verdicts.into_diagnostic()?;
+    let width = verdicts.iter().map(|v| v.check.chars().count()).max();
+    for verdict in &verdicts {
+        let word = match verdict.outcome {
+            Outcome::Passed => "passed    ",
+            Outcome::Failed => "FAILED    ",
+            Outcome::NotJudged => "not judged",
+        };
+        let width = width.unwrap_or(0);
+        println!("{word}  {:width$}  {}", verdict.check, verdict.finding);
+    }
+    let failed = verdicts
+        .iter()
+        .filter(|v| v.outcome == Outcome::Failed)
+        .count();
+    if failed > 0 {
+        bail!(
+            "{failed} of {} checks failed for {}",
+            verdicts.len(),
+            scene.name
+        );
+    }
+    println!(
+        "{}: the truth holds in every check that applies.",
+        scene.name
+    );
+    Ok(())
+}
