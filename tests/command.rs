@@ -290,7 +290,7 @@ fn seed_and_overrides_are_kept() {
     assert!((resolved.drive.kp - 2.0).abs() < f64::EPSILON);
 }
 
-/// Every shipped scene is loaded by the command (a bad output folder stops it before it simulates).
+/// Every shipped scene loads.
 #[test]
 fn shipped_scenes_load() {
     let mut count = 0;
@@ -299,5 +299,94 @@ fn shipped_scenes_load() {
         robhaz_scene::Scene::load(&path, &[]).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         count += 1;
     }
-    assert!(count >= 3);
+    assert!(count >= 7);
+}
+
+/// A slash at the end, an empty folder, a file, a run that broke off, a folder with something else beside the run.
+#[test]
+fn output_folders_are_told_apart() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    let run = |out: &str, extra: &[&str]| {
+        robhaz(dir.path())
+            .args([
+                "run",
+                "short.toml",
+                "--set",
+                "record.duration=0.6",
+                "--out",
+                out,
+            ])
+            .args(extra)
+            .output()
+            .unwrap()
+    };
+    assert!(run("a/", &[]).status.success());
+    assert!(dir.path().join("a/summary.json").exists());
+    fs::create_dir(dir.path().join("empty")).unwrap();
+    assert!(run("empty", &[]).status.success());
+    fs::write(dir.path().join("file"), "x").unwrap();
+    assert!(!run("file", &["--force"]).status.success());
+    assert_eq!(fs::read_to_string(dir.path().join("file")).unwrap(), "x");
+
+    // What broke off is kept until it is given up.
+    fs::create_dir(dir.path().join("b.partial")).unwrap();
+    fs::copy(
+        dir.path().join("a/scene.toml"),
+        dir.path().join("b.partial/scene.toml"),
+    )
+    .unwrap();
+    let refused = run("b", &[]);
+    assert!(
+        text(&refused.stderr).contains("b.partial"),
+        "{}",
+        text(&refused.stderr)
+    );
+    assert!(run("b", &["--force"]).status.success());
+
+    // A user's note in a run's folder, and a user's own scene, stop --force.
+    fs::write(dir.path().join("a/note.txt"), "mine").unwrap();
+    assert!(!run("a", &["--force"]).status.success());
+    assert!(dir.path().join("a/note.txt").exists());
+    fs::create_dir(dir.path().join("own")).unwrap();
+    fs::write(dir.path().join("own/scene.toml"), "").unwrap();
+    assert!(!run("own", &["--force"]).status.success());
+    assert!(dir.path().join("own/scene.toml").exists());
+}
+
+/// Runs that leave what the simulation knows say so: a robot on its back, a start inside a bump.
+#[test]
+fn runs_out_of_range_stop_with_a_reason() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    let run = |name: &str, sets: &[&str]| {
+        let mut command = robhaz(dir.path());
+        command.args([
+            "run",
+            "short.toml",
+            "--out",
+            name,
+            "--set",
+            "record.duration=12",
+        ]);
+        for set in sets {
+            command.args(["--set", set]);
+        }
+        let output = command.output().unwrap();
+        assert!(!output.status.success(), "{name}");
+        // The report breaks lines where the terminal would.
+        let said = text(&output.stderr);
+        said.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    for engine in ["engine.kind=rapier", "engine.kind=direct"] {
+        let bump = "terrain.bumps=[{height=0.05, centre=0, width=0.2}]";
+        let said = run(
+            &format!("bump-{engine}"),
+            &["terrain.kind=bumps", bump, engine],
+        );
+        assert!(said.contains("must be level"), "{said}");
+        let steep = ["terrain.kind=ramp", "terrain.angle=-60 deg", engine];
+        let said = run(&format!("steep-{engine}"), &steep);
+        assert!(said.contains("turned over"), "{said}");
+    }
 }

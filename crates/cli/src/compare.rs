@@ -1,5 +1,6 @@
 //! `robhaz compare`: the table of finished runs.
 
+use crate::terminal::say;
 use miette::{IntoDiagnostic, Result};
 use robhaz_record::{Summary, comparison_table};
 use std::path::PathBuf;
@@ -25,6 +26,5 @@ pub fn compare(args: &Args) -> Result<()> {
         .iter()
         .map(|(label, summary)| (label.as_str(), summary))
         .collect();
-    println!("{}", comparison_table(&rows));
-    Ok(())
+    say(&comparison_table(&rows))
 }

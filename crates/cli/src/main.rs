@@ -4,6 +4,7 @@ mod compare;
 mod output;
 mod progress;
 mod run;
+mod terminal;
 mod verify;
 
 use clap::{Parser, Subcommand};

@@ -1,14 +1,12 @@
 //! The output folder of a run: complete or not there.
 //!
 //! A run is written into `FOLDER.partial` and renamed when it is finished, so that a folder under its own name is always
-//! a whole run, and a run that broke off leaves what it had beside it.
+//! a whole run, and a run that broke off leaves what it had beside it. Only what a run has left is ever removed, and only
+//! when asked.
 
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-
-/// Marks a folder as one of ours: only such a folder is ever replaced.
-const MARK: &str = "scene.toml";
 
 /// Why a run cannot be written where the user wants it.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -17,12 +15,24 @@ pub enum OutputError {
     #[error("{0} exists")]
     #[diagnostic(help("--force replaces the run in it; --out DIR writes elsewhere"))]
     Exists(PathBuf),
+    /// A run that is not finished is there.
+    #[error("{0} exists: a run broke off there, or one is still writing")]
+    #[diagnostic(help("--force replaces it; --out DIR writes elsewhere"))]
+    Unfinished(PathBuf),
     /// What is there is not a run: it is not replaced even when asked.
-    #[error("{0} exists and is not the folder of a run (it holds no {MARK}); it is left alone")]
+    #[error("{path} holds {found}, which no run has written: it is left alone")]
     #[diagnostic(help("--out DIR writes elsewhere"))]
-    NotARun(PathBuf),
+    NotARun {
+        /// The folder.
+        path: PathBuf,
+        /// What in it is not ours.
+        found: String,
+    },
+    /// The path cannot name a folder.
+    #[error("{0} is not the name of a folder to write into")]
+    NoName(PathBuf),
     /// The file system says no.
-    #[error("{action} {path}: {source}")]
+    #[error("{action} {path}")]
     Io {
         /// What was tried.
         action: &'static str,
@@ -49,26 +59,35 @@ pub struct OutputFolder {
 }
 
 impl OutputFolder {
-    /// Prepares `target` for a run. Nothing that is there is touched before [`OutputFolder::finish`].
+    /// Prepares `target` for a run. What is there under its own name is not touched before [`OutputFolder::finish`].
     pub fn create(target: &Path, force: bool) -> Result<Self, OutputError> {
-        if target.exists() {
-            if !force {
-                return Err(OutputError::Exists(target.to_path_buf()));
-            }
-            check_replaceable(target)?;
-        }
-        let mut name = target.as_os_str().to_owned();
+        // Without a slash at the end, which would make the partial folder one inside the target.
+        let target: PathBuf = target.components().collect();
+        let Some(name) = target.file_name() else {
+            return Err(OutputError::NoName(target));
+        };
+        let mut name = name.to_owned();
         name.push(".partial");
-        let partial = PathBuf::from(name);
-        if partial.exists() {
+        let partial = target.with_file_name(name);
+        if is_there(&target) && !is_empty_folder(&target) {
+            if !force {
+                return Err(OutputError::Exists(target));
+            }
+            check_replaceable(&target)?;
+        }
+        if is_there(&partial) {
+            if !force {
+                return Err(OutputError::Unfinished(partial));
+            }
             check_replaceable(&partial)?;
             fs::remove_dir_all(&partial).map_err(io_error("cannot remove", &partial))?;
         }
-        fs::create_dir_all(&partial).map_err(io_error("cannot create", &partial))?;
-        Ok(Self {
-            target: target.to_path_buf(),
-            partial,
-        })
+        if let Some(parent) = partial.parent().filter(|p| !p.as_os_str().is_empty()) {
+            fs::create_dir_all(parent).map_err(io_error("cannot create", parent))?;
+        }
+        // Fails where another run was quicker.
+        fs::create_dir(&partial).map_err(io_error("cannot create", &partial))?;
+        Ok(Self { target, partial })
     }
 
     /// Where to write while the run goes on.
@@ -84,8 +103,10 @@ impl OutputFolder {
 
     /// Gives the finished run its name, in place of an older one where that was asked for.
     pub fn finish(self) -> Result<PathBuf, OutputError> {
-        if self.target.exists() {
-            check_replaceable(&self.target)?;
+        if is_there(&self.target) {
+            if !is_empty_folder(&self.target) {
+                check_replaceable(&self.target)?;
+            }
             fs::remove_dir_all(&self.target).map_err(io_error("cannot remove", &self.target))?;
         }
         fs::rename(&self.partial, &self.target)
@@ -94,12 +115,49 @@ impl OutputFolder {
     }
 }
 
-/// Only an empty folder or one that a run has left may go.
+/// Something has this name, be it a link to nowhere.
+fn is_there(path: &Path) -> bool {
+    path.symlink_metadata().is_ok()
+}
+
+fn is_empty_folder(path: &Path) -> bool {
+    fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none())
+}
+
+/// Only a folder that holds a run and nothing else may go: a scene that a run has resolved, and files that runs write.
 fn check_replaceable(path: &Path) -> Result<(), OutputError> {
-    let mut entries = fs::read_dir(path).map_err(io_error("cannot read", path))?;
-    if path.join(MARK).is_file() || entries.next().is_none() {
+    let not_a_run = |found: &str| OutputError::NotARun {
+        path: path.to_path_buf(),
+        found: found.to_owned(),
+    };
+    if !path.is_dir() {
+        return Err(not_a_run("no folder"));
+    }
+    for entry in fs::read_dir(path).map_err(io_error("cannot read", path))? {
+        let entry = entry.map_err(io_error("cannot read", path))?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if !is_of_a_run(&name) {
+            return Err(not_a_run(&name));
+        }
+    }
+    let scene = fs::read_to_string(path.join("scene.toml")).unwrap_or_default();
+    if scene.lines().any(|line| line.starts_with("[resolved]")) {
         Ok(())
     } else {
-        Err(OutputError::NotARun(path.to_path_buf()))
+        Err(not_a_run("no scene.toml of a run"))
     }
+}
+
+/// Names that a run gives to what it leaves.
+fn is_of_a_run(name: &str) -> bool {
+    let fixed = [
+        "scene.toml",
+        "summary.json",
+        "figures",
+        "run.rrd",
+        "columns.csv",
+    ];
+    let is_table = name.ends_with(".parquet") || name.ends_with(".csv");
+    let tables = ["truth.", "sensors.", "estimate-"];
+    fixed.contains(&name) || (is_table && tables.iter().any(|t| name.starts_with(t)))
 }

@@ -2,6 +2,7 @@
 
 use crate::output::OutputFolder;
 use crate::progress::Progress;
+use crate::terminal::say;
 use miette::{IntoDiagnostic, Result, WrapErr};
 use robhaz_record::{FigureSink, Summary, SummarySink, TableFormat, TableSink, comparison_table};
 use robhaz_run::Sink;
@@ -26,7 +27,7 @@ pub struct Args {
     #[arg(long, value_name = "KIND")]
     engine: Option<String>,
     /// Seed of everything random in the run.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     seed: Option<u64>,
     /// Replaces an earlier run in the output folder.
     #[arg(long)]
@@ -70,11 +71,10 @@ pub fn run(args: &Args) -> Result<()> {
             )));
         }
     };
-    folder.write("summary.json", &summary.to_json().into_diagnostic()?)?;
+    summary.write(folder.path()).into_diagnostic()?;
     let path = folder.finish()?;
-    println!("{}", comparison_table(&[(&scene.name, &summary)]));
-    println!("Results in {}", path.display());
-    Ok(())
+    say(&comparison_table(&[(&scene.name, &summary)]))?;
+    say(&format!("Results in {}", path.display()))
 }
 
 fn simulate(scene: &Scene, format: Format, folder: &Path) -> Result<Summary> {

@@ -1,5 +1,6 @@
 //! `robhaz verify`: can the simulated truth of a scene be trusted?
 
+use crate::terminal::say;
 use indicatif::ProgressBar;
 use miette::{IntoDiagnostic, Result, bail};
 use robhaz_scene::Scene;
@@ -36,7 +37,10 @@ pub fn run(args: &Args) -> Result<()> {
             Outcome::NotJudged => "not judged",
         };
         let width = width.unwrap_or(0);
-        println!("{word}  {:width$}  {}", verdict.check, verdict.finding);
+        say(&format!(
+            "{word}  {:width$}  {}",
+            verdict.check, verdict.finding
+        ))?;
     }
     let failed = verdicts
         .iter()

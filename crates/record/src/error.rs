@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// The file system says no.
-    #[error("cannot {action} {path}: {source}", path = path.display())]
+    #[error("cannot {action} {path}", path = path.display())]
     Io {
         /// What was tried: `create`, `write`, `read`.
         action: &'static str,
@@ -17,7 +17,7 @@ pub enum RecordError {
         source: io::Error,
     },
     /// A Parquet file cannot be written.
-    #[error("cannot write {path}: {source}", path = path.display())]
+    #[error("cannot write {path}", path = path.display())]
     Parquet {
         /// Which file.
         path: PathBuf,
@@ -59,7 +59,7 @@ pub enum RecordError {
         path: PathBuf,
     },
     /// A file that is no summary.
-    #[error("{path} is not the summary of a run: {source}", path = path.display())]
+    #[error("{path} is not the summary of a run", path = path.display())]
     NotASummary {
         /// The file.
         path: PathBuf,

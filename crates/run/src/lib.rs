@@ -69,10 +69,10 @@ pub trait Sink {
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
     /// The simulation left its range of validity.
-    #[error("the simulation stopped: {0}")]
+    #[error("the simulation stopped")]
     Plant(#[from] PlantError),
     /// A sink failed.
-    #[error("{0}")]
+    #[error(transparent)]
     Sink(SinkError),
 }
 
@@ -83,8 +83,14 @@ pub enum RunError {
 /// # Errors
 /// [`RunError`], after the sinks were told to end.
 pub fn run(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunError> {
-    for sink in sinks.iter_mut() {
-        sink.begin(scene).map_err(RunError::Sink)?;
+    for i in 0..sinks.len() {
+        if let Err(error) = sinks[i].begin(scene) {
+            // Those that have begun are told; the first failure is what counts.
+            for sink in &mut sinks[..i] {
+                let _ = sink.end(None);
+            }
+            return Err(RunError::Sink(error));
+        }
     }
     let result = simulate(scene, sinks);
     let mut first_failure = None;

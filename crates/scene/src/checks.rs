@@ -6,7 +6,7 @@ use crate::reader::Reader;
 use crate::scene::Scene;
 use crate::source::Node;
 use robhaz_sim::EngineKind;
-use robhaz_sim::rapier::longest_stable_step;
+use robhaz_sim::rapier::{longest_step_for_contact, longest_step_for_friction};
 
 /// Most records of a run.
 const MOST_RECORDS: f64 = 1e8;
@@ -89,20 +89,32 @@ fn engine(reader: &mut Reader, root: &Node, scene: &Scene) {
     }
 }
 
-/// The step of `rapier` against the contact's damping: beyond the limit N oscillates, and nothing else would show it.
+/// The step of `rapier` against the stiffness of contact and friction: beyond the limits the forces oscillate, and nothing
+/// else would show it.
 fn stability(reader: &mut Reader, root: &Node, scene: &Scene) {
-    let wheel = scene.robot.robot.mass.wheel;
-    let longest = longest_stable_step(&scene.contact, wheel);
-    if scene.engine.kind == EngineKind::Rapier && scene.engine.step > longest {
-        let keys = [
+    if scene.engine.kind != EngineKind::Rapier {
+        return;
+    }
+    let robot = &scene.robot.robot;
+    let step = ("engine.step", scene.engine.step);
+    for (key, longest, why) in [
+        (
             ("contact.damping", scene.contact.damping),
-            ("engine.step", scene.engine.step),
-        ];
-        let rule = format!(
-            "engine.step at most {} s, twice the wheel's mass over the damping; or engine.kind = \"direct\"",
-            short((longest * 1e9).floor() / 1e9)
-        );
-        conflict(reader, root, keys, &rule);
+            longest_step_for_contact(&scene.contact, robot),
+            "twice the wheel's mass over the damping",
+        ),
+        (
+            ("contact.v_s", scene.friction.v_s),
+            longest_step_for_friction(&scene.friction, robot),
+            "the friction's slope against wheel and robot",
+        ),
+    ] {
+        if scene.engine.step > longest {
+            let longest = short((longest * 1e9).floor() / 1e9);
+            let rule =
+                format!("engine.step at most {longest} s, {why}; or engine.kind = \"direct\"");
+            conflict(reader, root, [key, step], &rule);
+        }
     }
 }
 

@@ -194,6 +194,8 @@ fn rules_over_several_keys() {
             allowed: engine.step at most 6e-5 s, twice the wheel's mass over the damping; or engine.kind = \"direct\""
         ]
     );
+    let found = lines("contact.v_s = '1 mm/s'");
+    assert!(found[0].contains("engine.step at most 5.6"), "{found:?}");
     let found = lines("engine.step = 1e-12");
     assert!(
         found[0].contains("allowed: at most 1e11 steps"),

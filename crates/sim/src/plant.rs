@@ -85,12 +85,44 @@ pub enum PlantError {
         x: f64,
     },
     /// The state is no longer a number: the step is too long for the contact, or the forces too great.
-    #[error("at t = {time:.4} s the state of {part} is not finite; try a shorter engine.step")]
+    #[error(
+        "at t = {time:.4} s the state of {part} is not finite: the forces are too great for engine.step, or the ground threw the robot"
+    )]
     NotFinite {
         /// When, s.
         time: f64,
         /// Which bar.
         part: &'static str,
+    },
+    /// A bar has turned by more than a right angle: the robot lies on its back, and only its wheels know the ground.
+    #[error("at t = {time:.4} s {part} has turned over")]
+    Overturned {
+        /// When, s.
+        time: f64,
+        /// Which bar.
+        part: &'static str,
+    },
+    /// A wheel is far from any ground.
+    #[error("at t = {time:.4} s wheel {wheel} has left the ground by more than 1 m (x = {x:.1} m)")]
+    OffTheGround {
+        /// When, s.
+        time: f64,
+        /// 1 front, 2 middle, 3 rear.
+        wheel: usize,
+        /// Where, m.
+        x: f64,
+    },
+    /// The robot does not start on level ground: its wheels would be thrown out of the ground or fall.
+    #[error(
+        "at the start wheel {wheel} is {depth:.4} m deep in the ground (at rest it is {rest:.4} m): under the wheels, from x = -0.3 m to 0.3 m, [terrain] must be level at y = 0"
+    )]
+    Start {
+        /// 1 front, 2 middle, 3 rear.
+        wheel: usize,
+        /// Penetration, m; negative above the ground.
+        depth: f64,
+        /// Penetration under the mean load, m.
+        rest: f64,
     },
     /// The links have turned farther than the four-bar can close.
     #[error("at t = {time:.4} s links 1 and 2 have turned farther than the four-bar can close")]
@@ -106,7 +138,7 @@ pub enum PlantError {
     },
     /// The loop has drifted open: the pins cannot be trusted.
     #[error(
-        "at t = {time:.4} s the pins of the four-bar are {distance:e} m apart; try a shorter engine.step"
+        "at t = {time:.4} s the pins of the four-bar are {distance:.1e} m apart: the forces are too great for engine.step"
     )]
     LoopOpen {
         /// When, s.
@@ -119,6 +151,8 @@ pub enum PlantError {
 /// A running simulation.
 pub struct Plant {
     engine: Box<dyn Engine>,
+    /// Penetration under the mean load, m.
+    rest: f64,
 }
 
 impl Plant {
@@ -132,6 +166,9 @@ impl Plant {
                 EngineKind::Rapier => Box::new(RapierEngine::new(setup)),
                 EngineKind::Direct => Box::new(DirectEngine::new(setup)),
             },
+            rest: setup
+                .contact
+                .static_penetration(setup.robot.mean_wheel_load()),
         }
     }
 
@@ -146,12 +183,32 @@ impl Plant {
     /// [`PlantError`] where the forces would be wrong; the simulation must not be used further.
     pub fn next_truth(&mut self) -> Result<Truth, PlantError> {
         let truth = self.engine.next_truth()?;
+        if truth.time <= 0.0 {
+            check_start(&truth, self.rest)?;
+        }
         check(&truth)?;
         Ok(truth)
     }
 }
 
+/// Each wheel touches and is no deeper than half as much again as it would be at rest.
+fn check_start(truth: &Truth, rest: f64) -> Result<(), PlantError> {
+    for (i, wheel) in truth.wheels.iter().enumerate() {
+        let depth = wheel.penetration;
+        if !(depth > 0.0 && depth < 1.5 * rest) {
+            return Err(PlantError::Start {
+                wheel: i + 1,
+                depth,
+                rest,
+            });
+        }
+    }
+    Ok(())
+}
+
 fn check(truth: &Truth) -> Result<(), PlantError> {
+    /// A gap to the ground beyond which a wheel has left it, m.
+    const GONE: f64 = 1.0;
     let time = truth.time;
     for bar in Bar::ALL {
         let b = truth.bar(bar);
@@ -160,6 +217,21 @@ fn check(truth: &Truth) -> Result<(), PlantError> {
             return Err(PlantError::NotFinite {
                 time,
                 part: bar.name(),
+            });
+        }
+        if b.angle.cos() < 0.0 {
+            return Err(PlantError::Overturned {
+                time,
+                part: bar.name(),
+            });
+        }
+    }
+    for (i, wheel) in truth.wheels.iter().enumerate() {
+        if wheel.penetration < -GONE {
+            return Err(PlantError::OffTheGround {
+                time,
+                wheel: i + 1,
+                x: wheel.position.x,
             });
         }
     }

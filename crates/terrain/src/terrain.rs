@@ -6,8 +6,8 @@ use parry2d::bounding_volume::{Aabb, BoundingVolume};
 use parry2d::math::Vector;
 use parry2d::partitioning::{Bvh, BvhBuildStrategy};
 
-/// Level ground goes on this far to both sides, m.
-const REACH: f64 = 1.0e3;
+/// Level ground goes on this far to both sides, m; the start is within 1 km of any profile.
+const REACH: f64 = 1.0e5;
 /// Edges under one leaf of the index: near a wheel there are some twenty, and a leaf costs more to visit than an edge.
 const BLOCK: usize = 16;
 /// Two nearest points whose normals differ by less than this are one, rad (8 deg): a bend so blunt carries a wheel at one

@@ -16,7 +16,7 @@ pub enum ViewerError {
         source: std::io::Error,
     },
     /// Data cannot be encoded or written; what was written before stays readable.
-    #[error("cannot write the recording {}: {source}", path.display())]
+    #[error("cannot write the recording {}", path.display())]
     Write {
         /// Which file.
         path: PathBuf,

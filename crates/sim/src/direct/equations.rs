@@ -61,6 +61,11 @@ impl Equations {
         self.refusal.get()
     }
 
+    /// Forgets what earlier trials complained of: a step has been taken.
+    pub fn clear_refusal(&self) {
+        self.refusal.set(None);
+    }
+
     /// Motor torques at the wheels, N m.
     pub fn motor_torques(&self, t: f64, y: &Y) -> [f64; 3] {
         let set_speed = self.drive.set_speed(t, self.robot.geometry.wheel_radius);

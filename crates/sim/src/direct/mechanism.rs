@@ -351,8 +351,7 @@ impl Forces {
             + cross(kinematics.centres[3].arm - r, on_link3);
         // (S - P) x s = moment_body, (S - R) x (-s) = moment_link3.
         let (c, d) = (s - p, s - r);
-        let det = -cross(c, d);
-        let force_s = (d * moment_body + c * moment_link3) / -det;
+        let force_s = (d * moment_body + c * moment_link3) / cross(c, d);
         let force_p = on_body - force_s;
         let force_r = on_link3 + force_s;
         let mut force_q = force_p + needed(mass.links[0], &kinematics.centres[1]);

@@ -15,7 +15,7 @@ const WEIGHTS: [f64; SIZE] = [
 ];
 /// First step, s: below the fast pole of a bare wheel on the ground (75 us).
 const FIRST_STEP: f64 = 1e-5;
-/// Longest step, s: no bump of the ground or ramp of the drive slips through.
+/// Longest step, s: 20 mm of ground at the paper's speed.
 const LONGEST_STEP: f64 = 0.1;
 /// Rejections in a row after which a run is given up: the step is then 1e-12 of what it was.
 const MAX_REJECTIONS: u32 = 40;
@@ -100,6 +100,7 @@ impl Solver {
             let taken = self.stepper.step(equations) && self.stepper.time() > before;
             if taken {
                 rejections = 0;
+                equations.clear_refusal();
                 self.steps += 1;
                 let spins = self.last_step.2;
                 self.last_step = (before, spins, spins);

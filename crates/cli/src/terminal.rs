@@ -1,0 +1,12 @@
+//! What the command says on standard output.
+
+use miette::{IntoDiagnostic, Result};
+use std::io::{self, Write};
+
+/// Prints a text and a line's end. A reader that has gone away is no error: it has seen what it wanted.
+pub fn say(text: &str) -> Result<()> {
+    match writeln!(io::stdout().lock(), "{text}") {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error).into_diagnostic(),
+        _ => Ok(()),
+    }
+}
