@@ -6,18 +6,9 @@
 //!
 //! Leaves tables, figures and summary in the folder, prints the comparison and how long each sink took.
 
-use robhaz_estimator::EstimatorSettings;
-use robhaz_model::Robot;
 use robhaz_record::{FigureSink, SummarySink, TableFormat, TableSink, comparison_table};
 use robhaz_run::{Frame, RunEnd, Sink, SinkError};
-use robhaz_scene::{
-    EngineChoice, EstimatorChoice, Grade, RecordChoice, RobotChoice, Scene, SensorChoice,
-    TerrainChoice,
-};
-use robhaz_sim::contact::ContactLaw;
-use robhaz_sim::drive::Drive;
-use robhaz_sim::friction::FrictionLaw;
-use robhaz_terrain::Profile;
+use robhaz_scene::Scene;
 use std::error::Error;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -30,7 +21,11 @@ fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
             .unwrap_or_else(|| "runs/example".to_owned()),
     );
     let duration: f64 = arguments.next().map_or(Ok(20.0), |s| s.parse())?;
-    let scene = scene(duration);
+    let mut scene = Scene {
+        name: "smooth".to_owned(),
+        ..Scene::default()
+    };
+    scene.record.duration = duration;
 
     let mut parquet = Timed::new(TableSink::new(&folder, TableFormat::Parquet));
     let mut csv = Timed::new(TableSink::new(&folder.join("csv"), TableFormat::Csv));
@@ -53,44 +48,6 @@ fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
         println!("{name}: {:.3} s", spent.as_secs_f64());
     }
     Ok(())
-}
-
-fn scene(duration: f64) -> Scene {
-    let estimator = |name: &str, settings| EstimatorChoice {
-        name: name.to_owned(),
-        settings,
-    };
-    Scene {
-        name: "smooth".to_owned(),
-        seed: 1,
-        robot: RobotChoice {
-            geometry_name: "A".to_owned(),
-            mass_name: "caption".to_owned(),
-            robot: Robot::default_a(),
-        },
-        terrain: TerrainChoice {
-            kind: "smooth",
-            profile: Profile::smooth(),
-        },
-        contact: ContactLaw::default(),
-        friction: FrictionLaw::default(),
-        drive: Drive::default(),
-        sensors: SensorChoice {
-            grade: Grade::Ideal,
-            rate: 1000.0,
-        },
-        estimators: vec![
-            estimator("paper-body", EstimatorSettings::paper_body()),
-            estimator("paper-wheels", EstimatorSettings::paper_wheels()),
-            estimator("true-mass", EstimatorSettings::true_mass()),
-        ],
-        engine: EngineChoice::default(),
-        record: RecordChoice {
-            duration,
-            rate: 1000.0,
-            compare_from: 2.0,
-        },
-    }
 }
 
 /// A sink that keeps the time spent in it.

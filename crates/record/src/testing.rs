@@ -1,15 +1,9 @@
 //! Made-up records and a small scene for the tests of this crate.
 
 use robhaz_estimator::{Estimate, EstimateError, EstimatorSettings, LinkReading, SensorFrame};
-use robhaz_model::{Pin, Posture, Robot, Vec2};
+use robhaz_model::{Pin, Posture, Vec2};
 use robhaz_run::Frame;
-use robhaz_scene::{
-    EngineChoice, EstimatorChoice, Grade, RecordChoice, RobotChoice, Scene, SensorChoice,
-    TerrainChoice,
-};
-use robhaz_sim::contact::ContactLaw;
-use robhaz_sim::drive::Drive;
-use robhaz_sim::friction::FrictionLaw;
+use robhaz_scene::{EstimatorChoice, RecordChoice, Scene, TerrainChoice};
 use robhaz_sim::{BarTruth, PinTruth, Truth, WheelTruth};
 use robhaz_terrain::Profile;
 
@@ -39,33 +33,21 @@ pub fn scene() -> Scene {
     Scene {
         name: "trial".to_owned(),
         seed: 7,
-        robot: RobotChoice {
-            geometry_name: "A".to_owned(),
-            mass_name: "caption".to_owned(),
-            robot: Robot::default_a(),
-        },
         terrain: TerrainChoice {
             kind: "flat",
             profile: Profile::Flat,
-        },
-        contact: ContactLaw::default(),
-        friction: FrictionLaw::default(),
-        drive: Drive::default(),
-        sensors: SensorChoice {
-            grade: Grade::Ideal,
-            rate: 1000.0,
         },
         estimators: vec![
             estimator("paper-body"),
             estimator("true-mass"),
             estimator("mine"),
         ],
-        engine: EngineChoice::default(),
         record: RecordChoice {
             duration: 2.0,
             rate: 100.0,
             compare_from: 0.5,
         },
+        ..Scene::default()
     }
 }
 
