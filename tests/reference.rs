@@ -3,6 +3,7 @@
 
 use crate::support::{Reference, keep, scene};
 use robhaz_sim::{Truth, WheelTruth};
+use robhaz_terrain::Terrain;
 use robhaz_verify::{agreement, truth_of};
 
 /// Records of the reference up to this time are left out for pin forces, s: in the first 0.1 ms after the raw start the
@@ -197,7 +198,7 @@ fn engines_agree_on_every_shipped_scene() {
             .map(|kind| truth_of(&scene(&name, &[kind])).unwrap());
         let found = agreement(&rapier, &direct);
         println!("{name}: {found:?}");
-        let has_corners = scene(&name, &[]).terrain.profile.has_corners();
+        let has_corners = Terrain::new(scene(&name, &[]).terrain.profile).has_corners();
         assert!(
             has_corners || found.normal_force < 1e-3,
             "{name}: {found:?}"

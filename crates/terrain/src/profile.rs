@@ -205,12 +205,6 @@ impl Profile {
         }
     }
 
-    /// Whether there are edges on it, where a wheel is hit within less than a millisecond.
-    pub fn has_corners(&self) -> bool {
-        let (_, pieces) = self.pieces();
-        pieces.iter().any(|p| matches!(p, Piece::Line(_)))
-    }
-
     /// Height (m), slope (-) and second derivative (1/m) of a smooth profile at x; level for one of straight pieces.
     pub fn eval(&self, x: f64) -> [f64; 3] {
         match self {

@@ -150,6 +150,14 @@ impl Terrain {
         &self.profile
     }
 
+    /// Whether there are edges on it, where a wheel is hit within less than a millisecond: bends of more than 0.5 deg.
+    pub fn has_corners(&self) -> bool {
+        self.edges.windows(2).any(|pair| {
+            let (a, b) = (pair[0].to_tangent, pair[1].from_tangent);
+            cross(a, b).abs() > 0.01 * a.norm() * b.norm()
+        })
+    }
+
     /// All places within `radius` of `centre` where the ground is locally nearest, from rear to front; m.
     ///
     /// On smooth ground that is one place; a wheel that bridges a hollow has two. `out` is cleared first and keeps its
@@ -428,6 +436,23 @@ mod tests {
         assert_eq!(found.len(), 1);
         assert!((found[0].point - top).norm() < 1e-12);
         assert!((found[0].angle - half).abs() < 1e-12);
+    }
+
+    #[test]
+    fn corners_are_told_from_smooth_joints() {
+        for (profile, has) in [
+            (Profile::Flat, false),
+            (Profile::smooth(), false),
+            (Profile::cosbump(), false),
+            (Profile::ramp(), true),
+            (Profile::step(), true),
+        ] {
+            assert_eq!(
+                Terrain::new(profile.clone()).has_corners(),
+                has,
+                "{profile:?}"
+            );
+        }
     }
 
     #[test]

@@ -12,6 +12,7 @@ pub use balance::{Energy, energy, momentum_error};
 
 use robhaz_scene::{EngineKind, Scene};
 use robhaz_sim::{Plant, PlantError, Truth};
+use robhaz_terrain::Terrain;
 
 /// What came of one check.
 #[derive(Clone, Debug, PartialEq)]
@@ -118,7 +119,7 @@ pub fn verify(scene: &Scene, step: &mut dyn FnMut(&str)) -> Result<Vec<Verdict>,
         scene.engine.kind = kind;
         scene
     };
-    let has_edges = scene.terrain.profile.has_corners();
+    let has_edges = Terrain::new(scene.terrain.profile.clone()).has_corners();
     let mut verdicts = Vec::new();
     let mut runs = Vec::new();
     for kind in EngineKind::ALL {
