@@ -18,6 +18,7 @@ mod robot;
 mod robot_keys;
 mod scene;
 mod sections;
+mod seed;
 mod source;
 mod suggest;
 mod terrain;

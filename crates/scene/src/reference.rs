@@ -38,7 +38,7 @@ pub fn reference() -> Vec<KeyReference> {
     list(&mut rows, robot_keys::GEOMETRY, &mut robot.geometry, path);
     let path = robot::MASS_PART.path;
     list(&mut rows, robot_keys::MASSES, &mut robot.mass, path);
-    for keys in [terrain::COMMON, terrain::BUMPS, terrain::SHAPE] {
+    for keys in [terrain::COMMON, terrain::SHAPE].iter().chain(terrain::OWN) {
         list(&mut rows, keys, &mut shape, terrain::PATH);
     }
     let mut bump = terrain::NO_BUMP;

@@ -50,7 +50,7 @@ pub struct RobotChoice {
 /// The ground, and the name of its kind.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TerrainChoice {
-    /// `flat`, `smooth`, `bumps` or `cosbump`.
+    /// `flat`, `smooth`, `bumps` and so on, as in scene files.
     pub kind: &'static str,
     /// Its shape.
     pub profile: Profile,

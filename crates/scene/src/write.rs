@@ -79,6 +79,9 @@ fn write_terrain(out: &mut Out, scene: &Scene) {
             for key in terrain::shape_keys(terrain.kind) {
                 out.field(key, &mut shape);
             }
+            if let Profile::Rough(rough) = profile {
+                out.key("seed", &rough.settings().seed.to_string(), "");
+            }
         }
     }
 }

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use robhaz_scene::Scene;
 use std::path::Path;
 
-const SCENES: [&str; 7] = [
+const SCENES: [&str; 10] = [
     "smooth",
     "flat",
     "cosbump",
@@ -16,6 +16,9 @@ const SCENES: [&str; 7] = [
     "ramp",
     "step",
     "stairs",
+    "sine",
+    "ditch",
+    "rough",
 ];
 
 fn load(name: &str, overrides: &[String]) -> Scene {
@@ -58,6 +61,14 @@ fn choices_of_every_kind_come_back() {
             "terrain.rise='-3 cm'",
         ],
         vec!["terrain.kind=step", "terrain.kerb=-0.05"],
+        vec![
+            "terrain.kind=sine",
+            "terrain.periods=3",
+            "terrain.amplitude='-1 cm'",
+        ],
+        vec!["terrain.kind=ditch", "terrain.width=0.2"],
+        vec!["terrain.kind=rough", "terrain.class=E", "seed=5"],
+        vec!["terrain.kind=rough", "terrain.seed=18446744073709551615"],
         vec!["estimator=[]"],
         vec!["estimator=[{name='true-mass'},{name='true-mass',label='slow',observer_pole=5}]"],
         vec!["seed=18446744073709551615", "name=a-b_c"],

@@ -5,9 +5,11 @@
 //! normal, to the curve itself and never to a polygon of it: a polygon's kinks would show as spikes in the normal force.
 
 mod profile;
+mod rough;
 mod terrain;
 
 pub use profile::{Bump, Profile, ProfileError};
+pub use rough::{Rough, RoughClass, RoughSettings};
 pub use terrain::{Contact, Terrain};
 
 /// A point or direction in the plane (x forward, y up).

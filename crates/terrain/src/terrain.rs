@@ -413,6 +413,28 @@ mod tests {
     }
 
     #[test]
+    fn a_narrow_ditch_is_bridged_by_its_edges_a_wide_one_is_not() {
+        let terrain = Terrain::new(Profile::ditch());
+        let hanging = 0.0999_f64.powi(2) - 0.06_f64.powi(2);
+        let found = contacts(&terrain, 0.76, hanging.sqrt(), 0.1);
+        assert_eq!(found.len(), 2);
+        for (contact, x) in found.iter().zip([0.7, 0.82]) {
+            assert!((contact.point - Vec2::new(x, 0.0)).norm() < 1e-15);
+            assert!((contact.distance - 0.0999).abs() < 1e-12);
+        }
+        // In a wide one: the bottom, and against the far wall that wall too.
+        let terrain = Terrain::new(Profile::Ditch {
+            depth: 0.2,
+            width: 0.5,
+            start: 0.7,
+        });
+        let found = contacts(&terrain, 1.1005, -0.1005, 0.1);
+        assert_eq!(found.len(), 2);
+        assert!((found[0].angle.abs()) < 1e-12 && (found[0].point.y + 0.2).abs() < 1e-12);
+        assert!((found[1].angle - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+    }
+
+    #[test]
     fn a_concave_corner_has_two_contacts_a_convex_one_a_corner() {
         let terrain = Terrain::new(Profile::ramp());
         // On the line that halves the corner both distances are equal.
@@ -442,8 +464,8 @@ mod tests {
     proptest! {
         /// Property: the nearest place found is the nearest of a dense sample of the curve, and lies on its own normal.
         #[test]
-        fn nearest_is_nearest(x in -0.5_f64..4.5, gap in 0.09_f64..0.1, which in 0..2) {
-            let profile = if which == 0 { Profile::smooth() } else { Profile::cosbump() };
+        fn nearest_is_nearest(x in -0.5_f64..4.5, gap in 0.09_f64..0.1, which in 0..4_usize) {
+            let profile = [Profile::smooth(), Profile::cosbump(), Profile::sine(), Profile::rough(0)][which].clone();
             let terrain = Terrain::new(profile.clone());
             let [y, slope, _] = profile.eval(x);
             let up = Vec2::new(-slope, 1.0).normalize();
