@@ -11,6 +11,7 @@ mod key;
 mod load;
 mod name;
 mod overrides;
+mod points;
 mod range;
 mod reader;
 mod reference;

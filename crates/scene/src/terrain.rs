@@ -1,13 +1,14 @@
 //! `[terrain]`: kinds of ground, each with keys of its own.
 
 use crate::key::{Key, Words};
+use crate::points;
 use crate::range::{above, at_least};
 use crate::reader::{Reader, join};
 use crate::scene::TerrainChoice;
 use crate::seed;
 use crate::source::{Entry, Node, Value};
 use crate::units::{ANGLE, LENGTH, NONE};
-use robhaz_terrain::{Bump, Profile, Rough, RoughClass, RoughSettings};
+use robhaz_terrain::{Bump, Heights, Interpolation, Profile, Rough, RoughClass, RoughSettings};
 
 /// Where the terrain is in the file.
 pub(crate) const PATH: &str = "terrain";
@@ -17,11 +18,15 @@ const MOST_BUMPS: usize = 1000;
 /// All kinds; the default is [`DEFAULT`].
 pub(crate) const KINDS: Words = &[
     "flat", "smooth", "bumps", "cosbump", "ramp", "step", "stairs", "sine", "ditch", "rough",
+    "heights",
 ];
 pub(crate) const DEFAULT: &str = "smooth";
 
 /// The classes of random ground, as [`RoughClass::ALL`].
 const CLASSES: Words = &["A", "B", "C", "D", "E", "F", "G", "H"];
+
+/// Ways from point to point, as [`Interpolation::ALL`].
+const WAYS: Words = &["spline", "corners"];
 
 /// The numbers of all kinds that are described by a few.
 #[derive(Clone, Copy)]
@@ -47,6 +52,7 @@ pub(crate) struct Shape {
     extent: f64,
     fade: f64,
     seed: u64,
+    interpolation: usize,
 }
 
 /// The key of every kind.
@@ -54,7 +60,7 @@ pub(crate) const COMMON: &[Key<Shape>] = &[Key::own_word(
     "kind",
     DEFAULT,
     KINDS,
-    "level; the main course (five bumps); bumps of your own; one cosine bump; an incline; one kerb; several; waves; a trench; random ground",
+    "level; the main course (five bumps); bumps of your own; one cosine bump; an incline; one kerb; several; waves; a trench; random ground; through points",
 )];
 
 /// The keys of kind `bumps`.
@@ -75,7 +81,7 @@ pub(crate) const SEED: &[Key<Shape>] = &[Key::own(
 )];
 
 /// All keys that their kinds read themselves.
-pub(crate) const OWN: &[&[Key<Shape>]] = &[BUMPS, SEED];
+pub(crate) const OWN: &[&[Key<Shape>]] = &[BUMPS, SEED, points::KEYS];
 
 /// The keys of one bump of kind `bumps`.
 pub(crate) const BUMP: &[Key<Bump>] = &[
@@ -249,6 +255,13 @@ pub(crate) const SHAPE: &[Key<Shape>] = &[
         |b| &mut b.fade,
         "kind rough only: length over which it grows out of the level ground and shrinks back, at most half of extent",
     ),
+    Key::word(
+        "interpolation",
+        WAYS,
+        |b| b.interpolation,
+        |b, i| b.interpolation = i,
+        "kind heights only: a natural cubic spline through the points, or straight pieces with corners",
+    ),
 ];
 
 /// The kinds that take a key.
@@ -263,6 +276,7 @@ fn taken_by(key: &str) -> &'static [&'static str] {
         "depth" | "width" => &["ditch"],
         "class" | "shortest" | "longest" | "extent" | "fade" | "seed" => &["rough"],
         "bumps" => &["bumps"],
+        "file" | "points" | "interpolation" => &["heights"],
         _ => &[],
     }
 }
@@ -299,6 +313,7 @@ impl Default for Shape {
             extent: 0.0,
             fade: 0.0,
             seed: 0,
+            interpolation: 0,
         };
         for (kind, course) in [
             ("cosbump", Profile::cosbump()),
@@ -330,6 +345,9 @@ impl Shape {
                 self.class = s.class as usize;
                 (self.shortest, self.longest, self.start) = (s.shortest, s.longest, s.start);
                 (self.extent, self.fade, self.seed) = (s.extent, s.fade, s.seed);
+            }
+            Profile::Heights(ref heights) => {
+                self.interpolation = heights.interpolation() as usize;
             }
             Profile::CosBump {
                 height,
@@ -484,6 +502,11 @@ fn ground(reader: &mut Reader, node: &Node, path: &str, seed: u64) -> TerrainCho
     let profile = match kind {
         "flat" => Profile::Flat,
         "bumps" => Profile::Bumps(read_bumps(reader, node, path)),
+        "heights" => {
+            let points = points::read(reader, node, path);
+            let way = Interpolation::ALL[shape.interpolation];
+            Profile::Heights(Heights::new(points, way))
+        }
         _ => {
             whole_numbers(reader, node, path, kind, &shape);
             if let (true, Some(given)) = (kind == "rough", node.get("seed")) {

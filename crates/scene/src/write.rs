@@ -79,8 +79,18 @@ fn write_terrain(out: &mut Out, scene: &Scene) {
             for key in terrain::shape_keys(terrain.kind) {
                 out.field(key, &mut shape);
             }
-            if let Profile::Rough(rough) = profile {
-                out.key("seed", &rough.settings().seed.to_string(), "");
+            match profile {
+                Profile::Rough(rough) => {
+                    out.key("seed", &rough.settings().seed.to_string(), "");
+                }
+                Profile::Heights(heights) => {
+                    out.line("points = [ # m");
+                    for at in heights.points() {
+                        out.line(&format!("    {},", point(*at)));
+                    }
+                    out.line("]");
+                }
+                _ => {}
             }
         }
     }

@@ -405,3 +405,43 @@ fn odd_files_make_errors_and_no_panic() {
         );
     }
 }
+
+#[test]
+fn points_of_the_ground() {
+    one(
+        "[terrain]\nkind = 'heights'\npoints = [[0, 0], [1, 0.1],\n [1, 0.2]]",
+        "x.toml:4: terrain.points[2]: found [1, 0.2] (an array), allowed: x above that of the point before, 1 m",
+    );
+    one(
+        "[terrain]\nkind = 'heights'",
+        "x.toml:1: terrain: found neither of file and points, allowed: one of them",
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let read = |csv: &str| {
+        std::fs::write(folder.path().join("a.csv"), csv).unwrap();
+        let text = "terrain = {kind = 'heights', file = 'a.csv'}";
+        let scene = Scene::parse(text, "x.toml", folder.path(), &[]);
+        scene.map_err(|e| {
+            let lines: Vec<_> = e.problems().map(ToString::to_string).collect();
+            let folder = format!("{}/", folder.path().display());
+            lines.join("\n").replace(&folder, "")
+        })
+    };
+    assert!(read("x,y\r\n# a comment\r\n0,0\r\n\r\n1.5, 2e-2\r\n").is_ok());
+    let found = read("x, y\n0, 0\n1, high\n2\n").map(|_| ());
+    let line = |line, index, rest: &str| format!("a.csv:{line}: terrain.file[{index}]{rest}");
+    let found = found.unwrap_err();
+    let mut found = found.lines();
+    let number =
+        "a number of at least -1000 and at most 1000, in m, or a text with a unit (m, cm, mm, um)";
+    let expected = line(3, 1, &format!("[1]: found high, allowed: {number}"));
+    assert_eq!(found.next().unwrap(), expected);
+    let expected = line(
+        4,
+        2,
+        &format!(": found 2 (an array), allowed: [x, y], each {number}"),
+    );
+    assert_eq!(found.next().unwrap(), expected);
+    let found = read("0,0\n0,1\n").map(|_| ()).unwrap_err();
+    assert!(found.starts_with("a.csv:2: terrain.file[1]: found 0,1 (an array), allowed: x above"));
+}

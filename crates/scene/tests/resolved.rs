@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use robhaz_scene::Scene;
 use std::path::Path;
 
-const SCENES: [&str; 10] = [
+const SCENES: [&str; 11] = [
     "smooth",
     "flat",
     "cosbump",
@@ -19,6 +19,7 @@ const SCENES: [&str; 10] = [
     "sine",
     "ditch",
     "rough",
+    "heights",
 ];
 
 fn load(name: &str, overrides: &[String]) -> Scene {
@@ -69,6 +70,11 @@ fn choices_of_every_kind_come_back() {
         vec!["terrain.kind=ditch", "terrain.width=0.2"],
         vec!["terrain.kind=rough", "terrain.class=E", "seed=5"],
         vec!["terrain.kind=rough", "terrain.seed=18446744073709551615"],
+        vec![
+            "terrain.kind=heights",
+            "terrain.points=[[1, 0.2], ['150 cm', 0.1], [2, 0.3]]",
+            "terrain.interpolation=corners",
+        ],
         vec!["estimator=[]"],
         vec!["estimator=[{name='true-mass'},{name='true-mass',label='slow',observer_pole=5}]"],
         vec!["seed=18446744073709551615", "name=a-b_c"],

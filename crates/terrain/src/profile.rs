@@ -1,6 +1,7 @@
 //! The ground's height over x, with slope and curvature in closed form.
 
 use crate::Vec2;
+use crate::heights::Heights;
 use crate::rough::{Rough, RoughClass, RoughSettings};
 use std::f64::consts::PI;
 
@@ -79,6 +80,8 @@ pub enum Profile {
     },
     /// Random ground by a class of ISO 8608.
     Rough(Rough),
+    /// Ground through points.
+    Heights(Heights),
 }
 
 /// One piece of the ground, from where the piece before ended.
@@ -109,7 +112,29 @@ pub enum ProfileError {
         /// What was found, m.
         found: f64,
     },
-    /// A number of a ramp or of stairs is out of its range.
+    /// Too few points.
+    #[error("found {found} points; there must be at least 2")]
+    FewPoints {
+        /// How many.
+        found: usize,
+    },
+    /// A coordinate of a point is not finite.
+    #[error("point {point}: a coordinate is not a finite number")]
+    Point {
+        /// Which point, from 0.
+        point: usize,
+    },
+    /// A point is not in front of the one before.
+    #[error("point {point}: x is {found} m; it must be above that of the point before, {before} m")]
+    Order {
+        /// Which point, from 0.
+        point: usize,
+        /// Its x, m.
+        found: f64,
+        /// The x of the point before, m.
+        before: f64,
+    },
+    /// A number is out of its range.
     #[error("{entry} is {found}; it must be {allowed}")]
     Range {
         /// Which number.
@@ -121,6 +146,8 @@ pub enum ProfileError {
     },
 }
 
+/// Knots no farther apart than this, m: fine enough that a wheel's nearest point is alone on its edge.
+pub(crate) const SPACING: f64 = 0.01;
 /// Longest row of waves, m: longer ones have too many edges.
 const LONGEST_WAVES: f64 = 1000.0;
 /// Square of the distance from a bump's centre, in widths, beyond which it counts as level ground.
@@ -294,10 +321,11 @@ impl Profile {
                 Ok(())
             }
             Self::Rough(rough) => rough.settings().check(),
+            Self::Heights(heights) => heights.check(),
         }
     }
 
-    /// Height (m), slope (-) and second derivative (1/m) of a smooth profile at x; level for one of straight pieces.
+    /// Height (m), slope (-) and second derivative (1/m) of a smooth profile at x; level for ramps, stairs and ditches.
     pub fn eval(&self, x: f64) -> [f64; 3] {
         match self {
             Self::Flat | Self::Ramp { .. } | Self::Stairs { .. } | Self::Ditch { .. } => [0.0; 3],
@@ -348,13 +376,12 @@ impl Profile {
                 ]
             }
             Self::Rough(rough) => rough.eval(x),
+            Self::Heights(heights) => heights.eval(x),
         }
     }
 
     /// Where the level ground before the profile ends, and the pieces up to the level ground after it; m.
     pub(crate) fn pieces(&self) -> (Vec2, Vec<Piece>) {
-        /// Knots no farther apart than this, m: fine enough that a wheel's nearest point is alone on its edge.
-        const SPACING: f64 = 0.01;
         /// A Gaussian bump has faded long before this many widths from its centre.
         const WIDTHS: f64 = 8.0;
         match self {
@@ -433,6 +460,7 @@ impl Profile {
                 let end = Piece::Curve(s.start + s.extent, spacing);
                 (Vec2::new(s.start, 0.0), vec![end])
             }
+            Self::Heights(heights) => heights.pieces(),
         }
     }
 }

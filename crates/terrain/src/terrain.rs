@@ -453,6 +453,32 @@ mod tests {
     }
 
     #[test]
+    fn measured_points_carry_a_wheel_as_spline_or_corners() {
+        let points = [
+            (0.5, 3.0),
+            (0.7, 3.0),
+            (0.9, 3.02),
+            (1.2, 3.01),
+            (1.3, 3.01),
+        ];
+        let points = points.map(|(x, y)| Vec2::new(x, y)).to_vec();
+        for interpolation in crate::Interpolation::ALL {
+            let heights = crate::Heights::new(points.clone(), interpolation);
+            let terrain = Terrain::new(Profile::Heights(heights));
+            for i in 0..100 {
+                let x = 0.4 + 0.01 * f64::from(i);
+                let [y, slope, _] = terrain.profile().eval(x);
+                let centre = Vec2::new(x, y) + Vec2::new(-slope, 1.0).normalize() * 0.0995;
+                let found = contacts(&terrain, centre.x, centre.y, 0.1);
+                assert_eq!(found.len(), 1, "{interpolation:?} at {x}");
+                assert!(found[0].distance <= 0.0995 + 1e-12);
+            }
+            let end = terrain.outline(2.0, 3.0, 0.1)[0];
+            assert!((end - Vec2::new(2.0, 0.01)).norm() < 1e-12);
+        }
+    }
+
+    #[test]
     fn the_outline_has_every_corner() {
         let terrain = Terrain::new(Profile::stairs());
         let points = terrain.outline(0.0, 3.0, 0.01);
