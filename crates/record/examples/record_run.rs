@@ -71,6 +71,7 @@ fn scene(duration: f64) -> Scene {
         terrain: TerrainChoice {
             kind: "smooth",
             profile: Profile::smooth(),
+            stretches: Vec::new(),
         },
         contact: ContactLaw::default(),
         friction: FrictionLaw::default(),

@@ -47,6 +47,7 @@ pub fn scene() -> Scene {
         terrain: TerrainChoice {
             kind: "flat",
             profile: Profile::Flat,
+            stretches: Vec::new(),
         },
         contact: ContactLaw::default(),
         friction: FrictionLaw::default(),

@@ -8,12 +8,15 @@ use crate::scene::TerrainChoice;
 use crate::seed;
 use crate::source::{Entry, Node, Value};
 use crate::units::{ANGLE, LENGTH, NONE};
+use robhaz_sim::friction::Stretch;
 use robhaz_terrain::{Bump, Heights, Interpolation, Profile, Rough, RoughClass, RoughSettings};
 
 /// Where the terrain is in the file.
 pub(crate) const PATH: &str = "terrain";
 /// More bumps than this slow every query.
 const MOST_BUMPS: usize = 1000;
+/// More stretches than this slow every contact.
+const MOST_STRETCHES: usize = 1000;
 
 /// All kinds; the default is [`DEFAULT`].
 pub(crate) const KINDS: Words = &[
@@ -62,6 +65,58 @@ pub(crate) const COMMON: &[Key<Shape>] = &[Key::own_word(
     KINDS,
     "level; the main course (five bumps); bumps of your own; one cosine bump; an incline; one kerb; several; waves; a trench; random ground; through points",
 )];
+
+/// The key of every kind that stands in the section itself only.
+pub(crate) const STRETCHES: &[Key<Shape>] = &[Key::own(
+    "stretch",
+    "none",
+    "up to 1000 tables, each headed [[terrain.stretch]]",
+    "stretches with friction coefficients of their own, from rear to front; they do not overlap",
+)];
+
+/// The keys of a stretch.
+pub(crate) const STRETCH: &[Key<Stretch>] = &[
+    Key::<Stretch>::number(
+        "from",
+        LENGTH,
+        at_least(-1000.0).at_most(10_000.0),
+        |s| &mut s.from,
+        "x at which it starts; the contact's x counts",
+    )
+    .required(),
+    Key::<Stretch>::number(
+        "to",
+        LENGTH,
+        at_least(-1000.0).at_most(10_000.0),
+        |s| &mut s.to,
+        "x at which it ends, above from",
+    )
+    .required(),
+    Key::<Stretch>::number(
+        "mu_s",
+        NONE,
+        at_least(0.0).at_most(10.0),
+        |s| &mut s.mu_s,
+        "static friction coefficient there",
+    )
+    .required(),
+    Key::<Stretch>::number(
+        "mu_d",
+        NONE,
+        at_least(0.0).at_most(10.0),
+        |s| &mut s.mu_d,
+        "dynamic friction coefficient there, not above mu_s",
+    )
+    .required(),
+];
+
+/// A stretch whose fields are to be filled in.
+pub(crate) const NO_STRETCH: Stretch = Stretch {
+    from: 0.0,
+    to: 0.0,
+    mu_s: 0.0,
+    mu_d: 0.0,
+};
 
 /// The keys of kind `bumps`.
 pub(crate) const BUMPS: &[Key<Shape>] = &[Key::own(
@@ -455,6 +510,7 @@ pub(crate) fn default() -> TerrainChoice {
     TerrainChoice {
         kind: DEFAULT,
         profile: Profile::smooth(),
+        stretches: Vec::new(),
     }
 }
 
@@ -462,19 +518,26 @@ pub(crate) fn default() -> TerrainChoice {
 pub(crate) fn read(reader: &mut Reader, root: &Node, seed: u64) -> TerrainChoice {
     match root.get(PATH) {
         None => default(),
-        Some(node) => ground(reader, node, PATH, seed),
+        Some(node) => {
+            let (kind, profile) = ground(reader, node, PATH, seed);
+            TerrainChoice {
+                kind,
+                profile,
+                stretches: read_stretches(reader, node),
+            }
+        }
     }
 }
 
 /// Reads a table that describes a ground.
-fn ground(reader: &mut Reader, node: &Node, path: &str, seed: u64) -> TerrainChoice {
+fn ground(reader: &mut Reader, node: &Node, path: &str, seed: u64) -> (&'static str, Profile) {
     let chosen = node.get("kind");
     let kind = match chosen {
         None => DEFAULT,
         Some(chosen) => match reader.word(KINDS, chosen, &join(path, "kind")) {
             Some(index) => KINDS[index],
             // Which keys belong to it is then unknown.
-            None => return default(),
+            None => return (DEFAULT, Profile::smooth()),
         },
     };
     let mark = reader.mark();
@@ -487,9 +550,9 @@ fn ground(reader: &mut Reader, node: &Node, path: &str, seed: u64) -> TerrainCho
     for entry in reader.entries(node, path) {
         let left_behind = forgiving && !entry.origin.is_override();
         let owners = taken_by(&entry.key);
-        if entry.key == COMMON[0].name {
+        if common(path).any(|k| k.name == entry.key) {
         } else if owners.is_empty() {
-            reader.unknown(entry, path, &allowed_in(kind));
+            reader.unknown(entry, path, &allowed_in(kind, path));
         } else if owners.contains(&kind) {
             // The others are read by their kinds.
             if SHAPE.iter().any(|k| k.name == entry.key) {
@@ -519,7 +582,7 @@ fn ground(reader: &mut Reader, node: &Node, path: &str, seed: u64) -> TerrainCho
     if let (true, Err(error)) = (reader.mark() == mark, profile.check()) {
         reader.refuse(node, path, &error.to_string());
     }
-    TerrainChoice { kind, profile }
+    (kind, profile)
 }
 
 /// Complains of counts that are no whole numbers.
@@ -534,7 +597,7 @@ fn whole_numbers(reader: &mut Reader, node: &Node, path: &str, kind: &str, shape
 }
 
 fn foreign(reader: &mut Reader, entry: &Entry, path: &str, kind: &str, owners: &[&str]) {
-    let allowed = match allowed_in(kind).as_slice() {
+    let allowed = match allowed_in(kind, path).as_slice() {
         ["kind"] => "kind alone".to_owned(),
         names => names.join(", "),
     };
@@ -548,10 +611,16 @@ fn foreign(reader: &mut Reader, entry: &Entry, path: &str, kind: &str, owners: &
     reader.refuse(&key, &join(path, &entry.key), &allowed);
 }
 
-fn allowed_in(kind: &str) -> Vec<&'static str> {
+/// The keys of every kind at a place.
+fn common(path: &str) -> impl Iterator<Item = &'static Key<Shape>> {
+    let stretches = if path == PATH { STRETCHES } else { &[] };
+    COMMON.iter().chain(stretches)
+}
+
+fn allowed_in(kind: &str, path: &str) -> Vec<&'static str> {
     let taken = |k: &&Key<Shape>| taken_by(k.name).contains(&kind);
     let own = OWN.iter().copied().flatten().filter(taken);
-    let all = COMMON.iter().chain(own).chain(shape_keys(kind));
+    let all = common(path).chain(own).chain(shape_keys(kind));
     all.map(|k| k.name).collect()
 }
 
@@ -573,4 +642,54 @@ fn read_bumps(reader: &mut Reader, node: &Node, path: &str) -> Vec<Bump> {
         reader.table(BUMP, item, &format!("{path}[{i}]"), bump);
     }
     bumps
+}
+
+fn read_stretches(reader: &mut Reader, node: &Node) -> Vec<Stretch> {
+    let Some(node) = node.get("stretch") else {
+        return Vec::new();
+    };
+    let items = match &node.value {
+        Value::Array(items) if items.len() <= MOST_STRETCHES => items.as_slice(),
+        _ => {
+            let path = join(PATH, "stretch");
+            reader.refuse(node, &path, &STRETCHES[0].field.allowed());
+            &[]
+        }
+    };
+    let mut stretches: Vec<Stretch> = Vec::with_capacity(items.len());
+    for (i, item) in items.iter().enumerate() {
+        let path = format!("{PATH}.stretch[{i}]");
+        let mark = reader.mark();
+        let mut stretch = NO_STRETCH;
+        reader.table(STRETCH, item, &path, &mut stretch);
+        if reader.mark() == mark {
+            check_stretch(reader, item, &path, &stretch, stretches.last());
+            stretches.push(stretch);
+        }
+    }
+    stretches
+}
+
+fn check_stretch(
+    reader: &mut Reader,
+    node: &Node,
+    path: &str,
+    stretch: &Stretch,
+    before: Option<&Stretch>,
+) {
+    let mut refuse = |key: &str, rule: String| {
+        if let Some(node) = node.get(key) {
+            reader.refuse(node, &join(path, key), &rule);
+        }
+    };
+    if stretch.to <= stretch.from {
+        refuse("to", format!("above from, {} m", stretch.from));
+    }
+    if stretch.mu_d > stretch.mu_s {
+        refuse("mu_d", format!("not above mu_s, {}", stretch.mu_s));
+    }
+    if let Some(before) = before.filter(|b| stretch.from < b.to) {
+        let rule = format!("not below the end of the stretch before, {} m", before.to);
+        refuse("from", rule);
+    }
 }

@@ -29,6 +29,7 @@ impl Scene {
         out.key("version", &text(version), "");
         write_robot(&mut out, self);
         write_terrain(&mut out, self);
+        write_stretches(&mut out, self);
         let mut scene = self.clone();
         for section in SECTIONS {
             out.head(&format!("[{}]", section.name), section.meaning);
@@ -93,6 +94,15 @@ fn write_terrain(out: &mut Out, scene: &Scene) {
                 _ => {}
             }
         }
+    }
+}
+
+fn write_stretches(out: &mut Out, scene: &Scene) {
+    for stretch in &scene.terrain.stretches {
+        let mut stretch = *stretch;
+        let path = format!("{}.stretch", terrain::PATH);
+        out.head(&format!("[[{path}]]"), "");
+        out.table(terrain::STRETCH, &mut stretch, &path);
     }
 }
 

@@ -128,12 +128,12 @@ fn wrong_words() {
 fn keys_of_another_kind_of_terrain() {
     one(
         "[terrain]\nkind = \"flat\"\nheight = 0.1",
-        "x.toml:3: terrain.height: found height, allowed: with kind = \"flat\": kind alone; \
+        "x.toml:3: terrain.height: found height, allowed: with kind = \"flat\": kind, stretch; \
          height belongs to kind = \"cosbump\"",
     );
     one(
         "[terrain]\nbumps = []",
-        "x.toml:2: terrain.bumps: found bumps, allowed: with kind = \"smooth\": kind alone; \
+        "x.toml:2: terrain.bumps: found bumps, allowed: with kind = \"smooth\": kind, stretch; \
          bumps belongs to kind = \"bumps\"",
     );
     one(
@@ -444,4 +444,24 @@ fn points_of_the_ground() {
     assert_eq!(found.next().unwrap(), expected);
     let found = read("0,0\n0,1\n").map(|_| ()).unwrap_err();
     assert!(found.starts_with("a.csv:2: terrain.file[1]: found 0,1 (an array), allowed: x above"));
+}
+
+#[test]
+fn stretches_of_the_ground() {
+    let stretch = |from: f64, to: f64, mu_s: f64, mu_d: f64| {
+        format!("[[terrain.stretch]]\nfrom = {from}\nto = {to}\nmu_s = {mu_s}\nmu_d = {mu_d}\n")
+    };
+    one(
+        &(stretch(0.0, 2.0, 0.5, 0.5) + &stretch(1.0, 3.0, 0.5, 0.5)),
+        "x.toml:7: terrain.stretch[1].from: found 1, allowed: not below the end of the stretch before, 2 m",
+    );
+    one(
+        &stretch(2.0, 2.0, 0.5, 0.5),
+        "x.toml:3: terrain.stretch[0].to: found 2, allowed: above from, 2 m",
+    );
+    one(
+        &stretch(1.0, 2.0, 0.5, 0.6),
+        "x.toml:5: terrain.stretch[0].mu_d: found 0.6, allowed: not above mu_s, 0.5",
+    );
+    assert!(lines("[[terrain.stretch]]\nfrom = 1")[0].contains("terrain.stretch[0].to: missing"));
 }

@@ -75,6 +75,10 @@ fn choices_of_every_kind_come_back() {
             "terrain.points=[[1, 0.2], ['150 cm', 0.1], [2, 0.3]]",
             "terrain.interpolation=corners",
         ],
+        vec![
+            "terrain.kind=sine",
+            "terrain.stretch=[{from=1,to='200 cm',mu_s=0.2,mu_d=0.1},{from=2,to=3,mu_s=0,mu_d=0}]",
+        ],
         vec!["estimator=[]"],
         vec!["estimator=[{name='true-mass'},{name='true-mass',label='slow',observer_pole=5}]"],
         vec!["seed=18446744073709551615", "name=a-b_c"],

@@ -28,6 +28,7 @@ pub fn smooth(duration: f64) -> Scene {
         terrain: TerrainChoice {
             kind: "smooth",
             profile: Profile::smooth(),
+            stretches: Vec::new(),
         },
         contact: ContactLaw::default(),
         friction: FrictionLaw::default(),
