@@ -9,19 +9,23 @@ use crate::seed;
 use crate::source::{Entry, Node, Value};
 use crate::units::{ANGLE, LENGTH, NONE};
 use robhaz_sim::friction::Stretch;
-use robhaz_terrain::{Bump, Heights, Interpolation, Profile, Rough, RoughClass, RoughSettings};
+use robhaz_terrain::{
+    Bump, Course, Heights, Interpolation, Profile, Rough, RoughClass, RoughSettings,
+};
 
 /// Where the terrain is in the file.
 pub(crate) const PATH: &str = "terrain";
 /// More bumps than this slow every query.
 const MOST_BUMPS: usize = 1000;
+/// More parts than this are a mistake.
+const MOST_PARTS: usize = 100;
 /// More stretches than this slow every contact.
 const MOST_STRETCHES: usize = 1000;
 
 /// All kinds; the default is [`DEFAULT`].
 pub(crate) const KINDS: Words = &[
     "flat", "smooth", "bumps", "cosbump", "ramp", "step", "stairs", "sine", "ditch", "rough",
-    "heights",
+    "heights", "parts",
 ];
 pub(crate) const DEFAULT: &str = "smooth";
 
@@ -63,7 +67,7 @@ pub(crate) const COMMON: &[Key<Shape>] = &[Key::own_word(
     "kind",
     DEFAULT,
     KINDS,
-    "level; the main course (five bumps); bumps of your own; one cosine bump; an incline; one kerb; several; waves; a trench; random ground; through points",
+    "level; the main course (five bumps); bumps of your own; one cosine bump; an incline; one kerb; several; waves; a trench; random ground; through points; several one after the other",
 )];
 
 /// The key of every kind that stands in the section itself only.
@@ -135,8 +139,17 @@ pub(crate) const SEED: &[Key<Shape>] = &[Key::own(
     "kind rough only: seed of the random ground; the same seed makes the same ground",
 )];
 
+/// The key of kind `parts`.
+pub(crate) const PARTS: &[Key<Shape>] = &[Key::own(
+    "part",
+    "",
+    "1 to 100 tables, each headed [[terrain.part]]",
+    "kind parts only: one table for each, with the keys of [terrain] but stretch; from rear to front",
+)
+.required()];
+
 /// All keys that their kinds read themselves.
-pub(crate) const OWN: &[&[Key<Shape>]] = &[BUMPS, SEED, points::KEYS];
+pub(crate) const OWN: &[&[Key<Shape>]] = &[BUMPS, SEED, points::KEYS, PARTS];
 
 /// The keys of one bump of kind `bumps`.
 pub(crate) const BUMP: &[Key<Bump>] = &[
@@ -331,6 +344,7 @@ fn taken_by(key: &str) -> &'static [&'static str] {
         "depth" | "width" => &["ditch"],
         "class" | "shortest" | "longest" | "extent" | "fade" | "seed" => &["rough"],
         "bumps" => &["bumps"],
+        "part" => &["parts"],
         "file" | "points" | "interpolation" => &["heights"],
         _ => &[],
     }
@@ -440,7 +454,7 @@ impl Shape {
                 width,
                 start,
             } => (self.depth, self.width, self.start) = (depth, width, start),
-            Profile::Flat | Profile::Bumps(_) => {}
+            Profile::Flat | Profile::Bumps(_) | Profile::Course(_) => {}
         }
     }
 
@@ -534,8 +548,8 @@ fn ground(reader: &mut Reader, node: &Node, path: &str, seed: u64) -> (&'static 
     let chosen = node.get("kind");
     let kind = match chosen {
         None => DEFAULT,
-        Some(chosen) => match reader.word(KINDS, chosen, &join(path, "kind")) {
-            Some(index) => KINDS[index],
+        Some(chosen) => match reader.word(kinds(path), chosen, &join(path, "kind")) {
+            Some(index) => kinds(path)[index],
             // Which keys belong to it is then unknown.
             None => return (DEFAULT, Profile::smooth()),
         },
@@ -565,6 +579,7 @@ fn ground(reader: &mut Reader, node: &Node, path: &str, seed: u64) -> (&'static 
     let profile = match kind {
         "flat" => Profile::Flat,
         "bumps" => Profile::Bumps(read_bumps(reader, node, path)),
+        "parts" => Profile::Course(Course::new(read_parts(reader, node, path, seed))),
         "heights" => {
             let points = points::read(reader, node, path);
             let way = Interpolation::ALL[shape.interpolation];
@@ -611,6 +626,14 @@ fn foreign(reader: &mut Reader, entry: &Entry, path: &str, kind: &str, owners: &
     reader.refuse(&key, &join(path, &entry.key), &allowed);
 }
 
+/// The kinds at a place: a part is neither level ground nor made of parts.
+fn kinds(path: &str) -> Words {
+    match path {
+        PATH => KINDS,
+        _ => &KINDS[1..KINDS.len() - 1],
+    }
+}
+
 /// The keys of every kind at a place.
 fn common(path: &str) -> impl Iterator<Item = &'static Key<Shape>> {
     let stretches = if path == PATH { STRETCHES } else { &[] };
@@ -642,6 +665,41 @@ fn read_bumps(reader: &mut Reader, node: &Node, path: &str) -> Vec<Bump> {
         reader.table(BUMP, item, &format!("{path}[{i}]"), bump);
     }
     bumps
+}
+
+fn read_parts(reader: &mut Reader, node: &Node, path: &str, seed: u64) -> Vec<Profile> {
+    reader.require(PARTS, node, path);
+    let Some(node) = node.get("part") else {
+        return Vec::new();
+    };
+    let path = join(path, "part");
+    let items = match &node.value {
+        Value::Array(items) if (1..=MOST_PARTS).contains(&items.len()) => items.as_slice(),
+        _ => {
+            reader.refuse(node, &path, &PARTS[0].field.allowed());
+            &[]
+        }
+    };
+    let items = items.iter().enumerate();
+    items
+        .map(|(i, item)| ground(reader, item, &format!("{path}[{i}]"), seed).1)
+        .collect()
+}
+
+/// The kind that describes a part's shape in full.
+pub(crate) fn kind_of(profile: &Profile) -> &'static str {
+    match profile {
+        Profile::Flat => "flat",
+        Profile::Bumps(_) => "bumps",
+        Profile::CosBump { .. } => "cosbump",
+        Profile::Ramp { .. } => "ramp",
+        Profile::Stairs { .. } => "stairs",
+        Profile::Sine { .. } => "sine",
+        Profile::Ditch { .. } => "ditch",
+        Profile::Rough(_) => "rough",
+        Profile::Heights(_) => "heights",
+        Profile::Course(_) => "parts",
+    }
 }
 
 fn read_stretches(reader: &mut Reader, node: &Node) -> Vec<Stretch> {

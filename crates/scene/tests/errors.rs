@@ -465,3 +465,31 @@ fn stretches_of_the_ground() {
     );
     assert!(lines("[[terrain.stretch]]\nfrom = 1")[0].contains("terrain.stretch[0].to: missing"));
 }
+
+#[test]
+fn parts_of_the_ground() {
+    let parts = |parts: &str| format!("[terrain]\nkind = 'parts'\n{parts}");
+    let part = |keys: &str| format!("[[terrain.part]]\n{keys}\n");
+    one(
+        &parts(&(part("kind = 'step'\nstart = 2") + &part("kind = 'step'\nstart = 1"))),
+        "x.toml:1: terrain: found [terrain] (a table), \
+         allowed: part 1 starts at 1 m, before the end of the part before, 2 m",
+    );
+    one(
+        &parts(&part("kind = 'step'\nrise = 0.1")),
+        "x.toml:5: terrain.part[0].rise: found rise, allowed: with kind = \"step\": kind, start, kerb; \
+         rise belongs to kind = \"stairs\"",
+    );
+    for (wrong, path) in [
+        ("kind = 'flat'", "kind"),
+        ("kind = 'parts'", "kind"),
+        ("stretch = 1", "stretch"),
+    ] {
+        let lines = lines(&parts(&part(wrong)));
+        assert!(
+            lines[0].starts_with(&format!("x.toml:4: terrain.part[0].{path}: ")),
+            "{lines:?}"
+        );
+    }
+    assert!(lines(&parts(""))[0].contains("terrain.part: missing"));
+}

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use robhaz_scene::Scene;
 use std::path::Path;
 
-const SCENES: [&str; 11] = [
+const SCENES: [&str; 12] = [
     "smooth",
     "flat",
     "cosbump",
@@ -20,6 +20,7 @@ const SCENES: [&str; 11] = [
     "ditch",
     "rough",
     "heights",
+    "course",
 ];
 
 fn load(name: &str, overrides: &[String]) -> Scene {
@@ -78,6 +79,12 @@ fn choices_of_every_kind_come_back() {
         vec![
             "terrain.kind=sine",
             "terrain.stretch=[{from=1,to='200 cm',mu_s=0.2,mu_d=0.1},{from=2,to=3,mu_s=0,mu_d=0}]",
+        ],
+        vec![
+            "terrain.kind=parts",
+            "terrain.part=[{kind='step'},{kind='smooth'},{kind='rough',start=9},{kind='heights',points=[[30,0],[31,1]]}]",
+            "terrain.part.0.start=-2",
+            "terrain.stretch=[{from=1,to=2,mu_s=0.2,mu_d=0.1}]",
         ],
         vec!["estimator=[]"],
         vec!["estimator=[{name='true-mass'},{name='true-mass',label='slow',observer_pole=5}]"],

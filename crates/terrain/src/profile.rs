@@ -1,6 +1,7 @@
 //! The ground's height over x, with slope and curvature in closed form.
 
 use crate::Vec2;
+use crate::course::Course;
 use crate::heights::Heights;
 use crate::rough::{Rough, RoughClass, RoughSettings};
 use std::f64::consts::PI;
@@ -82,6 +83,8 @@ pub enum Profile {
     Rough(Rough),
     /// Ground through points.
     Heights(Heights),
+    /// Several profiles one after the other.
+    Course(Course),
 }
 
 /// One piece of the ground, from where the piece before ended.
@@ -133,6 +136,22 @@ pub enum ProfileError {
         found: f64,
         /// The x of the point before, m.
         before: f64,
+    },
+    /// A part of a course is level ground, or a course itself.
+    #[error("part {part} is level ground or a sequence itself")]
+    Part {
+        /// Which part, from 0.
+        part: usize,
+    },
+    /// A part of a course starts before the end of the one before.
+    #[error("part {part} starts at {start} m, before the end of the part before, {end} m")]
+    Overlap {
+        /// Which part, from 0.
+        part: usize,
+        /// Where it starts, m.
+        start: f64,
+        /// Where the part before ends, m.
+        end: f64,
     },
     /// A number is out of its range.
     #[error("{entry} is {found}; it must be {allowed}")]
@@ -322,6 +341,7 @@ impl Profile {
             }
             Self::Rough(rough) => rough.settings().check(),
             Self::Heights(heights) => heights.check(),
+            Self::Course(course) => course.check(),
         }
     }
 
@@ -377,6 +397,7 @@ impl Profile {
             }
             Self::Rough(rough) => rough.eval(x),
             Self::Heights(heights) => heights.eval(x),
+            Self::Course(course) => course.eval(x),
         }
     }
 
@@ -385,7 +406,8 @@ impl Profile {
         /// A Gaussian bump has faded long before this many widths from its centre.
         const WIDTHS: f64 = 8.0;
         match self {
-            Self::Flat => (Vec2::zeros(), Vec::new()),
+            // A course is laid part by part.
+            Self::Flat | Self::Course(_) => (Vec2::zeros(), Vec::new()),
             Self::Bumps(bumps) => {
                 let (mut from, mut to, mut spacing) = (f64::INFINITY, f64::NEG_INFINITY, SPACING);
                 for b in bumps {
