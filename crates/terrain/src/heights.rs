@@ -76,14 +76,15 @@ impl Heights {
         let Some((first, last)) = self.points.first().zip(self.points.last()) else {
             return [0.0; 3];
         };
-        if x < first.x {
+        if self.points.len() < 2 || x < first.x {
             return [0.0; 3];
         }
         if x > last.x {
             return [last.y - first.y, 0.0, 0.0];
         }
         // At a point the piece before it counts, at the first one the piece after it.
-        let to = self.points.partition_point(|p| p.x < x).max(1);
+        let to = self.points.partition_point(|p| p.x < x);
+        let to = to.clamp(1, self.points.len() - 1);
         let (a, b) = (self.points[to - 1], self.points[to]);
         let (bend_a, bend_b) = (self.bends[to - 1], self.bends[to]);
         let h = b.x - a.x;
