@@ -15,6 +15,7 @@ fn setup(engine: EngineKind) -> PlantSetup {
         terrain: Terrain::new(Profile::smooth()),
         contact: Default::default(),
         friction: Default::default(),
+        stretches: Vec::new(),
         drive: Default::default(),
         engine,
         step: 1e-4,

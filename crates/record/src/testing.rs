@@ -36,6 +36,7 @@ pub fn scene() -> Scene {
         terrain: TerrainChoice {
             kind: "flat",
             profile: Profile::Flat,
+            stretches: Vec::new(),
         },
         estimators: vec![
             estimator("paper-body"),

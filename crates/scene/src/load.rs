@@ -2,11 +2,11 @@
 
 use crate::error::{Problem, SceneError};
 use crate::key::Key;
-use crate::reader::{Reader, join};
+use crate::reader::Reader;
 use crate::scene::Scene;
 use crate::sections::SECTIONS;
-use crate::source::{Node, Source, Value};
-use crate::{checks, estimators, name, overrides, robot, terrain};
+use crate::source::{Node, Source};
+use crate::{checks, estimators, name, overrides, robot, seed, terrain};
 use std::path::Path;
 
 /// A table that the reader ignores: the resolved scene says there which versions wrote it.
@@ -23,7 +23,7 @@ pub(crate) const TOP: &[Key<Scene>] = &[
     Key::own(
         "seed",
         "0",
-        "a whole number of at least 0 and below 2^64",
+        seed::ALLOWED,
         "seed of everything random in the run",
     ),
 ];
@@ -70,13 +70,15 @@ fn read(reader: &mut Reader, root: &Node, source_name: &str) -> Scene {
     top_level(reader, root);
     let stem = Path::new(source_name).file_stem().unwrap_or_default();
     let given = root.get("name").map(|n| name::read(reader, n, "name"));
+    let seed = root.get("seed").and_then(|n| seed::read(reader, n, "seed"));
+    let seed = seed.unwrap_or(0);
     let mut scene = Scene {
         name: given
             .flatten()
             .unwrap_or_else(|| name::from_stem(&stem.to_string_lossy())),
-        seed: seed(reader, root),
+        seed,
         robot: robot::read(reader, root),
-        terrain: terrain::read(reader, root),
+        terrain: terrain::read(reader, root, seed),
         estimators: estimators::read(reader, root),
         ..Scene::default()
     };
@@ -102,18 +104,4 @@ fn top_level(reader: &mut Reader, root: &Node) {
             reader.unknown(entry, "", &allowed);
         }
     }
-}
-
-fn seed(reader: &mut Reader, root: &Node) -> u64 {
-    let Some(node) = root.get("seed") else {
-        return 0;
-    };
-    let seed = match node.value {
-        Value::Integer(Some(seed), _) => u64::try_from(seed).ok(),
-        _ => None,
-    };
-    seed.unwrap_or_else(|| {
-        reader.refuse(node, &join("", "seed"), &TOP[1].field.allowed());
-        0
-    })
 }

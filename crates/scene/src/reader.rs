@@ -227,7 +227,8 @@ impl Reader {
         self.push(Problem::at(&node.origin, path, message));
     }
 
-    fn point(&mut self, number: &Number, node: &Node, path: &str) -> Option<Vec2> {
+    /// A point `[x, y]` in SI.
+    pub fn point(&mut self, number: &Number, node: &Node, path: &str) -> Option<Vec2> {
         let allowed = format!("[x, y], each {}", number.allowed_in_full());
         let [x, y]: &[Node; 2] = self.items(node, path, &allowed)?;
         // Both, so that both can complain.

@@ -38,11 +38,21 @@ pub fn reference() -> Vec<KeyReference> {
     list(&mut rows, robot_keys::GEOMETRY, &mut robot.geometry, path);
     let path = robot::MASS_PART.path;
     list(&mut rows, robot_keys::MASSES, &mut robot.mass, path);
-    for keys in [terrain::COMMON, terrain::BUMPS, terrain::SHAPE] {
+    for keys in [terrain::COMMON, terrain::STRETCHES, terrain::SHAPE]
+        .iter()
+        .chain(terrain::OWN)
+    {
         list(&mut rows, keys, &mut shape, terrain::PATH);
     }
     let mut bump = terrain::NO_BUMP;
     list(&mut rows, terrain::BUMP, &mut bump, "terrain.bumps[]");
+    let mut stretch = terrain::NO_STRETCH;
+    list(
+        &mut rows,
+        terrain::STRETCH,
+        &mut stretch,
+        "terrain.stretch[]",
+    );
     for section in SECTIONS {
         list(&mut rows, section.keys, &mut scene, section.name);
     }

@@ -5,7 +5,7 @@ use robhaz_estimator::EstimatorSettings;
 use robhaz_model::Robot;
 use robhaz_sim::contact::ContactLaw;
 use robhaz_sim::drive::Drive;
-use robhaz_sim::friction::FrictionLaw;
+use robhaz_sim::friction::{FrictionLaw, Stretch};
 use robhaz_sim::{EngineKind, PlantSetup};
 use robhaz_terrain::{Profile, Terrain};
 
@@ -50,10 +50,12 @@ pub struct RobotChoice {
 /// The ground, and the name of its kind.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TerrainChoice {
-    /// `flat`, `smooth`, `bumps` or `cosbump`.
+    /// `flat`, `smooth`, `bumps` and so on, as in scene files.
     pub kind: &'static str,
     /// Its shape.
     pub profile: Profile,
+    /// Parts of it with friction coefficients of their own, from rear to front; they do not overlap.
+    pub stretches: Vec<Stretch>,
 }
 
 /// How the readings differ from the truth.
@@ -174,6 +176,7 @@ impl Scene {
             terrain: Terrain::new(self.terrain.profile.clone()),
             contact: self.contact,
             friction: self.friction,
+            stretches: self.terrain.stretches.clone(),
             drive: self.drive,
             engine: self.engine.kind,
             step: self.engine.step,

@@ -31,7 +31,10 @@ pub(crate) fn nearest<'a>(found: &str, allowed: &[&'a str]) -> Option<&'a str> {
 /// The table that has a key of this name, as written in a file.
 pub(crate) fn home_of(name: &str) -> Option<String> {
     let suffix = format!(".{name}");
-    let key = reference().into_iter().find(|k| k.key.ends_with(&suffix))?;
+    let mut keys = reference();
+    keys.retain(|k| k.key.ends_with(&suffix));
+    // A section rather than an item of a list.
+    let key = keys.into_iter().min_by_key(|k| k.key.contains("[]"))?;
     let section = key.key.strip_suffix(&suffix)?;
     Some(match section.strip_suffix("[]") {
         Some(list) => format!("[[{list}]]"),

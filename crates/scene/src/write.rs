@@ -29,6 +29,7 @@ impl Scene {
         out.key("version", &text(version), "");
         write_robot(&mut out, self);
         write_terrain(&mut out, self);
+        write_stretches(&mut out, self);
         let mut scene = self.clone();
         for section in SECTIONS {
             out.head(&format!("[{}]", section.name), section.meaning);
@@ -64,22 +65,56 @@ fn write_robot(out: &mut Out, scene: &Scene) {
 fn write_terrain(out: &mut Out, scene: &Scene) {
     let terrain = &scene.terrain;
     out.head(&format!("[{}]", terrain::PATH), "the ground");
-    out.key("kind", &text(terrain.kind), "");
-    match &terrain.profile {
+    write_ground(out, terrain.kind, &terrain.profile);
+}
+
+fn write_ground(out: &mut Out, kind: &str, profile: &Profile) {
+    out.key("kind", &text(kind), "");
+    match profile {
         Profile::Flat => {}
-        Profile::Bumps(bumps) if terrain.kind == terrain::DEFAULT => {
+        Profile::Bumps(bumps) if kind == terrain::DEFAULT => {
             out.line("# These bumps are what the kind stands for:");
             for line in bump_lines(bumps) {
                 out.line(&format!("# {line}"));
             }
         }
         Profile::Bumps(bumps) => bump_lines(bumps).iter().for_each(|l| out.line(l)),
-        profile => {
-            let mut shape = Shape::of(terrain.kind, profile);
-            for key in terrain::shape_keys(terrain.kind) {
-                out.field(key, &mut shape);
+        Profile::Course(course) => {
+            for part in course.profiles() {
+                out.head(&format!("[[{}.part]]", terrain::PATH), "");
+                write_ground(out, terrain::kind_of(part), part);
             }
         }
+        profile => write_shape(out, kind, profile),
+    }
+}
+
+fn write_shape(out: &mut Out, kind: &str, profile: &Profile) {
+    let mut shape = Shape::of(kind, profile);
+    for key in terrain::shape_keys(kind) {
+        out.field(key, &mut shape);
+    }
+    match profile {
+        Profile::Rough(rough) => {
+            out.key("seed", &rough.settings().seed.to_string(), "");
+        }
+        Profile::Heights(heights) => {
+            out.line("points = [ # m");
+            for at in heights.points() {
+                out.line(&format!("    {},", point(*at)));
+            }
+            out.line("]");
+        }
+        _ => {}
+    }
+}
+
+fn write_stretches(out: &mut Out, scene: &Scene) {
+    for stretch in &scene.terrain.stretches {
+        let mut stretch = *stretch;
+        let path = format!("{}.stretch", terrain::PATH);
+        out.head(&format!("[[{path}]]"), "");
+        out.table(terrain::STRETCH, &mut stretch, &path);
     }
 }
 

@@ -129,7 +129,7 @@ fn another_kind_of_terrain_forgets_the_keys_of_the_old_one() {
     one(
         text,
         &["terrain.kind=flat", "terrain.height=0.1"],
-        "--set terrain.height=0.1: terrain.height: found terrain.height, allowed: with kind = \"flat\": kind alone; \
+        "--set terrain.height=0.1: terrain.height: found terrain.height, allowed: with kind = \"flat\": kind, stretch; \
          height belongs to kind = \"cosbump\"",
     );
     // A key that no kind has is still unknown.

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use robhaz_scene::Scene;
 use std::path::Path;
 
-const SCENES: [&str; 7] = [
+const SCENES: [&str; 12] = [
     "smooth",
     "flat",
     "cosbump",
@@ -16,6 +16,11 @@ const SCENES: [&str; 7] = [
     "ramp",
     "step",
     "stairs",
+    "sine",
+    "ditch",
+    "rough",
+    "heights",
+    "course",
 ];
 
 fn load(name: &str, overrides: &[String]) -> Scene {
@@ -58,6 +63,29 @@ fn choices_of_every_kind_come_back() {
             "terrain.rise='-3 cm'",
         ],
         vec!["terrain.kind=step", "terrain.kerb=-0.05"],
+        vec![
+            "terrain.kind=sine",
+            "terrain.periods=3",
+            "terrain.amplitude='-1 cm'",
+        ],
+        vec!["terrain.kind=ditch", "terrain.width=0.2"],
+        vec!["terrain.kind=rough", "terrain.class=E", "seed=5"],
+        vec!["terrain.kind=rough", "terrain.seed=18446744073709551615"],
+        vec![
+            "terrain.kind=heights",
+            "terrain.points=[[1, 0.2], ['150 cm', 0.1], [2, 0.3]]",
+            "terrain.interpolation=corners",
+        ],
+        vec![
+            "terrain.kind=sine",
+            "terrain.stretch=[{from=1,to='200 cm',mu_s=0.2,mu_d=0.1},{from=2,to=3,mu_s=0,mu_d=0}]",
+        ],
+        vec![
+            "terrain.kind=parts",
+            "terrain.part=[{kind='step'},{kind='smooth'},{kind='rough',start=9},{kind='heights',points=[[30,0],[31,1]]}]",
+            "terrain.part.0.start=-2",
+            "terrain.stretch=[{from=1,to=2,mu_s=0.2,mu_d=0.1}]",
+        ],
         vec!["estimator=[]"],
         vec!["estimator=[{name='true-mass'},{name='true-mass',label='slow',observer_pole=5}]"],
         vec!["seed=18446744073709551615", "name=a-b_c"],

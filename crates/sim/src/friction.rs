@@ -41,6 +41,33 @@ impl FrictionLaw {
     }
 }
 
+/// A stretch of the ground with friction coefficients of its own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stretch {
+    /// x at which it starts, m.
+    pub from: f64,
+    /// x at which it ends, m; the end itself is not part of it.
+    pub to: f64,
+    /// Static coefficient mu_s, -.
+    pub mu_s: f64,
+    /// Dynamic coefficient mu_d, -.
+    pub mu_d: f64,
+}
+
+impl FrictionLaw {
+    /// The law at x (m): the slip speeds stay, a stretch brings its coefficients.
+    pub fn at(&self, stretches: &[Stretch], x: f64) -> Self {
+        match stretches.iter().find(|s| s.from <= x && x < s.to) {
+            Some(stretch) => Self {
+                mu_s: stretch.mu_s,
+                mu_d: stretch.mu_d,
+                ..*self
+            },
+            None => *self,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

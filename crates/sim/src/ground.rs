@@ -1,7 +1,7 @@
 //! The ground under one wheel: terrain, contact and friction put together, eqs. (10) and (11).
 
 use crate::contact::ContactLaw;
-use crate::friction::FrictionLaw;
+use crate::friction::{FrictionLaw, Stretch};
 use crate::plant::PlantSetup;
 use crate::truth::WheelTruth;
 use robhaz_model::Vec2;
@@ -12,6 +12,7 @@ pub(crate) struct Ground {
     terrain: Terrain,
     contact: ContactLaw,
     friction: FrictionLaw,
+    stretches: Vec<Stretch>,
     wheel_radius: f64,
     /// Kept from call to call for its storage.
     found: Vec<Contact>,
@@ -49,6 +50,7 @@ impl Ground {
             terrain: setup.terrain.clone(),
             contact: setup.contact,
             friction: setup.friction,
+            stretches: setup.stretches.clone(),
             wheel_radius: setup.robot.geometry.wheel_radius,
             found: Vec::with_capacity(4),
         }
@@ -76,7 +78,8 @@ impl Ground {
                 .contact
                 .normal_force(penetration, -wheel.velocity.dot(&n));
             let slip_speed = wheel.spin * arm - wheel.velocity.dot(&t);
-            let traction = self.friction.coefficient(slip_speed) * normal_force;
+            let friction = self.friction.at(&self.stretches, contact.point.x);
+            let traction = friction.coefficient(slip_speed) * normal_force;
             normal_sum += n * normal_force;
             sum.force += n * normal_force + t * traction;
             sum.torque += arm * traction;
@@ -138,5 +141,70 @@ impl GroundForces {
             slip_speed: self.slip_speed,
             contacts: self.contacts,
         }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+mod tests {
+    use super::*;
+    use crate::EngineKind;
+    use robhaz_model::Robot;
+    use robhaz_terrain::Profile;
+
+    fn ground(profile: Profile, stretches: &[(f64, f64, f64)]) -> Ground {
+        let stretch = |&(from, to, mu): &(f64, f64, f64)| Stretch {
+            from,
+            to,
+            mu_s: mu,
+            mu_d: mu,
+        };
+        Ground::new(&PlantSetup {
+            robot: Robot::default_a(),
+            terrain: Terrain::new(profile),
+            contact: ContactLaw::default(),
+            friction: FrictionLaw::default(),
+            stretches: stretches.iter().map(stretch).collect(),
+            drive: Default::default(),
+            engine: EngineKind::Direct,
+            step: 1e-4,
+            tolerance: 1e-4,
+            period: 1e-3,
+        })
+    }
+
+    fn spinning(x: f64, y: f64) -> WheelMotion {
+        WheelMotion {
+            centre: Vec2::new(x, y),
+            velocity: Vec2::zeros(),
+            spin: 10.0,
+        }
+    }
+
+    #[test]
+    fn a_stretch_brings_its_own_friction() {
+        let mut ground = ground(Profile::Flat, &[(1.0, 2.0, 0.2), (2.0, 3.0, 0.4)]);
+        for (x, mu) in [
+            (0.999, 0.7),
+            (1.0, 0.2),
+            (1.999, 0.2),
+            (2.0, 0.4),
+            (3.0, 0.7),
+        ] {
+            let forces = ground.act(&spinning(x, 0.0995)).unwrap();
+            let ratio = forces.traction / forces.normal_force;
+            assert!((ratio - mu).abs() < 1e-12, "{ratio} at {x}");
+        }
+    }
+
+    /// The contact's x counts, not the wheel's: against a riser the wheel stands before the stretch, its edge is in it.
+    #[test]
+    fn each_contact_has_the_friction_of_its_place() {
+        let mut ground = ground(Profile::step(), &[(0.7, 9.0, 0.0)]);
+        let centre_x = 0.7 - (0.0995_f64.powi(2) - 0.0495_f64.powi(2)).sqrt();
+        let forces = ground.act(&spinning(centre_x, 0.0995)).unwrap();
+        assert_eq!(forces.contacts, 2);
+        let tread = ground.contact.normal_force(0.0005, 0.0);
+        assert!((forces.traction - 0.7 * tread).abs() < 1e-9 * tread);
     }
 }

@@ -3,7 +3,7 @@
 use crate::contact::ContactLaw;
 use crate::direct::{self, DirectEngine};
 use crate::drive::Drive;
-use crate::friction::FrictionLaw;
+use crate::friction::{FrictionLaw, Stretch};
 use crate::rapier::{self, RapierEngine};
 use crate::truth::Truth;
 use robhaz_model::{Bar, Robot};
@@ -59,6 +59,8 @@ pub struct PlantSetup {
     pub contact: ContactLaw,
     /// Eq. (11).
     pub friction: FrictionLaw,
+    /// Parts of the ground with friction coefficients of their own; they do not overlap.
+    pub stretches: Vec<Stretch>,
     /// Eq. (2).
     pub drive: Drive,
     /// What computes the truth.

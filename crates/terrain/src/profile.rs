@@ -1,6 +1,9 @@
 //! The ground's height over x, with slope and curvature in closed form.
 
 use crate::Vec2;
+use crate::course::Course;
+use crate::heights::Heights;
+use crate::rough::{Rough, RoughClass, RoughSettings};
 use std::f64::consts::PI;
 
 /// One Gaussian bump (or hollow) `height exp(-((x - centre)/width)^2)`; m.
@@ -52,6 +55,36 @@ pub enum Profile {
         /// Where the first riser is, m.
         start: f64,
     },
+    /// Waves on level ground: `amplitude (1 - cos(2 pi (x - start)/wavelength))` over whole periods; m.
+    ///
+    /// Height and slope join the level ground without a jump, the curvature does not. Crests are `2 amplitude` high.
+    Sine {
+        /// Half of the height from trough to crest, m; negative for waves below the level ground.
+        amplitude: f64,
+        /// From crest to crest, m.
+        wavelength: f64,
+        /// Where the first wave starts, m.
+        start: f64,
+        /// Number of waves.
+        periods: u32,
+    },
+    /// A trench with vertical walls and a level bottom.
+    ///
+    /// Below two wheel radii of width its upper edges carry the wheel, if it is deep enough.
+    Ditch {
+        /// Depth of the bottom below the level ground, m.
+        depth: f64,
+        /// From wall to wall, m.
+        width: f64,
+        /// Where the first wall is, m.
+        start: f64,
+    },
+    /// Random ground by a class of ISO 8608.
+    Rough(Rough),
+    /// Ground through points.
+    Heights(Heights),
+    /// Several profiles one after the other.
+    Course(Course),
 }
 
 /// One piece of the ground, from where the piece before ended.
@@ -82,7 +115,45 @@ pub enum ProfileError {
         /// What was found, m.
         found: f64,
     },
-    /// A number of a ramp or of stairs is out of its range.
+    /// Too few points.
+    #[error("found {found} points; there must be at least 2")]
+    FewPoints {
+        /// How many.
+        found: usize,
+    },
+    /// A coordinate of a point is not finite.
+    #[error("point {point}: a coordinate is not a finite number")]
+    Point {
+        /// Which point, from 0.
+        point: usize,
+    },
+    /// A point is not in front of the one before.
+    #[error("point {point}: x is {found} m; it must be above that of the point before, {before} m")]
+    Order {
+        /// Which point, from 0.
+        point: usize,
+        /// Its x, m.
+        found: f64,
+        /// The x of the point before, m.
+        before: f64,
+    },
+    /// A part of a course is level ground, or a course itself.
+    #[error("part {part} is level ground or a sequence itself")]
+    Part {
+        /// Which part, from 0.
+        part: usize,
+    },
+    /// A part of a course starts before the end of the one before.
+    #[error("part {part} starts at {start} m, before the end of the part before, {end} m")]
+    Overlap {
+        /// Which part, from 0.
+        part: usize,
+        /// Where it starts, m.
+        start: f64,
+        /// Where the part before ends, m.
+        end: f64,
+    },
+    /// A number is out of its range.
     #[error("{entry} is {found}; it must be {allowed}")]
     Range {
         /// Which number.
@@ -94,6 +165,10 @@ pub enum ProfileError {
     },
 }
 
+/// Knots no farther apart than this, m: fine enough that a wheel's nearest point is alone on its edge.
+pub(crate) const SPACING: f64 = 0.01;
+/// Longest row of waves, m: longer ones have too many edges.
+const LONGEST_WAVES: f64 = 1000.0;
 /// Square of the distance from a bump's centre, in widths, beyond which it counts as level ground.
 const FADED: f64 = 40.0;
 
@@ -152,6 +227,38 @@ impl Profile {
         }
     }
 
+    /// Profile `sine`: 5 waves of 0.5 m, 20 mm from trough to crest, from x = 0.7 m on.
+    pub fn sine() -> Self {
+        Self::Sine {
+            amplitude: 0.01,
+            wavelength: 0.5,
+            start: 0.7,
+            periods: 5,
+        }
+    }
+
+    /// Profile `ditch`: 50 mm deep and 120 mm wide, at x = 0.7 m.
+    pub fn ditch() -> Self {
+        Self::Ditch {
+            depth: 0.05,
+            width: 0.12,
+            start: 0.7,
+        }
+    }
+
+    /// Profile `rough`: class C, waves from 0.2 m to 10 m, 10 m of it from x = 0.7 m on, with fades of 1 m.
+    pub fn rough(seed: u64) -> Self {
+        Self::Rough(Rough::new(RoughSettings {
+            class: RoughClass::C,
+            shortest: 0.2,
+            longest: 10.0,
+            start: 0.7,
+            extent: 10.0,
+            fade: 1.0,
+            seed,
+        }))
+    }
+
     /// Whether the numbers describe a ground.
     ///
     /// # Errors
@@ -202,13 +309,46 @@ impl Profile {
                     r > 0.0 && r.is_finite()
                 })
             }
+            Self::Sine {
+                amplitude,
+                wavelength,
+                start,
+                periods,
+            } => {
+                in_range("amplitude", *amplitude, "a finite number", f64::is_finite)?;
+                in_range("start", *start, "a finite number", f64::is_finite)?;
+                in_range("wavelength", *wavelength, "a number above 0", |w| {
+                    w > 0.0 && w.is_finite()
+                })?;
+                let most = "at most 1000 m in all: periods times wavelength";
+                let total = wavelength * f64::from(*periods);
+                in_range("the length of the waves", total, most, |l| {
+                    l <= LONGEST_WAVES
+                })
+            }
+            Self::Ditch {
+                depth,
+                width,
+                start,
+            } => {
+                in_range("start", *start, "a finite number", f64::is_finite)?;
+                for (entry, value) in [("depth", depth), ("width", width)] {
+                    in_range(entry, *value, "a number above 0", |v| {
+                        v > 0.0 && v.is_finite()
+                    })?;
+                }
+                Ok(())
+            }
+            Self::Rough(rough) => rough.settings().check(),
+            Self::Heights(heights) => heights.check(),
+            Self::Course(course) => course.check(),
         }
     }
 
-    /// Height (m), slope (-) and second derivative (1/m) of a smooth profile at x; level for one of straight pieces.
+    /// Height (m), slope (-) and second derivative (1/m) of a smooth profile at x; level for ramps, stairs and ditches.
     pub fn eval(&self, x: f64) -> [f64; 3] {
         match self {
-            Self::Flat | Self::Ramp { .. } | Self::Stairs { .. } => [0.0; 3],
+            Self::Flat | Self::Ramp { .. } | Self::Stairs { .. } | Self::Ditch { .. } => [0.0; 3],
             Self::Bumps(bumps) => {
                 let mut sum = [0.0; 3];
                 for b in bumps {
@@ -237,17 +377,37 @@ impl Profile {
                 let (sin, cos) = (PI * u).sin_cos();
                 [half * (1.0 + cos), -half * k * sin, -half * k * k * cos]
             }
+            Self::Sine {
+                amplitude,
+                wavelength,
+                start,
+                periods,
+            } => {
+                let u = (x - start) / wavelength;
+                if !(0.0..=f64::from(*periods)).contains(&u) {
+                    return [0.0; 3];
+                }
+                let k = 2.0 * PI / wavelength;
+                let (sin, cos) = (2.0 * PI * u).sin_cos();
+                [
+                    amplitude * (1.0 - cos),
+                    amplitude * k * sin,
+                    amplitude * k * k * cos,
+                ]
+            }
+            Self::Rough(rough) => rough.eval(x),
+            Self::Heights(heights) => heights.eval(x),
+            Self::Course(course) => course.eval(x),
         }
     }
 
     /// Where the level ground before the profile ends, and the pieces up to the level ground after it; m.
     pub(crate) fn pieces(&self) -> (Vec2, Vec<Piece>) {
-        /// Knots no farther apart than this, m: fine enough that a wheel's nearest point is alone on its edge.
-        const SPACING: f64 = 0.01;
         /// A Gaussian bump has faded long before this many widths from its centre.
         const WIDTHS: f64 = 8.0;
         match self {
-            Self::Flat => (Vec2::zeros(), Vec::new()),
+            // A course is laid part by part.
+            Self::Flat | Self::Course(_) => (Vec2::zeros(), Vec::new()),
             Self::Bumps(bumps) => {
                 let (mut from, mut to, mut spacing) = (f64::INFINITY, f64::NEG_INFINITY, SPACING);
                 for b in bumps {
@@ -296,11 +456,38 @@ impl Profile {
                 }
                 (start, pieces)
             }
+            Self::Sine {
+                wavelength,
+                start,
+                periods,
+                ..
+            } => {
+                let end = start + wavelength * f64::from(*periods);
+                let spacing = SPACING.min(wavelength / 40.0);
+                (Vec2::new(*start, 0.0), vec![Piece::Curve(end, spacing)])
+            }
+            Self::Ditch {
+                depth,
+                width,
+                start,
+            } => {
+                let corner = |x, y| Piece::Line(Vec2::new(start + x, y));
+                let start = Vec2::new(*start, 0.0);
+                let walls = [(0.0, -depth), (*width, -depth), (*width, 0.0)];
+                (start, walls.map(|(x, y)| corner(x, y)).to_vec())
+            }
+            Self::Rough(rough) => {
+                let s = rough.settings();
+                let spacing = SPACING.min(s.shortest / 20.0);
+                let end = Piece::Curve(s.start + s.extent, spacing);
+                (Vec2::new(s.start, 0.0), vec![end])
+            }
+            Self::Heights(heights) => heights.pieces(),
         }
     }
 }
 
-fn in_range(
+pub(crate) fn in_range(
     entry: &'static str,
     found: f64,
     allowed: &'static str,
@@ -318,13 +505,19 @@ fn in_range(
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
 mod tests {
     use super::*;
 
     /// Closed form against central differences: error of the second difference at h = 1e-5 is below 1e-5 for these bumps.
     #[test]
     fn derivatives_match_differences() {
-        for profile in [Profile::smooth(), Profile::cosbump()] {
+        for profile in [
+            Profile::smooth(),
+            Profile::cosbump(),
+            Profile::sine(),
+            Profile::rough(0),
+        ] {
             for i in 0..400 {
                 let x = 0.2 + 0.008_71 * f64::from(i);
                 let h = 1e-5;
@@ -340,6 +533,43 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn waves_are_two_amplitudes_high_and_end_level() {
+        let profile = Profile::sine();
+        for (x, y) in [
+            (0.7, 0.0),
+            (0.95, 0.02),
+            (1.2, 0.0),
+            (2.95, 0.02),
+            (3.2, 0.0),
+        ] {
+            let [height, slope, _] = profile.eval(x);
+            assert!((height - y).abs() < 1e-15 && slope.abs() < 1e-12, "at {x}");
+        }
+    }
+
+    #[test]
+    fn impossible_waves_and_ditches_are_refused() {
+        let waves = |wavelength, periods| Profile::Sine {
+            amplitude: 0.1,
+            wavelength,
+            start: 0.0,
+            periods,
+        };
+        assert!(waves(0.0, 1).check().is_err());
+        assert!(waves(10.0, 101).check().is_err());
+        assert!(waves(10.0, 100).check().is_ok());
+        let ditch = Profile::Ditch {
+            depth: 0.0,
+            width: 0.1,
+            start: 0.0,
+        };
+        assert_eq!(
+            ditch.check().unwrap_err().to_string(),
+            "depth is 0; it must be a number above 0"
+        );
     }
 
     #[test]

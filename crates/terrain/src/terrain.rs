@@ -1,5 +1,6 @@
 //! A profile made ready for contact: nearest points of a wheel on a chain of edges.
 
+use crate::course::Part;
 use crate::profile::Piece;
 use crate::{Profile, Vec2};
 use parry2d::bounding_volume::{Aabb, BoundingVolume};
@@ -10,8 +11,9 @@ use parry2d::partitioning::{Bvh, BvhBuildStrategy};
 const REACH: f64 = 1.0e5;
 /// Edges under one leaf of the index: near a wheel there are some twenty, and a leaf costs more to visit than an edge.
 const BLOCK: usize = 16;
-/// Two nearest points whose normals differ by less than this are one, rad (8 deg): a bend so blunt carries a wheel at one
-/// place, and to count both would double the ground's stiffness.
+/// Two nearest points of one curve whose normals differ by less than this are one, rad (8 deg): where a bend tighter than
+/// the wheel splits its nearest point in two, to count both at once would double the ground's stiffness. Both sides of a
+/// corner always count.
 const SAME_NORMAL: f64 = 0.14;
 /// Two nearest points closer than this are one, m: where edges meet smoothly rounding can put one on each side.
 const SAME_POINT: f64 = 1.0e-6;
@@ -50,7 +52,8 @@ struct Edge {
     /// Tangents at both ends, not normalised.
     from_tangent: Vec2,
     to_tangent: Vec2,
-    curved: bool,
+    /// The part of the ground whose curve it follows; `None` for a straight edge.
+    curve: Option<usize>,
 }
 
 impl Edge {
@@ -60,17 +63,23 @@ impl Edge {
             to,
             from_tangent: to - from,
             to_tangent: to - from,
-            curved: false,
+            curve: None,
         }
     }
 }
 
 /// A curve cut into edges.
-fn curve(profile: &Profile, from_x: f64, to_x: f64, spacing: f64) -> impl Iterator<Item = Edge> {
+fn curve(
+    part: &Part,
+    index: usize,
+    from_x: f64,
+    to_x: f64,
+    spacing: f64,
+) -> impl Iterator<Item = Edge> {
     let count = ((to_x - from_x) / spacing).ceil().max(1.0);
     let knot = move |i: f64| {
         let x = from_x + (to_x - from_x) * i / count;
-        let [y, slope, _] = profile.eval(x);
+        let [y, slope, _] = part.eval(x);
         (Vec2::new(x, y), Vec2::new(1.0, slope))
     };
     #[expect(
@@ -86,24 +95,75 @@ fn curve(profile: &Profile, from_x: f64, to_x: f64, spacing: f64) -> impl Iterat
             to,
             from_tangent,
             to_tangent,
-            curved: true,
+            curve: Some(index),
         }
     })
 }
 
 /// How far a curve can leave its chord, m: max|f''| h^2/8; twice the greatest of three samples bounds it here.
-fn bulge(profile: &Profile, edge: &Edge) -> f64 {
+fn bulge(part: &Part, edge: &Edge) -> f64 {
     let bend = [edge.from.x, 0.5 * (edge.from.x + edge.to.x), edge.to.x]
-        .map(|x| profile.eval(x)[2].abs())
+        .map(|x| part.eval(x)[2].abs())
         .into_iter()
         .fold(0.0, f64::max);
     2.0 * bend * (edge.to.x - edge.from.x).powi(2) / 8.0
+}
+
+/// Edges as they are laid one after the other, each with its box.
+struct Chain {
+    at: Vec2,
+    edges: Vec<Edge>,
+    boxes: Vec<Aabb>,
+}
+
+impl Chain {
+    /// The level ground before the first part.
+    fn from(first: Option<&Part>) -> Self {
+        let start = first.map_or(Vec2::zeros(), |p| p.profile.pieces().0);
+        let mut chain = Self {
+            at: start - Vec2::new(REACH, 0.0),
+            edges: Vec::new(),
+            boxes: Vec::new(),
+        };
+        chain.line(start);
+        chain
+    }
+
+    fn line(&mut self, to: Vec2) {
+        let edge = Edge::line(self.at, to);
+        self.boxes.push(aabb(&edge, 0.0));
+        self.edges.push(edge);
+        self.at = to;
+    }
+
+    /// Level ground up to a part, and the part.
+    fn lay(&mut self, part: &Part, index: usize) {
+        let lift = Vec2::new(0.0, part.lift);
+        let (start, pieces) = part.profile.pieces();
+        if start.x > self.at.x {
+            self.line(start + lift);
+        }
+        for piece in pieces {
+            match piece {
+                Piece::Line(to) => self.line(to + lift),
+                Piece::Curve(to_x, spacing) => {
+                    for edge in curve(part, index, self.at.x, to_x, spacing) {
+                        self.boxes.push(aabb(&edge, bulge(part, &edge)));
+                        self.at = edge.to;
+                        self.edges.push(edge);
+                    }
+                }
+            }
+        }
+    }
 }
 
 /// The ground: a chain of straight and curved edges, and an index that finds those near a wheel.
 #[derive(Clone)]
 pub struct Terrain {
     profile: Profile,
+    /// One, but for a course.
+    parts: Vec<Part>,
     edges: Vec<Edge>,
     index: Bvh,
 }
@@ -111,28 +171,16 @@ pub struct Terrain {
 impl Terrain {
     /// Makes a profile ready for contact. The profile must have passed [`Profile::check`].
     pub fn new(profile: Profile) -> Self {
-        let (start, pieces) = profile.pieces();
-        let mut edges = vec![Edge::line(start - Vec2::new(REACH, 0.0), start)];
-        let mut boxes = vec![aabb(&edges[0], 0.0)];
-        let mut at = start;
-        for piece in pieces {
-            match piece {
-                Piece::Line(to) => {
-                    edges.push(Edge::line(at, to));
-                    boxes.push(aabb(&edges[edges.len() - 1], 0.0));
-                    at = to;
-                }
-                Piece::Curve(to_x, spacing) => {
-                    for edge in curve(&profile, at.x, to_x, spacing) {
-                        boxes.push(aabb(&edge, bulge(&profile, &edge)));
-                        at = edge.to;
-                        edges.push(edge);
-                    }
-                }
-            }
+        let parts = match &profile {
+            Profile::Course(course) => course.parts().to_vec(),
+            one => vec![Part::new(one.clone(), 0.0)],
+        };
+        let mut chain = Chain::from(parts.first());
+        for (index, part) in parts.iter().enumerate() {
+            chain.lay(part, index);
         }
-        edges.push(Edge::line(at, at + Vec2::new(REACH, 0.0)));
-        boxes.push(aabb(&edges[edges.len() - 1], 0.0));
+        chain.line(chain.at + Vec2::new(REACH, 0.0));
+        let Chain { edges, boxes, .. } = chain;
         let blocks: Vec<Aabb> = boxes
             .chunks(BLOCK)
             .map(|block| block[1..].iter().fold(block[0], |sum, b| sum.merged(b)))
@@ -140,6 +188,7 @@ impl Terrain {
         let index = Bvh::from_leaves(BvhBuildStrategy::default(), &blocks);
         Self {
             profile,
+            parts,
             edges,
             index,
         }
@@ -204,8 +253,8 @@ impl Terrain {
     pub fn outline(&self, from: f64, to: f64, spacing: f64) -> Vec<Vec2> {
         let on = |edge: &Edge, x: f64| {
             let x = x.clamp(edge.from.x, edge.to.x);
-            if edge.curved {
-                return Vec2::new(x, self.profile.eval(x)[0]);
+            if let Some(part) = edge.curve {
+                return Vec2::new(x, self.parts[part].eval(x)[0]);
             }
             let length = edge.to.x - edge.from.x;
             let share = if length > 0.0 {
@@ -226,7 +275,7 @@ impl Terrain {
             if points.is_empty() {
                 points.push(start);
             }
-            if edge.curved {
+            if edge.curve.is_some() {
                 let count = ((end.x - start.x) / spacing).ceil().max(1.0);
                 let mut i = 1.0;
                 while i < count {
@@ -247,7 +296,8 @@ impl Terrain {
     /// Local minima of the distance on a run of edges.
     fn nearest_on(&self, edges: &[Edge], centre: Vec2, radius: f64, out: &mut Vec<Contact>) {
         let limit = radius * radius;
-        let mut push = |point: Vec2, tangent: Option<Vec2>| {
+        let mut last_curve = None;
+        let mut push = |point: Vec2, tangent: Option<Vec2>, curve: Option<usize>| {
             let arm = centre - point;
             if arm.norm_squared() >= limit {
                 return;
@@ -266,10 +316,12 @@ impl Terrain {
                 distance,
             };
             match out.last_mut() {
-                // Two places that look alike are one: the deeper counts.
+                // One place found twice, or one bend of a curve: the deeper counts.
                 Some(last)
                     if (last.point - point).norm() < SAME_POINT
-                        || (last.angle - contact.angle).abs() < SAME_NORMAL =>
+                        || (curve.is_some()
+                            && curve == last_curve
+                            && (last.angle - contact.angle).abs() < SAME_NORMAL) =>
                 {
                     if contact.distance < last.distance {
                         *last = contact;
@@ -277,6 +329,7 @@ impl Terrain {
                 }
                 _ => out.push(contact),
             }
+            last_curve = curve;
         };
         // The edge before, and the derivative of half the squared distance along it at its end.
         let mut before: Option<(&Edge, f64)> = None;
@@ -289,62 +342,62 @@ impl Terrain {
             {
                 let smooth = cross(previous.to_tangent, edge.from_tangent).abs()
                     < 1e-9 * edge.from_tangent.norm() * previous.to_tangent.norm();
-                push(edge.from, smooth.then_some(edge.from_tangent));
+                push(edge.from, smooth.then_some(edge.from_tangent), edge.curve);
             }
             if at_from < 0.0 && at_to > 0.0 {
-                if edge.curved {
-                    let (point, tangent) = self.foot_on_curve(edge, centre);
-                    push(point, Some(tangent));
+                if let Some(part) = edge.curve {
+                    let (point, tangent) = foot_on_curve(&self.parts[part], edge, centre);
+                    push(point, Some(tangent), edge.curve);
                 } else {
                     let t = edge.from_tangent;
-                    push(edge.from - t * (at_from / t.norm_squared()), Some(t));
+                    push(edge.from - t * (at_from / t.norm_squared()), Some(t), None);
                 }
             }
             before = Some((edge, at_to));
         }
     }
+}
 
-    /// The point of a curved edge whose normal goes through `centre`, and the tangent there.
-    ///
-    /// Newton's method on `(x - cx) + (f - cy) f' = 0`, kept inside a bracket that bisection shrinks where Newton leaves it.
-    fn foot_on_curve(&self, edge: &Edge, centre: Vec2) -> (Vec2, Vec2) {
-        let (mut low, mut high) = (edge.from.x, edge.to.x);
-        let (at_low, at_high) = (
-            (edge.from - centre).dot(&edge.from_tangent),
-            (edge.to - centre).dot(&edge.to_tangent),
-        );
-        // The secant's root is within a few um already.
-        let mut x = low - at_low * (high - low) / (at_high - at_low);
-        let mut value = self.profile.eval(x);
-        // Convergence is quadratic: two steps are the rule, 60 bisections the bound.
-        for _ in 0..60 {
-            let [y, slope, bend] = value;
-            let residual = (x - centre.x) + (y - centre.y) * slope;
-            if residual > 0.0 {
-                high = x;
-            } else {
-                low = x;
-            }
-            let mut next = x - residual / (1.0 + slope * slope + (y - centre.y) * bend);
-            // The bracket is closed: where the residual is zero already, Newton stays.
-            if !(next >= low && next <= high) {
-                next = 0.5 * (low + high);
-            }
-            let moved = next - x;
-            x = next;
-            // Over a last step this short Taylor's series errs by f'' 1e-13/2 m: no need to evaluate once more.
-            if moved.abs() < LAST_STEP {
-                value = [
-                    y + moved * (slope + 0.5 * moved * bend),
-                    slope + moved * bend,
-                    bend,
-                ];
-                break;
-            }
-            value = self.profile.eval(x);
+/// The point of a curved edge whose normal goes through `centre`, and the tangent there.
+///
+/// Newton's method on `(x - cx) + (f - cy) f' = 0`, kept inside a bracket that bisection shrinks where Newton leaves it.
+fn foot_on_curve(part: &Part, edge: &Edge, centre: Vec2) -> (Vec2, Vec2) {
+    let (mut low, mut high) = (edge.from.x, edge.to.x);
+    let (at_low, at_high) = (
+        (edge.from - centre).dot(&edge.from_tangent),
+        (edge.to - centre).dot(&edge.to_tangent),
+    );
+    // The secant's root is within a few um already.
+    let mut x = low - at_low * (high - low) / (at_high - at_low);
+    let mut value = part.eval(x);
+    // Convergence is quadratic: two steps are the rule, 60 bisections the bound.
+    for _ in 0..60 {
+        let [y, slope, bend] = value;
+        let residual = (x - centre.x) + (y - centre.y) * slope;
+        if residual > 0.0 {
+            high = x;
+        } else {
+            low = x;
         }
-        (Vec2::new(x, value[0]), Vec2::new(1.0, value[1]))
+        let mut next = x - residual / (1.0 + slope * slope + (y - centre.y) * bend);
+        // The bracket is closed: where the residual is zero already, Newton stays.
+        if !(next >= low && next <= high) {
+            next = 0.5 * (low + high);
+        }
+        let moved = next - x;
+        x = next;
+        // Over a last step this short Taylor's series errs by f'' 1e-13/2 m: no need to evaluate once more.
+        if moved.abs() < LAST_STEP {
+            value = [
+                y + moved * (slope + 0.5 * moved * bend),
+                slope + moved * bend,
+                bend,
+            ];
+            break;
+        }
+        value = part.eval(x);
     }
+    (Vec2::new(x, value[0]), Vec2::new(1.0, value[1]))
 }
 
 fn cross(a: Vec2, b: Vec2) -> f64 {
@@ -421,6 +474,28 @@ mod tests {
     }
 
     #[test]
+    fn a_narrow_ditch_is_bridged_by_its_edges_a_wide_one_is_not() {
+        let terrain = Terrain::new(Profile::ditch());
+        let hanging = 0.0999_f64.powi(2) - 0.06_f64.powi(2);
+        let found = contacts(&terrain, 0.76, hanging.sqrt(), 0.1);
+        assert_eq!(found.len(), 2);
+        for (contact, x) in found.iter().zip([0.7, 0.82]) {
+            assert!((contact.point - Vec2::new(x, 0.0)).norm() < 1e-15);
+            assert!((contact.distance - 0.0999).abs() < 1e-12);
+        }
+        // In a wide one: the bottom, and against the far wall that wall too.
+        let terrain = Terrain::new(Profile::Ditch {
+            depth: 0.2,
+            width: 0.5,
+            start: 0.7,
+        });
+        let found = contacts(&terrain, 1.1005, -0.1005, 0.1);
+        assert_eq!(found.len(), 2);
+        assert!((found[0].angle.abs()) < 1e-12 && (found[0].point.y + 0.2).abs() < 1e-12);
+        assert!((found[1].angle - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+    }
+
+    #[test]
     fn a_concave_corner_has_two_contacts_a_convex_one_a_corner() {
         let terrain = Terrain::new(Profile::ramp());
         // On the line that halves the corner both distances are equal.
@@ -436,6 +511,17 @@ mod tests {
         assert_eq!(found.len(), 1);
         assert!((found[0].point - top).norm() < 1e-12);
         assert!((found[0].angle - half).abs() < 1e-12);
+    }
+
+    #[test]
+    fn both_sides_of_a_blunt_corner_count() {
+        let terrain = Terrain::new(Profile::Ramp {
+            angle: 4.0_f64.to_radians(),
+            start: 0.7,
+            length: 0.8,
+        });
+        let x = 0.7 - 0.0995 * 2.0_f64.to_radians().tan();
+        assert_eq!(contacts(&terrain, x, 0.0995, 0.1).len(), 2);
     }
 
     #[test]
@@ -456,6 +542,68 @@ mod tests {
     }
 
     #[test]
+    fn measured_points_carry_a_wheel_as_spline_or_corners() {
+        let points = [
+            (0.5, 3.0),
+            (0.7, 3.0),
+            (0.9, 3.02),
+            (1.2, 3.01),
+            (1.3, 3.01),
+        ];
+        let points = points.map(|(x, y)| Vec2::new(x, y)).to_vec();
+        for interpolation in crate::Interpolation::ALL {
+            let heights = crate::Heights::new(points.clone(), interpolation);
+            let terrain = Terrain::new(Profile::Heights(heights));
+            for i in 0..100 {
+                let x = 0.4 + 0.01 * f64::from(i);
+                let [y, slope, _] = terrain.profile().eval(x);
+                let centre = Vec2::new(x, y) + Vec2::new(-slope, 1.0).normalize() * 0.0995;
+                let found = contacts(&terrain, centre.x, centre.y, 0.1);
+                // A concave corner is touched on both sides.
+                let most = match interpolation {
+                    crate::Interpolation::Spline => 1,
+                    crate::Interpolation::Corners => 2,
+                };
+                assert!(
+                    (1..=most).contains(&found.len()),
+                    "{interpolation:?} at {x}"
+                );
+                assert!(found[0].distance <= 0.0995 + 1e-12);
+            }
+            let end = terrain.outline(2.0, 3.0, 0.1)[0];
+            assert!((end - Vec2::new(2.0, 0.01)).norm() < 1e-12);
+        }
+    }
+
+    /// A course of one part is that part to the bit; a wheel on smooth joints of a course touches once.
+    #[test]
+    fn parts_join_without_double_contacts() {
+        let one = |p: &Profile| Terrain::new(Profile::Course(crate::Course::new(vec![p.clone()])));
+        let waves = |start| Profile::Sine {
+            amplitude: 0.01,
+            wavelength: 0.5,
+            start,
+            periods: 2,
+        };
+        let course = crate::Course::new(vec![Profile::ramp(), waves(1.6), waves(2.6)]);
+        let course = Terrain::new(Profile::Course(course));
+        let smooth = Terrain::new(Profile::smooth());
+        let alone = one(&Profile::smooth());
+        for i in 0..500 {
+            let x = 0.01 * f64::from(i);
+            let same = contacts(&alone, x, 0.09, 0.1);
+            assert_eq!(same, contacts(&smooth, x, 0.09, 0.1));
+            if i > 155 {
+                let [y, slope, _] = course.profile().eval(x);
+                let centre = Vec2::new(x, y) + Vec2::new(-slope, 1.0).normalize() * 0.0995;
+                let found = contacts(&course, centre.x, centre.y, 0.1);
+                assert_eq!(found.len(), 1, "at {x}");
+                assert!((found[0].distance - 0.0995).abs() < 1e-9);
+            }
+        }
+    }
+
+    #[test]
     fn the_outline_has_every_corner() {
         let terrain = Terrain::new(Profile::stairs());
         let points = terrain.outline(0.0, 3.0, 0.01);
@@ -467,8 +615,8 @@ mod tests {
     proptest! {
         /// Property: the nearest place found is the nearest of a dense sample of the curve, and lies on its own normal.
         #[test]
-        fn nearest_is_nearest(x in -0.5_f64..4.5, gap in 0.09_f64..0.1, which in 0..2) {
-            let profile = if which == 0 { Profile::smooth() } else { Profile::cosbump() };
+        fn nearest_is_nearest(x in -0.5_f64..4.5, gap in 0.09_f64..0.1, which in 0..4_usize) {
+            let profile = [Profile::smooth(), Profile::cosbump(), Profile::sine(), Profile::rough(0)][which].clone();
             let terrain = Terrain::new(profile.clone());
             let [y, slope, _] = profile.eval(x);
             let up = Vec2::new(-slope, 1.0).normalize();

@@ -206,11 +206,13 @@ fn alone(scene: &Scene, truth: &[Truth], has_edges: bool) -> Vec<Verdict> {
 
 /// Records where a force leaves its law.
 fn beyond_the_laws(scene: &Scene, truth: &[Truth]) -> usize {
+    let stretches = scene.terrain.stretches.iter().map(|s| s.mu_s);
+    let mu_s = stretches.fold(scene.friction.mu_s, f64::max);
     let beyond = |t: &&Truth| {
         t.wheels.iter().any(|w| {
             // Of two contacts N is the sum of vectors and T the plain sum: the bound is that of one.
-            let slides = w.contacts == 1
-                && w.traction.abs() > scene.friction.mu_s * w.normal_force * (1.0 + 1e-12);
+            let slides =
+                w.contacts == 1 && w.traction.abs() > mu_s * w.normal_force * (1.0 + 1e-12);
             w.normal_force < 0.0 || slides
         })
     };

@@ -1,0 +1,140 @@
+//! Several profiles one after the other.
+
+use crate::Profile;
+use crate::profile::{Piece, ProfileError};
+
+/// Rounding allowed where one part ends and the next starts, m.
+const TOUCH: f64 = 1e-9;
+
+/// Profiles one after the other, level ground between them. Each starts at the height where the one before ended.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Course {
+    parts: Vec<Part>,
+}
+
+/// A profile and where it lies.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Part {
+    pub profile: Profile,
+    /// x at which it starts and ends, m.
+    start: f64,
+    end: f64,
+    /// Height at which it starts and ends, m.
+    pub lift: f64,
+    end_height: f64,
+}
+
+impl Part {
+    /// A profile that starts at a height, m.
+    pub fn new(profile: Profile, lift: f64) -> Self {
+        let (start, pieces) = profile.pieces();
+        let mut end = start;
+        for piece in pieces {
+            match piece {
+                Piece::Line(to) => end = to,
+                Piece::Curve(x, _) => end = crate::Vec2::new(x, profile.eval(x)[0]),
+            }
+        }
+        Self {
+            start: start.x,
+            end: end.x,
+            lift,
+            end_height: lift + end.y,
+            profile,
+        }
+    }
+
+    /// Height (m), slope (-) and second derivative (1/m) at x, as [`Profile::eval`].
+    pub fn eval(&self, x: f64) -> [f64; 3] {
+        let [y, slope, bend] = self.profile.eval(x);
+        [self.lift + y, slope, bend]
+    }
+}
+
+impl Course {
+    /// A course of profiles from rear to front.
+    pub fn new(profiles: Vec<Profile>) -> Self {
+        let mut parts: Vec<Part> = Vec::with_capacity(profiles.len());
+        for profile in profiles {
+            let lift = parts.last().map_or(0.0, |p| p.end_height);
+            parts.push(Part::new(profile, lift));
+        }
+        Self { parts }
+    }
+
+    /// The profiles.
+    pub fn profiles(&self) -> impl Iterator<Item = &Profile> {
+        self.parts.iter().map(|p| &p.profile)
+    }
+
+    pub(crate) fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    pub(crate) fn check(&self) -> Result<(), ProfileError> {
+        for (part, one) in self.parts.iter().enumerate() {
+            if matches!(one.profile, Profile::Flat | Profile::Course(_)) {
+                return Err(ProfileError::Part { part });
+            }
+            one.profile.check()?;
+        }
+        for (i, pair) in self.parts.windows(2).enumerate() {
+            if pair[1].start < pair[0].end - TOUCH {
+                return Err(ProfileError::Overlap {
+                    part: i + 1,
+                    start: pair[1].start,
+                    end: pair[0].end,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// As [`Profile::eval`]; where two parts touch, the front one counts.
+    pub(crate) fn eval(&self, x: f64) -> [f64; 3] {
+        let next = self.parts.partition_point(|p| p.start <= x);
+        match next.checked_sub(1).map(|i| &self.parts[i]) {
+            None => [0.0; 3],
+            Some(part) if x > part.end => [part.end_height, 0.0, 0.0],
+            Some(part) => part.eval(x),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn waves(start: f64) -> Profile {
+        Profile::Sine {
+            amplitude: 0.01,
+            wavelength: 0.5,
+            start,
+            periods: 2,
+        }
+    }
+
+    #[test]
+    fn parts_start_where_the_one_before_ended() {
+        let course = Course::new(vec![Profile::step(), waves(1.0), waves(2.0)]);
+        assert_eq!(course.check(), Ok(()));
+        for (x, y) in [
+            (0.0, 0.0),
+            (0.9, 0.05),
+            (1.25, 0.07),
+            (2.25, 0.07),
+            (9.0, 0.05),
+        ] {
+            assert!((course.eval(x)[0] - y).abs() < 1e-12, "at {x}");
+        }
+    }
+
+    #[test]
+    fn parts_must_not_overlap() {
+        let error = Course::new(vec![waves(1.0), waves(1.5)]).check();
+        let expected = "part 1 starts at 1.5 m, before the end of the part before, 2 m";
+        assert_eq!(error.map_err(|e| e.to_string()), Err(expected.to_owned()));
+        let error = Course::new(vec![waves(1.0), Profile::Flat]).check();
+        assert_eq!(error, Err(ProfileError::Part { part: 1 }));
+    }
+}
