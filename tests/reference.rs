@@ -40,6 +40,7 @@ fn hold(case: &str, truth: &[Truth], bounds: &Bounds) {
         check(&name("pen_mm"), 0.0, 1e-3, &|t| {
             1e3 * t.wheels[i].penetration
         });
+        // On the slope of the friction at rest, 60 s/m, 1e-5 m/s is 28 mN of T at the mean load.
         check(&name("vslip"), 0.0, 1e-5, &|t| t.wheels[i].slip_speed);
         // The symplectic Euler step is half a step ahead: 1e-4 rad at 2 rad/s.
         check(&name("phi"), 0.0, 2e-4, &|t| t.wheels[i].angle);

@@ -1,7 +1,7 @@
 //! The plant on rapier2d: seven rigid bodies, four pins and three axles as impulse joints, all forces from our own laws.
 //!
 //! Rapier sees no collider: terrain queries, contact, friction, drive and stops are evaluated here before each step, at the
-//! state from which the step starts. The explicit contact force is stable below about 0.15 ms (damping over wheel mass).
+//! state from which the step starts. How long a step may be: [`longest_step_for_contact`] and [`longest_step_for_friction`].
 
 use crate::contact::ContactLaw;
 use crate::drive::{Drive, wheel_acceleration};

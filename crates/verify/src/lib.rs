@@ -65,7 +65,7 @@ pub enum VerifyError {
     },
 }
 
-/// Most records of a run that is verified: half a gigabyte of truth.
+/// Most records of a run that is verified: a record is 608 bytes, and three runs are held at once.
 pub const MOST_RECORDS: u64 = 500_000;
 
 /// On rolling ground: N of the engines, RMS over its mean.

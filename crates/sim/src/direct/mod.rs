@@ -29,7 +29,6 @@ pub struct DirectEngine {
 
 impl DirectEngine {
     /// Puts the robot on its ground in the nominal pose, at rest, sunk by the static penetration of the mean wheel load.
-    ///
     pub fn new(setup: &PlantSetup) -> Self {
         let equations = Equations::new(setup);
         let solver = Solver::new(&equations, &start(setup), setup.tolerance);
