@@ -65,17 +65,17 @@ fn terrain(c: &mut Criterion) {
 fn estimate(c: &mut Criterion) {
     let mut frame = SensorFrame {
         time: 0.0,
-        wheel_angle: [0.0; 3],
-        motor_torque: [0.5, -0.2, 0.3],
+        wheel_angle: [Some(0.0); 3],
+        motor_torque: [0.5, -0.2, 0.3].map(Some),
         link1: LinkReading {
-            inclination: 0.1,
-            rate: 0.0,
+            inclination: Some(0.1),
+            rate: Some(0.0),
         },
         link2: LinkReading {
-            inclination: -0.05,
-            rate: 0.0,
+            inclination: Some(-0.05),
+            rate: Some(0.0),
         },
-        contact_angle: [0.2, 0.0, -0.1],
+        contact_angle: [0.2, 0.0, -0.1].map(Some),
     };
     let mut estimator = Estimator::new(&Robot::default_a(), EstimatorSettings::paper_wheels());
     c.bench_function("estimator: one update of paper-wheels", |b| {

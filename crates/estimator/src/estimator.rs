@@ -5,30 +5,30 @@ use crate::statics::{BlockForm, FullSystem, ReducedSystem, Singular};
 use crate::traction::{ObserverParameters, TractionObserver};
 use robhaz_model::{GRAVITY, Geometry, Pin, PointMasses, Posture, PostureError, Robot, Vec2};
 
-/// Readings of the inclinometer and the rate gyroscope on one link.
+/// Readings of the inclinometer and the rate gyroscope on one link; `None` where there is none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkReading {
     /// Turn from the nominal pose, rad, counter-clockwise.
-    pub inclination: f64,
+    pub inclination: Option<f64>,
     /// Angular rate, rad/s, counter-clockwise.
-    pub rate: f64,
+    pub rate: Option<f64>,
 }
 
-/// Everything that the estimator sees of one instant, SI.
+/// Everything that the estimator sees of one instant, SI; `None` where a reading is missing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorFrame {
     /// Time of the sample, s; must increase from frame to frame.
     pub time: f64,
     /// Turn of each wheel relative to its link, rad, forward positive: encoder counts times 2 pi / counts a turn.
-    pub wheel_angle: [f64; 3],
+    pub wheel_angle: [Option<f64>; 3],
     /// Motor torque at each wheel after the gear, N m, forward positive.
-    pub motor_torque: [f64; 3],
+    pub motor_torque: [Option<f64>; 3],
     /// Sensors on link 1.
     pub link1: LinkReading,
     /// Sensors on link 2.
     pub link2: LinkReading,
     /// Contact angles, rad: given from elsewhere, as the paper assumes.
-    pub contact_angle: [f64; 3],
+    pub contact_angle: [Option<f64>; 3],
 }
 
 /// Where the estimator thinks the linkage's mass is.
@@ -105,6 +105,11 @@ pub struct Estimate {
 /// Why readings give no estimate. The estimator's state is as before the call; it can go on with the next frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EstimateError {
+    /// A reading is missing.
+    Missing {
+        /// Which field of [`SensorFrame`].
+        field: &'static str,
+    },
     /// A reading is not a finite number.
     NotFinite {
         /// Which field of [`SensorFrame`].
@@ -126,6 +131,7 @@ pub enum EstimateError {
 impl core::fmt::Display for EstimateError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
+            Self::Missing { field } => write!(f, "the reading {field} is missing"),
             Self::NotFinite { field } => write!(f, "the reading {field} is not a finite number"),
             Self::Time { last, now } => {
                 write!(
@@ -183,6 +189,7 @@ impl Estimator {
     /// # Errors
     /// [`EstimateError`]; the estimator then stands as if the frame had not come.
     pub fn update(&mut self, frame: &SensorFrame) -> Result<Estimate, EstimateError> {
+        let frame = &Complete::new(frame)?;
         check_finite(frame)?;
         let (dt, omega) = match self.last {
             None => (0.0, [0.0; 3]),
@@ -204,8 +211,8 @@ impl Estimator {
         let (mut links, mut tractions) = (self.links, self.tractions);
 
         // Fig. 5: the linkage's position.
-        let theta1 = links[0].update(dt, frame.link1.rate, frame.link1.inclination);
-        let theta2 = links[1].update(dt, frame.link2.rate, frame.link2.inclination);
+        let theta1 = links[0].update(dt, frame.rate[0], frame.inclination[0]);
+        let theta2 = links[1].update(dt, frame.rate[1], frame.inclination[1]);
         let posture =
             Posture::close(&self.geometry, theta1, theta2).map_err(EstimateError::Linkage)?;
 
@@ -242,7 +249,7 @@ impl Estimator {
     /// Force on link 1 from link 2, N: what the other forces on link 1 leave over.
     fn force_in_q(
         &self,
-        frame: &SensorFrame,
+        frame: &Complete,
         traction: &[f64; 3],
         normal_force: &[f64; 3],
         p: Vec2,
@@ -259,15 +266,50 @@ impl Estimator {
     }
 }
 
-fn check_finite(frame: &SensorFrame) -> Result<(), EstimateError> {
+/// A frame of which nothing is missing.
+struct Complete {
+    time: f64,
+    wheel_angle: [f64; 3],
+    motor_torque: [f64; 3],
+    /// Of links 1 and 2.
+    inclination: [f64; 2],
+    rate: [f64; 2],
+    contact_angle: [f64; 3],
+}
+
+impl Complete {
+    fn new(frame: &SensorFrame) -> Result<Self, EstimateError> {
+        let one = |reading: Option<f64>, field| reading.ok_or(EstimateError::Missing { field });
+        let three = |[a, b, c]: [Option<f64>; 3], field| {
+            Ok([one(a, field)?, one(b, field)?, one(c, field)?])
+        };
+        let (link1, link2) = (&frame.link1, &frame.link2);
+        Ok(Self {
+            time: frame.time,
+            wheel_angle: three(frame.wheel_angle, "wheel_angle")?,
+            motor_torque: three(frame.motor_torque, "motor_torque")?,
+            inclination: [
+                one(link1.inclination, "link1.inclination")?,
+                one(link2.inclination, "link2.inclination")?,
+            ],
+            rate: [
+                one(link1.rate, "link1.rate")?,
+                one(link2.rate, "link2.rate")?,
+            ],
+            contact_angle: three(frame.contact_angle, "contact_angle")?,
+        })
+    }
+}
+
+fn check_finite(frame: &Complete) -> Result<(), EstimateError> {
     let fields = [
         ("time", frame.time.is_finite()),
         ("wheel_angle", all_finite(&frame.wheel_angle)),
         ("motor_torque", all_finite(&frame.motor_torque)),
-        ("link1.inclination", frame.link1.inclination.is_finite()),
-        ("link1.rate", frame.link1.rate.is_finite()),
-        ("link2.inclination", frame.link2.inclination.is_finite()),
-        ("link2.rate", frame.link2.rate.is_finite()),
+        ("link1.inclination", frame.inclination[0].is_finite()),
+        ("link1.rate", frame.rate[0].is_finite()),
+        ("link2.inclination", frame.inclination[1].is_finite()),
+        ("link2.rate", frame.rate[1].is_finite()),
         ("contact_angle", all_finite(&frame.contact_angle)),
     ];
     match fields.into_iter().find(|(_, finite)| !finite) {
@@ -287,17 +329,17 @@ mod tests {
     fn at_rest(time: f64) -> SensorFrame {
         SensorFrame {
             time,
-            wheel_angle: [0.0; 3],
-            motor_torque: [0.0; 3],
+            wheel_angle: [Some(0.0); 3],
+            motor_torque: [Some(0.0); 3],
             link1: LinkReading {
-                inclination: 0.0,
-                rate: 0.0,
+                inclination: Some(0.0),
+                rate: Some(0.0),
             },
             link2: LinkReading {
-                inclination: 0.0,
-                rate: 0.0,
+                inclination: Some(0.0),
+                rate: Some(0.0),
             },
-            contact_angle: [0.0; 3],
+            contact_angle: [Some(0.0); 3],
         }
     }
 
@@ -309,7 +351,7 @@ mod tests {
         let before = estimator.clone();
 
         let mut bad = at_rest(0.001);
-        bad.motor_torque[1] = f64::NAN;
+        bad.motor_torque[1] = Some(f64::NAN);
         assert_eq!(
             estimator.update(&bad),
             Err(EstimateError::NotFinite {
@@ -324,7 +366,15 @@ mod tests {
             })
         );
         let mut bad = at_rest(0.001);
-        bad.link1.inclination = 1000.0;
+        bad.link2.rate = None;
+        assert_eq!(
+            estimator.update(&bad),
+            Err(EstimateError::Missing {
+                field: "link2.rate"
+            })
+        );
+        let mut bad = at_rest(0.001);
+        bad.link1.inclination = Some(1000.0);
         assert!(matches!(
             estimator.update(&bad),
             Err(EstimateError::Linkage(_))
@@ -341,17 +391,18 @@ mod tests {
         let robot = Robot::default_a();
         let mut estimator = Estimator::new(&robot, EstimatorSettings::true_mass());
         let mut frame = at_rest(0.0);
-        frame.link1.inclination = 0.1;
-        frame.link2.inclination = -0.05;
-        frame.contact_angle = [0.2, 0.0, -0.1];
-        frame.motor_torque = [0.5, -0.2, 0.3];
+        frame.link1.inclination = Some(0.1);
+        frame.link2.inclination = Some(-0.05);
+        let angles = [0.2_f64, 0.0, -0.1];
+        frame.contact_angle = angles.map(Some);
+        frame.motor_torque = [0.5, -0.2, 0.3].map(Some);
         let estimate = estimator.update(&frame).expect("a good frame");
         let [p, q, r, s] = estimate.pin_force;
         let weight = |m: f64| Vec2::new(0.0, -m * GRAVITY);
         assert!((p + s + weight(robot.mass.body)).norm() < 1e-9);
         assert!((r - s + weight(robot.mass.links[2])).norm() < 1e-9);
         let ground = |i: usize| {
-            let (sin, cos) = libm::sincos(frame.contact_angle[i]);
+            let (sin, cos) = libm::sincos(angles[i]);
             Vec2::new(cos, sin) * estimate.traction[i]
                 + Vec2::new(-sin, cos) * estimate.normal_force[i]
         };

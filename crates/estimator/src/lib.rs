@@ -26,11 +26,11 @@
 //! // At rest on level ground: no torque, no turning, linkage in its nominal pose.
 //! let estimate = estimator.update(&SensorFrame {
 //!     time: 0.0,
-//!     wheel_angle: [0.0; 3],
-//!     motor_torque: [0.0; 3],
-//!     link1: LinkReading { inclination: 0.0, rate: 0.0 },
-//!     link2: LinkReading { inclination: 0.0, rate: 0.0 },
-//!     contact_angle: [0.0; 3],
+//!     wheel_angle: [Some(0.0); 3],
+//!     motor_torque: [Some(0.0); 3],
+//!     link1: LinkReading { inclination: Some(0.0), rate: Some(0.0) },
+//!     link2: LinkReading { inclination: Some(0.0), rate: Some(0.0) },
+//!     contact_angle: [Some(0.0); 3],
 //! })?;
 //! let weight = 14.0 * 9.81;
 //! assert!((estimate.normal_force.iter().sum::<f64>() - weight).abs() < 1e-9);

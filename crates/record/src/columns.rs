@@ -11,8 +11,8 @@ use robhaz_sim::Truth;
 pub enum Value {
     /// A measure in the column's unit.
     Float(f64),
-    /// A measure in the column's unit that can be missing: there is no estimate, or it is not finite.
-    Estimate(Option<f64>),
+    /// A measure in the column's unit that can be missing: a lost reading, no estimate, or one that is not finite.
+    Optional(Option<f64>),
     /// A count.
     Count(u32),
 }
@@ -22,8 +22,8 @@ pub enum Value {
 pub enum Kind {
     /// [`Value::Float`]
     Float,
-    /// [`Value::Estimate`]
-    Estimate,
+    /// [`Value::Optional`]
+    Optional,
     /// [`Value::Count`]
     Count,
 }
@@ -32,7 +32,7 @@ type Get<T> = Box<dyn Fn(&Frame<'_>) -> T + Send + Sync>;
 
 enum Source {
     Float(Get<f64>),
-    Estimate(Get<Option<f64>>),
+    Optional(Get<Option<f64>>),
     Count(Get<u32>),
 }
 
@@ -52,7 +52,7 @@ impl Column {
     pub fn value(&self, frame: &Frame<'_>) -> Value {
         match &self.source {
             Source::Float(get) => Value::Float(get(frame)),
-            Source::Estimate(get) => Value::Estimate(get(frame).filter(|v| v.is_finite())),
+            Source::Optional(get) => Value::Optional(get(frame).filter(|v| v.is_finite())),
             Source::Count(get) => Value::Count(get(frame)),
         }
     }
@@ -61,7 +61,7 @@ impl Column {
     pub fn kind(&self) -> Kind {
         match self.source {
             Source::Float(_) => Kind::Float,
-            Source::Estimate(_) => Kind::Estimate,
+            Source::Optional(_) => Kind::Optional,
             Source::Count(_) => Kind::Count,
         }
     }
@@ -112,9 +112,14 @@ impl Table {
         }
     }
 
-    /// `sensors`: what the sensors read, and so all that an estimator sees.
+    /// `sensors`: what the sensors read, and so all that an estimator sees; empty where a reading was lost.
     pub fn sensors() -> Self {
-        let mut columns = vec![of_sensors("time", "s", "time of the sample", |s| s.time)];
+        let mut columns = vec![column(
+            "time",
+            "s",
+            "time stamp of the sample",
+            Source::Float(Box::new(|f| f.sensors.time)),
+        )];
         for i in 0..3 {
             columns.extend(wheel_readings(i));
         }
@@ -188,9 +193,9 @@ fn of_sensors(
     name: impl Into<String>,
     unit: &'static str,
     description: impl Into<String>,
-    get: impl Fn(&SensorFrame) -> f64 + Send + Sync + 'static,
+    get: impl Fn(&SensorFrame) -> Option<f64> + Send + Sync + 'static,
 ) -> Column {
-    let source = Source::Float(Box::new(move |f| get(f.sensors)));
+    let source = Source::Optional(Box::new(move |f| get(f.sensors)));
     column(name, unit, description, source)
 }
 
@@ -201,7 +206,7 @@ fn of_estimate(
     description: impl Into<String>,
     get: impl Fn(&Estimate) -> Option<f64> + Send + Sync + 'static,
 ) -> Column {
-    let source = Source::Estimate(Box::new(move |f| {
+    let source = Source::Optional(Box::new(move |f| {
         f.estimates.get(index)?.as_ref().ok().and_then(&get)
     }));
     column(name, unit, description, source)
@@ -656,7 +661,7 @@ mod tests {
                 "wheel3_friction_coefficient",
                 &frame
             ),
-            Value::Estimate(Some(estimate.traction[2] / estimate.normal_force[2]))
+            Value::Optional(Some(estimate.traction[2] / estimate.normal_force[2]))
         );
     }
 
@@ -670,7 +675,7 @@ mod tests {
         for column in &table.columns[1..] {
             assert_eq!(
                 column.value(&frame),
-                Value::Estimate(None),
+                Value::Optional(None),
                 "{}",
                 column.name
             );
@@ -691,7 +696,7 @@ mod tests {
                     "wheel1_friction_coefficient",
                     &record.frame()
                 ),
-                Value::Estimate(None)
+                Value::Optional(None)
             );
         }
     }

@@ -51,10 +51,10 @@ impl CsvTable {
             }
             match column.value(frame) {
                 // `{:?}` is the shortest text that reads back as the same number, with an exponent where that is shorter.
-                Value::Float(value) | Value::Estimate(Some(value)) => {
+                Value::Float(value) | Value::Optional(Some(value)) => {
                     write!(self.out, "{value:?}")?;
                 }
-                Value::Estimate(None) => {}
+                Value::Optional(None) => {}
                 Value::Count(count) => write!(self.out, "{count}")?,
             }
         }

@@ -28,7 +28,7 @@ const GROUP_ROWS: usize = 16 * BATCH_ROWS;
 /// Values of one column that wait to be encoded.
 enum Buffer {
     Float(Vec<f64>),
-    Estimate(Vec<Option<f64>>),
+    Optional(Vec<Option<f64>>),
     Count(Vec<u32>),
 }
 
@@ -36,7 +36,7 @@ impl Buffer {
     fn new(column: &Column) -> Self {
         match column.kind() {
             Kind::Float => Self::Float(Vec::with_capacity(BATCH_ROWS)),
-            Kind::Estimate => Self::Estimate(Vec::with_capacity(BATCH_ROWS)),
+            Kind::Optional => Self::Optional(Vec::with_capacity(BATCH_ROWS)),
             Kind::Count => Self::Count(Vec::with_capacity(BATCH_ROWS)),
         }
     }
@@ -44,7 +44,7 @@ impl Buffer {
     fn push(&mut self, value: Value) {
         match (self, value) {
             (Self::Float(buffer), Value::Float(value)) => buffer.push(value),
-            (Self::Estimate(buffer), Value::Estimate(value)) => buffer.push(value),
+            (Self::Optional(buffer), Value::Optional(value)) => buffer.push(value),
             (Self::Count(buffer), Value::Count(value)) => buffer.push(value),
             // A column is of one kind for good; were it not, the lengths would differ and the batch be refused.
             _ => {}
@@ -54,7 +54,7 @@ impl Buffer {
     fn take(&mut self) -> ArrayRef {
         match self {
             Self::Float(buffer) => Arc::new(Float64Array::from(std::mem::take(buffer))),
-            Self::Estimate(buffer) => Arc::new(buffer.drain(..).collect::<Float64Array>()),
+            Self::Optional(buffer) => Arc::new(buffer.drain(..).collect::<Float64Array>()),
             Self::Count(buffer) => Arc::new(UInt32Array::from(std::mem::take(buffer))),
         }
     }
@@ -185,7 +185,7 @@ fn field(column: &Column) -> Field {
     let (kind, nullable) = match column.kind() {
         // Only what can be missing is nullable; to mark what is there costs time.
         Kind::Float => (DataType::Float64, false),
-        Kind::Estimate => (DataType::Float64, true),
+        Kind::Optional => (DataType::Float64, true),
         Kind::Count => (DataType::UInt32, false),
     };
     Field::new(&column.name, kind, nullable).with_metadata(HashMap::from([

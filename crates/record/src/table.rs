@@ -166,8 +166,8 @@ mod tests {
             return Value::Count(counts.value(row));
         }
         let floats: &Float64Array = array.downcast_ref().expect("floats");
-        if kind == Kind::Estimate {
-            return Value::Estimate(floats.is_valid(row).then(|| floats.value(row)));
+        if kind == Kind::Optional {
+            return Value::Optional(floats.is_valid(row).then(|| floats.value(row)));
         }
         Value::Float(floats.value(row))
     }
@@ -253,8 +253,8 @@ mod tests {
                     let value = match column.kind() {
                         Kind::Count => Value::Count(text.parse().expect("a count")),
                         Kind::Float => Value::Float(text.parse().expect("a number")),
-                        Kind::Estimate if text.is_empty() => Value::Estimate(None),
-                        Kind::Estimate => Value::Estimate(Some(text.parse().expect("a number"))),
+                        Kind::Optional if text.is_empty() => Value::Optional(None),
+                        Kind::Optional => Value::Optional(Some(text.parse().expect("a number"))),
                     };
                     assert_eq!(value, column.value(&record.frame()), "{}", column.name);
                 }

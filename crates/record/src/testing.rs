@@ -123,17 +123,17 @@ pub fn failed_frame(time: f64) -> Record {
 /// A record of given truth and estimates.
 pub fn record_of(truth: Truth, estimates: Vec<Result<Estimate, EstimateError>>) -> Record {
     let link = |i: usize| LinkReading {
-        inclination: truth.links[i].angle,
-        rate: truth.links[i].rate,
+        inclination: Some(truth.links[i].angle),
+        rate: Some(truth.links[i].rate),
     };
     Record {
         sensors: SensorFrame {
             time: truth.time,
-            wheel_angle: truth.wheels.map(|w| w.angle),
-            motor_torque: truth.wheels.map(|w| w.torque),
+            wheel_angle: truth.wheels.map(|w| Some(w.angle)),
+            motor_torque: truth.wheels.map(|w| Some(w.torque)),
             link1: link(0),
             link2: link(1),
-            contact_angle: truth.wheels.map(|w| w.contact_angle),
+            contact_angle: truth.wheels.map(|w| Some(w.contact_angle)),
         },
         truth,
         estimates,

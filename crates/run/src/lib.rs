@@ -8,8 +8,8 @@
 //! Several estimators run side by side on the same readings. A [`Sink`] is told of every record and never calls back.
 
 use robhaz_estimator::{Estimate, EstimateError, Estimator, LinkReading, SensorFrame};
-use robhaz_scene::{Grade, Scene};
-use robhaz_sim::sensors::{self, Readings};
+use robhaz_scene::Scene;
+use robhaz_sim::sensors::{Readings, Sensors};
 use robhaz_sim::{Plant, PlantError, Truth};
 
 /// One record of a run.
@@ -109,6 +109,7 @@ fn simulate(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunErr
     let mut wall = std::time::Duration::ZERO;
     let start = std::time::Instant::now();
     let mut plant = Plant::new(&scene.plant_setup());
+    let mut sensors = scene.sensors();
     let mut estimators: Vec<Estimator> = scene
         .estimators
         .iter()
@@ -121,14 +122,14 @@ fn simulate(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunErr
         // Between records the sensors and estimators go on at their own rate.
         if record > 0 {
             for _ in 1..scene.samples_per_record() {
-                let (_, frame) = sample(scene, &mut plant)?;
+                let (_, frame) = sample(&mut plant, &mut sensors)?;
                 for estimator in &mut estimators {
                     // A refused frame leaves the estimator as it was; only what is recorded is told of.
                     let _ = estimator.update(&frame);
                 }
             }
         }
-        let (truth, frame) = sample(scene, &mut plant)?;
+        let (truth, frame) = sample(&mut plant, &mut sensors)?;
         estimates.clear();
         estimates.extend(estimators.iter_mut().map(|e| e.update(&frame)));
         wall += start.elapsed();
@@ -148,11 +149,9 @@ fn simulate(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunErr
     })
 }
 
-fn sample(scene: &Scene, plant: &mut Plant) -> Result<(Truth, SensorFrame), PlantError> {
+fn sample(plant: &mut Plant, sensors: &mut Sensors) -> Result<(Truth, SensorFrame), PlantError> {
     let truth = plant.next_truth()?;
-    let readings = match scene.sensors.grade {
-        Grade::Ideal => sensors::ideal(&truth),
-    };
+    let readings = sensors.read(&truth);
     Ok((truth, sensor_frame(&readings)))
 }
 

@@ -29,7 +29,7 @@ mod write;
 pub use error::{Problem, SceneError};
 pub use reference::{KeyReference, reference};
 pub use robhaz_sim::EngineKind;
+pub use robhaz_sim::sensors::{Grade, SensorSpec};
 pub use scene::{
-    EngineChoice, EstimatorChoice, Grade, RecordChoice, RobotChoice, Scene, SensorChoice,
-    TerrainChoice,
+    EngineChoice, EstimatorChoice, RecordChoice, RobotChoice, Scene, SensorChoice, TerrainChoice,
 };

@@ -3,10 +3,11 @@
 use crate::error::{Problem, SceneError};
 use crate::key::Key;
 use crate::reader::Reader;
-use crate::scene::Scene;
+use crate::scene::{Scene, SensorChoice};
 use crate::sections::SECTIONS;
-use crate::source::{Node, Source};
+use crate::source::{Node, Source, Value};
 use crate::{checks, estimators, name, overrides, robot, seed, terrain};
+use robhaz_sim::sensors::Grade;
 use std::path::Path;
 
 /// A table that the reader ignores: the resolved scene says there which versions wrote it.
@@ -80,6 +81,7 @@ fn read(reader: &mut Reader, root: &Node, source_name: &str) -> Scene {
         robot: robot::read(reader, root),
         terrain: terrain::read(reader, root, seed),
         estimators: estimators::read(reader, root),
+        sensors: SensorChoice::of(chosen_grade(root)),
         ..Scene::default()
     };
     for section in SECTIONS {
@@ -89,6 +91,17 @@ fn read(reader: &mut Reader, root: &Node, source_name: &str) -> Scene {
     }
     checks::check(reader, root, &scene);
     scene
+}
+
+/// The grade that the file chooses, before all other keys, which change what it stands for. What is no grade is refused
+/// with its section.
+fn chosen_grade(root: &Node) -> Grade {
+    let name = match root.find("sensors.grade").map(|n| &n.value) {
+        Some(Value::Text(name)) => name.as_str(),
+        _ => "",
+    };
+    let of_name = Grade::ALL.into_iter().find(|g| g.name() == name);
+    of_name.unwrap_or(Grade::Ideal)
 }
 
 /// Complains of what is neither a key of the top nor a section.

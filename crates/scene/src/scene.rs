@@ -6,6 +6,7 @@ use robhaz_model::Robot;
 use robhaz_sim::contact::ContactLaw;
 use robhaz_sim::drive::Drive;
 use robhaz_sim::friction::{FrictionLaw, Stretch};
+use robhaz_sim::sensors::{Grade, SensorSpec, Sensors};
 use robhaz_sim::{EngineKind, PlantSetup};
 use robhaz_terrain::{Profile, Terrain};
 
@@ -58,30 +59,13 @@ pub struct TerrainChoice {
     pub stretches: Vec<Stretch>,
 }
 
-/// How the readings differ from the truth.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Grade {
-    /// They do not.
-    Ideal,
-}
-
-impl Grade {
-    /// All grades, in their order.
-    pub const ALL: [Self; 1] = [Self::Ideal];
-
-    /// Name in scene files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Ideal => "ideal",
-        }
-    }
-}
-
 /// The sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorChoice {
-    /// How good they are.
+    /// The name under which their errors were chosen.
     pub grade: Grade,
+    /// Their errors: those of the grade, or what was set over them.
+    pub spec: SensorSpec,
     /// Samples a second, Hz; a whole multiple of the record's rate.
     pub rate: f64,
 }
@@ -117,13 +101,21 @@ pub struct RecordChoice {
     pub compare_from: f64,
 }
 
+impl SensorChoice {
+    /// The sensors of a grade, at 1 kHz.
+    pub fn of(grade: Grade) -> Self {
+        Self {
+            grade,
+            spec: grade.sensors(),
+            rate: 1000.0,
+        }
+    }
+}
+
 impl Default for SensorChoice {
     /// Ideal sensors at 1 kHz.
     fn default() -> Self {
-        Self {
-            grade: Grade::Ideal,
-            rate: 1000.0,
-        }
+        Self::of(Grade::Ideal)
     }
 }
 
@@ -183,6 +175,11 @@ impl Scene {
             tolerance: self.engine.tolerance,
             period: 1.0 / self.sensors.rate,
         }
+    }
+
+    /// The sensors of this scene, with what its seed draws for them.
+    pub fn sensors(&self) -> Sensors {
+        Sensors::new(&self.sensors.spec, self.seed)
     }
 
     /// Sensor samples between two records.

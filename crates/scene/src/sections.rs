@@ -2,11 +2,12 @@
 
 use crate::key::Key;
 use crate::range::{above, at_least};
-use crate::scene::{Grade, Scene};
+use crate::scene::Scene;
 use crate::units::{
     CONTACT_STIFFNESS, DAMPING, FREQUENCY, LENGTH, NONE, ROTARY_DAMPING, SPEED, TIME, TORQUE,
 };
 use robhaz_sim::EngineKind;
+use robhaz_sim::sensors::Grade;
 
 /// A section of a scene file whose keys set fields of the scene.
 pub(crate) struct Section {
@@ -165,10 +166,14 @@ const DRIVE: &[Key<Scene>] = &[
 const SENSORS: &[Key<Scene>] = &[
     Key::word(
         "grade",
-        &[Grade::Ideal.name()],
+        &[
+            Grade::Ideal.name(),
+            Grade::Typical.name(),
+            Grade::Poor.name(),
+        ],
         |s| s.sensors.grade as usize,
         |s, i| s.sensors.grade = Grade::ALL[i],
-        "how good the sensors are; ideal ones read the truth",
+        "which errors the sensors have; every other key below changes one of them",
     ),
     Key::number(
         "rate",

@@ -16,6 +16,7 @@ pub mod drive;
 pub mod friction;
 mod ground;
 mod plant;
+mod random;
 pub mod rapier;
 pub mod sensors;
 pub mod stop;

@@ -208,7 +208,7 @@ impl RapierEngine {
             let ground = self.ground.act(&motion).map_err(below)?;
             let error = self.drive.set_speed(time, geometry.wheel_radius) - omega;
             let torque = self.drive.torque(error, self.integrals[i]);
-            let drive_torque = torque - self.drive.viscous_damping * omega;
+            let drive_torque = torque - self.drive.loss_torque(omega);
             // The rotor is an armature that rapier does not know: its reaction is added to the torque between link and
             // wheel, with the link's acceleration of the last step (its weight J_wheel/(J_wheel + J_rotor) is 8 %).
             let alpha_link = (link_rate - self.previous_rates[carrier]) / self.step;

@@ -57,7 +57,7 @@ impl ForceScale {
 /// What a frame of the animation shows.
 struct Snapshot {
     truth: Truth,
-    given_angle: [f64; 3],
+    given_angle: [Option<f64>; 3],
     estimate: Option<Estimate>,
     /// Pieces of the trails that end here: from, to.
     trails: Vec<[Vec2; 2]>,
@@ -352,8 +352,8 @@ impl SceneView {
                 let (t, n) = tangent_and_normal(wheel.contact_angle);
                 true_n.push_into(point, n * self.scale.length(wheel.normal_force));
                 true_t.push_from(point, t * self.scale.length(wheel.traction));
-                if let Some(estimate) = estimate {
-                    let (t, n) = tangent_and_normal(frame.given_angle[i]);
+                if let (Some(estimate), Some(angle)) = (estimate, frame.given_angle[i]) {
+                    let (t, n) = tangent_and_normal(angle);
                     let (normal, traction) = (estimate.normal_force[i], estimate.traction[i]);
                     estimated_n.push_into(point - t * BESIDE, n * self.scale.length(normal));
                     estimated_t.push_from(point - n * BESIDE, t * self.scale.length(traction));

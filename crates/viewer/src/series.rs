@@ -96,8 +96,12 @@ impl Series {
         );
         self.contact_angle
             .push(wheels.map(|w| w.contact_angle.to_degrees()));
-        self.contact_angle
-            .push(frame.sensors.contact_angle.map(f64::to_degrees));
+        self.contact_angle.push(
+            frame
+                .sensors
+                .contact_angle
+                .map(|g| g.map_or(f64::NAN, f64::to_degrees)),
+        );
         self.friction
             .push(wheels.map(|w| needed_friction(w.traction, w.normal_force)));
         if let Some(estimate) = chosen.map(|k| &frame.estimates[k]) {

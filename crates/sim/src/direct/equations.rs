@@ -79,8 +79,7 @@ impl Equations {
         state: &State,
         torques: [f64; 3],
     ) -> Result<Forces, NoForces> {
-        let drive_torque =
-            [0, 1, 2].map(|i| torques[i] - self.drive.viscous_damping * state.omega[i]);
+        let drive_torque = [0, 1, 2].map(|i| torques[i] - self.drive.loss_torque(state.omega[i]));
         let mut ground = self.ground.borrow_mut();
         Forces::new(&self.robot, &mut ground, kinematics, state, drive_torque)
     }

@@ -269,7 +269,7 @@ impl Turning {
 }
 
 impl Forces {
-    /// Solves the equations of motion. `drive_torque` is `tau - B omega` of each wheel, N m.
+    /// Solves the equations of motion. `drive_torque` is that of [`wheel_acceleration`], N m.
     pub fn new(
         robot: &Robot,
         ground: &mut Ground,
