@@ -99,6 +99,30 @@ fn energy_balances() {
     }
 }
 
+/// Equivalence and conservation: with friction in the gears the engines agree as without it, and its loss is in the balance.
+#[test]
+fn gear_friction_is_in_both_engines_and_in_the_balance() {
+    let kept = ENGINES.map(|engine| {
+        let overrides = [engine, "drive.gear_friction=0.5", "record.duration=8"];
+        let scene = scene("smooth", &overrides);
+        let truth = keep(&scene).truth;
+        let balance = energy(&scene, &truth[500..]);
+        let error = balance.relative_error();
+        println!("{engine}: {balance:.4?}, left {error:.1e}");
+        // As without friction on rapier; on direct, the trapezoidal rule at the start, where the friction comes in within
+        // milliseconds.
+        assert!(error.abs() < 1e-4, "{engine}: {error}");
+        let mut frictionless = scene;
+        frictionless.drive.gear_friction = 0.0;
+        assert!(energy(&frictionless, &truth[500..]).relative_error() > 0.1);
+        truth
+    });
+    let apart = agreement(&kept[0], &kept[1]);
+    println!("{apart:.1e?}");
+    // The bounds of `robhaz verify`.
+    assert!(apart.normal_force < 1e-3 && apart.apart < 1e-3, "{apart:?}");
+}
+
 /// The checks on a user's scene pass on every shipped one.
 #[test]
 fn shipped_scenes_verify() {

@@ -682,6 +682,25 @@ mod tests {
         }
     }
 
+    /// A lost reading is a gap in its own column alone.
+    #[test]
+    fn a_lost_reading_is_nothing_not_a_number() {
+        let mut record = frame_of(1.0);
+        record.sensors.motor_torque[1] = None;
+        let frame = record.frame();
+        let table = Table::sensors();
+        assert_eq!(value(&table, "time", &frame), Value::Float(1.0));
+        for column in &table.columns[1..] {
+            let lost = column.value(&frame) == Value::Optional(None);
+            assert_eq!(
+                lost,
+                column.name == "wheel2_motor_torque",
+                "{}",
+                column.name
+            );
+        }
+    }
+
     /// T/N has no meaning without a load.
     #[test]
     fn a_wheel_without_load_has_no_friction_coefficient() {

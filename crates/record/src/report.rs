@@ -121,7 +121,8 @@ fn missing(estimator: &EstimatorSummary) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::summary::ForceErrors;
+    use crate::summary::{ForceErrors, SensorErrors, ToldRobot};
+    use crate::testing::scene;
 
     fn summary(missing: u32) -> Summary {
         let errors = |scale: f64| ForceErrors {
@@ -149,6 +150,8 @@ mod tests {
             record_rate_hz: 1000.0,
             compare_from_s: 2.0,
             version: "0.1.0".to_owned(),
+            sensors: SensorErrors::of(&scene()),
+            told: ToldRobot::of(&scene()).expect("a robot"),
             estimators: vec![estimator("paper-body", 5.0), estimator("paper-wheels", 4.0)],
         }
     }

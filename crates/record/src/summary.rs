@@ -2,8 +2,9 @@
 
 use crate::accuracy::Accuracy;
 use crate::error::{RecordError, io_error};
+use robhaz_model::{Pin, Robot};
 use robhaz_run::{Frame, RunEnd, Sink, SinkError};
-use robhaz_scene::Scene;
+use robhaz_scene::{ModelErrorTooLarge, Scene};
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
@@ -36,9 +37,49 @@ pub struct Summary {
     pub compare_from_s: f64,
     /// Version of robhaz.
     pub version: String,
+    /// Errors that the sensors drew for the run; no estimator knows them.
+    pub sensors: SensorErrors,
+    /// What the estimators were told of the robot.
+    pub told: ToldRobot,
     /// The estimators in the scene's order; in JSON an object with their names as keys.
     #[serde(with = "by_name")]
     pub estimators: Vec<EstimatorSummary>,
+}
+
+/// The grade of the run's sensors and the errors that they drew once.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SensorErrors {
+    /// Name of the grade; single errors may have been changed.
+    pub grade: String,
+    /// Relative error of each torque's scale.
+    pub torque_gain: [f64; 3],
+    /// Offset of each torque, N m.
+    pub torque_offset: [f64; 3],
+    /// Bias of the inclinometers on links 1 and 2, rad.
+    pub inclination_bias: [f64; 2],
+    /// Bias of the gyros on links 1 and 2 at the start, rad/s.
+    pub rate_bias: [f64; 2],
+    /// Relative error of the gyros' scale.
+    pub rate_scale: [f64; 2],
+}
+
+/// What the estimators were told of the robot, as far as it can differ from the robot.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ToldRobot {
+    /// The body's centre of mass, m.
+    pub body_cg: [f64; 2],
+    /// P, Q, R and S, m.
+    pub pins: [[f64; 2]; 4],
+    /// Masses of links 1 to 3, kg.
+    pub link_masses: [f64; 3],
+    /// Viscous damping B where the robot's own would be told exactly, N m s.
+    pub viscous_damping: f64,
+    /// J_wheel, kg m^2.
+    pub wheel_inertia: f64,
+    /// J_rotor, kg m^2.
+    pub rotor_inertia: f64,
+    /// Radius of the wheels, m.
+    pub wheel_radius: f64,
 }
 
 /// How far one estimator was off.
@@ -129,11 +170,71 @@ impl Summary {
             ("compare_from_s", self.compare_from_s),
         ];
         let of_run = run.iter().find(|(_, value)| !value.is_finite());
-        of_run.map(|(key, _)| (*key).to_owned()).or_else(|| {
+        let parts = [
+            ("sensors", self.sensors.is_finite()),
+            ("told", self.told.is_finite()),
+        ];
+        let of_parts = parts.iter().find(|(_, finite)| !finite);
+        let of_run = of_run
+            .map(|(key, _)| key)
+            .or_else(|| of_parts.map(|(key, _)| key));
+        of_run.map(|key| (*key).to_owned()).or_else(|| {
             self.estimators
                 .iter()
                 .find_map(EstimatorSummary::not_finite)
         })
+    }
+}
+
+impl SensorErrors {
+    pub(crate) fn of(scene: &Scene) -> Self {
+        let sensors = scene.sensors();
+        let drawn = sensors.drawn();
+        Self {
+            grade: scene.sensors.grade.name().to_owned(),
+            torque_gain: drawn.torque_gain,
+            torque_offset: drawn.torque_offset,
+            inclination_bias: drawn.inclination_bias,
+            rate_bias: drawn.rate_bias,
+            rate_scale: drawn.rate_scale,
+        }
+    }
+
+    fn is_finite(&self) -> bool {
+        let of_torques = self.torque_gain.iter().chain(&self.torque_offset);
+        let of_links = [&self.inclination_bias, &self.rate_bias, &self.rate_scale];
+        of_torques
+            .chain(of_links.into_iter().flatten())
+            .all(|v| v.is_finite())
+    }
+}
+
+impl ToldRobot {
+    pub(crate) fn of(scene: &Scene) -> Result<Self, ModelErrorTooLarge> {
+        let Robot { geometry, mass } = scene.told_robot()?;
+        Ok(Self {
+            body_cg: geometry.body_cg.into(),
+            pins: Pin::ALL.map(|pin| geometry.pins.get(pin).into()),
+            link_masses: mass.links,
+            viscous_damping: scene.model_error.told_damping(scene.drive.viscous_damping),
+            wheel_inertia: mass.wheel_inertia,
+            rotor_inertia: mass.rotor_inertia,
+            wheel_radius: geometry.wheel_radius,
+        })
+    }
+
+    fn is_finite(&self) -> bool {
+        let points = self.pins.iter().chain([&self.body_cg]).flatten();
+        let numbers = [
+            self.viscous_damping,
+            self.wheel_inertia,
+            self.rotor_inertia,
+            self.wheel_radius,
+        ];
+        points
+            .chain(&self.link_masses)
+            .chain(&numbers)
+            .all(|v| v.is_finite())
     }
 }
 
@@ -206,7 +307,7 @@ mod by_name {
 pub struct SummarySink {
     estimators: Vec<Accuracy>,
     /// What is known of the run before it starts.
-    scene: Option<Scene>,
+    scene: Option<(Scene, ToldRobot)>,
     end: Option<RunEnd>,
 }
 
@@ -221,7 +322,7 @@ impl SummarySink {
     /// # Errors
     /// [`RecordError::Unfinished`] when the run broke off or goes on.
     pub fn summary(&self) -> Result<Summary, RecordError> {
-        let (Some(scene), Some(end)) = (&self.scene, &self.end) else {
+        let (Some((scene, told)), Some(end)) = (&self.scene, &self.end) else {
             return Err(RecordError::Unfinished);
         };
         Ok(Summary {
@@ -235,6 +336,8 @@ impl SummarySink {
             record_rate_hz: scene.record.rate,
             compare_from_s: scene.record.compare_from,
             version: env!("CARGO_PKG_VERSION").to_owned(),
+            sensors: SensorErrors::of(scene),
+            told: told.clone(),
             estimators: self.estimators.iter().map(Accuracy::summary).collect(),
         })
     }
@@ -247,7 +350,7 @@ impl Sink for SummarySink {
             .iter()
             .map(|e| Accuracy::new(&e.name, scene.record.compare_from))
             .collect();
-        self.scene = Some(scene.clone());
+        self.scene = Some((scene.clone(), ToldRobot::of(scene)?));
         self.end = None;
         Ok(())
     }
@@ -269,6 +372,7 @@ impl Sink for SummarySink {
 mod tests {
     use super::*;
     use crate::testing::{failed_frame, frame_of, good_estimate, record_of, records, scene};
+    use robhaz_scene::{Grade, ModelError, SensorChoice};
     use robhaz_sim::{Truth, WheelTruth};
 
     const END: RunEnd = RunEnd {
@@ -382,6 +486,32 @@ mod tests {
         assert_eq!(read, summary);
         let names: Vec<_> = read.estimators.iter().map(|e| e.name.as_str()).collect();
         assert_eq!(names, ["paper-body", "true-mass", "mine"]);
+    }
+
+    /// What the sensors drew and what was told stand there, so that both can be checked against tables and scene.
+    #[test]
+    fn drawn_errors_and_the_told_robot_are_kept() {
+        let mut scene = scene();
+        scene.sensors = SensorChoice::of(Grade::Poor);
+        scene.model_error = ModelError {
+            pins: 0.002,
+            ..Grade::Poor.model_error()
+        };
+        let mut sink = SummarySink::new();
+        sink.begin(&scene).expect("begins");
+        sink.end(Some(&END)).expect("ends");
+        let summary = sink.summary().expect("a finished run");
+        assert_eq!(summary.sensors.grade, "poor");
+        let sensors = scene.sensors();
+        assert_eq!(summary.sensors.torque_gain, sensors.drawn().torque_gain);
+        assert_eq!(summary.sensors.rate_bias, sensors.drawn().rate_bias);
+        let told = scene.told_robot().expect("a robot");
+        assert_eq!(
+            summary.told.pins[3],
+            [told.geometry.pins.s.x, told.geometry.pins.s.y]
+        );
+        close(summary.told.viscous_damping, 0.165);
+        close(summary.told.wheel_radius, 0.1);
     }
 
     /// The keys that others read.

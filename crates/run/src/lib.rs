@@ -8,7 +8,7 @@
 //! Several estimators run side by side on the same readings. A [`Sink`] is told of every record and never calls back.
 
 use robhaz_estimator::{Estimate, EstimateError, Estimator, LinkReading, SensorFrame};
-use robhaz_scene::Scene;
+use robhaz_scene::{ModelErrorTooLarge, Scene};
 use robhaz_sim::sensors::{Readings, Sensors};
 use robhaz_sim::{Plant, PlantError, Truth};
 
@@ -71,6 +71,9 @@ pub enum RunError {
     /// The simulation left its range of validity.
     #[error("the simulation stopped")]
     Plant(#[from] PlantError),
+    /// The estimators cannot be told of the robot.
+    #[error("model_error")]
+    ModelError(#[from] ModelErrorTooLarge),
     /// A sink failed.
     #[error(transparent)]
     Sink(SinkError),
@@ -110,10 +113,11 @@ fn simulate(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunErr
     let start = std::time::Instant::now();
     let mut plant = Plant::new(&scene.plant_setup());
     let mut sensors = scene.sensors();
+    let told = scene.told_robot()?;
     let mut estimators: Vec<Estimator> = scene
         .estimators
         .iter()
-        .map(|e| Estimator::new(&scene.robot.robot, e.settings))
+        .map(|e| Estimator::new(&told, scene.told_settings(e)))
         .collect();
     let mut estimates = Vec::with_capacity(estimators.len());
     wall += start.elapsed();

@@ -4,6 +4,7 @@ use crate::error::Problem;
 use crate::range::short;
 use crate::reader::Reader;
 use crate::scene::Scene;
+use crate::sensors::MODEL_ERROR_PATH;
 use crate::source::Node;
 use robhaz_sim::EngineKind;
 use robhaz_sim::rapier::{longest_step_for_contact, longest_step_for_friction};
@@ -12,6 +13,8 @@ use robhaz_sim::rapier::{longest_step_for_contact, longest_step_for_friction};
 const MOST_RECORDS: f64 = 1e8;
 /// Most integration steps of a run: days of computing.
 const MOST_STEPS: f64 = 1e11;
+/// Most jitter of the samples, of the time between them: beyond it they overtake each other.
+const MOST_JITTER: f64 = 0.3;
 /// Rounding allowed in what must be a whole number, of the number.
 const WHOLE: f64 = 1e-12;
 
@@ -32,7 +35,10 @@ pub(crate) fn check(reader: &mut Reader, root: &Node, scene: &Scene) {
     if reader.is_clean(&["record.", "engine."]) {
         engine(reader, root, scene);
     }
-    if reader.is_clean(&["contact.", "engine.", "robot."]) {
+    if reader.is_clean(&["robot.", "model_error."]) {
+        model_error(reader, root, scene);
+    }
+    if reader.is_clean(&["contact.", "drive.", "engine.", "robot."]) {
         stability(reader, root, scene);
     }
 }
@@ -76,6 +82,24 @@ fn sensors(reader: &mut Reader, root: &Node, scene: &Scene) {
         let rule = "sensors.rate a whole multiple of record.rate";
         conflict(reader, root, keys, rule);
     }
+    let (jitter, rate) = (scene.sensors.spec.jitter, scene.sensors.rate);
+    if jitter * rate > MOST_JITTER {
+        let keys = [("sensors.jitter", jitter), ("sensors.rate", rate)];
+        let rule = format!(
+            "sensors.jitter at most {} s, {MOST_JITTER} of the time between samples",
+            short(MOST_JITTER / rate)
+        );
+        conflict(reader, root, keys, &rule);
+    }
+}
+
+/// What the estimators are told must be a robot.
+fn model_error(reader: &mut Reader, root: &Node, scene: &Scene) {
+    if let Err(error) = scene.told_robot() {
+        let origin = &root.get(MODEL_ERROR_PATH).unwrap_or(root).origin;
+        let message = format!("with seed {} {error}; allowed: smaller errors", scene.seed);
+        reader.push(Problem::at(origin, MODEL_ERROR_PATH, message).whole());
+    }
 }
 
 fn engine(reader: &mut Reader, root: &Node, scene: &Scene) {
@@ -89,7 +113,7 @@ fn engine(reader: &mut Reader, root: &Node, scene: &Scene) {
     }
 }
 
-/// The step of `rapier` against the stiffness of contact and friction: beyond the limits the forces oscillate, and nothing
+/// The step of `rapier` against the stiffness of contact, friction and gear friction: beyond the limits the forces oscillate, and nothing
 /// else would show it.
 fn stability(reader: &mut Reader, root: &Node, scene: &Scene) {
     if scene.engine.kind != EngineKind::Rapier {
@@ -107,6 +131,11 @@ fn stability(reader: &mut Reader, root: &Node, scene: &Scene) {
             ("contact.v_s", scene.friction.v_s),
             longest_step_for_friction(&scene.friction, robot),
             "the friction's slope against wheel and robot",
+        ),
+        (
+            ("drive.gear_friction", scene.drive.gear_friction),
+            scene.drive.longest_step(robot),
+            "the gear friction's slope against wheel and rotor",
         ),
     ] {
         if scene.engine.step > longest {

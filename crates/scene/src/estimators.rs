@@ -51,7 +51,7 @@ pub(crate) const KEYS: &[Key<EstimatorSettings>] = &[
         ROTARY_DAMPING,
         at_least(0.0).at_most(1e3),
         |e| &mut e.viscous_damping,
-        "damping B that the estimator believes in",
+        "damping B that the estimator is told; [model_error] errs on it",
     ),
 ];
 

@@ -20,6 +20,7 @@ mod robot_keys;
 mod scene;
 mod sections;
 mod seed;
+mod sensors;
 mod source;
 mod suggest;
 mod terrain;
@@ -29,6 +30,7 @@ mod write;
 pub use error::{Problem, SceneError};
 pub use reference::{KeyReference, reference};
 pub use robhaz_sim::EngineKind;
+pub use robhaz_sim::model_error::{ModelError, ModelErrorTooLarge};
 pub use robhaz_sim::sensors::{Grade, SensorSpec};
 pub use scene::{
     EngineChoice, EstimatorChoice, RecordChoice, RobotChoice, Scene, SensorChoice, TerrainChoice,

@@ -5,9 +5,8 @@ use crate::key::Key;
 use crate::reader::Reader;
 use crate::scene::{Scene, SensorChoice};
 use crate::sections::SECTIONS;
-use crate::source::{Node, Source, Value};
-use crate::{checks, estimators, name, overrides, robot, seed, terrain};
-use robhaz_sim::sensors::Grade;
+use crate::source::{Node, Source};
+use crate::{checks, estimators, name, overrides, robot, seed, sensors, terrain};
 use std::path::Path;
 
 /// A table that the reader ignores: the resolved scene says there which versions wrote it.
@@ -62,6 +61,7 @@ impl Scene {
         for text in overrides {
             overrides::apply(&mut reader, &mut root, text);
         }
+        sensors::forget_old_grade(&mut root);
         let scene = read(&mut reader, &root, source_name);
         reader.finish(scene)
     }
@@ -73,6 +73,7 @@ fn read(reader: &mut Reader, root: &Node, source_name: &str) -> Scene {
     let given = root.get("name").map(|n| name::read(reader, n, "name"));
     let seed = root.get("seed").and_then(|n| seed::read(reader, n, "seed"));
     let seed = seed.unwrap_or(0);
+    let grade = sensors::chosen_grade(root);
     let mut scene = Scene {
         name: given
             .flatten()
@@ -81,7 +82,8 @@ fn read(reader: &mut Reader, root: &Node, source_name: &str) -> Scene {
         robot: robot::read(reader, root),
         terrain: terrain::read(reader, root, seed),
         estimators: estimators::read(reader, root),
-        sensors: SensorChoice::of(chosen_grade(root)),
+        sensors: SensorChoice::of(grade),
+        model_error: grade.model_error(),
         ..Scene::default()
     };
     for section in SECTIONS {
@@ -91,17 +93,6 @@ fn read(reader: &mut Reader, root: &Node, source_name: &str) -> Scene {
     }
     checks::check(reader, root, &scene);
     scene
-}
-
-/// The grade that the file chooses, before all other keys, which change what it stands for. What is no grade is refused
-/// with its section.
-fn chosen_grade(root: &Node) -> Grade {
-    let name = match root.find("sensors.grade").map(|n| &n.value) {
-        Some(Value::Text(name)) => name.as_str(),
-        _ => "",
-    };
-    let of_name = Grade::ALL.into_iter().find(|g| g.name() == name);
-    of_name.unwrap_or(Grade::Ideal)
 }
 
 /// Complains of what is neither a key of the top nor a section.

@@ -6,6 +6,7 @@ use robhaz_model::Robot;
 use robhaz_sim::contact::ContactLaw;
 use robhaz_sim::drive::Drive;
 use robhaz_sim::friction::{FrictionLaw, Stretch};
+use robhaz_sim::model_error::{ModelError, ModelErrorTooLarge};
 use robhaz_sim::sensors::{Grade, SensorSpec, Sensors};
 use robhaz_sim::{EngineKind, PlantSetup};
 use robhaz_terrain::{Profile, Terrain};
@@ -29,6 +30,8 @@ pub struct Scene {
     pub drive: Drive,
     /// `[sensors]`
     pub sensors: SensorChoice,
+    /// `[model_error]`: where what the estimators are told of the robot differs from the robot.
+    pub model_error: ModelError,
     /// `[[estimator]]`, in the file's order; names are unique. May be empty.
     pub estimators: Vec<EstimatorChoice>,
     /// `[engine]`
@@ -153,6 +156,7 @@ impl Default for Scene {
             friction: FrictionLaw::default(),
             drive: Drive::default(),
             sensors: SensorChoice::default(),
+            model_error: ModelError::default(),
             estimators: estimators::defaults(),
             engine: EngineChoice::default(),
             record: RecordChoice::default(),
@@ -180,6 +184,24 @@ impl Scene {
     /// The sensors of this scene, with what its seed draws for them.
     pub fn sensors(&self) -> Sensors {
         Sensors::new(&self.sensors.spec, self.seed)
+    }
+
+    /// The robot as the estimators are told of it.
+    ///
+    /// # Errors
+    /// [`ModelErrorTooLarge`] when `[model_error]` makes something of it that cannot be a robot; never in a scene that was
+    /// read from a file, which is then refused.
+    pub fn told_robot(&self) -> Result<Robot, ModelErrorTooLarge> {
+        self.model_error.told_robot(&self.robot.robot, self.seed)
+    }
+
+    /// The settings of an estimator with what it is told of the drive.
+    pub fn told_settings(&self, estimator: &EstimatorChoice) -> EstimatorSettings {
+        let settings = estimator.settings;
+        EstimatorSettings {
+            viscous_damping: self.model_error.told_damping(settings.viscous_damping),
+            ..settings
+        }
     }
 
     /// Sensor samples between two records.

@@ -1,13 +1,13 @@
-//! The plain sections: contact, drive, sensors, engine and record.
+//! The sections whose keys set fields of the scene; contact, drive, engine and record are plain.
 
 use crate::key::Key;
 use crate::range::{above, at_least};
 use crate::scene::Scene;
+use crate::sensors;
 use crate::units::{
     CONTACT_STIFFNESS, DAMPING, FREQUENCY, LENGTH, NONE, ROTARY_DAMPING, SPEED, TIME, TORQUE,
 };
 use robhaz_sim::EngineKind;
-use robhaz_sim::sensors::Grade;
 
 /// A section of a scene file whose keys set fields of the scene.
 pub(crate) struct Section {
@@ -18,7 +18,7 @@ pub(crate) struct Section {
 
 /// Longest step with which the explicit contact force is stable, s.
 pub(crate) const LONGEST_STEP: f64 = 1.5e-4;
-/// Fastest rate of sensors and records, Hz.
+/// Fastest rate of records, Hz.
 const FASTEST: f64 = 1e6;
 /// Longest run, s.
 const LONGEST_RUN: f64 = 1e6;
@@ -36,9 +36,14 @@ pub(crate) const SECTIONS: &[Section] = &[
         keys: DRIVE,
     },
     Section {
-        name: "sensors",
+        name: sensors::PATH,
         meaning: "what the estimators see",
-        keys: SENSORS,
+        keys: sensors::KEYS,
+    },
+    Section {
+        name: sensors::MODEL_ERROR_PATH,
+        meaning: "where what the estimators are told of the robot differs from the robot",
+        keys: sensors::MODEL_ERROR,
     },
     Section {
         name: "engine",
@@ -148,6 +153,13 @@ const DRIVE: &[Key<Scene>] = &[
         "damping B in the wheel module",
     ),
     Key::number(
+        "gear_friction",
+        TORQUE,
+        at_least(0.0).at_most(1e3),
+        |s| &mut s.drive.gear_friction,
+        "Coulomb friction F in the gear, at the wheel",
+    ),
+    Key::number(
         "start_time",
         TIME,
         at_least(0.0).at_most(LONGEST_RUN),
@@ -160,27 +172,6 @@ const DRIVE: &[Key<Scene>] = &[
         at_least(0.0).at_most(LONGEST_RUN),
         |s| &mut s.drive.ramp_time,
         "duration of the smooth start; 0 for a jump",
-    ),
-];
-
-const SENSORS: &[Key<Scene>] = &[
-    Key::word(
-        "grade",
-        &[
-            Grade::Ideal.name(),
-            Grade::Typical.name(),
-            Grade::Poor.name(),
-        ],
-        |s| s.sensors.grade as usize,
-        |s, i| s.sensors.grade = Grade::ALL[i],
-        "which errors the sensors have; every other key below changes one of them",
-    ),
-    Key::number(
-        "rate",
-        FREQUENCY,
-        above(0.0).at_most(FASTEST),
-        |s| &mut s.sensors.rate,
-        "samples a second, a whole multiple of record.rate",
     ),
 ];
 

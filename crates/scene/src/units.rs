@@ -44,6 +44,8 @@ dimension!(ANGLE: "rad", "deg" => f64::to_radians);
 dimension!(SPEED: "m/s", "cm/s" => |v| v / 1e2, "mm/s" => |v| v / 1e3, "km/h" => |v| v * 1e3 / 3600.0);
 dimension!(FREQUENCY: "Hz", "kHz" => |v| v * 1e3);
 dimension!(ANGULAR_FREQUENCY: "rad/s");
+dimension!(ANGULAR_RATE: "rad/s", "deg/s" => f64::to_radians);
+dimension!(RATE_WALK: "rad/s/sqrt(s)", "deg/s/sqrt(s)" => f64::to_radians);
 dimension!(MASS: "kg", "g" => |v| v / 1e3);
 dimension!(INERTIA: "kg m^2", "kg cm^2" => |v| v / 1e4, "g cm^2" => |v| v / 1e7);
 dimension!(TORQUE: "N m", "mN m" => |v| v / 1e3);

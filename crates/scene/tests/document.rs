@@ -58,6 +58,65 @@ fn examples_in_the_document_are_scenes() {
     }
 }
 
+/// The table of the grades holds what they stand for; angles in degrees.
+#[test]
+fn the_document_has_the_values_of_the_grades() {
+    let grades = ["ideal", "typical", "poor"].map(|grade| {
+        let overrides = [format!("sensors.grade={grade}")];
+        let scene = robhaz_scene::Scene::parse("", "x.toml", "".as_ref(), &overrides).unwrap();
+        scene.to_toml("x")
+    });
+    let value = |grade: &str, section: &str, key: &str| {
+        let section = grade.split(&format!("[{section}]")).nth(1).unwrap();
+        let line = section
+            .lines()
+            .find(|l| l.starts_with(&format!("{key} = ")));
+        line.unwrap()
+            .split([' ', '"'])
+            .filter(|w| !w.is_empty())
+            .nth(2)
+            .unwrap()
+            .to_owned()
+    };
+    let mut rows = vec!["| | unit | ideal | typical | poor |".to_owned()];
+    for key in reference() {
+        let Some((section, name)) = key.key.split_once('.') else {
+            continue;
+        };
+        let of_grade = section == "sensors" && !["grade", "rate"].contains(&name)
+            || key.key == "model_error.viscous_damping";
+        if !of_grade {
+            continue;
+        }
+        let in_degrees = key.unit.replacen("rad", "deg", 1);
+        let values = grades.each_ref().map(|grade| {
+            let text = value(grade, section, name);
+            match text.parse::<f64>() {
+                Ok(angle) if in_degrees != key.unit => {
+                    let degrees = (angle.to_degrees() * 1e9).round() / 1e9;
+                    format!("{degrees}")
+                }
+                Ok(number) => format!("{number}"),
+                Err(_) => text,
+            }
+        });
+        let name = if section == "sensors" { name } else { &key.key };
+        rows.push(format!(
+            "| {name} | {in_degrees} | {} |",
+            values.join(" | ")
+        ));
+    }
+    let missing: Vec<_> = rows
+        .iter()
+        .filter(|row| !DOCUMENT.lines().any(|line| line == *row))
+        .collect();
+    assert!(
+        missing.is_empty(),
+        "not in docs/scenes.md:\n{}",
+        rows.join("\n")
+    );
+}
+
 #[test]
 fn every_key_has_a_meaning_and_is_declared_once() {
     let keys = reference();

@@ -94,12 +94,12 @@ fn unknown_keys_and_sections() {
     one(
         "[drive]\nkp = 3\ntorqe_limit = 3",
         "x.toml:3: drive.torqe_limit: unknown key, allowed: speed, kp, ki, torque_limit, viscous_damping, \
-         start_time, ramp_time; did you mean torque_limit?",
+         gear_friction, start_time, ramp_time; did you mean torque_limit?",
     );
     one(
         "[drives]\nkp = 3",
         "x.toml:1: drives: unknown key, allowed: name, seed, robot, terrain, estimator, contact, drive, sensors, \
-         engine, record; did you mean drive?",
+         model_error, engine, record; did you mean drive?",
     );
     let found = lines("mu_s = 3\n[[estimator]]\nname = 'true-mass'\npole = 3");
     assert!(
@@ -120,7 +120,7 @@ fn wrong_words() {
     );
     one(
         "sensors.grade = 3",
-        "x.toml:1: sensors.grade: found 3, allowed: \"ideal\"",
+        "x.toml:1: sensors.grade: found 3, allowed: \"ideal\", \"typical\", \"poor\"",
     );
 }
 
@@ -152,6 +152,20 @@ fn keys_of_another_kind_of_terrain() {
     ));
 }
 
+/// What the estimators are told must be a robot, whatever the seed draws.
+#[test]
+fn impossible_robots_are_not_told() {
+    let told = |seed: u32| lines(&format!("seed = {seed}\n[model_error]\nlink_masses = 1"));
+    // Each of three masses is negative in 16 % of the draws.
+    let found = (0..20).map(told).find(|found| !found.is_empty());
+    let found = found.expect("a seed that draws a negative mass");
+    let expected = "the masses that the estimators would be told cannot be a robot's: links[";
+    assert!(
+        found[0].starts_with("x.toml:2: model_error: with seed ") && found[0].contains(expected),
+        "{found:?}"
+    );
+}
+
 #[test]
 fn rules_over_several_keys() {
     one(
@@ -173,6 +187,18 @@ fn rules_over_several_keys() {
         "sensors.rate = 1500",
         "x.toml:1: sensors.rate: found sensors.rate = 1500 and record.rate = 1000, \
          allowed: sensors.rate a whole multiple of record.rate",
+    );
+    one(
+        "sensors.jitter = '1 ms'",
+        "x.toml:1: sensors.jitter: found sensors.jitter = 0.001 and sensors.rate = 1000, \
+         allowed: sensors.jitter at most 3e-4 s, 0.3 of the time between samples",
+    );
+    // An explicit gear friction overshoots standstill beyond twice its time constant.
+    one(
+        "drive.gear_friction = 20",
+        "x.toml:1: drive.gear_friction: found drive.gear_friction = 20 and engine.step = 1e-4, \
+         allowed: engine.step at most 9.39e-5 s, the gear friction's slope against wheel and rotor; \
+         or engine.kind = \"direct\"",
     );
     let found = lines("record.duration = 2.00005");
     assert!(

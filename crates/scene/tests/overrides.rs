@@ -6,7 +6,7 @@
 
 use robhaz_estimator::{EstimatorSettings, Masses};
 use robhaz_model::{Geometry, MassSet};
-use robhaz_scene::{Scene, SceneError};
+use robhaz_scene::{Grade, ModelError, Scene, SceneError, SensorChoice, SensorSpec};
 use robhaz_terrain::Profile;
 use std::path::Path;
 
@@ -148,7 +148,7 @@ fn errors_name_the_override() {
         "drive.kp = 3",
         &["drive.kq=3"],
         "--set drive.kq=3: drive.kq: unknown key, allowed: speed, kp, ki, torque_limit, viscous_damping, \
-         start_time, ramp_time; did you mean kp?",
+         gear_friction, start_time, ramp_time; did you mean kp?",
     );
     one(
         "record.compare_from = 1.5",
@@ -227,4 +227,51 @@ fn a_wheel_too_light_for_the_step_is_refused() {
     good("", &["robot.mass.wheel=0.5", "engine.kind=direct"]);
     // The friction of the contract's stiffest case still runs.
     good("", &["contact.v_s=2 mm/s"]);
+}
+
+/// A grade stands for all errors of the sensors and for the damping that is told; keys change single ones, wherever they stand.
+#[test]
+fn grades_are_changed_key_by_key() {
+    for grade in Grade::ALL {
+        let scene = good("", &[&format!("sensors.grade={}", grade.name())]);
+        assert_eq!(scene.sensors, SensorChoice::of(grade));
+        assert_eq!(scene.model_error, grade.model_error());
+    }
+    let text = "[sensors]\ntorque_noise = 0.5\ngrade = 'poor'\nrate_bias = '2 deg/s'\n[model_error]\npins = '2 mm'";
+    let scene = good(text, &["sensors.jitter=0", "drive.gear_friction=0.5"]);
+    let expected = SensorSpec {
+        torque_noise: 0.5,
+        rate_bias: 2.0_f64.to_radians(),
+        jitter: 0.0,
+        ..SensorSpec::poor()
+    };
+    assert_eq!(scene.sensors.spec, expected);
+    let expected = ModelError {
+        pins: 0.002,
+        ..Grade::Poor.model_error()
+    };
+    assert_eq!(scene.model_error, expected);
+    assert!(close(scene.drive.gear_friction, 0.5));
+}
+
+/// A grade on the command line leaves behind the file's errors, so that a resolved scene can be run with other sensors; what
+/// is no part of the grade stays.
+#[test]
+fn another_grade_forgets_the_errors_of_the_old_one() {
+    let text = "[sensors]\ngrade = 'typical'\ntorque_noise = 0.5\nrate = 2000\n[model_error]\npins = 0.002\nviscous_damping = 0.3";
+    let scene = good(text, &["sensors.rate_noise=1", "sensors.grade=poor"]);
+    let expected = SensorSpec {
+        rate_noise: 1.0,
+        ..SensorSpec::poor()
+    };
+    assert_eq!(scene.sensors.spec, expected);
+    assert!(close(scene.sensors.rate, 2000.0));
+    let expected = ModelError {
+        pins: 0.002,
+        ..Grade::Poor.model_error()
+    };
+    assert_eq!(scene.model_error, expected);
+
+    let resolved = good("", &["sensors.grade=poor"]).to_toml("x");
+    assert_eq!(good(&resolved, &["sensors.grade=ideal"]), good("", &[]));
 }

@@ -91,6 +91,14 @@ fn choices_of_every_kind_come_back() {
         vec!["seed=18446744073709551615", "name=a-b_c"],
         vec![r#"robot.mass.name="a \"b\" \\ c\n\u007f é # x""#],
         vec!["contact.damping_ramp=0", "drive.start_time=-0.0"],
+        vec!["sensors.grade=typical", "sensors.dropped=0.25"],
+        vec![
+            "sensors.grade=poor",
+            "sensors.inclination_feels=gravity",
+            "sensors.rate_walk='0.1 deg/s/sqrt(s)'",
+            "model_error.body_cg='10 mm'",
+            "model_error.viscous_damping=-0.2",
+        ],
     ] {
         let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
         let scene = load("smooth", &overrides);
@@ -130,13 +138,16 @@ fn resolved_scenes_take_overrides() {
 }
 
 /// Keys with the ends of what they may be here.
-const NUMBERS: [(&str, f64, f64); 14] = [
+const NUMBERS: [(&str, f64, f64); 17] = [
     ("contact.stiffness", 1e-3, 1e15),
     ("contact.exponent", 1.0, 5.0),
     ("contact.mu_s", 0.7, 10.0),
     ("contact.v_s", 1e-9, 0.099),
     ("drive.speed", -10.0, 10.0),
     ("drive.ki", 0.0, 1e6),
+    ("drive.gear_friction", 0.0, 1e3),
+    ("sensors.inclination_bias", 0.0, 1.0),
+    ("model_error.viscous_damping", -1.0, 10.0),
     ("engine.step", 1e-9, 1.5e-4),
     ("record.compare_from", 0.0, 3.9),
     ("estimator.0.observer_pole", 1e-9, 1e6),
@@ -153,7 +164,7 @@ proptest! {
     fn any_numbers_come_back(
         scene in 0..SCENES.len(),
         seed: u64,
-        parts in proptest::array::uniform14(0.0..1.0_f64),
+        parts in proptest::array::uniform17(0.0..1.0_f64),
     ) {
         // Rapier's step must fit the numbers; any numbers are direct's.
         let mut overrides = vec![format!("seed={seed}"), "engine.kind=direct".to_owned()];

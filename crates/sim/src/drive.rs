@@ -126,4 +126,94 @@ mod tests {
         assert!(drive.integral_rate(3.0, 0.0) == 0.0);
         assert!((drive.integral_rate(-0.1, 0.5) + 0.1).abs() < 1e-15);
     }
+
+    /// A free wheel with 0.5 N m of gear friction and no damping, from 2 rad/s on, after `steps` steps of `dt` by the classical
+    /// Runge-Kutta method, rad/s.
+    fn slowed_down(dt: f64, steps: u32) -> f64 {
+        let drive = Drive {
+            viscous_damping: 0.0,
+            gear_friction: 0.5,
+            ..Drive::default()
+        };
+        let rate = |omega| wheel_acceleration(-drive.loss_torque(omega), 0.0, 0.0, 0.0075, 0.0864);
+        (0..steps).fold(2.0, |omega, _| {
+            let a = rate(omega);
+            let b = rate(omega + 0.5 * dt * a);
+            let c = rate(omega + 0.5 * dt * b);
+            let d = rate(omega + dt * c);
+            omega + dt / 6.0 * (a + 2.0 * b + 2.0 * c + d)
+        })
+    }
+
+    /// Closed form: Coulomb friction slows a free wheel down linearly, F t/J; to the end it is
+    /// sinh(omega/w) = sinh(omega_0/w) exp(-F t/(J w)), w the speed of the sign's change.
+    #[test]
+    fn gear_friction_slows_a_free_wheel_down_linearly() {
+        let inertia = 0.0075 + 0.0864;
+        for ms in [100, 200, 300, 370] {
+            let expected = 2.0 - 0.5 / inertia * 1e-3 * f64::from(ms);
+            let found = slowed_down(1e-4, 10 * ms);
+            // Far from the sign's change: 1 - tanh is below exp(-2 * 0.02/0.01) of F for the last milliseconds.
+            assert!(
+                (found - expected).abs() < 1e-4,
+                "{ms} ms: {found} {expected}"
+            );
+        }
+        for ms in [374, 376, 380, 390] {
+            let time = 1e-3 * f64::from(ms);
+            // ln(2 sinh(200)) is 200 to the last digit.
+            let log = 2.0 / FRICTION_SPEED - 0.5 * time / (inertia * FRICTION_SPEED);
+            let expected = FRICTION_SPEED * (0.5 * log.exp()).asinh();
+            let found = slowed_down(1e-4, 10 * ms);
+            // Fourth order: (1e-4/1.9e-3)^4 of the speed of the change.
+            assert!(
+                (found - expected).abs() < 1e-6,
+                "{ms} ms: {found} {expected}"
+            );
+        }
+    }
+
+    /// Friction brakes in both directions alike, fully from three times the speed of the sign's change on, and B is its own.
+    #[test]
+    fn losses_oppose_the_motion() {
+        let drive = Drive {
+            gear_friction: 0.5,
+            ..Drive::default()
+        };
+        assert!(drive.loss_torque(0.0) == 0.0);
+        for omega in [1e-3, 0.03, 2.0] {
+            assert!((drive.loss_torque(-omega) + drive.loss_torque(omega)).abs() < 1e-15);
+            let coulomb = drive.loss_torque(omega) - 0.15 * omega;
+            assert!(coulomb > 0.0 && coulomb <= 0.5);
+            // tanh(3) = 0.995
+            assert!(omega < 0.03 || coulomb > 0.995 * 0.5);
+        }
+    }
+
+    /// An explicit step below the longest one comes to rest, one above it does not.
+    #[test]
+    fn the_longest_step_is_the_limit_of_stability() {
+        let robot = Robot::default_a();
+        let drive = Drive {
+            viscous_damping: 0.0,
+            gear_friction: 0.5,
+            ..Drive::default()
+        };
+        let longest = drive.longest_step(&robot);
+        assert!((longest - 3.756e-3).abs() < 1e-8, "{longest}");
+        let after = |dt: f64| {
+            (0..1000).fold(1e-4_f64, |omega, _| {
+                omega
+                    + dt * wheel_acceleration(
+                        -drive.loss_torque(omega),
+                        0.0,
+                        0.0,
+                        robot.mass.wheel_inertia,
+                        robot.mass.rotor_inertia,
+                    )
+            })
+        };
+        assert!(after(0.95 * longest).abs() < 1e-20);
+        assert!(after(1.05 * longest).abs() > 1e-4);
+    }
 }

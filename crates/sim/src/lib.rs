@@ -8,13 +8,15 @@
 //! | limited pin joint | [`stop`] |
 //! | closed four-bar, three wheels | [`rapier`], and independently [`direct`] |
 //!
-//! [`Plant`] owns time and hands out a [`Truth`] a record; [`sensors`] turns truth into readings. Nothing flows back.
+//! [`Plant`] owns time and hands out a [`Truth`] a record; [`sensors`] turns truth into readings, [`model_error`] the robot
+//! into what the estimators are told of it. Nothing flows back.
 
 pub mod contact;
 pub mod direct;
 pub mod drive;
 pub mod friction;
 mod ground;
+pub mod model_error;
 mod plant;
 mod random;
 pub mod rapier;

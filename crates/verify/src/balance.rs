@@ -67,7 +67,7 @@ pub fn momentum_error(scene: &Scene, truth: &[Truth]) -> f64 {
 pub struct Energy {
     /// Work of the motors.
     pub motors: f64,
-    /// What gear damping, friction on the ground and the contacts took.
+    /// What damping and friction in the gear, friction on the ground and the contacts took.
     pub losses: f64,
     /// Kinetic and potential energy gained by bars, wheels and rotors.
     pub gain: f64,
@@ -108,10 +108,10 @@ pub fn energy(scene: &Scene, truth: &[Truth]) -> Energy {
     for pair in truth.windows(2) {
         let dt = pair[1].time - pair[0].time;
         for (a, b) in pair[0].wheels.iter().zip(&pair[1].wheels) {
-            let work = |power: fn(&WheelTruth) -> f64| 0.5 * dt * (power(a) + power(b));
-            motors += work(|w| w.torque * w.omega);
-            losses += scene.drive.viscous_damping * work(|w| w.omega.powi(2));
-            losses += work(|w| w.traction * w.slip_speed);
+            let work = |power: &dyn Fn(&WheelTruth) -> f64| 0.5 * dt * (power(a) + power(b));
+            motors += work(&|w| w.torque * w.omega);
+            losses += work(&|w| scene.drive.loss_torque(w.omega) * w.omega);
+            losses += work(&|w| w.traction * w.slip_speed);
             losses += 0.5 * (a.normal_force + b.normal_force) * (b.penetration - a.penetration);
         }
         // The stops take what they give back.
