@@ -5,7 +5,8 @@
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use robhaz_estimator::{Estimator, EstimatorSettings, LinkReading, SensorFrame};
 use robhaz_model::Robot;
-use robhaz_sim::{EngineKind, Plant, PlantSetup};
+use robhaz_sim::sensors::{Grade, Sensors};
+use robhaz_sim::{EngineKind, Plant, PlantSetup, Truth};
 use robhaz_terrain::{Profile, Terrain, Vec2};
 use std::hint::black_box;
 
@@ -61,6 +62,21 @@ fn terrain(c: &mut Criterion) {
     });
 }
 
+/// One sample of all sensors: nothing but copies, and every error that there is.
+fn sensors(c: &mut Criterion) {
+    let mut group = c.benchmark_group("sensors: one sample of all");
+    for grade in [Grade::Ideal, Grade::Poor] {
+        let mut sensors = Sensors::new(&grade.sensors(), 0);
+        let mut truth = Truth::default();
+        group.bench_function(grade.name(), |b| {
+            b.iter(|| {
+                truth.time += 1e-3;
+                black_box(sensors.read(black_box(&truth)))
+            });
+        });
+    }
+}
+
 /// One update of the paper's estimator.
 fn estimate(c: &mut Criterion) {
     let mut frame = SensorFrame {
@@ -90,5 +106,5 @@ fn estimate(c: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, plant, terrain, estimate);
+criterion_group!(benches, plant, terrain, sensors, estimate);
 criterion_main!(benches);

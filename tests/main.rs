@@ -11,4 +11,5 @@ mod convergence;
 mod documents;
 mod estimator_is_isolated;
 mod reference;
+mod sensors;
 mod support;

@@ -22,7 +22,7 @@ impl Source<'_> {
 
     /// An error that stays: sigma w, drawn once.
     fn constant(self, error: &str, sigma: f64) -> f64 {
-        sigma * self.stream(error).normal()
+        White::new(self, error, sigma).sample()
     }
 }
 
