@@ -503,13 +503,16 @@ mod tests {
         let summary = sink.summary().expect("a finished run");
         assert_eq!(summary.sensors.grade, "poor");
         let sensors = scene.sensors();
-        assert_eq!(summary.sensors.torque_gain, sensors.drawn().torque_gain);
-        assert_eq!(summary.sensors.rate_bias, sensors.drawn().rate_bias);
-        let told = scene.told_robot().expect("a robot");
-        assert_eq!(
-            summary.told.pins[3],
-            [told.geometry.pins.s.x, told.geometry.pins.s.y]
-        );
+        for i in 0..2 {
+            close(
+                summary.sensors.torque_gain[i],
+                sensors.drawn().torque_gain[i],
+            );
+            close(summary.sensors.rate_bias[i], sensors.drawn().rate_bias[i]);
+        }
+        let s = scene.told_robot().expect("a robot").geometry.pins.s;
+        close(summary.told.pins[3][0], s.x);
+        close(summary.told.pins[3][1], s.y);
         close(summary.told.viscous_damping, 0.165);
         close(summary.told.wheel_radius, 0.1);
     }

@@ -418,7 +418,8 @@ fn switching_one_error_off_changes_no_other_channel() {
     let contact: Parts = |r| r.contact_angle.to_vec();
     let all = [angle, torque, inclination, rate, contact];
     let poor = SensorSpec::poor();
-    let changes: [(usize, fn(&mut SensorSpec)); 12] = [
+    type Change = fn(&mut SensorSpec);
+    let changes: [(usize, Change); 12] = [
         (0, |s| s.encoder_counts = 0.0),
         (1, |s| s.torque_gain = 0.0),
         (1, |s| s.torque_offset = 0.0),
