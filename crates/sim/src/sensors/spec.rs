@@ -74,14 +74,14 @@ impl SensorSpec {
     /// Sensors as one builds them into a research robot: the robot's own encoder, calibrated current sensing, industrial
     /// inclinometers, a MEMS gyro zeroed at rest.
     ///
-    /// - torque: 2 % and 0.1 N m (1 % of the drive's limit), offset and noise alike: a Hall current sensor of the 1.5 % class (such
-    ///   as the ACS712: 1.5 % of full scale) and a gear whose efficiency is known about as well.
-    /// - inclinometer: 0.1 deg of noise and of mounting and zero error together: a chosen class, ten times what the best MEMS
-    ///   inclinometers resolve.
+    /// - torque: 2 % and 0.1 N m (1 % of the drive's limit), offset and noise alike: a Hall current sensor (the ACS712 class: total
+    ///   error 1.5 % at room temperature) and a gear whose efficiency is known about as well; a chosen class.
+    /// - inclinometer: 0.1 deg of noise, and of mounting and zero error together: a chosen class. A MEMS inclinometer resolves
+    ///   far less (data sheet of the SCA100T: 0.0035 deg in 10 Hz); it is not what limits.
     /// - gyro: 0.1 deg/s in a sample at 1 kHz, the noise density 0.005 deg/s/sqrt(Hz) of a consumer MEMS gyro (data sheet of
     ///   the MPU-6050) over 500 Hz.
-    /// - contact angles: 2 deg RMS over 0.3 s, 60 mm of ground at 0.2 m/s: a chosen class, what knowing the ground to some
-    ///   millimetres gives.
+    /// - contact angles: 2 deg RMS over 0.3 s, 60 mm of ground at 0.2 m/s: a chosen class, 2 mm of
+    ///   height over that length.
     pub const fn typical() -> Self {
         Self {
             encoder_counts: ENCODER_COUNTS,
