@@ -1,412 +1,134 @@
-//! Readings in, wheel forces out: the paper's steps in their order.
+//! Readings in, wheel forces out: the paper's steps in their order, and the better ones in the same places.
 
-use crate::linkage::LinkAngleFilter;
-use crate::statics::{BlockForm, FullSystem, ReducedSystem, Singular};
-use crate::traction::{ObserverParameters, TractionObserver};
-use robhaz_model::{GRAVITY, Geometry, Pin, PointMasses, Posture, PostureError, Robot, Vec2};
+use crate::best::BestFilters;
+use crate::estimate::{Estimate, EstimateError};
+use crate::flags::Flags;
+use crate::frame::{Inputs, SensorFrame};
+use crate::paper::PaperFilters;
+use crate::settings::{EstimatorSettings, Filters};
+use crate::told::{Instant, Told};
+use crate::visit::{Visit, visit_fields};
+use robhaz_model::Robot;
 
-/// Readings of the inclinometer and the rate gyroscope on one link; `None` where there is none.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LinkReading {
-    /// Turn from the nominal pose, rad, counter-clockwise.
-    pub inclination: Option<f64>,
-    /// Angular rate, rad/s, counter-clockwise.
-    pub rate: Option<f64>,
-}
-
-/// Everything that the estimator sees of one instant, SI; `None` where a reading is missing.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SensorFrame {
-    /// Time of the sample, s; must increase from frame to frame.
-    pub time: f64,
-    /// Turn of each wheel relative to its link, rad, forward positive: encoder counts times 2 pi / counts a turn.
-    pub wheel_angle: [Option<f64>; 3],
-    /// Motor torque at each wheel after the gear, N m, forward positive.
-    pub motor_torque: [Option<f64>; 3],
-    /// Sensors on link 1.
-    pub link1: LinkReading,
-    /// Sensors on link 2.
-    pub link2: LinkReading,
-    /// Contact angles, rad: given from elsewhere, as the paper assumes.
-    pub contact_angle: [Option<f64>; 3],
-}
-
-/// Where the estimator thinks the linkage's mass is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Masses {
-    /// Concentrated in the body's centre of mass (Fig. 7).
-    LumpedToBody,
-    /// Shared evenly by the wheels (Fig. 8).
-    LumpedToWheels,
-    /// Where it is.
-    True,
-}
-
-/// Choices of an estimator.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EstimatorSettings {
-    /// Where the linkage's mass is taken to be.
-    pub masses: Masses,
-    /// Pole omega_c of the traction observer, eq. (3), rad/s.
-    pub observer_pole: f64,
-    /// Crossover time between gyro and inclinometer, s.
-    pub crossover_time: f64,
-    /// Viscous damping B of the wheel module, N m s.
-    pub viscous_damping: f64,
-}
-
-impl EstimatorSettings {
-    /// `paper-body`: the linkage's mass in the body (Fig. 7).
-    pub fn paper_body() -> Self {
-        Self {
-            masses: Masses::LumpedToBody,
-            ..Self::true_mass()
-        }
-    }
-
-    /// `paper-wheels`: the linkage's mass in the wheels (Fig. 8).
-    pub fn paper_wheels() -> Self {
-        Self {
-            masses: Masses::LumpedToWheels,
-            ..Self::true_mass()
-        }
-    }
-
-    /// `true-mass`: the links' masses where they are; all else as in the paper. omega_c = 50 rad/s, B = 0.15 N m s.
-    pub fn true_mass() -> Self {
-        Self {
-            masses: Masses::True,
-            observer_pole: 50.0,
-            crossover_time: 0.5,
-            viscous_damping: 0.15,
-        }
-    }
-}
-
-/// What the estimator makes of the readings of one instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
-    /// Time of the readings, s.
-    pub time: f64,
-    /// Normal force N of each wheel, N.
-    pub normal_force: [f64; 3],
-    /// Traction T of each wheel, N, driving forward positive.
-    pub traction: [f64; 3],
-    /// Angles of the four bars, rad (Fig. 5).
-    pub posture: Posture,
-    /// Positions of P, Q, R, S relative to Q in world axes, m (Fig. 5).
-    pub pin_from_q: [Vec2; 4],
-    /// Forces in P, Q, R, S on the first bar of [`Pin::bars`], N.
-    pub pin_force: [Vec2; 4],
-    /// What is left of eq. (8): horizontal and vertical force (N), moments of links 1 and 2 about Q (N m).
-    pub residual: [f64; 4],
-}
-
-/// Why readings give no estimate. The estimator's state is as before the call; it can go on with the next frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum EstimateError {
-    /// A reading is missing.
-    Missing {
-        /// Which field of [`SensorFrame`].
-        field: &'static str,
-    },
-    /// A reading is not a finite number.
-    NotFinite {
-        /// Which field of [`SensorFrame`].
-        field: &'static str,
-    },
-    /// Time did not increase.
-    Time {
-        /// Time of the last frame, s.
-        last: f64,
-        /// Time of this frame, s.
-        now: f64,
-    },
-    /// The link angles read cannot be those of the four-bar.
-    Linkage(PostureError),
-    /// The statics are singular in this posture.
-    Statics(Singular),
-}
-
-impl core::fmt::Display for EstimateError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::Missing { field } => write!(f, "the reading {field} is missing"),
-            Self::NotFinite { field } => write!(f, "the reading {field} is not a finite number"),
-            Self::Time { last, now } => {
-                write!(
-                    f,
-                    "time must increase: the last frame was at {last} s, this one at {now} s"
-                )
-            }
-            Self::Linkage(e) => e.fmt(f),
-            Self::Statics(e) => e.fmt(f),
-        }
-    }
-}
-
-impl core::error::Error for EstimateError {}
-
-/// The paper's estimator: link angles, traction by eq. (3), least squares on eq. (8).
-///
-/// Wheels are taken to be at rest before the second frame.
+/// An estimator for one robot: takes a frame of readings after the other.
 #[derive(Clone, Debug)]
 pub struct Estimator {
-    geometry: Geometry,
-    masses: PointMasses,
-    links: [LinkAngleFilter; 2],
-    tractions: [TractionObserver; 3],
-    /// Time and wheel angles of the last frame.
-    last: Option<(f64, [f64; 3])>,
+    told: Told,
+    state: State,
 }
 
-impl Estimator {
-    /// An estimator for a robot, at rest.
-    pub fn new(robot: &Robot, settings: EstimatorSettings) -> Self {
-        let mass = &robot.mass;
-        let observer = TractionObserver::new(ObserverParameters {
-            pole: settings.observer_pole,
-            // Eq. (2) mixes rotor (relative spin) and wheel (absolute spin) in one J.
-            inertia: mass.wheel_inertia + mass.rotor_inertia,
-            viscous_damping: settings.viscous_damping,
-            wheel_radius: robot.geometry.wheel_radius,
-        });
-        Self {
-            geometry: robot.geometry.clone(),
-            masses: match settings.masses {
-                Masses::LumpedToBody => mass.lumped_to_body(),
-                Masses::LumpedToWheels => mass.lumped_to_wheels(),
-                Masses::True => mass.true_points(),
-            },
-            links: [LinkAngleFilter::new(settings.crossover_time); 2],
-            tractions: [observer; 3],
-            last: None,
+/// Everything that one frame hands on to the next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct State {
+    time: f64,
+    /// Whether a frame has come.
+    started: bool,
+    /// Whether every reading has come at least once.
+    complete: bool,
+    inputs: Inputs,
+    filters: FilterState,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "one estimator, one state: nothing is boxed without an allocator"
+)]
+enum FilterState {
+    Paper(PaperFilters),
+    Best(BestFilters),
+}
+
+impl Visit for FilterState {
+    fn visit(&mut self, f: &mut impl FnMut(&mut f64)) {
+        match self {
+            Self::Paper(filters) => filters.visit(f),
+            Self::Best(filters) => filters.visit(f),
         }
+    }
+}
+
+visit_fields!(State: time, started, complete, inputs, filters);
+
+/// A gap between frames beyond which the filters start anew, s.
+const LONGEST_GAP: f64 = 0.5;
+
+impl Estimator {
+    /// An estimator for a robot at rest. What is told of the robot may differ from the robot.
+    pub fn new(robot: &Robot, settings: EstimatorSettings) -> Self {
+        Self {
+            told: Told::new(robot, settings),
+            state: State {
+                time: 0.0,
+                started: false,
+                complete: false,
+                inputs: Inputs::default(),
+                filters: filters(robot, &settings),
+            },
+        }
+    }
+
+    /// The choices that it was made with.
+    pub fn settings(&self) -> &EstimatorSettings {
+        &self.told.settings
     }
 
     /// Takes the readings of one instant and estimates the forces of that instant.
     ///
+    /// A missing reading is stood in for by the last good one, and flagged. After a gap of more than 0.5 s the filters start anew.
+    ///
     /// # Errors
-    /// [`EstimateError`]; the estimator then stands as if the frame had not come.
+    /// [`EstimateError`]. After [`EstimateError::Time`] the estimator stands as if the frame had not come; after the others it has
+    /// taken the readings, and goes on with the next frame.
     pub fn update(&mut self, frame: &SensorFrame) -> Result<Estimate, EstimateError> {
-        let frame = &Complete::new(frame)?;
-        check_finite(frame)?;
-        let (dt, omega) = match self.last {
-            None => (0.0, [0.0; 3]),
-            Some((last, angles)) => {
-                let dt = frame.time - last;
-                if dt <= 0.0 {
-                    return Err(EstimateError::Time {
-                        last,
-                        now: frame.time,
-                    });
-                }
-                let mut omega = [0.0; 3];
-                for i in 0..3 {
-                    omega[i] = (frame.wheel_angle[i] - angles[i]) / dt;
-                }
-                (dt, omega)
-            }
-        };
-        let (mut links, mut tractions) = (self.links, self.tractions);
-
-        // Fig. 5: the linkage's position.
-        let theta1 = links[0].update(dt, frame.rate[0], frame.inclination[0]);
-        let theta2 = links[1].update(dt, frame.rate[1], frame.inclination[1]);
-        let posture =
-            Posture::close(&self.geometry, theta1, theta2).map_err(EstimateError::Linkage)?;
-
-        // Eq. (3): traction.
-        let mut traction = [0.0; 3];
-        for i in 0..3 {
-            traction[i] = tractions[i].update(dt, frame.motor_torque[i], omega[i]);
+        let mut dt = 0.0;
+        if self.state.started {
+            dt = frame.time - self.state.time;
         }
-
-        // Eqs. (1) to (8): normal forces.
-        let full = FullSystem::new(&self.geometry, &self.masses, &posture, &frame.contact_angle);
-        let block = BlockForm::new(&full);
-        let x_u = block.pin_forces().map_err(EstimateError::Statics)?;
-        let solution = ReducedSystem::new(&block, &x_u)
-            .normal_forces(&traction)
-            .map_err(EstimateError::Statics)?;
-
-        (self.links, self.tractions) = (links, tractions);
-        self.last = Some((frame.time, frame.wheel_angle));
-        let pin = |i: usize| Vec2::new(x_u[i], x_u[i + 1]);
-        let (p, r, s) = (pin(0), pin(2), pin(4));
-        let q = self.force_in_q(frame, &traction, &solution.normal_force, p);
-        Ok(Estimate {
-            time: frame.time,
-            normal_force: solution.normal_force,
-            traction,
-            posture,
-            pin_from_q: Pin::ALL.map(|pin| posture.pin_from_q(&self.geometry, pin)),
-            pin_force: [p, q, r, s],
-            residual: solution.residual,
-        })
-    }
-
-    /// Force on link 1 from link 2, N: what the other forces on link 1 leave over.
-    fn force_in_q(
-        &self,
-        frame: &Complete,
-        traction: &[f64; 3],
-        normal_force: &[f64; 3],
-        p: Vec2,
-    ) -> Vec2 {
-        let mut q = p + Vec2::new(0.0, self.masses.links[0] * GRAVITY);
-        for i in 0..3 {
-            if self.geometry.carriers[i].index() == 0 {
-                let (sin, cos) = libm::sincos(frame.contact_angle[i]);
-                q -= Vec2::new(cos, sin) * traction[i] + Vec2::new(-sin, cos) * normal_force[i];
-                q.y += self.masses.wheel * GRAVITY;
-            }
+        // Written so that a NaN fails too.
+        if !(frame.time.is_finite() && (dt > 0.0 || !self.state.started)) {
+            return Err(EstimateError::Time {
+                last: self.state.time,
+                now: frame.time,
+            });
         }
-        q
-    }
-}
-
-/// A frame of which nothing is missing.
-struct Complete {
-    time: f64,
-    wheel_angle: [f64; 3],
-    motor_torque: [f64; 3],
-    /// Of links 1 and 2.
-    inclination: [f64; 2],
-    rate: [f64; 2],
-    contact_angle: [f64; 3],
-}
-
-impl Complete {
-    fn new(frame: &SensorFrame) -> Result<Self, EstimateError> {
-        let one = |reading: Option<f64>, field| reading.ok_or(EstimateError::Missing { field });
-        let three = |[a, b, c]: [Option<f64>; 3], field| {
-            Ok([one(a, field)?, one(b, field)?, one(c, field)?])
-        };
-        let (link1, link2) = (&frame.link1, &frame.link2);
-        Ok(Self {
-            time: frame.time,
-            wheel_angle: three(frame.wheel_angle, "wheel_angle")?,
-            motor_torque: three(frame.motor_torque, "motor_torque")?,
-            inclination: [
-                one(link1.inclination, "link1.inclination")?,
-                one(link2.inclination, "link2.inclination")?,
-            ],
-            rate: [
-                one(link1.rate, "link1.rate")?,
-                one(link2.rate, "link2.rate")?,
-            ],
-            contact_angle: three(frame.contact_angle, "contact_angle")?,
-        })
-    }
-}
-
-fn check_finite(frame: &Complete) -> Result<(), EstimateError> {
-    let fields = [
-        ("time", frame.time.is_finite()),
-        ("wheel_angle", all_finite(&frame.wheel_angle)),
-        ("motor_torque", all_finite(&frame.motor_torque)),
-        ("link1.inclination", frame.inclination[0].is_finite()),
-        ("link1.rate", frame.rate[0].is_finite()),
-        ("link2.inclination", frame.inclination[1].is_finite()),
-        ("link2.rate", frame.rate[1].is_finite()),
-        ("contact_angle", all_finite(&frame.contact_angle)),
-    ];
-    match fields.into_iter().find(|(_, finite)| !finite) {
-        Some((field, _)) => Err(EstimateError::NotFinite { field }),
-        None => Ok(()),
-    }
-}
-
-fn all_finite(values: &[f64]) -> bool {
-    values.iter().all(|v| v.is_finite())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn at_rest(time: f64) -> SensorFrame {
-        SensorFrame {
+        self.state.time = frame.time;
+        self.state.started = true;
+        let mut flags = self.state.inputs.take(frame, dt);
+        if !self.state.complete {
+            if let Some(field) = self.state.inputs.never_read() {
+                return Err(EstimateError::Missing { field });
+            }
+            self.state.complete = true;
+            dt = 0.0;
+        }
+        if dt > LONGEST_GAP {
+            self.state.filters = filters(&self.told.robot, &self.told.settings);
+            flags |= Flags::SENSOR_STALE;
+            dt = 0.0;
+        }
+        let State {
             time,
-            wheel_angle: [Some(0.0); 3],
-            motor_torque: [Some(0.0); 3],
-            link1: LinkReading {
-                inclination: Some(0.0),
-                rate: Some(0.0),
-            },
-            link2: LinkReading {
-                inclination: Some(0.0),
-                rate: Some(0.0),
-            },
-            contact_angle: [Some(0.0); 3],
+            inputs,
+            filters,
+            ..
+        } = &mut self.state;
+        let instant = Instant {
+            time: *time,
+            dt,
+            inputs,
+            flags,
+        };
+        match filters {
+            FilterState::Paper(filters) => filters.estimate(&self.told, &instant),
+            FilterState::Best(filters) => filters.estimate(&self.told, &instant),
         }
     }
+}
 
-    #[test]
-    fn bad_frames_are_refused_and_leave_the_state_alone() {
-        let robot = Robot::default_a();
-        let mut estimator = Estimator::new(&robot, EstimatorSettings::true_mass());
-        estimator.update(&at_rest(0.0)).expect("a good frame");
-        let before = estimator.clone();
-
-        let mut bad = at_rest(0.001);
-        bad.motor_torque[1] = Some(f64::NAN);
-        assert_eq!(
-            estimator.update(&bad),
-            Err(EstimateError::NotFinite {
-                field: "motor_torque"
-            })
-        );
-        assert_eq!(
-            estimator.update(&at_rest(0.0)),
-            Err(EstimateError::Time {
-                last: 0.0,
-                now: 0.0
-            })
-        );
-        let mut bad = at_rest(0.001);
-        bad.link2.rate = None;
-        assert_eq!(
-            estimator.update(&bad),
-            Err(EstimateError::Missing {
-                field: "link2.rate"
-            })
-        );
-        let mut bad = at_rest(0.001);
-        bad.link1.inclination = Some(1000.0);
-        assert!(matches!(
-            estimator.update(&bad),
-            Err(EstimateError::Linkage(_))
-        ));
-
-        let good = at_rest(0.002);
-        let mut untouched = before;
-        assert_eq!(estimator.update(&good), untouched.update(&good));
-    }
-
-    /// Newton's third law across the estimate: the three forces on the body balance its weight, those on link 3 too.
-    #[test]
-    fn pin_forces_balance_the_bars() {
-        let robot = Robot::default_a();
-        let mut estimator = Estimator::new(&robot, EstimatorSettings::true_mass());
-        let mut frame = at_rest(0.0);
-        frame.link1.inclination = Some(0.1);
-        frame.link2.inclination = Some(-0.05);
-        let angles = [0.2_f64, 0.0, -0.1];
-        frame.contact_angle = angles.map(Some);
-        frame.motor_torque = [0.5, -0.2, 0.3].map(Some);
-        let estimate = estimator.update(&frame).expect("a good frame");
-        let [p, q, r, s] = estimate.pin_force;
-        let weight = |m: f64| Vec2::new(0.0, -m * GRAVITY);
-        assert!((p + s + weight(robot.mass.body)).norm() < 1e-9);
-        assert!((r - s + weight(robot.mass.links[2])).norm() < 1e-9);
-        let ground = |i: usize| {
-            let (sin, cos) = libm::sincos(angles[i]);
-            Vec2::new(cos, sin) * estimate.traction[i]
-                + Vec2::new(-sin, cos) * estimate.normal_force[i]
-        };
-        let link1 = ground(0) + q - p + weight(robot.mass.links[0] + robot.mass.wheel);
-        assert!(link1.norm() < 1e-9);
+fn filters(robot: &Robot, settings: &EstimatorSettings) -> FilterState {
+    match settings.filters {
+        Filters::Paper => FilterState::Paper(PaperFilters::new(robot, settings)),
+        Filters::Kalman => FilterState::Best(BestFilters::new(robot, &settings.budget)),
     }
 }

@@ -37,12 +37,36 @@
 //! # Ok::<(), robhaz_estimator::EstimateError>(())
 //! ```
 #![no_std]
+#![allow(
+    clippy::needless_range_loop,
+    reason = "indices name wheels, links and states, and go through several arrays at once"
+)]
+#![allow(
+    clippy::neg_cmp_op_on_partial_ord,
+    reason = "comparisons are written so that a NaN fails them"
+)]
 
+pub mod arms;
+mod best;
+pub mod equilibrium;
+mod estimate;
 mod estimator;
+mod flags;
+mod forces;
+mod frame;
+mod kalman;
 pub mod linkage;
+mod motion;
+mod paper;
+mod settings;
 pub mod statics;
+mod told;
+pub mod torque_observer;
 pub mod traction;
+mod visit;
 
-pub use estimator::{
-    Estimate, EstimateError, Estimator, EstimatorSettings, LinkReading, Masses, SensorFrame,
-};
+pub use estimate::{Estimate, EstimateError, Parity, ReadingErrors};
+pub use estimator::Estimator;
+pub use flags::Flags;
+pub use frame::{LinkReading, SensorFrame};
+pub use settings::{EstimatorSettings, Filters, Masses, NoiseBudget};

@@ -1,13 +1,19 @@
 //! Linkage position from the inclinometers and gyros on link 1 and link 2 (Fig. 5).
 
+use crate::kalman::Kalman;
+use crate::settings::NoiseBudget;
+use crate::visit::{Visit, visit_fields};
+
 /// One link's angle from its rate gyroscope and its inclinometer: a complementary filter.
 ///
 /// `d theta/dt = rate + (inclination - theta)/T`: the gyro is believed over times shorter than the crossover time T, the
 /// inclinometer over longer ones. With exact readings the filter is exact up to the integration of the rate.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkAngleFilter {
     crossover_time: f64,
-    state: Option<(f64, f64)>,
+    /// Angle and last rate.
+    state: (f64, f64),
+    started: bool,
 }
 
 impl LinkAngleFilter {
@@ -15,7 +21,8 @@ impl LinkAngleFilter {
     pub fn new(crossover_time: f64) -> Self {
         Self {
             crossover_time,
-            state: None,
+            state: (0.0, 0.0),
+            started: false,
         }
     }
 
@@ -23,15 +30,145 @@ impl LinkAngleFilter {
     ///
     /// The first reading starts the filter at the inclinometer.
     pub fn update(&mut self, dt: f64, rate: f64, inclination: f64) -> f64 {
-        let angle = match self.state {
-            None => inclination,
-            Some((angle, last_rate)) => {
-                let predicted = angle + 0.5 * (rate + last_rate) * dt;
-                predicted + (inclination - predicted) * dt / (self.crossover_time + dt)
-            }
-        };
-        self.state = Some((angle, rate));
+        let mut angle = inclination;
+        if self.started {
+            let (last, last_rate) = self.state;
+            let predicted = last + 0.5 * (rate + last_rate) * dt;
+            angle = predicted + (inclination - predicted) * dt / (self.crossover_time + dt);
+        }
+        self.state = (angle, rate);
+        self.started = true;
         angle
+    }
+}
+
+impl Visit for LinkAngleFilter {
+    fn visit(&mut self, f: &mut impl FnMut(&mut f64)) {
+        self.state.0.visit(f);
+        self.state.1.visit(f);
+        self.started.visit(f);
+    }
+}
+
+/// One link's angle and its gyroscope's bias by a Kalman filter.
+///
+/// The gyroscope drives the angle, the inclinometer corrects it. An inclinometer feels the specific force: what is known
+/// of the link's acceleration is taken off, and while the link is shaken the reading counts for less.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinkAngleKalman {
+    /// Angle (rad), bias of the gyroscope (rad/s).
+    filter: Kalman<2>,
+    /// Last rate without its bias, rad/s; smoothed; and its derivative, rad/s^2.
+    rate: f64,
+    smooth_rate: f64,
+    acceleration: f64,
+    started: bool,
+}
+
+visit_fields!(LinkAngleKalman: filter, rate, smooth_rate, acceleration, started);
+
+impl LinkAngleKalman {
+    /// Time over which the rate is smoothed for its derivative, s.
+    const SMOOTHING: f64 = 0.02;
+    /// Walk of the rate while no gyroscope reads it, rad/s/sqrt(s).
+    const RATE_UNSEEN: f64 = 0.5;
+    /// What is believed of an acceleration that is taken off: half of it may be wrong.
+    const SHAKING: f64 = 0.5;
+    /// Least noise of an inclinometer, rad, so that a budget of zero does not make the filter blind to its gyroscope.
+    const LEAST_NOISE: f64 = 5e-4;
+    /// Lag that an inclinometer may have, s: while the link turns it reads what was.
+    const LAG: f64 = 0.02;
+
+    /// A filter that waits for its first reading.
+    pub fn new(budget: &NoiseBudget) -> Self {
+        let tilt = libm::hypot(budget.inclination_noise, Self::LEAST_NOISE);
+        Self {
+            filter: Kalman::new([0.0; 2], [tilt, budget.rate_bias]),
+            rate: 0.0,
+            smooth_rate: 0.0,
+            acceleration: 0.0,
+            started: false,
+        }
+    }
+
+    /// Goes on by `dt` (s). `rate` is the gyroscope's reading (rad/s), `inclination` the inclinometer's (rad), either `None` if
+    /// it is not of this instant; `forward` the horizontal acceleration (m/s^2) that the inclinometer feels.
+    pub fn update(
+        &mut self,
+        budget: &NoiseBudget,
+        dt: f64,
+        rate: Option<f64>,
+        inclination: Option<f64>,
+        forward: f64,
+    ) {
+        if !self.started {
+            let Some(angle) = inclination else { return };
+            self.started = true;
+            self.filter.x[0] = angle;
+            self.rate = rate.unwrap_or(0.0);
+            self.smooth_rate = self.rate;
+            return;
+        }
+        let last = self.rate;
+        let mut walk = budget.rate_noise * dt;
+        match rate {
+            Some(rate) => self.rate = rate - self.filter.x[1],
+            None => walk += Self::RATE_UNSEEN * dt * libm::sqrt(dt),
+        }
+        let Kalman { x, p } = &mut self.filter;
+        x[0] += 0.5 * (self.rate + last) * dt;
+        p[0][0] += dt * (dt * p[1][1] - 2.0 * p[0][1]) + walk * walk;
+        p[0][1] -= dt * p[1][1];
+        p[1][0] = p[0][1];
+        p[1][1] += budget.rate_walk * budget.rate_walk * dt;
+        if dt > 0.0 {
+            let weight = dt / (Self::SMOOTHING + dt);
+            let change = weight * (self.rate - self.smooth_rate);
+            self.smooth_rate += change;
+            self.acceleration += weight * (change / dt - self.acceleration);
+        }
+        if let Some(angle) = inclination {
+            let felt = if budget.specific_force {
+                forward / robhaz_model::GRAVITY
+            } else {
+                0.0
+            };
+            let noise = libm::hypot(budget.inclination_noise, Self::LEAST_NOISE);
+            let shaken = Self::SHAKING * felt;
+            let late = Self::LAG * self.smooth_rate;
+            let r = noise * noise + shaken * shaken + late * late;
+            let difference = angle - felt - self.filter.x[0];
+            self.filter
+                .update(&[(0, 1.0)], difference, r, f64::INFINITY);
+        }
+    }
+
+    /// Angle, rad.
+    pub fn angle(&self) -> f64 {
+        self.filter.x[0]
+    }
+
+    /// Standard deviation of the angle, rad: the filter's, and the inclinometer's bias, which nothing tells.
+    pub fn angle_sigma(&self, budget: &NoiseBudget) -> f64 {
+        libm::hypot(
+            libm::sqrt(self.filter.p[0][0].max(0.0)),
+            budget.inclination_bias,
+        )
+    }
+
+    /// Angular rate, rad/s.
+    pub fn rate(&self) -> f64 {
+        self.rate
+    }
+
+    /// Smoothed angular rate (rad/s) and its derivative (rad/s^2).
+    pub fn turning(&self) -> (f64, f64) {
+        (self.smooth_rate, self.acceleration)
+    }
+
+    /// Bias of the gyroscope and its standard deviation, rad/s.
+    pub fn rate_bias(&self) -> (f64, f64) {
+        (self.filter.x[1], libm::sqrt(self.filter.p[1][1].max(0.0)))
     }
 }
 

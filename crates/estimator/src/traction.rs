@@ -1,15 +1,21 @@
 //! Traction of a wheel from motor torque and wheel speed: eq. (3).
 
+use crate::visit::visit_fields;
+
 /// The paper's disturbance observer, `T = omega_c/(r (s + omega_c)) [tau - (J s + B) omega]`, eq. (3).
 ///
 /// The derivative is never formed: with `L` the low-pass `omega_c/(s + omega_c)`,
 /// `r T = L[tau - B omega + J omega_c omega] - J omega_c omega`. `L` is discretised by the trapezoidal rule.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TractionObserver {
     parameters: ObserverParameters,
     /// Last input and output of `L`, N m.
-    state: Option<(f64, f64)>,
+    input: f64,
+    output: f64,
+    started: bool,
 }
+
+visit_fields!(TractionObserver: input, output, started);
 
 /// What eq. (3) needs to know.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,7 +35,9 @@ impl TractionObserver {
     pub fn new(parameters: ObserverParameters) -> Self {
         Self {
             parameters,
-            state: None,
+            input: 0.0,
+            output: 0.0,
+            started: false,
         }
     }
 
@@ -38,14 +46,12 @@ impl TractionObserver {
         let p = &self.parameters;
         let momentum = p.inertia * p.pole * omega;
         let input = tau - p.viscous_damping * omega + momentum;
-        let output = match self.state {
-            None => input,
-            Some((last_input, last_output)) => {
-                let half = 0.5 * p.pole * dt;
-                ((1.0 - half) * last_output + half * (input + last_input)) / (1.0 + half)
-            }
-        };
-        self.state = Some((input, output));
+        let mut output = input;
+        if self.started {
+            let half = 0.5 * p.pole * dt;
+            output = ((1.0 - half) * self.output + half * (input + self.input)) / (1.0 + half);
+        }
+        (self.input, self.output, self.started) = (input, output, true);
         (output - momentum) / p.wheel_radius
     }
 }

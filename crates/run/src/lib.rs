@@ -112,36 +112,24 @@ fn simulate(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunErr
     let mut wall = std::time::Duration::ZERO;
     let start = std::time::Instant::now();
     let mut plant = Plant::new(&scene.plant_setup());
-    let mut sensors = scene.sensors();
-    let told = scene.told_robot()?;
-    let mut estimators: Vec<Estimator> = scene
-        .estimators
-        .iter()
-        .map(|e| Estimator::new(&told, scene.told_settings(e)))
-        .collect();
-    let mut estimates = Vec::with_capacity(estimators.len());
+    let mut observers = Observers::new(scene)?;
     wall += start.elapsed();
     for record in 0..scene.record_count() {
         let start = std::time::Instant::now();
         // Between records the sensors and estimators go on at their own rate.
         if record > 0 {
             for _ in 1..scene.samples_per_record() {
-                let (_, frame) = sample(&mut plant, &mut sensors)?;
-                for estimator in &mut estimators {
-                    // A refused frame leaves the estimator as it was; only what is recorded is told of.
-                    let _ = estimator.update(&frame);
-                }
+                observers.observe(&plant.next_truth()?);
             }
         }
-        let (truth, frame) = sample(&mut plant, &mut sensors)?;
-        estimates.clear();
-        estimates.extend(estimators.iter_mut().map(|e| e.update(&frame)));
+        let truth = plant.next_truth()?;
+        let (frame, estimates) = observers.observe(&truth);
         wall += start.elapsed();
         for sink in sinks.iter_mut() {
             sink.frame(&Frame {
                 truth: &truth,
-                sensors: &frame,
-                estimates: &estimates,
+                sensors: frame,
+                estimates,
             })
             .map_err(RunError::Sink)?;
         }
@@ -153,10 +141,39 @@ fn simulate(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunErr
     })
 }
 
-fn sample(plant: &mut Plant, sensors: &mut Sensors) -> Result<(Truth, SensorFrame), PlantError> {
-    let truth = plant.next_truth()?;
-    let readings = sensors.read(&truth);
-    Ok((truth, sensor_frame(&readings)))
+/// The sensors of a scene, and its estimators behind them: what sees the truth through readings alone.
+pub struct Observers {
+    sensors: Sensors,
+    estimators: Vec<Estimator>,
+    frame: Option<SensorFrame>,
+    estimates: Vec<Result<Estimate, EstimateError>>,
+}
+
+impl Observers {
+    /// Those of a scene, with its seed.
+    ///
+    /// # Errors
+    /// [`ModelErrorTooLarge`] when the robot that the estimators would be told cannot be one.
+    pub fn new(scene: &Scene) -> Result<Self, ModelErrorTooLarge> {
+        let told = scene.told_robot()?;
+        let estimator = |e| Estimator::new(&told, scene.told_settings(e));
+        Ok(Self {
+            sensors: scene.sensors(),
+            estimators: scene.estimators.iter().map(estimator).collect(),
+            frame: None,
+            estimates: Vec::with_capacity(scene.estimators.len()),
+        })
+    }
+
+    /// Reads the sensors at one instant and lets every estimator make of it what it can, in the scene's order.
+    pub fn observe(&mut self, truth: &Truth) -> (&SensorFrame, &[Result<Estimate, EstimateError>]) {
+        let frame = self.frame.insert(sensor_frame(&self.sensors.read(truth)));
+        self.estimates.clear();
+        let frame = &*frame;
+        self.estimates
+            .extend(self.estimators.iter_mut().map(|e| e.update(frame)));
+        (frame, &self.estimates)
+    }
 }
 
 /// The only bridge between simulator and estimator: readings, field by field.

@@ -6,8 +6,8 @@ use crate::range::{above, at_least};
 use crate::reader::{Reader, join};
 use crate::scene::EstimatorChoice;
 use crate::source::{Entry, Node, Origin, Value};
-use crate::units::{ANGULAR_FREQUENCY, ROTARY_DAMPING, TIME};
-use robhaz_estimator::EstimatorSettings;
+use crate::units::{ANGULAR_FREQUENCY, LENGTH, ROTARY_DAMPING, TIME};
+use robhaz_estimator::{EstimatorSettings, Filters, Masses};
 
 /// Where estimators are in the file.
 pub(crate) const PATH: &str = "estimator";
@@ -15,7 +15,10 @@ pub(crate) const PATH: &str = "estimator";
 const MOST: usize = 100;
 
 /// Names of the presets, in the order of [`settings`]. Without `[[estimator]]` all of them run.
-pub(crate) const PRESETS: Words = &["paper-body", "paper-wheels", "true-mass"];
+pub(crate) const PRESETS: Words = &["paper-body", "paper-wheels", "true-mass", "best"];
+
+/// Off and on.
+const SWITCH: Words = &["off", "on"];
 
 /// The keys of one estimator.
 pub(crate) const KEYS: &[Key<EstimatorSettings>] = &[
@@ -23,7 +26,7 @@ pub(crate) const KEYS: &[Key<EstimatorSettings>] = &[
         "name",
         "",
         PRESETS,
-        "the preset: linkage lumped to the body (Fig. 7), to the wheels (Fig. 8), or where it is",
+        "the preset: linkage lumped to the body (Fig. 7), to the wheels (Fig. 8), or where it is; everything that the readings say",
     )
     .required(),
     Key::own(
@@ -53,6 +56,62 @@ pub(crate) const KEYS: &[Key<EstimatorSettings>] = &[
         |e| &mut e.viscous_damping,
         "damping B that the estimator is told; [model_error] errs on it",
     ),
+    Key::word(
+        "masses",
+        &["body", "wheels", "true"],
+        |e| e.masses as usize,
+        |e, i| e.masses = [Masses::LumpedToBody, Masses::LumpedToWheels, Masses::True][i],
+        "where the linkage's mass is taken to be",
+    ),
+    Key::word(
+        "filters",
+        &["paper", "kalman"],
+        |e| e.filters as usize,
+        |e, i| e.filters = [Filters::Paper, Filters::Kalman][i],
+        "traction by eq. (3) and link angles by a complementary filter, or both by Kalman filters",
+    ),
+    Key::number(
+        "moment_lever",
+        LENGTH,
+        above(0.0).at_most(1e3),
+        |e| &mut e.moment_lever,
+        "row scaling of eq. (8): moments count as forces at this lever; 1 m as in the paper",
+    ),
+    Key::word(
+        "inertia",
+        SWITCH,
+        |e| usize::from(e.inertia),
+        |e, i| e.inertia = i == 1,
+        "inertial loads beside gravity; needs filters = \"kalman\"",
+    ),
+    Key::word(
+        "whitening",
+        SWITCH,
+        |e| usize::from(e.whitening),
+        |e, i| e.whitening = i == 1,
+        "eq. (8) weighed by the covariance of what goes into it; needs filters = \"kalman\"",
+    ),
+    Key::word(
+        "nonnegative",
+        SWITCH,
+        |e| usize::from(e.nonnegative),
+        |e, i| e.nonnegative = i == 1,
+        "no negative normal forces",
+    ),
+    Key::word(
+        "parity",
+        SWITCH,
+        |e| usize::from(e.parity),
+        |e, i| e.parity = i == 1,
+        "the parity residual corrects torques and contact angles; needs filters = \"kalman\"",
+    ),
+    Key::word(
+        "rolling",
+        SWITCH,
+        |e| usize::from(e.rolling),
+        |e, i| e.rolling = i == 1,
+        "so does rolling without slip; needs filters = \"kalman\"",
+    ),
 ];
 
 /// The settings of a preset.
@@ -60,15 +119,20 @@ pub(crate) fn settings(preset: usize) -> EstimatorSettings {
     match preset {
         0 => EstimatorSettings::paper_body(),
         1 => EstimatorSettings::paper_wheels(),
-        _ => EstimatorSettings::true_mass(),
+        2 => EstimatorSettings::true_mass(),
+        _ => EstimatorSettings::best(),
     }
 }
 
-/// The preset that settings come from: only the masses tell presets apart.
+/// The preset that settings come from: masses and filters tell presets apart.
 pub(crate) fn preset_of(found: &EstimatorSettings) -> &'static str {
-    let of = |i: &usize| settings(*i).masses == found.masses;
-    let index = (0..PRESETS.len()).find(of);
-    index.map_or("true-mass", |i| PRESETS[i])
+    let preset = match (found.filters, found.masses) {
+        (Filters::Kalman, _) => 3,
+        (Filters::Paper, Masses::LumpedToBody) => 0,
+        (Filters::Paper, Masses::LumpedToWheels) => 1,
+        (Filters::Paper, Masses::True) => 2,
+    };
+    PRESETS[preset]
 }
 
 /// All presets under their own names.

@@ -1,7 +1,7 @@
 //! A scene with every choice made: the result of reading a scene file.
 
 use crate::{estimators, robot, terrain};
-use robhaz_estimator::EstimatorSettings;
+use robhaz_estimator::{EstimatorSettings, NoiseBudget};
 use robhaz_model::Robot;
 use robhaz_sim::contact::ContactLaw;
 use robhaz_sim::drive::Drive;
@@ -200,7 +200,32 @@ impl Scene {
         let settings = estimator.settings;
         EstimatorSettings {
             viscous_damping: self.model_error.told_damping(settings.viscous_damping),
+            budget: self.noise_budget(),
             ..settings
+        }
+    }
+
+    /// The sensors' data sheets and the drawings' tolerances, as an engineer would tell them to an estimator. What no data sheet
+    /// tells, the friction in the gears, stays at what [`NoiseBudget::typical`] holds possible.
+    pub fn noise_budget(&self) -> NoiseBudget {
+        let (spec, told) = (&self.sensors.spec, &self.model_error);
+        NoiseBudget {
+            encoder_counts: spec.encoder_counts,
+            jitter: spec.jitter,
+            torque_noise: spec.torque_noise,
+            torque_offset: spec.torque_offset,
+            torque_gain: spec.torque_gain,
+            inclination_noise: spec.inclination_noise,
+            inclination_bias: spec.inclination_bias,
+            specific_force: spec.specific_force,
+            rate_noise: spec.rate_noise,
+            rate_bias: spec.rate_bias,
+            rate_walk: spec.rate_walk,
+            contact_angle: spec.contact_angle_error,
+            contact_angle_time: spec.contact_angle_time,
+            body_cg: told.body_cg,
+            link_mass: told.link_masses,
+            ..NoiseBudget::typical()
         }
     }
 

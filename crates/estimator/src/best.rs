@@ -1,0 +1,360 @@
+//! The filters of `best`: Kalman filters for link angles, ground torques and what hides behind the readings.
+
+use crate::arms::{Arms, perp};
+use crate::equilibrium::{Equilibrium, Loads};
+use crate::estimate::{Estimate, EstimateError, Parity, ReadingErrors};
+use crate::flags::Flags;
+use crate::forces::{RightSide, solve};
+use crate::frame::Inputs;
+use crate::linkage::LinkAngleKalman;
+use crate::motion::{GATE, MotionFilter, Rolling, SENSITIVE, state};
+use crate::settings::{EstimatorSettings, NoiseBudget};
+use crate::told::{Instant, Statics, Told};
+use crate::torque_observer::{TorqueObserver, TorqueObserverParameters};
+use crate::visit::visit_fields;
+use nalgebra::Vector4;
+use robhaz_model::{Robot, Vec2};
+
+/// Filters of links, wheels and motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct BestFilters {
+    pub links: [LinkAngleKalman; 2],
+    wheels: [TorqueObserver; 3],
+    pub motion: MotionFilter,
+    /// Torques read with the last frame, N m.
+    last_torque: [f64; 3],
+    /// Spin speeds at the last frame, rad/s, and their smoothed derivative, rad/s^2.
+    last_speed: [f64; 3],
+    /// How much of the gears' friction acted then: -1 to 1.
+    last_turning: [f64; 3],
+    pub spin_acceleration: [f64; 3],
+    /// Forces of the last estimate, N.
+    pub last_normal_force: [f64; 3],
+    pub last_traction: [f64; 3],
+}
+
+visit_fields!(BestFilters: links, wheels, motion, last_torque, last_speed, last_turning, spin_acceleration, last_normal_force,
+    last_traction);
+
+/// Traction of one wheel as it follows from torque and speed, and what it depends on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Traction {
+    /// With the errors found taken off, N.
+    pub value: f64,
+    /// Standard deviation of the observer's part, N.
+    pub sigma: f64,
+    /// Change with the offset, 1/m.
+    pub by_offset: f64,
+    /// Change with the common gear friction, 1/m.
+    pub by_friction: f64,
+    /// Change with the gain, N.
+    pub by_gain: f64,
+}
+
+impl BestFilters {
+    /// Smoothing of the spin acceleration, s; the inertia of the wheel discs is small.
+    const SMOOTHING: f64 = 0.02;
+    /// Speed at which gear friction is taken to be all there, rad/s: 1 mm/s at the rim.
+    const FRICTION_SPEED: f64 = 0.01;
+    /// Walk of a torque while no sensor reads it, N m/sqrt(s).
+    const TORQUE_UNSEEN: f64 = 5.0;
+    /// Part of the mean load below which a wheel is not believed to roll.
+    pub const UNLOADED: f64 = 0.05;
+
+    pub fn new(robot: &Robot, budget: &NoiseBudget) -> Self {
+        Self {
+            links: [LinkAngleKalman::new(budget); 2],
+            wheels: [TorqueObserver::new(); 3],
+            motion: MotionFilter::new(budget),
+            last_torque: [0.0; 3],
+            last_speed: [0.0; 3],
+            last_turning: [0.0; 3],
+            spin_acceleration: [0.0; 3],
+            last_normal_force: [robot.mean_wheel_load(); 3],
+            last_traction: [0.0; 3],
+        }
+    }
+
+    /// How much of the gears' friction acts at a spin speed, rad/s: -1 to 1.
+    fn turning(speed: f64) -> f64 {
+        (speed / Self::FRICTION_SPEED).clamp(-1.0, 1.0)
+    }
+
+    /// Link angles: the first step of a frame.
+    pub fn turn(&mut self, budget: &NoiseBudget, inputs: &Inputs, dt: f64) -> [f64; 2] {
+        let forward = self.motion.acceleration().x;
+        for i in 0..2 {
+            let (rate, inclination) = (inputs.rate[i], inputs.inclination[i]);
+            self.links[i].update(
+                budget,
+                dt,
+                rate.fresh().then_some(rate.value),
+                inclination.fresh().then_some(inclination.value),
+                forward,
+            );
+        }
+        [self.links[0].angle(), self.links[1].angle()]
+    }
+
+    /// Ground torques and motion, in the posture of `arms`: the second step.
+    pub fn roll(
+        &mut self,
+        robot: &Robot,
+        settings: &EstimatorSettings,
+        inputs: &Inputs,
+        arms: &Arms,
+        dt: f64,
+    ) {
+        let (geometry, budget) = (&robot.geometry, &settings.budget);
+        let r = geometry.wheel_radius;
+        if dt > 0.0 {
+            let seen = inputs.contact_angle.map(|angle| angle.fresh());
+            self.motion.predict(budget, dt, seen);
+        }
+        for i in 0..3 {
+            let link = &self.links[geometry.carriers[i].index()];
+            let torque = inputs.motor_torque[i];
+            let turning = Self::turning(self.last_speed[i]);
+            let parameters = TorqueObserverParameters {
+                wheel_inertia: robot.mass.wheel_inertia,
+                rotor_inertia: robot.mass.rotor_inertia,
+                viscous_damping: settings.viscous_damping,
+                encoder_sigma: encoder_sigma(budget, self.last_speed[i]),
+                torque_sigma: budget.torque_noise,
+                step: budget.gear_friction * (turning - self.last_turning[i]),
+                unseen: if torque.fresh() {
+                    0.0
+                } else {
+                    Self::TORQUE_UNSEEN
+                },
+            };
+            let wheel = &mut self.wheels[i];
+            if dt > 0.0 {
+                let mean = 0.5 * (torque.value + self.last_torque[i]);
+                wheel.predict(&parameters, dt, mean, link.turning().1);
+            }
+            self.last_torque[i] = torque.value;
+            self.last_turning[i] = turning;
+            if inputs.wheel_angle[i].fresh() {
+                wheel.measure(&parameters, inputs.wheel_angle[i].value);
+            }
+            let speed = wheel.speed();
+            if dt > 0.0 {
+                let weight = dt / (Self::SMOOTHING + dt);
+                let rate = (speed - self.last_speed[i]) / dt;
+                self.spin_acceleration[i] += weight * (rate - self.spin_acceleration[i]);
+            }
+            self.last_speed[i] = speed;
+
+            let (n, t) = (self.last_normal_force[i], self.last_traction[i]);
+            if dt > 0.0 && n > Self::UNLOADED * robot.mean_wheel_load() {
+                let rolling = Rolling {
+                    relative: perp(arms.axles[i]) * link.rate(),
+                    angle: inputs.contact_angle[i].value,
+                    rim_speed: r * (speed - link.rate()),
+                    ratio: (t / n).clamp(-1.0, 1.0),
+                    moment_of_load: r * n,
+                    turning: Self::turning(speed),
+                    relative_sigma: libm::sqrt(arms.axles[i].norm_squared()) * link.rate_bias().1,
+                    torque: wheel.ground_torque().0 + settings.viscous_damping * speed,
+                    torque_sigma: wheel.ground_torque().1,
+                };
+                self.motion.roll(budget, i, &rolling, dt, settings.rolling);
+            }
+        }
+    }
+
+    /// Contact angle of wheel `i` with the error found taken off, rad.
+    pub fn contact_angle(&self, i: usize, given: f64) -> f64 {
+        given - self.motion.filter.x[state::CONTACT_ANGLE + i]
+    }
+
+    /// Traction of wheel `i` with the errors found taken off.
+    pub fn traction(&self, i: usize, viscous_damping: f64, wheel_radius: f64) -> Traction {
+        let x = &self.motion.filter.x;
+        let (torque, sigma) = self.wheels[i].ground_torque();
+        let speed = self.last_speed[i];
+        // The torque read but for what accelerates the rotor: smooth, and good enough to scale an error of 2 %.
+        let read = torque + viscous_damping * speed;
+        let turning = Self::turning(speed);
+        let errors = x[state::TORQUE_OFFSET + i]
+            + x[state::GEAR_FRICTION] * turning
+            + x[state::TORQUE_GAIN + i] * read;
+        let inverse = 1.0 / wheel_radius;
+        Traction {
+            value: (torque - errors) * inverse,
+            sigma: sigma * inverse,
+            by_offset: -inverse,
+            by_friction: -turning * inverse,
+            by_gain: -read * inverse,
+        }
+    }
+
+    /// Everything that the readings say.
+    pub fn estimate(
+        &mut self,
+        told: &Told,
+        instant: &Instant<'_>,
+    ) -> Result<Estimate, EstimateError> {
+        let (robot, settings) = (&told.robot, &told.settings);
+        let (geometry, budget) = (&robot.geometry, &settings.budget);
+        let mut flags = instant.flags;
+        let angles = self.turn(budget, instant.inputs, instant.dt);
+        let arms = Arms::new(geometry, angles[0], angles[1]).map_err(EstimateError::Linkage)?;
+        self.roll(robot, settings, instant.inputs, &arms, instant.dt);
+
+        let contact_angle =
+            [0, 1, 2].map(|i| self.contact_angle(i, instant.inputs.contact_angle[i].value));
+        let loads = if settings.inertia {
+            let [(w1, a1), (w2, a2)] = self.links.map(|link| link.turning());
+            let turning = arms.turning([w1, w2], [a1, a2]);
+            let q = self.motion.acceleration();
+            let spin = &self.spin_acceleration;
+            Loads::moving(
+                &robot.mass,
+                &told.masses,
+                &arms,
+                &geometry.carriers,
+                q,
+                &turning,
+                spin,
+            )
+        } else {
+            Loads::at_rest(&told.masses)
+        };
+        let statics = told.statics(arms, angles, loads, &contact_angle)?;
+        let equilibrium = &statics.equilibrium;
+
+        let tractions =
+            [0, 1, 2].map(|i| self.traction(i, settings.viscous_damping, geometry.wheel_radius));
+        let mut right = RightSide {
+            value: equilibrium.right_side(&tractions.map(|t| t.value)),
+            sensitivity: &Sensitivity::new(told, &statics, &tractions),
+            tractions: &tractions,
+            loads: told.load_noise(&statics),
+        };
+
+        // The parity residual corrects the states; right side and tractions follow them.
+        let mut parity = None;
+        let mut corrected = tractions;
+        if let Some(w) = statics.parity {
+            let value = w.dot(&right.value);
+            let along = right.sensitivity.along(&w);
+            let variance = w.dot(&(right.noise(equilibrium) * w));
+            let before = self.motion.filter.x;
+            let correct = settings.parity && instant.dt > 0.0;
+            let innovation =
+                self.motion
+                    .parity(&along, value, variance, instant.dt.max(1e-6), correct);
+            for (k, column) in right.sensitivity.columns.iter().enumerate() {
+                let place = state::ACCELERATION + k;
+                right.value += column * (self.motion.filter.x[place] - before[place]);
+            }
+            for (i, traction) in corrected.iter_mut().enumerate() {
+                *traction = self.traction(i, settings.viscous_damping, geometry.wheel_radius);
+            }
+            if innovation.nis() > GATE * GATE {
+                flags |= Flags::OUT_OF_RANGE;
+            }
+            parity = Some(Parity {
+                value,
+                sigma: libm::sqrt(innovation.variance),
+            });
+        }
+        right.tractions = &corrected;
+        let use_parity = statics.parity.filter(|_| settings.whitening);
+        let mut forces = solve(
+            equilibrium,
+            &statics.inverse,
+            use_parity,
+            &right,
+            &self.motion,
+        );
+        let value = right.value;
+        self.last_normal_force = forces.normal;
+        self.last_traction = forces.traction;
+        flags |= told.unloaded(&forces.normal) | told.at_stop(angles);
+        if settings.nonnegative {
+            forces.without_pull();
+        }
+
+        let (motion, links) = (&self.motion, &self.links);
+        let mut estimate = told.estimate(instant, &statics, &forces, &value, parity, flags);
+        estimate.covariance = Some(forces.covariance);
+        estimate.angle_sigma = Some([links[0].angle_sigma(budget), links[1].angle_sigma(budget)]);
+        estimate.reading_errors = Some(ReadingErrors {
+            torque_offset: [0, 1, 2].map(|i| motion.found(state::TORQUE_OFFSET + i)),
+            gear_friction: motion.found(state::GEAR_FRICTION),
+            contact_angle: [0, 1, 2].map(|i| motion.found(state::CONTACT_ANGLE + i)),
+            rate_bias: links.map(|link| link.rate_bias()),
+        });
+        Ok(estimate)
+    }
+}
+
+/// Standard deviation of a wheel angle, rad: the count, uniform over its width, and the time stamp's error at this speed.
+fn encoder_sigma(budget: &NoiseBudget, speed: f64) -> f64 {
+    // 1/sqrt(12) of a count. A thousandth of a millimetre at the rim at least: no gear is finer.
+    const UNIFORM: f64 = 0.288_675_134_594_812_9;
+    const LEAST: f64 = 1e-6;
+    let count = if budget.encoder_counts > 0.0 {
+        2.0 * core::f64::consts::PI / budget.encoder_counts * UNIFORM
+    } else {
+        0.0
+    };
+    libm::hypot(count.max(LEAST), speed * budget.jitter)
+}
+
+/// How the right side `y = F' - H_T T` and the contact angles' part of `H_N N` change with the states that they depend on: a
+/// column a state, N.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sensitivity {
+    pub columns: [Vector4<f64>; SENSITIVE],
+}
+
+impl Sensitivity {
+    pub const ACCELERATION: usize = 0;
+    pub const CONTACT_ANGLE: usize = state::CONTACT_ANGLE - state::ACCELERATION;
+    pub const TORQUE_OFFSET: usize = state::TORQUE_OFFSET - state::ACCELERATION;
+    pub const GEAR_FRICTION: usize = state::GEAR_FRICTION - state::ACCELERATION;
+    pub const TORQUE_GAIN: usize = state::TORQUE_GAIN - state::ACCELERATION;
+
+    /// At one instant, for the tractions as they are believed.
+    pub fn new(told: &Told, statics: &Statics, tractions: &[Traction; 3]) -> Self {
+        let geometry = &told.robot.geometry;
+        let (settings, equilibrium, arms) = (&told.settings, &statics.equilibrium, &statics.arms);
+        let mut columns = [Vector4::zeros(); SENSITIVE];
+        if settings.inertia {
+            for (axis, unit) in [Vec2::x(), Vec2::y()].into_iter().enumerate() {
+                let pushed = Loads::uniform(&told.masses, unit);
+                columns[Sensitivity::ACCELERATION + axis] =
+                    Equilibrium::right_of(arms, &geometry.carriers, &pushed, settings.moment_lever)
+                        .0;
+            }
+        }
+        // Normal forces as the uncorrected equations give them.
+        let normal = statics
+            .inverse
+            .solve(&equilibrium.right_side(&tractions.map(|t| t.value)));
+        for i in 0..3 {
+            let t = &tractions[i];
+            columns[Sensitivity::CONTACT_ANGLE + i] = equilibrium.by_contact_angle(
+                i,
+                geometry.carriers[i],
+                geometry.wheel_radius,
+                normal[i],
+                t.value,
+            );
+            let h = equilibrium.h_t[i];
+            columns[Sensitivity::TORQUE_OFFSET + i] = h * -t.by_offset;
+            columns[Sensitivity::GEAR_FRICTION] += h * -t.by_friction;
+            columns[Sensitivity::TORQUE_GAIN + i] = h * -t.by_gain;
+        }
+        Self { columns }
+    }
+
+    /// `w' A`.
+    pub fn along(&self, w: &Vector4<f64>) -> [f64; SENSITIVE] {
+        self.columns.map(|column| w.dot(&column))
+    }
+}

@@ -1,0 +1,110 @@
+//! What comes out.
+
+use crate::flags::Flags;
+use robhaz_model::{Posture, PostureError, Vec2};
+
+/// What the estimator makes of the readings of one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// Time of the readings, s.
+    pub time: f64,
+    /// Normal force N of each wheel, N.
+    pub normal_force: [f64; 3],
+    /// Traction T of each wheel, N, driving forward positive.
+    pub traction: [f64; 3],
+    /// Covariance of `x' = [T1 N1 T2 N2 T3 N3]`, N^2. `None` from the paper's filters, which know none.
+    pub covariance: Option<[[f64; 6]; 6]>,
+    /// Angles of the four bars, rad (Fig. 5).
+    pub posture: Posture,
+    /// Standard deviation of the angles of links 1 and 2, rad; `None` from the paper's filter.
+    pub angle_sigma: Option<[f64; 2]>,
+    /// Positions of P, Q, R, S relative to Q in world axes, m (Fig. 5).
+    pub pin_from_q: [Vec2; 4],
+    /// Forces in P, Q, R, S on the first bar of [`robhaz_model::Pin::bars`], N.
+    pub pin_force: [Vec2; 4],
+    /// What is left of eq. (8): horizontal and vertical force (N), moments of links 1 and 2 about Q (N m).
+    pub residual: [f64; 4],
+    /// The redundancy of eq. (8) as it stood before it was used; `None` where the contacts leave it undefined.
+    pub parity: Option<Parity>,
+    /// Errors of the readings that the estimator has found; `None` from the paper's filters.
+    pub reading_errors: Option<ReadingErrors>,
+    /// What the estimate must not be read without.
+    pub flags: Flags,
+}
+
+impl Estimate {
+    /// Standard deviation of N of wheel `i` (0 to 2), N.
+    pub fn sigma_normal(&self, i: usize) -> Option<f64> {
+        self.sigma(2 * i + 1)
+    }
+
+    /// Standard deviation of T of wheel `i` (0 to 2), N.
+    pub fn sigma_traction(&self, i: usize) -> Option<f64> {
+        self.sigma(2 * i)
+    }
+
+    fn sigma(&self, k: usize) -> Option<f64> {
+        let variance = self.covariance.as_ref()?.get(k)?.get(k)?;
+        Some(libm::sqrt(variance.max(0.0)))
+    }
+}
+
+/// The combination of eq. (8) that holds no normal force. It should be zero; what it is tells of wrong torques, contact
+/// angles and loads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parity {
+    /// The residual, N (moments at the lever).
+    pub value: f64,
+    /// What to expect of it, N: one standard deviation. 0 from the paper's filters, which expect nothing.
+    pub sigma: f64,
+}
+
+/// What `best` has found of the readings' errors, with standard deviations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReadingErrors {
+    /// Offsets of the motor torques read, N m.
+    pub torque_offset: [(f64, f64); 3],
+    /// Dry friction in the gears, N m at the wheel.
+    pub gear_friction: (f64, f64),
+    /// Errors of the contact angles given, rad.
+    pub contact_angle: [(f64, f64); 3],
+    /// Biases of the gyroscopes on links 1 and 2, rad/s.
+    pub rate_bias: [(f64, f64); 2],
+}
+
+/// Why readings give no estimate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum EstimateError {
+    /// A reading has never come yet.
+    Missing {
+        /// Which field of [`crate::SensorFrame`].
+        field: &'static str,
+    },
+    /// Time did not increase, or is not a number.
+    Time {
+        /// Time of the last frame, s.
+        last: f64,
+        /// Time of this frame, s.
+        now: f64,
+    },
+    /// The link angles read cannot be those of the four-bar.
+    Linkage(PostureError),
+    /// The statics are singular in this posture: P lies on the line RS, or the contacts leave a normal force undetermined.
+    Singular,
+}
+
+impl core::fmt::Display for EstimateError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Missing { field } => write!(f, "the reading {field} has never come"),
+            Self::Time { last, now } => write!(
+                f,
+                "time must increase: the last frame was at {last} s, this one at {now} s"
+            ),
+            Self::Linkage(e) => e.fmt(f),
+            Self::Singular => write!(f, "the statics are singular in this posture"),
+        }
+    }
+}
+
+impl core::error::Error for EstimateError {}

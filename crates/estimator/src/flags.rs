@@ -1,0 +1,88 @@
+//! What an estimate must not be read without.
+
+/// A set of warnings.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Flags(u16);
+
+impl Flags {
+    /// Nothing to warn of.
+    pub const NONE: Self = Self(0);
+    /// Wheel 1, 2 or 3 carries no load: its normal force came out negative and was set to zero, or it is below a
+    /// twentieth of the mean load. Its traction and contact angle say nothing.
+    pub const WHEEL_UNLOADED: [Self; 3] = [Self(1), Self(2), Self(4)];
+    /// The linkage is at an end stop of pin Q, whose torque nobody measures.
+    pub const AT_STOP: Self = Self(8);
+    /// A reading is missing from this frame; the last good one stands in for it.
+    pub const SENSOR_MISSING: Self = Self(16);
+    /// A reading has been missing for more than 0.1 s.
+    pub const SENSOR_STALE: Self = Self(32);
+    /// A reading was not a finite number or beyond what the robot can do; it counts as missing.
+    pub const SENSOR_ABSURD: Self = Self(64);
+    /// The forces do not fit the model by more than five standard deviations: an impact, an unknown load, a wrong
+    /// contact angle.
+    pub const OUT_OF_RANGE: Self = Self(128);
+
+    /// All flags and their names.
+    const NAMES: [(Self, &'static str); 8] = [
+        (Self::WHEEL_UNLOADED[0], "wheel 1 unloaded"),
+        (Self::WHEEL_UNLOADED[1], "wheel 2 unloaded"),
+        (Self::WHEEL_UNLOADED[2], "wheel 3 unloaded"),
+        (Self::AT_STOP, "linkage at a stop"),
+        (Self::SENSOR_MISSING, "reading missing"),
+        (Self::SENSOR_STALE, "reading stale"),
+        (Self::SENSOR_ABSURD, "reading absurd"),
+        (Self::OUT_OF_RANGE, "out of the model's range"),
+    ];
+
+    /// Whether there is none.
+    pub const fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// Whether all of `other` are in this set.
+    pub const fn contains(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    /// The set as a number, one bit a flag: wheels 1, 2, 4; stop 8; missing 16; stale 32; absurd 64; out of range 128.
+    pub const fn bits(self) -> u16 {
+        self.0
+    }
+
+    /// Names of the flags that are set.
+    pub fn names(self) -> impl Iterator<Item = &'static str> {
+        Self::NAMES
+            .into_iter()
+            .filter(move |(flag, _)| self.contains(*flag))
+            .map(|(_, name)| name)
+    }
+}
+
+impl core::ops::BitOr for Flags {
+    type Output = Self;
+
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+}
+
+impl core::ops::BitOrAssign for Flags {
+    fn bitor_assign(&mut self, other: Self) {
+        self.0 |= other.0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sets_join_and_name_themselves() {
+        let mut flags = Flags::WHEEL_UNLOADED[1] | Flags::AT_STOP;
+        assert!(flags.names().eq(["wheel 2 unloaded", "linkage at a stop"]));
+        flags |= Flags::SENSOR_STALE;
+        assert!(flags.contains(Flags::SENSOR_STALE) && !flags.contains(Flags::SENSOR_MISSING));
+        assert!(Flags::NONE.is_empty() && Flags::NONE.names().next().is_none());
+        assert_eq!(flags.bits(), 2 + 8 + 32);
+    }
+}

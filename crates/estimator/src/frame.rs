@@ -1,0 +1,140 @@
+//! What the sensors read, as the estimator takes it: checked, and held over where a reading is missing.
+
+use crate::flags::Flags;
+use crate::visit::visit_fields;
+
+/// Readings of the inclinometer and the rate gyroscope on one link; `None` where there is none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinkReading {
+    /// Turn from the nominal pose, rad, counter-clockwise.
+    pub inclination: Option<f64>,
+    /// Angular rate, rad/s, counter-clockwise.
+    pub rate: Option<f64>,
+}
+
+/// Everything that the estimator sees of one instant, SI; `None` where a reading is missing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorFrame {
+    /// Time of the sample, s; must increase from frame to frame.
+    pub time: f64,
+    /// Turn of each wheel relative to its link, rad, forward positive: encoder counts times 2 pi / counts a turn.
+    pub wheel_angle: [Option<f64>; 3],
+    /// Motor torque at each wheel after the gear, N m, forward positive.
+    pub motor_torque: [Option<f64>; 3],
+    /// Sensors on link 1.
+    pub link1: LinkReading,
+    /// Sensors on link 2.
+    pub link2: LinkReading,
+    /// Contact angles, rad: given from elsewhere, as the paper assumes.
+    pub contact_angle: [Option<f64>; 3],
+}
+
+/// Readings beyond these cannot be true of a robot of this kind; they count as missing.
+mod limit {
+    /// Motor torque at a wheel, N m: thirty times the drive's.
+    pub const TORQUE: f64 = 300.0;
+    /// Inclination and contact angle, rad: upside down.
+    pub const ANGLE: f64 = core::f64::consts::FRAC_PI_2;
+    /// Angular rate of a link, rad/s: 2000 deg/s, the range of common gyroscopes.
+    pub const RATE: f64 = 35.0;
+    /// Spin speed of a wheel, rad/s: 20 m/s at the rim.
+    pub const SPIN: f64 = 200.0;
+}
+
+/// The last good value of one reading.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Held {
+    /// The value.
+    pub value: f64,
+    /// Time since it was read, s; 0 when it is of this frame.
+    pub age: f64,
+    /// Whether there has ever been one.
+    pub known: bool,
+}
+
+impl Held {
+    /// Whether the value is of this frame.
+    pub fn fresh(&self) -> bool {
+        self.known && self.age <= 0.0
+    }
+
+    fn take(&mut self, reading: Option<f64>, dt: f64, possible: impl Fn(f64) -> bool) -> Flags {
+        self.age += dt;
+        let flags = match reading {
+            Some(value) if value.is_finite() && possible(value) => {
+                *self = Self {
+                    value,
+                    age: 0.0,
+                    known: true,
+                };
+                return Flags::NONE;
+            }
+            Some(_) => Flags::SENSOR_ABSURD | Flags::SENSOR_MISSING,
+            None => Flags::SENSOR_MISSING,
+        };
+        if self.age > Inputs::STALE_AFTER {
+            flags | Flags::SENSOR_STALE
+        } else {
+            flags
+        }
+    }
+}
+
+/// All readings, each as fresh as it can be.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Inputs {
+    pub wheel_angle: [Held; 3],
+    pub motor_torque: [Held; 3],
+    /// Links 1 and 2.
+    pub inclination: [Held; 2],
+    pub rate: [Held; 2],
+    pub contact_angle: [Held; 3],
+}
+
+impl Inputs {
+    /// Age beyond which a held reading is called stale, s: a wheel has then rolled 2 cm at 0.2 m/s.
+    pub const STALE_AFTER: f64 = 0.1;
+
+    /// Takes a frame `dt` seconds after the last one.
+    pub fn take(&mut self, frame: &SensorFrame, dt: f64) -> Flags {
+        let mut flags = Flags::NONE;
+        for i in 0..3 {
+            let held = &mut self.wheel_angle[i];
+            let (last, known) = (held.value, held.known);
+            // A hundredth of a turn more, for encoders that count coarsely.
+            let reach = limit::SPIN * (held.age + dt) + 0.06;
+            flags |= held.take(frame.wheel_angle[i], dt, |v| {
+                !known || libm::fabs(v - last) <= reach
+            });
+            let torque = |v: f64| libm::fabs(v) <= limit::TORQUE;
+            flags |= self.motor_torque[i].take(frame.motor_torque[i], dt, torque);
+            let angle = |v: f64| libm::fabs(v) <= limit::ANGLE;
+            flags |= self.contact_angle[i].take(frame.contact_angle[i], dt, angle);
+        }
+        for (i, link) in [&frame.link1, &frame.link2].into_iter().enumerate() {
+            let angle = |v: f64| libm::fabs(v) <= limit::ANGLE;
+            flags |= self.inclination[i].take(link.inclination, dt, angle);
+            flags |= self.rate[i].take(link.rate, dt, |v| libm::fabs(v) <= limit::RATE);
+        }
+        flags
+    }
+
+    /// A reading that has never come.
+    pub fn never_read(&self) -> Option<&'static str> {
+        let unknown = |held: &[Held]| held.iter().any(|h| !h.known);
+        [
+            ("wheel_angle", unknown(&self.wheel_angle)),
+            ("motor_torque", unknown(&self.motor_torque)),
+            ("link1.inclination", unknown(&self.inclination[..1])),
+            ("link2.inclination", unknown(&self.inclination[1..])),
+            ("link1.rate", unknown(&self.rate[..1])),
+            ("link2.rate", unknown(&self.rate[1..])),
+            ("contact_angle", unknown(&self.contact_angle)),
+        ]
+        .into_iter()
+        .find_map(|(field, unknown)| unknown.then_some(field))
+    }
+}
+
+visit_fields!(Held: value, age, known);
+visit_fields!(Inputs: wheel_angle, motor_torque, inclination, rate, contact_angle);
