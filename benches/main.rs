@@ -17,6 +17,7 @@ fn setup(engine: EngineKind) -> PlantSetup {
         friction: Default::default(),
         stretches: Vec::new(),
         drive: Default::default(),
+        start: Default::default(),
         engine,
         step: 1e-4,
         tolerance: 1e-4,

@@ -10,6 +10,9 @@ use robhaz_verify::{agreement, truth_of};
 /// wheels' fast pole (0.075 ms) makes the pins' forces change by newtons, and ours are means over one step.
 const AFTER_FIRST_STEP: f64 = 0.02;
 
+/// How the references start.
+const RAW: &str = "engine.start=raw";
+
 struct Bounds {
     force: f64,
     pin_force: f64,
@@ -78,7 +81,7 @@ const BOUNDS: Bounds = Bounds {
 
 /// Settling and starting on level ground.
 fn flat_start(engine: &str) {
-    let overrides = ["contact.damping_ramp=0", "record.duration=4", engine];
+    let overrides = [RAW, "contact.damping_ramp=0", "record.duration=4", engine];
     hold(
         "c6_flat_start",
         &keep(&scene("flat", &overrides)).truth,
@@ -98,7 +101,7 @@ fn flat_start_by_direct() {
 
 /// The paper's main scene with eq. (10) as printed. Gives the greatest gap of a pin, m.
 fn smooth_without_the_ramp_of_c(engine: &str) -> f64 {
-    let kept = keep(&scene("smooth", &["contact.damping_ramp=0", engine]));
+    let kept = keep(&scene("smooth", &[RAW, "contact.damping_ramp=0", engine]));
     hold("c1_smooth_stiff", &kept.truth, &BOUNDS);
     kept.truth.iter().map(|t| t.loop_error).fold(0.0, f64::max)
 }
@@ -118,7 +121,7 @@ fn smooth_by_direct() {
 /// A ramp of 15 deg: the wheels bridge its concave corner and touch at two places. 0.5 N outside the milliseconds in
 /// which a wheel meets a corner: there N peaks at hundreds of newtons, and one sample off is tens.
 fn ramp(engine: &str) {
-    let kept = keep(&scene("ramp", &[engine]));
+    let kept = keep(&scene("ramp", &[RAW, engine]));
     let reference = Reference::read("c3_ramp15");
     let hits = |i: usize| {
         let touching = reference.column(&format!("ncontact{}", i + 1));

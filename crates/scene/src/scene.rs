@@ -6,7 +6,7 @@ use robhaz_model::Robot;
 use robhaz_sim::contact::ContactLaw;
 use robhaz_sim::drive::Drive;
 use robhaz_sim::friction::{FrictionLaw, Stretch};
-use robhaz_sim::{EngineKind, PlantSetup};
+use robhaz_sim::{EngineKind, PlantSetup, StartKind};
 use robhaz_terrain::{Profile, Terrain};
 
 /// Everything that a run depends on. SI throughout.
@@ -100,6 +100,8 @@ pub struct EstimatorChoice {
 pub struct EngineChoice {
     /// Which.
     pub kind: EngineKind,
+    /// How the robot stands at time zero.
+    pub start: StartKind,
     /// Greatest integration step of `rapier`, s.
     pub step: f64,
     /// Tolerance of `direct`, -: see [`PlantSetup::tolerance`].
@@ -113,7 +115,7 @@ pub struct RecordChoice {
     pub duration: f64,
     /// Records a second, Hz.
     pub rate: f64,
-    /// Errors count from this time on, s: what comes before is settling and starting.
+    /// Errors count from this time on, s: what comes before is rest and starting.
     pub compare_from: f64,
 }
 
@@ -132,6 +134,7 @@ impl Default for EngineChoice {
     fn default() -> Self {
         Self {
             kind: EngineKind::Rapier,
+            start: StartKind::default(),
             step: 1e-4,
             tolerance: 1e-4,
         }
@@ -178,6 +181,7 @@ impl Scene {
             friction: self.friction,
             stretches: self.terrain.stretches.clone(),
             drive: self.drive,
+            start: self.engine.start,
             engine: self.engine.kind,
             step: self.engine.step,
             tolerance: self.engine.tolerance,

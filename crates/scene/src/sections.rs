@@ -6,7 +6,7 @@ use crate::scene::{Grade, Scene};
 use crate::units::{
     CONTACT_STIFFNESS, DAMPING, FREQUENCY, LENGTH, NONE, ROTARY_DAMPING, SPEED, TIME, TORQUE,
 };
-use robhaz_sim::EngineKind;
+use robhaz_sim::{EngineKind, StartKind};
 
 /// A section of a scene file whose keys set fields of the scene.
 pub(crate) struct Section {
@@ -187,6 +187,13 @@ const ENGINE: &[Key<Scene>] = &[
         |s, i| s.engine.kind = EngineKind::ALL[i],
         "which engine: rigid bodies in rapier2d, or the equations of motion with a stiff solver",
     ),
+    Key::word(
+        "start",
+        &[StartKind::Settled.name(), StartKind::Raw.name()],
+        |s| s.engine.start as usize,
+        |s, i| s.engine.start = StartKind::ALL[i],
+        "at time zero the robot stands in static equilibrium, or in the nominal pose with all wheels equally deep, which then settles",
+    ),
     Key::number(
         "step",
         TIME,
@@ -223,6 +230,6 @@ const RECORD: &[Key<Scene>] = &[
         TIME,
         at_least(0.0).at_most(LONGEST_RUN),
         |s| &mut s.record.compare_from,
-        "errors count from this time on, below duration: before it the robot settles and starts",
+        "errors count from this time on, below duration: before it the robot rests and starts",
     ),
 ];

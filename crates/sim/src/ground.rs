@@ -36,12 +36,14 @@ pub(crate) struct GroundForces {
     pub force: Vec2,
     /// Sum of d T over the contacts, N m: the torque that resists the forward spin.
     pub torque: f64,
-    normal_force: f64,
+    /// Magnitude of the normal forces' vector sum, N.
+    pub normal_force: f64,
     traction: f64,
     contact_angle: f64,
     penetration: f64,
     slip_speed: f64,
-    contacts: u32,
+    /// Number of contacts.
+    pub contacts: u32,
 }
 
 impl Ground {
@@ -166,6 +168,7 @@ mod tests {
             friction: FrictionLaw::default(),
             stretches: stretches.iter().map(stretch).collect(),
             drive: Default::default(),
+            start: Default::default(),
             engine: EngineKind::Direct,
             step: 1e-4,
             tolerance: 1e-4,

@@ -18,8 +18,10 @@ mod ground;
 mod plant;
 pub mod rapier;
 pub mod sensors;
+mod start;
 pub mod stop;
 mod truth;
 
 pub use plant::{EngineKind, Plant, PlantError, PlantSetup};
+pub use start::StartKind;
 pub use truth::{BarTruth, PinTruth, Truth, WheelTruth};

@@ -4,6 +4,7 @@ use super::mechanism::{Forces, Kinematics, NoForces, State};
 use crate::drive::Drive;
 use crate::ground::{Ground, GroundForces, WheelMotion};
 use crate::plant::PlantSetup;
+use crate::start::Start;
 use differential_equations::linalg::Matrix;
 use differential_equations::ode::ODE;
 use nalgebra::Vector4;
@@ -18,22 +19,21 @@ const RATES: usize = 4;
 pub(super) const OMEGA: usize = 8;
 const INTEGRAL: usize = 11;
 
-pub(super) struct Equations {
+pub(crate) struct Equations {
     pub robot: Robot,
     drive: Drive,
     ground: RefCell<Ground>,
     refusal: Cell<Option<NoForces>>,
 }
 
-/// Nominal pose, at rest, sunk by the static penetration of the mean wheel load.
-pub(super) fn start(setup: &PlantSetup) -> Y {
-    let q = setup.robot.geometry.pins.q;
+/// The solver's state at time zero.
+pub(super) fn start(start: &Start) -> Y {
+    let state = &start.state;
     let mut y = [0.0; SIZE];
-    y[0] = q.x;
-    y[1] = q.y
-        - setup
-            .contact
-            .static_penetration(setup.robot.mean_wheel_load());
+    y[..RATES].copy_from_slice(&[state.q.x, state.q.y, state.angles[0], state.angles[1]]);
+    y[RATES..OMEGA].copy_from_slice(state.rates.as_slice());
+    y[OMEGA..INTEGRAL].copy_from_slice(&state.omega);
+    y[INTEGRAL..].copy_from_slice(&start.integrals);
     y
 }
 

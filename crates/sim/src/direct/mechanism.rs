@@ -7,6 +7,7 @@
 use crate::drive::wheel_acceleration;
 use crate::ground::{Ground, GroundForces, WheelMotion};
 use crate::stop::stop_torque;
+use crate::truth::BarTruth;
 use nalgebra::{Matrix4, Vector3, Vector4};
 use robhaz_model::{Bar, GRAVITY, PostureError, Robot, Vec2, corner_s, cross};
 
@@ -190,16 +191,16 @@ impl Kinematics {
         })
     }
 
-    /// Centre of mass, its velocity, the bar's angle and rate.
-    pub fn bar(&self, bar: Bar, state: &State) -> (Vec2, Vec2, f64, f64) {
+    /// Pose and rates of a bar.
+    pub fn bar(&self, bar: Bar, state: &State) -> BarTruth {
         let i = bar as usize;
         let axis = self.axes[i];
-        (
-            state.q + self.centres[i].arm,
-            self.centres[i].velocity(state),
-            axis.y.atan2(axis.x),
-            self.turns[i].rate,
-        )
+        BarTruth {
+            position: state.q + self.centres[i].arm,
+            angle: axis.y.atan2(axis.x),
+            velocity: self.centres[i].velocity(state),
+            rate: self.turns[i].rate,
+        }
     }
 
     /// Centre of a wheel, m.
@@ -210,6 +211,11 @@ impl Kinematics {
     /// Velocity of a wheel's centre, m/s.
     pub fn axle_velocity(&self, wheel: usize, state: &State) -> Vec2 {
         self.axles[wheel].velocity(state)
+    }
+
+    /// What gives the speed of a wheel's centre along `direction` from the four rates.
+    pub fn axle_row(&self, wheel: usize, direction: Vec2) -> Vector4<f64> {
+        Vector4::from(self.axles[wheel].columns().map(|c| c.dot(&direction)))
     }
 
     /// Positions of P, Q, R, S, m.

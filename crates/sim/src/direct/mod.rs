@@ -9,11 +9,15 @@ mod mechanism;
 mod solver;
 
 use crate::plant::{Engine, PlantError, PlantSetup};
-use crate::truth::{BarTruth, PinTruth, Truth};
-use equations::{Equations, Y, start};
-use mechanism::{Kinematics, NoForces};
+use crate::start::Start;
+use crate::truth::{PinTruth, Truth};
+use equations::Y;
+use mechanism::NoForces;
 use robhaz_model::Bar;
 use solver::Solver;
+
+pub(crate) use equations::Equations;
+pub(crate) use mechanism::{Forces, Kinematics, State};
 
 /// The library behind this engine; a test holds it against the locked version.
 pub const LIBRARY: &str = "differential-equations 0.7.0";
@@ -28,10 +32,10 @@ pub struct DirectEngine {
 }
 
 impl DirectEngine {
-    /// Puts the robot on its ground in the nominal pose, at rest, sunk by the static penetration of the mean wheel load.
-    pub fn new(setup: &PlantSetup) -> Self {
+    /// The robot at its start.
+    pub(crate) fn new(setup: &PlantSetup, start: &Start) -> Self {
         let equations = Equations::new(setup);
-        let solver = Solver::new(&equations, &start(setup), setup.tolerance);
+        let solver = Solver::new(&equations, &equations::start(start), setup.tolerance);
         Self {
             equations,
             solver,
@@ -52,15 +56,7 @@ impl DirectEngine {
         let kinematics = Kinematics::new(robot, &state)?;
         let torques = equations.motor_torques(time, y);
         let forces = equations.forces(&kinematics, &state, torques)?;
-        let bar = |bar| {
-            let (position, velocity, angle, rate) = kinematics.bar(bar, &state);
-            BarTruth {
-                position,
-                angle,
-                velocity,
-                rate,
-            }
-        };
+        let bar = |bar| kinematics.bar(bar, &state);
         let mut truth = Truth {
             time,
             body: bar(Bar::Body),
