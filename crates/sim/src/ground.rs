@@ -60,8 +60,20 @@ impl Ground {
 
     /// Forces of all contacts of a wheel. The error is the x (m) of a wheel whose centre is below the ground.
     pub fn act(&mut self, wheel: &WheelMotion) -> Result<GroundForces, f64> {
-        self.terrain
-            .contacts(wheel.centre, self.wheel_radius, &mut self.found);
+        let mut found = std::mem::take(&mut self.found);
+        self.find(wheel.centre, &mut found);
+        let forces = self.act_at(&found, wheel);
+        self.found = found;
+        forces
+    }
+
+    /// Where a wheel touches; `found` is cleared first.
+    pub fn find(&self, centre: Vec2, found: &mut Vec<Contact>) {
+        self.terrain.contacts(centre, self.wheel_radius, found);
+    }
+
+    /// Forces of a wheel that touches at given places. The error is as that of [`Self::act`].
+    pub fn act_at(&self, found: &[Contact], wheel: &WheelMotion) -> Result<GroundForces, f64> {
         let mut sum = GroundForces {
             force: Vec2::zeros(),
             torque: 0.0,
@@ -73,7 +85,7 @@ impl Ground {
             contacts: 0,
         };
         let mut normal_sum = Vec2::zeros();
-        for contact in &self.found {
+        for contact in found {
             let (t, n, arm) = axes(contact, wheel)?;
             let penetration = self.wheel_radius - arm;
             let normal_force = self
@@ -122,7 +134,10 @@ impl Ground {
 fn axes(contact: &Contact, wheel: &WheelMotion) -> Result<(Vec2, Vec2, f64), f64> {
     // Written so that a NaN fails too.
     if contact.distance > 0.0 {
-        Ok((contact.tangent(), contact.normal(), contact.distance))
+        // The ground's nearest point is on the normal: no angle is needed.
+        let normal = (wheel.centre - contact.point) / contact.distance;
+        let tangent = Vec2::new(normal.y, -normal.x);
+        Ok((tangent, normal, contact.distance))
     } else {
         Err(wheel.centre.x)
     }

@@ -215,7 +215,7 @@ fn check(truth: &Truth) -> Result<(), PlantError> {
                 part: bar.name(),
             });
         }
-        if b.angle.cos() < 0.0 {
+        if b.angle.abs() > std::f64::consts::FRAC_PI_2 {
             return Err(PlantError::Overturned {
                 time,
                 part: bar.name(),

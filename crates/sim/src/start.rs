@@ -115,10 +115,9 @@ fn raw(setup: &PlantSetup) -> Result<Start, PlantError> {
 
 /// Static equilibrium near the nominal pose, the middle wheel at its nominal x.
 fn settled(setup: &PlantSetup) -> Result<Start, PlantError> {
-    let equations = Equations::new(setup);
-    let balance = Balance {
+    let mut balance = Balance {
         setup,
-        equations: &equations,
+        equations: Equations::new(setup),
     };
     laid(setup)
         .and_then(|pose| balance.solve(&pose))
@@ -160,11 +159,11 @@ fn tangents(
     state: &State,
 ) -> Option<(Matrix4<f64>, [f64; 3])> {
     let (mut rows, mut distances) = (Matrix4::zeros(), [0.0; 3]);
-    for i in 0..3 {
+    for (i, distance) in distances.iter_mut().enumerate() {
         let nearest = terrain.nearest(kinematics.axle(i, state))?;
         let row = kinematics.axle_row(i, nearest.normal());
         rows.set_row(i, &row.transpose());
-        distances[i] = nearest.distance;
+        *distance = nearest.distance;
         if i == 1 {
             let row = kinematics.axle_row(i, nearest.tangent());
             rows.set_row(3, &row.transpose());
@@ -176,12 +175,12 @@ fn tangents(
 /// The equations of equilibrium.
 struct Balance<'a> {
     setup: &'a PlantSetup,
-    equations: &'a Equations,
+    equations: Equations,
 }
 
 impl Balance<'_> {
     /// Newton's method from a pose that is near.
-    fn solve(&self, pose: &State) -> Option<Start> {
+    fn solve(&mut self, pose: &State) -> Option<Start> {
         let [a, b] = pose.angles;
         let mut z = Unknowns::from([pose.q.x, pose.q.y, a, b, 0.0, 0.0, 0.0, 0.0]);
         for _ in 0..MOST_STEPS {
@@ -208,19 +207,19 @@ impl Balance<'_> {
     }
 
     /// Whether all is at rest on three wheels, none in the air or wedged between two faces.
-    fn stands(&self, z: &Unknowns) -> bool {
+    fn stands(&mut self, z: &Unknowns) -> bool {
         self.evaluate(z).is_some_and(|(residual, forces)| {
             let on_one_face = |g: &GroundForces| g.normal_force > 0.0 && g.contacts == 1;
             residual.amax() < AT_REST && forces.ground.iter().all(on_one_face)
         })
     }
 
-    fn residual(&self, z: &Unknowns) -> Option<Unknowns> {
+    fn residual(&mut self, z: &Unknowns) -> Option<Unknowns> {
         self.evaluate(z).map(|(residual, _)| residual)
     }
 
     /// What must vanish: distance of the middle wheel from its place, m; accelerations of Q (m/s^2), links and wheels (rad/s^2); and the forces.
-    fn evaluate(&self, z: &Unknowns) -> Option<(Unknowns, Forces)> {
+    fn evaluate(&mut self, z: &Unknowns) -> Option<(Unknowns, Forces)> {
         let start = self.start(z)?;
         let robot = &self.setup.robot;
         let kinematics = Kinematics::new(robot, &start.state).ok()?;
