@@ -19,7 +19,7 @@ fn setup(engine: EngineKind) -> PlantSetup {
         drive: Default::default(),
         start: Default::default(),
         engine,
-        step: 1e-4,
+        step: 1.25e-4,
         tolerance: 1e-4,
         period: 1e-3,
     }

@@ -150,7 +150,7 @@ fn forces_stay_within_their_laws() {
 #[test]
 fn energy_balances() {
     for (engine, bound) in [
-        // Rapier's step of 0.1 ms is of first order in time: five times what was found.
+        // Rapier's step of 0.125 ms is of first order in time: five times what was found.
         ("engine.kind=rapier", 1e-4),
         // What is left is the trapezoidal rule: 1 ms against a slow pole of the contact of 118 ms.
         ("engine.kind=direct", 1e-6),

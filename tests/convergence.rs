@@ -22,7 +22,7 @@ fn difference(a: &Kept, b: &Kept) -> f64 {
     f64::sqrt(square / count)
 }
 
-/// Symplectic Euler is of first order: half the step, half the error. And the step of 0.1 ms is fine enough: halving it
+/// Symplectic Euler is of first order: half the step, half the error. And a step of 0.1 ms is fine enough: halving it
 /// changes N by less than a millinewton.
 #[test]
 fn rapier_converges_at_first_order() {

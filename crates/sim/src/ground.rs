@@ -44,6 +44,8 @@ pub(crate) struct GroundForces {
     slip_speed: f64,
     /// Number of contacts.
     pub contacts: u32,
+    /// Greatest speed into the ground over the contacts, m/s; 0 where there is none.
+    pub approach: f64,
 }
 
 impl Ground {
@@ -83,14 +85,14 @@ impl Ground {
             penetration: f64::NEG_INFINITY,
             slip_speed: 0.0,
             contacts: 0,
+            approach: 0.0,
         };
         let mut normal_sum = Vec2::zeros();
         for contact in found {
             let (t, n, arm) = axes(contact, wheel)?;
             let penetration = self.wheel_radius - arm;
-            let normal_force = self
-                .contact
-                .normal_force(penetration, -wheel.velocity.dot(&n));
+            let approach = -wheel.velocity.dot(&n);
+            let normal_force = self.contact.normal_force(penetration, approach);
             let slip_speed = wheel.spin * arm - wheel.velocity.dot(&t);
             let friction = self.friction.at(&self.stretches, contact.point.x);
             let traction = friction.coefficient(slip_speed) * normal_force;
@@ -99,6 +101,7 @@ impl Ground {
             sum.torque += arm * traction;
             sum.traction += traction;
             sum.contacts += 1;
+            sum.approach = sum.approach.max(approach);
             if penetration > sum.penetration {
                 sum.penetration = penetration;
                 sum.slip_speed = slip_speed;

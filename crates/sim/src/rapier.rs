@@ -21,6 +21,10 @@ pub const LIBRARY: &str = "rapier2d 0.36.1";
 /// Rapier's iterations over the joints in a step: 4 leave the pins 50 nm apart on rolling ground and 0.9 um on stairs, 8 a fifth
 /// of that.
 const ITERATIONS: usize = 4;
+/// Parts of a step while a wheel is hit by an edge: 16 us resolve the 75 us in which a wheel is stopped.
+const PARTS_OF_A_HIT: u32 = 8;
+/// Rapier's iterations that free the joints' speeds of what closes their gaps, where the step changes.
+const RELAXATIONS_AT_A_CHANGE: usize = 20;
 /// Steps before a settled start, in which the joints' errors come to rest too: after 100 N stays within 10 uN.
 const SETTLING_STEPS: u64 = 200;
 
@@ -39,8 +43,13 @@ pub struct RapierEngine {
     steps: u64,
     steps_per_period: u64,
     step: f64,
-    /// Angular rates of links 1 and 2 one step ago, rad/s.
-    previous_rates: [f64; 2],
+    /// Parts of steps taken.
+    parts_taken: u64,
+    /// Angular accelerations of links 1 and 2 over the last part of a step, rad/s^2.
+    link_accelerations: [f64; 2],
+    contact: ContactLaw,
+    /// Penetration under the mean wheel load, m.
+    rest: f64,
     /// Steps still to be taken before time 0.
     settling_steps: u64,
 }
@@ -65,6 +74,21 @@ struct Wheel {
     angle: f64,
     /// Integral of the speed error, rad.
     integral: f64,
+}
+
+/// What acts on links and wheels at one instant.
+#[derive(Clone, Copy, Debug, Default)]
+struct Loads {
+    /// On links 1 and 2, from the ground, N.
+    forces: [Vec2; 2],
+    /// On links 1 and 2 about their centres of mass with wheels, N m counter-clockwise.
+    torques: [f64; 2],
+    /// Rates of the wheels' absolute spins, rad/s^2.
+    spin_rates: [f64; 3],
+    /// Rates of the integrals of the speed errors, rad/s.
+    integral_rates: [f64; 3],
+    /// Greatest speed of a wheel into the ground, m/s.
+    approach: f64,
 }
 
 fn to_rapier(v: Vec2) -> Vector {
@@ -122,7 +146,6 @@ impl RapierEngine {
         // External forces are held over solver iterations: one only, and a short step instead.
         p.num_solver_iterations = 1;
         p.num_internal_pgs_iterations = ITERATIONS;
-        p.num_internal_stabilization_iterations = 1;
         p.max_ccd_substeps = 0;
         world.gravity = Vector::new(0.0, -robhaz_model::GRAVITY);
 
@@ -176,7 +199,12 @@ impl RapierEngine {
             steps: 0,
             steps_per_period,
             step,
-            previous_rates: link_rates,
+            parts_taken: 0,
+            link_accelerations: [0.0; 2],
+            contact: setup.contact,
+            rest: setup
+                .contact
+                .static_penetration(setup.robot.mean_wheel_load()),
             settling_steps: match setup.start {
                 StartKind::Settled => SETTLING_STEPS,
                 StartKind::Raw => 0,
@@ -228,24 +256,61 @@ impl RapierEngine {
         truth
     }
 
-    /// Forces at the state now, then one step of rapier. Fills in the wheels of `truth` where one is asked for.
+    /// One step, in as many parts as the state needs. Fills in wheels, stop and pins of `truth` where one is asked for.
     fn advance(&mut self, mut truth: Option<&mut Truth>) -> Result<(), PlantError> {
         let time = self.time();
+        let loads = self.loads(time, truth.as_deref_mut())?;
+        let parts = self.parts(&loads);
+        let step = self.step / f64::from(parts);
+        let arms = truth.is_some().then(|| self.pin_arms());
+        self.integrate(&loads, step);
+        // The first part tells the pins' forces, which belong to the same instant as the truth.
+        if let (Some(truth), Some(arms)) = (truth, arms) {
+            for (i, handle) in self.pins.into_iter().enumerate() {
+                if let Some(joint) = self.world.impulse_joints.get(handle) {
+                    let [first, second] = [joint.impulses[0], joint.impulses[1]];
+                    truth.pins[i].force = arms[i].force(first, second, step);
+                }
+            }
+        }
+        for part in 1..parts {
+            let loads = self.loads(time + f64::from(part) * step, None)?;
+            self.integrate(&loads, step);
+        }
+        self.steps += 1;
+        self.parts_taken += u64::from(parts);
+        Ok(())
+    }
+
+    /// Into how many parts the next step is cut: a wheel driven into the ground so fast that a step would add more than the mean
+    /// load to its N is hit. From the state alone, so that runs repeat.
+    fn parts(&self, loads: &Loads) -> u32 {
+        let law = &self.contact;
+        let tangent = law.stiffness * law.exponent * self.rest.powf(law.exponent - 1.0);
+        let rise = (law.damping + tangent * self.step) * loads.approach;
+        if rise > self.robot.mean_wheel_load() {
+            PARTS_OF_A_HIT
+        } else {
+            1
+        }
+    }
+
+    /// Forces at the state now.
+    fn loads(&mut self, time: f64, mut truth: Option<&mut Truth>) -> Result<Loads, PlantError> {
         let (geometry, mass) = (&self.robot.geometry, &self.robot.mass);
         let bodies = &self.world.bodies;
         let links = [Bar::Link1, Bar::Link2].map(|bar| &bodies[self.bars[bar as usize]]);
         let rates = links.map(RigidBody::angvel);
         let angles = links.map(|link| link.rotation().angle());
         let centres = links.map(|link| from_rapier(link.center_of_mass()));
-        let mut link_forces = [Vec2::zeros(); 2];
-        let mut link_torques = [0.0; 2];
+        let mut loads = Loads::default();
         let set_speed = self.drive.set_speed(time, geometry.wheel_radius);
         for i in 0..3 {
             let carrier = geometry.carriers[i].index();
             let (link, link_rate) = (links[carrier], rates[carrier]);
             let nominal = to_rapier(geometry.axles[i] - geometry.cg(geometry.carriers[i].bar()));
             let centre = link.position().transform_point(nominal);
-            let wheel = &mut self.wheels[i];
+            let wheel = &self.wheels[i];
             let omega = wheel.spin + link_rate;
 
             let motion = WheelMotion {
@@ -268,46 +333,62 @@ impl RapierEngine {
             }
             // The rotor's reaction needs the link's acceleration: that of the last step (its weight
             // J_wheel/(J_wheel + J_rotor) is 8 %).
-            let alpha_link = (link_rate - self.previous_rates[carrier]) / self.step;
             let omega_rate = wheel_acceleration(
                 drive_torque,
                 ground.torque,
-                alpha_link,
+                self.link_accelerations[carrier],
                 mass.wheel_inertia,
                 mass.rotor_inertia,
             );
             let through_gear = drive_torque - mass.rotor_inertia * omega_rate;
-            wheel.integral += self.step * self.drive.integral_rate(error, wheel.integral);
-            wheel.spin += self.step * (through_gear - ground.torque) / mass.wheel_inertia;
-
-            link_forces[carrier] += ground.force;
+            loads.integral_rates[i] = self.drive.integral_rate(error, wheel.integral);
+            loads.spin_rates[i] = (through_gear - ground.torque) / mass.wheel_inertia;
+            loads.forces[carrier] += ground.force;
             // Counter-clockwise; the forward spin is clockwise.
-            link_torques[carrier] +=
+            loads.torques[carrier] +=
                 through_gear + cross(motion.centre - centres[carrier], ground.force);
+            loads.approach = loads.approach.max(ground.approach);
         }
         let stop = stop_torque(&geometry.stop, angles[0] - angles[1], rates[0] - rates[1]);
-        link_torques[0] += stop;
-        link_torques[1] -= stop;
+        loads.torques[0] += stop;
+        loads.torques[1] -= stop;
+        if let Some(truth) = truth {
+            truth.stop_torque = stop;
+        }
+        Ok(loads)
+    }
+
+    /// One step of rapier, and of the wheels' spins.
+    fn integrate(&mut self, loads: &Loads, step: f64) {
+        let before = self.link_rates();
         for (i, bar) in [Bar::Link1, Bar::Link2].into_iter().enumerate() {
             if let Some(body) = self.world.bodies.get_mut(self.bars[bar as usize]) {
                 body.reset_forces(false);
                 body.reset_torques(false);
-                body.add_force(to_rapier(link_forces[i]), false);
-                body.add_torque(link_torques[i], false);
+                body.add_force(to_rapier(loads.forces[i]), false);
+                body.add_torque(loads.torques[i], false);
             }
         }
-        if let Some(truth) = truth {
-            truth.stop_torque = stop;
-        }
-        self.previous_rates = rates;
+        let parameters = &mut self.world.integration_parameters;
+        // What a long step has left of the pins' gaps and their speeds would be eight times the force over a short one.
+        let same = (parameters.dt - step).abs() < 1e-9 * step;
+        parameters.num_internal_stabilization_iterations =
+            if same { 1 } else { RELAXATIONS_AT_A_CHANGE };
+        parameters.dt = step;
         self.world.step();
-        for i in 0..3 {
-            let link_rate = self.bar(self.robot.geometry.carriers[i].bar()).angvel();
-            let wheel = &mut self.wheels[i];
-            wheel.angle += self.step * (wheel.spin + link_rate);
+        let rates = self.link_rates();
+        self.link_accelerations = [0, 1].map(|i| (rates[i] - before[i]) / step);
+        for (i, wheel) in self.wheels.iter_mut().enumerate() {
+            let link_rate = rates[self.robot.geometry.carriers[i].index()];
+            wheel.integral += step * loads.integral_rates[i];
+            wheel.spin += step * loads.spin_rates[i];
+            wheel.angle += step * (wheel.spin + link_rate);
         }
-        self.steps += 1;
-        Ok(())
+    }
+
+    /// Angular rates of links 1 and 2, rad/s.
+    fn link_rates(&self) -> [f64; 2] {
+        [Bar::Link1, Bar::Link2].map(|bar| self.bar(bar).angvel())
     }
 
     /// Steps before time 0 with the drive at rest.
@@ -318,6 +399,7 @@ impl RapierEngine {
             self.advance(None)?;
             self.steps = 0;
         }
+        self.parts_taken = 0;
         self.drive = drive;
         for wheel in &mut self.wheels {
             wheel.angle = 0.0;
@@ -350,23 +432,17 @@ impl RapierEngine {
 
 impl Engine for RapierEngine {
     fn mean_step(&self) -> f64 {
-        self.step
+        #[expect(clippy::cast_precision_loss, reason = "exact below 2^53 steps")]
+        let mean = self.time() / self.parts_taken.max(1) as f64;
+        mean
     }
 
-    /// The first step of a period also tells the pins' forces, which belong to the same instant as the truth.
     fn next_truth(&mut self) -> Result<Truth, PlantError> {
         if self.settling_steps > 0 {
             self.settle()?;
         }
         let mut truth = self.kinematics();
-        let arms = self.pin_arms();
         self.advance(Some(&mut truth))?;
-        for (i, handle) in self.pins.into_iter().enumerate() {
-            if let Some(joint) = self.world.impulse_joints.get(handle) {
-                truth.pins[i].force =
-                    arms[i].force(joint.impulses[0], joint.impulses[1], self.step);
-            }
-        }
         for _ in 1..self.steps_per_period {
             self.advance(None)?;
         }

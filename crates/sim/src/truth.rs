@@ -64,7 +64,7 @@ pub struct Truth {
     pub pins: [PinTruth; 4],
     /// Torque of the end stops on link 1, N m.
     pub stop_torque: f64,
-    /// Greatest distance between the two bars' images of a pin, m: how far the loop has drifted open.
+    /// Greatest distance between the two bars' images of a pin, m: how far the loop is open.
     pub loop_error: f64,
 }
 

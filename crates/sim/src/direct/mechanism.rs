@@ -229,6 +229,16 @@ impl Kinematics {
         Vector4::new(direction.x, direction.y, j1, j2)
     }
 
+    /// Distance between S on the body and S on link 3, m: what rounding leaves of the closed loop.
+    pub fn loop_error(&self, robot: &Robot) -> f64 {
+        let pins = &robot.geometry.pins;
+        let [p, r, _] = self.pins;
+        let [body, _, _, link3] = self.axes;
+        let on_body = p + turned(body, pins.s - pins.p);
+        let on_link3 = r + turned(link3, pins.s - pins.r);
+        (on_body - on_link3).norm()
+    }
+
     /// Positions of P, Q, R, S, m.
     pub fn pins(&self, state: &State) -> [Vec2; 4] {
         let [p, r, s] = self.pins;

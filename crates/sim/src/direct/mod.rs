@@ -92,6 +92,7 @@ impl DirectEngine {
             body: bar(Bar::Body),
             links: Bar::LINKS.map(bar),
             stop_torque: forces.stop_torque,
+            loop_error: kinematics.loop_error(&equations.robot),
             ..Truth::default()
         };
         for i in 0..3 {
