@@ -44,6 +44,8 @@ pub(crate) struct GroundForces {
     slip_speed: f64,
     /// Number of contacts.
     pub contacts: u32,
+    /// Energy in the ground's spring, J.
+    pub energy: f64,
     /// Greatest speed into the ground over the contacts, m/s; 0 where there is none.
     pub approach: f64,
 }
@@ -85,6 +87,7 @@ impl Ground {
             penetration: f64::NEG_INFINITY,
             slip_speed: 0.0,
             contacts: 0,
+            energy: 0.0,
             approach: 0.0,
         };
         let mut normal_sum = Vec2::zeros();
@@ -92,7 +95,8 @@ impl Ground {
             let (t, n, arm) = axes(contact, wheel)?;
             let penetration = self.wheel_radius - arm;
             let approach = -wheel.velocity.dot(&n);
-            let normal_force = self.contact.normal_force(penetration, approach);
+            let (normal_force, energy) =
+                self.contact.normal_force_and_energy(penetration, approach);
             let slip_speed = wheel.spin * arm - wheel.velocity.dot(&t);
             let friction = self.friction.at(&self.stretches, contact.point.x);
             let traction = friction.coefficient(slip_speed) * normal_force;
@@ -100,6 +104,7 @@ impl Ground {
             sum.force += n * normal_force + t * traction;
             sum.torque += arm * traction;
             sum.traction += traction;
+            sum.energy += energy;
             sum.contacts += 1;
             sum.approach = sum.approach.max(approach);
             if penetration > sum.penetration {

@@ -13,6 +13,7 @@
 pub mod contact;
 pub mod direct;
 pub mod drive;
+mod energy;
 pub mod friction;
 mod ground;
 mod plant;
@@ -22,6 +23,7 @@ mod start;
 pub mod stop;
 mod truth;
 
+pub use energy::mechanical_energy;
 pub use plant::{EngineKind, Plant, PlantError, PlantSetup};
 pub use start::StartKind;
 pub use truth::{BarTruth, PinTruth, Truth, WheelTruth};

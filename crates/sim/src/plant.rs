@@ -3,6 +3,7 @@
 use crate::contact::ContactLaw;
 use crate::direct::{self, DirectEngine};
 use crate::drive::Drive;
+use crate::energy::Watch;
 use crate::friction::{FrictionLaw, Stretch};
 use crate::rapier::{self, RapierEngine};
 use crate::start::{Start, StartKind};
@@ -45,8 +46,18 @@ pub(crate) trait Engine {
     /// Mean integration step so far, s.
     fn mean_step(&self) -> f64;
 
-    /// The truth at the current time; the simulation then goes on by one period.
-    fn next_truth(&mut self) -> Result<Truth, PlantError>;
+    /// What is true at the current time; the simulation then goes on by one period.
+    fn next_instant(&mut self) -> Result<Instant, PlantError>;
+}
+
+/// The truth, and what of the energy it does not tell.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Instant {
+    pub truth: Truth,
+    /// In the springs of the contacts, J.
+    pub contact_energy: f64,
+    /// Work of the motors since the start, J.
+    pub motor_work: f64,
 }
 
 /// Everything that a simulation depends on.
@@ -146,6 +157,16 @@ pub enum PlantError {
         /// When, s.
         time: f64,
     },
+    /// The integration makes energy: the forces are not those of the laws.
+    #[error(
+        "at t = {time:.4} s energy is made from nothing: {made:.1e} J since it was least; a smaller engine.step, a smaller engine.tolerance or the other engine.kind may hold"
+    )]
+    EnergyMade {
+        /// When, s.
+        time: f64,
+        /// How much, J.
+        made: f64,
+    },
     /// The loop has drifted open: the pins cannot be trusted.
     #[error(
         "at t = {time:.4} s the pins of the four-bar are {distance:.1e} m apart: the forces are too great for engine.step"
@@ -163,6 +184,8 @@ pub struct Plant {
     engine: Box<dyn Engine>,
     /// Why there is no state to start from.
     no_start: Option<PlantError>,
+    robot: Robot,
+    watch: Watch,
 }
 
 impl Plant {
@@ -180,6 +203,8 @@ impl Plant {
                 EngineKind::Direct => Box::new(DirectEngine::new(setup, &start)),
             },
             no_start,
+            robot: setup.robot.clone(),
+            watch: Watch::new(&setup.robot),
         }
     }
 
@@ -196,9 +221,10 @@ impl Plant {
         if let Some(why) = self.no_start {
             return Err(why);
         }
-        let truth = self.engine.next_truth()?;
-        check(&truth)?;
-        Ok(truth)
+        let instant = self.engine.next_instant()?;
+        check(&instant.truth)?;
+        self.watch.look(&self.robot, &instant)?;
+        Ok(instant.truth)
     }
 }
 

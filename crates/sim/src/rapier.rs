@@ -8,7 +8,7 @@ use crate::contact::ContactLaw;
 use crate::drive::{Drive, wheel_acceleration};
 use crate::friction::FrictionLaw;
 use crate::ground::{Ground, WheelMotion};
-use crate::plant::{Engine, PlantError, PlantSetup};
+use crate::plant::{Engine, Instant, PlantError, PlantSetup};
 use crate::start::{Start, StartKind};
 use crate::stop::stop_torque;
 use crate::truth::{BarTruth, PinTruth, Truth};
@@ -45,6 +45,8 @@ pub struct RapierEngine {
     step: f64,
     /// Parts of steps taken.
     parts_taken: u64,
+    /// Work of the motors since the start, J.
+    motor_work: f64,
     /// Angular accelerations of links 1 and 2 over the last part of a step, rad/s^2.
     link_accelerations: [f64; 2],
     contact: ContactLaw,
@@ -87,6 +89,10 @@ struct Loads {
     spin_rates: [f64; 3],
     /// Rates of the integrals of the speed errors, rad/s.
     integral_rates: [f64; 3],
+    /// Motor torques, N m.
+    motor_torques: [f64; 3],
+    /// In the springs of the contacts, J.
+    contact_energy: f64,
     /// Greatest speed of a wheel into the ground, m/s.
     approach: f64,
 }
@@ -106,12 +112,7 @@ fn turning(rate: f64, v: Vec2) -> Vec2 {
 
 fn lump(robot: &Robot, bar: Bar) -> Lump {
     let (geometry, mass) = (&robot.geometry, &robot.mass);
-    let (own_mass, own_inertia) = match bar {
-        Bar::Body => (mass.body, mass.body_inertia),
-        Bar::Link1 => (mass.links[0], mass.link_inertias[0]),
-        Bar::Link2 => (mass.links[1], mass.link_inertias[1]),
-        Bar::Link3 => (mass.links[2], mass.link_inertias[2]),
-    };
+    let (own_mass, own_inertia) = mass.of(bar);
     let axles: Vec<Vec2> = (0..3)
         .filter(|&i| geometry.carriers[i].bar() == bar)
         .map(|i| geometry.axles[i] - geometry.cg(bar))
@@ -200,6 +201,7 @@ impl RapierEngine {
             steps_per_period,
             step,
             parts_taken: 0,
+            motor_work: 0.0,
             link_accelerations: [0.0; 2],
             contact: setup.contact,
             rest: setup
@@ -256,10 +258,12 @@ impl RapierEngine {
         truth
     }
 
-    /// One step, in as many parts as the state needs. Fills in wheels, stop and pins of `truth` where one is asked for.
-    fn advance(&mut self, mut truth: Option<&mut Truth>) -> Result<(), PlantError> {
+    /// One step, in as many parts as the state needs. Fills in wheels, stop and pins of `truth` where one is asked for. Gives the energy
+    /// in the contacts' springs at its start, J.
+    fn advance(&mut self, mut truth: Option<&mut Truth>) -> Result<f64, PlantError> {
         let time = self.time();
         let loads = self.loads(time, truth.as_deref_mut())?;
+        let contact_energy = loads.contact_energy;
         let parts = self.parts(&loads);
         let step = self.step / f64::from(parts);
         let arms = truth.is_some().then(|| self.pin_arms());
@@ -279,7 +283,7 @@ impl RapierEngine {
         }
         self.steps += 1;
         self.parts_taken += u64::from(parts);
-        Ok(())
+        Ok(contact_energy)
     }
 
     /// Into how many parts the next step is cut: a wheel driven into the ground so fast that a step would add more than the mean
@@ -347,6 +351,8 @@ impl RapierEngine {
             // Counter-clockwise; the forward spin is clockwise.
             loads.torques[carrier] +=
                 through_gear + cross(motion.centre - centres[carrier], ground.force);
+            loads.motor_torques[i] = torque;
+            loads.contact_energy += ground.energy;
             loads.approach = loads.approach.max(ground.approach);
         }
         let stop = stop_torque(&geometry.stop, angles[0] - angles[1], rates[0] - rates[1]);
@@ -379,10 +385,13 @@ impl RapierEngine {
         let rates = self.link_rates();
         self.link_accelerations = [0, 1].map(|i| (rates[i] - before[i]) / step);
         for (i, wheel) in self.wheels.iter_mut().enumerate() {
-            let link_rate = rates[self.robot.geometry.carriers[i].index()];
+            let carrier = self.robot.geometry.carriers[i].index();
+            let omega_before = wheel.spin + before[carrier];
             wheel.integral += step * loads.integral_rates[i];
             wheel.spin += step * loads.spin_rates[i];
-            wheel.angle += step * (wheel.spin + link_rate);
+            let omega = wheel.spin + rates[carrier];
+            wheel.angle += step * omega;
+            self.motor_work += step * loads.motor_torques[i] * 0.5 * (omega_before + omega);
         }
     }
 
@@ -400,6 +409,7 @@ impl RapierEngine {
             self.steps = 0;
         }
         self.parts_taken = 0;
+        self.motor_work = 0.0;
         self.drive = drive;
         for wheel in &mut self.wheels {
             wheel.angle = 0.0;
@@ -437,16 +447,21 @@ impl Engine for RapierEngine {
         mean
     }
 
-    fn next_truth(&mut self) -> Result<Truth, PlantError> {
+    fn next_instant(&mut self) -> Result<Instant, PlantError> {
         if self.settling_steps > 0 {
             self.settle()?;
         }
+        let motor_work = self.motor_work;
         let mut truth = self.kinematics();
-        self.advance(Some(&mut truth))?;
+        let contact_energy = self.advance(Some(&mut truth))?;
         for _ in 1..self.steps_per_period {
             self.advance(None)?;
         }
-        Ok(truth)
+        Ok(Instant {
+            truth,
+            contact_energy,
+            motor_work,
+        })
     }
 }
 

@@ -15,8 +15,11 @@ pub(super) const SIZE: usize = 14;
 /// Solver state: Q (m), angles of links 1 and 2 (rad), velocity of Q (m/s), rates of links 1 and 2 (rad/s), wheel spin
 /// speeds (rad/s), integrals of the speed errors (rad).
 pub(super) type Y = SVector<f64, SIZE>;
-/// Integrals along the way, on which nothing depends: wheel spins relative to the links (rad).
-pub(super) const INTEGRALS: usize = 3;
+/// Number of integrals along the way, on which nothing depends.
+pub(super) const INTEGRALS: usize = 4;
+/// Wheel spins relative to the links (rad), work of the motors (J).
+pub(super) type Integrals = SVector<f64, INTEGRALS>;
+pub(super) const WORK: usize = 3;
 const RATES: usize = 4;
 const OMEGA: usize = 8;
 const INTEGRAL: usize = 11;
@@ -203,8 +206,15 @@ impl Model<SIZE, INTEGRALS> for Equations {
         jacobian.ok()
     }
 
-    fn integrands(&self, _: f64, y: &Y) -> SVector<f64, INTEGRALS> {
-        y.fixed_rows::<3>(OMEGA).into_owned()
+    fn integrands(&self, t: f64, y: &Y) -> Integrals {
+        let omega = [y[OMEGA], y[OMEGA + 1], y[OMEGA + 2]];
+        let torques = self.motor_torques(t, y);
+        let power = torques
+            .iter()
+            .zip(omega)
+            .map(|(torque, omega)| torque * omega)
+            .sum();
+        Integrals::new(omega[0], omega[1], omega[2], power)
     }
 
     fn longest_step(&self, y: &Y) -> f64 {

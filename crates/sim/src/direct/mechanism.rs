@@ -308,16 +308,10 @@ impl Forces {
     ) -> Result<Self, NoForces> {
         let (geometry, mass) = (&robot.geometry, &robot.mass);
         let (mut m, mut right) = (Matrix4::zeros(), Vector4::zeros());
-        let masses = [mass.body, mass.links[0], mass.links[1], mass.links[2]];
-        let inertias = [
-            mass.body_inertia,
-            mass.link_inertias[0],
-            mass.link_inertias[1],
-            mass.link_inertias[2],
-        ];
-        for i in 0..4 {
-            kinematics.centres[i].add_mass(masses[i], &mut m, &mut right);
-            kinematics.turns[i].add_inertia(inertias[i], &mut m, &mut right);
+        for bar in Bar::ALL {
+            let ((own, inertia), i) = (mass.of(bar), bar as usize);
+            kinematics.centres[i].add_mass(own, &mut m, &mut right);
+            kinematics.turns[i].add_inertia(inertia, &mut m, &mut right);
         }
         let (jw, jr) = (mass.wheel_inertia, mass.rotor_inertia);
         let mut act = |i: usize| {

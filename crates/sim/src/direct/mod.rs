@@ -8,10 +8,10 @@ mod equations;
 mod mechanism;
 mod radau;
 
-use crate::plant::{Engine, PlantError, PlantSetup};
+use crate::plant::{Engine, Instant, PlantError, PlantSetup};
 use crate::start::Start;
 use crate::truth::{PinTruth, Truth};
-use equations::{INTEGRALS, SIZE, Y};
+use equations::{INTEGRALS, Integrals, SIZE, WORK, Y};
 use mechanism::NoForces;
 use radau::Radau;
 use robhaz_model::Bar;
@@ -58,8 +58,8 @@ impl DirectEngine {
         }
     }
 
-    /// State and wheel spins (rad) at `time` (s), which must not decrease from call to call.
-    fn at(&mut self, time: f64) -> Result<(Y, [f64; 3]), PlantError> {
+    /// State and integrals at `time` (s), which must not decrease from call to call.
+    fn at(&mut self, time: f64) -> Result<(Y, Integrals), PlantError> {
         let equations = &mut self.equations;
         let solver = match &mut self.solver {
             Some(solver) => solver,
@@ -76,11 +76,10 @@ impl DirectEngine {
                 .map_err(|_| refusal(solver.time(), equations.last_refusal()))?;
             equations.clear_refusal();
         }
-        let (y, spins) = solver.at(time);
-        Ok((y, spins.into()))
+        Ok(solver.at(time))
     }
 
-    fn truth(&mut self, time: f64, y: &Y, spins: [f64; 3]) -> Result<Truth, NoForces> {
+    fn instant(&mut self, time: f64, y: &Y, integrals: &Integrals) -> Result<Instant, NoForces> {
         let equations = &mut self.equations;
         let state = equations::state(y);
         let kinematics = Kinematics::new(&equations.robot, &state)?;
@@ -99,7 +98,7 @@ impl DirectEngine {
             let ground = equations.or_gap(i, forces.ground[i], &kinematics, &state)?;
             truth.wheels[i] = ground.truth(
                 kinematics.axle(i, &state),
-                spins[i],
+                integrals[i],
                 state.omega[i],
                 torques[i],
             );
@@ -115,7 +114,11 @@ impl DirectEngine {
                 force,
             };
         }
-        Ok(truth)
+        Ok(Instant {
+            truth,
+            contact_energy: forces.ground.iter().map(|g| g.energy).sum(),
+            motor_work: integrals[WORK],
+        })
     }
 }
 
@@ -128,12 +131,12 @@ impl Engine for DirectEngine {
         })
     }
 
-    fn next_truth(&mut self) -> Result<Truth, PlantError> {
+    fn next_instant(&mut self) -> Result<Instant, PlantError> {
         #[expect(clippy::cast_precision_loss, reason = "exact below 2^53 records")]
         let time = self.records as f64 * self.period;
-        let (y, spins) = self.at(time)?;
+        let (y, integrals) = self.at(time)?;
         self.records += 1;
-        self.truth(time, &y, spins)
+        self.instant(time, &y, &integrals)
             .map_err(|why| refusal(time, Some(why)))
     }
 }
