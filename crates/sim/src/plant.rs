@@ -79,7 +79,8 @@ pub struct PlantSetup {
     pub start: StartKind,
     /// What computes the truth.
     pub engine: EngineKind,
-    /// Greatest integration step of `rapier`, s. The step used divides the period.
+    /// Greatest integration step of `rapier`, s. The step used divides the period, and is cut into up to
+    /// [`rapier::MOST_PARTS`] parts where an edge hits a wheel or the friction is stiff.
     pub step: f64,
     /// Tolerance of `direct`: how large the error of one step may be, in units of 1 mm, 10 mrad, 0.1 m/s and 0.1 rad/s.
     pub tolerance: f64,

@@ -18,8 +18,7 @@ use robhaz_model::{Bar, Pin, Robot, Vec2, cross};
 /// The library behind this engine; a test holds it against the locked version.
 pub const LIBRARY: &str = "rapier2d 0.36.1";
 
-/// Rapier's iterations over the joints in a step: 4 leave the pins 50 nm apart on rolling ground and 0.9 um on stairs, 8 a fifth
-/// of that.
+/// Rapier's iterations over the joints in a step: 4 leave the pins 80 nm apart at most, 8 a fifth of that.
 const ITERATIONS: usize = 4;
 /// Parts of a step while a wheel is hit by an edge: 16 us resolve the 75 us in which a wheel is stopped. A load that makes the
 /// friction stiff takes fewer.
