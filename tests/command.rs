@@ -169,7 +169,7 @@ fn a_run_that_breaks_off_keeps_what_it_has() {
     // Ground too soft to carry the robot: the wheels sink in until their centres are below it.
     short_scene(
         dir.path(),
-        "\n[contact]\nstiffness = 1.0e3\ndamping = 0.0\n",
+        "\n[engine]\nstart = \"raw\"\n\n[contact]\nstiffness = 1.0e3\ndamping = 0.0\n",
     );
     let output = robhaz(dir.path())
         .args(["run", "short.toml", "--format", "csv"])
@@ -379,12 +379,24 @@ fn runs_out_of_range_stop_with_a_reason() {
         said.split_whitespace().collect::<Vec<_>>().join(" ")
     };
     for engine in ["engine.kind=rapier", "engine.kind=direct"] {
-        let bump = "terrain.bumps=[{height=0.05, centre=0, width=0.2}]";
-        let said = run(
-            &format!("bump-{engine}"),
-            &["terrain.kind=bumps", bump, engine],
-        );
-        assert!(said.contains("must be level"), "{said}");
+        for (start, bump, expected) in [
+            ("raw", "{height=0.05, centre=0, width=0.2}", "must be level"),
+            // Steeper than friction holds.
+            (
+                "settled",
+                "{height=0.8, centre=0.5, width=0.5}",
+                "finds no rest",
+            ),
+        ] {
+            let sets = [
+                "terrain.kind=bumps",
+                &format!("terrain.bumps=[{bump}]"),
+                &format!("engine.start={start}"),
+                engine,
+            ];
+            let said = run(&format!("{start}-{engine}"), &sets);
+            assert!(said.contains(expected), "{said}");
+        }
         let steep = ["terrain.kind=ramp", "terrain.angle=-60 deg", engine];
         let said = run(&format!("steep-{engine}"), &steep);
         assert!(said.contains("turned over"), "{said}");

@@ -138,6 +138,12 @@ pub struct PinStop {
 }
 
 impl PinStop {
+    /// Energy in the spring of a stop at theta1 - theta2 (rad), J.
+    pub fn energy(&self, angle: f64) -> f64 {
+        let beyond = (angle - self.upper).max(self.lower - angle).max(0.0);
+        0.5 * self.stiffness * beyond * beyond
+    }
+
     /// -40 deg to +35 deg, 2000 N m/rad, 20 N m s/rad.
     pub fn standard() -> Self {
         Self {

@@ -1,5 +1,7 @@
 //! Masses and inertias, and the point masses that static equilibrium needs of them.
 
+use crate::Bar;
+
 /// Masses and inertias of one side. kg, kg m^2; every inertia is about the part's own centre of mass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MassSet {
@@ -54,6 +56,16 @@ impl MassSet {
             link_inertias: [0.018, 0.0225, 0.0004],
             wheel_inertia: 0.0075,
             rotor_inertia: Self::ROTOR_INERTIA,
+        }
+    }
+
+    /// Mass (kg) and inertia (kg m^2) of a bar without wheels.
+    pub fn of(&self, bar: Bar) -> (f64, f64) {
+        match bar {
+            Bar::Body => (self.body, self.body_inertia),
+            Bar::Link1 => (self.links[0], self.link_inertias[0]),
+            Bar::Link2 => (self.links[1], self.link_inertias[1]),
+            Bar::Link3 => (self.links[2], self.link_inertias[2]),
         }
     }
 

@@ -1,6 +1,6 @@
 //! Made-up records and a small scene for the tests of this crate.
 
-use robhaz_estimator::{Estimate, EstimateError, EstimatorSettings, LinkReading, SensorFrame};
+use robhaz_estimator::{Estimate, EstimateError, EstimatorSettings, Flags, LinkReading, SensorFrame};
 use robhaz_model::{Pin, Posture, Vec2};
 use robhaz_run::Frame;
 use robhaz_scene::{EstimatorChoice, RecordChoice, Scene, TerrainChoice};
@@ -102,6 +102,11 @@ pub fn good_estimate(truth: &Truth, error: f64) -> Estimate {
         pin_from_q: truth.pins.map(|p| p.position - q),
         pin_force: truth.pins.map(|p| p.force),
         residual: [0.1, 0.2, 0.3, 0.4],
+        covariance: None,
+        angle_sigma: None,
+        parity: None,
+        reading_errors: None,
+        flags: Flags::NONE,
     }
 }
 
@@ -116,7 +121,7 @@ pub fn frame_of(time: f64) -> Record {
 
 /// A record of which no estimator can make anything.
 pub fn failed_frame(time: f64) -> Record {
-    let refusal = EstimateError::NotFinite { field: "time" };
+    let refusal = EstimateError::Singular;
     record_of(truth_at(time), vec![Err(refusal); 3])
 }
 

@@ -7,7 +7,7 @@ use crate::sensors;
 use crate::units::{
     CONTACT_STIFFNESS, DAMPING, FREQUENCY, LENGTH, NONE, ROTARY_DAMPING, SPEED, TIME, TORQUE,
 };
-use robhaz_sim::EngineKind;
+use robhaz_sim::{EngineKind, StartKind};
 
 /// A section of a scene file whose keys set fields of the scene.
 pub(crate) struct Section {
@@ -183,12 +183,19 @@ const ENGINE: &[Key<Scene>] = &[
         |s, i| s.engine.kind = EngineKind::ALL[i],
         "which engine: rigid bodies in rapier2d, or the equations of motion with a stiff solver",
     ),
+    Key::word(
+        "start",
+        &[StartKind::Settled.name(), StartKind::Raw.name()],
+        |s| s.engine.start as usize,
+        |s, i| s.engine.start = StartKind::ALL[i],
+        "at time zero the robot stands in static equilibrium, or in the nominal pose with all wheels equally deep, which then settles",
+    ),
     Key::number(
         "step",
         TIME,
         above(0.0).at_most(LONGEST_STEP),
         |s| &mut s.engine.step,
-        "greatest integration step of rapier; the explicit contact force is unstable above about 0.15 ms",
+        "greatest integration step of rapier, taken in eight parts while an edge hits a wheel; the explicit contact force is unstable above about 0.15 ms",
     ),
     Key::number(
         "tolerance",
@@ -219,6 +226,6 @@ const RECORD: &[Key<Scene>] = &[
         TIME,
         at_least(0.0).at_most(LONGEST_RUN),
         |s| &mut s.record.compare_from,
-        "errors count from this time on, below duration: before it the robot settles and starts",
+        "errors count from this time on, below duration: before it the robot rests and starts",
     ),
 ];

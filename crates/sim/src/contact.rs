@@ -32,11 +32,18 @@ impl Default for ContactLaw {
 impl ContactLaw {
     /// Normal force N >= 0, N, at penetration `g` (m) growing at `g_rate` (m/s). Zero for `g <= 0`.
     pub fn normal_force(&self, g: f64, g_rate: f64) -> f64 {
+        self.normal_force_and_energy(g, g_rate).0
+    }
+
+    /// Normal force, N, and the energy in the ground's spring, `k g^(n + 1)/(n + 1)`, J. Zero for `g <= 0`.
+    pub fn normal_force_and_energy(&self, g: f64, g_rate: f64) -> (f64, f64) {
         if g <= 0.0 {
-            return 0.0;
+            return (0.0, 0.0);
         }
         let damping = self.damping * cubic_step(g, 0.0, 0.0, self.damping_ramp, 1.0);
-        (self.stiffness * g.powf(self.exponent) + damping * g_rate).max(0.0)
+        let spring = self.stiffness * g.powf(self.exponent);
+        let force = (spring + damping * g_rate).max(0.0);
+        (force, spring * g / (self.exponent + 1.0))
     }
 
     /// Penetration at which a wheel at rest carries `load`, m: the inverse of eq. (10) with dg/dt = 0.

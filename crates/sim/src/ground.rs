@@ -36,12 +36,18 @@ pub(crate) struct GroundForces {
     pub force: Vec2,
     /// Sum of d T over the contacts, N m: the torque that resists the forward spin.
     pub torque: f64,
-    normal_force: f64,
+    /// Magnitude of the normal forces' vector sum, N.
+    pub normal_force: f64,
     traction: f64,
     contact_angle: f64,
     penetration: f64,
     slip_speed: f64,
-    contacts: u32,
+    /// Number of contacts.
+    pub contacts: u32,
+    /// Energy in the ground's spring, J.
+    pub energy: f64,
+    /// Greatest speed into the ground over the contacts, m/s; 0 where there is none.
+    pub approach: f64,
 }
 
 impl Ground {
@@ -58,8 +64,20 @@ impl Ground {
 
     /// Forces of all contacts of a wheel. The error is the x (m) of a wheel whose centre is below the ground.
     pub fn act(&mut self, wheel: &WheelMotion) -> Result<GroundForces, f64> {
-        self.terrain
-            .contacts(wheel.centre, self.wheel_radius, &mut self.found);
+        let mut found = std::mem::take(&mut self.found);
+        self.find(wheel.centre, &mut found);
+        let forces = self.act_at(&found, wheel);
+        self.found = found;
+        forces
+    }
+
+    /// Where a wheel touches; `found` is cleared first.
+    pub fn find(&self, centre: Vec2, found: &mut Vec<Contact>) {
+        self.terrain.contacts(centre, self.wheel_radius, found);
+    }
+
+    /// Forces of a wheel that touches at given places. The error is as that of [`Self::act`].
+    pub fn act_at(&self, found: &[Contact], wheel: &WheelMotion) -> Result<GroundForces, f64> {
         let mut sum = GroundForces {
             force: Vec2::zeros(),
             torque: 0.0,
@@ -69,14 +87,16 @@ impl Ground {
             penetration: f64::NEG_INFINITY,
             slip_speed: 0.0,
             contacts: 0,
+            energy: 0.0,
+            approach: 0.0,
         };
         let mut normal_sum = Vec2::zeros();
-        for contact in &self.found {
+        for contact in found {
             let (t, n, arm) = axes(contact, wheel)?;
             let penetration = self.wheel_radius - arm;
-            let normal_force = self
-                .contact
-                .normal_force(penetration, -wheel.velocity.dot(&n));
+            let approach = -wheel.velocity.dot(&n);
+            let (normal_force, energy) =
+                self.contact.normal_force_and_energy(penetration, approach);
             let slip_speed = wheel.spin * arm - wheel.velocity.dot(&t);
             let friction = self.friction.at(&self.stretches, contact.point.x);
             let traction = friction.coefficient(slip_speed) * normal_force;
@@ -84,7 +104,9 @@ impl Ground {
             sum.force += n * normal_force + t * traction;
             sum.torque += arm * traction;
             sum.traction += traction;
+            sum.energy += energy;
             sum.contacts += 1;
+            sum.approach = sum.approach.max(approach);
             if penetration > sum.penetration {
                 sum.penetration = penetration;
                 sum.slip_speed = slip_speed;
@@ -120,7 +142,10 @@ impl Ground {
 fn axes(contact: &Contact, wheel: &WheelMotion) -> Result<(Vec2, Vec2, f64), f64> {
     // Written so that a NaN fails too.
     if contact.distance > 0.0 {
-        Ok((contact.tangent(), contact.normal(), contact.distance))
+        // The ground's nearest point is on the normal: no angle is needed.
+        let normal = (wheel.centre - contact.point) / contact.distance;
+        let tangent = Vec2::new(normal.y, -normal.x);
+        Ok((tangent, normal, contact.distance))
     } else {
         Err(wheel.centre.x)
     }
@@ -166,6 +191,7 @@ mod tests {
             friction: FrictionLaw::default(),
             stretches: stretches.iter().map(stretch).collect(),
             drive: Default::default(),
+            start: Default::default(),
             engine: EngineKind::Direct,
             step: 1e-4,
             tolerance: 1e-4,

@@ -14,6 +14,7 @@
 pub mod contact;
 pub mod direct;
 pub mod drive;
+mod energy;
 pub mod friction;
 mod ground;
 pub mod model_error;
@@ -21,8 +22,11 @@ mod plant;
 mod random;
 pub mod rapier;
 pub mod sensors;
+mod start;
 pub mod stop;
 mod truth;
 
+pub use energy::mechanical_energy;
 pub use plant::{EngineKind, Plant, PlantError, PlantSetup};
+pub use start::StartKind;
 pub use truth::{BarTruth, PinTruth, Truth, WheelTruth};

@@ -3,8 +3,10 @@
 use crate::contact::ContactLaw;
 use crate::direct::{self, DirectEngine};
 use crate::drive::Drive;
+use crate::energy::Watch;
 use crate::friction::{FrictionLaw, Stretch};
 use crate::rapier::{self, RapierEngine};
+use crate::start::{Start, StartKind};
 use crate::truth::Truth;
 use robhaz_model::{Bar, Robot};
 use robhaz_terrain::Terrain;
@@ -44,8 +46,18 @@ pub(crate) trait Engine {
     /// Mean integration step so far, s.
     fn mean_step(&self) -> f64;
 
-    /// The truth at the current time; the simulation then goes on by one period.
-    fn next_truth(&mut self) -> Result<Truth, PlantError>;
+    /// What is true at the current time; the simulation then goes on by one period.
+    fn next_instant(&mut self) -> Result<Instant, PlantError>;
+}
+
+/// The truth, and what of the energy it does not tell.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Instant {
+    pub truth: Truth,
+    /// In the springs of the contacts, J.
+    pub contact_energy: f64,
+    /// Work of the motors since the start, J.
+    pub motor_work: f64,
 }
 
 /// Everything that a simulation depends on.
@@ -63,9 +75,12 @@ pub struct PlantSetup {
     pub stretches: Vec<Stretch>,
     /// Eq. (2).
     pub drive: Drive,
+    /// How the robot stands at time zero.
+    pub start: StartKind,
     /// What computes the truth.
     pub engine: EngineKind,
-    /// Greatest integration step of `rapier`, s. The step used divides the period.
+    /// Greatest integration step of `rapier`, s. The step used divides the period, and is cut into up to
+    /// [`rapier::MOST_PARTS`] parts where an edge hits a wheel or the friction is stiff.
     pub step: f64,
     /// Tolerance of `direct`: how large the error of one step may be, in units of 1 mm, 10 mrad, 0.1 m/s and 0.1 rad/s.
     pub tolerance: f64,
@@ -114,9 +129,9 @@ pub enum PlantError {
         /// Where, m.
         x: f64,
     },
-    /// The robot does not start on level ground: its wheels would be thrown out of the ground or fall.
+    /// Under a raw start the ground is not level: wheels would be thrown out of it or fall.
     #[error(
-        "at the start wheel {wheel} is {depth:.4} m deep in the ground (at rest it is {rest:.4} m): under the wheels, from x = -0.3 m to 0.3 m, [terrain] must be level at y = 0"
+        "at the start wheel {wheel} is {depth:.4} m deep in the ground (at rest it is {rest:.4} m): under the wheels [terrain] must be level at y = 0 for engine.start = \"raw\""
     )]
     Start {
         /// 1 front, 2 middle, 3 rear.
@@ -126,6 +141,11 @@ pub enum PlantError {
         /// Penetration under the mean load, m.
         rest: f64,
     },
+    /// The settled start finds no static equilibrium.
+    #[error(
+        "the robot finds no rest at its start: under the wheels [terrain] must be level, or gentle enough for one contact a wheel and for friction and motors to hold the robot"
+    )]
+    NoRest,
     /// The links have turned farther than the four-bar can close.
     #[error("at t = {time:.4} s links 1 and 2 have turned farther than the four-bar can close")]
     LoopRange {
@@ -137,6 +157,16 @@ pub enum PlantError {
     NoStep {
         /// When, s.
         time: f64,
+    },
+    /// The integration makes energy: the forces are not those of the laws.
+    #[error(
+        "at t = {time:.4} s energy is made from nothing: {made:.1e} J since it was least; a smaller engine.step, a smaller engine.tolerance or the other engine.kind may hold"
+    )]
+    EnergyMade {
+        /// When, s.
+        time: f64,
+        /// How much, J.
+        made: f64,
     },
     /// The loop has drifted open: the pins cannot be trusted.
     #[error(
@@ -153,24 +183,29 @@ pub enum PlantError {
 /// A running simulation.
 pub struct Plant {
     engine: Box<dyn Engine>,
-    /// Penetration under the mean load, m.
-    rest: f64,
+    /// Why there is no state to start from.
+    no_start: Option<PlantError>,
+    robot: Robot,
+    watch: Watch,
 }
 
 impl Plant {
     /// Loop error beyond which a run is stopped, m: a thousand times what the default step leaves on rolling ground.
     pub const MAX_LOOP_ERROR: f64 = 1e-4;
 
-    /// Puts the robot on its ground: nominal pose, at rest, middle wheel at x = 0, each wheel at the penetration of the mean load.
+    /// Puts the robot on its ground as [`StartKind`] says. Where it cannot stand, the first truth is an error.
     pub fn new(setup: &PlantSetup) -> Self {
+        let start = Start::new(setup);
+        let no_start = start.as_ref().err().copied();
+        let start = start.unwrap_or_else(|_| Start::nominal(setup));
         Self {
             engine: match setup.engine {
-                EngineKind::Rapier => Box::new(RapierEngine::new(setup)),
-                EngineKind::Direct => Box::new(DirectEngine::new(setup)),
+                EngineKind::Rapier => Box::new(RapierEngine::new(setup, &start)),
+                EngineKind::Direct => Box::new(DirectEngine::new(setup, &start)),
             },
-            rest: setup
-                .contact
-                .static_penetration(setup.robot.mean_wheel_load()),
+            no_start,
+            robot: setup.robot.clone(),
+            watch: Watch::new(&setup.robot),
         }
     }
 
@@ -184,28 +219,14 @@ impl Plant {
     /// # Errors
     /// [`PlantError`] where the forces would be wrong; the simulation must not be used further.
     pub fn next_truth(&mut self) -> Result<Truth, PlantError> {
-        let truth = self.engine.next_truth()?;
-        if truth.time <= 0.0 {
-            check_start(&truth, self.rest)?;
+        if let Some(why) = self.no_start {
+            return Err(why);
         }
-        check(&truth)?;
-        Ok(truth)
+        let instant = self.engine.next_instant()?;
+        check(&instant.truth)?;
+        self.watch.look(&self.robot, &instant)?;
+        Ok(instant.truth)
     }
-}
-
-/// Each wheel touches and is no deeper than half as much again as it would be at rest.
-fn check_start(truth: &Truth, rest: f64) -> Result<(), PlantError> {
-    for (i, wheel) in truth.wheels.iter().enumerate() {
-        let depth = wheel.penetration;
-        if !(depth > 0.0 && depth < 1.5 * rest) {
-            return Err(PlantError::Start {
-                wheel: i + 1,
-                depth,
-                rest,
-            });
-        }
-    }
-    Ok(())
 }
 
 fn check(truth: &Truth) -> Result<(), PlantError> {
@@ -221,7 +242,7 @@ fn check(truth: &Truth) -> Result<(), PlantError> {
                 part: bar.name(),
             });
         }
-        if b.angle.cos() < 0.0 {
+        if b.angle.abs() > std::f64::consts::FRAC_PI_2 {
             return Err(PlantError::Overturned {
                 time,
                 part: bar.name(),

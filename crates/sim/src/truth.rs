@@ -1,6 +1,6 @@
 //! What truly happens at one instant.
 
-use robhaz_model::{Bar, Pin, Vec2};
+use robhaz_model::{Bar, Pin, Robot, Vec2};
 
 /// Pose and rates of a bar. The position is that of its centre of mass (without wheels).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -64,7 +64,7 @@ pub struct Truth {
     pub pins: [PinTruth; 4],
     /// Torque of the end stops on link 1, N m.
     pub stop_torque: f64,
-    /// Greatest distance between the two bars' images of a pin, m: how far the loop has drifted open.
+    /// Greatest distance between the two bars' images of a pin, m: how far the loop is open.
     pub loop_error: f64,
 }
 
@@ -77,6 +77,13 @@ impl Truth {
             Bar::Link2 => &self.links[1],
             Bar::Link3 => &self.links[2],
         }
+    }
+
+    /// Velocity of a wheel's centre, m/s: it is fixed to its link.
+    pub fn wheel_velocity(&self, robot: &Robot, wheel: usize) -> Vec2 {
+        let link = self.bar(robot.geometry.carriers[wheel].bar());
+        let arm = self.wheels[wheel].position - link.position;
+        link.velocity + Vec2::new(-arm.y, arm.x) * link.rate
     }
 
     /// One pin.

@@ -1,34 +1,17 @@
 //! Momentum and energy of a run, from its records alone.
 
-use robhaz_model::{GRAVITY, MassSet, Vec2};
+use robhaz_model::{Bar, GRAVITY, Vec2};
 use robhaz_scene::Scene;
-use robhaz_sim::{Truth, WheelTruth};
-
-/// Velocity of a wheel's centre, m/s: it is fixed to its link.
-fn wheel_velocity(scene: &Scene, truth: &Truth, wheel: usize) -> Vec2 {
-    let link = truth.bar(scene.robot.robot.geometry.carriers[wheel].bar());
-    let arm = truth.wheels[wheel].position - link.position;
-    link.velocity + Vec2::new(-arm.y, arm.x) * link.rate
-}
-
-/// Mass and inertia of body and links, with their truths.
-fn bars<'a>(mass: &MassSet, truth: &'a Truth) -> [(f64, f64, &'a robhaz_sim::BarTruth); 4] {
-    [
-        (mass.body, mass.body_inertia, &truth.body),
-        (mass.links[0], mass.link_inertias[0], &truth.links[0]),
-        (mass.links[1], mass.link_inertias[1], &truth.links[1]),
-        (mass.links[2], mass.link_inertias[2], &truth.links[2]),
-    ]
-}
+use robhaz_sim::{Truth, WheelTruth, mechanical_energy};
 
 fn momentum(scene: &Scene, truth: &Truth) -> Vec2 {
-    let mass = &scene.robot.robot.mass;
-    let of_bars: Vec2 = bars(mass, truth)
+    let robot = &scene.robot.robot;
+    let of_bars: Vec2 = Bar::ALL
         .iter()
-        .map(|(m, _, bar)| bar.velocity * *m)
+        .map(|bar| truth.bar(*bar).velocity * robot.mass.of(*bar).0)
         .sum();
     let of_wheels: Vec2 = (0..3)
-        .map(|i| wheel_velocity(scene, truth, i) * mass.wheel)
+        .map(|i| truth.wheel_velocity(robot, i) * robot.mass.wheel)
         .sum();
     of_bars + of_wheels
 }
@@ -80,25 +63,6 @@ impl Energy {
     }
 }
 
-/// Energy of the robot, J.
-fn stored(scene: &Scene, truth: &Truth) -> f64 {
-    let mass = &scene.robot.robot.mass;
-    let mut energy = 0.0;
-    for (m, inertia, bar) in bars(mass, truth) {
-        energy += 0.5 * m * bar.velocity.norm_squared() + 0.5 * inertia * bar.rate.powi(2);
-        energy += m * GRAVITY * bar.position.y;
-    }
-    for (i, wheel) in truth.wheels.iter().enumerate() {
-        let link = truth.bar(scene.robot.robot.geometry.carriers[i].bar());
-        energy += 0.5 * mass.wheel * wheel_velocity(scene, truth, i).norm_squared();
-        energy += mass.wheel * GRAVITY * wheel.position.y;
-        // The disc turns absolutely, the rotor relative to the link.
-        energy += 0.5 * mass.wheel_inertia * (wheel.omega - link.rate).powi(2);
-        energy += 0.5 * mass.rotor_inertia * wheel.omega.powi(2);
-    }
-    energy
-}
-
 /// Where the motors' work went over a run.
 ///
 /// Work by the trapezoidal rule over the records: the penetration works against N, the slip against T. As
@@ -121,7 +85,10 @@ pub fn energy(scene: &Scene, truth: &[Truth]) -> Energy {
             * (opening(&pair[1]) - opening(&pair[0]));
     }
     let gain = match (truth.first(), truth.last()) {
-        (Some(first), Some(last)) => stored(scene, last) - stored(scene, first),
+        (Some(first), Some(last)) => {
+            let robot = &scene.robot.robot;
+            mechanical_energy(robot, last) - mechanical_energy(robot, first)
+        }
         _ => f64::NAN,
     };
     Energy {

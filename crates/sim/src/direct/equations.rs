@@ -1,39 +1,57 @@
 //! The equations of motion as the solver wants them: `dy/dt = f(t, y)`, and their Jacobian.
 
 use super::mechanism::{Forces, Kinematics, NoForces, State};
+use super::radau::Model;
 use crate::drive::Drive;
 use crate::ground::{Ground, GroundForces, WheelMotion};
 use crate::plant::PlantSetup;
-use differential_equations::linalg::Matrix;
-use differential_equations::ode::ODE;
-use nalgebra::Vector4;
+use crate::start::Start;
+use nalgebra::{SMatrix, SVector};
 use robhaz_model::{Robot, Vec2};
-use std::cell::{Cell, RefCell};
+use robhaz_terrain::Contact;
 
-/// Solver state: Q (m), angles of links 1 and 2 (rad), velocity of Q (m/s), rates of links 1 and 2 (rad/s), wheel spin
-/// speeds (rad/s), integrals of the speed errors (rad). Wheel spins are left out: nothing depends on them.
-pub(super) type Y = [f64; SIZE];
+/// Number of equations.
 pub(super) const SIZE: usize = 14;
+/// Solver state: Q (m), angles of links 1 and 2 (rad), velocity of Q (m/s), rates of links 1 and 2 (rad/s), wheel spin
+/// speeds (rad/s), integrals of the speed errors (rad).
+pub(super) type Y = SVector<f64, SIZE>;
+/// Number of integrals along the way, on which nothing depends.
+pub(super) const INTEGRALS: usize = 4;
+/// Wheel spins relative to the links (rad), work of the motors (J).
+pub(super) type Integrals = SVector<f64, INTEGRALS>;
+pub(super) const WORK: usize = 3;
 const RATES: usize = 4;
-pub(super) const OMEGA: usize = 8;
+const OMEGA: usize = 8;
 const INTEGRAL: usize = 11;
 
-pub(super) struct Equations {
+/// Longest step, s.
+const LONGEST_STEP: f64 = 0.1;
+/// Longest way of the robot in a step, m: a fifth of a wheel's radius, so that no edge is passed unseen.
+const LONGEST_WAY: f64 = 0.02;
+
+pub(crate) struct Equations {
     pub robot: Robot,
     drive: Drive,
-    ground: RefCell<Ground>,
-    refusal: Cell<Option<NoForces>>,
+    ground: Ground,
+    /// Where each wheel touches, kept while a Jacobian is made.
+    touching: [Vec<Contact>; 3],
+    refusal: Option<NoForces>,
 }
 
-/// Nominal pose, at rest, sunk by the static penetration of the mean wheel load.
-pub(super) fn start(setup: &PlantSetup) -> Y {
-    let q = setup.robot.geometry.pins.q;
-    let mut y = [0.0; SIZE];
-    y[0] = q.x;
-    y[1] = q.y
-        - setup
-            .contact
-            .static_penetration(setup.robot.mean_wheel_load());
+/// The solver's state at time zero.
+pub(super) fn start(start: &Start) -> Y {
+    let state = &start.state;
+    let mut y = Y::zeros();
+    y.fixed_rows_mut::<4>(0).copy_from_slice(&[
+        state.q.x,
+        state.q.y,
+        state.angles[0],
+        state.angles[1],
+    ]);
+    y.fixed_rows_mut::<4>(RATES).copy_from(&state.rates);
+    y.fixed_rows_mut::<3>(OMEGA).copy_from_slice(&state.omega);
+    y.fixed_rows_mut::<3>(INTEGRAL)
+        .copy_from_slice(&start.integrals);
     y
 }
 
@@ -41,7 +59,7 @@ pub(super) fn state(y: &Y) -> State {
     State {
         q: Vec2::new(y[0], y[1]),
         angles: [y[2], y[3]],
-        rates: Vector4::from_column_slice(&y[RATES..OMEGA]),
+        rates: y.fixed_rows::<4>(RATES).into_owned(),
         omega: [y[OMEGA], y[OMEGA + 1], y[OMEGA + 2]],
     }
 }
@@ -51,19 +69,20 @@ impl Equations {
         Self {
             robot: setup.robot.clone(),
             drive: setup.drive,
-            ground: RefCell::new(Ground::new(setup)),
-            refusal: Cell::new(None),
+            ground: Ground::new(setup),
+            touching: Default::default(),
+            refusal: None,
         }
     }
 
     /// What the last evaluation that failed complained of.
     pub fn last_refusal(&self) -> Option<NoForces> {
-        self.refusal.get()
+        self.refusal
     }
 
     /// Forgets what earlier trials complained of: a step has been taken.
-    pub fn clear_refusal(&self) {
-        self.refusal.set(None);
+    pub fn clear_refusal(&mut self) {
+        self.refusal = None;
     }
 
     /// Motor torques at the wheels, N m.
@@ -74,14 +93,21 @@ impl Equations {
 
     /// Accelerations and forces for given motor torques, N m.
     pub fn forces(
-        &self,
+        &mut self,
         kinematics: &Kinematics,
         state: &State,
         torques: [f64; 3],
     ) -> Result<Forces, NoForces> {
-        let drive_torque = [0, 1, 2].map(|i| torques[i] - self.drive.loss_torque(state.omega[i]));
-        let mut ground = self.ground.borrow_mut();
-        Forces::new(&self.robot, &mut ground, kinematics, state, drive_torque)
+        let drive_torque = self.drive_torque(state, torques);
+        let ground = &mut self.ground;
+        Forces::new(&self.robot, kinematics, state, drive_torque, |_, wheel| {
+            ground.act(wheel)
+        })
+    }
+
+    /// What reaches the gear of each wheel, N m.
+    fn drive_torque(&self, state: &State, torques: [f64; 3]) -> [f64; 3] {
+        [0, 1, 2].map(|i| torques[i] - self.drive.loss_torque(state.omega[i]))
     }
 
     /// For the record only: of a wheel in the air, the gap to the nearest ground.
@@ -92,33 +118,74 @@ impl Equations {
         kinematics: &Kinematics,
         state: &State,
     ) -> Result<GroundForces, NoForces> {
-        let link_rate = state.rates[2 + self.robot.geometry.carriers[wheel].index()];
-        let motion = WheelMotion {
-            centre: kinematics.axle(wheel, state),
-            velocity: kinematics.axle_velocity(wheel, state),
-            spin: state.omega[wheel] - link_rate,
-        };
-        let ground = self.ground.borrow();
-        ground
+        let motion = kinematics.wheel(&self.robot, wheel, state);
+        self.ground
             .or_gap(forces, &motion)
             .map_err(|x| NoForces::BelowGround(wheel, x))
     }
 
-    fn rates(&self, t: f64, y: &Y) -> Result<Y, NoForces> {
+    fn try_rates(&mut self, t: f64, y: &Y) -> Result<Y, NoForces> {
         let state = state(y);
         let kinematics = Kinematics::new(&self.robot, &state)?;
         let forces = self.forces(&kinematics, &state, self.motor_torques(t, y))?;
+        Ok(self.assembled(t, y, &forces))
+    }
+
+    /// The rates where the wheels touch the ground at the places of [`Self::touching`].
+    fn try_rates_touching(&self, t: f64, y: &Y) -> Result<Y, NoForces> {
+        let state = state(y);
+        let kinematics = Kinematics::new(&self.robot, &state)?;
+        let drive_torque = self.drive_torque(&state, self.motor_torques(t, y));
+        let act = |i: usize, wheel: &WheelMotion| self.ground.act_at(&self.touching[i], wheel);
+        let forces = Forces::new(&self.robot, &kinematics, &state, drive_torque, act)?;
+        Ok(self.assembled(t, y, &forces))
+    }
+
+    fn assembled(&self, t: f64, y: &Y, forces: &Forces) -> Y {
         let set_speed = self.drive.set_speed(t, self.robot.geometry.wheel_radius);
-        let mut rates = [0.0; SIZE];
-        rates[..RATES].copy_from_slice(&y[RATES..OMEGA]);
-        rates[RATES..OMEGA].copy_from_slice(forces.accelerations.as_slice());
+        let mut rates = Y::zeros();
+        rates
+            .fixed_rows_mut::<4>(0)
+            .copy_from(&y.fixed_rows::<4>(RATES));
+        rates
+            .fixed_rows_mut::<4>(RATES)
+            .copy_from(&forces.accelerations);
+        rates
+            .fixed_rows_mut::<3>(OMEGA)
+            .copy_from(&forces.omega_rates);
         for i in 0..3 {
-            rates[OMEGA + i] = forces.omega_rates[i];
-            rates[INTEGRAL + i] = self
-                .drive
-                .integral_rate(set_speed - y[OMEGA + i], y[INTEGRAL + i]);
+            let (error, integral) = (set_speed - y[OMEGA + i], y[INTEGRAL + i]);
+            rates[INTEGRAL + i] = self.drive.integral_rate(error, integral);
         }
-        Ok(rates)
+        rates
+    }
+
+    fn try_jacobian(
+        &mut self,
+        t: f64,
+        y: &Y,
+        here: &Y,
+    ) -> Result<SMatrix<f64, SIZE, SIZE>, NoForces> {
+        let state = state(y);
+        let kinematics = Kinematics::new(&self.robot, &state)?;
+        for i in 0..3 {
+            let centre = kinematics.axle(i, &state);
+            self.ground.find(centre, &mut self.touching[i]);
+        }
+        let mut jacobian = SMatrix::<f64, SIZE, SIZE>::zeros();
+        for column in 0..SIZE {
+            let mut moved = *y;
+            let (step, there) = if column < RATES {
+                moved[column] += POSITION_STEP;
+                (POSITION_STEP, self.try_rates(t, &moved)?)
+            } else {
+                // Velocities do not change where the wheels touch.
+                moved[column] += VELOCITY_STEP;
+                (VELOCITY_STEP, self.try_rates_touching(t, &moved)?)
+            };
+            jacobian.set_column(column, &((there - here) / step));
+        }
+        Ok(jacobian)
     }
 }
 
@@ -126,30 +193,32 @@ impl Equations {
 const POSITION_STEP: f64 = 1e-8;
 const VELOCITY_STEP: f64 = 1e-6;
 
-impl ODE<f64, Y> for Equations {
-    /// A state without forces gives NaN: the solver rejects the step and tries a shorter one.
-    fn diff(&self, t: f64, y: &Y, dydt: &mut Y) {
-        *dydt = self.rates(t, y).unwrap_or_else(|why| {
-            self.refusal.set(Some(why));
-            [f64::NAN; SIZE]
-        });
+impl Model<SIZE, INTEGRALS> for Equations {
+    fn rates(&mut self, t: f64, y: &Y) -> Option<Y> {
+        let rates = self.try_rates(t, y);
+        self.refusal = rates.err().or(self.refusal);
+        rates.ok()
     }
 
-    fn jacobian(&self, t: f64, y: &Y, j: &mut Matrix<f64>) {
-        let (mut here, mut there) = ([0.0; SIZE], [0.0; SIZE]);
-        self.diff(t, y, &mut here);
-        for column in 0..SIZE {
-            let step = if column < RATES {
-                POSITION_STEP
-            } else {
-                VELOCITY_STEP
-            };
-            let mut moved = *y;
-            moved[column] += step;
-            self.diff(t, &moved, &mut there);
-            for row in 0..SIZE {
-                j[(row, column)] = (there[row] - here[row]) / step;
-            }
-        }
+    fn jacobian(&mut self, t: f64, y: &Y, rates: &Y) -> Option<SMatrix<f64, SIZE, SIZE>> {
+        let jacobian = self.try_jacobian(t, y, rates);
+        self.refusal = jacobian.err().or(self.refusal);
+        jacobian.ok()
+    }
+
+    fn integrands(&self, t: f64, y: &Y) -> Integrals {
+        let omega = [y[OMEGA], y[OMEGA + 1], y[OMEGA + 2]];
+        let torques = self.motor_torques(t, y);
+        let power = torques
+            .iter()
+            .zip(omega)
+            .map(|(torque, omega)| torque * omega)
+            .sum();
+        Integrals::new(omega[0], omega[1], omega[2], power)
+    }
+
+    fn longest_step(&self, y: &Y) -> f64 {
+        let speed = y[RATES].hypot(y[RATES + 1]);
+        LONGEST_STEP.min(LONGEST_WAY / speed.max(1e-9))
     }
 }

@@ -5,8 +5,9 @@
 //! relative to the links follow from eq. (2) and are eliminated from them. Pin forces come from Newton and Euler afterwards.
 
 use crate::drive::wheel_acceleration;
-use crate::ground::{Ground, GroundForces, WheelMotion};
+use crate::ground::{GroundForces, WheelMotion};
 use crate::stop::stop_torque;
+use crate::truth::BarTruth;
 use nalgebra::{Matrix4, Vector3, Vector4};
 use robhaz_model::{Bar, GRAVITY, PostureError, Robot, Vec2, corner_s, cross};
 
@@ -190,16 +191,20 @@ impl Kinematics {
         })
     }
 
-    /// Centre of mass, its velocity, the bar's angle and rate.
-    pub fn bar(&self, bar: Bar, state: &State) -> (Vec2, Vec2, f64, f64) {
+    /// Pose and rates of a bar.
+    pub fn bar(&self, bar: Bar, state: &State) -> BarTruth {
         let i = bar as usize;
         let axis = self.axes[i];
-        (
-            state.q + self.centres[i].arm,
-            self.centres[i].velocity(state),
-            axis.y.atan2(axis.x),
-            self.turns[i].rate,
-        )
+        BarTruth {
+            position: state.q + self.centres[i].arm,
+            angle: match bar {
+                Bar::Link1 => state.angles[0],
+                Bar::Link2 => state.angles[1],
+                Bar::Body | Bar::Link3 => axis.y.atan2(axis.x),
+            },
+            velocity: self.centres[i].velocity(state),
+            rate: self.turns[i].rate,
+        }
     }
 
     /// Centre of a wheel, m.
@@ -207,9 +212,31 @@ impl Kinematics {
         state.q + self.axles[wheel].arm
     }
 
-    /// Velocity of a wheel's centre, m/s.
-    pub fn axle_velocity(&self, wheel: usize, state: &State) -> Vec2 {
-        self.axles[wheel].velocity(state)
+    /// How a wheel moves.
+    pub fn wheel(&self, robot: &Robot, wheel: usize, state: &State) -> WheelMotion {
+        let link_rate = state.rates[2 + robot.geometry.carriers[wheel].index()];
+        WheelMotion {
+            centre: self.axle(wheel, state),
+            velocity: self.axles[wheel].velocity(state),
+            spin: state.omega[wheel] - link_rate,
+        }
+    }
+
+    /// What gives the speed of a wheel's centre along `direction` from the four rates.
+    pub fn axle_row(&self, wheel: usize, direction: Vec2) -> Vector4<f64> {
+        let motion = &self.axles[wheel];
+        let (j1, j2) = (motion.j1.dot(&direction), motion.j2.dot(&direction));
+        Vector4::new(direction.x, direction.y, j1, j2)
+    }
+
+    /// Distance between S on the body and S on link 3, m: what rounding leaves of the closed loop.
+    pub fn loop_error(&self, robot: &Robot) -> f64 {
+        let pins = &robot.geometry.pins;
+        let [p, r, _] = self.pins;
+        let [body, _, _, link3] = self.axes;
+        let on_body = p + turned(body, pins.s - pins.p);
+        let on_link3 = r + turned(link3, pins.s - pins.r);
+        (on_body - on_link3).norm()
     }
 
     /// Positions of P, Q, R, S, m.
@@ -229,38 +256,39 @@ impl Motion {
         Vec2::new(a[0], a[1]) + self.j1 * a[2] + self.j2 * a[3] + self.bias
     }
 
-    /// Adds a mass moving like this to `M` and its gravity and bias to the right side.
+    /// Adds a mass moving like this to `M` (its lower half) and its gravity and bias to the right side.
     fn add_mass(&self, mass: f64, m: &mut Matrix4<f64>, right: &mut Vector4<f64>) {
-        let columns = self.columns();
-        for i in 0..4 {
-            for j in 0..4 {
-                m[(i, j)] += mass * columns[i].dot(&columns[j]);
-            }
-        }
+        let (j1, j2) = (self.j1 * mass, self.j2 * mass);
+        m[(0, 0)] += mass;
+        m[(1, 1)] += mass;
+        m[(2, 0)] += j1.x;
+        m[(2, 1)] += j1.y;
+        m[(2, 2)] += j1.dot(&self.j1);
+        m[(3, 0)] += j2.x;
+        m[(3, 1)] += j2.y;
+        m[(3, 2)] += j2.dot(&self.j1);
+        m[(3, 3)] += j2.dot(&self.j2);
         self.add_force((Vec2::new(0.0, -GRAVITY) - self.bias) * mass, right);
     }
 
     /// Adds a force at this point to the right side.
     fn add_force(&self, force: Vec2, right: &mut Vector4<f64>) {
-        for (i, column) in self.columns().iter().enumerate() {
-            right[i] += column.dot(&force);
-        }
-    }
-
-    fn columns(&self) -> [Vec2; 4] {
-        [Vec2::x(), Vec2::y(), self.j1, self.j2]
+        right[0] += force.x;
+        right[1] += force.y;
+        right[2] += self.j1.dot(&force);
+        right[3] += self.j2.dot(&force);
     }
 }
 
 impl Turning {
+    /// As [`Motion::add_mass`].
     fn add_inertia(&self, inertia: f64, m: &mut Matrix4<f64>, right: &mut Vector4<f64>) {
-        let k = [self.k1, self.k2];
-        for i in 0..2 {
-            for j in 0..2 {
-                m[(2 + i, 2 + j)] += inertia * k[i] * k[j];
-            }
-            right[2 + i] -= inertia * k[i] * self.bias;
-        }
+        let (k1, k2) = (inertia * self.k1, inertia * self.k2);
+        m[(2, 2)] += k1 * self.k1;
+        m[(3, 2)] += k2 * self.k1;
+        m[(3, 3)] += k2 * self.k2;
+        right[2] -= k1 * self.bias;
+        right[3] -= k2 * self.bias;
     }
 
     fn acceleration(&self, a: &Vector4<f64>) -> f64 {
@@ -269,38 +297,25 @@ impl Turning {
 }
 
 impl Forces {
-    /// Solves the equations of motion. `drive_torque` is that of [`wheel_acceleration`], N m.
+    /// Solves the equations of motion. `drive_torque` is that of [`wheel_acceleration`], N m; `act` gives what the ground does
+    /// to a wheel, or the x (m) of one whose centre is below it.
     pub fn new(
         robot: &Robot,
-        ground: &mut Ground,
         kinematics: &Kinematics,
         state: &State,
         drive_torque: [f64; 3],
+        mut act: impl FnMut(usize, &WheelMotion) -> Result<GroundForces, f64>,
     ) -> Result<Self, NoForces> {
         let (geometry, mass) = (&robot.geometry, &robot.mass);
         let (mut m, mut right) = (Matrix4::zeros(), Vector4::zeros());
-        let masses = [mass.body, mass.links[0], mass.links[1], mass.links[2]];
-        let inertias = [
-            mass.body_inertia,
-            mass.link_inertias[0],
-            mass.link_inertias[1],
-            mass.link_inertias[2],
-        ];
-        for i in 0..4 {
-            kinematics.centres[i].add_mass(masses[i], &mut m, &mut right);
-            kinematics.turns[i].add_inertia(inertias[i], &mut m, &mut right);
+        for bar in Bar::ALL {
+            let ((own, inertia), i) = (mass.of(bar), bar as usize);
+            kinematics.centres[i].add_mass(own, &mut m, &mut right);
+            kinematics.turns[i].add_inertia(inertia, &mut m, &mut right);
         }
         let (jw, jr) = (mass.wheel_inertia, mass.rotor_inertia);
         let mut act = |i: usize| {
-            let axle = &kinematics.axles[i];
-            let link_rate = state.rates[2 + geometry.carriers[i].index()];
-            ground
-                .act(&WheelMotion {
-                    centre: state.q + axle.arm,
-                    velocity: axle.velocity(state),
-                    spin: state.omega[i] - link_rate,
-                })
-                .map_err(|x| NoForces::BelowGround(i, x))
+            act(i, &kinematics.wheel(robot, i, state)).map_err(|x| NoForces::BelowGround(i, x))
         };
         let ground = [act(0)?, act(1)?, act(2)?];
         for i in 0..3 {
@@ -319,6 +334,7 @@ impl Forces {
         );
         right[2] += stop;
         right[3] -= stop;
+        // It reads the lower half only.
         let accelerations = m.cholesky().ok_or(NoForces::Singular)?.solve(&right);
         let mut omega_rates = Vector3::zeros();
         for i in 0..3 {

@@ -1,0 +1,680 @@
+//! Radau IIA of order 5 (three stages) for stiff equations `y' = f(t, y)`: error control, dense output, and integrals along the way.
+//!
+//! After E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II*, IV.8, and their code RADAU5: simplified
+//! Newton iterations on the transformed stages (one real and one complex system), predictive step control, reuse of the
+//! Jacobian and of the factorisations. Sizes are fixed, errors are absolute, and a state in which `f` has no value makes
+//! the step shorter.
+
+use nalgebra::{Complex, Const, DimMin, LU, SMatrix, SVector, ToTypenum};
+
+/// What is solved: `N` equations, and `Q` integrals on which nothing depends.
+pub(super) trait Model<const N: usize, const Q: usize> {
+    /// f(t, y); `None` where it has no value.
+    fn rates(&mut self, t: f64, y: &SVector<f64, N>) -> Option<SVector<f64, N>>;
+
+    /// df/dy at a state whose rates are known; it may be rough, only the speed of convergence depends on it.
+    fn jacobian(
+        &mut self,
+        t: f64,
+        y: &SVector<f64, N>,
+        rates: &SVector<f64, N>,
+    ) -> Option<SMatrix<f64, N, N>>;
+
+    /// Rates of the integrals.
+    fn integrands(&self, t: f64, y: &SVector<f64, N>) -> SVector<f64, Q>;
+
+    /// Longest step from here.
+    fn longest_step(&self, y: &SVector<f64, N>) -> f64;
+}
+
+/// Nodes of the method, besides 1: (4 -+ sqrt 6)/10.
+const C1: f64 = 0.155_051_025_721_682_2;
+const C2: f64 = 0.644_948_974_278_317_8;
+/// Weights of the method: integrals from the start of a step to each node.
+const A: [[f64; 3]; 3] = [
+    [
+        0.196_815_477_223_660_44,
+        -0.065_535_425_850_198_39,
+        0.023_770_974_348_220_15,
+    ],
+    [
+        0.394_424_314_739_087_3,
+        0.292_073_411_665_228_45,
+        -0.041_548_752_125_997_93,
+    ],
+    [
+        0.376_403_062_700_467_3,
+        0.512_485_826_188_421_6,
+        0.111_111_111_111_111_1,
+    ],
+];
+/// Eigenvalues of the inverse of the weights: one real, one pair.
+const REAL: f64 = 3.637_834_252_744_496;
+const PAIR: Complex<f64> = Complex::new(2.681_082_873_627_752_3, 3.050_430_199_247_410_5);
+/// From transformed stages to stages, and back.
+const T: [[f64; 3]; 3] = [
+    [
+        9.123_239_487_089_295e-2,
+        -0.141_255_295_020_954_2,
+        -3.002_919_410_514_742_4e-2,
+    ],
+    [
+        0.241_717_932_707_107,
+        0.204_129_352_293_799_93,
+        0.382_942_112_757_262,
+    ],
+    [0.966_048_182_615_093, 1.0, 0.0],
+];
+const T_INVERSE: [[f64; 3]; 3] = [
+    [
+        4.325_579_890_063_155,
+        0.339_199_251_815_809_9,
+        0.541_770_539_935_874_9,
+    ],
+    [
+        -4.178_718_591_551_905,
+        -0.327_682_820_761_062_4,
+        0.476_623_554_500_550_44,
+    ],
+    [
+        -0.502_872_634_945_786_9,
+        2.571_926_949_855_605,
+        -0.596_039_204_828_224_9,
+    ],
+];
+/// Of the stages in the error estimate: the difference to a formula of order 3.
+const ERROR: [f64; 3] = [-10.048_809_399_827_416, 1.382_142_733_160_749, -1.0 / 3.0];
+
+/// Newton iterations before a step is tried shorter.
+const ITERATIONS: u32 = 7;
+/// What Newton's method may leave, of the tolerance.
+const NEWTON: f64 = 0.03;
+/// Contraction below which the Jacobian is kept for the next step.
+const KEEP_JACOBIAN: f64 = 1e-3;
+/// Ratio up to which a longer step is not taken, so that the factorisations can be kept.
+const KEEP_STEP: f64 = 1.2;
+/// Safety factor of the step control.
+const SAFETY: f64 = 0.9;
+/// Failed attempts in a row after which there is no step: it is then 1e-12 of what it was.
+const MOST_ATTEMPTS: u32 = 60;
+
+/// No step is short enough.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct NoStep;
+
+/// What the solver has done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Work {
+    /// Steps taken.
+    pub steps: u64,
+    /// Steps tried and not taken.
+    pub rejected: u64,
+    /// Evaluations of f, without those for Jacobians.
+    pub rates: u64,
+    /// Evaluations of df/dy.
+    pub jacobians: u64,
+    /// Pairs of factorisations.
+    pub factorisations: u64,
+}
+
+/// The polynomial of the third degree over a step, as divided differences from its end.
+#[derive(Clone, Copy)]
+struct Cubic<const M: usize>([SVector<f64, M>; 3]);
+
+impl<const M: usize> Default for Cubic<M> {
+    fn default() -> Self {
+        Self([SVector::zeros(); 3])
+    }
+}
+
+impl<const M: usize> Cubic<M> {
+    /// From the increments at the three nodes.
+    fn new(z: &[SVector<f64, M>; 3]) -> Self {
+        let b = (z[1] - z[2]) / (C2 - 1.0);
+        let ak = (z[0] - z[1]) / (C1 - C2);
+        let c = (ak - b) / (C1 - 1.0);
+        let d = c - (ak - z[0] / C1) / C2;
+        Self([b, c, d])
+    }
+
+    /// Increment from the step's end to `s` steps beyond it; negative within the step.
+    fn beyond(&self, s: f64) -> SVector<f64, M> {
+        let [b, c, d] = self.0;
+        (b + (c + d * (s - (C1 - 1.0))) * (s - (C2 - 1.0))) * s
+    }
+}
+
+/// The factorised matrices of the Newton iteration, and the step that they belong to.
+struct Factors<const N: usize>
+where
+    Const<N>: ToTypenum + DimMin<Const<N>, Output = Const<N>>,
+{
+    step: f64,
+    real: LU<f64, Const<N>, Const<N>>,
+    pair: LU<Complex<f64>, Const<N>, Const<N>>,
+}
+
+/// A solution on its way, from a step's end to the next.
+pub(super) struct Radau<const N: usize, const Q: usize>
+where
+    Const<N>: ToTypenum + DimMin<Const<N>, Output = Const<N>>,
+{
+    /// Error allowed in a step, for each component.
+    scale: SVector<f64, N>,
+    time: f64,
+    y: SVector<f64, N>,
+    rates: SVector<f64, N>,
+    integrals: SVector<f64, Q>,
+    /// Start of the last step, and the solution over it.
+    begin: f64,
+    dense: Cubic<N>,
+    dense_integrals: Cubic<Q>,
+    /// The step to try next.
+    step: f64,
+    /// Last step and its error, for the step control.
+    last: Option<(f64, f64)>,
+    jacobian: Option<SMatrix<f64, N, N>>,
+    factors: Option<Factors<N>>,
+    work: Work,
+}
+
+/// What came of the Newton iteration.
+enum Newton<const N: usize> {
+    /// The stages' increments, how many iterations they took, and by how much an iteration shrinks the error.
+    Converged([SVector<f64, N>; 3], u32, f64),
+    /// To be tried again with this many times the step.
+    Failed(f64),
+}
+
+/// One attempt at a step is to be followed by another, with this many times the step.
+struct Shorter(f64);
+
+impl<const N: usize, const Q: usize> Radau<N, Q>
+where
+    Const<N>: ToTypenum + DimMin<Const<N>, Output = Const<N>>,
+{
+    /// Starts at time 0 with all integrals at zero. `scale` is the error allowed in a step for each component.
+    ///
+    /// # Errors
+    /// [`NoStep`] where f has no value at the start.
+    pub fn new(
+        model: &mut impl Model<N, Q>,
+        start: &SVector<f64, N>,
+        scale: SVector<f64, N>,
+        first_step: f64,
+    ) -> Result<Self, NoStep> {
+        Ok(Self {
+            scale,
+            time: 0.0,
+            y: *start,
+            rates: model.rates(0.0, start).ok_or(NoStep)?,
+            integrals: SVector::zeros(),
+            begin: 0.0,
+            dense: Cubic::default(),
+            dense_integrals: Cubic::default(),
+            step: first_step,
+            last: None,
+            jacobian: None,
+            factors: None,
+            work: Work::default(),
+        })
+    }
+
+    /// Where the last step ended.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// What has been done so far.
+    pub fn work(&self) -> Work {
+        self.work
+    }
+
+    /// The solution and the integrals at a time within the last step.
+    pub fn at(&self, time: f64) -> (SVector<f64, N>, SVector<f64, Q>) {
+        let length = self.time - self.begin;
+        let s = if length > 0.0 {
+            (time - self.time) / length
+        } else {
+            0.0
+        };
+        (
+            self.y + self.dense.beyond(s),
+            self.integrals + self.dense_integrals.beyond(s),
+        )
+    }
+
+    /// One step, as long as the error allows.
+    ///
+    /// # Errors
+    /// [`NoStep`]: no step is short enough.
+    pub fn advance(&mut self, model: &mut impl Model<N, Q>) -> Result<(), NoStep> {
+        let longest = model.longest_step(&self.y);
+        // Whether the Jacobian belongs to the very state from which the step starts.
+        let mut fresh = self.jacobian.is_none();
+        for attempt in 0..MOST_ATTEMPTS {
+            if self.step > longest {
+                self.step = longest;
+            }
+            if self.time + self.step <= self.time {
+                return Err(NoStep);
+            }
+            match self.attempt(model, attempt > 0, longest) {
+                Ok(()) => return Ok(()),
+                Err(Shorter(factor)) => {
+                    self.work.rejected += 1;
+                    self.step *= factor;
+                    if !fresh {
+                        self.jacobian = None;
+                        fresh = true;
+                    }
+                }
+            }
+        }
+        Err(NoStep)
+    }
+
+    /// One attempt at a step of the planned length.
+    fn attempt(
+        &mut self,
+        model: &mut impl Model<N, Q>,
+        retried: bool,
+        longest: f64,
+    ) -> Result<(), Shorter> {
+        let h = self.step;
+        let factors = self.factors(model, h).ok_or(Shorter(0.5))?;
+        let newton = self.newton(model, &factors, h);
+        let (z, iterations, contraction) = match newton {
+            Newton::Converged(z, iterations, contraction) => (z, iterations, contraction),
+            Newton::Failed(factor) => {
+                self.factors = Some(factors);
+                return Err(Shorter(factor));
+            }
+        };
+        let error = self.error(model, &factors, h, &z, retried || self.last.is_none());
+        self.factors = Some(factors);
+        let longest_iteration = f64::from(1 + 2 * ITERATIONS);
+        let safety = SAFETY * (longest_iteration / f64::from(iterations + 2 * ITERATIONS)).min(1.0);
+        let factor = (safety * error.powf(-0.25)).clamp(0.125, 5.0);
+        if error.is_nan() || error >= 1.0 {
+            return Err(Shorter(if error.is_nan() {
+                0.125
+            } else {
+                factor.min(SAFETY)
+            }));
+        }
+        let y = self.y + z[2];
+        let rates = model.rates(self.time + h, &y).ok_or(Shorter(0.5))?;
+        self.work.rates += 1;
+        self.accept(model, h, &z, y, rates);
+        self.plan(h, error, factor, contraction, longest);
+        Ok(())
+    }
+
+    /// The factorised matrices for a step, those of the last step where they fit. `None` where one is singular.
+    fn factors(&mut self, model: &mut impl Model<N, Q>, h: f64) -> Option<Factors<N>> {
+        if let (Some(factors), Some(_)) = (self.factors.take(), &self.jacobian)
+            && (factors.step - h).abs() <= 1e-12 * h
+        {
+            return Some(factors);
+        }
+        let jacobian = match self.jacobian {
+            Some(jacobian) => jacobian,
+            None => {
+                self.work.jacobians += 1;
+                let jacobian = model.jacobian(self.time, &self.y, &self.rates)?;
+                *self.jacobian.insert(jacobian)
+            }
+        };
+        self.work.factorisations += 1;
+        let mut real = -jacobian;
+        let mut pair = jacobian.map(|entry| Complex::new(-entry, 0.0));
+        for i in 0..N {
+            real[(i, i)] += REAL / h;
+            pair[(i, i)] += PAIR / h;
+        }
+        let factors = Factors {
+            step: h,
+            real: real.lu(),
+            pair: pair.lu(),
+        };
+        (factors.real.is_invertible() && factors.pair.is_invertible()).then_some(factors)
+    }
+
+    /// RMS over the components of an error, in units of what is allowed.
+    fn norm(&self, error: &SVector<f64, N>) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "a small number of equations")]
+        let count = N as f64;
+        (error.component_div(&self.scale).norm_squared() / count).sqrt()
+    }
+
+    /// Simplified Newton iterations for the stages' increments, from the last step's polynomial carried on.
+    fn newton(&mut self, model: &mut impl Model<N, Q>, factors: &Factors<N>, h: f64) -> Newton<N> {
+        let length = self.time - self.begin;
+        let mut z = [C1, C2, 1.0].map(|c| {
+            if length > 0.0 {
+                self.dense.beyond(c * h / length)
+            } else {
+                SVector::zeros()
+            }
+        });
+        let mut w = combined(&T_INVERSE, &z);
+        let (mut before, mut contraction) = (0.0, 0.0);
+        for iteration in 1..=ITERATIONS {
+            let mut f = [SVector::zeros(); 3];
+            for i in 0..3 {
+                let node = self.time + [C1, C2, 1.0][i] * h;
+                self.work.rates += 1;
+                let Some(rates) = model.rates(node, &(self.y + z[i])) else {
+                    return Newton::Failed(0.5);
+                };
+                f[i] = rates;
+            }
+            let f = combined(&T_INVERSE, &f);
+            let mut real = f[0] - w[0] * (REAL / h);
+            let mut pair = SVector::<Complex<f64>, N>::from_fn(|i, _| {
+                let w = Complex::new(w[1][i], w[2][i]);
+                Complex::new(f[1][i], f[2][i]) - PAIR / h * w
+            });
+            factors.real.solve_mut(&mut real);
+            factors.pair.solve_mut(&mut pair);
+            w[0] += real;
+            w[1] += pair.map(|p| p.re);
+            w[2] += pair.map(|p| p.im);
+            z = combined(&T, &w);
+            let square = self.norm(&real).powi(2)
+                + self.norm(&pair.map(|p| p.re)).powi(2)
+                + self.norm(&pair.map(|p| p.im)).powi(2);
+            let change = (square / 3.0).sqrt();
+            if !change.is_finite() {
+                return Newton::Failed(0.5);
+            }
+            if iteration > 1 {
+                let ratio: f64 = change / before;
+                contraction = if iteration == 2 {
+                    ratio
+                } else {
+                    (contraction * ratio).sqrt()
+                };
+                if contraction >= 0.99 {
+                    return Newton::Failed(0.5);
+                }
+                // What the iterations that remain will leave.
+                let remaining = i32::try_from(ITERATIONS - iteration).unwrap_or(0);
+                let left = contraction / (1.0 - contraction) * change;
+                let expected = left * contraction.powi(remaining) / NEWTON;
+                if expected >= 1.0 {
+                    let factor = 0.8
+                        * expected
+                            .clamp(1e-4, 20.0)
+                            .powf(-1.0 / f64::from(4 + remaining));
+                    return Newton::Failed(factor);
+                }
+                if left <= NEWTON {
+                    return Newton::Converged(z, iteration, contraction);
+                }
+            } else if change <= 1e-3 * NEWTON {
+                return Newton::Converged(z, iteration, contraction);
+            }
+            before = change;
+        }
+        Newton::Failed(0.5)
+    }
+
+    /// Error of the step in units of what is allowed.
+    fn error(
+        &mut self,
+        model: &mut impl Model<N, Q>,
+        factors: &Factors<N>,
+        h: f64,
+        z: &[SVector<f64, N>; 3],
+        retried: bool,
+    ) -> f64 {
+        let stages = (z[0] * ERROR[0] + z[1] * ERROR[1] + z[2] * ERROR[2]) / h;
+        let mut error = stages + self.rates;
+        factors.real.solve_mut(&mut error);
+        let first = self.norm(&error);
+        // The estimate is too careful where stiff components are off: filtered once more.
+        if first >= 1.0 && retried {
+            self.work.rates += 1;
+            if let Some(rates) = model.rates(self.time, &(self.y + error)) {
+                let mut error = stages + rates;
+                factors.real.solve_mut(&mut error);
+                return self.norm(&error).max(1e-10);
+            }
+        }
+        first.max(1e-10)
+    }
+
+    /// Takes the step.
+    fn accept(
+        &mut self,
+        model: &impl Model<N, Q>,
+        h: f64,
+        z: &[SVector<f64, N>; 3],
+        y: SVector<f64, N>,
+        rates: SVector<f64, N>,
+    ) {
+        let integrands: [SVector<f64, Q>; 3] = [0, 1, 2].map(|i| {
+            let node = self.time + [C1, C2, 1.0][i] * h;
+            model.integrands(node, &(self.y + z[i]))
+        });
+        let integrals = combined(&A, &integrands).map(|z| z * h);
+        self.dense = Cubic::new(z);
+        self.dense_integrals = Cubic::new(&integrals);
+        self.begin = self.time;
+        self.time += h;
+        self.y = y;
+        self.integrals += integrals[2];
+        self.rates = rates;
+        self.work.steps += 1;
+    }
+
+    /// Length of the next step, and what it can take over.
+    fn plan(&mut self, h: f64, error: f64, factor: f64, contraction: f64, longest: f64) {
+        let mut factor = factor;
+        if let Some((last_step, last_error)) = self.last {
+            // Gustafsson's predictive control: errors that grow go on growing.
+            let predicted = SAFETY * h / last_step * (last_error / (error * error)).powf(0.25);
+            factor = factor.min(predicted).clamp(0.125, 5.0);
+        }
+        self.last = Some((h, error.max(0.01)));
+        if contraction > KEEP_JACOBIAN {
+            self.jacobian = None;
+        } else if (1.0..=KEEP_STEP).contains(&factor) {
+            factor = 1.0;
+        }
+        self.step = (h * factor).min(longest);
+    }
+}
+
+/// `rows` times three vectors.
+fn combined<const M: usize>(
+    rows: &[[f64; 3]; 3],
+    v: &[SVector<f64, M>; 3],
+) -> [SVector<f64, M>; 3] {
+    rows.map(|[a, b, c]| v[0] * a + v[1] * b + v[2] * c)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+mod tests {
+    use super::*;
+
+    /// Equations by a function that may have no value; the integrals are those of the solution itself.
+    struct Test<const N: usize, F> {
+        f: F,
+        longest_step: f64,
+    }
+
+    impl<const N: usize, F> Model<N, N> for Test<N, F>
+    where
+        F: Fn(f64, &SVector<f64, N>) -> Option<SVector<f64, N>>,
+    {
+        fn rates(&mut self, t: f64, y: &SVector<f64, N>) -> Option<SVector<f64, N>> {
+            (self.f)(t, y)
+        }
+
+        fn jacobian(
+            &mut self,
+            t: f64,
+            y: &SVector<f64, N>,
+            rates: &SVector<f64, N>,
+        ) -> Option<SMatrix<f64, N, N>> {
+            let mut jacobian = SMatrix::<f64, N, N>::zeros();
+            for i in 0..N {
+                let shift = 1e-7 * y[i].abs().max(1e-7);
+                let mut moved = *y;
+                moved[i] += shift;
+                jacobian.set_column(i, &(((self.f)(t, &moved)? - rates) / shift));
+            }
+            Some(jacobian)
+        }
+
+        fn integrands(&self, _: f64, y: &SVector<f64, N>) -> SVector<f64, N> {
+            *y
+        }
+
+        fn longest_step(&self, _: &SVector<f64, N>) -> f64 {
+            self.longest_step
+        }
+    }
+
+    impl<const N: usize> Radau<N, N>
+    where
+        Const<N>: ToTypenum + DimMin<Const<N>, Output = Const<N>>,
+    {
+        /// A step whatever its error.
+        fn forced_step(&mut self, model: &mut impl Model<N, N>, h: f64) {
+            let factors = self.factors(model, h).unwrap();
+            let Newton::Converged(z, ..) = self.newton(model, &factors, h) else {
+                panic!("no convergence");
+            };
+            let y = self.y + z[2];
+            let rates = model.rates(self.time + h, &y).unwrap();
+            self.accept(model, h, &z, y, rates);
+            self.factors = Some(factors);
+        }
+    }
+
+    type Solution<const N: usize> = (Radau<N, N>, Result<(), NoStep>);
+
+    /// Solves until `end` or until there is no step.
+    fn solve<const N: usize, F>(
+        f: F,
+        start: [f64; N],
+        end: f64,
+        scale: [f64; N],
+        longest_step: f64,
+    ) -> Solution<N>
+    where
+        F: Fn(f64, &SVector<f64, N>) -> Option<SVector<f64, N>>,
+        Const<N>: ToTypenum + DimMin<Const<N>, Output = Const<N>>,
+    {
+        let mut model = Test { f, longest_step };
+        let first = longest_step.min(1e-6);
+        let (start, scale) = (SVector::from(start), SVector::from(scale));
+        let mut radau = Radau::new(&mut model, &start, scale, first).unwrap();
+        while radau.time() < end {
+            if let Err(no_step) = radau.advance(&mut model) {
+                return (radau, Err(no_step));
+            }
+        }
+        (radau, Ok(()))
+    }
+
+    /// Convergence: y'' = -y with a fixed step. The solution and its integral are of order 5 at the steps'
+    /// ends, the dense output errs by the fourth power of the step.
+    #[test]
+    fn order_five_and_dense_output_of_order_three() {
+        let errors = [0.4, 0.2, 0.1].map(|h: f64| {
+            let oscillator = |_: f64, y: &SVector<f64, 2>| Some(SVector::from([y[1], -y[0]]));
+            let mut model = Test {
+                f: oscillator,
+                longest_step: h,
+            };
+            // Newton's method goes by the tolerance: what it leaves must not show.
+            let (start, scale) = (SVector::from([1.0, 0.0]), SVector::from([1e-12; 2]));
+            let mut radau = Radau::new(&mut model, &start, scale, h).unwrap();
+            let (mut ends, mut between) = (0.0_f64, 0.0_f64);
+            while radau.time() < 3.9 {
+                radau.forced_step(&mut model, h);
+                let t = radau.time();
+                let (y, integral) = radau.at(t);
+                ends = ends
+                    .max((y - SVector::from([t.cos(), -t.sin()])).norm())
+                    .max((integral - SVector::from([t.sin(), t.cos() - 1.0])).norm());
+                let t = t - 0.4 * h;
+                let (y, _) = radau.at(t);
+                between = between.max((y - SVector::from([t.cos(), -t.sin()])).norm());
+            }
+            (ends, between)
+        });
+        for pair in errors.windows(2) {
+            let order = |of: fn(&(f64, f64)) -> f64| f64::log2(of(&pair[0]) / of(&pair[1]));
+            let (ends, between) = (order(|e| e.0), order(|e| e.1));
+            assert!((4.8..5.2).contains(&ends), "{ends}");
+            assert!((3.7..4.3).contains(&between), "{between}");
+        }
+    }
+
+    /// Prothero and Robinson: y' = -1e6 (y - cos t) - sin t, so y = cos t; and the long steps of a stiff solver.
+    #[test]
+    fn a_stiff_pole_costs_no_steps() {
+        let f =
+            |t: f64, y: &SVector<f64, 1>| Some(SVector::from([-1e6 * (y[0] - t.cos()) - t.sin()]));
+        let (radau, done) = solve(f, [1.0], 10.0, [1e-6], 1.0);
+        assert_eq!(done, Ok(()));
+        assert!(radau.work().steps < 100, "{:?}", radau.work());
+        for i in 0..10 {
+            let t = radau.time() - 0.1 * f64::from(i) * (radau.time() - radau.begin);
+            // Between the nodes the error is that of a cubic over a second: at most 0.04/4!.
+            assert!((radau.at(t).0[0] - t.cos()).abs() < 2e-3);
+        }
+    }
+
+    /// Robertson's reaction (rates from 0.04 to 3e7) at t = 40, to ten digits as in the test sets for stiff solvers.
+    #[test]
+    fn robertsons_reaction() {
+        let f = |_: f64, y: &SVector<f64, 3>| {
+            let (slow, fast, back) = (0.04 * y[0], 3e7 * y[1] * y[1], 1e4 * y[1] * y[2]);
+            Some(SVector::from([back - slow, slow - back - fast, fast]))
+        };
+        let expected = SVector::from([0.715_827_068_7, 9.185_534_765e-6, 0.284_163_745_7]);
+        let mut last = f64::INFINITY;
+        for tolerance in [1e-4, 1e-6, 1e-8] {
+            let scale = [tolerance, 1e-5 * tolerance, tolerance];
+            let (radau, done) = solve(f, [1.0, 0.0, 0.0], 40.0, scale, 1.0);
+            assert_eq!(done, Ok(()));
+            let error =
+                (radau.at(40.0).0 - expected).component_div(&SVector::from([1.0, 1e-5, 1.0]));
+            let error = error.norm();
+            println!("{tolerance}: {error:.1e} {:?}", radau.work());
+            // Errors of some tens of steps add up.
+            assert!(
+                error < 10.0 * tolerance && error < last,
+                "{tolerance}: {error}"
+            );
+            last = error;
+            // What is made is what is lost, in the integrals too.
+            assert!((radau.at(40.0).1.sum() - 40.0).abs() < 1e-9);
+        }
+    }
+
+    /// A step into a state that has no rates is taken back; where there is no other way the solver gives up close to it.
+    #[test]
+    fn states_without_rates_are_avoided_or_reported() {
+        // Long steps would overshoot 0, where there are no rates.
+        let decay = |_: f64, y: &SVector<f64, 1>| {
+            (y[0] > -1e-9).then(|| SVector::from([-1e3 * y[0].max(0.0).sqrt()]))
+        };
+        let (radau, done) = solve(decay, [1.0], 5e-3, [1e-2], 1.0);
+        assert_eq!(done, Ok(()));
+        assert!(radau.at(5e-3).0[0].abs() < 1e-2);
+
+        let wall = |_: f64, y: &SVector<f64, 1>| (y[0] > 0.0).then(|| SVector::from([-1.0]));
+        let (radau, done) = solve(wall, [1.0], 2.0, [1e-6], 0.3);
+        assert_eq!(done, Err(NoStep));
+        assert!((0.999..=1.0).contains(&radau.time()), "{}", radau.time());
+    }
+}
