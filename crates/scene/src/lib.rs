@@ -23,6 +23,7 @@ mod seed;
 mod source;
 mod suggest;
 mod terrain;
+mod terrain_keys;
 mod units;
 mod write;
 

@@ -38,7 +38,8 @@ pub(crate) struct GroundForces {
     pub torque: f64,
     normal_force: f64,
     traction: f64,
-    contact_angle: f64,
+    /// Direction of the ground's tangent, of any length: its angle is for the record only.
+    tangent: Vec2,
     penetration: f64,
     slip_speed: f64,
     contacts: u32,
@@ -65,7 +66,7 @@ impl Ground {
             torque: 0.0,
             normal_force: 0.0,
             traction: 0.0,
-            contact_angle: 0.0,
+            tangent: Vec2::x(),
             penetration: f64::NEG_INFINITY,
             slip_speed: 0.0,
             contacts: 0,
@@ -88,12 +89,12 @@ impl Ground {
             if penetration > sum.penetration {
                 sum.penetration = penetration;
                 sum.slip_speed = slip_speed;
-                sum.contact_angle = contact.angle;
+                sum.tangent = contact.tangent;
             }
         }
         sum.normal_force = normal_sum.norm();
         if sum.contacts > 1 && sum.normal_force > 0.0 {
-            sum.contact_angle = (-normal_sum.x).atan2(normal_sum.y);
+            sum.tangent = Vec2::new(normal_sum.y, -normal_sum.x);
         }
         Ok(sum)
     }
@@ -109,7 +110,7 @@ impl Ground {
         {
             let (t, _, arm) = axes(&nearest, wheel)?;
             forces.penetration = self.wheel_radius - arm;
-            forces.contact_angle = nearest.angle;
+            forces.tangent = nearest.tangent;
             forces.slip_speed = wheel.spin * arm - wheel.velocity.dot(&t);
         }
         Ok(forces)
@@ -120,7 +121,7 @@ impl Ground {
 fn axes(contact: &Contact, wheel: &WheelMotion) -> Result<(Vec2, Vec2, f64), f64> {
     // Written so that a NaN fails too.
     if contact.distance > 0.0 {
-        Ok((contact.tangent(), contact.normal(), contact.distance))
+        Ok((contact.tangent, contact.normal(), contact.distance))
     } else {
         Err(wheel.centre.x)
     }
@@ -136,7 +137,7 @@ impl GroundForces {
             torque,
             normal_force: self.normal_force,
             traction: self.traction,
-            contact_angle: self.contact_angle,
+            contact_angle: self.tangent.y.atan2(self.tangent.x),
             penetration: self.penetration,
             slip_speed: self.slip_speed,
             contacts: self.contacts,
