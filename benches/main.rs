@@ -5,23 +5,18 @@
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use robhaz_estimator::{Estimator, EstimatorSettings, LinkReading, SensorFrame};
 use robhaz_model::Robot;
+use robhaz_scene::Scene;
 use robhaz_sim::{EngineKind, Plant, PlantSetup};
 use robhaz_terrain::{Heights, Interpolation, Profile, Terrain, Vec2};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
+/// The default robot, drive and laws on some ground.
 fn setup(engine: EngineKind, terrain: &Terrain) -> PlantSetup {
     PlantSetup {
-        robot: Robot::default_a(),
         terrain: terrain.clone(),
-        contact: Default::default(),
-        friction: Default::default(),
-        stretches: Vec::new(),
-        drive: Default::default(),
         engine,
-        step: 1e-4,
-        tolerance: 1e-4,
-        period: 1e-3,
+        ..Scene::default().plant_setup()
     }
 }
 
