@@ -5,25 +5,33 @@
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use robhaz_estimator::{Estimator, EstimatorSettings, LinkReading, SensorFrame};
 use robhaz_model::Robot;
+use robhaz_scene::Scene;
 use robhaz_sim::sensors::{Grade, Sensors};
 use robhaz_sim::{EngineKind, Plant, PlantSetup, Truth};
-use robhaz_terrain::{Profile, Terrain, Vec2};
+use robhaz_terrain::{Heights, Interpolation, Profile, Terrain, Vec2};
 use std::hint::black_box;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-fn setup(engine: EngineKind, profile: Profile) -> PlantSetup {
+/// The default robot, drive and laws on some ground.
+fn setup(engine: EngineKind, terrain: &Terrain) -> PlantSetup {
     PlantSetup {
-        robot: Robot::default_a(),
-        terrain: Terrain::new(profile),
-        contact: Default::default(),
-        friction: Default::default(),
-        stretches: Vec::new(),
-        drive: Default::default(),
-        start: Default::default(),
+        terrain: terrain.clone(),
         engine,
-        step: 1.25e-4,
-        tolerance: 1e-5,
-        period: 1e-3,
+        ..Scene::default().plant_setup()
+    }
+}
+
+/// A plant that has run for two seconds.
+fn rolling(setup: &PlantSetup) -> Plant {
+    let mut plant = Plant::new(setup);
+    one_second(&mut plant);
+    one_second(&mut plant);
+    plant
+}
+
+fn one_second(plant: &mut Plant) {
+    for _ in 0..1000 {
+        assert!(black_box(plant.next_truth()).is_ok());
     }
 }
 
@@ -37,13 +45,14 @@ fn speed_and_accuracy(_: &mut Criterion) {
         20.0
     };
     for (name, profile) in [("smooth", Profile::smooth()), ("stairs", Profile::stairs())] {
+        let terrain = Terrain::new(profile);
         let exact = PlantSetup {
             tolerance: 1e-8,
-            ..setup(EngineKind::Direct, profile.clone())
+            ..setup(EngineKind::Direct, &terrain)
         };
         let (exact, _) = timed(&exact, duration);
         for engine in EngineKind::ALL {
-            let setup = setup(engine, profile.clone());
+            let setup = setup(engine, &terrain);
             // The best of three: other work on the machine only ever adds.
             let runs = [(); 3].map(|()| timed(&setup, duration));
             let seconds = runs.iter().map(|r| r.1).fold(f64::INFINITY, f64::min);
@@ -84,39 +93,80 @@ fn error_of_n(truth: &[Truth], exact: &[Truth]) -> f64 {
 
 /// One simulated second of `smooth` from the third on, 1 kHz truth included; the real-time factor is 1 s over this.
 fn plant(c: &mut Criterion) {
+    let terrain = Terrain::new(Profile::smooth());
     let mut group = c.benchmark_group("plant: 1 s on smooth, 1 kHz truth");
     group.sample_size(10);
     for engine in EngineKind::ALL {
         group.bench_function(engine.name(), |b| {
             b.iter_batched_ref(
-                || {
-                    let mut plant = Plant::new(&setup(engine, Profile::smooth()));
-                    for _ in 0..2000 {
-                        assert!(plant.next_truth().is_ok());
-                    }
-                    plant
-                },
-                |plant| {
-                    for _ in 0..1000 {
-                        assert!(black_box(plant.next_truth()).is_ok());
-                    }
-                },
+                || rolling(&setup(engine, &terrain)),
+                one_second,
                 BatchSize::PerIteration,
             );
         });
     }
 }
 
-/// Nearest contact of one wheel on the smooth profile.
+/// Contacts of one wheel at rest, where there is one and where there are two.
 fn terrain(c: &mut Criterion) {
-    let terrain = Terrain::new(Profile::smooth());
-    let [y, slope, _] = terrain.profile().eval(1.1);
-    let up = Vec2::new(-slope, 1.0).normalize();
-    let centre = Vec2::new(1.1, y) + up * 0.0995;
-    let mut found = Vec::new();
-    c.bench_function("terrain: contacts of one wheel on smooth", |b| {
-        b.iter(|| terrain.contacts(black_box(centre), 0.1, &mut found));
-    });
+    let mut group = c.benchmark_group("terrain: contacts of one wheel");
+    for (name, profile, x) in [
+        ("flat", Profile::Flat, 1.1),
+        ("smooth", Profile::smooth(), 1.1),
+        ("rough", Profile::rough(0), 5.0),
+        ("stairs: tread and riser", Profile::stairs(), 0.601),
+    ] {
+        let terrain = Terrain::new(profile);
+        let [y, slope, _] = terrain.profile().eval(x);
+        let up = Vec2::new(-slope, 1.0).normalize();
+        let centre = Vec2::new(x, y) + up * 0.0995;
+        let mut found = Vec::new();
+        group.bench_function(name, |b| {
+            b.iter(|| terrain.contacts(black_box(centre), 0.1, &mut found));
+        });
+    }
+}
+
+/// The same ground through a hundred knots and through a million, 4 m of it: a step must not cost more on either.
+///
+/// Both are measured in turns, and the least of their times is compared: what else the machine does adds, never takes away.
+fn knots(_: &mut Criterion) {
+    // Criterion's filter and test mode, for what it does not measure itself.
+    let given = |wanted: fn(&str) -> bool| std::env::args().skip(1).any(|a| wanted(&a));
+    let testing = given(|a| a == "--test");
+    if given(|a| !a.starts_with('-') && a != "knots") {
+        return;
+    }
+    let spline = |points| Profile::Heights(Heights::new(points, Interpolation::Spline));
+    let sampled = |of: &Profile, count: u32| -> Vec<Vec2> {
+        let x = |i: u32| 0.5 + 4.0 * f64::from(i) / f64::from(count - 1);
+        (0..count)
+            .map(|i| Vec2::new(x(i), of.eval(x(i))[0]))
+            .collect()
+    };
+    let few = spline(sampled(&Profile::smooth(), 100));
+    let many = spline(sampled(&few, 1_000_000));
+    let terrains = [Terrain::new(few), Terrain::new(many)];
+    // Criterion's own filter and test mode are for its own measurements.
+    let turns = if testing { 1 } else { 15 };
+    for engine in EngineKind::ALL {
+        let mut least = [Duration::MAX; 2];
+        for _ in 0..turns {
+            for (terrain, least) in terrains.iter().zip(&mut least) {
+                let mut plant = rolling(&setup(engine, terrain));
+                let start = Instant::now();
+                one_second(&mut plant);
+                *least = start.elapsed().min(*least);
+            }
+        }
+        println!(
+            "knots: plant, 1 s on heights, {}: {:.2?} with 100, {:.2?} with 1 000 000; ratio {:.3}",
+            engine.name(),
+            least[0],
+            least[1],
+            least[1].as_secs_f64() / least[0].as_secs_f64()
+        );
+    }
 }
 
 /// One sample of all sensors: nothing but copies, and every error that there is.
@@ -168,6 +218,7 @@ criterion_group!(
     speed_and_accuracy,
     plant,
     terrain,
+    knots,
     sensors,
     estimate
 );

@@ -5,11 +5,15 @@
 
 mod acceptance_fig5;
 mod acceptance_fig7_fig8;
+mod closed_form;
 mod command;
 mod conservation;
 mod convergence;
+mod determinism;
 mod documents;
 mod estimator_is_isolated;
+mod invariance;
+mod properties;
 mod reference;
 mod sensors;
 mod support;

@@ -24,6 +24,7 @@ mod sensors;
 mod source;
 mod suggest;
 mod terrain;
+mod terrain_keys;
 mod units;
 mod write;
 

@@ -6,7 +6,7 @@ use crate::reader::Reader;
 use crate::scene::{Scene, SensorChoice};
 use crate::sections::SECTIONS;
 use crate::source::{Node, Source};
-use crate::{checks, estimators, name, overrides, robot, seed, sensors, terrain};
+use crate::{checks, estimators, name, overrides, robot, seed, sensors, terrain, terrain_keys};
 use std::path::Path;
 
 /// A table that the reader ignores: the resolved scene says there which versions wrote it.
@@ -100,7 +100,7 @@ fn top_level(reader: &mut Reader, root: &Node) {
     let allowed: Vec<&str> = TOP
         .iter()
         .map(|k| k.name)
-        .chain(["robot", terrain::PATH, estimators::PATH])
+        .chain(["robot", terrain_keys::PATH, estimators::PATH])
         .chain(SECTIONS.iter().map(|s| s.name))
         .collect();
     for entry in reader.entries(root, "") {

@@ -5,7 +5,7 @@ use crate::key::{Key, Number};
 use crate::range::at_least;
 use crate::reader::{Reader, join};
 use crate::source::{Node, Origin, Source, Value};
-use crate::terrain::Shape;
+use crate::terrain_keys::Shape;
 use crate::units::LENGTH;
 use robhaz_model::Vec2;
 use std::sync::Arc;

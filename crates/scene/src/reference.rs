@@ -6,7 +6,7 @@ use crate::range::short;
 use crate::reader::join;
 use crate::scene::Scene;
 use crate::sections::SECTIONS;
-use crate::terrain::{self, Shape};
+use crate::terrain_keys::{self, Shape};
 use crate::{estimators, robot, robot_keys, write};
 
 /// A key of scene files.
@@ -38,18 +38,22 @@ pub fn reference() -> Vec<KeyReference> {
     list(&mut rows, robot_keys::GEOMETRY, &mut robot.geometry, path);
     let path = robot::MASS_PART.path;
     list(&mut rows, robot_keys::MASSES, &mut robot.mass, path);
-    for keys in [terrain::COMMON, terrain::STRETCHES, terrain::SHAPE]
-        .iter()
-        .chain(terrain::OWN)
+    for keys in [
+        terrain_keys::COMMON,
+        terrain_keys::STRETCHES,
+        terrain_keys::SHAPE,
+    ]
+    .iter()
+    .chain(terrain_keys::OWN)
     {
-        list(&mut rows, keys, &mut shape, terrain::PATH);
+        list(&mut rows, keys, &mut shape, terrain_keys::PATH);
     }
-    let mut bump = terrain::NO_BUMP;
-    list(&mut rows, terrain::BUMP, &mut bump, "terrain.bumps[]");
-    let mut stretch = terrain::NO_STRETCH;
+    let mut bump = terrain_keys::NO_BUMP;
+    list(&mut rows, terrain_keys::BUMP, &mut bump, "terrain.bumps[]");
+    let mut stretch = terrain_keys::NO_STRETCH;
     list(
         &mut rows,
-        terrain::STRETCH,
+        terrain_keys::STRETCH,
         &mut stretch,
         "terrain.stretch[]",
     );

@@ -7,7 +7,7 @@ use crate::robot;
 use crate::robot_keys;
 use crate::scene::Scene;
 use crate::sections::SECTIONS;
-use crate::terrain::{self, Shape};
+use crate::terrain_keys::{self, Shape};
 use robhaz_model::Vec2;
 use robhaz_terrain::{Bump, Profile};
 use std::fmt::Write;
@@ -64,7 +64,7 @@ fn write_robot(out: &mut Out, scene: &Scene) {
 
 fn write_terrain(out: &mut Out, scene: &Scene) {
     let terrain = &scene.terrain;
-    out.head(&format!("[{}]", terrain::PATH), "the ground");
+    out.head(&format!("[{}]", terrain_keys::PATH), "the ground");
     write_ground(out, terrain.kind, &terrain.profile);
 }
 
@@ -72,7 +72,7 @@ fn write_ground(out: &mut Out, kind: &str, profile: &Profile) {
     out.key("kind", &text(kind), "");
     match profile {
         Profile::Flat => {}
-        Profile::Bumps(bumps) if kind == terrain::DEFAULT => {
+        Profile::Bumps(bumps) if kind == terrain_keys::DEFAULT => {
             out.line("# These bumps are what the kind stands for:");
             for line in bump_lines(bumps) {
                 out.line(&format!("# {line}"));
@@ -81,8 +81,8 @@ fn write_ground(out: &mut Out, kind: &str, profile: &Profile) {
         Profile::Bumps(bumps) => bump_lines(bumps).iter().for_each(|l| out.line(l)),
         Profile::Course(course) => {
             for part in course.profiles() {
-                out.head(&format!("[[{}.part]]", terrain::PATH), "");
-                write_ground(out, terrain::kind_of(part), part);
+                out.head(&format!("[[{}.part]]", terrain_keys::PATH), "");
+                write_ground(out, terrain_keys::kind_of(part), part);
             }
         }
         profile => write_shape(out, kind, profile),
@@ -91,7 +91,7 @@ fn write_ground(out: &mut Out, kind: &str, profile: &Profile) {
 
 fn write_shape(out: &mut Out, kind: &str, profile: &Profile) {
     let mut shape = Shape::of(kind, profile);
-    for key in terrain::shape_keys(kind) {
+    for key in terrain_keys::shape_keys(kind) {
         out.field(key, &mut shape);
     }
     match profile {
@@ -112,9 +112,9 @@ fn write_shape(out: &mut Out, kind: &str, profile: &Profile) {
 fn write_stretches(out: &mut Out, scene: &Scene) {
     for stretch in &scene.terrain.stretches {
         let mut stretch = *stretch;
-        let path = format!("{}.stretch", terrain::PATH);
+        let path = format!("{}.stretch", terrain_keys::PATH);
         out.head(&format!("[[{path}]]"), "");
-        out.table(terrain::STRETCH, &mut stretch, &path);
+        out.table(terrain_keys::STRETCH, &mut stretch, &path);
     }
 }
 
@@ -122,7 +122,7 @@ fn bump_lines(bumps: &[Bump]) -> Vec<String> {
     let mut lines = vec!["bumps = [ # m".to_owned()];
     for bump in bumps {
         let mut bump = *bump;
-        let fields = terrain::BUMP.iter().filter_map(|key| {
+        let fields = terrain_keys::BUMP.iter().filter_map(|key| {
             let value = value(&key.field, &mut bump)?;
             Some(format!("{} = {value}", key.name))
         });

@@ -114,13 +114,10 @@ fn another_kind_of_terrain_forgets_the_keys_of_the_old_one() {
         Profile::smooth()
     );
     let scene = good(text, &["terrain.kind=cosbump", "terrain.height='40 mm'"]);
-    let Profile::CosBump {
-        height, half_width, ..
-    } = scene.terrain.profile
-    else {
+    let Profile::CosBump(bump) = scene.terrain.profile else {
         panic!("{:?}", scene.terrain);
     };
-    assert!(close(height, 0.04) && close(half_width, 0.2));
+    assert!(close(bump.height, 0.04) && close(bump.half_width, 0.2));
     let bumps = "terrain.bumps=[{height = 0.05, centre = 1, width = '20 cm'}]";
     assert_eq!(
         good(text, &["terrain.kind=bumps", bumps]).terrain.kind,

@@ -39,7 +39,8 @@ pub(crate) struct GroundForces {
     /// Magnitude of the normal forces' vector sum, N.
     pub normal_force: f64,
     traction: f64,
-    contact_angle: f64,
+    /// Direction of the ground's tangent, of any length: its angle is for the record only.
+    tangent: Vec2,
     penetration: f64,
     slip_speed: f64,
     /// Number of contacts.
@@ -83,7 +84,7 @@ impl Ground {
             torque: 0.0,
             normal_force: 0.0,
             traction: 0.0,
-            contact_angle: 0.0,
+            tangent: Vec2::x(),
             penetration: f64::NEG_INFINITY,
             slip_speed: 0.0,
             contacts: 0,
@@ -110,12 +111,12 @@ impl Ground {
             if penetration > sum.penetration {
                 sum.penetration = penetration;
                 sum.slip_speed = slip_speed;
-                sum.contact_angle = contact.angle;
+                sum.tangent = contact.tangent;
             }
         }
         sum.normal_force = normal_sum.norm();
         if sum.contacts > 1 && sum.normal_force > 0.0 {
-            sum.contact_angle = (-normal_sum.x).atan2(normal_sum.y);
+            sum.tangent = Vec2::new(normal_sum.y, -normal_sum.x);
         }
         Ok(sum)
     }
@@ -131,7 +132,7 @@ impl Ground {
         {
             let (t, _, arm) = axes(&nearest, wheel)?;
             forces.penetration = self.wheel_radius - arm;
-            forces.contact_angle = nearest.angle;
+            forces.tangent = nearest.tangent;
             forces.slip_speed = wheel.spin * arm - wheel.velocity.dot(&t);
         }
         Ok(forces)
@@ -142,10 +143,7 @@ impl Ground {
 fn axes(contact: &Contact, wheel: &WheelMotion) -> Result<(Vec2, Vec2, f64), f64> {
     // Written so that a NaN fails too.
     if contact.distance > 0.0 {
-        // The ground's nearest point is on the normal: no angle is needed.
-        let normal = (wheel.centre - contact.point) / contact.distance;
-        let tangent = Vec2::new(normal.y, -normal.x);
-        Ok((tangent, normal, contact.distance))
+        Ok((contact.tangent, contact.normal(), contact.distance))
     } else {
         Err(wheel.centre.x)
     }
@@ -161,7 +159,7 @@ impl GroundForces {
             torque,
             normal_force: self.normal_force,
             traction: self.traction,
-            contact_angle: self.contact_angle,
+            contact_angle: self.tangent.y.atan2(self.tangent.x),
             penetration: self.penetration,
             slip_speed: self.slip_speed,
             contacts: self.contacts,

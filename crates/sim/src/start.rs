@@ -165,7 +165,7 @@ fn tangents(
         rows.set_row(i, &row.transpose());
         *distance = nearest.distance;
         if i == 1 {
-            let row = kinematics.axle_row(i, nearest.tangent());
+            let row = kinematics.axle_row(i, nearest.tangent);
             rows.set_row(3, &row.transpose());
         }
     }

@@ -1,7 +1,8 @@
 //! Several profiles one after the other.
 
 use crate::Profile;
-use crate::profile::{Piece, ProfileError};
+use crate::Vec2;
+use crate::profile::{Piece, ProfileError, Shape};
 
 /// Rounding allowed where one part ends and the next starts, m.
 const TOUCH: f64 = 1e-9;
@@ -32,7 +33,7 @@ impl Part {
         for piece in pieces {
             match piece {
                 Piece::Line(to) => end = to,
-                Piece::Curve(x, _) => end = crate::Vec2::new(x, profile.eval(x)[0]),
+                Piece::Curve(x, _) => end = Vec2::new(x, profile.eval(x)[0]),
             }
         }
         Self {
@@ -70,8 +71,10 @@ impl Course {
     pub(crate) fn parts(&self) -> &[Part] {
         &self.parts
     }
+}
 
-    pub(crate) fn check(&self) -> Result<(), ProfileError> {
+impl Shape for Course {
+    fn check(&self) -> Result<(), ProfileError> {
         for (part, one) in self.parts.iter().enumerate() {
             if matches!(one.profile, Profile::Flat | Profile::Course(_)) {
                 return Err(ProfileError::Part { part });
@@ -90,8 +93,8 @@ impl Course {
         Ok(())
     }
 
-    /// As [`Profile::eval`]; where two parts touch, the front one counts.
-    pub(crate) fn eval(&self, x: f64) -> [f64; 3] {
+    /// Where two parts touch, the front one counts.
+    fn eval(&self, x: f64) -> [f64; 3] {
         let next = self.parts.partition_point(|p| p.start <= x);
         match next.checked_sub(1).map(|i| &self.parts[i]) {
             None => [0.0; 3],
@@ -99,19 +102,25 @@ impl Course {
             Some(part) => part.eval(x),
         }
     }
+
+    /// None of its own: a course is laid part by part.
+    fn pieces(&self) -> (Vec2, Vec<Piece>) {
+        (Vec2::zeros(), Vec::new())
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Sine;
 
     fn waves(start: f64) -> Profile {
-        Profile::Sine {
+        Profile::Sine(Sine {
             amplitude: 0.01,
             wavelength: 0.5,
             start,
             periods: 2,
-        }
+        })
     }
 
     #[test]

@@ -1,7 +1,12 @@
 //! Ground through given points.
 
 use crate::Vec2;
-use crate::profile::{Piece, ProfileError, SPACING};
+use crate::profile::{Piece, ProfileError, SPACING, Shape};
+
+/// Edges of a spline are no shorter than this, m, unless its points are: below it no wheel can touch an edge twice.
+const SHORTEST: f64 = 1e-3;
+/// A point this near to the straight line between its neighbours is no corner, m: 0.02 mN of normal force.
+const STRAIGHT: f64 = 1e-10;
 
 /// How the ground goes from point to point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,8 +56,10 @@ impl Heights {
     pub fn interpolation(&self) -> Interpolation {
         self.interpolation
     }
+}
 
-    pub(crate) fn check(&self) -> Result<(), ProfileError> {
+impl Shape for Heights {
+    fn check(&self) -> Result<(), ProfileError> {
         if self.points.len() < 2 {
             return Err(ProfileError::FewPoints {
                 found: self.points.len(),
@@ -71,8 +78,8 @@ impl Heights {
         }
     }
 
-    /// Height (m), slope (-) and second derivative (1/m) at x; level outside of the points.
-    pub(crate) fn eval(&self, x: f64) -> [f64; 3] {
+    /// Level outside of the points.
+    fn eval(&self, x: f64) -> [f64; 3] {
         let Some((first, last)) = self.points.first().zip(self.points.last()) else {
             return [0.0; 3];
         };
@@ -91,28 +98,64 @@ impl Heights {
         let (u, v) = ((b.x - x) / h, (x - a.x) / h);
         let h2 = h * h / 6.0;
         [
-            u * a.y + v * b.y + h2 * ((u * u * u - u) * bend_a + (v * v * v - v) * bend_b)
-                - first.y,
+            u * (a.y - first.y)
+                + v * (b.y - first.y)
+                + h2 * ((u * u * u - u) * bend_a + (v * v * v - v) * bend_b),
             (b.y - a.y) / h
                 + h / 6.0 * ((1.0 - 3.0 * u * u) * bend_a + (3.0 * v * v - 1.0) * bend_b),
             u * bend_a + v * bend_b,
         ]
     }
 
-    pub(crate) fn pieces(&self) -> (Vec2, Vec<Piece>) {
+    fn pieces(&self) -> (Vec2, Vec<Piece>) {
         let Some(first) = self.points.first() else {
             return (Vec2::zeros(), Vec::new());
         };
-        let piece = |pair: &[Vec2]| match self.interpolation {
+        let pieces = match self.interpolation {
             // One cubic to a piece, and enough edges for its bend.
             Interpolation::Spline => {
-                Piece::Curve(pair[1].x, SPACING.min((pair[1].x - pair[0].x) / 4.0))
+                let gaps = self.points.windows(2);
+                let piece = |gap: &[Vec2]| {
+                    let share = (gap[1].x - gap[0].x) / 4.0;
+                    Piece::Curve(gap[1].x, share.clamp(SHORTEST, SPACING))
+                };
+                gaps.map(piece).collect()
             }
-            Interpolation::Corners => Piece::Line(Vec2::new(pair[1].x, pair[1].y - first.y)),
+            Interpolation::Corners => {
+                let corner = |p: &Vec2| Piece::Line(Vec2::new(p.x, p.y - first.y));
+                corners(&self.points).map(corner).collect()
+            }
         };
-        let start = Vec2::new(first.x, 0.0);
-        (start, self.points.windows(2).map(piece).collect())
+        (Vec2::new(first.x, 0.0), pieces)
     }
+}
+
+/// The points behind the first without those that lie on the straight line between their neighbours: however finely a straight
+/// stretch is measured, to a wheel it is one edge.
+fn corners(points: &[Vec2]) -> impl Iterator<Item = &Vec2> {
+    let mut kept = Vec::new();
+    let mut from = points.first();
+    // Slopes from the last corner that pass every point since then within STRAIGHT.
+    let (mut least, mut most) = (f64::NEG_INFINITY, f64::INFINITY);
+    for pair in points.windows(2) {
+        let (last, next) = (&pair[0], &pair[1]);
+        if let Some(start) = from {
+            let slope = |y: f64| (y - start.y) / (next.x - start.x);
+            let here = slope(next.y);
+            if !(here >= least && here <= most) {
+                kept.push(last);
+                from = Some(last);
+                (least, most) = (f64::NEG_INFINITY, f64::INFINITY);
+            }
+        }
+        if let Some(start) = from {
+            let slope = |y: f64| (y - start.y) / (next.x - start.x);
+            least = least.max(slope(next.y - STRAIGHT));
+            most = most.min(slope(next.y + STRAIGHT));
+        }
+    }
+    kept.extend(points.last());
+    kept.into_iter()
 }
 
 /// Second derivatives of the natural cubic spline at its points, 1/m, by the tridiagonal algorithm.
@@ -203,6 +246,30 @@ mod tests {
         ] {
             assert!((ground.eval(x)[0] - y).abs() < 1e-12, "at {x}");
         }
+    }
+
+    /// Points in between on the straight lines are no corners, 1e-9 m beside them they are.
+    #[test]
+    fn points_on_a_straight_line_are_no_corners() {
+        let line = |x: f64| {
+            Vec2::new(
+                x,
+                if x < 2.0 {
+                    100.0 + 0.1 * x
+                } else {
+                    100.6 - 0.2 * x
+                },
+            )
+        };
+        let mut points: Vec<Vec2> = (0..=4000).map(|i| line(1e-3 * f64::from(i))).collect();
+        let count = |points: &[Vec2]| {
+            let ground = Heights::new(points.to_vec(), Interpolation::Corners);
+            ground.pieces().1.len()
+        };
+        assert_eq!(count(&points), 2);
+        assert_eq!(count(&points[..2]), 1);
+        points[700].y += 1e-9;
+        assert_eq!(count(&points), 5);
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! Random ground by the classes of ISO 8608.
 
-use crate::profile::{ProfileError, in_range};
+use crate::Vec2;
+use crate::check::{above_zero, finite, in_range};
+use crate::profile::{Piece, ProfileError, SPACING, Shape};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use std::f64::consts::TAU;
@@ -67,25 +69,6 @@ impl RoughSettings {
     pub fn variance(&self) -> f64 {
         variance(self.class, 1.0 / self.longest, 1.0 / self.shortest)
     }
-
-    pub(crate) fn check(&self) -> Result<(), ProfileError> {
-        let above = |entry, value: f64| {
-            in_range(entry, value, "a number above 0", |v| {
-                v > 0.0 && v.is_finite()
-            })
-        };
-        in_range("start", self.start, "a finite number", f64::is_finite)?;
-        above("shortest", self.shortest)?;
-        above("longest", self.longest)?;
-        above("extent", self.extent)?;
-        above("fade", self.fade)?;
-        in_range("longest", self.longest, "above shortest", |l| {
-            l > self.shortest
-        })?;
-        in_range("fade", self.fade, "at most half of extent", |f| {
-            f <= 0.5 * self.extent
-        })
-    }
 }
 
 /// Random ground: a sum of waves with random phases, faded into the level ground at both ends.
@@ -135,8 +118,34 @@ impl Rough {
         &self.settings
     }
 
-    /// Height (m), slope (-) and second derivative (1/m) at x.
-    pub(crate) fn eval(&self, x: f64) -> [f64; 3] {
+    /// The sum of the waves and its derivatives, `s` from the start on.
+    fn sum(&self, s: f64) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for wave in &self.waves {
+            let (sin, cos) = (wave.number * s + wave.phase).sin_cos();
+            sum[0] += wave.amplitude * sin;
+            sum[1] += wave.amplitude * wave.number * cos;
+            sum[2] -= wave.amplitude * wave.number * wave.number * sin;
+        }
+        sum
+    }
+}
+
+impl Shape for Rough {
+    fn check(&self) -> Result<(), ProfileError> {
+        let s = &self.settings;
+        finite("start", s.start)?;
+        above_zero("shortest", s.shortest)?;
+        above_zero("longest", s.longest)?;
+        above_zero("extent", s.extent)?;
+        above_zero("fade", s.fade)?;
+        in_range("longest", s.longest, "above shortest", |l| l > s.shortest)?;
+        in_range("fade", s.fade, "at most half of extent", |f| {
+            f <= 0.5 * s.extent
+        })
+    }
+
+    fn eval(&self, x: f64) -> [f64; 3] {
         let RoughSettings { extent, fade, .. } = self.settings;
         let s = x - self.settings.start;
         if !(0.0..=extent).contains(&s) {
@@ -153,16 +162,11 @@ impl Rough {
         [w * h, w * dh + dw * h, w * ddh + 2.0 * dw * dh + ddw * h]
     }
 
-    /// The sum of the waves and its derivatives, `s` from the start on.
-    fn sum(&self, s: f64) -> [f64; 3] {
-        let mut sum = [0.0; 3];
-        for wave in &self.waves {
-            let (sin, cos) = (wave.number * s + wave.phase).sin_cos();
-            sum[0] += wave.amplitude * sin;
-            sum[1] += wave.amplitude * wave.number * cos;
-            sum[2] -= wave.amplitude * wave.number * wave.number * sin;
-        }
-        sum
+    fn pieces(&self) -> (Vec2, Vec<Piece>) {
+        let s = &self.settings;
+        let spacing = SPACING.min(s.shortest / 20.0);
+        let end = Piece::Curve(s.start + s.extent, spacing);
+        (Vec2::new(s.start, 0.0), vec![end])
     }
 }
 
@@ -280,7 +284,7 @@ mod tests {
         let bad = |change: fn(&mut RoughSettings)| {
             let mut s = settings(0);
             change(&mut s);
-            s.check().is_err()
+            Rough::new(s).check().is_err()
         };
         assert!(!bad(|_| {}));
         assert!(bad(|s| s.longest = 0.2));

@@ -1,0 +1,87 @@
+//! Gaussian bumps that add up.
+
+use crate::Vec2;
+use crate::check::{above_zero, finite};
+use crate::profile::{Piece, ProfileError, SPACING, Shape};
+
+/// Square of the distance from a bump's centre, in widths, beyond which it counts as level ground: exp(-40) is below the
+/// rounding of any height that matters.
+const FADED: f64 = 40.0;
+/// A bump has faded long before this many widths from its centre.
+const WIDTHS: f64 = 8.0;
+
+/// One Gaussian bump (or hollow) `height exp(-((x - centre)/width)^2)`; m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bump {
+    /// Height of the summit, m; negative for a hollow.
+    pub height: f64,
+    /// Where the summit is, m.
+    pub centre: f64,
+    /// Half width at 1/e of the height, m.
+    pub width: f64,
+}
+
+impl Bump {
+    fn check(&self) -> Result<(), ProfileError> {
+        finite("height", self.height)?;
+        finite("centre", self.centre)?;
+        above_zero("width", self.width)
+    }
+}
+
+impl Shape for Vec<Bump> {
+    fn check(&self) -> Result<(), ProfileError> {
+        self.iter().try_for_each(Bump::check)
+    }
+
+    fn eval(&self, x: f64) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for b in self {
+            let u = (x - b.centre) / b.width;
+            if u * u > FADED {
+                continue;
+            }
+            let e = b.height * (-u * u).exp();
+            sum[0] += e;
+            sum[1] -= 2.0 * u / b.width * e;
+            sum[2] += (4.0 * u * u - 2.0) / (b.width * b.width) * e;
+        }
+        sum
+    }
+
+    fn pieces(&self) -> (Vec2, Vec<Piece>) {
+        let (mut from, mut to, mut spacing) = (f64::INFINITY, f64::NEG_INFINITY, SPACING);
+        for b in self {
+            from = from.min(b.centre - WIDTHS * b.width);
+            to = to.max(b.centre + WIDTHS * b.width);
+            spacing = spacing.min(b.width / 10.0);
+        }
+        if self.is_empty() {
+            return (Vec2::zeros(), Vec::new());
+        }
+        let start = Vec2::new(from, self.eval(from)[0]);
+        (start, vec![Piece::Curve(to, spacing)])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn impossible_bumps_are_refused() {
+        let bad = |height, width| {
+            let bump = Bump {
+                height,
+                centre: 0.0,
+                width,
+            };
+            vec![bump].check().map_err(|e| e.to_string())
+        };
+        assert_eq!(bad(0.1, 1.0), Ok(()));
+        let expected = "width is 0; it must be a number above 0";
+        assert_eq!(bad(0.1, 0.0), Err(expected.to_owned()));
+        let expected = "height is NaN; it must be a finite number";
+        assert_eq!(bad(f64::NAN, 1.0), Err(expected.to_owned()));
+    }
+}

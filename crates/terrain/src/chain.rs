@@ -1,0 +1,100 @@
+//! A profile laid out as a chain of edges.
+
+use crate::course::Part;
+use crate::edge::{Edge, Knot};
+use crate::profile::Piece;
+use crate::{Profile, Vec2};
+
+/// Level ground goes on this far to both sides, m; the start is within 1 km of any profile.
+pub(crate) const REACH: f64 = 1.0e5;
+
+/// The edges of a profile, from the level ground before it to that behind it.
+pub(crate) fn chain(profile: &Profile) -> Vec<Edge> {
+    let alone;
+    let parts = match profile {
+        Profile::Course(course) => course.parts(),
+        one => {
+            alone = [Part::new(one.clone(), 0.0)];
+            &alone
+        }
+    };
+    let mut chain = Chain::from(parts.first());
+    for part in parts {
+        chain.lay(part);
+    }
+    chain.line(chain.at + Vec2::new(REACH, 0.0));
+    chain.edges
+}
+
+/// Edges as they are laid one after the other.
+struct Chain {
+    at: Vec2,
+    edges: Vec<Edge>,
+}
+
+impl Chain {
+    /// The level ground before the first part.
+    fn from(first: Option<&Part>) -> Self {
+        let start = first.map_or(Vec2::zeros(), |p| p.profile.pieces().0);
+        let mut chain = Self {
+            at: start - Vec2::new(REACH, 0.0),
+            edges: Vec::new(),
+        };
+        chain.line(start);
+        chain
+    }
+
+    fn push(&mut self, mut edge: Edge) {
+        if let Some(last) = self.edges.last() {
+            edge.run = last.run + u32::from(!last.joins_smoothly(&edge));
+        }
+        self.at = edge.to;
+        self.edges.push(edge);
+    }
+
+    fn line(&mut self, to: Vec2) {
+        if to == self.at {
+            return;
+        }
+        self.push(Edge::line(self.at, to));
+    }
+
+    /// Along a part's curve, cut into edges of equal length.
+    fn curve(&mut self, part: &Part, to_x: f64, spacing: f64) {
+        let from_x = self.at.x;
+        if to_x <= from_x {
+            return;
+        }
+        let count = ((to_x - from_x) / spacing).ceil().max(1.0);
+        let knot = |i: f64| {
+            let x = from_x + (to_x - from_x) * i / count;
+            Knot {
+                x,
+                at: part.eval(x),
+            }
+        };
+        let mut from = knot(0.0);
+        let mut i = 1.0;
+        while i <= count {
+            let to = knot(i);
+            self.push(Edge::curve(from, to));
+            from = to;
+            i += 1.0;
+        }
+    }
+
+    /// Level ground up to a part, and the part.
+    fn lay(&mut self, part: &Part) {
+        let lift = Vec2::new(0.0, part.lift);
+        let (start, pieces) = part.profile.pieces();
+        if start.x > self.at.x {
+            self.line(start + lift);
+        }
+        for piece in pieces {
+            match piece {
+                Piece::Line(to) => self.line(to + lift),
+                Piece::Curve(to_x, spacing) => self.curve(part, to_x, spacing),
+            }
+        }
+    }
+}

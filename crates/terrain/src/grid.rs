@@ -1,0 +1,205 @@
+//! Which edges are near an x, in a time that does not depend on how many there are.
+
+use crate::Vec2;
+use crate::edge::Edge;
+use std::ops::RangeInclusive;
+
+/// Width of a cell, m: a wheel's width is a few of them.
+const WIDTH: f64 = 0.05;
+/// Most cells: a longer ground has wider ones.
+const MOST: f64 = 1.0e6;
+/// Rounding allowed in a cell's bounds, m.
+const MARGIN: f64 = 1e-9;
+
+/// Cells of equal width over x, and one on either side for the level ground there.
+pub(crate) struct Grid {
+    start: f64,
+    width: f64,
+    /// Cells a metre.
+    per_metre: f64,
+    cells: Vec<Cell>,
+    /// The edges at whose end the ground can be nearest on both sides: risers, those before them, and concave corners.
+    breaks: Vec<u32>,
+}
+
+/// What is known of the ground over a cell.
+#[derive(Clone, Copy)]
+struct Cell {
+    /// The first edge that reaches into it.
+    first: u32,
+    /// Bounds of the height, m.
+    low: f64,
+    high: f64,
+    /// Upper bound of the second derivative, 1/m; at least 0.
+    hollow: f64,
+}
+
+/// The ground within reach of a circle.
+pub(crate) struct Reach {
+    /// Its edges.
+    pub edges: RangeInclusive<usize>,
+    /// Bounds of its height, m.
+    pub low: f64,
+    pub high: f64,
+    /// Upper bound of its second derivative, 1/m; at least 0.
+    pub hollow: f64,
+}
+
+impl Grid {
+    /// Over a chain whose first and last edge are the level ground on either side.
+    pub fn new(edges: &[Edge]) -> Self {
+        let start = edges.first().map_or(0.0, |e| e.to.x);
+        let end = edges.last().map_or(0.0, |e| e.from.x);
+        let count = ((end - start) / WIDTH).ceil().clamp(1.0, MOST);
+        let empty = Cell {
+            first: u32::MAX,
+            low: f64::INFINITY,
+            high: f64::NEG_INFINITY,
+            hollow: 0.0,
+        };
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a count of cells"
+        )]
+        let cells = vec![empty; count as usize + 2];
+        // Level ground alone has no length at all.
+        let width = ((end - start) / count).max(MARGIN);
+        let mut grid = Self {
+            start,
+            width,
+            per_metre: 1.0 / width,
+            cells,
+            breaks: Vec::new(),
+        };
+        for (i, edge) in edges.iter().enumerate() {
+            grid.enter(i, edge, edges.get(i + 1));
+        }
+        grid
+    }
+
+    fn enter(&mut self, index: usize, edge: &Edge, next: Option<&Edge>) {
+        #[expect(clippy::cast_possible_truncation, reason = "edges fit into memory")]
+        let number = index as u32;
+        let (first, last) = (self.cell(edge.from.x), self.cell(edge.to.x));
+        let hollow = edge.bend_bounds().1;
+        for k in first..=last {
+            // A cell's ends are known to rounding.
+            let x = |x: f64| x.clamp(edge.from.x, edge.to.x);
+            let ends = self.ends(k);
+            let (low, high) = edge.heights(x(ends.0 - MARGIN), x(ends.1 + MARGIN));
+            let cell = &mut self.cells[k];
+            cell.first = cell.first.min(number);
+            cell.low = cell.low.min(low - MARGIN);
+            cell.high = cell.high.max(high + MARGIN);
+            cell.hollow = cell.hollow.max(hollow);
+        }
+        if let Some(next) = next
+            && (edge.opens_upward(next) || edge.is_riser() || next.is_riser())
+        {
+            self.breaks.push(number);
+        }
+    }
+
+    /// An x in widths of a cell, 1 at the start.
+    fn in_cells(&self, x: f64) -> f64 {
+        (x - self.start) * self.per_metre + 1.0
+    }
+
+    /// The cell of an x, which grows with x.
+    fn cell(&self, x: f64) -> usize {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "saturates at 0"
+        )]
+        let cell = self.in_cells(x) as usize;
+        cell.min(self.cells.len() - 1)
+    }
+
+    /// x from which and to which a cell goes, m.
+    fn ends(&self, cell: usize) -> (f64, f64) {
+        #[expect(clippy::cast_precision_loss, reason = "a count of cells")]
+        let end = self.start + cell as f64 * self.width;
+        let from = if cell == 0 {
+            f64::NEG_INFINITY
+        } else {
+            end - self.width
+        };
+        let last = cell + 1 == self.cells.len();
+        (from, if last { f64::INFINITY } else { end })
+    }
+
+    /// The edges that reach into some cells, and perhaps one more behind them.
+    fn edges(&self, first: usize, last: usize, edges: &[Edge]) -> RangeInclusive<usize> {
+        let behind = self.cells.get(last + 1);
+        self.cells[first].first as usize..=behind.map_or(edges.len() - 1, |c| c.first as usize)
+    }
+
+    /// Index of an edge at x; at a joint one of those that meet there.
+    pub fn edge_at(&self, edges: &[Edge], x: f64) -> usize {
+        let cell = self.cell(x);
+        let range = self.edges(cell, cell, edges);
+        let (first, last) = (*range.start(), *range.end());
+        // Knots are mostly evenly spaced, and the edge is near where it would then be.
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            clippy::cast_precision_loss,
+            reason = "an index; saturates at 0"
+        )]
+        let mut guess = {
+            let share = self.in_cells(x) - cell as f64;
+            (first + (share * (last - first) as f64) as usize).min(last)
+        };
+        for _ in 0..4 {
+            if x > edges[guess].to.x && guess < last {
+                guess += 1;
+            } else if x < edges[guess].from.x && guess > first {
+                guess -= 1;
+            } else {
+                return guess;
+            }
+        }
+        (first + edges[first..=last].partition_point(|e| e.to.x < x)).min(last)
+    }
+
+    /// What a circle can reach; nothing, if it is in the air.
+    pub fn within(&self, centre: Vec2, radius: f64, edges: &[Edge]) -> Option<Reach> {
+        let reached = |k: &usize| {
+            let (cell, (from, to)) = (&self.cells[*k], self.ends(*k));
+            let outside = |x: f64, low: f64, high: f64| (low - x).max(x - high).max(0.0);
+            let dx = outside(centre.x, from - MARGIN, to + MARGIN);
+            let dy = outside(centre.y, cell.low, cell.high);
+            dx * dx + dy * dy <= radius * radius
+        };
+        let mut cells = self.cell(centre.x - radius)..=self.cell(centre.x + radius);
+        let first = cells.find(reached)?;
+        let last = cells.rev().find(reached).unwrap_or(first);
+        let none = Reach {
+            edges: self.edges(first, last, edges),
+            low: f64::INFINITY,
+            high: f64::NEG_INFINITY,
+            hollow: 0.0,
+        };
+        let add = |all: Reach, c: &Cell| Reach {
+            low: all.low.min(c.low),
+            high: all.high.max(c.high),
+            hollow: all.hollow.max(c.hollow),
+            ..all
+        };
+        Some(self.cells[first..=last].iter().fold(none, add))
+    }
+
+    /// Those of some edges at whose end the ground can be nearest on both sides.
+    pub fn breaks(&self, edges: &RangeInclusive<usize>) -> impl Iterator<Item = usize> {
+        let from = self
+            .breaks
+            .partition_point(|b| (*b as usize) < *edges.start());
+        let end = *edges.end();
+        self.breaks[from..]
+            .iter()
+            .map(|b| *b as usize)
+            .take_while(move |b| *b < end)
+    }
+}

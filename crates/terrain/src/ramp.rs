@@ -1,0 +1,33 @@
+//! An incline between level ground.
+
+use crate::Vec2;
+use crate::check::{above_zero, finite, in_range};
+use crate::profile::{Piece, ProfileError, Shape};
+
+/// Level ground, an incline, level ground; two corners.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ramp {
+    /// Slope of the incline, rad; negative downhill. Within +-80 deg.
+    pub angle: f64,
+    /// Where the incline starts, m.
+    pub start: f64,
+    /// Length along the incline, m.
+    pub length: f64,
+}
+
+impl Shape for Ramp {
+    fn check(&self) -> Result<(), ProfileError> {
+        let steepest = 80.0_f64.to_radians();
+        in_range("angle", self.angle, "within +-80 deg", |a| {
+            a.abs() <= steepest
+        })?;
+        finite("start", self.start)?;
+        above_zero("length", self.length)
+    }
+
+    fn pieces(&self) -> (Vec2, Vec<Piece>) {
+        let start = Vec2::new(self.start, 0.0);
+        let top = start + Vec2::new(self.angle.cos(), self.angle.sin()) * self.length;
+        (start, vec![Piece::Line(top)])
+    }
+}

@@ -1,0 +1,43 @@
+//! Kerbs and stairs.
+
+use crate::Vec2;
+use crate::check::{above_zero, finite, in_range};
+use crate::profile::{Piece, ProfileError, Shape};
+
+/// Kerbs with vertical risers: one is a step, several are stairs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stairs {
+    /// Height of each riser, m; negative for a way down.
+    pub rise: f64,
+    /// Length of each tread, m.
+    pub run: f64,
+    /// Number of risers.
+    pub count: u32,
+    /// Where the first riser is, m.
+    pub start: f64,
+}
+
+impl Shape for Stairs {
+    fn check(&self) -> Result<(), ProfileError> {
+        in_range("rise", self.rise, "a finite number other than 0", |r| {
+            r != 0.0 && r.is_finite()
+        })?;
+        finite("start", self.start)?;
+        above_zero("run", self.run)
+    }
+
+    fn pieces(&self) -> (Vec2, Vec<Piece>) {
+        let start = Vec2::new(self.start, 0.0);
+        let mut at = start;
+        let mut pieces = Vec::new();
+        for step in 0..self.count {
+            if step > 0 {
+                at.x += self.run;
+                pieces.push(Piece::Line(at));
+            }
+            at.y += self.rise;
+            pieces.push(Piece::Line(at));
+        }
+        (start, pieces)
+    }
+}

@@ -1,0 +1,161 @@
+//! The same scene gives the same bits, however many run at once; and the numbers of every shipped scene are those of the file
+//! `golden.txt` beside this one.
+//!
+//! Bits are compared within this binary only: another compiler, mathematical library or processor may round differently. The
+//! golden file has to survive that, so its hashes are of rounded values at a few instants, and what rounding makes of them, 1e-9
+//! of a newton, shows in one of 1e6 values only.
+//!
+//! Renewing: `ROBHAZ_RENEW_GOLDEN=1 cargo test --release -p robhaz --test robhaz golden` writes the file anew. It is right when
+//! numbers were meant to change (a law, a default, a solver, a step, a shipped scene) and the tests against references,
+//! conservation and convergence pass; the commit says why. It is wrong when a change was meant to leave the numbers alone.
+
+use crate::support::root;
+use robhaz_scene::{EngineKind, Scene};
+use robhaz_sim::Truth;
+use robhaz_verify::truth_of;
+use std::fmt::Write;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Until the front wheel has met the first edge, s.
+const DURATION: f64 = 3.5;
+/// Records that the golden hashes are of.
+const INSTANTS: [usize; 4] = [500, 1500, 2500, 3500];
+
+/// FNV-1a, 64 bits.
+fn fnv(text: &str) -> u64 {
+    text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    })
+}
+
+/// Every shipped scene with every engine, shortened.
+fn scenes() -> Vec<Scene> {
+    let folder = std::fs::read_dir(root().join("scenes")).unwrap();
+    let mut paths: Vec<PathBuf> = folder.map(|entry| entry.unwrap().path()).collect();
+    paths.sort();
+    let both = |path: &PathBuf| {
+        EngineKind::ALL.map(|kind| {
+            let mut scene = Scene::load(path, &[]).unwrap();
+            scene.engine.kind = kind;
+            scene.record.duration = DURATION;
+            scene
+        })
+    };
+    paths.iter().flat_map(both).collect()
+}
+
+/// Every number of every record, as text that tells each float from every other, zeros of both signs too.
+fn bits(truth: &[Truth]) -> u64 {
+    fnv(&format!("{truth:?}"))
+}
+
+/// Runs all scenes on some threads, each taking the next that is left. Gives what `of` makes of their truths, in order.
+fn run_all<T: Send>(scenes: &[Scene], threads: usize, of: impl Fn(&[Truth]) -> T + Sync) -> Vec<T> {
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut done = Vec::new();
+        while let Some((i, scene)) = {
+            let i = next.fetch_add(1, Ordering::Relaxed);
+            scenes.get(i).map(|s| (i, s))
+        } {
+            done.push((i, of(&truth_of(scene).unwrap())));
+        }
+        done
+    };
+    let mut all: Vec<(usize, T)> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        let done = threads.into_iter().map(|t| t.join().unwrap());
+        done.flatten().collect()
+    });
+    all.sort_by_key(|(i, _)| *i);
+    all.into_iter().map(|(_, t)| t).collect()
+}
+
+/// The same bits from one thread and from several, of which some share a core.
+#[test]
+fn threads_change_no_bit() {
+    let scenes = scenes();
+    let alone = run_all(&scenes, 1, bits);
+    assert_eq!(alone.len(), scenes.len());
+    for threads in [2, 4, 8] {
+        let together = run_all(&scenes, threads, bits);
+        for (scene, (a, b)) in scenes.iter().zip(alone.iter().zip(together)) {
+            let engine = scene.engine.kind.name();
+            assert_eq!(*a, b, "{} on {threads} threads, {engine}", scene.name);
+        }
+    }
+}
+
+/// Values of a few records, rounded: forces to 1 mN, angles to 10 urad, positions to 10 um.
+fn rounded(truth: &[Truth]) -> String {
+    let mut text = String::new();
+    let mut put = |value: f64, unit: f64| {
+        // -0 is 0.
+        let _ = write!(text, "{} ", (value / unit).round() as i64);
+    };
+    for i in INSTANTS {
+        let t = &truth[i];
+        for bar in std::iter::once(&t.body).chain(&t.links) {
+            put(bar.position.x, 1e-5);
+            put(bar.position.y, 1e-5);
+            put(bar.angle, 1e-5);
+        }
+        for w in &t.wheels {
+            put(w.normal_force, 1e-3);
+            put(w.traction, 1e-3);
+            put(f64::from(w.contacts), 1.0);
+        }
+        for pin in &t.pins {
+            put(pin.force.x, 1e-3);
+            put(pin.force.y, 1e-3);
+        }
+    }
+    text
+}
+
+/// Golden: the numbers of the shipped scenes are those of the last time that somebody looked at them.
+#[test]
+fn golden_hashes() {
+    let path = root().join("tests/golden.txt");
+    let scenes = scenes();
+    let texts = run_all(&scenes, 2, rounded);
+    let mut found = String::from(
+        "# FNV-1a of rounded values of each shipped scene: see determinism.rs for what is hashed and when this file may be renewed.\n",
+    );
+    for (scene, text) in scenes.iter().zip(&texts) {
+        let _ = writeln!(
+            found,
+            "{} {} {:016x}",
+            scene.name,
+            scene.engine.kind.name(),
+            fnv(text)
+        );
+    }
+    if std::env::var_os("ROBHAZ_RENEW_GOLDEN").is_some() {
+        std::fs::write(&path, &found).unwrap();
+        return;
+    }
+    let expected = std::fs::read_to_string(&path).unwrap();
+    let changed: Vec<&str> = found
+        .lines()
+        .filter(|line| !expected.lines().any(|e| e == *line))
+        .collect();
+    let gone = expected.lines().count() != found.lines().count();
+    assert!(
+        changed.is_empty() && !gone,
+        "the numbers of these runs are not those of tests/golden.txt:\n{}\n\
+         If they were meant to change (a law, a default, a solver, a step, a shipped scene) and the tests of references, conservation \
+         and convergence pass, renew the file and say why in the commit:\n\
+         ROBHAZ_RENEW_GOLDEN=1 cargo test --release -p robhaz --test robhaz golden\n\
+         If nothing was meant to change, this is the error that the file is there to find. On another kind of machine one line can \
+         differ where a value lies on the border of its rounding.",
+        if changed.is_empty() {
+            "a scene is gone"
+        } else {
+            ""
+        }
+        .to_owned()
+            + &changed.join("\n"),
+    );
+}
