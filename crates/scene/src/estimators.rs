@@ -197,6 +197,19 @@ fn read_one(reader: &mut Reader, node: &Node, path: &str) -> EstimatorChoice {
         .and_then(|n| reader.word(PRESETS, n, &join(path, "name")));
     let mut settings = settings(preset.unwrap_or(0));
     reader.table(KEYS, node, path, &mut settings);
+    if settings.filters == Filters::Paper {
+        let on = [
+            ("inertia", settings.inertia),
+            ("whitening", settings.whitening),
+            ("parity", settings.parity),
+            ("rolling", settings.rolling),
+        ];
+        for (key, _) in on.iter().filter(|(_, on)| *on) {
+            let found = node.get(key).unwrap_or(node);
+            let allowed = "\"off\" unless filters = \"kalman\"";
+            reader.refuse(found, &join(path, key), allowed);
+        }
+    }
     let label = match node.get("label") {
         Some(label) => name::read(reader, label, &join(path, "label")),
         None => preset.map(|p| PRESETS[p].to_owned()),

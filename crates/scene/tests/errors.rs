@@ -193,10 +193,14 @@ fn rules_over_several_keys() {
         "x.toml:1: sensors.jitter: found sensors.jitter = 0.001 and sensors.rate = 1000, \
          allowed: sensors.jitter at most 3e-4 s, 0.3 of the time between samples",
     );
+    one(
+        "[[estimator]]\nname = 'true-mass'\nparity = 'on'",
+        "x.toml:3: estimator[0].parity: found 'on', allowed: \"off\" unless filters = \"kalman\"",
+    );
     // An explicit gear friction overshoots standstill beyond twice its time constant.
     one(
         "drive.gear_friction = 20",
-        "x.toml:1: drive.gear_friction: found drive.gear_friction = 20 and engine.step = 1e-4, \
+        "x.toml:1: drive.gear_friction: found drive.gear_friction = 20 and engine.step = 1.25e-4, \
          allowed: engine.step at most 9.39e-5 s, the gear friction's slope against wheel and rotor; \
          or engine.kind = \"direct\"",
     );

@@ -51,11 +51,11 @@ fn overrides_win_over_the_file_and_the_last_one_wins() {
 fn estimators_are_reached_by_index_written_or_not() {
     let scene = good(
         "",
-        &["estimator.0.observer_pole=30", "estimator[2].label=best"],
+        &["estimator.0.observer_pole=30", "estimator[2].label=mine"],
     );
     assert!(close(scene.estimators[0].settings.observer_pole, 30.0));
-    assert_eq!(scene.estimators[2].name, "best");
-    assert_eq!(scene.estimators.len(), 3);
+    assert_eq!(scene.estimators[2].name, "mine");
+    assert_eq!(scene.estimators.len(), 4);
     let text = "[[estimator]]\nname = 'true-mass'";
     let scene = good(text, &["estimator.0.observer_pole=30 rad/s"]);
     assert_eq!(scene.estimators.len(), 1);
