@@ -1,5 +1,6 @@
 //! Readings in, wheel forces out: the paper's steps in their order.
 
+use crate::flags::Flags;
 use crate::linkage::LinkAngleFilter;
 use crate::statics::{BlockForm, FullSystem, ReducedSystem, Singular};
 use crate::traction::{ObserverParameters, TractionObserver};
@@ -100,6 +101,49 @@ pub struct Estimate {
     pub pin_force: [Vec2; 4],
     /// What is left of eq. (8): horizontal and vertical force (N), moments of links 1 and 2 about Q (N m).
     pub residual: [f64; 4],
+    /// Covariance of x' = [T1 N1 T2 N2 T3 N3], N^2; infinite variances where the estimator knows none.
+    pub covariance: [[f64; 6]; 6],
+    /// The one redundancy of the statics, where the estimator checks it.
+    pub parity: Option<Parity>,
+    /// Reasons to trust this estimate less.
+    pub flags: Flags,
+}
+
+/// What is left over in the direction in which the statics are redundant: zero but for errors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parity {
+    /// Value, N.
+    pub value: f64,
+    /// Its standard deviation, N.
+    pub sigma: f64,
+}
+
+impl Estimate {
+    /// Standard deviation of N of a wheel (0 front, 1 middle, 2 rear), N. `None` where the estimator knows none.
+    pub fn sigma_normal(&self, wheel: usize) -> Option<f64> {
+        self.sigma(2 * wheel + 1)
+    }
+
+    /// Standard deviation of T of a wheel (0 front, 1 middle, 2 rear), N. `None` where the estimator knows none.
+    pub fn sigma_traction(&self, wheel: usize) -> Option<f64> {
+        self.sigma(2 * wheel)
+    }
+
+    fn sigma(&self, i: usize) -> Option<f64> {
+        let variance = self.covariance[i][i];
+        variance.is_finite().then(|| libm::sqrt(variance))
+    }
+}
+
+/// The covariance of forces of which nothing is known, N^2.
+const fn unknown_covariance() -> [[f64; 6]; 6] {
+    let mut covariance = [[0.0; 6]; 6];
+    let mut i = 0;
+    while i < 6 {
+        covariance[i][i] = f64::INFINITY;
+        i += 1;
+    }
+    covariance
 }
 
 /// Why readings give no estimate. The estimator's state is as before the call; it can go on with the next frame.
@@ -236,6 +280,9 @@ impl Estimator {
             pin_from_q: Pin::ALL.map(|pin| posture.pin_from_q(&self.geometry, pin)),
             pin_force: [p, q, r, s],
             residual: solution.residual,
+            covariance: unknown_covariance(),
+            parity: None,
+            flags: Flags::default(),
         })
     }
 

@@ -39,10 +39,12 @@
 #![no_std]
 
 mod estimator;
+mod flags;
 pub mod linkage;
 pub mod statics;
 pub mod traction;
 
 pub use estimator::{
-    Estimate, EstimateError, Estimator, EstimatorSettings, LinkReading, Masses, SensorFrame,
+    Estimate, EstimateError, Estimator, EstimatorSettings, LinkReading, Masses, Parity, SensorFrame,
 };
+pub use flags::Flags;

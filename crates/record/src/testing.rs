@@ -1,6 +1,8 @@
 //! Made-up records and a small scene for the tests of this crate.
 
-use robhaz_estimator::{Estimate, EstimateError, EstimatorSettings, LinkReading, SensorFrame};
+use robhaz_estimator::{
+    Estimate, EstimateError, EstimatorSettings, Flags, LinkReading, SensorFrame,
+};
 use robhaz_model::{Pin, Posture, Vec2};
 use robhaz_run::Frame;
 use robhaz_scene::{EstimatorChoice, RecordChoice, Scene, TerrainChoice};
@@ -102,6 +104,9 @@ pub fn good_estimate(truth: &Truth, error: f64) -> Estimate {
         pin_from_q: truth.pins.map(|p| p.position - q),
         pin_force: truth.pins.map(|p| p.force),
         residual: [0.1, 0.2, 0.3, 0.4],
+        covariance: [[0.0; 6]; 6],
+        parity: None,
+        flags: Flags::default(),
     }
 }
 
