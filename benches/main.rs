@@ -90,5 +90,95 @@ fn estimate(c: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, plant, terrain, estimate);
+/// What the viewer costs beside a simulated second of `smooth`, from its third on: the simulation alone; handed to a live viewer
+/// (here a server that keeps it); written to a file. Layout and start are not in it.
+#[cfg(feature = "viewer")]
+fn viewing(c: &mut Criterion) {
+    use robhaz_run::{Frame, RunEnd, Sink, SinkError};
+    use robhaz_scene::Scene;
+    use robhaz_viewer::{LiveSink, RecordingSink};
+    use std::time::{Duration, Instant};
+
+    /// Times the third second of a run through another sink, if any.
+    struct Timed<'a> {
+        inner: Option<&'a mut dyn Sink>,
+        start: Option<Instant>,
+        taken: Duration,
+    }
+
+    impl Sink for Timed<'_> {
+        fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
+            self.inner.as_mut().map_or(Ok(()), |s| s.begin(scene))
+        }
+
+        fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
+            if frame.truth.time >= 2.0 {
+                self.start.get_or_insert_with(Instant::now);
+            }
+            self.inner.as_mut().map_or(Ok(()), |s| s.frame(frame))?;
+            if let Some(start) = self.start {
+                self.taken = start.elapsed();
+            }
+            Ok(())
+        }
+
+        fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
+            self.inner.as_mut().map_or(Ok(()), |s| s.end(end))
+        }
+    }
+
+    fn third_second(scene: &Scene, inner: Option<&mut dyn Sink>) -> Duration {
+        let mut timed = Timed {
+            inner,
+            start: None,
+            taken: Duration::ZERO,
+        };
+        let end = robhaz_run::run(scene, &mut [&mut timed]);
+        assert!(end.is_ok(), "{end:?}");
+        timed.taken
+    }
+
+    let folder = std::env::temp_dir().join(format!("robhaz-bench-{}", std::process::id()));
+    assert!(std::fs::create_dir_all(&folder).is_ok());
+    let path = folder.join("run.rrd");
+    for engine in EngineKind::ALL {
+        let mut scene = Scene::default();
+        scene.record.duration = 3.0;
+        scene.engine.kind = engine;
+        let name = format!("viewing: 1 s on smooth, {}", engine.name());
+        let mut group = c.benchmark_group(name);
+        group.sample_size(10);
+        group.bench_function("simulation alone", |b| {
+            b.iter_custom(|n| (0..n).map(|_| third_second(&scene, None)).sum());
+        });
+        group.bench_function("live", |b| {
+            let mut port = 40_000;
+            b.iter_custom(|n| {
+                let live = |_| loop {
+                    port += 1;
+                    if let Ok(mut sink) = LiveSink::serve(port) {
+                        break third_second(&scene, Some(&mut sink));
+                    }
+                };
+                (0..n).map(live).sum()
+            });
+        });
+        group.bench_function("saved", |b| {
+            b.iter_custom(|n| {
+                let saved = |_| match RecordingSink::save(&path) {
+                    Ok(mut sink) => third_second(&scene, Some(&mut sink)),
+                    Err(error) => panic!("{error}"),
+                };
+                (0..n).map(saved).sum()
+            });
+        });
+    }
+    let _ = std::fs::remove_dir_all(&folder);
+}
+
+/// Without the viewer there is nothing to be measured.
+#[cfg(not(feature = "viewer"))]
+fn viewing(_: &mut Criterion) {}
+
+criterion_group!(benches, plant, terrain, estimate, viewing);
 criterion_main!(benches);

@@ -12,3 +12,5 @@ mod documents;
 mod estimator_is_isolated;
 mod reference;
 mod support;
+#[cfg(feature = "viewer")]
+mod viewing;

@@ -23,7 +23,7 @@ pub struct Args {
     /// Simulated time that the picture shows, s; by default the middle of the run.
     #[arg(long, value_name = "SECONDS", requires = "screenshot")]
     at: Option<f64>,
-    /// Size of the viewer in the picture, in points; the picture has two pixels a point.
+    /// Size of the picture in pixels.
     #[arg(long, value_name = "WIDTHxHEIGHT", requires = "screenshot", value_parser = size, default_value = "1400x900")]
     size: [u32; 2],
     /// Saves the comparison of several runs as one recording instead of opening it.
@@ -162,7 +162,7 @@ fn size(text: &str) -> Result<[u32; 2], String> {
         .and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     parsed
         .filter(|size: &[u32; 2]| size.iter().all(|s| allowed.contains(s)))
-        .ok_or_else(|| "allowed is WIDTHxHEIGHT with 200 to 4000 points each".to_owned())
+        .ok_or_else(|| "allowed is WIDTHxHEIGHT with 200 to 4000 pixels each".to_owned())
 }
 
 /// A file that is gone when it was looked at.

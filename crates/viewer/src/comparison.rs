@@ -122,8 +122,8 @@ pub fn recording_end(path: &Path) -> Result<Option<f64>, ViewerError> {
     Ok(end.map(nanoseconds_to_seconds))
 }
 
-/// Hands every chunk of a recording on, layout left out. A file that ends in mid-message, as that of a killed run may, is read as
-/// far as it goes.
+/// Hands every chunk of a recording on, layout left out. A file that ends in mid-message, as that of a killed run may, is one
+/// that ends before it.
 fn for_each_chunk(
     path: &Path,
     mut each: impl FnMut(&Chunk) -> Result<(), ViewerError>,

@@ -33,7 +33,7 @@ const BATCH_TIME: Duration = Duration::from_millis(50);
 /// Records in a batch at most.
 const BATCH: u64 = 500;
 /// A viewer that takes nothing for so long is left alone.
-const PATIENCE: Duration = Duration::from_secs(5);
+const PATIENCE: Duration = Duration::from_secs(3);
 
 /// How a live run reached the viewer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -133,6 +133,14 @@ impl LiveSink {
                 address: address.clone(),
             }
         })?;
+        // It listens from a thread of its own.
+        let deadline = Instant::now() + PATIENCE;
+        while !listens(port) {
+            if Instant::now() > deadline {
+                return Err(fail(std::io::ErrorKind::TimedOut.into()));
+            }
+            std::thread::sleep(BATCH_TIME);
+        }
         let server = Arc::new(server);
         let uri = server.uri().to_string();
         Ok(Self::new(uri, Link::Server(server.clone()), Some(server)))

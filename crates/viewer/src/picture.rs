@@ -3,7 +3,7 @@
 use crate::colours::{Colour, WHEELS};
 use crate::control::Control;
 use crate::error::Cause;
-use crate::program::{Started, free_port};
+use crate::program::{Started, free_port, start_error};
 use crate::{ViewerError, recording_end};
 use std::ffi::OsStr;
 use std::fs::File;
@@ -23,14 +23,14 @@ const LEAST_SHARE: f64 = 5e-4;
 /// What to take a picture of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PictureOptions {
-    /// Width and height of the viewer, in points. Its pictures have two pixels a point.
+    /// Width and height of the viewer and of the picture, in pixels.
     pub size: [u32; 2],
     /// Simulated time to show, s; by default the middle of the run.
     pub at: Option<f64>,
 }
 
 impl Default for PictureOptions {
-    /// 1400 by 900 points.
+    /// 1400 by 900 pixels, the middle of the run.
     fn default() -> Self {
         Self {
             size: [1400, 900],
@@ -63,8 +63,13 @@ pub fn picture(recording: &Path, out: &Path, options: PictureOptions) -> Result<
     )?;
     let time = options.at.unwrap_or(0.5 * end).clamp(0.0, end);
     let taken = take(port, out, end, time);
+    // Without a renderer it listens for a moment and ends.
+    let words = viewer.last_words();
     viewer.end();
-    taken
+    match (taken, words) {
+        (Err(_), Some(words)) => Err(start_error(&words)),
+        (taken, _) => taken,
+    }
 }
 
 fn take(port: u16, out: &Path, end: f64, time: f64) -> Result<(), ViewerError> {

@@ -2,7 +2,6 @@
 
 use crate::{VIEWER_VERSION, ViewerError};
 use std::fs::File;
-use std::io::Write as _;
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -14,8 +13,8 @@ pub(crate) const DEFAULT_PORT: u16 = 9876;
 const START_TIME: Duration = Duration::from_secs(30);
 /// Between two looks at whether it has.
 const POLL_TIME: Duration = Duration::from_millis(50);
-/// Last words of a viewer that are worth telling, bytes.
-const LAST_WORDS: usize = 2000;
+/// Lines of a viewer's last words that are worth telling.
+const MOST_LINES: usize = 5;
 
 /// Shows recordings on the screen, until the user closes the viewer.
 ///
@@ -25,7 +24,7 @@ pub fn open(recordings: &[PathBuf]) -> Result<(), ViewerError> {
     let mut command = installed()?;
     command.args(["--bind", "127.0.0.1", "--port", "auto"]);
     command.args(recordings);
-    let mut log = Log::new()?;
+    let log = Log::new()?;
     command.stderr(log.stdio()?);
     let mut child = command.spawn().map_err(|e| start_error(&e.to_string()))?;
     let status = child.wait().map_err(|e| start_error(&e.to_string()))?;
@@ -55,6 +54,7 @@ pub(crate) fn free_port() -> Result<u16, ViewerError> {
 /// A viewer that was started and listens at a port.
 pub(crate) struct Started {
     child: Child,
+    log: Log,
 }
 
 impl Started {
@@ -65,15 +65,15 @@ impl Started {
         command.args(["--bind", "127.0.0.1", "--port", &port.to_string()]);
         command.args(arguments);
         // Its output must not hold this process's own open, or a pipe to it never ends.
-        let mut log = Log::new()?;
+        let log = Log::new()?;
         command.stderr(log.stdio()?);
         in_a_group_of_its_own(&mut command);
         let child = command.spawn().map_err(|e| start_error(&e.to_string()))?;
-        let mut started = Self { child };
+        let mut started = Self { child, log };
         let deadline = Instant::now() + START_TIME;
         while !listens(port) {
-            if let Ok(Some(_)) = started.child.try_wait() {
-                return Err(start_error(&log.last_words()));
+            if let Some(words) = started.last_words() {
+                return Err(start_error(&words));
             }
             if Instant::now() > deadline {
                 started.end();
@@ -83,6 +83,12 @@ impl Started {
             std::thread::sleep(POLL_TIME);
         }
         Ok(started)
+    }
+
+    /// What the viewer said before it ended. `None` while it runs.
+    pub(crate) fn last_words(&mut self) -> Option<String> {
+        let ended = matches!(self.child.try_wait(), Ok(Some(_)));
+        ended.then(|| self.log.last_words())
     }
 
     /// Ends the viewer.
@@ -116,6 +122,7 @@ fn installed() -> Result<Command, ViewerError> {
     }
     let mut command = Command::new(path);
     command.stdin(Stdio::null()).stdout(Stdio::null());
+    command.env("NO_COLOR", "1");
     if std::env::var_os("RUST_LOG").is_none() {
         command.env("RUST_LOG", "warn");
     }
@@ -159,7 +166,7 @@ fn in_a_group_of_its_own(command: &mut Command) {
     let _ = command;
 }
 
-fn start_error(reason: &str) -> ViewerError {
+pub(crate) fn start_error(reason: &str) -> ViewerError {
     ViewerError::Start {
         reason: reason.trim().to_owned(),
     }
@@ -189,15 +196,20 @@ impl Log {
             .map_err(|e| start_error(&e.to_string()))
     }
 
-    fn last_words(&mut self) -> String {
-        let _ = self.file.flush();
+    /// The cause is said before the stack and after the warnings.
+    fn last_words(&self) -> String {
         let said = std::fs::read(&self.path).unwrap_or_default();
-        let from = said.len().saturating_sub(LAST_WORDS);
-        let words = String::from_utf8_lossy(&said[from..]).trim().to_owned();
+        let said = String::from_utf8_lossy(&said);
+        let lines = said.lines().map(str::trim);
+        let words: Vec<&str> = lines
+            .take_while(|line| !line.starts_with("stack backtrace"))
+            .filter(|line| !line.is_empty() && !line.contains(" WARN "))
+            .take(MOST_LINES)
+            .collect();
         if words.is_empty() {
             "it ended without a word".to_owned()
         } else {
-            words
+            words.join(" ")
         }
     }
 }
