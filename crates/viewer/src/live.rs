@@ -28,6 +28,8 @@ use std::time::{Duration, Instant, SystemTime};
 
 /// Records that wait for the viewer at most: ten simulated seconds, some ten megabytes.
 const QUEUE: usize = 2000;
+/// Events that wait at most.
+const MOST_EVENTS: usize = 1000;
 /// Wall-clock time over which records are gathered into one batch.
 const BATCH_TIME: Duration = Duration::from_millis(50);
 /// Records in a batch at most.
@@ -255,10 +257,11 @@ impl Feed {
             return;
         };
         self.offered += 1;
+        let found = self.sampler.take();
         let Some(queue) = &self.queue else {
             return;
         };
-        self.pending.append(self.sampler.take());
+        self.pending.append(found);
         let item = Item {
             truth: *frame.truth,
             sensors: *frame.sensors,
@@ -268,8 +271,11 @@ impl Feed {
         };
         match queue.try_send(item) {
             Ok(()) => {}
-            // The record is lost; what was found waits for the next one.
-            Err(TrySendError::Full(item)) => self.pending = item.found,
+            // The record is lost; what was found waits for the next one, within reason.
+            Err(TrySendError::Full(item)) if item.found.events.len() < MOST_EVENTS => {
+                self.pending = item.found;
+            }
+            Err(TrySendError::Full(_)) => {}
             Err(TrySendError::Disconnected(_)) => self.queue = None,
         }
     }
