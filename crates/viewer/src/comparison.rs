@@ -31,6 +31,9 @@ pub struct ComparedRun<'a> {
     pub recording: &'a Path,
 }
 
+/// The entity of the errors that are compared.
+const RMS_ERROR: &str = "/series/error_of_normal_force/rms";
+
 /// The entity that a run stands under, by its place.
 pub(crate) fn root(place: usize) -> String {
     format!("/run{}/", place + 1)
@@ -53,7 +56,7 @@ pub fn save_comparison(runs: &[ComparedRun<'_>], out: &Path) -> Result<(), Viewe
         &name,
         crate::recorder::hash(&name),
     )?;
-    layout::comparison::log(&mut writer, runs)?;
+    layout::comparison::log(&mut writer, runs, largest_error(runs)?)?;
     writer.constant(
         EntityPath::properties(),
         &RecordingInfo::update_fields().with_name(name.as_str()),
@@ -120,6 +123,24 @@ pub fn recording_end(path: &Path) -> Result<Option<f64>, ViewerError> {
         Ok(())
     })?;
     Ok(end.map(nanoseconds_to_seconds))
+}
+
+/// Largest RMS error of N of any estimator in any of the runs, N: what can be compared has one scale.
+fn largest_error(runs: &[ComparedRun<'_>]) -> Result<f64, ViewerError> {
+    let mut largest = 0.0_f64;
+    for run in runs {
+        for_each_chunk(run.recording, |chunk| {
+            if chunk.entity_path().to_string() == RMS_ERROR {
+                let component = Scalars::descriptor_scalars().component;
+                for row in chunk.iter_component::<Scalar>(component) {
+                    let finite = row.as_slice().iter().map(|v| v.0.0);
+                    largest = finite.filter(|v| v.is_finite()).fold(largest, f64::max);
+                }
+            }
+            Ok(())
+        })?;
+    }
+    Ok(largest)
 }
 
 /// Hands every chunk of a recording on, layout left out. A file that ends in mid-message, as that of a killed run may, is one

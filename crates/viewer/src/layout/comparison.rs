@@ -8,7 +8,12 @@ use crate::writer::Writer;
 use re_sdk_types::components::Range1D;
 
 /// Logs the layout and makes it the one to be used.
-pub(crate) fn log(out: &mut Writer, runs: &[ComparedRun<'_>]) -> Result<(), ViewerError> {
+/// `largest_error` is that of N, RMS of the wheels, in any run (N).
+pub(crate) fn log(
+    out: &mut Writer,
+    runs: &[ComparedRun<'_>],
+    largest_error: f64,
+) -> Result<(), ViewerError> {
     let mut layout = Layout::new(out);
     let scenes = side_by_side(&mut layout, "Scenes", runs, |layout, run, root| {
         let overview = parts::overview(
@@ -27,6 +32,8 @@ pub(crate) fn log(out: &mut Writer, runs: &[ComparedRun<'_>]) -> Result<(), View
         let mut ranges = runs.iter();
         ranges.find_map(|run| parts::range_of_loads(run.scene, from, to))
     };
+    let errors = range(0.0, 1.0).unwrap_or(Range1D::new(0.0, 1.05 * largest_error));
+    let errors = (largest_error > 0.0).then_some(errors);
     let truth = overlaid(&mut layout, "True N", "normal_force", range(-0.5, 3.0))?;
     let difference = overlaid(
         &mut layout,
@@ -46,27 +53,25 @@ pub(crate) fn log(out: &mut Writer, runs: &[ComparedRun<'_>]) -> Result<(), View
         layout.text_log(&format!("{}: events", run.label), &format!("{root}events"))
     })?;
     let forces = layout.tabs("Forces", &[truth, difference, forces, events])?;
-    let errors = side_by_side(&mut layout, "Errors", runs, |layout, run, root| {
+    let error_plots = side_by_side(&mut layout, "Errors", runs, |layout, run, root| {
         let key = parts::key(
             layout,
             &format!("{root}key"),
             run.scene.estimators.len() + 1,
         )?;
-        let title = format!("{}: error of N, RMS of the wheels [N]", run.label);
-        let rms = parts::plot(
-            layout,
-            &title,
-            root,
-            "error_of_normal_force/rms",
-            parts::range_of_loads(run.scene, 0.0, 1.0),
-        )?;
+        let scale = errors.map_or(0.0, |range| range.0.0[1]);
+        let title = format!(
+            "{}: error of N, RMS of the wheels [N], 0 to {scale:.1}",
+            run.label
+        );
+        let rms = parts::plot(layout, &title, root, "error_of_normal_force/rms", errors)?;
         let views = [(key, 0.7), (rms, 1.6)];
         layout.container(ContainerKind::Vertical, run.label, &views)
     })?;
     let root = layout.container(
         ContainerKind::Vertical,
         "robhaz",
-        &[(scenes, 2.2), (key, 0.5), (forces, 1.4), (errors, 1.5)],
+        &[(scenes, 2.1), (key, 0.4), (forces, 1.5), (error_plots, 1.6)],
     )?;
     layout.finish(root, Playing::FromStart)
 }
