@@ -92,7 +92,7 @@ impl SceneView {
             &Points2D::update_fields().with_radii([Radius::new_ui_points(4.0)]),
         )?;
         let [half_width, above, _] = FOLLOWED;
-        self.forces.declare(out, [0.05 - half_width, 0.05 - above])
+        self.forces.declare(out, [0.12 - half_width, 0.05 - above])
     }
 
     /// Adds one frame of the animation.
