@@ -17,3 +17,5 @@ mod properties;
 mod reference;
 mod sensors;
 mod support;
+#[cfg(feature = "viewer")]
+mod viewing;

@@ -1,11 +1,15 @@
 //! The `robhaz` command.
 
 mod compare;
+mod live;
 mod output;
+mod pace;
 mod progress;
 mod run;
 mod terminal;
 mod verify;
+#[cfg(feature = "viewer")]
+mod view;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -26,6 +30,9 @@ enum Command {
     Compare(compare::Args),
     /// Check that the simulated truth of a scene can be trusted: both engines, conservation, half the step; a verdict a line.
     Verify(verify::Args),
+    /// Look at runs in the Rerun viewer, at one or several side by side, or at a scene while it is simulated.
+    #[cfg(feature = "viewer")]
+    View(view::Args),
 }
 
 fn main() -> ExitCode {
@@ -34,6 +41,8 @@ fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Compare(args) => compare::compare(&args),
         Command::Verify(args) => verify::run(&args),
+        #[cfg(feature = "viewer")]
+        Command::View(args) => view::run(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

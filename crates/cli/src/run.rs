@@ -1,6 +1,8 @@
 //! `robhaz run`: one scene from its file to its results.
 
+use crate::live::{Rerun, Viewing};
 use crate::output::OutputFolder;
+use crate::pace::{Pace, PaceSink};
 use crate::progress::Progress;
 use crate::terminal::say;
 use miette::{IntoDiagnostic, Result, WrapErr};
@@ -29,6 +31,13 @@ pub struct Args {
     /// Seed of everything random in the run.
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     seed: Option<u64>,
+    /// What the Rerun viewer gets: `off` nothing; `save` the file run.rrd. Beside that file, live: `spawn` starts the viewer here,
+    /// `connect=HOST:PORT` shows the run in a viewer that listens there, `serve` lets viewers connect to this command.
+    #[arg(long, value_name = "HOW", value_parser = Rerun::parse, default_value = Rerun::DEFAULT)]
+    rerun: Rerun,
+    /// How fast the run may go.
+    #[arg(long, value_enum, default_value_t = Pace::Fast)]
+    pace: Pace,
     /// Replaces an earlier run in the output folder.
     #[arg(long)]
     force: bool,
@@ -53,6 +62,7 @@ pub fn run(args: &Args) -> Result<()> {
         .out
         .clone()
         .unwrap_or_else(|| Path::new("runs").join(&scene.name));
+    let mut viewing = Viewing::open(&args.rerun)?;
     let folder = OutputFolder::create(&target, args.force)?;
     let version = format!(
         "robhaz {}, {}",
@@ -61,7 +71,8 @@ pub fn run(args: &Args) -> Result<()> {
     );
     folder.write("scene.toml", &scene.to_toml(&version))?;
 
-    let summary = match simulate(&scene, args.format, folder.path()) {
+    viewing.record(folder.path())?;
+    let summary = match simulate(&scene, args, folder.path(), &mut viewing) {
         Ok(summary) => summary,
         Err(report) => {
             return Err(report.wrap_err(format!(
@@ -74,11 +85,12 @@ pub fn run(args: &Args) -> Result<()> {
     summary.write(folder.path()).into_diagnostic()?;
     let path = folder.finish()?;
     say(&comparison_table(&[(&scene.name, &summary)]))?;
-    say(&format!("Results in {}", path.display()))
+    say(&format!("Results in {}", path.display()))?;
+    viewing.finish()
 }
 
-fn simulate(scene: &Scene, format: Format, folder: &Path) -> Result<Summary> {
-    let format = match format {
+fn simulate(scene: &Scene, args: &Args, folder: &Path, viewing: &mut Viewing) -> Result<Summary> {
+    let format = match args.format {
         Format::Parquet => TableFormat::Parquet,
         Format::Csv => TableFormat::Csv,
     };
@@ -86,13 +98,11 @@ fn simulate(scene: &Scene, format: Format, folder: &Path) -> Result<Summary> {
     let mut summary = SummarySink::new();
     let mut figures = FigureSink::new(&folder.join("figures"));
     let mut progress = Progress::new();
-    #[cfg(feature = "viewer")]
-    let mut recording =
-        robhaz_viewer::RecordingSink::save(&folder.join("run.rrd")).into_diagnostic()?;
+    let mut pace = PaceSink::new(args.pace);
     let mut sinks: Vec<&mut dyn Sink> =
         vec![&mut tables, &mut summary, &mut figures, &mut progress];
-    #[cfg(feature = "viewer")]
-    sinks.push(&mut recording);
+    sinks.extend(viewing.sinks());
+    sinks.push(&mut pace);
     robhaz_run::run(scene, &mut sinks)
         .into_diagnostic()
         .wrap_err_with(|| format!("cannot finish {}", scene.name))?;

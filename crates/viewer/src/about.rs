@@ -1,12 +1,13 @@
 //! How to read the recording, in words inside the recording.
 
-use crate::scene_view::ForceScale;
+use crate::forces::ForceScale;
 use robhaz_scene::Scene;
 use std::fmt::Write as _;
 
 /// A page of Markdown.
-pub(crate) fn page(scene: &Scene, scale: ForceScale, chosen: Option<usize>) -> String {
+pub(crate) fn page(scene: &Scene, chosen: Option<usize>) -> String {
     let robot = &scene.robot;
+    let scale = ForceScale::new(&robot.robot);
     let mut text = format!(
         "# {}\n\nRobot geometry {}, masses {}, terrain {}, {} s at {} Hz.\n\n\
          - Wheels: front blue, middle vermilion, rear green, in every view.\n\
@@ -24,15 +25,21 @@ pub(crate) fn page(scene: &Scene, scale: ForceScale, chosen: Option<usize>) -> S
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
-            "- Thick arrows are true, thin light ones beside them come from the estimator {}.",
+            "- Thick arrows are true, thin ones beside them come from the estimator {}; the bar across their end is \
+             two standard deviations to both sides, where the estimator knows them.",
             scene.estimators[k].name
         );
     }
     text.push_str(
-        "- Coloured traces are the paths of the pins P, Q, R, S so far.\n\
-         - Time series: wide lines are true, narrow ones estimated. A gap is a time without an estimate; mu_n = T/N also has \
-         one where a wheel carries less than 1 N. Contact angles are those of the ground (true) and those that the estimators \
-         are given.\n",
+        "- Grey traces are the paths of the pins P, Q, R, S so far. The arc at Q is how far link 1 can turn; a stop is thick \
+         while it is reached.\n\
+         - Ground of another colour has friction coefficients of its own: like ice where it grips less, red where it grips \
+         more.\n\
+         - Time series: wide lines are true, narrow ones estimated, the narrowest are two standard deviations. A gap is a time \
+         without an estimate; mu_n = T/N also has one where a wheel carries less than 1 N. Slip margin: static coefficient \
+         of the ground less |mu_n|. Contact angles are those of the ground (true) and those that the estimators are given.\n\
+         - Lines are kept at 200 Hz, the scene at 60 Hz: peaks at edges are shorter. Events and the lanes of wheels and \
+         estimators are looked for at every record.\n",
     );
     text
 }

@@ -12,13 +12,19 @@ pub(crate) const WHEELS: [Colour; 3] = [
     Colour([0xD5, 0x5E, 0x00]),
     Colour([0x00, 0x9E, 0x73]),
 ];
-/// Pins P, Q, R, S: reddish purple, orange, sky blue, yellow.
-pub(crate) const PINS: [Colour; 4] = [
+/// Estimators by their place in the scene, and runs by their place in a comparison: what Okabe and Ito leave over, and white.
+const OTHERS: [Colour; 6] = [
     Colour([0xCC, 0x79, 0xA7]),
-    Colour([0xE6, 0x9F, 0x00]),
-    Colour([0x56, 0xB4, 0xE9]),
     Colour([0xF0, 0xE4, 0x42]),
+    Colour([0xFF, 0xFF, 0xFF]),
+    Colour([0x56, 0xB4, 0xE9]),
+    Colour([0xE6, 0x9F, 0x00]),
+    Colour([0x90, 0x90, 0x90]),
 ];
+/// Pins and their trails: labels tell them apart.
+pub(crate) const PIN: Colour = Colour([0xF0, 0xF0, 0xF0]);
+/// Where the pins have been.
+pub(crate) const TRAIL: Colour = Colour([0x70, 0x70, 0x70]);
 /// The body and link 3, which carry no wheel.
 pub(crate) const BODY: Colour = Colour([0xB0, 0xB0, 0xB0]);
 /// Links 1 and 2, which carry the wheels.
@@ -28,8 +34,8 @@ pub(crate) const LINKS: [Colour; 3] =
 pub(crate) const GROUND: Colour = Colour([0x8A, 0x7F, 0x70]);
 /// What belongs to no wheel.
 pub(crate) const NEUTRAL: Colour = Colour([0xA0, 0xA0, 0xA0]);
-const WHITE: Colour = Colour([0xFF; 3]);
-const BLACK: Colour = Colour([0; 3]);
+const ICE: Colour = Colour([0xC8, 0xEC, 0xFF]);
+const RUBBER: Colour = Colour([0xA0, 0x30, 0x60]);
 
 impl Colour {
     /// A mixture with `share` (0 to 1) of another colour.
@@ -49,15 +55,29 @@ impl Colour {
         Self(out)
     }
 
-    /// The shade of an estimator, by its place in the scene.
-    pub(crate) fn estimator(self, place: usize) -> Self {
-        let (other, share) = [(WHITE, 0.35), (BLACK, 0.4), (WHITE, 0.7), (BLACK, 0.6)][place % 4];
-        self.mixed(other, share)
-    }
-
-    /// The shade of the estimated forces in the scene.
+    /// The shade of what is estimated of the same thing.
     pub(crate) fn light(self) -> Self {
-        self.mixed(WHITE, 0.6)
+        self.mixed(Self([0xFF; 3]), 0.6)
+    }
+}
+
+/// The colour of an estimator by its place in the scene; of a run by its place in a comparison.
+pub(crate) fn by_place(place: usize) -> Colour {
+    OTHERS[place % OTHERS.len()]
+}
+
+/// The colour of a stretch of ground: the less friction beside the rest of the ground, the more like ice; the more, the more
+/// like rubber.
+pub(crate) fn stretch(mu: f64, elsewhere: f64) -> Colour {
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "a share between zero and one"
+    )]
+    let share = |difference: f64, whole: f64| (difference / whole).clamp(0.0, 1.0) as f32;
+    if mu < elsewhere {
+        GROUND.mixed(ICE, 0.4 + 0.6 * share(elsewhere - mu, elsewhere))
+    } else {
+        GROUND.mixed(RUBBER, 0.4 + 0.6 * share(mu - elsewhere, 1.0))
     }
 }
 

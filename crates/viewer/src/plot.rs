@@ -2,13 +2,13 @@
 
 use crate::ViewerError;
 use crate::colours::Colour;
-use crate::rrd::RrdWriter;
+use crate::writer::Writer;
 use re_sdk_types::archetypes::{Scalars, SeriesLines};
 
 /// How a line looks.
 #[derive(Clone, Debug)]
 pub(crate) struct Line {
-    /// Name in the legend, with the unit.
+    /// Name, with the unit.
     pub(crate) name: String,
     /// Colour.
     pub(crate) colour: Colour,
@@ -17,21 +17,34 @@ pub(crate) struct Line {
 }
 
 impl Line {
+    /// Width of a line of the truth, points.
+    pub(crate) const WIDE: f32 = 5.0;
+    /// Width of a line of what is estimated, points.
+    pub(crate) const NARROW: f32 = 1.5;
+    /// Width of the edge of a band, points.
+    const EDGE: f32 = 0.75;
+
     /// A line of the truth: wide.
     pub(crate) fn truth(name: impl Into<String>, colour: Colour) -> Self {
-        Self {
-            name: name.into(),
-            colour,
-            width: 5.0,
-        }
+        Self::of_width(name, colour, Self::WIDE)
     }
 
     /// A line of what is estimated: narrow.
     pub(crate) fn estimate(name: impl Into<String>, colour: Colour) -> Self {
+        Self::of_width(name, colour, Self::NARROW)
+    }
+
+    /// The edge of a band: very narrow.
+    pub(crate) fn edge(name: impl Into<String>, colour: Colour) -> Self {
+        Self::of_width(name, colour, Self::EDGE)
+    }
+
+    /// A line of another width, points.
+    pub(crate) fn of_width(name: impl Into<String>, colour: Colour, width: f32) -> Self {
         Self {
             name: name.into(),
             colour,
-            width: 1.5,
+            width,
         }
     }
 }
@@ -41,7 +54,9 @@ impl Line {
 pub(crate) struct Plot {
     entity: String,
     lines: Vec<Line>,
+    times: Vec<f64>,
     values: Vec<f64>,
+    declared: bool,
 }
 
 impl Plot {
@@ -50,32 +65,41 @@ impl Plot {
         Self {
             entity: entity.into(),
             lines,
+            times: Vec::new(),
             values: Vec::new(),
+            declared: false,
         }
     }
 
-    /// Logs how the lines look.
-    pub(crate) fn declare(&self, out: &mut RrdWriter) -> Result<(), ViewerError> {
-        out.constant(
-            self.entity.as_str(),
-            &SeriesLines::new()
-                .with_names(self.lines.iter().map(|l| l.name.as_str()))
-                .with_colors(self.lines.iter().map(|l| l.colour))
-                .with_widths(self.lines.iter().map(|l| l.width)),
-        )
-    }
-
-    /// Adds the values of one time, in the order of the lines. Not a number: a gap.
-    pub(crate) fn push(&mut self, values: impl IntoIterator<Item = f64>) {
+    /// Adds the values of one time (s), one for each line in their order. Not a number: a gap.
+    pub(crate) fn push(&mut self, time: f64, values: impl IntoIterator<Item = f64>) {
+        self.times.push(time);
         self.values.extend(values);
+        debug_assert_eq!(self.values.len(), self.times.len() * self.lines.len());
     }
 
-    /// Logs the values of `times` (s) and forgets them.
-    pub(crate) fn flush(&mut self, out: &mut RrdWriter, times: &[f64]) -> Result<(), ViewerError> {
+    /// Logs the values that have come since the last time, and before the first ones how the lines look: what never has a
+    /// value is not in the recording.
+    pub(crate) fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
+        if self.times.is_empty() || self.lines.is_empty() {
+            self.times.clear();
+            return Ok(());
+        }
+        if !self.declared {
+            self.declared = true;
+            out.constant(
+                self.entity.as_str(),
+                &SeriesLines::new()
+                    .with_names(self.lines.iter().map(|l| l.name.as_str()))
+                    .with_colors(self.lines.iter().map(|l| l.colour))
+                    .with_widths(self.lines.iter().map(|l| l.width)),
+            )?;
+        }
+        let times = std::mem::take(&mut self.times);
         let rows = std::iter::repeat_n(self.lines.len(), times.len());
         out.columns(
             self.entity.as_str(),
-            times,
+            &times,
             Scalars::new(self.values.drain(..)).columns(rows),
         )
     }

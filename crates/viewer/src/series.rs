@@ -1,13 +1,15 @@
-//! What is shown over time: forces, errors, contact angles, needed friction.
+//! What is shown over time: forces, errors with their bands, contact angles, friction, residuals.
 
 use crate::ViewerError;
-use crate::colours::{NEUTRAL, WHEELS};
+use crate::colours::{WHEELS, by_place};
+use crate::contact::contact_point;
 use crate::plot::{Line, Plot};
-use crate::rrd::RrdWriter;
+use crate::writer::Writer;
 use robhaz_estimator::{Estimate, EstimateError};
 use robhaz_run::Frame;
 use robhaz_scene::Scene;
 use robhaz_sim::WheelTruth;
+use robhaz_sim::friction::{FrictionLaw, Stretch};
 
 /// Names of the wheels, front to rear.
 pub(crate) const WHEEL_NAMES: [&str; 3] = ["front", "middle", "rear"];
@@ -16,130 +18,204 @@ const LEAST_LOAD: f64 = 1.0;
 
 /// All time series of a run.
 pub(crate) struct Series {
-    times: Vec<f64>,
-    normal_force: [Plot; 3],
+    /// The estimator whose friction and residual are shown, by its place.
+    chosen: Option<usize>,
+    radius: f64,
+    friction_law: FrictionLaw,
+    stretches: Vec<Stretch>,
+    true_normal: [Plot; 3],
+    normal: [Plot; 3],
     traction: [Plot; 3],
     error: [Plot; 3],
+    /// Two standard deviations of N around no error: by estimator, then by wheel.
+    bands: Vec<[Plot; 3]>,
     rms_error: Plot,
     contact_angle: Plot,
     friction: Plot,
+    margin: Plot,
+    residual_force: Plot,
+    residual_moment: Plot,
+    /// By estimator.
+    parity: Vec<Plot>,
 }
 
 impl Series {
-    /// The series of a scene. `chosen` is the estimator whose friction is shown.
+    /// The series of a scene. `chosen` is the estimator whose friction and residual are shown, by its place.
     pub(crate) fn new(scene: &Scene, chosen: Option<usize>) -> Self {
         let names: Vec<&str> = scene.estimators.iter().map(|e| e.name.as_str()).collect();
-        let per_wheel = |quantity: &str, truth: bool| {
+        let estimates = |unit: &str| -> Vec<Line> {
+            let lines = names.iter().enumerate();
+            lines
+                .map(|(k, name)| Line::estimate(format!("{name} [{unit}]"), by_place(k)))
+                .collect()
+        };
+        let per_wheel = |quantity: &str, source: &str, lines: &dyn Fn(usize) -> Vec<Line>| {
             [0, 1, 2].map(|i| {
-                let estimates = names
-                    .iter()
-                    .enumerate()
-                    .map(|(k, name)| Line::estimate(format!("{name} [N]"), WHEELS[i].estimator(k)));
-                let lines = truth
-                    .then(|| Line::truth("true [N]", WHEELS[i]))
-                    .into_iter()
-                    .chain(estimates)
-                    .collect();
-                Plot::new(format!("series/{quantity}/wheel{}", i + 1), lines)
+                Plot::new(
+                    format!("series/{quantity}/wheel{}{source}", i + 1),
+                    lines(i),
+                )
             })
         };
-        let rms_lines = names
-            .iter()
-            .enumerate()
-            .map(|(k, name)| Line::estimate(format!("{name} [N]"), NEUTRAL.estimator(k)))
-            .collect();
+        let truth = |i: usize| Line::truth("true [N]", WHEELS[i]);
+        let bands = |(k, name): (usize, &&str)| {
+            per_wheel("error_of_normal_force", &format!("/band/{name}"), &|_| {
+                let edge = |sign| Line::edge(format!("{name} {sign} 2 sigma [N]"), by_place(k));
+                vec![edge("+"), edge("-")]
+            })
+        };
+        let parity = |(k, name): (usize, &&str)| {
+            let edge = |sign| Line::edge(format!("{name} {sign} 2 sigma [N]"), by_place(k));
+            let value = Line::estimate(format!("{name} [N]"), by_place(k));
+            Plot::new(
+                format!("series/parity/{name}"),
+                vec![value, edge("+"), edge("-")],
+            )
+        };
+        let of_chosen = |entity: &str, rows: [&str; 2], unit: &str| {
+            let lines = chosen.into_iter().flat_map(|k| {
+                let (first, second) = (by_place(k), by_place(k + 1));
+                [
+                    Line::estimate(format!("{} [{unit}]", rows[0]), first),
+                    Line::estimate(format!("{} [{unit}]", rows[1]), second),
+                ]
+            });
+            Plot::new(entity, lines.collect())
+        };
+        let chosen_name = chosen.map(|k| names[k]);
         Self {
-            times: Vec::new(),
-            normal_force: per_wheel("normal_force", true),
-            traction: per_wheel("traction", true),
-            error: per_wheel("error_of_normal_force", false),
-            rms_error: Plot::new("series/error_of_normal_force/rms", rms_lines),
+            chosen,
+            radius: scene.robot.robot.geometry.wheel_radius,
+            friction_law: scene.friction,
+            stretches: scene.terrain.stretches.clone(),
+            // Drawn in the order of their names: narrow lines lie on the wide one.
+            true_normal: per_wheel("normal_force", "/actual", &|i| vec![truth(i)]),
+            normal: per_wheel("normal_force", "/estimated", &|_| estimates("N")),
+            traction: per_wheel("traction", "", &|i| {
+                let mut lines = vec![truth(i)];
+                lines.extend(estimates("N"));
+                lines
+            }),
+            error: per_wheel("error_of_normal_force", "/error", &|_| estimates("N")),
+            bands: names.iter().enumerate().map(bands).collect(),
+            rms_error: Plot::new("series/error_of_normal_force/rms", estimates("N")),
             contact_angle: Plot::new(
                 "series/contact_angle",
                 of_all_wheels("true", Some("given"), "deg"),
             ),
-            friction: Plot::new(
-                "series/friction",
-                of_all_wheels("true", chosen.map(|k| names[k]), "-"),
+            friction: Plot::new("series/friction", of_all_wheels("true", chosen_name, "-")),
+            margin: Plot::new(
+                "series/slip_margin",
+                of_all_wheels("true", chosen_name, "-"),
             ),
+            residual_force: of_chosen(
+                "series/residual/force",
+                ["horizontal force", "vertical force"],
+                "N",
+            ),
+            residual_moment: of_chosen(
+                "series/residual/moment",
+                ["moment of link 1 about Q", "moment of link 2 about Q"],
+                "N m",
+            ),
+            parity: names.iter().enumerate().map(parity).collect(),
         }
     }
 
-    /// Logs how all lines look.
-    pub(crate) fn declare(&self, out: &mut RrdWriter) -> Result<(), ViewerError> {
-        self.plots().try_for_each(|plot| plot.declare(out))
-    }
-
-    /// Adds one record. `chosen` is the estimator whose friction is shown.
-    pub(crate) fn push(&mut self, frame: &Frame<'_>, chosen: Option<usize>) {
+    /// Adds one record.
+    pub(crate) fn push(&mut self, frame: &Frame<'_>) {
+        let time = frame.truth.time;
+        for i in 0..3 {
+            self.push_forces(frame, i);
+        }
         let wheels = &frame.truth.wheels;
-        let estimated = |value: fn(&Estimate, usize) -> f64, i: usize| {
-            frame
-                .estimates
-                .iter()
-                .map(move |e| or_gap(e, |e| value(e, i)))
-        };
-        self.times.push(frame.truth.time);
-        for (i, wheel) in wheels.iter().enumerate() {
-            let normal = wheel.normal_force;
-            self.normal_force[i].push([normal]);
-            self.normal_force[i].push(estimated(|e, i| e.normal_force[i], i));
-            self.traction[i].push([wheel.traction]);
-            self.traction[i].push(estimated(|e, i| e.traction[i], i));
-            self.error[i].push(estimated(|e, i| e.normal_force[i], i).map(|n| n - normal));
-        }
-        self.rms_error.push(
-            frame
-                .estimates
-                .iter()
-                .map(|e| or_gap(e, |e| rms_error(e, wheels))),
-        );
-        self.contact_angle
-            .push(wheels.map(|w| w.contact_angle.to_degrees()));
-        self.contact_angle.push(
-            frame
-                .sensors
-                .contact_angle
-                .map(|g| g.map_or(f64::NAN, f64::to_degrees)),
-        );
-        self.friction
-            .push(wheels.map(|w| needed_friction(w.traction, w.normal_force)));
-        if let Some(estimate) = chosen.map(|k| &frame.estimates[k]) {
-            self.friction.push([0, 1, 2].map(|i| {
-                or_gap(estimate, |e| {
-                    needed_friction(e.traction[i], e.normal_force[i])
-                })
-            }));
-        }
+        let errors = frame
+            .estimates
+            .iter()
+            .map(|e| or_gap(e, |e| rms_error(e, wheels)));
+        self.rms_error.push(time, errors);
+        let angles = wheels.iter().map(|w| w.contact_angle);
+        let given = frame.sensors.contact_angle;
+        let angles = angles.chain(given.map(|g| g.unwrap_or(f64::NAN)));
+        self.contact_angle.push(time, angles.map(f64::to_degrees));
+        self.push_friction(frame);
+        self.push_residuals(frame);
     }
 
     /// Logs what has come since the last time.
-    pub(crate) fn flush(&mut self, out: &mut RrdWriter) -> Result<(), ViewerError> {
-        let times = std::mem::take(&mut self.times);
-        self.plots_mut()
-            .try_for_each(|plot| plot.flush(out, &times))
-    }
-
-    fn plots(&self) -> impl Iterator<Item = &Plot> {
-        let whole = [&self.rms_error, &self.contact_angle, &self.friction];
-        self.normal_force
-            .iter()
-            .chain(&self.traction)
-            .chain(&self.error)
-            .chain(whole)
-    }
-
-    fn plots_mut(&mut self) -> impl Iterator<Item = &mut Plot> {
+    pub(crate) fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
         let whole = [
             &mut self.rms_error,
             &mut self.contact_angle,
             &mut self.friction,
+            &mut self.margin,
+            &mut self.residual_force,
+            &mut self.residual_moment,
         ];
-        self.normal_force
+        self.true_normal
             .iter_mut()
+            .chain(&mut self.normal)
             .chain(&mut self.traction)
             .chain(&mut self.error)
+            .chain(self.bands.iter_mut().flatten())
             .chain(whole)
+            .chain(&mut self.parity)
+            .try_for_each(|plot| plot.flush(out))
+    }
+
+    fn push_forces(&mut self, frame: &Frame<'_>, i: usize) {
+        let (time, wheel) = (frame.truth.time, &frame.truth.wheels[i]);
+        let normal = |e: &_| or_gap(e, |e: &Estimate| e.normal_force[i]);
+        let traction = |e: &_| or_gap(e, |e: &Estimate| e.traction[i]);
+        let estimates = frame.estimates;
+        self.true_normal[i].push(time, [wheel.normal_force]);
+        self.normal[i].push(time, estimates.iter().map(normal));
+        let tractions = std::iter::once(wheel.traction).chain(estimates.iter().map(traction));
+        self.traction[i].push(time, tractions);
+        let errors = estimates.iter().map(|e| normal(e) - wheel.normal_force);
+        self.error[i].push(time, errors);
+        for (band, estimate) in self.bands.iter_mut().zip(estimates) {
+            let sigma = estimate.as_ref().ok().and_then(|e| e.sigma_normal(i));
+            if let Some(sigma) = sigma {
+                band[i].push(time, [2.0 * sigma, -2.0 * sigma]);
+            }
+        }
+    }
+
+    fn push_friction(&mut self, frame: &Frame<'_>) {
+        let (time, wheels) = (frame.truth.time, &frame.truth.wheels);
+        let needed = wheels.map(|w| needed_friction(w.traction, w.normal_force));
+        let estimated = self.chosen.map(|k| {
+            [0, 1, 2].map(|i| {
+                or_gap(&frame.estimates[k], |e| {
+                    needed_friction(e.traction[i], e.normal_force[i])
+                })
+            })
+        });
+        let largest = wheels.map(|w| {
+            let x = contact_point(&w, self.radius).x;
+            self.friction_law.at(&self.stretches, x).mu_s
+        });
+        let margin = |i: usize, needed: f64| largest[i % 3] - needed.abs();
+        let all = || needed.into_iter().chain(estimated.into_iter().flatten());
+        self.friction.push(time, all());
+        self.margin
+            .push(time, all().enumerate().map(|(i, n)| margin(i, n)));
+    }
+
+    fn push_residuals(&mut self, frame: &Frame<'_>) {
+        let time = frame.truth.time;
+        if let Some(k) = self.chosen {
+            let residual = |row: usize| or_gap(&frame.estimates[k], |e| e.residual[row]);
+            self.residual_force.push(time, [residual(0), residual(1)]);
+            self.residual_moment.push(time, [residual(2), residual(3)]);
+        }
+        for (plot, estimate) in self.parity.iter_mut().zip(frame.estimates) {
+            if let Some(parity) = estimate.as_ref().ok().and_then(|e| e.parity) {
+                let band = 2.0 * parity.sigma;
+                plot.push(time, [parity.value, band, -band]);
+            }
+        }
     }
 }
 
@@ -147,9 +223,9 @@ impl Series {
 fn of_all_wheels(first: &str, second: Option<&str>, unit: &str) -> Vec<Line> {
     let name = |i: usize, source: &str| format!("{} {source} [{unit}]", WHEEL_NAMES[i]);
     let wide = (0..3).map(|i| Line::truth(name(i, first), WHEELS[i]));
-    let narrow = second.into_iter().flat_map(|source| {
-        (0..3).map(move |i| Line::estimate(name(i, source), WHEELS[i].estimator(0)))
-    });
+    let narrow = second
+        .into_iter()
+        .flat_map(|source| (0..3).map(move |i| Line::estimate(name(i, source), WHEELS[i].light())));
     wide.chain(narrow).collect()
 }
 

@@ -1,9 +1,13 @@
 //! Outlines of the robot's parts, each in its own frame: origin in the centre of mass, nominal pose.
 
-use robhaz_model::{Bar, Geometry, MassSet, Pin, Vec2};
+use robhaz_model::{Bar, Geometry, MassSet, Pin, PinStop, Vec2};
 
 /// Spokes of a wheel: few enough to see it turn.
 const SPOKES: u32 = 5;
+/// Where the mark of a stop starts and ends, m from Q.
+const STOP_TICK: [f64; 2] = [0.03, 0.08];
+/// Pieces of the arc between the stops.
+const STOP_PIECES: u32 = 24;
 
 /// A link as a polyline through its own pins and axles, from rear to front, m.
 pub(crate) fn link(geometry: &Geometry, bar: Bar) -> Vec<Vec2> {
@@ -43,6 +47,25 @@ pub(crate) fn spokes(radius: f64) -> Vec<[Vec2; 2]> {
         .collect()
 }
 
+/// The stops of pin Q in the frame of link 2, m: the arc over which link 1 (its line from Q to P) can turn, the lower stop, the
+/// upper one.
+pub(crate) fn stops(geometry: &Geometry) -> [Vec<Vec2>; 3] {
+    let q = geometry.pins.q - geometry.cg(Bar::Link2);
+    let towards_p = geometry.pins.p - geometry.pins.q;
+    let nominal = towards_p.y.atan2(towards_p.x);
+    let at = |radius: f64, turn: f64| {
+        let (sin, cos) = (nominal + turn).sin_cos();
+        q + Vec2::new(cos, sin) * radius
+    };
+    let PinStop { lower, upper, .. } = geometry.stop;
+    let tick = |turn: f64| STOP_TICK.map(|radius| at(radius, turn)).to_vec();
+    let arc = (0..=STOP_PIECES)
+        .map(|i| lower + (upper - lower) * f64::from(i) / f64::from(STOP_PIECES))
+        .map(|turn| at(STOP_TICK[1], turn))
+        .collect();
+    [arc, tick(lower), tick(upper)]
+}
+
 fn pins_of(geometry: &Geometry, bar: Bar) -> impl Iterator<Item = Vec2> {
     Pin::ALL
         .into_iter()
@@ -68,6 +91,21 @@ mod tests {
         ]
         .map(|p| p - cg);
         assert_eq!(found, expected);
+    }
+
+    /// With link 1 turned to a stop, its line from Q to P lies along the mark of that stop.
+    #[test]
+    fn link_1_meets_its_stops() {
+        let geometry = Geometry::a();
+        let [_, lower, upper] = stops(&geometry);
+        let q = geometry.pins.q - geometry.cg(Bar::Link2);
+        for (mark, turn) in [(lower, geometry.stop.lower), (upper, geometry.stop.upper)] {
+            let line = robhaz_model::rotate(geometry.pins.p - geometry.pins.q, turn);
+            for point in mark {
+                assert!(robhaz_model::cross(line, point - q).abs() < 1e-12);
+                assert!(line.dot(&(point - q)) > 0.0);
+            }
+        }
     }
 
     /// The box has the body's inertia: m (w^2 + h^2)/12; the outline is closed and meets P and S.

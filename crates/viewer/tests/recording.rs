@@ -7,12 +7,15 @@ mod common;
 use re_sdk::external::re_log_encoding::Decoder;
 use re_sdk::log::{Chunk, LogMsg};
 use re_sdk::{Component, ComponentIdentifier, StoreKind};
-use re_sdk_types::archetypes::{Arrows2D, Scalars, TextLog, Transform3D};
-use re_sdk_types::components::{Scalar, Text, Translation3D, Vector2D};
-use robhaz_estimator::EstimateError;
+use re_sdk_types::archetypes::{
+    Arrows2D, LineStrips2D, Scalars, StateChange, TextLog, Transform3D,
+};
+use re_sdk_types::components::{LineStrip2D, Scalar, Text, Translation3D, Vector2D};
+use robhaz_estimator::{EstimateError, Flags, Parity};
 use robhaz_run::{Frame, RunEnd, Sink, SinkError};
 use robhaz_scene::Scene;
-use robhaz_viewer::{RecordingSink, ViewerError};
+use robhaz_sim::friction::Stretch;
+use robhaz_viewer::{ComparedRun, RecordingSink, ViewerError, recording_end, save_comparison};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufReader;
@@ -78,22 +81,23 @@ fn events(chunks: &BTreeMap<String, Vec<Chunk>>) -> Vec<(f64, String)> {
         .collect()
 }
 
-/// 3 s at 1 kHz are 751 rows of each series and 181 frames, in less than 1 MB; the layout is there and active.
+/// 3 s at 1 kHz are 601 rows of each series and 181 frames; the layout is there and active.
 #[test]
 fn a_run_is_recorded_with_its_layout() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("run.rrd");
     record(&common::smooth(3.0), &path);
-    assert!(std::fs::metadata(&path).expect("a file").len() < 1_000_000);
 
     let chunks = chunks(&path);
     for wheel in 1..=3 {
-        let forces = scalars(&chunks, &format!("/series/normal_force/wheel{wheel}"));
-        assert_eq!(forces.len(), 751);
-        // True, paper-body, paper-wheels, true-mass.
-        assert!(forces.iter().all(|(_, row)| row.len() == 4));
-        let last = forces.last().expect("rows");
-        assert!((last.0 - 3.0).abs() < 1e-9);
+        for (source, lines) in [("actual", 1), ("estimated", 3)] {
+            let entity = format!("/series/normal_force/wheel{wheel}/{source}");
+            let forces = scalars(&chunks, &entity);
+            assert_eq!(forces.len(), 601);
+            assert!(forces.iter().all(|(_, row)| row.len() == lines));
+            let last = forces.last().expect("rows");
+            assert!((last.0 - 3.0).abs() < 1e-9);
+        }
 
         let entity = format!("/world/robot/wheel{wheel}");
         let component = Transform3D::descriptor_translation().component;
@@ -102,13 +106,16 @@ fn a_run_is_recorded_with_its_layout() {
     }
     for (entity, series) in [
         ("traction/wheel1", 4),
-        ("error_of_normal_force/wheel3", 3),
+        ("error_of_normal_force/wheel3/error", 3),
         ("error_of_normal_force/rms", 3),
         ("contact_angle", 6),
         ("friction", 6),
+        ("slip_margin", 6),
+        ("residual/force", 2),
+        ("residual/moment", 2),
     ] {
         let found = scalars(&chunks, &format!("/series/{entity}"));
-        assert_eq!(found.len(), 751, "{entity}");
+        assert_eq!(found.len(), 601, "{entity}");
         assert!(found.iter().all(|(_, row)| row.len() == series), "{entity}");
     }
     for entity in [
@@ -120,6 +127,10 @@ fn a_run_is_recorded_with_its_layout() {
         "/world/robot/pins",
         "/world/robot/contacts",
         "/world/robot/wheel2/spokes",
+        "/world/robot/link2/stops",
+        "/wheels/front",
+        "/trust/true-mass",
+        "/key/3/0",
         "/world/forces/true/normal",
         "/world/forces/true/traction",
         "/world/forces/estimated/normal",
@@ -128,6 +139,14 @@ fn a_run_is_recorded_with_its_layout() {
         "/world/follow",
     ] {
         assert!(chunks.contains_key(entity), "{entity}");
+    }
+    // What the paper's estimators do not know is not shown as if it were zero.
+    for absent in ["/two_sigma", "/band/", "/parity/"] {
+        let rows = chunks.iter().filter(|(entity, _)| entity.contains(absent));
+        let mut with_time = rows
+            .flat_map(|(_, chunks)| chunks)
+            .filter(|c| !c.is_static());
+        assert!(with_time.next().is_none(), "{absent}");
     }
 
     let messages = messages(&path);
@@ -145,6 +164,19 @@ fn a_run_is_recorded_with_its_layout() {
     assert!(parts.count() > 50);
 }
 
+/// The aim for the main scene: 20 s at 1 kHz, three estimators, in less than 5 MB.
+#[test]
+fn twenty_seconds_take_less_than_five_megabytes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.rrd");
+    let mut scene = common::smooth(20.0);
+    scene.engine.kind = robhaz_scene::EngineKind::Direct;
+    record(&scene, &path);
+    let size = std::fs::metadata(&path).expect("a file").len();
+    assert!(size < 5_000_000, "{size} bytes");
+    assert!((recording_end(&path).expect("a recording").expect("rows") - 20.0).abs() < 1e-9);
+}
+
 /// The scene and the series tell the same: an arrow of the true N is the plotted N at 0.15 m for the mean wheel load.
 #[test]
 fn arrows_have_the_length_of_the_plotted_force() {
@@ -157,7 +189,7 @@ fn arrows_have_the_length_of_the_plotted_force() {
     let arrows = rows::<Vector2D>(&chunks, "/world/forces/true/normal", component);
     let scale = 0.15 / scene.robot.robot.mean_wheel_load();
     let mut compared = 0;
-    for (time, forces) in scalars(&chunks, "/series/normal_force/wheel2") {
+    for (time, forces) in scalars(&chunks, "/series/normal_force/wheel2/actual") {
         let Some((_, row)) = arrows.iter().find(|(t, _)| (t - time).abs() < 1e-9) else {
             continue;
         };
@@ -216,9 +248,10 @@ fn a_killed_run_can_be_read() {
     // Dropping would close the file in good order.
     std::mem::forget(sink);
 
-    let forces = scalars(&chunks(&path), "/series/normal_force/wheel1");
-    assert_eq!(forces.len(), 501);
-    assert!((forces[500].0 - 2.0).abs() < 1e-9);
+    let forces = scalars(&chunks(&path), "/series/normal_force/wheel1/actual");
+    assert_eq!(forces.len(), 401);
+    assert!((forces[400].0 - 2.0).abs() < 1e-9);
+    assert!((recording_end(&path).expect("a recording").expect("rows") - 2.0).abs() < 1e-9);
 }
 
 /// Hands on the records of a run with things that ideal rolling does not show.
@@ -248,11 +281,23 @@ impl Sink for Eventful {
             truth.links[0].angle = truth.links[1].angle + 0.62;
         }
         if (400.0..500.0).contains(&ms) {
-            let field = "motor_torque";
-            estimates[2] = Err(EstimateError::NotFinite { field });
+            estimates[2] = Err(EstimateError::Singular);
         }
         if ms >= 500.0 {
             truth.wheels[0].position.x += 10.0;
+        }
+        if (500.0..550.0).contains(&ms) {
+            truth.wheels[2].slip_speed = -0.03;
+        }
+        if let (Ok(estimate), true) = (&mut estimates[1], ms >= 500.0) {
+            estimate.covariance = Some(known_covariance());
+            estimate.parity = Some(Parity {
+                value: 0.5,
+                sigma: 0.25,
+            });
+            if ms < 550.0 {
+                estimate.flags = Flags::WHEEL_UNLOADED[0] | Flags::AT_STOP;
+            }
         }
         self.0.frame(&Frame {
             truth: &truth,
@@ -299,7 +344,14 @@ fn events_and_gaps_are_shown_where_they_happen() {
             0.4,
             "true-mass: no estimate, the reading motor_torque is not a finite number",
         ),
+        (0.5, "rear wheel starts to slide at x = -0.300 m"),
+        (
+            0.5,
+            "paper-wheels: flags: wheel 1 unloaded, linkage at a stop",
+        ),
         (0.5, "true-mass: estimates again"),
+        (0.55, "rear wheel grips again at x = -0.300 m"),
+        (0.55, "paper-wheels: no flag any more"),
         (0.6, "the run broke off: this is its last record"),
     ];
     assert_eq!(events.len(), expected.len(), "{events:#?}");
@@ -309,10 +361,10 @@ fn events_and_gaps_are_shown_where_they_happen() {
     }
 
     assert_eq!(chunks["/world/ground"].len(), 2);
-    for (time, row) in scalars(&chunks, "/series/normal_force/wheel1") {
+    for (time, row) in scalars(&chunks, "/series/normal_force/wheel1/estimated") {
         let refused = (0.4 - 1e-9..0.5 - 1e-9).contains(&time);
-        assert_eq!(row[3].is_nan(), refused, "t = {time}");
-        assert!(row[..3].iter().all(|n| n.is_finite()));
+        assert_eq!(row[2].is_nan(), refused, "t = {time}");
+        assert!(row[..2].iter().all(|n| n.is_finite()));
     }
     for (time, row) in scalars(&chunks, "/series/friction") {
         let in_the_air = (0.1 - 1e-9..0.2 - 1e-9).contains(&time);
@@ -325,6 +377,227 @@ fn events_and_gaps_are_shown_where_they_happen() {
     }
 }
 
+/// Lanes say the same as the events, and a stop that is reached is drawn while it is.
+#[test]
+fn lanes_and_stops_follow_the_events() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.rrd");
+    let mut sink = Eventful(RecordingSink::save(&path).expect("a file"));
+    robhaz_run::run(&common::smooth(0.6), &mut [&mut sink]).expect("a run");
+    let chunks = chunks(&path);
+    let lane = |entity: &str| {
+        let component = StateChange::descriptor_state().component;
+        let changes = rows::<Text>(&chunks, entity, component);
+        let changes = changes.into_iter();
+        changes
+            .map(|(time, row)| ((time * 1e3).round() as i64, row[0].to_string()))
+            .collect::<Vec<_>>()
+    };
+    let states = |list: &[(i64, &str)]| -> Vec<(i64, String)> {
+        list.iter().map(|(ms, s)| (*ms, (*s).to_owned())).collect()
+    };
+    let front = [(0, "grips"), (100, "in the air"), (200, "grips")];
+    assert_eq!(lane("/wheels/front"), states(&front));
+    let rear = [(0, "grips"), (500, "slips"), (550, "grips")];
+    assert_eq!(lane("/wheels/rear"), states(&rear));
+    let flagged = [
+        (0, "trusted"),
+        (500, "wheel 1 unloaded, linkage at a stop"),
+        (550, "trusted"),
+    ];
+    assert_eq!(lane("/trust/paper-wheels"), states(&flagged));
+    let refusing = [(0, "trusted"), (400, "no estimate"), (500, "trusted")];
+    assert_eq!(lane("/trust/true-mass"), states(&refusing));
+
+    let component = LineStrips2D::descriptor_strips().component;
+    let stop = rows::<LineStrip2D>(&chunks, "/world/robot/link2/stops/reached", component);
+    let drawn: Vec<(bool, usize)> = stop.iter().map(|(t, row)| (*t > 0.35, row.len())).collect();
+    assert_eq!(drawn, [(false, 1), (true, 0)]);
+}
+
+/// Two standard deviations are shown from where an estimator knows them, around zero error, and parity with its own.
+#[test]
+fn two_sigma_is_shown_where_it_is_known() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.rrd");
+    let mut scene = common::smooth(0.6);
+    // Arrows show the last estimator where there is no true-mass.
+    scene.estimators[2].name = "other".to_owned();
+    scene.estimators.swap(1, 2);
+    let mut sink = Eventful(RecordingSink::save(&path).expect("a file"));
+    robhaz_run::run(&scene, &mut [&mut sink]).expect("a run");
+    let chunks = chunks(&path);
+    for wheel in 1..=3 {
+        let entity = format!("/series/error_of_normal_force/wheel{wheel}/band/other");
+        let band = scalars(&chunks, &entity);
+        assert_eq!(band.len(), 21, "from 0.5 s to 0.6 s at 200 Hz");
+        assert!(band[0].0 > 0.499);
+        for (_, edges) in band {
+            assert!((edges[0] - 4.0).abs() < 1e-12 && (edges[1] + 4.0).abs() < 1e-12);
+        }
+        let of_another = format!("/series/error_of_normal_force/wheel{wheel}/band/paper-body");
+        assert!(!chunks.contains_key(&of_another));
+    }
+    let parity = scalars(&chunks, "/series/parity/other");
+    assert!(
+        parity.iter().all(|(_, row)| row == &[0.5, 0.5, -0.5]),
+        "{parity:?}"
+    );
+}
+
+/// Bars of two sigma have the length of four standard deviations, on the scale of the arrows.
+#[test]
+fn bars_have_the_length_of_two_sigma_to_both_sides() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.rrd");
+    let mut scene = common::smooth(0.6);
+    scene.estimators.truncate(2);
+    // The wrapper below changes the second estimator, which is now the one that is drawn.
+    struct Known(RecordingSink);
+    impl Sink for Known {
+        fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
+            self.0.begin(scene)
+        }
+        fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
+            let mut estimates = frame.estimates.to_vec();
+            if let Ok(estimate) = &mut estimates[1] {
+                estimate.covariance = Some(known_covariance());
+            }
+            self.0.frame(&Frame {
+                estimates: &estimates,
+                ..*frame
+            })
+        }
+        fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
+            self.0.end(end)
+        }
+    }
+    let mut sink = Known(RecordingSink::save(&path).expect("a file"));
+    robhaz_run::run(&scene, &mut [&mut sink]).expect("a run");
+    let chunks = chunks(&path);
+    let metres_per_newton = 0.15 / scene.robot.robot.mean_wheel_load();
+    for (force, sigma) in [("normal", 2.0), ("traction", 1.0)] {
+        let entity = format!("/world/forces/estimated/{force}/two_sigma");
+        let component = LineStrips2D::descriptor_strips().component;
+        let bars = rows::<LineStrip2D>(&chunks, &entity, component);
+        assert_eq!(bars.len(), 37, "0.6 s at 60 Hz");
+        for bar in bars.iter().flat_map(|(_, row)| row) {
+            // Across, along, across: the third and fourth points are the ends.
+            let [near, far] = [bar.0[2], bar.0[3]];
+            let length = f64::from((far.x() - near.x()).hypot(far.y() - near.y()));
+            assert!(
+                (length - 4.0 * sigma * metres_per_newton).abs() < 1e-6,
+                "{force}"
+            );
+        }
+    }
+}
+
+/// Stretches with friction of their own are drawn where they are and say how slippery they are; the slip margin knows them.
+#[test]
+fn stretches_of_friction_are_told_apart() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.rrd");
+    let mut scene = common::smooth(0.3);
+    let stretch = |from, to, mu_s| Stretch {
+        from,
+        to,
+        mu_s,
+        mu_d: mu_s,
+    };
+    // Under the rear wheel alone; and out of sight.
+    scene.terrain.stretches = vec![stretch(-0.5, -0.1, 0.25), stretch(500.0, 501.0, 0.1)];
+    record(&scene, &path);
+    let chunks = chunks(&path);
+    let drawn = &chunks["/world/ground/stretches"][0];
+    let strips: Vec<_> = drawn
+        .iter_component::<LineStrip2D>(LineStrips2D::descriptor_strips().component)
+        .flat_map(|row| row.as_slice().to_vec())
+        .collect();
+    assert_eq!(strips.len(), 1);
+    let x = strips[0].0.iter().map(|p| p.x());
+    let (from, to) = x.fold((f32::MAX, f32::MIN), |(a, b), x| (a.min(x), b.max(x)));
+    assert!(
+        (from + 0.5).abs() < 1e-6 && (to + 0.1).abs() < 1e-6,
+        "{from} to {to}"
+    );
+    let labels: Vec<String> = drawn
+        .iter_component::<Text>(LineStrips2D::descriptor_labels().component)
+        .flat_map(|row| {
+            row.as_slice()
+                .iter()
+                .map(|text| text.0.to_string())
+                .collect::<Vec<_>>()
+        })
+        .collect();
+    assert_eq!(labels, ["mu_s 0.25, mu_d 0.25"]);
+
+    let needed = scalars(&chunks, "/series/friction");
+    for ((_, margin), (_, needed)) in scalars(&chunks, "/series/slip_margin").iter().zip(needed) {
+        for (i, mu_s) in [0.8, 0.8, 0.25, 0.8, 0.8, 0.25].into_iter().enumerate() {
+            assert!(
+                (margin[i] - (mu_s - needed[i].abs())).abs() < 1e-12,
+                "line {i}"
+            );
+        }
+    }
+}
+
+/// A comparison holds every row of both runs, the true N of both in common plots, and their difference at equal times.
+#[test]
+fn a_comparison_holds_both_runs() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [a, b, both] = ["a.rrd", "b.rrd", "both.rrd"].map(|name| folder.path().join(name));
+    let first = common::smooth(0.6);
+    let mut second = common::smooth(0.4);
+    second.engine.kind = robhaz_scene::EngineKind::Direct;
+    record(&first, &a);
+    record(&second, &b);
+    let run = |label, scene, recording| ComparedRun {
+        label,
+        scene,
+        recording,
+    };
+    let runs = [
+        run("rapier", &first, a.as_path()),
+        run("direct", &second, b.as_path()),
+    ];
+    save_comparison(&runs, &both).expect("a comparison");
+
+    let compared = chunks(&both);
+    for (k, path) in [&a, &b].into_iter().enumerate() {
+        let own = chunks(path);
+        for (entity, list) in own.iter().filter(|(e, _)| !e.starts_with("/__properties")) {
+            let there = &compared[&format!("/run{}{entity}", k + 1)];
+            let count = |list: &[Chunk]| list.iter().map(Chunk::num_rows).sum::<usize>();
+            assert_eq!(count(there), count(list), "{entity}");
+        }
+    }
+    let [front_a, front_b] =
+        [&a, &b].map(|path| scalars(&chunks(path), "/series/normal_force/wheel1/actual"));
+    assert_eq!(
+        scalars(&compared, "/compared/normal_force/wheel1/run1"),
+        front_a
+    );
+    assert_eq!(
+        scalars(&compared, "/compared/normal_force/wheel1/run2"),
+        front_b
+    );
+    let difference = scalars(&compared, "/compared/difference/wheel1/run2");
+    assert_eq!(difference.len(), front_b.len());
+    for ((_, found), ((_, a), (_, b))) in difference.iter().zip(front_a.iter().zip(&front_b)) {
+        assert!((found[0] - (b[0] - a[0])).abs() < 1e-12);
+        // Two engines at rest: the same force within what the README promises for rolling ground.
+        assert!(found[0].abs() < 0.05, "{found:?}");
+    }
+
+    let error = save_comparison(&runs[..1], &both).expect_err("one run");
+    assert!(error.to_string().contains("two runs"), "{error}");
+    let missing = run("missing", &first, Path::new("/nowhere/run.rrd"));
+    let error = save_comparison(&[runs[0], missing], &both).expect_err("no recording");
+    assert!(error.to_string().contains("/nowhere/run.rrd"), "{error}");
+}
+
 /// A robot without estimators can be looked at too.
 #[test]
 fn a_scene_without_estimators_is_recorded() {
@@ -333,8 +606,19 @@ fn a_scene_without_estimators_is_recorded() {
     let mut scene = common::smooth(0.1);
     scene.estimators.clear();
     record(&scene, &path);
-    let forces = scalars(&chunks(&path), "/series/normal_force/wheel1");
-    assert!(forces.iter().all(|(_, row)| row.len() == 1));
+    let chunks = chunks(&path);
+    let forces = scalars(&chunks, "/series/normal_force/wheel1/actual");
+    assert!(!forces.is_empty() && forces.iter().all(|(_, row)| row.len() == 1));
+    assert!(!chunks.contains_key("/series/normal_force/wheel1/estimated"));
+}
+
+/// Standard deviations of 1 N for T and 2 N for N.
+fn known_covariance() -> [[f64; 6]; 6] {
+    let mut covariance = [[0.0; 6]; 6];
+    for (i, row) in covariance.iter_mut().enumerate() {
+        row[i] = if i % 2 == 0 { 1.0 } else { 4.0 };
+    }
+    covariance
 }
 
 /// Every error names its file.

@@ -1,11 +1,12 @@
-//! An `.rrd` file written chunk by chunk, without threads and without the clock.
+//! Messages of a recording, chunk by chunk, without the clock.
 //!
 //! The stream types of the SDK number rows by the clock, write in the background and only print what fails there. Here the
-//! encoder is called directly: errors come back to the caller, every chunk is in the file when the call returns, and the
-//! numbers of chunks and rows follow from the scene, so that the same run gives the same messages in the same order. (The index
-//! that closes the file lists recording and layout in either order.)
+//! messages are built and handed on directly: errors come back to the caller, and the numbers of chunks and rows follow from
+//! the scene, so that the same run gives the same messages in the same order. (The index that closes a file lists recording
+//! and layout in either order.)
 
 use crate::ViewerError;
+use crate::error::Cause;
 use re_sdk::external::re_log_encoding::{Encoder, EncodingOptions};
 use re_sdk::external::re_log_types::external::re_tuid::Tuid;
 use re_sdk::external::re_log_types::{
@@ -17,41 +18,76 @@ use re_sdk::{
     TimePoint, Timeline,
 };
 use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Name under which the viewer keeps layouts and recordings together.
 pub(crate) const APPLICATION: &str = "robhaz";
 /// Name of the timeline: simulated time.
 pub(crate) const TIMELINE: &str = "sim_time";
 
-/// An open recording and its layout.
-pub(crate) struct RrdWriter {
-    path: PathBuf,
-    encoder: Encoder<File>,
+/// Where messages go.
+pub(crate) trait Target {
+    /// Hands on one message.
+    fn send(&mut self, message: LogMsg) -> Result<(), Cause>;
+
+    /// No message follows.
+    fn finish(&mut self) -> Result<(), Cause>;
+}
+
+/// An `.rrd` file. Every message is in the file when the call returns.
+pub(crate) struct RrdFile(Encoder<File>);
+
+impl RrdFile {
+    /// A new file; an older one of that name is replaced at once.
+    pub(crate) fn create(path: &Path) -> Result<File, ViewerError> {
+        File::create(path).map_err(|source| ViewerError::Create {
+            path: path.to_owned(),
+            source,
+        })
+    }
+
+    /// Writes the header into an empty file.
+    pub(crate) fn begin(file: File) -> Result<Self, Cause> {
+        let version = re_sdk::build_info().version;
+        let encoder = Encoder::new_eager(version, EncodingOptions::PROTOBUF_COMPRESSED, file)?;
+        Ok(Self(encoder))
+    }
+}
+
+impl Target for RrdFile {
+    fn send(&mut self, message: LogMsg) -> Result<(), Cause> {
+        self.0.append(&message)?;
+        Ok(())
+    }
+
+    /// Writes the index that closes the file.
+    fn finish(&mut self) -> Result<(), Cause> {
+        Ok(self.0.finish()?)
+    }
+}
+
+/// Builds the messages of one recording and its layout.
+pub(crate) struct Writer {
+    destination: String,
+    target: Box<dyn Target>,
     recording: StoreId,
     layout: StoreId,
     fingerprint: u64,
     chunks: u64,
 }
 
-impl RrdWriter {
-    /// Starts a recording in an empty file. `fingerprint` tells recordings of the same name apart.
+impl Writer {
+    /// Starts a recording. `destination` is named in errors; `fingerprint` tells recordings of the same name apart.
     pub(crate) fn start(
-        path: &Path,
-        file: File,
+        destination: &str,
+        target: Box<dyn Target>,
         name: &str,
         fingerprint: u64,
     ) -> Result<Self, ViewerError> {
         let id = format!("{name}-{fingerprint:016x}");
-        let encoder = Encoder::new_eager(
-            re_sdk::build_info().version,
-            EncodingOptions::PROTOBUF_COMPRESSED,
-            file,
-        )
-        .map_err(ViewerError::write(path))?;
         let mut writer = Self {
-            path: path.to_owned(),
-            encoder,
+            destination: destination.to_owned(),
+            target,
             recording: StoreId::new(StoreKind::Recording, APPLICATION, id.clone()),
             layout: StoreId::new(StoreKind::Blueprint, APPLICATION, id),
             fingerprint,
@@ -60,7 +96,7 @@ impl RrdWriter {
         for store in [writer.recording.clone(), writer.layout.clone()] {
             let row_id = *writer.next_id();
             let info = StoreInfo::new(store, StoreSource::Other(APPLICATION.to_owned()));
-            writer.append(&SetStoreInfo { row_id, info }.into())?;
+            writer.send(SetStoreInfo { row_id, info }.into())?;
         }
         Ok(writer)
     }
@@ -85,7 +121,7 @@ impl RrdWriter {
         if times.is_empty() {
             return Ok(());
         }
-        let columns = columns.map_err(ViewerError::write(&self.path))?;
+        let columns = columns.map_err(ViewerError::write(&self.destination))?;
         let time = TimeColumn::new_duration_secs(TIMELINE, times.iter().copied());
         let chunk = Chunk::from_auto_row_ids(
             self.next_id(),
@@ -93,8 +129,21 @@ impl RrdWriter {
             std::iter::once((*time.timeline().name(), time)).collect(),
             columns.map(|c| (c.descriptor, c.list_array)).collect(),
         )
-        .map_err(ViewerError::write(&self.path))?;
-        self.send(self.recording.clone(), &chunk)
+        .map_err(ViewerError::write(&self.destination))?;
+        self.send_chunk(self.recording.clone(), &chunk)
+    }
+
+    /// Logs a chunk of another recording under an entity of this one.
+    pub(crate) fn copy(
+        &mut self,
+        chunk: &Chunk,
+        entity: impl Into<EntityPath>,
+    ) -> Result<(), ViewerError> {
+        let id = self.next_id();
+        let chunk = chunk
+            .clone_as(id, RowId::from_tuid((*id).next()))
+            .clone_with_new_entity_path(entity.into());
+        self.send_chunk(self.recording.clone(), &chunk)
     }
 
     /// Logs a part of the layout.
@@ -115,14 +164,14 @@ impl RrdWriter {
             make_active: true,
             make_default: true,
         };
-        self.append(&command.into())
+        self.send(command.into())
     }
 
-    /// Writes the index that closes the file.
+    /// No message follows.
     pub(crate) fn finish(&mut self) -> Result<(), ViewerError> {
-        self.encoder
+        self.target
             .finish()
-            .map_err(ViewerError::write(&self.path))
+            .map_err(ViewerError::write(&self.destination))
     }
 
     fn row(
@@ -137,22 +186,21 @@ impl RrdWriter {
         let chunk = Chunk::builder_with_id(id, entity)
             .with_archetype(row, time, what)
             .build()
-            .map_err(ViewerError::write(&self.path))?;
-        self.send(store, &chunk)
+            .map_err(ViewerError::write(&self.destination))?;
+        self.send_chunk(store, &chunk)
     }
 
-    fn send(&mut self, store: StoreId, chunk: &Chunk) -> Result<(), ViewerError> {
+    fn send_chunk(&mut self, store: StoreId, chunk: &Chunk) -> Result<(), ViewerError> {
         let message = chunk
             .to_arrow_msg()
-            .map_err(ViewerError::write(&self.path))?;
-        self.append(&LogMsg::ArrowMsg(store, message))
+            .map_err(ViewerError::write(&self.destination))?;
+        self.send(LogMsg::ArrowMsg(store, message))
     }
 
-    fn append(&mut self, message: &LogMsg) -> Result<(), ViewerError> {
-        self.encoder
-            .append(message)
-            .map(|_| ())
-            .map_err(ViewerError::write(&self.path))
+    fn send(&mut self, message: LogMsg) -> Result<(), ViewerError> {
+        self.target
+            .send(message)
+            .map_err(ViewerError::write(&self.destination))
     }
 
     /// Rows of a chunk are numbered on from the chunk's number. The upper half stands where the SDK puts the time; it stays

@@ -1,0 +1,188 @@
+//! `--rerun`: whether and how a run is recorded for the viewer, and shown while it goes on.
+
+#[cfg(feature = "viewer")]
+use crate::terminal::say;
+#[cfg(feature = "viewer")]
+use miette::IntoDiagnostic;
+use miette::Result;
+use robhaz_run::Sink;
+use std::path::Path;
+
+/// Port that `serve` listens at.
+#[cfg(feature = "viewer")]
+const PORT: u16 = 9876;
+
+/// What `--rerun` can be.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Rerun {
+    /// Nothing for the viewer.
+    Off,
+    /// `run.rrd` in the run's folder.
+    Save,
+    /// As `Save`, and live in the viewer of this machine, which is started if need be.
+    Spawn,
+    /// As `Save`, and live in a viewer that listens at an address.
+    Connect(String),
+    /// As `Save`, and live for viewers that connect to this command.
+    Serve,
+}
+
+impl Rerun {
+    /// What is done where nothing is said.
+    pub const DEFAULT: &str = if cfg!(feature = "viewer") {
+        "save"
+    } else {
+        "off"
+    };
+
+    /// Reads the value of the option.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        match text.split_once('=') {
+            None => match text {
+                "off" => Ok(Self::Off),
+                "save" => Ok(Self::Save),
+                "spawn" => Ok(Self::Spawn),
+                "connect" => Ok(Self::Connect("127.0.0.1:9876".to_owned())),
+                "serve" => Ok(Self::Serve),
+                _ => Err(Self::allowed()),
+            },
+            Some(("connect", address)) if !address.is_empty() => {
+                Ok(Self::Connect(address.to_owned()))
+            }
+            Some(_) => Err(Self::allowed()),
+        }
+    }
+
+    fn allowed() -> String {
+        "allowed are off, save, spawn, connect, connect=HOST:PORT, connect=rerun+http://HOST:PORT/proxy and serve".to_owned()
+    }
+}
+
+/// The viewer's sinks of a run.
+#[cfg(feature = "viewer")]
+pub struct Viewing {
+    choice: Rerun,
+    recording: Option<robhaz_viewer::RecordingSink>,
+    live: Option<robhaz_viewer::LiveSink>,
+}
+
+#[cfg(feature = "viewer")]
+impl Viewing {
+    /// Opens the line to a viewer that a choice needs.
+    pub fn open(choice: &Rerun) -> Result<Self> {
+        use robhaz_viewer::LiveSink;
+        let live = match choice {
+            Rerun::Off | Rerun::Save => None,
+            Rerun::Spawn => Some(LiveSink::spawn()),
+            Rerun::Connect(address) => Some(LiveSink::connect(address)),
+            Rerun::Serve => Some(LiveSink::serve(PORT)),
+        };
+        let live = live.transpose().into_diagnostic()?;
+        if let Some(live) = live.as_ref().filter(|live| live.is_serving()) {
+            let address = live.address();
+            say(&format!("Watch with: rerun --connect {address}"))?;
+        }
+        Ok(Self {
+            choice: choice.clone(),
+            recording: None,
+            live,
+        })
+    }
+
+    /// Lets the run be recorded in its folder, unless that is off.
+    pub fn record(&mut self, folder: &Path) -> Result<()> {
+        if self.choice != Rerun::Off {
+            let recording = robhaz_viewer::RecordingSink::save(&folder.join("run.rrd"));
+            self.recording = Some(recording.into_diagnostic()?);
+        }
+        Ok(())
+    }
+
+    /// The sinks, to be told of every record.
+    pub fn sinks(&mut self) -> impl Iterator<Item = &mut dyn Sink> {
+        let recording = self.recording.as_mut().map(|s| s as &mut dyn Sink);
+        let live = self.live.as_mut().map(|s| s as &mut dyn Sink);
+        recording.into_iter().chain(live)
+    }
+
+    /// After the run: says what a viewer did not get; goes on serving until the user ends the command.
+    pub fn finish(self) -> Result<()> {
+        let Some(live) = self.live else {
+            return Ok(());
+        };
+        let report = live.report();
+        if report.dropped > 0 {
+            let why = if report.lost {
+                "it takes no more"
+            } else {
+                "it went away, or was slower than the run"
+            };
+            eprintln!(
+                "The viewer at {} did not get {} of {} records: {why}.",
+                live.address(),
+                report.dropped,
+                report.offered,
+            );
+        }
+        if live.is_serving() {
+            say("The run is over and can still be watched; Ctrl-C ends.")?;
+            loop {
+                std::thread::park();
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Without the viewer's libraries there is nothing to be told.
+#[cfg(not(feature = "viewer"))]
+pub struct Viewing;
+
+#[cfg(not(feature = "viewer"))]
+impl Viewing {
+    /// Refuses what this build cannot do.
+    pub fn open(choice: &Rerun) -> Result<Self> {
+        match choice {
+            Rerun::Off => Ok(Self),
+            _ => miette::bail!(
+                "this robhaz was built without the viewer: build it without --no-default-features"
+            ),
+        }
+    }
+
+    /// Nothing to be recorded.
+    pub fn record(&mut self, _folder: &Path) -> Result<()> {
+        Ok(())
+    }
+
+    /// No sinks.
+    pub fn sinks(&mut self) -> impl Iterator<Item = &mut dyn Sink> {
+        std::iter::empty()
+    }
+
+    /// Nothing to be done.
+    pub fn finish(self) -> Result<()> {
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_choice_has_a_name_and_nothing_else_is_taken() {
+        let connect = |address: &str| Ok(Rerun::Connect(address.to_owned()));
+        assert_eq!(Rerun::parse("off"), Ok(Rerun::Off));
+        assert_eq!(Rerun::parse("save"), Ok(Rerun::Save));
+        assert_eq!(Rerun::parse("spawn"), Ok(Rerun::Spawn));
+        assert_eq!(Rerun::parse("serve"), Ok(Rerun::Serve));
+        assert_eq!(Rerun::parse("connect"), connect("127.0.0.1:9876"));
+        assert_eq!(Rerun::parse("connect=host:1"), connect("host:1"));
+        for bad in ["", "on", "connect=", "save=x", "SAVE"] {
+            let error = Rerun::parse(bad).unwrap_err();
+            assert!(error.contains("connect=HOST:PORT"), "{bad}: {error}");
+        }
+        assert!(Rerun::parse(Rerun::DEFAULT).is_ok());
+    }
+}

@@ -1,0 +1,49 @@
+//! How fast a run may go.
+
+use robhaz_run::{Frame, RunEnd, Sink, SinkError};
+use robhaz_scene::Scene;
+use std::time::{Duration, Instant};
+
+/// How fast a run may go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Pace {
+    /// As fast as it can.
+    Fast,
+    /// No faster than the clock.
+    RealTime,
+}
+
+/// A sink that holds a run back until the clock has come to each record.
+pub struct PaceSink {
+    pace: Pace,
+    start: Instant,
+}
+
+impl PaceSink {
+    /// A sink whose clock starts with the run.
+    pub fn new(pace: Pace) -> Self {
+        Self {
+            pace,
+            start: Instant::now(),
+        }
+    }
+}
+
+impl Sink for PaceSink {
+    fn begin(&mut self, _scene: &Scene) -> Result<(), SinkError> {
+        self.start = Instant::now();
+        Ok(())
+    }
+
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
+        if self.pace == Pace::RealTime {
+            let due = Duration::from_secs_f64(frame.truth.time);
+            std::thread::sleep(due.saturating_sub(self.start.elapsed()));
+        }
+        Ok(())
+    }
+
+    fn end(&mut self, _end: Option<&RunEnd>) -> Result<(), SinkError> {
+        Ok(())
+    }
+}

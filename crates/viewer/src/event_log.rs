@@ -1,0 +1,116 @@
+//! Events as lines of text, and lanes that show the state of each wheel and estimator over time.
+
+use crate::ViewerError;
+use crate::colours::{Colour, WHEELS};
+use crate::events::{Change, Confidence, Found, WheelState};
+use crate::series::WHEEL_NAMES;
+use crate::writer::Writer;
+use re_sdk_types::archetypes::{StateChange, StateConfiguration, TextLog};
+use robhaz_estimator::Flags;
+use robhaz_scene::Scene;
+
+/// Nothing to be worried about: hardly to be seen.
+const CALM: Colour = Colour([0x30, 0x30, 0x30]);
+/// To be looked at.
+const WARNING: Colour = Colour([0xE6, 0x9F, 0x00]);
+/// Something is missing.
+const ABSENT: Colour = Colour([0xF0, 0xF0, 0xF0]);
+
+/// Logs what is found.
+pub(crate) struct EventLog {
+    names: Vec<String>,
+    /// What estimators have said of themselves so far, each with a colour.
+    seen: Vec<String>,
+}
+
+impl EventLog {
+    /// The log of a scene.
+    pub(crate) fn new(scene: &Scene) -> Self {
+        Self {
+            names: scene.estimators.iter().map(|e| e.name.clone()).collect(),
+            seen: [Confidence::Estimates(Flags::default()), Confidence::Refuses]
+                .map(Confidence::name)
+                .into(),
+        }
+    }
+
+    /// Logs how the lanes look.
+    pub(crate) fn declare(&self, out: &mut Writer) -> Result<(), ViewerError> {
+        for (i, wheel) in WHEEL_NAMES.iter().enumerate() {
+            let colour = |state: WheelState| match state {
+                WheelState::Grips => CALM,
+                WheelState::Slips => WHEELS[i],
+                WheelState::InTheAir => ABSENT,
+            };
+            out.constant(
+                format!("wheels/{wheel}"),
+                &StateConfiguration::new()
+                    .with_values(WheelState::ALL.map(WheelState::name))
+                    .with_colors(WheelState::ALL.map(colour)),
+            )?;
+        }
+        self.declare_estimators(out)
+    }
+
+    /// Logs what was found.
+    pub(crate) fn log(&mut self, found: Found, out: &mut Writer) -> Result<(), ViewerError> {
+        let times: Vec<f64> = found.events.iter().map(|e| e.time).collect();
+        let columns = TextLog::update_fields()
+            .with_many_text(found.events.iter().map(|e| e.text.as_str()))
+            .with_many_level(found.events.iter().map(|e| e.level))
+            .with_many_color(found.events.iter().map(|e| e.colour));
+        out.columns("events", &times, columns.columns_of_unit_batches())?;
+
+        for (i, wheel) in WHEEL_NAMES.iter().enumerate() {
+            let lane = format!("wheels/{wheel}");
+            log_lane(&lane, i, &found.wheels, out, |s| s.name().to_owned())?;
+        }
+        let before = self.seen.len();
+        for name in found.estimators.iter().map(|c| c.state.name()) {
+            if !self.seen.contains(&name) {
+                self.seen.push(name);
+            }
+        }
+        if self.seen.len() > before {
+            self.declare_estimators(out)?;
+        }
+        for (k, name) in self.names.iter().enumerate() {
+            log_lane(
+                &format!("trust/{name}"),
+                k,
+                &found.estimators,
+                out,
+                Confidence::name,
+            )?;
+        }
+        Ok(())
+    }
+
+    fn declare_estimators(&self, out: &mut Writer) -> Result<(), ViewerError> {
+        let colours = self.seen.iter().enumerate().map(|(i, _)| match i {
+            0 => CALM,
+            1 => ABSENT,
+            _ => WARNING,
+        });
+        let configuration = StateConfiguration::new()
+            .with_values(self.seen.iter().map(String::as_str))
+            .with_colors(colours);
+        for name in &self.names {
+            out.constant(format!("trust/{name}"), &configuration)?;
+        }
+        Ok(())
+    }
+}
+
+fn log_lane<S: Copy>(
+    lane: &str,
+    place: usize,
+    changes: &[Change<S>],
+    out: &mut Writer,
+    name: impl Fn(S) -> String,
+) -> Result<(), ViewerError> {
+    let of_lane = || changes.iter().filter(|c| c.place == place);
+    let times: Vec<f64> = of_lane().map(|c| c.time).collect();
+    let columns = StateChange::update_fields().with_state(of_lane().map(|c| name(c.state)));
+    out.columns(lane, &times, columns.columns_of_unit_batches())
+}

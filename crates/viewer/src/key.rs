@@ -1,0 +1,78 @@
+//! The key to the plots: one sample of every kind of line, in a view of its own, so that no legend lies on the data.
+
+use crate::ViewerError;
+use crate::colours::{Colour, WHEELS, by_place};
+use crate::convert::narrow;
+use crate::plot::Line;
+use crate::writer::Writer;
+use re_sdk_types::archetypes::LineStrips2D;
+use re_sdk_types::components::Radius;
+use robhaz_scene::Scene;
+
+/// Size of one place in the key, in its own units.
+pub(crate) const PLACE: [f64; 2] = [1.0, 0.3];
+/// Length of a sample.
+const SAMPLE: f64 = 0.5;
+/// Distance between the samples of a place, and of the lowest one from the top.
+const SPACING: f64 = 0.045;
+const LOWEST: f64 = 0.13;
+
+/// Samples with one label.
+pub(crate) struct Entry {
+    label: String,
+    /// From top to bottom.
+    colours: Vec<Colour>,
+    width: f32,
+}
+
+impl Entry {
+    /// Wide lines in the colours of the wheels.
+    pub(crate) fn of_wheels(label: &str) -> Self {
+        Self {
+            label: label.to_owned(),
+            colours: WHEELS.to_vec(),
+            width: Line::WIDE,
+        }
+    }
+
+    /// A narrow line in the colour of a place.
+    pub(crate) fn of_place(label: &str, place: usize) -> Self {
+        Self {
+            label: label.to_owned(),
+            colours: vec![by_place(place)],
+            width: Line::NARROW,
+        }
+    }
+}
+
+/// The key to the plots of a run.
+pub(crate) fn of_run(scene: &Scene) -> Vec<Entry> {
+    let names = scene.estimators.iter().enumerate();
+    let estimators = names.map(|(k, e)| Entry::of_place(&e.name, k));
+    let truth = Entry::of_wheels("true: front, middle, rear");
+    std::iter::once(truth).chain(estimators).collect()
+}
+
+/// Logs a key under an entity: its entries side by side.
+pub(crate) fn log(out: &mut Writer, entity: &str, entries: &[Entry]) -> Result<(), ViewerError> {
+    let mut left = 0.5 * (PLACE[0] - SAMPLE);
+    for (k, entry) in entries.iter().enumerate() {
+        let mut y = LOWEST;
+        for (i, colour) in entry.colours.iter().rev().enumerate() {
+            let ends = [left, left + SAMPLE].map(|x| [narrow(x), narrow(y)]);
+            // Labels stand below: the lowest line has it.
+            let label = (i == 0).then_some(entry.label.as_str());
+            out.constant(
+                format!("{entity}/{k}/{i}"),
+                &LineStrips2D::new([ends])
+                    .with_colors([*colour])
+                    .with_radii([Radius::new_ui_points(0.5 * entry.width)])
+                    .with_labels(label)
+                    .with_show_labels(true),
+            )?;
+            y -= SPACING;
+        }
+        left += PLACE[0];
+    }
+    Ok(())
+}

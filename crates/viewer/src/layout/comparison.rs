@@ -1,0 +1,106 @@
+//! The layout of several runs in one recording: robots side by side, true forces on top of each other, errors side by side.
+
+use super::{ContainerKind, Layout, Part, Playing, parts};
+use crate::ViewerError;
+use crate::comparison::{ComparedRun, root};
+use crate::series::WHEEL_NAMES;
+use crate::writer::Writer;
+use re_sdk_types::components::Range1D;
+
+/// Logs the layout and makes it the one to be used.
+/// `largest_error` is that of N, RMS of the wheels, in any run (N).
+pub(crate) fn log(
+    out: &mut Writer,
+    runs: &[ComparedRun<'_>],
+    largest_error: f64,
+) -> Result<(), ViewerError> {
+    let mut layout = Layout::new(out);
+    let scenes = side_by_side(&mut layout, "Scenes", runs, |layout, run, root| {
+        let overview = parts::overview(
+            layout,
+            &format!("{}: whole run [m]", run.label),
+            root,
+            run.scene,
+        )?;
+        let following = parts::following(layout, &format!("{} [m]", run.label), root, false)?;
+        let views = [(overview, 1.0), (following, 2.4)];
+        layout.container(ContainerKind::Vertical, run.label, &views)
+    })?;
+    let key = parts::key(&mut layout, "/compared/key", runs.len())?;
+    // One scene with corners is enough to flatten the others.
+    let range = |from, to| {
+        let mut ranges = runs.iter();
+        ranges.find_map(|run| parts::range_of_loads(run.scene, from, to))
+    };
+    let errors = range(0.0, 1.0).unwrap_or(Range1D::new(0.0, 1.05 * largest_error));
+    let errors = (largest_error > 0.0).then_some(errors);
+    let truth = overlaid(&mut layout, "True N", "normal_force", range(-0.5, 3.0))?;
+    let difference = overlaid(
+        &mut layout,
+        "Difference of N from the first run",
+        "difference",
+        range(-1.0, 1.0),
+    )?;
+    let forces = side_by_side(
+        &mut layout,
+        "True and estimated N",
+        runs,
+        |layout, run, root| {
+            parts::normal_force(layout, &format!("{}: N", run.label), root, run.scene)
+        },
+    )?;
+    let events = side_by_side(&mut layout, "Events", runs, |layout, run, root| {
+        layout.text_log(&format!("{}: events", run.label), &format!("{root}events"))
+    })?;
+    let forces = layout.tabs("Forces", &[truth, difference, forces, events])?;
+    let error_plots = side_by_side(&mut layout, "Errors", runs, |layout, run, root| {
+        let key = parts::key(
+            layout,
+            &format!("{root}key"),
+            run.scene.estimators.len() + 1,
+        )?;
+        let scale = errors.map_or(0.0, |range| range.0.0[1]);
+        let title = format!(
+            "{}: error of N, RMS of the wheels [N], 0 to {scale:.1}",
+            run.label
+        );
+        let rms = parts::plot(layout, &title, root, "error_of_normal_force/rms", errors)?;
+        let views = [(key, 0.7), (rms, 1.6)];
+        layout.container(ContainerKind::Vertical, run.label, &views)
+    })?;
+    let root = layout.container(
+        ContainerKind::Vertical,
+        "robhaz",
+        &[(scenes, 2.1), (key, 0.4), (forces, 1.5), (error_plots, 1.6)],
+    )?;
+    layout.finish(root, Playing::FromStart)
+}
+
+fn side_by_side(
+    layout: &mut Layout<'_>,
+    name: &str,
+    runs: &[ComparedRun<'_>],
+    mut part: impl FnMut(&mut Layout<'_>, &ComparedRun<'_>, &str) -> Result<Part, ViewerError>,
+) -> Result<Part, ViewerError> {
+    let mut parts = Vec::new();
+    for (k, run) in runs.iter().enumerate() {
+        parts.push((part(layout, run, &root(k))?, 1.0));
+    }
+    layout.container(ContainerKind::Horizontal, name, &parts)
+}
+
+/// A plot a wheel with the lines of all runs.
+fn overlaid(
+    layout: &mut Layout<'_>,
+    name: &str,
+    quantity: &str,
+    range: Option<Range1D>,
+) -> Result<Part, ViewerError> {
+    let mut parts = Vec::new();
+    for (i, wheel) in WHEEL_NAMES.iter().enumerate() {
+        let contents = [format!("+ /compared/{quantity}/wheel{}/**", i + 1)];
+        let view = layout.plot(&format!("{name}, {wheel} wheel [N]"), &contents, range)?;
+        parts.push((view, 1.0));
+    }
+    layout.container(ContainerKind::Horizontal, name, &parts)
+}

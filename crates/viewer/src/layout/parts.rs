@@ -1,0 +1,116 @@
+//! Views of one run that the layout of a run and of a comparison share. `root` is the entity that the run stands under, such as
+//! `/` or `/first/`.
+
+use super::{ContainerKind, Layout, Part};
+use crate::ViewerError;
+use crate::ground::Ground;
+use crate::key::PLACE;
+use crate::scene_view::FOLLOWED;
+use crate::series::WHEEL_NAMES;
+use re_sdk_types::components::Range1D;
+use robhaz_scene::Scene;
+
+/// The whole ground with the robot and its trails.
+pub(crate) fn overview(
+    layout: &mut Layout<'_>,
+    name: &str,
+    root: &str,
+    scene: &Scene,
+) -> Result<Part, ViewerError> {
+    let [from, to, low, high] = Ground::new(scene).box_of();
+    let contents = [
+        format!("+ {root}world/**"),
+        format!("- {root}world/follow/**"),
+        // Too small here for labels, marks and a second set of arrows.
+        format!("- {root}world/robot/pins"),
+        format!("- {root}world/robot/link2/stops/**"),
+        format!("- {root}world/forces/estimated/**"),
+    ];
+    // The view has y down. Above the ground the robot, below it the arrows of N.
+    let bounds = [[from, to], [-(high + 0.45), 0.25 - low]];
+    let view = layout.spatial(name, root, &contents, bounds)?;
+    layout.show_past(view, &format!("{root}world/trails"))?;
+    Ok(view)
+}
+
+/// The robot from near by; the view goes along with its body. A `legend` of the arrows needs a large view.
+pub(crate) fn following(
+    layout: &mut Layout<'_>,
+    name: &str,
+    root: &str,
+    legend: bool,
+) -> Result<Part, ViewerError> {
+    let [half_width, above, below] = FOLLOWED;
+    let mut contents = vec![format!("+ {root}world/**")];
+    if !legend {
+        contents.push(format!("- {root}world/follow/**"));
+    }
+    let view = layout.spatial(
+        name,
+        &format!("{root}world/follow"),
+        &contents,
+        [[-half_width, half_width], [-above, below]],
+    )?;
+    layout.show_past(view, &format!("{root}world/trails"))?;
+    Ok(view)
+}
+
+/// Which line is which: a key of so many entries under an entity.
+pub(crate) fn key(
+    layout: &mut Layout<'_>,
+    entity: &str,
+    entries: usize,
+) -> Result<Part, ViewerError> {
+    #[expect(clippy::cast_precision_loss, reason = "a few entries")]
+    let width = PLACE[0] * entries as f64;
+    let bounds = [[0.0, width], [0.0, PLACE[1]]];
+    layout.spatial("Lines", entity, &[format!("+ {entity}/**")], bounds)
+}
+
+/// One plot a wheel, one below the other.
+pub(crate) fn per_wheel(
+    layout: &mut Layout<'_>,
+    title: &str,
+    root: &str,
+    quantity: &str,
+    range: Option<Range1D>,
+) -> Result<Part, ViewerError> {
+    let mut views = Vec::new();
+    for (i, wheel) in WHEEL_NAMES.iter().enumerate() {
+        let entity = format!("+ {root}series/{quantity}/wheel{}/**", i + 1);
+        let view = layout.plot(&format!("{title}, {wheel} wheel [N]"), &[entity], range)?;
+        views.push((view, 1.0));
+    }
+    layout.container(ContainerKind::Vertical, title, &views)
+}
+
+/// N of each wheel, true and estimated.
+pub(crate) fn normal_force(
+    layout: &mut Layout<'_>,
+    title: &str,
+    root: &str,
+    scene: &Scene,
+) -> Result<Part, ViewerError> {
+    let range = range_of_loads(scene, -0.5, 3.0);
+    per_wheel(layout, title, root, "normal_force", range)
+}
+
+/// A range in multiples of the mean static wheel load, where the ground has corners: peaks there are shorter than a millisecond and
+/// many times higher than all else, and would flatten it. `None`, the range of the data, elsewhere.
+pub(crate) fn range_of_loads(scene: &Scene, from: f64, to: f64) -> Option<Range1D> {
+    let load = scene.robot.robot.mean_wheel_load();
+    Ground::new(scene)
+        .has_corners()
+        .then(|| Range1D::new(from * load, to * load))
+}
+
+/// A plot of one quantity over a range or over what it holds.
+pub(crate) fn plot(
+    layout: &mut Layout<'_>,
+    title: &str,
+    root: &str,
+    quantity: &str,
+    range: Option<Range1D>,
+) -> Result<Part, ViewerError> {
+    layout.plot(title, &[format!("+ {root}series/{quantity}/**")], range)
+}

@@ -1,0 +1,117 @@
+//! With the real viewer, where one is installed and can draw: does it show the data, in the right places?
+
+#![expect(clippy::expect_used, reason = "a test that cannot go on fails here")]
+
+mod common;
+
+use robhaz_viewer::{PictureOptions, RecordingSink, ViewerError, picture};
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+const WIDTH: usize = 1000;
+const HEIGHT: usize = 700;
+
+/// Front, middle, rear, as in every view; and the estimator `true-mass`.
+const WHEELS: [[u8; 3]; 3] = [[0x00, 0x72, 0xB2], [0xD5, 0x5E, 0x00], [0x00, 0x9E, 0x73]];
+const PAPER_BODY: [u8; 3] = [0xCC, 0x79, 0xA7];
+
+/// Red, green, blue, row by row.
+fn pixels(path: &Path) -> Vec<[u8; 3]> {
+    let mut decoder = png::Decoder::new(BufReader::new(File::open(path).expect("a picture")));
+    decoder.set_transformations(png::Transformations::normalize_to_color8());
+    let mut reader = decoder.read_info().expect("a PNG");
+    let mut bytes = vec![0; reader.output_buffer_size().expect("a size")];
+    let info = reader.next_frame(&mut bytes).expect("pixels");
+    assert_eq!((info.width, info.height), (WIDTH as u32, HEIGHT as u32));
+    let bytes = bytes[..info.buffer_size()].chunks_exact(info.color_type.samples());
+    bytes.map(|p| [p[0], p[1], p[2]]).collect()
+}
+
+/// Number and mean position of the pixels near a colour, within a part of the picture (shares of its size).
+fn found(pixels: &[[u8; 3]], colour: [u8; 3], x: [f64; 2], y: [f64; 2]) -> (usize, [f64; 2]) {
+    let (mut count, mut sum) = (0, [0.0; 2]);
+    for (i, pixel) in pixels.iter().enumerate() {
+        let at = [
+            (i % WIDTH) as f64 / WIDTH as f64,
+            (i / WIDTH) as f64 / HEIGHT as f64,
+        ];
+        let inside = (x[0]..x[1]).contains(&at[0]) && (y[0]..y[1]).contains(&at[1]);
+        if inside && pixel.iter().zip(colour).all(|(a, b)| a.abs_diff(b) < 12) {
+            count += 1;
+            sum = [sum[0] + at[0], sum[1] + at[1]];
+        }
+    }
+    (count, sum.map(|s| s / f64::from(count.max(1) as u32)))
+}
+
+/// The picture has the robot on the left, its wheels from rear to front, and on the right the plots of the wheels from front to
+/// rear, with the estimators' lines in them.
+#[test]
+fn the_viewer_shows_the_data_in_its_places() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (recording, shot) = (
+        folder.path().join("run.rrd"),
+        folder.path().join("shot.png"),
+    );
+    let mut sink = RecordingSink::save(&recording).expect("a file");
+    robhaz_run::run(&common::smooth(6.0), &mut [&mut sink]).expect("a run");
+    let options = PictureOptions {
+        size: [WIDTH as u32, HEIGHT as u32],
+        at: Some(3.0),
+    };
+    match picture(&recording, &shot, options) {
+        Ok(()) => {}
+        Err(
+            error @ (ViewerError::NotInstalled
+            | ViewerError::OtherVersion { .. }
+            | ViewerError::Start { .. }),
+        ) => {
+            eprintln!("SKIPPED, no viewer can draw here: {error}");
+            return;
+        }
+        Err(error) => panic!("{error}"),
+    }
+
+    let pixels = pixels(&shot);
+    // The view that goes along with the body: left half, second quarter to three quarters down.
+    let [front, middle, rear] = WHEELS.map(|c| found(&pixels, c, [0.0, 0.5], [0.27, 0.75]));
+    for (name, (count, _)) in [("front", front), ("middle", middle), ("rear", rear)] {
+        assert!(count > 300, "the {name} wheel covers {count} pixels");
+    }
+    let [x_rear, x_middle, x_front] = [rear.1[0], middle.1[0], front.1[0]];
+    assert!(
+        x_rear + 0.05 < x_middle && x_middle + 0.05 < x_front,
+        "{x_rear} {x_middle} {x_front}"
+    );
+
+    // Three plots of N one below the other, below the key.
+    let [front, middle, rear] = WHEELS.map(|c| found(&pixels, c, [0.5, 1.0], [0.16, 0.76]));
+    for (name, (count, _)) in [("front", front), ("middle", middle), ("rear", rear)] {
+        assert!(
+            count > 300,
+            "the line of the {name} wheel covers {count} pixels"
+        );
+    }
+    let [y_front, y_middle, y_rear] = [front.1[1], middle.1[1], rear.1[1]];
+    assert!(
+        y_front + 0.1 < y_middle && y_middle + 0.1 < y_rear,
+        "{y_front} {y_middle} {y_rear}"
+    );
+    let (estimated, _) = found(&pixels, PAPER_BODY, [0.5, 1.0], [0.16, 0.76]);
+    assert!(
+        estimated > 100,
+        "the estimated lines cover {estimated} pixels"
+    );
+}
+
+/// An empty recording is not taken for a run.
+#[test]
+fn a_picture_of_nothing_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let recording = folder.path().join("run.rrd");
+    drop(RecordingSink::save(&recording).expect("a file"));
+    let shot = folder.path().join("shot.png");
+    picture(&recording, &shot, PictureOptions::default()).expect_err("there is no data");
+    assert!(!shot.exists());
+}
