@@ -38,7 +38,7 @@ pub(crate) fn page(scene: &Scene, chosen: Option<usize>) -> String {
          - Time series: wide lines are true, narrow ones estimated, the narrowest are two standard deviations. A gap is a time \
          without an estimate; mu_n = T/N also has one where a wheel carries less than 1 N. Slip margin: static coefficient \
          of the ground less |mu_n|. Contact angles are those of the ground (true) and those that the estimators are given.\n\
-         - Lines are kept at 200 Hz, the scene at 60 Hz: peaks at edges are shorter. Events and the lanes of wheels and \
+         - Lines are kept at 125 Hz, the scene at 60 Hz: peaks at edges are shorter. Events and the lanes of wheels and \
          estimators are looked for at every record.\n",
     );
     text

@@ -18,7 +18,7 @@ use robhaz_scene::Scene;
 /// Frames of the animation a simulated second, Hz.
 const FRAME_RATE: f64 = 60.0;
 /// Rows of the time series a simulated second, Hz. A record at 1 kHz is thinned to every fifth.
-const SERIES_RATE: f64 = 200.0;
+const SERIES_RATE: f64 = 125.0;
 /// The estimator whose forces are drawn in the scene, where the scene has it.
 const PREFERRED: &str = "true-mass";
 

@@ -15,7 +15,7 @@ const CHUNK_TIME: f64 = 2.0;
 /// Writes a run as a Rerun recording, with the layout that shows it.
 ///
 /// Every two simulated seconds what has come is written; a run that breaks off or is killed leaves a readable file.
-/// Geometry is kept at 60 Hz, time series at 200 Hz; events are looked for at every record.
+/// Geometry is kept at 60 Hz, time series at 125 Hz; events are looked for at every record.
 pub struct RecordingSink {
     destination: String,
     /// The empty file, until the run begins.
