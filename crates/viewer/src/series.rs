@@ -211,7 +211,9 @@ impl Series {
             self.residual_moment.push(time, [residual(2), residual(3)]);
         }
         for (plot, estimate) in self.parity.iter_mut().zip(frame.estimates) {
-            if let Some(parity) = estimate.as_ref().ok().and_then(|e| e.parity) {
+            // Without a covariance nothing is expected of the residual: its rows of eq. (8) show it already.
+            let known = estimate.as_ref().ok().filter(|e| e.covariance.is_some());
+            if let Some(parity) = known.and_then(|e| e.parity) {
                 let band = 2.0 * parity.sigma;
                 plot.push(time, [parity.value, band, -band]);
             }

@@ -7,8 +7,8 @@ mod common;
 use robhaz_viewer::{LiveSink, ViewerError};
 use std::net::TcpListener;
 
-/// 5 s are 1001 rows of time series and 301 frames of the animation; 101 records (every 50 ms) are both.
-const RECORDS_IN_5_S: u64 = 876;
+/// 5 s are 626 rows of time series and 301 frames of the animation; 51 records are both.
+const RECORDS_IN_5_S: u64 = 626 + 301 - 51;
 
 fn free_port() -> u16 {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");

@@ -182,7 +182,7 @@ fn twenty_seconds_take_less_than_five_megabytes() {
 fn arrows_have_the_length_of_the_plotted_force() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("run.rrd");
-    let scene = common::smooth(1.0);
+    let scene = common::smooth(2.0);
     record(&scene, &path);
     let chunks = chunks(&path);
     let component = Arrows2D::descriptor_vectors().component;
