@@ -156,6 +156,7 @@ impl Table {
         (0..3).for_each(|wheel| columns.extend(wheel_estimate(index, wheel)));
         columns.extend(linkage_estimate(index));
         columns.extend(residuals(index));
+        columns.extend(sureness(index));
         Self {
             name: format!("estimate-{name}"),
             columns,
@@ -527,6 +528,75 @@ fn residuals(index: usize) -> [Column; 4] {
     ]
 }
 
+/// What an estimator knows of its own errors; empty for one that does not.
+fn sureness(index: usize) -> Vec<Column> {
+    let mut columns = vec![
+        of_estimate(
+            index,
+            "parity",
+            "N",
+            "the redundancy of eq. (8), zero for consistent forces",
+            |e| e.parity.map(|p| p.value),
+        ),
+        of_estimate(
+            index,
+            "parity_sigma",
+            "N",
+            "standard deviation expected of the parity residual; empty without covariance",
+            |e| e.parity.filter(|_| e.covariance.is_some()).map(|p| p.sigma),
+        ),
+        of_estimate(
+            index,
+            "flags",
+            "1",
+            "warnings, a bit each: wheels 1 to 3 unloaded 1, 2, 4; linkage at a stop 8; reading missing 16, stale 32, absurd 64; \
+             out of the model's range 128",
+            |e| Some(f64::from(e.flags.bits())),
+        ),
+    ];
+    for (i, wheel) in WHEEL.into_iter().enumerate() {
+        let name = |what: &str| format!("wheel{}_{what}", i + 1);
+        columns.push(of_estimate(
+            index,
+            name("normal_force_sigma"),
+            "N",
+            format!("{wheel}: standard deviation of N; empty without covariance"),
+            move |e| e.sigma_normal(i),
+        ));
+        columns.push(of_estimate(
+            index,
+            name("traction_sigma"),
+            "N",
+            format!("{wheel}: standard deviation of T; empty without covariance"),
+            move |e| e.sigma_traction(i),
+        ));
+        columns.push(of_estimate(
+            index,
+            name("torque_offset"),
+            "N m",
+            format!("{wheel}: offset found of the motor torque read; empty without Kalman filters"),
+            move |e| e.reading_errors.map(|r| r.torque_offset[i].0),
+        ));
+        columns.push(of_estimate(
+            index,
+            name("contact_angle_error"),
+            "rad",
+            format!(
+                "{wheel}: error found of the contact angle given; empty without Kalman filters"
+            ),
+            move |e| e.reading_errors.map(|r| r.contact_angle[i].0),
+        ));
+    }
+    columns.push(of_estimate(
+        index,
+        "gear_friction",
+        "N m",
+        "dry friction found in the gears, common to all; empty without Kalman filters",
+        |e| e.reading_errors.map(|r| r.gear_friction.0),
+    ));
+    columns
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -600,7 +670,10 @@ mod tests {
             wheel3_friction_coefficient body_pitch link1_angle link2_angle link3_angle pin_p_from_q_x pin_p_from_q_y \
             pin_r_from_q_x pin_r_from_q_y pin_s_from_q_x pin_s_from_q_y pin_p_force_x pin_p_force_y pin_q_force_x \
             pin_q_force_y pin_r_force_x pin_r_force_y pin_s_force_x pin_s_force_y residual_force_x residual_force_y \
-            residual_moment_link1 residual_moment_link2";
+            residual_moment_link1 residual_moment_link2 parity parity_sigma flags \
+            wheel1_normal_force_sigma wheel1_traction_sigma wheel1_torque_offset wheel1_contact_angle_error \
+            wheel2_normal_force_sigma wheel2_traction_sigma wheel2_torque_offset wheel2_contact_angle_error \
+            wheel3_normal_force_sigma wheel3_traction_sigma wheel3_torque_offset wheel3_contact_angle_error gear_friction";
         let table = Table::estimate(0, "paper-body");
         assert_eq!(table.name, "estimate-paper-body");
         assert_eq!(names(&table), golden.split_whitespace().collect::<Vec<_>>());
