@@ -10,7 +10,7 @@
 //! | `world/ground` | the terrain; `stretches` of it with friction coefficients of their own |
 //! | `world/robot/...` | bars, wheels with spokes, pins P, Q, R, S, the stops of Q, contact points |
 //! | `world/forces/true/...` | N and T of the simulator, as arrows at the contacts |
-//! | `world/forces/estimated/...` | N and T of one estimator: `true-mass`, or else the last; `two_sigma` bars |
+//! | `world/forces/estimated/...` | N and T of one estimator: the last that knows its errors, or else the last; `two_sigma` bars |
 //! | `world/trails` | where the pins have been (Fig. 5) |
 //! | `world/follow` | a frame that goes along with the body, and the scale of the arrows |
 //! | `series/...` | forces, errors, contact angles, friction and residuals over time |

@@ -12,21 +12,20 @@ use crate::writer::{Target, Writer};
 use re_sdk::EntityPath;
 use re_sdk_types::archetypes::{RecordingInfo, TextDocument};
 use re_sdk_types::components::MediaType;
+use robhaz_estimator::Filters;
 use robhaz_run::Frame;
-use robhaz_scene::Scene;
+use robhaz_scene::{EstimatorChoice, Scene};
 
 /// Frames of the animation a simulated second, Hz.
 const FRAME_RATE: f64 = 60.0;
-/// Rows of the time series a simulated second, Hz. A record at 1 kHz is thinned to every fifth.
+/// Rows of the time series a simulated second, Hz. A record at 1 kHz is thinned to every eighth.
 const SERIES_RATE: f64 = 125.0;
-/// The estimator whose forces are drawn in the scene, where the scene has it.
-const PREFERRED: &str = "true-mass";
-
-/// The estimator that is drawn in the scene, by its place: `true-mass`, or else the last.
+/// The estimator that is drawn in the scene, by its place: the last that knows its own errors, or else the last.
 pub(crate) fn chosen(scene: &Scene) -> Option<usize> {
-    let names = &scene.estimators;
-    let preferred = names.iter().position(|e| e.name == PREFERRED);
-    preferred.or(names.len().checked_sub(1))
+    let estimators = &scene.estimators;
+    let knows = |e: &EstimatorChoice| e.settings.filters == Filters::Kalman;
+    let preferred = estimators.iter().rposition(knows);
+    preferred.or(estimators.len().checked_sub(1))
 }
 
 /// What a record is kept for.
