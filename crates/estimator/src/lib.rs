@@ -60,6 +60,8 @@ mod motion;
 mod paper;
 mod settings;
 pub mod statics;
+#[cfg(test)]
+mod testing;
 mod told;
 pub mod torque_observer;
 pub mod traction;
