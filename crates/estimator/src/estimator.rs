@@ -50,21 +50,30 @@ impl Visit for FilterState {
 
 visit_fields!(State: time, started, complete, inputs, filters);
 
-/// A gap between frames beyond which the filters start anew, s.
-const LONGEST_GAP: f64 = 0.5;
+/// A gap between frames, or between readings of an encoder, beyond which the filters start anew, s.
+pub(crate) const LONGEST_GAP: f64 = 0.5;
+/// Least time between frames, s: readings divided by less say nothing of a rate.
+const SHORTEST_STEP: f64 = 1e-6;
+
+impl State {
+    /// Of a robot at rest, before its first frame.
+    fn new(robot: &Robot, settings: &EstimatorSettings) -> Self {
+        Self {
+            time: 0.0,
+            started: false,
+            complete: false,
+            inputs: Inputs::default(),
+            filters: filters(robot, settings),
+        }
+    }
+}
 
 impl Estimator {
     /// An estimator for a robot at rest. What is told of the robot may differ from the robot.
     pub fn new(robot: &Robot, settings: EstimatorSettings) -> Self {
         Self {
             told: Told::new(robot, settings),
-            state: State {
-                time: 0.0,
-                started: false,
-                complete: false,
-                inputs: Inputs::default(),
-                filters: filters(robot, &settings),
-            },
+            state: State::new(robot, &settings),
         }
     }
 
@@ -73,9 +82,19 @@ impl Estimator {
         &self.told.settings
     }
 
+    /// The filters of `best`.
+    #[cfg(test)]
+    pub(crate) fn best_filters(&self) -> Option<&BestFilters> {
+        match &self.state.filters {
+            FilterState::Best(filters) => Some(filters),
+            FilterState::Paper(_) => None,
+        }
+    }
+
     /// Takes the readings of one instant and estimates the forces of that instant.
     ///
-    /// A missing reading is stood in for by the last good one, and flagged. After a gap of more than 0.5 s the filters start anew.
+    /// A missing reading is stood in for by the last good one, and flagged. After a gap of more than 0.5 s the filters start
+    /// anew; after a step back of more than 0.5 s (a clock that was set) everything does.
     ///
     /// # Errors
     /// [`EstimateError`]. After [`EstimateError::Time`] the estimator stands as if the frame had not come; after the others it has
@@ -85,8 +104,13 @@ impl Estimator {
         if self.state.started {
             dt = frame.time - self.state.time;
         }
+        let set_back = dt < -LONGEST_GAP;
+        if set_back && frame.time.is_finite() {
+            self.state = State::new(&self.told.robot, &self.told.settings);
+            dt = 0.0;
+        }
         // Written so that a NaN fails too.
-        if !(frame.time.is_finite() && (dt > 0.0 || !self.state.started)) {
+        if !(frame.time.is_finite() && (dt >= SHORTEST_STEP || !self.state.started)) {
             return Err(EstimateError::Time {
                 last: self.state.time,
                 now: frame.time,
@@ -95,6 +119,9 @@ impl Estimator {
         self.state.time = frame.time;
         self.state.started = true;
         let mut flags = self.state.inputs.take(frame, dt);
+        if set_back {
+            flags |= Flags::SENSOR_STALE;
+        }
         if !self.state.complete {
             if let Some(field) = self.state.inputs.never_read() {
                 return Err(EstimateError::Missing { field });

@@ -62,16 +62,22 @@ pub struct LinkAngleKalman {
     rate: f64,
     smooth_rate: f64,
     acceleration: f64,
+    /// Time since the gyroscope was last read, s.
+    unread: f64,
     started: bool,
 }
 
-visit_fields!(LinkAngleKalman: filter, rate, smooth_rate, acceleration, started);
+visit_fields!(LinkAngleKalman: filter, rate, smooth_rate, acceleration, unread, started);
 
 impl LinkAngleKalman {
     /// Time over which the rate is smoothed for its derivative, s.
     const SMOOTHING: f64 = 0.02;
     /// Walk of the rate while no gyroscope reads it, rad/s/sqrt(s).
     const RATE_UNSEEN: f64 = 0.5;
+    /// Time after which the last rate read stands for nothing, s: the walk is then as large as common rates.
+    const RATE_HELD: f64 = 0.1;
+    /// Time over which an error of the rate unseen lasts at most, s.
+    const RATE_LASTS: f64 = 1.0;
     /// What is believed of an acceleration that is taken off: half of it may be wrong.
     const SHAKING: f64 = 0.5;
     /// Least noise of an inclinometer, rad, so that a budget of zero does not make the filter blind to its gyroscope.
@@ -87,8 +93,24 @@ impl LinkAngleKalman {
             rate: 0.0,
             smooth_rate: 0.0,
             acceleration: 0.0,
+            unread: 0.0,
             started: false,
         }
+    }
+
+    /// Whether it has had its first reading.
+    pub fn started(&self) -> bool {
+        self.started
+    }
+
+    /// Starts at an inclination (rad) that was read `age` seconds ago, with a rate (rad/s).
+    pub fn start(&mut self, inclination: f64, age: f64, rate: f64) {
+        self.started = true;
+        self.filter.x[0] = inclination;
+        self.rate = rate;
+        self.smooth_rate = rate;
+        let turned = Self::RATE_UNSEEN * age.min(Self::RATE_LASTS);
+        self.filter.p[0][0] += turned * turned;
     }
 
     /// Goes on by `dt` (s). `rate` is the gyroscope's reading (rad/s), `inclination` the inclinometer's (rad), either `None` if
@@ -102,18 +124,26 @@ impl LinkAngleKalman {
         forward: f64,
     ) {
         if !self.started {
-            let Some(angle) = inclination else { return };
-            self.started = true;
-            self.filter.x[0] = angle;
-            self.rate = rate.unwrap_or(0.0);
-            self.smooth_rate = self.rate;
+            if let Some(angle) = inclination {
+                self.start(angle, 0.0, rate.unwrap_or(0.0));
+            }
             return;
         }
         let last = self.rate;
         let mut walk = budget.rate_noise * dt;
         match rate {
-            Some(rate) => self.rate = rate - self.filter.x[1],
-            None => walk += Self::RATE_UNSEEN * dt * libm::sqrt(dt),
+            Some(rate) => {
+                self.rate = rate - self.filter.x[1];
+                self.unread = 0.0;
+            }
+            None => {
+                // The integral of a walk: its variance grows with the third power of the time.
+                self.unread = (self.unread + dt).min(Self::RATE_LASTS);
+                walk += Self::RATE_UNSEEN * self.unread * libm::sqrt(dt);
+                if self.unread > Self::RATE_HELD {
+                    self.rate = 0.0;
+                }
+            }
         }
         let Kalman { x, p } = &mut self.filter;
         x[0] += 0.5 * (self.rate + last) * dt;

@@ -121,6 +121,11 @@ impl TorqueObserver {
         self.filter.p = next;
     }
 
+    /// The encoder counts from a new zero: its next reading sets the angle.
+    pub fn forget_angle(&mut self) {
+        self.started = false;
+    }
+
     /// Takes a reading of the spin angle, rad. `None` for the first one, which sets the angle.
     pub fn measure(
         &mut self,
@@ -131,6 +136,10 @@ impl TorqueObserver {
         if !self.started {
             self.started = true;
             self.filter.x[ANGLE] = angle;
+            for i in 0..4 {
+                self.filter.p[ANGLE][i] = 0.0;
+                self.filter.p[i][ANGLE] = 0.0;
+            }
             self.filter.p[ANGLE][ANGLE] = r;
             return None;
         }
