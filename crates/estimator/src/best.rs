@@ -32,10 +32,12 @@ pub(crate) struct BestFilters {
     /// Forces of the last estimate, N.
     pub last_normal_force: [f64; 3],
     pub last_traction: [f64; 3],
+    /// Time for which the parity residual has been beyond its gate without a break, s.
+    misfit: f64,
 }
 
 visit_fields!(BestFilters: links, wheels, motion, last_torque, last_speed, last_turning, spin_acceleration, last_normal_force,
-    last_traction);
+    last_traction, misfit);
 
 /// Traction of one wheel as it follows from torque and speed, and what it depends on.
 #[derive(Clone, Copy, Debug)]
@@ -57,6 +59,9 @@ impl BestFilters {
     const SMOOTHING: f64 = 0.02;
     /// Speed at which gear friction is taken to be all there, rad/s: 1 mm/s at the rim.
     const FRICTION_SPEED: f64 = 0.01;
+    /// Time of misfit after which what was found of motion and errors is thrown away, s: longer than any impact. Else errors
+    /// found from false readings would keep the gate shut against the true ones for good.
+    const LONGEST_MISFIT: f64 = 1.0;
     /// Walk of a torque while no sensor reads it, N m/sqrt(s).
     const TORQUE_UNSEEN: f64 = 5.0;
     /// Part of the mean load below which a wheel is not believed to roll.
@@ -73,7 +78,14 @@ impl BestFilters {
             spin_acceleration: [0.0; 3],
             last_normal_force: [robot.mean_wheel_load(); 3],
             last_traction: [0.0; 3],
+            misfit: 0.0,
         }
+    }
+
+    /// The robot may be moving already: for a start after a gap.
+    pub fn forget_motion(&mut self) {
+        self.wheels = [TorqueObserver::turning(); 3];
+        self.motion.forget_velocity();
     }
 
     /// How much of the gears' friction acts at a spin speed, rad/s: -1 to 1.
@@ -135,7 +147,7 @@ impl BestFilters {
                 wheel.forget_angle();
             }
             if inputs.wheel_angle[i].age > LONGEST_GAP {
-                *wheel = TorqueObserver::new();
+                *wheel = TorqueObserver::turning();
             } else if dt > 0.0 {
                 let mean = 0.5 * (torque.value + self.last_torque[i]);
                 wheel.predict(&parameters, dt, mean, link.turning().1);
@@ -146,7 +158,8 @@ impl BestFilters {
                 wheel.measure(&parameters, inputs.wheel_angle[i].value);
             }
             let speed = wheel.speed();
-            if dt > 0.0 {
+            let settled = wheel.settled();
+            if dt > 0.0 && settled {
                 let weight = dt / (Self::SMOOTHING + dt);
                 let rate = (speed - self.last_speed[i]) / dt;
                 self.spin_acceleration[i] += weight * (rate - self.spin_acceleration[i]);
@@ -158,7 +171,8 @@ impl BestFilters {
                 let rolling = Rolling {
                     relative: perp(arms.axles[i]) * link.rate(),
                     angle: inputs.contact_angle[i].value,
-                    rim_speed: r * (speed - link.rate()),
+                    rim_speed: (settled && inputs.wheel_angle[i].age <= Inputs::STALE_AFTER)
+                        .then(|| r * (speed - link.rate())),
                     ratio: (t / n).clamp(-1.0, 1.0),
                     moment_of_load: r * n,
                     turning: Self::turning(speed),
@@ -262,6 +276,9 @@ impl BestFilters {
             }
             if innovation.nis() > GATE * GATE {
                 flags |= Flags::OUT_OF_RANGE;
+                self.misfit += instant.dt;
+            } else {
+                self.misfit = 0.0;
             }
             parity = Some(Parity {
                 value,
@@ -278,6 +295,11 @@ impl BestFilters {
             &self.motion,
         );
         let value = right.value;
+        if self.misfit > Self::LONGEST_MISFIT {
+            self.motion = MotionFilter::new(budget);
+            self.motion.forget_velocity();
+            self.misfit = 0.0;
+        }
         self.last_normal_force = forces.normal;
         self.last_traction = forces.traction;
         flags |= told.unloaded(&forces.normal) | told.at_stop(angles);
@@ -436,7 +458,12 @@ mod tests {
 
     /// Readings of a robot at rest on level ground. Inclinometers and gyroscopes have their white noise; torques have none, which would
     /// let the observed speeds tremble around zero and so tell of friction in gears that do not turn.
-    fn at_rest(time: f64, torque: [f64; 3], budget: &NoiseBudget, random: &mut Random) -> SensorFrame {
+    fn at_rest(
+        time: f64,
+        torque: [f64; 3],
+        budget: &NoiseBudget,
+        random: &mut Random,
+    ) -> SensorFrame {
         let mut link = || LinkReading {
             inclination: Some(budget.inclination_noise * random.normal()),
             rate: Some(budget.rate_noise * random.normal()),
@@ -472,7 +499,9 @@ mod tests {
             assert_eq!(estimate.flags, Flags::NONE, "{k}");
             last = Some(estimate);
         }
-        let errors = last.and_then(|e| e.reading_errors).expect("best finds errors");
+        let errors = last
+            .and_then(|e| e.reading_errors)
+            .expect("best finds errors");
         let found = errors.torque_offset;
         let sum: f64 = found.iter().map(|f| f.0).sum();
         let sum_of_sigma: f64 = found.iter().map(|f| f.1).sum();
@@ -489,8 +518,16 @@ mod tests {
             sum
         };
         let prior = budget.torque_offset * budget.torque_offset;
-        assert!(variance([1.0; 3]) < 0.1 * 3.0 * prior, "{}", variance([1.0; 3]));
-        assert!(variance([1.0, 0.0, -1.0]) > 0.8 * 2.0 * prior, "{}", variance([1.0, 0.0, -1.0]));
+        assert!(
+            variance([1.0; 3]) < 0.1 * 3.0 * prior,
+            "{}",
+            variance([1.0; 3])
+        );
+        assert!(
+            variance([1.0, 0.0, -1.0]) > 0.8 * 2.0 * prior,
+            "{}",
+            variance([1.0, 0.0, -1.0])
+        );
         assert!((found[0].0 - found[2].0).abs() < 0.02, "{found:?}");
         assert!(sum_of_sigma > 2.0 * budget.torque_offset);
         let (friction, sigma) = errors.gear_friction;

@@ -39,6 +39,15 @@ enum FilterState {
     Best(BestFilters),
 }
 
+impl FilterState {
+    /// The robot may be moving already: for a start after a gap. The paper's filters take nothing for granted.
+    fn forget_motion(&mut self) {
+        if let Self::Best(filters) = self {
+            filters.forget_motion();
+        }
+    }
+}
+
 impl Visit for FilterState {
     fn visit(&mut self, f: &mut impl FnMut(&mut f64)) {
         match self {
@@ -107,6 +116,7 @@ impl Estimator {
         let set_back = dt < -LONGEST_GAP;
         if set_back && frame.time.is_finite() {
             self.state = State::new(&self.told.robot, &self.told.settings);
+            self.state.filters.forget_motion();
             dt = 0.0;
         }
         // Written so that a NaN fails too.
@@ -131,6 +141,7 @@ impl Estimator {
         }
         if dt > LONGEST_GAP {
             self.state.filters = filters(&self.told.robot, &self.told.settings);
+            self.state.filters.forget_motion();
             flags |= Flags::SENSOR_STALE;
             dt = 0.0;
         }

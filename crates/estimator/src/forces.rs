@@ -206,15 +206,20 @@ mod tests {
     }
 
     fn traction() -> impl Strategy<Value = Traction> {
-        (-20.0_f64..20.0, 0.1_f64..2.0, prop::array::uniform3(-5.0_f64..5.0)).prop_map(
-            |(value, sigma, [by_offset, by_friction, by_gain])| Traction {
-                value,
-                sigma,
-                by_offset,
-                by_friction,
-                by_gain,
-            },
+        (
+            -20.0_f64..20.0,
+            0.1_f64..2.0,
+            prop::array::uniform3(-5.0_f64..5.0),
         )
+            .prop_map(
+                |(value, sigma, [by_offset, by_friction, by_gain])| Traction {
+                    value,
+                    sigma,
+                    by_offset,
+                    by_friction,
+                    by_gain,
+                },
+            )
     }
 
     proptest! {

@@ -255,13 +255,19 @@ mod tests {
             filter.update(&budget, dt, Some(read_rate), Some(read_angle), 0.0);
             if k > 1000 {
                 let (found, sigma) = filter.rate_bias();
-                assert!((found - bias).abs() < 4.0 * sigma + 1e-4, "{k}: {found} +- {sigma}");
+                assert!(
+                    (found - bias).abs() < 4.0 * sigma + 1e-4,
+                    "{k}: {found} +- {sigma}"
+                );
                 let sigma = libm::sqrt(filter.filter.p[0][0]);
                 assert!((filter.angle() - angle).abs() < 4.0 * sigma + 1e-4, "{k}");
             }
         }
         let (found, sigma) = filter.rate_bias();
-        assert!((found - bias).abs() < 3e-4 && sigma < 3e-4, "{found} +- {sigma}");
+        assert!(
+            (found - bias).abs() < 3e-4 && sigma < 3e-4,
+            "{found} +- {sigma}"
+        );
     }
 
     /// Shaken back and forth with 2 m/s^2 at 2 Hz the inclinometer errs by 0.2 rad. Where the acceleration is told, it is taken
@@ -302,7 +308,11 @@ mod tests {
             filter.update(&budget, dt, Some(0.0), Some(0.2), 0.0);
         }
         // In the steady state each reading weighs p/r = rate_noise dt/inclination_noise = 1e-3: 50 of them 5 %.
-        assert!(filter.angle() > 0.0 && filter.angle() < 0.05 * 0.2, "{}", filter.angle());
+        assert!(
+            filter.angle() > 0.0 && filter.angle() < 0.05 * 0.2,
+            "{}",
+            filter.angle()
+        );
     }
 
     /// Without its gyroscope, and without its inclinometer, an angle is less sure from frame to frame.

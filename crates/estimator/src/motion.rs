@@ -45,6 +45,8 @@ mod tuning {
     pub const ACCELERATION: (f64, f64) = (0.07, 0.3);
     /// Velocity at the start, m/s.
     pub const START_VELOCITY: f64 = 0.01;
+    /// Velocity after a gap, m/s.
+    pub const UNKNOWN_VELOCITY: f64 = 0.5;
     /// Rate of penetration, m/s and s: 0.5 mm of penetration change by a tenth of themselves over 50 ms.
     pub const PENETRATION_RATE: (f64, f64) = (3e-4, 0.05);
     /// Slip beyond creep, m/s and s: the wheel radius without the penetration's changes errs by 0.1 % of the speed.
@@ -79,8 +81,8 @@ pub(crate) struct Rolling {
     pub relative: Vec2,
     /// Contact angle given, rad.
     pub angle: f64,
-    /// Speed of the rim, r Omega, m/s.
-    pub rim_speed: f64,
+    /// Speed of the rim, r Omega, m/s; `None` while no encoder tells.
+    pub rim_speed: Option<f64>,
     /// T/N.
     pub ratio: f64,
     /// r N, N m.
@@ -120,6 +122,13 @@ impl MotionFilter {
         sigma[CREEP_CUBE] = tuning::CREEP_CUBE;
         Self {
             filter: Kalman::new(x, sigma),
+        }
+    }
+
+    /// The robot may be moving already.
+    pub fn forget_velocity(&mut self) {
+        for v in [VELOCITY, VELOCITY + 1] {
+            self.filter.p[v][v] = tuning::UNKNOWN_VELOCITY * tuning::UNKNOWN_VELOCITY;
         }
     }
 
@@ -165,7 +174,10 @@ impl MotionFilter {
 
         let mut walk = |state: usize, variance: f64| p[state][state] += variance;
         for i in 0..2 {
-            walk(ACCELERATION + i, push * push * (1.0 - keep_push * keep_push));
+            walk(
+                ACCELERATION + i,
+                push * push * (1.0 - keep_push * keep_push),
+            );
         }
         let (offset, friction, gain, creep) = tuning::WALK;
         for i in 0..3 {
@@ -224,11 +236,14 @@ impl MotionFilter {
             self.filter.update(&h, -normal, r, tuning::GATE);
         }
 
+        let Some(rim_speed) = wheel.rim_speed else {
+            return;
+        };
         let (linear, cubic) = (self.filter.x[CREEP], self.filter.x[CREEP_CUBE]);
         let square = wheel.ratio * wheel.ratio;
         let slip = (linear + cubic * square) * wheel.ratio;
         let excess = square / (tuning::STICKING * tuning::STICKING);
-        let difference = wheel.rim_speed - along - slip;
+        let difference = rim_speed - along - slip;
         // An error of the torque shifts T/N.
         let by_offset = -(linear + 3.0 * cubic * square) / wheel.moment_of_load;
         let observed = by_offset * wheel.torque_sigma;
@@ -325,7 +340,7 @@ mod tests {
         Rolling {
             relative: Vec2::new(random.normal(), random.normal()) * 0.02,
             angle: 0.2 * random.normal(),
-            rim_speed: 0.2 + 0.01 * random.normal(),
+            rim_speed: Some(0.2 + 0.01 * random.normal()),
             ratio: (0.3 * random.normal()).clamp(-1.0, 1.0),
             moment_of_load: 4.5,
             turning: 1.0,
@@ -339,9 +354,8 @@ mod tests {
     fn defects(motion: &MotionFilter) -> (bool, f64) {
         let p = &motion.filter.p;
         let symmetric = (0..COUNT).all(|i| (0..i).all(|j| p[i][j].to_bits() == p[j][i].to_bits()));
-        let scaled = SMatrix::<f64, COUNT, COUNT>::from_fn(|i, j| {
-            p[i][j] / libm::sqrt(p[i][i] * p[j][j])
-        });
+        let scaled =
+            SMatrix::<f64, COUNT, COUNT>::from_fn(|i, j| p[i][j] / libm::sqrt(p[i][i] * p[j][j]));
         (symmetric, scaled.symmetric_eigenvalues().min())
     }
 
@@ -385,7 +399,7 @@ mod tests {
                 let wheel = Rolling {
                     relative: Vec2::zeros(),
                     angle: slope,
-                    rim_speed: speed,
+                    rim_speed: Some(speed),
                     ratio: 0.0,
                     moment_of_load: 4.5,
                     turning: 1.0,
@@ -399,7 +413,11 @@ mod tests {
         let along = Vec2::new(libm::cos(slope), libm::sin(slope)) * speed;
         // The contact angles' own error, 2 deg over three wheels, tilts the velocity; along the ground the prior of the
         // acceleration pulls by less than 1e-3.
-        assert!((motion.velocity() - along).norm() < 0.01 * speed, "{}", motion.velocity());
+        assert!(
+            (motion.velocity() - along).norm() < 0.01 * speed,
+            "{}",
+            motion.velocity()
+        );
     }
 
     /// A gated parity residual changes nothing; an accepted one moves the states towards what explains it.
@@ -416,7 +434,10 @@ mod tests {
         assert!(innovation.nis() < 1.0);
         let x = motion.filter.x[TORQUE_OFFSET];
         assert!(x < 0.0 && x > -0.05, "{x}");
-        assert!(motion.filter.p[TORQUE_OFFSET][TORQUE_OFFSET] < new.filter.p[TORQUE_OFFSET][TORQUE_OFFSET]);
+        assert!(
+            motion.filter.p[TORQUE_OFFSET][TORQUE_OFFSET]
+                < new.filter.p[TORQUE_OFFSET][TORQUE_OFFSET]
+        );
         let mut motion = new;
         assert!(motion.parity(&h, 100.0, 1e-4, DT, true).nis() > GATE * GATE);
         assert_eq!(motion, new);

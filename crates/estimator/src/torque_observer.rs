@@ -57,6 +57,14 @@ impl TorqueObserver {
         }
     }
 
+    /// An observer of a wheel that may be turning already, within 20 rad/s (2 m/s at the rim).
+    pub fn turning() -> Self {
+        Self {
+            filter: Kalman::new([0.0; 4], [0.0, 20.0, 5.0, 5.0]),
+            started: false,
+        }
+    }
+
     /// Goes on by `dt` (s) under the motor torque `torque` (N m, mean over the interval) with the link's angular
     /// acceleration `alpha_link` (rad/s^2, counter-clockwise).
     pub fn predict(
@@ -153,6 +161,11 @@ impl TorqueObserver {
     /// Spin speed relative to the link, rad/s.
     pub fn speed(&self) -> f64 {
         self.filter.x[SPEED]
+    }
+
+    /// Whether the speed is known well enough to be used, to 0.1 rad/s.
+    pub fn settled(&self) -> bool {
+        self.filter.p[SPEED][SPEED] < 0.01
     }
 
     /// Torque of the ground on the wheel `d T`, N m, and its standard deviation.
