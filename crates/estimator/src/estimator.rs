@@ -5,6 +5,7 @@ use crate::estimate::{Estimate, EstimateError};
 use crate::flags::Flags;
 use crate::frame::{Inputs, SensorFrame};
 use crate::paper::PaperFilters;
+use crate::saved::{NUMBERS, RestoreError, SavedState};
 use crate::settings::{EstimatorSettings, Filters};
 use crate::told::{Instant, Told};
 use crate::visit::{Visit, visit_fields};
@@ -100,6 +101,44 @@ impl Estimator {
         }
     }
 
+    /// The state after the last frame, to go on from elsewhere or later.
+    pub fn save(&self) -> SavedState {
+        let mut numbers = [0.0; NUMBERS];
+        let mut places = numbers.iter_mut();
+        // Only reads; the copy is what `visit` may change.
+        let mut state = self.state;
+        state.visit(&mut |number| {
+            if let Some(place) = places.next() {
+                *place = *number;
+            }
+        });
+        SavedState {
+            filters: self.told.settings.filters,
+            numbers,
+        }
+    }
+
+    /// Goes on from a saved state, to the same bits if robot and settings are the same ones.
+    ///
+    /// # Errors
+    /// [`RestoreError::OtherFilters`]; the estimator then stands as it was.
+    pub fn restore(&mut self, saved: &SavedState) -> Result<(), RestoreError> {
+        let own = self.told.settings.filters;
+        if saved.filters != own {
+            return Err(RestoreError::OtherFilters {
+                saved: saved.filters,
+                own,
+            });
+        }
+        let mut numbers = saved.numbers.iter();
+        self.state.visit(&mut |number| {
+            if let Some(found) = numbers.next() {
+                *number = *found;
+            }
+        });
+        Ok(())
+    }
+
     /// Takes the readings of one instant and estimates the forces of that instant.
     ///
     /// A missing reading is stood in for by the last good one, and flagged. After a gap of more than 0.5 s the filters start
@@ -168,5 +207,92 @@ fn filters(robot: &Robot, settings: &EstimatorSettings) -> FilterState {
     match settings.filters {
         Filters::Paper => FilterState::Paper(PaperFilters::new(robot, settings)),
         Filters::Kalman => FilterState::Best(BestFilters::new(robot, &settings.budget)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::LinkReading;
+    use crate::testing::Random;
+
+    /// Frames in which everything moves and now and then something is missing, absurd or counts from a new zero.
+    fn frames(count: u32) -> impl Iterator<Item = SensorFrame> {
+        let mut random = Random::new();
+        (0..count).map(move |k| {
+            let time = 1e-3 * f64::from(k);
+            let mut some = |scale: f64| (k % 7 != 3).then(|| scale * random.normal());
+            let mut link = || LinkReading {
+                inclination: some(0.01),
+                rate: some(0.1),
+            };
+            let (link1, link2) = (link(), link());
+            let zero = if k > 300 { 1000.0 } else { 0.0 };
+            SensorFrame {
+                time,
+                wheel_angle: [0.0, 1.0, zero].map(|start| Some(start + 2.0 * time)),
+                motor_torque: [0, 1, 2].map(|_| some(0.5).map(|torque| torque + 0.3)),
+                link1,
+                link2,
+                contact_angle: [0, 1, 2].map(|_| some(0.05)),
+            }
+        })
+    }
+
+    fn settings() -> [EstimatorSettings; 2] {
+        [EstimatorSettings::paper_wheels(), EstimatorSettings::best()]
+    }
+
+    /// Equivalence: after any frame a fresh estimator that takes up the saved bytes has the whole state, field by field (what
+    /// `visit` forgets would differ: the frames change every field), and goes on to the same bits.
+    #[test]
+    fn a_restored_estimator_goes_on_to_the_same_bits() {
+        let robot = Robot::default_a();
+        for settings in settings() {
+            let mut original = Estimator::new(&robot, settings);
+            let mut restored = None;
+            for (k, frame) in frames(600).enumerate() {
+                let expected = original.update(&frame);
+                if let Some(restored) = &mut restored {
+                    assert_eq!(Estimator::update(restored, &frame), expected, "frame {k}");
+                }
+                if [0, 1, 250, 301, 400, 401].contains(&k) {
+                    let bytes = original.save().to_bytes();
+                    let mut fresh = Estimator::new(&robot, settings);
+                    let saved = SavedState::from_bytes(&bytes).expect("just written");
+                    fresh.restore(&saved).expect("same filters");
+                    assert_eq!(fresh.state, original.state, "frame {k}");
+                    assert_eq!(fresh.save(), original.save());
+                    restored = Some(fresh);
+                }
+            }
+        }
+    }
+
+    /// Every number that `visit` finds has its place: counted, and the larger state fills all places.
+    #[test]
+    fn the_largest_state_fills_a_saved_one() {
+        let count = |settings: EstimatorSettings| {
+            let mut count = 0;
+            let mut state = State::new(&Robot::default_a(), &settings);
+            state.visit(&mut |_| count += 1);
+            count
+        };
+        assert_eq!(count(EstimatorSettings::best()), NUMBERS);
+        assert!(count(EstimatorSettings::paper_wheels()) < NUMBERS);
+    }
+
+    #[test]
+    fn other_filters_are_refused() {
+        let [paper, best] = settings().map(|s| Estimator::new(&Robot::default_a(), s));
+        let mut other = best.clone();
+        assert_eq!(
+            other.restore(&paper.save()),
+            Err(RestoreError::OtherFilters {
+                saved: Filters::Paper,
+                own: Filters::Kalman
+            })
+        );
+        assert_eq!(other.state, best.state);
     }
 }

@@ -61,7 +61,8 @@ impl Held {
     }
 
     fn take(&mut self, reading: Option<f64>, dt: f64, possible: impl Fn(f64) -> bool) -> Flags {
-        self.age += dt;
+        // Finite for ever, so that a state can be saved.
+        self.age = (self.age + dt).min(f64::MAX);
         let flags = match reading {
             Some(value) if value.is_finite() && possible(value) => {
                 *self = Self {

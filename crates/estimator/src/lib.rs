@@ -58,6 +58,7 @@ mod kalman;
 pub mod linkage;
 mod motion;
 mod paper;
+mod saved;
 mod settings;
 pub mod statics;
 #[cfg(test)]
@@ -71,4 +72,5 @@ pub use estimate::{Estimate, EstimateError, Parity, ReadingErrors};
 pub use estimator::Estimator;
 pub use flags::Flags;
 pub use frame::{LinkReading, SensorFrame};
+pub use saved::{RestoreError, SavedState};
 pub use settings::{EstimatorSettings, Filters, Masses, NoiseBudget};
