@@ -306,3 +306,241 @@ impl LeastSquaresInverse {
         [0, 1, 2].map(|i| self.rows[i].dot(right))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::statics::{BlockForm, FullSystem, ReducedSystem};
+    use proptest::prelude::*;
+    use robhaz_model::{Geometry, Posture};
+
+    fn geometry(is_b: bool) -> Geometry {
+        if is_b { Geometry::b() } else { Geometry::a() }
+    }
+
+    fn arms(geometry: &Geometry, theta: [f64; 2]) -> Arms {
+        Arms::new(geometry, theta[0], theta[1]).expect("inside the stops the four-bar closes")
+    }
+
+    fn equations(
+        geometry: &Geometry,
+        arms: &Arms,
+        loads: &Loads,
+        contact_angle: &[f64; 3],
+        lever: f64,
+    ) -> Equilibrium {
+        Equilibrium::new(
+            arms,
+            &geometry.carriers,
+            geometry.wheel_radius,
+            loads,
+            contact_angle,
+            lever,
+        )
+        .expect("C is regular inside the stops")
+    }
+
+    /// Links inside the stops, as `[theta1, theta2]`, rad.
+    fn angles() -> impl Strategy<Value = [f64; 2]> {
+        (-0.4_f64..0.4, -0.6_f64..0.5).prop_map(|(theta2, opening)| [theta2 + opening, theta2])
+    }
+
+    fn slopes() -> impl Strategy<Value = [f64; 3]> {
+        prop::array::uniform3(-0.5_f64..0.5)
+    }
+
+    fn masses() -> impl Strategy<Value = PointMasses> {
+        let sets = [
+            MassSet::caption().true_points(),
+            MassSet::text().lumped_to_wheels(),
+            MassSet::caption().lumped_to_body(),
+        ];
+        (0..3_usize).prop_map(move |i| sets[i])
+    }
+
+    proptest! {
+        /// Equivalence of two formulations: eq. (8) written directly is the one that eqs. (1) and (4) to (7) derive; H, F',
+        /// pin forces, N, residual and Q. 1e-10 of the forces: a hundred times the rounding of the 6x6 solve of eq. (6).
+        #[test]
+        fn direct_and_derived_equations_agree(
+            theta in angles(), slopes in slopes(), masses in masses(), t in prop::array::uniform3(-20.0_f64..20.0), is_b in any::<bool>(),
+        ) {
+            let geometry = geometry(is_b);
+            let posture = Posture::close(&geometry, theta[0], theta[1]).expect("inside the stops");
+            let block = BlockForm::new(&FullSystem::new(&geometry, &masses, &posture, &slopes));
+            let x_u = block.pin_forces().expect("regular");
+            let reduced = ReducedSystem::new(&block, &x_u);
+            let loads = Loads::at_rest(&masses);
+            let found = equations(&geometry, &arms(&geometry, theta), &loads, &slopes, 1.0);
+
+            for i in 0..3 {
+                prop_assert!((found.h_t[i] - reduced.h.column(2 * i)).norm() < 1e-12);
+                prop_assert!((found.h_n[i] - reduced.h.column(2 * i + 1)).norm() < 1e-12);
+                let pin = Vec2::new(x_u[2 * i], x_u[2 * i + 1]);
+                prop_assert!((found.pins[i] - pin).norm() < 1e-10 * (1.0 + x_u.norm()), "pin {i}");
+            }
+            prop_assert!((found.f - reduced.f).norm() < 1e-10 * reduced.f.norm());
+
+            let expected = reduced.normal_forces(&t).expect("regular");
+            let right = found.right_side(&t);
+            let normal = found.least_squares().expect("regular").solve(&right);
+            let mut residual = right;
+            for i in 0..3 {
+                residual -= found.h_n[i] * normal[i];
+                prop_assert!((normal[i] - expected.normal_force[i]).abs() < 1e-9, "{normal:?} {expected:?}");
+            }
+            prop_assert!((residual - Vector4::from(expected.residual)).norm() < 1e-9);
+
+            // Q from the force rows of link 1 in eq. (7).
+            let mut q = Vec2::new(block.right_side(&x_u)[0], block.right_side(&x_u)[1]);
+            for i in 0..3 {
+                let x = Vec2::new(block.a[(0, 2 * i)], block.a[(1, 2 * i)]) * t[i];
+                let y = Vec2::new(block.a[(0, 2 * i + 1)], block.a[(1, 2 * i + 1)]) * normal[i];
+                q -= x + y;
+            }
+            prop_assert!((found.force_in_q(&loads, &geometry.carriers, &normal, &t) - q).norm() < 1e-9);
+        }
+
+        /// `H x'` changes with a contact angle as central differences do: at h = 1e-6 these err by 1e-9 of the forces.
+        #[test]
+        fn by_contact_angle_is_the_derivative(
+            theta in angles(), slopes in slopes(), i in 0..3_usize, n in 0.0_f64..100.0, t in -30.0_f64..30.0, is_b in any::<bool>(),
+        ) {
+            let geometry = geometry(is_b);
+            let arms = arms(&geometry, theta);
+            let loads = Loads::default();
+            let at = |change: f64| {
+                let mut slopes = slopes;
+                slopes[i] += change;
+                let e = equations(&geometry, &arms, &loads, &slopes, 0.2);
+                e.h_t[i] * t + e.h_n[i] * n
+            };
+            let h = 1e-6;
+            let difference = (at(h) - at(-h)) / (2.0 * h);
+            let found = equations(&geometry, &arms, &loads, &slopes, 0.2)
+                .by_contact_angle(i, geometry.carriers[i], geometry.wheel_radius, n, t);
+            prop_assert!((found - difference).norm() < 1e-6, "{found} {difference}");
+        }
+
+        /// The parity direction is a unit vector, holds no normal force, and least squares leaves just its share of the
+        /// right side: `y - H_N N = w (w' y)`.
+        #[test]
+        fn parity_is_what_least_squares_leaves(
+            theta in angles(), slopes in slopes(), y in prop::array::uniform4(-100.0_f64..100.0), is_b in any::<bool>(),
+        ) {
+            let geometry = geometry(is_b);
+            let e = equations(&geometry, &arms(&geometry, theta), &Loads::default(), &slopes, 0.2);
+            let w = e.parity_direction().expect("H_N has rank 3");
+            prop_assert!((w.norm() - 1.0).abs() < 1e-12 && w.x >= 0.0);
+            let y = Vector4::from(y);
+            let normal = e.least_squares().expect("regular").solve(&y);
+            let mut left = y;
+            for i in 0..3 {
+                prop_assert!(w.dot(&e.h_n[i]).abs() < 1e-12);
+                left -= e.h_n[i] * normal[i];
+            }
+            prop_assert!((left - w * w.dot(&y)).norm() < 1e-9, "{left}");
+        }
+
+        /// Equivalence: a robot that accelerates uniformly is one at rest in a gravity that is tilted and stronger.
+        #[test]
+        fn uniform_acceleration_is_tilted_gravity(theta in angles(), slopes in slopes(), ax in -5.0_f64..5.0, ay in -5.0_f64..5.0) {
+            let (geometry, mass) = (Geometry::a(), MassSet::caption());
+            let masses = mass.true_points();
+            let still = Turning::default();
+            let arms1 = arms(&geometry, theta);
+            let accelerated = Loads::moving(&mass, &masses, &arms1, &geometry.carriers, Vec2::new(ax, ay), &still, &[0.0; 3]);
+            // In the turned frame "up" is the direction of a + g.
+            let felt = Vec2::new(ax, ay + GRAVITY);
+            let turn = libm::atan2(felt.x, felt.y);
+            let arms2 = arms(&geometry, theta.map(|angle| angle + turn));
+            let at_rest = Loads::at_rest(&masses);
+            let normal = |arms: &Arms, loads: &Loads, slopes: [f64; 3]| {
+                let e = equations(&geometry, arms, loads, &slopes, 0.2);
+                e.least_squares().map(|inverse| inverse.solve(&e.f))
+            };
+            let found = normal(&arms1, &accelerated, slopes).expect("regular");
+            let expected = normal(&arms2, &at_rest, slopes.map(|angle| angle + turn));
+            // The two force rows turn as a pair, which least squares does not see.
+            let expected = expected.expect("regular").map(|n| n * felt.norm() / GRAVITY);
+            for i in 0..3 {
+                prop_assert!((found[i] - expected[i]).abs() < 1e-9, "{found:?} {expected:?}");
+            }
+        }
+
+        /// Newton and Euler for the whole robot: the force rows hold the change of its momentum, the sum of the moment rows
+        /// that of its angular momentum about Q; pins cancel. Momenta by central differences of positions along a path
+        /// (h = 1e-4: rounding over h^2 gives 1e-7 of a moment).
+        #[test]
+        fn inertial_loads_are_the_change_of_momentum(
+            theta in angles(), w in prop::array::uniform2(-1.0_f64..1.0), a in prop::array::uniform2(-3.0_f64..3.0),
+            q in prop::array::uniform2(-3.0_f64..3.0), spin in prop::array::uniform3(-9.0_f64..9.0), is_b in any::<bool>(),
+        ) {
+            let (geometry, mass) = (geometry(is_b), MassSet::caption());
+            let masses = mass.true_points();
+            let q = Vec2::new(q[0], q[1]);
+            let now = arms(&geometry, theta);
+            let turning = now.turning(w, a);
+            let loads = Loads::moving(&mass, &masses, &now, &geometry.carriers, q, &turning, &spin);
+            let e = equations(&geometry, &now, &loads, &[0.0; 3], 1.0);
+
+            let h = 1e-4;
+            let path = |t: f64| {
+                let theta = [0, 1].map(|i| theta[i] + w[i] * t + 0.5 * a[i] * t * t);
+                let posture = Posture::close(&geometry, theta[0], theta[1]).expect("inside the stops");
+                (posture, q * (0.5 * t * t))
+            };
+            let [before, at, after] = [-h, 0.0, h].map(path);
+            let second = |x: f64, y: f64, z: f64| (z - 2.0 * y + x) / (h * h);
+            let (mut force, mut moment) = (Vec2::zeros(), 0.0);
+            let mut add = |of: &dyn Fn(&Posture) -> Vec2, kg: f64, inertia: f64, angle: &dyn Fn(&Posture) -> f64| {
+                let place = |(posture, q): &(Posture, Vec2)| of(posture) + q;
+                let (p0, p1, p2) = (place(&before), place(&at), place(&after));
+                let felt = (p2 - p1 * 2.0 + p0) / (h * h) + Vec2::new(0.0, GRAVITY);
+                force += felt * kg;
+                moment += kg * cross(p1, felt) + inertia * second(angle(&before.0), angle(&at.0), angle(&after.0));
+            };
+            for bar in Bar::ALL {
+                let (kg, inertia) = mass.of(bar);
+                add(&|p| p.cg_from_q(&geometry, bar), kg, inertia, &|p| p.angle(bar));
+            }
+            for i in 0..3 {
+                let carrier = geometry.carriers[i].bar();
+                add(&|p| p.axle_from_q(&geometry, i), mass.wheel, mass.wheel_inertia, &|p| p.angle(carrier));
+            }
+            moment -= mass.wheel_inertia * spin.iter().sum::<f64>();
+            prop_assert!((Vec2::new(e.f.x, e.f.y) - force).norm() < 1e-4, "{} {force}", e.f);
+            prop_assert!((e.f.z + e.f.w - moment).abs() < 1e-4, "{} {moment}", e.f);
+        }
+    }
+
+    /// Newton: a robot that falls freely pushes on nothing, inside or outside.
+    #[test]
+    fn free_fall_has_no_forces() {
+        let (geometry, mass) = (Geometry::a(), MassSet::caption());
+        let now = arms(&geometry, [0.1, -0.2]);
+        let loads = Loads::moving(
+            &mass,
+            &mass.true_points(),
+            &now,
+            &geometry.carriers,
+            Vec2::new(0.0, -GRAVITY),
+            &Turning::default(),
+            &[0.0; 3],
+        );
+        assert_eq!(loads, Loads::default());
+        let e = equations(&geometry, &now, &loads, &[0.1, 0.0, -0.1], 0.2);
+        let normal = e.least_squares().expect("regular").solve(&e.f);
+        assert_eq!(normal, [0.0; 3]);
+        assert_eq!(e.pins, [Vec2::zeros(); 3]);
+    }
+
+    #[test]
+    fn a_straight_line_through_p_r_s_is_refused() {
+        let mut now = arms(&Geometry::a(), [0.0; 2]);
+        now.p = now.s + (now.s - now.r) * 0.5;
+        let loads = Loads::at_rest(&MassSet::caption().true_points());
+        let carriers = Geometry::a().carriers;
+        assert!(Equilibrium::new(&now, &carriers, 0.1, &loads, &[0.0; 3], 1.0).is_none());
+    }
+}

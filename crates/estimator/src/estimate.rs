@@ -80,7 +80,7 @@ pub enum EstimateError {
         /// Which field of [`crate::SensorFrame`].
         field: &'static str,
     },
-    /// Time did not increase, or is not a number.
+    /// Time did not increase by a microsecond at least, or is not a number.
     Time {
         /// Time of the last frame, s.
         last: f64,
@@ -99,7 +99,7 @@ impl core::fmt::Display for EstimateError {
             Self::Missing { field } => write!(f, "the reading {field} has never come"),
             Self::Time { last, now } => write!(
                 f,
-                "time must increase: the last frame was at {last} s, this one at {now} s"
+                "time must increase by 1 us at least: the last frame was at {last} s, this one at {now} s"
             ),
             Self::Linkage(e) => e.fmt(f),
             Self::Singular => write!(f, "the statics are singular in this posture"),

@@ -14,7 +14,8 @@ impl Flags {
     pub const AT_STOP: Self = Self(8);
     /// A reading is missing from this frame; the last good one stands in for it.
     pub const SENSOR_MISSING: Self = Self(16);
-    /// A reading has been missing for more than 0.1 s.
+    /// A reading has been missing for more than 0.1 s, or the filters start anew: after a gap in time, with a clock that was
+    /// set back, with an encoder that counts from a new zero.
     pub const SENSOR_STALE: Self = Self(32);
     /// A reading was not a finite number or beyond what the robot can do; it counts as missing.
     pub const SENSOR_ABSURD: Self = Self(64);

@@ -33,6 +33,8 @@ pub struct SensorFrame {
 mod limit {
     /// Motor torque at a wheel, N m: thirty times the drive's.
     pub const TORQUE: f64 = 300.0;
+    /// Turn of a wheel, rad: 100 000 km. Beyond it a count is lost in rounding.
+    pub const TURN: f64 = 1e9;
     /// Inclination and contact angle, rad: upside down.
     pub const ANGLE: f64 = core::f64::consts::FRAC_PI_2;
     /// Angular rate of a link, rad/s: 2000 deg/s, the range of common gyroscopes.
@@ -59,7 +61,8 @@ impl Held {
     }
 
     fn take(&mut self, reading: Option<f64>, dt: f64, possible: impl Fn(f64) -> bool) -> Flags {
-        self.age += dt;
+        // Finite for ever, so that a state can be saved.
+        self.age = (self.age + dt).min(f64::MAX);
         let flags = match reading {
             Some(value) if value.is_finite() && possible(value) => {
                 *self = Self {
@@ -89,6 +92,8 @@ pub(crate) struct Inputs {
     pub inclination: [Held; 2],
     pub rate: [Held; 2],
     pub contact_angle: [Held; 3],
+    /// Whether the wheel's angle counts from a new zero with this frame.
+    pub new_zero: [bool; 3],
 }
 
 impl Inputs {
@@ -103,9 +108,23 @@ impl Inputs {
             let (last, known) = (held.value, held.known);
             // A hundredth of a turn more, for encoders that count coarsely.
             let reach = limit::SPIN * (held.age + dt) + 0.06;
-            flags |= held.take(frame.wheel_angle[i], dt, |v| {
-                !known || libm::fabs(v - last) <= reach
+            let found = held.take(frame.wheel_angle[i], dt, |v| {
+                libm::fabs(v) <= limit::TURN && (!known || libm::fabs(v - last) <= reach)
             });
+            flags |= found;
+            // An encoder that stays away from where the wheel can be has a new zero: it was reset, or the last angle was false.
+            self.new_zero[i] = false;
+            if let Some(value) = frame.wheel_angle[i]
+                && found.contains(Flags::SENSOR_ABSURD | Flags::SENSOR_STALE)
+                && libm::fabs(value) <= limit::TURN
+            {
+                *held = Held {
+                    value,
+                    age: 0.0,
+                    known: true,
+                };
+                self.new_zero[i] = true;
+            }
             let torque = |v: f64| libm::fabs(v) <= limit::TORQUE;
             flags |= self.motor_torque[i].take(frame.motor_torque[i], dt, torque);
             let angle = |v: f64| libm::fabs(v) <= limit::ANGLE;
@@ -137,4 +156,4 @@ impl Inputs {
 }
 
 visit_fields!(Held: value, age, known);
-visit_fields!(Inputs: wheel_angle, motor_torque, inclination, rate, contact_angle);
+visit_fields!(Inputs: wheel_angle, motor_torque, inclination, rate, contact_angle, new_zero);

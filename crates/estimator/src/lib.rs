@@ -58,8 +58,11 @@ mod kalman;
 pub mod linkage;
 mod motion;
 mod paper;
+mod saved;
 mod settings;
 pub mod statics;
+#[cfg(test)]
+mod testing;
 mod told;
 pub mod torque_observer;
 pub mod traction;
@@ -69,4 +72,5 @@ pub use estimate::{Estimate, EstimateError, Parity, ReadingErrors};
 pub use estimator::Estimator;
 pub use flags::Flags;
 pub use frame::{LinkReading, SensorFrame};
+pub use saved::{RestoreError, SavedState};
 pub use settings::{EstimatorSettings, Filters, Masses, NoiseBudget};

@@ -63,7 +63,7 @@ impl PaperFilters {
             speed.age += dt;
             let reading = inputs.wheel_angle[i];
             if reading.fresh() {
-                if speed.started {
+                if speed.started && !inputs.new_zero[i] {
                     speed.omega = (reading.value - speed.angle) / speed.age;
                 }
                 (speed.angle, speed.age, speed.started) = (reading.value, 0.0, true);

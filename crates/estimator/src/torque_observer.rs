@@ -57,6 +57,14 @@ impl TorqueObserver {
         }
     }
 
+    /// An observer of a wheel that may be turning already, within 20 rad/s (2 m/s at the rim).
+    pub fn turning() -> Self {
+        Self {
+            filter: Kalman::new([0.0; 4], [0.0, 20.0, 5.0, 5.0]),
+            started: false,
+        }
+    }
+
     /// Goes on by `dt` (s) under the motor torque `torque` (N m, mean over the interval) with the link's angular
     /// acceleration `alpha_link` (rad/s^2, counter-clockwise).
     pub fn predict(
@@ -121,6 +129,11 @@ impl TorqueObserver {
         self.filter.p = next;
     }
 
+    /// The encoder counts from a new zero: its next reading sets the angle.
+    pub fn forget_angle(&mut self) {
+        self.started = false;
+    }
+
     /// Takes a reading of the spin angle, rad. `None` for the first one, which sets the angle.
     pub fn measure(
         &mut self,
@@ -131,6 +144,10 @@ impl TorqueObserver {
         if !self.started {
             self.started = true;
             self.filter.x[ANGLE] = angle;
+            for i in 0..4 {
+                self.filter.p[ANGLE][i] = 0.0;
+                self.filter.p[i][ANGLE] = 0.0;
+            }
             self.filter.p[ANGLE][ANGLE] = r;
             return None;
         }
@@ -146,11 +163,153 @@ impl TorqueObserver {
         self.filter.x[SPEED]
     }
 
+    /// Whether the speed is known well enough to be used, to 0.1 rad/s.
+    pub fn settled(&self) -> bool {
+        self.filter.p[SPEED][SPEED] < 0.01
+    }
+
     /// Torque of the ground on the wheel `d T`, N m, and its standard deviation.
     pub fn ground_torque(&self) -> (f64, f64) {
         (
             self.filter.x[TORQUE],
             libm::sqrt(self.filter.p[TORQUE][TORQUE].max(0.0)),
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::Random;
+
+    const PARAMETERS: TorqueObserverParameters = TorqueObserverParameters {
+        wheel_inertia: 0.0075,
+        rotor_inertia: 0.0864,
+        viscous_damping: 0.15,
+        encoder_sigma: 1e-6,
+        torque_sigma: 1e-3,
+        step: 0.0,
+        unseen: 0.0,
+    };
+    const INERTIA: f64 = PARAMETERS.wheel_inertia + PARAMETERS.rotor_inertia;
+
+    /// A wheel under constant torques, integrated exactly: `omega = rest + (omega - rest) exp(-B t/J)`.
+    struct Wheel {
+        angle: f64,
+        speed: f64,
+    }
+
+    impl Wheel {
+        fn step(&mut self, dt: f64, motor: f64, ground: f64, alpha_link: f64) {
+            let b = PARAMETERS.viscous_damping;
+            let rest = (motor - ground + PARAMETERS.wheel_inertia * alpha_link) / b;
+            let decay = libm::exp(-b / INERTIA * dt);
+            let above = self.speed - rest;
+            self.angle += rest * dt + above * (1.0 - decay) * INERTIA / b;
+            self.speed = rest + above * decay;
+        }
+    }
+
+    /// Closed form: motor torque, damping and the link's angular acceleration account for all of the motion, so that a constant
+    /// torque of the ground is found exactly: up to what an integration of second order leaves, (B dt/J)^2/6 = 4e-7 of 2 N m.
+    #[test]
+    fn a_constant_torque_is_found() {
+        let mut observer = TorqueObserver::new();
+        let mut wheel = Wheel {
+            angle: 5.0,
+            speed: 0.0,
+        };
+        assert_eq!(observer.measure(&PARAMETERS, wheel.angle), None);
+        for _ in 0..5000 {
+            wheel.step(1e-3, 2.5, 2.0, -3.0);
+            observer.predict(&PARAMETERS, 1e-3, 2.5, -3.0);
+            observer.measure(&PARAMETERS, wheel.angle);
+        }
+        let (torque, sigma) = observer.ground_torque();
+        assert!((torque - 2.0).abs() < 1e-5, "{torque}");
+        assert!((observer.speed() - wheel.speed).abs() < 1e-5);
+        assert!(sigma > 0.0 && sigma < 0.1, "{sigma}");
+    }
+
+    /// A step of the ground's torque, which no motor torque announces, is followed. With a jerk of 5 N m/s^2/sqrt(Hz) against the
+    /// noise of the encoder the filter's time constant is some 20 ms: after 0.2 s less than 1 % is left.
+    #[test]
+    fn a_step_settles() {
+        let mut observer = TorqueObserver::new();
+        let mut wheel = Wheel {
+            angle: 0.0,
+            speed: 0.0,
+        };
+        observer.measure(&PARAMETERS, 0.0);
+        let mut run = |seconds: f64, ground: f64| {
+            for _ in 0..libm::round(seconds / 1e-3) as u32 {
+                wheel.step(1e-3, 0.0, ground, 0.0);
+                observer.predict(&PARAMETERS, 1e-3, 0.0, 0.0);
+                observer.measure(&PARAMETERS, wheel.angle);
+            }
+            observer.ground_torque().0
+        };
+        assert!(run(1.0, 0.0).abs() < 1e-9);
+        let soon = run(0.005, 1.0);
+        assert!(soon > 0.0 && soon < 0.9, "{soon}");
+        let later = run(0.2, 1.0);
+        assert!((later - 1.0).abs() < 0.01, "{later}");
+    }
+
+    /// Consistency: with counts as noise the torque's error over many independent stretches is as large as stated. Errors
+    /// over 40 s are worth some 500 independent ones; 0.8 to 1.25 is four standard errors of their RMS.
+    #[test]
+    fn the_stated_deviation_is_the_real_one() {
+        let mut random = Random::new();
+        let parameters = TorqueObserverParameters {
+            encoder_sigma: 2e-5,
+            ..PARAMETERS
+        };
+        let mut observer = TorqueObserver::new();
+        let mut wheel = Wheel {
+            angle: 0.0,
+            speed: 0.0,
+        };
+        observer.measure(&parameters, 0.0);
+        let (mut ground, mut rate, dt) = (0.0, 0.0, 1e-3);
+        let (mut square, mut count) = (0.0, 0.0);
+        for k in 0..40_000 {
+            // The model's own torque: white second derivative. Held at its mean over the step.
+            let jerk = TorqueObserver::TORQUE_JERK * random.normal() / libm::sqrt(dt);
+            wheel.step(dt, 0.0, ground + 0.5 * rate * dt, 0.0);
+            ground += rate * dt + 0.5 * jerk * dt * dt;
+            rate += jerk * dt;
+            observer.predict(&parameters, dt, 0.0, 0.0);
+            observer.measure(&parameters, wheel.angle + 2e-5 * random.normal());
+            if k > 1000 {
+                let (torque, sigma) = observer.ground_torque();
+                square += (torque - ground) * (torque - ground) / (sigma * sigma);
+                count += 1.0;
+            }
+        }
+        let ratio = libm::sqrt(square / count);
+        assert!((0.8..1.25).contains(&ratio), "{ratio}");
+    }
+
+    /// Without a reading of the motor torque the ground's torque is known less from step to step; with one again, as before.
+    #[test]
+    fn an_unread_torque_is_less_sure() {
+        let mut observer = TorqueObserver::new();
+        observer.measure(&PARAMETERS, 0.0);
+        let mut run = |steps: u32, unseen: f64| {
+            for _ in 0..steps {
+                let parameters = TorqueObserverParameters {
+                    unseen,
+                    ..PARAMETERS
+                };
+                observer.predict(&parameters, 1e-3, 0.0, 0.0);
+                observer.measure(&parameters, 0.0);
+            }
+            observer.ground_torque().1
+        };
+        let settled = run(1000, 0.0);
+        assert!(run(100, 5.0) > 1.5 * settled);
+        // The rate's part fades with the filter's slow pole.
+        assert!((run(1000, 0.0) - settled).abs() < 1e-3 * settled);
     }
 }

@@ -1,0 +1,31 @@
+//! What tests share.
+
+/// Random numbers that are the same in every run: a linear congruential generator (Knuth's MMIX), its high bits.
+pub struct Random(u64);
+
+impl Random {
+    pub fn new() -> Self {
+        Self(1)
+    }
+
+    /// Uniform between 0 and 1.
+    fn uniform(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        // 32 bits are enough for noise.
+        f64::from((self.0 >> 32) as u32) / 4_294_967_296.0
+    }
+
+    /// Mean 0, variance 1, nearly normal: the sum of twelve uniform ones.
+    pub fn normal(&mut self) -> f64 {
+        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
+    }
+}
+
+/// A positive definite matrix from the entries of a root.
+pub fn positive<const N: usize>(root: &[f64]) -> nalgebra::SMatrix<f64, N, N> {
+    let root = nalgebra::SMatrix::<f64, N, N>::from_row_slice(root);
+    root * root.transpose() + nalgebra::SMatrix::identity() * 0.1
+}
