@@ -4,6 +4,7 @@ mod compare;
 mod output;
 mod progress;
 mod run;
+mod study;
 mod terminal;
 mod verify;
 
@@ -26,6 +27,8 @@ enum Command {
     Compare(compare::Args),
     /// Check that the simulated truth of a scene can be trusted: both engines, conservation, half the step; a verdict a line.
     Verify(verify::Args),
+    /// Observe a scene with many seeds: how exact its estimators are, and whether they know it; with --ladder, what each step brings.
+    Study(study::Args),
 }
 
 fn main() -> ExitCode {
@@ -34,6 +37,7 @@ fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Compare(args) => compare::compare(&args),
         Command::Verify(args) => verify::run(&args),
+        Command::Study(args) => study::run(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
