@@ -28,8 +28,8 @@ pub enum Verdict {
     Cautious,
     /// Errors are larger than stated.
     Overconfident,
-    /// Fewer than five runs cannot tell.
-    TooFewRuns,
+    /// Fewer than five runs, or runs that do not differ, cannot tell.
+    NotJudged,
 }
 
 impl Verdict {
@@ -39,14 +39,14 @@ impl Verdict {
             Self::Consistent => "consistent",
             Self::Cautious => "cautious",
             Self::Overconfident => "overconfident",
-            Self::TooFewRuns => "too few runs",
+            Self::NotJudged => "not judged",
         }
     }
 
     /// Of a mean square of normalised errors that should be `expected`.
     fn of(mean: &Mean, expected: f64) -> Self {
         match mean.interval() {
-            None => Self::TooFewRuns,
+            None => Self::NotJudged,
             Some((least, _)) if least > expected => Self::Overconfident,
             Some((_, greatest)) if greatest < expected => Self::Cautious,
             Some(_) => Self::Consistent,
@@ -90,6 +90,6 @@ mod tests {
         assert_eq!(verdict(5.0, 5), Verdict::Overconfident);
         assert_eq!(verdict(1.1, 5), Verdict::Consistent);
         assert_eq!(verdict(1.0, 5), Verdict::Cautious);
-        assert_eq!(verdict(3.0, 4), Verdict::TooFewRuns);
+        assert_eq!(verdict(3.0, 4), Verdict::NotJudged);
     }
 }

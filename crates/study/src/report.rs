@@ -2,7 +2,7 @@
 
 use crate::consistency::{Consistency, Verdict};
 use crate::course::Course;
-use crate::statistics::Mean;
+use crate::statistics::{LEAST_RUNS, Mean};
 use crate::summary::Summary;
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Row, Table};
@@ -10,7 +10,7 @@ use robhaz_scene::Scene;
 use serde::Serialize;
 
 /// Width of the table, columns of text.
-const WIDTH: u16 = 108;
+const WIDTH: u16 = 110;
 
 /// What a study found. Shares and errors of N are parts of the mean true N.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -107,6 +107,15 @@ impl Report {
                 .to_owned(),
         });
         text.push_str(&self.what_was_run());
+        if self
+            .estimators
+            .iter()
+            .any(|l| l.verdict == Some(Verdict::NotJudged))
+        {
+            text.push_str(&format!(
+                "\nNot judged: that takes at least {LEAST_RUNS} seeds, and something random that differs between them."
+            ));
+        }
         for line in self.estimators.iter().filter(|l| l.missing > 0) {
             text.push_str(&format!(
                 "\n{}: no estimate in {} of {} samples of all seeds; these do not count.",

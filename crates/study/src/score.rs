@@ -1,5 +1,6 @@
 //! How exact one estimator is over one run.
 
+use nalgebra::{Matrix3, Vector3};
 use robhaz_estimator::Estimate;
 use robhaz_sim::Truth;
 
@@ -11,7 +12,7 @@ pub struct Score {
     normal_square: f64,
     normal_sum: f64,
     traction_square: f64,
-    /// Where the estimator stated a covariance of N that can be inverted.
+    /// Where the estimator stated a covariance of N. Where it holds an N at zero the covariance is none of the three N.
     judged: u64,
     stated_square: f64,
     nees: f64,
@@ -47,15 +48,18 @@ impl Score {
             self.innovations += 1;
             self.nis += (parity.value / parity.sigma).powi(2);
         }
-        let normal = |i: usize, j: usize| covariance[2 * i + 1][2 * j + 1];
-        let Some(nees) = mahalanobis(&error, normal) else {
+        if estimate.normal_force.iter().any(|n| *n <= 0.0) {
+            return;
+        }
+        let p = Matrix3::from_fn(|i, j| covariance[2 * i + 1][2 * j + 1]);
+        let Some(nees) = mahalanobis(&error.into(), p) else {
             return;
         };
         self.judged += 1;
         self.nees += nees;
-        self.stated_square += (0..3).map(|i| normal(i, i)).sum::<f64>();
+        self.stated_square += p.trace();
         for (i, e) in error.iter().enumerate() {
-            self.inside += u64::from(e * e <= 4.0 * normal(i, i));
+            self.inside += u64::from(e * e <= 4.0 * p[(i, i)]);
         }
     }
 
@@ -109,30 +113,9 @@ fn ratio(sum: f64, count: u64) -> Option<f64> {
     mean
 }
 
-/// `e' P^-1 e` for three components; `None` where P is not positive definite (a wheel whose N is held at zero).
-fn mahalanobis(e: &[f64; 3], p: impl Fn(usize, usize) -> f64) -> Option<f64> {
-    // Cholesky.
-    let mut l = [[0.0; 3]; 3];
-    let mut y = [0.0; 3];
-    for i in 0..3 {
-        let mut right = e[i];
-        for j in 0..i {
-            let mut sum = p(i, j);
-            for k in 0..j {
-                sum -= l[i][k] * l[j][k];
-            }
-            l[i][j] = sum / l[j][j];
-            right -= l[i][j] * y[j];
-        }
-        let square = p(i, i) - (0..i).map(|k| l[i][k] * l[i][k]).sum::<f64>();
-        // So that a NaN fails too.
-        if !(square > 1e-9 * p(i, i)) {
-            return None;
-        }
-        l[i][i] = square.sqrt();
-        y[i] = right / l[i][i];
-    }
-    Some(y.iter().map(|v| v * v).sum())
+/// `e' P^-1 e`; `None` where P is not positive definite.
+fn mahalanobis(e: &Vector3<f64>, p: Matrix3<f64>) -> Option<f64> {
+    Some(e.dot(&p.cholesky()?.solve(e)))
 }
 
 #[cfg(test)]
@@ -142,11 +125,11 @@ mod tests {
     /// Closed form: P = L L' with L = [[2,0,0],[1,1,0],[0,3,1]] and e = L (1, 2, 3) give 1 + 4 + 9.
     #[test]
     fn mahalanobis_undoes_the_covariance() {
-        let p = [[4.0, 2.0, 0.0], [2.0, 2.0, 3.0], [0.0, 3.0, 10.0]];
-        let square = mahalanobis(&[2.0, 3.0, 9.0], |i, j| p[i][j]).expect("positive definite");
+        let l = Matrix3::new(2.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 3.0, 1.0);
+        let e = l * Vector3::new(1.0, 2.0, 3.0);
+        let square = mahalanobis(&e, l * l.transpose()).expect("positive definite");
         assert!((square - 14.0).abs() < 1e-12, "{square}");
-        let held = |i: usize, j: usize| if i == 2 || j == 2 { 0.0 } else { p[i][j] };
-        assert_eq!(mahalanobis(&[2.0, 3.0, 0.0], held), None);
+        assert_eq!(mahalanobis(&e, Matrix3::zeros()), None);
     }
 
     /// Nothing observed is nothing, never a number.

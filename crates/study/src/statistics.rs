@@ -34,9 +34,13 @@ impl Mean {
         })
     }
 
-    /// The interval that holds the expected value with a probability of 95 %, by Student's t; `None` for fewer than five runs.
+    /// The interval that holds the expected value with a probability of 95 %, by Student's t; `None` for fewer than five runs, and
+    /// for runs that are all the same, because nothing random differs between them.
     pub fn interval(&self) -> Option<(f64, f64)> {
-        let error = self.standard_error.filter(|_| self.runs >= LEAST_RUNS)?;
+        let error = self.standard_error?;
+        if self.runs < LEAST_RUNS || error <= 1e-12 * self.mean.abs() {
+            return None;
+        }
         let half = student(self.runs - 1) * error;
         Some((self.mean - half, self.mean + half))
     }
