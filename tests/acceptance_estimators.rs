@@ -29,7 +29,7 @@ const CASES: [(&str, &[&str], [f64; 2]); 5] = [
         &["sensors.grade=typical", "drive.gear_friction=0.5"],
         [2.2, 1.5],
     ),
-    // Nothing can find out the true weight: link masses wrong by 10 % are 2 % of N. The independent one: 3.2 and 2.7 %.
+    // No estimator here looks for masses: link masses wrong by 10 % are 2 % of N. The independent one: 3.2 and 2.7 %.
     (
         "+ CAD errors",
         &[
@@ -122,6 +122,27 @@ fn best_keeps_to_its_levels_on_smooth_ground() {
     meets_the_levels("smooth", &[], 1.0, |_| true);
 }
 
+/// The limit of the last case, where the level is close (soft drive): wrong drawings alone, with ideal sensors, cost 2.4 % over these
+/// seeds. Sensors and friction add to it no more than what they cost alone, but for what wrong drawings hide: 1.1 times.
+#[test]
+fn wrong_drawings_are_most_of_what_is_left() {
+    let error = |keys: &[&str]| {
+        let scene = with_best("smooth", &[DRIVES[1].1, keys]);
+        let course = Course::of(&scene).unwrap();
+        let two = NonZeroUsize::new(2).unwrap();
+        let summaries = study(&scene, &course, &SEEDS, two, &mut || ()).unwrap();
+        100.0 * summaries[0].nrmse().unwrap().mean
+    };
+    let [_, _, (_, friction, _), _, (_, all, _)] = CASES;
+    let drawings: Vec<&str> = all[2..].to_vec();
+    let (drawings, friction, all) = (error(&drawings), error(friction), error(all));
+    println!(
+        "drawings alone {drawings:.3} %, sensors and friction alone {friction:.3} %, both {all:.3} %"
+    );
+    assert!(drawings > 2.0, "{drawings}");
+    assert!(all <= 1.1 * drawings.hypot(friction), "{all}");
+}
+
 /// Acceptance: one tuning for all. Other courses and the other robot within 1.3 times the levels.
 #[test]
 fn best_keeps_to_its_levels_elsewhere() {
@@ -148,7 +169,7 @@ fn the_ramps_corners_are_its_limit() {
                 assert!(nrmse <= must, "{what}: {nrmse} % above {must} %");
                 continue;
             }
-            // 96 % of the squared error lie within 0.1 s of three corners: 0.6 s of 10.
+            // Of the squared error 94 % (PI) and 97 % (soft) lie within 0.1 s of the corner's three blows: 0.6 s of 10.
             let part = |course: &Course| {
                 let score = &observe(&scene, course).unwrap()[0];
                 score.nrmse().unwrap()
@@ -169,8 +190,8 @@ fn the_ramps_corners_are_its_limit() {
 }
 
 /// Where `best` does not know its error, with figures, so that nobody trusts it there unawares and a change for the worse is seen:
-/// with poor sensors its relation between slip and traction is biased by contact angles that err by 6 deg. It stays below half the
-/// error of the estimator without that relation and 0.7 times the floor of one sample, but states too little.
+/// with poor sensors its relation between slip and traction is biased by torque scales that err by 6 % and contact angles by 6 deg. It
+/// stays below 0.7 times the floor of one sample, but states too little.
 #[test]
 fn poor_sensors_make_it_overconfident() {
     for ((drive, drive_keys), most) in DRIVES.into_iter().zip([2.5, 2.0]) {
