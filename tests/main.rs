@@ -3,6 +3,7 @@
 // A test may stop at the first surprise.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod acceptance_estimators;
 mod acceptance_fig5;
 mod acceptance_fig7_fig8;
 mod closed_form;

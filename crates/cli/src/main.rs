@@ -6,6 +6,7 @@ mod output;
 mod pace;
 mod progress;
 mod run;
+mod study;
 mod terminal;
 mod verify;
 #[cfg(feature = "viewer")]
@@ -33,6 +34,8 @@ enum Command {
     /// Look at runs in the Rerun viewer, at one or several side by side, or at a scene while it is simulated.
     #[cfg(feature = "viewer")]
     View(view::Args),
+    /// Observe a scene with many seeds: how exact its estimators are, and whether they know it; with --ladder, what each step brings.
+    Study(study::Args),
 }
 
 fn main() -> ExitCode {
@@ -43,6 +46,7 @@ fn main() -> ExitCode {
         Command::Verify(args) => verify::run(&args),
         #[cfg(feature = "viewer")]
         Command::View(args) => view::run(&args),
+        Command::Study(args) => study::run(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -2,10 +2,8 @@
 
 use crate::summary::{EstimatorSummary, ForceErrors};
 use robhaz_estimator::{Estimate, EstimateError};
+use robhaz_scene::is_compared;
 use robhaz_sim::Truth;
-
-/// Times closer than this are the same, s: a record's time is a rounded multiple of the period.
-const SAME_TIME: f64 = 1e-9;
 
 /// A sum that keeps what rounding would lose (Neumaier), so that an hour at 1 kHz is summed as exactly as a second.
 #[derive(Clone, Copy, Debug, Default)]
@@ -48,11 +46,6 @@ impl Rms {
     pub fn value(&self) -> Option<f64> {
         (self.samples > 0).then(|| (self.squares.value() / f64::from(self.samples)).sqrt())
     }
-}
-
-/// Whether a record at this time (s) counts in the errors.
-pub fn is_compared(time: f64, compare_from: f64) -> bool {
-    time >= compare_from - SAME_TIME
 }
 
 /// Errors of one force on the three wheels.

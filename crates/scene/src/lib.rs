@@ -35,4 +35,5 @@ pub use robhaz_sim::model_error::{ModelError, ModelErrorTooLarge};
 pub use robhaz_sim::sensors::{Grade, SensorSpec};
 pub use scene::{
     EngineChoice, EstimatorChoice, RecordChoice, RobotChoice, Scene, SensorChoice, TerrainChoice,
+    is_compared,
 };

@@ -5,13 +5,13 @@ mod clip;
 mod style;
 mod trace;
 
-use crate::accuracy::{Accuracy, Rms, is_compared};
+use crate::accuracy::{Accuracy, Rms};
 use crate::error::{RecordError, check_name, io_error};
 use crate::summary::EstimatorSummary;
 use canvas::{Column, Figure, Panel};
 use robhaz_model::{Pin, Vec2};
 use robhaz_run::{Frame, RunEnd, Sink, SinkError};
-use robhaz_scene::Scene;
+use robhaz_scene::{Scene, is_compared};
 use robhaz_sim::Truth;
 use std::path::{Path, PathBuf};
 use style::{LINKAGE, WHEELS};

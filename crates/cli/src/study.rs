@@ -1,0 +1,87 @@
+//! `robhaz study`: how exact a scene's estimators are, and whether they know it, over many seeds.
+
+use crate::terminal::say;
+use indicatif::{ProgressBar, ProgressStyle};
+use miette::{IntoDiagnostic, Result, WrapErr, bail};
+use robhaz_scene::Scene;
+use robhaz_study::{Course, Report, floor, ladder, study};
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Arguments of `robhaz study`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Scene file (TOML).
+    scene: PathBuf,
+    /// How many seeds, from the scene's seed on; fewer than 5 give no verdict.
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    seeds: u64,
+    /// Sets a key of the scene, over what the file says: `--set sensors.grade=typical`. Can be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Engine that computes the truth: `rapier` or `direct`; short for `--set engine.kind=...`.
+    #[arg(long, value_name = "KIND")]
+    engine: Option<String>,
+    /// Instead of the scene's estimators: from the paper's to `best`, each but the first three adding one thing to the one above.
+    #[arg(long)]
+    ladder: bool,
+    /// Writes what was found to a JSON file too; an older one is replaced.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+/// Simulates the scene once, observes it with every seed, prints the table.
+pub fn run(args: &Args) -> Result<()> {
+    let mut overrides = args.set.clone();
+    overrides.extend(args.engine.iter().map(|kind| format!("engine.kind={kind}")));
+    let mut scene = Scene::load(&args.scene, &overrides)?;
+    if args.ladder {
+        scene.estimators = ladder();
+    }
+    if scene.estimators.is_empty() {
+        bail!(
+            "{} has no estimator to study: leave out `estimator = []`, or study the --ladder",
+            scene.name
+        );
+    }
+    let Some(last) = scene.seed.checked_add(args.seeds - 1) else {
+        bail!(
+            "{} seeds from {} on: the last seed must be below 2^64",
+            args.seeds,
+            scene.seed
+        );
+    };
+    let seeds: Vec<u64> = (scene.seed..=last).collect();
+    let report = report(&scene, &seeds)?;
+    if let Some(path) = &args.json {
+        let text = serde_json::to_string_pretty(&report).into_diagnostic()?;
+        std::fs::write(path, text + "\n")
+            .into_diagnostic()
+            .wrap_err_with(|| format!("cannot write {}", path.display()))?;
+    }
+    say(&report.text())
+}
+
+fn report(scene: &Scene, seeds: &[u64]) -> Result<Report> {
+    let progress = ProgressBar::new(seeds.len() as u64);
+    let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len}");
+    progress.set_style(style.into_diagnostic()?);
+    progress.enable_steady_tick(Duration::from_millis(100));
+    progress.set_message("simulating");
+    let cannot = || format!("cannot study {}", scene.name);
+    let course = Course::of(scene).into_diagnostic().wrap_err_with(cannot)?;
+    progress.set_message("observing");
+    let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+    let summaries = study(scene, &course, seeds, threads, &mut || progress.inc(1))
+        .into_diagnostic()
+        .wrap_err_with(cannot)?;
+    progress.finish_and_clear();
+    Ok(Report::new(
+        scene,
+        &course,
+        seeds,
+        floor(scene, &course),
+        &summaries,
+    ))
+}

@@ -1,0 +1,218 @@
+//! The Cramer-Rao bound: how well the readings of one sample can tell N at all.
+
+use crate::course::Course;
+use nalgebra::{Matrix3, Matrix4, Vector4};
+use robhaz_estimator::arms::Arms;
+use robhaz_estimator::equilibrium::{Equilibrium, Loads};
+use robhaz_model::Robot;
+use robhaz_scene::Scene;
+use robhaz_sim::Truth;
+
+/// Standard deviations of what goes into eq. (8), in one sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReadingErrors {
+    /// Relative error of a torque's scale.
+    pub torque_gain: f64,
+    /// Offset of a torque, its white noise and the step of its reading, together, N m.
+    pub torque: f64,
+    /// Gear friction that the reading holds and nobody told of, the same for all wheels, N m.
+    pub gear_friction: f64,
+    /// Error of a contact angle, rad.
+    pub contact_angle: f64,
+}
+
+impl ReadingErrors {
+    /// Those of a scene's sensors. A rounded reading errs uniformly over its step.
+    pub fn of(scene: &Scene) -> Self {
+        let spec = &scene.sensors.spec;
+        let step = spec.torque_step / 12.0_f64.sqrt();
+        Self {
+            torque_gain: spec.torque_gain,
+            torque: spec.torque_offset.hypot(spec.torque_noise).hypot(step),
+            gear_friction: spec.torque_friction + scene.drive.gear_friction,
+            contact_angle: spec.contact_angle_error,
+        }
+    }
+
+    /// Covariance of the three N, N^2, that an unbiased estimate from one sample has at least: posture, contact angles and
+    /// forces are the true ones, and the equations linear in the errors.
+    ///
+    /// With R the covariance of the residual of eq. (8), that is `(H_N' R^-1 H_N)^-1`. R is singular where an error is zero;
+    /// the equal form `L (R - R w w' R/(w' R w)) L'`, with a left inverse L of H_N and `w' H_N = 0`, is not troubled by it.
+    ///
+    /// `None` where the contacts leave N undetermined.
+    pub fn covariance(&self, robot: &Robot, truth: &Truth) -> Option<Matrix3<f64>> {
+        let geometry = &robot.geometry;
+        let arms = Arms::new(geometry, truth.links[0].angle, truth.links[1].angle).ok()?;
+        // Loads are known: H does not depend on them.
+        let equilibrium = Equilibrium::new(
+            &arms,
+            &geometry.carriers,
+            geometry.wheel_radius,
+            &Loads::default(),
+            &truth.wheels.map(|wheel| wheel.contact_angle),
+            1.0,
+        )?;
+        let inverse = equilibrium.least_squares()?;
+        let r = self.residual_covariance(robot, truth, &equilibrium);
+        let left = inverse.rows;
+        let mut known = r;
+        if let Some(w) = equilibrium.parity_direction() {
+            let rw = r * w;
+            let spread = w.dot(&rw);
+            if spread > 0.0 {
+                known -= rw * rw.transpose() / spread;
+            }
+        }
+        Some(Matrix3::from_fn(|i, j| left[i].dot(&(known * left[j]))))
+    }
+
+    /// R, N^2 and N m: of the tractions, their common friction, and the contact angles.
+    fn residual_covariance(
+        &self,
+        robot: &Robot,
+        truth: &Truth,
+        equilibrium: &Equilibrium,
+    ) -> Matrix4<f64> {
+        let geometry = &robot.geometry;
+        let radius = geometry.wheel_radius;
+        let mut r = Matrix4::zeros();
+        let mut rub = Vector4::zeros();
+        for (i, wheel) in truth.wheels.iter().enumerate() {
+            let traction = (self.torque_gain * wheel.torque).hypot(self.torque) / radius;
+            let pulled = equilibrium.h_t[i] * traction;
+            let turned = equilibrium.by_contact_angle(
+                i,
+                geometry.carriers[i],
+                radius,
+                wheel.normal_force,
+                wheel.traction,
+            ) * self.contact_angle;
+            r += pulled * pulled.transpose() + turned * turned.transpose();
+            rub += equilibrium.h_t[i] * (self.gear_friction * wheel.omega.signum() / radius);
+        }
+        r + rub * rub.transpose()
+    }
+}
+
+/// RMS over wheels and samples that count of the least standard deviation of N, over the mean of N. `None` where the
+/// readings that the bound looks at are exact.
+pub fn floor(scene: &Scene, course: &Course) -> Option<f64> {
+    let errors = ReadingErrors::of(scene);
+    let (mut square, mut load, mut wheels) = (0.0, 0.0, 0.0);
+    for (truth, _) in course.samples().filter(|(_, counts)| *counts) {
+        let Some(covariance) = errors.covariance(&scene.robot.robot, truth) else {
+            continue;
+        };
+        square += covariance.trace().max(0.0);
+        load += truth.wheels.iter().map(|w| w.normal_force).sum::<f64>();
+        wheels += 3.0;
+    }
+    let floor = (square / wheels).sqrt() / (load / wheels);
+    (floor > 0.0).then_some(floor)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use robhaz_sim::{BarTruth, WheelTruth};
+
+    const ERRORS: ReadingErrors = ReadingErrors {
+        torque_gain: 0.02,
+        torque: 0.14,
+        gear_friction: 0.3,
+        contact_angle: 0.035,
+    };
+
+    /// A posture with links and contacts turned, wheels that pull against each other.
+    fn truth() -> Truth {
+        let link = |angle| BarTruth {
+            angle,
+            ..BarTruth::default()
+        };
+        let wheel = |contact_angle, normal_force, traction| WheelTruth {
+            contact_angle,
+            normal_force,
+            traction,
+            torque: 0.1 * traction + 0.3,
+            omega: 2.0,
+            ..WheelTruth::default()
+        };
+        Truth {
+            links: [link(0.1), link(-0.05), BarTruth::default()],
+            wheels: [
+                wheel(0.2, 40.0, 20.0),
+                wheel(-0.1, 50.0, -15.0),
+                wheel(0.05, 47.0, 5.0),
+            ],
+            ..Truth::default()
+        }
+    }
+
+    fn parts(errors: &ReadingErrors) -> (Equilibrium, Matrix4<f64>) {
+        let (robot, truth) = (Robot::default_a(), truth());
+        let geometry = &robot.geometry;
+        let arms = Arms::new(geometry, truth.links[0].angle, truth.links[1].angle).expect("closes");
+        let equilibrium = Equilibrium::new(
+            &arms,
+            &geometry.carriers,
+            geometry.wheel_radius,
+            &Loads::default(),
+            &truth.wheels.map(|w| w.contact_angle),
+            1.0,
+        )
+        .expect("regular");
+        let r = errors.residual_covariance(&robot, &truth, &equilibrium);
+        (equilibrium, r)
+    }
+
+    /// Equivalence: where R can be inverted the bound is `(H_N' R^-1 H_N)^-1`.
+    #[test]
+    fn it_is_the_inverse_of_the_information() {
+        let (equilibrium, r) = parts(&ERRORS);
+        let weight = r.try_inverse().expect("regular");
+        let h = &equilibrium.h_n;
+        let information = Matrix3::from_fn(|i, j| h[i].dot(&(weight * h[j])));
+        let expected = information.try_inverse().expect("regular");
+        let found = ERRORS
+            .covariance(&Robot::default_a(), &truth())
+            .expect("regular");
+        // Rounding, times the condition of R (about 1e3).
+        assert!(
+            (found - expected).norm() < 1e-9 * expected.norm(),
+            "{found} {expected}"
+        );
+    }
+
+    /// Conservation: exact contact angles leave the forces on the whole robot known but for the tractions, and with nothing
+    /// unknown nothing is unknown.
+    #[test]
+    fn exact_readings_leave_nothing_unknown() {
+        let exact = ReadingErrors {
+            torque_gain: 0.0,
+            torque: 0.0,
+            gear_friction: 0.0,
+            contact_angle: 0.0,
+        };
+        let of = |errors: &ReadingErrors| {
+            let covariance = errors.covariance(&Robot::default_a(), &truth());
+            covariance.expect("regular").trace()
+        };
+        assert!(of(&exact).abs() < 1e-12);
+        // Each error alone makes R singular (rank 1 to 3), and more unknown than none, less than all.
+        let alone = [
+            ReadingErrors {
+                torque: 0.1,
+                ..exact
+            },
+            ReadingErrors {
+                contact_angle: 0.03,
+                ..exact
+            },
+        ];
+        for errors in alone {
+            let found = of(&errors);
+            assert!(found > 0.1 && found < of(&ERRORS), "{errors:?} {found}");
+        }
+    }
+}

@@ -1,0 +1,234 @@
+//! What a study found, as a table for people and as JSON for programs.
+
+use crate::consistency::{Consistency, Verdict};
+use crate::course::Course;
+use crate::statistics::{LEAST_RUNS, Mean};
+use crate::summary::Summary;
+use comfy_table::presets::UTF8_FULL_CONDENSED;
+use comfy_table::{Cell, CellAlignment, ContentArrangement, Row, Table};
+use robhaz_scene::Scene;
+use serde::Serialize;
+
+/// Width of the table, columns of text.
+const WIDTH: u16 = 110;
+
+/// What a study found. Shares and errors of N are parts of the mean true N.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Report {
+    /// Name of the scene.
+    pub scene: String,
+    /// Engine that computed the truth.
+    pub engine: String,
+    /// Grade of the sensors.
+    pub sensors: String,
+    /// The seeds.
+    pub seeds: Vec<u64>,
+    /// Errors count from this time on, s.
+    pub compare_from_s: f64,
+    /// Samples of one seed that count.
+    pub samples: usize,
+    /// Samples of one seed from then on that do not, because a wheel touches at two places.
+    pub left_out: usize,
+    /// Least RMS standard deviation of N from one sample: [`crate::floor`]. `None` where the readings that it looks at are exact.
+    pub floor: Option<f64>,
+    /// One an estimator.
+    pub estimators: Vec<Line>,
+}
+
+/// What was found of one estimator. `None` where it gave no estimate, or states no covariance.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Line {
+    /// Its name.
+    pub name: String,
+    /// RMS error of N.
+    pub nrmse: Option<Mean>,
+    /// RMS error of T, N.
+    pub traction_rmse_n: Option<Mean>,
+    /// RMS standard deviation of N that it states.
+    pub stated: Option<Mean>,
+    /// Error over what it states.
+    pub error_over_stated: Option<f64>,
+    /// Error over the floor of one sample.
+    pub error_over_floor: Option<f64>,
+    /// NEES, NIS and share within two standard deviations.
+    pub consistency: Option<Consistency>,
+    /// What the NEES says.
+    pub verdict: Option<Verdict>,
+    /// What the NIS says.
+    pub parity_verdict: Option<Verdict>,
+    /// Samples of all seeds without an estimate.
+    pub missing: u64,
+}
+
+impl Report {
+    /// Of a scene's course, observed with `seeds`.
+    pub fn new(
+        scene: &Scene,
+        course: &Course,
+        seeds: &[u64],
+        floor: Option<f64>,
+        summaries: &[Summary],
+    ) -> Self {
+        Self {
+            scene: scene.name.clone(),
+            engine: scene.engine.kind.name().to_owned(),
+            sensors: scene.sensors.grade.name().to_owned(),
+            seeds: seeds.to_vec(),
+            compare_from_s: scene.record.compare_from,
+            samples: course.counted(),
+            left_out: course.left_out(),
+            floor,
+            estimators: summaries.iter().map(|s| Line::new(s, floor)).collect(),
+        }
+    }
+
+    /// The table, and what was run.
+    pub fn text(&self) -> String {
+        let mut table = Table::new();
+        table
+            .load_preset(UTF8_FULL_CONDENSED)
+            .set_content_arrangement(ContentArrangement::Dynamic)
+            .set_width(WIDTH)
+            .set_header(header());
+        for line in &self.estimators {
+            table.add_row(line.row());
+        }
+        let mut text = String::from(
+            "Errors of the normal forces N in % of their mean, of the tractions T in N; means over the seeds\n",
+        );
+        text.push_str(&table.trim_fmt());
+        text.push('\n');
+        text.push_str(&match self.floor {
+            Some(floor) => format!(
+                "Floor of one sample (Cramer-Rao: torques and contact angles as the sensors err): {:.2} %.\n",
+                100.0 * floor
+            ),
+            None => "Floor of one sample: none, torques and contact angles are read exactly.\n"
+                .to_owned(),
+        });
+        text.push_str(&self.what_was_run());
+        if self
+            .estimators
+            .iter()
+            .any(|l| l.verdict == Some(Verdict::NotJudged))
+        {
+            text.push_str(&format!(
+                "\nNot judged: that takes at least {LEAST_RUNS} seeds, and something random that differs between them."
+            ));
+        }
+        for line in self.estimators.iter().filter(|l| l.missing > 0) {
+            text.push_str(&format!(
+                "\n{}: no estimate in {} of {} samples of all seeds; these do not count.",
+                line.name,
+                line.missing,
+                self.samples * self.seeds.len()
+            ));
+        }
+        text
+    }
+
+    fn what_was_run(&self) -> String {
+        let seeds = match self.seeds.as_slice() {
+            [] => "no seed".to_owned(),
+            [one] => format!("seed {one}"),
+            [first, .., last] => format!("{} seeds, {first} to {last}", self.seeds.len()),
+        };
+        let left_out = match self.left_out {
+            0 => "none left out".to_owned(),
+            n => format!("{n} left out, at which a wheel touches at two places"),
+        };
+        format!(
+            "{}: {seeds}; engine {}, sensors {}; {} samples a seed from {} s on, {left_out}.",
+            self.scene, self.engine, self.sensors, self.samples, self.compare_from_s
+        )
+    }
+}
+
+impl Line {
+    fn new(summary: &Summary, floor: Option<f64>) -> Self {
+        let (nrmse, stated) = (summary.nrmse(), summary.stated());
+        let over = |by: Option<f64>| Some(nrmse?.mean / by?);
+        let consistency = summary.consistency();
+        Self {
+            name: summary.name.clone(),
+            nrmse,
+            traction_rmse_n: summary.traction_rmse(),
+            stated,
+            error_over_stated: over(stated.map(|s| s.mean)),
+            error_over_floor: over(floor),
+            consistency,
+            verdict: consistency.map(|c| c.verdict()),
+            parity_verdict: consistency.and_then(|c| c.parity_verdict()),
+            missing: summary.missing(),
+        }
+    }
+
+    fn row(&self) -> Row {
+        let mut row = Row::from(vec![Cell::new(&self.name)]);
+        let c = self.consistency;
+        let number = |value: Option<f64>, digits: usize| match value {
+            Some(value) => format!("{value:.digits$}"),
+            None => "-".to_owned(),
+        };
+        let cells = [
+            self.nrmse.map_or_else(|| "-".to_owned(), percent),
+            number(self.error_over_floor, 2),
+            number(self.traction_rmse_n.map(|m| m.mean), 2),
+            self.stated.map_or_else(
+                || "-".to_owned(),
+                |m| format!("{:.*}", digits(&m), 100.0 * m.mean),
+            ),
+            number(self.error_over_stated, 2),
+            number(c.map(|c| 100.0 * c.coverage.mean), 1),
+            number(c.map(|c| c.nees.mean), 2),
+            number(c.and_then(|c| c.nis).map(|m| m.mean), 2),
+        ];
+        for cell in cells {
+            row.add_cell(right(cell));
+        }
+        row.add_cell(Cell::new(self.verdict.map_or("-", Verdict::words)));
+        row
+    }
+}
+
+/// A share in %, with its standard error where there is one.
+fn percent(share: Mean) -> String {
+    let digits = digits(&share);
+    let mean = format!("{:.digits$}", 100.0 * share.mean);
+    match share.standard_error {
+        Some(error) => format!("{mean} ±{:.digits$}", 100.0 * error),
+        None => mean,
+    }
+}
+
+/// Digits of a share in % behind the point: three that count.
+fn digits(share: &Mean) -> usize {
+    match 100.0 * share.mean {
+        x if x < 1.0 => 3,
+        x if x < 10.0 => 2,
+        _ => 1,
+    }
+}
+
+fn header() -> Row {
+    let mut row = Row::from(vec![Cell::new("estimator")]);
+    let names = [
+        "error of N\n% ± s.e.",
+        "error/\nfloor",
+        "T\nN",
+        "stated\n%",
+        "error/\nstated",
+        "2 sigma\nhold %",
+        "NEES\n(3)",
+        "NIS\n(1)",
+    ];
+    for name in names {
+        row.add_cell(right(name));
+    }
+    row.add_cell(Cell::new("stated\nsigma is"));
+    row
+}
+
+fn right(text: impl ToString) -> Cell {
+    Cell::new(text).set_alignment(CellAlignment::Right)
+}

@@ -1,0 +1,289 @@
+//! Acceptance of `best`: how exact it is, whether it knows it, and how that stands to the Cramer-Rao bound of one sample.
+//!
+//! With `--nocapture` each test prints its table. All on the engine direct, means over ten seeds (ideal sensors: one, nothing is
+//! random). Timings are for benches; all of this file takes seconds.
+
+use crate::support::scene;
+use robhaz_scene::{Scene, SensorSpec};
+use robhaz_study::{Consistency, Course, Summary, Verdict, floor, ladder, observe, study};
+use std::num::NonZeroUsize;
+
+const SEEDS: [u64; 10] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9];
+const DRIVES: [(&str, &[&str]); 2] = [("PI", &[]), ("soft", &["drive.kp=2", "drive.ki=0"])];
+
+/// Sensors and drawings that get worse, and the NRMSE of N in % that each must keep to on `smooth`, PI and soft drive.
+const CASES: [(&str, &[&str], [f64; 2]); 5] = [
+    // What the method itself errs by: slope of the penetration, observer's lag.
+    ("ideal", &["sensors.grade=ideal"], [0.5, 0.1]),
+    // The independent implementation reaches 1.96 and 1.3 % here.
+    ("typical", &["sensors.grade=typical"], [2.0, 1.4]),
+    // Friction that nobody told of must be found: not finding it costs it 4.5 and 3.4 %, finding it reaches 2.2 and 1.4 %.
+    (
+        "friction in the reading",
+        &["sensors.grade=typical", "sensors.torque_friction=0.5"],
+        [2.2, 1.5],
+    ),
+    // The same in the plant looks the same to who reads: the same bounds.
+    (
+        "friction in the plant",
+        &["sensors.grade=typical", "drive.gear_friction=0.5"],
+        [2.2, 1.5],
+    ),
+    // No estimator here looks for masses: link masses wrong by 10 % are 2 % of N. The independent one: 3.2 and 2.7 %.
+    (
+        "+ CAD errors",
+        &[
+            "sensors.grade=typical",
+            "sensors.torque_friction=0.5",
+            "model_error.body_cg='10 mm'",
+            "model_error.link_masses=0.1",
+            "model_error.pins='2 mm'",
+        ],
+        [3.2, 2.7],
+    ),
+];
+
+fn with_best(name: &str, overrides: &[&[&str]]) -> Scene {
+    let best = ["engine.kind=direct", "estimator=[{name='best'}]"];
+    scene(name, &[&best, overrides.concat().as_slice()].concat())
+}
+
+/// Ten seeds, or one where nothing is random.
+fn seeds_of(scene: &Scene) -> &'static [u64] {
+    let random = scene.sensors.spec != SensorSpec::ideal();
+    if random { &SEEDS } else { &SEEDS[..1] }
+}
+
+/// Two threads: what a machine that runs the tests has.
+fn measure(scene: &Scene, course: &Course) -> Summary {
+    let two = NonZeroUsize::new(2).unwrap();
+    let summaries = study(scene, course, seeds_of(scene), two, &mut || ()).unwrap();
+    summaries.into_iter().next().unwrap()
+}
+
+/// NRMSE of N in %, printed beside its bound and all else.
+fn told(what: &str, summary: &Summary, must: f64) -> (f64, Consistency) {
+    let (nrmse, stated) = (summary.nrmse().unwrap(), summary.stated().unwrap());
+    let consistency = summary.consistency().unwrap();
+    println!(
+        "{what:42} N {:.3} +- {:.3} % (must {must:.2})  T {:.2} N  stated {:.3} %  2 sigma hold {:.1} %  NEES {:.2}  NIS {:.2}  {}",
+        100.0 * nrmse.mean,
+        100.0 * nrmse.standard_error.unwrap_or(0.0),
+        summary.traction_rmse().unwrap().mean,
+        100.0 * stated.mean,
+        100.0 * consistency.coverage.mean,
+        consistency.nees.mean,
+        consistency.nis.unwrap().mean,
+        consistency.verdict().words(),
+    );
+    (100.0 * nrmse.mean, consistency)
+}
+
+/// Where `best` claims to know its error, on rolling ground.
+///
+/// Two stated sigma hold at least 92.5 % of the errors, and the NEES is no more than 1.5 times what it should be: with drawings told
+/// right to the tolerance that the estimator is told, runs scatter by that much (standard error of the NEES over ten seeds up to
+/// 0.8 of 3). Nor is the stated sigma more than twice the error (NEES 3/4) where the sensors err as told; with ideal ones it is,
+/// because 0.3 N m of gear friction are held possible that are not there.
+fn is_honest(what: &str, case: &str, consistency: &Consistency) {
+    let (nees, hold) = (consistency.nees.mean, consistency.coverage.mean);
+    assert!(hold >= 0.925, "{what}: 2 sigma hold {hold}");
+    assert!(nees <= 1.5 * Consistency::COMPONENTS, "{what}: NEES {nees}");
+    assert_ne!(consistency.verdict(), Verdict::Overconfident, "{what}");
+    assert!(
+        case == "ideal" || nees >= 0.25 * Consistency::COMPONENTS,
+        "{what}: NEES {nees}"
+    );
+    // The parity residual stays within what is expected of it.
+    let nis = consistency.nis.unwrap().mean;
+    assert!(nis <= 1.0, "{what}: NIS {nis}");
+}
+
+fn meets_the_levels(name: &str, overrides: &[&str], factor: f64, judge: impl Fn(&str) -> bool) {
+    for (d, (drive, drive_keys)) in DRIVES.into_iter().enumerate() {
+        for (case, keys, must) in CASES {
+            if !judge(case) {
+                continue;
+            }
+            let scene = with_best(name, &[overrides, drive_keys, keys]);
+            let course = Course::of(&scene).unwrap();
+            let what = format!("{name} {} {drive} {case}", overrides.join(" "));
+            let must = factor * must[d];
+            let (nrmse, consistency) = told(&what, &measure(&scene, &course), must);
+            assert!(nrmse <= must, "{what}: {nrmse} % above {must} %");
+            is_honest(&what, case, &consistency);
+        }
+    }
+}
+
+/// Acceptance, the main scene: every case within its level, and honest about it.
+#[test]
+fn best_keeps_to_its_levels_on_smooth_ground() {
+    meets_the_levels("smooth", &[], 1.0, |_| true);
+}
+
+/// The limit of the last case, where the level is close (soft drive): wrong drawings alone, with ideal sensors, cost 2.4 % over these
+/// seeds. Sensors and friction add to it no more than what they cost alone, but for what wrong drawings hide: 1.1 times.
+#[test]
+fn wrong_drawings_are_most_of_what_is_left() {
+    let error = |keys: &[&str]| {
+        let scene = with_best("smooth", &[DRIVES[1].1, keys]);
+        let course = Course::of(&scene).unwrap();
+        let two = NonZeroUsize::new(2).unwrap();
+        let summaries = study(&scene, &course, &SEEDS, two, &mut || ()).unwrap();
+        100.0 * summaries[0].nrmse().unwrap().mean
+    };
+    let [_, _, (_, friction, _), _, (_, all, _)] = CASES;
+    let drawings: Vec<&str> = all[2..].to_vec();
+    let (drawings, friction, all) = (error(&drawings), error(friction), error(all));
+    println!(
+        "drawings alone {drawings:.3} %, sensors and friction alone {friction:.3} %, both {all:.3} %"
+    );
+    assert!(drawings > 2.0, "{drawings}");
+    assert!(all <= 1.1 * drawings.hypot(friction), "{all}");
+}
+
+/// Acceptance: one tuning for all. Other courses and the other robot within 1.3 times the levels.
+#[test]
+fn best_keeps_to_its_levels_elsewhere() {
+    // Friction in the plant is friction in the reading, as `smooth` shows for both drives.
+    let judge = |case: &str| case != "friction in the plant";
+    meets_the_levels("cosbump", &[], 1.3, judge);
+    meets_the_levels("sine", &[], 1.3, judge);
+    meets_the_levels("smooth", &["robot.geometry=B"], 1.3, judge);
+}
+
+/// Acceptance on the ramp, whose concave corner hits the wheels. The levels hold within 1.3 times with real sensors. With ideal
+/// ones they do not: the corner's blow goes through torque observer and acceleration, which ring for 30 ms after it (up to 14 N while
+/// the true N are calm again), and the contact comes to rest with its slow pole of 0.12 s. What is left beside the corners is tested.
+#[test]
+fn the_ramps_corners_are_its_limit() {
+    for (d, (drive, drive_keys)) in DRIVES.into_iter().enumerate() {
+        for (case, keys, must) in CASES {
+            let scene = with_best("ramp", &[drive_keys, keys]);
+            let mut course = Course::of(&scene).unwrap();
+            let what = format!("ramp {drive} {case}");
+            let must = 1.3 * must[d];
+            let (nrmse, _) = told(&what, &measure(&scene, &course), must);
+            if case != "ideal" {
+                assert!(nrmse <= must, "{what}: {nrmse} % above {must} %");
+                continue;
+            }
+            // Of the squared error 94 % (PI) and 97 % (soft) lie within 0.1 s of the corner's three blows: 0.6 s of 10.
+            let part = |course: &Course| {
+                let score = &observe(&scene, course).unwrap()[0];
+                score.nrmse().unwrap()
+            };
+            let whole = part(&course);
+            for time in [0.03, 0.1, 0.2] {
+                course.leave_out_about_corners(time);
+                println!(
+                    "    without {time} s about the corners: {:.3} %",
+                    100.0 * part(&course)
+                );
+            }
+            let beside = 100.0 * part(&course);
+            assert!(beside <= must, "{what}: {beside} % beside the corners");
+            assert!(100.0 * whole > 3.0 * beside, "{what}: {whole}");
+        }
+    }
+}
+
+/// Where `best` does not know its error, with figures, so that nobody trusts it there unawares and a change for the worse is seen:
+/// with poor sensors its relation between slip and traction is biased by torque scales that err by 6 % and contact angles by 6 deg. It
+/// stays below 0.7 times the floor of one sample, but states too little.
+#[test]
+fn poor_sensors_make_it_overconfident() {
+    for ((drive, drive_keys), most) in DRIVES.into_iter().zip([2.5, 2.0]) {
+        let scene = with_best("smooth", &[drive_keys, &["sensors.grade=poor"]]);
+        let course = Course::of(&scene).unwrap();
+        let least = floor(&scene, &course).unwrap();
+        let summary = measure(&scene, &course);
+        let what = format!("smooth {drive} poor");
+        let (nrmse, _) = told(&what, &summary, 70.0 * least);
+        assert!(nrmse <= 70.0 * least, "{what}: {nrmse} %");
+        let ratio = nrmse / (100.0 * summary.stated().unwrap().mean);
+        assert!(ratio <= most, "{what}: {ratio} times what is stated");
+    }
+}
+
+/// Against the independent implementation: with errors of T of 1 N and of contact angles of 2 deg the bound is 1.9 % under the PI
+/// drive and 1.3 % under the soft one, both to the digits that are known of them.
+#[test]
+fn the_floor_is_that_of_the_independent_implementation() {
+    for ((drive, drive_keys), expected) in DRIVES.into_iter().zip([0.019, 0.013]) {
+        // 0.1 N m on a radius of 0.1 m.
+        let errors = [
+            "sensors.torque_noise=0.1",
+            "sensors.contact_angle_error='2 deg'",
+        ];
+        let scene = with_best("smooth", &[drive_keys, &errors]);
+        let course = Course::of(&scene).unwrap();
+        let found = floor(&scene, &course).unwrap();
+        println!("{drive}: floor {:.3} %", 100.0 * found);
+        assert!((found - expected).abs() <= 0.0005, "{drive}: {found}");
+    }
+}
+
+/// Where the bound applies, it is reached; where an estimator knows more than one sample, it is beaten. `whitening` uses one sample
+/// but for the torque's white noise, which its observer averages: within 1.2 times the floor, and not below what is left of it
+/// without that noise. `best` learns offsets and angles over time: below.
+#[test]
+fn one_samples_floor_is_reached_and_then_left_behind() {
+    for (drive, drive_keys) in DRIVES {
+        let mut scene = with_best("smooth", &[drive_keys, &["sensors.grade=typical"]]);
+        let of = |name: &str| ladder().into_iter().find(|e| e.name == name).unwrap();
+        scene.estimators = ["whitening", "rolling"].map(of).to_vec();
+        let course = Course::of(&scene).unwrap();
+        let all = floor(&scene, &course).unwrap();
+        let mut averaged = scene.clone();
+        averaged.sensors.spec.torque_noise = 0.0;
+        let lasting = floor(&averaged, &course).unwrap();
+        let two = NonZeroUsize::new(2).unwrap();
+        let summaries = study(&scene, &course, &SEEDS, two, &mut || ()).unwrap();
+        let [whitening, best] = [0, 1].map(|i| summaries[i].nrmse().unwrap());
+        println!(
+            "{drive}: floor {:.3} %, without white noise {:.3} %; whitening {:.3} %, best {:.3} %",
+            100.0 * all,
+            100.0 * lasting,
+            100.0 * whitening.mean,
+            100.0 * best.mean
+        );
+        assert!(whitening.mean <= 1.2 * all);
+        // Ten seeds know the mean to its standard error; two of them.
+        let known = whitening.mean + 2.0 * whitening.standard_error.unwrap();
+        assert!(known >= lasting, "{known} {lasting}");
+        assert!(best.mean <= 1.2 * all);
+        assert!(best.mean <= 0.5 * all, "{} {all}", best.mean);
+    }
+}
+
+/// Ablation: every rung from true masses to `best` helps or does no harm with typical sensors, and the ladder ends ten times below
+/// the paper's estimators. A rung that repairs what the paper leaves undone may wait for a later one: it may cost 2 %.
+#[test]
+fn every_rung_of_the_ladder_carries() {
+    let mut scene = with_best("smooth", &[&["sensors.grade=typical"]]);
+    scene.estimators = ladder();
+    let course = Course::of(&scene).unwrap();
+    let two = NonZeroUsize::new(2).unwrap();
+    let summaries = study(&scene, &course, &SEEDS[..5], two, &mut || ()).unwrap();
+    let errors: Vec<f64> = summaries.iter().map(|s| s.nrmse().unwrap().mean).collect();
+    for (pair, summary) in errors.windows(2).zip(&summaries[1..]) {
+        println!("{:12} {:.3} %", summary.name, 100.0 * pair[1]);
+        assert!(pair[1] <= 1.02 * pair[0], "{}: {pair:?}", summary.name);
+    }
+    assert!(10.0 * errors[errors.len() - 1] < errors[1], "{errors:?}");
+}
+
+/// Determinism: the same result to the bit from one thread and from three.
+#[test]
+fn a_study_does_not_depend_on_threads() {
+    let short = ["record.duration=3", "sensors.grade=poor"];
+    let scene = with_best("smooth", &[&short]);
+    let course = Course::of(&scene).unwrap();
+    let of = |threads| {
+        let threads = NonZeroUsize::new(threads).unwrap();
+        study(&scene, &course, &SEEDS[..7], threads, &mut || ()).unwrap()
+    };
+    assert!(of(1) == of(3));
+}
