@@ -186,7 +186,7 @@ fn sensors(c: &mut Criterion) {
 
 /// Readings of `smooth` with sensors of the grade `typical`, from 1 s on, when the robot moves: every frame another posture.
 fn frames(count: usize) -> Vec<SensorFrame> {
-    let mut plant = Plant::new(&setup(EngineKind::Direct, Profile::smooth()));
+    let mut plant = Plant::new(&setup(EngineKind::Direct, &Terrain::new(Profile::smooth())));
     let mut sensors = Sensors::new(&Grade::Typical.sensors(), 0);
     let mut frame = || {
         let readings = sensors.read(&plant.next_truth().expect("smooth runs"));
