@@ -1,8 +1,6 @@
 //! Made-up records and a small scene for the tests of this crate.
 
-use robhaz_estimator::{
-    Estimate, EstimateError, EstimatorSettings, Flags, LinkReading, SensorFrame,
-};
+use robhaz_estimator::{Estimate, EstimateError, EstimatorSettings, Flags, LinkReading, SensorFrame};
 use robhaz_model::{Pin, Posture, Vec2};
 use robhaz_run::Frame;
 use robhaz_scene::{EstimatorChoice, RecordChoice, Scene, TerrainChoice};
