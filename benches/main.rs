@@ -188,25 +188,28 @@ fn sensors(c: &mut Criterion) {
 fn frames(count: usize) -> Vec<SensorFrame> {
     let mut plant = Plant::new(&setup(EngineKind::Direct, &Terrain::new(Profile::smooth())));
     let mut sensors = Sensors::new(&Grade::Typical.sensors(), 0);
-    let mut frame = || {
-        let readings = sensors.read(&plant.next_truth().expect("smooth runs"));
-        let link = |i: usize| LinkReading {
-            inclination: readings.inclination[i],
-            rate: readings.rate[i],
-        };
-        SensorFrame {
-            time: readings.time,
-            wheel_angle: readings.wheel_angle,
-            motor_torque: readings.motor_torque,
-            link1: link(0),
-            link2: link(1),
-            contact_angle: readings.contact_angle,
-        }
-    };
-    for _ in 0..1000 {
-        frame();
-    }
-    (0..count).map(|_| frame()).collect()
+    let truth = std::iter::from_fn(|| plant.next_truth().ok());
+    let frames: Vec<_> = truth
+        .map(|truth| {
+            let readings = sensors.read(&truth);
+            let link = |i: usize| LinkReading {
+                inclination: readings.inclination[i],
+                rate: readings.rate[i],
+            };
+            SensorFrame {
+                time: readings.time,
+                wheel_angle: readings.wheel_angle,
+                motor_torque: readings.motor_torque,
+                link1: link(0),
+                link2: link(1),
+                contact_angle: readings.contact_angle,
+            }
+        })
+        .skip(1000)
+        .take(count)
+        .collect();
+    assert_eq!(frames.len(), count);
+    frames
 }
 
 /// One update of the paper's estimator and of `best`: the mean over 4000 frames in their order. Goals: 0.5 us and 3 us.

@@ -531,7 +531,7 @@ mod tests {
         assert_eq!(loads, Loads::default());
         let e = equations(&geometry, &now, &loads, &[0.1, 0.0, -0.1], 0.2);
         let normal = e.least_squares().expect("regular").solve(&e.f);
-        assert_eq!(normal, [0.0; 3]);
+        assert!(normal.iter().all(|n| n.abs() <= 0.0), "{normal:?}");
         assert_eq!(e.pins, [Vec2::zeros(); 3]);
     }
 

@@ -37,13 +37,14 @@ impl<const N: usize> Kalman<N> {
         Self { x, p }
     }
 
-    /// `P h` for a row `h` given by its entries that are not zero.
+    /// `P h` for a row `h` given by its entries that are not zero; each names a state below `N` (checked without a panic).
     pub fn covariance_times<const K: usize>(&self, h: &[(usize, f64); K]) -> [f64; N] {
         let mut ph = [0.0; N];
         for &(j, value) in h {
-            let row = &self.p[j];
-            for i in 0..N {
-                ph[i] += row[i] * value;
+            if let Some(row) = self.p.get(j) {
+                for i in 0..N {
+                    ph[i] += row[i] * value;
+                }
             }
         }
         ph
@@ -63,7 +64,7 @@ impl<const N: usize> Kalman<N> {
         let ph = self.covariance_times(h);
         let mut variance = r;
         for &(j, value) in h {
-            variance += ph[j] * value;
+            variance += ph.get(j).map_or(0.0, |entry| entry * value);
         }
         let innovation = Innovation {
             value: difference,

@@ -1,0 +1,102 @@
+//! The loop of a robot's controller: read the sensors, estimate, use what comes with its flags.
+//!
+//! `cargo run --release -p robhaz-estimator --example on_a_robot`
+
+use robhaz_estimator::{
+    Estimator, EstimatorSettings, Flags, LinkReading, NoiseBudget, SensorFrame,
+};
+use robhaz_model::Robot;
+
+/// Counts of the encoders in a turn of the wheel: 500 pulses, four edges each, gear 80.
+const COUNTS: f64 = 160_000.0;
+/// Torque at the wheel a motor current, N m/A: motor constant times gear times its efficiency.
+const TORQUE_OF_CURRENT: f64 = 0.03 * 80.0 * 0.8;
+
+/// What a driver of this robot would hand over: raw values, `None` where a sensor did not answer.
+struct Raw {
+    seconds: f64,
+    counts: [Option<i64>; 3],
+    amperes: [Option<f64>; 3],
+    /// Links 1 and 2: inclination in degrees, nose up positive; rate in degrees a second.
+    tilt: [Option<f64>; 2],
+    rate: [Option<f64>; 2],
+}
+
+/// Stands in for the drivers: rolls at 0.2 m/s on level ground; the second motor's current drops out for a while.
+fn read_sensors(k: u32) -> Raw {
+    let seconds = 1e-3 * f64::from(k);
+    // From rest to 2 rad/s within a second.
+    let turned = if seconds < 1.0 {
+        seconds * seconds
+    } else {
+        2.0 * seconds - 1.0
+    };
+    let turns = turned / core::f64::consts::TAU;
+    let current = 0.3 / TORQUE_OF_CURRENT;
+    let lost = (1500..1700).contains(&k);
+    Raw {
+        seconds,
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "an encoder counts whole steps"
+        )]
+        counts: [Some((turns * COUNTS).floor() as i64); 3],
+        amperes: [Some(current), (!lost).then_some(current), Some(current)],
+        tilt: [Some(0.0); 2],
+        rate: [Some(0.0); 2],
+    }
+}
+
+/// SI units, and the signs of the estimator.
+fn frame(raw: &Raw) -> SensorFrame {
+    let link = |i: usize| LinkReading {
+        inclination: raw.tilt[i].map(f64::to_radians),
+        rate: raw.rate[i].map(f64::to_radians),
+    };
+    #[expect(clippy::cast_precision_loss, reason = "2^53 counts are 5 million km")]
+    let angle = |counts: i64| counts as f64 * core::f64::consts::TAU / COUNTS;
+    SensorFrame {
+        time: raw.seconds,
+        wheel_angle: raw.counts.map(|counts| counts.map(angle)),
+        motor_torque: raw.amperes.map(|a| a.map(|a| a * TORQUE_OF_CURRENT)),
+        link1: link(0),
+        link2: link(1),
+        // From a map, a camera, or the wheels' paths; here the ground is level.
+        contact_angle: [Some(0.0); 3],
+    }
+}
+
+fn main() {
+    let settings = EstimatorSettings {
+        budget: NoiseBudget {
+            encoder_counts: COUNTS,
+            torque_noise: 0.05,
+            ..NoiseBudget::typical()
+        },
+        ..EstimatorSettings::best()
+    };
+    let mut estimator = Estimator::new(&Robot::default_a(), settings);
+    let mut last = Flags::NONE;
+    for k in 0..2500 {
+        match estimator.update(&frame(&read_sensors(k))) {
+            Ok(estimate) => {
+                if estimate.flags != last {
+                    let names: Vec<_> = estimate.flags.names().collect();
+                    println!("{:.3} s: flags: [{}]", estimate.time, names.join(", "));
+                    last = estimate.flags;
+                }
+                if k % 500 == 499 {
+                    print!("{:.3} s: N =", estimate.time);
+                    for (i, n) in estimate.normal_force.iter().enumerate() {
+                        // `best` always states a standard deviation.
+                        let sigma = estimate.sigma_normal(i).unwrap_or(f64::NAN);
+                        print!(" {n:.1} +- {:.1} N,", 2.0 * sigma);
+                    }
+                    println!(" T of wheel 2 = {:.1} N", estimate.traction[1]);
+                }
+            }
+            // No number: keep to what does not need one, and go on with the next frame.
+            Err(error) => println!("frame {k}: {error}"),
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! A program without the standard library whose panic handler calls a function that does not exist: it links only if the
+//! optimiser has shown that neither update nor save nor restore can panic. It prints how much stack an update uses.
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+use robhaz_estimator::{Estimator, EstimatorSettings, LinkReading, SavedState, SensorFrame};
+use robhaz_model::Robot;
+
+#[link(name = "c")]
+unsafe extern "C" {
+    fn printf(format: *const core::ffi::c_char, ...) -> core::ffi::c_int;
+}
+
+unsafe extern "C" {
+    /// Defined nowhere: "undefined reference" means that something can panic.
+    fn the_estimator_can_panic() -> !;
+}
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
+    unsafe { the_estimator_can_panic() }
+}
+
+/// Unwinding tables of `core` name it; nothing calls it with `panic = "abort"`.
+#[unsafe(no_mangle)]
+extern "C" fn rust_eh_personality() {}
+
+const PAINTED: usize = 256 * 1024;
+const PAINT: u8 = 0xA5;
+
+/// Paints the stack below the caller, or counts how much of the paint is gone: what is not painted any more has been used.
+#[inline(never)]
+fn stack(count: bool) -> usize {
+    let mut area = core::mem::MaybeUninit::<[u8; PAINTED]>::uninit();
+    let bytes = area.as_mut_ptr().cast::<u8>();
+    let (mut untouched, mut gone) = (0, 0);
+    // The lowest address is the deepest. Entering this function writes one word a page (stack probes): what an update leaves
+    // is longer.
+    for i in 0..PAINTED {
+        // Volatile, so that neither is optimised away; the old contents are what is wanted.
+        unsafe {
+            if !count {
+                bytes.add(i).write_volatile(PAINT);
+            } else if bytes.add(i).read_volatile() == PAINT {
+                (untouched, gone) = (i + 1, 0);
+            } else if gone < 16 {
+                gone += 1;
+            } else {
+                break;
+            }
+        }
+    }
+    PAINTED - untouched
+}
+
+fn frame(k: u32) -> SensorFrame {
+    let time = 1e-3 * f64::from(k);
+    let link = LinkReading {
+        inclination: Some(0.01),
+        rate: Some(0.0),
+    };
+    black_box(SensorFrame {
+        time,
+        wheel_angle: [Some(2.0 * time); 3],
+        motor_torque: [Some(0.3); 3],
+        link1: link,
+        link2: link,
+        contact_angle: [Some(0.0); 3],
+    })
+}
+
+#[inline(never)]
+fn update(estimator: &mut Estimator, k: u32) {
+    let _ = black_box(estimator.update(&frame(k)));
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn main() -> core::ffi::c_int {
+    for (name, settings) in [
+        (c"paper-wheels", EstimatorSettings::paper_wheels()),
+        (c"best", EstimatorSettings::best()),
+    ] {
+        // What is told must not be known to the optimiser.
+        let mut estimator = Estimator::new(&black_box(Robot::default_a()), black_box(settings));
+        for k in 0..10 {
+            update(&mut estimator, k);
+        }
+        stack(false);
+        update(&mut estimator, 10);
+        let used = stack(true);
+        let bytes = black_box(estimator.save().to_bytes());
+        match SavedState::from_bytes(&bytes).and_then(|saved| estimator.restore(&saved)) {
+            Ok(()) => {}
+            Err(_) => return 1,
+        }
+        unsafe {
+            printf(
+                c"%s: %zu bytes of stack an update, %zu of state, %zu saved\n".as_ptr(),
+                name.as_ptr(),
+                used,
+                size_of::<Estimator>(),
+                bytes.len(),
+            );
+        }
+    }
+    0
+}
