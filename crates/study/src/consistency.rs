@@ -1,6 +1,6 @@
 //! Does an estimator know how exact it is?
 
-use crate::statistics::Mean;
+use crate::statistics::{Mean, chi_squared_bounds};
 use serde::Serialize;
 
 /// Statistics that tell, as means over runs.
@@ -22,7 +22,7 @@ pub struct Consistency {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// The expected value lies in the 95 % interval of the mean.
+    /// The mean is one that a right covariance gives, with a probability of 95 %.
     Consistent,
     /// Errors are smaller than stated.
     Cautious,
@@ -43,13 +43,22 @@ impl Verdict {
         }
     }
 
-    /// Of a mean square of normalised errors that should be `expected`.
-    fn of(mean: &Mean, expected: f64) -> Self {
-        match mean.interval() {
-            None => Self::NotJudged,
-            Some((least, _)) if least > expected => Self::Overconfident,
-            Some((_, greatest)) if greatest < expected => Self::Cautious,
-            Some(_) => Self::Consistent,
+    /// Of a mean square of normalised errors with so many components, which it should be equal to.
+    ///
+    /// The scatter of the runs gives the interval of the mean. A few runs that are far off scatter so widely that it holds anything;
+    /// so the mean must also be one that a right covariance can give: were all errors of a run one single error, the sum over runs
+    /// would be chi-squared, and whatever is less correlated scatters less.
+    fn of(mean: &Mean, components: f64) -> Self {
+        let Some((least, greatest)) = mean.interval() else {
+            return Self::NotJudged;
+        };
+        let (low, high) = chi_squared_bounds(components, mean.runs);
+        if least > components || mean.mean > high {
+            Self::Overconfident
+        } else if greatest < components || mean.mean < low {
+            Self::Cautious
+        } else {
+            Self::Consistent
         }
     }
 }
@@ -73,7 +82,8 @@ impl Consistency {
 mod tests {
     use super::*;
 
-    /// Closed form: five runs with a NEES of `centre` -2 to +2 have the 95 % interval +-2.776 sqrt(0.5) = +-1.963.
+    /// Closed form: five runs with a NEES of `centre` -2 to +2 have the 95 % interval +-2.776 sqrt(0.5) = +-1.963; chi-squared with 15
+    /// degrees of freedom lies between 6.262 and 27.488, a mean of five between 1.25 and 5.50.
     #[test]
     fn the_verdict_follows_the_interval() {
         let verdict = |centre: f64, runs: usize| {
@@ -88,8 +98,18 @@ mod tests {
         };
         assert_eq!(verdict(4.9, 5), Verdict::Consistent);
         assert_eq!(verdict(5.0, 5), Verdict::Overconfident);
-        assert_eq!(verdict(1.1, 5), Verdict::Consistent);
+        assert_eq!(verdict(1.3, 5), Verdict::Consistent);
         assert_eq!(verdict(1.0, 5), Verdict::Cautious);
         assert_eq!(verdict(3.0, 4), Verdict::NotJudged);
+    }
+
+    /// Scatter is no excuse: one run in ten that is far off makes an interval that holds 3, about a mean that no right covariance gives.
+    #[test]
+    fn one_bad_run_is_not_hidden_by_its_scatter() {
+        let mut values = [2.0; 10];
+        values[3] = 80.0;
+        let mean = Mean::of(&values).expect("values");
+        assert!(mean.interval().is_some_and(|(least, _)| least < 3.0));
+        assert_eq!(Verdict::of(&mean, 3.0), Verdict::Overconfident);
     }
 }
