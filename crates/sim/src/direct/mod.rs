@@ -70,7 +70,15 @@ impl DirectEngine {
                 none.insert(solver)
             }
         };
+        let mut left = most_steps(self.period);
         while solver.time() < time {
+            // A state that rattles between two laws can be followed for ever, and gets nowhere.
+            if left == 0 {
+                return Err(PlantError::NoStep {
+                    time: solver.time(),
+                });
+            }
+            left -= 1;
             solver
                 .advance(equations)
                 .map_err(|_| refusal(solver.time(), equations.last_refusal()))?;
@@ -139,6 +147,17 @@ impl Engine for DirectEngine {
         self.instant(time, &y, &integrals)
             .map_err(|why| refusal(time, Some(why)))
     }
+}
+
+/// Steps that one period may take, s: steps of 1 us throughout. A wheel that hits an edge needs some hundred in a millisecond.
+fn most_steps(period: f64) -> u64 {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "positive and bounded"
+    )]
+    let steps = (period / 1e-6).ceil().max(1000.0) as u64;
+    steps
 }
 
 fn refusal(time: f64, why: Option<NoForces>) -> PlantError {
