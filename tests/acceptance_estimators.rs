@@ -83,8 +83,8 @@ fn told(what: &str, summary: &Summary, must: f64) -> (f64, Consistency) {
 ///
 /// A stated two sigma means 95.4 % as far as these runs can tell (the interval of their mean reaches it), and 90 % in any case; the NEES is
 /// one that a right covariance gives (97.5 % point of chi-squared, three a run, over the runs: 4.70 for ten, 5.50 for five). The verdict
-/// itself, wrong in one of twenty cases, would be wrong somewhere in these thirty. Nor is the stated sigma more than twice the error (NEES 3/4) where sensors err as
-/// told; with ideal ones it is, because 0.3 N m of gear friction are held possible that are not there.
+/// itself, wrong in one of twenty cases, would be wrong somewhere in these thirty. Nor is the stated sigma more than twice the error (NEES 3/4) where
+/// sensors err as told; with ideal ones it is, because 0.3 N m of gear friction are held possible that are not there.
 fn is_honest(what: &str, case: &str, consistency: &Consistency) {
     let (nees, hold) = (consistency.nees.mean, &consistency.coverage);
     let reached = hold.interval().map_or(hold.mean, |(_, greatest)| greatest);
