@@ -1,11 +1,11 @@
 //! Acceptance of `best`: how exact it is, whether it knows it, and how that stands to the Cramer-Rao bound of one sample.
 //!
-//! With `--nocapture` each test prints its table. All on the engine direct, means over ten seeds (ideal sensors: one, nothing is
-//! random). Timings are for benches; all of this file takes seconds.
+//! With `--nocapture` each test prints its table. All on the engine direct, means over ten seeds on the main scene and five elsewhere
+//! (ideal sensors: one, nothing is random).
 
 use crate::support::scene;
 use robhaz_scene::{Scene, SensorSpec};
-use robhaz_study::{Consistency, Course, Summary, Verdict, floor, ladder, observe, study};
+use robhaz_study::{Consistency, Course, Summary, floor, ladder, observe, study};
 use std::num::NonZeroUsize;
 
 const SEEDS: [u64; 10] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9];
@@ -48,16 +48,16 @@ fn with_best(name: &str, overrides: &[&[&str]]) -> Scene {
     scene(name, &[&best, overrides.concat().as_slice()].concat())
 }
 
-/// Ten seeds, or one where nothing is random.
-fn seeds_of(scene: &Scene) -> &'static [u64] {
+/// As many seeds, or one where nothing is random.
+fn seeds_of(scene: &Scene, seeds: usize) -> &'static [u64] {
     let random = scene.sensors.spec != SensorSpec::ideal();
-    if random { &SEEDS } else { &SEEDS[..1] }
+    &SEEDS[..if random { seeds } else { 1 }]
 }
 
 /// Two threads: what a machine that runs the tests has.
-fn measure(scene: &Scene, course: &Course) -> Summary {
+fn measure(scene: &Scene, course: &Course, seeds: usize) -> Summary {
     let two = NonZeroUsize::new(2).unwrap();
-    let summaries = study(scene, course, seeds_of(scene), two, &mut || ()).unwrap();
+    let summaries = study(scene, course, seeds_of(scene, seeds), two, &mut || ()).unwrap();
     summaries.into_iter().next().unwrap()
 }
 
@@ -81,25 +81,41 @@ fn told(what: &str, summary: &Summary, must: f64) -> (f64, Consistency) {
 
 /// Where `best` claims to know its error, on rolling ground.
 ///
-/// Two stated sigma hold at least 92.5 % of the errors, and the NEES is no more than 1.5 times what it should be: with drawings told
-/// right to the tolerance that the estimator is told, runs scatter by that much (standard error of the NEES over ten seeds up to
-/// 0.8 of 3). Nor is the stated sigma more than twice the error (NEES 3/4) where the sensors err as told; with ideal ones it is,
-/// because 0.3 N m of gear friction are held possible that are not there.
+/// A stated two sigma means 95.4 % as far as these runs can tell (the interval of their mean reaches it), and 90 % in any case; the NEES is
+/// one that a right covariance gives (97.5 % point of chi-squared, three a run, over the runs: 4.70 for ten, 5.50 for five). The verdict
+/// itself, wrong in one of twenty cases, would be wrong somewhere in these thirty. Nor is the stated sigma more than twice the error (NEES 3/4) where
+/// sensors err as told; with ideal ones it is, because 0.3 N m of gear friction are held possible that are not there.
 fn is_honest(what: &str, case: &str, consistency: &Consistency) {
-    let (nees, hold) = (consistency.nees.mean, consistency.coverage.mean);
-    assert!(hold >= 0.925, "{what}: 2 sigma hold {hold}");
-    assert!(nees <= 1.5 * Consistency::COMPONENTS, "{what}: NEES {nees}");
-    assert_ne!(consistency.verdict(), Verdict::Overconfident, "{what}");
-    assert!(
-        case == "ideal" || nees >= 0.25 * Consistency::COMPONENTS,
-        "{what}: NEES {nees}"
-    );
+    let (nees, hold) = (consistency.nees.mean, &consistency.coverage);
+    let reached = hold.interval().map_or(hold.mean, |(_, greatest)| greatest);
+    assert!(hold.mean >= 0.9 && reached >= 0.954, "{what}: {hold:?}");
+    let most = if consistency.nees.runs < 10 {
+        5.50
+    } else {
+        4.70
+    };
+    assert!(nees <= most, "{what}: NEES {nees}");
+    if case == "ideal" {
+        // Nothing is random, so that there is no verdict.
+        assert!(nees <= Consistency::COMPONENTS, "{what}: NEES {nees}");
+    } else {
+        assert!(
+            nees >= 0.25 * Consistency::COMPONENTS,
+            "{what}: NEES {nees}"
+        );
+    }
     // The parity residual stays within what is expected of it.
     let nis = consistency.nis.unwrap().mean;
     assert!(nis <= 1.0, "{what}: NIS {nis}");
 }
 
-fn meets_the_levels(name: &str, overrides: &[&str], factor: f64, judge: impl Fn(&str) -> bool) {
+fn meets_the_levels(
+    name: &str,
+    overrides: &[&str],
+    seeds: usize,
+    factor: f64,
+    judge: impl Fn(&str) -> bool,
+) {
     for (d, (drive, drive_keys)) in DRIVES.into_iter().enumerate() {
         for (case, keys, must) in CASES {
             if !judge(case) {
@@ -109,7 +125,7 @@ fn meets_the_levels(name: &str, overrides: &[&str], factor: f64, judge: impl Fn(
             let course = Course::of(&scene).unwrap();
             let what = format!("{name} {} {drive} {case}", overrides.join(" "));
             let must = factor * must[d];
-            let (nrmse, consistency) = told(&what, &measure(&scene, &course), must);
+            let (nrmse, consistency) = told(&what, &measure(&scene, &course, seeds), must);
             assert!(nrmse <= must, "{what}: {nrmse} % above {must} %");
             is_honest(&what, case, &consistency);
         }
@@ -119,7 +135,7 @@ fn meets_the_levels(name: &str, overrides: &[&str], factor: f64, judge: impl Fn(
 /// Acceptance, the main scene: every case within its level, and honest about it.
 #[test]
 fn best_keeps_to_its_levels_on_smooth_ground() {
-    meets_the_levels("smooth", &[], 1.0, |_| true);
+    meets_the_levels("smooth", &[], 10, 1.0, |_| true);
 }
 
 /// The limit of the last case, where the level is close (soft drive): wrong drawings alone, with ideal sensors, cost 2.4 % over these
@@ -148,9 +164,9 @@ fn wrong_drawings_are_most_of_what_is_left() {
 fn best_keeps_to_its_levels_elsewhere() {
     // Friction in the plant is friction in the reading, as `smooth` shows for both drives.
     let judge = |case: &str| case != "friction in the plant";
-    meets_the_levels("cosbump", &[], 1.3, judge);
-    meets_the_levels("sine", &[], 1.3, judge);
-    meets_the_levels("smooth", &["robot.geometry=B"], 1.3, judge);
+    meets_the_levels("cosbump", &[], 5, 1.3, judge);
+    meets_the_levels("sine", &[], 5, 1.3, judge);
+    meets_the_levels("smooth", &["robot.geometry=B"], 5, 1.3, judge);
 }
 
 /// Acceptance on the ramp, whose concave corner hits the wheels. The levels hold within 1.3 times with real sensors. With ideal
@@ -164,7 +180,7 @@ fn the_ramps_corners_are_its_limit() {
             let mut course = Course::of(&scene).unwrap();
             let what = format!("ramp {drive} {case}");
             let must = 1.3 * must[d];
-            let (nrmse, _) = told(&what, &measure(&scene, &course), must);
+            let (nrmse, _) = told(&what, &measure(&scene, &course, 5), must);
             if case != "ideal" {
                 assert!(nrmse <= must, "{what}: {nrmse} % above {must} %");
                 continue;
@@ -198,7 +214,7 @@ fn poor_sensors_make_it_overconfident() {
         let scene = with_best("smooth", &[drive_keys, &["sensors.grade=poor"]]);
         let course = Course::of(&scene).unwrap();
         let least = floor(&scene, &course).unwrap();
-        let summary = measure(&scene, &course);
+        let summary = measure(&scene, &course, 10);
         let what = format!("smooth {drive} poor");
         let (nrmse, _) = told(&what, &summary, 70.0 * least);
         assert!(nrmse <= 70.0 * least, "{what}: {nrmse} %");
