@@ -60,8 +60,7 @@ pub struct NoiseBudget {
 }
 
 impl NoiseBudget {
-    /// Sensors of the class that a robot of this size carries: the budget of `physics.md`, "all errors", with 0.3 N m of
-    /// gear friction held possible. Exact drawings.
+    /// Sensors of the class that a robot of this size carries, with 0.3 N m of gear friction held possible. Exact drawings.
     pub const fn typical() -> Self {
         const DEGREE: f64 = core::f64::consts::PI / 180.0;
         Self {
