@@ -14,6 +14,15 @@
 //! | section 3.4, least squares for the three N | [`statics::ReducedSystem::normal_forces`] |
 //! | Figs. 7 and 8, the linkage's mass lumped to body or wheels | [`Masses`] |
 //!
+//! | beyond the paper: [`EstimatorSettings::best`] | here |
+//! |---|---|
+//! | eq. (8) written directly, with inertial loads and its one redundancy, the parity residual | [`equilibrium`] |
+//! | positions and accelerations on the linkage | [`arms`] |
+//! | link angles and the gyroscopes' biases | [`linkage::LinkAngleKalman`] |
+//! | the ground's torque on a wheel from the encoder's angle | [`torque_observer`] |
+//! | motion, errors of contact angles and torques, creep: one filter | `motion.rs` |
+//! | normal forces with their covariance, N >= 0 | `forces.rs` |
+//!
 //! The crate is `no_std`, allocates nothing, and depends on the robot's drawings (`robhaz-model`) alone: it cannot reach
 //! the simulator.
 //!
