@@ -3,7 +3,7 @@
 //! `cargo bench -p robhaz --bench robhaz`
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use robhaz_estimator::{Estimator, EstimatorSettings, LinkReading, SavedState, SensorFrame};
+use robhaz_estimator::{Estimator, EstimatorSettings, SavedState, SensorFrame};
 use robhaz_model::Robot;
 use robhaz_scene::Scene;
 use robhaz_sim::sensors::{Grade, Sensors};
@@ -190,21 +190,7 @@ fn frames(count: usize) -> Vec<SensorFrame> {
     let mut sensors = Sensors::new(&Grade::Typical.sensors(), 0);
     let truth = std::iter::from_fn(|| plant.next_truth().ok());
     let frames: Vec<_> = truth
-        .map(|truth| {
-            let readings = sensors.read(&truth);
-            let link = |i: usize| LinkReading {
-                inclination: readings.inclination[i],
-                rate: readings.rate[i],
-            };
-            SensorFrame {
-                time: readings.time,
-                wheel_angle: readings.wheel_angle,
-                motor_torque: readings.motor_torque,
-                link1: link(0),
-                link2: link(1),
-                contact_angle: readings.contact_angle,
-            }
-        })
+        .map(|truth| robhaz_run::sensor_frame(&sensors.read(&truth)))
         .skip(1000)
         .take(count)
         .collect();

@@ -177,7 +177,7 @@ impl Observers {
 }
 
 /// The only bridge between simulator and estimator: readings, field by field.
-fn sensor_frame(readings: &Readings) -> SensorFrame {
+pub fn sensor_frame(readings: &Readings) -> SensorFrame {
     let link = |i: usize| LinkReading {
         inclination: readings.inclination[i],
         rate: readings.rate[i],
