@@ -8,12 +8,12 @@ use crate::flags::Flags;
 use crate::forces::{RightSide, solve};
 use crate::frame::Inputs;
 use crate::linkage::LinkAngleKalman;
-use crate::motion::{GATE, MotionFilter, Rolling, SENSITIVE, state};
+use crate::motion::{MotionFilter, Rolling, SENSITIVE, state};
 use crate::settings::{EstimatorSettings, NoiseBudget};
 use crate::told::{Instant, Statics, Told};
 use crate::torque_observer::{TorqueObserver, TorqueObserverParameters};
 use crate::visit::visit_fields;
-use nalgebra::Vector4;
+use nalgebra::{Matrix4, Vector4};
 use robhaz_model::{Robot, Vec2};
 
 /// Filters of links, wheels and motion.
@@ -59,6 +59,9 @@ impl BestFilters {
     const SMOOTHING: f64 = 0.02;
     /// Speed at which gear friction is taken to be all there, rad/s: 1 mm/s at the rim.
     const FRICTION_SPEED: f64 = 0.01;
+    /// Standard deviations of an observed speed below which it tells nothing of its direction. A wheel at rest whose speed trembles
+    /// about zero would else seem to turn, now forwards, now backwards, and to tell that there is no friction.
+    const TREMBLING: f64 = 10.0;
     /// Time of misfit after which what was found of motion and errors is thrown away, s: longer than any impact. Else errors
     /// found from false readings would keep the gate shut against the true ones for good.
     const LONGEST_MISFIT: f64 = 1.0;
@@ -88,9 +91,23 @@ impl BestFilters {
         self.motion.forget_velocity();
     }
 
-    /// How much of the gears' friction acts at a spin speed, rad/s: -1 to 1.
-    fn turning(speed: f64) -> f64 {
-        (speed / Self::FRICTION_SPEED).clamp(-1.0, 1.0)
+    /// How much of the gears' friction acts on wheel `i`: -1 to 1.
+    fn turning(&self, i: usize) -> f64 {
+        let trembling = Self::TREMBLING * self.wheels[i].speed_sigma();
+        let ratio = self.last_speed[i] / libm::hypot(Self::FRICTION_SPEED, trembling);
+        ratio * ratio.abs() / (1.0 + ratio * ratio)
+    }
+
+    /// What the last readings show of accelerations, m/s^2: of the rims, all together, and of the axle that its link swings most.
+    fn shown_accelerations(&self, robot: &Robot, arms: &Arms) -> (f64, f64) {
+        let geometry = &robot.geometry;
+        let spin: f64 = self.spin_acceleration.iter().sum();
+        let mut swung = 0.0_f64;
+        for (carrier, axle) in geometry.carriers.iter().zip(&arms.axles) {
+            let (_, acceleration) = self.links[carrier.index()].turning();
+            swung = swung.max(libm::sqrt(axle.norm_squared()) * acceleration.abs());
+        }
+        (geometry.wheel_radius * spin / 3.0, swung)
     }
 
     /// Link angles: the first step of a frame.
@@ -119,69 +136,100 @@ impl BestFilters {
         arms: &Arms,
         dt: f64,
     ) {
-        let (geometry, budget) = (&robot.geometry, &settings.budget);
-        let r = geometry.wheel_radius;
+        let budget = &settings.budget;
         if dt > 0.0 {
             let seen = inputs.contact_angle.map(|angle| angle.fresh());
-            self.motion.predict(budget, dt, seen);
+            let (pushed, shaken) = self.shown_accelerations(robot, arms);
+            self.motion.predict(budget, dt, seen, pushed, shaken);
         }
         for i in 0..3 {
-            let link = &self.links[geometry.carriers[i].index()];
-            let torque = inputs.motor_torque[i];
-            let turning = Self::turning(self.last_speed[i]);
-            let parameters = TorqueObserverParameters {
-                wheel_inertia: robot.mass.wheel_inertia,
-                rotor_inertia: robot.mass.rotor_inertia,
-                viscous_damping: settings.viscous_damping,
-                encoder_sigma: encoder_sigma(budget, self.last_speed[i]),
-                torque_sigma: budget.torque_noise,
-                step: budget.gear_friction * (turning - self.last_turning[i]),
-                unseen: if torque.fresh() {
-                    0.0
-                } else {
-                    Self::TORQUE_UNSEEN
-                },
-            };
-            let wheel = &mut self.wheels[i];
-            if inputs.new_zero[i] {
-                wheel.forget_angle();
-            }
-            if inputs.wheel_angle[i].age > LONGEST_GAP {
-                *wheel = TorqueObserver::turning();
-            } else if dt > 0.0 {
-                let mean = 0.5 * (torque.value + self.last_torque[i]);
-                wheel.predict(&parameters, dt, mean, link.turning().1);
-            }
-            self.last_torque[i] = torque.value;
-            self.last_turning[i] = turning;
-            if inputs.wheel_angle[i].fresh() {
-                wheel.measure(&parameters, inputs.wheel_angle[i].value);
-            }
-            let speed = wheel.speed();
-            let settled = wheel.settled();
-            if dt > 0.0 && settled {
-                let weight = dt / (Self::SMOOTHING + dt);
-                let rate = (speed - self.last_speed[i]) / dt;
-                self.spin_acceleration[i] += weight * (rate - self.spin_acceleration[i]);
-            }
-            self.last_speed[i] = speed;
-
-            let (n, t) = (self.last_normal_force[i], self.last_traction[i]);
-            if dt > 0.0 && n > Self::UNLOADED * robot.mean_wheel_load() {
-                let rolling = Rolling {
-                    relative: perp(arms.axles[i]) * link.rate(),
-                    angle: inputs.contact_angle[i].value,
-                    rim_speed: (settled && inputs.wheel_angle[i].age <= Inputs::STALE_AFTER)
-                        .then(|| r * (speed - link.rate())),
-                    ratio: (t / n).clamp(-1.0, 1.0),
-                    moment_of_load: r * n,
-                    turning: Self::turning(speed),
-                    relative_sigma: libm::sqrt(arms.axles[i].norm_squared()) * link.rate_bias().1,
-                    torque: wheel.ground_torque().0 + settings.viscous_damping * speed,
-                    torque_sigma: wheel.ground_torque().1,
-                };
+            self.observe_wheel(i, robot, settings, inputs, dt);
+            let loaded = self.last_normal_force[i] > Self::UNLOADED * robot.mean_wheel_load();
+            if dt > 0.0 && loaded {
+                let rolling = self.rolling(i, robot, settings, inputs, arms);
                 self.motion.roll(budget, i, &rolling, dt, settings.rolling);
             }
+        }
+    }
+
+    /// Spin and ground torque of wheel `i`.
+    fn observe_wheel(
+        &mut self,
+        i: usize,
+        robot: &Robot,
+        settings: &EstimatorSettings,
+        inputs: &Inputs,
+        dt: f64,
+    ) {
+        let budget = &settings.budget;
+        let link = &self.links[robot.geometry.carriers[i].index()];
+        let torque = inputs.motor_torque[i];
+        let turning = self.turning(i);
+        let parameters = TorqueObserverParameters {
+            wheel_inertia: robot.mass.wheel_inertia,
+            rotor_inertia: robot.mass.rotor_inertia,
+            viscous_damping: settings.viscous_damping,
+            encoder_sigma: encoder_sigma(budget, self.last_speed[i]),
+            torque_sigma: budget.torque_noise,
+            step: budget.gear_friction * (turning - self.last_turning[i]),
+            unseen: if torque.fresh() {
+                0.0
+            } else {
+                Self::TORQUE_UNSEEN
+            },
+        };
+        let wheel = &mut self.wheels[i];
+        if inputs.new_zero[i] {
+            wheel.forget_angle();
+        }
+        if inputs.wheel_angle[i].age > LONGEST_GAP {
+            *wheel = TorqueObserver::turning();
+        } else if dt > 0.0 {
+            let mean = 0.5 * (torque.value + self.last_torque[i]);
+            wheel.predict(&parameters, dt, mean, link.turning().1);
+        }
+        self.last_torque[i] = torque.value;
+        self.last_turning[i] = turning;
+        if inputs.wheel_angle[i].fresh() {
+            wheel.measure(&parameters, inputs.wheel_angle[i].value);
+        }
+        let speed = wheel.speed();
+        if dt > 0.0 && wheel.settled() {
+            let weight = dt / (Self::SMOOTHING + dt);
+            let rate = (speed - self.last_speed[i]) / dt;
+            self.spin_acceleration[i] += weight * (rate - self.spin_acceleration[i]);
+        }
+        self.last_speed[i] = speed;
+    }
+
+    /// Wheel `i` as the filter of the motion sees it.
+    fn rolling(
+        &self,
+        i: usize,
+        robot: &Robot,
+        settings: &EstimatorSettings,
+        inputs: &Inputs,
+        arms: &Arms,
+    ) -> Rolling {
+        let (geometry, budget) = (&robot.geometry, &settings.budget);
+        let (link, wheel) = (&self.links[geometry.carriers[i].index()], &self.wheels[i]);
+        let (n, t) = (self.last_normal_force[i], self.last_traction[i]);
+        let r = geometry.wheel_radius;
+        let (ground_torque, torque_sigma) = wheel.ground_torque();
+        let across = perp(arms.axles[i]);
+        let arm = libm::sqrt(across.norm_squared());
+        let told = wheel.settled() && inputs.wheel_angle[i].age <= Inputs::STALE_AFTER;
+        Rolling {
+            relative: across * link.rate(),
+            smooth_relative: across * link.turning().0,
+            angle: inputs.contact_angle[i].value,
+            rim_speed: told.then(|| r * (wheel.speed() - link.rate())),
+            ratio: (t / n).clamp(-1.0, 1.0),
+            moment_of_load: r * n,
+            turning: self.turning(i),
+            relative_sigma: (arm * link.rate_bias().1, arm * budget.rate_noise),
+            torque: ground_torque + settings.viscous_damping * wheel.speed(),
+            torque_sigma,
         }
     }
 
@@ -197,7 +245,7 @@ impl BestFilters {
         let speed = self.last_speed[i];
         // The torque read but for what accelerates the rotor: smooth, and good enough to scale an error of 2 %.
         let read = torque + viscous_damping * speed;
-        let turning = Self::turning(speed);
+        let turning = self.turning(i);
         let errors = x[state::TORQUE_OFFSET + i]
             + x[state::GEAR_FRICTION] * turning
             + x[state::TORQUE_GAIN + i] * read;
@@ -264,9 +312,11 @@ impl BestFilters {
             let variance = w.dot(&(right.noise(equilibrium) * w));
             let before = self.motion.filter.x;
             let correct = settings.parity && instant.dt > 0.0;
-            let innovation =
+            let (innovation, believed) =
                 self.motion
                     .parity(&along, value, variance, instant.dt.max(1e-6), correct);
+            let unexplained = self.motion.unexplained();
+            right.loads += Matrix4::from_diagonal_element(unexplained);
             for (k, column) in right.sensitivity.columns.iter().enumerate() {
                 let place = state::ACCELERATION + k;
                 right.value += column * (self.motion.filter.x[place] - before[place]);
@@ -274,11 +324,11 @@ impl BestFilters {
             for (i, traction) in corrected.iter_mut().enumerate() {
                 *traction = self.traction(i, settings.viscous_damping, geometry.wheel_radius);
             }
-            if innovation.nis() > GATE * GATE {
+            if believed {
+                self.misfit = 0.0;
+            } else {
                 flags |= Flags::OUT_OF_RANGE;
                 self.misfit += instant.dt;
-            } else {
-                self.misfit = 0.0;
             }
             parity = Some(Parity {
                 value,

@@ -3,8 +3,12 @@
 use crate::visit::Visit;
 
 /// State estimate and its covariance.
+///
+/// The last `CONSIDERED` states are considered, not estimated (Schmidt's filter): their variance counts wherever they matter and
+/// correlations with them are kept, but no measurement moves them or makes them surer. For what measurements hardly tell, and tell
+/// wrongly, because the filter is linear and they are not.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Kalman<const N: usize> {
+pub struct Kalman<const N: usize, const CONSIDERED: usize = 0> {
     /// State.
     pub x: [f64; N],
     /// Covariance, symmetric.
@@ -27,7 +31,7 @@ impl Innovation {
     }
 }
 
-impl<const N: usize> Kalman<N> {
+impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
     /// Independent states with the given standard deviations.
     pub fn new(x: [f64; N], sigma: [f64; N]) -> Self {
         let mut p = [[0.0; N]; N];
@@ -84,16 +88,22 @@ impl<const N: usize> Kalman<N> {
         let step = difference * inverse;
         // Products of two entries of one vector: P stays symmetric to the bit.
         let u = ph.map(|value| value * inverse);
-        for i in 0..N {
+        let estimated = N - CONSIDERED;
+        for i in 0..estimated {
             self.x[i] += u[i] * step;
             for j in 0..N {
+                self.p[i][j] -= u[i] * u[j];
+            }
+        }
+        for i in estimated..N {
+            for j in 0..estimated {
                 self.p[i][j] -= u[i] * u[j];
             }
         }
     }
 }
 
-impl<const N: usize> Visit for Kalman<N> {
+impl<const N: usize, const CONSIDERED: usize> Visit for Kalman<N, CONSIDERED> {
     fn visit(&mut self, f: &mut impl FnMut(&mut f64)) {
         self.x.visit(f);
         self.p.visit(f);
@@ -120,7 +130,7 @@ mod tests {
             h in prop::array::uniform2(-2.0_f64..2.0), z in -3.0_f64..3.0, r in 0.01_f64..2.0,
         ) {
             let p = covariance(root);
-            let mut filter = Kalman { x, p: [0, 1, 2].map(|i| [0, 1, 2].map(|j| p[(i, j)])) };
+            let mut filter: Kalman<3> = Kalman { x, p: [0, 1, 2].map(|i| [0, 1, 2].map(|j| p[(i, j)])) };
             let row = [(0, h[0]), (2, h[1])];
             let full = Vector3::new(h[0], 0.0, h[1]);
             let x = Vector3::from(x);
@@ -140,11 +150,39 @@ mod tests {
             }
         }
 
+        /// Closed form: with the gain `K` of Schmidt's filter, that of Kalman's but zero for what is considered, the covariance is
+        /// Joseph's form `(I - K h') P (I - K h')' + K r K'`, which holds for any gain. Conditions as above.
+        #[test]
+        fn considered_states_follow_josephs_form(
+            root in prop::array::uniform9(-1.0_f64..1.0), h in prop::array::uniform3(-2.0_f64..2.0),
+            z in -3.0_f64..3.0, r in 0.01_f64..2.0,
+        ) {
+            let p = covariance(root);
+            let x = [1.0, -2.0, 0.5];
+            let mut filter: Kalman<3, 1> = Kalman { x, p: [0, 1, 2].map(|i| [0, 1, 2].map(|j| p[(i, j)])) };
+            filter.update(&[(0, h[0]), (1, h[1]), (2, h[2])], z, r, f64::INFINITY);
+
+            let h = Vector3::from(h);
+            let mut k = p * h / (h.dot(&(p * h)) + r);
+            k.z = 0.0;
+            let left = Matrix3::identity() - k * h.transpose();
+            let after = left * p * left.transpose() + k * r * k.transpose();
+            let expected = Vector3::from(x) + k * z;
+            for i in 0..3 {
+                prop_assert!((filter.x[i] - expected[i]).abs() < 1e-9);
+                for j in 0..3 {
+                    prop_assert!((filter.p[i][j] - after[(i, j)]).abs() < 1e-9);
+                }
+            }
+            prop_assert!(filter.x[2].to_bits() == x[2].to_bits());
+            prop_assert!(filter.p[2][2].to_bits() == p[(2, 2)].to_bits());
+        }
+
         /// What lies beyond the gate, or is not a number, changes nothing.
         #[test]
         fn outliers_and_nan_are_left_out(root in prop::array::uniform9(-1.0_f64..1.0), sign in prop::bool::ANY) {
             let p = covariance(root);
-            let before = Kalman { x: [1.0, 2.0, 3.0], p: [0, 1, 2].map(|i| [0, 1, 2].map(|j| p[(i, j)])) };
+            let before: Kalman<3> = Kalman { x: [1.0, 2.0, 3.0], p: [0, 1, 2].map(|i| [0, 1, 2].map(|j| p[(i, j)])) };
             let far = if sign { 100.0 } else { -100.0 };
             for (difference, r) in [(far, 0.1), (f64::NAN, 0.1), (0.1, f64::NAN), (f64::INFINITY, 0.1), (0.1, f64::INFINITY)] {
                 let mut filter = before;

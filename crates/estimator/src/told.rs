@@ -47,7 +47,7 @@ const STOP_MARGIN: f64 = 0.0087;
 /// What is believed of the torque of a stop, N m.
 const STOP_TORQUE: f64 = 20.0;
 /// Errors of the loads at the lever that nothing else covers, N: arm r for r - g, accelerations within a step.
-const LOAD_SIGMA: f64 = 0.05;
+const LOAD_SIGMA: f64 = 0.01;
 
 impl Told {
     pub fn new(robot: &Robot, settings: EstimatorSettings) -> Self {

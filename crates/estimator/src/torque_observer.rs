@@ -175,6 +175,11 @@ impl TorqueObserver {
         self.filter.x[SPEED]
     }
 
+    /// Standard deviation of that speed, rad/s.
+    pub fn speed_sigma(&self) -> f64 {
+        libm::sqrt(self.filter.p[SPEED][SPEED].max(0.0))
+    }
+
     /// Whether the speed is known well enough to be used, to 0.1 rad/s.
     pub fn settled(&self) -> bool {
         self.filter.p[SPEED][SPEED] < 0.01
