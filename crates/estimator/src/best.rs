@@ -375,7 +375,7 @@ impl BestFilters {
 fn encoder_sigma(budget: &NoiseBudget, speed: f64) -> f64 {
     // 1/sqrt(12) of a count. A thousandth of a millimetre at the rim at least: no gear is finer.
     const UNIFORM: f64 = 0.288_675_134_594_812_9;
-    const LEAST: f64 = 1e-6;
+    const LEAST: f64 = 1e-5;
     let count = if budget.encoder_counts > 0.0 {
         2.0 * core::f64::consts::PI / budget.encoder_counts * UNIFORM
     } else {

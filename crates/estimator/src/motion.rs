@@ -44,7 +44,9 @@ use state::*;
 /// `sigma^2 2 tau/dt` for their variance.
 mod tuning {
     /// Acceleration of Q while nothing shakes: Gauss-Markov, m/s^2 and s.
-    pub const ACCELERATION: (f64, f64) = (0.02, 1.0);
+    pub const ACCELERATION: (f64, f64) = (0.015, 1.0);
+    /// Time over which what was found of it fades after a blow, s.
+    pub const ACCELERATION_AFTER_BLOW: f64 = 0.03;
     /// How much more of it there may be than encoders (all wheels spin faster) and gyroscopes (links turn faster) show.
     pub const PUSHED: f64 = 2.0;
     /// See [`PUSHED`].
@@ -55,23 +57,27 @@ mod tuning {
     pub const UNKNOWN_VELOCITY: f64 = 0.5;
     /// Speed below which a velocity has no direction to be told from, and slip tells nothing of traction, m/s.
     pub const SLOW: f64 = 0.02;
-    /// Rate of penetration, m/s and s: 0.5 mm of penetration change by a tenth of themselves over 50 ms.
-    pub const PENETRATION_RATE: (f64, f64) = (3e-4, 0.05);
+    /// Rate of penetration, m/s and s: 0.5 mm of penetration change by a fiftieth of themselves over 50 ms.
+    pub const PENETRATION_RATE: (f64, f64) = (2e-4, 0.05);
+    /// How much larger the gyroscopes' noise counts than it is: besides its own part in the equations it makes the direction waver
+    /// about which they are linear.
+    pub const GYRO_NOISE: f64 = 3.0;
     /// Slip beyond creep, m/s and s: the wheel radius without the penetration's changes errs by 0.1 % of the speed.
-    pub const SLIP: (f64, f64) = (3e-4, 0.3);
+    pub const SLIP: (f64, f64) = (2.5e-4, 0.3);
     /// Time over which errors of the torque observer last, s.
     pub const OBSERVER_TIME: f64 = 0.05;
     /// T/N beyond which slip is no longer linear in it: trust falls with the second power of the excess.
     pub const STICKING: f64 = 0.2;
-    /// Creep at T = N, m/s: of the order of 10 mm/s for small hard wheels. Laws of friction that give 2 to 33 mm/s are followed.
-    pub const CREEP: (f64, f64) = (0.015, 0.005);
+    /// Creep at T = N, m/s: of the order of 10 mm/s for small hard wheels. It is held so sure because a creep of zero explains readings
+    /// with any offset, so that a filter in doubt may end there; 1.7 and 33 mm/s cost a third more error, no more.
+    pub const CREEP: (f64, f64) = (0.015, 0.003);
     /// Least creep, m/s: harder wheels than these are not told from rigid ones.
     pub const LEAST_CREEP: f64 = 5e-4;
     /// Random walks: torque offset (N m/sqrt(s)), gear friction (N m/sqrt(s)), creep (m/s/sqrt(s)).
-    pub const WALK: (f64, f64, f64) = (1e-3, 5e-3, 1e-3);
+    pub const WALK: (f64, f64, f64) = (1e-3, 2e-3, 2e-4);
     /// Parity residual: errors of load that no state covers, N, and the time over which they and those of the torque
     /// observer last, s.
-    pub const PARITY: (f64, f64) = (0.1, 0.02);
+    pub const PARITY: (f64, f64) = (0.2, 0.03);
     /// Walk of a contact angle while none comes, rad/sqrt(s).
     pub const ANGLE_UNSEEN: f64 = 0.5;
     /// Least error of a contact angle, rad, so that a budget of zero does not make the filter deaf.
@@ -206,7 +212,10 @@ impl MotionFilter {
         shaken: f64,
     ) {
         let Kalman { x, p } = &mut self.filter;
-        let (calm, push_time) = tuning::ACCELERATION;
+        let (calm, mut push_time) = tuning::ACCELERATION;
+        if self.doubt.iter().all(|time| *time > 0.0) {
+            push_time = tuning::ACCELERATION_AFTER_BLOW;
+        }
         let (pushed, shaken) = (tuning::PUSHED * pushed, tuning::SHAKEN * shaken);
         let push = libm::sqrt(calm * calm + pushed * pushed + shaken * shaken);
         let slope = budget.contact_angle.max(tuning::LEAST_ANGLE);
@@ -328,7 +337,8 @@ impl MotionFilter {
                 doubt = white(tuning::DOUBT);
             }
         }
-        let gyro = white((bias, tuning::SLIP.1));
+        let wavering = tuning::GYRO_NOISE * noise;
+        let gyro = white((bias, tuning::SLIP.1)) + wavering * wavering;
         let mut r = white(tuning::PENETRATION_RATE) + gyro + doubt;
         if correct {
             let h = [aside[0], aside[1], (e, speed)];
