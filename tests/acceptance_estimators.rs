@@ -4,15 +4,16 @@
 //! (ideal sensors: one, nothing is random).
 
 use crate::support::scene;
+use robhaz_run::Observers;
 use robhaz_scene::{Scene, SensorSpec};
-use robhaz_study::{Consistency, Course, Summary, floor, ladder, observe, study};
+use robhaz_study::{Consistency, Course, Summary, Verdict, floor, ladder, observe, study};
 use std::num::NonZeroUsize;
 
 const SEEDS: [u64; 10] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9];
 const DRIVES: [(&str, &[&str]); 2] = [("PI", &[]), ("soft", &["drive.kp=2", "drive.ki=0"])];
 
 /// Sensors and drawings that get worse, and the NRMSE of N in % that each must keep to on `smooth`, PI and soft drive.
-const CASES: [(&str, &[&str], [f64; 2]); 5] = [
+const CASES: [(&str, &[&str], [f64; 2]); 6] = [
     // What the method itself errs by: slope of the penetration, observer's lag.
     ("ideal", &["sensors.grade=ideal"], [0.5, 0.1]),
     // The independent implementation reaches 1.96 and 1.3 % here.
@@ -41,6 +42,8 @@ const CASES: [(&str, &[&str], [f64; 2]); 5] = [
         ],
         [3.2, 2.7],
     ),
+    // Nothing was asked of these: a third above the 1.92 and 1.17 % that were measured.
+    ("poor", &["sensors.grade=poor"], [2.6, 1.6]),
 ];
 
 fn with_best(name: &str, overrides: &[&[&str]]) -> Scene {
@@ -79,34 +82,29 @@ fn told(what: &str, summary: &Summary, must: f64) -> (f64, Consistency) {
     (100.0 * nrmse.mean, consistency)
 }
 
-/// Where `best` claims to know its error, on rolling ground.
-///
-/// A stated two sigma means 95.4 % as far as these runs can tell (the interval of their mean reaches it), and 90 % in any case; the NEES is
-/// one that a right covariance gives (97.5 % point of chi-squared, three a run, over the runs: 4.70 for ten, 5.50 for five). The verdict
-/// itself, wrong in one of twenty cases, would be wrong somewhere in these thirty. Nor is the stated sigma more than twice the error (NEES 3/4) where
-/// sensors err as told; with ideal ones it is, because 0.3 N m of gear friction are held possible that are not there.
+/// `best` knows how exact it is: NEES and NIS lie in the 95 % bounds of chi-squared, and a stated two sigma means 95.4 %, within 6.
 fn is_honest(what: &str, case: &str, consistency: &Consistency) {
-    let (nees, hold) = (consistency.nees.mean, &consistency.coverage);
-    let reached = hold.interval().map_or(hold.mean, |(_, greatest)| greatest);
-    assert!(hold.mean >= 0.9 && reached >= 0.954, "{what}: {hold:?}");
-    let most = if consistency.nees.runs < 10 {
-        5.50
-    } else {
-        4.70
-    };
-    assert!(nees <= most, "{what}: NEES {nees}");
+    let hold = consistency.coverage.mean;
+    assert!(hold >= 0.895, "{what}: {hold}");
     if case == "ideal" {
-        // Nothing is random, so that there is no verdict.
+        // Nothing is random, so that there is no verdict: the errors are those of the method, and must lie within what is stated.
+        let nees = consistency.nees.mean;
+        assert_eq!(consistency.verdict(), Verdict::NotJudged);
         assert!(nees <= Consistency::COMPONENTS, "{what}: NEES {nees}");
-    } else {
-        assert!(
-            nees >= 0.25 * Consistency::COMPONENTS,
-            "{what}: NEES {nees}"
-        );
+        return;
     }
-    // The parity residual stays within what is expected of it.
-    let nis = consistency.nis.unwrap().mean;
-    assert!(nis <= 1.0, "{what}: NIS {nis}");
+    assert_eq!(
+        consistency.verdict(),
+        Verdict::Consistent,
+        "{what}: {:?}",
+        consistency.nees
+    );
+    assert_eq!(
+        consistency.parity_verdict(),
+        Some(Verdict::Consistent),
+        "{what}: {:?}",
+        consistency.nis
+    );
 }
 
 fn meets_the_levels(
@@ -149,7 +147,7 @@ fn wrong_drawings_are_most_of_what_is_left() {
         let summaries = study(&scene, &course, &SEEDS, two, &mut || ()).unwrap();
         100.0 * summaries[0].nrmse().unwrap().mean
     };
-    let [_, _, (_, friction, _), _, (_, all, _)] = CASES;
+    let [_, _, (_, friction, _), _, (_, all, _), _] = CASES;
     let drawings: Vec<&str> = all[2..].to_vec();
     let (drawings, friction, all) = (error(&drawings), error(friction), error(all));
     println!(
@@ -164,8 +162,9 @@ fn wrong_drawings_are_most_of_what_is_left() {
 fn best_keeps_to_its_levels_elsewhere() {
     // Friction in the plant is friction in the reading, as `smooth` shows for both drives.
     let judge = |case: &str| case != "friction in the plant";
-    meets_the_levels("cosbump", &[], 5, 1.3, judge);
-    meets_the_levels("sine", &[], 5, 1.3, judge);
+    for name in ["cosbump", "sine", "flat", "rough"] {
+        meets_the_levels(name, &[], 5, 1.3, judge);
+    }
     meets_the_levels("smooth", &["robot.geometry=B"], 5, 1.3, judge);
 }
 
@@ -180,9 +179,10 @@ fn the_ramps_corners_are_its_limit() {
             let mut course = Course::of(&scene).unwrap();
             let what = format!("ramp {drive} {case}");
             let must = 1.3 * must[d];
-            let (nrmse, _) = told(&what, &measure(&scene, &course, 5), must);
+            let (nrmse, consistency) = told(&what, &measure(&scene, &course, 5), must);
             if case != "ideal" {
                 assert!(nrmse <= must, "{what}: {nrmse} % above {must} %");
+                is_honest(&what, case, &consistency);
                 continue;
             }
             // What is left of a blow: with ideal sensors the soft drive's level, 0.13 %, is not kept on the whole course.
@@ -202,21 +202,66 @@ fn the_ramps_corners_are_its_limit() {
     }
 }
 
-/// Where `best` does not know its error, with figures, so that nobody trusts it there unawares and a change for the worse is seen:
-/// with poor sensors its relation between slip and traction is biased by torque scales that err by 6 % and contact angles by 6 deg. It
-/// stays below 0.7 times the floor of one sample, but states too little.
+/// Where `best` is off by more than rolling ground makes it: on edges its errors are several percent, and most of the time it knows.
+/// Where a wheel stands on riser and tread for seconds, the contact angle that it is told is none that it rolls along.
 #[test]
-fn poor_sensors_make_it_overconfident() {
-    for ((drive, drive_keys), most) in DRIVES.into_iter().zip([2.5, 2.0]) {
-        let scene = with_best("smooth", &[drive_keys, &["sensors.grade=poor"]]);
+fn on_edges_it_mostly_knows_how_wrong_it_is() {
+    for ((drive, drive_keys), name) in DRIVES
+        .into_iter()
+        .flat_map(|drive| ["step", "ditch", "stairs"].map(|name| (drive, name)))
+    {
+        let scene = with_best(name, &[drive_keys, &["sensors.grade=typical"]]);
         let course = Course::of(&scene).unwrap();
-        let least = floor(&scene, &course).unwrap();
-        let summary = measure(&scene, &course, 10);
-        let what = format!("smooth {drive} poor");
-        let (nrmse, _) = told(&what, &summary, 70.0 * least);
-        assert!(nrmse <= 70.0 * least, "{what}: {nrmse} %");
-        let ratio = nrmse / (100.0 * summary.stated().unwrap().mean);
-        assert!(ratio <= most, "{what}: {ratio} times what is stated");
+        let what = format!("{name} {drive} typical");
+        // Errors of 4 to 11 % were measured.
+        let (nrmse, consistency) = told(&what, &measure(&scene, &course, 5), 14.0);
+        assert!(nrmse <= 14.0, "{what}: {nrmse} %");
+        // 92 to 98 % were measured.
+        let hold = consistency.coverage.mean;
+        assert!(hold >= 0.88, "{what}: {hold}");
+    }
+}
+
+/// No tuning for one law of friction: wheels that creep a tenth and twice as much as the default's cost `best` less than a factor of
+/// two in error, and a stated two sigma still holds for nine errors of ten.
+#[test]
+fn wheels_may_creep_as_they_like() {
+    for ((drive, drive_keys), v_s) in DRIVES
+        .into_iter()
+        .flat_map(|drive| ["contact.v_s=0.002", "contact.v_s=0.04"].map(|v_s| (drive, v_s)))
+    {
+        let scene = with_best("smooth", &[drive_keys, &["sensors.grade=typical", v_s]]);
+        let course = Course::of(&scene).unwrap();
+        let what = format!("smooth {drive} typical {v_s}");
+        let (nrmse, consistency) = told(&what, &measure(&scene, &course, 5), 1.5);
+        assert!(nrmse <= 1.5, "{what}: {nrmse} %");
+        let hold = consistency.coverage.mean;
+        assert!(hold >= 0.9, "{what}: {hold}");
+    }
+}
+
+/// A robot that stands for 20 s learns nothing of friction in gears that do not turn: what it states of it is what it was told (but for
+/// the first milliseconds, before the speeds are known), and what it has found is nothing.
+#[test]
+fn friction_is_not_read_off_wheels_that_stand() {
+    for name in ["flat", "smooth"] {
+        let scene = with_best(name, &[&["sensors.grade=typical", "drive.start_time=60"]]);
+        let course = Course::of(&scene).unwrap();
+        for seed in SEEDS {
+            let scene = Scene {
+                seed,
+                ..scene.clone()
+            };
+            let mut observers = Observers::new(&scene).unwrap();
+            let mut last = None;
+            for (truth, _) in course.samples() {
+                last = observers.observe(truth).1[0].as_ref().ok().copied();
+            }
+            let (found, sigma) = last.unwrap().reading_errors.unwrap().gear_friction;
+            let told = scene.noise_budget().gear_friction;
+            assert!(sigma > 0.99 * told, "{name}, seed {seed}: {sigma}");
+            assert!(found.abs() < 0.01, "{name}, seed {seed}: {found} ± {sigma}");
+        }
     }
 }
 

@@ -61,7 +61,7 @@ impl BestFilters {
     const FRICTION_SPEED: f64 = 0.01;
     /// Standard deviations of an observed speed below which it tells nothing of its direction. A wheel at rest whose speed trembles
     /// about zero would else seem to turn, now forwards, now backwards, and to tell that there is no friction.
-    const TREMBLING: f64 = 10.0;
+    const TREMBLING: f64 = 5.0;
     /// Time of misfit after which what was found of motion and errors is thrown away, s: longer than any impact. Else errors
     /// found from false readings would keep the gate shut against the true ones for good.
     const LONGEST_MISFIT: f64 = 1.0;
@@ -93,9 +93,11 @@ impl BestFilters {
 
     /// How much of the gears' friction acts on wheel `i`: -1 to 1.
     fn turning(&self, i: usize) -> f64 {
+        let speed = self.last_speed[i];
         let trembling = Self::TREMBLING * self.wheels[i].speed_sigma();
-        let ratio = self.last_speed[i] / libm::hypot(Self::FRICTION_SPEED, trembling);
-        ratio * ratio.abs() / (1.0 + ratio * ratio)
+        let sure = (speed.abs() - trembling).max(0.0);
+        let part = sure / libm::hypot(Self::FRICTION_SPEED, trembling);
+        libm::copysign(part.min(1.0), speed)
     }
 
     /// What the last readings show of accelerations, m/s^2: of the rims, all together, and of the axle that its link swings most.

@@ -63,7 +63,7 @@ mod tuning {
     /// about which they are linear.
     pub const GYRO_NOISE: f64 = 3.0;
     /// Slip beyond creep, m/s and s: the wheel radius without the penetration's changes errs by 0.1 % of the speed.
-    pub const SLIP: (f64, f64) = (2.5e-4, 0.3);
+    pub const SLIP: (f64, f64) = (2e-4, 0.3);
     /// Time over which errors of the torque observer last, s.
     pub const OBSERVER_TIME: f64 = 0.05;
     /// T/N beyond which slip is no longer linear in it: trust falls with the second power of the excess.
@@ -77,7 +77,7 @@ mod tuning {
     pub const WALK: (f64, f64, f64) = (1e-3, 2e-3, 2e-4);
     /// Parity residual: errors of load that no state covers, N, and the time over which they and those of the torque
     /// observer last, s.
-    pub const PARITY: (f64, f64) = (0.2, 0.03);
+    pub const PARITY: (f64, f64) = (0.1, 0.03);
     /// Walk of a contact angle while none comes, rad/sqrt(s).
     pub const ANGLE_UNSEEN: f64 = 0.5;
     /// Least error of a contact angle, rad, so that a budget of zero does not make the filter deaf.

@@ -22,7 +22,7 @@ pub struct Consistency {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// The mean is one that a right covariance gives, with a probability of 95 %.
+    /// The mean lies within the 95 % bounds of what a right covariance gives.
     Consistent,
     /// Errors are smaller than stated.
     Cautious,
@@ -45,17 +45,16 @@ impl Verdict {
 
     /// Of a mean square of normalised errors with so many components, which it should be equal to.
     ///
-    /// The scatter of the runs gives the interval of the mean. A few runs that are far off scatter so widely that it holds anything;
-    /// so the mean must also be one that a right covariance can give: were all errors of a run one single error, the sum over runs
-    /// would be chi-squared, and whatever is less correlated scatters less.
+    /// Were all errors of a run one single error that lasts, the sum over runs would be chi-squared with as many degrees of freedom as
+    /// components and runs. Errors that are less correlated scatter less about the same mean, so that these are the widest bounds.
     fn of(mean: &Mean, components: f64) -> Self {
-        let Some((least, greatest)) = mean.interval() else {
+        if !mean.tells() {
             return Self::NotJudged;
-        };
+        }
         let (low, high) = chi_squared_bounds(components, mean.runs);
-        if least > components || mean.mean > high {
+        if mean.mean > high {
             Self::Overconfident
-        } else if greatest < components || mean.mean < low {
+        } else if mean.mean < low {
             Self::Cautious
         } else {
             Self::Consistent
@@ -82,12 +81,13 @@ impl Consistency {
 mod tests {
     use super::*;
 
-    /// Closed form: five runs with a NEES of `centre` -2 to +2 have the 95 % interval +-2.776 sqrt(0.5) = +-1.963; chi-squared with 15
-    /// degrees of freedom lies between 6.262 and 27.488, a mean of five between 1.25 and 5.50.
+    /// Closed form: chi-squared with 15 degrees of freedom lies between 6.262 and 27.488, a mean of five between 1.252 and 5.498.
     #[test]
-    fn the_verdict_follows_the_interval() {
+    fn the_verdict_follows_chi_squared() {
         let verdict = |centre: f64, runs: usize| {
-            let values: Vec<f64> = (0..runs).map(|i| centre + i as f64 - 2.0).collect();
+            let values: Vec<f64> = (0..runs)
+                .map(|i| centre + 0.01 * (i as f64 - 2.0))
+                .collect();
             let mean = Mean::of(&values).expect("values");
             let consistency = Consistency {
                 nees: mean,
@@ -96,14 +96,16 @@ mod tests {
             };
             consistency.verdict()
         };
-        assert_eq!(verdict(4.9, 5), Verdict::Consistent);
-        assert_eq!(verdict(5.0, 5), Verdict::Overconfident);
-        assert_eq!(verdict(1.3, 5), Verdict::Consistent);
-        assert_eq!(verdict(1.0, 5), Verdict::Cautious);
+        assert_eq!(verdict(5.45, 5), Verdict::Consistent);
+        assert_eq!(verdict(5.55, 5), Verdict::Overconfident);
+        assert_eq!(verdict(1.35, 5), Verdict::Consistent);
+        assert_eq!(verdict(1.15, 5), Verdict::Cautious);
         assert_eq!(verdict(3.0, 4), Verdict::NotJudged);
+        let same = Mean::of(&[3.0; 5]).expect("values");
+        assert_eq!(Verdict::of(&same, 3.0), Verdict::NotJudged);
     }
 
-    /// Scatter is no excuse: one run in ten that is far off makes an interval that holds 3, about a mean that no right covariance gives.
+    /// Scatter is no excuse: one run in ten that is far off makes a mean that no right covariance gives.
     #[test]
     fn one_bad_run_is_not_hidden_by_its_scatter() {
         let mut values = [2.0; 10];

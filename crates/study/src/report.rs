@@ -44,10 +44,10 @@ pub struct Line {
     pub nrmse: Option<Mean>,
     /// RMS error of T, N.
     pub traction_rmse_n: Option<Mean>,
-    /// RMS standard deviation of N that it states.
+    /// Standard deviation of N that it states: [`crate::Score::stated`].
     pub stated: Option<Mean>,
-    /// Error over what it states.
-    pub error_over_stated: Option<f64>,
+    /// RMS of errors over what was stated of each.
+    pub error_over_stated: Option<Mean>,
     /// Error over the floor of one sample.
     pub error_over_floor: Option<f64>,
     /// NEES, NIS and share within two standard deviations.
@@ -146,16 +146,15 @@ impl Report {
 
 impl Line {
     fn new(summary: &Summary, floor: Option<f64>) -> Self {
-        let (nrmse, stated) = (summary.nrmse(), summary.stated());
-        let over = |by: Option<f64>| Some(nrmse?.mean / by?);
+        let nrmse = summary.nrmse();
         let consistency = summary.consistency();
         Self {
             name: summary.name.clone(),
             nrmse,
             traction_rmse_n: summary.traction_rmse(),
-            stated,
-            error_over_stated: over(stated.map(|s| s.mean)),
-            error_over_floor: over(floor),
+            stated: summary.stated(),
+            error_over_stated: summary.normalised(),
+            error_over_floor: nrmse.zip(floor).map(|(error, floor)| error.mean / floor),
             consistency,
             verdict: consistency.map(|c| c.verdict()),
             parity_verdict: consistency.and_then(|c| c.parity_verdict()),
@@ -178,7 +177,7 @@ impl Line {
                 || "-".to_owned(),
                 |m| format!("{:.*}", digits(&m), 100.0 * m.mean),
             ),
-            number(self.error_over_stated, 2),
+            number(self.error_over_stated.map(|m| m.mean), 2),
             number(c.map(|c| 100.0 * c.coverage.mean), 1),
             number(c.map(|c| c.nees.mean), 2),
             number(c.and_then(|c| c.nis).map(|m| m.mean), 2),

@@ -14,7 +14,9 @@ pub struct Score {
     traction_square: f64,
     /// Where the estimator stated a covariance of N. Where it holds an N at zero the covariance is none of the three N.
     judged: u64,
-    stated_square: f64,
+    /// Sum of ln sigma, and of squares of errors over sigma.
+    stated_logarithm: f64,
+    normalised_square: f64,
     nees: f64,
     inside: u64,
     /// Where it stated what to expect of the parity residual.
@@ -57,9 +59,11 @@ impl Score {
         };
         self.judged += 1;
         self.nees += nees;
-        self.stated_square += p.trace();
         for (i, e) in error.iter().enumerate() {
-            self.inside += u64::from(e * e <= 4.0 * p[(i, i)]);
+            let variance = p[(i, i)];
+            self.stated_logarithm += 0.5 * variance.ln();
+            self.normalised_square += e * e / variance;
+            self.inside += u64::from(e * e <= 4.0 * variance);
         }
     }
 
@@ -73,9 +77,15 @@ impl Score {
         Some(ratio(self.traction_square, 3 * self.samples)?.sqrt())
     }
 
-    /// RMS of the standard deviations that the estimator stated for N, over the mean of N; `None` if it stated none.
+    /// The standard deviation that the estimator stated for N, over the mean of N: the geometric mean, because in a blow
+    /// it states hundreds of times as much as before and after. `None` if it stated none.
     pub fn stated(&self) -> Option<f64> {
-        Some(ratio(self.stated_square, 3 * self.judged)?.sqrt() / self.mean_load()?)
+        Some(ratio(self.stated_logarithm, 3 * self.judged)?.exp() / self.mean_load()?)
+    }
+
+    /// RMS of the errors of N, each over its stated standard deviation: 1 if these are right; `None` if it stated none.
+    pub fn normalised(&self) -> Option<f64> {
+        Some(ratio(self.normalised_square, 3 * self.judged)?.sqrt())
     }
 
     /// Mean NEES of the three N: 3 if the stated covariance is right; `None` if the estimator stated none.
@@ -142,10 +152,11 @@ mod tests {
             score.nrmse(),
             score.traction_rmse(),
             score.stated(),
+            score.normalised(),
             score.nees(),
             score.nis(),
             score.coverage(),
         ];
-        assert_eq!(all, [None; 6]);
+        assert_eq!(all, [None; 7]);
     }
 }

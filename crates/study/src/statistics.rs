@@ -34,13 +34,18 @@ impl Mean {
         })
     }
 
-    /// The interval that holds the expected value with a probability of 95 %, by Student's t; `None` for fewer than five runs, and
-    /// for runs that are all the same, because nothing random differs between them.
+    /// Whether the runs can tell what to expect: at least five, and not all the same, as they are where nothing random differs
+    /// between them.
+    pub fn tells(&self) -> bool {
+        let differ = self
+            .standard_error
+            .is_some_and(|error| error > 1e-12 * self.mean.abs());
+        self.runs >= LEAST_RUNS && differ
+    }
+
+    /// The interval that holds the expected value with a probability of 95 %, by Student's t; `None` for runs that cannot tell.
     pub fn interval(&self) -> Option<(f64, f64)> {
-        let error = self.standard_error?;
-        if self.runs < LEAST_RUNS || error <= 1e-12 * self.mean.abs() {
-            return None;
-        }
+        let error = self.standard_error.filter(|_| self.tells())?;
         let half = student(self.runs - 1) * error;
         Some((self.mean - half, self.mean + half))
     }

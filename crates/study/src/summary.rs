@@ -48,6 +48,11 @@ impl Summary {
         self.mean(Score::stated)
     }
 
+    /// Of [`Score::normalised`].
+    pub fn normalised(&self) -> Option<Mean> {
+        self.mean(Score::normalised)
+    }
+
     /// Whether the estimator is as exact as it says; `None` if it says nothing.
     pub fn consistency(&self) -> Option<Consistency> {
         Some(Consistency {
