@@ -50,9 +50,10 @@ impl TorqueObserver {
     const TORQUE_JERK: f64 = 5.0;
     /// Standard deviations beyond which an encoder's reading tells of a blow.
     const BLOW_GATE: f64 = 5.0;
-    /// What a blow may change of the ground's torque, N m, and of its rate, N m/s, in one sample: of 0.5 to 5 N m and 30 to 300 N m/s
-    /// the values that leave least error behind a ramp's corner and a ditch's edges. Rolling ground never asks for them.
-    const BLOW: (f64, f64) = (1.0, 30.0);
+    /// What a blow may change in one sample: the ground's torque, N m, its rate, N m/s, and the spin speed, rad/s. Without the last, what
+    /// the blow's own impulse has changed of the speed is taken for a torque that goes on. Of 0.5 to 5 N m, 30 to 300 N m/s and 0.01 to
+    /// 0.5 rad/s the values that leave least error behind a ramp's corner and a ditch's edges. Rolling ground never asks for them.
+    const BLOW: (f64, f64, f64) = (1.0, 30.0, 0.02);
 
     /// An observer that knows nothing yet: the wheel stands still within 0.01 rad/s, the ground's torque is within 5 N m.
     pub fn new() -> Self {
@@ -160,7 +161,8 @@ impl TorqueObserver {
         let expected = self.filter.p[ANGLE][ANGLE] + r;
         if difference * difference > Self::BLOW_GATE * Self::BLOW_GATE * expected {
             // The ground has struck: what was known of its torque holds no more.
-            let (torque, rate) = Self::BLOW;
+            let (torque, rate, speed) = Self::BLOW;
+            self.filter.p[SPEED][SPEED] += speed * speed;
             self.filter.p[TORQUE][TORQUE] += torque * torque;
             self.filter.p[RATE][RATE] += rate * rate;
         }
