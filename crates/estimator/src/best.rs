@@ -26,7 +26,8 @@ pub(crate) struct BestFilters {
     last_torque: [f64; 3],
     /// Spin speeds at the last frame, rad/s, and their smoothed derivative, rad/s^2.
     last_speed: [f64; 3],
-    /// How much of the gears' friction acted then: -1 to 1.
+    /// How much of the gears' friction acts, -1 to 1: now, and at the frame before.
+    turning: [f64; 3],
     last_turning: [f64; 3],
     pub spin_acceleration: [f64; 3],
     /// Forces of the last estimate, N.
@@ -36,8 +37,8 @@ pub(crate) struct BestFilters {
     misfit: f64,
 }
 
-visit_fields!(BestFilters: links, wheels, motion, last_torque, last_speed, last_turning, spin_acceleration, last_normal_force,
-    last_traction, misfit);
+visit_fields!(BestFilters: links, wheels, motion, last_torque, last_speed, turning, last_turning, spin_acceleration,
+    last_normal_force, last_traction, misfit);
 
 /// Traction of one wheel as it follows from torque and speed, and what it depends on.
 #[derive(Clone, Copy, Debug)]
@@ -77,6 +78,7 @@ impl BestFilters {
             motion: MotionFilter::new(budget),
             last_torque: [0.0; 3],
             last_speed: [0.0; 3],
+            turning: [0.0; 3],
             last_turning: [0.0; 3],
             spin_acceleration: [0.0; 3],
             last_normal_force: [robot.mean_wheel_load(); 3],
@@ -91,13 +93,12 @@ impl BestFilters {
         self.motion.forget_velocity();
     }
 
-    /// How much of the gears' friction acts on wheel `i`: -1 to 1.
-    fn turning(&self, i: usize) -> f64 {
-        let speed = self.last_speed[i];
-        let trembling = Self::TREMBLING * self.wheels[i].speed_sigma();
+    /// How much of the gears' friction acts on a wheel that spins with `speed`, known to `sigma` (rad/s): -1 to 1.
+    fn turning(speed: f64, sigma: f64) -> f64 {
+        let trembling = Self::TREMBLING * sigma;
         let sure = (speed.abs() - trembling).max(0.0);
-        let part = sure / libm::hypot(Self::FRICTION_SPEED, trembling);
-        libm::copysign(part.min(1.0), speed)
+        let all_there = Self::FRICTION_SPEED * Self::FRICTION_SPEED + trembling * trembling;
+        libm::copysign((sure / libm::sqrt(all_there)).min(1.0), speed)
     }
 
     /// What the last readings show of accelerations, m/s^2: of the rims, all together, and of the axle that its link swings most.
@@ -166,14 +167,13 @@ impl BestFilters {
         let budget = &settings.budget;
         let link = &self.links[robot.geometry.carriers[i].index()];
         let torque = inputs.motor_torque[i];
-        let turning = self.turning(i);
         let parameters = TorqueObserverParameters {
             wheel_inertia: robot.mass.wheel_inertia,
             rotor_inertia: robot.mass.rotor_inertia,
             viscous_damping: settings.viscous_damping,
             encoder_sigma: encoder_sigma(budget, self.last_speed[i]),
             torque_sigma: budget.torque_noise,
-            step: budget.gear_friction * (turning - self.last_turning[i]),
+            step: budget.gear_friction * (self.turning[i] - self.last_turning[i]),
             unseen: if torque.fresh() {
                 0.0
             } else {
@@ -191,7 +191,7 @@ impl BestFilters {
             wheel.predict(&parameters, dt, mean, link.turning().1);
         }
         self.last_torque[i] = torque.value;
-        self.last_turning[i] = turning;
+        self.last_turning[i] = self.turning[i];
         if inputs.wheel_angle[i].fresh() {
             wheel.measure(&parameters, inputs.wheel_angle[i].value);
         }
@@ -202,6 +202,7 @@ impl BestFilters {
             self.spin_acceleration[i] += weight * (rate - self.spin_acceleration[i]);
         }
         self.last_speed[i] = speed;
+        self.turning[i] = Self::turning(speed, wheel.speed_sigma());
     }
 
     /// Wheel `i` as the filter of the motion sees it.
@@ -228,7 +229,7 @@ impl BestFilters {
             rim_speed: told.then(|| r * (wheel.speed() - link.rate())),
             ratio: (t / n).clamp(-1.0, 1.0),
             moment_of_load: r * n,
-            turning: self.turning(i),
+            turning: self.turning[i],
             relative_sigma: (arm * link.rate_bias().1, arm * budget.rate_noise),
             torque: ground_torque + settings.viscous_damping * wheel.speed(),
             torque_sigma,
@@ -247,7 +248,7 @@ impl BestFilters {
         let speed = self.last_speed[i];
         // The torque read but for what accelerates the rotor: smooth, and good enough to scale an error of 2 %.
         let read = torque + viscous_damping * speed;
-        let turning = self.turning(i);
+        let turning = self.turning[i];
         let errors = x[state::TORQUE_OFFSET + i]
             + x[state::GEAR_FRICTION] * turning
             + x[state::TORQUE_GAIN + i] * read;
@@ -471,6 +472,7 @@ mod tests {
                     filters.wheels[i].measure(&parameters, speeds[i] * 1e-3 * f64::from(k));
                 }
                 filters.last_speed[i] = speeds[i];
+                filters.turning[i] = BestFilters::turning(speeds[i], 1e-4);
             }
             for (k, value) in states.iter().enumerate() {
                 filters.motion.filter.x[state::ACCELERATION + k] = *value;

@@ -54,6 +54,15 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         ph
     }
 
+    /// `h' P h` for `P h` and a row `h` given by its entries.
+    pub fn along<const K: usize>(ph: &[f64; N], h: &[(usize, f64); K]) -> f64 {
+        let mut sum = 0.0;
+        for &(j, value) in h {
+            sum += ph.get(j).map_or(0.0, |entry| entry * value);
+        }
+        sum
+    }
+
     /// Takes a measurement whose difference from the expected value is `difference`, with the row `h` of its sensitivity
     /// and the variance `r` of its noise. Beyond `gate` standard deviations it is left out.
     ///
@@ -66,20 +75,32 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         gate: f64,
     ) -> (Innovation, bool) {
         let ph = self.covariance_times(h);
-        let mut variance = r;
-        for &(j, value) in h {
-            variance += ph.get(j).map_or(0.0, |entry| entry * value);
-        }
+        let variance = r + Self::along(&ph, h);
         let innovation = Innovation {
             value: difference,
             variance,
         };
+        (
+            innovation,
+            self.apply_within(&ph, difference, variance, gate),
+        )
+    }
+
+    /// Takes a measurement of which `P h` and the innovation's variance are known already, unless it lies beyond `gate` standard
+    /// deviations. Returns whether it was used.
+    pub fn apply_within(
+        &mut self,
+        ph: &[f64; N],
+        difference: f64,
+        variance: f64,
+        gate: f64,
+    ) -> bool {
         // Written so that a NaN is left out too.
-        let used = variance > 0.0 && innovation.nis() <= gate * gate;
+        let used = variance > 0.0 && difference * difference / variance <= gate * gate;
         if used {
-            self.apply(&ph, difference, variance);
+            self.apply(ph, difference, variance);
         }
-        (innovation, used)
+        used
     }
 
     /// Takes a measurement of which `P h` and the innovation's variance are known already.

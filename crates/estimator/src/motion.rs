@@ -321,28 +321,25 @@ impl MotionFilter {
         } = Course::new(smooth, noise, wheel.angle - self.filter.x[e]);
         let aside = [(VELOCITY, -direction.y), (VELOCITY + 1, direction.x)];
         let (bias, noise) = wheel.relative_sigma;
+        let wavering = tuning::GYRO_NOISE * noise;
+        let gyro = white((bias, tuning::SLIP.1)) + wavering * wavering;
+        let mut r = white(tuning::PENETRATION_RATE) + gyro;
         let mut doubt = 0.0;
         if correct {
             let h = [aside[0], aside[1], (e, speed)];
             let ph = self.filter.covariance_times(&h);
+            let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
             let rate = tuning::PENETRATION_RATE.0;
-            let mut expected = rate * rate + bias * bias + noise * noise;
-            for (k, value) in h {
-                expected += ph[k] * value;
-            }
-            if away * away > tuning::DOUBT_GATE * tuning::DOUBT_GATE * expected {
+            let at_once = of_states + rate * rate + bias * bias + noise * noise;
+            if away * away > tuning::DOUBT_GATE * tuning::DOUBT_GATE * at_once {
                 self.doubt[i] = tuning::DOUBT_TIME;
             }
             if self.doubt[i] > 0.0 {
                 doubt = white(tuning::DOUBT);
             }
-        }
-        let wavering = tuning::GYRO_NOISE * noise;
-        let gyro = white((bias, tuning::SLIP.1)) + wavering * wavering;
-        let mut r = white(tuning::PENETRATION_RATE) + gyro + doubt;
-        if correct {
-            let h = [aside[0], aside[1], (e, speed)];
-            self.filter.update(&h, -away, r, tuning::GATE);
+            r += doubt;
+            self.filter
+                .apply_within(&ph, -away, of_states + r, tuning::GATE);
         } else {
             let unknown = speed * libm::sqrt(self.filter.p[e][e]);
             r += white((unknown, budget.contact_angle_time));
@@ -423,10 +420,7 @@ impl MotionFilter {
         let (unknown, time) = tuning::PARITY;
         let at_once = variance + unknown * unknown;
         let ph = self.filter.covariance_times(&row);
-        let mut of_states = 0.0;
-        for &(k, value) in &row {
-            of_states += ph[k] * value;
-        }
+        let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &row);
         let calm = of_states + at_once;
         let innovation = Innovation {
             value: -value,
