@@ -116,6 +116,19 @@ impl Report {
                 "\nNot judged: that takes at least {LEAST_RUNS} seeds, and something random that differs between them."
             ));
         }
+        for line in &self.estimators {
+            let (Some(verdict), Some(c)) = (line.parity_verdict, line.consistency) else {
+                continue;
+            };
+            if matches!(verdict, Verdict::Cautious | Verdict::Overconfident) {
+                text.push_str(&format!(
+                    "\n{}: of the parity residual it is {} (NIS {:.2}).",
+                    line.name,
+                    verdict.words(),
+                    c.nis.map_or(f64::NAN, |nis| nis.mean),
+                ));
+            }
+        }
         for line in self.estimators.iter().filter(|l| l.missing > 0) {
             text.push_str(&format!(
                 "\n{}: no estimate in {} of {} samples of all seeds; these do not count.",
