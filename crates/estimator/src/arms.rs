@@ -1,6 +1,8 @@
 //! Where everything on the linkage is and how it accelerates, seen from Q: what eqs. (1) to (8) need, without angles.
 
-use robhaz_model::{Bar, Carrier, Geometry, Posture, PostureError, Vec2, corner_s, cross};
+use robhaz_model::{
+    Bar, Carrier, Geometry, Posture, PostureError, Vec2, corner_s, cross, perp, turned,
+};
 
 /// Positions relative to Q in world axes, m, in the posture that links 1 and 2 give.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,19 +30,9 @@ pub struct Turning {
     pub accelerations: [f64; 4],
 }
 
-/// `v` turned by the angle whose cosine and sine are `axis`.
-fn turned(axis: Vec2, v: Vec2) -> Vec2 {
-    Vec2::new(axis.x * v.x - axis.y * v.y, axis.y * v.x + axis.x * v.y)
-}
-
 /// The unit vector of the turn that takes the direction of `from` into that of `to`; both have the length of one bar.
 fn turn_between(from: Vec2, to: Vec2) -> Vec2 {
     Vec2::new(from.dot(&to), cross(from, to)) / from.norm_squared()
-}
-
-/// `v` turned by a quarter, counter-clockwise.
-pub(crate) fn perp(v: Vec2) -> Vec2 {
-    Vec2::new(-v.y, v.x)
 }
 
 impl Arms {

@@ -3,7 +3,7 @@
 
 use crate::arms::{Arms, Turning};
 use nalgebra::{Matrix3, Vector4};
-use robhaz_model::{Bar, Carrier, GRAVITY, MassSet, PointMasses, Vec2, cross};
+use robhaz_model::{Bar, Carrier, GRAVITY, MassSet, PointMasses, Vec2, cross, perp};
 
 /// What gravity and acceleration ask for on one part: `m (a + g)` at its centre of mass and `I alpha`, counter-clockwise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -198,7 +198,7 @@ impl Equilibrium {
         traction: f64,
     ) -> Vector4<f64> {
         let t = self.tangents[i];
-        let n = Vec2::new(-t.y, t.x);
+        let n = perp(t);
         let turned = n * traction - t * normal_force;
         let moment = cross(self.contacts[i], turned) + wheel_radius * normal_force;
         column(turned, moment * self.inverse_lever, carrier)
@@ -279,7 +279,7 @@ impl Equilibrium {
             if carriers[i] == Carrier::Link1 {
                 let t = self.tangents[i];
                 q += loads.wheels[i].force - t * traction[i];
-                q -= Vec2::new(-t.y, t.x) * normal_force[i];
+                q -= perp(t) * normal_force[i];
             }
         }
         q

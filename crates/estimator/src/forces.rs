@@ -1,8 +1,8 @@
 //! Normal forces from eq. (8), with their covariance: least squares, the parity residual put back where it belongs, N >= 0.
 
-use crate::best::{Sensitivity, Traction};
 use crate::equilibrium::{Equilibrium, LeastSquaresInverse};
 use crate::motion::{MotionFilter, SENSITIVE, state};
+use crate::sensitivity::{Sensitivity, Traction};
 use nalgebra::{Matrix4, Vector4};
 
 /// Normal forces and tractions of the three wheels.

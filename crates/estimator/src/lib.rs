@@ -68,6 +68,7 @@ pub mod linkage;
 mod motion;
 mod paper;
 mod saved;
+mod sensitivity;
 mod settings;
 pub mod statics;
 #[cfg(test)]

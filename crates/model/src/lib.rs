@@ -19,11 +19,13 @@
 
 mod geometry;
 mod mass;
+mod plane;
 mod posture;
 
 pub use geometry::{Bar, Carrier, Geometry, GeometryError, Pin, PinStop, Pins, mean_link_cgs};
 pub use mass::{MassError, MassSet, PointMasses};
-pub use posture::{Posture, PostureError, corner_s, cross, rotate};
+pub use plane::{cross, perp, rotate, turned};
+pub use posture::{Posture, PostureError, corner_s};
 
 /// A position, velocity or force in the plane (x forward, y up).
 pub type Vec2 = nalgebra::Vector2<f64>;

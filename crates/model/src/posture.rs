@@ -1,17 +1,7 @@
 //! The closed four-bar in any posture: link 1 and link 2 given, link 3 and body found in closed form.
 
+use crate::plane::{cross, perp, rotate};
 use crate::{Bar, Geometry, Pin, Vec2};
-
-/// The z component of `a x b`.
-pub fn cross(a: Vec2, b: Vec2) -> f64 {
-    a.x * b.y - a.y * b.x
-}
-
-/// `v` turned counter-clockwise by `angle`, rad.
-pub fn rotate(v: Vec2, angle: f64) -> Vec2 {
-    let (sin, cos) = libm::sincos(angle);
-    Vec2::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y)
-}
 
 /// Angles of the four bars, rad, as turns from the nominal pose (all zero there).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,7 +60,7 @@ pub fn corner_s(geometry: &Geometry, p: Vec2, r: Vec2) -> Result<Vec2, PostureEr
     let height = libm::sqrt((ps * ps - foot * foot).max(0.0));
     let side = libm::copysign(1.0, cross(pins.r - pins.p, pins.s - pins.p));
     let along = pr / d;
-    Ok(p + along * foot + Vec2::new(-along.y, along.x) * (side * height))
+    Ok(p + along * foot + perp(along) * (side * height))
 }
 
 impl Posture {

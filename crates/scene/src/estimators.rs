@@ -17,9 +17,6 @@ const MOST: usize = 100;
 /// Names of the presets, in the order of [`settings`]. Without `[[estimator]]` all of them run.
 pub(crate) const PRESETS: Words = &["paper-body", "paper-wheels", "true-mass", "best"];
 
-/// Off and on.
-const SWITCH: Words = &["off", "on"];
-
 /// The keys of one estimator.
 pub(crate) const KEYS: &[Key<EstimatorSettings>] = &[
     Key::<EstimatorSettings>::own_word(
@@ -77,39 +74,29 @@ pub(crate) const KEYS: &[Key<EstimatorSettings>] = &[
         |e| &mut e.moment_lever,
         "row scaling of eq. (8): moments count as forces at this lever; 1 m as in the paper",
     ),
-    Key::word(
+    Key::switch(
         "inertia",
-        SWITCH,
-        |e| usize::from(e.inertia),
-        |e, i| e.inertia = i == 1,
+        |e| &mut e.inertia,
         "inertial loads beside gravity; needs filters = \"kalman\"",
     ),
-    Key::word(
+    Key::switch(
         "whitening",
-        SWITCH,
-        |e| usize::from(e.whitening),
-        |e, i| e.whitening = i == 1,
+        |e| &mut e.whitening,
         "eq. (8) weighed by the covariance of what goes into it; needs filters = \"kalman\"",
     ),
-    Key::word(
+    Key::switch(
         "nonnegative",
-        SWITCH,
-        |e| usize::from(e.nonnegative),
-        |e, i| e.nonnegative = i == 1,
+        |e| &mut e.nonnegative,
         "no negative normal forces",
     ),
-    Key::word(
+    Key::switch(
         "parity",
-        SWITCH,
-        |e| usize::from(e.parity),
-        |e, i| e.parity = i == 1,
+        |e| &mut e.parity,
         "the parity residual corrects torques and contact angles; needs filters = \"kalman\"",
     ),
-    Key::word(
+    Key::switch(
         "rolling",
-        SWITCH,
-        |e| usize::from(e.rolling),
-        |e, i| e.rolling = i == 1,
+        |e| &mut e.rolling,
         "so does rolling without slip; needs filters = \"kalman\"",
     ),
 ];

@@ -32,6 +32,8 @@ pub(crate) enum Field<T: 'static> {
     Point(Number, fn(&mut T) -> &mut Vec2),
     /// `[[x, y], [x, y], [x, y]]`
     ThreePoints(Number, fn(&mut T) -> &mut [Vec2; 3]),
+    /// `"off"` or `"on"`
+    Switch(fn(&mut T) -> &mut bool),
     /// One of a few words, by its index.
     Word(Words, fn(&T) -> usize, fn(&mut T, usize)),
     /// `["word", "word", "word"]`
@@ -49,6 +51,9 @@ pub(crate) enum Field<T: 'static> {
         words: Words,
     },
 }
+
+/// Off and on.
+pub(crate) const SWITCH: Words = &["off", "on"];
 
 /// Words to choose from.
 pub(crate) type Words = &'static [&'static str];
@@ -71,6 +76,14 @@ impl<T> Key<T> {
         meaning: &'static str,
     ) -> Self {
         Self::new(name, Field::Number(Number { unit, range }, at), meaning)
+    }
+
+    pub const fn switch(
+        name: &'static str,
+        at: fn(&mut T) -> &mut bool,
+        meaning: &'static str,
+    ) -> Self {
+        Self::new(name, Field::Switch(at), meaning)
     }
 
     pub const fn three(
@@ -196,6 +209,7 @@ impl<T> Field<T> {
             Self::Three(..) => format!("[a, b, c], each {number}"),
             Self::Point(..) => format!("[x, y], each {number}"),
             Self::ThreePoints(..) => format!("[[x, y], [x, y], [x, y]], each {number}"),
+            Self::Switch(_) => quoted(SWITCH),
             Self::Word(words, ..) | Self::OwnWord { words, .. } => quoted(words),
             Self::ThreeWords(words, ..) => format!("three of {}", quoted(words)),
             Self::Table(_) => "a table".to_owned(),

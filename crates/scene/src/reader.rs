@@ -1,7 +1,7 @@
 //! Reads tables by the declarations of their keys and collects every problem.
 
 use crate::error::{Problem, SceneError};
-use crate::key::{Field, Key, Number, Words, quoted};
+use crate::key::{Field, Key, Number, SWITCH, Words, quoted};
 use crate::source::{Entry, Node, Origin, Source, SourceKind, Value, document};
 use crate::suggest::{home_of, nearest};
 use crate::units::UnitError;
@@ -162,6 +162,11 @@ impl Reader {
                 if let Some(items) = self.items(node, path, &key.field.allowed()) {
                     let none = Vec2::zeros();
                     *at(into) = self.each(items, path, none, |r, n, p| r.point(number, n, p));
+                }
+            }
+            Field::Switch(at) => {
+                if let Some(index) = self.word(SWITCH, node, path) {
+                    *at(into) = index == 1;
                 }
             }
             Field::Word(words, _, set) => {

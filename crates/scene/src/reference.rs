@@ -1,6 +1,6 @@
 //! Every key that a scene file can have, from the declarations that the reader itself uses.
 
-use crate::key::{Field, Key};
+use crate::key::{Field, Key, SWITCH};
 use crate::load::TOP;
 use crate::range::short;
 use crate::reader::join;
@@ -89,6 +89,7 @@ fn row<T>(key: &Key<T>, defaults: &mut T, path: String) -> KeyReference {
             // Made of other keys of the same table.
             Field::ThreePoints(..) => "mean of own pins and axles".to_owned(),
             Field::Number(_, at) => short(*at(defaults)),
+            Field::Switch(at) => SWITCH[usize::from(*at(defaults))].to_owned(),
             Field::Word(words, get, _) => words[get(defaults)].to_owned(),
             field => write::value(field, defaults).unwrap_or_default(),
         },

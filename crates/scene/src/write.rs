@@ -1,7 +1,7 @@
 //! The resolved scene as a file: every choice written out with its unit, to be run again as it was.
 
 use crate::estimators;
-use crate::key::{Field, Key};
+use crate::key::{Field, Key, SWITCH};
 use crate::load::IGNORED;
 use crate::robot;
 use crate::robot_keys;
@@ -191,6 +191,7 @@ pub(crate) fn value<T>(field: &Field<T>, of: &mut T) -> Option<String> {
         Field::Three(_, at) => array(at(of).map(number)),
         Field::Point(_, at) => point(*at(of)),
         Field::ThreePoints(_, at) => array(at(of).map(point)),
+        Field::Switch(at) => text(SWITCH[usize::from(*at(of))]),
         Field::Word(words, get, _) => text(words[get(of)]),
         Field::ThreeWords(words, get, _) => array(get(of).map(|i| text(words[i]))),
         Field::Table(_) | Field::Own { .. } | Field::OwnWord { .. } => return None,

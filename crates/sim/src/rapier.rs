@@ -13,7 +13,7 @@ use crate::start::{Start, StartKind};
 use crate::stop::stop_torque;
 use crate::truth::{BarTruth, PinTruth, Truth};
 use rapier2d::prelude::*;
-use robhaz_model::{Bar, Pin, Robot, Vec2, cross};
+use robhaz_model::{Bar, Pin, Robot, Vec2, cross, perp};
 
 /// The library behind this engine; a test holds it against the locked version.
 pub const LIBRARY: &str = "rapier2d 0.36.1";
@@ -111,7 +111,7 @@ fn from_rapier(v: Vector) -> Vec2 {
 
 /// Of `v` turning with the rate `rate` (rad/s): its rate of change.
 fn turning(rate: f64, v: Vec2) -> Vec2 {
-    Vec2::new(-v.y, v.x) * rate
+    perp(v) * rate
 }
 
 fn lump(robot: &Robot, bar: Bar) -> Lump {
@@ -490,7 +490,7 @@ impl PinArms {
     /// impulse acts along a mixture of both axes: `d01/d00` takes the first axis out of it again.
     fn force(&self, first: f64, second: f64, dt: f64) -> Vec2 {
         let ex = self.axis;
-        let ey = Vec2::new(-ex.y, ex.x);
+        let ey = perp(ex);
         let (mut d00, mut d01) = (0.0, 0.0);
         for (r, (inverse_mass, inverse_inertia)) in self.arms.iter().zip(self.inverse) {
             let (cx, cy) = (cross(*r, ex), cross(*r, ey));

@@ -1,6 +1,6 @@
 //! What truly happens at one instant.
 
-use robhaz_model::{Bar, Pin, Robot, Vec2};
+use robhaz_model::{Bar, Pin, Robot, Vec2, perp};
 
 /// Pose and rates of a bar. The position is that of its centre of mass (without wheels).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -83,7 +83,7 @@ impl Truth {
     pub fn wheel_velocity(&self, robot: &Robot, wheel: usize) -> Vec2 {
         let link = self.bar(robot.geometry.carriers[wheel].bar());
         let arm = self.wheels[wheel].position - link.position;
-        link.velocity + Vec2::new(-arm.y, arm.x) * link.rate
+        link.velocity + perp(arm) * link.rate
     }
 
     /// One pin.

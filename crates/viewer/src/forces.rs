@@ -8,7 +8,7 @@ use crate::writer::Writer;
 use re_sdk_types::archetypes::{Arrows2D, LineStrips2D};
 use re_sdk_types::components::Radius;
 use robhaz_estimator::Estimate;
-use robhaz_model::{Robot, Vec2};
+use robhaz_model::{Robot, Vec2, perp};
 use robhaz_sim::Truth;
 
 /// Length of the arrow of a mean static wheel load, m.
@@ -223,7 +223,7 @@ impl Bars {
 
     /// A bar of half a length (m) along a unit vector, around a point.
     fn push(&mut self, centre: Vec2, along: Vec2, half: f64) {
-        let across = Vec2::new(-along.y, along.x) * BAR_END;
+        let across = perp(along) * BAR_END;
         let (near, far) = (centre - along * half, centre + along * half);
         let strip = [
             near - across,

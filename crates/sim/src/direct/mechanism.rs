@@ -9,7 +9,7 @@ use crate::ground::{GroundForces, WheelMotion};
 use crate::stop::stop_torque;
 use crate::truth::BarTruth;
 use nalgebra::{Matrix4, Vector3, Vector4};
-use robhaz_model::{Bar, GRAVITY, PostureError, Robot, Vec2, corner_s, cross};
+use robhaz_model::{Bar, GRAVITY, PostureError, Robot, Vec2, corner_s, cross, perp, turned};
 
 /// Positions and rates: what the forces depend on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -78,15 +78,6 @@ pub(crate) struct Forces {
     pub ground: [GroundForces; 3],
     /// Torque of the end stops on link 1, N m.
     pub stop_torque: f64,
-}
-
-fn perp(v: Vec2) -> Vec2 {
-    Vec2::new(-v.y, v.x)
-}
-
-/// `v` turned by the angle whose cosine and sine are `axis`.
-fn turned(axis: Vec2, v: Vec2) -> Vec2 {
-    Vec2::new(axis.x * v.x - axis.y * v.y, axis.y * v.x + axis.x * v.y)
 }
 
 /// The unit vector of the turn that takes `from` into the direction of `to`.
