@@ -91,10 +91,12 @@ impl BestFilters {
     fn shown_accelerations(&self, robot: &Robot, arms: &Arms) -> (f64, f64) {
         let geometry = &robot.geometry;
         let spin: f64 = self.spin_acceleration.iter().sum();
+        let speed = libm::sqrt(self.motion.velocity().norm_squared());
         let mut swung = 0.0_f64;
         for (carrier, axle) in geometry.carriers.iter().zip(&arms.axles) {
-            let (_, acceleration) = self.links[carrier.index()].turning();
-            swung = swung.max(libm::sqrt(axle.norm_squared()) * acceleration.abs());
+            let (rate, acceleration) = self.links[carrier.index()].turning();
+            let along = libm::sqrt(axle.norm_squared()) * acceleration.abs();
+            swung = swung.max(along + speed * rate.abs());
         }
         (geometry.wheel_radius * spin / 3.0, swung)
     }
@@ -301,7 +303,7 @@ impl BestFilters {
             let variance = w.dot(&(right.noise(equilibrium) * w));
             let before = self.motion.filter.x;
             let correct = settings.parity && instant.dt > 0.0;
-            let (innovation, believed) =
+            let (innovation, within_gate) =
                 self.motion
                     .parity(&along, value, variance, instant.dt.max(1e-6), correct);
             let unexplained = self.motion.unexplained();
@@ -313,7 +315,7 @@ impl BestFilters {
             for (i, traction) in corrected.iter_mut().enumerate() {
                 *traction = self.traction(i, settings.viscous_damping, geometry.wheel_radius);
             }
-            if believed {
+            if within_gate {
                 self.misfit = 0.0;
             } else {
                 flags |= Flags::OUT_OF_RANGE;

@@ -43,10 +43,15 @@ use state::*;
 /// given by size and correlation time `tau`; a filter that takes them as white at every sample `dt` must take
 /// `sigma^2 2 tau/dt` for their variance.
 mod tuning {
-    /// Acceleration of Q while nothing shakes: Gauss-Markov, m/s^2 and s.
+    /// Speed for which what depends on the ground is given, m/s: faster, the same ground changes in proportion to the speed, and
+    /// accelerations grow with its square. Up to 10 m/s, as fast as a set speed may be.
+    pub const PACE: (f64, f64) = (0.2, 10.0);
+    /// Acceleration of Q while nothing shakes, at that speed: Gauss-Markov, m/s^2 and s.
     pub const ACCELERATION: (f64, f64) = (0.015, 1.0);
     /// Time over which what was found of it fades after a blow, s.
     pub const ACCELERATION_AFTER_BLOW: f64 = 0.03;
+    /// More than any robot is pushed, m/s^2: what readings show beyond is false, and numbers must not outgrow their rounding.
+    pub const GREATEST_ACCELERATION: f64 = 1e3;
     /// How much more of it there may be than encoders (all wheels spin faster) and gyroscopes (links turn faster) show.
     pub const PUSHED: f64 = 2.0;
     /// See [`PUSHED`].
@@ -57,17 +62,18 @@ mod tuning {
     pub const UNKNOWN_VELOCITY: f64 = 0.5;
     /// Speed below which a velocity has no direction to be told from, and slip tells nothing of traction, m/s.
     pub const SLOW: f64 = 0.02;
-    /// Rate of penetration, m/s and s: 0.5 mm of penetration change by a fiftieth of themselves over 50 ms.
+    /// Rate of penetration at that speed, m/s and s: 0.5 mm of penetration change by a fiftieth of themselves over 50 ms.
     pub const PENETRATION_RATE: (f64, f64) = (2e-4, 0.05);
     /// How much larger the gyroscopes' noise counts than it is: besides its own part in the equations it makes the direction waver
     /// about which they are linear.
     pub const GYRO_NOISE: f64 = 3.0;
-    /// Slip beyond creep, m/s and s: the wheel radius without the penetration's changes errs by 0.1 % of the speed.
+    /// Slip beyond creep at that speed, m/s and s: the wheel radius without the penetration's changes errs by 0.1 % of the speed.
     pub const SLIP: (f64, f64) = (2e-4, 0.3);
     /// Time over which errors of the torque observer last, s.
     pub const OBSERVER_TIME: f64 = 0.05;
-    /// T/N beyond which slip is no longer linear in it: trust falls with the second power of the excess.
-    pub const STICKING: f64 = 0.2;
+    /// T/N beyond which slip is no longer linear in it, and beyond which wheels begin to slide on poor ground: the noise of slip
+    /// grows with the fourth power of T/N over the first, and the eighth over the second.
+    pub const STICKING: (f64, f64) = (0.2, 0.31);
     /// Creep at T = N, m/s: of the order of 10 mm/s for small hard wheels. It is held so sure because a creep of zero explains readings
     /// with any offset, so that a filter in doubt may end there; 1.7 and 33 mm/s cost a third more error, no more.
     pub const CREEP: (f64, f64) = (0.015, 0.003);
@@ -87,14 +93,14 @@ mod tuning {
     /// Standard deviations beyond which a wheel's direction tells that it does not roll on the ground that is given: it stands on an
     /// edge, or on riser and tread.
     pub const DOUBT_GATE: f64 = 6.0;
-    /// Time for which it is then doubted, s, and all wheels after a blow.
+    /// Time for which it is then doubted, s, and all wheels after a blow, a parity residual beyond its gate.
     pub const DOUBT_TIME: f64 = 0.2;
     /// Velocity of a doubted wheel beside the ground given, m/s and s.
     pub const DOUBT: (f64, f64) = (0.1, 0.1);
     /// Standard deviations of the parity residual beyond which what it shows counts as load that nobody knows.
-    pub const BELIEVED: f64 = 2.0;
-    /// Time over which such a load fades, s.
-    pub const BLOW_TIME: f64 = 0.02;
+    pub const EXPECTED: f64 = 2.0;
+    /// Time over which such a load fades, s; what of it is as good as nothing, N^2; and the greatest that is told, N^2: 10 kN.
+    pub const BLOW: (f64, f64, f64) = (0.02, 1e-6, 1e8);
 }
 
 /// A wheel as the filter sees it.
@@ -159,6 +165,12 @@ impl Course {
     }
 }
 
+/// How many times faster than [`tuning::PACE`], at least 1.
+fn pace(velocity: Vec2) -> f64 {
+    let (least, greatest) = tuning::PACE;
+    libm::sqrt(velocity.norm_squared()).max(least).min(greatest) / least
+}
+
 /// The filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MotionFilter {
@@ -212,12 +224,15 @@ impl MotionFilter {
         shaken: f64,
     ) {
         let Kalman { x, p } = &mut self.filter;
-        let (calm, mut push_time) = tuning::ACCELERATION;
+        let pace = pace(Vec2::new(x[VELOCITY], x[VELOCITY + 1]));
+        let (calm, calm_time) = tuning::ACCELERATION;
+        let (calm, mut push_time) = (calm * pace * pace, calm_time / pace);
         if self.doubt.iter().all(|time| *time > 0.0) {
             push_time = tuning::ACCELERATION_AFTER_BLOW;
         }
         let (pushed, shaken) = (tuning::PUSHED * pushed, tuning::SHAKEN * shaken);
-        let push = libm::sqrt(calm * calm + pushed * pushed + shaken * shaken);
+        let push = libm::sqrt(calm * calm + pushed * pushed + shaken * shaken)
+            .min(tuning::GREATEST_ACCELERATION);
         let slope = budget.contact_angle.max(tuning::LEAST_ANGLE);
         let keep_push = libm::exp(-dt / push_time);
         let keep_slope = libm::exp(-dt / budget.contact_angle_time.max(1e-6));
@@ -274,7 +289,11 @@ impl MotionFilter {
         for time in &mut self.doubt {
             *time = (*time - dt).max(0.0);
         }
-        self.unexplained *= libm::exp(-dt / tuning::BLOW_TIME);
+        let (fading, nothing, _) = tuning::BLOW;
+        self.unexplained *= libm::exp(-dt / fading);
+        if self.unexplained < nothing {
+            self.unexplained = 0.0;
+        }
     }
 
     /// Velocity of Q, m/s.
@@ -312,6 +331,8 @@ impl MotionFilter {
     ) {
         let e = CONTACT_ANGLE + i;
         let white = |(sigma, time): (f64, f64)| sigma * sigma * 2.0 * time / dt;
+        let pace = pace(self.velocity());
+        let paced = |(sigma, time): (f64, f64)| (sigma * pace, time / pace);
         let smooth = self.velocity() + wheel.smooth_relative;
         let noise = wheel.relative - wheel.smooth_relative;
         let Course {
@@ -323,21 +344,22 @@ impl MotionFilter {
         let (bias, noise) = wheel.relative_sigma;
         let wavering = tuning::GYRO_NOISE * noise;
         let gyro = white((bias, tuning::SLIP.1)) + wavering * wavering;
-        let mut r = white(tuning::PENETRATION_RATE) + gyro;
-        let mut doubt = 0.0;
+        let mut r = white(paced(tuning::PENETRATION_RATE)) + gyro;
+        let h = [aside[0], aside[1], (e, speed)];
+        let ph = self.filter.covariance_times(&h);
+        let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
+        let (rate, _) = paced(tuning::PENETRATION_RATE);
+        let at_once = of_states + rate * rate + bias * bias + noise * noise;
+        if away * away > tuning::DOUBT_GATE * tuning::DOUBT_GATE * at_once {
+            self.doubt[i] = tuning::DOUBT_TIME;
+        }
+        let doubt = if self.doubt[i] > 0.0 {
+            white(tuning::DOUBT)
+        } else {
+            0.0
+        };
+        r += doubt;
         if correct {
-            let h = [aside[0], aside[1], (e, speed)];
-            let ph = self.filter.covariance_times(&h);
-            let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
-            let rate = tuning::PENETRATION_RATE.0;
-            let at_once = of_states + rate * rate + bias * bias + noise * noise;
-            if away * away > tuning::DOUBT_GATE * tuning::DOUBT_GATE * at_once {
-                self.doubt[i] = tuning::DOUBT_TIME;
-            }
-            if self.doubt[i] > 0.0 {
-                doubt = white(tuning::DOUBT);
-            }
-            r += doubt;
             self.filter
                 .apply_within(&ph, -away, of_states + r, tuning::GATE);
         } else {
@@ -352,7 +374,12 @@ impl MotionFilter {
         let ahead = [(VELOCITY, direction.x), (VELOCITY + 1, direction.y)];
         let creep = self.filter.x[CREEP];
         let slip = creep * wheel.ratio;
-        let excess = wheel.ratio * wheel.ratio / (tuning::STICKING * tuning::STICKING);
+        let (sticking, sliding) = tuning::STICKING;
+        let fourth = |limit: f64| {
+            let square = wheel.ratio * wheel.ratio / (limit * limit);
+            square * square
+        };
+        let excess = fourth(sticking) + fourth(sliding) * fourth(sliding);
         let difference = rim_speed - speed - slip;
         // An error of the torque shifts T/N.
         let by_offset = -creep / wheel.moment_of_load;
@@ -364,13 +391,17 @@ impl MotionFilter {
             + p[TORQUE_GAIN + i][TORQUE_GAIN + i] * wheel.torque * wheel.torque)
             / (wheel.moment_of_load * wheel.moment_of_load);
         let product = libm::sqrt(p[CREEP][CREEP] * ratio_variance);
-        let r = white(tuning::SLIP) * (1.0 + excess * excess)
+        let mut r = white(paced(tuning::SLIP)) * (1.0 + excess)
             + white((product, tuning::SLIP.1))
             + gyro
             + white((observed, tuning::OBSERVER_TIME))
             + doubt;
-        // A wheel at rest holds its traction without any slip.
-        if correct && speed.abs() > tuning::SLOW {
+        let rolls = speed.abs() > tuning::SLOW;
+        if !rolls {
+            // A wheel at rest holds its traction with slip or without.
+            r += white((slip, tuning::SLIP.1));
+        }
+        if correct && rolls {
             let h = [
                 ahead[0],
                 ahead[1],
@@ -404,7 +435,7 @@ impl MotionFilter {
     /// The parity residual, N, should be zero. `h` is its sensitivity to the states from [`ACCELERATION`] on, `variance` (N^2) that
     /// of what no state covers, at this instant.
     ///
-    /// Returns what was expected of it at this instant, and whether that can be believed.
+    /// Returns what was expected of it at this instant, and whether it lies within its gate. Beyond, the robot was struck.
     pub fn parity(
         &mut self,
         h: &[f64; SENSITIVE],
@@ -421,24 +452,27 @@ impl MotionFilter {
         let at_once = variance + unknown * unknown;
         let ph = self.filter.covariance_times(&row);
         let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &row);
-        let calm = of_states + at_once;
         let innovation = Innovation {
             value: -value,
-            variance: calm + self.unexplained,
+            variance: of_states + at_once,
         };
-        let believed = value * value <= tuning::GATE * tuning::GATE * calm;
-        let beyond = value * value - tuning::BELIEVED * tuning::BELIEVED * calm;
-        self.unexplained = self.unexplained.max(beyond);
-        if self.unexplained > tuning::BELIEVED * tuning::BELIEVED * calm {
-            for time in &mut self.doubt {
-                *time = time.max(tuning::DOUBT_TIME);
-            }
+        let square = value * value;
+        let (expected, gate) = (
+            tuning::EXPECTED * tuning::EXPECTED * innovation.variance,
+            tuning::GATE * tuning::GATE * innovation.variance,
+        );
+        let shown = (square - expected).min(tuning::BLOW.2);
+        self.unexplained = self.unexplained.max(shown);
+        // A blow, or what is left of one.
+        if self.unexplained > gate - expected {
+            self.doubt = [tuning::DOUBT_TIME; 3];
         }
-        if correct && believed {
+        let within_gate = square <= gate;
+        if correct && within_gate {
             let lasting = (at_once + self.unexplained) * (2.0 * time / dt).max(1.0);
             self.filter.apply(&ph, -value, of_states + lasting);
         }
-        (innovation, believed)
+        (innovation, within_gate)
     }
 }
 
@@ -620,11 +654,15 @@ mod tests {
         for _ in 0..100 {
             motion.predict(&budget, DT, [true; 3], 0.0, 0.0);
         }
-        let faded = expected * libm::exp(-0.1 / tuning::BLOW_TIME);
+        let faded = expected * libm::exp(-0.1 / tuning::BLOW.0);
         assert!((motion.unexplained() - faded).abs() < 1e-9 * expected);
-        // What has just been seen is expected to be seen again.
+        // What was expected of the residual itself does not change by that: its NIS tells of blows.
         let (innovation, _) = motion.parity(&h, 0.0, 1.0, DT, true);
-        assert!((innovation.variance - 1.0 - tuning::PARITY.0.powi(2) - faded).abs() < 1e-9);
+        assert!((innovation.variance - 1.0 - tuning::PARITY.0.powi(2)).abs() < 1e-12);
+        for _ in 0..1000 {
+            motion.predict(&budget, DT, [true; 3], 0.0, 0.0);
+        }
+        assert_eq!(motion.unexplained().to_bits(), 0.0_f64.to_bits());
     }
 
     /// A gated parity residual moves no state; an accepted one moves the states towards what explains it. No parity residual tells
