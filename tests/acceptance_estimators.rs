@@ -42,7 +42,7 @@ const CASES: [(&str, &[&str], [f64; 2]); 6] = [
         ],
         [3.2, 2.7],
     ),
-    // Nothing was asked of these: a third above the 1.92 and 1.17 % that were measured.
+    // Nothing was asked of these: a third above the 1.90 and 1.17 % that were measured.
     ("poor", &["sensors.grade=poor"], [2.6, 1.6]),
 ];
 
@@ -82,10 +82,11 @@ fn told(what: &str, summary: &Summary, must: f64) -> (f64, Consistency) {
     (100.0 * nrmse.mean, consistency)
 }
 
-/// `best` knows how exact it is: NEES and NIS lie in the 95 % bounds of chi-squared, and a stated two sigma means 95.4 %, within 6.
+/// `best` knows how exact it is: NEES and NIS lie in the 95 % bounds of chi-squared, and a stated two sigma, which should mean 95.4 %,
+/// means 90 % at least: over so few runs the share itself is known to some percent only, because a run's errors last.
 fn is_honest(what: &str, case: &str, consistency: &Consistency) {
     let hold = consistency.coverage.mean;
-    assert!(hold >= 0.895, "{what}: {hold}");
+    assert!(hold >= 0.9, "{what}: {hold}");
     if case == "ideal" {
         // Nothing is random, so that there is no verdict: the errors are those of the method, and must lie within what is stated.
         let nees = consistency.nees.mean;
@@ -168,6 +169,15 @@ fn best_keeps_to_its_levels_elsewhere() {
     meets_the_levels("smooth", &["robot.geometry=B"], 5, 1.3, judge);
 }
 
+/// Acceptance: nor a tuning for one speed. Half as fast again, where the wheels of the PI drive slide for part of the way, within 1.3 times
+/// the levels and as honest.
+#[test]
+fn best_keeps_to_its_levels_at_other_speeds() {
+    let judge = |case: &str| ["typical", "friction in the reading", "poor"].contains(&case);
+    meets_the_levels("smooth", &["drive.speed=0.3"], 5, 1.3, judge);
+    meets_the_levels("smooth", &["drive.speed=0.1"], 5, 1.3, judge);
+}
+
 /// Acceptance on the ramp, whose concave corner hits the wheels: the levels hold within 1.3 times, but for ideal sensors under the
 /// soft drive. There the corner's blow goes through torque observer and acceleration, which ring after it while the true N are calm
 /// again, and the contact comes to rest with its slow pole of 0.12 s.
@@ -206,19 +216,18 @@ fn the_ramps_corners_are_its_limit() {
 /// Where a wheel stands on riser and tread for seconds, the contact angle that it is told is none that it rolls along.
 #[test]
 fn on_edges_it_mostly_knows_how_wrong_it_is() {
-    for ((drive, drive_keys), name) in DRIVES
-        .into_iter()
-        .flat_map(|drive| ["step", "ditch", "stairs"].map(|name| (drive, name)))
-    {
-        let scene = with_best(name, &[drive_keys, &["sensors.grade=typical"]]);
-        let course = Course::of(&scene).unwrap();
-        let what = format!("{name} {drive} typical");
-        // Errors of 4 to 11 % were measured.
-        let (nrmse, consistency) = told(&what, &measure(&scene, &course, 5), 14.0);
-        assert!(nrmse <= 14.0, "{what}: {nrmse} %");
-        // 92 to 98 % were measured.
-        let hold = consistency.coverage.mean;
-        assert!(hold >= 0.88, "{what}: {hold}");
+    for (drive, drive_keys) in DRIVES {
+        // A third above the greatest errors that were measured, 3.2, 3.2 and 8.4 %.
+        for (name, most) in [("step", 4.2), ("ditch", 4.2), ("stairs", 11.0)] {
+            let scene = with_best(name, &[drive_keys, &["sensors.grade=typical"]]);
+            let course = Course::of(&scene).unwrap();
+            let what = format!("{name} {drive} typical");
+            let (nrmse, consistency) = told(&what, &measure(&scene, &course, 5), most);
+            assert!(nrmse <= most, "{what}: {nrmse} %");
+            // 88 to 98 % were measured; without blows and doubts it was 41 to 56 % on the worst of them.
+            let hold = consistency.coverage.mean;
+            assert!(hold >= 0.85, "{what}: {hold}");
+        }
     }
 }
 
@@ -226,17 +235,17 @@ fn on_edges_it_mostly_knows_how_wrong_it_is() {
 /// two in error, and a stated two sigma still holds for nine errors of ten.
 #[test]
 fn wheels_may_creep_as_they_like() {
-    for ((drive, drive_keys), v_s) in DRIVES
-        .into_iter()
-        .flat_map(|drive| ["contact.v_s=0.002", "contact.v_s=0.04"].map(|v_s| (drive, v_s)))
-    {
-        let scene = with_best("smooth", &[drive_keys, &["sensors.grade=typical", v_s]]);
-        let course = Course::of(&scene).unwrap();
-        let what = format!("smooth {drive} typical {v_s}");
-        let (nrmse, consistency) = told(&what, &measure(&scene, &course, 5), 1.5);
-        assert!(nrmse <= 1.5, "{what}: {nrmse} %");
-        let hold = consistency.coverage.mean;
-        assert!(hold >= 0.9, "{what}: {hold}");
+    // Twice what was measured with the default's creep.
+    for ((drive, drive_keys), most) in DRIVES.into_iter().zip([1.36, 0.83]) {
+        for v_s in ["contact.v_s=0.002", "contact.v_s=0.04"] {
+            let scene = with_best("smooth", &[drive_keys, &["sensors.grade=typical", v_s]]);
+            let course = Course::of(&scene).unwrap();
+            let what = format!("smooth {drive} typical {v_s}");
+            let (nrmse, consistency) = told(&what, &measure(&scene, &course, 5), most);
+            assert!(nrmse <= most, "{what}: {nrmse} %");
+            let hold = consistency.coverage.mean;
+            assert!(hold >= 0.9, "{what}: {hold}");
+        }
     }
 }
 

@@ -25,11 +25,12 @@ pub(crate) struct BestFilters {
     pub motion: MotionFilter,
     /// Torques read with the last frame, N m.
     last_torque: [f64; 3],
-    /// Spin speeds at the last frame, rad/s, and their smoothed derivative, rad/s^2.
+    /// Spin speeds at the last frame, rad/s.
     last_speed: [f64; 3],
     /// How much of the gears' friction acts, -1 to 1: now, and at the frame before.
     turning: [f64; 3],
     last_turning: [f64; 3],
+    /// Smoothed derivatives of the spin speeds, rad/s^2.
     pub spin_acceleration: [f64; 3],
     /// Forces of the last estimate, N.
     pub last_normal_force: [f64; 3],
@@ -44,9 +45,9 @@ visit_fields!(BestFilters: links, wheels, motion, last_torque, last_speed, turni
 impl BestFilters {
     /// Smoothing of the spin acceleration, s; the inertia of the wheel discs is small.
     const SMOOTHING: f64 = 0.02;
-    /// Speed at which gear friction is taken to be all there, rad/s: 1 mm/s at the rim.
+    /// Speed over which gear friction comes in once the direction is sure, rad/s: 1 mm/s at the rim.
     const FRICTION_SPEED: f64 = 0.01;
-    /// Standard deviations of an observed speed below which it tells nothing of its direction. A wheel at rest whose speed trembles
+    /// Standard deviations of an observed speed below which it tells nothing of its direction; beyond twice as many friction is all there. A wheel at rest whose speed trembles
     /// about zero would else seem to turn, now forwards, now backwards, and to tell that there is no friction.
     const TREMBLING: f64 = 5.0;
     /// Time of misfit after which what was found of motion and errors is thrown away, s: longer than any impact. Else errors
@@ -229,11 +230,11 @@ impl BestFilters {
         given - self.motion.filter.x[state::CONTACT_ANGLE + i]
     }
 
-    /// Traction of wheel `i` with the errors found taken off.
-    pub fn traction(&self, i: usize, viscous_damping: f64, wheel_radius: f64) -> Traction {
+    /// Traction of wheel `i` with the errors found taken off. Friction in a gear whose direction is unknown may hold any part of it.
+    pub fn traction(&self, i: usize, settings: &EstimatorSettings, wheel_radius: f64) -> Traction {
         let x = &self.motion.filter.x;
-        let (torque, sigma) = self.wheels[i].ground_torque();
-        let speed = self.last_speed[i];
+        let (torque, observed) = self.wheels[i].ground_torque();
+        let (speed, viscous_damping) = (self.last_speed[i], settings.viscous_damping);
         // The torque read but for what accelerates the rotor: smooth, and good enough to scale an error of 2 %.
         let read = torque + viscous_damping * speed;
         let turning = self.turning[i];
@@ -241,6 +242,8 @@ impl BestFilters {
             + x[state::GEAR_FRICTION] * turning
             + x[state::TORQUE_GAIN + i] * read;
         let inverse = 1.0 / wheel_radius;
+        let held = settings.budget.gear_friction * settings.budget.gear_friction;
+        let sigma = libm::sqrt(observed * observed + (1.0 - turning * turning) * held);
         Traction {
             value: (torque - errors) * inverse,
             sigma: sigma * inverse,
@@ -285,8 +288,7 @@ impl BestFilters {
         let statics = told.statics(arms, angles, loads, &contact_angle)?;
         let equilibrium = &statics.equilibrium;
 
-        let tractions =
-            [0, 1, 2].map(|i| self.traction(i, settings.viscous_damping, geometry.wheel_radius));
+        let tractions = [0, 1, 2].map(|i| self.traction(i, settings, geometry.wheel_radius));
         let mut right = RightSide {
             value: equilibrium.right_side(&tractions.map(|t| t.value)),
             sensitivity: &Sensitivity::new(told, &statics, &tractions),
@@ -313,7 +315,7 @@ impl BestFilters {
                 right.value += column * (self.motion.filter.x[place] - before[place]);
             }
             for (i, traction) in corrected.iter_mut().enumerate() {
-                *traction = self.traction(i, settings.viscous_damping, geometry.wheel_radius);
+                *traction = self.traction(i, settings, geometry.wheel_radius);
             }
             if within_gate {
                 self.misfit = 0.0;
@@ -418,7 +420,7 @@ mod tests {
                 let loads = Loads::moving(&told.robot.mass, &told.masses, &arms, &geometry.carriers,
                     filters.motion.acceleration(), &turning, &[0.0; 3]);
                 let angles = [0, 1, 2].map(|i| filters.contact_angle(i, slopes[i]));
-                let tractions = [0, 1, 2].map(|i| filters.traction(i, 0.15, geometry.wheel_radius));
+                let tractions = [0, 1, 2].map(|i| filters.traction(i, &told.settings, geometry.wheel_radius));
                 let statics = told.statics(arms, theta, loads, &angles).expect("regular");
                 (statics, tractions)
             };

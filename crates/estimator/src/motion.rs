@@ -75,14 +75,14 @@ mod tuning {
     /// grows with the fourth power of T/N over the first, and the eighth over the second.
     pub const STICKING: (f64, f64) = (0.2, 0.31);
     /// Creep at T = N, m/s: of the order of 10 mm/s for small hard wheels. It is held so sure because a creep of zero explains readings
-    /// with any offset, so that a filter in doubt may end there; 1.7 and 33 mm/s cost a third more error, no more.
+    /// with any offset, so that a filter in doubt may end there. What other wheels cost: `docs/estimators.md`.
     pub const CREEP: (f64, f64) = (0.015, 0.003);
     /// Least creep, m/s: harder wheels than these are not told from rigid ones.
     pub const LEAST_CREEP: f64 = 5e-4;
     /// Random walks: torque offset (N m/sqrt(s)), gear friction (N m/sqrt(s)), creep (m/s/sqrt(s)).
     pub const WALK: (f64, f64, f64) = (1e-3, 2e-3, 2e-4);
-    /// Parity residual: errors of load that no state covers, N, and the time over which they and those of the torque
-    /// observer last, s.
+    /// Parity residual: errors of its linearisation, N, beside those of the loads, and the time over which all of them and those of the
+    /// torque observer last, s.
     pub const PARITY: (f64, f64) = (0.1, 0.03);
     /// Walk of a contact angle while none comes, rad/sqrt(s).
     pub const ANGLE_UNSEEN: f64 = 0.5;
