@@ -21,6 +21,7 @@
 //! | link angles and the gyroscopes' biases | [`linkage::LinkAngleKalman`] |
 //! | the ground's torque on a wheel from the encoder's angle | [`torque_observer`] |
 //! | motion, errors of contact angles and torques, creep: one filter | `motion.rs` |
+//! | what forces depend on of that: their covariance | `sensitivity.rs` |
 //! | normal forces with their covariance, N >= 0 | `forces.rs` |
 //!
 //! The crate is `no_std`, allocates nothing, and depends on the robot's drawings (`robhaz-model`) alone: it cannot reach

@@ -40,8 +40,7 @@ pub(crate) mod state {
 use state::*;
 
 /// How the states change and how well the measurements hold: one tuning for all sensors and grounds. Errors that last are
-/// given by size and correlation time `tau`; a filter that takes them as white at every sample `dt` must take
-/// `sigma^2 2 tau/dt` for their variance.
+/// given by size and correlation time: see [`Noise::white`].
 mod tuning {
     /// Speed for which what depends on the ground is given, m/s: faster, the same ground changes in proportion to the speed, and
     /// accelerations grow with its square. Up to 10 m/s, as fast as a set speed may be.
@@ -162,6 +161,35 @@ impl Course {
             speed: speed + noise.dot(&direction),
             away: away + noise.y * direction.x - noise.x * direction.y,
         }
+    }
+
+    /// How `away` changes with the velocity of Q and with the error of contact angle `i`.
+    fn aside_and_slope(&self, i: usize) -> [(usize, f64); 3] {
+        [
+            (VELOCITY, -self.direction.y),
+            (VELOCITY + 1, self.direction.x),
+            (CONTACT_ANGLE + i, self.speed),
+        ]
+    }
+}
+
+/// Errors that last, as a filter of independent samples must take them.
+struct Noise {
+    /// Time between samples, s.
+    dt: f64,
+    /// See [`pace`].
+    pace: f64,
+}
+
+impl Noise {
+    /// The variance of white noise that tells as little as an error of size sigma that lasts for a time: `sigma^2 2 time/dt`.
+    fn white(&self, (sigma, time): (f64, f64)) -> f64 {
+        sigma * sigma * 2.0 * time / self.dt
+    }
+
+    /// What the ground makes, at this speed.
+    fn paced(&self, (sigma, time): (f64, f64)) -> (f64, f64) {
+        (sigma * self.pace, time / self.pace)
     }
 }
 
@@ -329,58 +357,79 @@ impl MotionFilter {
         dt: f64,
         correct: bool,
     ) {
-        let e = CONTACT_ANGLE + i;
-        let white = |(sigma, time): (f64, f64)| sigma * sigma * 2.0 * time / dt;
-        let pace = pace(self.velocity());
-        let paced = |(sigma, time): (f64, f64)| (sigma * pace, time / pace);
+        let noise = Noise {
+            dt,
+            pace: pace(self.velocity()),
+        };
         let smooth = self.velocity() + wheel.smooth_relative;
-        let noise = wheel.relative - wheel.smooth_relative;
-        let Course {
-            direction,
-            speed,
-            away,
-        } = Course::new(smooth, noise, wheel.angle - self.filter.x[e]);
-        let aside = [(VELOCITY, -direction.y), (VELOCITY + 1, direction.x)];
-        let (bias, noise) = wheel.relative_sigma;
-        let wavering = tuning::GYRO_NOISE * noise;
-        let gyro = white((bias, tuning::SLIP.1)) + wavering * wavering;
-        let mut r = white(paced(tuning::PENETRATION_RATE)) + gyro;
-        let h = [aside[0], aside[1], (e, speed)];
+        let trembling = wheel.relative - wheel.smooth_relative;
+        let slope = wheel.angle - self.filter.x[CONTACT_ANGLE + i];
+        let course = Course::new(smooth, trembling, slope);
+        let shared = self.follow_ground(budget, i, wheel, &course, &noise, correct);
+        if let Some(rim_speed) = wheel.rim_speed {
+            self.slip(i, wheel, &course, rim_speed, shared, &noise, correct);
+        }
+    }
+
+    /// The direction of the velocity is the contact angle. A wheel whose velocity leaves the ground by more than all that is unsure at this
+    /// instant is doubted.
+    ///
+    /// Returns the variance that the wheel's other equation shares: the gyroscope's noise and doubt in the wheel, m^2/s^2.
+    fn follow_ground(
+        &mut self,
+        budget: &NoiseBudget,
+        i: usize,
+        wheel: &Rolling,
+        course: &Course,
+        noise: &Noise,
+        correct: bool,
+    ) -> f64 {
+        let (bias, sample) = wheel.relative_sigma;
+        let h = course.aside_and_slope(i);
         let ph = self.filter.covariance_times(&h);
         let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
-        let (rate, _) = paced(tuning::PENETRATION_RATE);
-        let at_once = of_states + rate * rate + bias * bias + noise * noise;
-        if away * away > tuning::DOUBT_GATE * tuning::DOUBT_GATE * at_once {
+        let (rate, _) = noise.paced(tuning::PENETRATION_RATE);
+        let at_once = of_states + rate * rate + bias * bias + sample * sample;
+        if course.away * course.away > tuning::DOUBT_GATE * tuning::DOUBT_GATE * at_once {
             self.doubt[i] = tuning::DOUBT_TIME;
         }
-        let doubt = if self.doubt[i] > 0.0 {
-            white(tuning::DOUBT)
-        } else {
-            0.0
-        };
-        r += doubt;
-        if correct {
-            self.filter
-                .apply_within(&ph, -away, of_states + r, tuning::GATE);
-        } else {
-            let unknown = speed * libm::sqrt(self.filter.p[e][e]);
-            r += white((unknown, budget.contact_angle_time));
-            self.filter.update(&aside, -away, r, tuning::GATE);
+        let wavering = tuning::GYRO_NOISE * sample;
+        let mut shared = noise.white((bias, tuning::SLIP.1)) + wavering * wavering;
+        if self.doubt[i] > 0.0 {
+            shared += noise.white(tuning::DOUBT);
         }
+        let r = noise.white(noise.paced(tuning::PENETRATION_RATE)) + shared;
+        if correct {
+            let variance = of_states + r;
+            self.filter
+                .apply_within(&ph, -course.away, variance, tuning::GATE);
+        } else {
+            let (_, sigma) = self.found(CONTACT_ANGLE + i);
+            let unknown = noise.white((course.speed * sigma, budget.contact_angle_time));
+            let [x, y, _] = h;
+            self.filter
+                .update(&[x, y], -course.away, r + unknown, tuning::GATE);
+        }
+        shared
+    }
 
-        let Some(rim_speed) = wheel.rim_speed else {
-            return;
-        };
-        let ahead = [(VELOCITY, direction.x), (VELOCITY + 1, direction.y)];
+    /// The size of the velocity is the rim's speed less the slip.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "two of them are what the caller has computed for both equations"
+    )]
+    fn slip(
+        &mut self,
+        i: usize,
+        wheel: &Rolling,
+        course: &Course,
+        rim_speed: f64,
+        shared: f64,
+        noise: &Noise,
+        correct: bool,
+    ) {
         let creep = self.filter.x[CREEP];
         let slip = creep * wheel.ratio;
-        let (sticking, sliding) = tuning::STICKING;
-        let fourth = |limit: f64| {
-            let square = wheel.ratio * wheel.ratio / (limit * limit);
-            square * square
-        };
-        let excess = fourth(sticking) + fourth(sliding) * fourth(sliding);
-        let difference = rim_speed - speed - slip;
         // An error of the torque shifts T/N.
         let by_offset = -creep / wheel.moment_of_load;
         let observed = by_offset * wheel.torque_sigma;
@@ -391,38 +440,45 @@ impl MotionFilter {
             + p[TORQUE_GAIN + i][TORQUE_GAIN + i] * wheel.torque * wheel.torque)
             / (wheel.moment_of_load * wheel.moment_of_load);
         let product = libm::sqrt(p[CREEP][CREEP] * ratio_variance);
-        let mut r = white(paced(tuning::SLIP)) * (1.0 + excess)
-            + white((product, tuning::SLIP.1))
-            + gyro
-            + white((observed, tuning::OBSERVER_TIME))
-            + doubt;
-        let rolls = speed.abs() > tuning::SLOW;
+        let (sticking, sliding) = tuning::STICKING;
+        let fourth = |limit: f64| {
+            let square = wheel.ratio * wheel.ratio / (limit * limit);
+            square * square
+        };
+        let excess = fourth(sticking) + fourth(sliding) * fourth(sliding);
+        let mut r = noise.white(noise.paced(tuning::SLIP)) * (1.0 + excess)
+            + noise.white((product, tuning::SLIP.1))
+            + noise.white((observed, tuning::OBSERVER_TIME))
+            + shared;
+        let rolls = course.speed.abs() > tuning::SLOW;
         if !rolls {
             // A wheel at rest holds its traction with slip or without.
-            r += white((slip, tuning::SLIP.1));
+            r += noise.white((slip, tuning::SLIP.1));
         }
-        if correct && rolls {
+        let difference = rim_speed - course.speed - slip;
+        let [x, y] = [
+            (VELOCITY, course.direction.x),
+            (VELOCITY + 1, course.direction.y),
+        ];
+        let (_, used) = if correct && rolls {
             let h = [
-                ahead[0],
-                ahead[1],
+                x,
+                y,
                 (CREEP, wheel.ratio),
                 (TORQUE_OFFSET + i, by_offset),
                 (GEAR_FRICTION, by_offset * wheel.turning),
                 (TORQUE_GAIN + i, by_offset * wheel.torque),
             ];
-            let (_, used) = self.filter.update(&h, difference, r, tuning::GATE);
-            if !used {
-                self.doubt_velocity(dt);
-            }
-            // A wheel that is driven never creeps backwards.
-            let creep = &mut self.filter.x[CREEP];
-            *creep = creep.max(tuning::LEAST_CREEP);
+            self.filter.update(&h, difference, r, tuning::GATE)
         } else {
-            let (_, used) = self.filter.update(&ahead, difference, r, tuning::GATE);
-            if !used {
-                self.doubt_velocity(dt);
-            }
+            self.filter.update(&[x, y], difference, r, tuning::GATE)
+        };
+        if !used {
+            self.doubt_velocity(noise.dt);
         }
+        // A wheel that is driven never creeps backwards.
+        let creep = &mut self.filter.x[CREEP];
+        *creep = creep.max(tuning::LEAST_CREEP);
     }
 
     /// A rim's speed says otherwise: within a second nothing is known of the velocity any more, so that it can be found anew.
