@@ -43,8 +43,9 @@ visit_fields!(BestFilters: links, wheels, motion, last_torque, last_speed, turni
     last_normal_force, last_traction, misfit);
 
 impl BestFilters {
-    /// Smoothing of the spin acceleration, s; the inertia of the wheel discs is small.
-    const SMOOTHING: f64 = 0.02;
+    /// Smoothing of the spin acceleration, s, with a count of 40 urad; finer ones are smoothed less, down to the second. The inertia of the
+    /// wheel discs is small.
+    const SMOOTHING: (f64, f64) = (0.02, 0.001);
     /// Speed over which gear friction comes in once the direction is sure, rad/s: 1 mm/s at the rim.
     const FRICTION_SPEED: f64 = 0.01;
     /// Standard deviations of an observed speed below which it tells nothing of its direction; beyond twice as many friction is all there. A wheel at rest whose speed trembles
@@ -186,7 +187,9 @@ impl BestFilters {
         }
         let speed = wheel.speed();
         if dt > 0.0 && wheel.settled() {
-            let weight = dt / (Self::SMOOTHING + dt);
+            let (longest, shortest) = Self::SMOOTHING;
+            let smoothing = longest * (parameters.encoder_sigma / COUNT_SIGMA);
+            let weight = dt / (smoothing.max(shortest).min(longest) + dt);
             let rate = (speed - self.last_speed[i]) / dt;
             self.spin_acceleration[i] += weight * (rate - self.spin_acceleration[i]);
         }
@@ -364,11 +367,14 @@ impl BestFilters {
     }
 }
 
+/// Standard deviation of an angle that is counted in steps of 40 urad, rad.
+const COUNT_SIGMA: f64 = 1.13e-5;
+
 /// Standard deviation of a wheel angle, rad: the count, uniform over its width, and the time stamp's error at this speed.
 fn encoder_sigma(budget: &NoiseBudget, speed: f64) -> f64 {
-    // 1/sqrt(12) of a count. A thousandth of a millimetre at the rim at least: no gear is finer.
+    // 1/sqrt(12) of a count; a twentieth of a micrometre at the rim at least, so that an exact angle does not make the filter deaf.
     const UNIFORM: f64 = 0.288_675_134_594_812_9;
-    const LEAST: f64 = 1e-5;
+    const LEAST: f64 = 5e-7;
     let count = if budget.encoder_counts > 0.0 {
         2.0 * core::f64::consts::PI / budget.encoder_counts * UNIFORM
     } else {

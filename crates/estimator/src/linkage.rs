@@ -70,8 +70,11 @@ pub struct LinkAngleKalman {
 visit_fields!(LinkAngleKalman: filter, rate, smooth_rate, acceleration, unread, started);
 
 impl LinkAngleKalman {
-    /// Time over which the rate is smoothed for its derivative, s.
-    const SMOOTHING: f64 = 0.02;
+    /// Time over which the rate is smoothed for its derivative, s, with a noise of [`Self::NOISE`] a sample; with less noise less, down to
+    /// the second.
+    const SMOOTHING: (f64, f64) = (0.02, 0.001);
+    /// Noise of a gyroscope, rad/s: 0.1 deg/s.
+    const NOISE: f64 = 0.1 * core::f64::consts::PI / 180.0;
     /// Walk of the rate while no gyroscope reads it, rad/s/sqrt(s).
     const RATE_UNSEEN: f64 = 0.5;
     /// Time after which the last rate read stands for nothing, s: the walk is then as large as common rates.
@@ -152,7 +155,9 @@ impl LinkAngleKalman {
         p[1][0] = p[0][1];
         p[1][1] += budget.rate_walk * budget.rate_walk * dt;
         if dt > 0.0 {
-            let weight = dt / (Self::SMOOTHING + dt);
+            let (longest, shortest) = Self::SMOOTHING;
+            let smoothing = longest * (budget.rate_noise / Self::NOISE);
+            let weight = dt / (smoothing.max(shortest).min(longest) + dt);
             let change = weight * (self.rate - self.smooth_rate);
             self.smooth_rate += change;
             self.acceleration += weight * (change / dt - self.acceleration);

@@ -45,8 +45,11 @@ mod tuning {
     /// Speed for which what depends on the ground is given, m/s: faster, the same ground changes in proportion to the speed, and
     /// accelerations grow with its square. Up to 10 m/s, as fast as a set speed may be.
     pub const PACE: (f64, f64) = (0.2, 10.0);
-    /// Acceleration of Q while nothing shakes, at that speed: Gauss-Markov, m/s^2 and s.
+    /// Acceleration of Q while nothing shakes, at that speed: Gauss-Markov, m/s^2 and s. It is what contact angles off by
+    /// [`COARSE_ANGLE`] can follow; finer ones follow more, in inverse proportion to the root of their error.
     pub const ACCELERATION: (f64, f64) = (0.015, 1.0);
+    /// Error of a contact angle, rad: 2 deg.
+    pub const COARSE_ANGLE: f64 = 0.0349;
     /// Time over which what was found of it fades after a blow, s.
     pub const ACCELERATION_AFTER_BLOW: f64 = 0.03;
     /// More than any robot is pushed, m/s^2: what readings show beyond is false, and numbers must not outgrow their rounding.
@@ -254,14 +257,15 @@ impl MotionFilter {
         let Kalman { x, p } = &mut self.filter;
         let pace = pace(Vec2::new(x[VELOCITY], x[VELOCITY + 1]));
         let (calm, calm_time) = tuning::ACCELERATION;
-        let (calm, mut push_time) = (calm * pace * pace, calm_time / pace);
+        let slope = budget.contact_angle.max(tuning::LEAST_ANGLE);
+        let fine = libm::sqrt((tuning::COARSE_ANGLE / slope).max(1.0));
+        let (calm, mut push_time) = (calm * fine * pace * pace, calm_time / pace);
         if self.doubt.iter().all(|time| *time > 0.0) {
             push_time = tuning::ACCELERATION_AFTER_BLOW;
         }
         let (pushed, shaken) = (tuning::PUSHED * pushed, tuning::SHAKEN * shaken);
         let push = libm::sqrt(calm * calm + pushed * pushed + shaken * shaken)
             .min(tuning::GREATEST_ACCELERATION);
-        let slope = budget.contact_angle.max(tuning::LEAST_ANGLE);
         let keep_push = libm::exp(-dt / push_time);
         let keep_slope = libm::exp(-dt / budget.contact_angle_time.max(1e-6));
 

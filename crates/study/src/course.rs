@@ -82,30 +82,8 @@ impl Course {
         self.counts.iter().filter(|counts| **counts).count()
     }
 
-    /// How many samples would count but for a wheel with two contacts, or were taken out.
+    /// How many samples would count but for a wheel with two contacts.
     pub fn left_out(&self) -> usize {
         self.left_out
-    }
-
-    /// Takes samples closer than `time` (s) to one at which a wheel touches at two places out of the count.
-    pub fn leave_out_about_corners(&mut self, time: f64) {
-        let corners: Vec<f64> = self
-            .truth
-            .iter()
-            .filter(|t| t.wheels.iter().any(|wheel| wheel.contacts > 1))
-            .map(|t| t.time)
-            .collect();
-        for (truth, counts) in self.truth.iter().zip(&mut self.counts) {
-            let next = corners.partition_point(|corner| *corner < truth.time);
-            let near = |i: usize| {
-                corners
-                    .get(i)
-                    .is_some_and(|c| (c - truth.time).abs() < time)
-            };
-            if *counts && (near(next) || near(next.wrapping_sub(1))) {
-                *counts = false;
-                self.left_out += 1;
-            }
-        }
     }
 }
