@@ -196,9 +196,9 @@ fn on_edges_it_mostly_knows_how_wrong_it_is() {
             let what = format!("{name} {drive} typical");
             let (nrmse, consistency) = told(&what, &measure(&scene, &course, 5), most);
             assert!(nrmse <= most, "{what}: {nrmse} %");
-            // 88 to 98 % were measured; without blows and doubts it was 41 to 56 % on the worst of them.
+            // 93 to 98 % were measured; before blows and doubts were told, 41 to 90 %.
             let hold = consistency.coverage.mean;
-            assert!(hold >= 0.85, "{what}: {hold}");
+            assert!(hold >= 0.9, "{what}: {hold}");
         }
     }
 }
@@ -207,7 +207,7 @@ fn on_edges_it_mostly_knows_how_wrong_it_is() {
 /// two in error, and a stated two sigma still holds for nine errors of ten.
 #[test]
 fn wheels_may_creep_as_they_like() {
-    // Twice what was measured with the default's creep.
+    // Less than twice the 0.69 and 0.43 % of the default's creep.
     for ((drive, drive_keys), most) in DRIVES.into_iter().zip([1.36, 0.83]) {
         for v_s in ["contact.v_s=0.002", "contact.v_s=0.04"] {
             let scene = with_best("smooth", &[drive_keys, &["sensors.grade=typical", v_s]]);

@@ -12,7 +12,7 @@ use crate::motion::{MotionFilter, Rolling, state};
 use crate::sensitivity::{Sensitivity, Traction};
 use crate::settings::{EstimatorSettings, NoiseBudget};
 use crate::told::{Instant, Told};
-use crate::torque_observer::{TorqueObserver, TorqueObserverParameters};
+use crate::torque_observer::{COUNT_SIGMA, TorqueObserver, TorqueObserverParameters};
 use crate::visit::visit_fields;
 use nalgebra::Matrix4;
 use robhaz_model::{Robot, perp};
@@ -48,8 +48,9 @@ impl BestFilters {
     const SMOOTHING: (f64, f64) = (0.02, 0.001);
     /// Speed over which gear friction comes in once the direction is sure, rad/s: 1 mm/s at the rim.
     const FRICTION_SPEED: f64 = 0.01;
-    /// Standard deviations of an observed speed below which it tells nothing of its direction; beyond twice as many friction is all there. A wheel at rest whose speed trembles
-    /// about zero would else seem to turn, now forwards, now backwards, and to tell that there is no friction.
+    /// Standard deviations of an observed speed below which it tells nothing of its direction; at about twice as many friction is
+    /// all there. A wheel at rest whose speed trembles about zero would else seem to turn, now forwards, now backwards, and to tell
+    /// that there is no friction.
     const TREMBLING: f64 = 5.0;
     /// Time of misfit after which what was found of motion and errors is thrown away, s: longer than any impact. Else errors
     /// found from false readings would keep the gate shut against the true ones for good.
@@ -366,9 +367,6 @@ impl BestFilters {
         Ok(estimate)
     }
 }
-
-/// Standard deviation of an angle that is counted in steps of 40 urad, rad.
-const COUNT_SIGMA: f64 = 1.13e-5;
 
 /// Standard deviation of a wheel angle, rad: the count, uniform over its width, and the time stamp's error at this speed.
 fn encoder_sigma(budget: &NoiseBudget, speed: f64) -> f64 {

@@ -33,6 +33,9 @@ pub struct TorqueObserver {
 
 visit_fields!(TorqueObserver: filter, started);
 
+/// Standard deviation of an angle that is counted in steps of 40 urad, rad.
+pub(crate) const COUNT_SIGMA: f64 = 1.13e-5;
+
 const ANGLE: usize = 0;
 const SPEED: usize = 1;
 const TORQUE: usize = 2;
@@ -49,8 +52,8 @@ impl TorqueObserver {
     /// at which the lag on the PI drive's fast torques and the noise of a count of 40 urad cost the same. Finer readings
     /// let the observer be faster: in inverse proportion to what is coarser of the two, up to a twenty-fifth.
     const TORQUE_JERK: f64 = 5.0;
-    /// Standard deviations of an encoder's angle, rad (a count of 40 urad), and of a torque, N m.
-    const COARSE: (f64, f64) = (1.13e-5, 0.1);
+    /// Standard deviations of an encoder's angle, rad, and of a torque, N m.
+    const COARSE: (f64, f64) = (COUNT_SIGMA, 0.1);
     /// See [`Self::TORQUE_JERK`].
     const FINEST: f64 = 0.04;
     /// Standard deviations beyond which an encoder's reading tells of a blow.

@@ -117,7 +117,8 @@ impl Report {
             ));
         }
         for line in &self.estimators {
-            let (Some(verdict), Some(c)) = (line.parity_verdict, line.consistency) else {
+            let nis = line.consistency.and_then(|c| c.nis);
+            let (Some(verdict), Some(nis)) = (line.parity_verdict, nis) else {
                 continue;
             };
             if matches!(verdict, Verdict::Cautious | Verdict::Overconfident) {
@@ -125,7 +126,7 @@ impl Report {
                     "\n{}: of the parity residual it is {} (NIS {:.2}).",
                     line.name,
                     verdict.words(),
-                    c.nis.map_or(f64::NAN, |nis| nis.mean),
+                    nis.mean,
                 ));
             }
         }
