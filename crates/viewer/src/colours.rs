@@ -1,6 +1,6 @@
 //! One colour for one thing, everywhere. Okabe and Ito's palette: told apart with any colour vision.
 
-use re_sdk_types::components::Color;
+use rerun::components::Color;
 
 /// Red, green, blue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

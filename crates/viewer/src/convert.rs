@@ -1,6 +1,6 @@
 //! From the model's numbers to the viewer's.
 
-use re_sdk_types::datatypes::Quaternion;
+use rerun::datatypes::Quaternion;
 use robhaz_model::Vec2;
 
 /// A turn in the plane (rad, counter-clockwise).

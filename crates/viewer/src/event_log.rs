@@ -5,7 +5,7 @@ use crate::colours::{Colour, WHEELS};
 use crate::events::{Change, Confidence, Found, WheelState};
 use crate::series::WHEEL_NAMES;
 use crate::writer::Writer;
-use re_sdk_types::archetypes::{StateChange, StateConfiguration, TextLog};
+use rerun::archetypes::{StateChange, StateConfiguration, TextLog};
 use robhaz_estimator::Flags;
 use robhaz_scene::Scene;
 

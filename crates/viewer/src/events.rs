@@ -2,7 +2,7 @@
 
 use crate::colours::{Colour, NEUTRAL, WHEELS, by_place};
 use crate::series::WHEEL_NAMES;
-use re_sdk_types::components::TextLogLevel;
+use rerun::components::TextLogLevel;
 use robhaz_estimator::{Estimate, EstimateError, Flags};
 use robhaz_model::PinStop;
 use robhaz_run::Frame;

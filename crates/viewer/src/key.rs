@@ -5,8 +5,8 @@ use crate::colours::{Colour, WHEELS, by_place};
 use crate::convert::narrow;
 use crate::plot::Line;
 use crate::writer::Writer;
-use re_sdk_types::archetypes::LineStrips2D;
-use re_sdk_types::components::Radius;
+use rerun::archetypes::LineStrips2D;
+use rerun::components::Radius;
 use robhaz_scene::Scene;
 
 /// Size of one place in the key, in its own units.

@@ -3,7 +3,7 @@
 use crate::ViewerError;
 use crate::colours::Colour;
 use crate::writer::Writer;
-use re_sdk_types::archetypes::{Scalars, SeriesLines};
+use rerun::archetypes::{Scalars, SeriesLines};
 
 /// How a line looks.
 #[derive(Clone, Debug)]

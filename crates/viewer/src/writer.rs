@@ -7,13 +7,13 @@
 
 use crate::ViewerError;
 use crate::error::Cause;
-use re_sdk::external::re_log_encoding::{Encoder, EncodingOptions};
-use re_sdk::external::re_log_types::external::re_tuid::Tuid;
-use re_sdk::external::re_log_types::{
+use rerun::external::re_log_encoding::{Encoder, EncodingOptions};
+use rerun::external::re_log_types::external::re_tuid::Tuid;
+use rerun::external::re_log_types::{
     BlueprintActivationCommand, SetStoreInfo, StoreInfo, StoreSource,
 };
-use re_sdk::log::{Chunk, ChunkId, LogMsg, RowId, TimeColumn};
-use re_sdk::{
+use rerun::log::{Chunk, ChunkId, LogMsg, RowId, TimeColumn};
+use rerun::{
     AsComponents, EntityPath, SerializationResult, SerializedComponentColumn, StoreId, StoreKind,
     TimePoint, Timeline,
 };
@@ -48,7 +48,7 @@ impl RrdFile {
 
     /// Writes the header into an empty file.
     pub(crate) fn begin(file: File) -> Result<Self, Cause> {
-        let version = re_sdk::build_info().version;
+        let version = rerun::build_info().version;
         let encoder = Encoder::new_eager(version, EncodingOptions::PROTOBUF_COMPRESSED, file)?;
         Ok(Self(encoder))
     }

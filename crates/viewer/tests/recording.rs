@@ -4,13 +4,11 @@
 
 mod common;
 
-use re_sdk::external::re_log_encoding::Decoder;
-use re_sdk::log::{Chunk, LogMsg};
-use re_sdk::{Component, ComponentIdentifier, StoreKind};
-use re_sdk_types::archetypes::{
-    Arrows2D, LineStrips2D, Scalars, StateChange, TextLog, Transform3D,
-};
-use re_sdk_types::components::{LineStrip2D, Scalar, Text, Translation3D, Vector2D};
+use rerun::archetypes::{Arrows2D, LineStrips2D, Scalars, StateChange, TextLog, Transform3D};
+use rerun::components::{LineStrip2D, Scalar, Text, Translation3D, Vector2D};
+use rerun::external::re_log_encoding::Decoder;
+use rerun::log::{Chunk, LogMsg};
+use rerun::{Component, ComponentIdentifier, StoreKind};
 use robhaz_estimator::{EstimateError, Flags, Parity};
 use robhaz_run::{Frame, RunEnd, Sink, SinkError};
 use robhaz_scene::Scene;

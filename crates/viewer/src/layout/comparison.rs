@@ -5,7 +5,7 @@ use crate::ViewerError;
 use crate::comparison::{ComparedRun, root};
 use crate::series::WHEEL_NAMES;
 use crate::writer::Writer;
-use re_sdk_types::components::Range1D;
+use rerun::components::Range1D;
 
 /// Logs the layout and makes it the one to be used.
 /// `largest_error` is that of N, RMS of the wheels, in any run (N).

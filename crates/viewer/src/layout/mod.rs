@@ -9,20 +9,22 @@ pub(crate) mod run;
 
 use crate::ViewerError;
 use crate::writer::{TIMELINE, Writer};
-use re_sdk::{AsComponents, EntityPath};
-use re_sdk_types::blueprint::archetypes::{
+use rerun::components::Range1D;
+use rerun::datatypes::{
+    Bool, Range1D as Range, Range2D, TimeRange, TimeRangeBoundary, VisibleTimeRange,
+};
+use rerun::external::re_sdk_types::blueprint::archetypes::{
     ContainerBlueprint, PanelBlueprint, PlotLegend, ScalarAxis, TextLogColumns, TimeAxis,
     TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint, VisibleTimeRanges,
     VisualBounds2D,
 };
-pub(crate) use re_sdk_types::blueprint::components::ContainerKind;
-use re_sdk_types::blueprint::components::{LinkAxis, LoopMode, PanelState, PlayState};
-use re_sdk_types::blueprint::datatypes::{TextLogColumn, TextLogColumnKind};
-use re_sdk_types::components::Range1D;
-use re_sdk_types::datatypes::{
-    Bool, Range1D as Range, Range2D, TimeRange, TimeRangeBoundary, VisibleTimeRange,
+pub(crate) use rerun::external::re_sdk_types::blueprint::components::ContainerKind;
+use rerun::external::re_sdk_types::blueprint::components::{
+    LinkAxis, LoopMode, PanelState, PlayState,
 };
-use re_sdk_types::external::uuid::Uuid;
+use rerun::external::re_sdk_types::blueprint::datatypes::{TextLogColumn, TextLogColumnKind};
+use rerun::external::uuid::Uuid;
+use rerun::{AsComponents, EntityPath};
 
 /// What the viewer's cursor does when the recording opens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

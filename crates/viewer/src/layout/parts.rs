@@ -7,7 +7,7 @@ use crate::ground::Ground;
 use crate::key::PLACE;
 use crate::scene_view::FOLLOWED;
 use crate::series::WHEEL_NAMES;
-use re_sdk_types::components::Range1D;
+use rerun::components::Range1D;
 use robhaz_scene::Scene;
 
 /// The whole ground with the robot and its trails.

@@ -3,7 +3,7 @@
 use super::{ContainerKind, Layout, Part, Playing, parts};
 use crate::ViewerError;
 use crate::writer::Writer;
-use re_sdk_types::components::Range1D;
+use rerun::components::Range1D;
 use robhaz_scene::Scene;
 
 /// Logs the layout and makes it the one to be used.
