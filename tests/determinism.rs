@@ -10,12 +10,12 @@
 //! conservation and convergence pass; the commit says why. It is wrong when a change was meant to leave the numbers alone.
 
 use crate::support::root;
+use rayon::prelude::*;
 use robhaz_scene::{EngineKind, Scene};
 use robhaz_sim::Truth;
 use robhaz_verify::truth_of;
 use std::fmt::Write;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Until the front wheel has met the first edge, s.
 const DURATION: f64 = 3.5;
@@ -50,26 +50,13 @@ fn bits(truth: &[Truth]) -> u64 {
     fnv(&format!("{truth:?}"))
 }
 
-/// Runs all scenes on some threads, each taking the next that is left. Gives what `of` makes of their truths, in order.
+/// Runs all scenes on a number of threads and applies `of` to their truths. The results are in the order of the scenes.
 fn run_all<T: Send>(scenes: &[Scene], threads: usize, of: impl Fn(&[Truth]) -> T + Sync) -> Vec<T> {
-    let next = AtomicUsize::new(0);
-    let work = || {
-        let mut done = Vec::new();
-        while let Some((i, scene)) = {
-            let i = next.fetch_add(1, Ordering::Relaxed);
-            scenes.get(i).map(|s| (i, s))
-        } {
-            done.push((i, of(&truth_of(scene).unwrap())));
-        }
-        done
-    };
-    let mut all: Vec<(usize, T)> = std::thread::scope(|scope| {
-        let threads: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-        let done = threads.into_iter().map(|t| t.join().unwrap());
-        done.flatten().collect()
-    });
-    all.sort_by_key(|(i, _)| *i);
-    all.into_iter().map(|(_, t)| t).collect()
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    let run = |scene: &Scene| of(&truth_of(scene).unwrap());
+    pool.build()
+        .unwrap()
+        .install(|| scenes.par_iter().map(run).collect())
 }
 
 /// The same bits from one thread and from several, of which some share a core.

@@ -5,6 +5,7 @@ use crate::error::{RecordError, io_error};
 use robhaz_model::{Pin, Robot};
 use robhaz_run::{Frame, RunEnd, Sink, SinkError};
 use robhaz_scene::{ModelErrorTooLarge, Scene};
+use robhaz_score::{ForceErrors, Score};
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
@@ -94,23 +95,22 @@ pub struct EstimatorSummary {
     pub traction: Option<ForceErrors>,
     /// Mean of the true normal force of each wheel over the samples compared, N.
     pub mean_normal_force: Option<[f64; 3]>,
+    /// Stated standard deviation of N over the mean of N, -: [`Score::stated`]. `None` if the estimator states none.
+    #[serde(default)]
+    pub stated: Option<f64>,
+    /// Share of errors of N within two stated standard deviations, -. `None` if the estimator states none.
+    #[serde(default)]
+    pub coverage: Option<f64>,
+    /// Mean NEES of the three N: 3 if the stated covariance is right. `None` if the estimator states none.
+    #[serde(default)]
+    pub nees: Option<f64>,
     /// Number of records compared.
-    pub samples: u32,
+    pub samples: u64,
     /// Number of records that should have been compared, but had no estimate.
-    pub missing: u32,
-}
-
-/// Errors of one force on the three wheels.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ForceErrors {
-    /// Root mean square error of each wheel, N.
-    pub rmse: [f64; 3],
-    /// Root mean square error over the three wheels, N.
-    pub rmse_all: f64,
-    /// `rmse_all` over the mean true normal force of the three wheels, a fraction; `None` when no wheel ever carried load.
-    pub nrmse: Option<f64>,
-    /// Largest absolute error of any wheel, N.
-    pub max_abs: f64,
+    pub missing: u64,
+    /// Number of records left out because a wheel has two contacts.
+    #[serde(default)]
+    pub two_contacts: u64,
 }
 
 impl Summary {
@@ -239,6 +239,21 @@ impl ToldRobot {
 }
 
 impl EstimatorSummary {
+    pub(crate) fn new(name: &str, score: &Score) -> Self {
+        Self {
+            name: name.to_owned(),
+            normal_force: score.normal_force(),
+            traction: score.traction(),
+            mean_normal_force: score.mean_normal_force(),
+            stated: score.stated(),
+            coverage: score.coverage(),
+            nees: score.nees(),
+            samples: score.samples(),
+            missing: score.missing(),
+            two_contacts: score.two_contacts(),
+        }
+    }
+
     fn not_finite(&self) -> Option<String> {
         let name = &self.name;
         let forces = [
@@ -249,20 +264,23 @@ impl EstimatorSummary {
             .iter()
             .find(|(_, errors)| errors.is_some_and(|e| !e.is_finite()));
         let load = self.mean_normal_force.iter().flatten();
+        let stated = [
+            ("stated", self.stated),
+            ("coverage", self.coverage),
+            ("nees", self.nees),
+        ];
+        let of_stated = stated
+            .iter()
+            .find(|(_, value)| value.is_some_and(|v| !v.is_finite()));
         of_forces
-            .map(|(force, _)| format!("estimators.{name}.{force}"))
+            .map(|(force, _)| *force)
+            .or(of_stated.map(|(key, _)| *key))
+            .map(|key| format!("estimators.{name}.{key}"))
             .or_else(|| {
                 load.copied()
                     .find(|value| !value.is_finite())
                     .map(|_| format!("estimators.{name}.mean_normal_force"))
             })
-    }
-}
-
-impl ForceErrors {
-    fn is_finite(&self) -> bool {
-        let mut numbers = self.rmse.iter().chain([&self.rmse_all, &self.max_abs]);
-        numbers.all(|v| v.is_finite()) && self.nrmse.is_none_or(f64::is_finite)
     }
 }
 
