@@ -134,7 +134,7 @@ fn missing(estimator: &EstimatorSummary) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::summary::{SensorErrors, ToldRobot};
+    use crate::summary::{NominalRobot, SensorErrors};
     use crate::testing::scene;
     use robhaz_score::ForceErrors;
 
@@ -169,7 +169,7 @@ mod tests {
             compare_from_s: 2.0,
             version: "0.1.0".to_owned(),
             sensors: SensorErrors::of(&scene()),
-            told: ToldRobot::of(&scene()).expect("a robot"),
+            nominal: NominalRobot::of(&scene()).expect("a robot"),
             estimators: vec![estimator("paper-body", 5.0), estimator("paper-wheels", 4.0)],
         }
     }

@@ -40,8 +40,9 @@ pub struct Summary {
     pub version: String,
     /// Errors that the sensors drew for the run; no estimator knows them.
     pub sensors: SensorErrors,
-    /// What the estimators were told of the robot.
-    pub told: ToldRobot,
+    /// The nominal robot, which the estimators were given.
+    #[serde(alias = "told")]
+    pub nominal: NominalRobot,
     /// The estimators in the scene's order; in JSON an object with their names as keys.
     #[serde(with = "by_name")]
     pub estimators: Vec<EstimatorSummary>,
@@ -64,16 +65,16 @@ pub struct SensorErrors {
     pub rate_scale: [f64; 2],
 }
 
-/// What the estimators were told of the robot, as far as it can differ from the robot.
+/// The nominal robot, which the estimators are given, as far as it can differ from the simulated one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ToldRobot {
+pub struct NominalRobot {
     /// The body's centre of mass, m.
     pub body_cg: [f64; 2],
     /// P, Q, R and S, m.
     pub pins: [[f64; 2]; 4],
     /// Masses of links 1 to 3, kg.
     pub link_masses: [f64; 3],
-    /// Viscous damping B where the robot's own would be told exactly, N m s.
+    /// Viscous damping B, N m s.
     pub viscous_damping: f64,
     /// J_wheel, kg m^2.
     pub wheel_inertia: f64,
@@ -172,7 +173,7 @@ impl Summary {
         let of_run = run.iter().find(|(_, value)| !value.is_finite());
         let parts = [
             ("sensors", self.sensors.is_finite()),
-            ("told", self.told.is_finite()),
+            ("nominal", self.nominal.is_finite()),
         ];
         let of_parts = parts.iter().find(|(_, finite)| !finite);
         let of_run = of_run
@@ -209,14 +210,16 @@ impl SensorErrors {
     }
 }
 
-impl ToldRobot {
+impl NominalRobot {
     pub(crate) fn of(scene: &Scene) -> Result<Self, ModelErrorTooLarge> {
-        let Robot { geometry, mass } = scene.told_robot()?;
+        let Robot { geometry, mass } = scene.nominal_robot()?;
         Ok(Self {
             body_cg: geometry.body_cg.into(),
             pins: Pin::ALL.map(|pin| geometry.pins.get(pin).into()),
             link_masses: mass.links,
-            viscous_damping: scene.model_error.told_damping(scene.drive.viscous_damping),
+            viscous_damping: scene
+                .model_error
+                .nominal_damping(scene.drive.viscous_damping),
             wheel_inertia: mass.wheel_inertia,
             rotor_inertia: mass.rotor_inertia,
             wheel_radius: geometry.wheel_radius,
@@ -325,7 +328,7 @@ mod by_name {
 pub struct SummarySink {
     estimators: Vec<Accuracy>,
     /// What is known of the run before it starts.
-    scene: Option<(Scene, ToldRobot)>,
+    scene: Option<(Scene, NominalRobot)>,
     end: Option<RunEnd>,
 }
 
@@ -340,7 +343,7 @@ impl SummarySink {
     /// # Errors
     /// [`RecordError::Unfinished`] when the run broke off or goes on.
     pub fn summary(&self) -> Result<Summary, RecordError> {
-        let (Some((scene, told)), Some(end)) = (&self.scene, &self.end) else {
+        let (Some((scene, nominal)), Some(end)) = (&self.scene, &self.end) else {
             return Err(RecordError::Unfinished);
         };
         Ok(Summary {
@@ -355,7 +358,7 @@ impl SummarySink {
             compare_from_s: scene.record.compare_from,
             version: env!("CARGO_PKG_VERSION").to_owned(),
             sensors: SensorErrors::of(scene),
-            told: told.clone(),
+            nominal: nominal.clone(),
             estimators: self.estimators.iter().map(Accuracy::summary).collect(),
         })
     }
@@ -368,7 +371,7 @@ impl Sink for SummarySink {
             .iter()
             .map(|e| Accuracy::new(&e.name, scene.record.compare_from))
             .collect();
-        self.scene = Some((scene.clone(), ToldRobot::of(scene)?));
+        self.scene = Some((scene.clone(), NominalRobot::of(scene)?));
         self.end = None;
         Ok(())
     }
@@ -506,14 +509,14 @@ mod tests {
         assert_eq!(names, ["paper-body", "true-mass", "mine"]);
     }
 
-    /// What the sensors drew and what was told stand there, so that both can be checked against tables and scene.
+    /// The drawn sensor errors and the nominal robot are in the summary, and agree with the scene.
     #[test]
-    fn drawn_errors_and_the_told_robot_are_kept() {
+    fn sensor_errors_and_the_nominal_robot_are_kept() {
         let mut scene = scene();
         scene.sensors = SensorChoice::of(Grade::Poor);
         scene.model_error = ModelError {
             pins: 0.002,
-            ..Grade::Poor.model_error()
+            ..ModelError::of_grade(Grade::Poor)
         };
         let mut sink = SummarySink::new();
         sink.begin(&scene).expect("begins");
@@ -528,11 +531,11 @@ mod tests {
             );
             close(summary.sensors.rate_bias[i], sensors.drawn().rate_bias[i]);
         }
-        let s = scene.told_robot().expect("a robot").geometry.pins.s;
-        close(summary.told.pins[3][0], s.x);
-        close(summary.told.pins[3][1], s.y);
-        close(summary.told.viscous_damping, 0.165);
-        close(summary.told.wheel_radius, 0.1);
+        let s = scene.nominal_robot().expect("a robot").geometry.pins.s;
+        close(summary.nominal.pins[3][0], s.x);
+        close(summary.nominal.pins[3][1], s.y);
+        close(summary.nominal.viscous_damping, 0.165);
+        close(summary.nominal.wheel_radius, 0.1);
     }
 
     /// The keys that others read.
