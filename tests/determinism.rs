@@ -58,7 +58,11 @@ fn bits(_: &Scene, truth: &[Truth]) -> u64 {
 }
 
 /// Runs all scenes on a number of threads and applies `of` to their truths. The results are in the order of the scenes.
-fn run_all<T: Send>(scenes: &[Scene], threads: usize, of: impl Fn(&Scene, &[Truth]) -> T + Sync) -> Vec<T> {
+fn run_all<T: Send>(
+    scenes: &[Scene],
+    threads: usize,
+    of: impl Fn(&Scene, &[Truth]) -> T + Sync,
+) -> Vec<T> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
     let run = |scene: &Scene| of(scene, &truth_of(scene).unwrap());
     pool.build()
