@@ -11,6 +11,7 @@
 //! [`Plant`] owns time and hands out a [`Truth`] a record; [`sensors`] turns truth into readings, [`model_error`] the robot
 //! into what the estimators are told of it. Nothing flows back.
 
+mod balance;
 pub mod contact;
 pub mod direct;
 pub mod drive;
@@ -26,6 +27,7 @@ mod start;
 pub mod stop;
 mod truth;
 
+pub use balance::Balance;
 pub use energy::mechanical_energy;
 pub use plant::{EngineKind, Plant, PlantError, PlantSetup};
 pub use start::StartKind;

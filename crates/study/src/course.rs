@@ -51,7 +51,7 @@ impl Course {
         if found > MOST_SAMPLES {
             return Err(CourseError::TooLong { found });
         }
-        let mut plant = Plant::new(&scene.plant_setup());
+        let mut plant = Plant::new(&scene.plant_setup())?;
         let truth: Vec<Truth> = (0..found)
             .map(|_| plant.next_truth())
             .collect::<Result<_, _>>()?;
