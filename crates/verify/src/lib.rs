@@ -69,10 +69,13 @@ const ROLLING: f64 = 1e-3;
 const IMPULSE: f64 = 1e-2;
 /// Distance of the bodies at the end, m.
 const APART: f64 = 1e-3;
-/// Momentum, of weight times time.
+/// Momentum, of weight times time: direct leaves 1e-8 at its default tolerance, 3.5e-6 at its loosest; rapier rounding alone.
 const MOMENTUM: f64 = 1e-5;
-/// Energy, of its scale: rapier is of first order in its step.
+/// On rolling ground: energy, of its scale. Rapier is of first order in its step and leaves 1e-5.
 const ENERGY: f64 = 1e-3;
+/// With impacts: energy, of its scale. Rapier leaves 4e-4 on the shipped trench and 1.4e-3 on the same at 3 m/s, half of it with
+/// half the step; direct leaves 1e-7.
+const ENERGY_OF_IMPACTS: f64 = 3e-3;
 /// Gap of a pin, m: rapier's joints give way a little; direct closes the loop in closed form.
 const fn gap_allowed(kind: EngineKind) -> f64 {
     match kind {
@@ -93,6 +96,7 @@ pub fn verify(scene: &Scene, step: &mut dyn FnMut(&str)) -> Result<Vec<Verdict>,
         scene.engine.kind = kind;
         scene
     };
+    let has_corners = Terrain::new(scene.terrain.profile.clone()).has_corners();
     let mut verdicts = Vec::new();
     let mut runs = Vec::new();
     for kind in EngineKind::ALL {
@@ -101,7 +105,7 @@ pub fn verify(scene: &Scene, step: &mut dyn FnMut(&str)) -> Result<Vec<Verdict>,
         let scene = with(kind);
         let run = Run::of(&scene)?;
         verdicts.push(reaches_its_end(name, &run));
-        verdicts.extend(alone(&scene, &run));
+        verdicts.extend(alone(&scene, &run, has_corners));
         step(&format!("engine {name}, once more"));
         let same = Run::of(&scene)? == run;
         verdicts.push(Verdict {
@@ -111,7 +115,6 @@ pub fn verify(scene: &Scene, step: &mut dyn FnMut(&str)) -> Result<Vec<Verdict>,
         });
         runs.push((name, run));
     }
-    let has_corners = Terrain::new(scene.terrain.profile.clone()).has_corners();
     let [(_, rapier), (_, direct)] = [&runs[0], &runs[1]];
     verdicts.extend(compared("the engines", [rapier, direct], has_corners));
     step("engine rapier, half the step");
@@ -139,7 +142,7 @@ fn reaches_its_end(name: &str, run: &Run) -> Verdict {
 }
 
 /// Checks that need one run.
-fn alone(scene: &Scene, run: &Run) -> Vec<Verdict> {
+fn alone(scene: &Scene, run: &Run, has_corners: bool) -> Vec<Verdict> {
     let engine = scene.engine.kind.name();
     let (truth, robot) = (&run.truth, &scene.robot.robot);
     // Rates and differences need two records.
@@ -151,6 +154,11 @@ fn alone(scene: &Scene, run: &Run) -> Vec<Verdict> {
     }
     let gap = truth.iter().map(|t| t.loop_error).fold(0.0, f64::max);
     let beyond = beyond_the_laws(scene, truth);
+    let allowed_energy = if has_corners || leaves_the_ground(run) {
+        ENERGY_OF_IMPACTS
+    } else {
+        ENERGY
+    };
     vec![
         bounded(
             format!("{engine}: gap of the pins"),
@@ -172,7 +180,7 @@ fn alone(scene: &Scene, run: &Run) -> Vec<Verdict> {
         bounded(
             format!("{engine}: energy"),
             energy(robot, truth, &run.balance).relative_error(),
-            ENERGY,
+            allowed_energy,
             "of what is turned over",
         ),
     ]
