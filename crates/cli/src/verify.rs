@@ -53,9 +53,8 @@ pub fn run(args: &Args) -> Result<()> {
             scene.name
         );
     }
-    println!(
+    say(&format!(
         "{}: the truth holds in every check that applies.",
         scene.name
-    );
-    Ok(())
+    ))
 }

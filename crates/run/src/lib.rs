@@ -111,7 +111,7 @@ pub fn run(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunErro
 fn simulate(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunError> {
     let mut wall = std::time::Duration::ZERO;
     let start = std::time::Instant::now();
-    let mut plant = Plant::new(&scene.plant_setup());
+    let mut plant = Plant::new(&scene.plant_setup())?;
     let mut observers = Observers::new(scene)?;
     wall += start.elapsed();
     for record in 0..scene.record_count() {

@@ -19,7 +19,7 @@ pub(crate) struct Ground {
 }
 
 /// How a wheel moves.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct WheelMotion {
     /// Centre, m.
     pub centre: Vec2,
@@ -194,6 +194,7 @@ mod tests {
             step: 1e-4,
             tolerance: 1e-4,
             period: 1e-3,
+            balance: false,
         })
     }
 

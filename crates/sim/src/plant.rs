@@ -1,5 +1,6 @@
 //! The plant as a caller sees it: set up once, then asked for the truth, one period after the other.
 
+use crate::balance::Balance;
 use crate::contact::ContactLaw;
 use crate::direct::{self, DirectEngine};
 use crate::drive::Drive;
@@ -50,14 +51,14 @@ pub(crate) trait Engine {
     fn next_instant(&mut self) -> Result<Instant, PlantError>;
 }
 
-/// The truth, and what of the energy it does not tell.
+/// The truth, and the energies that [`Truth`] leaves out.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Instant {
     pub truth: Truth,
     /// In the springs of the contacts, J.
     pub contact_energy: f64,
-    /// Work of the motors since the start, J.
-    pub motor_work: f64,
+    /// Work of the motors; the other integrals are zero unless [`PlantSetup::balance`] asks for them.
+    pub balance: Balance,
 }
 
 /// Everything that a simulation depends on.
@@ -86,6 +87,9 @@ pub struct PlantSetup {
     pub tolerance: f64,
     /// Time between two truths, s.
     pub period: f64,
+    /// Whether impulse and work are integrated for [`Plant::balance`]. It changes no bit of the truth; `direct` then takes
+    /// longer, for it evaluates the forces once more at each node of its steps.
+    pub balance: bool,
 }
 
 /// A run has left the range in which its forces mean something.
@@ -183,30 +187,35 @@ pub enum PlantError {
 /// A running simulation.
 pub struct Plant {
     engine: Box<dyn Engine>,
-    /// Why there is no state to start from.
-    no_start: Option<PlantError>,
     robot: Robot,
     watch: Watch,
+    balance: Option<Balance>,
 }
 
 impl Plant {
     /// Loop error beyond which a run is stopped, m: a thousand times what the default step leaves on rolling ground.
     pub const MAX_LOOP_ERROR: f64 = 1e-4;
 
-    /// Puts the robot on its ground as [`StartKind`] says. Where it cannot stand, the first truth is an error.
-    pub fn new(setup: &PlantSetup) -> Self {
-        let start = Start::new(setup);
-        let no_start = start.as_ref().err().copied();
-        let start = start.unwrap_or_else(|_| Start::nominal(setup));
-        Self {
+    /// Puts the robot on its ground as [`StartKind`] says.
+    ///
+    /// # Errors
+    /// [`PlantError`] where the robot cannot stand.
+    pub fn new(setup: &PlantSetup) -> Result<Self, PlantError> {
+        let start = Start::new(setup)?;
+        Ok(Self {
             engine: match setup.engine {
                 EngineKind::Rapier => Box::new(RapierEngine::new(setup, &start)),
                 EngineKind::Direct => Box::new(DirectEngine::new(setup, &start)),
             },
-            no_start,
             robot: setup.robot.clone(),
             watch: Watch::new(&setup.robot),
-        }
+            balance: setup.balance.then(Balance::default),
+        })
+    }
+
+    /// Impulse and work up to the last truth; `None` unless [`PlantSetup::balance`] asked for them.
+    pub fn balance(&self) -> Option<&Balance> {
+        self.balance.as_ref()
     }
 
     /// Mean integration step so far, s.
@@ -219,12 +228,12 @@ impl Plant {
     /// # Errors
     /// [`PlantError`] where the forces would be wrong; the simulation must not be used further.
     pub fn next_truth(&mut self) -> Result<Truth, PlantError> {
-        if let Some(why) = self.no_start {
-            return Err(why);
-        }
         let instant = self.engine.next_instant()?;
         check(&instant.truth)?;
         self.watch.look(&self.robot, &instant)?;
+        if let Some(balance) = &mut self.balance {
+            *balance = instant.balance;
+        }
         Ok(instant.truth)
     }
 }
