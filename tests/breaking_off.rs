@@ -239,7 +239,8 @@ fn a_killed_run_leaves_its_rows() {
             .unwrap();
         assert!(recovered.status.success(), "{}", said(&recovered));
         let shown = String::from_utf8_lossy(&recovered.stdout).into_owned();
-        assert_eq!(shown.lines().count(), 5, "{shown}");
+        // Truth, readings, four estimators.
+        assert_eq!(shown.lines().count(), 6, "{shown}");
         for line in shown.lines() {
             let (_, end) = line.split_once("rows, up to ").expect(line);
             let end: f64 = end.trim_end_matches(" s").parse().unwrap();

@@ -184,13 +184,32 @@ fn a_run_that_breaks_off_keeps_what_it_has() {
     assert!(!dir.path().join("runs/short").exists());
     let table = fs::read_to_string(dir.path().join("runs/short.partial/truth.csv")).unwrap();
     assert!(table.starts_with("time,"));
-    // It does not pass for a complete run.
+    // Without a record there is nothing to compare.
     let compared = robhaz(dir.path())
         .args(["compare", "runs/short.partial"])
         .output()
         .unwrap();
+    assert!(!compared.status.success());
+
+    // With records there is; it does not pass for a complete run.
+    let steep = ["terrain.kind=ramp", "terrain.angle=-60 deg"];
+    let mut command = robhaz(dir.path());
+    command.args(["run", "short.toml", "--out", "steep"]);
+    command.args(["--set", "record.duration=12"]);
+    for set in steep {
+        command.args(["--set", set]);
+    }
+    let said = text(&command.output().unwrap().stderr);
+    assert!(said.contains("short broke off at"), "{said}");
+    let compared = robhaz(dir.path())
+        .args(["compare", "steep.partial"])
+        .output()
+        .unwrap();
     let shown = text(&compared.stdout);
-    assert!(shown.contains("broke off at"), "{shown}");
+    assert!(
+        shown.contains("steep.partial broke off at") && shown.contains("turned over"),
+        "{shown}"
+    );
 }
 
 /// Bad scenes: file, line, key, what was found, what is allowed.

@@ -246,7 +246,7 @@ fn impossible_pictures_are_refused_at_once() {
         (&["nowhere/x.png"], "cannot write nowhere/x.png"),
         (
             &["x.png", "--at", "500"],
-            "500 s is not in the run: its recording goes from 0 s to 0.3 s",
+            "500 s is not in the run: its recording goes from 0 s to 0.300 s",
         ),
         (&["x.png", "--at=-1"], "-1 s is not in the run"),
         (&["x.png", "--at", "nan"], "NaN s is not in the run"),

@@ -114,7 +114,7 @@ pub enum ViewerError {
         path: PathBuf,
     },
     /// A time outside the recording.
-    #[error("{at} s is not in the run: its recording goes from 0 s to {end} s")]
+    #[error("{at} s is not in the run: its recording goes from 0 s to {end:.3} s")]
     Time {
         /// What was asked for, s.
         at: f64,

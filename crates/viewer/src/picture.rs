@@ -58,8 +58,8 @@ pub fn picture(
         reason: format!("{} has no data", recording.display()),
     })?;
     let time = options.at.unwrap_or(0.5 * end);
-    // Not a number is not in the run either.
-    if !(0.0..=end).contains(&time) {
+    // The recording's end is rounded to a nanosecond. Not a number is not in the run either.
+    if !(0.0..=end + 1e-9).contains(&time) {
         return Err(ViewerError::Time { at: time, end });
     }
     let port = free_port()?;
