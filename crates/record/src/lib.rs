@@ -29,9 +29,7 @@ pub use error::RecordError;
 pub use figures::FigureSink;
 pub use parquet_table::{RecoveredTable, recover};
 pub use report::comparison_table;
-pub use summary::{
-    BrokenOff, EstimatorSummary, ForceErrors, SensorErrors, Summary, SummarySink, ToldRobot,
-};
+pub use summary::{BrokenOff, EstimatorSummary, NominalRobot, SensorErrors, Summary, SummarySink};
 pub use table::{TableFormat, TableSink};
 
 #[cfg(test)]
