@@ -33,6 +33,12 @@ pub fn comparison_table(runs: &[(&str, &Summary)]) -> String {
     for (label, summary) in runs {
         text.push('\n');
         text.push_str(&speed(label, summary));
+        if let Some(broken_off) = &summary.broken_off {
+            text.push_str(&format!(
+                "\n  {label} broke off at {:.3} s: {}. The errors are of what was recorded.",
+                broken_off.time_s, broken_off.reason,
+            ));
+        }
         text.push_str(&two_contacts(summary));
         for estimator in &summary.estimators {
             if estimator.missing > 0 {
@@ -134,7 +140,7 @@ fn missing(estimator: &EstimatorSummary) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::summary::{NominalRobot, SensorErrors};
+    use crate::summary::{BrokenOff, NominalRobot, SensorErrors};
     use crate::testing::scene;
     use robhaz_score::ForceErrors;
 
@@ -168,6 +174,7 @@ mod tests {
             record_rate_hz: 1000.0,
             compare_from_s: 2.0,
             version: "0.1.0".to_owned(),
+            broken_off: None,
             sensors: SensorErrors::of(&scene()),
             nominal: NominalRobot::of(&scene()).expect("a robot"),
             estimators: vec![estimator("paper-body", 5.0), estimator("paper-wheels", 4.0)],
@@ -218,6 +225,22 @@ mod tests {
             assert!(rows.next().is_none());
         }
         assert_eq!(text.matches("paper-wheels").count(), 2);
+    }
+
+    /// A run that broke off does not pass for a complete one.
+    #[test]
+    fn a_broken_run_is_marked() {
+        let mut broken = summary(0);
+        broken.broken_off = Some(BrokenOff {
+            reason: "stopped by Ctrl-C".to_owned(),
+            time_s: 3.2,
+        });
+        let text = comparison_table(&[("runs/a", &summary(0)), ("runs/b", &broken)]);
+        assert!(!text.contains("runs/a broke off"), "{text}");
+        assert!(
+            text.contains("runs/b broke off at 3.200 s: stopped by Ctrl-C"),
+            "{text}"
+        );
     }
 
     /// Gaps are told of, and an estimator without any result has none in the table.

@@ -5,12 +5,14 @@
 //!              \-> SensorFrame -> estimators -> Estimate -^
 //! ```
 //!
-//! Several estimators run side by side on the same readings. A [`Sink`] is told of every record and never calls back.
+//! Several estimators run side by side on the same readings. A [`Sink`] receives every record and never calls back.
 
 use robhaz_estimator::{Estimate, EstimateError, Estimator, LinkReading, SensorFrame};
 use robhaz_scene::{ModelErrorTooLarge, Scene};
 use robhaz_sim::sensors::{Readings, Sensors};
 use robhaz_sim::{Plant, PlantError, Truth};
+use std::error::Error as _;
+use std::time::{Duration, Instant};
 
 /// One record of a run.
 #[derive(Clone, Copy, Debug)]
@@ -23,15 +25,17 @@ pub struct Frame<'a> {
     pub estimates: &'a [Result<Estimate, EstimateError>],
 }
 
-/// How a finished run went.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq)]
 pub struct RunEnd {
-    /// Simulated time, s.
+    /// Simulated time up to the last record, s.
     pub duration: f64,
     /// Time that simulation and estimation took, without the sinks, s.
     pub wall: f64,
     /// Mean integration step, s.
     pub step: f64,
+    /// Why the run ended before the scene did, in words for the user. `None` for a complete run.
+    pub broken_off: Option<String>,
 }
 
 impl RunEnd {
@@ -39,7 +43,15 @@ impl RunEnd {
     pub fn real_time_factor(&self) -> f64 {
         self.duration / self.wall
     }
+
+    /// Did the run reach the end of its scene?
+    pub fn is_complete(&self) -> bool {
+        self.broken_off.is_none()
+    }
 }
+
+/// Asks whether the run has to stop: the cause in a few words, such as `Ctrl-C`, or `None` to go on. Asked once a sample.
+pub type Stop<'a> = &'a dyn Fn() -> Option<&'static str>;
 
 /// Why a sink cannot go on, in words for the user.
 pub type SinkError = Box<dyn std::error::Error + Send + Sync>;
@@ -58,7 +70,8 @@ pub trait Sink {
     /// What the sink cannot do; the run stops.
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError>;
 
-    /// After the last record. `None` when the run broke off: keep what there is.
+    /// After the last record, also of a run that broke off: [`RunEnd::broken_off`] tells. `None` when there is no record at
+    /// all, because the run could not start.
     ///
     /// # Errors
     /// What the sink cannot do.
@@ -77,68 +90,152 @@ pub enum RunError {
     /// A sink failed.
     #[error(transparent)]
     Sink(SinkError),
+    /// The caller stopped the run.
+    #[error("stopped by {cause}")]
+    Stopped {
+        /// What [`Stop`] answered.
+        cause: &'static str,
+    },
 }
 
-/// Runs a scene from its start to its end and tells every sink of it.
+/// Runs a scene from its start to its end and hands every record to every sink.
 ///
-/// When the run breaks off, the sinks are still told to end, so that what was recorded is kept.
+/// When the run breaks off, the sinks still end, so that what was recorded is kept.
 ///
 /// # Errors
-/// [`RunError`], after the sinks were told to end.
+/// [`RunError`], after the sinks have ended.
 pub fn run(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunError> {
+    run_until(scene, sinks, &|| None)
+}
+
+/// As [`run`], but ends early when `stop` names a cause.
+///
+/// # Errors
+/// [`RunError`], after the sinks have ended; [`RunError::Stopped`] when `stop` ended the run.
+pub fn run_until(
+    scene: &Scene,
+    sinks: &mut [&mut dyn Sink],
+    stop: Stop<'_>,
+) -> Result<RunEnd, RunError> {
     for i in 0..sinks.len() {
         if let Err(error) = sinks[i].begin(scene) {
-            // Those that have begun are told; the first failure is what counts.
+            // Those that have begun end; the first failure is what counts.
             for sink in &mut sinks[..i] {
                 let _ = sink.end(None);
             }
             return Err(RunError::Sink(error));
         }
     }
-    let result = simulate(scene, sinks);
+    let (result, end) = match Simulation::start(scene) {
+        Ok(mut simulation) => {
+            let result = simulation.run(sinks, stop);
+            let end = simulation.end(result.as_ref().err());
+            (result, end)
+        }
+        Err(error) => (Err(error), None),
+    };
     let mut first_failure = None;
     for sink in sinks.iter_mut() {
-        if let Err(error) = sink.end(result.as_ref().ok()) {
+        if let Err(error) = sink.end(end.as_ref()) {
             first_failure.get_or_insert(error);
         }
     }
-    match (result, first_failure) {
-        (Ok(_), Some(error)) => Err(RunError::Sink(error)),
-        (result, _) => result,
+    match (result, first_failure, end) {
+        (Err(error), ..) => Err(error),
+        (Ok(()), Some(error), _) => Err(RunError::Sink(error)),
+        (Ok(()), None, Some(end)) => Ok(end),
+        // A scene has at least the record at time zero.
+        (Ok(()), None, None) => Err(RunError::Sink("the scene has no record".into())),
     }
 }
 
-fn simulate(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunError> {
-    let mut wall = std::time::Duration::ZERO;
-    let start = std::time::Instant::now();
-    let mut plant = Plant::new(&scene.plant_setup())?;
-    let mut observers = Observers::new(scene)?;
-    wall += start.elapsed();
-    for record in 0..scene.record_count() {
-        let start = std::time::Instant::now();
-        // Between records the sensors and estimators go on at their own rate.
-        if record > 0 {
-            for _ in 1..scene.samples_per_record() {
-                observers.observe(&plant.next_truth()?);
-            }
-        }
-        let truth = plant.next_truth()?;
-        let (frame, estimates) = observers.observe(&truth);
-        wall += start.elapsed();
-        for sink in sinks.iter_mut() {
-            sink.frame(&Frame {
-                truth: &truth,
-                sensors: frame,
-                estimates,
-            })
-            .map_err(RunError::Sink)?;
-        }
+/// A scene while it is simulated and estimated.
+struct Simulation<'a> {
+    scene: &'a Scene,
+    plant: Plant,
+    observers: Observers,
+    /// Time spent without the sinks.
+    wall: Duration,
+    /// Simulated time of the last record, s. `None` before the first.
+    time: Option<f64>,
+}
+
+impl<'a> Simulation<'a> {
+    fn start(scene: &'a Scene) -> Result<Self, RunError> {
+        let start = Instant::now();
+        let plant = Plant::new(&scene.plant_setup())?;
+        let observers = Observers::new(scene)?;
+        Ok(Self {
+            scene,
+            plant,
+            observers,
+            wall: start.elapsed(),
+            time: None,
+        })
     }
-    Ok(RunEnd {
-        duration: scene.record.duration,
-        wall: wall.as_secs_f64(),
-        step: plant.mean_step(),
-    })
+
+    fn run(&mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result<(), RunError> {
+        for record in 0..self.scene.record_count() {
+            let start = Instant::now();
+            // Between records the sensors and estimators go on at their own rate.
+            let samples = if record == 0 {
+                1
+            } else {
+                self.scene.samples_per_record()
+            };
+            for _ in 1..samples {
+                check(stop)?;
+                self.observers.observe(&self.plant.next_truth()?);
+            }
+            check(stop)?;
+            let truth = self.plant.next_truth()?;
+            let (frame, estimates) = self.observers.observe(&truth);
+            self.wall += start.elapsed();
+            for sink in sinks.iter_mut() {
+                sink.frame(&Frame {
+                    truth: &truth,
+                    sensors: frame,
+                    estimates,
+                })
+                .map_err(RunError::Sink)?;
+            }
+            self.time = Some(truth.time);
+        }
+        Ok(())
+    }
+
+    /// How the run went. `None` without a record.
+    fn end(&self, error: Option<&RunError>) -> Option<RunEnd> {
+        let last = self.time?;
+        Some(RunEnd {
+            duration: match error {
+                None => self.scene.record.duration,
+                Some(_) => last,
+            },
+            wall: self.wall.as_secs_f64(),
+            step: self.plant.mean_step(),
+            broken_off: error.map(words),
+        })
+    }
+}
+
+fn check(stop: Stop<'_>) -> Result<(), RunError> {
+    match stop() {
+        None => Ok(()),
+        Some(cause) => Err(RunError::Stopped { cause }),
+    }
+}
+
+/// An error with all its causes, in one line.
+fn words(error: &RunError) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        text.push_str(": ");
+        text.push_str(&error.to_string());
+        cause = error.source();
+    }
+    text
 }
 
 /// The sensors of a scene, and its estimators behind them: what sees the truth through readings alone.
