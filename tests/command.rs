@@ -449,7 +449,7 @@ fn study_prints_a_table_and_writes_json() {
         "paper-wheels",
         "rolling",
         "NEES",
-        "Floor of one sample",
+        "Cramer-Rao bound of one sample",
         "short: 5 seeds, 0 to 4; engine direct, sensors typical; 1001 samples a seed from 0.5 s on, none left out",
     ] {
         assert!(shown.contains(words), "{words} is missing in:\n{shown}");
