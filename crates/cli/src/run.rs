@@ -7,7 +7,7 @@ use crate::progress::Progress;
 use crate::terminal::say;
 use miette::{IntoDiagnostic, Result, WrapErr};
 use robhaz_record::{FigureSink, Summary, SummarySink, TableFormat, TableSink, comparison_table};
-use robhaz_run::Sink;
+use robhaz_run::{Simulation, Sink};
 use robhaz_scene::Scene;
 use std::path::{Path, PathBuf};
 
@@ -62,6 +62,10 @@ pub fn run(args: &Args) -> Result<()> {
         .out
         .clone()
         .unwrap_or_else(|| Path::new("runs").join(&scene.name));
+    // Before anything is written: a robot that cannot stand leaves no folder.
+    let simulation = Simulation::new(&scene)
+        .into_diagnostic()
+        .wrap_err_with(|| format!("cannot start {}", scene.name))?;
     let mut viewing = Viewing::open(&args.rerun)?;
     let folder = OutputFolder::create(&target, args.force)?;
     let version = format!(
@@ -72,7 +76,7 @@ pub fn run(args: &Args) -> Result<()> {
     folder.write("scene.toml", &scene.to_toml(&version))?;
 
     viewing.record(folder.path())?;
-    let summary = match simulate(&scene, args, folder.path(), &mut viewing) {
+    let summary = match simulate(simulation, args, folder.path(), &mut viewing) {
         Ok(summary) => summary,
         Err(report) => {
             return Err(report.wrap_err(format!(
@@ -89,7 +93,12 @@ pub fn run(args: &Args) -> Result<()> {
     viewing.finish()
 }
 
-fn simulate(scene: &Scene, args: &Args, folder: &Path, viewing: &mut Viewing) -> Result<Summary> {
+fn simulate(
+    simulation: Simulation<'_>,
+    args: &Args,
+    folder: &Path,
+    viewing: &mut Viewing,
+) -> Result<Summary> {
     let format = match args.format {
         Format::Parquet => TableFormat::Parquet,
         Format::Csv => TableFormat::Csv,
@@ -103,8 +112,6 @@ fn simulate(scene: &Scene, args: &Args, folder: &Path, viewing: &mut Viewing) ->
         vec![&mut tables, &mut summary, &mut figures, &mut progress];
     sinks.extend(viewing.sinks());
     sinks.push(&mut pace);
-    robhaz_run::run(scene, &mut sinks)
-        .into_diagnostic()
-        .wrap_err_with(|| format!("cannot finish {}", scene.name))?;
+    simulation.run(&mut sinks).into_diagnostic()?;
     summary.summary().into_diagnostic()
 }

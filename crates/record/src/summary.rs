@@ -3,7 +3,7 @@
 use crate::accuracy::Accuracy;
 use crate::error::{RecordError, io_error};
 use robhaz_model::{Pin, Robot};
-use robhaz_run::{Frame, RunEnd, Sink, SinkError};
+use robhaz_run::{Frame, Progress, ProgressMeter, RunEnd, Sink, SinkError};
 use robhaz_scene::{ModelErrorTooLarge, Scene};
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -37,6 +37,9 @@ pub struct Summary {
     pub compare_from_s: f64,
     /// Version of robhaz.
     pub version: String,
+    /// How far the robot came; `None` in the summaries of versions that did not tell.
+    #[serde(default)]
+    pub progress: Option<ProgressSummary>,
     /// Errors that the sensors drew for the run; no estimator knows them.
     pub sensors: SensorErrors,
     /// What the estimators were told of the robot.
@@ -44,6 +47,42 @@ pub struct Summary {
     /// The estimators in the scene's order; in JSON an object with their names as keys.
     #[serde(with = "by_name")]
     pub estimators: Vec<EstimatorSummary>,
+}
+
+/// How far the robot came, and whether it was stuck at the end: [`Progress`] with its units.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ProgressSummary {
+    /// Way of the body along x, m, positive in the direction in which the drive was to go.
+    pub distance_m: f64,
+    /// Way that the drive asked for, m.
+    pub asked_m: f64,
+    /// Time since which the robot gained no ground, s; `None` where it made way to the end.
+    pub stuck_since_s: Option<f64>,
+    /// Time for which each wheel spun, s.
+    pub spinning_s: [f64; 3],
+}
+
+impl From<Progress> for ProgressSummary {
+    fn from(progress: Progress) -> Self {
+        Self {
+            distance_m: progress.distance,
+            asked_m: progress.asked,
+            stuck_since_s: progress.stuck_since,
+            spinning_s: progress.spinning,
+        }
+    }
+}
+
+impl ProgressSummary {
+    fn is_finite(&self) -> bool {
+        let numbers = [self.distance_m, self.asked_m];
+        let since = self.stuck_since_s;
+        numbers
+            .iter()
+            .chain(&since)
+            .chain(&self.spinning_s)
+            .all(|v| v.is_finite())
+    }
 }
 
 /// The grade of the run's sensors and the errors that they drew once.
@@ -171,6 +210,10 @@ impl Summary {
         ];
         let of_run = run.iter().find(|(_, value)| !value.is_finite());
         let parts = [
+            (
+                "progress",
+                self.progress.is_none_or(|progress| progress.is_finite()),
+            ),
             ("sensors", self.sensors.is_finite()),
             ("told", self.told.is_finite()),
         ];
@@ -306,6 +349,7 @@ mod by_name {
 #[derive(Debug, Default)]
 pub struct SummarySink {
     estimators: Vec<Accuracy>,
+    progress: Option<ProgressMeter>,
     /// What is known of the run before it starts.
     scene: Option<(Scene, ToldRobot)>,
     end: Option<RunEnd>,
@@ -336,6 +380,7 @@ impl SummarySink {
             record_rate_hz: scene.record.rate,
             compare_from_s: scene.record.compare_from,
             version: env!("CARGO_PKG_VERSION").to_owned(),
+            progress: self.progress.map(|meter| meter.progress().into()),
             sensors: SensorErrors::of(scene),
             told: told.clone(),
             estimators: self.estimators.iter().map(Accuracy::summary).collect(),
@@ -350,6 +395,8 @@ impl Sink for SummarySink {
             .iter()
             .map(|e| Accuracy::new(&e.name, scene.record.compare_from))
             .collect();
+        let radius = scene.robot.robot.geometry.wheel_radius;
+        self.progress = Some(ProgressMeter::new(&scene.drive, radius));
         self.scene = Some((scene.clone(), ToldRobot::of(scene)?));
         self.end = None;
         Ok(())
@@ -358,6 +405,9 @@ impl Sink for SummarySink {
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
         for (i, accuracy) in self.estimators.iter_mut().enumerate() {
             accuracy.add(frame.truth, frame.estimates.get(i));
+        }
+        if let Some(progress) = &mut self.progress {
+            progress.add(frame.truth);
         }
         Ok(())
     }

@@ -7,10 +7,15 @@
 //!
 //! Several estimators run side by side on the same readings. A [`Sink`] is told of every record and never calls back.
 
+mod progress;
+
+pub use progress::{Progress, ProgressMeter};
+
 use robhaz_estimator::{Estimate, EstimateError, Estimator, LinkReading, SensorFrame};
 use robhaz_scene::{ModelErrorTooLarge, Scene};
 use robhaz_sim::sensors::{Readings, Sensors};
 use robhaz_sim::{Plant, PlantError, Truth};
+use std::time::{Duration, Instant};
 
 /// One record of a run.
 #[derive(Clone, Copy, Debug)]
@@ -68,6 +73,9 @@ pub trait Sink {
 /// Why a run broke off.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
+    /// The robot cannot stand at its start: nothing was simulated.
+    #[error("the robot cannot stand at its start")]
+    Start(#[source] PlantError),
     /// The simulation left its range of validity.
     #[error("the simulation stopped")]
     Plant(#[from] PlantError),
@@ -79,66 +87,95 @@ pub enum RunError {
     Sink(SinkError),
 }
 
-/// Runs a scene from its start to its end and tells every sink of it.
-///
-/// When the run breaks off, the sinks are still told to end, so that what was recorded is kept.
+/// Runs a scene from its start to its end and passes every record to every sink.
 ///
 /// # Errors
-/// [`RunError`], after the sinks were told to end.
+/// As [`Simulation::new`] and [`Simulation::run`].
 pub fn run(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunError> {
-    for i in 0..sinks.len() {
-        if let Err(error) = sinks[i].begin(scene) {
-            // Those that have begun are told; the first failure is what counts.
-            for sink in &mut sinks[..i] {
-                let _ = sink.end(None);
-            }
-            return Err(RunError::Sink(error));
-        }
-    }
-    let result = simulate(scene, sinks);
-    let mut first_failure = None;
-    for sink in sinks.iter_mut() {
-        if let Err(error) = sink.end(result.as_ref().ok()) {
-            first_failure.get_or_insert(error);
-        }
-    }
-    match (result, first_failure) {
-        (Ok(_), Some(error)) => Err(RunError::Sink(error)),
-        (result, _) => result,
-    }
+    Simulation::new(scene)?.run(sinks)
 }
 
-fn simulate(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunError> {
-    let mut wall = std::time::Duration::ZERO;
-    let start = std::time::Instant::now();
-    let mut plant = Plant::new(&scene.plant_setup())?;
-    let mut observers = Observers::new(scene)?;
-    wall += start.elapsed();
-    for record in 0..scene.record_count() {
-        let start = std::time::Instant::now();
-        // Between records the sensors and estimators go on at their own rate.
-        if record > 0 {
-            for _ in 1..scene.samples_per_record() {
-                observers.observe(&plant.next_truth()?);
+/// A scene that is ready to run: the robot stands at its start.
+pub struct Simulation<'a> {
+    scene: &'a Scene,
+    plant: Plant,
+    observers: Observers,
+    /// Time that it took so far.
+    wall: Duration,
+}
+
+impl<'a> Simulation<'a> {
+    /// Puts the robot on its ground, and sensors and estimators beside it.
+    ///
+    /// # Errors
+    /// [`RunError::Start`] and [`RunError::ModelError`].
+    pub fn new(scene: &'a Scene) -> Result<Self, RunError> {
+        let start = Instant::now();
+        let plant = Plant::new(&scene.plant_setup()).map_err(RunError::Start)?;
+        let observers = Observers::new(scene)?;
+        Ok(Self {
+            scene,
+            plant,
+            observers,
+            wall: start.elapsed(),
+        })
+    }
+
+    /// Runs to the end. When the run breaks off, the sinks still end, so that what was recorded is kept.
+    ///
+    /// # Errors
+    /// [`RunError`], after the sinks have ended.
+    pub fn run(mut self, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunError> {
+        for i in 0..sinks.len() {
+            if let Err(error) = sinks[i].begin(self.scene) {
+                // Those that have begun end; the first failure is what counts.
+                for sink in &mut sinks[..i] {
+                    let _ = sink.end(None);
+                }
+                return Err(RunError::Sink(error));
             }
         }
-        let truth = plant.next_truth()?;
-        let (frame, estimates) = observers.observe(&truth);
-        wall += start.elapsed();
+        let result = self.simulate(sinks);
+        let mut first_failure = None;
         for sink in sinks.iter_mut() {
-            sink.frame(&Frame {
-                truth: &truth,
-                sensors: frame,
-                estimates,
-            })
-            .map_err(RunError::Sink)?;
+            if let Err(error) = sink.end(result.as_ref().ok()) {
+                first_failure.get_or_insert(error);
+            }
+        }
+        match (result, first_failure) {
+            (Ok(_), Some(error)) => Err(RunError::Sink(error)),
+            (result, _) => result,
         }
     }
-    Ok(RunEnd {
-        duration: scene.record.duration,
-        wall: wall.as_secs_f64(),
-        step: plant.mean_step(),
-    })
+
+    fn simulate(&mut self, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunError> {
+        let (plant, observers) = (&mut self.plant, &mut self.observers);
+        for record in 0..self.scene.record_count() {
+            let start = Instant::now();
+            // Between records the sensors and estimators go on at their own rate.
+            if record > 0 {
+                for _ in 1..self.scene.samples_per_record() {
+                    observers.observe(&plant.next_truth()?);
+                }
+            }
+            let truth = plant.next_truth()?;
+            let (frame, estimates) = observers.observe(&truth);
+            self.wall += start.elapsed();
+            for sink in sinks.iter_mut() {
+                sink.frame(&Frame {
+                    truth: &truth,
+                    sensors: frame,
+                    estimates,
+                })
+                .map_err(RunError::Sink)?;
+            }
+        }
+        Ok(RunEnd {
+            duration: self.scene.record.duration,
+            wall: self.wall.as_secs_f64(),
+            step: plant.mean_step(),
+        })
+    }
 }
 
 /// The sensors of a scene, and its estimators behind them: what sees the truth through readings alone.
