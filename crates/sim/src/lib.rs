@@ -28,5 +28,5 @@ mod truth;
 pub use balance::Balance;
 pub use energy::mechanical_energy;
 pub use plant::{EngineKind, Plant, PlantError, PlantSetup};
-pub use start::StartKind;
+pub use start::{NoRest, StartKind};
 pub use truth::{BarTruth, PinTruth, Truth, WheelTruth};
