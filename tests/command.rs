@@ -447,7 +447,7 @@ fn study_prints_a_table_and_writes_json() {
         "paper-wheels",
         "rolling",
         "NEES",
-        "Floor of one sample",
+        "Cramer-Rao bound of one sample",
         "short: 5 seeds, 0 to 4; engine direct, sensors typical; 1001 samples a seed from 0.5 s on, none left out",
     ] {
         assert!(shown.contains(words), "{words} is missing in:\n{shown}");
@@ -457,7 +457,7 @@ fn study_prints_a_table_and_writes_json() {
     assert_eq!(report["estimators"].as_array().unwrap().len(), 10);
     let best = &report["estimators"][9];
     assert_eq!(best["nrmse"]["runs"], 5);
-    // Of mean N, with errors of T of about 1 N of 46: at least a thousandth, at most the floor of one sample of some percent.
+    // Of mean N, with errors of T of about 1 N of 46: at least a thousandth, at most the bound of one sample of some percent.
     let error = best["nrmse"]["mean"].as_f64().unwrap();
     assert!(error > 1e-3 && error < 0.1, "{error}");
     assert!(best["consistency"]["nees"]["mean"].as_f64().unwrap() > 0.0);
