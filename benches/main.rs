@@ -2,6 +2,8 @@
 //!
 //! `cargo bench -p robhaz --bench robhaz`
 
+#![allow(clippy::expect_used, reason = "a bench may stop at an error")]
+
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use robhaz_estimator::{Estimator, EstimatorSettings, SavedState, SensorFrame};
 use robhaz_model::Robot;

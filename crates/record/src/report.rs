@@ -39,6 +39,13 @@ pub fn comparison_table(runs: &[(&str, &Summary)]) -> String {
         if let Some(trouble) = summary.progress.as_ref().and_then(trouble) {
             text.push_str(&format!("\n{label}: {trouble}"));
         }
+        if let Some(broken_off) = &summary.broken_off {
+            text.push_str(&format!(
+                "\n  {label} broke off at {:.3} s: {}. The errors are of what was recorded.",
+                broken_off.time_s, broken_off.reason,
+            ));
+        }
+        text.push_str(&two_contacts(summary));
         for estimator in &summary.estimators {
             if estimator.missing > 0 {
                 text.push_str(&missing(estimator));
@@ -136,6 +143,18 @@ fn trouble(progress: &ProgressSummary) -> Option<String> {
     }
 }
 
+/// How many records are left out because a wheel has two contacts, the same for all estimators of a run.
+fn two_contacts(summary: &Summary) -> String {
+    match summary.estimators.first() {
+        Some(first) if first.two_contacts > 0 => format!(
+            "\n  {} of {} records left out because a wheel has two contacts.",
+            first.two_contacts,
+            first.two_contacts + first.missing + first.samples
+        ),
+        _ => String::new(),
+    }
+}
+
 fn missing(estimator: &EstimatorSummary) -> String {
     format!(
         "\n  {}: no estimate in {} of {} records; these do not count.",
@@ -148,10 +167,11 @@ fn missing(estimator: &EstimatorSummary) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::summary::{ForceErrors, SensorErrors, ToldRobot};
+    use crate::summary::{BrokenOff, NominalRobot, SensorErrors};
     use crate::testing::scene;
+    use robhaz_score::ForceErrors;
 
-    fn summary(missing: u32) -> Summary {
+    fn summary(missing: u64) -> Summary {
         let errors = |scale: f64| ForceErrors {
             rmse: [scale, 2.0 * scale, 3.0 * scale],
             rmse_all: 2.0 * scale,
@@ -163,8 +183,12 @@ mod tests {
             normal_force: Some(errors(scale)),
             traction: Some(errors(0.5)),
             mean_normal_force: Some([50.0; 3]),
+            stated: None,
+            coverage: None,
+            nees: None,
             samples: 90,
             missing,
+            two_contacts: 0,
         };
         Summary {
             scene: "smooth".to_owned(),
@@ -183,8 +207,9 @@ mod tests {
                 stuck_since_s: None,
                 spinning_s: [0.1, 0.0, 1.9],
             }),
+            broken_off: None,
             sensors: SensorErrors::of(&scene()),
-            told: ToldRobot::of(&scene()).expect("a robot"),
+            nominal: NominalRobot::of(&scene()).expect("a robot"),
             estimators: vec![estimator("paper-body", 5.0), estimator("paper-wheels", 4.0)],
         }
     }
@@ -261,6 +286,22 @@ mod tests {
             assert!(rows.next().is_none());
         }
         assert_eq!(text.matches("paper-wheels").count(), 2);
+    }
+
+    /// A run that broke off does not pass for a complete one.
+    #[test]
+    fn a_broken_run_is_marked() {
+        let mut broken = summary(0);
+        broken.broken_off = Some(BrokenOff {
+            reason: "stopped by Ctrl-C".to_owned(),
+            time_s: 3.2,
+        });
+        let text = comparison_table(&[("runs/a", &summary(0)), ("runs/b", &broken)]);
+        assert!(!text.contains("runs/a broke off"), "{text}");
+        assert!(
+            text.contains("runs/b broke off at 3.200 s: stopped by Ctrl-C"),
+            "{text}"
+        );
     }
 
     /// Gaps are told of, and an estimator without any result has none in the table.

@@ -5,7 +5,7 @@
 //!              \-> SensorFrame -> estimators -> Estimate -^
 //! ```
 //!
-//! Several estimators run side by side on the same readings. A [`Sink`] is told of every record and never calls back.
+//! Several estimators run side by side on the same readings. A [`Sink`] receives every record and never calls back.
 
 mod progress;
 
@@ -15,6 +15,7 @@ use robhaz_estimator::{Estimate, EstimateError, Estimator, LinkReading, SensorFr
 use robhaz_scene::{ModelErrorTooLarge, Scene};
 use robhaz_sim::sensors::{Readings, Sensors};
 use robhaz_sim::{Plant, PlantError, Truth};
+use std::error::Error as _;
 use std::time::{Duration, Instant};
 
 /// One record of a run.
@@ -28,15 +29,17 @@ pub struct Frame<'a> {
     pub estimates: &'a [Result<Estimate, EstimateError>],
 }
 
-/// How a finished run went.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq)]
 pub struct RunEnd {
-    /// Simulated time, s.
+    /// Simulated time up to the last record, s.
     pub duration: f64,
     /// Time that simulation and estimation took, without the sinks, s.
     pub wall: f64,
     /// Mean integration step, s.
     pub step: f64,
+    /// Why the run ended before the scene did, in words for the user. `None` for a complete run.
+    pub broken_off: Option<String>,
 }
 
 impl RunEnd {
@@ -44,7 +47,15 @@ impl RunEnd {
     pub fn real_time_factor(&self) -> f64 {
         self.duration / self.wall
     }
+
+    /// Did the run reach the end of its scene?
+    pub fn is_complete(&self) -> bool {
+        self.broken_off.is_none()
+    }
 }
+
+/// Asks whether the run has to stop: the cause in a few words, such as `Ctrl-C`, or `None` to go on. Asked once a sample.
+pub type Stop<'a> = &'a dyn Fn() -> Option<&'static str>;
 
 /// Why a sink cannot go on, in words for the user.
 pub type SinkError = Box<dyn std::error::Error + Send + Sync>;
@@ -63,7 +74,8 @@ pub trait Sink {
     /// What the sink cannot do; the run stops.
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError>;
 
-    /// After the last record. `None` when the run broke off: keep what there is.
+    /// After the last record, also of a run that broke off: [`RunEnd::broken_off`] tells. `None` when there is no record at
+    /// all, because the run could not start.
     ///
     /// # Errors
     /// What the sink cannot do.
@@ -85,23 +97,43 @@ pub enum RunError {
     /// A sink failed.
     #[error(transparent)]
     Sink(SinkError),
+    /// The caller stopped the run.
+    #[error("stopped by {cause}")]
+    Stopped {
+        /// What [`Stop`] answered.
+        cause: &'static str,
+    },
 }
 
-/// Runs a scene from its start to its end and passes every record to every sink.
+/// Runs a scene from its start to its end and hands every record to every sink.
 ///
 /// # Errors
 /// As [`Simulation::new`] and [`Simulation::run`].
 pub fn run(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunError> {
-    Simulation::new(scene)?.run(sinks)
+    run_until(scene, sinks, &|| None)
 }
 
-/// A scene that is ready to run: the robot stands at its start.
+/// As [`run`], but ends early when `stop` names a cause.
+///
+/// # Errors
+/// As [`Simulation::new`] and [`Simulation::run`].
+pub fn run_until(
+    scene: &Scene,
+    sinks: &mut [&mut dyn Sink],
+    stop: Stop<'_>,
+) -> Result<RunEnd, RunError> {
+    Simulation::new(scene)?.run(sinks, stop)
+}
+
+/// A scene while it is simulated and estimated: from the start on the robot stands on its ground.
 pub struct Simulation<'a> {
     scene: &'a Scene,
     plant: Plant,
     observers: Observers,
-    /// Time that it took so far.
+    /// Time spent without the sinks.
     wall: Duration,
+    /// Simulated time of the last record, s. `None` before the first.
+    time: Option<f64>,
 }
 
 impl<'a> Simulation<'a> {
@@ -118,14 +150,17 @@ impl<'a> Simulation<'a> {
             plant,
             observers,
             wall: start.elapsed(),
+            time: None,
         })
     }
 
-    /// Runs to the end. When the run breaks off, the sinks still end, so that what was recorded is kept.
+    /// Runs to the end, or until `stop` names a cause.
+    ///
+    /// When the run breaks off, the sinks still end, so that what was recorded is kept.
     ///
     /// # Errors
-    /// [`RunError`], after the sinks have ended.
-    pub fn run(mut self, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunError> {
+    /// [`RunError`], after the sinks have ended; [`RunError::Stopped`] when `stop` ended the run.
+    pub fn run(mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result<RunEnd, RunError> {
         for i in 0..sinks.len() {
             if let Err(error) = sinks[i].begin(self.scene) {
                 // Those that have begun end; the first failure is what counts.
@@ -135,31 +170,39 @@ impl<'a> Simulation<'a> {
                 return Err(RunError::Sink(error));
             }
         }
-        let result = self.simulate(sinks);
+        let result = self.simulate(sinks, stop);
+        let end = self.end(result.as_ref().err());
         let mut first_failure = None;
         for sink in sinks.iter_mut() {
-            if let Err(error) = sink.end(result.as_ref().ok()) {
+            if let Err(error) = sink.end(end.as_ref()) {
                 first_failure.get_or_insert(error);
             }
         }
-        match (result, first_failure) {
-            (Ok(_), Some(error)) => Err(RunError::Sink(error)),
-            (result, _) => result,
+        match (result, first_failure, end) {
+            (Err(error), ..) => Err(error),
+            (Ok(()), Some(error), _) => Err(RunError::Sink(error)),
+            (Ok(()), None, Some(end)) => Ok(end),
+            // A scene has at least the record at time zero.
+            (Ok(()), None, None) => Err(RunError::Sink("the scene has no record".into())),
         }
     }
 
-    fn simulate(&mut self, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunError> {
-        let (plant, observers) = (&mut self.plant, &mut self.observers);
+    fn simulate(&mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result<(), RunError> {
         for record in 0..self.scene.record_count() {
             let start = Instant::now();
             // Between records the sensors and estimators go on at their own rate.
-            if record > 0 {
-                for _ in 1..self.scene.samples_per_record() {
-                    observers.observe(&plant.next_truth()?);
-                }
+            let samples = if record == 0 {
+                1
+            } else {
+                self.scene.samples_per_record()
+            };
+            for _ in 1..samples {
+                check(stop)?;
+                self.observers.observe(&self.plant.next_truth()?);
             }
-            let truth = plant.next_truth()?;
-            let (frame, estimates) = observers.observe(&truth);
+            check(stop)?;
+            let truth = self.plant.next_truth()?;
+            let (frame, estimates) = self.observers.observe(&truth);
             self.wall += start.elapsed();
             for sink in sinks.iter_mut() {
                 sink.frame(&Frame {
@@ -169,13 +212,43 @@ impl<'a> Simulation<'a> {
                 })
                 .map_err(RunError::Sink)?;
             }
+            self.time = Some(truth.time);
         }
-        Ok(RunEnd {
-            duration: self.scene.record.duration,
+        Ok(())
+    }
+
+    /// How the run went. `None` without a record.
+    fn end(&self, error: Option<&RunError>) -> Option<RunEnd> {
+        let last = self.time?;
+        Some(RunEnd {
+            duration: match error {
+                None => self.scene.record.duration,
+                Some(_) => last,
+            },
             wall: self.wall.as_secs_f64(),
-            step: plant.mean_step(),
+            step: self.plant.mean_step(),
+            broken_off: error.map(words),
         })
     }
+}
+
+fn check(stop: Stop<'_>) -> Result<(), RunError> {
+    match stop() {
+        None => Ok(()),
+        Some(cause) => Err(RunError::Stopped { cause }),
+    }
+}
+
+/// An error with all its causes, in one line.
+fn words(error: &RunError) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        text.push_str(": ");
+        text.push_str(&error.to_string());
+        cause = error.source();
+    }
+    text
 }
 
 /// The sensors of a scene, and its estimators behind them: what sees the truth through readings alone.
@@ -192,8 +265,8 @@ impl Observers {
     /// # Errors
     /// [`ModelErrorTooLarge`] when the robot that the estimators would be told cannot be one.
     pub fn new(scene: &Scene) -> Result<Self, ModelErrorTooLarge> {
-        let told = scene.told_robot()?;
-        let estimator = |e| Estimator::new(&told, scene.told_settings(e));
+        let told = scene.nominal_robot()?;
+        let estimator = |e| Estimator::new(&told, scene.nominal_settings(e));
         Ok(Self {
             sensors: scene.sensors(),
             estimators: scene.estimators.iter().map(estimator).collect(),
