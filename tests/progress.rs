@@ -1,8 +1,8 @@
 //! Who is stuck is called so, who travels is not.
 
 use crate::support::{root, scene};
-use robhaz_run::{Progress, ProgressMeter};
 use robhaz_scene::Scene;
+use robhaz_score::{Progress, ProgressMeter};
 use robhaz_verify::truth_of;
 
 fn progress(scene: &Scene) -> Progress {

@@ -8,7 +8,7 @@ use crate::progress::Progress;
 use crate::terminal::say;
 use miette::{IntoDiagnostic, Result, WrapErr};
 use robhaz_record::{FigureSink, Summary, SummarySink, TableFormat, TableSink, comparison_table};
-use robhaz_run::{RunEnd, RunError, Simulation, Sink};
+use robhaz_run::{Run, RunEnd, RunError, Sink};
 use robhaz_scene::Scene;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -66,7 +66,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
         .clone()
         .unwrap_or_else(|| Path::new("runs").join(&scene.name));
     // Before anything is written: a robot that cannot stand leaves no folder.
-    let simulation = Simulation::new(&scene)
+    let run = Run::new(&scene)
         .into_diagnostic()
         .wrap_err_with(|| format!("cannot start {}", scene.name))?;
     let mut viewing = Viewing::open(&args.rerun)?;
@@ -81,14 +81,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
 
     viewing.record(folder.path())?;
     let mut sink = SummarySink::new();
-    let simulated = simulate(
-        simulation,
-        args,
-        &folder,
-        &mut sink,
-        &mut viewing,
-        interrupt,
-    );
+    let simulated = simulate(run, args, &folder, &mut sink, &mut viewing, interrupt);
     let table = |summary: &Summary| say(&comparison_table(&[(&scene.name, summary)]));
     if let Err(error) = simulated {
         // A run without a record has no summary. The cause of the end says more than what fails after it.
@@ -116,7 +109,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
 }
 
 fn simulate(
-    simulation: Simulation<'_>,
+    run: Run<'_>,
     args: &Args,
     folder: &OutputFolder,
     summary: &mut SummarySink,
@@ -134,7 +127,7 @@ fn simulate(
     let mut sinks: Vec<&mut dyn Sink> = vec![&mut tables, summary, &mut figures, &mut progress];
     sinks.extend(viewing.sinks());
     sinks.push(&mut pace);
-    simulation.run(&mut sinks, &|| interrupt.cause())
+    run.until(&mut sinks, &|| interrupt.cause())
 }
 
 /// Where a run that broke off left what it had.

@@ -36,9 +36,6 @@ pub fn comparison_table(runs: &[(&str, &Summary)]) -> String {
     for (label, summary) in runs {
         text.push('\n');
         text.push_str(&speed(label, summary));
-        if let Some(trouble) = summary.progress.as_ref().and_then(trouble) {
-            text.push_str(&format!("\n{label}: {trouble}"));
-        }
         if let Some(broken_off) = &summary.broken_off {
             text.push_str(&format!(
                 "\n  {label} broke off at {:.3} s: {}. The errors are of what was recorded.",
@@ -46,6 +43,9 @@ pub fn comparison_table(runs: &[(&str, &Summary)]) -> String {
             ));
         }
         text.push_str(&two_contacts(summary));
+        if let Some(trouble) = summary.progress.as_ref().and_then(trouble) {
+            text.push_str(&format!("\n{label}: {trouble}"));
+        }
         for estimator in &summary.estimators {
             if estimator.missing > 0 {
                 text.push_str(&missing(estimator));
@@ -122,6 +122,18 @@ fn speed(label: &str, summary: &Summary) -> String {
     )
 }
 
+/// How many records are left out because a wheel has two contacts, the same for all estimators of a run.
+fn two_contacts(summary: &Summary) -> String {
+    match summary.estimators.first() {
+        Some(first) if first.two_contacts > 0 => format!(
+            "\n  {} of {} records left out because a wheel has two contacts.",
+            first.two_contacts,
+            first.two_contacts + first.missing + first.samples
+        ),
+        _ => String::new(),
+    }
+}
+
 /// What a user should know of a robot that is stuck or spins its wheels.
 fn trouble(progress: &ProgressSummary) -> Option<String> {
     let spinning = progress.spinning_s;
@@ -140,18 +152,6 @@ fn trouble(progress: &ProgressSummary) -> Option<String> {
             progress.distance_m, progress.asked_m
         )),
         None => None,
-    }
-}
-
-/// How many records are left out because a wheel has two contacts, the same for all estimators of a run.
-fn two_contacts(summary: &Summary) -> String {
-    match summary.estimators.first() {
-        Some(first) if first.two_contacts > 0 => format!(
-            "\n  {} of {} records left out because a wheel has two contacts.",
-            first.two_contacts,
-            first.two_contacts + first.missing + first.samples
-        ),
-        _ => String::new(),
     }
 }
 
@@ -201,13 +201,13 @@ mod tests {
             record_rate_hz: 1000.0,
             compare_from_s: 2.0,
             version: "0.1.0".to_owned(),
+            broken_off: None,
             progress: Some(ProgressSummary {
                 distance_m: 3.72,
                 asked_m: 3.78,
                 stuck_since_s: None,
                 spinning_s: [0.1, 0.0, 1.9],
             }),
-            broken_off: None,
             sensors: SensorErrors::of(&scene()),
             nominal: NominalRobot::of(&scene()).expect("a robot"),
             estimators: vec![estimator("paper-body", 5.0), estimator("paper-wheels", 4.0)],

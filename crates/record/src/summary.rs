@@ -4,9 +4,9 @@ use crate::accuracy::Accuracy;
 use crate::append::write_whole;
 use crate::error::{RecordError, io_error};
 use robhaz_model::{Pin, Robot};
-use robhaz_run::{Frame, Progress, ProgressMeter, RunEnd, Sink, SinkError};
+use robhaz_run::{Frame, RunEnd, Sink, SinkError};
 use robhaz_scene::{ModelErrorTooLarge, Scene};
-use robhaz_score::{ForceErrors, Score};
+use robhaz_score::{ForceErrors, Progress, ProgressMeter, Score};
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
@@ -39,12 +39,12 @@ pub struct Summary {
     pub compare_from_s: f64,
     /// Version of robhaz.
     pub version: String,
-    /// How far the robot came; `None` in the summaries of versions that did not tell.
-    #[serde(default)]
-    pub progress: Option<ProgressSummary>,
     /// Why and when the run ended before its scene did; `None` for a complete run. All else then holds up to that time.
     #[serde(default)]
     pub broken_off: Option<BrokenOff>,
+    /// How far the robot came; `None` in the summaries of versions that did not tell.
+    #[serde(default)]
+    pub progress: Option<ProgressSummary>,
     /// Errors that the sensors drew for the run; no estimator knows them.
     pub sensors: SensorErrors,
     /// The nominal robot, which the estimators were given.
@@ -53,6 +53,15 @@ pub struct Summary {
     /// The estimators in the scene's order; in JSON an object with their names as keys.
     #[serde(with = "by_name")]
     pub estimators: Vec<EstimatorSummary>,
+}
+
+/// The end of a run that broke off.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BrokenOff {
+    /// The cause, in words.
+    pub reason: String,
+    /// Simulated time of the last record, s.
+    pub time_s: f64,
 }
 
 /// How far the robot came, and whether it was stuck at the end: [`Progress`] with its units.
@@ -89,15 +98,6 @@ impl ProgressSummary {
             .chain(&self.spinning_s)
             .all(|v| v.is_finite())
     }
-}
-
-/// The end of a run that broke off.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct BrokenOff {
-    /// The cause, in words.
-    pub reason: String,
-    /// Simulated time of the last record, s.
-    pub time_s: f64,
 }
 
 /// The grade of the run's sensors and the errors that they drew once.
@@ -414,11 +414,11 @@ impl SummarySink {
             record_rate_hz: scene.record.rate,
             compare_from_s: scene.record.compare_from,
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            progress: self.progress.map(|meter| meter.progress().into()),
             broken_off: end.broken_off.clone().map(|reason| BrokenOff {
                 reason,
                 time_s: end.duration,
             }),
+            progress: self.progress.map(|meter| meter.progress().into()),
             sensors: SensorErrors::of(scene),
             nominal: nominal.clone(),
             estimators: self.estimators.iter().map(Accuracy::summary).collect(),
