@@ -1,11 +1,10 @@
-//! `robhaz study`: how exact a scene's estimators are, and whether they know it, over many seeds.
+//! `robhaz study`: errors of a scene's estimators and of their stated covariance, over many seeds.
 
 use crate::terminal::say;
 use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
 use robhaz_scene::Scene;
-use robhaz_study::{Course, Report, floor, ladder, study};
-use std::num::NonZeroUsize;
+use robhaz_study::{Report, TruthRun, floor, ladder, study};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -23,10 +22,11 @@ pub struct Args {
     /// Engine that computes the truth: `rapier` or `direct`; short for `--set engine.kind=...`.
     #[arg(long, value_name = "KIND")]
     engine: Option<String>,
-    /// Instead of the scene's estimators: from the paper's to `best`, each but the first three adding one thing to the one above.
+    /// Studies the ablation ladder instead of the scene's estimators: from the paper's to `best`, each from the fourth on with one method
+    /// more than the one above.
     #[arg(long)]
     ladder: bool,
-    /// Writes what was found to a JSON file too; an older one is replaced.
+    /// Also writes the result to a JSON file; an existing file is replaced.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }
@@ -70,18 +70,19 @@ fn report(scene: &Scene, seeds: &[u64]) -> Result<Report> {
     progress.enable_steady_tick(Duration::from_millis(100));
     progress.set_message("simulating");
     let cannot = || format!("cannot study {}", scene.name);
-    let course = Course::of(scene).into_diagnostic().wrap_err_with(cannot)?;
+    let truth = TruthRun::of(scene)
+        .into_diagnostic()
+        .wrap_err_with(cannot)?;
     progress.set_message("observing");
-    let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
-    let summaries = study(scene, &course, seeds, threads, &mut || progress.inc(1))
+    let scores = study(scene, &truth, seeds, &|| progress.inc(1))
         .into_diagnostic()
         .wrap_err_with(cannot)?;
     progress.finish_and_clear();
     Ok(Report::new(
         scene,
-        &course,
+        &truth,
         seeds,
-        floor(scene, &course),
-        &summaries,
+        floor(scene, &truth),
+        &scores,
     ))
 }

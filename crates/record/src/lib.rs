@@ -26,7 +26,7 @@ pub use columns::{Column, Kind, Table, Value};
 pub use error::RecordError;
 pub use figures::FigureSink;
 pub use report::comparison_table;
-pub use summary::{EstimatorSummary, ForceErrors, SensorErrors, Summary, SummarySink, ToldRobot};
+pub use summary::{EstimatorSummary, NominalRobot, SensorErrors, Summary, SummarySink};
 pub use table::{TableFormat, TableSink};
 
 #[cfg(test)]

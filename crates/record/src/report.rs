@@ -33,6 +33,7 @@ pub fn comparison_table(runs: &[(&str, &Summary)]) -> String {
     for (label, summary) in runs {
         text.push('\n');
         text.push_str(&speed(label, summary));
+        text.push_str(&two_contacts(summary));
         for estimator in &summary.estimators {
             if estimator.missing > 0 {
                 text.push_str(&missing(estimator));
@@ -109,6 +110,18 @@ fn speed(label: &str, summary: &Summary) -> String {
     )
 }
 
+/// How many records are left out because a wheel has two contacts, the same for all estimators of a run.
+fn two_contacts(summary: &Summary) -> String {
+    match summary.estimators.first() {
+        Some(first) if first.two_contacts > 0 => format!(
+            "\n  {} of {} records left out because a wheel has two contacts.",
+            first.two_contacts,
+            first.two_contacts + first.missing + first.samples
+        ),
+        _ => String::new(),
+    }
+}
+
 fn missing(estimator: &EstimatorSummary) -> String {
     format!(
         "\n  {}: no estimate in {} of {} records; these do not count.",
@@ -121,10 +134,11 @@ fn missing(estimator: &EstimatorSummary) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::summary::{ForceErrors, SensorErrors, ToldRobot};
+    use crate::summary::{NominalRobot, SensorErrors};
     use crate::testing::scene;
+    use robhaz_score::ForceErrors;
 
-    fn summary(missing: u32) -> Summary {
+    fn summary(missing: u64) -> Summary {
         let errors = |scale: f64| ForceErrors {
             rmse: [scale, 2.0 * scale, 3.0 * scale],
             rmse_all: 2.0 * scale,
@@ -136,8 +150,12 @@ mod tests {
             normal_force: Some(errors(scale)),
             traction: Some(errors(0.5)),
             mean_normal_force: Some([50.0; 3]),
+            stated: None,
+            coverage: None,
+            nees: None,
             samples: 90,
             missing,
+            two_contacts: 0,
         };
         Summary {
             scene: "smooth".to_owned(),
@@ -151,7 +169,7 @@ mod tests {
             compare_from_s: 2.0,
             version: "0.1.0".to_owned(),
             sensors: SensorErrors::of(&scene()),
-            told: ToldRobot::of(&scene()).expect("a robot"),
+            nominal: NominalRobot::of(&scene()).expect("a robot"),
             estimators: vec![estimator("paper-body", 5.0), estimator("paper-wheels", 4.0)],
         }
     }

@@ -5,6 +5,7 @@ use crate::error::{RecordError, io_error};
 use robhaz_model::{Pin, Robot};
 use robhaz_run::{Frame, RunEnd, Sink, SinkError};
 use robhaz_scene::{ModelErrorTooLarge, Scene};
+use robhaz_score::{ForceErrors, Score};
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
@@ -39,8 +40,9 @@ pub struct Summary {
     pub version: String,
     /// Errors that the sensors drew for the run; no estimator knows them.
     pub sensors: SensorErrors,
-    /// What the estimators were told of the robot.
-    pub told: ToldRobot,
+    /// The nominal robot, which the estimators were given.
+    #[serde(alias = "told")]
+    pub nominal: NominalRobot,
     /// The estimators in the scene's order; in JSON an object with their names as keys.
     #[serde(with = "by_name")]
     pub estimators: Vec<EstimatorSummary>,
@@ -63,16 +65,16 @@ pub struct SensorErrors {
     pub rate_scale: [f64; 2],
 }
 
-/// What the estimators were told of the robot, as far as it can differ from the robot.
+/// The nominal robot, which the estimators are given, as far as it can differ from the simulated one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ToldRobot {
+pub struct NominalRobot {
     /// The body's centre of mass, m.
     pub body_cg: [f64; 2],
     /// P, Q, R and S, m.
     pub pins: [[f64; 2]; 4],
     /// Masses of links 1 to 3, kg.
     pub link_masses: [f64; 3],
-    /// Viscous damping B where the robot's own would be told exactly, N m s.
+    /// Viscous damping B, N m s.
     pub viscous_damping: f64,
     /// J_wheel, kg m^2.
     pub wheel_inertia: f64,
@@ -94,23 +96,22 @@ pub struct EstimatorSummary {
     pub traction: Option<ForceErrors>,
     /// Mean of the true normal force of each wheel over the samples compared, N.
     pub mean_normal_force: Option<[f64; 3]>,
+    /// Stated standard deviation of N over the mean of N, -: [`Score::stated`]. `None` if the estimator states none.
+    #[serde(default)]
+    pub stated: Option<f64>,
+    /// Share of errors of N within two stated standard deviations, -. `None` if the estimator states none.
+    #[serde(default)]
+    pub coverage: Option<f64>,
+    /// Mean NEES of the three N: 3 if the stated covariance is right. `None` if the estimator states none.
+    #[serde(default)]
+    pub nees: Option<f64>,
     /// Number of records compared.
-    pub samples: u32,
+    pub samples: u64,
     /// Number of records that should have been compared, but had no estimate.
-    pub missing: u32,
-}
-
-/// Errors of one force on the three wheels.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ForceErrors {
-    /// Root mean square error of each wheel, N.
-    pub rmse: [f64; 3],
-    /// Root mean square error over the three wheels, N.
-    pub rmse_all: f64,
-    /// `rmse_all` over the mean true normal force of the three wheels, a fraction; `None` when no wheel ever carried load.
-    pub nrmse: Option<f64>,
-    /// Largest absolute error of any wheel, N.
-    pub max_abs: f64,
+    pub missing: u64,
+    /// Number of records left out because a wheel has two contacts.
+    #[serde(default)]
+    pub two_contacts: u64,
 }
 
 impl Summary {
@@ -172,7 +173,7 @@ impl Summary {
         let of_run = run.iter().find(|(_, value)| !value.is_finite());
         let parts = [
             ("sensors", self.sensors.is_finite()),
-            ("told", self.told.is_finite()),
+            ("nominal", self.nominal.is_finite()),
         ];
         let of_parts = parts.iter().find(|(_, finite)| !finite);
         let of_run = of_run
@@ -209,14 +210,16 @@ impl SensorErrors {
     }
 }
 
-impl ToldRobot {
+impl NominalRobot {
     pub(crate) fn of(scene: &Scene) -> Result<Self, ModelErrorTooLarge> {
-        let Robot { geometry, mass } = scene.told_robot()?;
+        let Robot { geometry, mass } = scene.nominal_robot()?;
         Ok(Self {
             body_cg: geometry.body_cg.into(),
             pins: Pin::ALL.map(|pin| geometry.pins.get(pin).into()),
             link_masses: mass.links,
-            viscous_damping: scene.model_error.told_damping(scene.drive.viscous_damping),
+            viscous_damping: scene
+                .model_error
+                .nominal_damping(scene.drive.viscous_damping),
             wheel_inertia: mass.wheel_inertia,
             rotor_inertia: mass.rotor_inertia,
             wheel_radius: geometry.wheel_radius,
@@ -239,6 +242,21 @@ impl ToldRobot {
 }
 
 impl EstimatorSummary {
+    pub(crate) fn new(name: &str, score: &Score) -> Self {
+        Self {
+            name: name.to_owned(),
+            normal_force: score.normal_force(),
+            traction: score.traction(),
+            mean_normal_force: score.mean_normal_force(),
+            stated: score.stated(),
+            coverage: score.coverage(),
+            nees: score.nees(),
+            samples: score.samples(),
+            missing: score.missing(),
+            two_contacts: score.two_contacts(),
+        }
+    }
+
     fn not_finite(&self) -> Option<String> {
         let name = &self.name;
         let forces = [
@@ -249,20 +267,23 @@ impl EstimatorSummary {
             .iter()
             .find(|(_, errors)| errors.is_some_and(|e| !e.is_finite()));
         let load = self.mean_normal_force.iter().flatten();
+        let stated = [
+            ("stated", self.stated),
+            ("coverage", self.coverage),
+            ("nees", self.nees),
+        ];
+        let of_stated = stated
+            .iter()
+            .find(|(_, value)| value.is_some_and(|v| !v.is_finite()));
         of_forces
-            .map(|(force, _)| format!("estimators.{name}.{force}"))
+            .map(|(force, _)| *force)
+            .or(of_stated.map(|(key, _)| *key))
+            .map(|key| format!("estimators.{name}.{key}"))
             .or_else(|| {
                 load.copied()
                     .find(|value| !value.is_finite())
                     .map(|_| format!("estimators.{name}.mean_normal_force"))
             })
-    }
-}
-
-impl ForceErrors {
-    fn is_finite(&self) -> bool {
-        let mut numbers = self.rmse.iter().chain([&self.rmse_all, &self.max_abs]);
-        numbers.all(|v| v.is_finite()) && self.nrmse.is_none_or(f64::is_finite)
     }
 }
 
@@ -307,7 +328,7 @@ mod by_name {
 pub struct SummarySink {
     estimators: Vec<Accuracy>,
     /// What is known of the run before it starts.
-    scene: Option<(Scene, ToldRobot)>,
+    scene: Option<(Scene, NominalRobot)>,
     end: Option<RunEnd>,
 }
 
@@ -322,7 +343,7 @@ impl SummarySink {
     /// # Errors
     /// [`RecordError::Unfinished`] when the run broke off or goes on.
     pub fn summary(&self) -> Result<Summary, RecordError> {
-        let (Some((scene, told)), Some(end)) = (&self.scene, &self.end) else {
+        let (Some((scene, nominal)), Some(end)) = (&self.scene, &self.end) else {
             return Err(RecordError::Unfinished);
         };
         Ok(Summary {
@@ -337,7 +358,7 @@ impl SummarySink {
             compare_from_s: scene.record.compare_from,
             version: env!("CARGO_PKG_VERSION").to_owned(),
             sensors: SensorErrors::of(scene),
-            told: told.clone(),
+            nominal: nominal.clone(),
             estimators: self.estimators.iter().map(Accuracy::summary).collect(),
         })
     }
@@ -350,7 +371,7 @@ impl Sink for SummarySink {
             .iter()
             .map(|e| Accuracy::new(&e.name, scene.record.compare_from))
             .collect();
-        self.scene = Some((scene.clone(), ToldRobot::of(scene)?));
+        self.scene = Some((scene.clone(), NominalRobot::of(scene)?));
         self.end = None;
         Ok(())
     }
@@ -488,14 +509,14 @@ mod tests {
         assert_eq!(names, ["paper-body", "true-mass", "mine"]);
     }
 
-    /// What the sensors drew and what was told stand there, so that both can be checked against tables and scene.
+    /// The drawn sensor errors and the nominal robot are in the summary, and agree with the scene.
     #[test]
-    fn drawn_errors_and_the_told_robot_are_kept() {
+    fn sensor_errors_and_the_nominal_robot_are_kept() {
         let mut scene = scene();
         scene.sensors = SensorChoice::of(Grade::Poor);
         scene.model_error = ModelError {
             pins: 0.002,
-            ..Grade::Poor.model_error()
+            ..ModelError::of_grade(Grade::Poor)
         };
         let mut sink = SummarySink::new();
         sink.begin(&scene).expect("begins");
@@ -510,11 +531,11 @@ mod tests {
             );
             close(summary.sensors.rate_bias[i], sensors.drawn().rate_bias[i]);
         }
-        let s = scene.told_robot().expect("a robot").geometry.pins.s;
-        close(summary.told.pins[3][0], s.x);
-        close(summary.told.pins[3][1], s.y);
-        close(summary.told.viscous_damping, 0.165);
-        close(summary.told.wheel_radius, 0.1);
+        let s = scene.nominal_robot().expect("a robot").geometry.pins.s;
+        close(summary.nominal.pins[3][0], s.x);
+        close(summary.nominal.pins[3][1], s.y);
+        close(summary.nominal.viscous_damping, 0.165);
+        close(summary.nominal.wheel_radius, 0.1);
     }
 
     /// The keys that others read.

@@ -155,8 +155,8 @@ impl Observers {
     /// # Errors
     /// [`ModelErrorTooLarge`] when the robot that the estimators would be told cannot be one.
     pub fn new(scene: &Scene) -> Result<Self, ModelErrorTooLarge> {
-        let told = scene.told_robot()?;
-        let estimator = |e| Estimator::new(&told, scene.told_settings(e));
+        let told = scene.nominal_robot()?;
+        let estimator = |e| Estimator::new(&told, scene.nominal_settings(e));
         Ok(Self {
             sensors: scene.sensors(),
             estimators: scene.estimators.iter().map(estimator).collect(),

@@ -95,7 +95,7 @@ fn sensors(reader: &mut Reader, root: &Node, scene: &Scene) {
 
 /// What the estimators are told must be a robot.
 fn model_error(reader: &mut Reader, root: &Node, scene: &Scene) {
-    if let Err(error) = scene.told_robot() {
+    if let Err(error) = scene.nominal_robot() {
         let origin = &root.get(MODEL_ERROR_PATH).unwrap_or(root).origin;
         let message = format!("with seed {} {error}; allowed: smaller errors", scene.seed);
         reader.push(Problem::at(origin, MODEL_ERROR_PATH, message).whole());

@@ -8,8 +8,7 @@
 //! | limited pin joint | [`stop`] |
 //! | closed four-bar, three wheels | [`rapier`], and independently [`direct`] |
 //!
-//! [`Plant`] owns time and hands out a [`Truth`] a record; [`sensors`] turns truth into readings, [`model_error`] the robot
-//! into what the estimators are told of it. Nothing flows back.
+//! [`Plant`] owns time and returns one [`Truth`] per record; [`sensors`] turns truth into readings. Nothing flows back.
 
 pub mod contact;
 pub mod direct;
@@ -17,9 +16,8 @@ pub mod drive;
 mod energy;
 pub mod friction;
 mod ground;
-pub mod model_error;
 mod plant;
-mod random;
+pub mod random;
 pub mod rapier;
 pub mod sensors;
 mod start;

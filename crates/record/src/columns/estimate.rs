@@ -2,6 +2,7 @@
 
 use super::column::{Column, Table, WHEEL, of_estimate, of_truth, pin_force_description};
 use robhaz_model::Pin;
+use robhaz_score::needed_friction;
 
 impl Table {
     /// `estimate-NAME`: what the scene's estimator number `index` (from 0) makes of the readings.
@@ -40,8 +41,8 @@ fn wheel_estimate(index: usize, i: usize) -> [Column; 3] {
             index,
             format!("wheel{n}_friction_coefficient"),
             "1",
-            format!("{wheel}: friction coefficient in use, mu_n = T/N; empty where N <= 0"),
-            move |e| (e.normal_force[i] > 0.0).then(|| e.traction[i] / e.normal_force[i]),
+            format!("{wheel}: needed friction, mu_n = T/N; empty where N < 1 N"),
+            move |e| needed_friction(e.traction[i], e.normal_force[i]),
         ),
     ]
 }

@@ -179,7 +179,7 @@ fn a_lost_reading_is_nothing_not_a_number() {
 /// T/N has no meaning without a load.
 #[test]
 fn a_wheel_without_load_has_no_friction_coefficient() {
-    for load in [0.0, -1.0] {
+    for load in [0.9, 0.0, -1.0] {
         let mut record = frame_of(1.0);
         if let Some(Ok(estimate)) = record.estimates.first_mut() {
             estimate.normal_force[0] = load;

@@ -7,6 +7,7 @@ use robhaz_estimator::Estimate;
 use robhaz_model::{Geometry, Pin, Vec2};
 use robhaz_run::Frame;
 use robhaz_scene::{EstimatorChoice, Scene, is_compared};
+use robhaz_score::rms_over_wheels;
 use robhaz_sim::Truth;
 use robhaz_terrain::Terrain;
 
@@ -165,7 +166,6 @@ impl EstimatorTraces {
         let estimate = frame.estimates.get(index);
         self.accuracy.add(truth, estimate);
         let estimate: Option<&Estimate> = estimate.and_then(|e| e.as_ref().ok());
-        let mut squares = 0.0;
         for i in 0..3 {
             let normal = estimate.map(|e| e.normal_force[i]);
             let error = normal.map(|n| n - truth.wheels[i].normal_force);
@@ -174,9 +174,9 @@ impl EstimatorTraces {
             self.band[i].add(time, normal.zip(half));
             self.error[i].add(time, error);
             self.error_band[i].add(time, half.map(|h| (0.0, h)));
-            squares += error.map_or(f64::NAN, |e| e * e);
         }
-        self.rms_error.add(time, Some((squares / 3.0).sqrt()));
+        let rms = estimate.map(|e| rms_over_wheels(e, truth));
+        self.rms_error.add(time, rms);
     }
 }
 
