@@ -59,6 +59,7 @@ fn the_viewer_shows_the_data_in_its_places() {
     let options = PictureOptions {
         size: [WIDTH as u32, HEIGHT as u32],
         at: Some(3.0),
+        ..PictureOptions::default()
     };
     match picture(&recording, &shot, options) {
         Ok(()) => {}

@@ -8,6 +8,7 @@ use super::run::RunTraces;
 use super::style::{
     GROUND, ROBOT, SURFACE, WHEELS, frame_line, grid_line, line, text, units, upward_text,
 };
+use super::trace::Point;
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
@@ -366,12 +367,7 @@ fn circle(wheel: &WheelTruth, radius: f64) -> Vec<(f64, f64)> {
 }
 
 /// Shaft and head of an arrow along the contact's normal whose tip is at the contact, m.
-fn arrow(
-    wheel: &WheelTruth,
-    radius: f64,
-    length: f64,
-    head: f64,
-) -> ([(f64, f64); 2], Vec<(f64, f64)>) {
+fn arrow(wheel: &WheelTruth, radius: f64, length: f64, head: f64) -> ([Point; 2], Vec<Point>) {
     let (sin, cos) = wheel.contact_angle.sin_cos();
     let (tangent, normal) = (Vec2::new(cos, sin), Vec2::new(-sin, cos));
     let tip = wheel.position - normal * (radius - wheel.penetration);
