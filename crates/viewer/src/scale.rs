@@ -19,7 +19,7 @@ const LEAST_TICKS: f64 = 4.0;
 /// Length of the bar, m.
 const BAR: f64 = 0.1;
 /// Room that the axis needs below the lowest ground, m.
-pub(crate) const ROOM: f64 = 0.42;
+pub(crate) const ROOM: f64 = 0.55;
 
 /// Logs the axis below a piece of ground (from, to, lowest, highest; m) and an arrow of the mean static wheel load.
 pub(crate) fn log_axis(
