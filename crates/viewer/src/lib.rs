@@ -49,7 +49,7 @@ mod sink;
 mod theme;
 mod writer;
 
-pub use comparison::{ComparedRun, recording_end, save_comparison};
+pub use comparison::{ComparedRun, recording_end, recording_is_closed, save_comparison};
 pub use error::{VIEWER_VERSION, ViewerError};
 pub use live::{LiveReport, LiveSink};
 pub use picture::{PictureOptions, picture};

@@ -49,14 +49,15 @@ impl FigureSink {
         }
     }
 
-    /// Whether a file of this name can be one of its figures.
-    pub fn can_write(file: &str) -> bool {
+    /// Whether a file of this name can be a figure of a run with these estimators.
+    pub fn can_write(file: &str, estimators: &[&str]) -> bool {
         let Some((stem, "svg" | "pdf")) = file.rsplit_once('.') else {
             return false;
         };
-        let whole = ["fig5_linkage", "fig6_forces", "comparison", "path"];
-        let of_estimator = ["fig7_", "fig8_", "normal_force_"];
-        whole.contains(&stem) || of_estimator.iter().any(|start| stem.starts_with(start))
+        let of_all = ["fig5_linkage", "fig6_forces", "comparison", "path"];
+        let of_one = ["fig7_", "fig8_", "normal_force_"];
+        let estimator = of_one.iter().find_map(|start| stem.strip_prefix(start));
+        of_all.contains(&stem) || estimator.is_some_and(|e| estimators.contains(&e))
     }
 
     fn draw(&mut self) -> Result<(), RecordError> {
