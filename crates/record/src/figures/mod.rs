@@ -14,6 +14,7 @@ mod pdf;
 mod run;
 mod style;
 mod trace;
+mod way;
 
 use crate::error::{RecordError, check_name, io_error};
 use files::Picture;

@@ -9,6 +9,7 @@ use super::style::{
     GROUND, ROBOT, SURFACE, WHEELS, frame_line, grid_line, line, text, units, upward_text,
 };
 use super::trace::Point;
+use super::way::{MEAN_LOAD_LENGTH, SPACING, Strip, robots, strips};
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
@@ -17,23 +18,10 @@ use robhaz_model::{Bar, Pin, Vec2};
 use robhaz_sim::{Truth, WheelTruth};
 use std::ops::Range;
 
-/// Length of the arrow of a mean static wheel load, m.
-const MEAN_LOAD_LENGTH: f64 = 0.12;
 /// Longest arrow, m: an impact must not leave the picture.
 const LONGEST: f64 = 3.0 * MEAN_LOAD_LENGTH;
 /// Ground shown beside the wheels, m.
 const BESIDE: f64 = 0.15;
-/// Least distance of two robots that are drawn, m.
-const DISTANCE: f64 = 0.85;
-/// Robots that are drawn at most; on a long way they stand farther apart.
-const MOST: f64 = 12.0;
-/// Way that one strip shows, m, and strips at most: a longer way is drawn smaller.
-const STRIP: f64 = 6.0;
-const MOST_STRIPS: f64 = 4.0;
-/// Greatest height of a strip's plot, px.
-const TALLEST: f64 = 520.0;
-/// Spacing of the ground's points, m.
-const SPACING: f64 = 0.005;
 /// Room for the labels below a strip, px.
 const STRIP_LABELS: f64 = 38.0;
 
@@ -51,12 +39,6 @@ pub struct Path<'a> {
     /// N over the place of the wheels.
     axis: Axis,
     panel: Panel<'a>,
-}
-
-/// A part of the way, m.
-struct Strip {
-    x: Range<f64>,
-    y: Range<f64>,
 }
 
 /// The figure of a run's way; `None` without a pose.
@@ -118,78 +100,13 @@ fn plot_width() -> f64 {
     f64::from(WIDTH) - 2.0 * MARGIN - Y_LABELS - 2.0
 }
 
-/// Cuts the way into strips of one scale, px in a metre.
-fn strips(run: &RunTraces, way: &Range<f64>, width: f64) -> (Vec<Strip>, f64) {
-    let length = way.end - way.start;
-    let count = (length / STRIP).ceil().clamp(1.0, MOST_STRIPS);
-    let each = length / count;
-    let mut strips = Vec::new();
-    let mut k = 0.0;
-    while k < count {
-        let from = way.start + k * each;
-        let x = from..from + each;
-        strips.push(Strip {
-            y: heights(run, &x),
-            x,
-        });
-        k += 1.0;
-    }
-    let tallest = strips
-        .iter()
-        .map(|s| s.y.end - s.y.start)
-        .fold(0.0, f64::max);
-    let scale = (width / each).min(TALLEST / tallest);
-    // Where the height limits the scale, more ground is shown on both sides.
-    let more = 0.5 * (width / scale - each);
-    for strip in &mut strips {
-        strip.x = strip.x.start - more..strip.x.end + more;
-    }
-    (strips, scale)
-}
-
-/// The heights that a strip shows, m: arrows below the ground, robots above it.
-fn heights(run: &RunTraces, x: &Range<f64>) -> Range<f64> {
-    let ground = run.terrain.outline(x.start, x.end, SPACING);
-    let ground = ground.iter().map(|p| p.y);
-    let (low, high) = ground.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| {
-        (low.min(y), high.max(y))
-    });
-    let parts = run.poses.iter().flat_map(|pose| {
-        let wheels = pose.wheels.iter().map(|w| w.position);
-        let pins = pose.pins.iter().map(|p| p.position);
-        wheels.chain(pins).chain([pose.body.position])
-    });
-    let inside = parts.filter(|p| x.contains(&p.x));
-    let top = inside.map(|p| p.y).fold(high, f64::max);
-    low - 1.6 * MEAN_LOAD_LENGTH..top + 0.13
-}
-
-/// The poses to draw on a way of a length (m): the first, and each that is far enough from the last one drawn.
-fn robots(poses: &[Truth], length: f64) -> Vec<&Truth> {
-    let distance = DISTANCE.max(length / MOST);
-    let mut chosen: Vec<&Truth> = Vec::new();
-    for pose in poses {
-        let far = |last: &&Truth| (pose.body.position - last.body.position).norm() >= distance;
-        if chosen.last().is_none_or(far) {
-            chosen.push(pose);
-        }
-    }
-    chosen
-}
-
-impl Strip {
-    fn height(&self, scale: f64) -> f64 {
-        scale * (self.y.end - self.y.start) + STRIP_LABELS
-    }
-}
-
 impl Picture for Path<'_> {
     fn title(&self) -> &str {
         &self.header.title
     }
 
     fn size(&self) -> (u32, u32) {
-        let strips: f64 = self.strips.iter().map(|s| s.height(self.scale)).sum();
+        let strips: f64 = self.strips.iter().map(|s| self.height(s)).sum();
         let panel = PANEL_TITLE + self.panel.height + X_LABELS;
         (
             WIDTH,
@@ -206,7 +123,7 @@ impl Picture for Path<'_> {
         let width = units(f64::from(WIDTH) - 2.0 * MARGIN);
         let mut top = self.header.bottom();
         for strip in &self.strips {
-            let height = strip.height(self.scale);
+            let height = self.height(strip);
             let corner = (units(MARGIN), units(top));
             let area = page.clone().shrink(corner, (width, units(height)));
             self.draw_strip(&area, strip)?;
@@ -221,6 +138,11 @@ impl Picture for Path<'_> {
 }
 
 impl Path<'_> {
+    /// Height of a strip with its labels, px.
+    fn height(&self, strip: &Strip) -> f64 {
+        self.scale * (strip.y.end - strip.y.start) + STRIP_LABELS
+    }
+
     fn draw_strip<DB>(&self, area: &DrawingArea<DB, Shift>, strip: &Strip) -> Drawn
     where
         DB: DrawingBackend,
@@ -398,23 +320,5 @@ mod tests {
         let ([foot, _], head) = arrow(&wheel, 0.1, 0.3, 0.02);
         assert!((foot.0 - 2.0).abs() < 1e-12 && (foot.1 + 0.3).abs() < 1e-12);
         assert!((head[0].0 - 2.0).abs() < 1e-12 && head[0].1.abs() < 1e-12);
-    }
-
-    /// Robots do not stand in each other's place, and a robot that does not move is drawn once.
-    #[test]
-    fn robots_stand_apart() {
-        let pose = |x: f64| {
-            let mut truth = Truth::default();
-            truth.body.position.x = x;
-            truth
-        };
-        let poses: Vec<Truth> = (0..=40).map(|k| pose(0.1 * f64::from(k))).collect();
-        let drawn: Vec<f64> = robots(&poses, 4.0)
-            .iter()
-            .map(|p| p.body.position.x)
-            .collect();
-        assert_eq!(drawn.len(), 5);
-        assert!(drawn.windows(2).all(|w| w[1] - w[0] > DISTANCE - 1e-9));
-        assert_eq!(robots(&[pose(1.0), pose(1.0)], 1.0).len(), 1);
     }
 }

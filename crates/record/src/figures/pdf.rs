@@ -298,7 +298,7 @@ impl DrawingBackend for PdfBackend<'_> {
 mod tests {
     use super::*;
 
-    /// Closed form: the anchor of a text is where it is asked to be, also when it runs upwards.
+    /// Closed form: a sigma is outside of the encoding.
     #[test]
     fn letters_outside_of_ascii_are_replaced_not_dropped() {
         assert_eq!(encode("a \u{3c3}~"), b"a ?~");
