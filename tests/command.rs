@@ -51,6 +51,10 @@ fn run_leaves_tables_figures_summary_and_scene() {
         "figures/fig6_forces.svg",
         "figures/fig7_paper-body.svg",
         "figures/fig8_paper-wheels.svg",
+        "figures/comparison.svg",
+        "figures/comparison.pdf",
+        "figures/path.svg",
+        "figures/path.pdf",
     ];
     if cfg!(feature = "viewer") {
         expected.push("run.rrd");
