@@ -14,6 +14,7 @@ mod determinism;
 mod documents;
 mod estimator_is_isolated;
 mod invariance;
+mod modules;
 mod properties;
 mod reference;
 mod sensors;

@@ -135,7 +135,7 @@ impl LinkAngleKalman {
     fn smooth(&mut self, budget: &NoiseBudget, dt: f64) {
         if dt > 0.0 {
             let smoothing = Self::SMOOTHING * (budget.rate_noise / Self::GYRO_NOISE);
-            let smoothing = smoothing.max(Self::SHORTEST_SMOOTHING).min(Self::SMOOTHING);
+            let smoothing = smoothing.clamp(Self::SHORTEST_SMOOTHING, Self::SMOOTHING);
             let weight = dt / (smoothing + dt);
             let change = weight * (self.rate - self.smooth_rate);
             self.smooth_rate += change;

@@ -7,7 +7,7 @@
 //! | Kalman filter of fixed size, with consider states | `kalman.rs` |
 //! | link angle and the gyroscope's bias | `link_angle.rs` |
 //! | torque of the ground on a wheel | `wheel_torque.rs` |
-//! | motion of the robot, errors of contact angles and torques, creep | [`motion`] |
+//! | motion of the robot, errors of contact angles and torques, creep | `motion/` |
 
 mod complementary;
 mod kalman;

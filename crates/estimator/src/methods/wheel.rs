@@ -92,7 +92,7 @@ impl Wheel {
         let speed = self.observer.speed();
         if dt > 0.0 && self.observer.settled() {
             let smoothing = Self::SMOOTHING * (parameters.encoder_sigma / COUNT_SIGMA);
-            let smoothing = smoothing.max(Self::SHORTEST_SMOOTHING).min(Self::SMOOTHING);
+            let smoothing = smoothing.clamp(Self::SHORTEST_SMOOTHING, Self::SMOOTHING);
             let weight = dt / (smoothing + dt);
             let rate = (speed - self.speed) / dt;
             self.acceleration += weight * (rate - self.acceleration);

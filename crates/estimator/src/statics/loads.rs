@@ -26,7 +26,7 @@ pub struct LinkageMotion {
 /// The loads of all parts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Loads {
-    /// Bars in the order of [`Bar::ALL`].
+    /// Bars in the order of [`robhaz_model::Bar::ALL`].
     pub bars: [Load; 4],
     /// Wheels 1 to 3, at their axles.
     pub wheels: [Load; 3],
