@@ -95,7 +95,7 @@ fn sensors(reader: &mut Reader, root: &Node, scene: &Scene) {
 
 /// What the estimators are told must be a robot.
 fn model_error(reader: &mut Reader, root: &Node, scene: &Scene) {
-    if let Err(error) = scene.told_robot() {
+    if let Err(error) = scene.nominal_robot() {
         let origin = &root.get(MODEL_ERROR_PATH).unwrap_or(root).origin;
         let message = format!("with seed {} {error}; allowed: smaller errors", scene.seed);
         reader.push(Problem::at(origin, MODEL_ERROR_PATH, message).whole());
@@ -141,11 +141,27 @@ fn stability(reader: &mut Reader, root: &Node, scene: &Scene) {
         ),
     ] {
         if scene.engine.step > longest {
-            let longest = short((longest * 1e9).floor() / 1e9);
+            let longest = short(rounded_down(longest));
             let rule =
                 format!("engine.step at most {longest} s, {why}; or engine.kind = \"direct\"");
             conflict(reader, root, [key, step], &rule);
         }
+    }
+}
+
+/// A positive number rounded down to three digits, so that what a message allows is allowed.
+fn rounded_down(value: f64) -> f64 {
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "a decimal exponent of a double is small"
+    )]
+    let digits = 2 - value.log10().floor() as i32;
+    // Dividing by a power of ten rounds once; multiplying by its inverse would round twice.
+    let scale = 10.0_f64.powi(digits.abs());
+    if digits >= 0 {
+        (value * scale).floor() / scale
+    } else {
+        (value / scale).floor() * scale
     }
 }
 
@@ -178,6 +194,25 @@ fn conflict(reader: &mut Reader, root: &Node, keys: [Value<'_>; 2], rule: &str) 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Never above the number, and never zero, whatever its size.
+    #[test]
+    fn limits_are_rounded_down() {
+        for (value, expected) in [
+            (1.5e-4, 1.5e-4),
+            (1.239e-5, 1.23e-5),
+            (3e-10, 3e-10),
+            (2.9999e-13, 2.99e-13),
+            (0.999_99, 0.999),
+            (12_345.0, 12_300.0),
+        ] {
+            let found = rounded_down(value);
+            assert!(
+                found <= value && (found - expected).abs() < 1e-12 * expected,
+                "{found}"
+            );
+        }
+    }
 
     #[test]
     fn whole_numbers_may_be_rounded() {

@@ -9,6 +9,7 @@ mod error;
 mod estimators;
 mod key;
 mod load;
+mod model_error;
 mod name;
 mod overrides;
 mod points;
@@ -29,9 +30,9 @@ mod units;
 mod write;
 
 pub use error::{Problem, SceneError};
+pub use model_error::{ModelError, ModelErrorTooLarge};
 pub use reference::{KeyReference, reference};
 pub use robhaz_sim::EngineKind;
-pub use robhaz_sim::model_error::{ModelError, ModelErrorTooLarge};
 pub use robhaz_sim::sensors::{Grade, SensorSpec};
 pub use scene::{
     EngineChoice, EstimatorChoice, RecordChoice, RobotChoice, Scene, SensorChoice, TerrainChoice,

@@ -152,14 +152,14 @@ fn keys_of_another_kind_of_terrain() {
     ));
 }
 
-/// What the estimators are told must be a robot, whatever the seed draws.
+/// The nominal robot is checked as the simulated one is.
 #[test]
-fn impossible_robots_are_not_told() {
-    let told = |seed: u32| lines(&format!("seed = {seed}\n[model_error]\nlink_masses = 1"));
+fn an_invalid_nominal_robot_is_refused() {
+    let with = |seed: u32| lines(&format!("seed = {seed}\n[model_error]\nlink_masses = 1"));
     // Each of three masses is negative in 16 % of the draws.
-    let found = (0..20).map(told).find(|found| !found.is_empty());
+    let found = (0..20).map(with).find(|found| !found.is_empty());
     let found = found.expect("a seed that draws a negative mass");
-    let expected = "the masses that the estimators would be told cannot be a robot's: links[";
+    let expected = "the nominal masses that [model_error] draws are not valid: links[";
     assert!(
         found[0].starts_with("x.toml:2: model_error: with seed ") && found[0].contains(expected),
         "{found:?}"

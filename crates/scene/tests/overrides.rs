@@ -232,7 +232,7 @@ fn grades_are_changed_key_by_key() {
     for grade in Grade::ALL {
         let scene = good("", &[&format!("sensors.grade={}", grade.name())]);
         assert_eq!(scene.sensors, SensorChoice::of(grade));
-        assert_eq!(scene.model_error, grade.model_error());
+        assert_eq!(scene.model_error, ModelError::of_grade(grade));
     }
     let text = "[sensors]\ntorque_noise = 0.5\ngrade = 'poor'\nrate_bias = '2 deg/s'\n[model_error]\npins = '2 mm'";
     let scene = good(text, &["sensors.jitter=0", "drive.gear_friction=0.5"]);
@@ -245,7 +245,7 @@ fn grades_are_changed_key_by_key() {
     assert_eq!(scene.sensors.spec, expected);
     let expected = ModelError {
         pins: 0.002,
-        ..Grade::Poor.model_error()
+        ..ModelError::of_grade(Grade::Poor)
     };
     assert_eq!(scene.model_error, expected);
     assert!(close(scene.drive.gear_friction, 0.5));
@@ -265,7 +265,7 @@ fn another_grade_forgets_the_errors_of_the_old_one() {
     assert!(close(scene.sensors.rate, 2000.0));
     let expected = ModelError {
         pins: 0.002,
-        ..Grade::Poor.model_error()
+        ..ModelError::of_grade(Grade::Poor)
     };
     assert_eq!(scene.model_error, expected);
 
