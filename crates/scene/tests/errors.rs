@@ -197,6 +197,20 @@ fn rules_over_several_keys() {
         "[[estimator]]\nname = 'true-mass'\nparity = 'on'",
         "x.toml:3: estimator[0].parity: found 'on', allowed: \"off\" unless filters = \"kalman\"",
     );
+    // The Kalman filters have no observer pole: another one than the default would have no effect.
+    one(
+        "[[estimator]]\nname = 'best'\nobserver_pole = 30",
+        "x.toml:3: estimator[0].observer_pole: found 30, allowed: 50 unless filters = \"paper\"",
+    );
+    assert!(
+        Scene::parse(
+            "[[estimator]]\nname = 'best'\nobserver_pole = 50",
+            "x.toml",
+            Path::new(""),
+            &[]
+        )
+        .is_ok()
+    );
     // An explicit gear friction overshoots standstill beyond twice its time constant.
     one(
         "drive.gear_friction = 20",
