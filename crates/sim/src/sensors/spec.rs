@@ -108,9 +108,8 @@ impl SensorSpec {
     /// - inclinometer: noise and bias 0.3 deg each; lag 20 ms, a low pass of 8 Hz, the lower end of 8 to 28 Hz of an
     ///   over-damped MEMS inclinometer (data sheet of the SCA100T).
     /// - gyro: noise 0.3 deg/s per sample. Scale error 1 %: the tolerance of +-3 % of a consumer MEMS gyro (MPU-6050)
-    ///   taken
-    /// as three standard deviations. Bias 0.3 deg/s after zeroing and a random walk of 0.01 deg/s/sqrt(s), 0.6 deg/s in
-    /// an hour: assumed, well inside the +-20 deg/s over temperature of the same data sheet.
+    ///   taken as three standard deviations. Bias 0.3 deg/s after zeroing and a random walk of 0.01 deg/s/sqrt(s),
+    ///   0.6 deg/s in an hour: assumed, well inside the +-20 deg/s over temperature of the same data sheet.
     /// - contact angles: 6 deg RMS.
     /// - sampling: jitter 20 us, assumed for a heavily loaded real-time computer. It affects differences of angles
     ///   most: at 2 rad/s and 1 kHz it is 3 % of the speed. 1 % of the readings are lost.
