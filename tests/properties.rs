@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 use robhaz_model::{Bar, Geometry, MassSet, Pin, Vec2, rotate};
 use robhaz_scene::{EngineKind, Scene};
-use robhaz_sim::rapier::longest_step_for_contact;
+use robhaz_sim::stability::longest_step_for_contact;
 use robhaz_sim::{Plant, Truth, WheelTruth};
 use robhaz_terrain::{
     Bump, CosBump, Course, Ditch, Heights, Interpolation, Profile, Ramp, Rough, RoughClass,

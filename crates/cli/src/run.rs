@@ -8,7 +8,7 @@ use crate::progress::Progress;
 use crate::terminal::say;
 use miette::{IntoDiagnostic, Result, WrapErr};
 use robhaz_record::{FigureSink, Summary, SummarySink, TableFormat, TableSink, comparison_table};
-use robhaz_run::{RunEnd, RunError, Sink};
+use robhaz_run::{Run, RunEnd, RunError, Sink};
 use robhaz_scene::Scene;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -65,6 +65,10 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
         .out
         .clone()
         .unwrap_or_else(|| Path::new("runs").join(&scene.name));
+    // Before anything is written: a robot that cannot stand leaves no folder.
+    let run = Run::new(&scene)
+        .into_diagnostic()
+        .wrap_err_with(|| format!("cannot start {}", scene.name))?;
     let mut viewing = Viewing::open(&args.rerun)?;
     interrupt.listen()?;
     let folder = OutputFolder::create(&target, args.force)?;
@@ -77,7 +81,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
 
     viewing.record(folder.path())?;
     let mut sink = SummarySink::new();
-    let simulated = simulate(&scene, args, &folder, &mut sink, &mut viewing, interrupt);
+    let simulated = simulate(run, args, &folder, &mut sink, &mut viewing, interrupt);
     let table = |summary: &Summary| say(&comparison_table(&[(&scene.name, summary)]));
     if let Err(error) = simulated {
         // A run without a record has no summary. The cause of the end says more than what fails after it.
@@ -105,7 +109,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
 }
 
 fn simulate(
-    scene: &Scene,
+    run: Run<'_>,
     args: &Args,
     folder: &OutputFolder,
     summary: &mut SummarySink,
@@ -123,7 +127,7 @@ fn simulate(
     let mut sinks: Vec<&mut dyn Sink> = vec![&mut tables, summary, &mut figures, &mut progress];
     sinks.extend(viewing.sinks());
     sinks.push(&mut pace);
-    robhaz_run::run_until(scene, &mut sinks, &|| interrupt.cause())
+    run.until(&mut sinks, &|| interrupt.cause())
 }
 
 /// Where a run that broke off left what it had.

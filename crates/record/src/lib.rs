@@ -29,7 +29,9 @@ pub use error::RecordError;
 pub use figures::FigureSink;
 pub use parquet_table::{RecoveredTable, recover};
 pub use report::comparison_table;
-pub use summary::{BrokenOff, EstimatorSummary, NominalRobot, SensorErrors, Summary, SummarySink};
+pub use summary::{
+    BrokenOff, EstimatorSummary, NominalRobot, ProgressSummary, SensorErrors, Summary, SummarySink,
+};
 pub use table::{TableFormat, TableSink};
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use crate::error::{RecordError, io_error};
 use robhaz_model::{Pin, Robot};
 use robhaz_run::{Frame, RunEnd, Sink, SinkError};
 use robhaz_scene::{ModelErrorTooLarge, Scene};
-use robhaz_score::{ForceErrors, Score};
+use robhaz_score::{ForceErrors, Progress, ProgressMeter, Score};
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
@@ -42,6 +42,9 @@ pub struct Summary {
     /// Why and when the run ended before its scene did; `None` for a complete run. All else then holds up to that time.
     #[serde(default)]
     pub broken_off: Option<BrokenOff>,
+    /// How far the robot came; `None` in the summaries of versions that did not tell.
+    #[serde(default)]
+    pub progress: Option<ProgressSummary>,
     /// Errors that the sensors drew for the run; no estimator knows them.
     pub sensors: SensorErrors,
     /// The nominal robot, which the estimators were given.
@@ -59,6 +62,42 @@ pub struct BrokenOff {
     pub reason: String,
     /// Simulated time of the last record, s.
     pub time_s: f64,
+}
+
+/// How far the robot came, and whether it was stuck at the end: [`Progress`] with its units.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ProgressSummary {
+    /// Way of the body along x, m, positive in the direction in which the drive was to go.
+    pub distance_m: f64,
+    /// Way that the drive asked for, m.
+    pub asked_m: f64,
+    /// Time since which the robot gained no ground, s; `None` where it made way to the end.
+    pub stuck_since_s: Option<f64>,
+    /// Time for which each wheel spun, s.
+    pub spinning_s: [f64; 3],
+}
+
+impl From<Progress> for ProgressSummary {
+    fn from(progress: Progress) -> Self {
+        Self {
+            distance_m: progress.distance,
+            asked_m: progress.asked,
+            stuck_since_s: progress.stuck_since,
+            spinning_s: progress.spinning,
+        }
+    }
+}
+
+impl ProgressSummary {
+    fn is_finite(&self) -> bool {
+        let numbers = [self.distance_m, self.asked_m];
+        let since = self.stuck_since_s;
+        numbers
+            .iter()
+            .chain(&since)
+            .chain(&self.spinning_s)
+            .all(|v| v.is_finite())
+    }
 }
 
 /// The grade of the run's sensors and the errors that they drew once.
@@ -185,6 +224,10 @@ impl Summary {
         ];
         let of_run = run.iter().find(|(_, value)| !value.is_finite());
         let parts = [
+            (
+                "progress",
+                self.progress.is_none_or(|progress| progress.is_finite()),
+            ),
             ("sensors", self.sensors.is_finite()),
             ("nominal", self.nominal.is_finite()),
         ];
@@ -340,6 +383,7 @@ mod by_name {
 #[derive(Debug, Default)]
 pub struct SummarySink {
     estimators: Vec<Accuracy>,
+    progress: Option<ProgressMeter>,
     /// What is known of the run before it starts.
     scene: Option<(Scene, NominalRobot)>,
     end: Option<RunEnd>,
@@ -374,6 +418,7 @@ impl SummarySink {
                 reason,
                 time_s: end.duration,
             }),
+            progress: self.progress.map(|meter| meter.progress().into()),
             sensors: SensorErrors::of(scene),
             nominal: nominal.clone(),
             estimators: self.estimators.iter().map(Accuracy::summary).collect(),
@@ -388,6 +433,8 @@ impl Sink for SummarySink {
             .iter()
             .map(|e| Accuracy::new(&e.name, scene.record.compare_from))
             .collect();
+        let radius = scene.robot.robot.geometry.wheel_radius;
+        self.progress = Some(ProgressMeter::new(&scene.drive, radius));
         self.scene = Some((scene.clone(), NominalRobot::of(scene)?));
         self.end = None;
         Ok(())
@@ -396,6 +443,9 @@ impl Sink for SummarySink {
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
         for (i, accuracy) in self.estimators.iter_mut().enumerate() {
             accuracy.add(frame.truth, frame.estimates.get(i));
+        }
+        if let Some(progress) = &mut self.progress {
+            progress.add(frame.truth);
         }
         Ok(())
     }

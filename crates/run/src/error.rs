@@ -11,6 +11,9 @@ pub enum RunError {
     /// The simulation left its range of validity.
     #[error("the simulation stopped")]
     Plant(#[from] PlantError),
+    /// The robot cannot stand at its start. Nothing was simulated.
+    #[error("the robot cannot stand at its start")]
+    Start(#[source] PlantError),
     /// The nominal robot is not a valid robot.
     #[error("model_error")]
     ModelError(#[from] ModelErrorTooLarge),

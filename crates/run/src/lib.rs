@@ -26,10 +26,8 @@ pub type Stop<'a> = &'a dyn Fn() -> Option<&'static str>;
 
 /// Runs a scene from its start to its end and hands every record to every sink.
 ///
-/// When the run breaks off, the sinks still end, so that what was recorded is kept.
-///
 /// # Errors
-/// [`RunError`], after the sinks have ended.
+/// As [`Run::new`] and [`Run::until`].
 pub fn run(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunError> {
     run_until(scene, sinks, &|| None)
 }
@@ -37,52 +35,18 @@ pub fn run(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunErro
 /// As [`run`], but ends early when `stop` names a cause.
 ///
 /// # Errors
-/// [`RunError`], after the sinks have ended; [`RunError::Stopped`] when `stop` ended the run.
+/// As [`Run::new`] and [`Run::until`].
 pub fn run_until(
     scene: &Scene,
     sinks: &mut [&mut dyn Sink],
     stop: Stop<'_>,
 ) -> Result<RunEnd, RunError> {
-    begin(scene, sinks)?;
-    let (result, end) = match Loop::start(scene) {
-        Ok(mut running) => {
-            let result = running.run(sinks, stop);
-            let end = running.end(scene, result.as_ref().err());
-            (result, end)
-        }
-        Err(error) => (Err(error), None),
-    };
-    let mut first_failure = None;
-    for sink in sinks.iter_mut() {
-        if let Err(error) = sink.end(end.as_ref()) {
-            first_failure.get_or_insert(error);
-        }
-    }
-    match (result, first_failure, end) {
-        (Err(error), ..) => Err(error),
-        (Ok(()), Some(error), _) => Err(RunError::Sink(error)),
-        (Ok(()), None, Some(end)) => Ok(end),
-        // A scene has at least the record at time zero.
-        (Ok(()), None, None) => Err(RunError::Sink("the scene has no record".into())),
-    }
+    Run::new(scene)?.until(sinks, stop)
 }
 
-/// Lets every sink begin. When one fails, those that have begun end.
-fn begin(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<(), RunError> {
-    for i in 0..sinks.len() {
-        if let Err(error) = sinks[i].begin(scene) {
-            for sink in &mut sinks[..i] {
-                // The failure above is what the user has to know.
-                let _ = sink.end(None);
-            }
-            return Err(RunError::Sink(error));
-        }
-    }
-    Ok(())
-}
-
-/// A run in progress.
-struct Loop {
+/// A run that is ready to start: the robot stands on its ground.
+pub struct Run<'a> {
+    scene: &'a Scene,
     source: Simulation,
     estimators: Estimators,
     /// Time spent without the sinks.
@@ -91,12 +55,17 @@ struct Loop {
     time: Option<f64>,
 }
 
-impl Loop {
-    fn start(scene: &Scene) -> Result<Self, RunError> {
+impl<'a> Run<'a> {
+    /// Puts the robot on its ground and prepares its sensors and estimators.
+    ///
+    /// # Errors
+    /// [`RunError::Start`] and [`RunError::ModelError`].
+    pub fn new(scene: &'a Scene) -> Result<Self, RunError> {
         let start = Instant::now();
         let source = Simulation::new(scene)?;
         let estimators = Estimators::new(scene)?;
         Ok(Self {
+            scene,
             source,
             estimators,
             wall: start.elapsed(),
@@ -104,7 +73,35 @@ impl Loop {
         })
     }
 
-    fn run(&mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result<(), RunError> {
+    /// Runs to the end of the scene, or until `stop` names a cause. When the run breaks off, the sinks still end, so that what was
+    /// recorded is kept.
+    ///
+    /// # Errors
+    /// [`RunError`], after the sinks have ended; [`RunError::Stopped`] when `stop` ended the run.
+    pub fn until(
+        mut self,
+        sinks: &mut [&mut dyn Sink],
+        stop: Stop<'_>,
+    ) -> Result<RunEnd, RunError> {
+        begin(self.scene, sinks)?;
+        let result = self.records(sinks, stop);
+        let end = self.end(result.as_ref().err());
+        let mut first_failure = None;
+        for sink in sinks.iter_mut() {
+            if let Err(error) = sink.end(end.as_ref()) {
+                first_failure.get_or_insert(error);
+            }
+        }
+        match (result, first_failure, end) {
+            (Err(error), ..) => Err(error),
+            (Ok(()), Some(error), _) => Err(RunError::Sink(error)),
+            (Ok(()), None, Some(end)) => Ok(end),
+            // A scene has at least the record at time zero.
+            (Ok(()), None, None) => Err(RunError::Sink("the scene has no record".into())),
+        }
+    }
+
+    fn records(&mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result<(), RunError> {
         loop {
             if let Some(cause) = stop() {
                 return Err(RunError::Stopped { cause });
@@ -131,11 +128,11 @@ impl Loop {
     }
 
     /// How the run ended. `None` without a record.
-    fn end(&self, scene: &Scene, error: Option<&RunError>) -> Option<RunEnd> {
+    fn end(&self, error: Option<&RunError>) -> Option<RunEnd> {
         let last = self.time?;
         Some(RunEnd {
             duration: match error {
-                None => scene.record.duration,
+                None => self.scene.record.duration,
                 Some(_) => last,
             },
             wall: self.wall.as_secs_f64(),
@@ -143,4 +140,18 @@ impl Loop {
             broken_off: error.map(RunError::line),
         })
     }
+}
+
+/// Lets every sink begin. When one fails, those that have begun end.
+fn begin(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<(), RunError> {
+    for i in 0..sinks.len() {
+        if let Err(error) = sinks[i].begin(scene) {
+            for sink in &mut sinks[..i] {
+                // The failure above is what the user has to know.
+                let _ = sink.end(None);
+            }
+            return Err(RunError::Sink(error));
+        }
+    }
+    Ok(())
 }

@@ -44,11 +44,11 @@ impl Simulation {
     /// The simulation at time zero, with the sensor errors that the scene's seed draws.
     ///
     /// # Errors
-    /// [`RunError`] where the robot cannot stand on its ground.
+    /// [`RunError::Start`] where the robot cannot stand on its ground.
     pub fn new(scene: &Scene) -> Result<Self, RunError> {
         let samples_per_record = scene.samples_per_record();
         Ok(Self {
-            plant: Plant::new(&scene.plant_setup())?,
+            plant: Plant::new(&scene.plant_setup()).map_err(RunError::Start)?,
             sensors: scene.sensors(),
             taken: 0,
             samples: (scene.record_count() - 1) * samples_per_record + 1,

@@ -144,8 +144,8 @@ fn errors_name_the_override() {
     one(
         "drive.kp = 3",
         &["drive.kq=3"],
-        "--set drive.kq=3: drive.kq: unknown key, allowed: speed, kp, ki, torque_limit, viscous_damping, \
-         gear_friction, start_time, ramp_time; did you mean kp?",
+        "--set drive.kq=3: drive.kq: unknown key, allowed: speed, kp, ki, torque_limit, tracking_time, \
+         viscous_damping, gear_friction, start_time, ramp_time; did you mean kp?",
     );
     one(
         "record.compare_from = 1.5",
@@ -222,6 +222,11 @@ fn a_wheel_too_light_for_the_step_is_refused() {
     assert!(line.contains("engine.step at most 5e-5 s"), "{line}");
     good("", &["robot.mass.wheel=0.5", "engine.step=5e-5"]);
     good("", &["robot.mass.wheel=0.5", "engine.kind=direct"]);
+    // The implicit engine takes every gain.
+    good(
+        "engine.kind = 'direct'",
+        &["drive.kp=1e6", "drive.ki=1e6", "drive.viscous_damping=1e3"],
+    );
     // The friction of the contract's stiffest case still runs.
     good("", &["contact.v_s=2 mm/s"]);
 }

@@ -7,9 +7,9 @@ use crate::drive::Drive;
 use crate::energy::Watch;
 use crate::friction::{FrictionLaw, Stretch};
 use crate::rapier::{self, RapierEngine};
-use crate::start::{Start, StartKind};
+use crate::start::{NoRest, Start, StartKind};
 use crate::truth::Truth;
-use robhaz_model::{Bar, Robot};
+use robhaz_model::{Bar, Robot, StanceError};
 use robhaz_terrain::Terrain;
 
 /// Which engine computes the truth.
@@ -135,7 +135,8 @@ pub enum PlantError {
     },
     /// Under a raw start the ground is not level: wheels would be thrown out of it or fall.
     #[error(
-        "at the start wheel {wheel} is {depth:.4} m deep in the ground (at rest it is {rest:.4} m): under the wheels [terrain] must be level at y = 0 for engine.start = \"raw\""
+        "at a raw start the ground under the wheels must be level at y = 0, but wheel {wheel} is {}",
+        stands(*depth, *rest)
     )]
     Start {
         /// 1 front, 2 middle, 3 rear.
@@ -146,10 +147,14 @@ pub enum PlantError {
         rest: f64,
     },
     /// The settled start finds no static equilibrium.
-    #[error(
-        "the robot finds no rest at its start: under the wheels [terrain] must be level, or gentle enough for one contact a wheel and for friction and motors to hold the robot"
-    )]
-    NoRest,
+    #[error("the robot finds no rest at its start: {why}")]
+    NoRest {
+        /// What is missing.
+        why: NoRest,
+    },
+    /// The robot cannot stand, not even on level ground.
+    #[error(transparent)]
+    Stance(#[from] StanceError),
     /// The links have turned farther than the four-bar can close.
     #[error("at t = {time:.4} s links 1 and 2 have turned farther than the four-bar can close")]
     LoopRange {
@@ -235,6 +240,15 @@ impl Plant {
             *balance = instant.balance;
         }
         Ok(instant.truth)
+    }
+}
+
+/// How deep a wheel is in the ground, in words; m.
+fn stands(depth: f64, rest: f64) -> String {
+    if depth > 0.0 {
+        format!("{depth:.4} m deep in the ground, where its weight takes it {rest:.4} m deep")
+    } else {
+        format!("{:.4} m above the ground", -depth)
     }
 }
 

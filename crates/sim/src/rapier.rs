@@ -2,14 +2,16 @@
 //! and all forces from our own laws.
 //!
 //! Rapier sees no collider: terrain queries, contact, friction, drive and stops are evaluated here before each step, at the
-//! state from which the step starts. How long a step may be: [`longest_step_for_contact`] and [`longest_step_for_friction`].
+//! state from which the step starts. How long a step may be: [`crate::stability`].
 
 use crate::balance::{Balance, WheelLoad};
 use crate::contact::ContactLaw;
 use crate::drive::{Drive, wheel_acceleration};
 use crate::friction::FrictionLaw;
 use crate::ground::{Ground, WheelMotion};
+use crate::joints::{self, Lump};
 use crate::plant::{Engine, Instant, PlantError, PlantSetup};
+use crate::stability::longest_step_for_friction;
 use crate::start::{Start, StartKind};
 use crate::stop::stop_torque;
 use crate::truth::{BarTruth, PinTruth, Truth};
@@ -19,8 +21,6 @@ use robhaz_model::{Bar, Pin, Robot, Vec2, cross, perp};
 /// The library behind this engine; a test holds it against the locked version.
 pub const LIBRARY: &str = "rapier2d 0.36.1";
 
-/// Rapier's iterations over the joints in a step: 4 leave the pins 80 nm apart at most, 8 a fifth of that.
-const ITERATIONS: usize = 4;
 /// Parts of a step while a wheel is hit by an edge: 16 us resolve the 75 us in which a wheel is stopped. A load that makes the
 /// friction stiff takes fewer.
 pub const MOST_PARTS: u32 = 8;
@@ -58,17 +58,6 @@ pub struct RapierEngine {
     friction_limit: f64,
     /// Steps still to be taken before time 0.
     settling_steps: u64,
-}
-
-/// A bar with the wheels on its axles, as point masses: the spin of their discs is [`Wheel::spin`].
-#[derive(Clone, Copy, Debug, Default)]
-struct Lump {
-    /// kg
-    mass: f64,
-    /// About its own centre of mass, kg m^2.
-    inertia: f64,
-    /// Its centre of mass from the bar's own, in the nominal pose, m.
-    centre: Vec2,
 }
 
 /// The turn of a wheel's disc, which rapier does not know.
@@ -131,30 +120,6 @@ fn turning(rate: f64, v: Vec2) -> Vec2 {
     perp(v) * rate
 }
 
-fn lump(robot: &Robot, bar: Bar) -> Lump {
-    let (geometry, mass) = (&robot.geometry, &robot.mass);
-    let (own_mass, own_inertia) = mass.of(bar);
-    let axles: Vec<Vec2> = (0..3)
-        .filter(|&i| geometry.carriers[i].bar() == bar)
-        .map(|i| geometry.axles[i] - geometry.cg(bar))
-        .collect();
-    let mut lump = Lump {
-        mass: own_mass,
-        inertia: own_inertia,
-        centre: Vec2::zeros(),
-    };
-    for axle in &axles {
-        lump.mass += mass.wheel;
-        lump.centre += axle * mass.wheel;
-    }
-    lump.centre /= lump.mass;
-    lump.inertia += own_mass * lump.centre.norm_squared();
-    for axle in &axles {
-        lump.inertia += mass.wheel * (axle - lump.centre).norm_squared();
-    }
-    lump
-}
-
 impl RapierEngine {
     /// The robot at its start.
     pub(crate) fn new(setup: &PlantSetup, start: &Start) -> Self {
@@ -167,11 +132,11 @@ impl RapierEngine {
         p.dt = step;
         // External forces are held over solver iterations: one only, and a short step instead.
         p.num_solver_iterations = 1;
-        p.num_internal_pgs_iterations = ITERATIONS;
+        p.num_internal_pgs_iterations = joints::iterations(&setup.robot);
         p.max_ccd_substeps = 0;
         world.gravity = Vector::new(0.0, -robhaz_model::GRAVITY);
 
-        let lumps = Bar::ALL.map(|bar| lump(&setup.robot, bar));
+        let lumps = Bar::ALL.map(|bar| Lump::new(&setup.robot, bar));
         let bars = Bar::ALL.map(|bar| {
             let (at, lump) = (start.bars[bar as usize], lumps[bar as usize]);
             let centre = robhaz_model::rotate(lump.centre, at.angle);
@@ -539,25 +504,6 @@ impl PinArms {
         }
         (ex * (first - d01 / d00 * second) + ey * second) / dt
     }
-}
-
-/// Longest step, s, at which the explicit contact force is stable: a bare wheel (kg) on the contact's damping decays with
-/// `c/m`, and an explicit step must stay below twice the time constant. 0.15 ms for the default robot.
-///
-/// In a concave corner two contacts damp one wheel: at a constant c (no ramp) N then rings for some steps.
-pub fn longest_step_for_contact(contact: &ContactLaw, robot: &Robot) -> f64 {
-    2.0 * robot.mass.wheel / contact.damping
-}
-
-/// Longest step, s, for the explicit friction: near rest T rises with `3 mu_s / (2 v_s) N` per slip speed, against the inertia of
-/// wheel and rotor at the rim and the robot's mass. Of the step that is just stable this is 0.4: there N errs by less than
-/// 0.01 %, at 0.6 by twice that, at 0.9 by 16 %. At a `load` of N on a wheel, N: for twice the mean load, which the main course
-/// reaches, 0.45 ms on the default ground and 0.045 ms for v_s = 2 mm/s.
-pub fn longest_step_for_friction(friction: &FrictionLaw, robot: &Robot, load: f64) -> f64 {
-    let mass = &robot.mass;
-    let slope = 1.5 * friction.mu_s / friction.v_s * load;
-    let rim = robot.geometry.wheel_radius.powi(2) / (mass.wheel_inertia + mass.rotor_inertia);
-    0.4 * 2.0 / (slope * (rim + 3.0 / mass.total()))
 }
 
 /// The longest step for the friction at 1 N, where the ground is roughest.
