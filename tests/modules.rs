@@ -143,7 +143,7 @@ fn loops(sources: &BTreeMap<Module, String>) -> Vec<String> {
     let crate_ = Crate::new(&texts);
 
     // For each parent, who imports whom among its children; `None` is its own file.
-    let mut graphs: BTreeMap<Module, BTreeSet<(Option<String>, Option<String>)>> = BTreeMap::new();
+    let mut graphs: BTreeMap<Module, BTreeSet<Edge>> = BTreeMap::new();
     for (from, imports) in &crate_.imports {
         for to in imports {
             let common = from.iter().zip(to).take_while(|(a, b)| a == b).count();
@@ -175,10 +175,13 @@ fn loops(sources: &BTreeMap<Module, String>) -> Vec<String> {
     found
 }
 
+/// A child of a module by its name; `None` for the module's own file.
 type Node = Option<String>;
+/// From the importing child to the imported one.
+type Edge = (Node, Node);
 
 /// All nodes that a node leads to.
-fn reachable<'e>(node: &Node, edges: &'e BTreeSet<(Node, Node)>) -> BTreeSet<&'e Node> {
+fn reachable<'e>(node: &Node, edges: &'e BTreeSet<Edge>) -> BTreeSet<&'e Node> {
     let mut found = BTreeSet::new();
     let mut open = vec![node];
     while let Some(node) = open.pop() {
