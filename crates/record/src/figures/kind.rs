@@ -69,7 +69,7 @@ mod tests {
         assert!(wheels.names("mine").1.contains("Fig. 8"));
         let changed = EstimatorSettings {
             method: Method::Paper(PaperMethod {
-                viscous_damping: 10.0,
+                observer_pole: 10.0,
                 ..PaperMethod::DEFAULT
             }),
             ..EstimatorSettings::paper_body()
