@@ -32,8 +32,8 @@ const CASES: [(&str, &[&str], [f64; 2]); 6] = [
         &["sensors.grade=typical", "drive.gear_friction=0.5"],
         [2.2, 1.5],
     ),
-    // No estimator estimates masses: an error of 10 % in the link masses is 2 % of N. The independent one: 3.2 and 2.7
-    // %.
+    // No estimator estimates masses: an error of 10 % in the link masses is 2 % of N. The independent implementation
+    // reaches 3.2 and 2.7 %.
     (
         "+ CAD errors",
         &[

@@ -9,9 +9,10 @@ use robhaz_terrain::{Profile, Ramp};
 use robhaz_verify::truth_of;
 
 /// Closed form: the robot rolls down a slope of angle a with a drive so soft that gravity dominates. Let d = r - g be
-/// the arm of the traction. Wheels and rotors add to the mass, M = m + 3 (J_wheel + J_rotor)/d^2. Gravity drives with m
-/// g sin a, the drive with 3 Kp omega_set/d; damping and control brake with 3 (B + Kp) v/d^2. So the rims' speed v
-/// approaches its final value with exp(-t/tau), tau = M d^2/(3 (B + Kp)). The test compares the whole course of v.
+/// the arm of the traction. Wheels and rotors add to the mass, `M = m + 3 (J_wheel + J_rotor)/d^2`. The driving forces
+/// are `m g sin a` of gravity and `3 Kp omega_set/d` of the drive, the braking force is `3 (B + Kp) v/d^2` of damping and
+/// control. So the rims' speed v approaches its final value with `exp(-t/tau)`, `tau = M d^2/(3 (B + Kp))`. The test
+/// compares v over the whole run.
 ///
 /// At the end the acceleration is zero: the sum of N is the component of the weight normal to the slope, the sum of T
 /// the one along it, and each N is that of the paper's statics (the estimator `true-mass`) for the given T.

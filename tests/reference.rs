@@ -6,8 +6,8 @@ use robhaz_sim::{Truth, WheelTruth};
 use robhaz_terrain::Terrain;
 use robhaz_verify::{Run, agreement, impulse_difference, truth_of};
 
-/// Pin forces are compared from this time, s. In the first step after the raw start the fast pole of the wheels (0.075
-/// ms) changes them by several newtons, and those of rapier are means over one step.
+/// Pin forces are compared from this time, s. In the first step after the raw start the fast pole of the wheels
+/// (0.075 ms) changes them by several newtons, and those of rapier are means over one step.
 const AFTER_FIRST_STEP: f64 = 0.02;
 
 /// The start of the reference runs.
