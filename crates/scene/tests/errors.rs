@@ -197,6 +197,20 @@ fn rules_over_several_keys() {
         "[[estimator]]\nname = 'true-mass'\nparity = 'on'",
         "x.toml:3: estimator[0].parity: found 'on', allowed: \"off\" unless filters = \"kalman\"",
     );
+    // The Kalman filters have no observer pole: another one than the default would have no effect.
+    one(
+        "[[estimator]]\nname = 'best'\nobserver_pole = 30",
+        "x.toml:3: estimator[0].observer_pole: found 30, allowed: 50 unless filters = \"paper\"",
+    );
+    assert!(
+        Scene::parse(
+            "[[estimator]]\nname = 'best'\nobserver_pole = 50",
+            "x.toml",
+            Path::new(""),
+            &[]
+        )
+        .is_ok()
+    );
     // An explicit drive overshoots in each step where its slope is too great, whichever part makes it.
     for (key, value, longest, most) in [
         ("kp", "1000", "5.66e-5", "453"),
