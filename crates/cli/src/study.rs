@@ -1,5 +1,6 @@
 //! `robhaz study`: errors of a scene's estimators and of their stated covariance, over many seeds.
 
+use crate::interrupt::Interrupt;
 use crate::terminal::say;
 use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
@@ -32,7 +33,7 @@ pub struct Args {
 }
 
 /// Simulates the scene once, observes it with every seed, prints the table.
-pub fn run(args: &Args) -> Result<()> {
+pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let mut overrides = args.set.clone();
     overrides.extend(args.engine.iter().map(|kind| format!("engine.kind={kind}")));
     let mut scene = Scene::load(&args.scene, &overrides)?;
@@ -53,7 +54,7 @@ pub fn run(args: &Args) -> Result<()> {
         );
     };
     let seeds: Vec<u64> = (scene.seed..=last).collect();
-    let report = report(&scene, &seeds)?;
+    let report = report(&scene, &seeds, interrupt)?;
     if let Some(path) = &args.json {
         let text = serde_json::to_string_pretty(&report).into_diagnostic()?;
         std::fs::write(path, text + "\n")
@@ -63,12 +64,14 @@ pub fn run(args: &Args) -> Result<()> {
     say(&report.text())
 }
 
-fn report(scene: &Scene, seeds: &[u64]) -> Result<Report> {
+fn report(scene: &Scene, seeds: &[u64], interrupt: &Interrupt) -> Result<Report> {
     let progress = ProgressBar::new(seeds.len() as u64);
     let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len}");
     progress.set_style(style.into_diagnostic()?);
     progress.enable_steady_tick(Duration::from_millis(100));
     progress.set_message("simulating");
+    let shown = progress.clone();
+    interrupt.end_process("study", move || shown.finish_and_clear())?;
     let cannot = || format!("cannot study {}", scene.name);
     let truth = TruthRun::of(scene)
         .into_diagnostic()

@@ -1,11 +1,12 @@
 //! `summary.json`: how a run went and how far each estimator was off.
 
 use crate::accuracy::Accuracy;
+use crate::append::write_whole;
 use crate::error::{RecordError, io_error};
 use robhaz_model::{Pin, Robot};
 use robhaz_run::{Frame, RunEnd, Sink, SinkError};
 use robhaz_scene::{ModelErrorTooLarge, Scene};
-use robhaz_score::{ForceErrors, Score};
+use robhaz_score::{ForceErrors, Progress, ProgressMeter, Score};
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
@@ -15,7 +16,7 @@ use std::path::Path;
 /// Name of the file in a run's folder.
 const FILE: &str = "summary.json";
 
-/// What a finished run comes to.
+/// How a run went and how far each estimator was off.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// Name of the scene.
@@ -38,6 +39,12 @@ pub struct Summary {
     pub compare_from_s: f64,
     /// Version of robhaz.
     pub version: String,
+    /// Why and when the run ended before its scene did; `None` for a complete run. All else then holds up to that time.
+    #[serde(default)]
+    pub broken_off: Option<BrokenOff>,
+    /// How far the robot came; `None` in the summaries of versions that did not tell.
+    #[serde(default)]
+    pub progress: Option<ProgressSummary>,
     /// Errors that the sensors drew for the run; no estimator knows them.
     pub sensors: SensorErrors,
     /// The nominal robot, which the estimators were given.
@@ -46,6 +53,51 @@ pub struct Summary {
     /// The estimators in the scene's order; in JSON an object with their names as keys.
     #[serde(with = "by_name")]
     pub estimators: Vec<EstimatorSummary>,
+}
+
+/// The end of a run that broke off.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BrokenOff {
+    /// The cause, in words.
+    pub reason: String,
+    /// Simulated time of the last record, s.
+    pub time_s: f64,
+}
+
+/// How far the robot came, and whether it was stuck at the end: [`Progress`] with its units.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ProgressSummary {
+    /// Way of the body along x, m, positive in the direction in which the drive was to go.
+    pub distance_m: f64,
+    /// Way that the drive asked for, m.
+    pub asked_m: f64,
+    /// Time since which the robot gained no ground, s; `None` where it made way to the end.
+    pub stuck_since_s: Option<f64>,
+    /// Time for which each wheel spun, s.
+    pub spinning_s: [f64; 3],
+}
+
+impl From<Progress> for ProgressSummary {
+    fn from(progress: Progress) -> Self {
+        Self {
+            distance_m: progress.distance,
+            asked_m: progress.asked,
+            stuck_since_s: progress.stuck_since,
+            spinning_s: progress.spinning,
+        }
+    }
+}
+
+impl ProgressSummary {
+    fn is_finite(&self) -> bool {
+        let numbers = [self.distance_m, self.asked_m];
+        let since = self.stuck_since_s;
+        numbers
+            .iter()
+            .chain(&since)
+            .chain(&self.spinning_s)
+            .all(|v| v.is_finite())
+    }
 }
 
 /// The grade of the run's sensors and the errors that they drew once.
@@ -134,13 +186,13 @@ impl Summary {
     /// [`RecordError`] with the file's path, or as [`Summary::to_json`].
     pub fn write(&self, folder: &Path) -> Result<(), RecordError> {
         let path = folder.join(FILE);
-        std::fs::write(&path, self.to_json()?).map_err(io_error("write", &path))
+        write_whole(&path, self.to_json()?.as_bytes())
     }
 
-    /// Reads `summary.json` from the folder of a finished run.
+    /// Reads `summary.json` from the folder of a run, complete or broken off.
     ///
     /// # Errors
-    /// [`RecordError`]: there is no such folder, the run did not finish, or the file is no summary.
+    /// [`RecordError`]: there is no such folder, the run was killed or never started, or the file is no summary.
     pub fn read(folder: &Path) -> Result<Self, RecordError> {
         if !folder.is_dir() {
             return Err(RecordError::NoFolder {
@@ -172,6 +224,10 @@ impl Summary {
         ];
         let of_run = run.iter().find(|(_, value)| !value.is_finite());
         let parts = [
+            (
+                "progress",
+                self.progress.is_none_or(|progress| progress.is_finite()),
+            ),
             ("sensors", self.sensors.is_finite()),
             ("nominal", self.nominal.is_finite()),
         ];
@@ -327,6 +383,7 @@ mod by_name {
 #[derive(Debug, Default)]
 pub struct SummarySink {
     estimators: Vec<Accuracy>,
+    progress: Option<ProgressMeter>,
     /// What is known of the run before it starts.
     scene: Option<(Scene, NominalRobot)>,
     end: Option<RunEnd>,
@@ -338,10 +395,10 @@ impl SummarySink {
         Self::default()
     }
 
-    /// The summary of the finished run.
+    /// The summary of the run, marked when it broke off.
     ///
     /// # Errors
-    /// [`RecordError::Unfinished`] when the run broke off or goes on.
+    /// [`RecordError::Unfinished`] when the run goes on, or has no record.
     pub fn summary(&self) -> Result<Summary, RecordError> {
         let (Some((scene, nominal)), Some(end)) = (&self.scene, &self.end) else {
             return Err(RecordError::Unfinished);
@@ -357,6 +414,11 @@ impl SummarySink {
             record_rate_hz: scene.record.rate,
             compare_from_s: scene.record.compare_from,
             version: env!("CARGO_PKG_VERSION").to_owned(),
+            broken_off: end.broken_off.clone().map(|reason| BrokenOff {
+                reason,
+                time_s: end.duration,
+            }),
+            progress: self.progress.map(|meter| meter.progress().into()),
             sensors: SensorErrors::of(scene),
             nominal: nominal.clone(),
             estimators: self.estimators.iter().map(Accuracy::summary).collect(),
@@ -371,6 +433,8 @@ impl Sink for SummarySink {
             .iter()
             .map(|e| Accuracy::new(&e.name, scene.record.compare_from))
             .collect();
+        let radius = scene.robot.robot.geometry.wheel_radius;
+        self.progress = Some(ProgressMeter::new(&scene.drive, radius));
         self.scene = Some((scene.clone(), NominalRobot::of(scene)?));
         self.end = None;
         Ok(())
@@ -380,11 +444,14 @@ impl Sink for SummarySink {
         for (i, accuracy) in self.estimators.iter_mut().enumerate() {
             accuracy.add(frame.truth, frame.estimates.get(i));
         }
+        if let Some(progress) = &mut self.progress {
+            progress.add(frame.truth);
+        }
         Ok(())
     }
 
     fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
-        self.end = end.copied();
+        self.end = end.cloned();
         Ok(())
     }
 }
@@ -400,6 +467,7 @@ mod tests {
         duration: 2.0,
         wall: 0.1,
         step: 1e-4,
+        broken_off: None,
     };
 
     fn summary_of(records: &[crate::testing::Record]) -> Summary {
@@ -574,15 +642,32 @@ mod tests {
         assert!(error.contains("estimators.true-mass.traction"), "{error}");
     }
 
-    /// A run that broke off must not pass for a finished one.
+    /// A run that broke off has a summary of what was recorded, which says when and why. Without a record there is none.
     #[test]
-    fn a_broken_run_has_no_summary() {
+    fn a_broken_run_says_so_in_its_summary() {
         let mut sink = SummarySink::new();
         assert!(matches!(sink.summary(), Err(RecordError::Unfinished)));
         sink.begin(&scene()).expect("begins");
-        sink.frame(&frame_of(1.0).frame()).expect("a record");
         sink.end(None).expect("ends");
         assert!(matches!(sink.summary(), Err(RecordError::Unfinished)));
+        sink.begin(&scene()).expect("begins");
+        sink.frame(&frame_of(1.0).frame()).expect("a record");
+        let end = RunEnd {
+            duration: 1.0,
+            broken_off: Some("stopped by Ctrl-C".to_owned()),
+            ..END
+        };
+        sink.end(Some(&end)).expect("ends");
+        let json = sink.summary().and_then(|s| s.to_json()).expect("JSON");
+        let value: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+        assert_eq!(value["broken_off"]["reason"], "stopped by Ctrl-C");
+        assert_eq!(value["broken_off"]["time_s"], 1.0);
+        assert_eq!(value["estimators"]["mine"]["samples"], 1);
+        // A complete run has the key, too, and a summary of an earlier version is read without it.
+        let whole = summary_of(&records()).to_json().expect("JSON");
+        assert!(whole.contains("\"broken_off\": null"), "{whole}");
+        let earlier = whole.replace("  \"broken_off\": null,\n", "");
+        assert!(serde_json::from_str::<Summary>(&earlier).is_ok());
     }
 
     /// Each way of pointing at the wrong thing has words of its own, with the path.

@@ -199,15 +199,30 @@ fn drive(reader: &mut Reader, root: &Node, scene: &Scene) {
     }
 }
 
-/// A limit in a message, rounded down to three digits.
+/// A limit in a message, rounded down to three digits; 0 for a limit that is not positive.
 fn floor(limit: f64) -> String {
     // Written so that a NaN is 0 too.
-    if !(limit > 0.0) {
-        return "0".to_owned();
+    if limit > 0.0 {
+        short(rounded_down(limit))
+    } else {
+        "0".to_owned()
     }
-    let exponent = limit.log10().floor() - 2.0;
-    let digits = (limit / 10.0_f64.powf(exponent)).floor();
-    short(format!("{digits}e{exponent}").parse().unwrap_or(limit))
+}
+
+/// A positive number rounded down to three digits, so that what a message allows is allowed.
+fn rounded_down(value: f64) -> f64 {
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "a decimal exponent of a double is small"
+    )]
+    let digits = 2 - value.log10().floor() as i32;
+    // Dividing by a power of ten rounds once; multiplying by its inverse would round twice.
+    let scale = 10.0_f64.powi(digits.abs());
+    if digits >= 0 {
+        (value * scale).floor() / scale
+    } else {
+        (value / scale).floor() * scale
+    }
 }
 
 /// Whether a number is 1, 2, 3 ... but for rounding.
@@ -239,6 +254,25 @@ fn conflict(reader: &mut Reader, root: &Node, keys: [Value<'_>; 2], rule: &str) 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Never above the number, and never zero, whatever its size.
+    #[test]
+    fn limits_are_rounded_down() {
+        for (value, expected) in [
+            (1.5e-4, 1.5e-4),
+            (1.239e-5, 1.23e-5),
+            (3e-10, 3e-10),
+            (2.9999e-13, 2.99e-13),
+            (0.999_99, 0.999),
+            (12_345.0, 12_300.0),
+        ] {
+            let found = rounded_down(value);
+            assert!(
+                found <= value && (found - expected).abs() < 1e-12 * expected,
+                "{found}"
+            );
+        }
+    }
 
     #[test]
     fn whole_numbers_may_be_rounded() {

@@ -190,6 +190,7 @@ impl Scene {
             step: self.engine.step,
             tolerance: self.engine.tolerance,
             period: 1.0 / self.sensors.rate,
+            balance: false,
         }
     }
 

@@ -16,6 +16,8 @@ pub(crate) struct Dimension {
 pub(crate) enum UnitError {
     /// It does not start with a finite number.
     NotANumber,
+    /// Its number is too large for a double.
+    TooLarge,
     /// It has no unit.
     NoUnit,
     /// It has a unit that the key does not take.
@@ -73,6 +75,9 @@ impl Dimension {
     /// The number in SI that a text such as `20 cm/s` stands for.
     pub fn parse(&self, text: &str) -> Result<f64, UnitError> {
         let (number, rest) = leading_number(text.trim()).ok_or(UnitError::NotANumber)?;
+        if number.is_infinite() {
+            return Err(UnitError::TooLarge);
+        }
         let unit = rest.split_whitespace().collect::<Vec<_>>().join(" ");
         if unit.is_empty() {
             return Err(UnitError::NoUnit);
@@ -84,14 +89,14 @@ impl Dimension {
     }
 }
 
-/// The longest start of a text that is a finite number, and what follows it.
+/// The longest start of a text that is a number, and what follows it; infinite where the number is too large for a double.
 fn leading_number(text: &str) -> Option<(f64, &str)> {
     let ends = text.char_indices().map(|(i, _)| i).chain([text.len()]);
     ends.collect::<Vec<_>>().into_iter().rev().find_map(|end| {
         let (number, rest) = text.split_at(end);
         // No `inf`, `nan` or `infinity`: digits only.
         let plain = number.chars().all(|c| "0123456789+-.eE".contains(c));
-        let value = number.parse::<f64>().ok().filter(|v| v.is_finite())?;
+        let value = number.parse::<f64>().ok()?;
         plain.then_some((value, rest))
     })
 }
@@ -129,6 +134,8 @@ mod tests {
         assert_eq!(LENGTH.parse(""), Err(UnitError::NotANumber));
         assert_eq!(LENGTH.parse("inf m"), Err(UnitError::NotANumber));
         assert_eq!(LENGTH.parse("3"), Err(UnitError::NoUnit));
+        assert_eq!(SPEED.parse("1e400 m/s"), Err(UnitError::TooLarge));
+        assert_eq!(SPEED.parse("-1e400"), Err(UnitError::TooLarge));
         assert_eq!(LENGTH.parse("3 kg"), Err(UnitError::Wrong("kg".into())));
         assert_eq!(NONE.parse("3 m"), Err(UnitError::Wrong("m".into())));
     }

@@ -9,17 +9,20 @@
 //! | NIS | `(r/sigma_r)^2`, r = parity residual before correction | [`Score::nis`] |
 //! | coverage | share of errors of N within two stated standard deviations | [`Score::coverage`] |
 //! | mu_n | T/N, where N is at least [`LEAST_LOAD`] | [`needed_friction`] |
+//! | progress | way, stuck since, spinning time | [`ProgressMeter`] |
 //! | events | contact lost, two contacts, slip, end stop | [`events`] |
 
 mod errors;
 pub mod events;
 mod friction;
+mod progress;
 mod rule;
 mod score;
 mod sum;
 
 pub use errors::{ForceErrors, rms_over_wheels};
 pub use friction::{LEAST_LOAD, needed_friction};
+pub use progress::{Progress, ProgressMeter};
 pub use rule::{Rule, Sample};
 pub use score::Score;
 pub use sum::{Rms, Sum};

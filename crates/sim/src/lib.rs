@@ -10,6 +10,7 @@
 //!
 //! [`Plant`] owns time and returns one [`Truth`] per record; [`sensors`] turns truth into readings. Nothing flows back.
 
+mod balance;
 pub mod contact;
 pub mod direct;
 pub mod drive;
@@ -26,7 +27,8 @@ mod start;
 pub mod stop;
 mod truth;
 
+pub use balance::Balance;
 pub use energy::mechanical_energy;
 pub use plant::{EngineKind, Plant, PlantError, PlantSetup};
-pub use start::StartKind;
+pub use start::{NoRest, StartKind};
 pub use truth::{BarTruth, PinTruth, Truth, WheelTruth};

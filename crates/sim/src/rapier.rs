@@ -4,6 +4,7 @@
 //! Rapier sees no collider: terrain queries, contact, friction, drive and stops are evaluated here before each step, at the
 //! state from which the step starts. How long a step may be: [`crate::stability`].
 
+use crate::balance::{Balance, WheelLoad};
 use crate::contact::ContactLaw;
 use crate::drive::{Drive, wheel_acceleration};
 use crate::friction::FrictionLaw;
@@ -47,8 +48,9 @@ pub struct RapierEngine {
     step: f64,
     /// Parts of steps taken.
     parts_taken: u64,
-    /// Work of the motors since the start, J.
-    motor_work: f64,
+    /// Impulse and work since the start; but for the motors' work zero unless they are asked for.
+    balance: Balance,
+    carries_balance: bool,
     /// Angular accelerations of links 1 and 2 over the last part of a step, rad/s^2.
     link_accelerations: [f64; 2],
     contact: ContactLaw,
@@ -84,12 +86,27 @@ struct Loads {
     integral_rates: [f64; 3],
     /// Motor torques, N m.
     motor_torques: [f64; 3],
+    /// Motion of the wheels, and what acts on them beside the motors.
+    motions: [WheelMotion; 3],
+    wheels: [WheelLoad; 3],
+    /// Torque of the end stops on link 1, N m.
+    stop_torque: f64,
     /// In the springs of the contacts, J.
     contact_energy: f64,
     /// Greatest N of a wheel, N.
     normal_force: f64,
     /// Greatest speed of a wheel into the ground, m/s.
     approach: f64,
+}
+
+/// Motion of the wheel on `link` whose axle is at `nominal` in the link's own frame; `spin` is absolute, rad/s.
+fn wheel_motion(link: &RigidBody, nominal: Vec2, spin: f64) -> WheelMotion {
+    let centre = link.position().transform_point(to_rapier(nominal));
+    WheelMotion {
+        centre: from_rapier(centre),
+        velocity: from_rapier(link.velocity_at_point(centre)),
+        spin,
+    }
 }
 
 fn to_rapier(v: Vec2) -> Vector {
@@ -172,7 +189,8 @@ impl RapierEngine {
             steps_per_period,
             step,
             parts_taken: 0,
-            motor_work: 0.0,
+            balance: Balance::default(),
+            carries_balance: setup.balance,
             link_accelerations: [0.0; 2],
             contact: setup.contact,
             friction_limit: friction_limit(setup),
@@ -316,16 +334,9 @@ impl RapierEngine {
         for i in 0..3 {
             let carrier = geometry.carriers[i].index();
             let (link, link_rate) = (links[carrier], rates[carrier]);
-            let nominal = to_rapier(geometry.axles[i] - geometry.cg(geometry.carriers[i].bar()));
-            let centre = link.position().transform_point(nominal);
             let wheel = &self.wheels[i];
             let omega = wheel.spin + link_rate;
-
-            let motion = WheelMotion {
-                centre: from_rapier(centre),
-                velocity: from_rapier(link.velocity_at_point(centre)),
-                spin: wheel.spin,
-            };
+            let motion = wheel_motion(link, geometry.axle_on_carrier(i), wheel.spin);
             let below = |x| PlantError::WheelBelowGround {
                 time,
                 wheel: i + 1,
@@ -334,7 +345,8 @@ impl RapierEngine {
             let ground = self.ground.act(&motion).map_err(below)?;
             let error = set_speed - omega;
             let torque = self.drive.torque(error, wheel.integral);
-            let drive_torque = torque - self.drive.loss_torque(omega);
+            let gear_torque = self.drive.loss_torque(omega);
+            let drive_torque = torque - gear_torque;
             if let Some(truth) = truth.as_deref_mut() {
                 let ground = self.ground.or_gap(ground, &motion).map_err(below)?;
                 truth.wheels[i] = ground.truth(motion.centre, wheel.angle, omega, torque);
@@ -356,6 +368,8 @@ impl RapierEngine {
             loads.torques[carrier] +=
                 through_gear + cross(motion.centre - centres[carrier], ground.force);
             loads.motor_torques[i] = torque;
+            loads.motions[i] = motion;
+            loads.wheels[i] = WheelLoad::new(&ground, gear_torque);
             loads.contact_energy += ground.energy;
             loads.normal_force = loads.normal_force.max(ground.normal_force);
             loads.approach = loads.approach.max(ground.approach);
@@ -363,6 +377,7 @@ impl RapierEngine {
         let stop = stop_torque(&geometry.stop, angles[0] - angles[1], rates[0] - rates[1]);
         loads.torques[0] += stop;
         loads.torques[1] -= stop;
+        loads.stop_torque = stop;
         if let Some(truth) = truth {
             truth.stop_torque = stop;
         }
@@ -396,8 +411,33 @@ impl RapierEngine {
             wheel.spin += step * loads.spin_rates[i];
             let omega = wheel.spin + rates[carrier];
             wheel.angle += step * omega;
-            self.motor_work += step * loads.motor_torques[i] * 0.5 * (omega_before + omega);
+            self.balance.motor_work += step * loads.motor_torques[i] * 0.5 * (omega_before + omega);
         }
+        if self.carries_balance {
+            self.add_to_balance(loads, [before, rates], step);
+        }
+    }
+
+    /// What `loads` have done in a step (s): half of it at the speeds before, half at those now. `rates` are those of links 1 and 2
+    /// before and now, rad/s.
+    fn add_to_balance(&mut self, loads: &Loads, rates: [[f64; 2]; 2], step: f64) {
+        let half = 0.5 * step;
+        for i in 0..3 {
+            let carrier = self.robot.geometry.carriers[i];
+            let link = self.bar(carrier.bar());
+            let now = wheel_motion(
+                link,
+                self.robot.geometry.axle_on_carrier(i),
+                self.wheels[i].spin,
+            );
+            for (motion, rates) in [loads.motions[i], now].iter().zip(rates) {
+                let omega = motion.spin + rates[carrier.index()];
+                self.balance
+                    .add_wheel(i, &loads.wheels[i], motion, omega, half);
+            }
+        }
+        let opening: f64 = rates.map(|[first, second]| first - second).iter().sum();
+        self.balance.stop_work += half * loads.stop_torque * opening;
     }
 
     /// Angular rates of links 1 and 2, rad/s.
@@ -414,7 +454,7 @@ impl RapierEngine {
             self.steps = 0;
         }
         self.parts_taken = 0;
-        self.motor_work = 0.0;
+        self.balance = Balance::default();
         self.drive = drive;
         for wheel in &mut self.wheels {
             wheel.angle = 0.0;
@@ -456,7 +496,7 @@ impl Engine for RapierEngine {
         if self.settling_steps > 0 {
             self.settle()?;
         }
-        let motor_work = self.motor_work;
+        let balance = self.balance;
         let mut truth = self.kinematics();
         let contact_energy = self.advance(Some(&mut truth))?;
         for _ in 1..self.steps_per_period {
@@ -465,7 +505,7 @@ impl Engine for RapierEngine {
         Ok(Instant {
             truth,
             contact_energy,
-            motor_work,
+            balance,
         })
     }
 }

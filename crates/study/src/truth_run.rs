@@ -57,7 +57,7 @@ impl TruthRun {
         if found > MOST_SAMPLES {
             return Err(TruthRunError::TooLong { found });
         }
-        let mut plant = Plant::new(&scene.plant_setup());
+        let mut plant = Plant::new(&scene.plant_setup())?;
         let truth: Vec<Truth> = (0..found)
             .map(|_| plant.next_truth())
             .collect::<Result<_, _>>()?;

@@ -12,7 +12,7 @@ use crate::drive::Drive;
 use crate::plant::{Engine, Instant, PlantError, PlantSetup};
 use crate::start::Start;
 use crate::truth::{PinTruth, Truth};
-use equations::{INTEGRALS, Integrals, SIZE, WORK, Y};
+use equations::{INTEGRALS, Integrals, SIZE, Y};
 use mechanism::NoForces;
 use radau::Radau;
 use robhaz_model::Bar;
@@ -136,7 +136,7 @@ impl DirectEngine {
         Ok(Instant {
             truth,
             contact_energy: forces.ground.iter().map(|g| g.energy).sum(),
-            motor_work: integrals[WORK],
+            balance: equations::balance(integrals),
         })
     }
 }
