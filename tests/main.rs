@@ -17,6 +17,8 @@ mod documents;
 mod draws;
 mod estimator_is_isolated;
 mod invariance;
+mod modules;
+mod progress;
 mod properties;
 mod random_scenes;
 mod reference;

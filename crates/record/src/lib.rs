@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | tables of truth, readings and estimates | `truth`, `sensors`, `estimate-NAME`, `.parquet` or `.csv` | [`TableSink`] |
 //! | how far each estimator was off | `summary.json` | [`SummarySink`], [`Summary`] |
-//! | Figs. 5 to 8 of the paper | `fig5_linkage.svg`, `fig6_forces.svg`, ... | [`FigureSink`] |
+//! | Figs. 5 to 8 of the paper, all estimators, the way | `fig5_linkage.svg`, `fig5_linkage.pdf`, ... | [`FigureSink`] |
 //! | runs and estimators side by side | the terminal | [`comparison_table`] |
 //!
 //! Every column of every table is declared once, with its unit, in [`Table`]. Everything is in SI; the same run leaves the
@@ -63,7 +63,8 @@ mod tests {
             .map(|entry| entry.expect("a file").file_name())
             .collect();
         names.sort();
-        assert_eq!(names.len(), 5 + 5, "{names:?}");
+        // Five tables; seven figures, each as SVG and PDF.
+        assert_eq!(names.len(), 5 + 14, "{names:?}");
         for name in names {
             let [a, b] = [0, 1].map(|i| std::fs::read(folders[i].path().join(&name)));
             assert_eq!(a.expect("first"), b.expect("second"), "{name:?}");
