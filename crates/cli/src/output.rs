@@ -95,10 +95,10 @@ impl OutputFolder {
         &self.partial
     }
 
-    /// Writes a small text file into the folder.
-    pub fn write(&self, name: &str, text: &str) -> Result<(), OutputError> {
+    /// Writes a file into the folder.
+    pub fn write(&self, name: &str, content: &[u8]) -> Result<(), OutputError> {
         let path = self.partial.join(name);
-        fs::write(&path, text).map_err(io_error("cannot write", &path))
+        fs::write(&path, content).map_err(io_error("cannot write", &path))
     }
 
     /// Gives the finished run its name, in place of an older one where that was asked for.
@@ -158,6 +158,16 @@ fn is_of_a_run(name: &str) -> bool {
         "columns.csv",
     ];
     let is_table = name.ends_with(".parquet") || name.ends_with(".csv");
-    let tables = ["truth.", "sensors.", "estimate-"];
-    fixed.contains(&name) || (is_table && tables.iter().any(|t| name.starts_with(t)))
+    let tables = ["truth.", "sensors.", "terrain.", "estimate-"];
+    // Copies of the files that the ground comes from.
+    let track = name
+        .strip_prefix("track")
+        .and_then(|n| n.strip_suffix(".csv"));
+    let is_track = track.is_some_and(|part| {
+        part.is_empty()
+            || part
+                .strip_prefix('-')
+                .is_some_and(|n| n.parse::<u8>().is_ok())
+    });
+    fixed.contains(&name) || is_track || (is_table && tables.iter().any(|t| name.starts_with(t)))
 }

@@ -1,6 +1,6 @@
 //! `robhaz study`: how exact a scene's estimators are, and whether they know it, over many seeds.
 
-use crate::terminal::say;
+use crate::terminal::{say, warn};
 use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
 use robhaz_scene::Scene;
@@ -36,6 +36,7 @@ pub fn run(args: &Args) -> Result<()> {
     let mut overrides = args.set.clone();
     overrides.extend(args.engine.iter().map(|kind| format!("engine.kind={kind}")));
     let mut scene = Scene::load(&args.scene, &overrides)?;
+    warn(&scene);
     if args.ladder {
         scene.estimators = ladder();
     }

@@ -1,6 +1,6 @@
 //! `robhaz verify`: can the simulated truth of a scene be trusted?
 
-use crate::terminal::say;
+use crate::terminal::{say, warn};
 use indicatif::ProgressBar;
 use miette::{IntoDiagnostic, Result, bail};
 use robhaz_scene::Scene;
@@ -24,6 +24,7 @@ pub fn run(args: &Args) -> Result<()> {
         Some(path) => Scene::load(path, &args.set)?,
         None => Scene::parse("", "smooth", &PathBuf::new(), &args.set)?,
     };
+    warn(&scene);
     let progress = ProgressBar::new_spinner();
     progress.enable_steady_tick(Duration::from_millis(100));
     let verdicts = verify(&scene, &mut |step| progress.set_message(step.to_owned()));

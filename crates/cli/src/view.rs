@@ -3,7 +3,7 @@
 use crate::live::{Rerun, Viewing};
 use crate::pace::{Pace, PaceSink};
 use crate::progress::Progress;
-use crate::terminal::say;
+use crate::terminal::{say, warn};
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
 use robhaz_run::Sink;
 use robhaz_scene::Scene;
@@ -48,7 +48,9 @@ pub fn run(args: &Args) -> Result<()> {
                 scene.display()
             );
         }
-        return live(&Scene::load(scene, &args.set)?, args.pace);
+        let scene = Scene::load(scene, &args.set)?;
+        warn(&scene);
+        return live(&scene, args.pace);
     }
     if let Some(scene) = args.what.iter().find(|path| is_scene(path)) {
         bail!(

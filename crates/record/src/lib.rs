@@ -3,6 +3,7 @@
 //! | what | where | written by |
 //! |---|---|---|
 //! | tables of truth, readings and estimates | `truth`, `sensors`, `estimate-NAME`, `.parquet` or `.csv` | [`TableSink`] |
+//! | the ground | `terrain`, `.parquet` or `.csv` | [`TableSink`] |
 //! | how far each estimator was off | `summary.json` | [`SummarySink`], [`Summary`] |
 //! | Figs. 5 to 8 of the paper | `fig5_linkage.svg`, `fig6_forces.svg`, ... | [`FigureSink`] |
 //! | runs and estimators side by side | the terminal | [`comparison_table`] |
@@ -19,6 +20,7 @@ mod parquet_table;
 mod report;
 mod summary;
 mod table;
+mod terrain_table;
 #[cfg(test)]
 mod testing;
 
@@ -58,7 +60,7 @@ mod tests {
             .map(|entry| entry.expect("a file").file_name())
             .collect();
         names.sort();
-        assert_eq!(names.len(), 5 + 5, "{names:?}");
+        assert_eq!(names.len(), 6 + 5, "{names:?}");
         for name in names {
             let [a, b] = [0, 1].map(|i| std::fs::read(folders[i].path().join(&name)));
             assert_eq!(a.expect("first"), b.expect("second"), "{name:?}");

@@ -4,6 +4,7 @@ use crate::columns::Table;
 use crate::csv_table::{CsvTable, write_columns};
 use crate::error::{RecordError, check_name, io_error};
 use crate::parquet_table::ParquetTable;
+use crate::terrain_table::write_terrain;
 use robhaz_run::{Frame, RunEnd, Sink, SinkError};
 use robhaz_scene::Scene;
 use std::path::{Path, PathBuf};
@@ -22,7 +23,7 @@ enum Writer {
     Csv(CsvTable),
 }
 
-/// Writes the tables `truth`, `sensors` and `estimate-NAME` of a run into a folder.
+/// Writes the tables `truth`, `sensors`, `estimate-NAME` and `terrain` of a run into a folder.
 ///
 /// A run that breaks off keeps every row; one that is killed keeps all but its last seconds.
 pub struct TableSink {
@@ -55,6 +56,7 @@ impl TableSink {
             ("scene", scene.name.clone()),
             ("robhaz_version", env!("CARGO_PKG_VERSION").to_owned()),
         ];
+        write_terrain(folder, self.format, scene, &metadata)?;
         self.writers = tables
             .into_iter()
             .map(|table| match self.format {
@@ -285,6 +287,7 @@ mod tests {
                     ]
                 })
             })
+            .chain(crate::terrain_table::rows_of_columns())
             .collect();
         assert_eq!(rows, expected);
     }

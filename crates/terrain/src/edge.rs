@@ -90,6 +90,15 @@ impl Edge {
         ]
     }
 
+    /// Height (m), slope (-) and second derivative (1/m) at x, on any edge but a riser.
+    pub fn eval(&self, x: f64) -> [f64; 3] {
+        if x >= self.to.x {
+            return [self.to.y, self.slopes[1], self.bends[1]];
+        }
+        let [rise, slope, bend] = self.rise(x - self.from.x);
+        [self.from.y + rise, slope, bend]
+    }
+
     /// Height at x, m; on a riser that of its upper end.
     pub fn height(&self, x: f64) -> f64 {
         if self.is_riser() {

@@ -50,6 +50,10 @@ impl Terrain {
         &self.ground.profile
     }
 
+    pub(crate) fn edges(&self) -> &[Edge] {
+        &self.ground.edges
+    }
+
     /// Whether there are edges on it, where a wheel is hit within less than a millisecond: bends of more than 0.5 deg.
     pub fn has_corners(&self) -> bool {
         let pairs = self.ground.edges.windows(2);
@@ -382,7 +386,7 @@ mod tests {
                 let found = contacts(&terrain, centre.x, centre.y, 0.1);
                 // A concave corner is touched on both sides.
                 let most = match interpolation {
-                    crate::Interpolation::Spline => 1,
+                    crate::Interpolation::Monotone | crate::Interpolation::Spline => 1,
                     crate::Interpolation::Corners => 2,
                 };
                 assert!(
