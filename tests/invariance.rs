@@ -316,11 +316,12 @@ fn track(interpolation: Interpolation, parts: u32) -> Profile {
     Profile::Heights(Heights::new(points, interpolation))
 }
 
-/// Invariance: a ground through more of its own points is the same ground.
+/// Invariance: a ground through more of its own points is the same ground. A monotone curve is not: it gets its slopes from the
+/// points.
 #[test]
 fn more_points_on_the_ground_change_nothing() {
     for engine in EngineKind::ALL {
-        for interpolation in Interpolation::ALL {
+        for interpolation in [Interpolation::Spline, Interpolation::Corners] {
             let coarse = on(track(interpolation, 1), engine);
             let truth = truth_of(&coarse).unwrap();
             assert!(range(&truth) > 5.0);

@@ -18,5 +18,6 @@ mod properties;
 mod reference;
 mod sensors;
 mod support;
+mod tracks;
 #[cfg(feature = "viewer")]
 mod viewing;

@@ -5,8 +5,10 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// Most bytes of a scene or robot file: a tree of its keys takes some twenty times as much memory.
-pub(crate) const MOST_TOML: usize = 6_000_000;
+/// Most bytes of a scene or robot file: enough for 100 000 points of full precision.
+const MOST_TOML: usize = 6_000_000;
+/// Most words and signs of such a file: the tree of its keys takes some hundred bytes for each.
+const MOST_TOKENS: usize = 1_000_000;
 /// Most bytes of a track.
 pub(crate) const MOST_TRACK: usize = 100_000_000;
 
@@ -24,14 +26,36 @@ pub(crate) fn read(path: &Path, most: usize) -> Result<Vec<u8>, String> {
     }
 }
 
-/// A file of text in UTF-8.
-pub(crate) fn read_text(path: &Path, most: usize) -> Result<String, String> {
-    String::from_utf8(read(path, most)?).map_err(|error| {
+/// The text of a scene or robot file.
+pub(crate) fn read_toml(path: &Path) -> Result<String, String> {
+    let text = String::from_utf8(read(path, MOST_TOML)?).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
         format!("cannot be read: byte {at} is no UTF-8")
-    })
+    })?;
+    check_toml(&text).map(|()| text)
 }
 
-pub(crate) fn too_large(most: usize) -> String {
+/// Why a text is too large for a scene or robot file.
+pub(crate) fn check_toml(text: &str) -> Result<(), String> {
+    if text.len() > MOST_TOML {
+        return Err(too_large(MOST_TOML));
+    }
+    let mut before = b' ';
+    let tokens = text.bytes().filter(|b| {
+        let is_space = |b: u8| b == b' ' || b == b'\t';
+        let starts = b",=[]{}\"'.\n".contains(b) || is_space(*b) && !is_space(before);
+        before = *b;
+        starts
+    });
+    if tokens.count() > MOST_TOKENS {
+        let most = grouped(MOST_TOKENS);
+        return Err(format!(
+            "is too large, allowed: at most {most} words and signs"
+        ));
+    }
+    Ok(())
+}
+
+fn too_large(most: usize) -> String {
     format!("is too large, allowed: at most {} bytes", grouped(most))
 }

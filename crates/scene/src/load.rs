@@ -37,7 +37,7 @@ impl Scene {
     /// [`SceneError`] with everything that is wrong, in the file, in files that it names, and in the overrides.
     pub fn load(path: &Path, overrides: &[String]) -> Result<Self, SceneError> {
         let shown = path.display().to_string();
-        let text = file::read_text(path, file::MOST_TOML).map_err(|error| {
+        let text = file::read_toml(path).map_err(|error| {
             let message = format!("{error}; allowed: a scene file in TOML, UTF-8");
             SceneError::unread(&shown, message)
         })?;
@@ -58,12 +58,7 @@ impl Scene {
         base_dir: &Path,
         overrides: &[String],
     ) -> Result<Self, SceneError> {
-        if text.len() > file::MOST_TOML {
-            return Err(SceneError::unread(
-                source_name,
-                file::too_large(file::MOST_TOML),
-            ));
-        }
+        file::check_toml(text).map_err(|error| SceneError::unread(source_name, error))?;
         let mut reader = Reader::new(base_dir.to_owned());
         let mut root = reader.document(&Source::file(source_name, text));
         for text in overrides {

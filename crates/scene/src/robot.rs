@@ -178,7 +178,7 @@ impl Part {
         }
         let path = reader.base_dir.join(name);
         let shown = path.display().to_string();
-        match file::read_text(&path, file::MOST_TOML) {
+        match file::read_toml(&path) {
             Ok(text) => Some(reader.document(&Source::file(&shown, &text))),
             Err(error) => {
                 let message = format!(

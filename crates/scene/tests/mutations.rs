@@ -8,15 +8,21 @@
 
 use robhaz_scene::Scene;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-const CASES: u64 = 1000;
-/// A case may take 2 s on a free machine and five times as long on one that runs other tests beside it; 0.05 s was the most.
+/// A case may take 2 s on a free machine, and five times as long on one that is busy with other tests.
 const LONGEST: Duration = Duration::from_secs(10);
-/// Most memory of the whole process, three loops side by side, kB.
-const MOST_MEMORY: u64 = 600_000;
+/// Most memory that a loop may need at any time beside what the process had before, kB.
+const MOST_MEMORY: u64 = 200_000;
 /// Most bytes of a message: 21 problems of three files, each with its place.
 const MOST_TEXT: usize = 100_000;
+
+/// One loop at a time: memory is counted for the whole process.
+fn alone() -> MutexGuard<'static, ()> {
+    static ALONE: Mutex<()> = Mutex::new(());
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// SplitMix64 (Steele, Lea and Flood 2014).
 struct Random(u64);
@@ -160,7 +166,10 @@ fn mutate(random: &mut Random, bytes: &mut Vec<u8>) {
         7 => {
             let part = bytes[range.clone()].to_vec();
             // Up to a megabyte, and now and then beyond every limit of a scene file.
-            let size = *random.of(&[&1_000, &100_000, &1_000_000, &1_000_000, &7_000_000]);
+            let sizes = [
+                1_000, 10_000, 10_000, 100_000, 100_000, 1_000_000, 1_000_000, 7_000_000,
+            ];
+            let size = sizes[random.below(sizes.len())];
             let repeated = part.repeat(size / part.len().max(1));
             bytes.splice(range, repeated);
         }
@@ -186,7 +195,11 @@ fn files(folder: &str, start: &str, extension: &str) -> Vec<Vec<u8>> {
 
 /// Reads mutations of files under `name` in a folder, where the scene is `scene.toml`. At least some of them must be good, and
 /// most must not.
-fn reads(seed: u64, originals: &[Vec<u8>], name: &str, scene: &str) {
+fn reads((seed, cases): (u64, u32), originals: &[Vec<u8>], name: &str, scene: &str) {
+    let _alone = alone();
+    let before = memory("VmRSS:");
+    // The greatest use counts from here on.
+    let _ = std::fs::write("/proc/self/clear_refs", "5");
     let folder = tempfile::tempdir().unwrap();
     // Paths of shipped scenes lead to the shipped files.
     std::os::unix::fs::symlink(top().join("terrains"), folder.path().join("terrains")).unwrap();
@@ -195,14 +208,16 @@ fn reads(seed: u64, originals: &[Vec<u8>], name: &str, scene: &str) {
     std::fs::write(below.join("scene.toml"), scene).unwrap();
     let mut random = Random(seed);
     let (mut good, mut bad, mut longest) = (0, 0, Duration::ZERO);
-    for case in 0..CASES {
+    for case in 0..cases {
         let mut bytes = originals[random.below(originals.len())].clone();
         for _ in 0..=random.below(4) {
             mutate(&mut random, &mut bytes);
         }
         std::fs::write(below.join(name), &bytes).unwrap();
         let start = Instant::now();
-        match Scene::load(&below.join("scene.toml"), &[]) {
+        let read = Scene::load(&below.join("scene.toml"), &[]);
+        let time = start.elapsed();
+        match read {
             Ok(scene) => {
                 good += 1;
                 comes_back(&scene, &below);
@@ -220,18 +235,15 @@ fn reads(seed: u64, originals: &[Vec<u8>], name: &str, scene: &str) {
                 assert!(shown.chars().all(plain), "{name} {case}: {shown:?}");
             }
         }
-        let time = start.elapsed();
         assert!(time < LONGEST, "{name} {case}: {time:?}");
         longest = longest.max(time);
     }
-    println!(
-        "{name}: {good} good, {bad} bad, longest {longest:?}, peak {:?} kB",
-        peak()
-    );
-    assert!(good > 20 && bad > 200, "{good} {bad}");
-    if let Some(peak) = peak() {
-        assert!(peak < MOST_MEMORY, "{peak} kB");
-    }
+    let needed = memory("VmHWM:")
+        .zip(before)
+        .map(|(most, b)| most.saturating_sub(b));
+    println!("{name}: {good} good, {bad} bad, longest {longest:?}, memory {needed:?} kB");
+    assert!(good > cases / 50 && bad > cases / 5, "{good} {bad}");
+    assert!(needed.is_none_or(|kb| kb < MOST_MEMORY), "{needed:?} kB");
 }
 
 /// What could be read can be written, and is then the same.
@@ -246,17 +258,17 @@ fn comes_back(scene: &Scene, folder: &Path) {
     assert!(again.unwrap_or_else(|e| panic!("{e}")) == *scene);
 }
 
-/// The most memory that the process ever had, kB; where the system says it.
-fn peak() -> Option<u64> {
+/// Memory of the process, kB: `VmRSS:` now, `VmHWM:` the most; where the system says it.
+fn memory(which: &str) -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
+    let line = status.lines().find(|l| l.starts_with(which))?;
     line.split_whitespace().nth(1)?.parse().ok()
 }
 
 #[test]
 fn a_thousand_scenes() {
     let originals = files("scenes", "", ".toml");
-    reads(1, &originals, "scene.toml", "");
+    reads((1, 1000), &originals, "scene.toml", "");
 }
 
 #[test]
@@ -267,9 +279,9 @@ fn a_thousand_tracks() {
     let german = german.replace(',', ";").replace('.', ",");
     originals.push(german.replace("x;y", "Weg [m];Höhe [m]").into_bytes());
     let scene = "[terrain]\nkind = 'heights'\nfile = 'track.csv'\n";
-    reads(2, &originals, "track.csv", scene);
+    reads((2, 500), &originals, "track.csv", scene);
     reads(
-        3,
+        (3, 500),
         &originals,
         "track.csv",
         &format!("{scene}sort = 'on'\nsmoothing = 0.1\n"),
@@ -281,7 +293,7 @@ fn a_thousand_robots() {
     for (seed, part) in [(4, "geometry"), (5, "mass")] {
         let originals = files("robots", part, ".toml");
         reads(
-            seed,
+            (seed, 500),
             &originals,
             "robot.toml",
             &format!("[robot]\n{part} = 'robot.toml'\n"),
@@ -289,11 +301,13 @@ fn a_thousand_robots() {
     }
 }
 
-/// What once took minutes: the time grows with the file, and a message does not. 5 s are a hundred times what was measured.
+/// What once took minutes: the time grows with the file, and a message does not. 10 s are ten times the most that was
+/// measured.
 #[test]
 fn large_files_full_of_mistakes_are_refused_at_once() {
+    let _alone = alone();
     let folder = tempfile::tempdir().unwrap();
-    let most = Duration::from_secs(5);
+    let most = Duration::from_secs(10);
     let refused = |name: &str, text: &str, expected: &str| {
         let file = folder.path().join(name);
         std::fs::write(&file, text).unwrap();
@@ -332,7 +346,7 @@ fn large_files_full_of_mistakes_are_refused_at_once() {
     );
     refused(
         "array.toml",
-        &format!("drive.kp = [{}]", "0,".repeat(2_500_000)),
+        &format!("drive.kp = [{}]", "0,".repeat(490_000)),
         "allowed: a number",
     );
     refused(
