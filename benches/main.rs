@@ -2,6 +2,8 @@
 //!
 //! `cargo bench -p robhaz --bench robhaz`
 
+#![allow(clippy::expect_used, reason = "a bench may stop at an error")]
+
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use robhaz_estimator::{Estimator, EstimatorSettings, SavedState, SensorFrame};
 use robhaz_model::Robot;
@@ -23,7 +25,7 @@ fn setup(engine: EngineKind, terrain: &Terrain) -> PlantSetup {
 
 /// A plant that has run for two seconds.
 fn rolling(setup: &PlantSetup) -> Plant {
-    let mut plant = Plant::new(setup);
+    let mut plant = Plant::new(setup).expect("the robot stands");
     one_second(&mut plant);
     one_second(&mut plant);
     plant
@@ -69,7 +71,7 @@ fn speed_and_accuracy(_: &mut Criterion) {
 /// A run, and the time that it took, s.
 fn timed(setup: &PlantSetup, duration: f64) -> (Vec<Truth>, f64) {
     let start = Instant::now();
-    let mut plant = Plant::new(setup);
+    let mut plant = Plant::new(setup).expect("the robot stands");
     let records = (duration / setup.period).round() as usize;
     let truth = (0..=records)
         .map_while(|_| plant.next_truth().ok())
@@ -186,7 +188,8 @@ fn sensors(c: &mut Criterion) {
 
 /// Readings of `smooth` with sensors of the grade `typical`, from 1 s on, when the robot moves: every frame another posture.
 fn frames(count: usize) -> Vec<SensorFrame> {
-    let mut plant = Plant::new(&setup(EngineKind::Direct, &Terrain::new(Profile::smooth())));
+    let setup = setup(EngineKind::Direct, &Terrain::new(Profile::smooth()));
+    let mut plant = Plant::new(&setup).expect("the robot stands");
     let mut sensors = Sensors::new(&Grade::Typical.sensors(), 0);
     let truth = std::iter::from_fn(|| plant.next_truth().ok());
     let frames: Vec<_> = truth

@@ -6,8 +6,7 @@
 use crate::support::scene;
 use robhaz_run::Observers;
 use robhaz_scene::{Scene, SensorSpec};
-use robhaz_study::{Consistency, Course, Summary, Verdict, floor, ladder, study};
-use std::num::NonZeroUsize;
+use robhaz_study::{Consistency, CovarianceVerdict, SeedScores, TruthRun, floor, ladder, study};
 
 const SEEDS: [u64; 10] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9];
 const DRIVES: [(&str, &[&str]); 2] = [("PI", &[]), ("soft", &["drive.kp=2", "drive.ki=0"])];
@@ -57,22 +56,21 @@ fn seeds_of(scene: &Scene, seeds: usize) -> &'static [u64] {
     &SEEDS[..if random { seeds } else { 1 }]
 }
 
-/// Two threads: what a machine that runs the tests has.
-fn measure(scene: &Scene, course: &Course, seeds: usize) -> Summary {
-    let two = NonZeroUsize::new(2).unwrap();
-    let summaries = study(scene, course, seeds_of(scene, seeds), two, &mut || ()).unwrap();
+/// The scores of the scene's first estimator.
+fn measure(scene: &Scene, truth: &TruthRun, seeds: usize) -> SeedScores {
+    let summaries = study(scene, truth, seeds_of(scene, seeds), &|| ()).unwrap();
     summaries.into_iter().next().unwrap()
 }
 
 /// NRMSE of N in %, printed beside its bound and all else.
-fn told(what: &str, summary: &Summary, must: f64) -> (f64, Consistency) {
-    let (nrmse, stated) = (summary.nrmse().unwrap(), summary.stated().unwrap());
-    let consistency = summary.consistency().unwrap();
+fn print_row(what: &str, scores: &SeedScores, must: f64) -> (f64, Consistency) {
+    let (nrmse, stated) = (scores.nrmse().unwrap(), scores.stated().unwrap());
+    let consistency = scores.consistency().unwrap();
     println!(
         "{what:42} N {:.3} +- {:.3} % (must {must:.2})  T {:.2} N  stated {:.3} %  2 sigma hold {:.1} %  NEES {:.2}  NIS {:.2}  {}",
         100.0 * nrmse.mean,
         100.0 * nrmse.standard_error.unwrap_or(0.0),
-        summary.traction_rmse().unwrap().mean,
+        scores.traction_rmse().unwrap().mean,
         100.0 * stated.mean,
         100.0 * consistency.coverage.mean,
         consistency.nees.mean,
@@ -90,19 +88,19 @@ fn is_honest(what: &str, case: &str, consistency: &Consistency) {
     if case == "ideal" {
         // Nothing is random, so that there is no verdict: the errors are those of the method, and must lie within what is stated.
         let nees = consistency.nees.mean;
-        assert_eq!(consistency.verdict(), Verdict::NotJudged);
+        assert_eq!(consistency.verdict(), CovarianceVerdict::NotJudged);
         assert!(nees <= Consistency::COMPONENTS, "{what}: NEES {nees}");
         return;
     }
     assert_eq!(
         consistency.verdict(),
-        Verdict::Consistent,
+        CovarianceVerdict::Consistent,
         "{what}: {:?}",
         consistency.nees
     );
     assert_eq!(
         consistency.parity_verdict(),
-        Some(Verdict::Consistent),
+        Some(CovarianceVerdict::Consistent),
         "{what}: {:?}",
         consistency.nis
     );
@@ -121,10 +119,10 @@ fn meets_the_levels(
                 continue;
             }
             let scene = with_best(name, &[overrides, drive_keys, keys]);
-            let course = Course::of(&scene).unwrap();
+            let truth = TruthRun::of(&scene).unwrap();
             let what = format!("{name} {} {drive} {case}", overrides.join(" "));
             let must = factor * must[d];
-            let (nrmse, consistency) = told(&what, &measure(&scene, &course, seeds), must);
+            let (nrmse, consistency) = print_row(&what, &measure(&scene, &truth, seeds), must);
             assert!(nrmse <= must, "{what}: {nrmse} % above {must} %");
             is_honest(&what, case, &consistency);
         }
@@ -143,9 +141,8 @@ fn best_keeps_to_its_levels_on_smooth_ground() {
 fn wrong_drawings_are_most_of_what_is_left() {
     let error = |keys: &[&str]| {
         let scene = with_best("smooth", &[DRIVES[1].1, keys]);
-        let course = Course::of(&scene).unwrap();
-        let two = NonZeroUsize::new(2).unwrap();
-        let summaries = study(&scene, &course, &SEEDS, two, &mut || ()).unwrap();
+        let truth = TruthRun::of(&scene).unwrap();
+        let summaries = study(&scene, &truth, &SEEDS, &|| ()).unwrap();
         100.0 * summaries[0].nrmse().unwrap().mean
     };
     let [_, _, (_, friction, _), _, (_, all, _), _] = CASES;
@@ -192,9 +189,9 @@ fn on_edges_it_mostly_knows_how_wrong_it_is() {
         // A third above the greatest errors that were measured, 3.2, 3.2 and 8.4 %.
         for (name, most) in [("step", 4.2), ("ditch", 4.2), ("stairs", 11.0)] {
             let scene = with_best(name, &[drive_keys, &["sensors.grade=typical"]]);
-            let course = Course::of(&scene).unwrap();
+            let truth = TruthRun::of(&scene).unwrap();
             let what = format!("{name} {drive} typical");
-            let (nrmse, consistency) = told(&what, &measure(&scene, &course, 5), most);
+            let (nrmse, consistency) = print_row(&what, &measure(&scene, &truth, 5), most);
             assert!(nrmse <= most, "{what}: {nrmse} %");
             // 93 to 98 % were measured; before blows and doubts were told, 41 to 90 %.
             let hold = consistency.coverage.mean;
@@ -211,9 +208,9 @@ fn wheels_may_creep_as_they_like() {
     for ((drive, drive_keys), most) in DRIVES.into_iter().zip([1.36, 0.83]) {
         for v_s in ["contact.v_s=0.002", "contact.v_s=0.04"] {
             let scene = with_best("smooth", &[drive_keys, &["sensors.grade=typical", v_s]]);
-            let course = Course::of(&scene).unwrap();
+            let truth = TruthRun::of(&scene).unwrap();
             let what = format!("smooth {drive} typical {v_s}");
-            let (nrmse, consistency) = told(&what, &measure(&scene, &course, 5), most);
+            let (nrmse, consistency) = print_row(&what, &measure(&scene, &truth, 5), most);
             assert!(nrmse <= most, "{what}: {nrmse} %");
             let hold = consistency.coverage.mean;
             assert!(hold >= 0.9, "{what}: {hold}");
@@ -227,7 +224,7 @@ fn wheels_may_creep_as_they_like() {
 fn friction_is_not_read_off_wheels_that_stand() {
     for name in ["flat", "smooth"] {
         let scene = with_best(name, &[&["sensors.grade=typical", "drive.start_time=60"]]);
-        let course = Course::of(&scene).unwrap();
+        let truth = TruthRun::of(&scene).unwrap();
         for seed in SEEDS {
             let scene = Scene {
                 seed,
@@ -235,8 +232,8 @@ fn friction_is_not_read_off_wheels_that_stand() {
             };
             let mut observers = Observers::new(&scene).unwrap();
             let mut last = None;
-            for (truth, _) in course.samples() {
-                last = observers.observe(truth).1[0].as_ref().ok().copied();
+            for sample in truth.samples() {
+                last = observers.observe(sample).1[0].as_ref().ok().copied();
             }
             let (found, sigma) = last.unwrap().reading_errors.unwrap().gear_friction;
             let told = scene.noise_budget().gear_friction;
@@ -257,8 +254,8 @@ fn the_floor_is_that_of_the_independent_implementation() {
             "sensors.contact_angle_error='2 deg'",
         ];
         let scene = with_best("smooth", &[drive_keys, &errors]);
-        let course = Course::of(&scene).unwrap();
-        let found = floor(&scene, &course).unwrap();
+        let truth = TruthRun::of(&scene).unwrap();
+        let found = floor(&scene, &truth).unwrap();
         println!("{drive}: floor {:.3} %", 100.0 * found);
         assert!((found - expected).abs() <= 0.0005, "{drive}: {found}");
     }
@@ -273,13 +270,12 @@ fn one_samples_floor_is_reached_and_then_left_behind() {
         let mut scene = with_best("smooth", &[drive_keys, &["sensors.grade=typical"]]);
         let of = |name: &str| ladder().into_iter().find(|e| e.name == name).unwrap();
         scene.estimators = ["whitening", "rolling"].map(of).to_vec();
-        let course = Course::of(&scene).unwrap();
-        let all = floor(&scene, &course).unwrap();
+        let truth = TruthRun::of(&scene).unwrap();
+        let all = floor(&scene, &truth).unwrap();
         let mut averaged = scene.clone();
         averaged.sensors.spec.torque_noise = 0.0;
-        let lasting = floor(&averaged, &course).unwrap();
-        let two = NonZeroUsize::new(2).unwrap();
-        let summaries = study(&scene, &course, &SEEDS, two, &mut || ()).unwrap();
+        let lasting = floor(&averaged, &truth).unwrap();
+        let summaries = study(&scene, &truth, &SEEDS, &|| ()).unwrap();
         let [whitening, best] = [0, 1].map(|i| summaries[i].nrmse().unwrap());
         println!(
             "{drive}: floor {:.3} %, without white noise {:.3} %; whitening {:.3} %, best {:.3} %",
@@ -303,13 +299,12 @@ fn one_samples_floor_is_reached_and_then_left_behind() {
 fn every_rung_of_the_ladder_carries() {
     let mut scene = with_best("smooth", &[&["sensors.grade=typical"]]);
     scene.estimators = ladder();
-    let course = Course::of(&scene).unwrap();
-    let two = NonZeroUsize::new(2).unwrap();
-    let summaries = study(&scene, &course, &SEEDS[..5], two, &mut || ()).unwrap();
+    let truth = TruthRun::of(&scene).unwrap();
+    let summaries = study(&scene, &truth, &SEEDS[..5], &|| ()).unwrap();
     let errors: Vec<f64> = summaries.iter().map(|s| s.nrmse().unwrap().mean).collect();
-    for (pair, summary) in errors.windows(2).zip(&summaries[1..]) {
-        println!("{:12} {:.3} %", summary.name, 100.0 * pair[1]);
-        assert!(pair[1] <= 1.02 * pair[0], "{}: {pair:?}", summary.name);
+    for (pair, scores) in errors.windows(2).zip(&summaries[1..]) {
+        println!("{:12} {:.3} %", scores.name, 100.0 * pair[1]);
+        assert!(pair[1] <= 1.02 * pair[0], "{}: {pair:?}", scores.name);
     }
     assert!(10.0 * errors[errors.len() - 1] < errors[1], "{errors:?}");
 }
@@ -319,10 +314,11 @@ fn every_rung_of_the_ladder_carries() {
 fn a_study_does_not_depend_on_threads() {
     let short = ["record.duration=3", "sensors.grade=poor"];
     let scene = with_best("smooth", &[&short]);
-    let course = Course::of(&scene).unwrap();
+    let truth = TruthRun::of(&scene).unwrap();
     let of = |threads| {
-        let threads = NonZeroUsize::new(threads).unwrap();
-        study(&scene, &course, &SEEDS[..7], threads, &mut || ()).unwrap()
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let study = || study(&scene, &truth, &SEEDS[..7], &|| ());
+        pool.build().unwrap().install(study).unwrap()
     };
     assert!(of(1) == of(3));
 }

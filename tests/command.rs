@@ -184,11 +184,32 @@ fn a_run_that_breaks_off_keeps_what_it_has() {
     assert!(!dir.path().join("runs/short").exists());
     let table = fs::read_to_string(dir.path().join("runs/short.partial/truth.csv")).unwrap();
     assert!(table.starts_with("time,"));
+    // Without a record there is nothing to compare.
     let compared = robhaz(dir.path())
         .args(["compare", "runs/short.partial"])
         .output()
         .unwrap();
     assert!(!compared.status.success());
+
+    // With records there is; it does not pass for a complete run.
+    let steep = ["terrain.kind=ramp", "terrain.angle=-60 deg"];
+    let mut command = robhaz(dir.path());
+    command.args(["run", "short.toml", "--out", "steep"]);
+    command.args(["--set", "record.duration=12"]);
+    for set in steep {
+        command.args(["--set", set]);
+    }
+    let said = text(&command.output().unwrap().stderr);
+    assert!(said.contains("short broke off at"), "{said}");
+    let compared = robhaz(dir.path())
+        .args(["compare", "steep.partial"])
+        .output()
+        .unwrap();
+    let shown = text(&compared.stdout);
+    assert!(
+        shown.contains("steep.partial broke off at") && shown.contains("turned over"),
+        "{shown}"
+    );
 }
 
 /// Bad scenes: file, line, key, what was found, what is allowed.
@@ -479,4 +500,85 @@ fn study_refuses_what_it_cannot_do() {
         assert!(!output.status.success(), "{args:?}");
         assert!(told.contains(reason), "{args:?}: {told}");
     }
+}
+
+/// The folder of a run that a user has put something into is not replaced: not in `figures` either, nor where that is a link.
+#[test]
+fn force_removes_only_what_a_run_wrote() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    let run = |out: &str| {
+        let output = robhaz(dir.path())
+            .args(["run", "short.toml", "--set", "record.duration=0.6"])
+            .args(["--out", out, "--force"])
+            .output()
+            .unwrap();
+        let said = text(&output.stderr).replace('│', " ");
+        let said: Vec<&str> = said.split_whitespace().collect();
+        (output.status.success(), said.join(" "))
+    };
+    // All that a run leaves may be replaced by the next.
+    assert!(run("a").0);
+    assert!(run("a").0);
+    for mine in [
+        "figures/mine.svg",
+        "figures/fig7_thesis.svg",
+        "figures/notes/x",
+    ] {
+        let path = dir.path().join("a").join(mine);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(&path, "years").unwrap();
+        let (done, said) = run("a");
+        assert!(!done && said.contains("which no run has written"), "{said}");
+        assert_eq!(fs::read_to_string(&path).unwrap(), "years");
+        fs::remove_file(&path).unwrap();
+    }
+    fs::remove_dir(dir.path().join("a/figures/notes")).unwrap();
+    assert!(run("a").0);
+
+    // What is found is said as it is.
+    fs::write(dir.path().join("file"), "x").unwrap();
+    let said = run("file").1;
+    assert!(
+        said.contains("file is a file, not the folder of a run"),
+        "{said}"
+    );
+    fs::create_dir(dir.path().join("own")).unwrap();
+    fs::write(dir.path().join("own/scene.toml"), "").unwrap();
+    let said = run("own").1;
+    assert!(
+        said.contains("own has no scene.toml that a run has written"),
+        "{said}"
+    );
+    #[cfg(unix)]
+    {
+        fs::rename(dir.path().join("a/figures"), dir.path().join("elsewhere")).unwrap();
+        std::os::unix::fs::symlink("../elsewhere", dir.path().join("a/figures")).unwrap();
+        let (done, said) = run("a");
+        assert!(!done && said.contains("a holds figures, which"), "{said}");
+        assert!(dir.path().join("elsewhere/fig6_forces.svg").exists());
+    }
+}
+
+/// The last line says how long the command took, beside what the simulation took of it.
+#[test]
+fn the_last_line_tells_the_time_of_the_whole_command() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    let output = robhaz(dir.path())
+        .args(["run", "short.toml"])
+        .output()
+        .unwrap();
+    let shown = text(&output.stdout);
+    let last = shown.lines().last().unwrap();
+    let numbers: Vec<f64> = last
+        .split_whitespace()
+        .filter_map(|word| word.parse().ok())
+        .collect();
+    let [whole, simulation] = numbers[..] else {
+        panic!("{last}");
+    };
+    assert!(last.contains("the whole command took"), "{last}");
+    // Rounded to 0.01 s each.
+    assert!(whole + 0.02 > simulation && simulation > 0.0, "{last}");
 }

@@ -6,6 +6,8 @@
 mod acceptance_estimators;
 mod acceptance_fig5;
 mod acceptance_fig7_fig8;
+mod architecture;
+mod breaking_off;
 mod closed_form;
 mod command;
 mod conservation;

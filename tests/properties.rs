@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 use robhaz_model::{Bar, Geometry, MassSet, Pin, Vec2, rotate};
 use robhaz_scene::{EngineKind, Scene};
-use robhaz_sim::rapier::longest_step_for_contact;
+use robhaz_sim::stability::longest_step_for_contact;
 use robhaz_sim::{Plant, Truth, WheelTruth};
 use robhaz_terrain::{
     Bump, CosBump, Course, Ditch, Heights, Interpolation, Profile, Ramp, Rough, RoughClass,
@@ -257,7 +257,8 @@ fn runs(cases: u32, seconds: f64, engine: EngineKind) -> Outcome {
         let mut plant = Plant::new(&setup);
         let records = (seconds / setup.period) as u32;
         for _ in 0..records {
-            match plant.next_truth() {
+            let next = plant.as_mut().map_err(|why| *why);
+            match next.and_then(Plant::next_truth) {
                 Ok(truth) => {
                     let held = holds(&scene, &setup.terrain, &truth);
                     let context = || format!("t = {}: {:?}", truth.time, scene.terrain.profile);

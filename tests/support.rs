@@ -3,6 +3,7 @@
 use robhaz_estimator::{Estimate, EstimateError, SensorFrame};
 use robhaz_run::{Frame, RunEnd, Sink, SinkError};
 use robhaz_scene::Scene;
+use robhaz_score::{Rule, Score};
 use robhaz_sim::Truth;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -59,21 +60,14 @@ pub fn keep(scene: &Scene) -> Kept {
 }
 
 impl Kept {
-    /// NRMSE of N of one estimator from `from` seconds on: RMS over the three wheels over the mean true N.
+    /// NRMSE of N of one estimator from `from` seconds on.
     pub fn nrmse(&self, estimator: usize, from: f64) -> f64 {
-        let (mut square, mut sum, mut count) = (0.0, 0.0, 0.0);
+        let mut score = Score::new(Rule { compare_from: from });
         for (truth, estimate) in self.truth.iter().zip(&self.estimates[estimator]) {
-            if truth.time < from {
-                continue;
-            }
-            let estimate = estimate.as_ref().unwrap();
-            for (wheel, n) in truth.wheels.iter().zip(estimate.normal_force) {
-                square += (n - wheel.normal_force).powi(2);
-                sum += wheel.normal_force;
-                count += 1.0;
-            }
+            score.add(truth, estimate.as_ref().ok());
         }
-        (square / count).sqrt() / (sum / count)
+        assert_eq!(score.missing(), 0);
+        score.nrmse().unwrap()
     }
 }
 

@@ -147,6 +147,229 @@ fn runs_are_compared_in_one_recording() {
     assert!(!dir.path().join("runs").exists());
 }
 
+/// A comparison never replaces what it reads, under whatever name, and nothing else unasked.
+#[test]
+fn a_comparison_replaces_nothing_unasked() {
+    let dir = tempfile::tempdir().unwrap();
+    flat_scene(dir.path(), 0.3);
+    for out in ["a", "b"] {
+        let run = robhaz(dir.path(), &["run", "flat.toml", "--out", out]);
+        assert!({ run }.output().unwrap().status.success());
+    }
+    let recording = fs::read(dir.path().join("a/run.rrd")).unwrap();
+    let mut names = vec!["a/run.rrd", "b/../a/run.rrd"];
+    fs::hard_link(dir.path().join("a/run.rrd"), dir.path().join("hard.rrd")).unwrap();
+    names.push("hard.rrd");
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("a/run.rrd", dir.path().join("soft.rrd")).unwrap();
+        names.push("soft.rrd");
+    }
+    for name in names {
+        for force in [&[] as &[&str], &["--force"]] {
+            let mut command = robhaz(dir.path(), &["view", "a", "b", "--save", name]);
+            let output = command.args(force).output().unwrap();
+            assert!(!output.status.success());
+            assert!(
+                said(&output).contains("is the same file as a/run.rrd"),
+                "{}",
+                said(&output)
+            );
+            assert!(
+                fs::read(dir.path().join("a/run.rrd")).unwrap() == recording,
+                "{name}"
+            );
+        }
+    }
+    // The library refuses, too.
+    let scene = robhaz_scene::Scene::load(&dir.path().join("a/scene.toml"), &[]).unwrap();
+    let paths = ["a", "b"].map(|run| dir.path().join(run).join("run.rrd"));
+    let runs = [0, 1].map(|k| robhaz_viewer::ComparedRun {
+        label: "run",
+        scene: &scene,
+        recording: &paths[k],
+    });
+    let hard = dir.path().join("hard.rrd");
+    assert!(robhaz_viewer::save_comparison(&runs, &hard, &|| None).is_err());
+    assert!(fs::read(hard).unwrap() == recording);
+
+    let save = |name: &str, extra: &[&str]| {
+        let mut command = robhaz(dir.path(), &["view", "a", "b", "--save", name]);
+        command.args(extra).output().unwrap()
+    };
+    fs::write(dir.path().join("mine.rrd"), "years").unwrap();
+    let refused = save("mine.rrd", &[]);
+    assert!(!refused.status.success());
+    assert!(
+        said(&refused).contains("mine.rrd exists"),
+        "{}",
+        said(&refused)
+    );
+    assert_eq!(
+        fs::read_to_string(dir.path().join("mine.rrd")).unwrap(),
+        "years"
+    );
+    // Also where it fails, nothing is lost and nothing is left behind.
+    fs::rename(dir.path().join("b/run.rrd"), dir.path().join("b/kept")).unwrap();
+    fs::write(dir.path().join("b/run.rrd"), "no recording").unwrap();
+    assert!(!save("mine.rrd", &["--force"]).status.success());
+    assert_eq!(
+        fs::read_to_string(dir.path().join("mine.rrd")).unwrap(),
+        "years"
+    );
+    fs::rename(dir.path().join("b/kept"), dir.path().join("b/run.rrd")).unwrap();
+    assert!(save("mine.rrd", &["--force"]).status.success());
+    assert!(fs::read(dir.path().join("mine.rrd")).unwrap().len() > 1000);
+    assert!(!save("a/scene.toml", &["--force"]).status.success());
+    assert!(!save("a", &["--force"]).status.success());
+    let mut left: Vec<_> = fs::read_dir(dir.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    left.retain(|name| !["hard.rrd", "soft.rrd"].contains(&name.as_str()));
+    left.sort();
+    assert_eq!(left, ["a", "b", "flat.toml", "mine.rrd"]);
+}
+
+/// A picture that cannot be is refused before a viewer is looked for: another format, a file that is there, another time.
+#[test]
+fn impossible_pictures_are_refused_at_once() {
+    let dir = tempfile::tempdir().unwrap();
+    flat_scene(dir.path(), 0.3);
+    let run = robhaz(dir.path(), &["run", "flat.toml"]).output().unwrap();
+    assert!(run.status.success(), "{}", said(&run));
+    fs::write(dir.path().join("mine.png"), "years").unwrap();
+    for (arguments, reason) in [
+        (&["x.jpg"] as &[&str], "x.jpg does not end in .png"),
+        (&["x"], "x does not end in .png"),
+        (&["mine.png"], "mine.png exists"),
+        (&["nowhere/x.png"], "cannot write nowhere/x.png"),
+        (
+            &["x.png", "--at", "500"],
+            "500 s is not in the run: its recording goes from 0 s to 0.300 s",
+        ),
+        (&["x.png", "--at=-1"], "-1 s is not in the run"),
+        (&["x.png", "--at", "nan"], "NaN s is not in the run"),
+        // All is well but for the viewer.
+        (&["x.png", "--at", "0.3"], "pip install rerun-sdk"),
+        (&["mine.png", "--force"], "pip install rerun-sdk"),
+    ] {
+        let output = robhaz(dir.path(), &["view", "runs/flat", "--screenshot"])
+            .args(arguments)
+            .env("PATH", "")
+            .output()
+            .unwrap();
+        assert!(!output.status.success(), "{arguments:?}");
+        assert!(
+            said(&output).contains(reason),
+            "{arguments:?}: {}",
+            said(&output)
+        );
+    }
+    assert_eq!(
+        fs::read_to_string(dir.path().join("mine.png")).unwrap(),
+        "years"
+    );
+    // The scene, the runs, and the file that was there: no temporary ones.
+    assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 3);
+}
+
+/// A recording that was cut off is compared as far as it goes, with a warning that names it; without data it is an error.
+#[test]
+fn a_recording_that_was_cut_off_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    flat_scene(dir.path(), 4.5);
+    for out in ["a", "b"] {
+        let run = robhaz(dir.path(), &["run", "flat.toml", "--out", out]);
+        assert!({ run }.output().unwrap().status.success());
+    }
+    let path = dir.path().join("b/run.rrd");
+    let whole = fs::read(&path).unwrap();
+    let save = || {
+        robhaz(
+            dir.path(),
+            &["view", "a", "b", "--save", "both.rrd", "--force"],
+        )
+        .output()
+        .unwrap()
+    };
+    let output = save();
+    assert!(
+        output.status.success() && output.stderr.is_empty(),
+        "{}",
+        said(&output)
+    );
+    // The index at the end is small: this cuts rows.
+    fs::write(&path, &whole[..whole.len() * 6 / 10]).unwrap();
+    let output = save();
+    assert!(output.status.success(), "{}", said(&output));
+    assert!(
+        said(&output).contains("Warning: b/run.rrd is cut off at"),
+        "{}",
+        said(&output)
+    );
+    // Within the header, and within the first message.
+    for length in [5, 40] {
+        fs::write(&path, &whole[..length]).unwrap();
+        let output = save();
+        assert!(!output.status.success());
+        assert!(said(&output).contains("b/run.rrd"), "{}", said(&output));
+    }
+}
+
+/// Ctrl-C ends the viewer that `view` has opened, with what it started itself, and then the command.
+#[test]
+#[cfg(unix)]
+fn view_ends_its_viewer() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let dir = tempfile::tempdir().unwrap();
+    flat_scene(dir.path(), 0.3);
+    let run = robhaz(dir.path(), &["run", "flat.toml"]).output().unwrap();
+    assert!(run.status.success(), "{}", said(&run));
+    // In place of the viewer, as pip installs it: a script around a program.
+    let script = "#!/bin/sh\n[ \"$1\" = --version ] && echo rerun-cli 0.36.3 && exit\nsleep 300 &\necho $! > viewer\nwait\n";
+    fs::create_dir(dir.path().join("bin")).unwrap();
+    let viewer = dir.path().join("bin/rerun");
+    fs::write(&viewer, script).unwrap();
+    fs::set_permissions(&viewer, fs::Permissions::from_mode(0o755)).unwrap();
+    let path = format!(
+        "{}:{}",
+        dir.path().join("bin").display(),
+        std::env::var("PATH").unwrap()
+    );
+    let mut view = robhaz(dir.path(), &["view", "runs/flat"]);
+    let view = view
+        .env("PATH", path)
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let started = dir.path().join("viewer");
+    for _ in 0..1000 {
+        if fs::read_to_string(&started).is_ok_and(|text| text.ends_with('\n')) {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let program = fs::read_to_string(&started).unwrap().trim().to_owned();
+    let kill = |arguments: &[&str]| {
+        Command::new("kill")
+            .args(arguments)
+            .status()
+            .unwrap()
+            .success()
+    };
+    assert!(kill(&["-INT", &view.id().to_string()]));
+    let output = view.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130), "{}", said(&output));
+    // Nobody may have collected it yet, but it no longer runs.
+    let state = fs::read_to_string(format!("/proc/{program}/stat")).unwrap_or_default();
+    let state = state.rsplit_once(") ").map_or("Z", |(_, rest)| rest);
+    assert!(
+        state.starts_with('Z') || !kill(&["-0", &program]),
+        "{state}"
+    );
+}
+
 /// The layout holds for every shipped scene: each can be recorded and read back to its end.
 #[test]
 fn every_shipped_scene_can_be_recorded() {

@@ -1,5 +1,6 @@
 //! `--rerun`: whether and how a run is recorded for the viewer, and shown while it goes on.
 
+use crate::interrupt::Interrupt;
 #[cfg(feature = "viewer")]
 use crate::terminal::say;
 #[cfg(feature = "viewer")]
@@ -105,8 +106,8 @@ impl Viewing {
         recording.into_iter().chain(live)
     }
 
-    /// After the run: says what a viewer did not get; goes on serving until the user ends the command.
-    pub fn finish(self) -> Result<()> {
+    /// After the run: says what a viewer did not get; goes on serving until a signal ends the command.
+    pub fn finish(self, interrupt: &Interrupt) -> Result<()> {
         let Some(live) = self.live else {
             return Ok(());
         };
@@ -126,8 +127,8 @@ impl Viewing {
         }
         if live.is_serving() {
             say("The run is over and can still be watched; Ctrl-C ends.")?;
-            loop {
-                std::thread::park();
+            while interrupt.cause().is_none() {
+                std::thread::sleep(crate::interrupt::POLL_TIME);
             }
         }
         Ok(())
@@ -161,7 +162,7 @@ impl Viewing {
     }
 
     /// Nothing to be done.
-    pub fn finish(self) -> Result<()> {
+    pub fn finish(self, _interrupt: &Interrupt) -> Result<()> {
         Ok(())
     }
 }

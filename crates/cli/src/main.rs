@@ -1,10 +1,14 @@
 //! The `robhaz` command.
 
 mod compare;
+mod interrupt;
 mod live;
 mod output;
+#[cfg(feature = "viewer")]
+mod output_file;
 mod pace;
 mod progress;
+mod recover;
 mod run;
 mod study;
 mod terminal;
@@ -13,6 +17,7 @@ mod verify;
 mod view;
 
 use clap::{Parser, Subcommand};
+use interrupt::Interrupt;
 use std::process::ExitCode;
 
 /// Wheel forces of ROBHAZ-6WHEEL on rough ground: simulated, estimated as Choi et al. do, compared.
@@ -29,6 +34,8 @@ enum Command {
     Run(run::Args),
     /// Print the same table for finished runs, several at once.
     Compare(compare::Args),
+    /// Make tables of what a run had recorded when it was killed or its disk was full.
+    Recover(recover::Args),
     /// Check that the simulated truth of a scene can be trusted: both engines, conservation, half the step; a verdict a line.
     Verify(verify::Args),
     /// Look at runs in the Rerun viewer, at one or several side by side, or at a scene while it is simulated.
@@ -40,19 +47,21 @@ enum Command {
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
+    let interrupt = Interrupt::default();
     let done = match cli.command {
-        Command::Run(args) => run::run(&args),
+        Command::Run(args) => run::run(&args, &interrupt),
         Command::Compare(args) => compare::compare(&args),
-        Command::Verify(args) => verify::run(&args),
+        Command::Recover(args) => recover::recover(&args),
+        Command::Verify(args) => verify::run(&args, &interrupt),
         #[cfg(feature = "viewer")]
-        Command::View(args) => view::run(&args),
-        Command::Study(args) => study::run(&args),
+        Command::View(args) => view::run(&args, &interrupt),
+        Command::Study(args) => study::run(&args, &interrupt),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(report) => {
             eprintln!("{report:?}");
-            ExitCode::FAILURE
+            interrupt.exit_code().unwrap_or(ExitCode::FAILURE)
         }
     }
 }

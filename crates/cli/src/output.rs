@@ -19,13 +19,21 @@ pub enum OutputError {
     #[error("{0} exists: a run broke off there, or one is still writing")]
     #[diagnostic(help("--force replaces it; --out DIR writes elsewhere"))]
     Unfinished(PathBuf),
-    /// What is there is not a run: it is not replaced even when asked.
-    #[error("{path} holds {found}, which no run has written: it is left alone")]
+    /// Not a folder: it is not replaced even when asked.
+    #[error("{0} is a file, not the folder of a run: it is left alone")]
     #[diagnostic(help("--out DIR writes elsewhere"))]
-    NotARun {
+    NotAFolder(PathBuf),
+    /// A folder that no run has made: it is not replaced even when asked.
+    #[error("{0} has no scene.toml that a run has written: it is left alone")]
+    #[diagnostic(help("--out DIR writes elsewhere"))]
+    NotARun(PathBuf),
+    /// A folder with something else beside a run: it is not replaced even when asked.
+    #[error("{path} holds {found}, which no run has written: it is left alone")]
+    #[diagnostic(help("move {found} elsewhere, or write elsewhere with --out DIR"))]
+    NotOfARun {
         /// The folder.
         path: PathBuf,
-        /// What in it is not ours.
+        /// What in it is not of a run, relative to it.
         found: String,
     },
     /// The path cannot name a folder.
@@ -101,6 +109,11 @@ impl OutputFolder {
         fs::write(&path, content).map_err(io_error("cannot write", &path))
     }
 
+    /// Does the folder hold tables that are not Parquet yet?
+    pub fn has_streams(&self) -> bool {
+        names(&self.partial).is_ok_and(|names| names.iter().any(|n| n.ends_with(".arrows")))
+    }
+
     /// Gives the finished run its name, in place of an older one where that was asked for.
     pub fn finish(self) -> Result<PathBuf, OutputError> {
         if is_there(&self.target) {
@@ -126,38 +139,67 @@ fn is_empty_folder(path: &Path) -> bool {
 
 /// Only a folder that holds a run and nothing else may go: a scene that a run has resolved, and files that runs write.
 fn check_replaceable(path: &Path) -> Result<(), OutputError> {
-    let not_a_run = |found: &str| OutputError::NotARun {
-        path: path.to_path_buf(),
-        found: found.to_owned(),
-    };
     if !path.is_dir() {
-        return Err(not_a_run("no folder"));
+        return Err(OutputError::NotAFolder(path.to_path_buf()));
     }
-    for entry in fs::read_dir(path).map_err(io_error("cannot read", path))? {
-        let entry = entry.map_err(io_error("cannot read", path))?;
-        let name = entry.file_name().to_string_lossy().into_owned();
-        if !is_of_a_run(&name) {
-            return Err(not_a_run(&name));
-        }
+    let names = names(path)?;
+    let estimators: Vec<&str> = names.iter().filter_map(|n| estimator(n)).collect();
+    let mut found = names.iter().find(|name| !is_of_a_run(name)).cloned();
+    let figures = path.join(FIGURES);
+    if found.is_none() && is_there(&figures) {
+        // A link to a folder elsewhere is not ours, nor is what it leads to.
+        let ours = figures.symlink_metadata().is_ok_and(|m| m.is_dir());
+        let is_foreign = |name: &String| !is_figure(name, &estimators);
+        found = if ours {
+            let foreign = self::names(&figures)?.into_iter().find(is_foreign);
+            foreign.map(|name| format!("{FIGURES}/{name}"))
+        } else {
+            Some(FIGURES.to_owned())
+        };
+    }
+    if let Some(found) = found {
+        return Err(OutputError::NotOfARun {
+            path: path.to_path_buf(),
+            found,
+        });
     }
     let scene = fs::read_to_string(path.join("scene.toml")).unwrap_or_default();
     if scene.lines().any(|line| line.starts_with("[resolved]")) {
         Ok(())
     } else {
-        Err(not_a_run("no scene.toml of a run"))
+        Err(OutputError::NotARun(path.to_path_buf()))
     }
 }
+
+/// Names of what a folder holds, in order: messages do not depend on the file system.
+fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
+    let entries = fs::read_dir(folder).map_err(io_error("cannot read", folder))?;
+    let mut names = Vec::new();
+    for entry in entries {
+        let entry = entry.map_err(io_error("cannot read", folder))?;
+        names.push(entry.file_name().to_string_lossy().into_owned());
+    }
+    names.sort();
+    Ok(names)
+}
+
+/// Folder of the figures in that of a run.
+const FIGURES: &str = "figures";
+
+/// Ends of the names of tables: finished, and while they are written.
+const TABLE_ENDS: [&str; 4] = [".parquet", ".csv", ".arrows", ".parquet.partial"];
 
 /// Names that a run gives to what it leaves.
 fn is_of_a_run(name: &str) -> bool {
     let fixed = [
         "scene.toml",
         "summary.json",
-        "figures",
+        "summary.json.partial",
+        FIGURES,
         "run.rrd",
         "columns.csv",
     ];
-    let is_table = name.ends_with(".parquet") || name.ends_with(".csv");
+    let is_table = TABLE_ENDS.iter().any(|end| name.ends_with(end));
     let tables = ["truth.", "sensors.", "terrain.", "estimate-"];
     // Copies of the files that the ground comes from.
     let track = name
@@ -170,4 +212,23 @@ fn is_of_a_run(name: &str) -> bool {
                 .is_some_and(|n| n.parse::<u8>().is_ok())
     });
     fixed.contains(&name) || is_track || (is_table && tables.iter().any(|t| name.starts_with(t)))
+}
+
+/// The estimator whose table this is.
+fn estimator(table: &str) -> Option<&str> {
+    let name = table.strip_prefix("estimate-")?;
+    TABLE_ENDS.iter().find_map(|end| name.strip_suffix(end))
+}
+
+/// Names that a run with some estimators gives to its figures.
+fn is_figure(name: &str, estimators: &[&str]) -> bool {
+    let stem = name
+        .strip_suffix(".svg")
+        .or_else(|| name.strip_suffix(".pdf"));
+    let of_all = ["fig5_linkage", "fig6_forces"];
+    let of_one = ["fig7_", "fig8_", "normal_force_"];
+    stem.is_some_and(|stem| {
+        let estimator = of_one.iter().find_map(|start| stem.strip_prefix(start));
+        of_all.contains(&stem) || estimator.is_some_and(|e| estimators.contains(&e))
+    })
 }

@@ -1,5 +1,6 @@
 //! How fast a run may go.
 
+use crate::interrupt::{Interrupt, POLL_TIME};
 use robhaz_run::{Frame, RunEnd, Sink, SinkError};
 use robhaz_scene::Scene;
 use std::time::{Duration, Instant};
@@ -17,14 +18,16 @@ pub enum Pace {
 pub struct PaceSink {
     pace: Pace,
     start: Instant,
+    interrupt: Interrupt,
 }
 
 impl PaceSink {
-    /// A sink whose clock starts with the run.
-    pub fn new(pace: Pace) -> Self {
+    /// A sink whose clock starts with the run. An interrupt ends its waiting.
+    pub fn new(pace: Pace, interrupt: &Interrupt) -> Self {
         Self {
             pace,
             start: Instant::now(),
+            interrupt: interrupt.clone(),
         }
     }
 }
@@ -38,7 +41,13 @@ impl Sink for PaceSink {
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
         if self.pace == Pace::RealTime {
             let due = Duration::from_secs_f64(frame.truth.time);
-            std::thread::sleep(due.saturating_sub(self.start.elapsed()));
+            loop {
+                let left = due.saturating_sub(self.start.elapsed());
+                if left.is_zero() || self.interrupt.cause().is_some() {
+                    break;
+                }
+                std::thread::sleep(left.min(POLL_TIME));
+            }
         }
         Ok(())
     }

@@ -1,5 +1,6 @@
 //! `robhaz run`: one scene from its file to its results.
 
+use crate::interrupt::Interrupt;
 use crate::live::{Rerun, Viewing};
 use crate::output::OutputFolder;
 use crate::pace::{Pace, PaceSink};
@@ -7,9 +8,10 @@ use crate::progress::Progress;
 use crate::terminal::{say, warn};
 use miette::{IntoDiagnostic, Result, WrapErr};
 use robhaz_record::{FigureSink, Summary, SummarySink, TableFormat, TableSink, comparison_table};
-use robhaz_run::Sink;
+use robhaz_run::{Run, RunEnd, RunError, Sink};
 use robhaz_scene::Scene;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// Arguments of `robhaz run`.
 #[derive(clap::Args)]
@@ -53,7 +55,8 @@ enum Format {
 }
 
 /// Runs the scene, writes the results, prints the table.
-pub fn run(args: &Args) -> Result<()> {
+pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
+    let start = Instant::now();
     let mut overrides = args.set.clone();
     overrides.extend(args.engine.iter().map(|kind| format!("engine.kind={kind}")));
     overrides.extend(args.seed.map(|seed| format!("seed={seed}")));
@@ -63,7 +66,12 @@ pub fn run(args: &Args) -> Result<()> {
         .out
         .clone()
         .unwrap_or_else(|| Path::new("runs").join(&scene.name));
+    // Before anything is written: a robot that cannot stand leaves no folder.
+    let run = Run::new(&scene)
+        .into_diagnostic()
+        .wrap_err_with(|| format!("cannot start {}", scene.name))?;
     let mut viewing = Viewing::open(&args.rerun)?;
+    interrupt.listen()?;
     let folder = OutputFolder::create(&target, args.force)?;
     let version = format!(
         "robhaz {}, {}",
@@ -76,39 +84,64 @@ pub fn run(args: &Args) -> Result<()> {
     folder.write("scene.toml", scene.to_toml(&version).as_bytes())?;
 
     viewing.record(folder.path())?;
-    let summary = match simulate(&scene, args, folder.path(), &mut viewing) {
-        Ok(summary) => summary,
-        Err(report) => {
-            return Err(report.wrap_err(format!(
-                "{} broke off; what it recorded is in {}",
-                scene.name,
-                folder.path().display()
-            )));
+    let mut sink = SummarySink::new();
+    let simulated = simulate(run, args, &folder, &mut sink, &mut viewing, interrupt);
+    let table = |summary: &Summary| say(&comparison_table(&[(&scene.name, summary)]));
+    if let Err(error) = simulated {
+        // A run without a record has no summary. The cause of the end says more than what fails after it.
+        let mut title = format!("{} broke off", scene.name);
+        if let Ok(summary) = sink.summary() {
+            title.push_str(&format!(" at {:.3} s", summary.duration_s));
+            if summary.write(folder.path()).is_ok() && matches!(error, RunError::Stopped { .. }) {
+                table(&summary)?;
+            }
         }
-    };
+        title.push_str(&what_is_left(&folder));
+        return Err(error).into_diagnostic().wrap_err(title);
+    }
+    let summary = sink.summary().into_diagnostic()?;
     summary.write(folder.path()).into_diagnostic()?;
     let path = folder.finish()?;
-    say(&comparison_table(&[(&scene.name, &summary)]))?;
-    say(&format!("Results in {}", path.display()))?;
-    viewing.finish()
+    table(&summary)?;
+    say(&format!(
+        "Results in {}; the whole command took {:.2} s, of which simulation and estimation {:.2} s",
+        path.display(),
+        start.elapsed().as_secs_f64(),
+        summary.wall_s,
+    ))?;
+    viewing.finish(interrupt)
 }
 
-fn simulate(scene: &Scene, args: &Args, folder: &Path, viewing: &mut Viewing) -> Result<Summary> {
+fn simulate(
+    run: Run<'_>,
+    args: &Args,
+    folder: &OutputFolder,
+    summary: &mut SummarySink,
+    viewing: &mut Viewing,
+    interrupt: &Interrupt,
+) -> Result<RunEnd, RunError> {
     let format = match args.format {
         Format::Parquet => TableFormat::Parquet,
         Format::Csv => TableFormat::Csv,
     };
-    let mut tables = TableSink::new(folder, format);
-    let mut summary = SummarySink::new();
-    let mut figures = FigureSink::new(&folder.join("figures"));
+    let mut tables = TableSink::new(folder.path(), format);
+    let mut figures = FigureSink::new(&folder.path().join("figures"));
     let mut progress = Progress::new();
-    let mut pace = PaceSink::new(args.pace);
-    let mut sinks: Vec<&mut dyn Sink> =
-        vec![&mut tables, &mut summary, &mut figures, &mut progress];
+    let mut pace = PaceSink::new(args.pace, interrupt);
+    let mut sinks: Vec<&mut dyn Sink> = vec![&mut tables, summary, &mut figures, &mut progress];
     sinks.extend(viewing.sinks());
     sinks.push(&mut pace);
-    robhaz_run::run(scene, &mut sinks)
-        .into_diagnostic()
-        .wrap_err_with(|| format!("cannot finish {}", scene.name))?;
-    summary.summary().into_diagnostic()
+    run.until(&mut sinks, &|| interrupt.cause())
+}
+
+/// Where a run that broke off left what it had.
+fn what_is_left(folder: &OutputFolder) -> String {
+    let path = folder.path().display();
+    let mut text = format!("; what it recorded is in {path}");
+    if folder.has_streams() {
+        text.push_str(&format!(
+            ", tables as .arrows: `robhaz recover {path}` makes Parquet of them"
+        ));
+    }
+    text
 }

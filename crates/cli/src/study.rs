@@ -1,11 +1,11 @@
-//! `robhaz study`: how exact a scene's estimators are, and whether they know it, over many seeds.
+//! `robhaz study`: errors of a scene's estimators and of their stated covariance, over many seeds.
 
+use crate::interrupt::Interrupt;
 use crate::terminal::{say, warn};
 use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
 use robhaz_scene::Scene;
-use robhaz_study::{Course, Report, floor, ladder, study};
-use std::num::NonZeroUsize;
+use robhaz_study::{Report, TruthRun, floor, ladder, study};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -23,16 +23,17 @@ pub struct Args {
     /// Engine that computes the truth: `rapier` or `direct`; short for `--set engine.kind=...`.
     #[arg(long, value_name = "KIND")]
     engine: Option<String>,
-    /// Instead of the scene's estimators: from the paper's to `best`, each but the first three adding one thing to the one above.
+    /// Studies the ablation ladder instead of the scene's estimators: from the paper's to `best`, each from the fourth on with one method
+    /// more than the one above.
     #[arg(long)]
     ladder: bool,
-    /// Writes what was found to a JSON file too; an older one is replaced.
+    /// Also writes the result to a JSON file; an existing file is replaced.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }
 
 /// Simulates the scene once, observes it with every seed, prints the table.
-pub fn run(args: &Args) -> Result<()> {
+pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let mut overrides = args.set.clone();
     overrides.extend(args.engine.iter().map(|kind| format!("engine.kind={kind}")));
     let mut scene = Scene::load(&args.scene, &overrides)?;
@@ -54,7 +55,7 @@ pub fn run(args: &Args) -> Result<()> {
         );
     };
     let seeds: Vec<u64> = (scene.seed..=last).collect();
-    let report = report(&scene, &seeds)?;
+    let report = report(&scene, &seeds, interrupt)?;
     if let Some(path) = &args.json {
         let text = serde_json::to_string_pretty(&report).into_diagnostic()?;
         std::fs::write(path, text + "\n")
@@ -64,25 +65,28 @@ pub fn run(args: &Args) -> Result<()> {
     say(&report.text())
 }
 
-fn report(scene: &Scene, seeds: &[u64]) -> Result<Report> {
+fn report(scene: &Scene, seeds: &[u64], interrupt: &Interrupt) -> Result<Report> {
     let progress = ProgressBar::new(seeds.len() as u64);
     let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len}");
     progress.set_style(style.into_diagnostic()?);
     progress.enable_steady_tick(Duration::from_millis(100));
     progress.set_message("simulating");
+    let shown = progress.clone();
+    interrupt.end_process("study", move || shown.finish_and_clear())?;
     let cannot = || format!("cannot study {}", scene.name);
-    let course = Course::of(scene).into_diagnostic().wrap_err_with(cannot)?;
+    let truth = TruthRun::of(scene)
+        .into_diagnostic()
+        .wrap_err_with(cannot)?;
     progress.set_message("observing");
-    let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
-    let summaries = study(scene, &course, seeds, threads, &mut || progress.inc(1))
+    let scores = study(scene, &truth, seeds, &|| progress.inc(1))
         .into_diagnostic()
         .wrap_err_with(cannot)?;
     progress.finish_and_clear();
     Ok(Report::new(
         scene,
-        &course,
+        &truth,
         seeds,
-        floor(scene, &course),
-        &summaries,
+        floor(scene, &truth),
+        &scores,
     ))
 }

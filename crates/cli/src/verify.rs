@@ -1,5 +1,6 @@
 //! `robhaz verify`: can the simulated truth of a scene be trusted?
 
+use crate::interrupt::Interrupt;
 use crate::terminal::{say, warn};
 use indicatif::ProgressBar;
 use miette::{IntoDiagnostic, Result, bail};
@@ -19,7 +20,7 @@ pub struct Args {
 }
 
 /// Runs the checks and prints a verdict a line; fails when one does.
-pub fn run(args: &Args) -> Result<()> {
+pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let scene = match &args.scene {
         Some(path) => Scene::load(path, &args.set)?,
         None => Scene::parse("", "smooth", &PathBuf::new(), &args.set)?,
@@ -27,6 +28,8 @@ pub fn run(args: &Args) -> Result<()> {
     warn(&scene);
     let progress = ProgressBar::new_spinner();
     progress.enable_steady_tick(Duration::from_millis(100));
+    let shown = progress.clone();
+    interrupt.end_process("verify", move || shown.finish_and_clear())?;
     let verdicts = verify(&scene, &mut |step| progress.set_message(step.to_owned()));
     progress.finish_and_clear();
     let verdicts = verdicts.into_diagnostic()?;
@@ -54,9 +57,8 @@ pub fn run(args: &Args) -> Result<()> {
             scene.name
         );
     }
-    println!(
+    say(&format!(
         "{}: the truth holds in every check that applies.",
         scene.name
-    );
-    Ok(())
+    ))
 }

@@ -1,6 +1,8 @@
 //! `robhaz view`: looks at runs, or at a scene while it is simulated.
 
+use crate::interrupt::Interrupt;
 use crate::live::{Rerun, Viewing};
+use crate::output_file::{Format, OutputFile};
 use crate::pace::{Pace, PaceSink};
 use crate::progress::Progress;
 use crate::terminal::{say, warn};
@@ -29,6 +31,9 @@ pub struct Args {
     /// Saves the comparison of several runs as one recording instead of opening it.
     #[arg(long, value_name = "FILE", conflicts_with = "screenshot")]
     save: Option<PathBuf>,
+    /// Replaces a file that --save or --screenshot names.
+    #[arg(long)]
+    force: bool,
     /// How fast a scene is simulated.
     #[arg(long, value_enum, default_value_t = Pace::RealTime)]
     pace: Pace,
@@ -37,87 +42,118 @@ pub struct Args {
     set: Vec<String>,
 }
 
+const PICTURE: Format = Format {
+    what: "pictures",
+    extension: "png",
+};
+const RECORDING: Format = Format {
+    what: "recordings",
+    extension: "rrd",
+};
+
 /// Opens the viewer on what was named, or saves what was asked for.
-pub fn run(args: &Args) -> Result<()> {
+pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
+    check(args)?;
     if let [scene] = args.what.as_slice()
         && is_scene(scene)
     {
-        if args.screenshot.is_some() || args.save.is_some() {
-            bail!(
-                "{} is a scene: run it first, then `robhaz view` its folder",
-                scene.display()
-            );
-        }
         let scene = Scene::load(scene, &args.set)?;
         warn(&scene);
-        return live(&scene, args.pace);
+        interrupt.listen()?;
+        return live(&scene, args.pace, interrupt);
     }
-    if let Some(scene) = args.what.iter().find(|path| is_scene(path)) {
-        bail!(
+    let inputs = inputs(&args.what)?;
+    // Named before anything is done, so that nothing is done in vain.
+    let output = |file: &Option<PathBuf>, format| {
+        let create = |file: &PathBuf| OutputFile::create(file, format, &inputs, args.force);
+        file.as_ref().map(create).transpose()
+    };
+    let (picture, comparison) = (
+        output(&args.screenshot, PICTURE)?,
+        output(&args.save, RECORDING)?,
+    );
+    interrupt.listen()?;
+    if let [run] = args.what.as_slice() {
+        return show(&recording(run)?, args, picture, interrupt);
+    }
+    if let Some(file) = comparison {
+        compare(&args.what, file.path(), interrupt)?;
+        return say(&format!("Comparison in {}", file.finish()?.display()));
+    }
+    let file = tempfile::Builder::new()
+        .prefix("robhaz-comparison-")
+        .suffix(".rrd")
+        .tempfile()
+        .into_diagnostic()?
+        .into_temp_path();
+    compare(&args.what, &file, interrupt)?;
+    show(&file, args, picture, interrupt)
+}
+
+/// Refuses what does not go together.
+fn check(args: &Args) -> Result<()> {
+    let scene = args.what.iter().find(|path| is_scene(path));
+    match (args.what.as_slice(), scene) {
+        ([_], Some(scene)) if args.screenshot.is_some() || args.save.is_some() => bail!(
+            "{} is a scene: run it first, then `robhaz view` its folder",
+            scene.display()
+        ),
+        ([_], Some(_)) => return Ok(()),
+        (_, Some(scene)) => bail!(
             "{} is a scene: several can only be compared after `robhaz run`",
             scene.display()
-        );
+        ),
+        (_, None) => {}
     }
     if let Some(set) = args.set.first() {
         bail!("--set {set} is for scenes; a run has been simulated already");
     }
-    let single = args.what.len() == 1;
-    if let (true, Some(file)) = (single, &args.save) {
+    if let ([_], Some(file)) = (args.what.as_slice(), &args.save) {
         bail!(
             "--save {} is for several runs; one run has its recording already",
             file.display()
         );
     }
-    if single {
-        return show(&recording(&args.what[0])?, args);
-    }
-    if let Some(file) = &args.save {
-        compare(&args.what, file)?;
-        return say(&format!("Comparison in {}", file.display()));
-    }
-    let file = Temporary::new();
-    compare(&args.what, &file.0)?;
-    show(&file.0, args)
+    Ok(())
 }
 
-fn show(recording: &Path, args: &Args) -> Result<()> {
-    let Some(picture) = &args.screenshot else {
-        return robhaz_viewer::open(&[recording.to_path_buf()]).into_diagnostic();
+fn show(
+    recording: &Path,
+    args: &Args,
+    picture: Option<OutputFile>,
+    interrupt: &Interrupt,
+) -> Result<()> {
+    let stop = || interrupt.cause();
+    let Some(file) = picture else {
+        return robhaz_viewer::open(&[recording.to_path_buf()], &stop).into_diagnostic();
     };
     let options = PictureOptions {
         size: args.size,
         at: args.at,
     };
-    robhaz_viewer::picture(recording, picture, options).into_diagnostic()?;
-    say(&format!("Picture in {}", picture.display()))
+    robhaz_viewer::picture(recording, file.path(), options, &stop).into_diagnostic()?;
+    say(&format!("Picture in {}", file.finish()?.display()))
 }
 
 /// Simulates a scene and shows it while it goes on; nothing is kept.
-fn live(scene: &Scene, pace: Pace) -> Result<()> {
+fn live(scene: &Scene, pace: Pace, interrupt: &Interrupt) -> Result<()> {
     let mut viewing = Viewing::open(&Rerun::Spawn)?;
-    let (mut progress, mut pace) = (Progress::new(), PaceSink::new(pace));
+    let (mut progress, mut pace) = (Progress::new(), PaceSink::new(pace, interrupt));
     let mut sinks: Vec<&mut dyn Sink> = viewing.sinks().collect();
     sinks.push(&mut progress);
     sinks.push(&mut pace);
-    robhaz_run::run(scene, &mut sinks)
+    robhaz_run::run_until(scene, &mut sinks, &|| interrupt.cause())
         .into_diagnostic()
         .wrap_err_with(|| format!("cannot finish {}", scene.name))?;
-    viewing.finish()
+    viewing.finish(interrupt)
 }
 
-/// Writes the comparison of finished runs.
-fn compare(runs: &[PathBuf], file: &Path) -> Result<()> {
+/// Writes the comparison of runs.
+fn compare(runs: &[PathBuf], file: &Path, interrupt: &Interrupt) -> Result<()> {
     let mut found = Vec::new();
     for run in runs {
-        let scene = run.join("scene.toml");
-        if !scene.is_file() {
-            bail!(
-                "{} has no scene.toml: a comparison takes the folders of runs",
-                run.display()
-            );
-        }
         let label = run.display().to_string();
-        found.push((label, Scene::load(&scene, &[])?, recording(run)?));
+        found.push((label, Scene::load(&scene_of(run)?, &[])?, recording(run)?));
     }
     let runs: Vec<ComparedRun<'_>> = found
         .iter()
@@ -127,15 +163,59 @@ fn compare(runs: &[PathBuf], file: &Path) -> Result<()> {
             recording,
         })
         .collect();
-    robhaz_viewer::save_comparison(&runs, file).into_diagnostic()
+    robhaz_viewer::save_comparison(&runs, file, &|| interrupt.cause()).into_diagnostic()
+}
+
+/// The files that are read: recordings, and in a comparison the scenes.
+fn inputs(runs: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    let mut inputs = Vec::new();
+    for run in runs {
+        if runs.len() > 1 {
+            inputs.push(scene_of(run)?);
+        }
+        inputs.push(recording_file(run)?);
+    }
+    Ok(inputs)
+}
+
+/// The scene of a run to be compared.
+fn scene_of(run: &Path) -> Result<PathBuf> {
+    let scene = run.join("scene.toml");
+    if !scene.is_file() {
+        bail!(
+            "{} has no scene.toml: a comparison takes the folders of runs",
+            run.display()
+        );
+    }
+    Ok(scene)
 }
 
 fn is_scene(path: &Path) -> bool {
     path.extension().is_some_and(|e| e == "toml")
 }
 
-/// The recording of a run: the file itself, or the one in the folder.
+/// The recording of a run. Says so where it is not complete.
 fn recording(run: &Path) -> Result<PathBuf> {
+    let file = recording_file(run)?;
+    if !robhaz_viewer::recording_is_closed(&file).into_diagnostic()? {
+        let end = robhaz_viewer::recording_end(&file).into_diagnostic()?;
+        let Some(end) = end else {
+            bail!(
+                "{} is cut off before its first data: its run was killed, or the file is damaged",
+                file.display()
+            );
+        };
+        eprintln!(
+            "Warning: {} is cut off at {end:.3} s: its run was killed or is still going on, or the file is damaged. \
+             Shown is what it holds.",
+            file.display(),
+        );
+    }
+    Ok(file)
+}
+
+/// The recording of a run: the file itself, or the one in the folder.
+fn recording_file(run: &Path) -> Result<PathBuf> {
     let file = if run.is_dir() {
         run.join("run.rrd")
     } else {
@@ -165,23 +245,6 @@ fn size(text: &str) -> Result<[u32; 2], String> {
     parsed
         .filter(|size: &[u32; 2]| size.iter().all(|s| allowed.contains(s)))
         .ok_or_else(|| "allowed is WIDTHxHEIGHT with 200 to 4000 pixels each".to_owned())
-}
-
-/// A file that is gone when it was looked at.
-struct Temporary(PathBuf);
-
-impl Temporary {
-    fn new() -> Self {
-        let name = format!("robhaz-comparison-{}.rrd", std::process::id());
-        Self(std::env::temp_dir().join(name))
-    }
-}
-
-impl Drop for Temporary {
-    fn drop(&mut self) {
-        // Where it was never written there is nothing to remove.
-        let _ = std::fs::remove_file(&self.0);
-    }
 }
 
 #[cfg(test)]

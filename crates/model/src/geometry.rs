@@ -317,6 +317,11 @@ impl Geometry {
         Ok(())
     }
 
+    /// Axle of a wheel from its carrying link's centre of mass, in the nominal pose, m.
+    pub fn axle_on_carrier(&self, wheel: usize) -> Vec2 {
+        self.axles[wheel] - self.cg(self.carriers[wheel].bar())
+    }
+
     /// Centre of mass of a bar without wheels, in the nominal pose, m.
     pub fn cg(&self, bar: Bar) -> Vec2 {
         match bar {

@@ -12,6 +12,7 @@
 //! | link 1 to 3, body | [`Bar`] |
 //! | W1 to W3 (front, middle, rear) | [`Geometry::axles`], [`Geometry::carriers`] |
 //! | theta_1, theta_2 given, theta_3 and theta_body found | [`Posture::close`] |
+//! | static loads on level ground | [`Robot::static_loads`], [`Robot::check_stance`] |
 //! | masses and inertias | [`MassSet`]; what statics needs of them: [`PointMasses`] |
 //!
 //! The crate is `no_std` and allocates nothing, so that the estimator can carry it onto a robot.
@@ -21,11 +22,13 @@ mod geometry;
 mod mass;
 mod plane;
 mod posture;
+mod stance;
 
 pub use geometry::{Bar, Carrier, Geometry, GeometryError, Pin, PinStop, Pins, mean_link_cgs};
 pub use mass::{MassError, MassSet, PointMasses};
 pub use plane::{cross, perp, rotate, turned};
 pub use posture::{Posture, PostureError, corner_s};
+pub use stance::StanceError;
 
 /// A position, velocity or force in the plane (x forward, y up).
 pub type Vec2 = nalgebra::Vector2<f64>;

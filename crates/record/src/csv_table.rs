@@ -1,69 +1,69 @@
 //! A table as comma-separated text: names in the first line, floats as short as they read back the same.
 
+use crate::append::{Appender, FlushClock};
 use crate::columns::{Table, Value};
 use crate::error::{RecordError, io_error};
 use robhaz_run::Frame;
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::io::Write as _;
+use std::path::Path;
 
-/// Rows after which what is buffered goes to the file, so that a killed run loses little.
-const FLUSH_ROWS: u64 = 1000;
+/// Text that waits for the file at most, bytes.
+const MOST_WAITING: usize = 1 << 20;
 
-/// A table being written.
+/// A table being written. Whole rows go to the file, at least every simulated second.
 pub struct CsvTable {
     table: Table,
-    path: PathBuf,
-    out: BufWriter<File>,
-    rows: u64,
+    out: Appender,
+    waiting: Vec<u8>,
+    clock: FlushClock,
 }
 
 impl CsvTable {
     /// Creates the file and writes the names.
     pub fn create(folder: &Path, table: Table) -> Result<Self, RecordError> {
-        let path = folder.join(format!("{}.csv", table.name));
-        let file = File::create(&path).map_err(io_error("create", &path))?;
-        let mut out = BufWriter::new(file);
+        let mut out = Appender::create(&folder.join(format!("{}.csv", table.name)))?;
         let names: Vec<&str> = table.columns.iter().map(|c| c.name.as_str()).collect();
-        writeln!(out, "{}", names.join(",")).map_err(io_error("write", &path))?;
+        out.append((names.join(",") + "\n").as_bytes())?;
         Ok(Self {
             table,
-            path,
             out,
-            rows: 0,
+            waiting: Vec::new(),
+            clock: FlushClock::default(),
         })
     }
 
-    /// Writes one row.
+    /// Adds one row.
     pub fn push(&mut self, frame: &Frame<'_>) -> Result<(), RecordError> {
-        self.row(frame).map_err(io_error("write", &self.path))
+        for (i, column) in self.table.columns.iter().enumerate() {
+            if i > 0 {
+                self.waiting.push(b',');
+            }
+            let written = match column.value(frame) {
+                // `{:?}` is the shortest text that reads back as the same number, with an exponent where that is shorter.
+                Value::Float(value) | Value::Optional(Some(value)) => {
+                    write!(self.waiting, "{value:?}")
+                }
+                Value::Optional(None) => Ok(()),
+                Value::Count(count) => write!(self.waiting, "{count}"),
+            };
+            written.map_err(io_error("write", self.out.path()))?;
+        }
+        self.waiting.push(b'\n');
+        if self.clock.is_due(frame.truth.time) || self.waiting.len() >= MOST_WAITING {
+            self.flush()?;
+        }
+        Ok(())
     }
 
     /// Brings everything to the file.
     pub fn close(&mut self) -> Result<(), RecordError> {
-        self.out.flush().map_err(io_error("write", &self.path))
+        self.flush()
     }
 
-    fn row(&mut self, frame: &Frame<'_>) -> io::Result<()> {
-        for (i, column) in self.table.columns.iter().enumerate() {
-            if i > 0 {
-                self.out.write_all(b",")?;
-            }
-            match column.value(frame) {
-                // `{:?}` is the shortest text that reads back as the same number, with an exponent where that is shorter.
-                Value::Float(value) | Value::Optional(Some(value)) => {
-                    write!(self.out, "{value:?}")?;
-                }
-                Value::Optional(None) => {}
-                Value::Count(count) => write!(self.out, "{count}")?,
-            }
-        }
-        self.out.write_all(b"\n")?;
-        self.rows += 1;
-        if self.rows.is_multiple_of(FLUSH_ROWS) {
-            self.out.flush()?;
-        }
-        Ok(())
+    fn flush(&mut self) -> Result<(), RecordError> {
+        // Rows that cannot be written are given up: they must not be tried again behind a gap.
+        let rows = std::mem::take(&mut self.waiting);
+        self.out.append(&rows)
     }
 }
 

@@ -12,12 +12,14 @@
 //! same bytes, but for the summary, which tells how long the run took.
 
 mod accuracy;
+mod append;
 mod columns;
 mod csv_table;
 mod error;
 mod figures;
 mod parquet_table;
 mod report;
+mod stream_table;
 mod summary;
 mod table;
 mod terrain_table;
@@ -27,8 +29,11 @@ mod testing;
 pub use columns::{Column, Kind, Table, Value};
 pub use error::RecordError;
 pub use figures::FigureSink;
+pub use parquet_table::{RecoveredTable, recover};
 pub use report::comparison_table;
-pub use summary::{EstimatorSummary, ForceErrors, SensorErrors, Summary, SummarySink, ToldRobot};
+pub use summary::{
+    BrokenOff, EstimatorSummary, NominalRobot, ProgressSummary, SensorErrors, Summary, SummarySink,
+};
 pub use table::{TableFormat, TableSink};
 
 #[cfg(test)]

@@ -1,197 +1,134 @@
-//! A table as Parquet: units and descriptions in the field metadata, readable at any time while it grows.
-//!
-//! A Parquet file ends in a footer that says where everything is; without it nothing can be read. So a footer is written
-//! after every row group, and the next row group overwrites it: a run that is killed leaves a whole file that lacks its
-//! last rows only.
+//! Parquet files from the streams of a run: units and descriptions in the field metadata.
 
-use crate::columns::{Column, Kind, Table, Value};
-use crate::error::{RecordError, io_error};
-use arrow_array::{ArrayRef, Float64Array, RecordBatch, UInt32Array};
-use arrow_schema::{DataType, Field, Schema, SchemaRef};
-use parquet::arrow::{ARROW_SCHEMA_META_KEY, ArrowWriter, encode_arrow_schema};
+use crate::error::{RecordError, io_error, parquet_error, stream_error};
+use crate::stream_table;
+use arrow_array::RecordBatch;
+use arrow_array::cast::AsArray as _;
+use arrow_array::types::Float64Type;
+use arrow_ipc::reader::StreamReader;
+use arrow_schema::{Schema, SchemaRef};
+use parquet::arrow::ArrowWriter;
 use parquet::basic::Compression;
-use parquet::errors::Result as ParquetResult;
-use parquet::file::metadata::{FileMetaData, KeyValue, ParquetMetaData, ParquetMetaDataWriter};
+use parquet::file::metadata::KeyValue;
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
-use robhaz_run::Frame;
-use std::collections::HashMap;
 use std::fs::File;
-use std::io::{Seek, SeekFrom, Write};
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Rows handed to the encoder at once.
-const BATCH_ROWS: usize = 1024;
-/// Rows in a row group: 16 s at 1 kHz, well below a second of computing.
-const GROUP_ROWS: usize = 16 * BATCH_ROWS;
+/// Rows in a row group: 16 s at 1 kHz, some 10 MB of memory a table.
+const GROUP_ROWS: usize = 16 * 1024;
 
-/// Values of one column that wait to be encoded.
-enum Buffer {
-    Float(Vec<f64>),
-    Optional(Vec<Option<f64>>),
-    Count(Vec<u32>),
+/// A table that was made of what a run had written when it was killed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecoveredTable {
+    /// The Parquet file.
+    pub path: PathBuf,
+    /// Number of its rows.
+    pub rows: u64,
+    /// Time of its last row, s. `None` without rows.
+    pub end: Option<f64>,
 }
 
-impl Buffer {
-    fn new(column: &Column) -> Self {
-        match column.kind() {
-            Kind::Float => Self::Float(Vec::with_capacity(BATCH_ROWS)),
-            Kind::Optional => Self::Optional(Vec::with_capacity(BATCH_ROWS)),
-            Kind::Count => Self::Count(Vec::with_capacity(BATCH_ROWS)),
-        }
-    }
-
-    fn push(&mut self, value: Value) {
-        match (self, value) {
-            (Self::Float(buffer), Value::Float(value)) => buffer.push(value),
-            (Self::Optional(buffer), Value::Optional(value)) => buffer.push(value),
-            (Self::Count(buffer), Value::Count(value)) => buffer.push(value),
-            // A column is of one kind for good; were it not, the lengths would differ and the batch be refused.
-            _ => {}
-        }
-    }
-
-    fn take(&mut self) -> ArrayRef {
-        match self {
-            Self::Float(buffer) => Arc::new(Float64Array::from(std::mem::take(buffer))),
-            Self::Optional(buffer) => Arc::new(buffer.drain(..).collect::<Float64Array>()),
-            Self::Count(buffer) => Arc::new(UInt32Array::from(std::mem::take(buffer))),
-        }
-    }
+/// What to do with a stream that does not end as a complete one does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TornEnd {
+    /// It is an error.
+    Refuse,
+    /// The rows before it count.
+    LeaveOut,
 }
 
-/// A table being written.
-pub struct ParquetTable {
-    columns: Vec<Column>,
-    buffers: Vec<Buffer>,
-    buffered: usize,
-    schema: SchemaRef,
-    metadata: Vec<KeyValue>,
-    writer: ArrowWriter<File>,
-    path: PathBuf,
+/// Makes a Parquet file of every stream (`.arrows`) in the folder of a run that was killed; the streams stay.
+///
+/// # Errors
+/// [`RecordError`]: no folder, no streams, a Parquet file that is there already and may not be replaced (`replace`), or a
+/// file that cannot be read or written.
+pub fn recover(folder: &Path, replace: bool) -> Result<Vec<RecoveredTable>, RecordError> {
+    if !folder.is_dir() {
+        return Err(RecordError::NoFolder {
+            path: folder.to_path_buf(),
+        });
+    }
+    let mut streams = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(io_error("read", folder))? {
+        let path = entry.map_err(io_error("read", folder))?.path();
+        if path
+            .extension()
+            .is_some_and(|e| e == stream_table::EXTENSION)
+        {
+            streams.push(path);
+        }
+    }
+    if streams.is_empty() {
+        return Err(RecordError::NoStreams {
+            path: folder.to_path_buf(),
+        });
+    }
+    streams.sort();
+    let tables = streams.iter().map(|s| s.with_extension("parquet"));
+    if let Some(path) = tables.into_iter().find(|t| !replace && t.exists()) {
+        return Err(RecordError::Exists { path });
+    }
+    streams
+        .iter()
+        .map(|stream| write_parquet(stream, TornEnd::LeaveOut))
+        .collect()
 }
 
-impl ParquetTable {
-    /// Creates the file. `metadata` are keys and values that go with the file as a whole.
-    pub fn create(
-        folder: &Path,
-        table: Table,
-        metadata: &[(&str, String)],
-    ) -> Result<Self, RecordError> {
-        let path = folder.join(format!("{}.parquet", table.name));
-        let file = File::create(&path).map_err(io_error("create", &path))?;
-        let schema = Arc::new(Schema::new(
-            table.columns.iter().map(field).collect::<Vec<_>>(),
-        ));
-        let metadata: Vec<KeyValue> = metadata
-            .iter()
-            .map(|(key, value)| KeyValue::new((*key).to_owned(), value.clone()))
-            .collect();
-        let writer = ArrowWriter::try_new(
-            file,
-            Arc::clone(&schema),
-            Some(properties(metadata.clone())),
-        )
-        .map_err(parquet_error(&path))?;
-        Ok(Self {
-            buffers: table.columns.iter().map(Buffer::new).collect(),
-            columns: table.columns,
-            buffered: 0,
-            schema,
-            metadata,
-            writer,
-            path,
-        })
+/// Makes the Parquet file of a stream, beside it. The file has its name only when it is complete.
+pub fn write_parquet(stream: &Path, torn: TornEnd) -> Result<RecoveredTable, RecordError> {
+    let path = stream.with_extension("parquet");
+    let partial = stream.with_extension("parquet.partial");
+    let done = convert(stream, &partial, torn).and_then(|(rows, end)| {
+        std::fs::rename(&partial, &path).map_err(io_error("rename", &partial))?;
+        Ok(RecoveredTable { path, rows, end })
+    });
+    if done.is_err() {
+        // It may not exist; the error that counts is the first.
+        let _ = std::fs::remove_file(&partial);
     }
+    done
+}
 
-    /// Adds one row.
-    pub fn push(&mut self, frame: &Frame<'_>) -> Result<(), RecordError> {
-        for (buffer, column) in self.buffers.iter_mut().zip(&self.columns) {
-            buffer.push(column.value(frame));
-        }
-        self.buffered += 1;
-        if self.buffered == BATCH_ROWS {
-            self.encode().map_err(parquet_error(&self.path))?;
-        }
-        if self.writer.in_progress_rows() >= GROUP_ROWS {
-            self.write_group().map_err(parquet_error(&self.path))?;
-        }
-        Ok(())
-    }
+/// Number of rows and time of the last, s.
+fn convert(stream: &Path, out: &Path, torn: TornEnd) -> Result<(u64, Option<f64>), RecordError> {
+    let file = File::open(stream).map_err(io_error("read", stream))?;
+    let reader = StreamReader::try_new(BufReader::new(file), None).map_err(stream_error(stream))?;
+    // What goes with the table as a whole stands in the file's metadata, not in Arrow's schema.
+    let metadata = reader.schema().metadata().clone();
+    let mut metadata: Vec<KeyValue> = metadata
+        .into_iter()
+        .map(|(k, v)| KeyValue::new(k, v))
+        .collect();
+    metadata.sort_by(|a, b| a.key.cmp(&b.key));
+    let schema: SchemaRef = Arc::new(Schema::new(reader.schema().fields().clone()));
 
-    /// Writes what is left and the footer.
-    pub fn close(&mut self) -> Result<(), RecordError> {
-        self.finish().map_err(parquet_error(&self.path))
-    }
-
-    fn encode(&mut self) -> ParquetResult<()> {
-        if self.buffered == 0 {
-            return Ok(());
-        }
-        self.buffered = 0;
-        let arrays = self.buffers.iter_mut().map(Buffer::take).collect();
-        let batch = RecordBatch::try_new(Arc::clone(&self.schema), arrays)?;
-        self.writer.write(&batch)
-    }
-
-    /// A row group, and a footer after it that the next row group overwrites.
-    fn write_group(&mut self) -> ParquetResult<()> {
-        self.writer.flush()?;
-        self.writer.sync()?;
-        let footer = self.footer()?;
-        let mut file = self.writer.inner();
-        let end = file.stream_position()?;
-        file.write_all(&footer)?;
-        file.seek(SeekFrom::Start(end))?;
-        Ok(())
-    }
-
-    fn footer(&self) -> ParquetResult<Vec<u8>> {
-        let groups = self.writer.flushed_row_groups().to_vec();
-        let Some(first) = groups.first() else {
-            return Ok(Vec::new());
+    let file = File::create(out).map_err(io_error("create", out))?;
+    let mut writer = ArrowWriter::try_new(file, Arc::clone(&schema), Some(properties(metadata)))
+        .map_err(parquet_error(out))?;
+    let (mut rows, mut end) = (0, None);
+    for batch in reader {
+        let batch = match batch {
+            Ok(batch) => batch,
+            Err(_) if torn == TornEnd::LeaveOut => break,
+            Err(error) => return Err(stream_error(stream)(error)),
         };
-        let mut metadata = self.metadata.clone();
-        metadata.push(KeyValue::new(
-            ARROW_SCHEMA_META_KEY.to_owned(),
-            encode_arrow_schema(&self.schema),
-        ));
-        let file = FileMetaData::new(
-            1,
-            groups.iter().map(|g| g.num_rows()).sum(),
-            None,
-            Some(metadata),
-            first.schema_descr_ptr(),
-            None,
-        );
-        let mut bytes = Vec::new();
-        ParquetMetaDataWriter::new(&mut bytes, &ParquetMetaData::new(file, groups)).finish()?;
-        Ok(bytes)
+        let batch = RecordBatch::try_new(Arc::clone(&schema), batch.columns().to_vec())
+            .map_err(stream_error(stream))?;
+        writer.write(&batch).map_err(parquet_error(out))?;
+        rows += batch.num_rows() as u64;
+        end = last_time(&batch).or(end);
     }
-
-    fn finish(&mut self) -> ParquetResult<()> {
-        self.encode()?;
-        self.writer.finish()?;
-        self.writer.sync()?;
-        // Nothing of an earlier footer may stay behind the last one.
-        let mut file = self.writer.inner();
-        let end = file.stream_position()?;
-        file.set_len(end)?;
-        Ok(())
-    }
+    writer.close().map_err(parquet_error(out))?;
+    Ok((rows, end))
 }
 
-fn field(column: &Column) -> Field {
-    let (kind, nullable) = match column.kind() {
-        // Only what can be missing is nullable; to mark what is there costs time.
-        Kind::Float => (DataType::Float64, false),
-        Kind::Optional => (DataType::Float64, true),
-        Kind::Count => (DataType::UInt32, false),
-    };
-    Field::new(&column.name, kind, nullable).with_metadata(HashMap::from([
-        ("unit".to_owned(), column.unit.to_owned()),
-        ("description".to_owned(), column.description.clone()),
-    ]))
+/// The first column of every table is the time, s.
+fn last_time(batch: &RecordBatch) -> Option<f64> {
+    let times = batch.columns().first()?.as_primitive_opt::<Float64Type>()?;
+    let last = times.len().checked_sub(1)?;
+    Some(times.value(last))
 }
 
 fn properties(metadata: Vec<KeyValue>) -> WriterProperties {
@@ -201,13 +138,7 @@ fn properties(metadata: Vec<KeyValue>) -> WriterProperties {
         .set_dictionary_enabled(false)
         .set_statistics_enabled(EnabledStatistics::Chunk)
         .set_offset_index_disabled(true)
-        // Row groups end where `push` says, so that a footer follows each.
-        .set_max_row_group_row_count(None)
+        .set_max_row_group_row_count(Some(GROUP_ROWS))
         .set_key_value_metadata(Some(metadata))
         .build()
-}
-
-fn parquet_error(path: &Path) -> impl FnOnce(parquet::errors::ParquetError) -> RecordError + use<> {
-    let path = path.to_path_buf();
-    move |source| RecordError::Parquet { path, source }
 }

@@ -1,11 +1,14 @@
 //! The table that a user reads at the end of a run, and that sets runs side by side.
 
-use crate::summary::{EstimatorSummary, Summary};
+use crate::summary::{EstimatorSummary, ProgressSummary, Summary};
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Row, Table};
 
 /// Width of the table, columns of text.
 const WIDTH: u16 = 100;
+
+/// Time for which a wheel may spin before the report mentions it, s: at a kerb's edge or a trench's it spins for less.
+const LONG_SPIN: f64 = 2.0;
 
 /// Estimators by wheels: how far the normal forces are off, for one run or several. Each run has a label.
 ///
@@ -33,6 +36,16 @@ pub fn comparison_table(runs: &[(&str, &Summary)]) -> String {
     for (label, summary) in runs {
         text.push('\n');
         text.push_str(&speed(label, summary));
+        if let Some(broken_off) = &summary.broken_off {
+            text.push_str(&format!(
+                "\n  {label} broke off at {:.3} s: {}. The errors are of what was recorded.",
+                broken_off.time_s, broken_off.reason,
+            ));
+        }
+        text.push_str(&two_contacts(summary));
+        if let Some(trouble) = summary.progress.as_ref().and_then(trouble) {
+            text.push_str(&format!("\n{label}: {trouble}"));
+        }
         for estimator in &summary.estimators {
             if estimator.missing > 0 {
                 text.push_str(&missing(estimator));
@@ -109,6 +122,39 @@ fn speed(label: &str, summary: &Summary) -> String {
     )
 }
 
+/// How many records are left out because a wheel has two contacts, the same for all estimators of a run.
+fn two_contacts(summary: &Summary) -> String {
+    match summary.estimators.first() {
+        Some(first) if first.two_contacts > 0 => format!(
+            "\n  {} of {} records left out because a wheel has two contacts.",
+            first.two_contacts,
+            first.two_contacts + first.missing + first.samples
+        ),
+        _ => String::new(),
+    }
+}
+
+/// What a user should know of a robot that is stuck or spins its wheels.
+fn trouble(progress: &ProgressSummary) -> Option<String> {
+    let spinning = progress.spinning_s;
+    let spins = spinning.iter().any(|time| *time >= LONG_SPIN);
+    let wheels = format!(
+        "the wheels spun for {:.1}, {:.1} and {:.1} s (front, middle, rear)",
+        spinning[0], spinning[1], spinning[2]
+    );
+    match progress.stuck_since_s {
+        Some(since) => Some(format!(
+            "the robot is STUCK since {since:.1} s: it came {:.2} m of the {:.2} m that the drive asked for; {wheels}.",
+            progress.distance_m, progress.asked_m
+        )),
+        None if spins => Some(format!(
+            "{wheels}; the robot came {:.2} m of the {:.2} m that the drive asked for.",
+            progress.distance_m, progress.asked_m
+        )),
+        None => None,
+    }
+}
+
 fn missing(estimator: &EstimatorSummary) -> String {
     format!(
         "\n  {}: no estimate in {} of {} records; these do not count.",
@@ -121,10 +167,11 @@ fn missing(estimator: &EstimatorSummary) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::summary::{ForceErrors, SensorErrors, ToldRobot};
+    use crate::summary::{BrokenOff, NominalRobot, SensorErrors};
     use crate::testing::scene;
+    use robhaz_score::ForceErrors;
 
-    fn summary(missing: u32) -> Summary {
+    fn summary(missing: u64) -> Summary {
         let errors = |scale: f64| ForceErrors {
             rmse: [scale, 2.0 * scale, 3.0 * scale],
             rmse_all: 2.0 * scale,
@@ -136,8 +183,12 @@ mod tests {
             normal_force: Some(errors(scale)),
             traction: Some(errors(0.5)),
             mean_normal_force: Some([50.0; 3]),
+            stated: None,
+            coverage: None,
+            nees: None,
             samples: 90,
             missing,
+            two_contacts: 0,
         };
         Summary {
             scene: "smooth".to_owned(),
@@ -150,8 +201,15 @@ mod tests {
             record_rate_hz: 1000.0,
             compare_from_s: 2.0,
             version: "0.1.0".to_owned(),
+            broken_off: None,
+            progress: Some(ProgressSummary {
+                distance_m: 3.72,
+                asked_m: 3.78,
+                stuck_since_s: None,
+                spinning_s: [0.1, 0.0, 1.9],
+            }),
             sensors: SensorErrors::of(&scene()),
-            told: ToldRobot::of(&scene()).expect("a robot"),
+            nominal: NominalRobot::of(&scene()).expect("a robot"),
             estimators: vec![estimator("paper-body", 5.0), estimator("paper-wheels", 4.0)],
         }
     }
@@ -188,6 +246,34 @@ mod tests {
         assert!(!text.contains("no estimate"), "{text}");
     }
 
+    /// A run that is stuck or spins says so, one that travels does not.
+    #[test]
+    fn a_stuck_robot_is_reported() {
+        let line = |since, spinning_s| {
+            let mut summary = summary(0);
+            summary.progress = Some(ProgressSummary {
+                distance_m: 0.88,
+                asked_m: 3.78,
+                stuck_since_s: since,
+                spinning_s,
+            });
+            comparison_table(&[("stairs", &summary)])
+        };
+        let stuck = line(Some(6.54), [13.4, 13.5, 13.5]);
+        assert!(
+            stuck.ends_with(
+                "\nstairs: the robot is STUCK since 6.5 s: it came 0.88 m of the 3.78 m that the drive asked for; \
+                 the wheels spun for 13.4, 13.5 and 13.5 s (front, middle, rear)."
+            ),
+            "{stuck}"
+        );
+        let spins = line(None, [0.0, 2.5, 0.0]);
+        assert!(spins.contains("spun for 0.0, 2.5 and 0.0 s"), "{spins}");
+        assert!(!spins.contains("STUCK"), "{spins}");
+        let travels = line(None, [0.5, 1.9, 0.0]);
+        assert!(!travels.contains("spun"), "{travels}");
+    }
+
     /// Several runs stand in one table, each under its label, each with its speed.
     #[test]
     fn several_runs_are_told_apart() {
@@ -200,6 +286,22 @@ mod tests {
             assert!(rows.next().is_none());
         }
         assert_eq!(text.matches("paper-wheels").count(), 2);
+    }
+
+    /// A run that broke off does not pass for a complete one.
+    #[test]
+    fn a_broken_run_is_marked() {
+        let mut broken = summary(0);
+        broken.broken_off = Some(BrokenOff {
+            reason: "stopped by Ctrl-C".to_owned(),
+            time_s: 3.2,
+        });
+        let text = comparison_table(&[("runs/a", &summary(0)), ("runs/b", &broken)]);
+        assert!(!text.contains("runs/a broke off"), "{text}");
+        assert!(
+            text.contains("runs/b broke off at 3.200 s: stopped by Ctrl-C"),
+            "{text}"
+        );
     }
 
     /// Gaps are told of, and an estimator without any result has none in the table.

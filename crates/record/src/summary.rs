@@ -1,10 +1,12 @@
 //! `summary.json`: how a run went and how far each estimator was off.
 
 use crate::accuracy::Accuracy;
+use crate::append::write_whole;
 use crate::error::{RecordError, io_error};
 use robhaz_model::{Pin, Robot};
 use robhaz_run::{Frame, RunEnd, Sink, SinkError};
 use robhaz_scene::{ModelErrorTooLarge, Scene};
+use robhaz_score::{ForceErrors, Progress, ProgressMeter, Score};
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
@@ -14,7 +16,7 @@ use std::path::Path;
 /// Name of the file in a run's folder.
 const FILE: &str = "summary.json";
 
-/// What a finished run comes to.
+/// How a run went and how far each estimator was off.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// Name of the scene.
@@ -37,13 +39,65 @@ pub struct Summary {
     pub compare_from_s: f64,
     /// Version of robhaz.
     pub version: String,
+    /// Why and when the run ended before its scene did; `None` for a complete run. All else then holds up to that time.
+    #[serde(default)]
+    pub broken_off: Option<BrokenOff>,
+    /// How far the robot came; `None` in the summaries of versions that did not tell.
+    #[serde(default)]
+    pub progress: Option<ProgressSummary>,
     /// Errors that the sensors drew for the run; no estimator knows them.
     pub sensors: SensorErrors,
-    /// What the estimators were told of the robot.
-    pub told: ToldRobot,
+    /// The nominal robot, which the estimators were given.
+    #[serde(alias = "told")]
+    pub nominal: NominalRobot,
     /// The estimators in the scene's order; in JSON an object with their names as keys.
     #[serde(with = "by_name")]
     pub estimators: Vec<EstimatorSummary>,
+}
+
+/// The end of a run that broke off.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BrokenOff {
+    /// The cause, in words.
+    pub reason: String,
+    /// Simulated time of the last record, s.
+    pub time_s: f64,
+}
+
+/// How far the robot came, and whether it was stuck at the end: [`Progress`] with its units.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ProgressSummary {
+    /// Way of the body along x, m, positive in the direction in which the drive was to go.
+    pub distance_m: f64,
+    /// Way that the drive asked for, m.
+    pub asked_m: f64,
+    /// Time since which the robot gained no ground, s; `None` where it made way to the end.
+    pub stuck_since_s: Option<f64>,
+    /// Time for which each wheel spun, s.
+    pub spinning_s: [f64; 3],
+}
+
+impl From<Progress> for ProgressSummary {
+    fn from(progress: Progress) -> Self {
+        Self {
+            distance_m: progress.distance,
+            asked_m: progress.asked,
+            stuck_since_s: progress.stuck_since,
+            spinning_s: progress.spinning,
+        }
+    }
+}
+
+impl ProgressSummary {
+    fn is_finite(&self) -> bool {
+        let numbers = [self.distance_m, self.asked_m];
+        let since = self.stuck_since_s;
+        numbers
+            .iter()
+            .chain(&since)
+            .chain(&self.spinning_s)
+            .all(|v| v.is_finite())
+    }
 }
 
 /// The grade of the run's sensors and the errors that they drew once.
@@ -63,16 +117,16 @@ pub struct SensorErrors {
     pub rate_scale: [f64; 2],
 }
 
-/// What the estimators were told of the robot, as far as it can differ from the robot.
+/// The nominal robot, which the estimators are given, as far as it can differ from the simulated one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ToldRobot {
+pub struct NominalRobot {
     /// The body's centre of mass, m.
     pub body_cg: [f64; 2],
     /// P, Q, R and S, m.
     pub pins: [[f64; 2]; 4],
     /// Masses of links 1 to 3, kg.
     pub link_masses: [f64; 3],
-    /// Viscous damping B where the robot's own would be told exactly, N m s.
+    /// Viscous damping B, N m s.
     pub viscous_damping: f64,
     /// J_wheel, kg m^2.
     pub wheel_inertia: f64,
@@ -94,23 +148,22 @@ pub struct EstimatorSummary {
     pub traction: Option<ForceErrors>,
     /// Mean of the true normal force of each wheel over the samples compared, N.
     pub mean_normal_force: Option<[f64; 3]>,
+    /// Stated standard deviation of N over the mean of N, -: [`Score::stated`]. `None` if the estimator states none.
+    #[serde(default)]
+    pub stated: Option<f64>,
+    /// Share of errors of N within two stated standard deviations, -. `None` if the estimator states none.
+    #[serde(default)]
+    pub coverage: Option<f64>,
+    /// Mean NEES of the three N: 3 if the stated covariance is right. `None` if the estimator states none.
+    #[serde(default)]
+    pub nees: Option<f64>,
     /// Number of records compared.
-    pub samples: u32,
+    pub samples: u64,
     /// Number of records that should have been compared, but had no estimate.
-    pub missing: u32,
-}
-
-/// Errors of one force on the three wheels.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ForceErrors {
-    /// Root mean square error of each wheel, N.
-    pub rmse: [f64; 3],
-    /// Root mean square error over the three wheels, N.
-    pub rmse_all: f64,
-    /// `rmse_all` over the mean true normal force of the three wheels, a fraction; `None` when no wheel ever carried load.
-    pub nrmse: Option<f64>,
-    /// Largest absolute error of any wheel, N.
-    pub max_abs: f64,
+    pub missing: u64,
+    /// Number of records left out because a wheel has two contacts.
+    #[serde(default)]
+    pub two_contacts: u64,
 }
 
 impl Summary {
@@ -133,13 +186,13 @@ impl Summary {
     /// [`RecordError`] with the file's path, or as [`Summary::to_json`].
     pub fn write(&self, folder: &Path) -> Result<(), RecordError> {
         let path = folder.join(FILE);
-        std::fs::write(&path, self.to_json()?).map_err(io_error("write", &path))
+        write_whole(&path, self.to_json()?.as_bytes())
     }
 
-    /// Reads `summary.json` from the folder of a finished run.
+    /// Reads `summary.json` from the folder of a run, complete or broken off.
     ///
     /// # Errors
-    /// [`RecordError`]: there is no such folder, the run did not finish, or the file is no summary.
+    /// [`RecordError`]: there is no such folder, the run was killed or never started, or the file is no summary.
     pub fn read(folder: &Path) -> Result<Self, RecordError> {
         if !folder.is_dir() {
             return Err(RecordError::NoFolder {
@@ -171,8 +224,12 @@ impl Summary {
         ];
         let of_run = run.iter().find(|(_, value)| !value.is_finite());
         let parts = [
+            (
+                "progress",
+                self.progress.is_none_or(|progress| progress.is_finite()),
+            ),
             ("sensors", self.sensors.is_finite()),
-            ("told", self.told.is_finite()),
+            ("nominal", self.nominal.is_finite()),
         ];
         let of_parts = parts.iter().find(|(_, finite)| !finite);
         let of_run = of_run
@@ -209,14 +266,16 @@ impl SensorErrors {
     }
 }
 
-impl ToldRobot {
+impl NominalRobot {
     pub(crate) fn of(scene: &Scene) -> Result<Self, ModelErrorTooLarge> {
-        let Robot { geometry, mass } = scene.told_robot()?;
+        let Robot { geometry, mass } = scene.nominal_robot()?;
         Ok(Self {
             body_cg: geometry.body_cg.into(),
             pins: Pin::ALL.map(|pin| geometry.pins.get(pin).into()),
             link_masses: mass.links,
-            viscous_damping: scene.model_error.told_damping(scene.drive.viscous_damping),
+            viscous_damping: scene
+                .model_error
+                .nominal_damping(scene.drive.viscous_damping),
             wheel_inertia: mass.wheel_inertia,
             rotor_inertia: mass.rotor_inertia,
             wheel_radius: geometry.wheel_radius,
@@ -239,6 +298,21 @@ impl ToldRobot {
 }
 
 impl EstimatorSummary {
+    pub(crate) fn new(name: &str, score: &Score) -> Self {
+        Self {
+            name: name.to_owned(),
+            normal_force: score.normal_force(),
+            traction: score.traction(),
+            mean_normal_force: score.mean_normal_force(),
+            stated: score.stated(),
+            coverage: score.coverage(),
+            nees: score.nees(),
+            samples: score.samples(),
+            missing: score.missing(),
+            two_contacts: score.two_contacts(),
+        }
+    }
+
     fn not_finite(&self) -> Option<String> {
         let name = &self.name;
         let forces = [
@@ -249,20 +323,23 @@ impl EstimatorSummary {
             .iter()
             .find(|(_, errors)| errors.is_some_and(|e| !e.is_finite()));
         let load = self.mean_normal_force.iter().flatten();
+        let stated = [
+            ("stated", self.stated),
+            ("coverage", self.coverage),
+            ("nees", self.nees),
+        ];
+        let of_stated = stated
+            .iter()
+            .find(|(_, value)| value.is_some_and(|v| !v.is_finite()));
         of_forces
-            .map(|(force, _)| format!("estimators.{name}.{force}"))
+            .map(|(force, _)| *force)
+            .or(of_stated.map(|(key, _)| *key))
+            .map(|key| format!("estimators.{name}.{key}"))
             .or_else(|| {
                 load.copied()
                     .find(|value| !value.is_finite())
                     .map(|_| format!("estimators.{name}.mean_normal_force"))
             })
-    }
-}
-
-impl ForceErrors {
-    fn is_finite(&self) -> bool {
-        let mut numbers = self.rmse.iter().chain([&self.rmse_all, &self.max_abs]);
-        numbers.all(|v| v.is_finite()) && self.nrmse.is_none_or(f64::is_finite)
     }
 }
 
@@ -306,8 +383,9 @@ mod by_name {
 #[derive(Debug, Default)]
 pub struct SummarySink {
     estimators: Vec<Accuracy>,
+    progress: Option<ProgressMeter>,
     /// What is known of the run before it starts.
-    scene: Option<(Scene, ToldRobot)>,
+    scene: Option<(Scene, NominalRobot)>,
     end: Option<RunEnd>,
 }
 
@@ -317,12 +395,12 @@ impl SummarySink {
         Self::default()
     }
 
-    /// The summary of the finished run.
+    /// The summary of the run, marked when it broke off.
     ///
     /// # Errors
-    /// [`RecordError::Unfinished`] when the run broke off or goes on.
+    /// [`RecordError::Unfinished`] when the run goes on, or has no record.
     pub fn summary(&self) -> Result<Summary, RecordError> {
-        let (Some((scene, told)), Some(end)) = (&self.scene, &self.end) else {
+        let (Some((scene, nominal)), Some(end)) = (&self.scene, &self.end) else {
             return Err(RecordError::Unfinished);
         };
         Ok(Summary {
@@ -336,8 +414,13 @@ impl SummarySink {
             record_rate_hz: scene.record.rate,
             compare_from_s: scene.record.compare_from,
             version: env!("CARGO_PKG_VERSION").to_owned(),
+            broken_off: end.broken_off.clone().map(|reason| BrokenOff {
+                reason,
+                time_s: end.duration,
+            }),
+            progress: self.progress.map(|meter| meter.progress().into()),
             sensors: SensorErrors::of(scene),
-            told: told.clone(),
+            nominal: nominal.clone(),
             estimators: self.estimators.iter().map(Accuracy::summary).collect(),
         })
     }
@@ -350,7 +433,9 @@ impl Sink for SummarySink {
             .iter()
             .map(|e| Accuracy::new(&e.name, scene.record.compare_from))
             .collect();
-        self.scene = Some((scene.clone(), ToldRobot::of(scene)?));
+        let radius = scene.robot.robot.geometry.wheel_radius;
+        self.progress = Some(ProgressMeter::new(&scene.drive, radius));
+        self.scene = Some((scene.clone(), NominalRobot::of(scene)?));
         self.end = None;
         Ok(())
     }
@@ -359,11 +444,14 @@ impl Sink for SummarySink {
         for (i, accuracy) in self.estimators.iter_mut().enumerate() {
             accuracy.add(frame.truth, frame.estimates.get(i));
         }
+        if let Some(progress) = &mut self.progress {
+            progress.add(frame.truth);
+        }
         Ok(())
     }
 
     fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
-        self.end = end.copied();
+        self.end = end.cloned();
         Ok(())
     }
 }
@@ -379,6 +467,7 @@ mod tests {
         duration: 2.0,
         wall: 0.1,
         step: 1e-4,
+        broken_off: None,
     };
 
     fn summary_of(records: &[crate::testing::Record]) -> Summary {
@@ -488,14 +577,14 @@ mod tests {
         assert_eq!(names, ["paper-body", "true-mass", "mine"]);
     }
 
-    /// What the sensors drew and what was told stand there, so that both can be checked against tables and scene.
+    /// The drawn sensor errors and the nominal robot are in the summary, and agree with the scene.
     #[test]
-    fn drawn_errors_and_the_told_robot_are_kept() {
+    fn sensor_errors_and_the_nominal_robot_are_kept() {
         let mut scene = scene();
         scene.sensors = SensorChoice::of(Grade::Poor);
         scene.model_error = ModelError {
             pins: 0.002,
-            ..Grade::Poor.model_error()
+            ..ModelError::of_grade(Grade::Poor)
         };
         let mut sink = SummarySink::new();
         sink.begin(&scene).expect("begins");
@@ -510,11 +599,11 @@ mod tests {
             );
             close(summary.sensors.rate_bias[i], sensors.drawn().rate_bias[i]);
         }
-        let s = scene.told_robot().expect("a robot").geometry.pins.s;
-        close(summary.told.pins[3][0], s.x);
-        close(summary.told.pins[3][1], s.y);
-        close(summary.told.viscous_damping, 0.165);
-        close(summary.told.wheel_radius, 0.1);
+        let s = scene.nominal_robot().expect("a robot").geometry.pins.s;
+        close(summary.nominal.pins[3][0], s.x);
+        close(summary.nominal.pins[3][1], s.y);
+        close(summary.nominal.viscous_damping, 0.165);
+        close(summary.nominal.wheel_radius, 0.1);
     }
 
     /// The keys that others read.
@@ -553,15 +642,32 @@ mod tests {
         assert!(error.contains("estimators.true-mass.traction"), "{error}");
     }
 
-    /// A run that broke off must not pass for a finished one.
+    /// A run that broke off has a summary of what was recorded, which says when and why. Without a record there is none.
     #[test]
-    fn a_broken_run_has_no_summary() {
+    fn a_broken_run_says_so_in_its_summary() {
         let mut sink = SummarySink::new();
         assert!(matches!(sink.summary(), Err(RecordError::Unfinished)));
         sink.begin(&scene()).expect("begins");
-        sink.frame(&frame_of(1.0).frame()).expect("a record");
         sink.end(None).expect("ends");
         assert!(matches!(sink.summary(), Err(RecordError::Unfinished)));
+        sink.begin(&scene()).expect("begins");
+        sink.frame(&frame_of(1.0).frame()).expect("a record");
+        let end = RunEnd {
+            duration: 1.0,
+            broken_off: Some("stopped by Ctrl-C".to_owned()),
+            ..END
+        };
+        sink.end(Some(&end)).expect("ends");
+        let json = sink.summary().and_then(|s| s.to_json()).expect("JSON");
+        let value: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+        assert_eq!(value["broken_off"]["reason"], "stopped by Ctrl-C");
+        assert_eq!(value["broken_off"]["time_s"], 1.0);
+        assert_eq!(value["estimators"]["mine"]["samples"], 1);
+        // A complete run has the key, too, and a summary of an earlier version is read without it.
+        let whole = summary_of(&records()).to_json().expect("JSON");
+        assert!(whole.contains("\"broken_off\": null"), "{whole}");
+        let earlier = whole.replace("  \"broken_off\": null,\n", "");
+        assert!(serde_json::from_str::<Summary>(&earlier).is_ok());
     }
 
     /// Each way of pointing at the wrong thing has words of its own, with the path.

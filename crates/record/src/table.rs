@@ -3,8 +3,10 @@
 use crate::columns::Table;
 use crate::csv_table::{CsvTable, write_columns};
 use crate::error::{RecordError, check_name, io_error};
-use crate::parquet_table::ParquetTable;
+use crate::parquet_table::{TornEnd, write_parquet};
+use crate::stream_table::StreamTable;
 use crate::terrain_table::write_terrain;
+use rayon::prelude::*;
 use robhaz_run::{Frame, RunEnd, Sink, SinkError};
 use robhaz_scene::Scene;
 use std::path::{Path, PathBuf};
@@ -19,17 +21,22 @@ pub enum TableFormat {
 }
 
 enum Writer {
-    Parquet(Box<ParquetTable>),
+    /// Becomes Parquet at the end.
+    Stream(Box<StreamTable>),
     Csv(CsvTable),
 }
 
 /// Writes the tables `truth`, `sensors`, `estimate-NAME` and `terrain` of a run into a folder.
 ///
-/// A run that breaks off keeps every row; one that is killed keeps all but its last seconds.
+/// While the run goes on, a Parquet table is a stream of Arrow batches (`.arrows`), to which rows go at least every simulated
+/// second; the end of the run makes Parquet of it and removes the stream. CSV tables grow in the same steps. So a run that
+/// breaks off keeps every row, and one that is killed all but its last second: [`crate::recover`] makes tables of its streams.
 pub struct TableSink {
     folder: PathBuf,
     format: TableFormat,
     writers: Vec<Writer>,
+    /// A row could not be written: the streams stay as they are.
+    failed: bool,
 }
 
 impl TableSink {
@@ -39,6 +46,7 @@ impl TableSink {
             folder: folder.to_path_buf(),
             format,
             writers: Vec::new(),
+            failed: false,
         }
     }
 
@@ -60,11 +68,21 @@ impl TableSink {
         self.writers = tables
             .into_iter()
             .map(|table| match self.format {
-                TableFormat::Parquet => ParquetTable::create(folder, table, &metadata)
-                    .map(|t| Writer::Parquet(Box::new(t))),
+                TableFormat::Parquet => StreamTable::create(folder, table, &metadata)
+                    .map(|t| Writer::Stream(Box::new(t))),
                 TableFormat::Csv => CsvTable::create(folder, table).map(Writer::Csv),
             })
             .collect::<Result<_, _>>()?;
+        Ok(())
+    }
+
+    fn push(&mut self, frame: &Frame<'_>) -> Result<(), RecordError> {
+        for writer in &mut self.writers {
+            match writer {
+                Writer::Stream(table) => table.push(frame)?,
+                Writer::Csv(table) => table.push(frame)?,
+            }
+        }
         Ok(())
     }
 }
@@ -75,26 +93,31 @@ impl Sink for TableSink {
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
-        for writer in &mut self.writers {
-            match writer {
-                Writer::Parquet(table) => table.push(frame)?,
-                Writer::Csv(table) => table.push(frame)?,
-            }
-        }
-        Ok(())
+        let pushed = self.push(frame);
+        self.failed |= pushed.is_err();
+        Ok(pushed?)
     }
 
     fn end(&mut self, _: Option<&RunEnd>) -> Result<(), SinkError> {
         // One table that cannot be closed must not keep the others open.
         let mut first_failure = None;
-        for mut writer in self.writers.drain(..) {
-            let closed = match &mut writer {
-                Writer::Parquet(table) => table.close(),
-                Writer::Csv(table) => table.close(),
+        let mut streams = Vec::new();
+        for writer in self.writers.drain(..) {
+            let closed = match writer {
+                Writer::Stream(mut table) => {
+                    let closed = table.close();
+                    streams.push(table.path().to_path_buf());
+                    closed
+                }
+                Writer::Csv(mut table) => table.close(),
             };
             if let Err(error) = closed {
                 first_failure.get_or_insert(error);
             }
+        }
+        // Where rows did not fit, their Parquet file would not either.
+        if first_failure.is_none() && !self.failed {
+            first_failure = convert(&streams).err();
         }
         match first_failure {
             Some(error) => Err(error.into()),
@@ -103,11 +126,21 @@ impl Sink for TableSink {
     }
 }
 
+/// Makes a Parquet file of each stream, all at once, and removes the streams that are no longer needed.
+fn convert(streams: &[PathBuf]) -> Result<(), RecordError> {
+    let convert = |stream: &PathBuf| {
+        write_parquet(stream, TornEnd::Refuse)?;
+        std::fs::remove_file(stream).map_err(io_error("remove", stream))
+    };
+    streams.par_iter().map(convert).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::columns::{Kind, Value};
-    use crate::testing::{Record, frame_of, records, scene};
+    use crate::parquet_table::{RecoveredTable, recover};
+    use crate::testing::{Record, records, scene};
     use arrow_array::{Array, Float64Array, RecordBatch, UInt32Array};
     use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
     use std::fs::{self, File};
@@ -210,28 +243,57 @@ mod tests {
         );
     }
 
-    /// A run that is killed has not closed its tables: they can be read up to the last row group all the same, and what
-    /// stands there in between does not disturb the finished file.
+    /// Rows of `table` that can be read in a folder as a killed run leaves it.
+    fn recovered(folder: &Path, table: &str) -> RecoveredTable {
+        let copy = tempfile::tempdir().expect("a folder");
+        let name = format!("{table}.arrows");
+        fs::copy(folder.join(&name), copy.path().join(&name)).expect("a stream");
+        let mut tables = recover(copy.path(), false).expect("it can be read");
+        tables.remove(0)
+    }
+
+    /// A run that is killed has not closed its tables: all can be read but the last second, at any moment and wherever the
+    /// last batch is torn.
     #[test]
-    fn parquet_can_be_read_while_it_grows() {
+    fn a_killed_run_loses_a_second_at_most() {
         let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("truth.parquet");
         let mut sink = TableSink::new(folder.path(), TableFormat::Parquet);
         sink.begin(&scene()).expect("begins");
-        let rows = |path: &Path| {
-            let (batches, _) = read(path);
-            batches.iter().map(RecordBatch::num_rows).sum::<usize>()
-        };
-        let group = 16 * 1024;
-        for k in 0..2 * group + 10 {
-            sink.frame(&frame_of(f64::from(k)).frame()).expect("a row");
-            if k + 1 == group {
-                assert_eq!(rows(&path), 16 * 1024);
-            }
+        assert_eq!(recovered(folder.path(), "truth").rows, 0);
+        for record in &records() {
+            sink.frame(&record.frame()).expect("a row");
+            let end = recovered(folder.path(), "truth").end.unwrap_or(0.0);
+            assert!(record.truth.time - end < 1.0, "{end}");
         }
-        assert_eq!(rows(&path), 2 * 16 * 1024);
+        assert_eq!(recovered(folder.path(), "truth").rows, 201);
+        // Killed in the middle of a write.
+        let stream = folder.path().join("truth.arrows");
+        let whole = fs::read(&stream).expect("a stream");
+        for cut in [1, 100, 10_000] {
+            fs::write(&stream, &whole[..whole.len() - cut]).expect("written");
+            assert_eq!(recovered(folder.path(), "truth").rows, 101, "{cut}");
+        }
+    }
+
+    /// What is made of a stream is the very table of the finished run; it replaces no other unasked.
+    #[test]
+    fn a_recovered_table_is_that_of_the_run() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut sink = TableSink::new(folder.path(), TableFormat::Parquet);
+        sink.begin(&scene()).expect("begins");
+        for record in &records() {
+            sink.frame(&record.frame()).expect("a row");
+        }
+        let tables = recover(folder.path(), false).expect("tables");
+        assert_eq!(tables.len(), 5);
+        let recovered = fs::read(&tables[4].path).expect("a table");
+        let error = recover(folder.path(), false).expect_err("it is there");
+        assert!(error.to_string().ends_with(".parquet exists"), "{error}");
+        assert_eq!(recover(folder.path(), true).expect("replaced"), tables);
         sink.end(None).expect("ends");
-        assert_eq!(rows(&path), 2 * 16 * 1024 + 10);
+        assert!(recovered == fs::read(&tables[4].path).expect("a table"));
+        let error = recover(folder.path(), false).expect_err("the streams have gone");
+        assert!(matches!(error, RecordError::NoStreams { .. }), "{error}");
     }
 
     /// Text, but no digit lost; gaps are empty.

@@ -1,193 +1,157 @@
-//! The loop that owns time. Data flows one way:
+//! The loop that owns time. Within a sample data flows one way:
 //!
 //! ```text
-//! plant -> Truth --------------------------------> sinks
-//!              \-> SensorFrame -> estimators -> Estimate -^
+//! source -> Truth -----------------------------> sinks
+//!       \-> SensorFrame -> estimators -> Estimate -^
 //! ```
 //!
-//! Several estimators run side by side on the same readings. A [`Sink`] is told of every record and never calls back.
+//! A [`Source`] gives readings, sample by sample: [`Simulation`] those of a scene. Several [`Estimators`] run side by side on
+//! the same readings. A [`Sink`] receives every record and never calls back.
 
-use robhaz_estimator::{Estimate, EstimateError, Estimator, LinkReading, SensorFrame};
-use robhaz_scene::{ModelErrorTooLarge, Scene};
-use robhaz_sim::sensors::{Readings, Sensors};
-use robhaz_sim::{Plant, PlantError, Truth};
+mod error;
+mod estimators;
+mod sink;
+mod source;
 
-/// One record of a run.
-#[derive(Clone, Copy, Debug)]
-pub struct Frame<'a> {
-    /// What truly happens.
-    pub truth: &'a Truth,
-    /// What the sensors read of it.
-    pub sensors: &'a SensorFrame,
-    /// What each estimator makes of the readings, in the scene's order.
-    pub estimates: &'a [Result<Estimate, EstimateError>],
+pub use error::RunError;
+pub use estimators::{Estimators, Observers};
+pub use sink::{Frame, RunEnd, Sink, SinkError};
+pub use source::{Sample, Simulation, Source, sensor_frame};
+
+use robhaz_scene::Scene;
+use std::time::{Duration, Instant};
+
+/// Asks whether the run has to stop: a short cause such as `Ctrl-C`, or `None` to go on. Asked at every sample.
+pub type Stop<'a> = &'a dyn Fn() -> Option<&'static str>;
+
+/// Runs a scene from its start to its end and hands every record to every sink.
+///
+/// # Errors
+/// As [`Run::new`] and [`Run::until`].
+pub fn run(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunError> {
+    run_until(scene, sinks, &|| None)
 }
 
-/// How a finished run went.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RunEnd {
-    /// Simulated time, s.
-    pub duration: f64,
-    /// Time that simulation and estimation took, without the sinks, s.
-    pub wall: f64,
-    /// Mean integration step, s.
-    pub step: f64,
+/// As [`run`], but ends early when `stop` names a cause.
+///
+/// # Errors
+/// As [`Run::new`] and [`Run::until`].
+pub fn run_until(
+    scene: &Scene,
+    sinks: &mut [&mut dyn Sink],
+    stop: Stop<'_>,
+) -> Result<RunEnd, RunError> {
+    Run::new(scene)?.until(sinks, stop)
 }
 
-impl RunEnd {
-    /// Simulated seconds a second.
-    pub fn real_time_factor(&self) -> f64 {
-        self.duration / self.wall
+/// A run that is ready to start: the robot stands on its ground.
+pub struct Run<'a> {
+    scene: &'a Scene,
+    source: Simulation,
+    estimators: Estimators,
+    /// Time spent without the sinks.
+    wall: Duration,
+    /// Time of the last record, s. `None` before the first.
+    time: Option<f64>,
+}
+
+impl<'a> Run<'a> {
+    /// Puts the robot on its ground and prepares its sensors and estimators.
+    ///
+    /// # Errors
+    /// [`RunError::Start`] and [`RunError::ModelError`].
+    pub fn new(scene: &'a Scene) -> Result<Self, RunError> {
+        let start = Instant::now();
+        let source = Simulation::new(scene)?;
+        let estimators = Estimators::new(scene)?;
+        Ok(Self {
+            scene,
+            source,
+            estimators,
+            wall: start.elapsed(),
+            time: None,
+        })
+    }
+
+    /// Runs to the end of the scene, or until `stop` names a cause. When the run breaks off, the sinks still end, so that what was
+    /// recorded is kept.
+    ///
+    /// # Errors
+    /// [`RunError`], after the sinks have ended; [`RunError::Stopped`] when `stop` ended the run.
+    pub fn until(
+        mut self,
+        sinks: &mut [&mut dyn Sink],
+        stop: Stop<'_>,
+    ) -> Result<RunEnd, RunError> {
+        begin(self.scene, sinks)?;
+        let result = self.records(sinks, stop);
+        let end = self.end(result.as_ref().err());
+        let mut first_failure = None;
+        for sink in sinks.iter_mut() {
+            if let Err(error) = sink.end(end.as_ref()) {
+                first_failure.get_or_insert(error);
+            }
+        }
+        match (result, first_failure, end) {
+            (Err(error), ..) => Err(error),
+            (Ok(()), Some(error), _) => Err(RunError::Sink(error)),
+            (Ok(()), None, Some(end)) => Ok(end),
+            // A scene has at least the record at time zero.
+            (Ok(()), None, None) => Err(RunError::Sink("the scene has no record".into())),
+        }
+    }
+
+    fn records(&mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result<(), RunError> {
+        loop {
+            if let Some(cause) = stop() {
+                return Err(RunError::Stopped { cause });
+            }
+            let start = Instant::now();
+            let Some(sample) = self.source.next_sample()? else {
+                return Ok(());
+            };
+            let estimates = self.estimators.update(&sample.sensors);
+            self.wall += start.elapsed();
+            if !sample.is_record {
+                continue;
+            }
+            let frame = Frame {
+                truth: &sample.truth,
+                sensors: &sample.sensors,
+                estimates,
+            };
+            for sink in sinks.iter_mut() {
+                sink.frame(&frame).map_err(RunError::Sink)?;
+            }
+            self.time = Some(sample.truth.time);
+        }
+    }
+
+    /// How the run ended. `None` without a record.
+    fn end(&self, error: Option<&RunError>) -> Option<RunEnd> {
+        let last = self.time?;
+        Some(RunEnd {
+            duration: match error {
+                None => self.scene.record.duration,
+                Some(_) => last,
+            },
+            wall: self.wall.as_secs_f64(),
+            step: self.source.mean_step(),
+            broken_off: error.map(RunError::line),
+        })
     }
 }
 
-/// Why a sink cannot go on, in words for the user.
-pub type SinkError = Box<dyn std::error::Error + Send + Sync>;
-
-/// Something that keeps or shows a run: tables, figures, a recording, a progress bar.
-pub trait Sink {
-    /// Before the first record.
-    ///
-    /// # Errors
-    /// What the sink cannot do; the run does not start.
-    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError>;
-
-    /// At every record, in order of time.
-    ///
-    /// # Errors
-    /// What the sink cannot do; the run stops.
-    fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError>;
-
-    /// After the last record. `None` when the run broke off: keep what there is.
-    ///
-    /// # Errors
-    /// What the sink cannot do.
-    fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError>;
-}
-
-/// Why a run broke off.
-#[derive(Debug, thiserror::Error)]
-pub enum RunError {
-    /// The simulation left its range of validity.
-    #[error("the simulation stopped")]
-    Plant(#[from] PlantError),
-    /// The estimators cannot be told of the robot.
-    #[error("model_error")]
-    ModelError(#[from] ModelErrorTooLarge),
-    /// A sink failed.
-    #[error(transparent)]
-    Sink(SinkError),
-}
-
-/// Runs a scene from its start to its end and tells every sink of it.
-///
-/// When the run breaks off, the sinks are still told to end, so that what was recorded is kept.
-///
-/// # Errors
-/// [`RunError`], after the sinks were told to end.
-pub fn run(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunError> {
+/// Lets every sink begin. When one fails, those that have begun end.
+fn begin(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<(), RunError> {
     for i in 0..sinks.len() {
         if let Err(error) = sinks[i].begin(scene) {
-            // Those that have begun are told; the first failure is what counts.
             for sink in &mut sinks[..i] {
+                // The failure above is what the user has to know.
                 let _ = sink.end(None);
             }
             return Err(RunError::Sink(error));
         }
     }
-    let result = simulate(scene, sinks);
-    let mut first_failure = None;
-    for sink in sinks.iter_mut() {
-        if let Err(error) = sink.end(result.as_ref().ok()) {
-            first_failure.get_or_insert(error);
-        }
-    }
-    match (result, first_failure) {
-        (Ok(_), Some(error)) => Err(RunError::Sink(error)),
-        (result, _) => result,
-    }
-}
-
-fn simulate(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<RunEnd, RunError> {
-    let mut wall = std::time::Duration::ZERO;
-    let start = std::time::Instant::now();
-    let mut plant = Plant::new(&scene.plant_setup());
-    let mut observers = Observers::new(scene)?;
-    wall += start.elapsed();
-    for record in 0..scene.record_count() {
-        let start = std::time::Instant::now();
-        // Between records the sensors and estimators go on at their own rate.
-        if record > 0 {
-            for _ in 1..scene.samples_per_record() {
-                observers.observe(&plant.next_truth()?);
-            }
-        }
-        let truth = plant.next_truth()?;
-        let (frame, estimates) = observers.observe(&truth);
-        wall += start.elapsed();
-        for sink in sinks.iter_mut() {
-            sink.frame(&Frame {
-                truth: &truth,
-                sensors: frame,
-                estimates,
-            })
-            .map_err(RunError::Sink)?;
-        }
-    }
-    Ok(RunEnd {
-        duration: scene.record.duration,
-        wall: wall.as_secs_f64(),
-        step: plant.mean_step(),
-    })
-}
-
-/// The sensors of a scene, and its estimators behind them: what sees the truth through readings alone.
-pub struct Observers {
-    sensors: Sensors,
-    estimators: Vec<Estimator>,
-    frame: Option<SensorFrame>,
-    estimates: Vec<Result<Estimate, EstimateError>>,
-}
-
-impl Observers {
-    /// Those of a scene, with its seed.
-    ///
-    /// # Errors
-    /// [`ModelErrorTooLarge`] when the robot that the estimators would be told cannot be one.
-    pub fn new(scene: &Scene) -> Result<Self, ModelErrorTooLarge> {
-        let told = scene.told_robot()?;
-        let estimator = |e| Estimator::new(&told, scene.told_settings(e));
-        Ok(Self {
-            sensors: scene.sensors(),
-            estimators: scene.estimators.iter().map(estimator).collect(),
-            frame: None,
-            estimates: Vec::with_capacity(scene.estimators.len()),
-        })
-    }
-
-    /// Reads the sensors at one instant and lets every estimator make of it what it can, in the scene's order.
-    pub fn observe(&mut self, truth: &Truth) -> (&SensorFrame, &[Result<Estimate, EstimateError>]) {
-        let frame = self.frame.insert(sensor_frame(&self.sensors.read(truth)));
-        self.estimates.clear();
-        let frame = &*frame;
-        self.estimates
-            .extend(self.estimators.iter_mut().map(|e| e.update(frame)));
-        (frame, &self.estimates)
-    }
-}
-
-/// The only bridge between simulator and estimator: readings, field by field.
-pub fn sensor_frame(readings: &Readings) -> SensorFrame {
-    let link = |i: usize| LinkReading {
-        inclination: readings.inclination[i],
-        rate: readings.rate[i],
-    };
-    SensorFrame {
-        time: readings.time,
-        wheel_angle: readings.wheel_angle,
-        motor_torque: readings.motor_torque,
-        link1: link(0),
-        link2: link(1),
-        contact_angle: readings.contact_angle,
-    }
+    Ok(())
 }

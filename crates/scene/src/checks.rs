@@ -7,7 +7,11 @@ use crate::scene::Scene;
 use crate::sensors::MODEL_ERROR_PATH;
 use crate::source::Node;
 use robhaz_sim::EngineKind;
-use robhaz_sim::rapier::{MOST_PARTS, longest_step_for_contact, longest_step_for_friction};
+use robhaz_sim::drive::FRICTION_SPEED;
+use robhaz_sim::rapier::MOST_PARTS;
+use robhaz_sim::stability::{
+    greatest_integral_gain, greatest_slope, longest_step_for_contact, longest_step_for_friction,
+};
 
 /// Most records of a run.
 const MOST_RECORDS: f64 = 1e8;
@@ -95,7 +99,7 @@ fn sensors(reader: &mut Reader, root: &Node, scene: &Scene) {
 
 /// What the estimators are told must be a robot.
 fn model_error(reader: &mut Reader, root: &Node, scene: &Scene) {
-    if let Err(error) = scene.told_robot() {
+    if let Err(error) = scene.nominal_robot() {
         let origin = &root.get(MODEL_ERROR_PATH).unwrap_or(root).origin;
         let message = format!("with seed {} {error}; allowed: smaller errors", scene.seed);
         reader.push(Problem::at(origin, MODEL_ERROR_PATH, message).whole());
@@ -113,8 +117,8 @@ fn engine(reader: &mut Reader, root: &Node, scene: &Scene) {
     }
 }
 
-/// The step of `rapier` against the stiffness of contact, friction and gear friction: beyond the limits the forces oscillate, and nothing
-/// else would show it.
+/// The step of `rapier` against the stiffness of contact, friction and drive: beyond the limits the forces oscillate, and
+/// nothing else would show it.
 fn stability(reader: &mut Reader, root: &Node, scene: &Scene) {
     if scene.engine.kind != EngineKind::Rapier {
         return;
@@ -134,18 +138,90 @@ fn stability(reader: &mut Reader, root: &Node, scene: &Scene) {
                 * longest_step_for_friction(&scene.friction, robot, 2.0 * robot.mean_wheel_load()),
             "the friction's slope against wheel and robot",
         ),
-        (
-            ("drive.gear_friction", scene.drive.gear_friction),
-            scene.drive.longest_step(robot),
-            "the gear friction's slope against wheel and rotor",
-        ),
     ] {
         if scene.engine.step > longest {
-            let longest = short((longest * 1e9).floor() / 1e9);
+            let longest = floor(longest);
             let rule =
                 format!("engine.step at most {longest} s, {why}; or engine.kind = \"direct\"");
             conflict(reader, root, [key, step], &rule);
         }
+    }
+    drive(reader, root, scene);
+}
+
+/// The step of `rapier` against the slope of the torque over the wheel speed, and against the integral gain.
+fn drive(reader: &mut Reader, root: &Node, scene: &Scene) {
+    let (drive, mass) = (&scene.drive, &scene.robot.robot.mass);
+    let step = ("engine.step", scene.engine.step);
+    let Some(greatest) = greatest_slope(&scene.robot.robot, scene.engine.step) else {
+        let keys = [
+            ("robot.mass.wheel_inertia", mass.wheel_inertia),
+            ("robot.mass.rotor_inertia", mass.rotor_inertia),
+        ];
+        let rule = "inertias of wheels and rotors small against those of the links; or engine.kind = \"direct\"";
+        conflict(reader, root, keys, rule);
+        return;
+    };
+    if drive.slope() > greatest {
+        let slopes = [
+            (("drive.kp", drive.kp), 1.0),
+            (("drive.viscous_damping", drive.viscous_damping), 1.0),
+            (("drive.gear_friction", drive.gear_friction), FRICTION_SPEED),
+        ];
+        let (key, unit) = slopes.into_iter().fold(slopes[0], |most, other| {
+            if other.0.1 / other.1 > most.0.1 / most.1 {
+                other
+            } else {
+                most
+            }
+        });
+        let others = drive.slope() - key.1 / unit;
+        let at_most = floor((greatest - others) * unit);
+        let longest = floor(scene.engine.step * greatest / drive.slope());
+        let instead = if greatest > others {
+            format!(" or {} at most {at_most}", key.0)
+        } else {
+            String::new()
+        };
+        let rule = format!(
+            "engine.step at most {longest} s{instead}, the drive's slope against wheel, rotor and links; \
+             or engine.kind = \"direct\""
+        );
+        conflict(reader, root, [key, step], &rule);
+    }
+    let most = greatest_integral_gain(drive, scene.engine.step);
+    if drive.ki > most {
+        let rule = format!(
+            "drive.ki at most {}, what drive.kp and the losses damp at this step; or engine.kind = \"direct\"",
+            floor(most)
+        );
+        conflict(reader, root, [("drive.ki", drive.ki), step], &rule);
+    }
+}
+
+/// A limit in a message, rounded down to three digits; 0 for a limit that is not positive.
+fn floor(limit: f64) -> String {
+    // Written so that a NaN is 0 too.
+    if limit > 0.0 {
+        short(rounded_down(limit))
+    } else {
+        "0".to_owned()
+    }
+}
+
+/// A positive number rounded down to three digits, so that what a message allows is allowed.
+fn rounded_down(value: f64) -> f64 {
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "a decimal exponent of a double is small"
+    )]
+    let digits = 2 - value.log10().floor() as i32;
+    // Dividing by a power of ten rounds once; multiplying by its inverse would round twice.
+    let scale = 10.0_f64.powi(digits.abs());
+    if digits >= 0 {
+        (value * scale).floor() / scale
+    } else {
+        (value / scale).floor() * scale
     }
 }
 
@@ -178,6 +254,25 @@ fn conflict(reader: &mut Reader, root: &Node, keys: [Value<'_>; 2], rule: &str) 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Never above the number, and never zero, whatever its size.
+    #[test]
+    fn limits_are_rounded_down() {
+        for (value, expected) in [
+            (1.5e-4, 1.5e-4),
+            (1.239e-5, 1.23e-5),
+            (3e-10, 3e-10),
+            (2.9999e-13, 2.99e-13),
+            (0.999_99, 0.999),
+            (12_345.0, 12_300.0),
+        ] {
+            let found = rounded_down(value);
+            assert!(
+                found <= value && (found - expected).abs() < 1e-12 * expected,
+                "{found}"
+            );
+        }
+    }
 
     #[test]
     fn whole_numbers_may_be_rounded() {

@@ -12,6 +12,7 @@ mod excerpt;
 mod file;
 mod key;
 mod load;
+mod model_error;
 mod name;
 mod overrides;
 mod points;
@@ -33,9 +34,9 @@ mod units;
 mod write;
 
 pub use error::{Problem, SceneError};
+pub use model_error::{ModelError, ModelErrorTooLarge};
 pub use reference::{KeyReference, reference};
 pub use robhaz_sim::EngineKind;
-pub use robhaz_sim::model_error::{ModelError, ModelErrorTooLarge};
 pub use robhaz_sim::sensors::{Grade, SensorSpec};
 pub use scene::{
     EngineChoice, EstimatorChoice, RecordChoice, RobotChoice, Scene, SensorChoice, TerrainChoice,

@@ -2,6 +2,7 @@
 
 use crate::error::SceneError;
 use crate::key::Key;
+use crate::model_error::ModelError;
 use crate::reader::Reader;
 use crate::scene::{Scene, SensorChoice};
 use crate::sections::SECTIONS;
@@ -86,7 +87,7 @@ fn read(reader: &mut Reader, root: &Node, source_name: &str) -> Scene {
         terrain: terrain::read(reader, root, seed),
         estimators: estimators::read(reader, root),
         sensors: SensorChoice::of(grade),
-        model_error: grade.model_error(),
+        model_error: ModelError::of_grade(grade),
         ..Scene::default()
     };
     for section in SECTIONS {

@@ -275,6 +275,8 @@ impl Reader {
             UnitError::NotANumber => {
                 return self.refuse(node, path, &number.allowed_in_full());
             }
+            // As a bare number of that size.
+            UnitError::TooLarge => return self.refuse(node, path, &number.allowed()),
             UnitError::NoUnit => format!(
                 "found {found}, a text without a unit, allowed: {}",
                 number.allowed_in_full()

@@ -8,7 +8,9 @@ use crate::robot_keys::{GEOMETRY, LINK_CG, MASSES};
 use crate::scene::RobotChoice;
 use crate::source::{Entry, Node, Origin, Source, Value};
 use crate::suggest::nearest;
-use robhaz_model::{Geometry, GeometryError, MassSet, PinStop, Robot, mean_link_cgs};
+use robhaz_model::{
+    Bar, Geometry, GeometryError, MassSet, PinStop, Robot, StanceError, mean_link_cgs,
+};
 use std::path::Path;
 
 /// How far the axles may stand from the wheel radius over the ground in the nominal pose, m.
@@ -99,16 +101,57 @@ pub(crate) fn read(reader: &mut Reader, root: &Node) -> RobotChoice {
     if let Some(node) = root.get("robot") {
         reader.table(KEYS, node, "robot", &mut ());
     }
-    let (geometry_name, geometry) = read_part(reader, root, &GEOMETRY_PART, read_geometry);
-    let (mass_name, mass) = read_part(reader, root, &MASS_PART, read_masses);
+    let mark = reader.mark();
+    let geometry = read_part(reader, root, &GEOMETRY_PART, read_geometry);
+    let mass = read_part(reader, root, &MASS_PART, read_masses);
+    let robot = Robot {
+        // Both are there unless there is a problem.
+        geometry: geometry.value.unwrap_or_else(Geometry::a),
+        mass: mass.value.unwrap_or_else(MassSet::caption),
+    };
+    if let (true, Err(error)) = (reader.mark() == mark, robot.check_stance()) {
+        // Where only the masses were chosen, they are at fault.
+        let masses_alone = root.find(GEOMETRY_PART.path).is_none();
+        let (part, key) = if masses_alone && root.find(MASS_PART.path).is_some() {
+            (&mass.node, "")
+        } else {
+            (&geometry.node, stance_key(&error))
+        };
+        let whole = part.as_ref().unwrap_or(root);
+        let at = whole.find(key).unwrap_or(whole);
+        let path = if masses_alone {
+            MASS_PART.path.to_owned()
+        } else {
+            join(&geometry.path, key)
+        };
+        reader.push(Problem::at(&at.origin, &path, error.to_string()).whole());
+    }
     RobotChoice {
-        geometry_name,
-        mass_name,
-        robot: Robot {
-            // Both are there unless there is a problem.
-            geometry: geometry.unwrap_or_else(Geometry::a),
-            mass: mass.unwrap_or_else(MassSet::caption),
-        },
+        geometry_name: geometry.name,
+        mass_name: mass.name,
+        robot,
+    }
+}
+
+/// A half of `[robot]` as it was read.
+struct ReadPart<T> {
+    name: String,
+    /// Its table, and the key under which that stands: empty for a file.
+    node: Option<Node>,
+    path: String,
+    value: Option<T>,
+}
+
+/// The key of the geometry that a stance is refused for.
+fn stance_key(error: &StanceError) -> &'static str {
+    match error {
+        StanceError::WheelsOverlap { .. } => "axles",
+        StanceError::PinBelowGround { .. } => "pins",
+        StanceError::CentreBelowGround { bar, .. } if *bar != Bar::Body => LINK_CG,
+        StanceError::Folds { .. } | StanceError::Undetermined => "pins.q",
+        StanceError::CentreBelowGround { .. }
+        | StanceError::TipsForward { .. }
+        | StanceError::TipsBackward { .. } => "body_cg",
     }
 }
 
@@ -117,7 +160,7 @@ fn read_part<T>(
     root: &Node,
     part: &Part,
     read: fn(&mut Reader, &Node, &str) -> Option<T>,
-) -> (String, Option<T>) {
+) -> ReadPart<T> {
     let (chosen, node, path) = match root.find(part.path) {
         None => {
             let default = &part.builtins[0];
@@ -133,7 +176,12 @@ fn read_part<T>(
         },
     };
     let Some(node) = node else {
-        return (chosen.to_owned(), None);
+        return ReadPart {
+            name: chosen.to_owned(),
+            node: None,
+            path: path.to_owned(),
+            value: None,
+        };
     };
     let name = match node.get("name").map(|n| (n, &n.value)) {
         Some((_, Value::Text(name))) => name.clone(),
@@ -143,7 +191,13 @@ fn read_part<T>(
         }
         None => chosen.to_owned(),
     };
-    (name, read(reader, &node, path))
+    let value = read(reader, &node, path);
+    ReadPart {
+        name,
+        node: Some(node),
+        path: path.to_owned(),
+        value,
+    }
 }
 
 impl Part {

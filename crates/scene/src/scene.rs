@@ -1,5 +1,6 @@
 //! A scene with every choice made: the result of reading a scene file.
 
+use crate::model_error::{ModelError, ModelErrorTooLarge};
 use crate::track::Track;
 use crate::{estimators, robot, terrain};
 use robhaz_estimator::{EstimatorSettings, NoiseBudget};
@@ -7,7 +8,6 @@ use robhaz_model::Robot;
 use robhaz_sim::contact::ContactLaw;
 use robhaz_sim::drive::Drive;
 use robhaz_sim::friction::{FrictionLaw, Stretch};
-use robhaz_sim::model_error::{ModelError, ModelErrorTooLarge};
 use robhaz_sim::sensors::{Grade, SensorSpec, Sensors};
 use robhaz_sim::{EngineKind, PlantSetup, StartKind};
 use robhaz_terrain::{Profile, Terrain};
@@ -197,6 +197,7 @@ impl Scene {
             step: self.engine.step,
             tolerance: self.engine.tolerance,
             period: 1.0 / self.sensors.rate,
+            balance: false,
         }
     }
 
@@ -232,27 +233,26 @@ impl Scene {
         Sensors::new(&self.sensors.spec, self.seed)
     }
 
-    /// The robot as the estimators are told of it.
+    /// The nominal robot, which the estimators are given.
     ///
     /// # Errors
-    /// [`ModelErrorTooLarge`] when `[model_error]` makes something of it that cannot be a robot; never in a scene that was
-    /// read from a file, which is then refused.
-    pub fn told_robot(&self) -> Result<Robot, ModelErrorTooLarge> {
-        self.model_error.told_robot(&self.robot.robot, self.seed)
+    /// [`ModelErrorTooLarge`] when `[model_error]` draws an invalid robot. A scene that was read from a file has been checked.
+    pub fn nominal_robot(&self) -> Result<Robot, ModelErrorTooLarge> {
+        self.model_error.nominal_robot(&self.robot.robot, self.seed)
     }
 
-    /// The settings of an estimator with what it is told of the drive.
-    pub fn told_settings(&self, estimator: &EstimatorChoice) -> EstimatorSettings {
+    /// The settings of an estimator with the nominal damping and the noise budget.
+    pub fn nominal_settings(&self, estimator: &EstimatorChoice) -> EstimatorSettings {
         let settings = estimator.settings;
         EstimatorSettings {
-            viscous_damping: self.model_error.told_damping(settings.viscous_damping),
+            viscous_damping: self.model_error.nominal_damping(settings.viscous_damping),
             budget: self.noise_budget(),
             ..settings
         }
     }
 
-    /// The sensors' data sheets and the drawings' tolerances, as an engineer would tell them to an estimator. What no data sheet
-    /// tells, the friction in the gears, stays at what [`NoiseBudget::typical`] holds possible.
+    /// The noise budget from the sensors' data sheets and the drawings' tolerances. Gear friction is in no data sheet: it keeps the
+    /// prior of [`NoiseBudget::typical`].
     pub fn noise_budget(&self) -> NoiseBudget {
         let (spec, told) = (&self.sensors.spec, &self.model_error);
         NoiseBudget {

@@ -146,6 +146,13 @@ const DRIVE: &[Key<Scene>] = &[
         "greatest motor torque at the wheel",
     ),
     Key::number(
+        "tracking_time",
+        TIME,
+        at_least(1e-3).at_most(LONGEST_RUN),
+        |s| &mut s.drive.tracking_time,
+        "tracking time constant T_t of the anti-windup; Kp/Ki is usual",
+    ),
+    Key::number(
         "viscous_damping",
         ROTARY_DAMPING,
         at_least(0.0).at_most(1e3),

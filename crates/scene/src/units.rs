@@ -23,6 +23,8 @@ pub(crate) struct Dimension {
 pub(crate) enum UnitError {
     /// It does not start with a finite number.
     NotANumber,
+    /// Its number is too large for a double.
+    TooLarge,
     /// It has no unit.
     NoUnit,
     /// It has a unit that the key does not take.
@@ -83,6 +85,9 @@ impl Dimension {
     /// The number in SI that a text such as `20 cm/s` stands for.
     pub fn parse(&self, text: &str) -> Result<f64, UnitError> {
         let (number, rest) = leading_number(text.trim()).ok_or(UnitError::NotANumber)?;
+        if number.is_infinite() {
+            return Err(UnitError::TooLarge);
+        }
         if rest.len() > LONGEST_UNIT {
             return Err(UnitError::Wrong("...".to_owned()));
         }
@@ -97,7 +102,7 @@ impl Dimension {
     }
 }
 
-/// The longest start of a text that is a finite number, and what follows it.
+/// The longest start of a text that is a number, and what follows it; infinite where the number is too large for a double.
 fn leading_number(text: &str) -> Option<(f64, &str)> {
     /// No number that means anything is written with more characters.
     const LONGEST: usize = 400;
@@ -109,8 +114,7 @@ fn leading_number(text: &str) -> Option<(f64, &str)> {
     }
     (0..=plain).rev().find_map(|end| {
         let (number, rest) = text.split_at(end);
-        let value = number.parse::<f64>().ok().filter(|v| v.is_finite())?;
-        Some((value, rest))
+        Some((number.parse::<f64>().ok()?, rest))
     })
 }
 
@@ -147,6 +151,8 @@ mod tests {
         assert_eq!(LENGTH.parse(""), Err(UnitError::NotANumber));
         assert_eq!(LENGTH.parse("inf m"), Err(UnitError::NotANumber));
         assert_eq!(LENGTH.parse("3"), Err(UnitError::NoUnit));
+        assert_eq!(SPEED.parse("1e400 m/s"), Err(UnitError::TooLarge));
+        assert_eq!(SPEED.parse("-1e400"), Err(UnitError::TooLarge));
         assert_eq!(LENGTH.parse("3 kg"), Err(UnitError::Wrong("kg".into())));
         assert_eq!(NONE.parse("3 m"), Err(UnitError::Wrong("m".into())));
     }

@@ -93,8 +93,8 @@ fn wrong_type() {
 fn unknown_keys_and_sections() {
     one(
         "[drive]\nkp = 3\ntorqe_limit = 3",
-        "x.toml:3: drive.torqe_limit: unknown key, allowed: speed, kp, ki, torque_limit, viscous_damping, \
-         gear_friction, start_time, ramp_time; did you mean torque_limit?",
+        "x.toml:3: drive.torqe_limit: unknown key, allowed: speed, kp, ki, torque_limit, tracking_time, \
+         viscous_damping, gear_friction, start_time, ramp_time; did you mean torque_limit?",
     );
     one(
         "[drives]\nkp = 3",
@@ -152,14 +152,14 @@ fn keys_of_another_kind_of_terrain() {
     ));
 }
 
-/// What the estimators are told must be a robot, whatever the seed draws.
+/// The nominal robot is checked as the simulated one is.
 #[test]
-fn impossible_robots_are_not_told() {
-    let told = |seed: u32| lines(&format!("seed = {seed}\n[model_error]\nlink_masses = 1"));
+fn an_invalid_nominal_robot_is_refused() {
+    let with = |seed: u32| lines(&format!("seed = {seed}\n[model_error]\nlink_masses = 1"));
     // Each of three masses is negative in 16 % of the draws.
-    let found = (0..20).map(told).find(|found| !found.is_empty());
+    let found = (0..20).map(with).find(|found| !found.is_empty());
     let found = found.expect("a seed that draws a negative mass");
-    let expected = "the masses that the estimators would be told cannot be a robot's: links[";
+    let expected = "the nominal masses that [model_error] draws are not valid: links[";
     assert!(
         found[0].starts_with("x.toml:2: model_error: with seed ") && found[0].contains(expected),
         "{found:?}"
@@ -197,11 +197,26 @@ fn rules_over_several_keys() {
         "[[estimator]]\nname = 'true-mass'\nparity = 'on'",
         "x.toml:3: estimator[0].parity: found 'on', allowed: \"off\" unless filters = \"kalman\"",
     );
-    // An explicit gear friction overshoots standstill beyond twice its time constant.
+    // An explicit drive overshoots in each step where its slope is too great, whichever part makes it.
+    for (key, value, longest, most) in [
+        ("kp", "1000", "5.66e-5", "453"),
+        ("viscous_damping", "600", "9.36e-5", "448"),
+        ("gear_friction", "20", "2.82e-5", "4.48"),
+    ] {
+        one(
+            &format!("drive.{key} = {value}"),
+            &format!(
+                "x.toml:1: drive.{key}: found drive.{key} = {value} and engine.step = 1.25e-4, \
+                 allowed: engine.step at most {longest} s or drive.{key} at most {most}, \
+                 the drive's slope against wheel, rotor and links; or engine.kind = \"direct\""
+            ),
+        );
+    }
+    // Nor may the integral be faster than the slope damps it.
     one(
-        "drive.gear_friction = 20",
-        "x.toml:1: drive.gear_friction: found drive.gear_friction = 20 and engine.step = 1.25e-4, \
-         allowed: engine.step at most 9.39e-5 s, the gear friction's slope against wheel and rotor; \
+        "drive.ki = 1e5",
+        "x.toml:1: drive.ki: found drive.ki = 100000 and engine.step = 1.25e-4, \
+         allowed: drive.ki at most 16400, what drive.kp and the losses damp at this step; \
          or engine.kind = \"direct\"",
     );
     let found = lines("record.duration = 2.00005");

@@ -144,8 +144,8 @@ fn errors_name_the_override() {
     one(
         "drive.kp = 3",
         &["drive.kq=3"],
-        "--set drive.kq=3: drive.kq: unknown key, allowed: speed, kp, ki, torque_limit, viscous_damping, \
-         gear_friction, start_time, ramp_time; did you mean kp?",
+        "--set drive.kq=3: drive.kq: unknown key, allowed: speed, kp, ki, torque_limit, tracking_time, \
+         viscous_damping, gear_friction, start_time, ramp_time; did you mean kp?",
     );
     one(
         "record.compare_from = 1.5",
@@ -222,6 +222,11 @@ fn a_wheel_too_light_for_the_step_is_refused() {
     assert!(line.contains("engine.step at most 5e-5 s"), "{line}");
     good("", &["robot.mass.wheel=0.5", "engine.step=5e-5"]);
     good("", &["robot.mass.wheel=0.5", "engine.kind=direct"]);
+    // The implicit engine takes every gain.
+    good(
+        "engine.kind = 'direct'",
+        &["drive.kp=1e6", "drive.ki=1e6", "drive.viscous_damping=1e3"],
+    );
     // The friction of the contract's stiffest case still runs.
     good("", &["contact.v_s=2 mm/s"]);
 }
@@ -232,7 +237,7 @@ fn grades_are_changed_key_by_key() {
     for grade in Grade::ALL {
         let scene = good("", &[&format!("sensors.grade={}", grade.name())]);
         assert_eq!(scene.sensors, SensorChoice::of(grade));
-        assert_eq!(scene.model_error, grade.model_error());
+        assert_eq!(scene.model_error, ModelError::of_grade(grade));
     }
     let text = "[sensors]\ntorque_noise = 0.5\ngrade = 'poor'\nrate_bias = '2 deg/s'\n[model_error]\npins = '2 mm'";
     let scene = good(text, &["sensors.jitter=0", "drive.gear_friction=0.5"]);
@@ -245,7 +250,7 @@ fn grades_are_changed_key_by_key() {
     assert_eq!(scene.sensors.spec, expected);
     let expected = ModelError {
         pins: 0.002,
-        ..Grade::Poor.model_error()
+        ..ModelError::of_grade(Grade::Poor)
     };
     assert_eq!(scene.model_error, expected);
     assert!(close(scene.drive.gear_friction, 0.5));
@@ -265,7 +270,7 @@ fn another_grade_forgets_the_errors_of_the_old_one() {
     assert!(close(scene.sensors.rate, 2000.0));
     let expected = ModelError {
         pins: 0.002,
-        ..Grade::Poor.model_error()
+        ..ModelError::of_grade(Grade::Poor)
     };
     assert_eq!(scene.model_error, expected);
 

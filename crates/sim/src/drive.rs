@@ -1,7 +1,5 @@
 //! The drive in the wheel: eq. (2) with its inertias told apart, losses in the gear, and the speed control.
 
-use robhaz_model::Robot;
-
 /// Speed control and losses of the three drives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drive {
@@ -13,6 +11,8 @@ pub struct Drive {
     pub ki: f64,
     /// Greatest motor torque at the wheel, N m.
     pub torque_limit: f64,
+    /// Tracking time constant T_t of the anti-windup, s: see [`Self::integral_rate`].
+    pub tracking_time: f64,
     /// Viscous damping B in the wheel module, N m s.
     pub viscous_damping: f64,
     /// Coulomb friction F in the gear, at the wheel, N m.
@@ -32,6 +32,7 @@ impl Default for Drive {
             kp: 5.0,
             ki: 50.0,
             torque_limit: 10.0,
+            tracking_time: 0.1,
             viscous_damping: 0.15,
             gear_friction: 0.0,
             start_time: 0.8,
@@ -56,11 +57,19 @@ impl Drive {
         (self.kp * error + self.ki * integral).clamp(-self.torque_limit, self.torque_limit)
     }
 
-    /// Rate of the integral of the error, rad/s: the error, or 0 while it would drive a saturated motor further.
+    /// Rate of the integral I of the error e, rad/s, with anti-windup by back-calculation:
+    /// `dI/dt = e - (tau_w - tau)/(Ki T_t)`.
+    ///
+    /// `tau_w = Kp e + Ki I` is the torque before the limit, `tau` the torque within it, `T_t` the tracking time
+    /// constant. Without saturation `dI/dt = e`. In saturation `Ki I` decays with `T_t` towards the value at which
+    /// `tau_w` exceeds the limit by `Ki T_t e` only, so the motor leaves saturation when the error changes its sign. The rate is continuous
+    /// where saturation starts and ends, as a solver with error control needs it. Source: K. J. Astrom and
+    /// T. Hagglund, *Advanced PID Control*, ISA 2006, section 3.5.
     pub fn integral_rate(&self, error: f64, integral: f64) -> f64 {
         let wanted = self.kp * error + self.ki * integral;
-        if wanted.abs() > self.torque_limit && wanted * error > 0.0 {
-            0.0
+        let excess = wanted - wanted.clamp(-self.torque_limit, self.torque_limit);
+        if self.ki > 0.0 {
+            error - excess / (self.ki * self.tracking_time)
         } else {
             error
         }
@@ -72,12 +81,9 @@ impl Drive {
         self.viscous_damping * omega + self.gear_friction * coulomb_sign(omega)
     }
 
-    /// Longest step, s, at which an explicit gear friction is stable: near standstill it brakes with `F/FRICTION_SPEED`
-    /// against the inertia of wheel and rotor, and an explicit step must stay below twice the time constant. 3.8 ms for
-    /// 0.5 N m in the default robot.
-    pub fn longest_step(&self, robot: &Robot) -> f64 {
-        let inertia = robot.mass.wheel_inertia + robot.mass.rotor_inertia;
-        2.0 * inertia * FRICTION_SPEED / self.gear_friction
+    /// Greatest slope of motor torque less losses over the wheel speed, N m s: `Kp + B + F/FRICTION_SPEED`.
+    pub fn slope(&self) -> f64 {
+        self.kp + self.viscous_damping + self.gear_friction / FRICTION_SPEED
     }
 }
 
@@ -119,12 +125,58 @@ mod tests {
         assert!((drive.set_speed(9.0, 0.1) - 2.0).abs() < 1e-14);
     }
 
+    /// Continuity: where saturation starts the rate of the integral bends but does not jump, whatever the error's sign. The slopes of
+    /// the rate over the error are at most 1 + Kp/(Ki T_t) = 2.
     #[test]
-    fn integral_stands_still_in_saturation_and_leaves_it() {
+    fn the_integral_rate_does_not_jump_at_saturation() {
         let drive = Drive::default();
-        assert!((drive.torque(3.0, 0.0) - 10.0).abs() < 1e-15);
-        assert!(drive.integral_rate(3.0, 0.0) == 0.0);
-        assert!((drive.integral_rate(-0.1, 0.5) + 0.1).abs() < 1e-15);
+        for limit in [-10.0, 10.0] {
+            for error in [-3.0, -0.1, 0.1, 3.0] {
+                let integral = (limit - drive.kp * error) / drive.ki;
+                let rate = |shift: f64| drive.integral_rate(error + shift, integral);
+                assert!((rate(1e-9) - rate(-1e-9)).abs() <= 4e-9);
+                assert!((rate(0.0) - error).abs() < 1e-12);
+            }
+        }
+    }
+
+    /// Closed form: under a constant error in saturation `Ki I` nears `limit + (Ki T_t - Kp) e` with exp(-t/T_t); with T_t =
+    /// Kp/Ki that is the limit, and the motor leaves saturation when the error changes its sign.
+    #[test]
+    fn back_calculation_tracks_the_limit() {
+        for tracking_time in [0.05, 0.1, 0.4] {
+            let drive = Drive {
+                tracking_time,
+                ..Drive::default()
+            };
+            let (error, start) = (3.0, 0.1);
+            let end = (10.0 + (drive.ki * tracking_time - drive.kp) * error) / drive.ki;
+            let mut integral = start;
+            for step in 1..=4000 {
+                // Midpoint rule, 0.1 ms: third order in 1e-4/0.05.
+                let half = integral + 0.5e-4 * drive.integral_rate(error, integral);
+                integral += 1e-4 * drive.integral_rate(error, half);
+                let expected =
+                    end + (start - end) * (-1e-4 * f64::from(step) / tracking_time).exp();
+                assert!((integral - expected).abs() < 1e-6, "{integral} {expected}");
+            }
+        }
+        let drive = Drive::default();
+        let held = drive.torque_limit / drive.ki;
+        assert!((drive.torque(1e-6, held) - 10.0).abs() < 1e-12);
+        assert!(drive.torque(-1e-6, held) < 10.0);
+    }
+
+    /// Without an integral there is nothing to track, and without saturation the rate is the error, to the bit.
+    #[test]
+    fn without_saturation_the_integral_is_that_of_the_error() {
+        let soft = Drive {
+            ki: 0.0,
+            ..Drive::default()
+        };
+        assert_eq!(soft.integral_rate(3.0, 0.0).to_bits(), 3.0_f64.to_bits());
+        let rate = Drive::default().integral_rate(0.3, 0.1);
+        assert_eq!(rate.to_bits(), 0.3_f64.to_bits());
     }
 
     /// A free wheel with 0.5 N m of gear friction and no damping, from 2 rad/s on, after `steps` steps of `dt` by the classical
@@ -188,32 +240,5 @@ mod tests {
             // tanh(3) = 0.995
             assert!(omega < 0.03 || coulomb > 0.995 * 0.5);
         }
-    }
-
-    /// An explicit step below the longest one comes to rest, one above it does not.
-    #[test]
-    fn the_longest_step_is_the_limit_of_stability() {
-        let robot = Robot::default_a();
-        let drive = Drive {
-            viscous_damping: 0.0,
-            gear_friction: 0.5,
-            ..Drive::default()
-        };
-        let longest = drive.longest_step(&robot);
-        assert!((longest - 3.756e-3).abs() < 1e-8, "{longest}");
-        let after = |dt: f64| {
-            (0..1000).fold(1e-4_f64, |omega, _| {
-                omega
-                    + dt * wheel_acceleration(
-                        -drive.loss_torque(omega),
-                        0.0,
-                        0.0,
-                        robot.mass.wheel_inertia,
-                        robot.mass.rotor_inertia,
-                    )
-            })
-        };
-        assert!(after(0.95 * longest).abs() < 1e-20);
-        assert!(after(1.05 * longest).abs() > 1e-4);
     }
 }

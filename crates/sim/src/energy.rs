@@ -65,7 +65,7 @@ impl Watch {
             .stop
             .energy(truth.links[0].angle - truth.links[1].angle);
         let held = mechanical_energy(robot, truth) + instant.contact_energy + stop;
-        let own = held - instant.motor_work;
+        let own = held - instant.balance.motor_work;
         self.least = self.least.min(own);
         let made = own - self.least;
         if made > self.allowed {
@@ -82,6 +82,7 @@ impl Watch {
 #[allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
 mod tests {
     use super::*;
+    use crate::balance::Balance;
     use crate::contact::ContactLaw;
     use crate::friction::FrictionLaw;
     use crate::{EngineKind, Plant, PlantSetup, StartKind};
@@ -100,12 +101,13 @@ mod tests {
             step: 1.25e-4,
             tolerance: 1e-4,
             period: 1e-3,
+            balance: false,
         }
     }
 
     /// The first error of a run, if there is one.
     fn run(setup: &PlantSetup, seconds: u32) -> Result<(), PlantError> {
-        let mut plant = Plant::new(setup);
+        let mut plant = Plant::new(setup)?;
         (0..1000 * seconds).try_for_each(|_| plant.next_truth().map(|_| ()))
     }
 
@@ -134,7 +136,7 @@ mod tests {
                 setup.start = StartKind::Raw;
                 assert_eq!(run(&setup, 6), Ok(()));
                 setup.period = 0.1;
-                let mut plant = Plant::new(&setup);
+                let mut plant = Plant::new(&setup).unwrap();
                 assert!((0..60).all(|_| plant.next_truth().is_ok()));
             }
         }
@@ -147,7 +149,10 @@ mod tests {
         let mut watch = Watch::new(&robot);
         let at = |contact_energy: f64, motor_work: f64| Instant {
             contact_energy,
-            motor_work,
+            balance: Balance {
+                motor_work,
+                ..Balance::default()
+            },
             ..Instant::default()
         };
         // 14 kg x 9.81 m/s^2 x 0.1 m / 1000.

@@ -19,7 +19,7 @@ pub(crate) struct Ground {
 }
 
 /// How a wheel moves.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct WheelMotion {
     /// Centre, m.
     pub centre: Vec2,
@@ -93,6 +93,9 @@ impl Ground {
         };
         let mut normal_sum = Vec2::zeros();
         for contact in found {
+            if is_behind(contact, found) {
+                continue;
+            }
             let (t, n, arm) = axes(contact, wheel)?;
             let penetration = self.wheel_radius - arm;
             let approach = -wheel.velocity.dot(&n);
@@ -137,6 +140,15 @@ impl Ground {
         }
         Ok(forces)
     }
+}
+
+/// Whether a contact is on the far side of ground so thin that a wheel in front of it reaches through: the centre is behind
+/// its surface, but nearer to one that faces it. It does not push.
+fn is_behind(contact: &Contact, found: &[Contact]) -> bool {
+    contact.distance < 0.0
+        && found
+            .iter()
+            .any(|c| c.distance > 0.0 && c.distance < -contact.distance)
 }
 
 /// Tangent, normal and the arm from the contact to the wheel's centre, m; the error is the wheel's x below the ground.
@@ -194,6 +206,7 @@ mod tests {
             step: 1e-4,
             tolerance: 1e-4,
             period: 1e-3,
+            balance: false,
         })
     }
 

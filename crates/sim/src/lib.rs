@@ -8,25 +8,27 @@
 //! | limited pin joint | [`stop`] |
 //! | closed four-bar, three wheels | [`rapier`], and independently [`direct`] |
 //!
-//! [`Plant`] owns time and hands out a [`Truth`] a record; [`sensors`] turns truth into readings, [`model_error`] the robot
-//! into what the estimators are told of it. Nothing flows back.
+//! [`Plant`] owns time and returns one [`Truth`] per record; [`sensors`] turns truth into readings. Nothing flows back.
 
+mod balance;
 pub mod contact;
 pub mod direct;
 pub mod drive;
 mod energy;
 pub mod friction;
 mod ground;
-pub mod model_error;
+mod joints;
 mod plant;
-mod random;
+pub mod random;
 pub mod rapier;
 pub mod sensors;
+pub mod stability;
 mod start;
 pub mod stop;
 mod truth;
 
+pub use balance::Balance;
 pub use energy::mechanical_energy;
 pub use plant::{EngineKind, Plant, PlantError, PlantSetup};
-pub use start::StartKind;
+pub use start::{NoRest, StartKind};
 pub use truth::{BarTruth, PinTruth, Truth, WheelTruth};

@@ -1,14 +1,15 @@
 //! The plant as a caller sees it: set up once, then asked for the truth, one period after the other.
 
+use crate::balance::Balance;
 use crate::contact::ContactLaw;
 use crate::direct::{self, DirectEngine};
 use crate::drive::Drive;
 use crate::energy::Watch;
 use crate::friction::{FrictionLaw, Stretch};
 use crate::rapier::{self, RapierEngine};
-use crate::start::{Start, StartKind};
+use crate::start::{NoRest, Start, StartKind};
 use crate::truth::Truth;
-use robhaz_model::{Bar, Robot};
+use robhaz_model::{Bar, Robot, StanceError};
 use robhaz_terrain::Terrain;
 
 /// Which engine computes the truth.
@@ -50,14 +51,14 @@ pub(crate) trait Engine {
     fn next_instant(&mut self) -> Result<Instant, PlantError>;
 }
 
-/// The truth, and what of the energy it does not tell.
+/// The truth, and the energies that [`Truth`] leaves out.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Instant {
     pub truth: Truth,
     /// In the springs of the contacts, J.
     pub contact_energy: f64,
-    /// Work of the motors since the start, J.
-    pub motor_work: f64,
+    /// Work of the motors; the other integrals are zero unless [`PlantSetup::balance`] asks for them.
+    pub balance: Balance,
 }
 
 /// Everything that a simulation depends on.
@@ -86,6 +87,9 @@ pub struct PlantSetup {
     pub tolerance: f64,
     /// Time between two truths, s.
     pub period: f64,
+    /// Whether impulse and work are integrated for [`Plant::balance`]. It changes no bit of the truth; `direct` then takes
+    /// longer, for it evaluates the forces once more at each node of its steps.
+    pub balance: bool,
 }
 
 /// A run has left the range in which its forces mean something.
@@ -131,7 +135,8 @@ pub enum PlantError {
     },
     /// Under a raw start the ground is not level: wheels would be thrown out of it or fall.
     #[error(
-        "at the start wheel {wheel} is {depth:.4} m deep in the ground (at rest it is {rest:.4} m): under the wheels [terrain] must be level at y = 0 for engine.start = \"raw\""
+        "at a raw start the ground under the wheels must be level at y = 0, but wheel {wheel} is {}",
+        stands(*depth, *rest)
     )]
     Start {
         /// 1 front, 2 middle, 3 rear.
@@ -142,10 +147,14 @@ pub enum PlantError {
         rest: f64,
     },
     /// The settled start finds no static equilibrium.
-    #[error(
-        "the robot finds no rest at its start: under the wheels [terrain] must be level, or gentle enough for one contact a wheel and for friction and motors to hold the robot"
-    )]
-    NoRest,
+    #[error("the robot finds no rest at its start: {why}")]
+    NoRest {
+        /// What is missing.
+        why: NoRest,
+    },
+    /// The robot cannot stand, not even on level ground.
+    #[error(transparent)]
+    Stance(#[from] StanceError),
     /// The links have turned farther than the four-bar can close.
     #[error("at t = {time:.4} s links 1 and 2 have turned farther than the four-bar can close")]
     LoopRange {
@@ -183,30 +192,35 @@ pub enum PlantError {
 /// A running simulation.
 pub struct Plant {
     engine: Box<dyn Engine>,
-    /// Why there is no state to start from.
-    no_start: Option<PlantError>,
     robot: Robot,
     watch: Watch,
+    balance: Option<Balance>,
 }
 
 impl Plant {
     /// Loop error beyond which a run is stopped, m: a thousand times what the default step leaves on rolling ground.
     pub const MAX_LOOP_ERROR: f64 = 1e-4;
 
-    /// Puts the robot on its ground as [`StartKind`] says. Where it cannot stand, the first truth is an error.
-    pub fn new(setup: &PlantSetup) -> Self {
-        let start = Start::new(setup);
-        let no_start = start.as_ref().err().copied();
-        let start = start.unwrap_or_else(|_| Start::nominal(setup));
-        Self {
+    /// Puts the robot on its ground as [`StartKind`] says.
+    ///
+    /// # Errors
+    /// [`PlantError`] where the robot cannot stand.
+    pub fn new(setup: &PlantSetup) -> Result<Self, PlantError> {
+        let start = Start::new(setup)?;
+        Ok(Self {
             engine: match setup.engine {
                 EngineKind::Rapier => Box::new(RapierEngine::new(setup, &start)),
                 EngineKind::Direct => Box::new(DirectEngine::new(setup, &start)),
             },
-            no_start,
             robot: setup.robot.clone(),
             watch: Watch::new(&setup.robot),
-        }
+            balance: setup.balance.then(Balance::default),
+        })
+    }
+
+    /// Impulse and work up to the last truth; `None` unless [`PlantSetup::balance`] asked for them.
+    pub fn balance(&self) -> Option<&Balance> {
+        self.balance.as_ref()
     }
 
     /// Mean integration step so far, s.
@@ -219,13 +233,22 @@ impl Plant {
     /// # Errors
     /// [`PlantError`] where the forces would be wrong; the simulation must not be used further.
     pub fn next_truth(&mut self) -> Result<Truth, PlantError> {
-        if let Some(why) = self.no_start {
-            return Err(why);
-        }
         let instant = self.engine.next_instant()?;
         check(&instant.truth)?;
         self.watch.look(&self.robot, &instant)?;
+        if let Some(balance) = &mut self.balance {
+            *balance = instant.balance;
+        }
         Ok(instant.truth)
+    }
+}
+
+/// How deep a wheel is in the ground, in words; m.
+fn stands(depth: f64, rest: f64) -> String {
+    if depth > 0.0 {
+        format!("{depth:.4} m deep in the ground, where its weight takes it {rest:.4} m deep")
+    } else {
+        format!("{:.4} m above the ground", -depth)
     }
 }
 

@@ -1,7 +1,6 @@
 //! Random numbers: every source has a name and a stream of its own.
 //!
-//! What one source draws depends on the run's seed and on its name alone, never on which other sources there are: switching
-//! one off changes no other.
+//! The numbers of a source depend on the run's seed and the source's name only. Switching one source off changes no other.
 
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use rand_pcg::Pcg64;
@@ -9,7 +8,7 @@ use rand_pcg::rand_core::SeedableRng;
 
 /// A stream of random numbers: PCG XSL RR 128/64, seeded from the run's seed and the name of what it is for.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Stream(Pcg64);
+pub struct Stream(Pcg64);
 
 impl Stream {
     /// The stream of a name in a run.

@@ -2,13 +2,16 @@
 //! and all forces from our own laws.
 //!
 //! Rapier sees no collider: terrain queries, contact, friction, drive and stops are evaluated here before each step, at the
-//! state from which the step starts. How long a step may be: [`longest_step_for_contact`] and [`longest_step_for_friction`].
+//! state from which the step starts. How long a step may be: [`crate::stability`].
 
+use crate::balance::{Balance, WheelLoad};
 use crate::contact::ContactLaw;
 use crate::drive::{Drive, wheel_acceleration};
 use crate::friction::FrictionLaw;
 use crate::ground::{Ground, WheelMotion};
+use crate::joints::{self, Lump};
 use crate::plant::{Engine, Instant, PlantError, PlantSetup};
+use crate::stability::longest_step_for_friction;
 use crate::start::{Start, StartKind};
 use crate::stop::stop_torque;
 use crate::truth::{BarTruth, PinTruth, Truth};
@@ -18,8 +21,6 @@ use robhaz_model::{Bar, Pin, Robot, Vec2, cross, perp};
 /// The library behind this engine; a test holds it against the locked version.
 pub const LIBRARY: &str = "rapier2d 0.36.1";
 
-/// Rapier's iterations over the joints in a step: 4 leave the pins 80 nm apart at most, 8 a fifth of that.
-const ITERATIONS: usize = 4;
 /// Parts of a step while a wheel is hit by an edge: 16 us resolve the 75 us in which a wheel is stopped. A load that makes the
 /// friction stiff takes fewer.
 pub const MOST_PARTS: u32 = 8;
@@ -45,8 +46,9 @@ pub struct RapierEngine {
     step: f64,
     /// Parts of steps taken.
     parts_taken: u64,
-    /// Work of the motors since the start, J.
-    motor_work: f64,
+    /// Impulse and work since the start; but for the motors' work zero unless they are asked for.
+    balance: Balance,
+    carries_balance: bool,
     /// Angular accelerations of links 1 and 2 over the last part of a step, rad/s^2.
     link_accelerations: [f64; 2],
     contact: ContactLaw,
@@ -56,17 +58,6 @@ pub struct RapierEngine {
     friction_limit: f64,
     /// Steps still to be taken before time 0.
     settling_steps: u64,
-}
-
-/// A bar with the wheels on its axles, as point masses: the spin of their discs is [`Wheel::spin`].
-#[derive(Clone, Copy, Debug, Default)]
-struct Lump {
-    /// kg
-    mass: f64,
-    /// About its own centre of mass, kg m^2.
-    inertia: f64,
-    /// Its centre of mass from the bar's own, in the nominal pose, m.
-    centre: Vec2,
 }
 
 /// The turn of a wheel's disc, which rapier does not know.
@@ -93,12 +84,27 @@ struct Loads {
     integral_rates: [f64; 3],
     /// Motor torques, N m.
     motor_torques: [f64; 3],
+    /// Motion of the wheels, and what acts on them beside the motors.
+    motions: [WheelMotion; 3],
+    wheels: [WheelLoad; 3],
+    /// Torque of the end stops on link 1, N m.
+    stop_torque: f64,
     /// In the springs of the contacts, J.
     contact_energy: f64,
     /// Greatest N of a wheel, N.
     normal_force: f64,
     /// Greatest speed of a wheel into the ground, m/s.
     approach: f64,
+}
+
+/// Motion of the wheel on `link` whose axle is at `nominal` in the link's own frame; `spin` is absolute, rad/s.
+fn wheel_motion(link: &RigidBody, nominal: Vec2, spin: f64) -> WheelMotion {
+    let centre = link.position().transform_point(to_rapier(nominal));
+    WheelMotion {
+        centre: from_rapier(centre),
+        velocity: from_rapier(link.velocity_at_point(centre)),
+        spin,
+    }
 }
 
 fn to_rapier(v: Vec2) -> Vector {
@@ -114,30 +120,6 @@ fn turning(rate: f64, v: Vec2) -> Vec2 {
     perp(v) * rate
 }
 
-fn lump(robot: &Robot, bar: Bar) -> Lump {
-    let (geometry, mass) = (&robot.geometry, &robot.mass);
-    let (own_mass, own_inertia) = mass.of(bar);
-    let axles: Vec<Vec2> = (0..3)
-        .filter(|&i| geometry.carriers[i].bar() == bar)
-        .map(|i| geometry.axles[i] - geometry.cg(bar))
-        .collect();
-    let mut lump = Lump {
-        mass: own_mass,
-        inertia: own_inertia,
-        centre: Vec2::zeros(),
-    };
-    for axle in &axles {
-        lump.mass += mass.wheel;
-        lump.centre += axle * mass.wheel;
-    }
-    lump.centre /= lump.mass;
-    lump.inertia += own_mass * lump.centre.norm_squared();
-    for axle in &axles {
-        lump.inertia += mass.wheel * (axle - lump.centre).norm_squared();
-    }
-    lump
-}
-
 impl RapierEngine {
     /// The robot at its start.
     pub(crate) fn new(setup: &PlantSetup, start: &Start) -> Self {
@@ -150,11 +132,11 @@ impl RapierEngine {
         p.dt = step;
         // External forces are held over solver iterations: one only, and a short step instead.
         p.num_solver_iterations = 1;
-        p.num_internal_pgs_iterations = ITERATIONS;
+        p.num_internal_pgs_iterations = joints::iterations(&setup.robot);
         p.max_ccd_substeps = 0;
         world.gravity = Vector::new(0.0, -robhaz_model::GRAVITY);
 
-        let lumps = Bar::ALL.map(|bar| lump(&setup.robot, bar));
+        let lumps = Bar::ALL.map(|bar| Lump::new(&setup.robot, bar));
         let bars = Bar::ALL.map(|bar| {
             let (at, lump) = (start.bars[bar as usize], lumps[bar as usize]);
             let centre = robhaz_model::rotate(lump.centre, at.angle);
@@ -205,7 +187,8 @@ impl RapierEngine {
             steps_per_period,
             step,
             parts_taken: 0,
-            motor_work: 0.0,
+            balance: Balance::default(),
+            carries_balance: setup.balance,
             link_accelerations: [0.0; 2],
             contact: setup.contact,
             friction_limit: friction_limit(setup),
@@ -319,16 +302,9 @@ impl RapierEngine {
         for i in 0..3 {
             let carrier = geometry.carriers[i].index();
             let (link, link_rate) = (links[carrier], rates[carrier]);
-            let nominal = to_rapier(geometry.axles[i] - geometry.cg(geometry.carriers[i].bar()));
-            let centre = link.position().transform_point(nominal);
             let wheel = &self.wheels[i];
             let omega = wheel.spin + link_rate;
-
-            let motion = WheelMotion {
-                centre: from_rapier(centre),
-                velocity: from_rapier(link.velocity_at_point(centre)),
-                spin: wheel.spin,
-            };
+            let motion = wheel_motion(link, geometry.axle_on_carrier(i), wheel.spin);
             let below = |x| PlantError::WheelBelowGround {
                 time,
                 wheel: i + 1,
@@ -337,7 +313,8 @@ impl RapierEngine {
             let ground = self.ground.act(&motion).map_err(below)?;
             let error = set_speed - omega;
             let torque = self.drive.torque(error, wheel.integral);
-            let drive_torque = torque - self.drive.loss_torque(omega);
+            let gear_torque = self.drive.loss_torque(omega);
+            let drive_torque = torque - gear_torque;
             if let Some(truth) = truth.as_deref_mut() {
                 let ground = self.ground.or_gap(ground, &motion).map_err(below)?;
                 truth.wheels[i] = ground.truth(motion.centre, wheel.angle, omega, torque);
@@ -359,6 +336,8 @@ impl RapierEngine {
             loads.torques[carrier] +=
                 through_gear + cross(motion.centre - centres[carrier], ground.force);
             loads.motor_torques[i] = torque;
+            loads.motions[i] = motion;
+            loads.wheels[i] = WheelLoad::new(&ground, gear_torque);
             loads.contact_energy += ground.energy;
             loads.normal_force = loads.normal_force.max(ground.normal_force);
             loads.approach = loads.approach.max(ground.approach);
@@ -366,6 +345,7 @@ impl RapierEngine {
         let stop = stop_torque(&geometry.stop, angles[0] - angles[1], rates[0] - rates[1]);
         loads.torques[0] += stop;
         loads.torques[1] -= stop;
+        loads.stop_torque = stop;
         if let Some(truth) = truth {
             truth.stop_torque = stop;
         }
@@ -399,8 +379,33 @@ impl RapierEngine {
             wheel.spin += step * loads.spin_rates[i];
             let omega = wheel.spin + rates[carrier];
             wheel.angle += step * omega;
-            self.motor_work += step * loads.motor_torques[i] * 0.5 * (omega_before + omega);
+            self.balance.motor_work += step * loads.motor_torques[i] * 0.5 * (omega_before + omega);
         }
+        if self.carries_balance {
+            self.add_to_balance(loads, [before, rates], step);
+        }
+    }
+
+    /// What `loads` have done in a step (s): half of it at the speeds before, half at those now. `rates` are those of links 1 and 2
+    /// before and now, rad/s.
+    fn add_to_balance(&mut self, loads: &Loads, rates: [[f64; 2]; 2], step: f64) {
+        let half = 0.5 * step;
+        for i in 0..3 {
+            let carrier = self.robot.geometry.carriers[i];
+            let link = self.bar(carrier.bar());
+            let now = wheel_motion(
+                link,
+                self.robot.geometry.axle_on_carrier(i),
+                self.wheels[i].spin,
+            );
+            for (motion, rates) in [loads.motions[i], now].iter().zip(rates) {
+                let omega = motion.spin + rates[carrier.index()];
+                self.balance
+                    .add_wheel(i, &loads.wheels[i], motion, omega, half);
+            }
+        }
+        let opening: f64 = rates.map(|[first, second]| first - second).iter().sum();
+        self.balance.stop_work += half * loads.stop_torque * opening;
     }
 
     /// Angular rates of links 1 and 2, rad/s.
@@ -417,7 +422,7 @@ impl RapierEngine {
             self.steps = 0;
         }
         self.parts_taken = 0;
-        self.motor_work = 0.0;
+        self.balance = Balance::default();
         self.drive = drive;
         for wheel in &mut self.wheels {
             wheel.angle = 0.0;
@@ -459,7 +464,7 @@ impl Engine for RapierEngine {
         if self.settling_steps > 0 {
             self.settle()?;
         }
-        let motor_work = self.motor_work;
+        let balance = self.balance;
         let mut truth = self.kinematics();
         let contact_energy = self.advance(Some(&mut truth))?;
         for _ in 1..self.steps_per_period {
@@ -468,7 +473,7 @@ impl Engine for RapierEngine {
         Ok(Instant {
             truth,
             contact_energy,
-            motor_work,
+            balance,
         })
     }
 }
@@ -499,25 +504,6 @@ impl PinArms {
         }
         (ex * (first - d01 / d00 * second) + ey * second) / dt
     }
-}
-
-/// Longest step, s, at which the explicit contact force is stable: a bare wheel (kg) on the contact's damping decays with
-/// `c/m`, and an explicit step must stay below twice the time constant. 0.15 ms for the default robot.
-///
-/// In a concave corner two contacts damp one wheel: at a constant c (no ramp) N then rings for some steps.
-pub fn longest_step_for_contact(contact: &ContactLaw, robot: &Robot) -> f64 {
-    2.0 * robot.mass.wheel / contact.damping
-}
-
-/// Longest step, s, for the explicit friction: near rest T rises with `3 mu_s / (2 v_s) N` per slip speed, against the inertia of
-/// wheel and rotor at the rim and the robot's mass. Of the step that is just stable this is 0.4: there N errs by less than
-/// 0.01 %, at 0.6 by twice that, at 0.9 by 16 %. At a `load` of N on a wheel, N: for twice the mean load, which the main course
-/// reaches, 0.45 ms on the default ground and 0.045 ms for v_s = 2 mm/s.
-pub fn longest_step_for_friction(friction: &FrictionLaw, robot: &Robot, load: f64) -> f64 {
-    let mass = &robot.mass;
-    let slope = 1.5 * friction.mu_s / friction.v_s * load;
-    let rim = robot.geometry.wheel_radius.powi(2) / (mass.wheel_inertia + mass.rotor_inertia);
-    0.4 * 2.0 / (slope * (rim + 3.0 / mass.total()))
 }
 
 /// The longest step for the friction at 1 N, where the ground is roughest.

@@ -1,7 +1,6 @@
 //! Where a simulation starts: settled on its ground, or raw as the reference runs do.
 
 use crate::direct::{Equations, Forces, Kinematics, State};
-use crate::ground::GroundForces;
 use crate::plant::{PlantError, PlantSetup};
 use crate::truth::BarTruth;
 use nalgebra::{Matrix4, SMatrix, SVector, Vector4};
@@ -33,6 +32,37 @@ impl StartKind {
     }
 }
 
+/// Why a settled start finds no static equilibrium.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum NoRest {
+    /// There is no pose near the nominal one with all three wheels on the ground.
+    #[error("no pose near the nominal one has all three wheels on the ground")]
+    Pose,
+    /// The equations of equilibrium have no solution near that pose.
+    #[error("with all three wheels on the ground, neither friction nor the linkage holds it there")]
+    Equilibrium,
+    /// A motor cannot hold its wheel.
+    #[error(
+        "the motor of wheel {wheel} would have to hold {torque:.1} N m, and gives {limit:.1} N m at most"
+    )]
+    Motor {
+        /// 1 front, 2 middle, 3 rear.
+        wheel: usize,
+        /// Torque in equilibrium, N m.
+        torque: f64,
+        /// Greatest torque of motor and control, N m.
+        limit: f64,
+    },
+    /// A wheel hangs in the air, or touches at more than one place.
+    #[error("wheel {wheel} would touch the ground at {contacts} places instead of one")]
+    Contacts {
+        /// 1 front, 2 middle, 3 rear.
+        wheel: usize,
+        /// How many.
+        contacts: u32,
+    },
+}
+
 /// State at time zero, the same for every engine. All wheel spins count from here.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Start {
@@ -62,16 +92,20 @@ impl Start {
     /// The state that the setup asks for.
     ///
     /// # Errors
-    /// [`PlantError::Start`] and [`PlantError::NoRest`].
+    /// [`PlantError::Start`], [`PlantError::Stance`] and [`PlantError::NoRest`].
     pub fn new(setup: &PlantSetup) -> Result<Self, PlantError> {
         match setup.start {
             StartKind::Raw => raw(setup),
-            StartKind::Settled => settled(setup),
+            StartKind::Settled => settled(setup).map_err(|why| {
+                // A robot that would not even stand on level ground is at fault itself.
+                let stance = setup.robot.check_stance().err();
+                stance.map_or(PlantError::NoRest { why }, PlantError::Stance)
+            }),
         }
     }
 
     /// The nominal pose, at rest, sunk by the static penetration of the mean wheel load, whatever the ground.
-    pub fn nominal(setup: &PlantSetup) -> Self {
+    fn nominal(setup: &PlantSetup) -> Self {
         let geometry = &setup.robot.geometry;
         let sunk = Vec2::new(0.0, -rest_depth(setup));
         Self {
@@ -114,14 +148,13 @@ fn raw(setup: &PlantSetup) -> Result<Start, PlantError> {
 }
 
 /// Static equilibrium near the nominal pose, the middle wheel at its nominal x.
-fn settled(setup: &PlantSetup) -> Result<Start, PlantError> {
+fn settled(setup: &PlantSetup) -> Result<Start, NoRest> {
     let mut balance = Balance {
         setup,
         equations: Equations::new(setup),
     };
-    laid(setup)
-        .and_then(|pose| balance.solve(&pose))
-        .ok_or(PlantError::NoRest)
+    let pose = laid(setup).ok_or(NoRest::Pose)?;
+    balance.solve(&pose)
 }
 
 /// The nominal pose laid on the ground by Newton's method on the distances alone: each wheel at the mean penetration.
@@ -180,7 +213,7 @@ struct Balance<'a> {
 
 impl Balance<'_> {
     /// Newton's method from a pose that is near.
-    fn solve(&mut self, pose: &State) -> Option<Start> {
+    fn solve(&mut self, pose: &State) -> Result<Start, NoRest> {
         let [a, b] = pose.angles;
         let mut z = Unknowns::from([pose.q.x, pose.q.y, a, b, 0.0, 0.0, 0.0, 0.0]);
         for _ in 0..MOST_STEPS {
@@ -192,42 +225,51 @@ impl Balance<'_> {
                 let slope = (self.residual(&moved)? - here) / SHIFT;
                 jacobian.set_column(column, &slope);
             }
-            // Without friction the creep speed has no say: of all solutions the smallest.
-            let step = jacobian.svd(true, true).solve(&here, SINGULAR).ok()?;
+            // Without friction the creep speed does not matter: of all solutions the smallest.
+            let step = jacobian.svd(true, true).solve(&here, SINGULAR);
+            let step = step.map_err(|_| NoRest::Equilibrium)?;
             z -= step;
             if step.amax() < CONVERGED {
-                return if self.stands(&z) {
-                    self.start(&z)
-                } else {
-                    None
-                };
+                self.check_rest(&z)?;
+                return self.start(&z);
             }
         }
-        None
+        Err(NoRest::Equilibrium)
     }
 
-    /// Whether all is at rest on three wheels, none in the air or wedged between two faces.
-    fn stands(&mut self, z: &Unknowns) -> bool {
-        self.evaluate(z).is_some_and(|(residual, forces)| {
-            let on_one_face = |g: &GroundForces| g.normal_force > 0.0 && g.contacts == 1;
-            residual.amax() < AT_REST && forces.ground.iter().all(on_one_face)
-        })
+    /// Checks that all is at rest on three wheels, none in the air or wedged between two faces.
+    fn check_rest(&mut self, z: &Unknowns) -> Result<(), NoRest> {
+        let (residual, forces) = self.evaluate(z)?;
+        for (i, ground) in forces.ground.iter().enumerate() {
+            if !(ground.normal_force > 0.0 && ground.contacts == 1) {
+                return Err(NoRest::Contacts {
+                    wheel: i + 1,
+                    contacts: ground.contacts,
+                });
+            }
+        }
+        if residual.amax() < AT_REST {
+            Ok(())
+        } else {
+            Err(NoRest::Equilibrium)
+        }
     }
 
-    fn residual(&mut self, z: &Unknowns) -> Option<Unknowns> {
+    fn residual(&mut self, z: &Unknowns) -> Result<Unknowns, NoRest> {
         self.evaluate(z).map(|(residual, _)| residual)
     }
 
-    /// What must vanish: distance of the middle wheel from its place, m; accelerations of Q (m/s^2), links and wheels (rad/s^2); and the forces.
-    fn evaluate(&mut self, z: &Unknowns) -> Option<(Unknowns, Forces)> {
+    /// What equilibrium makes zero: distance of the middle wheel from its place, m; accelerations of Q (m/s^2), links and wheels
+    /// (rad/s^2); and the forces.
+    fn evaluate(&mut self, z: &Unknowns) -> Result<(Unknowns, Forces), NoRest> {
         let start = self.start(z)?;
         let robot = &self.setup.robot;
-        let kinematics = Kinematics::new(robot, &start.state).ok()?;
+        let kinematics = Kinematics::new(robot, &start.state).map_err(|_| NoRest::Equilibrium)?;
         let torques = [z[5], z[6], z[7]];
         let forces = self
             .equations
             .forces(&kinematics, &start.state, torques)
-            .ok()?;
+            .map_err(|_| NoRest::Equilibrium)?;
         let mut residual = Unknowns::zeros();
         residual[0] = kinematics.axle(1, &start.state).x - robot.geometry.axles[1].x;
         residual
@@ -236,20 +278,13 @@ impl Balance<'_> {
         residual
             .fixed_rows_mut::<3>(5)
             .copy_from(&forces.omega_rates);
-        Some((residual, forces))
+        Ok((residual, forces))
     }
 
     /// The state that belongs to the unknowns: wheels keep their penetration while the robot creeps, and the control gives
     /// its torques from its integral or, without one, from a speed error.
-    fn start(&self, z: &Unknowns) -> Option<Start> {
-        let mut state = State {
-            q: Vec2::new(z[0], z[1]),
-            angles: [z[2], z[3]],
-            ..State::default()
-        };
-        let kinematics = Kinematics::new(&self.setup.robot, &state).ok()?;
-        let (rows, _) = tangents(&self.setup.terrain, &kinematics, &state)?;
-        state.rates = rows.lu().solve(&Vector4::new(0.0, 0.0, 0.0, z[4]))?;
+    fn start(&self, z: &Unknowns) -> Result<Start, NoRest> {
+        let mut state = self.pose(z).ok_or(NoRest::Equilibrium)?;
         let drive = &self.setup.drive;
         let mut integrals = [0.0; 3];
         for i in 0..3 {
@@ -266,14 +301,32 @@ impl Balance<'_> {
                 AT_REST
             };
             if torque.abs() > limit {
-                return None;
+                return Err(NoRest::Motor {
+                    wheel: i + 1,
+                    torque,
+                    limit,
+                });
             }
         }
-        let kinematics = Kinematics::new(&self.setup.robot, &state).ok()?;
-        Some(Start {
+        let kinematics = Kinematics::new(&self.setup.robot, &state);
+        let kinematics = kinematics.map_err(|_| NoRest::Equilibrium)?;
+        Ok(Start {
             state,
             integrals,
             bars: Bar::ALL.map(|bar| kinematics.bar(bar, &state)),
         })
+    }
+
+    /// Pose and creep speed that belong to the unknowns, the wheels' spins at zero.
+    fn pose(&self, z: &Unknowns) -> Option<State> {
+        let mut state = State {
+            q: Vec2::new(z[0], z[1]),
+            angles: [z[2], z[3]],
+            ..State::default()
+        };
+        let kinematics = Kinematics::new(&self.setup.robot, &state).ok()?;
+        let (rows, _) = tangents(&self.setup.terrain, &kinematics, &state)?;
+        state.rates = rows.lu().solve(&Vector4::new(0.0, 0.0, 0.0, z[4]))?;
+        Some(state)
     }
 }

@@ -1,9 +1,9 @@
-//! What each step from the paper's estimator to `best` brings.
+//! The ablation ladder: what each method between the paper's estimators and `best` contributes.
 
 use robhaz_estimator::{EstimatorSettings, Filters};
 use robhaz_scene::EstimatorChoice;
 
-/// The paper's two estimators, then a ladder from true masses to `best`: every rung adds one thing to the one before.
+/// The paper's two estimators, then from true masses to `best`: every estimator adds one method to the one before.
 pub fn ladder() -> Vec<EstimatorChoice> {
     let mut settings = EstimatorSettings::true_mass();
     let mut rungs = vec![

@@ -1,12 +1,12 @@
-//! Does an estimator know how exact it is?
+//! Whether the covariance that an estimator states is right.
 
 use crate::statistics::{Mean, chi_squared_bounds};
 use serde::Serialize;
 
-/// Statistics that tell, as means over runs.
+/// Statistics of normalised errors, as means over runs.
 ///
 /// Errors of one run are not independent samples: offsets, gains and biases last for the whole run. Runs with different seeds
-/// are, so that each counts once, and their scatter tells how well the mean is known.
+/// are: each counts once, and their scatter gives the standard error of the mean.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Consistency {
     /// Normalised estimation error squared of the three N, `e' P^-1 e`: 3 if the covariance is right.
@@ -14,26 +14,26 @@ pub struct Consistency {
     /// Normalised innovation squared of the parity residual: 1 if its expected variance is right. `None` where no contact
     /// geometry of the run defined one.
     pub nis: Option<Mean>,
-    /// Share of errors of N within two standard deviations: 0.954 if they are normal and the covariance is right.
+    /// Share of errors of N within two standard deviations: 0.954 if they are Gaussian and the covariance is right.
     pub coverage: Mean,
 }
 
-/// What a statistic says of the covariance.
+/// Verdict on a stated covariance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Verdict {
+pub enum CovarianceVerdict {
     /// The mean lies within the 95 % bounds of what a right covariance gives.
     Consistent,
     /// Errors are smaller than stated.
     Cautious,
     /// Errors are larger than stated.
     Overconfident,
-    /// Fewer than five runs, or runs that do not differ, cannot tell.
+    /// Fewer than five runs, or runs that do not differ: no verdict.
     NotJudged,
 }
 
-impl Verdict {
-    /// In words.
+impl CovarianceVerdict {
+    /// The verdict as text.
     pub const fn words(self) -> &'static str {
         match self {
             Self::Consistent => "consistent",
@@ -43,12 +43,13 @@ impl Verdict {
         }
     }
 
-    /// Of a mean square of normalised errors with so many components, which it should be equal to.
+    /// Verdict on the mean square of normalised errors with a number of components. With a right covariance it is equal to that
+    /// number.
     ///
-    /// Were all errors of a run one single error that lasts, the sum over runs would be chi-squared with as many degrees of freedom as
-    /// components and runs. Errors that are less correlated scatter less about the same mean, so that these are the widest bounds.
+    /// If the error of a run were constant, the sum over runs would be chi-squared distributed, with components times runs degrees of
+    /// freedom. Less correlated errors scatter less about the same mean: these bounds are the widest.
     fn of(mean: &Mean, components: f64) -> Self {
-        if !mean.tells() {
+        if !mean.allows_verdict() {
             return Self::NotJudged;
         }
         let (low, high) = chi_squared_bounds(components, mean.runs);
@@ -63,17 +64,17 @@ impl Verdict {
 }
 
 impl Consistency {
-    /// Components of the error that the NEES judges: the three N.
+    /// Number of components of the error in the NEES: the three N.
     pub const COMPONENTS: f64 = 3.0;
 
-    /// Whether the stated covariance of N is right: by the NEES.
-    pub fn verdict(&self) -> Verdict {
-        Verdict::of(&self.nees, Self::COMPONENTS)
+    /// Whether the stated covariance of N is right, judged by the NEES.
+    pub fn verdict(&self) -> CovarianceVerdict {
+        CovarianceVerdict::of(&self.nees, Self::COMPONENTS)
     }
 
-    /// Whether the stated spread of the parity residual is right: by the NIS.
-    pub fn parity_verdict(&self) -> Option<Verdict> {
-        self.nis.map(|nis| Verdict::of(&nis, 1.0))
+    /// Whether the expected variance of the parity residual is right, judged by the NIS.
+    pub fn parity_verdict(&self) -> Option<CovarianceVerdict> {
+        self.nis.map(|nis| CovarianceVerdict::of(&nis, 1.0))
     }
 }
 
@@ -96,16 +97,19 @@ mod tests {
             };
             consistency.verdict()
         };
-        assert_eq!(verdict(5.45, 5), Verdict::Consistent);
-        assert_eq!(verdict(5.55, 5), Verdict::Overconfident);
-        assert_eq!(verdict(1.35, 5), Verdict::Consistent);
-        assert_eq!(verdict(1.15, 5), Verdict::Cautious);
-        assert_eq!(verdict(3.0, 4), Verdict::NotJudged);
+        assert_eq!(verdict(5.45, 5), CovarianceVerdict::Consistent);
+        assert_eq!(verdict(5.55, 5), CovarianceVerdict::Overconfident);
+        assert_eq!(verdict(1.35, 5), CovarianceVerdict::Consistent);
+        assert_eq!(verdict(1.15, 5), CovarianceVerdict::Cautious);
+        assert_eq!(verdict(3.0, 4), CovarianceVerdict::NotJudged);
         let same = Mean::of(&[3.0; 5]).expect("values");
-        assert_eq!(Verdict::of(&same, 3.0), Verdict::NotJudged);
+        assert_eq!(
+            CovarianceVerdict::of(&same, 3.0),
+            CovarianceVerdict::NotJudged
+        );
     }
 
-    /// Scatter is no excuse: one run in ten that is far off makes a mean that no right covariance gives.
+    /// One run in ten with large errors gives an overconfident verdict, although it raises the scatter too.
     #[test]
     fn one_bad_run_is_not_hidden_by_its_scatter() {
         let mut values = [2.0; 10];
@@ -113,6 +117,9 @@ mod tests {
         let mean = Mean::of(&values).expect("values");
         // Four standard errors would reach from below 3 to above.
         assert!(mean.mean - 4.0 * mean.standard_error.expect("ten runs") < 3.0);
-        assert_eq!(Verdict::of(&mean, 3.0), Verdict::Overconfident);
+        assert_eq!(
+            CovarianceVerdict::of(&mean, 3.0),
+            CovarianceVerdict::Overconfident
+        );
     }
 }

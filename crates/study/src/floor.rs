@@ -1,6 +1,6 @@
-//! The Cramer-Rao bound: how well the readings of one sample can tell N at all.
+//! The Cramer-Rao bound of N from the readings of one sample.
 
-use crate::course::Course;
+use crate::truth_run::TruthRun;
 use nalgebra::{Matrix3, Matrix4, Vector4};
 use robhaz_estimator::arms::Arms;
 use robhaz_estimator::equilibrium::{Equilibrium, Loads};
@@ -8,21 +8,21 @@ use robhaz_model::Robot;
 use robhaz_scene::Scene;
 use robhaz_sim::Truth;
 
-/// Standard deviations of what goes into eq. (8), in one sample.
+/// Standard deviations of the inputs of eq. (8) at one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ReadingErrors {
+pub struct SampleNoise {
     /// Relative error of a torque's scale.
     pub torque_gain: f64,
     /// Offset of a torque, its white noise and the step of its reading, together, N m.
     pub torque: f64,
-    /// Gear friction that the reading holds and nobody told of, the same for all wheels, N m.
+    /// Unmodelled gear friction in the torque reading, the same for all wheels, N m.
     pub gear_friction: f64,
     /// Error of a contact angle, rad.
     pub contact_angle: f64,
 }
 
-impl ReadingErrors {
-    /// Those of a scene's sensors. A rounded reading errs uniformly over its step.
+impl SampleNoise {
+    /// The standard deviations of a scene's sensors. The error of a rounded reading is uniform over its step.
     pub fn of(scene: &Scene) -> Self {
         let spec = &scene.sensors.spec;
         let step = spec.torque_step / 12.0_f64.sqrt();
@@ -34,11 +34,11 @@ impl ReadingErrors {
         }
     }
 
-    /// Covariance of the three N, N^2, that an unbiased estimate from one sample has at least: posture, contact angles and
-    /// forces are the true ones, and the equations linear in the errors.
+    /// Lower bound of the covariance of the three N of an unbiased estimate from one sample, N^2. The equations are linearised about
+    /// the true posture, contact angles and forces.
     ///
-    /// With R the covariance of the residual of eq. (8), that is `(H_N' R^-1 H_N)^-1`. R is singular where an error is zero;
-    /// the equal form `L (R - R w w' R/(w' R w)) L'`, with a left inverse L of H_N and `w' H_N = 0`, is not troubled by it.
+    /// With R the covariance of the residual of eq. (8), the bound is `(H_N' R^-1 H_N)^-1`. R is singular where an error is zero. The
+    /// code uses the equal form `L (R - R w w' R/(w' R w)) L'`, with a left inverse L of H_N and `w' H_N = 0`, which needs no inverse of R.
     ///
     /// `None` where the contacts leave N undetermined.
     pub fn covariance(&self, robot: &Robot, truth: &Truth) -> Option<Matrix3<f64>> {
@@ -67,7 +67,7 @@ impl ReadingErrors {
         Some(Matrix3::from_fn(|i, j| left[i].dot(&(known * left[j]))))
     }
 
-    /// R, N^2 and N m: of the tractions, their common friction, and the contact angles.
+    /// R, in N and N m squared: errors of the tractions, of the common gear friction and of the contact angles.
     fn residual_covariance(
         &self,
         robot: &Robot,
@@ -95,12 +95,12 @@ impl ReadingErrors {
     }
 }
 
-/// RMS over wheels and samples that count of the least standard deviation of N, over the mean of N. `None` where the
-/// readings that the bound looks at are exact.
-pub fn floor(scene: &Scene, course: &Course) -> Option<f64> {
-    let errors = ReadingErrors::of(scene);
+/// Cramer-Rao bound of the NRMSE from one sample, -: RMS of the smallest standard deviation of N over wheels and samples, over the
+/// mean of N. `None` where torques and contact angles are exact.
+pub fn floor(scene: &Scene, run: &TruthRun) -> Option<f64> {
+    let errors = SampleNoise::of(scene);
     let (mut square, mut load, mut wheels) = (0.0, 0.0, 0.0);
-    for (truth, _) in course.samples().filter(|(_, counts)| *counts) {
+    for truth in run.counting() {
         let Some(covariance) = errors.covariance(&scene.robot.robot, truth) else {
             continue;
         };
@@ -117,7 +117,7 @@ mod tests {
     use super::*;
     use robhaz_sim::{BarTruth, WheelTruth};
 
-    const ERRORS: ReadingErrors = ReadingErrors {
+    const ERRORS: SampleNoise = SampleNoise {
         torque_gain: 0.02,
         torque: 0.14,
         gear_friction: 0.3,
@@ -149,7 +149,7 @@ mod tests {
         }
     }
 
-    fn parts(errors: &ReadingErrors) -> (Equilibrium, Matrix4<f64>) {
+    fn parts(errors: &SampleNoise) -> (Equilibrium, Matrix4<f64>) {
         let (robot, truth) = (Robot::default_a(), truth());
         let geometry = &robot.geometry;
         let arms = Arms::new(geometry, truth.links[0].angle, truth.links[1].angle).expect("closes");
@@ -188,24 +188,24 @@ mod tests {
     /// unknown nothing is unknown.
     #[test]
     fn exact_readings_leave_nothing_unknown() {
-        let exact = ReadingErrors {
+        let exact = SampleNoise {
             torque_gain: 0.0,
             torque: 0.0,
             gear_friction: 0.0,
             contact_angle: 0.0,
         };
-        let of = |errors: &ReadingErrors| {
+        let of = |errors: &SampleNoise| {
             let covariance = errors.covariance(&Robot::default_a(), &truth());
             covariance.expect("regular").trace()
         };
         assert!(of(&exact).abs() < 1e-12);
         // Each error alone makes R singular (rank 1 to 3), and more unknown than none, less than all.
         let alone = [
-            ReadingErrors {
+            SampleNoise {
                 torque: 0.1,
                 ..exact
             },
-            ReadingErrors {
+            SampleNoise {
                 contact_angle: 0.03,
                 ..exact
             },

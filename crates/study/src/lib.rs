@@ -1,93 +1,76 @@
-//! Many seeds of one scene: how exact the estimators are, whether they know it, and what each step of `best` brings.
+//! Many seeds of one scene: how exact the estimators are, whether their stated covariance is right, and what each step from the
+//! paper's estimator to `best` contributes.
 //!
-//! The truth of a scene does not depend on what is random in its readings: a [`Course`] is computed once and observed anew for
-//! every seed.
+//! The truth of a scene does not depend on sensor noise: a [`TruthRun`] is simulated once and observed anew with every seed.
 
 mod ablation;
 mod consistency;
-mod course;
 mod floor;
 mod report;
-mod score;
+mod seeds;
 mod statistics;
-mod summary;
+mod truth_run;
 
 pub use ablation::ladder;
-pub use consistency::{Consistency, Verdict};
-pub use course::{Course, CourseError};
-pub use floor::{ReadingErrors, floor};
+pub use consistency::{Consistency, CovarianceVerdict};
+pub use floor::{SampleNoise, floor};
 pub use report::Report;
-pub use score::Score;
+pub use seeds::SeedScores;
 pub use statistics::Mean;
-pub use summary::Summary;
+pub use truth_run::{TruthRun, TruthRunError};
 
+use rayon::prelude::*;
 use robhaz_run::Observers;
 use robhaz_scene::{ModelErrorTooLarge, Scene};
-use std::num::NonZeroUsize;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc;
+use robhaz_score::Score;
 
-/// Observes a course once, with the scene's seed: a score for each of its estimators.
+/// Observes a truth once, with the scene's seed. Returns a score for each of the scene's estimators.
 ///
 /// # Errors
-/// [`ModelErrorTooLarge`] when the robot that this seed tells the estimators cannot be one.
-pub fn observe(scene: &Scene, course: &Course) -> Result<Vec<Score>, ModelErrorTooLarge> {
+/// [`ModelErrorTooLarge`] when the nominal robot that this seed draws is not a valid robot.
+pub fn observe(scene: &Scene, run: &TruthRun) -> Result<Vec<Score>, ModelErrorTooLarge> {
     let mut observers = Observers::new(scene)?;
-    let mut scores = vec![Score::default(); scene.estimators.len()];
-    for (truth, counts) in course.samples() {
+    let mut scores = vec![Score::new(truth_run::rule(scene)); scene.estimators.len()];
+    for truth in run.samples() {
         let (_, estimates) = observers.observe(truth);
-        if counts {
-            for (score, estimate) in scores.iter_mut().zip(estimates) {
-                score.add(truth, estimate.as_ref().ok());
-            }
+        for (score, estimate) in scores.iter_mut().zip(estimates) {
+            score.add(truth, estimate.as_ref().ok());
         }
     }
     Ok(scores)
 }
 
-/// Observes a course with each of `seeds`: a summary for each of the scene's estimators.
-///
-/// Seeds are shared out among as many threads; the result does not depend on how many. `done` is told of every seed that is
-/// finished.
+/// Observes a truth with each of `seeds`, on the threads of the current rayon pool. Returns the scores of each of the scene's
+/// estimators. The result does not depend on the number of threads. `done` is called after every seed.
 ///
 /// # Errors
 /// As [`observe`], of the first seed in the list that fails.
 pub fn study(
     scene: &Scene,
-    course: &Course,
+    run: &TruthRun,
     seeds: &[u64],
-    threads: NonZeroUsize,
-    done: &mut dyn FnMut(),
-) -> Result<Vec<Summary>, ModelErrorTooLarge> {
-    let next = AtomicUsize::new(0);
-    let (sender, receiver) = mpsc::channel();
-    let mut runs: Vec<_> = std::thread::scope(|scope| {
-        for _ in 0..threads.get().min(seeds.len()) {
-            let (sender, next) = (sender.clone(), &next);
-            scope.spawn(move || {
-                while let Some(&seed) = seeds.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let scene = Scene {
-                        seed,
-                        ..scene.clone()
-                    };
-                    // The receiver outlives the threads.
-                    let _ = sender.send((seed, observe(&scene, course)));
-                }
-            });
-        }
-        drop(sender);
-        receiver.iter().inspect(|_| done()).collect()
-    });
-    runs.sort_by_key(|(seed, _)| seeds.iter().position(|s| s == seed));
-    let mut summaries: Vec<Summary> = scene
+    done: &(dyn Fn() + Sync),
+) -> Result<Vec<SeedScores>, ModelErrorTooLarge> {
+    let with_seed = |&seed: &u64| {
+        let scene = Scene {
+            seed,
+            ..scene.clone()
+        };
+        let scores = observe(&scene, run);
+        done();
+        scores
+    };
+    // Collected in the order of the seeds; errors are looked at afterwards, so that the first one counts.
+    let runs: Vec<_> = seeds.par_iter().map(with_seed).collect();
+    let mut of_estimators: Vec<SeedScores> = scene
         .estimators
         .iter()
-        .map(|e| Summary::new(&e.name))
+        .map(|e| SeedScores::new(&e.name))
         .collect();
-    for (_, scores) in runs {
-        for (summary, score) in summaries.iter_mut().zip(scores?) {
-            summary.add(score);
+    for scores in runs {
+        for (of_estimator, score) in of_estimators.iter_mut().zip(scores?) {
+            of_estimator.add(score);
         }
     }
-    Ok(summaries)
+    Ok(of_estimators)
 }

@@ -1,9 +1,9 @@
-//! What a study found, as a table for people and as JSON for programs.
+//! The result of a study, as a table and as JSON.
 
-use crate::consistency::{Consistency, Verdict};
-use crate::course::Course;
+use crate::consistency::{Consistency, CovarianceVerdict};
+use crate::seeds::SeedScores;
 use crate::statistics::{LEAST_RUNS, Mean};
-use crate::summary::Summary;
+use crate::truth_run::TruthRun;
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Row, Table};
 use robhaz_scene::Scene;
@@ -12,7 +12,7 @@ use serde::Serialize;
 /// Width of the table, columns of text.
 const WIDTH: u16 = 110;
 
-/// What a study found. Shares and errors of N are parts of the mean true N.
+/// The result of a study. Errors of N and standard deviations are fractions of the mean true N.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
     /// Name of the scene.
@@ -25,17 +25,17 @@ pub struct Report {
     pub seeds: Vec<u64>,
     /// Errors count from this time on, s.
     pub compare_from_s: f64,
-    /// Samples of one seed that count.
+    /// Number of samples of one seed that count.
     pub samples: usize,
-    /// Samples of one seed from then on that do not, because a wheel touches at two places.
+    /// Number of samples of one seed left out because a wheel has two contacts.
     pub left_out: usize,
-    /// Least RMS standard deviation of N from one sample: [`crate::floor`]. `None` where the readings that it looks at are exact.
+    /// Cramer-Rao bound of one sample: [`crate::floor`]. `None` where torques and contact angles are exact.
     pub floor: Option<f64>,
-    /// One an estimator.
+    /// One line per estimator.
     pub estimators: Vec<Line>,
 }
 
-/// What was found of one estimator. `None` where it gave no estimate, or states no covariance.
+/// The result of one estimator. `None` where it gave no estimate or states no covariance.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Line {
     /// Its name.
@@ -44,30 +44,30 @@ pub struct Line {
     pub nrmse: Option<Mean>,
     /// RMS error of T, N.
     pub traction_rmse_n: Option<Mean>,
-    /// Standard deviation of N that it states: [`crate::Score::stated`].
+    /// Stated standard deviation of N: [`robhaz_score::Score::stated`].
     pub stated: Option<Mean>,
-    /// RMS of errors over what was stated of each.
+    /// RMS of the errors of N, each over its stated standard deviation.
     pub error_over_stated: Option<Mean>,
-    /// Error over the floor of one sample.
+    /// RMS error of N over the Cramer-Rao bound of one sample.
     pub error_over_floor: Option<f64>,
-    /// NEES, NIS and share within two standard deviations.
+    /// NEES, NIS and coverage.
     pub consistency: Option<Consistency>,
-    /// What the NEES says.
-    pub verdict: Option<Verdict>,
-    /// What the NIS says.
-    pub parity_verdict: Option<Verdict>,
-    /// Samples of all seeds without an estimate.
+    /// Verdict by the NEES.
+    pub verdict: Option<CovarianceVerdict>,
+    /// Verdict by the NIS.
+    pub parity_verdict: Option<CovarianceVerdict>,
+    /// Number of samples without an estimate, of all seeds together.
     pub missing: u64,
 }
 
 impl Report {
-    /// Of a scene's course, observed with `seeds`.
+    /// The report on a scene whose truth was observed with `seeds`.
     pub fn new(
         scene: &Scene,
-        course: &Course,
+        run: &TruthRun,
         seeds: &[u64],
         floor: Option<f64>,
-        summaries: &[Summary],
+        scores: &[SeedScores],
     ) -> Self {
         Self {
             scene: scene.name.clone(),
@@ -75,14 +75,14 @@ impl Report {
             sensors: scene.sensors.grade.name().to_owned(),
             seeds: seeds.to_vec(),
             compare_from_s: scene.record.compare_from,
-            samples: course.counted(),
-            left_out: course.left_out(),
+            samples: run.counted(),
+            left_out: run.two_contacts(),
             floor,
-            estimators: summaries.iter().map(|s| Line::new(s, floor)).collect(),
+            estimators: scores.iter().map(|s| Line::new(s, floor)).collect(),
         }
     }
 
-    /// The table, and what was run.
+    /// The table, and below it what was run.
     pub fn text(&self) -> String {
         let mut table = Table::new();
         table
@@ -100,20 +100,20 @@ impl Report {
         text.push('\n');
         text.push_str(&match self.floor {
             Some(floor) => format!(
-                "Floor of one sample (Cramer-Rao: torques and contact angles as the sensors err): {:.2} %.\n",
+                "Cramer-Rao bound of one sample, for the errors of torques and contact angles: {:.2} %.\n",
                 100.0 * floor
             ),
-            None => "Floor of one sample: none, torques and contact angles are read exactly.\n"
+            None => "Cramer-Rao bound of one sample: none, torques and contact angles are exact.\n"
                 .to_owned(),
         });
         text.push_str(&self.what_was_run());
         if self
             .estimators
             .iter()
-            .any(|l| l.verdict == Some(Verdict::NotJudged))
+            .any(|l| l.verdict == Some(CovarianceVerdict::NotJudged))
         {
             text.push_str(&format!(
-                "\nNot judged: that takes at least {LEAST_RUNS} seeds, and something random that differs between them."
+                "\nNot judged: a verdict needs at least {LEAST_RUNS} seeds, and random errors that differ between them."
             ));
         }
         for line in &self.estimators {
@@ -121,9 +121,12 @@ impl Report {
             let (Some(verdict), Some(nis)) = (line.parity_verdict, nis) else {
                 continue;
             };
-            if matches!(verdict, Verdict::Cautious | Verdict::Overconfident) {
+            if matches!(
+                verdict,
+                CovarianceVerdict::Cautious | CovarianceVerdict::Overconfident
+            ) {
                 text.push_str(&format!(
-                    "\n{}: of the parity residual it is {} (NIS {:.2}).",
+                    "\n{}: the expected variance of the parity residual is {} (NIS {:.2}).",
                     line.name,
                     verdict.words(),
                     nis.mean,
@@ -149,7 +152,7 @@ impl Report {
         };
         let left_out = match self.left_out {
             0 => "none left out".to_owned(),
-            n => format!("{n} left out, at which a wheel touches at two places"),
+            n => format!("{n} left out because a wheel has two contacts"),
         };
         format!(
             "{}: {seeds}; engine {}, sensors {}; {} samples a seed from {} s on, {left_out}.",
@@ -159,20 +162,20 @@ impl Report {
 }
 
 impl Line {
-    fn new(summary: &Summary, floor: Option<f64>) -> Self {
-        let nrmse = summary.nrmse();
-        let consistency = summary.consistency();
+    fn new(scores: &SeedScores, floor: Option<f64>) -> Self {
+        let nrmse = scores.nrmse();
+        let consistency = scores.consistency();
         Self {
-            name: summary.name.clone(),
+            name: scores.name.clone(),
             nrmse,
-            traction_rmse_n: summary.traction_rmse(),
-            stated: summary.stated(),
-            error_over_stated: summary.normalised(),
+            traction_rmse_n: scores.traction_rmse(),
+            stated: scores.stated(),
+            error_over_stated: scores.normalised(),
             error_over_floor: nrmse.zip(floor).map(|(error, floor)| error.mean / floor),
             consistency,
             verdict: consistency.map(|c| c.verdict()),
             parity_verdict: consistency.and_then(|c| c.parity_verdict()),
-            missing: summary.missing(),
+            missing: scores.missing(),
         }
     }
 
@@ -199,12 +202,14 @@ impl Line {
         for cell in cells {
             row.add_cell(right(cell));
         }
-        row.add_cell(Cell::new(self.verdict.map_or("-", Verdict::words)));
+        row.add_cell(Cell::new(
+            self.verdict.map_or("-", CovarianceVerdict::words),
+        ));
         row
     }
 }
 
-/// A share in %, with its standard error where there is one.
+/// A fraction in %, with its standard error where there is one.
 fn percent(share: Mean) -> String {
     let digits = digits(&share);
     let mean = format!("{:.digits$}", 100.0 * share.mean);
@@ -214,7 +219,7 @@ fn percent(share: Mean) -> String {
     }
 }
 
-/// Digits of a share in % behind the point: three that count.
+/// Decimals of a fraction in %, for three significant digits.
 fn digits(share: &Mean) -> usize {
     match 100.0 * share.mean {
         x if x < 1.0 => 3,
@@ -227,11 +232,11 @@ fn header() -> Row {
     let mut row = Row::from(vec![Cell::new("estimator")]);
     let names = [
         "error of N\n% ± s.e.",
-        "error/\nfloor",
+        "error/\nbound",
         "T\nN",
         "stated\n%",
         "error/\nstated",
-        "2 sigma\nhold %",
+        "within\n2 sigma %",
         "NEES\n(3)",
         "NIS\n(1)",
     ];

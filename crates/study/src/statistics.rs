@@ -1,8 +1,8 @@
-//! Means over seeds, and how well they are known.
+//! Means over seeds and their standard errors.
 
 use serde::Serialize;
 
-/// Fewest runs whose scatter tells how well their mean is known.
+/// Smallest number of runs for a standard error that can be trusted.
 pub const LEAST_RUNS: usize = 5;
 
 /// A mean over independent runs.
@@ -17,7 +17,7 @@ pub struct Mean {
 }
 
 impl Mean {
-    /// Of one value a run; `None` without any.
+    /// Mean of one value per run; `None` without values.
     pub fn of(values: &[f64]) -> Option<Self> {
         let runs = values.len();
         if runs == 0 {
@@ -34,9 +34,8 @@ impl Mean {
         })
     }
 
-    /// Whether the runs can tell what to expect: at least five, and not all the same, as they are where nothing random differs
-    /// between them.
-    pub fn tells(&self) -> bool {
+    /// Whether the runs allow a verdict: at least five, and not all equal, as they are when nothing random differs between them.
+    pub fn allows_verdict(&self) -> bool {
         let differ = self
             .standard_error
             .is_some_and(|error| error > 1e-12 * self.mean.abs());
@@ -64,7 +63,7 @@ mod tests {
 
     /// Against printed tables: 0.831 and 12.833 for 5 degrees of freedom, 16.791 and 46.979 for 30.
     #[test]
-    fn chi_squared_is_that_of_the_tables() {
+    fn chi_squared_bounds_match_printed_tables() {
         let within = |components, runs, expected: [f64; 2], tolerance: [f64; 2]| {
             let (least, greatest) = chi_squared_bounds(components, runs);
             let found = [least, greatest].map(|mean| mean * runs as f64);
@@ -79,15 +78,15 @@ mod tests {
 
     /// Closed form: 1 to 5 have the mean 3, the variance 2.5 and the standard error sqrt(2.5/5).
     #[test]
-    fn a_mean_knows_its_error() {
+    fn standard_error_of_five_values() {
         let mean = Mean::of(&[1.0, 2.0, 3.0, 4.0, 5.0]).expect("values");
         assert!((mean.mean - 3.0).abs() < 1e-15);
         assert!((mean.standard_error.expect("five runs") - 0.5_f64.sqrt()).abs() < 1e-15);
         assert_eq!(Mean::of(&[]), None);
         let one = Mean::of(&[2.0]).expect("a value");
-        assert_eq!((one.standard_error, one.tells()), (None, false));
-        assert!(mean.tells());
-        let tells = |values: &[f64]| Mean::of(values).expect("values").tells();
-        assert!(!tells(&[1.0, 2.0, 3.0, 4.0]) && !tells(&[3.0; 5]));
+        assert_eq!((one.standard_error, one.allows_verdict()), (None, false));
+        assert!(mean.allows_verdict());
+        let allows = |values: &[f64]| Mean::of(values).expect("values").allows_verdict();
+        assert!(!allows(&[1.0, 2.0, 3.0, 4.0]) && !allows(&[3.0; 5]));
     }
 }

@@ -1,40 +1,44 @@
-//! Two runs of one scene, held against each other.
+//! Differences between two runs of one scene.
 
-use robhaz_sim::Truth;
+use crate::balance::greater;
+use robhaz_sim::{Balance, Truth};
 
 /// How far two runs of one scene are apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Agreement {
     /// RMS difference of N over wheels and records, over the mean N, -.
     pub normal_force: f64,
-    /// Greatest difference of a wheel's impulse of N over the run, of itself, -.
-    pub impulse: f64,
     /// Distance of the bodies at the end, m.
     pub apart: f64,
 }
 
 /// Compares two runs, record by record.
 pub fn agreement(a: &[Truth], b: &[Truth]) -> Agreement {
-    let (mut square, mut sums, mut count) = (0.0, [[0.0; 3]; 2], 0.0);
+    let (mut square, mut sum, mut count) = (0.0, 0.0, 0.0);
     for (a, b) in a.iter().zip(b) {
-        for (i, (a, b)) in a.wheels.iter().zip(&b.wheels).enumerate() {
+        for (a, b) in a.wheels.iter().zip(&b.wheels) {
             square += (a.normal_force - b.normal_force).powi(2);
-            sums[0][i] += a.normal_force;
-            sums[1][i] += b.normal_force;
+            sum += b.normal_force;
             count += 1.0;
         }
     }
-    let mean = sums[1].iter().sum::<f64>() / count;
-    let impulse = (0..3)
-        .map(|i| (sums[0][i] / sums[1][i] - 1.0).abs())
-        .fold(0.0, f64::max);
     let apart = match (a.last(), b.last()) {
         (Some(a), Some(b)) => (a.body.position - b.body.position).norm(),
         _ => f64::NAN,
     };
     Agreement {
-        normal_force: f64::sqrt(square / count) / mean,
-        impulse,
+        normal_force: f64::sqrt(square / count) / (sum / count),
         apart,
     }
+}
+
+/// Greatest difference over the wheels of the ground's impulse in two runs of equal length, over that impulse, -.
+///
+/// The impulses are those that the engines integrate, so that impacts between records count.
+pub fn impulse_difference(a: &Balance, b: &Balance) -> f64 {
+    a.impulse
+        .iter()
+        .zip(&b.impulse)
+        .map(|(a, b)| (a - b).norm() / b.norm())
+        .fold(0.0, greater)
 }

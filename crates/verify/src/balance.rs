@@ -1,11 +1,9 @@
-//! Momentum and energy of a run, from its records alone.
+//! Momentum and energy of a run, from the integrals that the engines carry.
 
-use robhaz_model::{Bar, GRAVITY, Vec2};
-use robhaz_scene::Scene;
-use robhaz_sim::{Truth, WheelTruth, mechanical_energy};
+use robhaz_model::{Bar, GRAVITY, Robot, Vec2};
+use robhaz_sim::{Balance, Truth, mechanical_energy};
 
-fn momentum(scene: &Scene, truth: &Truth) -> Vec2 {
-    let robot = &scene.robot.robot;
+fn momentum(robot: &Robot, truth: &Truth) -> Vec2 {
     let of_bars: Vec2 = Bar::ALL
         .iter()
         .map(|bar| truth.bar(*bar).velocity * robot.mass.of(*bar).0)
@@ -16,84 +14,96 @@ fn momentum(scene: &Scene, truth: &Truth) -> Vec2 {
     of_bars + of_wheels
 }
 
-/// Ground and gravity together, N.
-fn outer_force(scene: &Scene, truth: &Truth) -> Vec2 {
-    let weight = Vec2::new(0.0, -scene.robot.robot.mass.total() * GRAVITY);
-    truth.wheels.iter().fold(weight, |sum, w| {
-        let (sin, cos) = w.contact_angle.sin_cos();
-        sum + Vec2::new(cos, sin) * w.traction + Vec2::new(-sin, cos) * w.normal_force
-    })
+/// The greater of two; a NaN stays.
+pub(crate) fn greater(most: f64, found: f64) -> f64 {
+    if most.is_nan() || found <= most {
+        most
+    } else {
+        found
+    }
 }
 
-/// What the impulse of ground and gravity leaves unexplained of the robot's momentum, of weight times time, -.
-///
-/// Impulses by the trapezoidal rule over the records. Where wheels touch at two places or N peaks between records, it says
-/// nothing.
-pub fn momentum_error(scene: &Scene, truth: &[Truth]) -> f64 {
+/// What the impulse of ground and gravity leaves unexplained of the robot's momentum: the greatest over the records, of weight
+/// times the run's time, -.
+pub fn momentum_error(robot: &Robot, truth: &[Truth], balance: &[Balance]) -> f64 {
     let (Some(first), Some(last)) = (truth.first(), truth.last()) else {
         return f64::NAN;
     };
-    let impulse: Vec2 = truth
-        .windows(2)
-        .map(|pair| {
-            let mean = 0.5 * (outer_force(scene, &pair[0]) + outer_force(scene, &pair[1]));
-            mean * (pair[1].time - pair[0].time)
+    let weight = robot.mass.total() * GRAVITY;
+    let ground = |b: &Balance| b.impulse.iter().sum::<Vec2>();
+    let start = balance.first().map_or(Vec2::zeros(), ground);
+    let most = truth
+        .iter()
+        .zip(balance)
+        .map(|(now, balance)| {
+            let gravity = Vec2::new(0.0, -weight * (now.time - first.time));
+            let gained = momentum(robot, now) - momentum(robot, first);
+            (ground(balance) - start + gravity - gained).norm()
         })
-        .sum();
-    let left = impulse - (momentum(scene, last) - momentum(scene, first));
-    let weight = scene.robot.robot.mass.total() * GRAVITY;
-    left.norm() / (weight * (last.time - first.time))
+        .fold(0.0, greater);
+    most / (weight * (last.time - first.time))
 }
 
-/// Where the motors' work went, J.
+/// Where the motors' work went over a run, J.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Energy {
     /// Work of the motors.
     pub motors: f64,
-    /// What damping and friction in the gear, friction on the ground and the contacts took.
+    /// Energy that gears, friction on the ground, contacts and stops took, and what the springs of the last two hold.
     pub losses: f64,
     /// Kinetic and potential energy gained by bars, wheels and rotors.
     pub gain: f64,
+    /// The greatest energy over the records that the balance leaves unexplained.
+    pub left: f64,
+    /// The energy that errors are measured against: see [`energy`].
+    pub scale: f64,
 }
 
 impl Energy {
-    /// What is left unexplained, of the motors' work, -.
+    /// What is left unexplained, of the scale, -.
     pub fn relative_error(&self) -> f64 {
-        (self.motors - self.losses - self.gain) / self.motors
+        self.left / self.scale
     }
 }
 
 /// Where the motors' work went over a run.
 ///
-/// Work by the trapezoidal rule over the records: the penetration works against N, the slip against T. As
-/// [`momentum_error`] it says nothing where N peaks between records.
-pub fn energy(scene: &Scene, truth: &[Truth]) -> Energy {
-    let (mut motors, mut losses) = (0.0, 0.0);
-    for pair in truth.windows(2) {
-        let dt = pair[1].time - pair[0].time;
-        for (a, b) in pair[0].wheels.iter().zip(&pair[1].wheels) {
-            let work = |power: &dyn Fn(&WheelTruth) -> f64| 0.5 * dt * (power(a) + power(b));
-            motors += work(&|w| w.torque * w.omega);
-            losses += work(&|w| scene.drive.loss_torque(w.omega) * w.omega);
-            losses += work(&|w| w.traction * w.slip_speed);
-            losses += 0.5 * (a.normal_force + b.normal_force) * (b.penetration - a.penetration);
-        }
-        // The stops take what they give back.
-        let opening = |t: &Truth| t.links[0].angle - t.links[1].angle;
-        losses -= 0.5
-            * (pair[0].stop_torque + pair[1].stop_torque)
-            * (opening(&pair[1]) - opening(&pair[0]));
-    }
-    let gain = match (truth.first(), truth.last()) {
-        (Some(first), Some(last)) => {
-            let robot = &scene.robot.robot;
-            mechanical_energy(robot, last) - mechanical_energy(robot, first)
-        }
-        _ => f64::NAN,
+/// The scale is the greatest of the motors' work, the losses and the gain. A parked robot turns over no energy at all; the
+/// floor of the scale is therefore the weight on a wheel's radius, the potential energy that any motion of the robot deals with
+/// (13.7 J for the default robot: a thousandth of it lifts the robot by 0.1 mm).
+pub fn energy(robot: &Robot, truth: &[Truth], balance: &[Balance]) -> Energy {
+    let losses = |b: &Balance| b.gear_loss - b.ground_work - b.stop_work;
+    let start = balance.first().copied().unwrap_or_default();
+    let held = truth
+        .first()
+        .map_or(f64::NAN, |t| mechanical_energy(robot, t));
+    let since = |now: &Truth, b: &Balance| {
+        [
+            b.motor_work - start.motor_work,
+            losses(b) - losses(&start),
+            mechanical_energy(robot, now) - held,
+        ]
     };
+    let left = truth
+        .iter()
+        .zip(balance)
+        .map(|(now, balance)| {
+            let [motors, losses, gain] = since(now, balance);
+            (motors - losses - gain).abs()
+        })
+        .fold(0.0, greater);
+    let [motors, losses, gain] = match (truth.last(), balance.last()) {
+        (Some(now), Some(balance)) => since(now, balance),
+        _ => [f64::NAN; 3],
+    };
+    let floor = robot.mass.total() * GRAVITY * robot.geometry.wheel_radius;
     Energy {
         motors,
         losses,
         gain,
+        left,
+        scale: [motors, losses, gain]
+            .iter()
+            .fold(floor, |s, e| s.max(e.abs())),
     }
 }

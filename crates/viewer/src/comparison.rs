@@ -11,13 +11,14 @@ use crate::plot::{Line, Plot};
 use crate::writer::{RrdFile, Writer};
 use rerun::archetypes::{RecordingInfo, Scalars};
 use rerun::components::Scalar;
-use rerun::external::re_log_encoding::Decoder;
+use rerun::external::re_log_encoding::{Decodable as _, Decoder, StreamFooter};
 use rerun::log::{Chunk, LogMsg};
 use rerun::{EntityPath, StoreKind};
+use robhaz_run::Stop;
 use robhaz_scene::Scene;
 use std::collections::HashMap;
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
 /// A run to be compared.
@@ -42,10 +43,22 @@ pub(crate) fn root(place: usize) -> String {
 /// Writes one recording of several recorded runs to `out`, with a layout that shows them side by side.
 ///
 /// # Errors
-/// [`ViewerError`]: fewer than two runs, a recording that cannot be read, or `out` cannot be written.
-pub fn save_comparison(runs: &[ComparedRun<'_>], out: &Path) -> Result<(), ViewerError> {
+/// [`ViewerError`]: fewer than two runs, a recording that cannot be read, `out` is one of them or cannot be written, or
+/// `stop` names a cause.
+pub fn save_comparison(
+    runs: &[ComparedRun<'_>],
+    out: &Path,
+    stop: Stop<'_>,
+) -> Result<(), ViewerError> {
     if runs.len() < 2 {
         return Err(ViewerError::TooFew { found: runs.len() });
+    }
+    // Written into itself, a recording would grow until the disk is full. A file that is not there is not the same.
+    let is_read =
+        |run: &ComparedRun<'_>| same_file::is_same_file(run.recording, out).unwrap_or(false);
+    if runs.iter().any(is_read) {
+        let path = out.to_owned();
+        return Err(ViewerError::Input { path });
     }
     let destination = out.display().to_string();
     let file = RrdFile::begin(RrdFile::create(out)?).map_err(ViewerError::write(&destination))?;
@@ -84,6 +97,9 @@ pub fn save_comparison(runs: &[ComparedRun<'_>], out: &Path) -> Result<(), Viewe
         };
         let (mut truth, mut difference) = (plots("normal_force"), plots("difference"));
         for_each_chunk(run.recording, |chunk| {
+            if let Some(cause) = stop() {
+                return Err(ViewerError::Stopped { cause });
+            }
             let entity = chunk.entity_path().to_string();
             if chunk.entity_path().starts_with(&EntityPath::properties()) {
                 return Ok(());
@@ -123,6 +139,23 @@ pub fn recording_end(path: &Path) -> Result<Option<f64>, ViewerError> {
         Ok(())
     })?;
     Ok(end.map(nanoseconds_to_seconds))
+}
+
+/// Does a recording end in the index that closes it? One without was cut, or its run was killed or is still going on.
+///
+/// # Errors
+/// [`ViewerError::Read`]
+pub fn recording_is_closed(path: &Path) -> Result<bool, ViewerError> {
+    let mut file = File::open(path).map_err(ViewerError::read(path))?;
+    let length = file.metadata().map_err(ViewerError::read(path))?.len();
+    let mut end = [0; StreamFooter::ENCODED_SIZE_BYTES];
+    let Some(start) = length.checked_sub(end.len() as u64) else {
+        return Ok(false);
+    };
+    file.seek(SeekFrom::Start(start))
+        .and_then(|_| file.read_exact(&mut end))
+        .map_err(ViewerError::read(path))?;
+    Ok(StreamFooter::from_rrd_bytes(&end).is_ok())
 }
 
 /// Largest RMS error of N of any estimator in any of the runs, N: what can be compared has one scale.

@@ -107,6 +107,26 @@ pub enum ViewerError {
         /// What is missing.
         reason: String,
     },
+    /// A comparison would be written over one of its recordings.
+    #[error("{} is a recording to be compared: the comparison needs a file of its own", path.display())]
+    Input {
+        /// Which file.
+        path: PathBuf,
+    },
+    /// A time outside the recording.
+    #[error("{at} s is not in the run: its recording goes from 0 s to {end:.3} s")]
+    Time {
+        /// What was asked for, s.
+        at: f64,
+        /// Time of the newest row, s.
+        end: f64,
+    },
+    /// The caller ended the work.
+    #[error("stopped by {cause}")]
+    Stopped {
+        /// What [`robhaz_run::Stop`] answered.
+        cause: &'static str,
+    },
     /// A comparison needs at least two runs.
     #[error("a comparison needs at least two runs, not {found}")]
     TooFew {

@@ -2,12 +2,13 @@
 
 use crate::ViewerError;
 use crate::colours::{Colour, WHEELS};
-use crate::events::{Change, Confidence, Found, WheelState};
+use crate::events::{Change, Confidence, Found};
 use crate::series::WHEEL_NAMES;
 use crate::writer::Writer;
 use rerun::archetypes::{StateChange, StateConfiguration, TextLog};
 use robhaz_estimator::Flags;
 use robhaz_scene::Scene;
+use robhaz_score::events::WheelState;
 
 /// Nothing to be worried about: hardly to be seen.
 const CALM: Colour = Colour([0x30, 0x30, 0x30]);

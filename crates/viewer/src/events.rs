@@ -1,13 +1,13 @@
-//! What happens at one instant, found by comparing each record with the one before.
+//! Events and state changes of a run, as the viewer shows them.
 
 use crate::colours::{Colour, NEUTRAL, WHEELS, by_place};
 use crate::series::WHEEL_NAMES;
 use rerun::components::TextLogLevel;
 use robhaz_estimator::{Estimate, EstimateError, Flags};
-use robhaz_model::PinStop;
 use robhaz_run::Frame;
 use robhaz_scene::Scene;
-use robhaz_sim::{Truth, WheelTruth};
+use robhaz_score::events::{self, EventDetector, EventKind, WheelState};
+use robhaz_sim::Truth;
 
 /// A line of text at its time.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,35 +22,10 @@ pub(crate) struct Event {
     pub(crate) colour: Colour,
 }
 
-/// What a wheel does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum WheelState {
-    /// It touches and keeps below the slip speed of the static coefficient.
-    Grips,
-    /// It touches and slips faster.
-    Slips,
-    /// It touches nothing.
-    InTheAir,
-}
-
-impl WheelState {
-    /// All states.
-    pub(crate) const ALL: [Self; 3] = [Self::Grips, Self::Slips, Self::InTheAir];
-
-    /// Its name in the recording.
-    pub(crate) const fn name(self) -> &'static str {
-        match self {
-            Self::Grips => "grips",
-            Self::Slips => "slips",
-            Self::InTheAir => "in the air",
-        }
-    }
-}
-
-/// What an estimator says of itself.
+/// Whether an estimator gives an estimate, and with which flags.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Confidence {
-    /// An estimate, with the reasons to trust it less, if any.
+    /// An estimate with its flags.
     Estimates(Flags),
     /// No estimate.
     Refuses,
@@ -84,7 +59,7 @@ pub(crate) struct Change<S> {
     pub(crate) state: S,
 }
 
-/// What was found and is not logged yet.
+/// Events and state changes that are not logged yet.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Found {
     /// Lines of text.
@@ -112,12 +87,7 @@ impl Found {
 /// Finds events.
 pub(crate) struct Watch {
     names: Vec<String>,
-    stop: PinStop,
-    /// Slip speed of the static coefficient, m/s.
-    v_s: f64,
-    contacts: [u32; 3],
-    wheels: [Option<WheelState>; 3],
-    on_stop: bool,
+    detector: EventDetector,
     confidence: Vec<Option<Confidence>>,
     last_time: f64,
     found: Found,
@@ -128,11 +98,7 @@ impl Watch {
     pub(crate) fn new(scene: &Scene) -> Self {
         let mut watch = Self {
             names: scene.estimators.iter().map(|e| e.name.clone()).collect(),
-            stop: scene.robot.robot.geometry.stop,
-            v_s: scene.friction.v_s,
-            contacts: [1; 3],
-            wheels: [None; 3],
-            on_stop: false,
+            detector: EventDetector::new(scene.robot.robot.geometry.stop, scene.friction.v_s),
             confidence: vec![None; scene.estimators.len()],
             last_time: 0.0,
             found: Found::default(),
@@ -145,8 +111,7 @@ impl Watch {
     /// Looks at one record.
     pub(crate) fn look(&mut self, frame: &Frame<'_>) {
         self.last_time = frame.truth.time;
-        self.look_at_contacts(frame.truth);
-        self.look_at_stops(frame.truth);
+        self.look_at_robot(frame.truth);
         self.look_at_estimates(frame);
     }
 
@@ -177,92 +142,66 @@ impl Watch {
         });
     }
 
-    fn look_at_contacts(&mut self, truth: &Truth) {
-        for (i, wheel) in truth.wheels.iter().enumerate() {
-            let contacts = std::mem::replace(&mut self.contacts[i], wheel.contacts);
-            let what = match (contacts, wheel.contacts) {
-                (before, now) if before == now => None,
-                (_, 0) => Some(("leaves the ground", TextLogLevel::WARN)),
-                (0, _) => Some(("touches the ground again", TextLogLevel::INFO)),
-                (_, 1) => Some(("touches at one place again", TextLogLevel::INFO)),
-                _ => Some(("touches at two places", TextLogLevel::INFO)),
+    fn look_at_robot(&mut self, truth: &Truth) {
+        let before = [0, 1, 2].map(|i| self.detector.wheel(i));
+        let mut events = Vec::new();
+        self.detector.sample(truth, &mut |event| events.push(event));
+        for (place, before) in before.into_iter().enumerate() {
+            let Some(state) = self
+                .detector
+                .wheel(place)
+                .filter(|now| before != Some(*now))
+            else {
+                continue;
             };
-            if let Some((what, level)) = what {
-                self.tell_of_wheel(truth.time, i, what, level, wheel);
-            }
-            self.look_at_slip(truth.time, i, wheel);
+            self.found.wheels.push(Change {
+                time: truth.time,
+                place,
+                state,
+            });
+        }
+        for event in events {
+            self.add_event(&event, truth);
         }
     }
 
-    fn look_at_slip(&mut self, time: f64, i: usize, wheel: &WheelTruth) {
-        let before = self.wheels[i];
-        let slips = if before == Some(WheelState::Slips) {
-            // It grips again when it is well below: a wheel at the limit is told of once.
-            wheel.slip_speed.abs() > 0.5 * self.v_s
-        } else {
-            wheel.slip_speed.abs() > self.v_s
-        };
-        let state = match (wheel.contacts, slips) {
-            (0, _) => WheelState::InTheAir,
-            (_, true) => WheelState::Slips,
-            (_, false) => WheelState::Grips,
-        };
-        if before == Some(state) {
-            return;
-        }
-        self.wheels[i] = Some(state);
-        let change = Change {
-            time,
-            place: i,
-            state,
-        };
-        self.found.wheels.push(change);
-        match (before, state) {
-            (_, WheelState::Slips) => {
-                let what = if wheel.slip_speed > 0.0 {
-                    "starts to spin"
-                } else {
-                    "starts to slide"
-                };
-                self.tell_of_wheel(time, i, what, TextLogLevel::WARN, wheel);
+    /// Adds an event as a line of text, with the place where it happened.
+    fn add_event(&mut self, event: &events::Event, truth: &Truth) {
+        let (wheel, what, level) = match event.kind {
+            EventKind::ContactLost(i) => (i, "leaves the ground", TextLogLevel::WARN),
+            EventKind::ContactRegained(i) => (i, "touches the ground again", TextLogLevel::INFO),
+            EventKind::TwoContacts(i) => (i, "touches at two places", TextLogLevel::INFO),
+            EventKind::OneContact(i) => (i, "touches at one place again", TextLogLevel::INFO),
+            EventKind::Spins(i) => (i, "starts to spin", TextLogLevel::WARN),
+            EventKind::Slides(i) => (i, "starts to slide", TextLogLevel::WARN),
+            EventKind::Grips(i) => (i, "grips again", TextLogLevel::INFO),
+            EventKind::StopReached(stop, angle) => {
+                return self.add_stop(event.time, "reaches", stop, angle, TextLogLevel::WARN);
             }
-            (Some(WheelState::Slips), WheelState::Grips) => {
-                self.tell_of_wheel(time, i, "grips again", TextLogLevel::INFO, wheel);
+            EventKind::StopLeft(stop, angle) => {
+                return self.add_stop(event.time, "leaves", stop, angle, TextLogLevel::INFO);
             }
-            _ => {}
-        }
+        };
+        let x = rounded(truth.wheels[wheel].position.x, 1e3);
+        let text = format!("{} wheel {what} at x = {x:.3} m", WHEEL_NAMES[wheel]);
+        self.add(event.time, text, level, WHEELS[wheel]);
     }
 
-    fn tell_of_wheel(
+    /// Adds a line about an end stop at theta1 - theta2 (rad).
+    fn add_stop(
         &mut self,
         time: f64,
-        i: usize,
         what: &str,
+        stop: events::EndStop,
+        angle: f64,
         level: &'static str,
-        wheel: &WheelTruth,
     ) {
-        let x = rounded(wheel.position.x, 1e3);
-        let text = format!("{} wheel {what} at x = {x:.3} m", WHEEL_NAMES[i]);
-        self.add(time, text, level, WHEELS[i]);
-    }
-
-    fn look_at_stops(&mut self, truth: &Truth) {
-        let on_stop = truth.stop_torque.abs() > 0.0;
-        if std::mem::replace(&mut self.on_stop, on_stop) == on_stop {
-            return;
-        }
-        let angle = truth.links[0].angle - truth.links[1].angle;
-        let (what, level) = if on_stop {
-            ("reaches", TextLogLevel::WARN)
-        } else {
-            ("leaves", TextLogLevel::INFO)
-        };
         let text = format!(
             "pin Q {what} its {} stop: theta1 - theta2 = {:.1} deg",
-            nearest_stop(&self.stop, angle),
+            stop.name(),
             rounded(angle.to_degrees(), 10.0)
         );
-        self.add(truth.time, text, level, NEUTRAL);
+        self.add(time, text, level, NEUTRAL);
     }
 
     fn look_at_estimates(&mut self, frame: &Frame<'_>) {
@@ -293,15 +232,6 @@ impl Watch {
                 self.add(frame.truth.time, text, level, by_place(k));
             }
         }
-    }
-}
-
-/// The stop that an angle theta_1 - theta_2 (rad) is nearer to.
-pub(crate) fn nearest_stop(stop: &PinStop, angle: f64) -> &'static str {
-    if (angle - stop.upper).abs() < (angle - stop.lower).abs() {
-        "upper"
-    } else {
-        "lower"
     }
 }
 

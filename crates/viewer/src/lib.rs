@@ -45,7 +45,7 @@ mod shapes;
 mod sink;
 mod writer;
 
-pub use comparison::{ComparedRun, recording_end, save_comparison};
+pub use comparison::{ComparedRun, recording_end, recording_is_closed, save_comparison};
 pub use error::{VIEWER_VERSION, ViewerError};
 pub use live::{LiveReport, LiveSink};
 pub use picture::{PictureOptions, picture};

@@ -193,7 +193,7 @@ impl Sink for LiveSink {
 
     fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
         if let Some(feed) = self.feed.take() {
-            self.report = feed.end(end.is_some());
+            self.report = feed.end(end.is_some_and(RunEnd::is_complete));
         }
         Ok(())
     }

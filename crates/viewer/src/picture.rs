@@ -5,6 +5,7 @@ use crate::control::Control;
 use crate::error::Cause;
 use crate::program::{Started, free_port, start_error};
 use crate::{ViewerError, recording_end};
+use robhaz_run::Stop;
 use std::ffi::OsStr;
 use std::fs::File;
 use std::io::BufReader;
@@ -45,11 +46,22 @@ impl Default for PictureOptions {
 /// colours of all three wheels are in it.
 ///
 /// # Errors
-/// [`ViewerError`]: no viewer, the recording cannot be read, or no picture shows the data.
-pub fn picture(recording: &Path, out: &Path, options: PictureOptions) -> Result<(), ViewerError> {
+/// [`ViewerError`]: no viewer, the recording cannot be read, it does not hold the time, no picture shows the data, or `stop`
+/// names a cause.
+pub fn picture(
+    recording: &Path,
+    out: &Path,
+    options: PictureOptions,
+    stop: Stop<'_>,
+) -> Result<(), ViewerError> {
     let end = recording_end(recording)?.ok_or_else(|| ViewerError::Picture {
         reason: format!("{} has no data", recording.display()),
     })?;
+    let time = options.at.unwrap_or(0.5 * end);
+    // The recording's end is rounded to a nanosecond. Not a number is not in the run either.
+    if !(0.0..=end + 1e-9).contains(&time) {
+        return Err(ViewerError::Time { at: time, end });
+    }
     let port = free_port()?;
     let size = format!("{}x{}", options.size[0], options.size[1]);
     let mut viewer = Started::at(
@@ -61,36 +73,69 @@ pub fn picture(recording: &Path, out: &Path, options: PictureOptions) -> Result<
             recording.as_os_str(),
         ],
     )?;
-    let time = options.at.unwrap_or(0.5 * end).clamp(0.0, end);
-    let taken = take(port, out, end, time);
+    let patience = Patience {
+        start: Instant::now(),
+        stop,
+    };
+    let taken = take(port, out, [time, end], &patience);
     // Without a renderer it listens for a moment and ends.
     let words = viewer.last_words();
     viewer.end();
     match (taken, words) {
+        (Err(ViewerError::Stopped { cause }), _) => Err(ViewerError::Stopped { cause }),
         (Err(_), Some(words)) => Err(start_error(&words)),
         (taken, _) => taken,
     }
 }
 
-fn take(port: u16, out: &Path, end: f64, time: f64) -> Result<(), ViewerError> {
-    let start = Instant::now();
-    let late = || start.elapsed() > PATIENCE;
+/// How long to wait for the viewer.
+struct Patience<'a> {
+    start: Instant,
+    stop: Stop<'a>,
+}
+
+impl Patience<'_> {
+    fn is_over(&self) -> bool {
+        self.start.elapsed() > PATIENCE
+    }
+
+    /// Sleeps, unless the caller has had enough.
+    fn pause(&self, time: Duration) -> Result<(), ViewerError> {
+        match (self.stop)() {
+            Some(cause) => Err(ViewerError::Stopped { cause }),
+            None => {
+                std::thread::sleep(time);
+                Ok(())
+            }
+        }
+    }
+}
+
+/// A picture at a time of a recording that ends at another, s.
+fn take(
+    port: u16,
+    out: &Path,
+    [time, end]: [f64; 2],
+    patience: &Patience<'_>,
+) -> Result<(), ViewerError> {
     let mut control = Control::call(port)?;
     // To a nanosecond: the recording's own resolution.
     while control.newest()?.is_none_or(|newest| newest < end - 1e-9) {
-        if late() {
+        if patience.is_over() {
             return Err(ViewerError::Picture {
                 reason: "the recording is not loaded after 90 s".to_owned(),
             });
         }
-        std::thread::sleep(PAUSE);
+        patience.pause(PAUSE)?;
     }
     control.show(time)?;
-    std::thread::sleep(MESSAGES.saturating_sub(start.elapsed()));
+    while patience.start.elapsed() < MESSAGES {
+        patience.pause(PAUSE)?;
+    }
     let draft = Draft::beside(out)?;
     let mut before = None;
     loop {
-        let image = draft.take(&mut control, &late)?;
+        let image = draft.take(&mut control, patience)?;
         let missing = image.missing();
         if missing.is_none() && before.as_ref() == Some(&image) {
             return std::fs::rename(&draft.0, out).map_err(|source| ViewerError::Create {
@@ -98,12 +143,12 @@ fn take(port: u16, out: &Path, end: f64, time: f64) -> Result<(), ViewerError> {
                 source,
             });
         }
-        if late() {
+        if patience.is_over() {
             let reason = missing.unwrap_or_else(|| "it does not come to rest".to_owned());
             return Err(ViewerError::Picture { reason });
         }
         before = Some(image);
-        std::thread::sleep(PAUSE);
+        patience.pause(PAUSE)?;
     }
 }
 
@@ -121,14 +166,16 @@ impl Draft {
     }
 
     /// A picture taken now. The viewer answers before the file is written: it is read until it is whole.
-    fn take(&self, control: &mut Control, late: &impl Fn() -> bool) -> Result<Image, ViewerError> {
+    fn take(&self, control: &mut Control, patience: &Patience<'_>) -> Result<Image, ViewerError> {
         let _ = std::fs::remove_file(&self.0);
         control.save_picture(&self.0)?;
         loop {
             match Image::decode(&self.0) {
                 Ok(image) => return Ok(image),
-                Err(cause) if late() => return Err(ViewerError::read(&self.0)(cause)),
-                Err(_) => std::thread::sleep(PAUSE / 10),
+                Err(cause) if patience.is_over() => {
+                    return Err(ViewerError::read(&self.0)(cause));
+                }
+                Err(_) => patience.pause(PAUSE / 10)?,
             }
         }
     }

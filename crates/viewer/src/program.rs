@@ -1,6 +1,7 @@
 //! The installed Rerun viewer: found, checked, started.
 
 use crate::{VIEWER_VERSION, ViewerError};
+use robhaz_run::Stop;
 use std::fs::File;
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
@@ -16,22 +17,31 @@ const POLL_TIME: Duration = Duration::from_millis(50);
 /// Lines of a viewer's last words that are worth telling.
 const MOST_LINES: usize = 5;
 
-/// Shows recordings on the screen, until the user closes the viewer.
+/// Shows recordings on the screen, until the user closes the viewer or `stop` names a cause.
 ///
 /// # Errors
-/// [`ViewerError`]: no viewer, another version, or it ends with an error.
-pub fn open(recordings: &[PathBuf]) -> Result<(), ViewerError> {
+/// [`ViewerError`]: no viewer, another version, it ends with an error, or [`ViewerError::Stopped`].
+pub fn open(recordings: &[PathBuf], stop: Stop<'_>) -> Result<(), ViewerError> {
     let mut command = installed()?;
     command.args(["--bind", "127.0.0.1", "--port", "auto"]);
     command.args(recordings);
     let log = Log::new()?;
     command.stderr(log.stdio()?);
-    let mut child = command.spawn().map_err(|e| start_error(&e.to_string()))?;
-    let status = child.wait().map_err(|e| start_error(&e.to_string()))?;
-    if status.success() {
-        Ok(())
-    } else {
-        Err(start_error(&log.last_words()))
+    in_a_group_of_its_own(&mut command);
+    let child = command.spawn().map_err(|e| start_error(&e.to_string()))?;
+    let mut viewer = Started { child, log };
+    loop {
+        let ended = viewer.child.try_wait();
+        match ended.map_err(|e| start_error(&e.to_string()))? {
+            Some(status) if status.success() => return Ok(()),
+            Some(_) => return Err(start_error(&viewer.log.last_words())),
+            None => {}
+        }
+        if let Some(cause) = stop() {
+            viewer.end();
+            return Err(ViewerError::Stopped { cause });
+        }
+        std::thread::sleep(POLL_TIME);
     }
 }
 

@@ -6,7 +6,6 @@ use crate::ViewerError;
 use crate::colours::{self, Colour};
 use crate::contact::contact_point;
 use crate::convert::{deep, flat, narrow, turn};
-use crate::events::nearest_stop;
 use crate::forces::{Forces, Shown};
 use crate::ground::Ground;
 use crate::shapes;
@@ -17,6 +16,7 @@ use robhaz_estimator::Estimate;
 use robhaz_model::{Bar, Pin, Robot, Vec2};
 use robhaz_run::Frame;
 use robhaz_scene::Scene;
+use robhaz_score::events::EndStop;
 use robhaz_sim::Truth;
 
 /// Every so many frames the trails get a new piece: 20 Hz at 60 frames a second.
@@ -194,7 +194,8 @@ impl SceneView {
         let [_, lower, upper] = shapes::stops(geometry);
         let reached = |f: &Snapshot| {
             let angle = f.truth.links[0].angle - f.truth.links[1].angle;
-            (f.truth.stop_torque.abs() > 0.0).then(|| nearest_stop(&geometry.stop, angle))
+            (f.truth.stop_torque.abs() > 0.0)
+                .then(|| EndStop::nearest(&geometry.stop, angle).name())
         };
         let (mut changes, mut times) = (Vec::new(), Vec::new());
         for frame in frames {

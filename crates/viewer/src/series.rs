@@ -8,13 +8,11 @@ use crate::writer::Writer;
 use robhaz_estimator::{Estimate, EstimateError};
 use robhaz_run::Frame;
 use robhaz_scene::Scene;
-use robhaz_sim::WheelTruth;
+use robhaz_score::{needed_friction, rms_over_wheels};
 use robhaz_sim::friction::{FrictionLaw, Stretch};
 
 /// Names of the wheels, front to rear.
 pub(crate) const WHEEL_NAMES: [&str; 3] = ["front", "middle", "rear"];
-/// Below this load T/N says nothing, N: a fiftieth of a wheel's static load.
-const LEAST_LOAD: f64 = 1.0;
 
 /// All time series of a run.
 pub(crate) struct Series {
@@ -132,7 +130,7 @@ impl Series {
         let errors = frame
             .estimates
             .iter()
-            .map(|e| or_gap(e, |e| rms_error(e, wheels)));
+            .map(|e| or_gap(e, |e| rms_over_wheels(e, frame.truth)));
         self.rms_error.push(time, errors);
         let angles = wheels.iter().map(|w| w.contact_angle);
         let given = frame.sensors.contact_angle;
@@ -184,11 +182,11 @@ impl Series {
 
     fn push_friction(&mut self, frame: &Frame<'_>) {
         let (time, wheels) = (frame.truth.time, &frame.truth.wheels);
-        let needed = wheels.map(|w| needed_friction(w.traction, w.normal_force));
+        let needed = wheels.map(|w| needed_friction_or_gap(w.traction, w.normal_force));
         let estimated = self.chosen.map(|k| {
             [0, 1, 2].map(|i| {
                 or_gap(&frame.estimates[k], |e| {
-                    needed_friction(e.traction[i], e.normal_force[i])
+                    needed_friction_or_gap(e.traction[i], e.normal_force[i])
                 })
             })
         });
@@ -236,32 +234,7 @@ fn or_gap(estimate: &Result<Estimate, EstimateError>, value: impl Fn(&Estimate) 
     estimate.as_ref().map_or(f64::NAN, value)
 }
 
-/// Root mean square over the wheels of the error of N, N.
-fn rms_error(estimate: &Estimate, wheels: &[WheelTruth; 3]) -> f64 {
-    let sum: f64 = wheels
-        .iter()
-        .zip(estimate.normal_force)
-        .map(|(wheel, n)| (n - wheel.normal_force).powi(2))
-        .sum();
-    (sum / 3.0).sqrt()
-}
-
-/// mu_n = T/N, -; a gap where the wheel carries next to nothing.
-fn needed_friction(traction: f64, normal_force: f64) -> f64 {
-    if normal_force < LEAST_LOAD {
-        f64::NAN
-    } else {
-        traction / normal_force
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn friction_of_an_unloaded_wheel_is_a_gap() {
-        assert!((needed_friction(10.0, 40.0) - 0.25).abs() < 1e-15);
-        assert!(needed_friction(10.0, 0.0).is_nan());
-    }
+/// mu_n = T/N, -, with a gap where the wheel carries too little load.
+fn needed_friction_or_gap(traction: f64, normal_force: f64) -> f64 {
+    needed_friction(traction, normal_force).unwrap_or(f64::NAN)
 }

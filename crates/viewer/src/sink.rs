@@ -58,7 +58,7 @@ impl Sink for RecordingSink {
     fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
         // Without a beginning there is nothing to end.
         match self.run.take() {
-            Some(run) => Ok(run.end(end.is_some())?),
+            Some(run) => Ok(run.end(end.is_some_and(RunEnd::is_complete))?),
             None => Ok(()),
         }
     }

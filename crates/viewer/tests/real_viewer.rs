@@ -60,7 +60,7 @@ fn the_viewer_shows_the_data_in_its_places() {
         size: [WIDTH as u32, HEIGHT as u32],
         at: Some(3.0),
     };
-    match picture(&recording, &shot, options) {
+    match picture(&recording, &shot, options, &|| None) {
         Ok(()) => {}
         Err(
             error @ (ViewerError::NotInstalled
@@ -112,6 +112,6 @@ fn a_picture_of_nothing_is_refused() {
     let recording = folder.path().join("run.rrd");
     drop(RecordingSink::save(&recording).expect("a file"));
     let shot = folder.path().join("shot.png");
-    picture(&recording, &shot, PictureOptions::default()).expect_err("there is no data");
+    picture(&recording, &shot, PictureOptions::default(), &|| None).expect_err("there is no data");
     assert!(!shot.exists());
 }

@@ -560,7 +560,7 @@ fn a_comparison_holds_both_runs() {
         run("rapier", &first, a.as_path()),
         run("direct", &second, b.as_path()),
     ];
-    save_comparison(&runs, &both).expect("a comparison");
+    save_comparison(&runs, &both, &|| None).expect("a comparison");
 
     let compared = chunks(&both);
     for (k, path) in [&a, &b].into_iter().enumerate() {
@@ -589,10 +589,10 @@ fn a_comparison_holds_both_runs() {
         assert!(found[0].abs() < 0.05, "{found:?}");
     }
 
-    let error = save_comparison(&runs[..1], &both).expect_err("one run");
+    let error = save_comparison(&runs[..1], &both, &|| None).expect_err("one run");
     assert!(error.to_string().contains("two runs"), "{error}");
     let missing = run("missing", &first, Path::new("/nowhere/run.rrd"));
-    let error = save_comparison(&[runs[0], missing], &both).expect_err("no recording");
+    let error = save_comparison(&[runs[0], missing], &both, &|| None).expect_err("no recording");
     assert!(error.to_string().contains("/nowhere/run.rrd"), "{error}");
 }
 

@@ -2,6 +2,7 @@
 
 use super::mechanism::{Forces, Kinematics, NoForces, State};
 use super::radau::Model;
+use crate::balance::{Balance, WheelLoad};
 use crate::drive::Drive;
 use crate::ground::{Ground, GroundForces, WheelMotion};
 use crate::plant::PlantSetup;
@@ -16,10 +17,15 @@ pub(super) const SIZE: usize = 14;
 /// speeds (rad/s), integrals of the speed errors (rad).
 pub(super) type Y = SVector<f64, SIZE>;
 /// Number of integrals along the way, on which nothing depends.
-pub(super) const INTEGRALS: usize = 4;
-/// Wheel spins relative to the links (rad), work of the motors (J).
+pub(super) const INTEGRALS: usize = 13;
+/// Wheel spins relative to the links (rad), work of the motors (J); then, where asked for, the rest of [`Balance`]: impulses of the
+/// ground on the wheels (N s), loss in the gears, work of the ground, work of the stops (J).
 pub(super) type Integrals = SVector<f64, INTEGRALS>;
-pub(super) const WORK: usize = 3;
+const WORK: usize = 3;
+const IMPULSE: usize = 4;
+const GEAR: usize = 10;
+const GROUND: usize = 11;
+const STOP: usize = 12;
 const RATES: usize = 4;
 const OMEGA: usize = 8;
 const INTEGRAL: usize = 11;
@@ -33,6 +39,8 @@ pub(crate) struct Equations {
     pub robot: Robot,
     drive: Drive,
     ground: Ground,
+    /// Whether all of [`Balance`] is integrated.
+    balance: bool,
     /// Where each wheel touches, kept while a Jacobian is made.
     touching: [Vec<Contact>; 3],
     refusal: Option<NoForces>,
@@ -64,12 +72,25 @@ pub(super) fn state(y: &Y) -> State {
     }
 }
 
+/// Impulse and work among the integrals.
+pub(super) fn balance(integrals: &Integrals) -> Balance {
+    let impulse = |i: usize| Vec2::new(integrals[IMPULSE + 2 * i], integrals[IMPULSE + 2 * i + 1]);
+    Balance {
+        impulse: [impulse(0), impulse(1), impulse(2)],
+        motor_work: integrals[WORK],
+        gear_loss: integrals[GEAR],
+        ground_work: integrals[GROUND],
+        stop_work: integrals[STOP],
+    }
+}
+
 impl Equations {
     pub fn new(setup: &PlantSetup) -> Self {
         Self {
             robot: setup.robot.clone(),
             drive: setup.drive,
             ground: Ground::new(setup),
+            balance: setup.balance,
             touching: Default::default(),
             refusal: None,
         }
@@ -160,6 +181,24 @@ impl Equations {
         rates
     }
 
+    /// Rates of [`Balance`] but for the motors' work.
+    fn balance_rates(&mut self, t: f64, y: &Y) -> Result<Balance, NoForces> {
+        let state = state(y);
+        let kinematics = Kinematics::new(&self.robot, &state)?;
+        let forces = self.forces(&kinematics, &state, self.motor_torques(t, y))?;
+        let mut rates = Balance {
+            stop_work: forces.stop_torque * (state.rates[2] - state.rates[3]),
+            ..Balance::default()
+        };
+        for (i, ground) in forces.ground.iter().enumerate() {
+            let omega = state.omega[i];
+            let load = WheelLoad::new(ground, self.drive.loss_torque(omega));
+            let motion = kinematics.wheel(&self.robot, i, &state);
+            rates.add_wheel(i, &load, &motion, omega, 1.0);
+        }
+        Ok(rates)
+    }
+
     fn try_jacobian(
         &mut self,
         t: f64,
@@ -206,7 +245,7 @@ impl Model<SIZE, INTEGRALS> for Equations {
         jacobian.ok()
     }
 
-    fn integrands(&self, t: f64, y: &Y) -> Integrals {
+    fn integrands(&mut self, t: f64, y: &Y) -> Integrals {
         let omega = [y[OMEGA], y[OMEGA + 1], y[OMEGA + 2]];
         let torques = self.motor_torques(t, y);
         let power = torques
@@ -214,7 +253,26 @@ impl Model<SIZE, INTEGRALS> for Equations {
             .zip(omega)
             .map(|(torque, omega)| torque * omega)
             .sum();
-        Integrals::new(omega[0], omega[1], omega[2], power)
+        let mut rates = Integrals::zeros();
+        rates.fixed_rows_mut::<3>(0).copy_from_slice(&omega);
+        rates[WORK] = power;
+        if self.balance {
+            match self.balance_rates(t, y) {
+                Ok(balance) => {
+                    for (i, impulse) in balance.impulse.iter().enumerate() {
+                        rates
+                            .fixed_rows_mut::<2>(IMPULSE + 2 * i)
+                            .copy_from(impulse);
+                    }
+                    rates[GEAR] = balance.gear_loss;
+                    rates[GROUND] = balance.ground_work;
+                    rates[STOP] = balance.stop_work;
+                }
+                // The motion goes on, so the step counts; its balance is unknown.
+                Err(_) => rates.fixed_rows_mut::<9>(IMPULSE).fill(f64::NAN),
+            }
+        }
+        rates
     }
 
     fn longest_step(&self, y: &Y) -> f64 {

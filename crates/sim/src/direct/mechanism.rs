@@ -213,6 +213,21 @@ impl Kinematics {
         }
     }
 
+    /// Mass matrix of the four rates, the wheels as point masses on their axles; kg, kg m, kg m^2.
+    pub fn mass_matrix(&self, robot: &Robot) -> Matrix4<f64> {
+        let (mut m, mut unused) = (Matrix4::zeros(), Vector4::zeros());
+        for bar in Bar::ALL {
+            let ((own, inertia), i) = (robot.mass.of(bar), bar as usize);
+            self.centres[i].add_mass(own, &mut m, &mut unused);
+            self.turns[i].add_inertia(inertia, &mut m, &mut unused);
+        }
+        for axle in &self.axles {
+            axle.add_mass(robot.mass.wheel, &mut m, &mut unused);
+        }
+        m.fill_upper_triangle_with_lower_triangle();
+        m
+    }
+
     /// What gives the speed of a wheel's centre along `direction` from the four rates.
     pub fn axle_row(&self, wheel: usize, direction: Vec2) -> Vector4<f64> {
         let motion = &self.axles[wheel];

@@ -21,7 +21,7 @@ pub(super) trait Model<const N: usize, const Q: usize> {
     ) -> Option<SMatrix<f64, N, N>>;
 
     /// Rates of the integrals.
-    fn integrands(&self, t: f64, y: &SVector<f64, N>) -> SVector<f64, Q>;
+    fn integrands(&mut self, t: f64, y: &SVector<f64, N>) -> SVector<f64, Q>;
 
     /// Longest step from here.
     fn longest_step(&self, y: &SVector<f64, N>) -> f64;
@@ -449,7 +449,7 @@ where
     /// Takes the step.
     fn accept(
         &mut self,
-        model: &impl Model<N, Q>,
+        model: &mut impl Model<N, Q>,
         h: f64,
         z: &[SVector<f64, N>; 3],
         y: SVector<f64, N>,
@@ -531,7 +531,7 @@ mod tests {
             Some(jacobian)
         }
 
-        fn integrands(&self, _: f64, y: &SVector<f64, N>) -> SVector<f64, N> {
+        fn integrands(&mut self, _: f64, y: &SVector<f64, N>) -> SVector<f64, N> {
             *y
         }
 

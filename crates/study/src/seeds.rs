@@ -1,18 +1,18 @@
-//! How exact one estimator is over many seeds.
+//! The scores of one estimator over many seeds.
 
 use crate::consistency::Consistency;
-use crate::score::Score;
 use crate::statistics::Mean;
+use robhaz_score::Score;
 
-/// Scores of one estimator over many seeds.
+/// The scores of one estimator, one per seed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Summary {
+pub struct SeedScores {
     /// Name of the estimator.
     pub name: String,
     scores: Vec<Score>,
 }
 
-impl Summary {
+impl SeedScores {
     pub(crate) fn new(name: &str) -> Self {
         Self {
             name: name.to_owned(),
@@ -24,7 +24,7 @@ impl Summary {
         self.scores.push(score);
     }
 
-    /// The scores, one a seed.
+    /// The scores, in the order of the seeds.
     pub fn scores(&self) -> &[Score] {
         &self.scores
     }
@@ -33,27 +33,27 @@ impl Summary {
         Mean::of(&self.scores.iter().filter_map(of).collect::<Vec<_>>())
     }
 
-    /// Of [`Score::nrmse`].
+    /// Mean of [`Score::nrmse`].
     pub fn nrmse(&self) -> Option<Mean> {
         self.mean(Score::nrmse)
     }
 
-    /// Of [`Score::traction_rmse`], N.
+    /// Mean RMS error of T over the wheels, N.
     pub fn traction_rmse(&self) -> Option<Mean> {
-        self.mean(Score::traction_rmse)
+        self.mean(|score| Some(score.traction()?.rmse_all))
     }
 
-    /// Of [`Score::stated`].
+    /// Mean of [`Score::stated`].
     pub fn stated(&self) -> Option<Mean> {
         self.mean(Score::stated)
     }
 
-    /// Of [`Score::normalised`].
+    /// Mean of [`Score::normalised`].
     pub fn normalised(&self) -> Option<Mean> {
         self.mean(Score::normalised)
     }
 
-    /// Whether the estimator is as exact as it says; `None` if it says nothing.
+    /// Whether the stated covariance is right; `None` if the estimator states none.
     pub fn consistency(&self) -> Option<Consistency> {
         Some(Consistency {
             nees: self.mean(Score::nees)?,
@@ -62,7 +62,7 @@ impl Summary {
         })
     }
 
-    /// Instants without an estimate, in all runs together.
+    /// Samples without an estimate, of all seeds together.
     pub fn missing(&self) -> u64 {
         self.scores.iter().map(Score::missing).sum()
     }

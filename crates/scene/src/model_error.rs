@@ -1,68 +1,65 @@
-//! What the estimators are told of the robot, where it differs from the robot.
+//! Model errors: how the nominal robot, which the estimators are given, differs from the simulated one.
 
-use crate::random::Stream;
-use crate::sensors::Grade;
 use robhaz_model::{GeometryError, MassError, Pins, Robot, Vec2};
+use robhaz_sim::random::Stream;
+use robhaz_sim::sensors::Grade;
 use std::f64::consts::TAU;
 
-/// How far what is told is from the truth. With all values 0 it is the truth.
+/// Size of the model errors. With all values 0 the nominal robot is the simulated one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ModelError {
     /// Distance by which the body's centre of mass is moved in a random direction, m.
     pub body_cg: f64,
-    /// Standard deviation of the masses of links 1 to 3, relative; a link's inertia goes with its mass.
+    /// Relative standard deviation of the masses of links 1 to 3. A link's inertia changes with its mass.
     pub link_masses: f64,
     /// Distance by which each pin is moved in a random direction of its own, m.
     pub pins: f64,
-    /// Error of the viscous damping B, relative: 0.1 is told 10 % too high.
+    /// Relative error of the viscous damping B: with 0.1 the nominal value is 10 % too high.
     pub viscous_damping: f64,
-    /// Error of the wheels' inertia J_wheel, relative.
+    /// Relative error of the wheels' inertia J_wheel.
     pub wheel_inertia: f64,
-    /// Error of the rotors' inertia J_rotor, relative.
+    /// Relative error of the rotors' inertia J_rotor.
     pub rotor_inertia: f64,
-    /// Error of the wheels' radius, relative.
+    /// Relative error of the wheels' radius.
     pub wheel_radius: f64,
 }
 
-/// Why what was drawn cannot be a robot.
+/// Why the nominal robot is not a valid robot.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ModelErrorTooLarge {
-    /// The geometry cannot.
-    #[error("the geometry that the estimators would be told cannot be a robot's: {0}")]
+    /// Its geometry.
+    #[error("the nominal geometry that [model_error] draws is not valid: {0}")]
     Geometry(GeometryError),
-    /// The masses cannot.
-    #[error("the masses that the estimators would be told cannot be a robot's: {0}")]
+    /// Its masses.
+    #[error("the nominal masses that [model_error] draws are not valid: {0}")]
     Mass(MassError),
 }
 
-impl Grade {
-    /// How well the robot is known where sensors are of this grade: B is told 10 % too high unless they are ideal.
-    pub fn model_error(self) -> ModelError {
-        let viscous_damping = match self {
-            Self::Ideal => 0.0,
-            Self::Typical | Self::Poor => 0.10,
+impl ModelError {
+    /// The default for sensors of a grade: the nominal B is 10 % too high, and exact for ideal sensors.
+    pub fn of_grade(grade: Grade) -> Self {
+        let viscous_damping = match grade {
+            Grade::Ideal => 0.0,
+            Grade::Typical | Grade::Poor => 0.10,
         };
-        ModelError {
+        Self {
             viscous_damping,
-            ..ModelError::default()
+            ..Self::default()
         }
     }
-}
 
-impl ModelError {
-    /// The robot that the estimators are told of. What is random comes from the run's seed, each part from a stream of its
-    /// own.
+    /// The nominal robot, drawn from the run's seed. Each part has a random stream of its own.
     ///
     /// # Errors
-    /// [`ModelErrorTooLarge`] when that cannot be a robot.
-    pub fn told_robot(&self, robot: &Robot, seed: u64) -> Result<Robot, ModelErrorTooLarge> {
+    /// [`ModelErrorTooLarge`] when the result is not a valid robot.
+    pub fn nominal_robot(&self, robot: &Robot, seed: u64) -> Result<Robot, ModelErrorTooLarge> {
         let stream = |part: &str| Stream::new(seed, &format!("model_error/{part}"));
         let moved = |at: Vec2, distance: f64, part: &str| {
             let (sin, cos) = (TAU * stream(part).uniform()).sin_cos();
             at + Vec2::new(cos, sin) * distance
         };
-        let mut told = robot.clone();
-        let (geometry, mass) = (&mut told.geometry, &mut told.mass);
+        let mut nominal = robot.clone();
+        let (geometry, mass) = (&mut nominal.geometry, &mut nominal.mass);
         geometry.body_cg = moved(geometry.body_cg, self.body_cg, "body_cg");
         let Pins { p, q, r, s } = geometry.pins;
         geometry.pins = Pins {
@@ -82,15 +79,16 @@ impl ModelError {
         }
         mass.wheel_inertia *= 1.0 + self.wheel_inertia;
         mass.rotor_inertia *= 1.0 + self.rotor_inertia;
-        told.geometry
+        nominal
+            .geometry
             .check()
             .map_err(ModelErrorTooLarge::Geometry)?;
-        told.mass.check().map_err(ModelErrorTooLarge::Mass)?;
-        Ok(told)
+        nominal.mass.check().map_err(ModelErrorTooLarge::Mass)?;
+        Ok(nominal)
     }
 
-    /// The viscous damping that an estimator is told where it should be told `damping`, N m s.
-    pub fn told_damping(&self, damping: f64) -> f64 {
+    /// The nominal viscous damping for a true `damping`, N m s.
+    pub fn nominal_damping(&self, damping: f64) -> f64 {
         damping * (1.0 + self.viscous_damping)
     }
 }
@@ -110,10 +108,10 @@ mod tests {
     };
 
     #[test]
-    fn without_errors_the_truth_is_told() {
+    fn without_errors_the_nominal_robot_is_the_simulated_one() {
         let robot = Robot::default_a();
-        assert_eq!(ModelError::default().told_robot(&robot, 3), Ok(robot));
-        assert!((ModelError::default().told_damping(0.15) - 0.15).abs() < 1e-16);
+        assert_eq!(ModelError::default().nominal_robot(&robot, 3), Ok(robot));
+        assert!((ModelError::default().nominal_damping(0.15) - 0.15).abs() < 1e-16);
     }
 
     /// Closed form: distances and factors are what was asked for; the rest is the robot's.
@@ -121,8 +119,8 @@ mod tests {
     fn errors_have_the_size_asked_for() {
         let robot = Robot::default_a();
         for seed in 0..100 {
-            let told = CAD.told_robot(&robot, seed).expect("small errors");
-            let (is, should) = (&told.geometry, &robot.geometry);
+            let nominal = CAD.nominal_robot(&robot, seed).expect("small errors");
+            let (is, should) = (&nominal.geometry, &robot.geometry);
             assert!(((is.body_cg - should.body_cg).norm() - 0.010).abs() < 1e-15);
             for pin in robhaz_model::Pin::ALL {
                 let moved = (is.pins.get(pin) - should.pins.get(pin)).norm();
@@ -130,7 +128,7 @@ mod tests {
             }
             assert!((is.wheel_radius / should.wheel_radius - 1.01).abs() < 1e-15);
             assert_eq!((is.axles, is.link_cg), (should.axles, should.link_cg));
-            let (is, should) = (&told.mass, &robot.mass);
+            let (is, should) = (&nominal.mass, &robot.mass);
             assert!((is.wheel_inertia / should.wheel_inertia - 0.95).abs() < 1e-15);
             assert!((is.rotor_inertia / should.rotor_inertia - 1.2).abs() < 1e-15);
             for i in 0..3 {
@@ -139,7 +137,7 @@ mod tests {
                 assert!((mass - inertia).abs() < 1e-15);
             }
         }
-        assert!((CAD.told_damping(0.15) - 0.165).abs() < 1e-15);
+        assert!((CAD.nominal_damping(0.15) - 0.165).abs() < 1e-15);
     }
 
     /// Statistics over seeds, within four standard errors: masses have their standard deviation, no direction is preferred,
@@ -152,13 +150,13 @@ mod tests {
         let [mut sum, mut square, mut product] = [Vec2::zeros(), Vec2::zeros(), Vec2::zeros()];
         let (mut mass, mut variance) = (0.0, 0.0);
         for seed in 0..u64::from(SEEDS) {
-            let told = CAD.told_robot(&robot, seed).expect("small errors");
-            let p = (told.geometry.pins.p - robot.geometry.pins.p) / CAD.pins;
-            let q = (told.geometry.pins.q - robot.geometry.pins.q) / CAD.pins;
+            let nominal = CAD.nominal_robot(&robot, seed).expect("small errors");
+            let p = (nominal.geometry.pins.p - robot.geometry.pins.p) / CAD.pins;
+            let q = (nominal.geometry.pins.q - robot.geometry.pins.q) / CAD.pins;
             sum += p / n;
             square += p.component_mul(&p) / n;
             product += p.component_mul(&q) / n;
-            let w = (told.mass.links[1] / robot.mass.links[1] - 1.0) / CAD.link_masses;
+            let w = (nominal.mass.links[1] / robot.mass.links[1] - 1.0) / CAD.link_masses;
             mass += w / n;
             variance += w * w / n;
         }
@@ -183,15 +181,15 @@ mod tests {
     #[test]
     fn every_part_has_its_own_stream() {
         let robot = Robot::default_a();
-        let told = CAD.told_robot(&robot, 8).expect("small errors");
-        assert_eq!(CAD.told_robot(&robot, 8), Ok(told.clone()));
+        let nominal = CAD.nominal_robot(&robot, 8).expect("small errors");
+        assert_eq!(CAD.nominal_robot(&robot, 8), Ok(nominal.clone()));
         let without = ModelError {
             pins: 0.0,
             body_cg: 0.0,
             ..CAD
         };
-        let other = without.told_robot(&robot, 8).expect("small errors");
-        assert_eq!(other.mass, told.mass);
+        let other = without.nominal_robot(&robot, 8).expect("small errors");
+        assert_eq!(other.mass, nominal.mass);
         assert_eq!(other.geometry.pins, robot.geometry.pins);
     }
 
@@ -205,7 +203,7 @@ mod tests {
         };
         let refused = |e: &ModelError| {
             (0..20)
-                .filter(|s| e.told_robot(&robot, *s).is_err())
+                .filter(|s| e.nominal_robot(&robot, *s).is_err())
                 .count()
         };
         // Each of three factors is negative in 46 % of the draws: all of 20 seeds miss that with a probability of 1e-16.
@@ -215,7 +213,7 @@ mod tests {
             ..CAD
         };
         assert_eq!(
-            radius.told_robot(&robot, 0),
+            radius.nominal_robot(&robot, 0),
             Err(ModelErrorTooLarge::Geometry(GeometryError::WheelRadius(
                 0.0
             )))

@@ -1,0 +1,85 @@
+//! Ctrl-C and SIGTERM: the first ends a command in order, the second ends it at once.
+
+use miette::{IntoDiagnostic, Result, WrapErr};
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::Duration;
+
+/// Signals that end a command, and their names for the user.
+const SIGNALS: [(i32, &str); 2] = [(SIGINT, "Ctrl-C"), (SIGTERM, "SIGTERM")];
+/// Between two looks at the signals, where nothing else sets the pace.
+pub const POLL_TIME: Duration = Duration::from_millis(50);
+
+/// What signals ask for. Clones share it.
+#[derive(Clone, Default)]
+pub struct Interrupt {
+    /// Number of the last signal; 0 before the first.
+    signal: Arc<AtomicUsize>,
+}
+
+impl Interrupt {
+    /// From now on the first signal is only noted, and the second ends the process at once. Before, the first does.
+    pub fn listen(&self) -> Result<()> {
+        self.register()
+            .into_diagnostic()
+            .wrap_err("cannot listen for signals")
+    }
+
+    fn register(&self) -> std::io::Result<()> {
+        let second = Arc::new(AtomicBool::new(false));
+        for (signal, _) in SIGNALS {
+            // In this order: the flag is still down when the first signal comes.
+            flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&second))?;
+            flag::register(signal, Arc::clone(&second))?;
+            let number = usize::try_from(signal).unwrap_or(0);
+            flag::register_usize(signal, Arc::clone(&self.signal), number)?;
+        }
+        // A file that reaches the process's size limit then is a failed write, and not the end of the process.
+        #[cfg(unix)]
+        flag::register(
+            signal_hook::consts::SIGXFSZ,
+            Arc::new(AtomicBool::new(false)),
+        )?;
+        Ok(())
+    }
+
+    /// The signal that came, in words; `None` before.
+    pub fn cause(&self) -> Option<&'static str> {
+        self.signal().map(|(_, name)| name)
+    }
+
+    /// The exit code of a command that a signal has ended: 128 and the signal's number, as shells have it.
+    pub fn exit_code(&self) -> Option<ExitCode> {
+        let (signal, _) = self.signal()?;
+        Some(u8::try_from(128 + signal).map_or(ExitCode::FAILURE, ExitCode::from))
+    }
+
+    fn signal(&self) -> Option<(i32, &'static str)> {
+        let came = self.signal.load(Ordering::Relaxed);
+        let is_it = |(signal, _): &(i32, &str)| usize::try_from(*signal) == Ok(came);
+        SIGNALS.into_iter().find(is_it)
+    }
+
+    /// For commands that leave no files before their end: a signal ends the process after `tidy`, whatever it is doing.
+    pub fn end_process(&self, what: &str, tidy: impl Fn() + Send + 'static) -> Result<()> {
+        self.listen()?;
+        let (interrupt, what) = (self.clone(), what.to_owned());
+        let wait = move || {
+            let (signal, cause) = loop {
+                match interrupt.signal() {
+                    Some(signal) => break signal,
+                    None => std::thread::sleep(POLL_TIME),
+                }
+            };
+            tidy();
+            eprintln!("{what}: stopped by {cause}; nothing was written");
+            std::process::exit(128 + signal);
+        };
+        let thread = std::thread::Builder::new().name("signals".to_owned());
+        thread.spawn(wait).into_diagnostic()?;
+        Ok(())
+    }
+}

@@ -1,0 +1,29 @@
+//! `robhaz recover`: the tables of a run that was killed.
+
+use crate::terminal::say;
+use miette::{IntoDiagnostic, Result};
+use std::path::PathBuf;
+
+/// Arguments of `robhaz recover`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Folder of a run that was killed, or whose disk was full: `runs/NAME.partial`.
+    #[arg(value_name = "FOLDER")]
+    folder: PathBuf,
+    /// Replaces tables that are there already.
+    #[arg(long)]
+    force: bool,
+}
+
+/// Makes a Parquet file of each stream in the folder and says how far each goes.
+pub fn recover(args: &Args) -> Result<()> {
+    let tables = robhaz_record::recover(&args.folder, args.force).into_diagnostic()?;
+    for table in tables {
+        let (path, rows) = (table.path.display(), table.rows);
+        match table.end {
+            Some(end) => say(&format!("{path}: {rows} rows, up to {end:.3} s"))?,
+            None => say(&format!("{path}: no rows"))?,
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,318 @@
+//! How the robot stands on level ground: clearances, static wheel loads, and what keeps it from standing.
+
+use crate::{Bar, GRAVITY, Geometry, Pin, Robot, Vec2, cross};
+use nalgebra::{Matrix3, Vector3};
+
+/// Names of the wheels, for messages.
+const WHEELS: [&str; 3] = ["front", "middle", "rear"];
+
+/// Why a robot cannot stand on level ground in its nominal pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StanceError {
+    /// A wheel and the next one share space.
+    WheelsOverlap {
+        /// Index of the wheel ahead, 0 or 1.
+        wheel: usize,
+        /// Distance of the two axles, m.
+        distance: f64,
+        /// Radius of the wheels, m.
+        radius: f64,
+    },
+    /// A pin is not above the ground.
+    PinBelowGround {
+        /// Which.
+        pin: Pin,
+        /// Its height above the ground, m.
+        height: f64,
+    },
+    /// A bar's centre of mass is not above the ground.
+    CentreBelowGround {
+        /// Which bar's.
+        bar: Bar,
+        /// Its height above the ground, m.
+        height: f64,
+    },
+    /// The robot's centre of mass is ahead of the front axle.
+    TipsForward {
+        /// By how much, m.
+        by: f64,
+        /// x of the front axle, m.
+        axle: f64,
+    },
+    /// The robot's centre of mass is behind the rear axle.
+    TipsBackward {
+        /// By how much, m.
+        by: f64,
+        /// x of the rear axle, m.
+        axle: f64,
+    },
+    /// The ground would have to pull at a wheel: the linkage folds.
+    Folds {
+        /// Index of the wheel.
+        wheel: usize,
+        /// Its static normal force, N: not above 0.
+        load: f64,
+    },
+    /// The static loads are not determined: a link's only axle is at the x of pin Q.
+    Undetermined,
+}
+
+impl core::fmt::Display for StanceError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        const FROM: &str = "allowed: between the axles of the rear and the front wheel";
+        match *self {
+            Self::WheelsOverlap {
+                wheel,
+                distance,
+                radius,
+            } => write!(
+                f,
+                "the {} and the {} wheel overlap: their axles are {distance:.4} m apart; allowed: at least twice the wheel radius, {:.4} m",
+                WHEELS[wheel],
+                WHEELS[wheel + 1],
+                2.0 * radius
+            ),
+            Self::PinBelowGround { pin, height } => write!(
+                f,
+                "pin {pin:?} is not above the ground: its y is {height} m; allowed: above 0, where the wheels stand"
+            ),
+            Self::CentreBelowGround { bar, height } => write!(
+                f,
+                "the centre of mass of {} is not above the ground: its y is {height} m; allowed: above 0, where the wheels stand",
+                bar.name()
+            ),
+            Self::TipsForward { by, axle } => write!(
+                f,
+                "the robot tips forward: its centre of mass is {:.0} mm ahead of the front wheel (axle at x = {axle} m); {FROM}",
+                (1e3 * by).max(1.0)
+            ),
+            Self::TipsBackward { by, axle } => write!(
+                f,
+                "the robot tips backward: its centre of mass is {:.0} mm behind the rear wheel (axle at x = {axle} m); {FROM}",
+                (1e3 * by).max(1.0)
+            ),
+            Self::Folds { wheel, load } => write!(
+                f,
+                "the linkage folds: on level ground the static normal force of the {} wheel would be {load:.2} N; allowed: above 0 at every wheel",
+                WHEELS[wheel]
+            ),
+            Self::Undetermined => write!(
+                f,
+                "the static wheel loads are not determined: the only axle of a link is at the x of pin Q; allowed: ahead of it or behind it"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for StanceError {}
+
+impl Geometry {
+    /// Whether the wheels are apart, and pins and centres of mass above the ground y = 0, in the nominal pose.
+    ///
+    /// # Errors
+    /// The first [`StanceError`] found.
+    pub fn check_clearance(&self) -> Result<(), StanceError> {
+        for wheel in 0..2 {
+            let distance = (self.axles[wheel] - self.axles[wheel + 1]).norm();
+            // Wheels that touch but for rounding do not overlap.
+            if distance < 2.0 * self.wheel_radius * (1.0 - 1e-9) {
+                return Err(StanceError::WheelsOverlap {
+                    wheel,
+                    distance,
+                    radius: self.wheel_radius,
+                });
+            }
+        }
+        for pin in Pin::ALL {
+            let height = self.pins.get(pin).y;
+            if height <= 0.0 {
+                return Err(StanceError::PinBelowGround { pin, height });
+            }
+        }
+        for bar in Bar::ALL {
+            let height = self.cg(bar).y;
+            if height <= 0.0 {
+                return Err(StanceError::CentreBelowGround { bar, height });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Robot {
+    /// Centre of mass of the whole robot in the nominal pose, m.
+    pub fn centre_of_mass(&self) -> Vec2 {
+        let of_bars: Vec2 = Bar::ALL
+            .iter()
+            .map(|bar| self.geometry.cg(*bar) * self.mass.of(*bar).0)
+            .sum();
+        let of_wheels: Vec2 = self.geometry.axles.iter().sum::<Vec2>() * self.mass.wheel;
+        (of_bars + of_wheels) / self.mass.total()
+    }
+
+    /// Normal forces of the wheels at rest on level ground in the nominal pose, without traction, N. They may be negative. `None`
+    /// where they are not determined.
+    ///
+    /// By virtual work: the robot is raised, and each of links 1 and 2 is turned about Q while body and link 3 follow.
+    pub fn static_loads(&self) -> Option<[f64; 3]> {
+        let (geometry, mass) = (&self.geometry, &self.mass);
+        let pins = &geometry.pins;
+        let (p, r, s) = (pins.p - pins.q, pins.r - pins.q, pins.s - pins.q);
+        // Rates of body and link 3 per rate of links 1 and 2, from the closed loop.
+        let (c, d) = (s - p, s - r);
+        let det = -cross(c, d);
+        let body = [cross(p, d) / det, -cross(r, d) / det];
+        let link3 = [-cross(c, p) / det, cross(c, r) / det];
+        // Height gained per rate of each link.
+        let arm = |at: Vec2| at.x - pins.q.x;
+        let mut matrix = Matrix3::from_element(1.0);
+        let mut right = Vector3::new(mass.total(), 0.0, 0.0);
+        for link in 0..2 {
+            let own = if link == 0 { Bar::Link1 } else { Bar::Link2 };
+            let (pin_p, pin_r) = if link == 0 { (p.x, 0.0) } else { (0.0, r.x) };
+            let rises = [
+                (own, arm(geometry.cg(own))),
+                (
+                    Bar::Body,
+                    pin_p + body[link] * (geometry.body_cg.x - pins.p.x),
+                ),
+                (
+                    Bar::Link3,
+                    pin_r + link3[link] * (geometry.link_cg[2].x - pins.r.x),
+                ),
+            ];
+            right[1 + link] = rises.iter().map(|(bar, rise)| mass.of(*bar).0 * rise).sum();
+            for (i, axle) in geometry.axles.iter().enumerate() {
+                let carries = geometry.carriers[i].index() == link;
+                let rise = if carries { arm(*axle) } else { 0.0 };
+                matrix[(1 + link, i)] = rise;
+                right[1 + link] += mass.wheel * rise;
+            }
+        }
+        let loads = matrix.lu().solve(&(right * GRAVITY))?;
+        loads
+            .iter()
+            .all(|n| n.is_finite())
+            .then_some([loads[0], loads[1], loads[2]])
+    }
+
+    /// Whether the robot stands on level ground: its centre of mass above the wheelbase, and all three wheels loaded.
+    ///
+    /// # Errors
+    /// The first [`StanceError`] found; those of [`Geometry::check_clearance`] come first.
+    pub fn check_stance(&self) -> Result<(), StanceError> {
+        self.geometry.check_clearance()?;
+        let (centre, [front, _, rear]) = (self.centre_of_mass(), self.geometry.axles);
+        if centre.x >= front.x {
+            return Err(StanceError::TipsForward {
+                by: centre.x - front.x,
+                axle: front.x,
+            });
+        }
+        if centre.x <= rear.x {
+            return Err(StanceError::TipsBackward {
+                by: rear.x - centre.x,
+                axle: rear.x,
+            });
+        }
+        let loads = self.static_loads().ok_or(StanceError::Undetermined)?;
+        match loads.iter().enumerate().find(|(_, load)| **load <= 0.0) {
+            Some((wheel, load)) => Err(StanceError::Folds { wheel, load: *load }),
+            None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::MassSet;
+
+    fn robot(geometry: Geometry) -> Robot {
+        Robot {
+            geometry,
+            mass: MassSet::caption(),
+        }
+    }
+
+    /// Closed form: the loads that the statics of both geometries give by hand, to the digits in which they are stated; their sum
+    /// is the weight and their moment that of the centre of mass.
+    #[test]
+    fn static_loads_are_those_of_the_drawings() {
+        for (geometry, expected) in [
+            (Geometry::a(), [43.58, 48.05, 45.71]),
+            (Geometry::b(), [46.21, 45.65, 45.48]),
+        ] {
+            let robot = robot(geometry);
+            let Some(loads) = robot.static_loads() else {
+                panic!("determined");
+            };
+            for (load, expected) in loads.iter().zip(expected) {
+                assert!((load - expected).abs() < 0.005, "{load} {expected}");
+            }
+            let weight = robot.mass.total() * GRAVITY;
+            assert!((loads.iter().sum::<f64>() - weight).abs() < 1e-10);
+            let moment: f64 = loads
+                .iter()
+                .zip(&robot.geometry.axles)
+                .map(|(n, axle)| n * axle.x)
+                .sum();
+            assert!((moment - weight * robot.centre_of_mass().x).abs() < 1e-10);
+            assert_eq!(robot.check_stance(), Ok(()));
+        }
+    }
+
+    /// Each reason is found, with its figures, just beyond its limit and not just before.
+    #[test]
+    fn each_reason_is_found_at_its_limit() {
+        let mut g = Geometry::a();
+        g.wheel_radius = 0.15;
+        assert_eq!(g.check_clearance(), Ok(()));
+        g.wheel_radius = 0.1501;
+        assert!(matches!(
+            g.check_clearance(),
+            Err(StanceError::WheelsOverlap { wheel: 0, .. })
+        ));
+        let mut g = Geometry::a();
+        g.pins.q.y = 1e-6;
+        assert_eq!(g.check_clearance(), Ok(()));
+        g.pins.q.y = -0.02;
+        let found = StanceError::PinBelowGround {
+            pin: Pin::Q,
+            height: -0.02,
+        };
+        assert_eq!(g.check_clearance(), Err(found));
+
+        // Of 14 kg the body has 5: its centre moves the robot's by 5/14 as much.
+        for (side, axle) in [(1.0, 0.3), (-1.0, -0.3)] {
+            for (beyond, tips) in [(0.04, true), (-0.001, false)] {
+                let mut robot = robot(Geometry::a());
+                let way = side * (0.3 + beyond) - robot.centre_of_mass().x;
+                robot.geometry.body_cg.x += way * 14.0 / 5.0;
+                let found = robot.check_stance();
+                let by = match found {
+                    Err(StanceError::TipsForward { by, axle: at }) if side > 0.0 => {
+                        assert!((at - axle).abs() < 1e-15);
+                        Some(by)
+                    }
+                    Err(StanceError::TipsBackward { by, axle: at }) if side < 0.0 => {
+                        assert!((at - axle).abs() < 1e-15);
+                        Some(by)
+                    }
+                    // Just inside the wheelbase a wheel at the other end would hang.
+                    Err(StanceError::Folds { load, .. }) if !tips => {
+                        assert!(load <= 0.0);
+                        None
+                    }
+                    other => panic!("{other:?}"),
+                };
+                assert_eq!(by.is_some(), tips);
+                assert!(by.is_none_or(|by| (by - 0.04).abs() < 1e-12));
+            }
+        }
+        // Without a moment arm nothing determines the load of the wheel below Q.
+        let mut g = Geometry::a();
+        g.pins.q.x = g.axles[0].x;
+        assert!(robot(g).check_stance().is_err());
+    }
+}

@@ -1,0 +1,125 @@
+//! A column and a table: name, unit, meaning, and where a value comes from.
+
+use robhaz_estimator::Estimate;
+use robhaz_model::{Bar, Pin};
+use robhaz_run::Frame;
+use robhaz_sim::Truth;
+
+/// One value of a column.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value {
+    /// A measure in the column's unit.
+    Float(f64),
+    /// A measure in the column's unit that can be missing: a lost reading, no estimate, or one that is not finite.
+    Optional(Option<f64>),
+    /// A count.
+    Count(u32),
+}
+
+/// Which kind of [`Value`] a column holds, always the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// [`Value::Float`]
+    Float,
+    /// [`Value::Optional`]
+    Optional,
+    /// [`Value::Count`]
+    Count,
+}
+
+type Get<T> = Box<dyn Fn(&Frame<'_>) -> T + Send + Sync>;
+
+/// Where the values of a column come from.
+pub(super) enum Source {
+    Float(Get<f64>),
+    Optional(Get<Option<f64>>),
+    Count(Get<u32>),
+}
+
+/// A column of a table.
+pub struct Column {
+    /// Its name, fixed: scripts rely on it.
+    pub name: String,
+    /// Its unit, SI; `1` where it has none.
+    pub unit: &'static str,
+    /// What it holds, in a few words.
+    pub description: String,
+    source: Source,
+}
+
+impl Column {
+    /// This column's value in a record.
+    pub fn value(&self, frame: &Frame<'_>) -> Value {
+        match &self.source {
+            Source::Float(get) => Value::Float(get(frame)),
+            Source::Optional(get) => Value::Optional(get(frame).filter(|v| v.is_finite())),
+            Source::Count(get) => Value::Count(get(frame)),
+        }
+    }
+
+    /// Which kind of values it holds.
+    pub fn kind(&self) -> Kind {
+        match self.source {
+            Source::Float(_) => Kind::Float,
+            Source::Optional(_) => Kind::Optional,
+            Source::Count(_) => Kind::Count,
+        }
+    }
+}
+
+/// A table: a row for each record of the run.
+pub struct Table {
+    /// Name, and stem of its file.
+    pub name: String,
+    /// Its columns, in order; the first is `time`.
+    pub columns: Vec<Column>,
+}
+
+pub(super) const WHEEL: [&str; 3] = ["front wheel", "middle wheel", "rear wheel"];
+
+pub(super) fn column(
+    name: impl Into<String>,
+    unit: &'static str,
+    description: impl Into<String>,
+    source: Source,
+) -> Column {
+    Column {
+        name: name.into(),
+        unit,
+        description: description.into(),
+        source,
+    }
+}
+
+pub(super) fn of_truth(
+    name: impl Into<String>,
+    unit: &'static str,
+    description: impl Into<String>,
+    get: impl Fn(&Truth) -> f64 + Send + Sync + 'static,
+) -> Column {
+    let source = Source::Float(Box::new(move |f| get(f.truth)));
+    column(name, unit, description, source)
+}
+
+pub(super) fn of_estimate(
+    index: usize,
+    name: impl Into<String>,
+    unit: &'static str,
+    description: impl Into<String>,
+    get: impl Fn(&Estimate) -> Option<f64> + Send + Sync + 'static,
+) -> Column {
+    let source = Source::Optional(Box::new(move |f| {
+        f.estimates.get(index)?.as_ref().ok().and_then(&get)
+    }));
+    column(name, unit, description, source)
+}
+
+pub(super) fn pin_force_description(pin: Pin) -> String {
+    let (receiver, giver) = pin.bars();
+    format!(
+        "force in pin {} on {} from {}",
+        pin.name().to_uppercase(),
+        Bar::name(receiver),
+        Bar::name(giver)
+    )
+}

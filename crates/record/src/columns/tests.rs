@@ -1,0 +1,196 @@
+//! What scripts rely on: names, order, units and sources of the columns.
+
+use super::*;
+use crate::testing::{failed_frame, frame_of, good_estimate};
+use robhaz_run::Frame;
+use std::collections::HashSet;
+
+fn names(table: &Table) -> Vec<&str> {
+    table.columns.iter().map(|c| c.name.as_str()).collect()
+}
+
+/// Scripts and notebooks rely on these names and their order.
+#[test]
+fn names_of_the_truth_are_fixed() {
+    let mut golden: Vec<String> = [
+        "time",
+        "body_x",
+        "body_y",
+        "body_pitch",
+        "body_vx",
+        "body_vy",
+        "body_pitch_rate",
+    ]
+    .map(String::from)
+    .to_vec();
+    for n in 1..=3 {
+        for part in ["angle", "x", "y", "vx", "vy", "rate"] {
+            golden.push(format!("link{n}_{part}"));
+        }
+    }
+    for n in 1..=3 {
+        for part in [
+            "x",
+            "y",
+            "angle",
+            "omega",
+            "torque",
+            "normal_force",
+            "traction",
+            "contact_angle",
+            "penetration",
+            "slip_speed",
+            "contacts",
+        ] {
+            golden.push(format!("wheel{n}_{part}"));
+        }
+    }
+    for pin in ["p", "q", "r", "s"] {
+        for part in ["x", "y", "force_x", "force_y"] {
+            golden.push(format!("pin_{pin}_{part}"));
+        }
+    }
+    golden.extend(["stop_torque", "loop_error"].map(String::from));
+    assert_eq!(names(&Table::truth()), golden);
+}
+
+#[test]
+fn names_of_the_readings_are_fixed() {
+    let golden = "time wheel1_angle wheel1_motor_torque wheel1_contact_angle wheel2_angle wheel2_motor_torque \
+        wheel2_contact_angle wheel3_angle wheel3_motor_torque wheel3_contact_angle link1_inclination link1_rate \
+        link2_inclination link2_rate";
+    assert_eq!(
+        names(&Table::sensors()),
+        golden.split_whitespace().collect::<Vec<_>>()
+    );
+}
+
+#[test]
+fn names_of_an_estimate_are_fixed() {
+    let golden = "time wheel1_normal_force wheel1_traction wheel1_friction_coefficient wheel2_normal_force \
+        wheel2_traction wheel2_friction_coefficient wheel3_normal_force wheel3_traction \
+        wheel3_friction_coefficient body_pitch link1_angle link2_angle link3_angle pin_p_from_q_x pin_p_from_q_y \
+        pin_r_from_q_x pin_r_from_q_y pin_s_from_q_x pin_s_from_q_y pin_p_force_x pin_p_force_y pin_q_force_x \
+        pin_q_force_y pin_r_force_x pin_r_force_y pin_s_force_x pin_s_force_y residual_force_x residual_force_y \
+        residual_moment_link1 residual_moment_link2 parity parity_sigma flags \
+        wheel1_normal_force_sigma wheel1_traction_sigma wheel1_torque_offset wheel1_contact_angle_error \
+        wheel2_normal_force_sigma wheel2_traction_sigma wheel2_torque_offset wheel2_contact_angle_error \
+        wheel3_normal_force_sigma wheel3_traction_sigma wheel3_torque_offset wheel3_contact_angle_error gear_friction";
+    let table = Table::estimate(0, "paper-body");
+    assert_eq!(table.name, "estimate-paper-body");
+    assert_eq!(names(&table), golden.split_whitespace().collect::<Vec<_>>());
+}
+
+/// No name twice, no column without a meaning, only units that are meant.
+#[test]
+fn every_column_is_told_apart_and_explained() {
+    let units = ["1", "s", "m", "m/s", "rad", "rad/s", "N", "N m"];
+    for table in [Table::truth(), Table::sensors(), Table::estimate(0, "a")] {
+        let mut seen = HashSet::new();
+        for column in &table.columns {
+            assert!(seen.insert(column.name.clone()), "{} twice", column.name);
+            assert!(column.description.len() > 3, "{}", column.name);
+            assert!(
+                units.contains(&column.unit),
+                "{}: {}",
+                column.name,
+                column.unit
+            );
+        }
+    }
+}
+
+fn value(table: &Table, name: &str, frame: &Frame<'_>) -> Value {
+    let column = table
+        .columns
+        .iter()
+        .find(|c| c.name == name)
+        .expect("a column of that name");
+    column.value(frame)
+}
+
+/// Wheels, pins and axes are not swapped on their way into the table.
+#[test]
+fn values_come_from_the_field_that_the_name_says() {
+    let record = frame_of(1.0);
+    let frame = record.frame();
+    let truth = Table::truth();
+    let pin_s = record.truth.pins[3];
+    for (name, expected) in [
+        ("wheel2_normal_force", record.truth.wheels[1].normal_force),
+        ("link3_vy", record.truth.links[2].velocity.y),
+        ("pin_s_force_x", pin_s.force.x),
+        ("pin_s_y", pin_s.position.y),
+    ] {
+        assert_eq!(
+            value(&truth, name, &frame),
+            Value::Float(expected),
+            "{name}"
+        );
+    }
+    assert_eq!(value(&truth, "wheel3_contacts", &frame), Value::Count(1));
+    let estimate = good_estimate(&record.truth, 2.0);
+    assert_eq!(
+        value(
+            &Table::estimate(0, "a"),
+            "wheel3_friction_coefficient",
+            &frame
+        ),
+        Value::Optional(Some(estimate.traction[2] / estimate.normal_force[2]))
+    );
+}
+
+/// An estimate that failed leaves gaps, but its row keeps the time.
+#[test]
+fn a_failed_estimate_is_nothing_not_a_number() {
+    let record = failed_frame(1.0);
+    let frame = record.frame();
+    let table = Table::estimate(0, "a");
+    assert_eq!(table.columns[0].value(&frame), Value::Float(1.0));
+    for column in &table.columns[1..] {
+        assert_eq!(
+            column.value(&frame),
+            Value::Optional(None),
+            "{}",
+            column.name
+        );
+    }
+}
+
+/// A lost reading is a gap in its own column alone.
+#[test]
+fn a_lost_reading_is_nothing_not_a_number() {
+    let mut record = frame_of(1.0);
+    record.sensors.motor_torque[1] = None;
+    let frame = record.frame();
+    let table = Table::sensors();
+    assert_eq!(value(&table, "time", &frame), Value::Float(1.0));
+    for column in &table.columns[1..] {
+        let lost = column.value(&frame) == Value::Optional(None);
+        assert_eq!(
+            lost,
+            column.name == "wheel2_motor_torque",
+            "{}",
+            column.name
+        );
+    }
+}
+
+/// T/N has no meaning without a load.
+#[test]
+fn a_wheel_without_load_has_no_friction_coefficient() {
+    for load in [0.9, 0.0, -1.0] {
+        let mut record = frame_of(1.0);
+        if let Some(Ok(estimate)) = record.estimates.first_mut() {
+            estimate.normal_force[0] = load;
+        }
+        assert_eq!(
+            value(
+                &Table::estimate(0, "a"),
+                "wheel1_friction_coefficient",
+                &record.frame()
+            ),
+            Value::Optional(None)
+        );
+    }
+}

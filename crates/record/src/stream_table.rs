@@ -1,0 +1,156 @@
+//! A table as a stream of Arrow batches: what a run writes while it goes on, for it can be read at any time.
+//!
+//! A Parquet file ends in a footer without which nothing of it can be read, so that a killed run would leave nothing. A stream
+//! (`.arrows`, the Arrow IPC streaming format) has no footer: every batch stands for itself. [`crate::parquet_table`] makes the
+//! Parquet file of it at the end of the run.
+
+use crate::append::{Appender, FlushClock};
+use crate::columns::{Column, Kind, Table, Value};
+use crate::error::{RecordError, stream_error};
+use arrow_array::{ArrayRef, Float64Array, RecordBatch, UInt32Array};
+use arrow_ipc::writer::StreamWriter;
+use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
+use robhaz_run::Frame;
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::Arc;
+
+/// File name extension of a stream.
+pub const EXTENSION: &str = "arrows";
+/// Rows that wait for the file at most, whatever the rate of records.
+const MOST_ROWS: usize = 16 * 1024;
+
+/// Values of one column that wait for the file.
+enum Buffer {
+    Float(Vec<f64>),
+    Optional(Vec<Option<f64>>),
+    Count(Vec<u32>),
+}
+
+impl Buffer {
+    fn new(column: &Column) -> Self {
+        match column.kind() {
+            Kind::Float => Self::Float(Vec::new()),
+            Kind::Optional => Self::Optional(Vec::new()),
+            Kind::Count => Self::Count(Vec::new()),
+        }
+    }
+
+    fn push(&mut self, value: Value) {
+        match (self, value) {
+            (Self::Float(buffer), Value::Float(value)) => buffer.push(value),
+            (Self::Optional(buffer), Value::Optional(value)) => buffer.push(value),
+            (Self::Count(buffer), Value::Count(value)) => buffer.push(value),
+            // A column is of one kind for good; were it not, the lengths would differ and the batch be refused.
+            _ => {}
+        }
+    }
+
+    fn take(&mut self) -> ArrayRef {
+        match self {
+            Self::Float(buffer) => Arc::new(Float64Array::from(std::mem::take(buffer))),
+            Self::Optional(buffer) => Arc::new(buffer.drain(..).collect::<Float64Array>()),
+            Self::Count(buffer) => Arc::new(UInt32Array::from(std::mem::take(buffer))),
+        }
+    }
+}
+
+/// A table being written. Rows go to the file at least every simulated second.
+pub struct StreamTable {
+    columns: Vec<Column>,
+    buffers: Vec<Buffer>,
+    buffered: usize,
+    schema: SchemaRef,
+    encoder: StreamWriter<Vec<u8>>,
+    out: Appender,
+    clock: FlushClock,
+}
+
+impl StreamTable {
+    /// Creates the file. `metadata` are keys and values that go with the table as a whole.
+    pub fn create(
+        folder: &Path,
+        table: Table,
+        metadata: &[(&str, String)],
+    ) -> Result<Self, RecordError> {
+        let path = folder.join(format!("{}.{EXTENSION}", table.name));
+        let fields: Vec<Field> = table.columns.iter().map(field).collect();
+        let metadata = metadata.iter().map(|(k, v)| ((*k).to_owned(), v.clone()));
+        let schema = Arc::new(Schema::new_with_metadata(fields, metadata.collect()));
+        let out = Appender::create(&path)?;
+        let encoder = StreamWriter::try_new(Vec::new(), &schema).map_err(stream_error(&path))?;
+        let mut table = Self {
+            buffers: table.columns.iter().map(Buffer::new).collect(),
+            columns: table.columns,
+            buffered: 0,
+            schema,
+            encoder,
+            out,
+            clock: FlushClock::default(),
+        };
+        table.append()?;
+        Ok(table)
+    }
+
+    /// Adds one row.
+    pub fn push(&mut self, frame: &Frame<'_>) -> Result<(), RecordError> {
+        for (buffer, column) in self.buffers.iter_mut().zip(&self.columns) {
+            buffer.push(column.value(frame));
+        }
+        self.buffered += 1;
+        if self.clock.is_due(frame.truth.time) || self.buffered == MOST_ROWS {
+            self.flush()?;
+        }
+        Ok(())
+    }
+
+    /// Writes what is left and the mark of a stream that is complete.
+    pub fn close(&mut self) -> Result<(), RecordError> {
+        self.flush()?;
+        let finished = self.encoder.finish();
+        finished.map_err(stream_error(self.out.path()))?;
+        self.append()
+    }
+
+    /// Where the stream is.
+    pub fn path(&self) -> &Path {
+        self.out.path()
+    }
+
+    fn flush(&mut self) -> Result<(), RecordError> {
+        if self.buffered == 0 {
+            return Ok(());
+        }
+        self.buffered = 0;
+        self.encode().map_err(stream_error(self.out.path()))?;
+        self.append()
+    }
+
+    fn encode(&mut self) -> Result<(), ArrowError> {
+        let arrays = self.buffers.iter_mut().map(Buffer::take).collect();
+        let batch = RecordBatch::try_new(Arc::clone(&self.schema), arrays)?;
+        self.encoder.write(&batch)
+    }
+
+    /// Hands what is encoded to the file.
+    fn append(&mut self) -> Result<(), RecordError> {
+        let encoded = self.encoder.get_mut();
+        let appended = self.out.append(encoded);
+        // What cannot be written is given up: it must not be tried again behind a gap.
+        encoded.clear();
+        appended
+    }
+}
+
+fn field(column: &Column) -> Field {
+    let (kind, nullable) = match column.kind() {
+        // Only what can be missing is nullable; to mark what is there costs time.
+        Kind::Float => (DataType::Float64, false),
+        Kind::Optional => (DataType::Float64, true),
+        Kind::Count => (DataType::UInt32, false),
+    };
+    Field::new(&column.name, kind, nullable).with_metadata(HashMap::from([
+        ("unit".to_owned(), column.unit.to_owned()),
+        ("description".to_owned(), column.description.clone()),
+    ]))
+}

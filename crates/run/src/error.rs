@@ -1,0 +1,43 @@
+//! Why a run stops early.
+
+use crate::sink::SinkError;
+use robhaz_scene::ModelErrorTooLarge;
+use robhaz_sim::PlantError;
+use std::error::Error as _;
+
+/// Why a run broke off.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The simulation left its range of validity.
+    #[error("the simulation stopped")]
+    Plant(#[from] PlantError),
+    /// The robot cannot stand at its start. Nothing was simulated.
+    #[error("the robot cannot stand at its start")]
+    Start(#[source] PlantError),
+    /// The nominal robot is not a valid robot.
+    #[error("model_error")]
+    ModelError(#[from] ModelErrorTooLarge),
+    /// A sink failed.
+    #[error(transparent)]
+    Sink(SinkError),
+    /// The caller stopped the run.
+    #[error("stopped by {cause}")]
+    Stopped {
+        /// The answer of [`crate::Stop`].
+        cause: &'static str,
+    },
+}
+
+impl RunError {
+    /// The error with all its causes, in one line.
+    pub(crate) fn line(&self) -> String {
+        let mut text = self.to_string();
+        let mut cause = self.source();
+        while let Some(error) = cause {
+            text.push_str(": ");
+            text.push_str(&error.to_string());
+            cause = error.source();
+        }
+        text
+    }
+}

@@ -1,0 +1,63 @@
+//! The estimators of a scene, side by side on the same readings.
+
+use crate::source::sensor_frame;
+use robhaz_estimator::{Estimate, EstimateError, Estimator, SensorFrame};
+use robhaz_scene::{ModelErrorTooLarge, Scene};
+use robhaz_sim::Truth;
+use robhaz_sim::sensors::Sensors;
+
+/// The estimators of a scene.
+pub struct Estimators {
+    estimators: Vec<Estimator>,
+    estimates: Vec<Result<Estimate, EstimateError>>,
+}
+
+impl Estimators {
+    /// The estimators of a scene, with the nominal robot that its seed draws.
+    ///
+    /// # Errors
+    /// [`ModelErrorTooLarge`] when the nominal robot is not a valid robot.
+    pub fn new(scene: &Scene) -> Result<Self, ModelErrorTooLarge> {
+        let nominal = scene.nominal_robot()?;
+        let estimator = |e| Estimator::new(&nominal, scene.nominal_settings(e));
+        Ok(Self {
+            estimators: scene.estimators.iter().map(estimator).collect(),
+            estimates: Vec::with_capacity(scene.estimators.len()),
+        })
+    }
+
+    /// Updates every estimator with the readings of one sample. Returns the estimates in the scene's order.
+    pub fn update(&mut self, frame: &SensorFrame) -> &[Result<Estimate, EstimateError>] {
+        self.estimates.clear();
+        let updates = self.estimators.iter_mut().map(|e| e.update(frame));
+        self.estimates.extend(updates);
+        &self.estimates
+    }
+}
+
+/// The sensors of a scene and its estimators: everything that a truth passes through to become estimates.
+pub struct Observers {
+    sensors: Sensors,
+    estimators: Estimators,
+    frame: Option<SensorFrame>,
+}
+
+impl Observers {
+    /// Sensors and estimators of a scene, with what its seed draws.
+    ///
+    /// # Errors
+    /// [`ModelErrorTooLarge`] when the nominal robot is not a valid robot.
+    pub fn new(scene: &Scene) -> Result<Self, ModelErrorTooLarge> {
+        Ok(Self {
+            sensors: scene.sensors(),
+            estimators: Estimators::new(scene)?,
+            frame: None,
+        })
+    }
+
+    /// Reads the sensors at one sample and updates every estimator. Returns readings and estimates, in the scene's order.
+    pub fn observe(&mut self, truth: &Truth) -> (&SensorFrame, &[Result<Estimate, EstimateError>]) {
+        let frame = self.frame.insert(sensor_frame(&self.sensors.read(truth)));
+        (frame, self.estimators.update(frame))
+    }
+}

@@ -1,0 +1,94 @@
+//! Sources of readings.
+
+use crate::error::RunError;
+use robhaz_estimator::{LinkReading, SensorFrame};
+use robhaz_scene::Scene;
+use robhaz_sim::sensors::{Readings, Sensors};
+use robhaz_sim::{Plant, Truth};
+
+/// One sample of a source.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample {
+    /// The simulated truth.
+    pub truth: Truth,
+    /// The readings of the sensors.
+    pub sensors: SensorFrame,
+    /// Whether the sinks receive this sample. Estimators see every sample.
+    pub is_record: bool,
+}
+
+/// A source of readings, in order of time.
+pub trait Source {
+    /// The next sample; `None` at the end.
+    ///
+    /// # Errors
+    /// [`RunError`] where the source cannot go on.
+    fn next_sample(&mut self) -> Result<Option<Sample>, RunError>;
+
+    /// Mean integration step so far, s.
+    fn mean_step(&self) -> f64;
+}
+
+/// The simulation of a scene with its sensors.
+pub struct Simulation {
+    plant: Plant,
+    sensors: Sensors,
+    /// Samples taken so far.
+    taken: u64,
+    /// Samples of the whole scene.
+    samples: u64,
+    samples_per_record: u64,
+}
+
+impl Simulation {
+    /// The simulation at time zero, with the sensor errors that the scene's seed draws.
+    ///
+    /// # Errors
+    /// [`RunError::Start`] where the robot cannot stand on its ground.
+    pub fn new(scene: &Scene) -> Result<Self, RunError> {
+        let samples_per_record = scene.samples_per_record();
+        Ok(Self {
+            plant: Plant::new(&scene.plant_setup()).map_err(RunError::Start)?,
+            sensors: scene.sensors(),
+            taken: 0,
+            samples: (scene.record_count() - 1) * samples_per_record + 1,
+            samples_per_record,
+        })
+    }
+}
+
+impl Source for Simulation {
+    fn next_sample(&mut self) -> Result<Option<Sample>, RunError> {
+        if self.taken == self.samples {
+            return Ok(None);
+        }
+        let truth = self.plant.next_truth()?;
+        let is_record = self.taken.is_multiple_of(self.samples_per_record);
+        self.taken += 1;
+        Ok(Some(Sample {
+            truth,
+            sensors: sensor_frame(&self.sensors.read(&truth)),
+            is_record,
+        }))
+    }
+
+    fn mean_step(&self) -> f64 {
+        self.plant.mean_step()
+    }
+}
+
+/// The readings of the simulated sensors as the estimators take them. This is the only bridge between simulator and estimators.
+pub fn sensor_frame(readings: &Readings) -> SensorFrame {
+    let link = |i: usize| LinkReading {
+        inclination: readings.inclination[i],
+        rate: readings.rate[i],
+    };
+    SensorFrame {
+        time: readings.time,
+        wheel_angle: readings.wheel_angle,
+        motor_torque: readings.motor_torque,
+        link1: link(0),
+        link2: link(1),
+        contact_angle: readings.contact_angle,
+    }
+}

@@ -1,0 +1,66 @@
+//! Errors of one force on the three wheels.
+
+use crate::sum::Sum;
+use robhaz_estimator::Estimate;
+use robhaz_sim::Truth;
+use serde::{Deserialize, Serialize};
+
+/// Errors of one force over the samples of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ForceErrors {
+    /// Root mean square error of each wheel, N.
+    pub rmse: [f64; 3],
+    /// Root mean square error over the three wheels, N.
+    pub rmse_all: f64,
+    /// `rmse_all` over the mean true normal force of the three wheels, -; `None` when no wheel ever carried load.
+    pub nrmse: Option<f64>,
+    /// Largest absolute error of any wheel, N.
+    pub max_abs: f64,
+}
+
+impl ForceErrors {
+    /// Whether all numbers are finite.
+    pub fn is_finite(&self) -> bool {
+        let mut numbers = self.rmse.iter().chain([&self.rmse_all, &self.max_abs]);
+        numbers.all(|v| v.is_finite()) && self.nrmse.is_none_or(f64::is_finite)
+    }
+}
+
+/// Root mean square error of N over the three wheels at one sample, N.
+pub fn rms_over_wheels(estimate: &Estimate, truth: &Truth) -> f64 {
+    let wheels = truth.wheels.iter().zip(estimate.normal_force);
+    let squares: f64 = wheels
+        .map(|(wheel, n)| (n - wheel.normal_force).powi(2))
+        .sum();
+    (squares / 3.0).sqrt()
+}
+
+/// Running sums of the errors of one force.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct ErrorSums {
+    squares: [Sum; 3],
+    largest: f64,
+}
+
+impl ErrorSums {
+    /// Adds the errors of the three wheels at one sample, N.
+    pub(crate) fn add(&mut self, errors: [f64; 3]) {
+        for (sum, error) in self.squares.iter_mut().zip(errors) {
+            sum.add(error * error);
+            self.largest = self.largest.max(error.abs());
+        }
+    }
+
+    /// The errors over `samples`, for a mean load in N; `None` without samples.
+    pub(crate) fn errors(&self, samples: u64, mean_load: Option<f64>) -> Option<ForceErrors> {
+        let [front, middle, rear] = self.squares.map(|sum| sum.mean(samples));
+        let mean_squares = [front?, middle?, rear?];
+        let rmse_all = (mean_squares.iter().sum::<f64>() / 3.0).sqrt();
+        Some(ForceErrors {
+            rmse: mean_squares.map(f64::sqrt),
+            rmse_all,
+            nrmse: mean_load.map(|load| rmse_all / load),
+            max_abs: self.largest,
+        })
+    }
+}

@@ -1,0 +1,290 @@
+//! What happens to wheels and end stops during a run, found by comparing each sample with the one before.
+
+use robhaz_model::PinStop;
+use robhaz_sim::{Truth, WheelTruth};
+use serde::{Deserialize, Serialize};
+
+/// State of a wheel on the ground.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WheelState {
+    /// It touches the ground and its slip speed is below the limit.
+    Grips,
+    /// It touches the ground and slips faster.
+    Slips,
+    /// It has no contact.
+    InTheAir,
+}
+
+impl WheelState {
+    /// All states.
+    pub const ALL: [Self; 3] = [Self::Grips, Self::Slips, Self::InTheAir];
+
+    /// Its name in recordings.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Grips => "grips",
+            Self::Slips => "slips",
+            Self::InTheAir => "in the air",
+        }
+    }
+}
+
+/// One of the two end stops of pin Q.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EndStop {
+    /// At the largest theta1 - theta2.
+    Upper,
+    /// At the smallest theta1 - theta2.
+    Lower,
+}
+
+impl EndStop {
+    /// The stop that an angle theta1 - theta2 (rad) is nearer to.
+    pub fn nearest(stop: &PinStop, angle: f64) -> Self {
+        if (angle - stop.upper).abs() < (angle - stop.lower).abs() {
+            Self::Upper
+        } else {
+            Self::Lower
+        }
+    }
+
+    /// Its name in messages.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Upper => "upper",
+            Self::Lower => "lower",
+        }
+    }
+}
+
+/// What happened. Wheels are counted from 0: front, middle, rear.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum EventKind {
+    /// A wheel loses its contact.
+    ContactLost(usize),
+    /// A wheel without contact touches the ground.
+    ContactRegained(usize),
+    /// A wheel gets a second contact.
+    TwoContacts(usize),
+    /// Of two contacts one is left.
+    OneContact(usize),
+    /// The rim of a wheel outruns the ground by more than the limit.
+    Spins(usize),
+    /// The ground outruns the rim of a wheel by more than the limit.
+    Slides(usize),
+    /// A wheel that slipped grips again.
+    Grips(usize),
+    /// Pin Q reaches an end stop, at theta1 - theta2 in rad.
+    StopReached(EndStop, f64),
+    /// Pin Q leaves an end stop, at theta1 - theta2 in rad.
+    StopLeft(EndStop, f64),
+}
+
+/// Something that happened at a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Event {
+    /// When, s.
+    pub time: f64,
+    /// What.
+    pub kind: EventKind,
+}
+
+/// Finds the events of a run.
+#[derive(Clone, Debug)]
+pub struct EventDetector {
+    stop: PinStop,
+    slip_limit: f64,
+    contacts: [u32; 3],
+    wheels: [Option<WheelState>; 3],
+    on_stop: bool,
+}
+
+impl EventDetector {
+    /// Share of the slip limit below which a wheel that slipped grips again: a wheel at the limit slips once, not at every
+    /// sample.
+    const HYSTERESIS: f64 = 0.5;
+
+    /// Before the first sample: wheels on the ground, end stops free. `slip_limit` is the slip speed in m/s beyond which a
+    /// wheel slips: v_s of eq. (11), where T/N has its largest value.
+    pub fn new(stop: PinStop, slip_limit: f64) -> Self {
+        Self {
+            stop,
+            slip_limit,
+            contacts: [1; 3],
+            wheels: [None; 3],
+            on_stop: false,
+        }
+    }
+
+    /// State of a wheel (0 to 2) at the last sample; `None` before the first.
+    pub fn wheel(&self, wheel: usize) -> Option<WheelState> {
+        self.wheels[wheel]
+    }
+
+    /// Looks at the next sample and passes every event to `found`, in the order of the wheels.
+    pub fn sample(&mut self, truth: &Truth, found: &mut dyn FnMut(Event)) {
+        let mut at = |kind| {
+            found(Event {
+                time: truth.time,
+                kind,
+            });
+        };
+        for (i, wheel) in truth.wheels.iter().enumerate() {
+            if let Some(kind) = self.contact_event(i, wheel.contacts) {
+                at(kind);
+            }
+            if let Some(kind) = self.slip_event(i, wheel) {
+                at(kind);
+            }
+        }
+        if let Some(kind) = self.stop_event(truth) {
+            at(kind);
+        }
+    }
+
+    fn contact_event(&mut self, i: usize, now: u32) -> Option<EventKind> {
+        let before = std::mem::replace(&mut self.contacts[i], now);
+        match (before, now) {
+            (before, now) if before == now => None,
+            (_, 0) => Some(EventKind::ContactLost(i)),
+            (0, _) => Some(EventKind::ContactRegained(i)),
+            (_, 1) => Some(EventKind::OneContact(i)),
+            _ => Some(EventKind::TwoContacts(i)),
+        }
+    }
+
+    fn slip_event(&mut self, i: usize, wheel: &WheelTruth) -> Option<EventKind> {
+        let before = self.wheels[i];
+        let limit = if before == Some(WheelState::Slips) {
+            Self::HYSTERESIS * self.slip_limit
+        } else {
+            self.slip_limit
+        };
+        let state = match (wheel.contacts, wheel.slip_speed.abs() > limit) {
+            (0, _) => WheelState::InTheAir,
+            (_, true) => WheelState::Slips,
+            (_, false) => WheelState::Grips,
+        };
+        self.wheels[i] = Some(state);
+        match (before, state) {
+            (before, state) if before == Some(state) => None,
+            (_, WheelState::Slips) if wheel.slip_speed > 0.0 => Some(EventKind::Spins(i)),
+            (_, WheelState::Slips) => Some(EventKind::Slides(i)),
+            (Some(WheelState::Slips), WheelState::Grips) => Some(EventKind::Grips(i)),
+            _ => None,
+        }
+    }
+
+    fn stop_event(&mut self, truth: &Truth) -> Option<EventKind> {
+        let on_stop = truth.stop_torque.abs() > 0.0;
+        if std::mem::replace(&mut self.on_stop, on_stop) == on_stop {
+            return None;
+        }
+        let angle = truth.links[0].angle - truth.links[1].angle;
+        let stop = EndStop::nearest(&self.stop, angle);
+        Some(if on_stop {
+            EventKind::StopReached(stop, angle)
+        } else {
+            EventKind::StopLeft(stop, angle)
+        })
+    }
+}
+
+/// How often each kind of event happened in a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct EventCounts {
+    /// A wheel lost its contact.
+    pub contact_lost: u64,
+    /// A wheel got a second contact.
+    pub two_contacts: u64,
+    /// A wheel began to slip.
+    pub slips: u64,
+    /// Pin Q reached an end stop.
+    pub end_stops: u64,
+}
+
+impl EventCounts {
+    /// Counts an event.
+    pub fn add(&mut self, event: &Event) {
+        match event.kind {
+            EventKind::ContactLost(_) => self.contact_lost += 1,
+            EventKind::TwoContacts(_) => self.two_contacts += 1,
+            EventKind::Spins(_) | EventKind::Slides(_) => self.slips += 1,
+            EventKind::StopReached(..) => self.end_stops += 1,
+            EventKind::ContactRegained(_)
+            | EventKind::OneContact(_)
+            | EventKind::Grips(_)
+            | EventKind::StopLeft(..) => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STOP: PinStop = PinStop {
+        lower: -0.7,
+        upper: 0.6,
+        stiffness: 2000.0,
+        damping: 20.0,
+    };
+
+    fn truth(time: f64, contacts: u32, slip_speed: f64, stop_torque: f64) -> Truth {
+        let mut truth = Truth {
+            time,
+            stop_torque,
+            ..Truth::default()
+        };
+        for wheel in &mut truth.wheels {
+            wheel.contacts = 1;
+        }
+        truth.wheels[1].contacts = contacts;
+        truth.wheels[1].slip_speed = slip_speed;
+        truth.links[0].angle = 0.61;
+        truth
+    }
+
+    /// Every change is found once, with its time, and a wheel near the slip limit does not flicker.
+    #[test]
+    fn every_change_is_found_once() {
+        let mut detector = EventDetector::new(STOP, 0.02);
+        let mut found = Vec::new();
+        let samples = [
+            (1, 0.0, 0.0),
+            (1, 0.021, 0.0),
+            (1, 0.015, 0.0),
+            (1, 0.009, 0.0),
+            (0, 0.0, 0.0),
+            (2, -0.03, 0.0),
+            (1, 0.0, 3.0),
+            (1, 0.0, 0.0),
+        ];
+        for (k, (contacts, slip, stop)) in (0_u32..).zip(samples) {
+            detector.sample(&truth(f64::from(k), contacts, slip, stop), &mut |e| {
+                found.push((e.time, e.kind));
+            });
+        }
+        let expected = [
+            (1.0, EventKind::Spins(1)),
+            (3.0, EventKind::Grips(1)),
+            (4.0, EventKind::ContactLost(1)),
+            (5.0, EventKind::ContactRegained(1)),
+            (5.0, EventKind::Slides(1)),
+            (6.0, EventKind::OneContact(1)),
+            (6.0, EventKind::Grips(1)),
+            (6.0, EventKind::StopReached(EndStop::Upper, 0.61)),
+            (7.0, EventKind::StopLeft(EndStop::Upper, 0.61)),
+        ];
+        assert_eq!(found, expected);
+        assert_eq!(detector.wheel(1), Some(WheelState::Grips));
+        let mut counts = EventCounts::default();
+        for (time, kind) in found {
+            counts.add(&Event { time, kind });
+        }
+        assert_eq!(
+            (counts.contact_lost, counts.slips, counts.end_stops),
+            (1, 2, 1)
+        );
+    }
+}

@@ -1,0 +1,99 @@
+//! The truth of a scene at every sample of its sensors.
+
+use robhaz_scene::Scene;
+use robhaz_score::{Rule, Sample};
+use robhaz_sim::{Plant, PlantError, Truth};
+
+/// Why a scene cannot be studied.
+#[derive(Debug, thiserror::Error)]
+pub enum TruthRunError {
+    /// The truth of the whole run is kept in memory.
+    #[error(
+        "the run has {found} samples; a study keeps all in memory and takes at most {MOST_SAMPLES}: shorten it, as with --set record.duration=20"
+    )]
+    TooLong {
+        /// Samples of the scene's sensors.
+        found: u64,
+    },
+    /// The simulation left its range of validity.
+    #[error("the simulation stopped")]
+    Plant(#[from] PlantError),
+    /// No sample counts.
+    #[error(
+        "no sample counts: a wheel has two contacts in each of the {compared} samples from {from} s on"
+    )]
+    NothingCounts {
+        /// Samples from `record.compare_from` on.
+        compared: usize,
+        /// `record.compare_from`, s.
+        from: f64,
+    },
+}
+
+/// Which samples of a scene count.
+pub(crate) fn rule(scene: &Scene) -> Rule {
+    Rule {
+        compare_from: scene.record.compare_from,
+    }
+}
+
+/// Largest number of samples of a run, about 0.4 GB.
+pub const MOST_SAMPLES: u64 = 500_000;
+
+/// The truth at every sample of a scene's sensors, kept in memory. It does not depend on sensor noise: one run serves all seeds.
+#[derive(Clone, Debug)]
+pub struct TruthRun {
+    truth: Vec<Truth>,
+    rule: Rule,
+}
+
+impl TruthRun {
+    /// Simulates a scene with its engine.
+    ///
+    /// # Errors
+    /// [`TruthRunError`]
+    pub fn of(scene: &Scene) -> Result<Self, TruthRunError> {
+        let found = (scene.record_count() - 1) * scene.samples_per_record() + 1;
+        if found > MOST_SAMPLES {
+            return Err(TruthRunError::TooLong { found });
+        }
+        let mut plant = Plant::new(&scene.plant_setup())?;
+        let truth: Vec<Truth> = (0..found)
+            .map(|_| plant.next_truth())
+            .collect::<Result<_, _>>()?;
+        let run = Self {
+            truth,
+            rule: rule(scene),
+        };
+        if run.counted() == 0 {
+            return Err(TruthRunError::NothingCounts {
+                compared: run.two_contacts(),
+                from: scene.record.compare_from,
+            });
+        }
+        Ok(run)
+    }
+
+    /// Every sample.
+    pub fn samples(&self) -> impl Iterator<Item = &Truth> {
+        self.truth.iter()
+    }
+
+    /// The samples that count in a score.
+    pub fn counting(&self) -> impl Iterator<Item = &Truth> {
+        self.truth
+            .iter()
+            .filter(|truth| self.rule.judge(truth) == Sample::Counts)
+    }
+
+    /// Number of samples that count.
+    pub fn counted(&self) -> usize {
+        self.counting().count()
+    }
+
+    /// Number of samples left out because a wheel has two contacts.
+    pub fn two_contacts(&self) -> usize {
+        let two = |truth: &&Truth| self.rule.judge(truth) == Sample::TwoContacts;
+        self.truth.iter().filter(two).count()
+    }
+}

@@ -1,0 +1,370 @@
+//! Runs that are stopped, killed, or out of disk: what was recorded is kept and can be read.
+#![cfg(unix)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// Longest wait for what takes a moment on an idle machine: loaded ones are slow.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+fn robhaz(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_robhaz"));
+    command.current_dir(folder).args(arguments);
+    command.stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+/// A folder with a scene that takes far longer than any test.
+fn long_scene() -> tempfile::TempDir {
+    let dir = tempfile::tempdir().unwrap();
+    let text = "[terrain]\nkind = \"flat\"\n[engine]\nkind = \"direct\"\n[record]\nduration = 1e4\ncompare_from = 0.1\n";
+    fs::write(dir.path().join("long.toml"), text).unwrap();
+    dir
+}
+
+fn wait_until(what: &str, mut so: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !so() {
+        assert!(start.elapsed() < PATIENCE, "{what}");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+fn size(path: &Path) -> u64 {
+    fs::metadata(path).map_or(0, |m| m.len())
+}
+
+fn signal(child: &Child, name: &str) {
+    let sent = Command::new("kill")
+        .args([name, &child.id().to_string()])
+        .status();
+    assert!(sent.unwrap().success());
+}
+
+/// A process handles Ctrl-C only from some moment on; Linux tells.
+fn wait_until_it_listens(child: &Child) {
+    let status = PathBuf::from(format!("/proc/{}/status", child.id()));
+    if !status.exists() {
+        std::thread::sleep(Duration::from_secs(2));
+        return;
+    }
+    wait_until("no handler for SIGINT and SIGTERM", || {
+        let text = fs::read_to_string(&status).unwrap_or_default();
+        let caught = text.lines().find_map(|l| l.strip_prefix("SigCgt:"));
+        let caught = caught.and_then(|hex| u64::from_str_radix(hex.trim(), 16).ok());
+        // Signal n is bit n - 1: SIGINT is 2, SIGTERM is 15.
+        let both = 1 << 1 | 1 << 14;
+        caught.is_some_and(|caught| caught & both == both)
+    });
+}
+
+/// Ends the process where a test fails before it has.
+struct Running(Option<Child>);
+
+impl Running {
+    fn start(mut command: Command) -> Self {
+        Self(Some(command.spawn().unwrap()))
+    }
+
+    fn child(&mut self) -> &mut Child {
+        self.0.as_mut().unwrap()
+    }
+
+    fn output(mut self) -> Output {
+        let start = Instant::now();
+        while self.child().try_wait().unwrap().is_none() {
+            assert!(start.elapsed() < PATIENCE, "it does not end");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        self.0.take().unwrap().wait_with_output().unwrap()
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        if let Some(child) = &mut self.0 {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
+
+/// Standard error in one line: the report breaks lines where the terminal would.
+fn said(output: &Output) -> String {
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    text.replace(['│', '╰', '├', '─', '▶', '×'], " ")
+        .split_whitespace()
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// Ctrl-C and SIGTERM end a run in order: whole tables, figures, a summary that says when and why, the shell's exit codes.
+#[test]
+fn a_stopped_run_leaves_all_that_it_has() {
+    for (name, format, cause, code) in [
+        ("-INT", "parquet", "Ctrl-C", 130),
+        ("-TERM", "csv", "SIGTERM", 143),
+    ] {
+        let dir = long_scene();
+        let mut run = Running::start(robhaz(
+            dir.path(),
+            &["run", "long.toml", "--format", format],
+        ));
+        let partial = dir.path().join("runs/long.partial");
+        let growing = if format == "csv" {
+            "truth.csv"
+        } else {
+            "truth.arrows"
+        };
+        wait_until("no rows", || size(&partial.join(growing)) > 2_000_000);
+        signal(run.child(), name);
+        let output = run.output();
+        let said = said(&output);
+        assert_eq!(output.status.code(), Some(code), "{said}");
+        assert!(said.contains(&format!("stopped by {cause}")), "{said}");
+        assert!(said.contains("runs/long.partial"), "{said}");
+        let shown = String::from_utf8_lossy(&output.stdout);
+        assert!(shown.contains("broke off at"), "{shown}");
+
+        assert!(!dir.path().join("runs/long").exists());
+        let summary = fs::read_to_string(partial.join("summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+        let reason = summary["broken_off"]["reason"].as_str().unwrap();
+        assert!(reason.contains(cause), "{reason}");
+        let end = summary["broken_off"]["time_s"].as_f64().unwrap();
+        assert!(end > 0.5 && end < 1e4, "{end}");
+        assert!(
+            summary["estimators"]["true-mass"]["samples"]
+                .as_u64()
+                .unwrap()
+                > 100
+        );
+        assert!(size(&partial.join("figures/fig6_forces.svg")) > 1000);
+        assert_eq!(
+            fs::read_dir(&partial)
+                .unwrap()
+                .filter(|entry| {
+                    let name = entry.as_ref().unwrap().file_name();
+                    let name = name.to_string_lossy();
+                    name.ends_with(".arrows") || name.ends_with(".partial")
+                })
+                .count(),
+            0
+        );
+        if format == "csv" {
+            // The last row is that of the summary's time.
+            let table = fs::read_to_string(partial.join("truth.csv")).unwrap();
+            let last = table.lines().last().unwrap().split(',').next().unwrap();
+            assert!((last.parse::<f64>().unwrap() - end).abs() < 1e-9);
+        } else {
+            let table = fs::read(partial.join("truth.parquet")).unwrap();
+            assert!(table.starts_with(b"PAR1") && table.ends_with(b"PAR1"));
+        }
+        #[cfg(feature = "viewer")]
+        assert!(robhaz_viewer::recording_is_closed(&partial.join("run.rrd")).unwrap());
+
+        // It can be looked at as what it is.
+        let compared = robhaz(dir.path(), &["compare", "runs/long.partial"])
+            .output()
+            .unwrap();
+        assert!(compared.status.success());
+        assert!(String::from_utf8_lossy(&compared.stdout).contains(cause));
+    }
+}
+
+/// While the end of a run takes its time, a second Ctrl-C ends it at once, and the rows are still there.
+#[test]
+fn a_second_signal_ends_at_once() {
+    let dir = long_scene();
+    let arguments = ["run", "long.toml", "--pace", "real-time"];
+    let mut run = Running::start(robhaz(dir.path(), &arguments));
+    let partial = dir.path().join("runs/long.partial");
+    let stream = partial.join("truth.arrows");
+    wait_until("no rows", || size(&stream) > 500_000);
+    // Whoever opens a pipe to write waits for a reader: this one waits for ever.
+    let pipe = Command::new("mkfifo")
+        .arg(partial.join("truth.parquet.partial"))
+        .status();
+    assert!(pipe.unwrap().success());
+    signal(run.child(), "-INT");
+    std::thread::sleep(Duration::from_millis(500));
+    assert!(
+        run.child().try_wait().unwrap().is_none(),
+        "nothing to wait for"
+    );
+    signal(run.child(), "-INT");
+    let output = run.output();
+    assert_eq!(output.status.code(), Some(130), "{}", said(&output));
+    assert!(size(&stream) > 500_000);
+}
+
+/// A run at the pace of the clock that is killed within its first seconds leaves all but its last second, in both formats.
+#[test]
+fn a_killed_run_leaves_its_rows() {
+    for format in ["parquet", "csv"] {
+        let dir = long_scene();
+        let arguments = [
+            "run",
+            "long.toml",
+            "--format",
+            format,
+            "--pace",
+            "real-time",
+        ];
+        let mut run = Running::start(robhaz(dir.path(), &arguments));
+        let partial = dir.path().join("runs/long.partial");
+        let growing = if format == "csv" {
+            "truth.csv"
+        } else {
+            "truth.arrows"
+        };
+        wait_until("no file", || size(&partial.join(growing)) > 0);
+        // The file was there before the run's clock started: three seconds of the clock hold two of the run even where
+        // the machine is busy.
+        std::thread::sleep(Duration::from_secs(4));
+        run.child().kill().unwrap();
+        run.output();
+        if format == "csv" {
+            let table = fs::read_to_string(partial.join("truth.csv")).unwrap();
+            // The last line may be torn.
+            let whole = table.rsplit_once('\n').unwrap().0;
+            let last = whole.lines().last().unwrap().split(',').next().unwrap();
+            assert!(last.parse::<f64>().unwrap() >= 2.0, "{last}");
+            continue;
+        }
+        let recovered = robhaz(dir.path(), &["recover", "runs/long.partial"])
+            .output()
+            .unwrap();
+        assert!(recovered.status.success(), "{}", said(&recovered));
+        let shown = String::from_utf8_lossy(&recovered.stdout).into_owned();
+        // Truth, readings, four estimators.
+        assert_eq!(shown.lines().count(), 6, "{shown}");
+        for line in shown.lines() {
+            let (_, end) = line.split_once("rows, up to ").expect(line);
+            let end: f64 = end.trim_end_matches(" s").parse().unwrap();
+            assert!(end >= 2.0, "{line}");
+        }
+        let table = fs::read(partial.join("truth.parquet")).unwrap();
+        assert!(table.starts_with(b"PAR1") && table.ends_with(b"PAR1"));
+
+        // Nothing is replaced unasked, and the whole folder is that of a run.
+        let again = robhaz(dir.path(), &["recover", "runs/long.partial"])
+            .output()
+            .unwrap();
+        assert!(!again.status.success());
+        assert!(said(&again).contains(".parquet exists"), "{}", said(&again));
+        let short = [
+            "run",
+            "long.toml",
+            "--set",
+            "record.duration=0.5",
+            "--force",
+        ];
+        let forced = robhaz(dir.path(), &short).output().unwrap();
+        assert!(forced.status.success(), "{}", said(&forced));
+    }
+}
+
+/// Where a file cannot grow the run ends with an error that names it, and what was recorded can be read.
+#[test]
+fn a_full_disk_keeps_what_was_recorded() {
+    for format in ["parquet", "csv"] {
+        let dir = long_scene();
+        let mut command = Command::new("sh");
+        // A limit of the file size, 512 or 1024 bytes a block: writes fail as on a full disk.
+        let script =
+            format!("ulimit -f 8000 && exec \"$0\" run long.toml --rerun off --format {format}");
+        command.args(["-c", &script, env!("CARGO_BIN_EXE_robhaz")]);
+        command.current_dir(dir.path());
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        let output = Running::start(command).output();
+        let said = said(&output);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        let growing = if format == "csv" {
+            "truth.csv"
+        } else {
+            "truth.arrows"
+        };
+        assert!(
+            said.replace(' ', "")
+                .contains(&format!("cannotwriteruns/long.partial/{growing}")),
+            "{said}"
+        );
+        assert!(said.contains("File too large"), "{said}");
+        let partial = dir.path().join("runs/long.partial");
+        if format == "csv" {
+            let table = fs::read_to_string(partial.join("truth.csv")).unwrap();
+            assert!(table.ends_with('\n') && table.lines().count() > 1000);
+            let commas = |line: &str| line.matches(',').count();
+            let header = commas(table.lines().next().unwrap());
+            assert!(table.lines().all(|line| commas(line) == header));
+        } else {
+            assert!(said.contains("robhaz recover runs/long.partial"), "{said}");
+            let recovered = robhaz(dir.path(), &["recover", "runs/long.partial"])
+                .output()
+                .unwrap();
+            let shown = String::from_utf8_lossy(&recovered.stdout).into_owned();
+            assert!(recovered.status.success());
+            assert!(
+                shown.contains("truth.parquet: ") && !shown.contains("no rows"),
+                "{shown}"
+            );
+        }
+        let summary = fs::read_to_string(partial.join("summary.json")).unwrap();
+        assert!(summary.contains("File too large"), "{summary}");
+    }
+}
+
+/// `study` and `verify` leave no files before their end: a signal ends them at once, with the shell's exit code.
+#[test]
+fn study_and_verify_can_be_stopped() {
+    for (arguments, name, code) in [
+        (
+            &[
+                "study",
+                "long.toml",
+                "--seeds",
+                "10000",
+                "--set",
+                "record.duration=20",
+                "--json",
+                "study.json",
+            ] as &[&str],
+            "-INT",
+            130,
+        ),
+        (
+            &[
+                "study",
+                "long.toml",
+                "--seeds",
+                "10000",
+                "--set",
+                "record.duration=20",
+            ],
+            "-TERM",
+            143,
+        ),
+        (
+            &["verify", "long.toml", "--set", "record.duration=400"],
+            "-INT",
+            130,
+        ),
+    ] {
+        let dir = long_scene();
+        let mut command = Running::start(robhaz(dir.path(), arguments));
+        wait_until_it_listens(command.child());
+        signal(command.child(), name);
+        let output = command.output();
+        assert_eq!(output.status.code(), Some(code), "{}", said(&output));
+        assert!(
+            said(&output).contains("nothing was written"),
+            "{}",
+            said(&output)
+        );
+        let left: Vec<_> = fs::read_dir(dir.path()).unwrap().collect();
+        assert_eq!(left.len(), 1, "{left:?}");
+    }
+}
