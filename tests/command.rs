@@ -51,6 +51,10 @@ fn run_leaves_tables_figures_summary_and_scene() {
         "figures/fig6_forces.svg",
         "figures/fig7_paper-body.svg",
         "figures/fig8_paper-wheels.svg",
+        "figures/comparison.svg",
+        "figures/comparison.pdf",
+        "figures/path.svg",
+        "figures/path.pdf",
     ];
     if cfg!(feature = "viewer") {
         expected.push("run.rrd");
@@ -192,6 +196,7 @@ fn a_run_that_breaks_off_keeps_what_it_has() {
     assert!(!compared.status.success());
 
     // With records there is; it does not pass for a complete run.
+    short_scene(dir.path(), "");
     let steep = ["terrain.kind=ramp", "terrain.angle=-60 deg"];
     let mut command = robhaz(dir.path());
     command.args(["run", "short.toml", "--out", "steep"]);
@@ -200,6 +205,7 @@ fn a_run_that_breaks_off_keeps_what_it_has() {
         command.args(["--set", set]);
     }
     let said = text(&command.output().unwrap().stderr);
+    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(said.contains("short broke off at"), "{said}");
     let compared = robhaz(dir.path())
         .args(["compare", "steep.partial"])
@@ -278,6 +284,121 @@ fn verify_prints_a_verdict_a_line() {
         text(&output.stderr).contains("500000"),
         "{}",
         text(&output.stderr)
+    );
+}
+
+/// A reader of `verify` that goes away is no error, and an engine that stops does not hide what the other found.
+#[test]
+fn verify_survives_its_reader_and_its_engines() {
+    use std::io::Read;
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    let mut child = robhaz(dir.path())
+        .args(["verify", "short.toml"])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let mut said = String::new();
+    child
+        .stderr
+        .take()
+        .unwrap()
+        .read_to_string(&mut said)
+        .unwrap();
+    assert!(child.wait().unwrap().success(), "{said}");
+    assert!(said.is_empty(), "{said}");
+
+    let output = robhaz(dir.path())
+        .args(["verify", "short.toml", "--set", "record.duration=6"])
+        .args([
+            "--set",
+            "terrain.kind=ramp",
+            "--set",
+            "terrain.angle=-60 deg",
+        ])
+        .output()
+        .unwrap();
+    assert!(!output.status.success());
+    let shown = text(&output.stdout);
+    for words in [
+        "FAILED      rapier: runs to its end",
+        "turned over",
+        "passed      rapier: momentum",
+        "passed      direct: energy",
+        "not judged  the engines",
+    ] {
+        assert!(shown.contains(words), "{words} is missing in:\n{shown}");
+    }
+}
+
+/// A start that fails leaves no folder, and says why in one chain.
+#[test]
+fn a_start_that_fails_leaves_no_folder() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    for (set, reason) in [
+        ("robot.geometry.body_cg=[1.0, 0.3]", "tips forward"),
+        (
+            "drive.torque_limit=0.1",
+            "finds no rest at its start: the motor of wheel",
+        ),
+    ] {
+        let output = robhaz(dir.path())
+            .args(["run", "short.toml", "--set", set])
+            .args([
+                "--set",
+                "terrain.kind=heights",
+                "--set",
+                "terrain.interpolation=corners",
+            ])
+            .args(["--set", "terrain.points=[[-5, -1], [5, 1]]"])
+            .output()
+            .unwrap();
+        assert!(!output.status.success());
+        let said = text(&output.stderr);
+        let said = said
+            .split_whitespace()
+            .filter(|w| *w != "│")
+            .collect::<Vec<_>>()
+            .join(" ");
+        assert!(said.contains(reason), "{said}");
+        assert!(!said.contains("broke off"), "{said}");
+        assert!(!dir.path().join("runs").exists(), "{set}");
+    }
+}
+
+/// A robot that is stuck is reported at the end of its run and in its summary.
+#[test]
+fn a_stuck_robot_is_reported() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = root().join("scenes/stairs.toml");
+    let output = robhaz(dir.path())
+        .args(["run", &scene.to_string_lossy(), "--engine", "direct"])
+        .args([
+            "--rerun",
+            "off",
+            "--out",
+            "out",
+            "--set",
+            "record.duration=10",
+        ])
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let shown = text(&output.stdout);
+    assert!(
+        shown.contains("stairs: the robot is STUCK since 6.2 s"),
+        "{shown}"
+    );
+    let summary = fs::read_to_string(dir.path().join("out/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    let since = summary["progress"]["stuck_since_s"].as_f64().unwrap();
+    assert!((since - 6.2).abs() < 0.1, "{since}");
+    assert_eq!(
+        summary["progress"]["spinning_s"].as_array().unwrap().len(),
+        3
     );
 }
 
@@ -419,6 +540,8 @@ fn runs_out_of_range_stop_with_a_reason() {
             assert!(said.contains(expected), "{said}");
         }
         let steep = ["terrain.kind=ramp", "terrain.angle=-60 deg", engine];
+        // Starts that fail leave no folder.
+        assert!(fs::read_dir(dir.path()).unwrap().count() <= 2);
         let said = run(&format!("steep-{engine}"), &steep);
         assert!(said.contains("turned over"), "{said}");
     }
@@ -447,7 +570,7 @@ fn study_prints_a_table_and_writes_json() {
         "paper-wheels",
         "rolling",
         "NEES",
-        "Floor of one sample",
+        "Cramer-Rao bound of one sample",
         "short: 5 seeds, 0 to 4; engine direct, sensors typical; 1001 samples a seed from 0.5 s on, none left out",
     ] {
         assert!(shown.contains(words), "{words} is missing in:\n{shown}");
@@ -457,7 +580,7 @@ fn study_prints_a_table_and_writes_json() {
     assert_eq!(report["estimators"].as_array().unwrap().len(), 10);
     let best = &report["estimators"][9];
     assert_eq!(best["nrmse"]["runs"], 5);
-    // Of mean N, with errors of T of about 1 N of 46: at least a thousandth, at most the floor of one sample of some percent.
+    // Of mean N, with errors of T of about 1 N of 46: at least a thousandth, at most the bound of one sample of some percent.
     let error = best["nrmse"]["mean"].as_f64().unwrap();
     assert!(error > 1e-3 && error < 0.1, "{error}");
     assert!(best["consistency"]["nees"]["mean"].as_f64().unwrap() > 0.0);

@@ -16,6 +16,8 @@ mod determinism;
 mod documents;
 mod estimator_is_isolated;
 mod invariance;
+mod modules;
+mod progress;
 mod properties;
 mod reference;
 mod sensors;

@@ -4,6 +4,7 @@
 //! a whole run, and a run that broke off leaves what it had beside it. Only what a run has left is ever removed, and only
 //! when asked.
 
+use robhaz_record::FigureSink;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -149,7 +150,7 @@ fn check_replaceable(path: &Path) -> Result<(), OutputError> {
     if found.is_none() && is_there(&figures) {
         // A link to a folder elsewhere is not ours, nor is what it leads to.
         let ours = figures.symlink_metadata().is_ok_and(|m| m.is_dir());
-        let is_foreign = |name: &String| !is_figure(name, &estimators);
+        let is_foreign = |name: &String| !FigureSink::can_write(name, &estimators);
         found = if ours {
             let foreign = self::names(&figures)?.into_iter().find(is_foreign);
             foreign.map(|name| format!("{FIGURES}/{name}"))
@@ -218,17 +219,4 @@ fn is_of_a_run(name: &str) -> bool {
 fn estimator(table: &str) -> Option<&str> {
     let name = table.strip_prefix("estimate-")?;
     TABLE_ENDS.iter().find_map(|end| name.strip_suffix(end))
-}
-
-/// Names that a run with some estimators gives to its figures.
-fn is_figure(name: &str, estimators: &[&str]) -> bool {
-    let stem = name
-        .strip_suffix(".svg")
-        .or_else(|| name.strip_suffix(".pdf"));
-    let of_all = ["fig5_linkage", "fig6_forces"];
-    let of_one = ["fig7_", "fig8_", "normal_force_"];
-    stem.is_some_and(|stem| {
-        let estimator = of_one.iter().find_map(|start| stem.strip_prefix(start));
-        of_all.contains(&stem) || estimator.is_some_and(|e| estimators.contains(&e))
-    })
 }

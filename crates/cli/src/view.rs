@@ -9,7 +9,7 @@ use crate::terminal::{say, warn};
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
 use robhaz_run::Sink;
 use robhaz_scene::Scene;
-use robhaz_viewer::{ComparedRun, PictureOptions};
+use robhaz_viewer::{ComparedRun, PictureOptions, Theme};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `robhaz view`.
@@ -28,6 +28,9 @@ pub struct Args {
     /// Size of the picture in pixels.
     #[arg(long, value_name = "WIDTHxHEIGHT", requires = "screenshot", value_parser = size, default_value = "1400x900")]
     size: [u32; 2],
+    /// Background of the picture: dark as in the viewer, or light for print.
+    #[arg(long, value_enum, requires = "screenshot", default_value_t = Background::Dark)]
+    theme: Background,
     /// Saves the comparison of several runs as one recording instead of opening it.
     #[arg(long, value_name = "FILE", conflicts_with = "screenshot")]
     save: Option<PathBuf>,
@@ -40,6 +43,15 @@ pub struct Args {
     /// Sets a key of the scene, over what the file says. Can be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+}
+
+/// Background of a picture.
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Background {
+    /// Dark, as in the viewer.
+    Dark,
+    /// White.
+    Light,
 }
 
 const PICTURE: Format = Format {
@@ -59,7 +71,6 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     {
         let scene = Scene::load(scene, &args.set)?;
         warn(&scene);
-        interrupt.listen()?;
         return live(&scene, args.pace, interrupt);
     }
     let inputs = inputs(&args.what)?;
@@ -130,6 +141,10 @@ fn show(
     let options = PictureOptions {
         size: args.size,
         at: args.at,
+        theme: match args.theme {
+            Background::Dark => Theme::Dark,
+            Background::Light => Theme::Light,
+        },
     };
     robhaz_viewer::picture(recording, file.path(), options, &stop).into_diagnostic()?;
     say(&format!("Picture in {}", file.finish()?.display()))
@@ -138,6 +153,7 @@ fn show(
 /// Simulates a scene and shows it while it goes on; nothing is kept.
 fn live(scene: &Scene, pace: Pace, interrupt: &Interrupt) -> Result<()> {
     let mut viewing = Viewing::open(&Rerun::Spawn)?;
+    interrupt.listen()?;
     let (mut progress, mut pace) = (Progress::new(), PaceSink::new(pace, interrupt));
     let mut sinks: Vec<&mut dyn Sink> = viewing.sinks().collect();
     sinks.push(&mut progress);

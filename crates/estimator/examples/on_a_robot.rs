@@ -1,4 +1,4 @@
-//! The loop of a robot's controller: read the sensors, estimate, use what comes with its flags.
+//! The loop of a robot's controller: read the sensors, estimate, use the estimate with its flags.
 //!
 //! `cargo run --release -p robhaz-estimator --example on_a_robot`
 
@@ -12,7 +12,7 @@ const COUNTS: f64 = 160_000.0;
 /// Torque at the wheel a motor current, N m/A: motor constant times gear times its efficiency.
 const TORQUE_OF_CURRENT: f64 = 0.03 * 80.0 * 0.8;
 
-/// What a driver of this robot would hand over: raw values, `None` where a sensor did not answer.
+/// Raw values of the drivers, `None` where a sensor did not answer.
 struct Raw {
     seconds: f64,
     counts: [Option<i64>; 3],
@@ -95,7 +95,7 @@ fn main() {
                     println!(" T of wheel 2 = {:.1} N", estimate.traction[1]);
                 }
             }
-            // No number: keep to what does not need one, and go on with the next frame.
+            // No estimate for this frame: continue with the next one.
             Err(error) => println!("frame {k}: {error}"),
         }
     }

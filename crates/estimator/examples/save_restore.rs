@@ -1,4 +1,4 @@
-//! Saves an estimator's state as bytes and goes on from them in another one: to the same bits.
+//! Saves an estimator's state as bytes and restores another one from them: both continue with the same bits.
 //!
 //! `cargo run --release -p robhaz-estimator --example save_restore`
 

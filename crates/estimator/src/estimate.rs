@@ -1,9 +1,9 @@
-//! What comes out.
+//! The estimate of one instant.
 
 use crate::flags::Flags;
 use robhaz_model::{Posture, PostureError, Vec2};
 
-/// What the estimator makes of the readings of one instant.
+/// Wheel forces of one instant, with covariance and flags.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// Time of the readings, s.
@@ -12,7 +12,7 @@ pub struct Estimate {
     pub normal_force: [f64; 3],
     /// Traction T of each wheel, N, driving forward positive.
     pub traction: [f64; 3],
-    /// Covariance of `x' = [T1 N1 T2 N2 T3 N3]`, N^2. `None` from the paper's filters, which know none.
+    /// Covariance of `x' = [T1 N1 T2 N2 T3 N3]`, N^2. `None` from the paper's filters, which state none.
     pub covariance: Option<[[f64; 6]; 6]>,
     /// Angles of the four bars, rad (Fig. 5).
     pub posture: Posture,
@@ -22,13 +22,13 @@ pub struct Estimate {
     pub pin_from_q: [Vec2; 4],
     /// Forces in P, Q, R, S on the first bar of [`robhaz_model::Pin::bars`], N.
     pub pin_force: [Vec2; 4],
-    /// What is left of eq. (8): horizontal and vertical force (N), moments of links 1 and 2 about Q (N m).
+    /// Residual of eq. (8): horizontal and vertical force (N), moments of links 1 and 2 about Q (N m).
     pub residual: [f64; 4],
-    /// The redundancy of eq. (8) as it stood before it was used; `None` where the contacts leave it undefined.
+    /// Parity residual of eq. (8), before it corrects any state; `None` where the contacts leave it undefined.
     pub parity: Option<Parity>,
-    /// Errors of the readings that the estimator has found; `None` from the paper's filters.
+    /// Estimated errors of the readings; `None` from the paper's filters.
     pub reading_errors: Option<ReadingErrors>,
-    /// What the estimate must not be read without.
+    /// Warnings.
     pub flags: Flags,
 }
 
@@ -49,45 +49,45 @@ impl Estimate {
     }
 }
 
-/// The combination of eq. (8) that holds no normal force. It should be zero; what it is tells of wrong torques, contact
+/// Parity residual: the combination of the rows of eq. (8) without normal forces. It is zero for exact torques, contact
 /// angles and loads.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parity {
     /// The residual, N (moments at the lever).
     pub value: f64,
-    /// What to expect of it, N: one standard deviation. 0 from the paper's filters, which expect nothing.
+    /// Predicted standard deviation, N. 0 from the paper's filters, which predict none.
     pub sigma: f64,
 }
 
-/// What `best` has found of the readings' errors, with standard deviations.
+/// Errors of the readings as `best` estimates them: pairs of value and standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReadingErrors {
-    /// Offsets of the motor torques read, N m.
+    /// Offsets of the torque readings, N m.
     pub torque_offset: [(f64, f64); 3],
     /// Dry friction in the gears, N m at the wheel.
     pub gear_friction: (f64, f64),
-    /// Errors of the contact angles given, rad.
+    /// Errors of the given contact angles, rad.
     pub contact_angle: [(f64, f64); 3],
     /// Biases of the gyroscopes on links 1 and 2, rad/s.
     pub rate_bias: [(f64, f64); 2],
 }
 
-/// Why readings give no estimate.
+/// Why there is no estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EstimateError {
-    /// A reading has never come yet.
+    /// A reading has been missing from all frames so far.
     Missing {
         /// Which field of [`crate::SensorFrame`].
         field: &'static str,
     },
-    /// Time did not increase by a microsecond at least, or is not a number.
+    /// Time did not increase by at least half a microsecond, or is not a number.
     Time {
         /// Time of the last frame, s.
         last: f64,
         /// Time of this frame, s.
         now: f64,
     },
-    /// The link angles read cannot be those of the four-bar.
+    /// The four-bar cannot close at these link angles.
     Linkage(PostureError),
     /// The statics are singular in this posture: P lies on the line RS, or the contacts leave a normal force undetermined.
     Singular,
@@ -96,10 +96,10 @@ pub enum EstimateError {
 impl core::fmt::Display for EstimateError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::Missing { field } => write!(f, "the reading {field} has never come"),
+            Self::Missing { field } => write!(f, "no frame so far has the reading {field}"),
             Self::Time { last, now } => write!(
                 f,
-                "time must increase by 1 us at least: the last frame was at {last} s, this one at {now} s"
+                "time must increase by at least 0.5 us: the last frame was at {last} s, this one at {now} s"
             ),
             Self::Linkage(e) => e.fmt(f),
             Self::Singular => write!(f, "the statics are singular in this posture"),

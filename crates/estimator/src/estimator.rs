@@ -1,30 +1,29 @@
-//! Readings in, wheel forces out: the paper's steps in their order, and the better ones in the same places.
+//! The estimator: readings in, wheel forces out.
 
-use crate::best::BestFilters;
 use crate::estimate::{Estimate, EstimateError};
 use crate::flags::Flags;
-use crate::frame::{Inputs, SensorFrame};
-use crate::paper::PaperFilters;
+use crate::frame::{Inputs, Instant, LONGEST_GAP, SHORTEST_STEP, SensorFrame};
+use crate::methods::{BestFilters, PaperFilters};
+use crate::nominal::Nominal;
 use crate::saved::{NUMBERS, RestoreError, SavedState};
-use crate::settings::{EstimatorSettings, Filters};
-use crate::told::{Instant, Told};
+use crate::settings::{EstimatorSettings, Method};
 use crate::visit::{Visit, visit_fields};
 use robhaz_model::Robot;
 
-/// An estimator for one robot: takes a frame of readings after the other.
+/// An estimator for one robot. It takes one frame of readings after the other.
 #[derive(Clone, Debug)]
 pub struct Estimator {
-    told: Told,
+    nominal: Nominal,
     state: State,
 }
 
-/// Everything that one frame hands on to the next.
+/// The state from frame to frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct State {
     time: f64,
-    /// Whether a frame has come.
+    /// Whether there has been a frame.
     started: bool,
-    /// Whether every reading has come at least once.
+    /// Whether each reading has been known at least once.
     complete: bool,
     inputs: Inputs,
     filters: FilterState,
@@ -41,7 +40,7 @@ enum FilterState {
 }
 
 impl FilterState {
-    /// The robot may be moving already: for a start after a gap. The paper's filters take nothing for granted.
+    /// The robot may be moving: for a start after a gap. The paper's filters do not assume rest.
     fn forget_motion(&mut self) {
         if let Self::Best(filters) = self {
             filters.forget_motion();
@@ -60,13 +59,8 @@ impl Visit for FilterState {
 
 visit_fields!(State: time, started, complete, inputs, filters);
 
-/// A gap between frames, or between readings of an encoder, beyond which the filters start anew, s.
-pub(crate) const LONGEST_GAP: f64 = 0.5;
-/// Least time between frames, s: readings divided by less say nothing of a rate.
-const SHORTEST_STEP: f64 = 1e-6;
-
 impl State {
-    /// Of a robot at rest, before its first frame.
+    /// For a robot at rest, before its first frame.
     fn new(robot: &Robot, settings: &EstimatorSettings) -> Self {
         Self {
             time: 0.0,
@@ -79,17 +73,17 @@ impl State {
 }
 
 impl Estimator {
-    /// An estimator for a robot at rest. What is told of the robot may differ from the robot.
+    /// An estimator for a robot at rest, from its nominal drawings and masses.
     pub fn new(robot: &Robot, settings: EstimatorSettings) -> Self {
         Self {
-            told: Told::new(robot, settings),
+            nominal: Nominal::new(robot, settings),
             state: State::new(robot, &settings),
         }
     }
 
-    /// The choices that it was made with.
+    /// Its settings.
     pub fn settings(&self) -> &EstimatorSettings {
-        &self.told.settings
+        &self.nominal.settings
     }
 
     /// The filters of `best`.
@@ -101,11 +95,11 @@ impl Estimator {
         }
     }
 
-    /// The state after the last frame, to go on from elsewhere or later.
+    /// The state after the last frame, to be restored elsewhere or later.
     pub fn save(&self) -> SavedState {
         let mut numbers = [0.0; NUMBERS];
         let mut places = numbers.iter_mut();
-        // Only reads; the copy is what `visit` may change.
+        // `visit` could change the state: it gets a copy.
         let mut state = self.state;
         state.visit(&mut |number| {
             if let Some(place) = places.next() {
@@ -113,17 +107,17 @@ impl Estimator {
             }
         });
         SavedState {
-            filters: self.told.settings.filters,
+            filters: self.nominal.settings.method.filters(),
             numbers,
         }
     }
 
-    /// Goes on from a saved state, to the same bits if robot and settings are the same ones.
+    /// Continues from a saved state. With the same robot and settings, all later estimates have the same bits.
     ///
     /// # Errors
-    /// [`RestoreError::OtherFilters`]; the estimator then stands as it was.
+    /// [`RestoreError::OtherFilters`]; the estimator is then unchanged.
     pub fn restore(&mut self, saved: &SavedState) -> Result<(), RestoreError> {
-        let own = self.told.settings.filters;
+        let own = self.nominal.settings.method.filters();
         if saved.filters != own {
             return Err(RestoreError::OtherFilters {
                 saved: saved.filters,
@@ -141,36 +135,15 @@ impl Estimator {
 
     /// Takes the readings of one instant and estimates the forces of that instant.
     ///
-    /// A missing reading is stood in for by the last good one, and flagged. After a gap of more than 0.5 s the filters start
-    /// anew; after a step back of more than 0.5 s (a clock that was set) everything does.
+    /// The last good value stands in for a missing reading, and a flag says so. After a gap of more than 0.5 s the filters
+    /// start anew; after a step back of more than 0.5 s (a clock that was set) everything does.
     ///
     /// # Errors
-    /// [`EstimateError`]. After [`EstimateError::Time`] the estimator stands as if the frame had not come; after the others it has
-    /// taken the readings, and goes on with the next frame.
+    /// [`EstimateError`]. After [`EstimateError::Time`] the estimator is unchanged. After the other errors it has taken the
+    /// readings, and continues with the next frame.
     pub fn update(&mut self, frame: &SensorFrame) -> Result<Estimate, EstimateError> {
-        let mut dt = 0.0;
-        if self.state.started {
-            dt = frame.time - self.state.time;
-        }
-        let set_back = dt < -LONGEST_GAP;
-        if set_back && frame.time.is_finite() {
-            self.state = State::new(&self.told.robot, &self.told.settings);
-            self.state.filters.forget_motion();
-            dt = 0.0;
-        }
-        // Written so that a NaN fails too.
-        if !(frame.time.is_finite() && (dt >= SHORTEST_STEP || !self.state.started)) {
-            return Err(EstimateError::Time {
-                last: self.state.time,
-                now: frame.time,
-            });
-        }
-        self.state.time = frame.time;
-        self.state.started = true;
-        let mut flags = self.state.inputs.take(frame, dt);
-        if set_back {
-            flags |= Flags::SENSOR_STALE;
-        }
+        let (mut dt, mut flags) = self.advance_clock(frame.time)?;
+        flags |= self.state.inputs.take(frame, dt);
         if !self.state.complete {
             if let Some(field) = self.state.inputs.never_read() {
                 return Err(EstimateError::Missing { field });
@@ -179,7 +152,7 @@ impl Estimator {
             dt = 0.0;
         }
         if dt > LONGEST_GAP {
-            self.state.filters = filters(&self.told.robot, &self.told.settings);
+            self.state.filters = filters(&self.nominal.robot, &self.nominal.settings);
             self.state.filters.forget_motion();
             flags |= Flags::SENSOR_STALE;
             dt = 0.0;
@@ -197,16 +170,40 @@ impl Estimator {
             flags,
         };
         match filters {
-            FilterState::Paper(filters) => filters.estimate(&self.told, &instant),
-            FilterState::Best(filters) => filters.estimate(&self.told, &instant),
+            FilterState::Paper(filters) => filters.estimate(&self.nominal, &instant),
+            FilterState::Best(filters) => filters.estimate(&self.nominal, &instant),
         }
+    }
+
+    /// Sets the time of a frame, s. Returns the time since the last frame (s; 0 at the first), and the flag of a clock that
+    /// was set back.
+    fn advance_clock(&mut self, now: f64) -> Result<(f64, Flags), EstimateError> {
+        let last = self.state.time;
+        let mut dt = if self.state.started { now - last } else { 0.0 };
+        let mut flags = Flags::NONE;
+        if dt < -LONGEST_GAP && now.is_finite() {
+            self.state = State::new(&self.nominal.robot, &self.nominal.settings);
+            self.state.filters.forget_motion();
+            flags = Flags::SENSOR_STALE;
+            dt = 0.0;
+        }
+        // Written so that a NaN fails too.
+        if !(now.is_finite() && (dt >= SHORTEST_STEP || !self.state.started)) {
+            return Err(EstimateError::Time { last, now });
+        }
+        self.state.time = now;
+        self.state.started = true;
+        Ok((dt, flags))
     }
 }
 
+/// Filters of a robot at rest.
 fn filters(robot: &Robot, settings: &EstimatorSettings) -> FilterState {
-    match settings.filters {
-        Filters::Paper => FilterState::Paper(PaperFilters::new(robot, settings)),
-        Filters::Kalman => FilterState::Best(BestFilters::new(robot, &settings.budget)),
+    match &settings.method {
+        Method::Paper(method) => FilterState::Paper(PaperFilters::new(robot, method, settings)),
+        Method::Kalman(method) => {
+            FilterState::Best(BestFilters::new(robot, *method, &settings.budget))
+        }
     }
 }
 
@@ -214,9 +211,10 @@ fn filters(robot: &Robot, settings: &EstimatorSettings) -> FilterState {
 mod tests {
     use super::*;
     use crate::frame::LinkReading;
+    use crate::settings::Filters;
     use crate::testing::Random;
 
-    /// Frames in which everything moves and now and then something is missing, absurd or counts from a new zero.
+    /// Frames in which all readings change, and some are missing, implausible or count from a new zero.
     fn frames(count: u32) -> impl Iterator<Item = SensorFrame> {
         let mut random = Random::new();
         (0..count).map(move |k| {
@@ -243,10 +241,10 @@ mod tests {
         [EstimatorSettings::paper_wheels(), EstimatorSettings::best()]
     }
 
-    /// Equivalence: after any frame a fresh estimator that takes up the saved bytes has the whole state, field by field (what
-    /// `visit` forgets would differ: the frames change every field), and goes on to the same bits.
+    /// Equivalence: after any frame a fresh estimator that is restored from the saved bytes has the whole state, field by
+    /// field (the frames change every field, so a field that `visit` omits would differ), and continues with the same bits.
     #[test]
-    fn a_restored_estimator_goes_on_to_the_same_bits() {
+    fn a_restored_estimator_continues_with_the_same_bits() {
         let robot = Robot::default_a();
         for settings in settings() {
             let mut original = Estimator::new(&robot, settings);
@@ -269,7 +267,7 @@ mod tests {
         }
     }
 
-    /// Every number that `visit` finds has its place: counted, and the larger state fills all places.
+    /// Each number that `visit` finds has a place in a saved state, and the larger state fills all places.
     #[test]
     fn the_largest_state_fills_a_saved_one() {
         let count = |settings: EstimatorSettings| {

@@ -1,16 +1,16 @@
-//! What an estimate must not be read without.
+//! Warnings of an estimate.
 
 /// A set of warnings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Flags(u16);
 
 impl Flags {
-    /// Nothing to warn of.
+    /// No warning.
     pub const NONE: Self = Self(0);
     /// Wheel 1, 2 or 3 carries no load: its normal force came out negative and was set to zero, or it is below a
-    /// twentieth of the mean load. Its traction and contact angle say nothing.
+    /// twentieth of the mean load. Its traction and contact angle have no meaning.
     pub const WHEEL_UNLOADED: [Self; 3] = [Self(1), Self(2), Self(4)];
-    /// The linkage is at an end stop of pin Q, whose torque nobody measures.
+    /// The linkage is at an end stop of pin Q, whose torque no sensor measures.
     pub const AT_STOP: Self = Self(8);
     /// A reading is missing from this frame; the last good one stands in for it.
     pub const SENSOR_MISSING: Self = Self(16);
@@ -19,8 +19,7 @@ impl Flags {
     pub const SENSOR_STALE: Self = Self(32);
     /// A reading was not a finite number or beyond what the robot can do; it counts as missing.
     pub const SENSOR_ABSURD: Self = Self(64);
-    /// The forces do not fit the model by more than five standard deviations: an impact, an unknown load, a wrong
-    /// contact angle.
+    /// The parity residual is beyond five standard deviations: an impact, an unknown load, a wrong contact angle.
     pub const OUT_OF_RANGE: Self = Self(128);
 
     /// All flags and their names.
@@ -78,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sets_join_and_name_themselves() {
+    fn sets_have_a_union_and_names() {
         let mut flags = Flags::WHEEL_UNLOADED[1] | Flags::AT_STOP;
         assert!(flags.names().eq(["wheel 2 unloaded", "linkage at a stop"]));
         flags |= Flags::SENSOR_STALE;

@@ -1,9 +1,9 @@
-//! What the sensors read, as the estimator takes it: checked, and held over where a reading is missing.
+//! Readings of one instant, checked. The last good value is held where a reading is missing.
 
 use crate::flags::Flags;
 use crate::visit::visit_fields;
 
-/// Readings of the inclinometer and the rate gyroscope on one link; `None` where there is none.
+/// Readings of the inclinometer and the rate gyroscope on one link; `None` where a reading is missing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkReading {
     /// Turn from the nominal pose, rad, counter-clockwise.
@@ -12,7 +12,7 @@ pub struct LinkReading {
     pub rate: Option<f64>,
 }
 
-/// Everything that the estimator sees of one instant, SI; `None` where a reading is missing.
+/// All readings of one instant, SI; `None` where a reading is missing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorFrame {
     /// Time of the sample, s; must increase from frame to frame.
@@ -25,15 +25,21 @@ pub struct SensorFrame {
     pub link1: LinkReading,
     /// Sensors on link 2.
     pub link2: LinkReading,
-    /// Contact angles, rad: given from elsewhere, as the paper assumes.
+    /// Contact angles, rad: given, as the paper assumes.
     pub contact_angle: [Option<f64>; 3],
 }
 
-/// Readings beyond these cannot be true of a robot of this kind; they count as missing.
+/// Gap between frames, or between readings of an encoder, beyond which the filters start anew, s.
+pub(crate) const LONGEST_GAP: f64 = 0.5;
+/// Least time between frames, s. Half of the shortest period that is supported, 1 us: time stamps are rounded, so that
+/// their differences are not exactly equal (at 3 s by 4e-16 s, in seconds since 1970 by 2e-7 s).
+pub(crate) const SHORTEST_STEP: f64 = 0.5e-6;
+
+/// Limits of a robot of this kind. A reading beyond its limit counts as missing.
 mod limit {
     /// Motor torque at a wheel, N m: thirty times the drive's.
     pub const TORQUE: f64 = 300.0;
-    /// Turn of a wheel, rad: 100 000 km. Beyond it a count is lost in rounding.
+    /// Turn of a wheel, rad: 100 000 km. Beyond it rounding exceeds a count.
     pub const TURN: f64 = 1e9;
     /// Inclination and contact angle, rad: upside down.
     pub const ANGLE: f64 = core::f64::consts::FRAC_PI_2;
@@ -60,8 +66,14 @@ impl Held {
         self.known && self.age <= 0.0
     }
 
+    /// The value, if it is of this frame.
+    pub fn now(&self) -> Option<f64> {
+        self.fresh().then_some(self.value)
+    }
+
+    /// Takes the reading of a frame `dt` (s) after the last one, if it is finite and `possible`.
     fn take(&mut self, reading: Option<f64>, dt: f64, possible: impl Fn(f64) -> bool) -> Flags {
-        // Finite for ever, so that a state can be saved.
+        // Stays finite, so that a state can be saved.
         self.age = (self.age + dt).min(f64::MAX);
         let flags = match reading {
             Some(value) if value.is_finite() && possible(value) => {
@@ -83,7 +95,7 @@ impl Held {
     }
 }
 
-/// All readings, each as fresh as it can be.
+/// All readings, each with its last good value.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Inputs {
     pub wheel_angle: [Held; 3],
@@ -96,6 +108,28 @@ pub(crate) struct Inputs {
     pub new_zero: [bool; 3],
 }
 
+/// Readings of one wheel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct WheelInputs {
+    /// Spin angle, rad.
+    pub angle: Held,
+    /// Motor torque, N m.
+    pub torque: Held,
+    /// Whether the angle counts from a new zero with this frame.
+    pub new_zero: bool,
+}
+
+/// One instant with its readings.
+pub(crate) struct Instant<'a> {
+    /// s.
+    pub time: f64,
+    /// Time since the last frame, s; 0 at the first.
+    pub dt: f64,
+    pub inputs: &'a Inputs,
+    /// Warnings about the readings.
+    pub flags: Flags,
+}
+
 impl Inputs {
     /// Age beyond which a held reading is called stale, s: a wheel has then rolled 2 cm at 0.2 m/s.
     pub const STALE_AFTER: f64 = 0.1;
@@ -106,13 +140,13 @@ impl Inputs {
         for i in 0..3 {
             let held = &mut self.wheel_angle[i];
             let (last, known) = (held.value, held.known);
-            // A hundredth of a turn more, for encoders that count coarsely.
+            // A hundredth of a turn more, for coarse encoders.
             let reach = limit::SPIN * (held.age + dt) + 0.06;
             let found = held.take(frame.wheel_angle[i], dt, |v| {
                 libm::fabs(v) <= limit::TURN && (!known || libm::fabs(v - last) <= reach)
             });
             flags |= found;
-            // An encoder that stays away from where the wheel can be has a new zero: it was reset, or the last angle was false.
+            // An encoder that stays out of the wheel's reach has a new zero: it was reset, or the last angle was false.
             self.new_zero[i] = false;
             if let Some(value) = frame.wheel_angle[i]
                 && found.contains(Flags::SENSOR_ABSURD | Flags::SENSOR_STALE)
@@ -138,7 +172,16 @@ impl Inputs {
         flags
     }
 
-    /// A reading that has never come.
+    /// The readings of wheel `i`.
+    pub fn wheel(&self, i: usize) -> WheelInputs {
+        WheelInputs {
+            angle: self.wheel_angle[i],
+            torque: self.motor_torque[i],
+            new_zero: self.new_zero[i],
+        }
+    }
+
+    /// The first reading that no frame has had so far.
     pub fn never_read(&self) -> Option<&'static str> {
         let unknown = |held: &[Held]| held.iter().any(|h| !h.known);
         [

@@ -6,23 +6,34 @@
 //!
 //! | paper | here |
 //! |---|---|
-//! | Fig. 5, linkage position from two inclinometers and gyros | [`linkage`] |
-//! | eq. (3), traction from motor torque and wheel speed | [`traction`] |
-//! | eq. (1), the full system `G x = F` | [`statics::FullSystem`] |
-//! | eqs. (4) to (7), its block form | [`statics::BlockForm`] |
-//! | eq. (8), the reduced system `H x' = F'` | [`statics::ReducedSystem`] |
-//! | section 3.4, least squares for the three N | [`statics::ReducedSystem::normal_forces`] |
+//! | Fig. 5, linkage position from two inclinometers and gyroscopes | [`filters::ComplementaryFilter`] |
+//! | eq. (3), traction from motor torque and wheel speed | [`filters::TractionObserver`] |
+//! | eq. (1), the full system `G x = F` | [`statics::full_system::FullSystem`] |
+//! | eqs. (4) to (7), its block form | [`statics::full_system::BlockForm`] |
+//! | eq. (8), the reduced system `H x' = F'` | [`statics::full_system::ReducedSystem`] |
+//! | section 3.4, least squares for the three N | [`statics::full_system::ReducedSystem::normal_forces`] |
 //! | Figs. 7 and 8, the linkage's mass lumped to body or wheels | [`Masses`] |
+//!
+//! [`statics::full_system`] derives eq. (8) as the paper does. It is a reference: it runs in tests and in
+//! `examples/full_system.rs` only. The estimators use [`statics::Equilibrium`], the same eq. (8) written directly.
 //!
 //! | beyond the paper: [`EstimatorSettings::best`] | here |
 //! |---|---|
-//! | eq. (8) written directly, with inertial loads and its one redundancy, the parity residual | [`equilibrium`] |
-//! | positions and accelerations on the linkage | [`arms`] |
-//! | link angles and the gyroscopes' biases | [`linkage::LinkAngleKalman`] |
-//! | the ground's torque on a wheel from the encoder's angle | [`torque_observer`] |
-//! | motion, errors of contact angles and torques, creep: one filter | `motion.rs` |
-//! | what forces depend on of that: their covariance | `sensitivity.rs` |
-//! | normal forces with their covariance, N >= 0 | `forces.rs` |
+//! | inertial loads | [`statics::Loads::moving`] |
+//! | eq. (8) with its redundancy, the parity residual | [`statics::Equilibrium::parity_direction`] |
+//! | link angles and the gyroscopes' biases | [`filters::LinkAngleKalman`] |
+//! | the ground's torque on a wheel from the encoder's angle | [`filters::TorqueObserver`] |
+//! | motion, errors of contact angles and torques, creep: one filter | `filters/motion/` |
+//! | sensitivity of eq. (8) to the filter's states | `statics/sensitivity.rs` |
+//! | normal forces with their covariance, N >= 0 | `statics/solve.rs`, `statics/forces.rs` |
+//!
+//! | folder | content |
+//! |---|---|
+//! | top | [`Estimator`], frames, settings, estimates, flags, saved states |
+//! | [`statics`] | eqs. (1) to (8), arms, loads, least squares, sensitivity |
+//! | [`filters`] | from readings over time to angles, torques, motion and errors |
+//! | `contact/` | velocity of a wheel relative to the ground, creep |
+//! | `methods/` | the paper's method and `best`: filters and statics put together |
 //!
 //! The crate is `no_std`, allocates nothing, and depends on the robot's drawings (`robhaz-model`) alone: it cannot reach
 //! the simulator.
@@ -56,27 +67,20 @@
     reason = "comparisons are written so that a NaN fails them"
 )]
 
-pub mod arms;
-mod best;
-pub mod equilibrium;
+mod assembly;
+mod contact;
 mod estimate;
 mod estimator;
+pub mod filters;
 mod flags;
-mod forces;
 mod frame;
-mod kalman;
-pub mod linkage;
-mod motion;
-mod paper;
+mod methods;
+mod nominal;
 mod saved;
-mod sensitivity;
 mod settings;
 pub mod statics;
 #[cfg(test)]
 mod testing;
-mod told;
-pub mod torque_observer;
-pub mod traction;
 mod visit;
 
 pub use estimate::{Estimate, EstimateError, Parity, ReadingErrors};
@@ -84,4 +88,6 @@ pub use estimator::Estimator;
 pub use flags::Flags;
 pub use frame::{LinkReading, SensorFrame};
 pub use saved::{RestoreError, SavedState};
-pub use settings::{EstimatorSettings, Filters, Masses, NoiseBudget};
+pub use settings::{
+    EstimatorSettings, Filters, KalmanMethod, Masses, Method, NoiseBudget, PaperMethod,
+};

@@ -1,9 +1,8 @@
-//! A state as bytes, to go on after a restart of the program.
+//! A state as bytes, to continue after a restart of the program.
 
 use crate::settings::Filters;
 
-/// Everything that an [`Estimator`](crate::Estimator) carries from one frame to the next; not what it was told of robot and
-/// sensors.
+/// The state of an [`Estimator`](crate::Estimator) from one frame to the next, without robot and settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SavedState {
     pub(crate) filters: Filters,
@@ -15,13 +14,13 @@ pub struct SavedState {
 pub(crate) const NUMBERS: usize = 396;
 
 const MAGIC: [u8; 4] = *b"RHES";
-/// Changes whenever the numbers of a state or their order do.
+/// Changes with the numbers of a state or their order.
 const VERSION: u16 = 2;
 /// Magic, version, filters, a spare byte.
 const HEADER: usize = 8;
 const CHECKSUM: usize = 4;
 
-/// Why a saved state cannot be taken up.
+/// Why a saved state cannot be restored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RestoreError {
     /// Not as long as a saved state.
@@ -29,18 +28,18 @@ pub enum RestoreError {
         /// Bytes found; [`SavedState::BYTES`] are needed.
         found: usize,
     },
-    /// Does not begin as a saved state does.
+    /// Does not begin with the mark of a saved state.
     NotASavedState,
-    /// Written by a version of this crate with other filters inside.
+    /// Written in another version of the format.
     Version {
         /// The version found.
         found: u16,
-        /// The one that this crate writes and reads.
+        /// The version that this crate writes and reads.
         readable: u16,
     },
-    /// The checksum does not fit, or a number is not finite.
+    /// The checksum is wrong, or a number is not finite.
     Corrupted,
-    /// Saved with other [`Filters`] than the estimator's settings name.
+    /// Saved with other [`Filters`] than the estimator's.
     OtherFilters {
         /// Those of the saved state.
         saved: Filters,
@@ -185,9 +184,9 @@ mod tests {
         }
     }
 
-    /// Every error has its cause. A CRC-32 finds every single changed byte.
+    /// Each error has its own cause. A CRC-32 detects each single changed byte.
     #[test]
-    fn what_cannot_be_read_is_told_apart() {
+    fn each_error_has_its_cause() {
         let bytes = some().to_bytes();
         let found = bytes.len() - 1;
         assert_eq!(

@@ -1,28 +1,95 @@
-//! The choices of an estimator, and what it is told of the sensors' errors.
+//! The choices of an estimator, and the standard deviations of the sensors' errors.
 
-/// Where the estimator thinks the linkage's mass is.
+/// Where the estimator takes the linkage's mass to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Masses {
     /// Concentrated in the body's centre of mass (Fig. 7).
     LumpedToBody,
     /// Shared evenly by the wheels (Fig. 8).
     LumpedToWheels,
-    /// Where it is.
+    /// At the links' own centres of mass.
     True,
 }
 
-/// How traction comes from motor torque and wheel angle, and link angles from gyro and inclinometer.
+/// How tractions and link angles follow from the readings, with the choices that only that method has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Method {
+    /// As in the paper: eq. (3), a complementary filter for Fig. 5, gravity alone. States no covariance.
+    Paper(PaperMethod),
+    /// Kalman filters. States the covariance of the forces.
+    Kalman(KalmanMethod),
+}
+
+/// Time constants of the paper's filters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PaperMethod {
+    /// Pole omega_c of the traction observer, eq. (3), rad/s.
+    pub observer_pole: f64,
+    /// Crossover time between gyroscope (shorter times) and inclinometer (longer times), s.
+    pub crossover_time: f64,
+}
+
+/// Steps that use the Kalman filters' results. Each works without the others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct KalmanMethod {
+    /// Whether inertial loads are added to gravity.
+    pub inertia: bool,
+    /// Whether the equations are weighted by the inverse covariance of their right-hand side.
+    pub whitening: bool,
+    /// Whether the parity residual corrects torques and contact angles.
+    pub parity: bool,
+    /// Whether the rolling constraints correct torques and contact angles: a wheel's centre moves along the ground, and
+    /// the wheel slips in proportion to T/N.
+    pub rolling: bool,
+}
+
+/// The kind of a [`Method`], without its choices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filters {
-    /// As in the paper: eq. (3), and a complementary filter for Fig. 5.
+    /// Of [`Method::Paper`].
     Paper,
-    /// Kalman filters, with covariance.
+    /// Of [`Method::Kalman`].
     Kalman,
 }
 
-/// How large the errors of the readings are: standard deviations, from data sheets or measured at rest.
+impl Method {
+    /// Which filters the method uses.
+    pub const fn filters(&self) -> Filters {
+        match self {
+            Self::Paper(_) => Filters::Paper,
+            Self::Kalman(_) => Filters::Kalman,
+        }
+    }
+}
+
+impl PaperMethod {
+    /// omega_c = 50 rad/s, crossover at 0.5 s.
+    pub const DEFAULT: Self = Self {
+        observer_pole: 50.0,
+        crossover_time: 0.5,
+    };
+}
+
+impl KalmanMethod {
+    /// The filters alone.
+    pub const FILTERS_ONLY: Self = Self {
+        inertia: false,
+        whitening: false,
+        parity: false,
+        rolling: false,
+    };
+    /// Every step.
+    pub const ALL_STEPS: Self = Self {
+        inertia: true,
+        whitening: true,
+        parity: true,
+        rolling: true,
+    };
+}
+
+/// Standard deviations of the readings' errors, from data sheets or measured at rest.
 ///
-/// What is not white is drawn once (offset, gain, bias) or walks; the estimator looks for it.
+/// Errors that are not white are drawn once (offset, gain, bias) or are random walks; `best` estimates them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseBudget {
     /// Encoder counts in a turn of the wheel (motor-side counts times gear ratio); 0 for an exact angle.
@@ -35,13 +102,13 @@ pub struct NoiseBudget {
     pub torque_offset: f64,
     /// Relative error of a motor's torque reading.
     pub torque_gain: f64,
-    /// Dry friction in the gears that nobody told of, N m at the wheel; common to all wheels.
+    /// Unmodelled dry friction in the gears, N m at the wheel; common to all wheels.
     pub gear_friction: f64,
     /// White noise of an inclinometer, rad a sample.
     pub inclination_noise: f64,
     /// Constant error of an inclinometer, rad.
     pub inclination_bias: f64,
-    /// Whether the inclinometers feel acceleration as well as gravity, as real ones do.
+    /// Whether the inclinometers measure acceleration as well as gravity, as real ones do.
     pub specific_force: bool,
     /// White noise of a gyroscope, rad/s a sample.
     pub rate_noise: f64,
@@ -49,18 +116,18 @@ pub struct NoiseBudget {
     pub rate_bias: f64,
     /// Random walk of that bias, rad/s/sqrt(s).
     pub rate_walk: f64,
-    /// Error of the contact angles given, rad.
+    /// Error of the given contact angles, rad.
     pub contact_angle: f64,
-    /// Time over which that error is correlated, s.
+    /// Correlation time of that error, s.
     pub contact_angle_time: f64,
-    /// How far the body's centre of mass may be from where the drawings put it, m.
+    /// Error of the position of the body's centre of mass in the drawings, m.
     pub body_cg: f64,
     /// Relative error of each link's mass.
     pub link_mass: f64,
 }
 
 impl NoiseBudget {
-    /// Sensors of the class that a robot of this size carries, with 0.3 N m of gear friction held possible. Exact drawings.
+    /// Sensors of the class that a robot of this size carries, up to 0.3 N m of gear friction, exact drawings.
     pub const fn typical() -> Self {
         const DEGREE: f64 = core::f64::consts::PI / 180.0;
         Self {
@@ -89,33 +156,24 @@ impl NoiseBudget {
 pub struct EstimatorSettings {
     /// Where the linkage's mass is taken to be.
     pub masses: Masses,
-    /// Traction and link angles.
-    pub filters: Filters,
-    /// Pole omega_c of the paper's traction observer, eq. (3), rad/s.
-    pub observer_pole: f64,
-    /// Crossover time between gyro and inclinometer of the paper's filter, s.
-    pub crossover_time: f64,
-    /// Viscous damping B of the wheel module, N m s.
+    /// How tractions and link angles are found.
+    pub method: Method,
+    /// Nominal viscous damping B of the wheel module, N m s.
     pub viscous_damping: f64,
-    /// Row scaling of eq. (8): moments count as forces at this lever, m. 1 m leaves N and N m as they stand, as the paper
-    /// does; the answer of an unweighted least squares depends on it.
+    /// Row scaling of eq. (8): moments count as forces at this lever, m. 1 m leaves N and N m as they are, as the paper
+    /// does. The result of an unweighted least squares depends on it.
     pub moment_lever: f64,
-    /// Whether inertial loads are added to gravity. Needs [`Filters::Kalman`].
-    pub inertia: bool,
-    /// Whether the equations are weighed by the covariance of what goes into them. Needs [`Filters::Kalman`].
-    pub whitening: bool,
     /// Whether negative normal forces are excluded.
     pub nonnegative: bool,
-    /// Whether the parity residual corrects torques and contact angles. Needs [`Filters::Kalman`].
-    pub parity: bool,
-    /// Whether rolling does: a wheel's centre moves along the ground, and slips in proportion to T/N. Needs
-    /// [`Filters::Kalman`].
-    pub rolling: bool,
     /// Errors of the readings.
     pub budget: NoiseBudget,
 }
 
 impl EstimatorSettings {
+    /// Part of the mean wheel load below which a wheel counts as unloaded: a twentieth. Such a wheel does not roll for
+    /// sure, and its T/N is mostly noise.
+    pub(crate) const UNLOADED: f64 = 0.05;
+
     /// `paper-body`: the linkage's mass in the body (Fig. 7).
     pub const fn paper_body() -> Self {
         Self {
@@ -132,35 +190,30 @@ impl EstimatorSettings {
         }
     }
 
-    /// `true-mass`: the links' masses where they are; all else as in the paper. omega_c = 50 rad/s, B = 0.15 N m s.
+    /// `true-mass`: the links' masses at their own places; all else as in the paper. B = 0.15 N m s.
     pub const fn true_mass() -> Self {
         Self {
             masses: Masses::True,
-            filters: Filters::Paper,
-            observer_pole: 50.0,
-            crossover_time: 0.5,
+            method: Method::Paper(PaperMethod::DEFAULT),
             viscous_damping: 0.15,
             moment_lever: 1.0,
-            inertia: false,
-            whitening: false,
             nonnegative: false,
-            parity: false,
-            rolling: false,
             budget: NoiseBudget::typical(),
         }
     }
 
-    /// `best`: everything that the readings say, with its covariance.
+    /// `best`: true masses, Kalman filters with every step, N >= 0.
     pub const fn best() -> Self {
         Self {
-            filters: Filters::Kalman,
+            method: Method::Kalman(KalmanMethod::ALL_STEPS),
             moment_lever: 0.2,
-            inertia: true,
-            whitening: true,
             nonnegative: true,
-            parity: true,
-            rolling: true,
             ..Self::true_mass()
         }
+    }
+
+    /// Whether estimates carry a covariance.
+    pub const fn states_covariance(&self) -> bool {
+        matches!(self.method, Method::Kalman(_))
     }
 }

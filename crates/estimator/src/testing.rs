@@ -1,4 +1,4 @@
-//! What tests share.
+//! Random numbers and matrices for tests.
 
 /// Random numbers that are the same in every run: a linear congruential generator (Knuth's MMIX), its high bits.
 pub struct Random(u64);

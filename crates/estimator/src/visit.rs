@@ -1,8 +1,8 @@
-//! Every number of a state in a fixed order: how a state is saved and restored.
+//! The numbers of a state in a fixed order, to save and restore it.
 
-/// Something that is made of numbers.
+/// A state that consists of numbers.
 pub(crate) trait Visit {
-    /// Calls `f` with each number, in an order that never changes within a version of the crate.
+    /// Calls `f` with each number, in an order that is part of the format of saved states.
     fn visit(&mut self, f: &mut impl FnMut(&mut f64));
 }
 

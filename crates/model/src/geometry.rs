@@ -1,7 +1,7 @@
 //! Positions of pins, axles and centres of mass in the nominal pose.
 //!
-//! The real dimensions of ROBHAZ-6WHEEL were never published. Geometries A and B are derived: 0.60 m wheelbase, static
-//! wheel loads equal within 5 %, and 0.18 m of reach of the front wheel inside the stops.
+//! The real dimensions of ROBHAZ-6WHEEL were never published. Geometries A and B are derived: a wheelbase of 0.60 m,
+//! static wheel loads equal within 5 %, and a reach of the front wheel of 0.18 m inside the end stops.
 
 use crate::Vec2;
 
@@ -62,7 +62,7 @@ impl Pin {
         }
     }
 
-    /// `(receiver, giver)`: the pin's force is the one that acts on `receiver` and comes from `giver`.
+    /// The two bars that the pin joins. The pin's force acts on the first bar and is exerted by the second.
     ///
     /// P: on the body from link 1. Q: on link 1 from link 2. R: on link 3 from link 2. S: on the body from link 3.
     pub const fn bars(self) -> (Bar, Bar) {
@@ -75,7 +75,7 @@ impl Pin {
     }
 }
 
-/// A point for each pin, m.
+/// Positions of the four pins, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pins {
     /// Between body and link 1.
@@ -89,7 +89,7 @@ pub struct Pins {
 }
 
 impl Pins {
-    /// The point of one pin.
+    /// Position of one pin, m.
     pub fn get(&self, pin: Pin) -> Vec2 {
         match pin {
             Pin::P => self.p,
@@ -100,7 +100,7 @@ impl Pins {
     }
 }
 
-/// The link that carries a wheel: only links 1 and 2 do.
+/// The link that carries a wheel; only links 1 and 2 carry wheels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Carrier {
     /// The wheel's axle is fixed to link 1.
@@ -131,20 +131,20 @@ pub struct PinStop {
     pub lower: f64,
     /// Upper limit of theta_1 - theta_2, rad.
     pub upper: f64,
-    /// Stiffness beyond a limit, N m/rad.
+    /// Stiffness of the stop beyond a limit, N m/rad.
     pub stiffness: f64,
-    /// Damping beyond a limit, N m s/rad.
+    /// Damping of the stop beyond a limit, N m s/rad.
     pub damping: f64,
 }
 
 impl PinStop {
-    /// Energy in the spring of a stop at theta1 - theta2 (rad), J.
+    /// Elastic energy of the stops at `angle` = theta_1 - theta_2 (rad), J.
     pub fn energy(&self, angle: f64) -> f64 {
         let beyond = (angle - self.upper).max(self.lower - angle).max(0.0);
         0.5 * self.stiffness * beyond * beyond
     }
 
-    /// -40 deg to +35 deg, 2000 N m/rad, 20 N m s/rad.
+    /// The default stops: -40 deg to +35 deg, 2000 N m/rad, 20 N m s/rad.
     pub fn standard() -> Self {
         Self {
             lower: (-40.0_f64).to_radians(),
@@ -155,7 +155,7 @@ impl PinStop {
     }
 }
 
-/// Positions in the nominal pose: all wheels on level ground `y = 0`, middle axle at `x = 0`. Metres.
+/// Positions in the nominal pose, m: all wheels on level ground `y = 0`, middle axle at `x = 0`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Geometry {
     /// Radius of every wheel, m.
@@ -174,7 +174,7 @@ pub struct Geometry {
     pub stop: PinStop,
 }
 
-/// Why a geometry cannot be a robot.
+/// Reason why a geometry is refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GeometryError {
     /// The wheel's radius is not a positive number.
@@ -183,13 +183,13 @@ pub enum GeometryError {
     NotFinite,
     /// Two neighbouring pins coincide, so that a bar of the loop has no length.
     ZeroBar(Bar),
-    /// P lies on the line RS in the nominal pose: matrix C of eq. (6) is singular there.
+    /// P lies on the line RS in the nominal pose, where matrix C of eq. (6) is singular.
     POnLineRs,
     /// Wheels are not ordered from front to rear.
     WheelOrder,
-    /// No wheel is carried by one of links 1 and 2.
+    /// Link 1 or link 2 carries no wheel.
     UnusedCarrier(Carrier),
-    /// The lower stop is not below zero or the upper not above it: the nominal pose must be free.
+    /// The nominal pose is not between the stops: it needs `lower < 0 < upper`.
     Stop,
 }
 
@@ -219,7 +219,7 @@ impl core::fmt::Display for GeometryError {
 impl core::error::Error for GeometryError {}
 
 impl Geometry {
-    /// Geometry A, the default: wheel 1 on link 1; wheels 2 and 3 on link 2. Derived, not the maker's.
+    /// Geometry A, the default: wheel 1 on link 1; wheels 2 and 3 on link 2. The dimensions are derived, not published.
     pub fn a() -> Self {
         Self::with_mean_link_cgs(
             [Carrier::Link1, Carrier::Link2, Carrier::Link2],
@@ -233,7 +233,7 @@ impl Geometry {
         )
     }
 
-    /// Geometry B: wheels 1 and 2 on link 1; wheel 3 on link 2. Derived, not the maker's.
+    /// Geometry B: wheels 1 and 2 on link 1; wheel 3 on link 2. The dimensions are derived, not published.
     pub fn b() -> Self {
         Self::with_mean_link_cgs(
             [Carrier::Link1, Carrier::Link1, Carrier::Link2],
@@ -264,12 +264,13 @@ impl Geometry {
         }
     }
 
-    /// Whether this can be a robot: finite, bars with length, C of eq. (6) regular in the nominal pose, wheels in order.
+    /// Checks that all values are finite, every bar has a length, C of eq. (6) is regular in the nominal pose, wheels
+    /// are in order, links 1 and 2 both carry wheels, and the stops enclose the nominal pose.
     ///
     /// # Errors
     /// The first [`GeometryError`] found.
     pub fn check(&self) -> Result<(), GeometryError> {
-        // Written so that a NaN fails too.
+        // In this form the condition refuses NaN as well.
         if !(self.wheel_radius > 0.0 && self.wheel_radius.is_finite()) {
             return Err(GeometryError::WheelRadius(self.wheel_radius));
         }
@@ -333,7 +334,7 @@ impl Geometry {
     }
 }
 
-/// The rule for the links' centres of mass where nothing better is known: the mean of the link's own pins and axles, m.
+/// Centres of mass of links 1 to 3 if none are given, m: the mean of the link's pins and of the axles that it carries.
 pub fn mean_link_cgs(axles: &[Vec2; 3], carriers: &[Carrier; 3], pins: &Pins) -> [Vec2; 3] {
     let mean = |ends: [Vec2; 2], carrier: Option<Carrier>| {
         let (mut sum, mut count) = (ends[0] + ends[1], 2.0);

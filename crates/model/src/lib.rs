@@ -1,4 +1,4 @@
-//! What an engineer knows of ROBHAZ-6WHEEL from its drawings: geometry, masses, and the kinematics of the closed four-bar.
+//! The robot ROBHAZ-6WHEEL as its drawings describe it: geometry, masses, and the kinematics of the closed four-bar.
 //!
 //! One side of the robot in the plane: x forward, y up, angles counter-clockwise, SI units throughout.
 //!
@@ -13,9 +13,9 @@
 //! | W1 to W3 (front, middle, rear) | [`Geometry::axles`], [`Geometry::carriers`] |
 //! | theta_1, theta_2 given, theta_3 and theta_body found | [`Posture::close`] |
 //! | static loads on level ground | [`Robot::static_loads`], [`Robot::check_stance`] |
-//! | masses and inertias | [`MassSet`]; what statics needs of them: [`PointMasses`] |
+//! | masses and inertias | [`MassSet`]; the masses in the static equilibrium: [`PointMasses`] |
 //!
-//! The crate is `no_std` and allocates nothing, so that the estimator can carry it onto a robot.
+//! The crate is `no_std` and does not allocate, so that the estimator can use it on a robot.
 #![no_std]
 
 mod geometry;
@@ -33,10 +33,10 @@ pub use stance::StanceError;
 /// A position, velocity or force in the plane (x forward, y up).
 pub type Vec2 = nalgebra::Vector2<f64>;
 
-/// Standard acceleration of free fall used throughout, m/s^2; gravity is `(0, -GRAVITY)`.
+/// Acceleration of free fall, m/s^2, used throughout; gravity is `(0, -GRAVITY)`.
 pub const GRAVITY: f64 = 9.81;
 
-/// The robot on one side: its geometry and its masses.
+/// One side of the robot: geometry and masses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Robot {
     /// Positions in the nominal pose.

@@ -1,8 +1,8 @@
-//! Masses and inertias, and the point masses that static equilibrium needs of them.
+//! Masses and inertias, and the point masses of the static equilibrium.
 
 use crate::Bar;
 
-/// Masses and inertias of one side. kg, kg m^2; every inertia is about the part's own centre of mass.
+/// Masses (kg) and inertias (kg m^2) of one side. Every inertia is about the part's own centre of mass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MassSet {
     /// Half of the real body, kg.
@@ -15,18 +15,19 @@ pub struct MassSet {
     pub body_inertia: f64,
     /// Inertia of links 1 to 3, kg m^2.
     pub link_inertias: [f64; 3],
-    /// J_wheel: inertia of the wheel's disc, which resists the absolute spin, kg m^2.
+    /// J_wheel: inertia of the wheel's disc, kg m^2. It resists the wheel's absolute angular acceleration.
     pub wheel_inertia: f64,
-    /// J_rotor: the drive's rotor reflected through the gear, which resists the relative spin, kg m^2.
+    /// J_rotor: inertia of the drive's rotor, reflected through the gear, kg m^2. It resists the angular acceleration
+    /// relative to the link.
     pub rotor_inertia: f64,
 }
 
-/// Why a set of masses cannot be a robot's.
+/// Reason why a mass set is refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MassError {
-    /// Name of the entry at fault.
+    /// Name of the invalid entry.
     pub entry: &'static str,
-    /// What was found.
+    /// Its value.
     pub found: f64,
 }
 
@@ -46,7 +47,8 @@ impl MassSet {
     /// Rotor inertia at the wheel: 135 g cm^2 through the 80:1 gear, kg m^2.
     pub const ROTOR_INERTIA: f64 = 135e-7 * 80.0 * 80.0;
 
-    /// Mass set `caption`, the default: what the captions of Figs. 7 and 8 imply (body 5 kg, wheels 1.5 kg, links 4.5 kg).
+    /// Mass set `caption`, the default: the masses that the captions of Figs. 7 and 8 imply (body 5 kg, wheels 1.5 kg
+    /// each, links 4.5 kg in all). The links' shares and the inertias are chosen, not published.
     pub fn caption() -> Self {
         Self {
             body: 5.0,
@@ -69,7 +71,8 @@ impl MassSet {
         }
     }
 
-    /// Mass set `text`: what the paper's text says for both sides (body 10, wheels 10, linkage 8 kg), halved.
+    /// Mass set `text`: half of the masses that the paper's text states for both sides (body 10, wheels 10, linkage 8
+    /// kg).
     pub fn text() -> Self {
         Self {
             links: [1.6, 1.9556, 0.4444],
@@ -83,10 +86,10 @@ impl MassSet {
         self.body + self.links.iter().sum::<f64>() + 3.0 * self.wheel
     }
 
-    /// Whether every mass and inertia is a finite number above zero.
+    /// Checks that every mass and inertia is a finite number above zero.
     ///
     /// # Errors
-    /// Names the first entry that is not.
+    /// A [`MassError`] with the first entry that is not.
     pub fn check(&self) -> Result<(), MassError> {
         let entries = [
             ("body", self.body),
@@ -109,7 +112,7 @@ impl MassSet {
         Ok(())
     }
 
-    /// The masses where they are.
+    /// Every mass at its own place, as the estimator `true-mass` uses them.
     pub fn true_points(&self) -> PointMasses {
         PointMasses {
             body: self.body,
@@ -118,7 +121,7 @@ impl MassSet {
         }
     }
 
-    /// Fig. 7: the linkage's mass concentrated in the body's centre of mass.
+    /// Fig. 7: the mass of links 1 to 3 is moved to the body's centre of mass.
     pub fn lumped_to_body(&self) -> PointMasses {
         PointMasses {
             body: self.body + self.links.iter().sum::<f64>(),
@@ -127,7 +130,7 @@ impl MassSet {
         }
     }
 
-    /// Fig. 8: the linkage's mass shared evenly by the wheels.
+    /// Fig. 8: the mass of links 1 to 3 is distributed evenly to the wheels.
     pub fn lumped_to_wheels(&self) -> PointMasses {
         PointMasses {
             body: self.body,
@@ -137,13 +140,13 @@ impl MassSet {
     }
 }
 
-/// What static equilibrium needs of the masses, kg: each acts at its part's centre of mass.
+/// Masses whose weights act in the static equilibrium, kg.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointMasses {
-    /// At the body's centre of mass.
+    /// Mass at the body's centre of mass.
     pub body: f64,
-    /// At the centres of mass of links 1 to 3.
+    /// Masses at the centres of mass of links 1 to 3.
     pub links: [f64; 3],
-    /// At each axle.
+    /// Mass at each axle.
     pub wheel: f64,
 }

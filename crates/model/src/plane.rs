@@ -7,12 +7,12 @@ pub fn cross(a: Vec2, b: Vec2) -> f64 {
     a.x * b.y - a.y * b.x
 }
 
-/// `v` turned by a quarter, counter-clockwise: the velocity of a place `v` that turns with 1 rad/s.
+/// `v` turned counter-clockwise by 90 deg: the velocity of a point `v` that rotates about the origin at 1 rad/s.
 pub fn perp(v: Vec2) -> Vec2 {
     Vec2::new(-v.y, v.x)
 }
 
-/// `v` turned by the angle whose cosine and sine are `axis`.
+/// `v` turned counter-clockwise by the angle of the unit vector `axis` = (cos, sin).
 pub fn turned(axis: Vec2, v: Vec2) -> Vec2 {
     Vec2::new(axis.x * v.x - axis.y * v.y, axis.y * v.x + axis.x * v.y)
 }

@@ -28,9 +28,9 @@ impl Record {
 
 /// Three estimators, the last of them not of the paper; 2 s at 100 Hz, compared from 0.5 s.
 pub fn scene() -> Scene {
-    let estimator = |name: &str| EstimatorChoice {
+    let estimator = |name: &str, settings| EstimatorChoice {
         name: name.to_owned(),
-        settings: EstimatorSettings::true_mass(),
+        settings,
     };
     Scene {
         name: "trial".to_owned(),
@@ -42,9 +42,9 @@ pub fn scene() -> Scene {
             tracks: Vec::new(),
         },
         estimators: vec![
-            estimator("paper-body"),
-            estimator("true-mass"),
-            estimator("mine"),
+            estimator("paper-body", EstimatorSettings::paper_body()),
+            estimator("true-mass", EstimatorSettings::true_mass()),
+            estimator("mine", EstimatorSettings::best()),
         ],
         record: RecordChoice {
             duration: 2.0,

@@ -1,4 +1,4 @@
-//! `[[estimator]]`: presets and what is changed of them.
+//! `[[estimator]]`: presets, and the keys that change them.
 
 use crate::key::{Key, Words};
 use crate::name;
@@ -7,7 +7,7 @@ use crate::reader::{Reader, join};
 use crate::scene::EstimatorChoice;
 use crate::source::{Entry, Node, Origin, Value};
 use crate::units::{ANGULAR_FREQUENCY, LENGTH, ROTARY_DAMPING, TIME};
-use robhaz_estimator::{EstimatorSettings, Filters, Masses};
+use robhaz_estimator::{EstimatorSettings, Filters, KalmanMethod, Masses, Method, PaperMethod};
 
 /// Where estimators are in the file.
 pub(crate) const PATH: &str = "estimator";
@@ -17,13 +17,59 @@ const MOST: usize = 100;
 /// Names of the presets, in the order of [`settings`]. Without `[[estimator]]` all of them run.
 pub(crate) const PRESETS: Words = &["paper-body", "paper-wheels", "true-mass", "best"];
 
+/// The keys of one estimator, each with a place of its own: a file may name them in any order. [`Keys::settings`] turns them
+/// into settings, which hold the keys of one method only.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Keys {
+    masses: Masses,
+    filters: Filters,
+    paper: PaperMethod,
+    kalman: KalmanMethod,
+    viscous_damping: f64,
+    moment_lever: f64,
+    nonnegative: bool,
+}
+
+impl Keys {
+    /// The keys that give these settings. Those of the other method are at their defaults.
+    pub fn of(settings: &EstimatorSettings) -> Self {
+        let (paper, kalman) = match settings.method {
+            Method::Paper(paper) => (paper, KalmanMethod::FILTERS_ONLY),
+            Method::Kalman(kalman) => (PaperMethod::DEFAULT, kalman),
+        };
+        Self {
+            masses: settings.masses,
+            filters: settings.method.filters(),
+            paper,
+            kalman,
+            viscous_damping: settings.viscous_damping,
+            moment_lever: settings.moment_lever,
+            nonnegative: settings.nonnegative,
+        }
+    }
+
+    fn settings(&self, preset: &EstimatorSettings) -> EstimatorSettings {
+        EstimatorSettings {
+            masses: self.masses,
+            method: match self.filters {
+                Filters::Paper => Method::Paper(self.paper),
+                Filters::Kalman => Method::Kalman(self.kalman),
+            },
+            viscous_damping: self.viscous_damping,
+            moment_lever: self.moment_lever,
+            nonnegative: self.nonnegative,
+            budget: preset.budget,
+        }
+    }
+}
+
 /// The keys of one estimator.
-pub(crate) const KEYS: &[Key<EstimatorSettings>] = &[
-    Key::<EstimatorSettings>::own_word(
+pub(crate) const KEYS: &[Key<Keys>] = &[
+    Key::<Keys>::own_word(
         "name",
         "",
         PRESETS,
-        "the preset: linkage lumped to the body (Fig. 7), to the wheels (Fig. 8), or where it is; everything that the readings say",
+        "the preset: linkage's mass lumped to the body (Fig. 7), to the wheels (Fig. 8), or at its own places; Kalman filters and all steps",
     )
     .required(),
     Key::own(
@@ -36,29 +82,29 @@ pub(crate) const KEYS: &[Key<EstimatorSettings>] = &[
         "observer_pole",
         ANGULAR_FREQUENCY,
         above(0.0).at_most(1e6),
-        |e| &mut e.observer_pole,
-        "pole omega_c of the traction observer, eq. (3)",
+        |e| &mut e.paper.observer_pole,
+        "pole omega_c of the traction observer, eq. (3); needs filters = \"paper\"",
     ),
     Key::number(
         "crossover_time",
         TIME,
         above(0.0).at_most(1e6),
-        |e| &mut e.crossover_time,
-        "crossover between gyro (shorter times) and inclinometer (longer ones)",
+        |e| &mut e.paper.crossover_time,
+        "crossover between gyroscope (shorter times) and inclinometer (longer times); needs filters = \"paper\"",
     ),
     Key::number(
         "viscous_damping",
         ROTARY_DAMPING,
         at_least(0.0).at_most(1e3),
         |e| &mut e.viscous_damping,
-        "damping B that the estimator is told; [model_error] errs on it",
+        "nominal damping B; [model_error] adds its error",
     ),
     Key::word(
         "masses",
         &["body", "wheels", "true"],
         |e| e.masses as usize,
         |e, i| e.masses = [Masses::LumpedToBody, Masses::LumpedToWheels, Masses::True][i],
-        "where the linkage's mass is taken to be",
+        "place of the linkage's mass",
     ),
     Key::word(
         "filters",
@@ -72,17 +118,17 @@ pub(crate) const KEYS: &[Key<EstimatorSettings>] = &[
         LENGTH,
         above(0.0).at_most(1e3),
         |e| &mut e.moment_lever,
-        "row scaling of eq. (8): moments count as forces at this lever; 1 m as in the paper",
+        "row scaling of eq. (8): moments count as forces at this lever; 1 m in the paper",
     ),
     Key::switch(
         "inertia",
-        |e| &mut e.inertia,
+        |e| &mut e.kalman.inertia,
         "inertial loads beside gravity; needs filters = \"kalman\"",
     ),
     Key::switch(
         "whitening",
-        |e| &mut e.whitening,
-        "eq. (8) weighed by the covariance of what goes into it; needs filters = \"kalman\"",
+        |e| &mut e.kalman.whitening,
+        "eq. (8) weighted by the inverse covariance of its right-hand side; needs filters = \"kalman\"",
     ),
     Key::switch(
         "nonnegative",
@@ -91,13 +137,13 @@ pub(crate) const KEYS: &[Key<EstimatorSettings>] = &[
     ),
     Key::switch(
         "parity",
-        |e| &mut e.parity,
+        |e| &mut e.kalman.parity,
         "the parity residual corrects torques and contact angles; needs filters = \"kalman\"",
     ),
     Key::switch(
         "rolling",
-        |e| &mut e.rolling,
-        "so does rolling without slip; needs filters = \"kalman\"",
+        |e| &mut e.kalman.rolling,
+        "the rolling constraints correct torques and contact angles; needs filters = \"kalman\"",
     ),
 ];
 
@@ -111,13 +157,13 @@ pub(crate) fn settings(preset: usize) -> EstimatorSettings {
     }
 }
 
-/// The preset that settings come from: masses and filters tell presets apart.
+/// The preset that settings come from: presets differ in masses and method.
 pub(crate) fn preset_of(found: &EstimatorSettings) -> &'static str {
-    let preset = match (found.filters, found.masses) {
-        (Filters::Kalman, _) => 3,
-        (Filters::Paper, Masses::LumpedToBody) => 0,
-        (Filters::Paper, Masses::LumpedToWheels) => 1,
-        (Filters::Paper, Masses::True) => 2,
+    let preset = match (found.method, found.masses) {
+        (Method::Kalman(_), _) => 3,
+        (Method::Paper(_), Masses::LumpedToBody) => 0,
+        (Method::Paper(_), Masses::LumpedToWheels) => 1,
+        (Method::Paper(_), Masses::True) => 2,
     };
     PRESETS[preset]
 }
@@ -182,21 +228,10 @@ fn read_one(reader: &mut Reader, node: &Node, path: &str) -> EstimatorChoice {
     let preset = node
         .get("name")
         .and_then(|n| reader.word(PRESETS, n, &join(path, "name")));
-    let mut settings = settings(preset.unwrap_or(0));
-    reader.table(KEYS, node, path, &mut settings);
-    if settings.filters == Filters::Paper {
-        let on = [
-            ("inertia", settings.inertia),
-            ("whitening", settings.whitening),
-            ("parity", settings.parity),
-            ("rolling", settings.rolling),
-        ];
-        for (key, _) in on.iter().filter(|(_, on)| *on) {
-            let found = node.get(key).unwrap_or(node);
-            let allowed = "\"off\" unless filters = \"kalman\"";
-            reader.refuse(found, &join(path, key), allowed);
-        }
-    }
+    let preset_settings = settings(preset.unwrap_or(0));
+    let mut keys = Keys::of(&preset_settings);
+    reader.table(KEYS, node, path, &mut keys);
+    refuse_other_method(reader, node, path, &keys);
     let label = match node.get("label") {
         Some(label) => name::read(reader, label, &join(path, "label")),
         None => preset.map(|p| PRESETS[p].to_owned()),
@@ -204,6 +239,40 @@ fn read_one(reader: &mut Reader, node: &Node, path: &str) -> EstimatorChoice {
     EstimatorChoice {
         // Empty after a problem only.
         name: label.unwrap_or_default(),
-        settings,
+        settings: keys.settings(&preset_settings),
+    }
+}
+
+/// Refuses keys without effect: steps that need the Kalman filters, and time constants of the paper's filters.
+fn refuse_other_method(reader: &mut Reader, node: &Node, path: &str, keys: &Keys) {
+    let (paper, kalman, default) = (&keys.paper, &keys.kalman, PaperMethod::DEFAULT);
+    let is_paper = keys.filters == Filters::Paper;
+    let steps = [
+        ("inertia", kalman.inertia),
+        ("whitening", kalman.whitening),
+        ("parity", kalman.parity),
+        ("rolling", kalman.rolling),
+    ];
+    for (key, _) in steps.iter().filter(|(_, on)| is_paper && *on) {
+        let found = node.get(key).unwrap_or(node);
+        let allowed = "\"off\" unless filters = \"kalman\"";
+        reader.refuse(found, &join(path, key), allowed);
+    }
+    let times = [
+        ("observer_pole", paper.observer_pole, default.observer_pole),
+        (
+            "crossover_time",
+            paper.crossover_time,
+            default.crossover_time,
+        ),
+    ];
+    // The default is allowed: a resolved scene names every key.
+    for (key, _, default) in times
+        .iter()
+        .filter(|(_, found, default)| !is_paper && found.to_bits() != default.to_bits())
+    {
+        let found = node.get(key).unwrap_or(node);
+        let allowed = format!("{default} unless filters = \"paper\"");
+        reader.refuse(found, &join(path, key), &allowed);
     }
 }

@@ -60,8 +60,8 @@ pub fn reference() -> Vec<KeyReference> {
     for section in SECTIONS {
         list(&mut rows, section.keys, &mut scene, section.name);
     }
-    let mut settings = estimators::settings(0);
-    list(&mut rows, estimators::KEYS, &mut settings, "estimator[]");
+    let mut keys = estimators::Keys::of(&estimators::settings(0));
+    list(&mut rows, estimators::KEYS, &mut keys, "estimator[]");
     rows
 }
 

@@ -39,11 +39,15 @@ impl Scene {
             out.table(section.keys, &mut scene, section.name);
         }
         for estimator in &self.estimators {
-            let mut settings = estimator.settings;
+            let mut keys = estimators::Keys::of(&estimator.settings);
             out.head(&format!("[[{}]]", estimators::PATH), "");
-            out.key("name", &text(estimators::preset_of(&settings)), "");
+            out.key(
+                "name",
+                &text(estimators::preset_of(&estimator.settings)),
+                "",
+            );
             out.key("label", &text(&estimator.name), "");
-            out.table(estimators::KEYS, &mut settings, estimators::PATH);
+            out.table(estimators::KEYS, &mut keys, estimators::PATH);
         }
         out.0
     }

@@ -197,6 +197,20 @@ fn rules_over_several_keys() {
         "[[estimator]]\nname = 'true-mass'\nparity = 'on'",
         "x.toml:3: estimator[0].parity: found 'on', allowed: \"off\" unless filters = \"kalman\"",
     );
+    // The Kalman filters have no observer pole: another one than the default would have no effect.
+    one(
+        "[[estimator]]\nname = 'best'\nobserver_pole = 30",
+        "x.toml:3: estimator[0].observer_pole: found 30, allowed: 50 unless filters = \"paper\"",
+    );
+    assert!(
+        Scene::parse(
+            "[[estimator]]\nname = 'best'\nobserver_pole = 50",
+            "x.toml",
+            Path::new(""),
+            &[]
+        )
+        .is_ok()
+    );
     // An explicit drive overshoots in each step where its slope is too great, whichever part makes it.
     for (key, value, longest, most) in [
         ("kp", "1000", "5.66e-5", "453"),
@@ -247,6 +261,91 @@ fn rules_over_several_keys() {
         "{}",
         found[0]
     );
+}
+
+/// A limit in a message is one that is allowed, however small: never 0.
+#[test]
+fn a_limit_is_never_rounded_to_zero() {
+    let found = lines("contact.damping = 1e10");
+    assert!(
+        found[0].contains("engine.step at most 3e-10 s"),
+        "{found:?}"
+    );
+}
+
+/// Numbers too large for a double are out of range, with a unit and without.
+#[test]
+fn numbers_too_large_are_out_of_range() {
+    for bad in ["1e400 m/s", "1e400", "-1e999 km/h"] {
+        let found = lines(&format!("drive.speed = '{bad}'"));
+        let expected = format!("drive.speed: found '{bad}', allowed: a number of at least -10");
+        assert!(found[0].contains(&expected), "{found:?}");
+    }
+}
+
+/// A robot that cannot stand is refused for the real reason, at its key, with what is allowed.
+#[test]
+fn robots_that_cannot_stand() {
+    let found = |sets: &[&str]| {
+        let sets: Vec<String> = sets.iter().map(|s| (*s).to_owned()).collect();
+        let error = Scene::parse("", "x.toml", Path::new(""), &sets)
+            .expect_err("a robot that cannot stand");
+        let lines: Vec<String> = error.problems().map(ToString::to_string).collect();
+        assert_eq!(lines.len(), 1, "{lines:?}");
+        lines[0].clone()
+    };
+    for (set, expected) in [
+        (
+            "robot.geometry.axles=[[0.15, 0.1], [0, 0.1], [-0.3, 0.1]]",
+            "robot.geometry.axles: the front and the middle wheel overlap: their axles are 0.1500 m apart; allowed: at least twice \
+             the wheel radius, 0.2000 m",
+        ),
+        (
+            "robot.geometry.pins.q=[-0.05, -0.02]",
+            "robot.geometry.pins: pin Q is not above the ground: its y is -0.02 m; allowed: above 0, where the wheels stand",
+        ),
+        (
+            "robot.geometry.body_cg=[0.03, -0.1]",
+            "robot.geometry.body_cg: the centre of mass of body is not above the ground: its y is -0.1 m; allowed: above 0",
+        ),
+        // The rest of the robot weighs 9 kg with its centre 20.3 mm behind the middle wheel.
+        (
+            "robot.geometry.body_cg=[1.0, 0.3]",
+            "robot.geometry.body_cg: the robot tips forward: its centre of mass is 42 mm ahead of the front wheel (axle at \
+             x = 0.3 m); allowed: between the axles of the rear and the front wheel",
+        ),
+        (
+            "robot.geometry.body_cg=[-0.9, 0.3]",
+            "robot.geometry.body_cg: the robot tips backward: its centre of mass is",
+        ),
+        (
+            "robot.geometry.body_cg=[0.6, 0.3]",
+            "robot.geometry.pins.q: the linkage folds: on level ground the static normal force of the",
+        ),
+    ] {
+        let line = found(&[set]);
+        println!("{line}");
+        assert!(
+            line.starts_with(&format!("--set {set}: {expected}")),
+            "{line}"
+        );
+    }
+    // In a file: its name and line.
+    let dir = tempfile::tempdir().expect("a folder");
+    let text =
+        include_str!("../../../robots/geometry-a.toml").replace("[0.03, 0.30]", "[1.0, 0.30]");
+    std::fs::write(dir.path().join("front.toml"), &text).expect("written");
+    let error = Scene::parse("robot.geometry = 'front.toml'", "x.toml", dir.path(), &[]);
+    let line = error.expect_err("a robot that cannot stand").to_string();
+    let number = 1 + text
+        .lines()
+        .position(|l| l.starts_with("body_cg"))
+        .expect("the key");
+    let place = format!("front.toml:{number}: body_cg: the robot tips forward");
+    assert!(line.contains(&place), "{line}");
+    // Where only masses were chosen, they are at fault.
+    let line = found(&["robot.mass.links=[1.8, 2.2, 500]"]);
+    assert!(line.contains("robot.mass: "), "{line}");
 }
 
 #[test]

@@ -171,7 +171,7 @@ const NUMBERS: [(&str, f64, f64); 17] = [
     ("estimator.2.crossover_time", 1e-9, 1e6),
     ("robot.mass.wheel", 1e-9, 1e6),
     ("robot.mass.link_inertias.1", 1e-9, 1e6),
-    ("robot.geometry.pins.q.0", -10.0, 10.0),
+    ("robot.geometry.pins.q.0", -0.2, 0.1),
     ("robot.geometry.stop.lower", -3.0, -1e-12),
 ];
 

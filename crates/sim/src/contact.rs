@@ -1,9 +1,9 @@
-//! Normal force of a wheel on the ground: eq. (10).
+//! Normal force between wheel and ground, eq. (10).
 
 /// The law `N = max(0, k g^n + c(g) dg/dt)` for a penetration `g > 0`, eq. (10).
 ///
-/// `c(g)` is `damping`, or rises from 0 to it by a cubic step over `0 < g < damping_ramp` (ADAMS's IMPACT). The clamp
-/// at zero is not in the paper: eq. (10) as printed can pull.
+/// `c(g)` is constant, or rises from 0 to `damping` in a cubic step over `0 < g < damping_ramp` (ADAMS's function
+/// IMPACT). The clamp at zero is not in the paper: N of eq. (10) as printed can be negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactLaw {
     /// Stiffness k, N/m^n.
@@ -12,12 +12,12 @@ pub struct ContactLaw {
     pub exponent: f64,
     /// Damping c, N s/m.
     pub damping: f64,
-    /// Penetration over which the damping comes in, m; 0 for a constant c.
+    /// Penetration over which the damping rises from 0 to c, m; 0 for a constant c.
     pub damping_ramp: f64,
 }
 
 impl Default for ContactLaw {
-    /// k = 150 N/mm^2.1, n = 2.1, c = 20 N s/mm, ramp over 0.1 mm.
+    /// k = 150 N/mm^2.1, n = 2.1, c = 20 N s/mm; c rises over 0.1 mm.
     fn default() -> Self {
         let exponent = 2.1;
         Self {
@@ -30,12 +30,12 @@ impl Default for ContactLaw {
 }
 
 impl ContactLaw {
-    /// Normal force N >= 0, N, at penetration `g` (m) growing at `g_rate` (m/s). Zero for `g <= 0`.
+    /// Normal force N >= 0, N, at penetration `g` (m) and its rate `g_rate` (m/s). Zero for `g <= 0`.
     pub fn normal_force(&self, g: f64, g_rate: f64) -> f64 {
         self.normal_force_and_energy(g, g_rate).0
     }
 
-    /// Normal force, N, and the energy in the ground's spring, `k g^(n + 1)/(n + 1)`, J. Zero for `g <= 0`.
+    /// Normal force, N, and elastic energy of the contact, `k g^(n + 1)/(n + 1)`, J. Both are zero for `g <= 0`.
     pub fn normal_force_and_energy(&self, g: f64, g_rate: f64) -> (f64, f64) {
         if g <= 0.0 {
             return (0.0, 0.0);
@@ -46,13 +46,14 @@ impl ContactLaw {
         (force, spring * g / (self.exponent + 1.0))
     }
 
-    /// Penetration at which a wheel at rest carries `load`, m: the inverse of eq. (10) with dg/dt = 0.
+    /// Penetration of a wheel at rest under `load` (N), m: the inverse of eq. (10) with dg/dt = 0.
     pub fn static_penetration(&self, load: f64) -> f64 {
         (load / self.stiffness).powf(1.0 / self.exponent)
     }
 }
 
-/// Cubic step from `y0` at `x <= x0` to `y1` at `x >= x1`, with level ends (ADAMS's STEP). With `x0 == x1` it jumps.
+/// Cubic step from `y0` at `x <= x0` to `y1` at `x >= x1`, with slope zero at both ends (ADAMS's function STEP). It
+/// jumps if `x0 == x1`.
 pub(crate) fn cubic_step(x: f64, x0: f64, y0: f64, x1: f64, y1: f64) -> f64 {
     if x >= x1 {
         y1
@@ -68,7 +69,7 @@ pub(crate) fn cubic_step(x: f64, x0: f64, y0: f64, x1: f64, y1: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Closed form: at the mean load of 45.78 N the penetration is 0.568 mm, the tangent stiffness 169 N/mm.
+    /// Closed form: at the mean load of 45.78 N the penetration is 0.568 mm and the tangent stiffness 169 N/mm.
     #[test]
     fn static_penetration_and_stiffness_at_the_mean_load() {
         let law = ContactLaw::default();
@@ -79,7 +80,7 @@ mod tests {
         assert!((tangent - 169.0e3).abs() < 0.5e3, "{tangent}");
     }
 
-    /// Closed form: eq. (10) written out, swept over penetration and rate, with and without the ramp of c.
+    /// Closed form: eq. (10) evaluated in mm over a grid of penetrations and rates, with constant and with rising c.
     #[test]
     fn law_equals_eq_10_in_millimetres() {
         for ramp in [0.0, 1e-4] {
@@ -98,7 +99,7 @@ mod tests {
                     let c = 20.0 * (3.0 * u.powi(2) - 2.0 * u.powi(3));
                     let expected = (150.0 * g_mm.powf(2.1) + c * rate_mm).max(0.0);
                     let found = law.normal_force(g_mm * 1e-3, rate_mm * 1e-3);
-                    // Both sides round differently: 1e-13 of the greatest force of the sweep (790 N).
+                    // The two evaluations round differently: 1e-13 of the greatest force (790 N).
                     assert!(
                         (found - expected).abs() < 1e-10,
                         "g {g_mm} rate {rate_mm}: {found}"
@@ -109,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn no_force_in_the_air_and_no_pull() {
+    fn the_normal_force_is_zero_in_the_air_and_never_negative() {
         let law = ContactLaw::default();
         assert!(law.normal_force(-1e-6, 1.0) == 0.0);
         assert!(law.normal_force(1e-5, -1.0) == 0.0);

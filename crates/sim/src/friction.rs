@@ -2,19 +2,19 @@
 
 use crate::contact::cubic_step;
 
-/// Friction coefficient over the slip speed, in ADAMS's form.
+/// Friction coefficient as a function of the slip speed v, in ADAMS's form.
 ///
-/// A cubic from `-mu_s` to `+mu_s` inside `|v| <= v_s`, a cubic from `mu_s` to `mu_d` between `v_s` and `v_d`, `mu_d`
-/// beyond. The paper's eq. (11) says `T = mu N`, which holds in sliding only.
+/// A cubic from `-mu_s` to `+mu_s` for `|v| <= v_s`, a cubic from `mu_s` to `mu_d` for `v_s < |v| < v_d`, and `mu_d`
+/// beyond. A constant mu in the paper's eq. (11), `T = mu N`, holds for a sliding wheel only.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionLaw {
     /// Static coefficient mu_s, -.
     pub mu_s: f64,
     /// Dynamic coefficient mu_d, -.
     pub mu_d: f64,
-    /// Slip speed of the static coefficient, m/s.
+    /// Slip speed at which the coefficient reaches mu_s, m/s.
     pub v_s: f64,
-    /// Slip speed from which the dynamic coefficient holds, m/s.
+    /// Slip speed from which the coefficient is mu_d, m/s.
     pub v_d: f64,
 }
 
@@ -31,7 +31,8 @@ impl Default for FrictionLaw {
 }
 
 impl FrictionLaw {
-    /// Coefficient mu(v), with the sign of the slip speed `v` (m/s, positive when the rim outruns the ground).
+    /// Coefficient mu(v), -, with the sign of the slip speed `v` (m/s), which is positive when the rim moves faster
+    /// than the wheel's centre.
     pub fn coefficient(&self, v: f64) -> f64 {
         if v.abs() <= self.v_s {
             cubic_step(v, -self.v_s, -self.mu_s, self.v_s, self.mu_s)
@@ -41,12 +42,12 @@ impl FrictionLaw {
     }
 }
 
-/// A stretch of the ground with friction coefficients of its own.
+/// A stretch of the terrain with its own friction coefficients.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stretch {
     /// x at which it starts, m.
     pub from: f64,
-    /// x at which it ends, m; the end itself is not part of it.
+    /// x at which it ends, m. The end does not belong to it.
     pub to: f64,
     /// Static coefficient mu_s, -.
     pub mu_s: f64,
@@ -55,7 +56,7 @@ pub struct Stretch {
 }
 
 impl FrictionLaw {
-    /// The law at x (m): the slip speeds stay, a stretch brings its coefficients.
+    /// The law at x (m). The first stretch that contains x replaces the coefficients; the slip speeds stay.
     pub fn at(&self, stretches: &[Stretch], x: f64) -> Self {
         match stretches.iter().find(|s| s.from <= x && x < s.to) {
             Some(stretch) => Self {
@@ -73,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn passes_through_the_stated_points_and_is_odd() {
+    fn the_law_passes_through_its_parameters_and_is_odd() {
         let law = FrictionLaw::default();
         for (v, mu) in [
             (0.0, 0.0),
@@ -85,7 +86,7 @@ mod tests {
             assert!((law.coefficient(v) - mu).abs() < 1e-15, "mu({v})");
             assert!((law.coefficient(-v) + mu).abs() < 1e-15, "mu(-{v})");
         }
-        // Slope at rest of the cubic: 3 mu_s / (2 v_s) = 60 s/m.
+        // Slope of the cubic at v = 0: 3 mu_s/(2 v_s) = 60 s/m.
         assert!((law.coefficient(1e-8) / 1e-8 - 60.0).abs() < 1e-6);
     }
 }

@@ -234,6 +234,33 @@ mod tests {
         }
     }
 
+    /// A wall of 0.1 mm is thinner than the wheel is deep: the wheel touches its near side and the ground before it, and does not
+    /// take the far side for ground above its centre. Behind the wall's face the centre is in the ground.
+    #[test]
+    fn a_thin_wall_has_no_far_side() {
+        let points = [
+            [-5.0, 0.0],
+            [0.6, 0.0],
+            [0.600_05, 0.5],
+            [0.6001, 0.0],
+            [5.0, 0.0],
+        ];
+        let points = points.map(|[x, y]| Vec2::new(x, y)).to_vec();
+        let wall = Profile::Heights(robhaz_terrain::Heights::new(
+            points,
+            robhaz_terrain::Interpolation::Corners,
+        ));
+        let mut ground = ground(wall, &[]);
+        let mut found = Vec::new();
+        ground.find(Vec2::new(0.5005, 0.0995), &mut found);
+        assert!(found.iter().any(|c| c.distance < 0.0), "{found:?}");
+        let forces = ground.act(&spinning(0.5005, 0.0995)).unwrap();
+        assert_eq!(forces.contacts, 2);
+        assert!(forces.force.x < 0.0 && forces.force.y > 0.0);
+        // Within the wall, which is 80 um thick at this height.
+        assert!(ground.act(&spinning(0.600_05, 0.0995)).is_err());
+    }
+
     /// The contact's x counts, not the wheel's: against a riser the wheel stands before the stretch, its edge is in it.
     #[test]
     fn each_contact_has_the_friction_of_its_place() {

@@ -1,33 +1,34 @@
-//! Random numbers: every source has a name and a stream of its own.
+//! Random numbers, with an independent stream for each named source.
 //!
-//! The numbers of a source depend on the run's seed and the source's name only. Switching one source off changes no other.
+//! The numbers of a source depend on the run's seed and the source's name alone. Switching one source off changes no
+//! other.
 
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng;
 
-/// A stream of random numbers: PCG XSL RR 128/64, seeded from the run's seed and the name of what it is for.
+/// A stream of random numbers: PCG XSL RR 128/64, seeded from the run's seed and the source's name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stream(Pcg64);
 
 impl Stream {
-    /// The stream of a name in a run.
+    /// The stream of a source in a run with this seed.
     pub fn new(seed: u64, name: &str) -> Self {
         Self(Pcg64::seed_from_u64(hash(seed, name)))
     }
 
-    /// A number from N(0, 1): the ziggurat method.
+    /// A draw from N(0, 1), by the ziggurat method.
     pub fn normal(&mut self) -> f64 {
         StandardNormal.sample(&mut self.0)
     }
 
-    /// A number from 0 to 1, 1 excluded.
+    /// A draw from the uniform distribution on [0, 1).
     pub fn uniform(&mut self) -> f64 {
         StandardUniform.sample(&mut self.0)
     }
 }
 
-/// FNV-1a of 64 bits over seed and name. The generator's own seeding spreads it over its state.
+/// 64-bit FNV-1a hash of seed and name. The generator expands it to its 128-bit state.
 fn hash(seed: u64, name: &str) -> u64 {
     let bytes = seed.to_le_bytes().into_iter().chain(name.bytes());
     bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
@@ -39,9 +40,9 @@ fn hash(seed: u64, name: &str) -> u64 {
 mod tests {
     use super::*;
 
-    /// To the bit, in every version: a change would change every recorded run.
+    /// Golden: the same bits in every version. Other bits would change every recorded run with noise.
     #[test]
-    fn the_same_seed_and_name_make_the_same_numbers() {
+    fn the_same_seed_and_name_give_the_same_numbers() {
         let draw = |seed, name| {
             let mut stream = Stream::new(seed, name);
             [stream.normal(), stream.uniform()].map(f64::to_bits)
@@ -49,11 +50,12 @@ mod tests {
         assert_eq!(draw(7, "a"), draw(7, "a"));
         assert_ne!(draw(7, "a"), draw(7, "b"));
         assert_ne!(draw(7, "a"), draw(8, "a"));
-        // The first bytes of seed 0: a change of generator or hash shows here.
+        // The hash of seed 0 and an empty name.
         assert_eq!(hash(0, ""), 0xa8c7_f832_281a_39c5);
     }
 
-    /// Statistics: mean, variance and fourth moment of n draws, within 4 standard errors (1, sqrt 2, sqrt 96 over sqrt n).
+    /// Statistics: mean, variance, fourth moment and correlation of n draws are within 4 standard errors (1, sqrt 2,
+    /// sqrt 96 and 1 over sqrt n).
     #[test]
     fn normal_numbers_are_normal_and_streams_are_independent() {
         const N: u32 = 100_000;

@@ -330,3 +330,82 @@ impl Balance<'_> {
         Some(state)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{EngineKind, Plant};
+    use robhaz_model::{Robot, StanceError};
+    use robhaz_terrain::{Heights, Interpolation, Profile};
+
+    fn setup(profile: Profile) -> PlantSetup {
+        PlantSetup {
+            robot: Robot::default_a(),
+            terrain: Terrain::new(profile),
+            contact: Default::default(),
+            friction: Default::default(),
+            stretches: Vec::new(),
+            drive: Default::default(),
+            start: StartKind::Settled,
+            engine: EngineKind::Direct,
+            step: 1.25e-4,
+            tolerance: 1e-5,
+            period: 1e-3,
+            balance: false,
+        }
+    }
+
+    fn slope(slope: f64) -> Profile {
+        let points = [-5.0, 5.0].map(|x| Vec2::new(x, slope * x)).to_vec();
+        Profile::Heights(Heights::new(points, Interpolation::Corners))
+    }
+
+    fn refusal(setup: &PlantSetup) -> Option<PlantError> {
+        Plant::new(setup).err()
+    }
+
+    /// Each start that fails names its reason, before anything runs.
+    #[test]
+    fn a_start_that_fails_says_why() {
+        assert_eq!(refusal(&setup(Profile::Flat)), None);
+
+        let mut weak = setup(slope(0.2));
+        assert_eq!(refusal(&weak), None);
+        weak.drive.torque_limit = 0.1;
+        let found = refusal(&weak);
+        assert!(
+            matches!(found, Some(PlantError::NoRest { why: NoRest::Motor { limit, .. } }) if limit < 0.11),
+            "{found:?}"
+        );
+
+        let mut slippery = setup(slope(0.2));
+        slippery.friction.mu_s = 0.1;
+        slippery.friction.mu_d = 0.1;
+        let found = refusal(&slippery);
+        assert!(
+            matches!(found, Some(PlantError::NoRest { .. })),
+            "{found:?}"
+        );
+
+        let mut tipping = setup(Profile::Flat);
+        tipping.robot.geometry.body_cg.x = 1.0;
+        let found = refusal(&tipping);
+        assert!(
+            matches!(
+                found,
+                Some(PlantError::Stance(StanceError::TipsForward { .. }))
+            ),
+            "{found:?}"
+        );
+
+        let mut hollow = setup(slope(0.2));
+        hollow.start = StartKind::Raw;
+        let found = refusal(&hollow)
+            .map(|why| why.to_string())
+            .unwrap_or_default();
+        assert!(
+            found.contains("must be level") && !found.contains('['),
+            "{found}"
+        );
+    }
+}

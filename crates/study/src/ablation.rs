@@ -1,30 +1,52 @@
 //! The ablation ladder: what each method between the paper's estimators and `best` contributes.
 
-use robhaz_estimator::{EstimatorSettings, Filters};
+use robhaz_estimator::{EstimatorSettings, KalmanMethod, Method};
 use robhaz_scene::EstimatorChoice;
 
 /// The paper's two estimators, then from true masses to `best`: every estimator adds one method to the one before.
 pub fn ladder() -> Vec<EstimatorChoice> {
-    let mut settings = EstimatorSettings::true_mass();
-    let mut rungs = vec![
+    let true_mass = EstimatorSettings::true_mass();
+    let lever = EstimatorSettings {
+        moment_lever: 0.2,
+        ..true_mass
+    };
+    let filters = KalmanMethod::FILTERS_ONLY;
+    let inertia = KalmanMethod {
+        inertia: true,
+        ..filters
+    };
+    let whitening = KalmanMethod {
+        whitening: true,
+        ..inertia
+    };
+    let parity = KalmanMethod {
+        parity: true,
+        ..whitening
+    };
+    let rolling = KalmanMethod {
+        rolling: true,
+        ..parity
+    };
+    let kalman = |method| EstimatorSettings {
+        method: Method::Kalman(method),
+        ..lever
+    };
+    let bounded = |method| EstimatorSettings {
+        nonnegative: true,
+        ..kalman(method)
+    };
+    let rungs = [
         ("paper-body", EstimatorSettings::paper_body()),
         ("paper-wheels", EstimatorSettings::paper_wheels()),
-        ("true-mass", settings),
+        ("true-mass", true_mass),
+        ("lever", lever),
+        ("kalman", kalman(filters)),
+        ("inertia", kalman(inertia)),
+        ("whitening", kalman(whitening)),
+        ("nonnegative", bounded(whitening)),
+        ("parity", bounded(parity)),
+        ("rolling", bounded(rolling)),
     ];
-    type Step = fn(&mut EstimatorSettings);
-    let steps: [(&str, Step); 7] = [
-        ("lever", |s| s.moment_lever = 0.2),
-        ("kalman", |s| s.filters = Filters::Kalman),
-        ("inertia", |s| s.inertia = true),
-        ("whitening", |s| s.whitening = true),
-        ("nonnegative", |s| s.nonnegative = true),
-        ("parity", |s| s.parity = true),
-        ("rolling", |s| s.rolling = true),
-    ];
-    for (name, step) in steps {
-        step(&mut settings);
-        rungs.push((name, settings));
-    }
     rungs
         .into_iter()
         .map(|(name, settings)| EstimatorChoice {

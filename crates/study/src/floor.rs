@@ -2,8 +2,7 @@
 
 use crate::truth_run::TruthRun;
 use nalgebra::{Matrix3, Matrix4, Vector4};
-use robhaz_estimator::arms::Arms;
-use robhaz_estimator::equilibrium::{Equilibrium, Loads};
+use robhaz_estimator::statics::{Arms, Equilibrium, Loads};
 use robhaz_model::Robot;
 use robhaz_scene::Scene;
 use robhaz_sim::Truth;

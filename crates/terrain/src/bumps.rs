@@ -1,21 +1,20 @@
-//! Gaussian bumps that add up.
+//! Sums of Gaussian bumps.
 
 use crate::Vec2;
 use crate::check::{above_zero, finite};
 use crate::profile::{Piece, ProfileError, SPACING, Shape};
 
-/// Square of the distance from a bump's centre, in widths, beyond which it counts as level ground: exp(-40) is below the
-/// rounding of any height that matters.
-const FADED: f64 = 40.0;
-/// A bump has faded long before this many widths from its centre.
-const WIDTHS: f64 = 8.0;
+/// Value of `((x - centre)/width)^2` beyond which a bump counts as zero: exp(-40) is 4e-18 of its height.
+const CUTOFF: f64 = 40.0;
+/// Half length of a bump's curve in widths. The cutoff lies at 6.3 widths.
+const EXTENT: f64 = 8.0;
 
 /// One Gaussian bump (or hollow) `height exp(-((x - centre)/width)^2)`; m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bump {
     /// Height of the summit, m; negative for a hollow.
     pub height: f64,
-    /// Where the summit is, m.
+    /// x of the summit, m.
     pub centre: f64,
     /// Half width at 1/e of the height, m.
     pub width: f64,
@@ -38,7 +37,7 @@ impl Shape for Vec<Bump> {
         let mut sum = [0.0; 3];
         for b in self {
             let u = (x - b.centre) / b.width;
-            if u * u > FADED {
+            if u * u > CUTOFF {
                 continue;
             }
             let e = b.height * (-u * u).exp();
@@ -52,8 +51,8 @@ impl Shape for Vec<Bump> {
     fn pieces(&self) -> (Vec2, Vec<Piece>) {
         let (mut from, mut to, mut spacing) = (f64::INFINITY, f64::NEG_INFINITY, SPACING);
         for b in self {
-            from = from.min(b.centre - WIDTHS * b.width);
-            to = to.max(b.centre + WIDTHS * b.width);
+            from = from.min(b.centre - EXTENT * b.width);
+            to = to.max(b.centre + EXTENT * b.width);
             spacing = spacing.min(b.width / 10.0);
         }
         if self.is_empty() {

@@ -1,14 +1,14 @@
-//! A profile laid out as a chain of edges.
+//! Converts a profile into a chain of edges.
 
 use crate::course::Part;
 use crate::edge::{Edge, Knot};
 use crate::profile::Piece;
 use crate::{Profile, Vec2};
 
-/// Level ground goes on this far to both sides, m; the start is within 1 km of any profile.
+/// Length of the level edge on either side of a profile, m: much more than a robot travels.
 pub(crate) const REACH: f64 = 1.0e5;
 
-/// The edges of a profile, from the level ground before it to that behind it.
+/// The edges of a profile from rear to front; the first and the last are level ground.
 pub(crate) fn chain(profile: &Profile) -> Vec<Edge> {
     let alone;
     let parts = match profile {
@@ -20,20 +20,21 @@ pub(crate) fn chain(profile: &Profile) -> Vec<Edge> {
     };
     let mut chain = Chain::from(parts.first());
     for part in parts {
-        chain.lay(part);
+        chain.append(part);
     }
     chain.line(chain.at + Vec2::new(REACH, 0.0));
     chain.edges
 }
 
-/// Edges as they are laid one after the other.
+/// Edges under construction, from rear to front.
 struct Chain {
+    /// End of the last edge, m.
     at: Vec2,
     edges: Vec<Edge>,
 }
 
 impl Chain {
-    /// The level ground before the first part.
+    /// Starts with the level ground before the first part.
     fn from(first: Option<&Part>) -> Self {
         let start = first.map_or(Vec2::zeros(), |p| p.profile.pieces().0);
         let mut chain = Self {
@@ -44,6 +45,7 @@ impl Chain {
         chain
     }
 
+    /// Appends an edge; where it meets the last one at a corner, a new run starts.
     fn push(&mut self, mut edge: Edge) {
         if let Some(last) = self.edges.last() {
             edge.run = last.run + u32::from(!last.joins_smoothly(&edge));
@@ -52,6 +54,7 @@ impl Chain {
         self.edges.push(edge);
     }
 
+    /// Appends a straight edge to a point (m), unless it would have no length.
     fn line(&mut self, to: Vec2) {
         if to == self.at {
             return;
@@ -59,7 +62,7 @@ impl Chain {
         self.push(Edge::line(self.at, to));
     }
 
-    /// Along a part's curve, cut into edges of equal length.
+    /// Appends a part's curve up to `to_x` (m), in edges of equal length in x, at most `spacing` (m).
     fn curve(&mut self, part: &Part, to_x: f64, spacing: f64) {
         let from_x = self.at.x;
         if to_x <= from_x {
@@ -83,16 +86,16 @@ impl Chain {
         }
     }
 
-    /// Level ground up to a part, and the part.
-    fn lay(&mut self, part: &Part) {
-        let lift = Vec2::new(0.0, part.lift);
+    /// Appends level ground up to a part, and the part.
+    fn append(&mut self, part: &Part) {
+        let base = Vec2::new(0.0, part.base);
         let (start, pieces) = part.profile.pieces();
         if start.x > self.at.x {
-            self.line(start + lift);
+            self.line(start + base);
         }
         for piece in pieces {
             match piece {
-                Piece::Line(to) => self.line(to + lift),
+                Piece::Line(to) => self.line(to + base),
                 Piece::Curve(to_x, spacing) => self.curve(part, to_x, spacing),
             }
         }

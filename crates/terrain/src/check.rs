@@ -1,8 +1,8 @@
-//! Rules that the numbers of a profile keep.
+//! Range checks of a profile's parameters.
 
 use crate::ProfileError;
 
-/// A number that has to be in a range.
+/// Refuses a value that is not `inside`; `allowed` completes the sentence "it must be ...".
 pub(crate) fn in_range(
     entry: &'static str,
     found: f64,
@@ -20,12 +20,12 @@ pub(crate) fn in_range(
     }
 }
 
-/// Any number.
+/// Refuses NaN and infinity.
 pub(crate) fn finite(entry: &'static str, found: f64) -> Result<(), ProfileError> {
     in_range(entry, found, "a finite number", f64::is_finite)
 }
 
-/// A length that something must have.
+/// Refuses what is not a finite number above 0.
 pub(crate) fn above_zero(entry: &'static str, found: f64) -> Result<(), ProfileError> {
     in_range(entry, found, "a number above 0", |v| {
         v > 0.0 && v.is_finite()

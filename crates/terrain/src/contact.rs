@@ -1,20 +1,21 @@
-//! Where a wheel meets the ground.
+//! A contact of a wheel with the ground.
 
 use crate::Vec2;
 
-/// A place where the ground is nearest to a wheel's centre.
+/// A point of the ground where the distance to a wheel's centre has a local minimum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
     /// The point on the ground, m.
     pub point: Vec2,
     /// Unit tangent of the ground, pointing forward.
     pub tangent: Vec2,
-    /// Distance of the centre from the point, along the normal, m; negative below the ground.
+    /// Signed distance of the centre from the point, along the normal, m; negative if the centre is below the ground.
     pub distance: f64,
 }
 
 impl Contact {
-    /// Contact angle gamma: slope of the tangent, rad. Tangent `(cos g, sin g)`, normal `(-sin g, cos g)`.
+    /// Contact angle gamma: slope of the tangent, rad. Tangent `(cos gamma, sin gamma)`, normal `(-sin gamma, cos
+    /// gamma)`.
     pub fn angle(&self) -> f64 {
         self.tangent.y.atan2(self.tangent.x)
     }
@@ -24,7 +25,7 @@ impl Contact {
         Vec2::new(-self.tangent.y, self.tangent.x)
     }
 
-    /// Inside an edge, where the ground has a tangent (not normalised). `arm` goes from the point to the centre, m.
+    /// A contact where the ground has a tangent, which need not be a unit vector. `arm` goes from point to centre, m.
     pub(crate) fn on_edge(point: Vec2, tangent: Vec2, arm: Vec2) -> Self {
         let tangent = tangent / tangent.norm();
         Self {
@@ -34,7 +35,7 @@ impl Contact {
         }
     }
 
-    /// At a corner: its normal points at the centre.
+    /// A contact at a corner: the normal points from the corner to the centre.
     pub(crate) fn on_corner(point: Vec2, arm: Vec2) -> Self {
         let distance = arm.norm();
         Self {

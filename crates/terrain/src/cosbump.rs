@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 pub struct CosBump {
     /// Height of the summit, m; negative for a hollow.
     pub height: f64,
-    /// Where the summit is, m.
+    /// x of the summit, m.
     pub centre: f64,
     /// Half of the bump's length, m.
     pub half_width: f64,

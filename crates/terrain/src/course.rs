@@ -4,30 +4,32 @@ use crate::Profile;
 use crate::Vec2;
 use crate::profile::{Piece, ProfileError, Shape};
 
-/// Rounding allowed where one part ends and the next starts, m.
-const TOUCH: f64 = 1e-9;
+/// Overlap of two parts that counts as rounding, m.
+const TOLERANCE: f64 = 1e-9;
 
-/// Profiles one after the other, level ground between them. Each starts at the height where the one before ended.
+/// Profiles one after the other with level ground between them. Each starts at the height at which the last one ended.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Course {
     parts: Vec<Part>,
 }
 
-/// A profile and where it lies.
+/// A profile at its place in a course.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Part {
     pub profile: Profile,
-    /// x at which it starts and ends, m.
+    /// x of its start, m.
     start: f64,
+    /// x of its end, m.
     end: f64,
-    /// Height at which it starts and ends, m.
-    pub lift: f64,
+    /// Height of its start, m.
+    pub base: f64,
+    /// Height of its end, m.
     end_height: f64,
 }
 
 impl Part {
-    /// A profile that starts at a height, m.
-    pub fn new(profile: Profile, lift: f64) -> Self {
+    /// A profile that starts at the height `base`, m.
+    pub fn new(profile: Profile, base: f64) -> Self {
         let (start, pieces) = profile.pieces();
         let mut end = start;
         for piece in pieces {
@@ -39,31 +41,31 @@ impl Part {
         Self {
             start: start.x,
             end: end.x,
-            lift,
-            end_height: lift + end.y,
+            base,
+            end_height: base + end.y,
             profile,
         }
     }
 
     /// Height (m), slope (-) and second derivative (1/m) at x, as [`Profile::eval`].
     pub fn eval(&self, x: f64) -> [f64; 3] {
-        let [y, slope, bend] = self.profile.eval(x);
-        [self.lift + y, slope, bend]
+        let [y, slope, second] = self.profile.eval(x);
+        [self.base + y, slope, second]
     }
 }
 
 impl Course {
-    /// A course of profiles from rear to front.
+    /// A course of profiles, given from rear to front.
     pub fn new(profiles: Vec<Profile>) -> Self {
         let mut parts: Vec<Part> = Vec::with_capacity(profiles.len());
         for profile in profiles {
-            let lift = parts.last().map_or(0.0, |p| p.end_height);
-            parts.push(Part::new(profile, lift));
+            let base = parts.last().map_or(0.0, |p| p.end_height);
+            parts.push(Part::new(profile, base));
         }
         Self { parts }
     }
 
-    /// The profiles.
+    /// The profiles from rear to front.
     pub fn profiles(&self) -> impl Iterator<Item = &Profile> {
         self.parts.iter().map(|p| &p.profile)
     }
@@ -82,7 +84,7 @@ impl Shape for Course {
             one.profile.check()?;
         }
         for (i, pair) in self.parts.windows(2).enumerate() {
-            if pair[1].start < pair[0].end - TOUCH {
+            if pair[1].start < pair[0].end - TOLERANCE {
                 return Err(ProfileError::Overlap {
                     part: i + 1,
                     start: pair[1].start,
@@ -93,7 +95,7 @@ impl Shape for Course {
         Ok(())
     }
 
-    /// Where two parts touch, the front one counts.
+    /// Where two parts meet, the front one applies.
     fn eval(&self, x: f64) -> [f64; 3] {
         let next = self.parts.partition_point(|p| p.start <= x);
         match next.checked_sub(1).map(|i| &self.parts[i]) {
@@ -103,7 +105,7 @@ impl Shape for Course {
         }
     }
 
-    /// None of its own: a course is laid part by part.
+    /// Empty: the chain of a course is built part by part.
     fn pieces(&self) -> (Vec2, Vec<Piece>) {
         (Vec2::zeros(), Vec::new())
     }
@@ -124,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_start_where_the_one_before_ended() {
+    fn each_part_starts_where_the_last_one_ended() {
         let course = Course::new(vec![Profile::step(), waves(1.0), waves(2.0)]);
         assert_eq!(course.check(), Ok(()));
         for (x, y) in [

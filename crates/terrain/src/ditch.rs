@@ -6,14 +6,14 @@ use crate::profile::{Piece, ProfileError, Shape};
 
 /// A trench with vertical walls and a level bottom.
 ///
-/// Below two wheel radii of width its upper edges carry the wheel, if it is deep enough.
+/// If it is narrower than a wheel's diameter and deep enough, the wheel rests on both upper corners.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ditch {
     /// Depth of the bottom below the level ground, m.
     pub depth: f64,
-    /// From wall to wall, m.
+    /// Distance between the walls, m.
     pub width: f64,
-    /// Where the first wall is, m.
+    /// x of the rear wall, m.
     pub start: f64,
 }
 

@@ -1,11 +1,11 @@
-//! One piece of the ground between two neighbouring knots.
+//! One edge of the ground, between two neighbouring knots.
 
 use crate::Vec2;
 use crate::contact::Contact;
 
-/// A Newton step shorter than this is the last, m: the next would be of the order of its square, 1e-11 m.
+/// Newton's method stops after a step shorter than this, m: the next step would be of the order of its square, 1e-11 m.
 const LAST_STEP: f64 = 3.0e-6;
-/// Tangents that differ by less than this are the same, rad: rounding, where a curve goes on.
+/// Sine of the angle between two tangents below which a joint is smooth, -: an allowance for rounding.
 const SMOOTH: f64 = 1e-9;
 
 /// Height (m), slope (-) and second derivative (1/m) of a curve at one x (m).
@@ -15,8 +15,9 @@ pub(crate) struct Knot {
     pub at: [f64; 3],
 }
 
-/// An edge, walked in the direction of travel (ground on the right): a riser, or the polynomial of fifth degree that has the
-/// ground's height, slope and second derivative at both ends. Its height errs by at most `max|f''''''| h^6/46080`.
+/// An edge, directed forward with the ground on its right: a vertical riser, or the polynomial of fifth degree that has
+/// the height, slope and second derivative of the curve f at both ends (Hermite interpolation). Over a length h in x
+/// its height differs from f by at most `max|f^(6)| h^6/46080`.
 #[derive(Clone, Debug)]
 pub(crate) struct Edge {
     pub from: Vec2,
@@ -24,34 +25,35 @@ pub(crate) struct Edge {
     /// Slopes at both ends, -; infinite on a riser.
     slopes: [f64; 2],
     /// Second derivatives at both ends, 1/m.
-    bends: [f64; 2],
+    second_derivatives: [f64; 2],
     /// Coefficients of (x - from.x)^3 to ^5.
     higher: [f64; 3],
     straight: bool,
-    /// Number of corners between the start of the ground and this edge.
+    /// Number of corners behind this edge. Edges with the same number are joined smoothly.
     pub run: u32,
 }
 
 impl Edge {
-    /// A straight edge, upright where both ends have the same x.
+    /// A straight edge; a riser if both ends have the same x.
     pub fn line(from: Vec2, to: Vec2) -> Self {
         let slope = (to.y - from.y) / (to.x - from.x);
         Self {
             from,
             to,
             slopes: [slope; 2],
-            bends: [0.0; 2],
+            second_derivatives: [0.0; 2],
             higher: [0.0; 3],
             straight: true,
             run: 0,
         }
     }
 
-    /// A piece of a curve.
+    /// A curved edge between two knots.
     pub fn curve(from: Knot, to: Knot) -> Self {
         let ([y0, m0, b0], [y1, m1, b1]) = (from.at, to.at);
         let h = to.x - from.x;
-        // What the parabola at `from` misses at `to`, in height, slope and second derivative.
+        // Difference at `to` between the curve and the parabola that fits it at `from`, in height, slope and second
+        // derivative.
         let y = y1 - y0 - h * (m0 + 0.5 * h * b0);
         let m = h * (m1 - m0 - h * b0);
         let b = 0.5 * h * h * (b1 - b0);
@@ -59,7 +61,7 @@ impl Edge {
             from: Vec2::new(from.x, y0),
             to: Vec2::new(to.x, y1),
             slopes: [m0, m1],
-            bends: [b0, b1],
+            second_derivatives: [b0, b1],
             higher: [
                 (10.0 * y - 4.0 * m + b) / h.powi(3),
                 (-15.0 * y + 7.0 * m - 2.0 * b) / h.powi(4),
@@ -70,19 +72,20 @@ impl Edge {
         }
     }
 
+    /// Whether it is vertical.
     pub fn is_riser(&self) -> bool {
         self.slopes[0].is_infinite()
     }
 
-    /// Whether it is straight.
+    /// Whether it is straight; risers are.
     pub fn is_line(&self) -> bool {
         self.straight
     }
 
-    /// Height less that of `from` (m), slope (-) and second derivative (1/m) at `s` (m) in front of `from`.
+    /// Height above `from` (m), slope (-) and second derivative (1/m) at the distance `s` in x from `from` (m).
     fn rise(&self, s: f64) -> [f64; 3] {
         let [c3, c4, c5] = self.higher;
-        let [m, b] = [self.slopes[0], self.bends[0]];
+        let [m, b] = [self.slopes[0], self.second_derivatives[0]];
         [
             s * (m + s * (0.5 * b + s * (c3 + s * (c4 + s * c5)))),
             m + s * (b + s * (3.0 * c3 + s * (4.0 * c4 + s * 5.0 * c5))),
@@ -93,13 +96,13 @@ impl Edge {
     /// Height (m), slope (-) and second derivative (1/m) at x, on any edge but a riser.
     pub fn eval(&self, x: f64) -> [f64; 3] {
         if x >= self.to.x {
-            return [self.to.y, self.slopes[1], self.bends[1]];
+            return [self.to.y, self.slopes[1], self.second_derivatives[1]];
         }
         let [rise, slope, bend] = self.rise(x - self.from.x);
         [self.from.y + rise, slope, bend]
     }
 
-    /// Height at x, m; on a riser that of its upper end.
+    /// Height at x (m), m; on a riser that of `to`.
     pub fn height(&self, x: f64) -> f64 {
         if self.is_riser() {
             return self.to.y;
@@ -107,24 +110,24 @@ impl Edge {
         self.from.y + self.rise(x - self.from.x)[0]
     }
 
-    /// Bounds of the height, m; of a straight edge between two x on it only, since it can be long.
+    /// Lower and upper bound of the height, m. For a straight edge, which can be long, between two x (m) only.
     pub fn heights(&self, from_x: f64, to_x: f64) -> (f64, f64) {
         let (a, b) = if self.is_riser() || !self.is_line() {
             (self.from.y, self.to.y)
         } else {
             (self.height(from_x), self.height(to_x))
         };
-        // No farther from the chord than max|f''| h^2/8.
-        let (low, high) = self.bend_bounds();
+        // A curve departs from its chord by at most max|f''| h^2/8.
+        let (low, high) = self.second_derivative_bounds();
         let bulge = low.abs().max(high.abs()) * (self.to.x - self.from.x).powi(2) / 8.0;
         (a.min(b) - bulge, a.max(b) + bulge)
     }
 
-    /// Bounds of the second derivative, 1/m: those of its Bezier points.
-    pub fn bend_bounds(&self) -> (f64, f64) {
+    /// Lower and upper bound of the second derivative, 1/m: the least and greatest of its Bezier coefficients.
+    pub fn second_derivative_bounds(&self) -> (f64, f64) {
         let h = self.to.x - self.from.x;
         let [c3, c4, _] = self.higher;
-        let (b0, b1) = (self.bends[0], self.bends[1]);
+        let (b0, b1) = (self.second_derivatives[0], self.second_derivatives[1]);
         let first = b0 + 2.0 * h * c3;
         let second = b0 + 4.0 * h * (c3 + h * c4);
         let low = b0.min(first).min(second).min(b1);
@@ -132,50 +135,58 @@ impl Edge {
         (low, high)
     }
 
-    /// Tangents at both ends, pointing along the edge; not normalised.
+    /// Tangents at both ends, directed along the edge; not unit vectors.
     pub fn tangents(&self) -> [Vec2; 2] {
         self.slopes.map(tangent)
     }
 
-    /// Sine of the turn where the next edge goes on; positive upward.
+    /// Sine of the angle between this edge's last tangent and the first one of the next edge; positive upward.
     pub fn turn_to(&self, next: &Self) -> f64 {
         let (a, b) = (self.tangents()[1], next.tangents()[0]);
         (a.x * b.y - a.y * b.x) / (a.norm() * b.norm())
     }
 
-    /// Whether the ground goes on smoothly from this edge to the next.
+    /// Whether this edge and the next one have the same tangent at their joint.
     pub fn joins_smoothly(&self, next: &Self) -> bool {
         self.turn_to(next).abs() < SMOOTH
     }
 
-    /// Whether the ground bends upward at once where this edge ends: a concave corner.
-    pub fn opens_upward(&self, next: &Self) -> bool {
+    /// Whether the joint with the next edge is a concave corner.
+    pub fn is_concave_corner_with(&self, next: &Self) -> bool {
         self.turn_to(next) >= SMOOTH
     }
 
-    /// Derivative of half the squared distance from `centre` along the edge at `from`: negative where the edge comes nearer.
-    pub fn recedes_at_from(&self, centre: Vec2) -> f64 {
-        recedes(self.from - centre, self.slopes[0])
+    /// Derivative of half the squared distance from `centre` along the edge, at `from`; negative if the distance falls.
+    /// With respect to x (m), on a riser to y (m).
+    pub fn distance_rate_at_from(&self, centre: Vec2) -> f64 {
+        distance_rate(self.from - centre, self.slopes[0])
     }
 
     /// The same at `to`.
-    pub fn recedes_at_to(&self, centre: Vec2) -> f64 {
-        recedes(self.to - centre, self.slopes[1])
+    pub fn distance_rate_at_to(&self, centre: Vec2) -> f64 {
+        distance_rate(self.to - centre, self.slopes[1])
     }
 
-    /// x (m) where Newton's method, from `from`, looks for the nearest place. Not for risers.
-    pub fn guess_at_from(&self, centre: Vec2) -> f64 {
-        newton(self.from, centre, self.slopes[0], self.bends[0])
+    /// x after one Newton step from `from` towards the point nearest to `centre`, m. Not for risers.
+    pub fn newton_x_from(&self, centre: Vec2) -> f64 {
+        newton(
+            self.from,
+            centre,
+            self.slopes[0],
+            self.second_derivatives[0],
+        )
     }
 
     /// The same from `to`.
-    pub fn guess_at_to(&self, centre: Vec2) -> f64 {
-        newton(self.to, centre, self.slopes[1], self.bends[1])
+    pub fn newton_x_to(&self, centre: Vec2) -> f64 {
+        newton(self.to, centre, self.slopes[1], self.second_derivatives[1])
     }
 
-    /// The point between the ends whose normal goes through `centre`; at `from` the edge comes nearer, at `to` no longer.
+    /// The point of the edge nearest to `centre`. The distance must fall at `from` and rise at `to`, or be stationary
+    /// there.
     ///
-    /// Newton's method on `(x - cx) + (f - cy) f' = 0`, kept inside a bracket that bisection shrinks where Newton leaves it.
+    /// Newton's method on `(x - cx) + (f - cy) f' = 0` inside a bracket; a step that leaves the bracket is replaced by
+    /// a bisection.
     pub fn foot(&self, centre: Vec2) -> Contact {
         let arm = self.from - centre;
         if self.is_riser() {
@@ -183,7 +194,7 @@ impl Edge {
             let away = Vec2::new(-arm.x, 0.0);
             return Contact::on_edge(point, tangent(self.slopes[0]), away);
         }
-        let at_from = self.recedes_at_from(centre);
+        let at_from = self.distance_rate_at_from(centre);
         if self.is_line() {
             let slope = self.slopes[0];
             let s = -at_from / (1.0 + slope * slope);
@@ -191,10 +202,10 @@ impl Edge {
             return Contact::on_edge(self.from + foot, Vec2::new(1.0, slope), -(arm + foot));
         }
         let (mut low, mut high) = (0.0, self.to.x - self.from.x);
-        // The secant's root is within some 10 um already.
-        let mut s = high * (at_from / (at_from - self.recedes_at_to(centre)));
-        let [mut y, mut slope, mut bend] = self.rise(s);
-        // Convergence is quadratic: two steps are the rule, 60 bisections the bound.
+        // The root of the secant is a start within some 10 um.
+        let mut s = high * (at_from / (at_from - self.distance_rate_at_to(centre)));
+        let [mut y, mut slope, mut second] = self.rise(s);
+        // Convergence is quadratic: two steps usually suffice. 60 bisections would exhaust the precision.
         for _ in 0..60 {
             let residual = (arm.x + s) + (arm.y + y) * slope;
             if residual > 0.0 {
@@ -202,26 +213,27 @@ impl Edge {
             } else {
                 low = s;
             }
-            let mut next = s - residual / (1.0 + slope * slope + (arm.y + y) * bend);
-            // The bracket is closed: where the residual is zero already, Newton stays.
+            let mut next = s - residual / (1.0 + slope * slope + (arm.y + y) * second);
+            // The bracket includes its ends: at a zero residual the step is zero and stays inside.
             if !(next >= low && next <= high) {
                 next = 0.5 * (low + high);
             }
             let moved = next - s;
             s = next;
-            // Over a last step this short Taylor's series errs by f''' 1e-17/2 m: no need to evaluate once more.
+            // Over so short a step the error of Taylor's series is f''' 1e-17/2 m: no further evaluation is needed.
             if moved.abs() < LAST_STEP {
-                y += moved * (slope + 0.5 * moved * bend);
-                slope += moved * bend;
+                y += moved * (slope + 0.5 * moved * second);
+                slope += moved * second;
                 break;
             }
-            [y, slope, bend] = self.rise(s);
+            [y, slope, second] = self.rise(s);
         }
         let foot = Vec2::new(s, y);
         Contact::on_edge(self.from + foot, Vec2::new(1.0, slope), -(arm + foot))
     }
 }
 
+/// Tangent of a slope, vertical for an infinite one; not a unit vector.
 fn tangent(slope: f64) -> Vec2 {
     if slope.is_finite() {
         Vec2::new(1.0, slope)
@@ -230,7 +242,8 @@ fn tangent(slope: f64) -> Vec2 {
     }
 }
 
-fn recedes(arm: Vec2, slope: f64) -> f64 {
+/// Derivative of half the squared length of `arm` along a line of this slope.
+fn distance_rate(arm: Vec2, slope: f64) -> f64 {
     if slope.is_finite() {
         arm.x + arm.y * slope
     } else {
@@ -238,7 +251,8 @@ fn recedes(arm: Vec2, slope: f64) -> f64 {
     }
 }
 
-fn newton(at: Vec2, centre: Vec2, slope: f64, bend: f64) -> f64 {
+/// x after one Newton step from the point `at`, m.
+fn newton(at: Vec2, centre: Vec2, slope: f64, second: f64) -> f64 {
     let arm = at - centre;
-    at.x - (arm.x + arm.y * slope) / (1.0 + slope * slope + arm.y * bend)
+    at.x - (arm.x + arm.y * slope) / (1.0 + slope * slope + arm.y * second)
 }

@@ -1,52 +1,57 @@
-//! Which edges are near an x, in a time that does not depend on how many there are.
+//! Finds the edges near an x in a time that does not depend on their number.
 
 use crate::Vec2;
 use crate::edge::Edge;
 use std::ops::RangeInclusive;
 
-/// Width of a cell, m: a wheel's width is a few of them.
+/// Width of a cell, m: a few cells per wheel diameter.
 const WIDTH: f64 = 0.05;
-/// Most cells: a longer ground has wider ones.
+/// Greatest number of cells; on longer ground the cells are wider.
 const MOST: f64 = 1.0e6;
-/// Rounding allowed in a cell's bounds, m.
+/// Allowance for rounding in a cell's bounds, m.
 const MARGIN: f64 = 1e-9;
 
-/// Cells of equal width over x, and one on either side for the level ground there.
+/// Cells of equal width over x, and one more on either side for the level ground.
 pub(crate) struct Grid {
+    /// x of the start of cell 1, m.
     start: f64,
+    /// Width of a cell, m.
     width: f64,
-    /// Cells a metre.
+    /// Cells per metre.
     per_metre: f64,
     cells: Vec<Cell>,
-    /// The edges at whose end the ground can be nearest on both sides: risers, those before them, and concave corners.
+    /// Edges whose front end can lie between two local minima of the distance: risers, the edges before them, and edges
+    /// that end in a concave corner.
     breaks: Vec<u32>,
 }
 
-/// What is known of the ground over a cell.
+/// The ground over one cell.
 #[derive(Clone, Copy)]
 struct Cell {
-    /// The first edge that reaches into it.
+    /// Index of the first edge that reaches into the cell.
     first: u32,
-    /// Bounds of the height, m.
+    /// Lower bound of the height, m.
     low: f64,
+    /// Upper bound of the height, m.
     high: f64,
     /// Upper bound of the second derivative, 1/m; at least 0.
-    hollow: f64,
+    max_second_derivative: f64,
 }
 
-/// The ground within reach of a circle.
+/// The ground that a circle can touch.
 pub(crate) struct Reach {
     /// Its edges.
     pub edges: RangeInclusive<usize>,
-    /// Bounds of its height, m.
+    /// Lower bound of its height, m.
     pub low: f64,
+    /// Upper bound of its height, m.
     pub high: f64,
     /// Upper bound of its second derivative, 1/m; at least 0.
-    pub hollow: f64,
+    pub max_second_derivative: f64,
 }
 
 impl Grid {
-    /// Over a chain whose first and last edge are the level ground on either side.
+    /// The grid of a chain whose first and last edge are level ground.
     pub fn new(edges: &[Edge]) -> Self {
         let start = edges.first().map_or(0.0, |e| e.to.x);
         let end = edges.last().map_or(0.0, |e| e.from.x);
@@ -55,7 +60,7 @@ impl Grid {
             first: u32::MAX,
             low: f64::INFINITY,
             high: f64::NEG_INFINITY,
-            hollow: 0.0,
+            max_second_derivative: 0.0,
         };
         #[expect(
             clippy::cast_possible_truncation,
@@ -63,7 +68,7 @@ impl Grid {
             reason = "a count of cells"
         )]
         let cells = vec![empty; count as usize + 2];
-        // Level ground alone has no length at all.
+        // Level ground alone has no length between its first and its last edge.
         let width = ((end - start) / count).max(MARGIN);
         let mut grid = Self {
             start,
@@ -73,18 +78,19 @@ impl Grid {
             breaks: Vec::new(),
         };
         for (i, edge) in edges.iter().enumerate() {
-            grid.enter(i, edge, edges.get(i + 1));
+            grid.add(i, edge, edges.get(i + 1));
         }
         grid
     }
 
-    fn enter(&mut self, index: usize, edge: &Edge, next: Option<&Edge>) {
+    /// Adds an edge to the cells into which it reaches.
+    fn add(&mut self, index: usize, edge: &Edge, next: Option<&Edge>) {
         #[expect(clippy::cast_possible_truncation, reason = "edges fit into memory")]
         let number = index as u32;
         let (first, last) = (self.cell(edge.from.x), self.cell(edge.to.x));
-        let hollow = edge.bend_bounds().1;
+        let max_second_derivative = edge.second_derivative_bounds().1;
         for k in first..=last {
-            // A cell's ends are known to rounding.
+            // The ends of a cell carry rounding errors.
             let x = |x: f64| x.clamp(edge.from.x, edge.to.x);
             let ends = self.ends(k);
             let (low, high) = edge.heights(x(ends.0 - MARGIN), x(ends.1 + MARGIN));
@@ -92,21 +98,21 @@ impl Grid {
             cell.first = cell.first.min(number);
             cell.low = cell.low.min(low - MARGIN);
             cell.high = cell.high.max(high + MARGIN);
-            cell.hollow = cell.hollow.max(hollow);
+            cell.max_second_derivative = cell.max_second_derivative.max(max_second_derivative);
         }
         if let Some(next) = next
-            && (edge.opens_upward(next) || edge.is_riser() || next.is_riser())
+            && (edge.is_concave_corner_with(next) || edge.is_riser() || next.is_riser())
         {
             self.breaks.push(number);
         }
     }
 
-    /// An x in widths of a cell, 1 at the start.
+    /// Position of x (m) in cells: 1 at `start`.
     fn in_cells(&self, x: f64) -> f64 {
         (x - self.start) * self.per_metre + 1.0
     }
 
-    /// The cell of an x, which grows with x.
+    /// Index of the cell that holds x (m). It never falls as x rises.
     fn cell(&self, x: f64) -> usize {
         #[expect(
             clippy::cast_possible_truncation,
@@ -117,7 +123,7 @@ impl Grid {
         cell.min(self.cells.len() - 1)
     }
 
-    /// x from which and to which a cell goes, m.
+    /// x of a cell's start and end, m; infinite at the two outer ends.
     fn ends(&self, cell: usize) -> (f64, f64) {
         #[expect(clippy::cast_precision_loss, reason = "a count of cells")]
         let end = self.start + cell as f64 * self.width;
@@ -130,18 +136,18 @@ impl Grid {
         (from, if last { f64::INFINITY } else { end })
     }
 
-    /// The edges that reach into some cells, and perhaps one more behind them.
+    /// The edges that reach into the cells `first` to `last`, and possibly one more.
     fn edges(&self, first: usize, last: usize, edges: &[Edge]) -> RangeInclusive<usize> {
         let behind = self.cells.get(last + 1);
         self.cells[first].first as usize..=behind.map_or(edges.len() - 1, |c| c.first as usize)
     }
 
-    /// Index of an edge at x; at a joint one of those that meet there.
+    /// Index of the edge at x (m); at a joint, of one of the edges that meet there.
     pub fn edge_at(&self, edges: &[Edge], x: f64) -> usize {
         let cell = self.cell(x);
         let range = self.edges(cell, cell, edges);
         let (first, last) = (*range.start(), *range.end());
-        // Knots are mostly evenly spaced, and the edge is near where it would then be.
+        // Start near the place that evenly spaced knots would give: most are.
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -164,7 +170,7 @@ impl Grid {
         (first + edges[first..=last].partition_point(|e| e.to.x < x)).min(last)
     }
 
-    /// What a circle can reach; nothing, if it is in the air.
+    /// The ground that a circle can touch; `None` if there is none.
     pub fn within(&self, centre: Vec2, radius: f64, edges: &[Edge]) -> Option<Reach> {
         let reached = |k: &usize| {
             let (cell, (from, to)) = (&self.cells[*k], self.ends(*k));
@@ -180,18 +186,18 @@ impl Grid {
             edges: self.edges(first, last, edges),
             low: f64::INFINITY,
             high: f64::NEG_INFINITY,
-            hollow: 0.0,
+            max_second_derivative: 0.0,
         };
         let add = |all: Reach, c: &Cell| Reach {
             low: all.low.min(c.low),
             high: all.high.max(c.high),
-            hollow: all.hollow.max(c.hollow),
+            max_second_derivative: all.max_second_derivative.max(c.max_second_derivative),
             ..all
         };
         Some(self.cells[first..=last].iter().fold(none, add))
     }
 
-    /// Those of some edges at whose end the ground can be nearest on both sides.
+    /// Those of `edges`, without the last, whose front end can lie between two local minima of the distance.
     pub fn breaks(&self, edges: &RangeInclusive<usize>) -> impl Iterator<Item = usize> {
         let from = self
             .breaks

@@ -1,8 +1,9 @@
 //! Terrain profiles and the nearest contacts of a wheel with them.
 //!
-//! A [`Profile`] is what a user writes: level ground, bumps, ramps, stairs. A [`Terrain`] is the same ground made ready for contact: a
-//! chain of edges, straight or curved, with a grid that finds those under a wheel. Distances are measured along the true
-//! normal, to the curve itself and never to a polygon of it: a polygon's kinks would show as spikes in the normal force.
+//! A [`Profile`] describes the height of the ground over x by its parameters: level ground, bumps, ramps, stairs. A
+//! [`Terrain`] holds the same ground as a chain of straight and curved edges, with a grid that finds the edges near a
+//! wheel. Distances are measured along the normal of the curve itself. A polygon in place of the curve would have
+//! kinks, which appear as spikes of the normal force.
 
 mod bumps;
 mod chain;

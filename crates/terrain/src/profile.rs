@@ -1,4 +1,4 @@
-//! What a user writes: the ground's height over x.
+//! The ground's height over x, described by a few parameters.
 
 use crate::{Bump, CosBump, Course, Ditch, Heights, Ramp, Rough, RoughClass, RoughSettings};
 use crate::{Sine, Stairs, Vec2};
@@ -14,7 +14,7 @@ pub enum Profile {
     CosBump(CosBump),
     /// An incline.
     Ramp(Ramp),
-    /// Kerbs.
+    /// One step or several.
     Stairs(Stairs),
     /// A row of waves.
     Sine(Sine),
@@ -28,81 +28,82 @@ pub enum Profile {
     Course(Course),
 }
 
-/// What every kind of ground can do.
+/// The interface of every kind of ground.
 pub(crate) trait Shape {
-    /// Whether the numbers describe a ground.
+    /// See [`Profile::check`].
     fn check(&self) -> Result<(), ProfileError>;
 
-    /// As [`Profile::eval`].
+    /// See [`Profile::eval`].
     fn eval(&self, _x: f64) -> [f64; 3] {
         [0.0; 3]
     }
 
-    /// Where the level ground before the profile ends, and the pieces up to the level ground after it; m.
+    /// End of the level ground before the profile (m), and the pieces from there to the level ground behind it.
     fn pieces(&self) -> (Vec2, Vec<Piece>);
 }
 
-/// One piece of the ground, from where the piece before ended.
+/// One piece of the ground. It starts at the end of the last piece.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Piece {
-    /// Straight on to a point, m.
+    /// A straight line to a point, m.
     Line(Vec2),
-    /// Along [`Profile::eval`] to this x, with knots no farther apart than the spacing that no bend slips through; m.
+    /// The curve of [`Profile::eval`] to x (first value, m), with knots at most a spacing apart (second value, m). The
+    /// spacing must resolve the shape.
     Curve(f64, f64),
 }
 
-/// Knots no farther apart than this, m: fine enough that a wheel's nearest point is alone on its edge.
+/// Greatest spacing of knots, m: so small that an edge has at most one point nearest to a wheel's centre.
 pub(crate) const SPACING: f64 = 0.01;
 
-/// Why a profile cannot be ground.
+/// Reason why a profile is refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ProfileError {
     /// Too few points.
     #[error("found {found} points; there must be at least 2")]
     FewPoints {
-        /// How many.
+        /// Number of points.
         found: usize,
     },
     /// A coordinate of a point is not finite.
     #[error("point {point}: a coordinate is not a finite number")]
     Point {
-        /// Which point, from 0.
+        /// Index of the point, from 0.
         point: usize,
     },
-    /// A point is not in front of the one before.
+    /// A point does not lie in front of the previous one.
     #[error("point {point}: x is {found} m; it must be above that of the point before, {before} m")]
     Order {
-        /// Which point, from 0.
+        /// Index of the point, from 0.
         point: usize,
         /// Its x, m.
         found: f64,
-        /// The x of the point before, m.
+        /// x of the previous point, m.
         before: f64,
     },
     /// A part of a course is level ground, or a course itself.
     #[error("part {part} is level ground or a sequence itself")]
     Part {
-        /// Which part, from 0.
+        /// Index of the part, from 0.
         part: usize,
     },
-    /// A part of a course starts before the end of the one before.
+    /// A part of a course starts before the end of the previous one.
     #[error("part {part} starts at {start} m, before the end of the part before, {end} m")]
     Overlap {
-        /// Which part, from 0.
+        /// Index of the part, from 0.
         part: usize,
-        /// Where it starts, m.
+        /// x of its start, m.
         start: f64,
-        /// Where the part before ends, m.
+        /// x of the end of the previous part, m.
         end: f64,
     },
     /// A number is out of its range.
     #[error("{entry} is {found}; it must be {allowed}")]
     Range {
-        /// Which number.
+        /// Name of the parameter.
         entry: &'static str,
-        /// What was found.
+        /// Its value.
         found: f64,
-        /// What it must be.
+        /// The allowed values; completes the sentence "it must be ...".
         allowed: &'static str,
     },
 }
@@ -121,7 +122,8 @@ impl Shape for Level {
 }
 
 impl Profile {
-    /// Profile `smooth`: stands for the paper's "relatively smooth geometric profile", which was not published.
+    /// Profile `smooth`, five bumps: it replaces the paper's "relatively smooth geometric profile", which was not
+    /// published.
     pub fn smooth() -> Self {
         let bump = |height, centre, width| Bump {
             height,
@@ -146,7 +148,7 @@ impl Profile {
         })
     }
 
-    /// Profile `ramp`: 15 deg from x = 0.7 m on, 0.8 m long.
+    /// Profile `ramp`: an incline of 15 deg, 0.8 m long, from x = 0.7 m.
     pub fn ramp() -> Self {
         Self::Ramp(Ramp {
             angle: 15.0_f64.to_radians(),
@@ -165,7 +167,7 @@ impl Profile {
         })
     }
 
-    /// Profile `stairs`: 4 steps of 80 mm, 300 mm apart, from x = 0.7 m on.
+    /// Profile `stairs`: 4 steps of 80 mm, 300 mm apart, from x = 0.7 m.
     pub fn stairs() -> Self {
         Self::Stairs(Stairs {
             rise: 0.08,
@@ -175,7 +177,7 @@ impl Profile {
         })
     }
 
-    /// Profile `sine`: 5 waves of 0.5 m, 20 mm from trough to crest, from x = 0.7 m on.
+    /// Profile `sine`: 5 waves of 0.5 m, 20 mm from trough to crest, from x = 0.7 m.
     pub fn sine() -> Self {
         Self::Sine(Sine {
             amplitude: 0.01,
@@ -194,7 +196,7 @@ impl Profile {
         })
     }
 
-    /// Profile `rough`: class C, waves from 0.2 m to 10 m, 10 m of it from x = 0.7 m on, with fades of 1 m.
+    /// Profile `rough`: class C, wavelengths from 0.2 m to 10 m; 10 m long from x = 0.7 m, with fades of 1 m.
     pub fn rough(seed: u64) -> Self {
         Self::Rough(Rough::new(RoughSettings {
             class: RoughClass::C,
@@ -222,7 +224,7 @@ impl Profile {
         }
     }
 
-    /// Whether the numbers describe a ground.
+    /// Checks the parameters.
     ///
     /// # Errors
     /// The first [`ProfileError`] found.
@@ -230,7 +232,8 @@ impl Profile {
         self.shape().check()
     }
 
-    /// Height (m), slope (-) and second derivative (1/m) of a smooth profile at x; level for ramps, stairs and ditches.
+    /// Height (m), slope (-) and second derivative (1/m) at x (m). Zero for ramps, stairs and ditches, which consist of
+    /// straight lines only.
     pub fn eval(&self, x: f64) -> [f64; 3] {
         self.shape().eval(x)
     }
@@ -244,7 +247,8 @@ impl Profile {
 mod tests {
     use super::*;
 
-    /// Closed form against central differences: error of the second difference at h = 1e-5 is below 1e-5 for these bumps.
+    /// Closed form: slope and second derivative against central differences. The bounds cover the errors of the
+    /// differences at h = 1e-5 m.
     #[test]
     fn derivatives_match_differences() {
         for profile in [
@@ -257,14 +261,14 @@ mod tests {
                 let x = 0.2 + 0.008_71 * f64::from(i);
                 let h = 1e-5;
                 let (m, p) = (profile.eval(x - h), profile.eval(x + h));
-                let [_, slope, bend] = profile.eval(x);
+                let [_, slope, second] = profile.eval(x);
                 assert!(
                     (slope - (p[0] - m[0]) / (2.0 * h)).abs() < 1e-7,
                     "slope at {x}"
                 );
                 assert!(
-                    (bend - (p[1] - m[1]) / (2.0 * h)).abs() < 1e-5,
-                    "bend at {x}"
+                    (second - (p[1] - m[1]) / (2.0 * h)).abs() < 1e-5,
+                    "second derivative at {x}"
                 );
             }
         }

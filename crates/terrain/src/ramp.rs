@@ -9,7 +9,7 @@ use crate::profile::{Piece, ProfileError, Shape};
 pub struct Ramp {
     /// Slope of the incline, rad; negative downhill. Within +-80 deg.
     pub angle: f64,
-    /// Where the incline starts, m.
+    /// x of the start of the incline, m.
     pub start: f64,
     /// Length along the incline, m.
     pub length: f64,

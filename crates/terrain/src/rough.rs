@@ -7,7 +7,7 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use std::f64::consts::TAU;
 
-/// Number of waves that add up. Their lengths are spread evenly over the logarithm of the band, one in each part of it.
+/// Number of waves in the sum. The band of frequencies is divided into as many parts of equal ratio, one wave in each.
 const WAVES: u32 = 64;
 /// Reference spatial frequency n0 of ISO 8608, cycles/m.
 const N0: f64 = 0.1;
@@ -45,27 +45,28 @@ impl RoughClass {
     }
 }
 
-/// What random ground is made from.
+/// Parameters of random ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughSettings {
-    /// How rough.
+    /// Class of roughness.
     pub class: RoughClass,
     /// Shortest wavelength, m.
     pub shortest: f64,
     /// Longest wavelength, m.
     pub longest: f64,
-    /// Where it starts, m.
+    /// x of its start, m.
     pub start: f64,
     /// Length along x, both fades included, m.
     pub extent: f64,
-    /// Length over which it grows out of the level ground, and shrinks back into it, m.
+    /// Length over which the height rises from zero at the start, and falls to zero at the end, m.
     pub fade: f64,
-    /// Seed of phases and lengths of the waves.
+    /// Seed of the waves' phases and frequencies.
     pub seed: u64,
 }
 
 impl RoughSettings {
-    /// Variance of the height between the fades, m^2: the integral of the density `Gd(n0) (n/n0)^-2` over the band.
+    /// Variance of the height between the fades, m^2: the integral of the spectral density `Gd(n0) (n/n0)^-2` over the
+    /// frequencies n of the band (cycles/m).
     pub fn variance(&self) -> f64 {
         variance(self.class, 1.0 / self.longest, 1.0 / self.shortest)
     }
@@ -73,32 +74,32 @@ impl RoughSettings {
 
 /// Random ground: a sum of waves with random phases, faded into the level ground at both ends.
 ///
-/// Height, slope and curvature join the level ground without a jump.
+/// Height, slope and curvature are continuous at both ends.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rough {
     settings: RoughSettings,
     waves: Vec<Wave>,
 }
 
-/// `amplitude sin(number (x - start) + phase)`
+/// One wave, `amplitude sin(number (x - start) + phase)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Wave {
-    /// m
+    /// Amplitude, m.
     amplitude: f64,
     /// Wave number, rad/m.
     number: f64,
-    /// rad
+    /// Phase, rad.
     phase: f64,
 }
 
 impl Rough {
-    /// The ground of these settings: always the same for the same settings.
+    /// Draws the waves. The same settings always give the same ground.
     pub fn new(settings: RoughSettings) -> Self {
         let mut random = Pcg64::seed_from_u64(settings.seed);
         let ratio = settings.longest / settings.shortest;
         let frequency = |part: f64| ratio.powf(part / f64::from(WAVES)) / settings.longest;
         let waves = (0..WAVES).map(f64::from).map(|i| {
-            // Lengths at random within their parts: in fixed ratios the ground would repeat itself.
+            // Frequencies are random within their parts: in fixed ratios the ground would repeat itself.
             let number = TAU * frequency(i + uniform(&mut random));
             let variance = variance(settings.class, frequency(i), frequency(i + 1.0));
             Wave {
@@ -113,12 +114,12 @@ impl Rough {
         }
     }
 
-    /// What it is made from.
+    /// The parameters.
     pub fn settings(&self) -> &RoughSettings {
         &self.settings
     }
 
-    /// The sum of the waves and its derivatives, `s` from the start on.
+    /// Sum of the waves at the distance `s` (m) from the start, with first and second derivative.
     fn sum(&self, s: f64) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for wave in &self.waves {
@@ -152,7 +153,7 @@ impl Shape for Rough {
             return [0.0; 3];
         }
         let [h, dh, ddh] = self.sum(s);
-        // Only one end fades at a time.
+        // A fade is at most half of the extent: each half has one.
         let [w, dw, ddw] = if s < 0.5 * extent {
             smooth_step(s, fade)
         } else {
@@ -170,20 +171,20 @@ impl Shape for Rough {
     }
 }
 
-/// Integral of the density from frequency `low` to `high`, m^2.
+/// Integral of the spectral density from frequency `low` to `high` (cycles/m), m^2.
 fn variance(class: RoughClass, low: f64, high: f64) -> f64 {
     class.density() * N0 * N0 * (1.0 / low - 1.0 / high)
 }
 
-/// A number from 0 to 1, 1 excluded.
+/// A uniformly distributed number in [0, 1).
 fn uniform(random: &mut Pcg64) -> f64 {
-    // As many bits as a float holds.
+    // 53 bits: the precision of an f64.
     #[expect(clippy::cast_precision_loss, reason = "53 bits fit")]
     let bits = (random.next_u64() >> 11) as f64;
     bits * 2.0_f64.powi(-53)
 }
 
-/// From 0 at 0 to 1 at `length`, with first and second derivatives; both are 0 at both ends.
+/// Quintic step from 0 at `s` = 0 to 1 at `length` (m), with first and second derivative; both are 0 at both ends.
 fn smooth_step(s: f64, length: f64) -> [f64; 3] {
     if s >= length {
         return [1.0, 0.0, 0.0];
@@ -220,8 +221,8 @@ mod tests {
         sum / f64::from(count)
     }
 
-    /// Over 1 km, a hundred of the longest waves, the mean square of a sum of sines differs from the variance by the
-    /// cross terms of neighbouring waves: some per cent. The mean over 10 seeds by less.
+    /// Statistics: over 1 km (100 of the longest waves) the mean square differs from the variance by the cross terms of
+    /// neighbouring waves, a few percent. The mean over 10 seeds differs by less.
     #[test]
     fn variance_is_the_integral_of_the_density() {
         let expected = 256e-6 * 0.01 * (10.0 - 0.2);
@@ -235,7 +236,8 @@ mod tests {
         assert!((mean - 1.0).abs() < 0.03, "{mean}");
     }
 
-    /// Each octave has its own share: half the band, half the wavelengths' variance.
+    /// Closed form: an octave from n holds the variance `Gd(n0) n0^2/(2 n)`, so each octave holds half of the one
+    /// below.
     #[test]
     fn density_falls_with_the_square_of_the_frequency() {
         let ground = Rough::new(settings(3));
@@ -246,7 +248,7 @@ mod tests {
         };
         for low in [0.2, 0.4, 0.8, 1.6] {
             let expected = 256e-6 * 0.01 / (2.0 * low);
-            // One wave of eleven in an octave can fall on the other side of its end.
+            // An octave holds about 11 waves; one at its border can fall on the other side.
             assert!((share(low, 2.0 * low) / expected - 1.0).abs() < 0.2);
         }
         let density = |c: RoughClass| c.density();
@@ -254,9 +256,9 @@ mod tests {
         assert!((density(RoughClass::H) - 262_144e-6).abs() < 1e-12);
     }
 
-    /// To the bit, in every version: a change would change every recorded run.
+    /// Golden: the same bits in every version. Other bits would change every recorded run on random ground.
     #[test]
-    fn the_same_seed_makes_the_same_ground() {
+    fn the_same_seed_gives_the_same_ground() {
         let heights = |seed| {
             let ground = Rough::new(settings(seed));
             [3.0, 31.4, 500.0].map(|x| ground.eval(x)[0].to_bits())
@@ -268,11 +270,11 @@ mod tests {
     }
 
     #[test]
-    fn it_joins_level_ground_with_its_curvature() {
+    fn height_slope_and_curvature_are_continuous_at_the_fades() {
         let ground = Rough::new(settings(1));
         for x in [1.0, 1001.0] {
-            let [height, slope, bend] = ground.eval(x);
-            assert!(height.abs() < 1e-12 && slope.abs() < 1e-12 && bend.abs() < 1e-9);
+            let [height, slope, second] = ground.eval(x);
+            assert!(height.abs() < 1e-12 && slope.abs() < 1e-12 && second.abs() < 1e-9);
         }
         for (from, to) in [(1.999_999, 2.000_001), (999.999_999, 1_000.000_001)] {
             assert!((ground.eval(from)[2] - ground.eval(to)[2]).abs() < 1e-3);

@@ -5,19 +5,19 @@ use crate::check::{above_zero, finite, in_range};
 use crate::profile::{Piece, ProfileError, SPACING, Shape};
 use std::f64::consts::TAU;
 
-/// Longest row of waves, m: longer ones have too many edges.
+/// Greatest length of all waves together, m: it bounds the number of edges.
 const LONGEST: f64 = 1000.0;
 
 /// Waves on level ground: `amplitude (1 - cos(2 pi (x - start)/wavelength))` over whole periods; m.
 ///
-/// Height and slope join the level ground without a jump, the curvature does not. Crests are `2 amplitude` high.
+/// Height and slope are continuous at both ends, the curvature is not. Crests are `2 amplitude` high.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sine {
-    /// Half of the height from trough to crest, m; negative for waves below the level ground.
+    /// Half the height from trough to crest, m; negative for waves below the level ground.
     pub amplitude: f64,
-    /// From crest to crest, m.
+    /// Distance from crest to crest, m.
     pub wavelength: f64,
-    /// Where the first wave starts, m.
+    /// x of the start of the first wave, m.
     pub start: f64,
     /// Number of waves.
     pub periods: u32,

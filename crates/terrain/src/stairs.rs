@@ -4,16 +4,16 @@ use crate::Vec2;
 use crate::check::{above_zero, finite, in_range};
 use crate::profile::{Piece, ProfileError, Shape};
 
-/// Kerbs with vertical risers: one is a step, several are stairs.
+/// Steps with vertical risers: one is a kerb, several are stairs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stairs {
-    /// Height of each riser, m; negative for a way down.
+    /// Height of each riser, m; negative for steps down.
     pub rise: f64,
     /// Length of each tread, m.
     pub run: f64,
     /// Number of risers.
     pub count: u32,
-    /// Where the first riser is, m.
+    /// x of the first riser, m.
     pub start: f64,
 }
 

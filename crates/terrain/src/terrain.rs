@@ -1,4 +1,4 @@
-//! A profile made ready for contact: nearest points of a wheel on a chain of edges.
+//! The ground as a chain of edges, and the contacts of a wheel with it.
 
 use crate::chain::{REACH, chain};
 use crate::contact::Contact;
@@ -8,18 +8,19 @@ use crate::{Profile, Vec2};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-/// Two nearest points with no corner between whose normals differ by less than this are one, rad (8 deg): where a bend
-/// tighter than the wheel splits its nearest point in two, to count both at once would double the ground's stiffness. Both
-/// sides of a corner always count.
+/// Angle between the normals of two nearest points below which they count as one contact, rad (8 deg), if no corner
+/// lies between them. A hollow slightly tighter than the wheel has two nearest points close together; counting both
+/// would double the ground's stiffness. The two sides of a corner always count as two contacts.
 const SAME_NORMAL: f64 = 0.14;
-/// Two nearest points closer than this are one, m: where edges meet smoothly rounding can put one on each side.
+/// Distance of two nearest points below which they count as one contact, m: at a smooth joint, rounding can find one on
+/// each edge.
 const SAME_POINT: f64 = 1.0e-6;
-/// Newton's steps from edge to edge after which the rest is halved: three are the rule.
+/// Newton steps from edge to edge before the search bisects instead; three usually suffice.
 const NEWTON_STEPS: u32 = 8;
 
-/// The ground: a chain of straight and curved edges, and a grid that finds those near a wheel.
+/// The ground: a chain of straight and curved edges, and a grid that finds the edges near a wheel.
 ///
-/// Copies share it.
+/// Clones share the data.
 #[derive(Clone)]
 pub struct Terrain {
     ground: Arc<Ground>,
@@ -32,7 +33,7 @@ struct Ground {
 }
 
 impl Terrain {
-    /// Makes a profile ready for contact. The profile must have passed [`Profile::check`].
+    /// Builds the edges and the grid of a profile, which must have passed [`Profile::check`].
     pub fn new(profile: Profile) -> Self {
         let edges = chain(&profile);
         let grid = Grid::new(&edges);
@@ -45,7 +46,7 @@ impl Terrain {
         }
     }
 
-    /// The profile behind this terrain.
+    /// The profile from which the terrain was built.
     pub fn profile(&self) -> &Profile {
         &self.ground.profile
     }
@@ -54,7 +55,8 @@ impl Terrain {
         &self.ground.edges
     }
 
-    /// Whether there are edges on it, where a wheel is hit within less than a millisecond: bends of more than 0.5 deg.
+    /// Whether the ground has corners: joints where the tangent turns by more than 0.01 rad (0.6 deg). There the
+    /// contact force of a wheel can rise within less than a millisecond.
     pub fn has_corners(&self) -> bool {
         let pairs = self.ground.edges.windows(2);
         pairs
@@ -62,10 +64,11 @@ impl Terrain {
             .any(|turn| turn.abs() > 0.01)
     }
 
-    /// All places within `radius` of `centre` where the ground is locally nearest, from rear to front; m.
+    /// All contacts of a wheel from rear to front: points of the ground within `radius` (m) of `centre` (m) where the
+    /// distance has a local minimum.
     ///
-    /// On smooth ground that is one place; a wheel that bridges a hollow has two. `out` is cleared first and keeps its
-    /// storage from call to call. The answer depends on nothing but the arguments.
+    /// On smooth ground there is one; a wheel that bridges a hollow has two. `out` is cleared first; its storage is
+    /// reused from call to call. The result depends on the arguments alone.
     pub fn contacts(&self, centre: Vec2, radius: f64, out: &mut Vec<Contact>) {
         out.clear();
         let Ground { edges, grid, .. } = &*self.ground;
@@ -78,24 +81,24 @@ impl Terrain {
             out,
             last_run: None,
         };
-        // Along smooth ground below the centre the derivative of half the squared distance, g = (x - cx) + (f - cy) f',
-        // grows with 1 + f'^2 + (f - cy) f''. Where that is above zero throughout, and at corners that point upward, one
-        // place at most is locally nearest.
-        if centre.y > reach.high && (centre.y - reach.low) * reach.hollow < 1.0 {
+        // Let g = (x - cx) + (f - cy) f' be the derivative of half the squared distance along smooth ground below the
+        // centre. Its slope is 1 + f'^2 + (f - cy) f''. If that is positive everywhere, g has at most one zero between
+        // two breaks. Convex corners keep it so: there g jumps up.
+        if centre.y > reach.high && (centre.y - reach.low) * reach.max_second_derivative < 1.0 {
             let mut first = *reach.edges.start();
             for last in grid.breaks(&reach.edges) {
-                self.only_nearest(first..=last, &mut found);
-                found.at_joint(&edges[last], &edges[last + 1]);
+                self.add_single_minimum(first..=last, &mut found);
+                found.add_joint(&edges[last], &edges[last + 1]);
                 first = last + 1;
             }
-            self.only_nearest(first..=*reach.edges.end(), &mut found);
+            self.add_single_minimum(first..=*reach.edges.end(), &mut found);
         } else {
-            found.all_nearest(&edges[reach.edges]);
+            found.add_all_minima(&edges[reach.edges]);
         }
     }
 
-    /// The place that is locally nearest on edges where there cannot be two.
-    fn only_nearest(&self, range: RangeInclusive<usize>, found: &mut Found) {
+    /// Adds the local minimum of the distance on edges that have at most one.
+    fn add_single_minimum(&self, range: RangeInclusive<usize>, found: &mut Found) {
         let Ground { edges, grid, .. } = &*self.ground;
         let centre = found.centre;
         let (mut first, mut last) = (*range.start(), *range.end());
@@ -109,24 +112,24 @@ impl Terrain {
             };
             steps += 1;
             let edge = &edges[index];
-            if edge.recedes_at_from(centre) > 0.0 {
+            if edge.distance_rate_at_from(centre) > 0.0 {
                 if index == first {
                     return;
                 }
-                if found.at_joint(&edges[index - 1], edge) {
+                if found.add_joint(&edges[index - 1], edge) {
                     return;
                 }
                 last = index - 1;
-                guess = edge.guess_at_from(centre);
-            } else if edge.recedes_at_to(centre) < 0.0 {
+                guess = edge.newton_x_from(centre);
+            } else if edge.distance_rate_at_to(centre) < 0.0 {
                 if index == last {
                     return;
                 }
-                if found.at_joint(edge, &edges[index + 1]) {
+                if found.add_joint(edge, &edges[index + 1]) {
                     return;
                 }
                 first = index + 1;
-                guess = edge.guess_at_to(centre);
+                guess = edge.newton_x_to(centre);
             } else {
                 found.push(edge.foot(centre), Some(edge.run));
                 return;
@@ -134,7 +137,7 @@ impl Terrain {
         }
     }
 
-    /// The nearest place of the ground to `centre`, however far.
+    /// The point of the ground nearest to `centre` (m), at any distance.
     pub fn nearest(&self, centre: Vec2) -> Option<Contact> {
         let mut found = Vec::new();
         let mut radius = 0.1;
@@ -151,7 +154,8 @@ impl Terrain {
         None
     }
 
-    /// Points along the ground from `from` to `to`, for drawing: all corners, and curves at most `spacing` apart; m.
+    /// Points of the ground between x = `from` and `to` (m), for drawing: all ends of edges, and points on curves at
+    /// most `spacing` (m) apart in x.
     pub fn outline(&self, from: f64, to: f64, spacing: f64) -> Vec<Vec2> {
         let on = |edge: &Edge, x: f64| Vec2::new(x, edge.height(x));
         let mut points = Vec::new();
@@ -177,22 +181,23 @@ impl Terrain {
     }
 }
 
-/// The contacts of one wheel as they are found, from rear to front.
+/// Collects the contacts of one wheel from rear to front.
 struct Found<'a> {
     centre: Vec2,
     radius: f64,
     out: &'a mut Vec<Contact>,
-    /// [`Edge::run`] of the contact found last; none at a corner.
+    /// [`Edge::run`] of the last contact; `None` at a corner.
     last_run: Option<u32>,
 }
 
 impl Found<'_> {
+    /// Adds a contact within the radius, unless it is the same as the last one.
     fn push(&mut self, contact: Contact, run: Option<u32>) {
         if (self.centre - contact.point).norm_squared() >= self.radius * self.radius {
             return;
         }
         match self.out.last_mut() {
-            // One place found twice, or one bend: the deeper counts.
+            // The same point found twice, or two points of one hollow: the deeper one counts.
             Some(last)
                 if (last.point - contact.point).norm_squared() < SAME_POINT * SAME_POINT
                     || (run.is_some()
@@ -208,10 +213,12 @@ impl Found<'_> {
         self.last_run = run;
     }
 
-    /// Whether the place where two edges meet is nearer than both.
-    fn at_joint(&mut self, before: &Edge, after: &Edge) -> bool {
+    /// Adds the joint of two edges if the distance has a local minimum there, and returns whether it has.
+    fn add_joint(&mut self, before: &Edge, after: &Edge) -> bool {
         let at = after.from;
-        if before.recedes_at_to(self.centre) > 0.0 || after.recedes_at_from(self.centre) < 0.0 {
+        if before.distance_rate_at_to(self.centre) > 0.0
+            || after.distance_rate_at_from(self.centre) < 0.0
+        {
             return false;
         }
         let arm = self.centre - at;
@@ -224,14 +231,14 @@ impl Found<'_> {
         true
     }
 
-    /// All local minima of the distance, by a look at every edge.
-    fn all_nearest(&mut self, edges: &[Edge]) {
+    /// Adds all local minima of the distance, by a search of every edge.
+    fn add_all_minima(&mut self, edges: &[Edge]) {
         let centre = self.centre;
         for (i, edge) in edges.iter().enumerate() {
             if i > 0 {
-                self.at_joint(&edges[i - 1], edge);
+                self.add_joint(&edges[i - 1], edge);
             }
-            if edge.recedes_at_from(centre) < 0.0 && edge.recedes_at_to(centre) > 0.0 {
+            if edge.distance_rate_at_from(centre) < 0.0 && edge.distance_rate_at_to(centre) > 0.0 {
                 self.push(edge.foot(centre), Some(edge.run));
             }
         }
@@ -250,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn level_ground_is_met_straight_below() {
+    fn the_contact_with_level_ground_is_below_the_centre() {
         let terrain = Terrain::new(Profile::Flat);
         let found = contacts(&terrain, 0.7, 0.0994, 0.1);
         assert_eq!(found.len(), 1);
@@ -268,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn a_narrow_hollow_is_bridged_at_two_places() {
+    fn a_narrow_hollow_is_bridged_at_two_points() {
         let terrain = Terrain::new(Profile::CosBump(crate::CosBump {
             height: -0.08,
             centre: 0.0,
@@ -286,10 +293,10 @@ mod tests {
         let terrain = Terrain::new(Profile::step());
         let found = contacts(&terrain, 0.7 - 0.085, 0.0995, 0.1);
         assert_eq!(found.len(), 2);
-        // From rear to front: the tread below, then the riser's edge, 50 mm up, before the centre.
+        // From rear to front: the tread below the centre, then the riser's upper corner at a height of 50 mm.
         assert!((found[0].distance - 0.0995).abs() < 1e-15 && found[0].angle().abs() < 1e-15);
-        let edge = Vec2::new(0.7, 0.05);
-        assert!((found[1].point - edge).norm() < 1e-15);
+        let corner = Vec2::new(0.7, 0.05);
+        assert!((found[1].point - corner).norm() < 1e-15);
         let found = contacts(&terrain, 0.7 - 0.099, 0.04, 0.1);
         assert!(
             found
@@ -299,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn a_narrow_ditch_is_bridged_by_its_edges_a_wide_one_is_not() {
+    fn a_wheel_rests_on_both_corners_of_a_narrow_ditch_but_on_the_bottom_of_a_wide_one() {
         let terrain = Terrain::new(Profile::ditch());
         let hanging = 0.0999_f64.powi(2) - 0.06_f64.powi(2);
         let found = contacts(&terrain, 0.76, hanging.sqrt(), 0.1);
@@ -308,7 +315,7 @@ mod tests {
             assert!((contact.point - Vec2::new(x, 0.0)).norm() < 1e-15);
             assert!((contact.distance - 0.0999).abs() < 1e-12);
         }
-        // In a wide one: the bottom, and against the far wall that wall too.
+        // In a wide ditch the wheel touches the bottom, and here the front wall as well.
         let terrain = Terrain::new(Profile::Ditch(crate::Ditch {
             depth: 0.2,
             width: 0.5,
@@ -321,9 +328,9 @@ mod tests {
     }
 
     #[test]
-    fn a_concave_corner_has_two_contacts_a_convex_one_a_corner() {
+    fn a_concave_corner_has_two_contacts_a_convex_one_has_one() {
         let terrain = Terrain::new(Profile::ramp());
-        // On the line that halves the corner both distances are equal.
+        // On the bisector of the corner both distances are equal.
         let half = 7.5_f64.to_radians();
         let found = contacts(&terrain, 0.7 - 0.0995 * half.tan(), 0.0995, 0.1);
         assert_eq!(found.len(), 2);
@@ -350,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn corners_are_told_from_smooth_joints() {
+    fn smooth_joints_are_not_corners() {
         for (profile, has) in [
             (Profile::Flat, false),
             (Profile::smooth(), false),
@@ -400,7 +407,8 @@ mod tests {
         }
     }
 
-    /// A course of one part is that part to the bit; a wheel on smooth joints of a course touches once.
+    /// Equivalence: a course of one part has the contacts of that part, bit for bit. A wheel on a smooth joint of a
+    /// course has one contact.
     #[test]
     fn parts_join_without_double_contacts() {
         let one = |p: &Profile| Terrain::new(Profile::Course(crate::Course::new(vec![p.clone()])));
@@ -439,8 +447,8 @@ mod tests {
         assert!((points[9] - Vec2::new(3.0, 0.32)).norm() < 1e-12);
     }
 
-    /// Edges carry the profile's curve: largest error of height (m) and slope (-) between the knots, and that they are the
-    /// sixth derivative's. 1e-9 m of height is 0.2 mN of a wheel's normal force, 1e-6 of slope 0.05 mN of its direction.
+    /// Edges follow the profile's curve between the knots, within bounds of height (m) and slope (-) that grow with the
+    /// sixth derivative. An error of 1e-9 m in height changes N by 0.2 mN; one of 1e-6 in slope turns N by 0.05 mN.
     #[test]
     fn edges_follow_their_curves() {
         let rough = |class, shortest| {
@@ -463,25 +471,28 @@ mod tests {
             ("rough H", rough(crate::RoughClass::H, 0.05), 1e-9, 1e-6),
         ] {
             let terrain = Terrain::new(profile.clone());
-            let (mut off, mut turned) = (0.0_f64, 0.0_f64);
+            let (mut height_error, mut slope_error) = (0.0_f64, 0.0_f64);
             for edge in terrain.ground.edges.iter().filter(|e| !e.is_line()) {
                 for i in 1..8 {
                     let x = edge.from.x + (edge.to.x - edge.from.x) * f64::from(i) / 8.0;
                     let [y, m, _] = profile.eval(x);
-                    off = off.max((edge.height(x) - y).abs());
+                    height_error = height_error.max((edge.height(x) - y).abs());
                     let h = 1e-5;
                     let found = (edge.height(x + h) - edge.height(x - h)) / (2.0 * h);
                     let expected = (profile.eval(x + h)[0] - profile.eval(x - h)[0]) / (2.0 * h);
-                    turned = turned.max((found - expected).abs());
+                    slope_error = slope_error.max((found - expected).abs());
                     assert!((expected - m).abs() < 1e-4);
                 }
             }
-            println!("{name}: height {off:.1e} m, slope {turned:.1e}");
-            assert!(off < height && turned < slope, "{name}: {off} {turned}");
+            println!("{name}: height {height_error:.1e} m, slope {slope_error:.1e}");
+            assert!(
+                height_error < height && slope_error < slope,
+                "{name}: {height_error} {slope_error}"
+            );
         }
     }
 
-    /// Grounds of every kind, with numbers from gentle to tighter than a wheel.
+    /// Ground of every kind, from gentle shapes to shapes narrower than a wheel.
     fn any_ground() -> impl Strategy<Value = Profile> {
         let height = -0.2..0.2_f64;
         let bump =
@@ -497,7 +508,7 @@ mod tests {
             let mut x = 0.0;
             let mut next = |(dx, y): (f64, f64)| {
                 x += dx;
-                // A point lies no higher over the one before than the step is wide: steep, but no cliff.
+                // |y| is at most the step in x, which bounds the slope.
                 Vec2::new(x, y.clamp(-dx, dx))
             };
             let points = steps.into_iter().map(&mut next).collect();
@@ -568,7 +579,7 @@ mod tests {
         prop_oneof![one.clone(), one.prop_map(shifted)]
     }
 
-    /// Equivalence: whatever is left out of sight, the contacts are those that a look at every edge finds.
+    /// Equivalence: the search with the grid finds the same contacts as a search of every edge.
     #[test]
     fn no_contact_is_missed() {
         let config = ProptestConfig {
@@ -578,14 +589,14 @@ mod tests {
         };
         let sunk = prop_oneof![-0.01..0.02_f64, 0.0..0.3_f64];
         let radius = prop_oneof![Just(0.1), 0.02..0.4_f64];
-        // How often there were no, one, two ... contacts.
+        // Number of places with 0, 1, 2 ... contacts.
         let counts = std::cell::RefCell::new([0; 20]);
         let one = |(profile, sunk, radius): (Profile, f64, f64)| {
             prop_assume!(profile.check().is_ok());
             let terrain = Terrain::new(profile);
             let Ground { edges, grid, .. } = &*terrain.ground;
             for x in (0..70).map(|i| -0.2 + 0.041 * f64::from(i)) {
-                // In the ground, or over it: from the height where a wheel would rest.
+                // Height at which the wheel just touches the ground; the centre is then lowered or raised.
                 let over = |i: i32| {
                     let dx = radius * f64::from(i) / 200.0;
                     let ground = edges[grid.edge_at(edges, x + dx)].height(x + dx);
@@ -601,7 +612,7 @@ mod tests {
                     out: &mut all,
                     last_run: None,
                 }
-                .all_nearest(edges);
+                .add_all_minima(edges);
                 prop_assert_eq!(found.len(), all.len(), "{} {:?} {:?}", x, found, all);
                 for (a, b) in found.iter().zip(&all) {
                     // Newton's method starts at the same place on the same edge.
@@ -621,7 +632,8 @@ mod tests {
     }
 
     proptest! {
-        /// Property: the nearest place found is the nearest of a dense sample of the curve, and lies on its own normal.
+        /// Property: the contact is the nearest point of a dense sample of the curve, and the centre lies on its
+        /// normal.
         #[test]
         fn nearest_is_nearest(x in -0.5_f64..4.5, gap in 0.09_f64..0.1, which in 0..4_usize) {
             let profile = [Profile::smooth(), Profile::cosbump(), Profile::sine(), Profile::rough(0)][which].clone();
@@ -639,8 +651,8 @@ mod tests {
                     (Vec2::new(u, profile.eval(u)[0]) - centre).norm()
                 })
                 .fold(f64::INFINITY, f64::min);
-            // A sample 0.1 mm apart is farther than the nearest by at most (0.05 mm)^2 / 2r = 1.3e-8 m; the edges of
-            // `rough` are off by 1e-11 m.
+            // Samples are 0.1 mm apart: the nearest one is farther than the curve by at most (0.05 mm)^2/(2 r) = 1.3e-8
+            // m. The edges of `rough` differ from the curve by 1e-11 m.
             prop_assert!(contact.distance <= dense + 1e-10 && contact.distance > dense - 5e-8);
         }
     }

@@ -12,14 +12,15 @@ pub(crate) const WHEELS: [Colour; 3] = [
     Colour([0xD5, 0x5E, 0x00]),
     Colour([0x00, 0x9E, 0x73]),
 ];
-/// Estimators by their place in the scene, and runs by their place in a comparison: what Okabe and Ito leave over, and white.
+/// Estimators by their place in the scene, and runs by their place in a comparison, in the order of the figures: purple,
+/// amber, grey, white (black in a light picture). No blue: the front wheel has it.
 const OTHERS: [Colour; 6] = [
     Colour([0xCC, 0x79, 0xA7]),
-    Colour([0xF0, 0xE4, 0x42]),
-    Colour([0x56, 0xB4, 0xE9]),
-    Colour([0xFF, 0xFF, 0xFF]),
     Colour([0xE6, 0x9F, 0x00]),
-    Colour([0x90, 0x90, 0x90]),
+    Colour([0x9A, 0x9A, 0x9A]),
+    Colour([0xFF, 0xFF, 0xFF]),
+    Colour([0xF0, 0xE4, 0x42]),
+    Colour([0xA6, 0x8C, 0xE8]),
 ];
 /// Pins and their trails: labels tell them apart.
 pub(crate) const PIN: Colour = Colour([0xF0, 0xF0, 0xF0]);
@@ -66,6 +67,12 @@ pub(crate) fn by_place(place: usize) -> Colour {
     OTHERS[place % OTHERS.len()]
 }
 
+/// Every colour of wheels, estimators and runs that is no grey.
+pub(crate) fn hues() -> impl Iterator<Item = Colour> {
+    let all = WHEELS.into_iter().chain(OTHERS);
+    all.filter(|Colour([r, g, b])| !(r == g && g == b))
+}
+
 /// The colour of a stretch of ground: the less friction beside the rest of the ground, the more like ice; the more, the more
 /// like rubber.
 pub(crate) fn stretch(mu: f64, elsewhere: f64) -> Colour {
@@ -84,5 +91,24 @@ pub(crate) fn stretch(mu: f64, elsewhere: f64) -> Colour {
 impl From<Colour> for Color {
     fn from(Colour([r, g, b]): Colour) -> Self {
         Self::from_rgb(r, g, b)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An estimator and a wheel differ by at least a quarter of the range in one channel, whatever the estimator's place.
+    #[test]
+    fn no_estimator_has_the_colour_of_a_wheel() {
+        for Colour(wheel) in WHEELS {
+            for Colour(other) in OTHERS {
+                let most = wheel.iter().zip(other).map(|(a, b)| a.abs_diff(b)).max();
+                assert!(most >= Some(65), "{wheel:?} {other:?}");
+            }
+        }
+        let Colour([r, _, b]) = by_place(2);
+        // The third estimator, `true-mass` by default, is not blue.
+        assert_eq!(r, b);
     }
 }

@@ -212,9 +212,9 @@ fn scalars(chunk: &Chunk) -> Vec<(i64, f64)> {
         .collect()
 }
 
-/// Later runs are white, sky blue and so on: what stands out before the wheels' colours.
+/// Later runs are white, yellow and so on: what stands out before the wheels' colours.
 fn colour_place(run: usize) -> usize {
-    run + 1
+    run + 2
 }
 
 #[expect(clippy::cast_precision_loss, reason = "exact up to a hundred days")]

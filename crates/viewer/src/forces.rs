@@ -32,6 +32,16 @@ impl ForceScale {
         }
     }
 
+    /// Mean static load of a wheel, N.
+    pub(crate) fn mean_load(self) -> f64 {
+        self.mean_load
+    }
+
+    /// Length of its arrow, m.
+    pub(crate) fn mean_load_length(self) -> f64 {
+        MEAN_LOAD_LENGTH
+    }
+
     /// Force that is 1 m long, N.
     pub(crate) fn newtons_per_metre(self) -> f64 {
         self.mean_load / MEAN_LOAD_LENGTH
@@ -79,7 +89,7 @@ impl Forces {
         let load = self.scale.mean_load;
         let mut rows = vec![(
             "true",
-            format!("true: this long is {load:.0} N"),
+            format!("true, {load:.0} N"),
             arrows([crate::colours::NEUTRAL], 2.5),
         )];
         if let Some((place, name)) = &self.estimator {
@@ -94,7 +104,7 @@ impl Forces {
                         .with_radii([Radius::new_ui_points(1.0)]),
                 )?;
             }
-            let label = format!("estimated by {name}");
+            let label = format!("estimated by {name}, {load:.0} N");
             rows.push(("estimated", label, arrows([colour], 1.25)));
         }
         let [x, mut y] = corner;

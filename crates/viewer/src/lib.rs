@@ -12,7 +12,8 @@
 //! | `world/forces/true/...` | N and T of the simulator, as arrows at the contacts |
 //! | `world/forces/estimated/...` | N and T of one estimator: the last that knows its errors, or else the last; `two_sigma` bars |
 //! | `world/trails` | where the pins have been (Fig. 5) |
-//! | `world/follow` | a frame that goes along with the body, and the scale of the arrows |
+//! | `world/follow` | a frame that goes along with the body, with the scales of arrows and of lengths |
+//! | `world/scale` | an axis below the whole ground, and the scale of the arrows |
 //! | `series/...` | forces, errors, contact angles, friction and residuals over time |
 //! | `wheels/...`, `trust/...` | what each wheel does, what each estimator says of itself, as lanes |
 //! | `events` | contact lost or regained, slip, stops reached, flags, estimates refused |
@@ -37,12 +38,15 @@ mod layout;
 mod live;
 mod picture;
 mod plot;
+mod print;
 mod program;
 mod recorder;
+mod scale;
 mod scene_view;
 mod series;
 mod shapes;
 mod sink;
+mod theme;
 mod writer;
 
 pub use comparison::{ComparedRun, recording_end, recording_is_closed, save_comparison};
@@ -51,3 +55,4 @@ pub use live::{LiveReport, LiveSink};
 pub use picture::{PictureOptions, picture};
 pub use program::open;
 pub use sink::RecordingSink;
+pub use theme::Theme;

@@ -3,12 +3,13 @@
 use crate::colours::{Colour, WHEELS};
 use crate::control::Control;
 use crate::error::Cause;
+use crate::print::PrintCopy;
 use crate::program::{Started, free_port, start_error};
-use crate::{ViewerError, recording_end};
+use crate::{Theme, ViewerError, recording_end};
 use robhaz_run::Stop;
 use std::ffi::OsStr;
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, BufWriter};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -21,6 +22,11 @@ const PAUSE: Duration = Duration::from_millis(500);
 /// Each wheel's colour covers at least this share of a picture that shows the data: a rim alone is a thousandth.
 const LEAST_SHARE: f64 = 5e-4;
 
+/// Height of the bar at the top of the viewer's window, which stays without its panels, in pixels.
+const TITLE_BAR: u32 = 28;
+/// Width of the window's rounded corners.
+const CORNER: usize = 10;
+
 /// What to take a picture of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PictureOptions {
@@ -28,6 +34,8 @@ pub struct PictureOptions {
     pub size: [u32; 2],
     /// Simulated time to show, s; by default the middle of the run.
     pub at: Option<f64>,
+    /// Dark as in the viewer, or light for print.
+    pub theme: Theme,
 }
 
 impl Default for PictureOptions {
@@ -36,11 +44,13 @@ impl Default for PictureOptions {
         Self {
             size: [1400, 900],
             at: None,
+            theme: Theme::Dark,
         }
     }
 }
 
-/// Lets the installed viewer, without a window, show a recording, and saves its picture to `out`.
+/// Lets the installed viewer, without a window, show a recording, and saves its picture to `out`. The picture has the views
+/// alone, without the panels around them.
 ///
 /// The picture is taken when the whole recording is loaded and two pictures in a row are the same, and only kept when the
 /// colours of all three wheels are in it.
@@ -62,22 +72,23 @@ pub fn picture(
     if !(0.0..=end + 1e-9).contains(&time) {
         return Err(ViewerError::Time { at: time, end });
     }
+    let copy = PrintCopy::of(recording, out, end)?;
     let port = free_port()?;
-    let size = format!("{}x{}", options.size[0], options.size[1]);
+    let size = format!("{}x{}", options.size[0], options.size[1] + TITLE_BAR);
     let mut viewer = Started::at(
         port,
         &[
             OsStr::new("--headless"),
             OsStr::new("--window-size"),
             OsStr::new(&size),
-            recording.as_os_str(),
+            copy.0.as_os_str(),
         ],
     )?;
     let patience = Patience {
         start: Instant::now(),
         stop,
     };
-    let taken = take(port, out, [time, end], &patience);
+    let taken = take(port, out, [time, end], options.theme, &patience);
     // Without a renderer it listens for a moment and ends.
     let words = viewer.last_words();
     viewer.end();
@@ -116,6 +127,7 @@ fn take(
     port: u16,
     out: &Path,
     [time, end]: [f64; 2],
+    theme: Theme,
     patience: &Patience<'_>,
 ) -> Result<(), ViewerError> {
     let mut control = Control::call(port)?;
@@ -138,6 +150,8 @@ fn take(
         let image = draft.take(&mut control, patience)?;
         let missing = image.missing();
         if missing.is_none() && before.as_ref() == Some(&image) {
+            let written = image.views().write(&draft.0, theme);
+            written.map_err(ViewerError::write(&draft.0.display().to_string()))?;
             return std::fs::rename(&draft.0, out).map_err(|source| ViewerError::Create {
                 path: out.to_owned(),
                 source,
@@ -190,6 +204,8 @@ impl Drop for Draft {
 /// Pixels of a picture.
 #[derive(PartialEq)]
 struct Image {
+    /// Width and height.
+    size: [u32; 2],
     /// Red, green, blue of each pixel.
     pixels: Vec<[u8; 3]>,
 }
@@ -207,7 +223,48 @@ impl Image {
         bytes.truncate(info.buffer_size());
         let pixels = bytes.chunks_exact(info.color_type.samples());
         let pixels = pixels.filter_map(|p| p.get(..3)?.try_into().ok()).collect();
-        Ok(Self { pixels })
+        Ok(Self {
+            size: [info.width, info.height],
+            pixels,
+        })
+    }
+
+    /// The picture without the title bar: of the rows at its top the empty ones are left out, and else rows at its bottom.
+    fn views(&self) -> Self {
+        let width = self.size[0] as usize;
+        let bar = TITLE_BAR as usize;
+        let empty = |row: &&[[u8; 3]]| {
+            let inner = row.get(CORNER..width.saturating_sub(CORNER));
+            inner.is_some_and(|inner| inner.windows(2).all(|pair| pair[0] == pair[1]))
+        };
+        let rows: Vec<&[[u8; 3]]> = self.pixels.chunks_exact(width.max(1)).collect();
+        let top = rows.iter().take(bar).take_while(|row| empty(row)).count();
+        let height = rows.len().saturating_sub(bar);
+        let kept: Vec<[u8; 3]> = rows
+            .iter()
+            .skip(top)
+            .take(height)
+            .copied()
+            .flatten()
+            .copied()
+            .collect();
+        Self {
+            size: [self.size[0], u32::try_from(height).unwrap_or(u32::MAX)],
+            pixels: kept,
+        }
+    }
+
+    /// Writes it in a theme.
+    fn write(&self, path: &Path, theme: Theme) -> Result<(), Cause> {
+        let file = BufWriter::new(File::create(path)?);
+        let mut encoder = png::Encoder::new(file, self.size[0], self.size[1]);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        let mut writer = encoder.write_header()?;
+        let bytes: Vec<u8> = self.pixels.iter().flat_map(|p| theme.pixel(*p)).collect();
+        writer.write_image_data(&bytes)?;
+        writer.finish()?;
+        Ok(())
     }
 
     /// What a picture that shows the data would have, and this has not.
@@ -238,6 +295,7 @@ mod tests {
     #[test]
     fn a_picture_without_the_wheels_is_not_enough() {
         let mut image = Image {
+            size: [100, 100],
             pixels: vec![[13, 16, 17]; 10_000],
         };
         let missing = image.missing().expect("nothing is shown");
@@ -249,5 +307,31 @@ mod tests {
         image.pixels[..20].fill([0; 3]);
         let missing = image.missing().expect("the front wheel has gone");
         assert!(missing.contains("the front wheel"), "{missing}");
+    }
+
+    /// Closed form: of an empty bar of 28 rows nothing is left; rows with something in them are not taken for the bar.
+    #[test]
+    fn the_title_bar_is_left_out() {
+        let width = 40;
+        let row = |grey: u8| vec![[grey; 3]; width];
+        let mut pixels: Vec<[u8; 3]> = (0..28).flat_map(|_| row(13)).collect();
+        pixels.extend((0..20_u8).flat_map(|k| [vec![[k; 3]; 20], row(99)[20..].to_vec()].concat()));
+        let image = Image {
+            size: [40, 48],
+            pixels,
+        };
+        let views = image.views();
+        assert_eq!(views.size, [40, 20]);
+        assert_eq!(views.pixels[0], [0; 3]);
+        assert_eq!(views.pixels.len(), 800);
+        // A picture whose first row is not empty keeps it.
+        let full = Image {
+            size: [40, 48],
+            pixels: (0..48_u8)
+                .flat_map(|k| [vec![[k; 3]; 20], row(99)[20..].to_vec()].concat())
+                .collect(),
+        };
+        assert_eq!(full.views().pixels[0], [0; 3]);
+        assert_eq!(full.views().size, [40, 20]);
     }
 }

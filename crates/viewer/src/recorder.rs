@@ -12,7 +12,6 @@ use crate::writer::{Target, Writer};
 use rerun::EntityPath;
 use rerun::archetypes::{RecordingInfo, TextDocument};
 use rerun::components::MediaType;
-use robhaz_estimator::Filters;
 use robhaz_run::Frame;
 use robhaz_scene::{EstimatorChoice, Scene};
 
@@ -23,7 +22,7 @@ const SERIES_RATE: f64 = 125.0;
 /// The estimator that is drawn in the scene, by its place: the last that knows its own errors, or else the last.
 pub(crate) fn chosen(scene: &Scene) -> Option<usize> {
     let estimators = &scene.estimators;
-    let knows = |e: &EstimatorChoice| e.settings.filters == Filters::Kalman;
+    let knows = |e: &EstimatorChoice| e.settings.states_covariance();
     let preferred = estimators.iter().rposition(knows);
     preferred.or(estimators.len().checked_sub(1))
 }

@@ -6,8 +6,9 @@ use crate::ViewerError;
 use crate::colours::{self, Colour};
 use crate::contact::contact_point;
 use crate::convert::{deep, flat, narrow, turn};
-use crate::forces::{Forces, Shown};
+use crate::forces::{ForceScale, Forces, Shown};
 use crate::ground::Ground;
+use crate::scale;
 use crate::shapes;
 use crate::writer::Writer;
 use rerun::archetypes::{Ellipses2D, LineStrips2D, Points2D, Transform3D};
@@ -91,7 +92,9 @@ impl SceneView {
             "world/robot/contacts",
             &Points2D::update_fields().with_radii([Radius::new_ui_points(4.0)]),
         )?;
-        let [half_width, above, _] = FOLLOWED;
+        scale::log_axis(out, self.ground.box_of(), ForceScale::new(&self.robot))?;
+        let [half_width, above, below] = FOLLOWED;
+        scale::log_bar(out, [half_width - 0.16, below - 0.08])?;
         self.forces.declare(out, [0.12 - half_width, 0.05 - above])
     }
 

@@ -4,7 +4,7 @@
 
 mod common;
 
-use robhaz_viewer::{PictureOptions, RecordingSink, ViewerError, picture};
+use robhaz_viewer::{PictureOptions, RecordingSink, Theme, ViewerError, picture};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -45,10 +45,8 @@ fn found(pixels: &[[u8; 3]], colour: [u8; 3], x: [f64; 2], y: [f64; 2]) -> (usiz
     (count, sum.map(|s| s / f64::from(count.max(1) as u32)))
 }
 
-/// The picture has the robot on the left, its wheels from rear to front, and on the right the plots of the wheels from front to
-/// rear, with the estimators' lines in them.
-#[test]
-fn the_viewer_shows_the_data_in_its_places() {
+/// A picture of a short run at 3 s. `None` where no viewer can draw.
+fn taken(theme: Theme) -> Option<Vec<[u8; 3]>> {
     let folder = tempfile::tempdir().expect("a folder");
     let (recording, shot) = (
         folder.path().join("run.rrd"),
@@ -59,21 +57,46 @@ fn the_viewer_shows_the_data_in_its_places() {
     let options = PictureOptions {
         size: [WIDTH as u32, HEIGHT as u32],
         at: Some(3.0),
+        theme,
     };
     match picture(&recording, &shot, options, &|| None) {
-        Ok(()) => {}
+        Ok(()) => Some(pixels(&shot)),
         Err(
             error @ (ViewerError::NotInstalled
             | ViewerError::OtherVersion { .. }
             | ViewerError::Start { .. }),
         ) => {
             eprintln!("SKIPPED, no viewer can draw here: {error}");
-            return;
+            None
         }
         Err(error) => panic!("{error}"),
     }
+}
 
-    let pixels = pixels(&shot);
+/// A light picture is white where nothing is drawn, and its wheels have their colours.
+#[test]
+fn a_light_picture_is_white() {
+    let Some(pixels) = taken(Theme::Light) else {
+        return;
+    };
+    let white = pixels.iter().filter(|pixel| **pixel == [255; 3]).count();
+    assert!(white > pixels.len() / 2, "{white} white pixels");
+    for colour in WHEELS {
+        let (count, _) = found(&pixels, colour, [0.0, 0.5], [0.2, 0.8]);
+        assert!(count > 300, "{colour:?} covers {count} pixels");
+    }
+}
+
+/// The picture has the robot on the left, its wheels from rear to front, and on the right the plots of the wheels from front to
+/// rear, with the estimators' lines in them.
+#[test]
+fn the_viewer_shows_the_data_in_its_places() {
+    let Some(pixels) = taken(Theme::Dark) else {
+        return;
+    };
+    // The title of a view, and not the window's bar, is at the top.
+    let bright = |pixel: &&[u8; 3]| pixel[0] > 120;
+    assert!(pixels[..28 * WIDTH].iter().filter(bright).count() > 50);
     // The view that goes along with the body: left half, second quarter to three quarters down.
     let [front, middle, rear] = WHEELS.map(|c| found(&pixels, c, [0.0, 0.5], [0.27, 0.75]));
     for (name, (count, _)) in [("front", front), ("middle", middle), ("rear", rear)] {

@@ -1,5 +1,5 @@
 //! A program without the standard library whose panic handler calls a function that does not exist: it links only if the
-//! optimiser has shown that neither update nor save nor restore can panic. It prints how much stack an update uses.
+//! optimiser has proven that neither update nor save nor restore can panic. It prints the stack that an update uses.
 #![no_std]
 #![no_main]
 
@@ -26,23 +26,23 @@ fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
 #[unsafe(no_mangle)]
 extern "C" fn rust_eh_personality() {}
 
-const PAINTED: usize = 256 * 1024;
-const PAINT: u8 = 0xA5;
+const FILLED: usize = 256 * 1024;
+const PATTERN: u8 = 0xA5;
 
-/// Paints the stack below the caller, or counts how much of the paint is gone: what is not painted any more has been used.
+/// Fills the stack below the caller with a pattern, or counts the bytes without it: these have been used.
 #[inline(never)]
 fn stack(count: bool) -> usize {
-    let mut area = core::mem::MaybeUninit::<[u8; PAINTED]>::uninit();
+    let mut area = core::mem::MaybeUninit::<[u8; FILLED]>::uninit();
     let bytes = area.as_mut_ptr().cast::<u8>();
     let (mut untouched, mut gone) = (0, 0);
-    // The lowest address is the deepest. Entering this function writes one word a page (stack probes): what an update leaves
-    // is longer.
-    for i in 0..PAINTED {
-        // Volatile, so that neither is optimised away; the old contents are what is wanted.
+    // The lowest address is the deepest. Entering this function writes one word a page (stack probes); an update overwrites
+    // longer stretches.
+    for i in 0..FILLED {
+        // Volatile, so that neither is optimised away; the read is of old contents on purpose.
         unsafe {
             if !count {
-                bytes.add(i).write_volatile(PAINT);
-            } else if bytes.add(i).read_volatile() == PAINT {
+                bytes.add(i).write_volatile(PATTERN);
+            } else if bytes.add(i).read_volatile() == PATTERN {
                 (untouched, gone) = (i + 1, 0);
             } else if gone < 16 {
                 gone += 1;
@@ -51,7 +51,7 @@ fn stack(count: bool) -> usize {
             }
         }
     }
-    PAINTED - untouched
+    FILLED - untouched
 }
 
 fn frame(k: u32) -> SensorFrame {
@@ -81,7 +81,7 @@ extern "C" fn main() -> core::ffi::c_int {
         (c"paper-wheels", EstimatorSettings::paper_wheels()),
         (c"best", EstimatorSettings::best()),
     ] {
-        // What is told must not be known to the optimiser.
+        // The optimiser must not know robot and settings.
         let mut estimator = Estimator::new(&black_box(Robot::default_a()), black_box(settings));
         for k in 0..10 {
             update(&mut estimator, k);

@@ -58,6 +58,12 @@ pub fn clip(line: &[Point], range: &Range<f64>) -> Vec<Vec<Point>> {
     parts
 }
 
+/// The corners of an area, with those outside of the range moved to its edge.
+pub fn clamp(corners: &[Point], range: &Range<f64>) -> Vec<Point> {
+    let inside = |p: &Point| (p.0, p.1.clamp(range.start, range.end));
+    corners.iter().map(inside).collect()
+}
+
 fn push(parts: &mut [Vec<Point>], point: Point) {
     if let Some(part) = parts.last_mut() {
         part.push(point);
@@ -93,7 +99,7 @@ mod tests {
         assert!(range.start > -100.0 && range.end < 1100.0);
     }
 
-    /// One blow of a wheel on an edge does not press all else flat.
+    /// An impact of a wheel on an edge does not flatten the rest.
     #[test]
     fn a_single_peak_does_not_rule_the_range() {
         let mut points = ramp(1000);

@@ -1,6 +1,6 @@
 //! Colours, widths and letters, the same in every figure.
 //!
-//! True: a thick solid light line. Estimated: a thin dashed dark line on it. So they are told apart on a grey print too.
+//! True: a wide light line. Estimated: a thin dark line on it. So they can be distinguished on a grey print too.
 //! The wheels have the blue, vermilion and bluish green of Okabe and Ito, which the colour-blind can tell apart.
 
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -8,28 +8,39 @@ use plotters::style::{Color, FontStyle, FontTransform, IntoFont, RGBColor, Shape
 
 /// Units of drawing in a unit of the picture: the drawing library places points on whole units only.
 pub const SCALE: u32 = 4;
+/// The drawing library writes a font's size divided by this into the file.
+pub const FONT_FACTOR: f64 = 1.24;
 
 /// True values.
 pub const TRUTH: RGBColor = RGBColor(0xB4, 0xB4, 0xB4);
-/// [`TRUTH`] as it stands in the file.
-#[cfg(test)]
-pub const TRUTH_HEX: &str = "#B4B4B4";
 /// Estimates of wheels 1, 2 and 3.
 pub const WHEELS: [RGBColor; 3] = [
     RGBColor(0x00, 0x72, 0xB2),
     RGBColor(0xD5, 0x5E, 0x00),
     RGBColor(0x00, 0x9E, 0x73),
 ];
+/// Estimators by their place in the scene; none is a wheel's colour.
+const ESTIMATORS: [RGBColor; 6] = [
+    RGBColor(0xCC, 0x79, 0xA7),
+    RGBColor(0xE0, 0x9A, 0x00),
+    RGBColor(0x8A, 0x8A, 0x8A),
+    RGBColor(0x10, 0x10, 0x10),
+    RGBColor(0x6A, 0x3D, 0x9A),
+    RGBColor(0x8C, 0x6D, 0x31),
+];
 /// Estimates of the linkage.
 pub const LINKAGE: RGBColor = RGBColor(0x1A, 0x1A, 0x1A);
-/// What does not count in the errors.
+/// Time that does not count in the errors.
 pub const START: RGBColor = RGBColor(0xF2, 0xF2, 0xEE);
+/// The ground, and its surface.
+pub const GROUND: RGBColor = RGBColor(0xEC, 0xE6, 0xDC);
+/// The surface of the ground.
+pub const SURFACE: RGBColor = RGBColor(0x8A, 0x7F, 0x70);
+/// Links and body of the robot.
+pub const ROBOT: RGBColor = RGBColor(0x55, 0x55, 0x55);
 const GRID: RGBColor = RGBColor(0xE0, 0xE0, 0xE0);
 const FRAME: RGBColor = RGBColor(0x70, 0x70, 0x70);
 const TEXT: RGBColor = RGBColor(0x20, 0x20, 0x21);
-
-/// Dash and gap, in units of drawing.
-const DASHES: &str = "26 14";
 
 /// Length in units of drawing.
 pub fn units(px: f64) -> i32 {
@@ -41,7 +52,8 @@ pub fn units(px: f64) -> i32 {
     units
 }
 
-fn line(color: RGBColor, px: f64) -> ShapeStyle {
+/// A line of a width in px.
+pub fn line(color: RGBColor, px: f64) -> ShapeStyle {
     color.stroke_width(units(px).unsigned_abs())
 }
 
@@ -50,9 +62,9 @@ pub fn truth_line() -> ShapeStyle {
     line(TRUTH, 3.2)
 }
 
-/// The line of an estimate; dashed by [`finish`].
+/// The line of an estimate.
 pub fn estimate_line(color: RGBColor) -> ShapeStyle {
-    line(color, 1.4)
+    line(color, 1.0)
 }
 
 /// Light lines at the ticks.
@@ -65,31 +77,50 @@ pub fn frame_line() -> ShapeStyle {
     line(FRAME, 0.9)
 }
 
+/// The colour of an estimator by its place in the scene, and whether its line is dashed: colours come again, then dashed.
+pub fn estimator(place: usize) -> (RGBColor, bool) {
+    let repeats = place / ESTIMATORS.len();
+    (ESTIMATORS[place % ESTIMATORS.len()], repeats % 2 == 1)
+}
+
+/// The area of an estimate's values within a stretch of time.
+pub fn spread_color(color: RGBColor) -> RGBColor {
+    lighter(color, 0.55)
+}
+
+/// The area of two standard deviations around an estimate.
+pub fn band_color(color: RGBColor) -> RGBColor {
+    lighter(color, 0.78)
+}
+
+/// A mixture with a `share` (0 to 1) of white. Opaque, since not every printer mixes colours alike.
+fn lighter(RGBColor(r, g, b): RGBColor, share: f64) -> RGBColor {
+    let mixed = |channel: u8| {
+        let value = f64::from(channel) * (1.0 - share) + 255.0 * share;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "between two bytes"
+        )]
+        let byte = value.round() as u8;
+        byte
+    };
+    RGBColor(mixed(r), mixed(g), mixed(b))
+}
+
 /// Letters of a size in px.
 pub fn text(px: f64, style: FontStyle, h: HPos, v: VPos) -> TextStyle<'static> {
-    // The drawing library writes this fraction of a font's size into the file.
-    let size = 1.24 * px * f64::from(SCALE);
-    TextStyle::from(("sans-serif", size).into_font().style(style))
-        .color(&TEXT)
-        .pos(Pos::new(h, v))
+    let size = FONT_FACTOR * px * f64::from(SCALE);
+    TextStyle::from(
+        ("Helvetica, Arial, sans-serif", size)
+            .into_font()
+            .style(style),
+    )
+    .color(&TEXT)
+    .pos(Pos::new(h, v))
 }
 
 /// Letters that run upwards.
 pub fn upward_text(px: f64) -> TextStyle<'static> {
     text(px, FontStyle::Normal, HPos::Center, VPos::Center).transform(FontTransform::Rotate270)
-}
-
-/// The finished file: of its nominal size, joints round, and every line of an estimate's colour dashed.
-pub fn finish(svg: &str, (width, height): (u32, u32)) -> String {
-    let drawn = format!("width=\"{}\" height=\"{}\"", width * SCALE, height * SCALE);
-    let shown = format!("width=\"{width}\" height=\"{height}\"");
-    let mut svg = svg.replacen(&drawn, &shown, 1).replace(
-        "<polyline fill=\"none\"",
-        "<polyline fill=\"none\" stroke-linejoin=\"round\"",
-    );
-    for RGBColor(r, g, b) in WHEELS.into_iter().chain([LINKAGE]) {
-        let stroke = format!("stroke=\"#{r:02X}{g:02X}{b:02X}\"");
-        svg = svg.replace(&stroke, &format!("{stroke} stroke-dasharray=\"{DASHES}\""));
-    }
-    svg
 }

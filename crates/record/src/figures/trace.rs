@@ -1,22 +1,64 @@
 //! A quantity over time, thinned out to what a figure can show.
 
-/// Stretches of time into which a whole run is divided; each keeps its lowest and its highest point.
-const BUCKETS: u64 = 600;
+/// Stretches into which a whole run is divided.
+const STRETCHES: u64 = 600;
 
-/// A point: time (s) and value.
+/// A point: abscissa (time in s, or place in m) and value.
 pub type Point = (f64, f64);
 
-/// A line over time. Peaks are kept, since every stretch keeps its extremes.
+/// What is kept of one stretch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Stretch {
+    /// Lowest and highest point.
+    low: Point,
+    high: Point,
+    /// Whether the highest point came before the lowest.
+    high_first: bool,
+    /// Sums over the points, and their number.
+    sum: Point,
+    count: f64,
+}
+
+impl Stretch {
+    fn new(point: Point) -> Self {
+        Self {
+            low: point,
+            high: point,
+            high_first: false,
+            sum: point,
+            count: 1.0,
+        }
+    }
+
+    fn add(&mut self, point: Point) {
+        if point.1 < self.low.1 {
+            self.low = point;
+            self.high_first = true;
+        }
+        if point.1 > self.high.1 {
+            self.high = point;
+            self.high_first = false;
+        }
+        self.sum = (self.sum.0 + point.0, self.sum.1 + point.1);
+        self.count += 1.0;
+    }
+
+    fn mean(&self) -> Point {
+        (self.sum.0 / self.count, self.sum.1 / self.count)
+    }
+}
+
+/// A line over time. Every stretch of it keeps its extremes, so that peaks survive, and its mean.
 #[derive(Clone, Debug)]
 pub struct Trace {
     /// Records in a stretch.
     stride: u64,
     /// Records seen of the current stretch.
     seen: u64,
-    extremes: Option<(Point, Point)>,
-    /// Pieces of line; between them there is nothing to show.
-    pieces: Vec<Vec<Point>>,
-    /// Whether the next point belongs to the last piece.
+    current: Option<Stretch>,
+    /// Pieces of the line. Between two pieces there is no value.
+    pieces: Vec<Vec<Stretch>>,
+    /// Whether the next stretch belongs to the last piece.
     joined: bool,
 }
 
@@ -24,24 +66,26 @@ impl Trace {
     /// An empty trace for a run of `records`.
     pub fn new(records: u64) -> Self {
         Self {
-            stride: records.div_ceil(BUCKETS).max(1),
+            stride: records.div_ceil(STRETCHES).max(1),
             seen: 0,
-            extremes: None,
+            current: None,
             pieces: Vec::new(),
             joined: false,
         }
     }
 
+    /// Records in a stretch. With one record, mean and extremes are the same.
+    pub fn stride(&self) -> u64 {
+        self.stride
+    }
+
     /// The next record; `None` where there is no value.
-    pub fn add(&mut self, time: f64, value: Option<f64>) {
+    pub fn add(&mut self, at: f64, value: Option<f64>) {
         if let Some(value) = value.filter(|v| v.is_finite()) {
-            let point = (time, value);
-            let (low, high) = self.extremes.get_or_insert((point, point));
-            if value < low.1 {
-                *low = point;
-            }
-            if value > high.1 {
-                *high = point;
+            let point = (at, value);
+            match &mut self.current {
+                Some(stretch) => stretch.add(point),
+                None => self.current = Some(Stretch::new(point)),
             }
         }
         self.seen += 1;
@@ -50,18 +94,49 @@ impl Trace {
         }
     }
 
-    /// The pieces of the line, with what is left of the last stretch.
-    pub fn pieces(&self) -> Vec<Vec<Point>> {
+    /// Pieces of the line through the extremes of every stretch.
+    pub fn extremes(&self) -> Vec<Vec<Point>> {
+        self.map_pieces(|piece| {
+            let ends = piece.iter().flat_map(|s| {
+                let (first, second) = if s.high_first {
+                    (s.high, s.low)
+                } else {
+                    (s.low, s.high)
+                };
+                let single = s.low == s.high;
+                std::iter::once(first).chain((!single).then_some(second))
+            });
+            ends.collect()
+        })
+    }
+
+    /// Pieces of the line through the means of every stretch.
+    pub fn means(&self) -> Vec<Vec<Point>> {
+        self.map_pieces(|piece| piece.iter().map(Stretch::mean).collect())
+    }
+
+    /// Pieces of the line along the lowest values of every stretch, over the stretch's mean abscissa.
+    pub fn lows(&self) -> Vec<Vec<Point>> {
+        self.map_pieces(|piece| piece.iter().map(|s| (s.mean().0, s.low.1)).collect())
+    }
+
+    /// Pieces of the line along the highest values of every stretch, over the stretch's mean abscissa.
+    pub fn highs(&self) -> Vec<Vec<Point>> {
+        self.map_pieces(|piece| piece.iter().map(|s| (s.mean().0, s.high.1)).collect())
+    }
+
+    /// The pieces, with what there is of the last stretch.
+    fn map_pieces(&self, line: impl Fn(&[Stretch]) -> Vec<Point>) -> Vec<Vec<Point>> {
         let mut whole = self.clone();
         if whole.seen > 0 {
             whole.close_stretch();
         }
-        whole.pieces
+        whole.pieces.iter().map(|piece| line(piece)).collect()
     }
 
     fn close_stretch(&mut self) {
         self.seen = 0;
-        let Some((low, high)) = self.extremes.take() else {
+        let Some(stretch) = self.current.take() else {
             self.joined = false;
             return;
         };
@@ -70,24 +145,57 @@ impl Trace {
             self.joined = true;
         }
         if let Some(piece) = self.pieces.last_mut() {
-            let (first, second) = if low.0 <= high.0 {
-                (low, high)
-            } else {
-                (high, low)
-            };
-            piece.push(first);
-            if second.0 > first.0 {
-                piece.push(second);
-            }
+            piece.push(stretch);
         }
     }
+}
+
+/// The area between two bounds, thinned out like a [`Trace`].
+#[derive(Clone, Debug)]
+pub struct Band {
+    lower: Trace,
+    upper: Trace,
+}
+
+impl Band {
+    /// An empty band for a run of `records`.
+    pub fn new(records: u64) -> Self {
+        Self {
+            lower: Trace::new(records),
+            upper: Trace::new(records),
+        }
+    }
+
+    /// The next record: centre and half width; `None` where there is no band.
+    pub fn add(&mut self, at: f64, band: Option<(f64, f64)>) {
+        self.lower.add(at, band.map(|(centre, half)| centre - half));
+        self.upper.add(at, band.map(|(centre, half)| centre + half));
+    }
+
+    /// Whether it never had a width.
+    pub fn is_empty(&self) -> bool {
+        self.outlines().is_empty()
+    }
+
+    /// Closed outlines of its pieces. In a stretch it spans from the lowest lower to the highest upper bound.
+    pub fn outlines(&self) -> Vec<Vec<Point>> {
+        outlines(&self.lower.lows(), &self.upper.highs())
+    }
+}
+
+/// Closed outlines between two lines of the same abscissae: along the lower one, and back along the upper one.
+pub fn outlines(lower: &[Vec<Point>], upper: &[Vec<Point>]) -> Vec<Vec<Point>> {
+    let pieces = lower.iter().zip(upper).filter(|(low, _)| low.len() > 1);
+    pieces
+        .map(|(low, high)| low.iter().chain(high.iter().rev()).copied().collect())
+        .collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// A peak of a single record among a hundred thousand is not lost.
+    /// Property: a peak of a single record among a hundred thousand is not lost.
     #[test]
     fn peaks_survive() {
         let mut trace = Trace::new(100_000);
@@ -95,24 +203,40 @@ mod tests {
             let value = if k == 54_321 { 99.0 } else { f64::from(k % 7) };
             trace.add(f64::from(k), Some(value));
         }
-        let pieces = trace.pieces();
+        let pieces = trace.extremes();
         assert_eq!(pieces.len(), 1);
         assert!(pieces[0].len() <= 1200);
         assert!(pieces[0].contains(&(54_321.0, 99.0)));
         assert!(pieces[0].is_sorted_by(|a, b| a.0 < b.0));
+        assert!(trace.highs()[0].iter().any(|p| p.1 > 98.0));
     }
 
-    /// A short run is kept whole, its last record too.
+    /// Closed form: means and extremes of a saw-tooth of ten records a stretch.
+    #[test]
+    fn a_stretch_keeps_its_mean_and_its_extremes() {
+        let mut trace = Trace::new(6000);
+        for k in 0..6000_u32 {
+            trace.add(f64::from(k), Some(f64::from(k % 10)));
+        }
+        assert_eq!(trace.means()[0][0], (4.5, 4.5));
+        assert_eq!(trace.lows()[0][1], (14.5, 0.0));
+        assert_eq!(trace.highs()[0][1], (14.5, 9.0));
+        assert_eq!(trace.means()[0].len(), 600);
+    }
+
+    /// Property: a short run is kept whole, its last record too.
     #[test]
     fn few_records_are_all_kept() {
         let mut trace = Trace::new(3);
         for k in 0..3 {
             trace.add(f64::from(k), Some(f64::from(k)));
         }
-        assert_eq!(trace.pieces(), [[(0.0, 0.0), (1.0, 1.0), (2.0, 2.0)]]);
+        let whole = [[(0.0, 0.0), (1.0, 1.0), (2.0, 2.0)]];
+        assert_eq!(trace.extremes(), whole);
+        assert_eq!(trace.means(), whole);
     }
 
-    /// A line is not drawn across records without a value.
+    /// Property: a line is not drawn across records without a value.
     #[test]
     fn missing_values_break_the_line() {
         let mut trace = Trace::new(6);
@@ -123,8 +247,29 @@ mod tests {
             trace.add([0.0, 1.0, 2.0, 3.0, 4.0, 5.0][k], value);
         }
         assert_eq!(
-            trace.pieces(),
+            trace.extremes(),
             [vec![(1.0, 1.0), (2.0, 2.0)], vec![(5.0, 3.0)]]
+        );
+    }
+
+    /// Closed form: the outline of a band goes along its lower bound and back along the upper one.
+    #[test]
+    fn a_band_is_closed_around_its_centre() {
+        let mut band = Band::new(3);
+        assert!(band.is_empty());
+        for k in 0..3 {
+            band.add(f64::from(k), Some((10.0, 2.0)));
+        }
+        assert_eq!(
+            band.outlines(),
+            [[
+                (0.0, 8.0),
+                (1.0, 8.0),
+                (2.0, 8.0),
+                (2.0, 12.0),
+                (1.0, 12.0),
+                (0.0, 12.0)
+            ]]
         );
     }
 }

@@ -1,16 +1,15 @@
-//! What the robot's sensors read of the truth.
+//! Models of the robot's sensors: readings from the truth.
 //!
 //! | sensor | errors | model |
 //! |---|---|---|
-//! | encoder, each wheel | quantised | whole counts of the motor's encoder |
-//! | motor torque, each wheel | gain, offset, white noise, quantised | from the motor's current |
+//! | encoder, each wheel | quantisation | whole counts of the motor's encoder |
+//! | motor torque, each wheel | gain, offset, gear friction, white noise, quantisation | from the motor's current |
 //! | inclinometer, links 1 and 2 | specific force, low pass, bias, white noise | direction of the specific force |
-//! | rate gyro, links 1 and 2 | scale, bias with random walk, white noise | |
-//! | contact angle, each wheel | Ornstein-Uhlenbeck | no sensor: the paper assumes that they are known |
-//! | all | jitter of the sampling time, lost readings | |
+//! | rate gyro, links 1 and 2 | scale, bias with random walk, white noise | angular rate of the link |
+//! | contact angle, each wheel | Ornstein-Uhlenbeck process | not a sensor: the paper assumes known angles |
+//! | all | jitter of the sampling time (not for contact angles), lost readings | |
 //!
-//! The equations stand with the models, in `models.rs`; the parameters are those of a [`SensorSpec`], the named grades
-//! those of [`Grade`].
+//! `models.rs` holds the equations, [`SensorSpec`] the parameters, [`Grade`] named sets of parameters.
 
 mod models;
 mod spec;
@@ -23,46 +22,48 @@ use crate::truth::Truth;
 use models::{Encoder, GivenAngle, Gyro, Inclinometer, Loss, Source, TorqueSensor, White};
 use robhaz_model::Vec2;
 
-/// Readings of one instant. `None` is a reading that was lost.
+/// All readings of one sample. `None` is a lost reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Readings {
     /// Time stamp of the sample, s.
     pub time: f64,
-    /// Turn of each wheel relative to its link since the start, rad (motor-side encoder over gear ratio).
+    /// Rotation of each wheel relative to its link since the start, rad, forward positive (motor encoder over gear
+    /// ratio).
     pub wheel_angle: [Option<f64>; 3],
-    /// Motor torque at each wheel, N m (from the motor's current), before friction in the gear.
+    /// Motor torque at each wheel, N m, forward positive, from the motor's current; losses in the gear are not
+    /// subtracted.
     pub motor_torque: [Option<f64>; 3],
-    /// Inclinometers on link 1 and link 2: turn from the nominal pose, rad.
+    /// Inclinometers on links 1 and 2: angle from the nominal pose, rad, counter-clockwise.
     pub inclination: [Option<f64>; 2],
-    /// Rate gyroscopes on link 1 and link 2, rad/s.
+    /// Rate gyros on links 1 and 2, rad/s, counter-clockwise.
     pub rate: [Option<f64>; 2],
-    /// Contact angles, rad. No sensor reads them: the paper assumes that they are known.
+    /// Contact angles, rad. They do not come from a sensor: the paper assumes that they are known.
     pub contact_angle: [Option<f64>; 3],
 }
 
-/// The errors that a run's sensors have drawn and keep.
+/// Errors that are drawn once per run and sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrawnErrors {
-    /// Error of each torque's scale, relative.
+    /// Relative gain error of each torque reading, -.
     pub torque_gain: [f64; 3],
-    /// Offset of each torque, N m.
+    /// Offset of each torque reading, N m.
     pub torque_offset: [f64; 3],
     /// Bias of the inclinometers on links 1 and 2, rad.
     pub inclination_bias: [f64; 2],
     /// Bias of the gyros on links 1 and 2 at the start, rad/s.
     pub rate_bias: [f64; 2],
-    /// Error of the gyros' scale, relative.
+    /// Relative scale error of the gyros, -.
     pub rate_scale: [f64; 2],
 }
 
-/// All sensors of the robot. Pure and deterministic: the same specification, seed and truths give the same bits.
+/// All sensors of the robot. Deterministic: the same specification, seed and truths give the same bits.
 #[derive(Clone, Debug)]
 pub struct Sensors {
     wheels: [WheelSensors; 3],
     links: [LinkSensors; 2],
     jitter: White,
     drawn: DrawnErrors,
-    /// The truth of the sample before.
+    /// The truth of the previous sample.
     last: Option<Truth>,
 }
 
@@ -80,7 +81,7 @@ struct LinkSensors {
 }
 
 impl Sensors {
-    /// The sensors of a run: what is drawn once comes from the run's seed.
+    /// The sensors of a run. Draws the constant errors from `seed`.
     pub fn new(spec: &SensorSpec, seed: u64) -> Self {
         let wheels = ["wheel1", "wheel2", "wheel3"].map(|name| WheelSensors::new(spec, seed, name));
         let links = ["link1", "link2"].map(|name| LinkSensors::new(spec, seed, name));
@@ -108,20 +109,20 @@ impl Sensors {
         }
     }
 
-    /// The errors that were drawn for this run.
+    /// The errors drawn for this run.
     pub fn drawn(&self) -> &DrawnErrors {
         &self.drawn
     }
 
-    /// Reads the truth of the next sample; times must increase.
+    /// Readings of the next sample. Its time must be later than that of the previous one.
     ///
-    /// With jitter the samples are taken late (or early) by sigma w and stamped with the nominal time: what moves is
-    /// extrapolated with its rate. Accelerations and the rate of the torque are differences to the sample before (0 at the
-    /// first one). Contact angles are given, not sampled: they have no jitter.
+    /// With jitter, a sample is taken at a delay of sigma w (negative: early) but stamped with the nominal time; its
+    /// values are extrapolated by their rates. Accelerations and the rate of the torque are differences from the
+    /// previous sample over the time between (0 at the first sample). Contact angles have no jitter.
     pub fn read(&mut self, truth: &Truth) -> Readings {
-        let change = Change::since(self.last.as_ref(), truth);
+        let rates = Rates::since(self.last.as_ref(), truth);
         self.last = Some(*truth);
-        let late = self.jitter.sample();
+        let delay = self.jitter.sample();
         let mut readings = Readings {
             time: truth.time,
             wheel_angle: [None; 3],
@@ -133,22 +134,22 @@ impl Sensors {
         for (i, sensors) in self.wheels.iter_mut().enumerate() {
             let wheel = &truth.wheels[i];
             let (encoder, loss) = &mut sensors.encoder;
-            readings.wheel_angle[i] = loss.pass(encoder.read(wheel.angle + late * wheel.omega));
+            readings.wheel_angle[i] = loss.pass(encoder.read(wheel.angle + delay * wheel.omega));
             let (torque, loss) = &mut sensors.torque;
-            let sampled = wheel.torque + late * change.torque[i];
+            let sampled = wheel.torque + delay * rates.torque[i];
             readings.motor_torque[i] = loss.pass(torque.read(sampled, wheel.omega));
             let (angle, loss) = &mut sensors.contact_angle;
-            readings.contact_angle[i] = loss.pass(angle.read(wheel.contact_angle, change.dt));
+            readings.contact_angle[i] = loss.pass(angle.read(wheel.contact_angle, rates.dt));
         }
         for (i, sensors) in self.links.iter_mut().enumerate() {
             let link = &truth.links[i];
             let (inclinometer, loss) = &mut sensors.inclinometer;
-            let angle = link.angle + late * link.rate;
+            let angle = link.angle + delay * link.rate;
             readings.inclination[i] =
-                loss.pass(inclinometer.read(angle, change.velocity[i], change.dt));
+                loss.pass(inclinometer.read(angle, rates.velocity[i], rates.dt));
             let (gyro, loss) = &mut sensors.gyro;
-            let rate = link.rate + late * change.rate[i];
-            readings.rate[i] = loss.pass(gyro.read(rate, change.dt));
+            let rate = link.rate + delay * rates.rate[i];
+            readings.rate[i] = loss.pass(gyro.read(rate, rates.dt));
         }
         readings
     }
@@ -184,20 +185,20 @@ impl LinkSensors {
     }
 }
 
-/// Differences to the sample before, over the time between.
+/// Rates of change since the previous sample: differences over the time between.
 #[derive(Default)]
-struct Change {
-    /// Time between, s; 0 at the first sample.
+struct Rates {
+    /// Time since the previous sample, s; 0 at the first sample.
     dt: f64,
-    /// Of each motor torque, N m/s.
+    /// Rate of each motor torque, N m/s.
     torque: [f64; 3],
-    /// Of the angular rates of links 1 and 2, rad/s^2.
+    /// Angular acceleration of links 1 and 2, rad/s^2.
     rate: [f64; 2],
-    /// Of the velocities of the centres of mass of links 1 and 2, m/s^2.
+    /// Acceleration of the centres of mass of links 1 and 2, m/s^2.
     velocity: [Vec2; 2],
 }
 
-impl Change {
+impl Rates {
     fn since(last: Option<&Truth>, now: &Truth) -> Self {
         let Some(last) = last.filter(|last| now.time > last.time) else {
             return Self::default();

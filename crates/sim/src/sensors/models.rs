@@ -1,6 +1,6 @@
-//! One model a sensor: its equation, its discrete form, its units.
+//! One model per sensor: its equation, discrete form and units.
 //!
-//! dt is the time since the sample before (s), w a draw from N(0, 1).
+//! dt is the time since the previous sample (s), w a draw from N(0, 1).
 
 use crate::drive::coulomb_sign;
 use crate::random::Stream;
@@ -8,7 +8,7 @@ use crate::sensors::SensorSpec;
 use robhaz_model::{GRAVITY, Vec2, rotate};
 use std::f64::consts::TAU;
 
-/// Where an error is drawn from: the run's seed and the sensor's name.
+/// Key of a sensor's random streams: the run's seed and the sensor's name.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
     pub seed: u64,
@@ -20,13 +20,13 @@ impl Source<'_> {
         Stream::new(self.seed, &format!("{}/{error}", self.sensor))
     }
 
-    /// An error that stays: sigma w, drawn once.
+    /// A constant error: sigma w, drawn once.
     fn constant(self, error: &str, sigma: f64) -> f64 {
         White::new(self, error, sigma).sample()
     }
 }
 
-/// White noise: sigma w. A noise density n (per square root of Hz) sampled at a rate f is sigma = n sqrt(f/2).
+/// White noise, sigma w. A noise density n (unit/sqrt(Hz)) gives sigma = n sqrt(f/2) at a sampling rate f (Hz).
 #[derive(Clone, Debug)]
 pub(super) struct White {
     sigma: f64,
@@ -50,29 +50,29 @@ impl White {
     }
 }
 
-/// Lost readings: each one with the same probability, whatever happened before.
+/// Lost readings: each reading is lost with the same probability, independently of all others.
 #[derive(Clone, Debug)]
 pub(super) struct Loss {
-    share: f64,
+    probability: f64,
     stream: Stream,
 }
 
 impl Loss {
-    pub fn new(source: Source<'_>, share: f64) -> Self {
+    pub fn new(source: Source<'_>, probability: f64) -> Self {
         Self {
-            share,
+            probability,
             stream: source.stream("dropped"),
         }
     }
 
     /// The reading, unless it is lost.
     pub fn pass(&mut self, reading: f64) -> Option<f64> {
-        let lost = self.share > 0.0 && self.stream.uniform() < self.share;
+        let lost = self.probability > 0.0 && self.stream.uniform() < self.probability;
         (!lost).then_some(reading)
     }
 }
 
-/// Encoder on the motor: whole counts c = floor(angle n/(2 pi)), n counts in a turn of the wheel; reads c 2 pi/n, rad.
+/// Encoder on the motor with n counts per turn of the wheel: counts c = floor(angle n/(2 pi)), reading 2 pi c/n, rad.
 #[derive(Clone, Debug)]
 pub(super) struct Encoder {
     counts: f64,
@@ -94,10 +94,11 @@ impl Encoder {
     }
 }
 
-/// Motor torque from the motor's current, N m: q round(((1 + gain)(tau + F sign(omega)) + offset + sigma w)/q).
+/// Motor torque from the motor's current, N m: q round(((1 + gain)(tau + F sign(omega)) + offset + sigma w)/q), with
+/// the step q of the reading (N m); no rounding for q = 0.
 ///
-/// F stands for gear friction that the motor overcomes but the plant does not know of: the same motion then takes that much
-/// more current. Where the plant has the friction itself, the motor torque tau holds it already.
+/// F is Coulomb friction in the gear that the reading contains although the plant does not model it: the motor needs
+/// more current for the same motion. Friction that the plant models itself is already part of the motor torque tau.
 #[derive(Clone, Debug)]
 pub(super) struct TorqueSensor {
     pub gain: f64,
@@ -119,11 +120,11 @@ impl TorqueSensor {
     }
 
     pub fn read(&mut self, torque: f64, omega: f64) -> f64 {
-        let mut held = torque;
+        let mut motor = torque;
         if self.friction > 0.0 {
-            held += self.friction * coulomb_sign(omega);
+            motor += self.friction * coulomb_sign(omega);
         }
-        let read = (1.0 + self.gain) * held + self.offset + self.noise.sample();
+        let read = (1.0 + self.gain) * motor + self.offset + self.noise.sample();
         if self.step > 0.0 {
             (read / self.step).round() * self.step
         } else {
@@ -132,19 +133,20 @@ impl TorqueSensor {
     }
 }
 
-/// Inclinometer, rad: the direction of the specific force f = a - g in the link's frame, after a low pass on both of its
-/// axes, with bias and white noise.
+/// Inclinometer, rad: the direction of the specific force f = a - g in the link's frame, after a low pass on both
+/// components, with bias and white noise.
 ///
-/// `df'/dt = (f - f')/lag`, discrete `f' += (1 - exp(-dt/lag))(f - f')`; reads atan2(f'_x, f'_y) + bias + sigma w. Without lag
-/// that is theta + atan(a_x/(g + a_y)) + ..., a in world axes. An inclinometer that is not shaken has a = 0.
+/// `df'/dt = (f - f')/lag`, discrete `f' += (1 - exp(-dt/lag))(f - f')`; the reading is atan2(f'_x, f'_y) + bias +
+/// sigma w. Without the low pass that is theta + atan(a_x/(g + a_y)) + bias + sigma w, with a in world axes. If
+/// `specific_force` is off, a = 0.
 #[derive(Clone, Debug)]
 pub(super) struct Inclinometer {
     pub bias: f64,
     noise: White,
     lag: f64,
     specific_force: bool,
-    /// f', m/s^2.
-    passed: Option<Vec2>,
+    /// f', m/s^2; `None` before the first sample.
+    filtered: Option<Vec2>,
 }
 
 impl Inclinometer {
@@ -154,16 +156,17 @@ impl Inclinometer {
             noise: White::new(source, "noise", spec.inclination_noise),
             lag: spec.inclination_lag,
             specific_force: spec.specific_force,
-            passed: None,
+            filtered: None,
         }
     }
 
-    /// `acceleration` is that of the link's centre of mass in world axes, m/s^2.
+    /// Reading at the link's `angle` (rad), with the acceleration of its centre of mass in world axes (m/s^2).
     pub fn read(&mut self, angle: f64, acceleration: Vec2, dt: f64) -> f64 {
-        self.felt(angle, acceleration, dt) + self.bias + self.noise.sample()
+        self.direction(angle, acceleration, dt) + self.bias + self.noise.sample()
     }
 
-    fn felt(&mut self, angle: f64, acceleration: Vec2, dt: f64) -> f64 {
+    /// Direction of the filtered specific force, rad, without bias and noise.
+    fn direction(&mut self, angle: f64, acceleration: Vec2, dt: f64) -> f64 {
         if !self.specific_force && self.lag <= 0.0 {
             return angle;
         }
@@ -174,16 +177,18 @@ impl Inclinometer {
             up
         };
         let now = rotate(world, -angle);
-        let passed = match self.passed {
-            Some(passed) if self.lag > 0.0 => passed + (now - passed) * -(-dt / self.lag).exp_m1(),
+        let filtered = match self.filtered {
+            Some(filtered) if self.lag > 0.0 => {
+                filtered + (now - filtered) * -(-dt / self.lag).exp_m1()
+            }
             _ => now,
         };
-        self.passed = Some(passed);
-        passed.x.atan2(passed.y)
+        self.filtered = Some(filtered);
+        filtered.x.atan2(filtered.y)
     }
 }
 
-/// Rate gyro, rad/s: (1 + scale) rate + b + sigma w, with a bias b that starts at a drawn value and walks,
+/// Rate gyro, rad/s: (1 + scale) rate + b + sigma w. The bias b starts at a drawn value and follows a random walk,
 /// `db = walk dW`, discrete `b += walk sqrt(dt) w`.
 #[derive(Clone, Debug)]
 pub(super) struct Gyro {
@@ -209,11 +214,13 @@ impl Gyro {
     }
 }
 
-/// Contact angle as given, rad: the true one and an Ornstein-Uhlenbeck error, `de = -e/T dt + sigma sqrt(2/T) dW`; exact
-/// discrete form `e = p e + sigma sqrt(1 - p^2) w`, p = exp(-dt/T). It starts in its stationary distribution N(0, sigma^2).
+/// Contact angle as given, rad: the true angle plus an Ornstein-Uhlenbeck error, `de = -e/T dt + sigma sqrt(2/T) dW`;
+/// exact discrete form `e = p e + sigma sqrt(1 - p^2) w`, p = exp(-dt/T). The first e is drawn from the stationary
+/// distribution N(0, sigma^2). For T = 0 the error is white noise.
 #[derive(Clone, Debug)]
 pub(super) struct GivenAngle {
     draw: White,
+    /// Correlation time T, s.
     time: f64,
     /// e, rad; `None` before the first sample.
     error: Option<f64>,

@@ -1,53 +1,54 @@
-//! How good sensors are: every parameter of every model, and named grades of them.
+//! Parameters of the sensor models, and named grades.
 
-/// Counts of the encoder in a turn of the wheel: 500 pulses of the motor's encoder, four edges each, gear 80:1.
+/// Counts of the encoder per turn of the wheel: 500 pulses of the motor's encoder, four edges each, gear 80:1.
 pub const ENCODER_COUNTS: f64 = 500.0 * 4.0 * 80.0;
 
-/// The parameters of all sensors. Where a value is 0, that error is not there; with all of them 0 readings are the truth.
+/// Parameters of all sensors. A value of 0 switches its error off; with every error off, readings equal the truth.
 ///
-/// "Drawn" means once a run and sensor, from a normal distribution of this standard deviation.
+/// A "drawn" error is constant: it is drawn once per run and sensor from a normal distribution with mean 0, and the
+/// parameter is its standard deviation. For white noise the parameter is the standard deviation of one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorSpec {
-    /// Counts of the encoder in a turn of the wheel; 0 for an exact angle.
+    /// Counts of the encoder per turn of the wheel; 0 for an exact angle.
     pub encoder_counts: f64,
-    /// Error of the torque's scale, relative, drawn.
+    /// Relative gain error of the torque, -, drawn.
     pub torque_gain: f64,
     /// Offset of the torque, N m, drawn.
     pub torque_offset: f64,
-    /// White noise of the torque in a sample, N m.
+    /// White noise of the torque, N m.
     pub torque_noise: f64,
-    /// Step in which the motor current is read, as a torque at the wheel, N m.
+    /// Quantisation step of the motor current, as a torque at the wheel, N m.
     pub torque_step: f64,
-    /// Coulomb friction F that the reading holds although the plant has none, N m: tau + F sign(omega).
+    /// Coulomb friction F in the reading alone, not in the plant, N m: the reading contains tau + F sign(omega).
     pub torque_friction: f64,
-    /// White noise of the inclinometers in a sample, rad.
+    /// White noise of the inclinometers, rad.
     pub inclination_noise: f64,
     /// Bias of the inclinometers, rad, drawn.
     pub inclination_bias: f64,
     /// Time constant of the inclinometers' low pass, s.
     pub inclination_lag: f64,
-    /// Whether inclinometers feel the acceleration of their link as well as gravity.
+    /// Whether inclinometers measure the specific force, which contains their link's acceleration, or gravity alone.
     pub specific_force: bool,
-    /// White noise of the gyros in a sample, rad/s.
+    /// White noise of the gyros, rad/s.
     pub rate_noise: f64,
     /// Bias of the gyros at the start, rad/s, drawn.
     pub rate_bias: f64,
-    /// Random walk of the gyros' bias, rad/s in the square root of a second.
+    /// Random walk of the gyros' bias, (rad/s)/sqrt(s).
     pub rate_walk: f64,
-    /// Error of the gyros' scale, relative, drawn.
+    /// Relative scale error of the gyros, -, drawn.
     pub rate_scale: f64,
-    /// Error of the contact angles that are given, RMS, rad.
+    /// Standard deviation of the error of the given contact angles, rad.
     pub contact_angle_error: f64,
-    /// Correlation time of that error, s; 0 for white noise.
+    /// Correlation time of the contact angles' error, s; 0 for white noise.
     pub contact_angle_time: f64,
-    /// Standard deviation of the time of sampling about the time stamp, s.
+    /// Jitter: standard deviation of the sampling time about the time stamp, s.
     pub jitter: f64,
-    /// Share of the readings of each channel that are missing.
+    /// Probability that a reading of a channel is lost, -.
     pub dropped: f64,
 }
 
 impl SensorSpec {
-    /// Readings are the truth.
+    /// Ideal sensors: readings equal the truth.
     pub const fn ideal() -> Self {
         Self {
             encoder_counts: 0.0,
@@ -71,17 +72,18 @@ impl SensorSpec {
         }
     }
 
-    /// Sensors as one builds them into a research robot: the robot's own encoder, calibrated current sensing, industrial
+    /// Typical sensors of a research robot: the robot's own encoder, calibrated current measurement, industrial
     /// inclinometers, a MEMS gyro zeroed at rest.
     ///
-    /// - torque: 2 % and 0.1 N m (1 % of the drive's limit), offset and noise alike: a Hall current sensor (the ACS712 class: total
-    ///   error 1.5 % at room temperature) and a gear whose efficiency is known about as well; a chosen class.
-    /// - inclinometer: 0.1 deg of noise, and of mounting and zero error together: a chosen class. A MEMS inclinometer resolves
-    ///   far less (data sheet of the SCA100T: 0.0035 deg in 10 Hz); it is not what limits.
-    /// - gyro: 0.1 deg/s in a sample at 1 kHz, the noise density 0.005 deg/s/sqrt(Hz) of a consumer MEMS gyro (data sheet of
-    ///   the MPU-6050) over 500 Hz.
-    /// - contact angles: 2 deg RMS over 0.3 s, 60 mm of ground at 0.2 m/s: a chosen class, 2 mm of
-    ///   height over that length.
+    /// - torque: gain error 2 %, offset and noise 0.1 N m each (1 % of the drive's limit). Assumed: a Hall current
+    ///   sensor of the class of the ACS712 (total error 1.5 % at room temperature), and a gear efficiency known about
+    ///   as well.
+    /// - inclinometer: noise 0.1 deg; bias 0.1 deg, mounting and zero error together. Assumed; a MEMS inclinometer
+    ///   itself resolves 0.0035 deg in 10 Hz (data sheet of the SCA100T).
+    /// - gyro: noise 0.1 deg/s per sample at 1 kHz: the density 0.005 deg/s/sqrt(Hz) of a consumer MEMS gyro (data
+    ///   sheet of the MPU-6050) over 500 Hz.
+    /// - contact angles: 2 deg RMS with a correlation time of 0.3 s. Assumed: at 0.2 m/s that is 60 mm of ground and an
+    ///   error of 2 mm in height over that length.
     pub const fn typical() -> Self {
         Self {
             encoder_counts: ENCODER_COUNTS,
@@ -97,19 +99,20 @@ impl SensorSpec {
         }
     }
 
-    /// Cheap sensors, not calibrated, read by a busy computer: about three times the errors of
-    /// [`Self::typical`], and those that it leaves out.
+    /// Low-cost sensors without calibration, read by a heavily loaded computer: about three times the errors of
+    /// [`Self::typical`], and further errors.
     ///
-    /// - encoder: one edge a pulse is counted instead of four.
-    /// - torque: 6 %, 0.3 N m; read in steps of 0.04 N m: an ADC of 10 bits over +-20 N m, twice the drive's limit.
-    /// - inclinometer: 0.3 deg; lag 20 ms, a low pass of 8 Hz, the low end of 8 to 28 Hz of an over-damped MEMS inclinometer
-    ///   (data sheet of the SCA100T).
-    /// - gyro: 0.3 deg/s in a sample; scale 1 %, the tolerance of +-3 % of a consumer MEMS gyro (MPU-6050) taken as three
-    ///   standard deviations; bias 0.3 deg/s left after zeroing and a walk of 0.01 deg/s/sqrt(s), 0.6 deg/s in an
-    ///   hour: chosen classes, well inside the +-20 deg/s over temperature of the same data sheet.
+    /// - encoder: one edge per pulse is counted instead of four.
+    /// - torque: gain error 6 %, offset and noise 0.3 N m each; quantisation step 0.04 N m: an ADC of 10 bits over +-20
+    ///   N m, twice the drive's limit.
+    /// - inclinometer: noise and bias 0.3 deg each; lag 20 ms, a low pass of 8 Hz, the lower end of 8 to 28 Hz of an
+    ///   over-damped MEMS inclinometer (data sheet of the SCA100T).
+    /// - gyro: noise 0.3 deg/s per sample. Scale error 1 %: the tolerance of +-3 % of a consumer MEMS gyro (MPU-6050)
+    ///   taken as three standard deviations. Bias 0.3 deg/s after zeroing and a random walk of 0.01 deg/s/sqrt(s),
+    ///   0.6 deg/s in an hour: assumed, well inside the +-20 deg/s over temperature of the same data sheet.
     /// - contact angles: 6 deg RMS.
-    /// - sampling: jitter 20 us, a chosen class for a busy real-time computer; differences of angles feel it most: at 2 rad/s and
-    ///   1 kHz it is 3 % of the speed. 1 % of the readings lost on the way.
+    /// - sampling: jitter 20 us, assumed for a heavily loaded real-time computer. It affects differences of angles
+    ///   most: at 2 rad/s and 1 kHz it is 3 % of the speed. 1 % of the readings are lost.
     pub const fn poor() -> Self {
         Self {
             encoder_counts: ENCODER_COUNTS / 4.0,
@@ -132,14 +135,14 @@ impl SensorSpec {
     }
 }
 
-/// A name for how good the sensors are and how well the robot is known.
+/// Named sets of sensor parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Grade {
-    /// Readings are the truth: [`SensorSpec::ideal`].
+    /// Readings equal the truth: [`SensorSpec::ideal`].
     Ideal,
-    /// [`SensorSpec::typical`]
+    /// Sensors of a research robot: [`SensorSpec::typical`].
     Typical,
-    /// [`SensorSpec::poor`]
+    /// Low-cost sensors: [`SensorSpec::poor`].
     Poor,
 }
 

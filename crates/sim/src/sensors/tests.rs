@@ -1,4 +1,5 @@
-//! Each model against its closed form or its statistics. Bounds on statistics are four standard errors of the sample.
+//! Compares each model with its closed form or its statistics. Bounds on statistics are four standard errors of the
+//! sample.
 
 use super::*;
 use crate::truth::{BarTruth, WheelTruth};
@@ -13,7 +14,7 @@ fn time(k: u32) -> f64 {
     f64::from(k) * DT
 }
 
-/// A truth in which every channel moves.
+/// A truth in which every channel changes.
 fn moving(k: u32) -> Truth {
     let t = time(k);
     let bar = |phase: f64| BarTruth {
@@ -59,13 +60,14 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Mean of the product with the value `lag` samples later.
+/// Mean product of two values `lag` samples apart.
 fn correlation(values: &[f64], lag: usize) -> f64 {
     let products = values.iter().zip(&values[lag..]).map(|(a, b)| a * b);
     products.sum::<f64>() / (values.len() - lag) as f64
 }
 
-/// White noise of a given standard deviation: mean, variance (its standard error is sqrt(2/n) of it) and no correlation.
+/// Asserts that values are white noise of a given standard deviation: mean, variance (relative standard error
+/// sqrt(2/n)) and no correlation.
 fn assert_white(values: &[f64], sigma: f64) {
     let bound = 4.0 / (values.len() as f64).sqrt();
     let scaled: Vec<f64> = values.iter().map(|v| v / sigma).collect();
@@ -81,13 +83,13 @@ fn assert_white(values: &[f64], sigma: f64) {
     }
 }
 
-/// Values drawn once a run, over many seeds.
+/// Asserts the standard deviation of a value that is drawn once per run, over many seeds.
 fn assert_drawn(sigma: f64, spec: &SensorSpec, pick: fn(&DrawnErrors) -> f64) {
     let draws = (0..10_000).map(|seed| pick(Sensors::new(spec, seed).drawn()));
     assert_white(&draws.collect::<Vec<_>>(), sigma);
 }
 
-/// Equivalence: ideal sensors read the truth to the bit.
+/// Equivalence: ideal sensors read the truth, bit for bit.
 #[test]
 fn ideal_readings_are_the_truth() {
     for (k, readings) in (0..100).zip(read(&IDEAL, 3, 100, moving)) {
@@ -114,7 +116,7 @@ fn the_same_seed_gives_the_same_readings() {
     assert_ne!(run(11), run(12));
 }
 
-/// Closed form: whole counts below the truth, never a count away from it.
+/// Closed form: readings are whole counts, below the truth by less than one count.
 #[test]
 fn encoders_read_whole_counts() {
     let spec = SensorSpec {
@@ -125,21 +127,21 @@ fn encoders_read_whole_counts() {
     for (k, readings) in (0..2000).zip(read(&spec, 0, 2000, moving)) {
         for (found, wheel) in readings.wheel_angle.iter().zip(&moving(k).wheels) {
             let found = found.expect("no losses");
-            // 1e-9 of a count: rounding of angles of some radians.
+            // 1e-9 of a count: rounding of angles of some rad.
             let counts = found / count;
             assert!((counts - counts.round()).abs() < 1e-9);
             let rest = (wheel.angle - found) / count;
             assert!((-1e-9..1.0 + 1e-9).contains(&rest), "{rest}");
         }
     }
-    // The count below zero is the one below, not the one nearest to zero.
+    // Below zero the count is rounded down, not towards zero.
     let mut sensors = Sensors::new(&spec, 0);
     let mut truth = at_rest(0);
     truth.wheels[0].angle = -0.5 * count;
     assert_eq!(sensors.read(&truth).wheel_angle[0], Some(-count));
 }
 
-/// Statistics: gain and offset stay over a run and are drawn with their standard deviation; the noise is white.
+/// Statistics: gain and offset are constant over a run and drawn with their standard deviation; the noise is white.
 #[test]
 fn torque_has_gain_offset_and_white_noise() {
     let gain = SensorSpec {
@@ -173,10 +175,10 @@ fn torque_has_gain_offset_and_white_noise() {
     assert_white(&values(&readings, |r| r.motor_torque[0]), 0.1);
 }
 
-/// Closed form: whole steps of the current, at most half a step from the truth; friction in the reading has the sign of the
-/// speed.
+/// Closed form: readings are whole steps, at most half a step from the truth; friction in the reading has the sign of
+/// the speed.
 #[test]
-fn torque_is_read_in_steps_and_holds_friction() {
+fn torque_is_quantised_and_contains_friction() {
     let spec = SensorSpec {
         torque_step: 0.04,
         ..IDEAL
@@ -200,7 +202,7 @@ fn torque_is_read_in_steps_and_holds_friction() {
     }
 }
 
-/// A link that turns at 0.3 rad/s and whose centre of mass speeds up by (2, -1) m/s^2.
+/// A link that turns at 0.3 rad/s and whose centre of mass accelerates by (2, -1) m/s^2.
 fn accelerating(k: u32) -> Truth {
     let t = time(k);
     let bar = BarTruth {
@@ -217,7 +219,7 @@ fn accelerating(k: u32) -> Truth {
 
 /// Closed form: theta + atan(a_x/(g + a_y)).
 #[test]
-fn inclinometers_feel_the_specific_force() {
+fn inclinometers_measure_the_specific_force() {
     let spec = SensorSpec {
         specific_force: true,
         ..IDEAL
@@ -235,9 +237,10 @@ fn inclinometers_feel_the_specific_force() {
     }
 }
 
-/// Closed form: a small tilt that jumps at t = 1 ms is followed by 1 - exp(-t/lag), the first value at once.
+/// Closed form: the response to a step of a small tilt after the first sample is 1 - exp(-t/lag). The first reading has
+/// no lag.
 #[test]
-fn inclinometers_lag() {
+fn inclinometers_have_a_low_pass() {
     const TILT: f64 = 1e-4;
     fn tilted(k: u32) -> Truth {
         let mut truth = at_rest(k);
@@ -251,12 +254,12 @@ fn inclinometers_lag() {
     let found = values(&read(&spec, 1, 100, tilted), |r| r.inclination[1]);
     for (k, found) in (0..100).zip(found) {
         let expected = TILT * (1.0 - (-time(k) / 0.02).exp());
-        // The tilt's sine against the tilt itself: 1e-8/6 of it, and as much of its square.
+        // sin(tilt) differs from the tilt by 1e-8/6 of it, cos(tilt) from 1 by 1e-8/2.
         assert!((found - expected).abs() < 1e-8 * TILT, "{k}");
     }
 }
 
-/// Statistics: white noise about a drawn bias.
+/// Statistics: the noise is white and the bias is drawn with its standard deviation.
 #[test]
 fn inclinometers_have_bias_and_white_noise() {
     let bias = SensorSpec {
@@ -274,8 +277,8 @@ fn inclinometers_have_bias_and_white_noise() {
     assert_white(&noise, 0.001);
 }
 
-/// Statistics and closed form: scale and first bias are drawn, the noise is white, the bias' steps are white with
-/// walk sqrt(dt).
+/// Statistics and closed form: scale error and first bias are drawn, the noise is white, and the steps of the bias are
+/// white with the standard deviation walk sqrt(dt).
 #[test]
 fn gyros_have_scale_bias_walk_and_white_noise() {
     let spec = SensorSpec {
@@ -307,11 +310,12 @@ fn gyros_have_scale_bias_walk_and_white_noise() {
     assert_white(&steps, 0.01 * DT.sqrt());
 }
 
-/// Statistics: variance sigma^2 from the first sample on, correlation exp(-lag/T).
+/// Statistics: the variance is sigma^2 from the first sample, the correlation exp(-lag/T).
 ///
-/// Over a run of length L the variance has a standard error of sqrt(2 T/L); a correlation at any lag at most that.
+/// Over a run of length L the variance has the relative standard error sqrt(2 T/L); that of the correlation at any lag
+/// is at most as large.
 #[test]
-fn given_angles_err_by_an_ornstein_uhlenbeck_process() {
+fn the_error_of_contact_angles_is_an_ornstein_uhlenbeck_process() {
     const SAMPLES: u32 = 300_000;
     let (sigma, correlated) = (0.035, 0.03);
     let spec = SensorSpec {
@@ -337,7 +341,7 @@ fn given_angles_err_by_an_ornstein_uhlenbeck_process() {
     assert_white(&errors, sigma);
 }
 
-/// Closed form: all channels are read at one and the same instant near the stamped one; their rates carry them there.
+/// Closed form: all channels are sampled at the same instant, which differs from the time stamp by white noise.
 #[test]
 fn jitter_moves_the_instant_of_sampling() {
     let spec = SensorSpec {
@@ -351,27 +355,28 @@ fn jitter_moves_the_instant_of_sampling() {
         assert!((readings.time - truth.time).abs() < 1e-15);
         let wheel = &truth.wheels[0];
         let read = readings.wheel_angle[0].expect("no losses");
-        let late = (read - wheel.angle) / wheel.omega;
-        delays.push(late);
+        let delay = (read - wheel.angle) / wheel.omega;
+        delays.push(delay);
         let link = &truth.links[0];
         let read = readings.inclination[0].expect("no losses");
-        // Rounding of the angle of up to 50 rad over its speed.
-        assert!((read - (link.angle + late * link.rate)).abs() < 1e-14);
-        // The rates of rate and torque are those of the last millisecond: half a millisecond old, of a sine.
+        // Rounding of the wheel angle of up to 50 rad, divided by its speed.
+        assert!((read - (link.angle + delay * link.rate)).abs() < 1e-14);
+        // The rates of gyro rate and torque are differences over the last millisecond, so they are half a millisecond
+        // old.
         if k > 0 {
             let read = readings.rate[0].expect("no losses");
-            let expected = 0.1 * (truth.time + late).cos();
-            assert!((read - expected).abs() < 0.1 * (0.5 * DT + late.abs()) * late.abs() + 1e-14);
+            let expected = 0.1 * (truth.time + delay).cos();
+            assert!((read - expected).abs() < 0.1 * (0.5 * DT + delay.abs()) * delay.abs() + 1e-14);
             let read = readings.motor_torque[0].expect("no losses");
-            let expected = 0.1 + (truth.time + late).sin();
-            assert!((read - expected).abs() < (0.5 * DT + late.abs()) * late.abs() + 1e-14);
+            let expected = 0.1 + (truth.time + delay).sin();
+            assert!((read - expected).abs() < (0.5 * DT + delay.abs()) * delay.abs() + 1e-14);
         }
         assert_eq!(readings.contact_angle[0], Some(wheel.contact_angle));
     }
     assert_white(&delays, 1e-4);
 }
 
-/// Statistics: each channel loses its share, one independently of the other (binomial: standard error sqrt(p (1 - p)/n)).
+/// Statistics: each channel loses its share, independently of the others (binomial: standard error sqrt(p (1 - p)/n)).
 #[test]
 fn readings_are_lost_independently() {
     const SAMPLES: u32 = 20_000;
@@ -406,8 +411,8 @@ fn readings_are_lost_independently() {
     }
 }
 
-/// Independence: what a channel reads depends on its own parameters alone. With any one error of another kind switched off,
-/// every reading that is no part of it keeps its bits.
+/// Independence: the readings of a channel depend on its own parameters alone. When an error of another channel is
+/// switched off, they keep their bits.
 #[test]
 fn switching_one_error_off_changes_no_other_channel() {
     type Parts = fn(&Readings) -> Vec<Option<f64>>;
@@ -443,7 +448,7 @@ fn switching_one_error_off_changes_no_other_channel() {
             assert_eq!(same, channel != changed, "{spec:?}, channel {channel}");
         }
     }
-    // Within a channel, one error does not draw the other anew: without noise the gain is the same.
+    // Within a channel, switching one error off does not redraw another: without noise the gain is the same.
     let quiet = SensorSpec {
         torque_noise: 0.0,
         rate_walk: 0.0,
@@ -455,7 +460,7 @@ fn switching_one_error_off_changes_no_other_channel() {
     );
 }
 
-/// Statistics: no two channels share their noise.
+/// Statistics: the noise of no two channels is correlated.
 #[test]
 fn channels_are_uncorrelated() {
     const SAMPLES: u32 = 20_000;

@@ -86,7 +86,7 @@ fn limited([slope, bend]: [f64; 2], points: &[Vec2], i: usize) -> [f64; 2] {
         return [0.0; 2];
     }
     let sign = after.y.signum();
-    if before.y.signum() != sign {
+    if before.y * sign < 0.0 {
         // A summit bends down, a hollow up.
         return [0.0, if bend * sign > 0.0 { bend } else { 0.0 }];
     }

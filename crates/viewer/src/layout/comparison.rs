@@ -23,7 +23,7 @@ pub(crate) fn log(
             run.scene,
         )?;
         let following = parts::following(layout, &format!("{} [m]", run.label), root, false)?;
-        let views = [(overview, 1.0), (following, 2.4)];
+        let views = [(overview, 1.7), (following, 2.4)];
         layout.container(ContainerKind::Vertical, run.label, &views)
     })?;
     let key = parts::key(&mut layout, "/compared/key", runs.len())?;

@@ -5,6 +5,7 @@ use super::{ContainerKind, Layout, Part};
 use crate::ViewerError;
 use crate::ground::Ground;
 use crate::key::PLACE;
+use crate::scale::ROOM;
 use crate::scene_view::FOLLOWED;
 use crate::series::WHEEL_NAMES;
 use rerun::components::Range1D;
@@ -26,8 +27,8 @@ pub(crate) fn overview(
         format!("- {root}world/robot/link2/stops/**"),
         format!("- {root}world/forces/estimated/**"),
     ];
-    // The view has y down. Above the ground the robot, below it the arrows of N.
-    let bounds = [[from, to], [-(high + 0.45), 0.25 - low]];
+    // The view has y down. Above the ground the robot, below it the arrows of N and the axis.
+    let bounds = [[from, to], [-(high + 0.45), ROOM - low]];
     let view = layout.spatial(name, root, &contents, bounds)?;
     layout.show_past(view, &format!("{root}world/trails"))?;
     Ok(view)
@@ -41,9 +42,13 @@ pub(crate) fn following(
     legend: bool,
 ) -> Result<Part, ViewerError> {
     let [half_width, above, below] = FOLLOWED;
-    let mut contents = vec![format!("+ {root}world/**")];
+    let mut contents = vec![
+        format!("+ {root}world/**"),
+        // The axis of the whole ground.
+        format!("- {root}world/scale/**"),
+    ];
     if !legend {
-        contents.push(format!("- {root}world/follow/**"));
+        contents.push(format!("- {root}world/follow/legend/**"));
     }
     let view = layout.spatial(
         name,
@@ -91,8 +96,29 @@ pub(crate) fn normal_force(
     root: &str,
     scene: &Scene,
 ) -> Result<Part, ViewerError> {
-    let range = range_of_loads(scene, -0.5, 3.0);
-    per_wheel(layout, title, root, "normal_force", range)
+    let range = range_of_loads(scene, -0.5, 3.0).unwrap_or_else(|| {
+        // The axis is the same for every wheel, and wide enough for two labels.
+        let load = scene.robot.robot.mean_wheel_load();
+        let [from, to] = with_labels(-0.1 * load, 2.5 * load);
+        Range1D::new(from, to)
+    });
+    per_wheel(layout, title, root, "normal_force", Some(range))
+}
+
+/// Steps of an axis that the viewer labels in a plot of a fifth of a picture of 1000 px. It labels powers of ten alone.
+const MOST_STEPS: f64 = 6.5;
+
+/// A range with at least two labels, extended upwards where it has fewer.
+fn with_labels(from: f64, to: f64) -> [f64; 2] {
+    let span = to - from;
+    let decade = 10f64.powf(span.log10().floor());
+    let step = if span / decade <= MOST_STEPS {
+        decade
+    } else {
+        10.0 * decade
+    };
+    let second = ((from / step).ceil() + 1.0) * step;
+    [from, to.max(second + 0.02 * span)]
 }
 
 /// A range in multiples of the mean static wheel load, where the ground has corners: peaks there are shorter than a millisecond and
@@ -113,4 +139,21 @@ pub(crate) fn plot(
     range: Option<Range1D>,
 ) -> Result<Part, ViewerError> {
     layout.plot(title, &[format!("+ {root}series/{quantity}/**")], range)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Closed form: 0 to 88 N shows 0 alone and is extended to 100 N; 0 to 60 N has 0, 10, 20 ...
+    #[test]
+    fn a_range_has_two_labels() {
+        let near = |a: f64, b: f64| (a - b).abs() < 1e-9;
+        let [from, to] = with_labels(-4.0, 88.0);
+        assert!(near(from, -4.0) && near(to, 101.84));
+        let [from, to] = with_labels(0.0, 60.0);
+        assert!(near(from, 0.0) && near(to, 60.0));
+        let [_, to] = with_labels(-5.0, 115.0);
+        assert!(near(to, 115.0));
+    }
 }

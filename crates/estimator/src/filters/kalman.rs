@@ -4,9 +4,9 @@ use crate::visit::Visit;
 
 /// State estimate and its covariance.
 ///
-/// The last `CONSIDERED` states are considered, not estimated (Schmidt's filter): their variance counts wherever they matter and
-/// correlations with them are kept, but no measurement moves them or makes them surer. For what measurements hardly tell, and tell
-/// wrongly, because the filter is linear and they are not.
+/// The last `CONSIDERED` states are consider states (Schmidt-Kalman filter; S. F. Schmidt, 1966): their variance and
+/// correlations count, but no measurement corrects them or reduces their variance. For states of low observability, which
+/// the linearised filter would correct wrongly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kalman<const N: usize, const CONSIDERED: usize = 0> {
     /// State.
@@ -15,17 +15,17 @@ pub struct Kalman<const N: usize, const CONSIDERED: usize = 0> {
     pub p: [[f64; N]; N],
 }
 
-/// How far a measurement was from what the filter expected.
+/// A measurement minus its prediction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Innovation {
-    /// Measured minus expected.
+    /// In the measurement's unit.
     pub value: f64,
-    /// Its expected variance.
+    /// Predicted variance.
     pub variance: f64,
 }
 
 impl Innovation {
-    /// `value^2/variance`: chi-square with one degree of freedom if the filter is right.
+    /// Normalised innovation squared, `value^2/variance`: chi-square with one degree of freedom if the filter is consistent.
     pub fn nis(&self) -> f64 {
         self.value * self.value / self.variance
     }
@@ -41,7 +41,8 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         Self { x, p }
     }
 
-    /// `P h` for a row `h` given by its entries that are not zero; each names a state below `N` (checked without a panic).
+    /// `P h` for a row `h` of a measurement matrix, given by its nonzero entries: pairs of state and value. A state of `N`
+    /// or more counts for nothing.
     pub fn covariance_times<const K: usize>(&self, h: &[(usize, f64); K]) -> [f64; N] {
         let mut ph = [0.0; N];
         for &(j, value) in h {
@@ -63,10 +64,10 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         sum
     }
 
-    /// Takes a measurement whose difference from the expected value is `difference`, with the row `h` of its sensitivity
-    /// and the variance `r` of its noise. Beyond `gate` standard deviations it is left out.
+    /// Corrects the state by a measurement with the innovation `difference`, the row `h` of the measurement matrix and the
+    /// noise variance `r`. An innovation beyond `gate` standard deviations is rejected.
     ///
-    /// Returns the innovation and whether it was used.
+    /// Returns the innovation, and whether it was used.
     pub fn update<const K: usize>(
         &mut self,
         h: &[(usize, f64); K],
@@ -86,8 +87,7 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         )
     }
 
-    /// Takes a measurement of which `P h` and the innovation's variance are known already, unless it lies beyond `gate` standard
-    /// deviations. Returns whether it was used.
+    /// [`Self::apply`], unless the innovation lies beyond `gate` standard deviations. Returns whether it was used.
     pub fn apply_within(
         &mut self,
         ph: &[f64; N],
@@ -95,7 +95,7 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         variance: f64,
         gate: f64,
     ) -> bool {
-        // Written so that a NaN is left out too.
+        // Written so that a NaN is rejected too.
         let used = variance > 0.0 && difference * difference / variance <= gate * gate;
         if used {
             self.apply(ph, difference, variance);
@@ -103,7 +103,7 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         used
     }
 
-    /// Takes a measurement of which `P h` and the innovation's variance are known already.
+    /// Corrects the state by an innovation, for known `P h` and variance of the innovation.
     pub fn apply(&mut self, ph: &[f64; N], difference: f64, variance: f64) {
         let inverse = 1.0 / libm::sqrt(variance);
         let step = difference * inverse;
@@ -171,7 +171,7 @@ mod tests {
             }
         }
 
-        /// Closed form: with the gain `K` of Schmidt's filter, that of Kalman's but zero for what is considered, the covariance is
+        /// Closed form: with the gain `K` of Schmidt's filter, that of Kalman's but zero for consider states, the covariance is
         /// Joseph's form `(I - K h') P (I - K h')' + K r K'`, which holds for any gain. Conditions as above.
         #[test]
         fn considered_states_follow_josephs_form(
@@ -199,9 +199,9 @@ mod tests {
             prop_assert!(filter.p[2][2].to_bits() == p[(2, 2)].to_bits());
         }
 
-        /// What lies beyond the gate, or is not a number, changes nothing.
+        /// A measurement beyond the gate, or one that is not a number, changes nothing.
         #[test]
-        fn outliers_and_nan_are_left_out(root in prop::array::uniform9(-1.0_f64..1.0), sign in prop::bool::ANY) {
+        fn outliers_and_nan_are_rejected(root in prop::array::uniform9(-1.0_f64..1.0), sign in prop::bool::ANY) {
             let p = covariance(root);
             let before: Kalman<3> = Kalman { x: [1.0, 2.0, 3.0], p: [0, 1, 2].map(|i| [0, 1, 2].map(|j| p[(i, j)])) };
             let far = if sign { 100.0 } else { -100.0 };

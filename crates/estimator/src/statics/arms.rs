@@ -1,4 +1,4 @@
-//! Where everything on the linkage is and how it accelerates, seen from Q: what eqs. (1) to (8) need, without angles.
+//! Positions and accelerations of pins, axles and centres of mass relative to Q, as unit vectors instead of angles.
 
 use robhaz_model::{
     Bar, Carrier, Geometry, Posture, PostureError, Vec2, corner_s, cross, perp, turned,
@@ -84,7 +84,7 @@ impl Arms {
         }
     }
 
-    /// How all bars turn when links 1 and 2 do with the given rates (rad/s) and accelerations (rad/s^2): the closure
+    /// Rates and accelerations of all bars for given rates (rad/s) and accelerations (rad/s^2) of links 1 and 2: the closure
     /// `w1 x P + wb x (S-P) = w2 x R + w3 x (S-R)` and its derivative.
     pub fn turning(&self, rates: [f64; 2], accelerations: [f64; 2]) -> Turning {
         let ([w1, w2], [a1, a2]) = (rates, accelerations);
@@ -150,7 +150,7 @@ mod tests {
     }
 
     proptest! {
-        /// Equivalence: unit vectors and angles tell the same posture, everywhere inside the stops of both geometries.
+        /// Equivalence: unit vectors and angles describe the same posture, everywhere inside the stops of both geometries.
         /// Points lie within 0.5 m and take a dozen operations: 1e-12 m is a thousand times their rounding.
         #[test]
         fn arms_are_the_posture(theta2 in -0.5_f64..0.5, opening in -0.69_f64..0.61, is_b in any::<bool>()) {

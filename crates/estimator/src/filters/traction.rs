@@ -17,7 +17,7 @@ pub struct TractionObserver {
 
 visit_fields!(TractionObserver: input, output, started);
 
-/// What eq. (3) needs to know.
+/// Parameters of eq. (3).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObserverParameters {
     /// Pole of the observer omega_c, rad/s.
@@ -31,7 +31,7 @@ pub struct ObserverParameters {
 }
 
 impl TractionObserver {
-    /// An observer that starts with its first reading, as if that had lasted.
+    /// An observer that starts with its first reading, as if that reading had lasted for ever.
     pub fn new(parameters: ObserverParameters) -> Self {
         Self {
             parameters,

@@ -1,21 +1,19 @@
-//! The paper's filters: a complementary filter for the link angles (Fig. 5), eq. (3) for traction.
+//! The paper's filters: a complementary filter for the link angles (Fig. 5), eq. (3) for the tractions.
 
-use crate::arms::Arms;
-use crate::equilibrium::Loads;
+use crate::assembly::{Solution, assemble};
 use crate::estimate::{Estimate, EstimateError, Parity};
-use crate::forces::Forces;
-use crate::frame::Inputs;
-use crate::linkage::LinkAngleFilter;
-use crate::settings::EstimatorSettings;
-use crate::told::{Instant, Told};
-use crate::traction::{ObserverParameters, TractionObserver};
+use crate::filters::{ComplementaryFilter, ObserverParameters, TractionObserver};
+use crate::frame::{Inputs, Instant};
+use crate::nominal::Nominal;
+use crate::settings::{EstimatorSettings, PaperMethod};
+use crate::statics::{Arms, Equations, Forces, Loads};
 use crate::visit::visit_fields;
 use robhaz_model::Robot;
 
-/// Filters of the links and wheels. Wheels are taken to be at rest before the second reading.
+/// Filters of the links and wheels. Before its second reading a wheel counts as at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PaperFilters {
-    links: [LinkAngleFilter; 2],
+    links: [ComplementaryFilter; 2],
     tractions: [TractionObserver; 3],
     speeds: [SpeedByDifference; 3],
 }
@@ -25,9 +23,11 @@ visit_fields!(PaperFilters: links, tractions, speeds);
 /// Speed from the last two readings of an encoder.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct SpeedByDifference {
+    /// Last angle read, rad.
     angle: f64,
     /// Time since that angle was read, s.
     age: f64,
+    /// Speed, rad/s.
     omega: f64,
     started: bool,
 }
@@ -35,17 +35,18 @@ struct SpeedByDifference {
 visit_fields!(SpeedByDifference: angle, age, omega, started);
 
 impl PaperFilters {
-    pub fn new(robot: &Robot, settings: &EstimatorSettings) -> Self {
+    /// For a robot at rest.
+    pub fn new(robot: &Robot, method: &PaperMethod, settings: &EstimatorSettings) -> Self {
         let mass = &robot.mass;
         let observer = TractionObserver::new(ObserverParameters {
-            pole: settings.observer_pole,
+            pole: method.observer_pole,
             // Eq. (2) mixes rotor (relative spin) and wheel (absolute spin) in one J.
             inertia: mass.wheel_inertia + mass.rotor_inertia,
             viscous_damping: settings.viscous_damping,
             wheel_radius: robot.geometry.wheel_radius,
         });
         Self {
-            links: [LinkAngleFilter::new(settings.crossover_time); 2],
+            links: [ComplementaryFilter::new(method.crossover_time); 2],
             tractions: [observer; 3],
             speeds: [SpeedByDifference::default(); 3],
         }
@@ -74,38 +75,54 @@ impl PaperFilters {
     }
 
     /// Fig. 5, eq. (3), least squares on eq. (8).
+    ///
+    /// # Errors
+    /// [`EstimateError::Linkage`], [`EstimateError::Singular`].
     pub fn estimate(
         &mut self,
-        told: &Told,
+        nominal: &Nominal,
         instant: &Instant<'_>,
     ) -> Result<Estimate, EstimateError> {
         let (angles, traction) = self.update(instant.inputs, instant.dt);
-        let arms = Arms::new(&told.robot.geometry, angles[0], angles[1])
+        let arms = Arms::new(&nominal.robot.geometry, angles[0], angles[1])
             .map_err(EstimateError::Linkage)?;
         let contact_angle = instant.inputs.contact_angle.map(|angle| angle.value);
-        let statics = told.statics(arms, angles, Loads::at_rest(&told.masses), &contact_angle)?;
+        let loads = Loads::at_rest(&nominal.masses);
+        let equations = nominal.equations(arms, angles, loads, &contact_angle)?;
 
-        let right = statics.equilibrium.right_side(&traction);
+        let right_side = equations.equilibrium.right_side(&traction);
         let mut forces = Forces {
-            normal: statics.inverse.solve(&right),
+            normal: equations.inverse.solve(&right_side),
             traction,
             covariance: [[0.0; 6]; 6],
         };
-        let flags = instant.flags | told.unloaded(&forces.normal) | told.at_stop(angles);
-        if told.settings.nonnegative {
-            // All right sides taken as equally uncertain: the constrained least squares.
-            let rows = &statics.inverse.rows;
-            for i in 0..3 {
-                for j in 0..3 {
-                    forces.covariance[2 * i + 1][2 * j + 1] = rows[i].dot(&rows[j]);
-                }
-            }
-            forces.without_pull();
+        let flags = instant.flags | nominal.unloaded(&forces.normal) | nominal.at_stop(angles);
+        if nominal.settings.nonnegative {
+            forces.covariance = unit_covariance(&equations);
+            forces.bound();
         }
-        let parity = statics.parity.map(|w| Parity {
-            value: w.dot(&right),
-            sigma: 0.0,
-        });
-        Ok(told.estimate(instant, &statics, &forces, &right, parity, flags))
+        let solution = Solution {
+            forces: &forces,
+            right_side: &right_side,
+            parity: equations.parity_direction.map(|w| Parity {
+                value: w.dot(&right_side),
+                sigma: 0.0,
+            }),
+            uncertainty: None,
+            flags,
+        };
+        Ok(assemble(nominal, instant.time, &equations, &solution))
     }
+}
+
+/// Covariance of the forces for rows of eq. (8) with equal errors: the metric of the bounded unweighted least squares.
+fn unit_covariance(equations: &Equations) -> [[f64; 6]; 6] {
+    let rows = &equations.inverse.rows;
+    let mut covariance = [[0.0; 6]; 6];
+    for i in 0..3 {
+        for j in 0..3 {
+            covariance[2 * i + 1][2 * j + 1] = rows[i].dot(&rows[j]);
+        }
+    }
+    covariance
 }

@@ -1,93 +1,10 @@
-//! Eq. (8) written directly, `H x' = F'`: the same four equations that [`crate::statics`] derives from eq. (1), at a tenth of
-//! the cost, with inertial loads where they are known and with its one redundancy as a parity check.
+//! Eq. (8) written directly, `H x' = F'`: the four equations that [`super::full_system`] derives from eq. (1), at a tenth
+//! of the cost, for any loads, with their redundancy as a parity residual.
 
-use crate::arms::{Arms, Turning};
+use super::arms::Arms;
+use super::loads::Loads;
 use nalgebra::{Matrix3, Vector4};
-use robhaz_model::{Bar, Carrier, GRAVITY, MassSet, PointMasses, Vec2, cross, perp};
-
-/// What gravity and acceleration ask for on one part: `m (a + g)` at its centre of mass and `I alpha`, counter-clockwise.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Load {
-    /// N.
-    pub force: Vec2,
-    /// N m.
-    pub torque: f64,
-}
-
-/// The loads of all parts.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Loads {
-    /// Bars in the order of [`Bar::ALL`].
-    pub bars: [Load; 4],
-    /// Wheels 1 to 3, at their axles.
-    pub wheels: [Load; 3],
-}
-
-impl Loads {
-    /// Gravity alone: static equilibrium, as in the paper.
-    pub fn at_rest(masses: &PointMasses) -> Self {
-        Self::uniform(masses, Vec2::new(0.0, GRAVITY))
-    }
-
-    /// Every mass held against the same `acceleration`, m/s^2.
-    pub fn uniform(masses: &PointMasses, acceleration: Vec2) -> Self {
-        let weight = |mass: f64| Load {
-            force: acceleration * mass,
-            torque: 0.0,
-        };
-        Self {
-            bars: [
-                weight(masses.body),
-                weight(masses.links[0]),
-                weight(masses.links[1]),
-                weight(masses.links[2]),
-            ],
-            wheels: [weight(masses.wheel); 3],
-        }
-    }
-
-    /// Gravity and inertia (d'Alembert): Q accelerates with `q` (m/s^2), bars turn as in `turning`, wheels spin up
-    /// relative to their links with `spin` (rad/s^2, forward positive).
-    ///
-    /// The rotor is an armature between link and wheel: its torque is inside the sum of both and does not appear.
-    pub fn moving(
-        mass: &MassSet,
-        masses: &PointMasses,
-        arms: &Arms,
-        carriers: &[Carrier; 3],
-        q: Vec2,
-        turning: &Turning,
-        spin: &[f64; 3],
-    ) -> Self {
-        let (centres, axles) = arms.accelerations(carriers, q, turning);
-        let up = Vec2::new(0.0, GRAVITY);
-        let points = [
-            masses.body,
-            masses.links[0],
-            masses.links[1],
-            masses.links[2],
-        ];
-        let inertias = [
-            mass.body_inertia,
-            mass.link_inertias[0],
-            mass.link_inertias[1],
-            mass.link_inertias[2],
-        ];
-        let bar = |i: usize| Load {
-            force: (centres[i] + up) * points[i],
-            torque: inertias[i] * turning.accelerations[i],
-        };
-        let wheel = |i: usize| Load {
-            force: (axles[i] + up) * masses.wheel,
-            torque: mass.wheel_inertia
-                * (turning.accelerations[carriers[i].bar() as usize] - spin[i]),
-        };
-        Self {
-            bars: [bar(0), bar(1), bar(2), bar(3)],
-            wheels: [wheel(0), wheel(1), wheel(2)],
-        }
-    }
-}
+use robhaz_model::{Bar, Carrier, Vec2, cross, perp};
 
 /// Eq. (8). Rows: horizontal and vertical force on links 1 and 2 together, N; moments of link 1 and of link 2 about Q
 /// over the lever, N. A lever of 1 m gives the paper's rows in N m.
@@ -109,9 +26,10 @@ pub struct Equilibrium {
 }
 
 impl Equilibrium {
-    /// The equations in a posture. `contact_angle` in rad; wheels touch at the wheel radius (the penetration is 0.6 % of it).
+    /// The equations in a posture, for contact angles in rad and a lever in m. The arm from axle to contact is the wheel
+    /// radius, m; the penetration, 0.6 % of it, is neglected.
     ///
-    /// Body and link 3 come first, eq. (6): their moments about P and R hold S alone. `None` where P lies on the line RS.
+    /// `None` where P lies on the line RS.
     pub fn new(
         arms: &Arms,
         carriers: &[Carrier; 3],
@@ -120,7 +38,7 @@ impl Equilibrium {
         contact_angle: &[f64; 3],
         lever: f64,
     ) -> Option<Self> {
-        let (f, pins) = Self::right_of(arms, carriers, loads, lever);
+        let (f, pins) = Self::load_side(arms, carriers, loads, lever);
         if !(pins[2].x.is_finite() && pins[2].y.is_finite()) {
             return None;
         }
@@ -146,8 +64,10 @@ impl Equilibrium {
         Some(found)
     }
 
-    /// F' and the forces in P, R and S, N, for given loads: linear in them. Not finite where P lies on the line RS.
-    pub fn right_of(
+    /// F' and the forces in P, R and S, N, for given loads: linear in the loads. Not finite where P lies on the line RS.
+    ///
+    /// Body and link 3 come first, eq. (6): S is the only unknown in their moments about P and R.
+    pub fn load_side(
         arms: &Arms,
         carriers: &[Carrier; 3],
         loads: &Loads,
@@ -183,12 +103,12 @@ impl Equilibrium {
         (f, [p, r, s])
     }
 
-    /// `F' - H_T T`: what the normal forces must balance, for tractions in N.
+    /// Right-hand side `y = F' - H_T T` of `H_N N = y`, N, for tractions in N.
     pub fn right_side(&self, traction: &[f64; 3]) -> Vector4<f64> {
         self.f - self.h_t[0] * traction[0] - self.h_t[1] * traction[1] - self.h_t[2] * traction[2]
     }
 
-    /// Change of `H x'` with the contact angle of wheel `i`, N/rad: the forces turn and the contact moves along the rim.
+    /// Derivative of `H x'` by the contact angle of wheel `i`, N/rad: the forces turn and the contact moves along the rim.
     pub fn by_contact_angle(
         &self,
         i: usize,
@@ -204,8 +124,9 @@ impl Equilibrium {
         column(turned, moment * self.inverse_lever, carrier)
     }
 
-    /// Least squares for the normal forces, N: `(H_N' H_N)^-1 H_N' y`. The condition of H_N is 6 to 9, so that the
-    /// normal equations lose two digits of sixteen. `None` where the contacts leave a normal force undetermined.
+    /// Least squares for the normal forces, N: `(H_N' H_N)^-1 H_N' y`. The condition
+    /// number of H_N is 6 to 9, so the normal equations lose two digits of sixteen. `None` where the contacts leave a
+    /// normal force undetermined.
     pub fn least_squares(&self) -> Option<LeastSquaresInverse> {
         let [a, b, c] = &self.h_n;
         let m = Matrix3::new(
@@ -243,9 +164,9 @@ impl Equilibrium {
         })
     }
 
-    /// The one combination of the rows that holds no normal force: unit vector `w` with `w' H_N = 0`.
+    /// Parity direction: the unit vector `w` with `w' H_N = 0`. It combines the rows so that no normal force is left.
     ///
-    /// `w' (F' - H_T T)` is the parity residual, N: zero for consistent loads, tractions and contact angles.
+    /// `w' (F' - H_T T)` is the parity residual, N: zero for exact loads, tractions and contact angles.
     pub fn parity_direction(&self) -> Option<Vector4<f64>> {
         let [a, b, c] = &self.h_n;
         let minor = |i: usize, j: usize, k: usize| {
@@ -266,7 +187,7 @@ impl Equilibrium {
         Some(w * (libm::copysign(1.0, w.x) / norm))
     }
 
-    /// Force in Q on link 1 from link 2, N: what the ground, P and the loads of link 1 leave over.
+    /// Force in Q on link 1 from link 2, N, from the force balance of link 1.
     pub fn force_in_q(
         &self,
         loads: &Loads,
@@ -286,6 +207,7 @@ impl Equilibrium {
     }
 }
 
+/// Column of H for a unit force on a link with its moment over the lever.
 fn column(force: Vec2, moment: f64, carrier: Carrier) -> Vector4<f64> {
     match carrier {
         Carrier::Link1 => Vector4::new(force.x, force.y, moment, 0.0),
@@ -293,7 +215,7 @@ fn column(force: Vec2, moment: f64, carrier: Carrier) -> Vector4<f64> {
     }
 }
 
-/// The left inverse of `H_N` that least squares uses, 3x4.
+/// The least-squares left inverse of `H_N`, 3x4.
 #[derive(Clone, Copy, Debug)]
 pub struct LeastSquaresInverse {
     /// Its rows.
@@ -301,7 +223,7 @@ pub struct LeastSquaresInverse {
 }
 
 impl LeastSquaresInverse {
-    /// Normal forces, N, for a right side `F' - H_T T`.
+    /// Normal forces, N, for a right-hand side `F' - H_T T`, N.
     pub fn solve(&self, right: &Vector4<f64>) -> [f64; 3] {
         [0, 1, 2].map(|i| self.rows[i].dot(right))
     }
@@ -310,9 +232,9 @@ impl LeastSquaresInverse {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::statics::{BlockForm, FullSystem, ReducedSystem};
+    use crate::statics::full_system::{BlockForm, FullSystem, ReducedSystem};
     use proptest::prelude::*;
-    use robhaz_model::{Geometry, Posture};
+    use robhaz_model::{Geometry, MassSet, PointMasses, Posture};
 
     fn geometry(is_b: bool) -> Geometry {
         if is_b { Geometry::b() } else { Geometry::a() }
@@ -422,10 +344,10 @@ mod tests {
             prop_assert!((found - difference).norm() < 1e-6, "{found} {difference}");
         }
 
-        /// The parity direction is a unit vector, holds no normal force, and least squares leaves just its share of the
-        /// right side: `y - H_N N = w (w' y)`.
+        /// The parity direction is a unit vector, normal to H_N, and the residual of least squares is the projection of
+        /// the right-hand side on it: `y - H_N N = w (w' y)`.
         #[test]
-        fn parity_is_what_least_squares_leaves(
+        fn parity_is_the_residual_of_least_squares(
             theta in angles(), slopes in slopes(), y in prop::array::uniform4(-100.0_f64..100.0), is_b in any::<bool>(),
         ) {
             let geometry = geometry(is_b);
@@ -441,98 +363,6 @@ mod tests {
             }
             prop_assert!((left - w * w.dot(&y)).norm() < 1e-9, "{left}");
         }
-
-        /// Equivalence: a robot that accelerates uniformly is one at rest in a gravity that is tilted and stronger.
-        #[test]
-        fn uniform_acceleration_is_tilted_gravity(theta in angles(), slopes in slopes(), ax in -5.0_f64..5.0, ay in -5.0_f64..5.0) {
-            let (geometry, mass) = (Geometry::a(), MassSet::caption());
-            let masses = mass.true_points();
-            let still = Turning::default();
-            let arms1 = arms(&geometry, theta);
-            let accelerated = Loads::moving(&mass, &masses, &arms1, &geometry.carriers, Vec2::new(ax, ay), &still, &[0.0; 3]);
-            // In the turned frame "up" is the direction of a + g.
-            let felt = Vec2::new(ax, ay + GRAVITY);
-            let turn = libm::atan2(felt.x, felt.y);
-            let arms2 = arms(&geometry, theta.map(|angle| angle + turn));
-            let at_rest = Loads::at_rest(&masses);
-            let normal = |arms: &Arms, loads: &Loads, slopes: [f64; 3]| {
-                let e = equations(&geometry, arms, loads, &slopes, 0.2);
-                e.least_squares().map(|inverse| inverse.solve(&e.f))
-            };
-            let found = normal(&arms1, &accelerated, slopes).expect("regular");
-            let expected = normal(&arms2, &at_rest, slopes.map(|angle| angle + turn));
-            // The two force rows turn as a pair, which least squares does not see.
-            let expected = expected.expect("regular").map(|n| n * felt.norm() / GRAVITY);
-            for i in 0..3 {
-                prop_assert!((found[i] - expected[i]).abs() < 1e-9, "{found:?} {expected:?}");
-            }
-        }
-
-        /// Newton and Euler for the whole robot: the force rows hold the change of its momentum, the sum of the moment rows
-        /// that of its angular momentum about Q; pins cancel. Momenta by central differences of positions along a path
-        /// (h = 1e-4: rounding over h^2 gives 1e-7 of a moment).
-        #[test]
-        fn inertial_loads_are_the_change_of_momentum(
-            theta in angles(), w in prop::array::uniform2(-1.0_f64..1.0), a in prop::array::uniform2(-3.0_f64..3.0),
-            q in prop::array::uniform2(-3.0_f64..3.0), spin in prop::array::uniform3(-9.0_f64..9.0), is_b in any::<bool>(),
-        ) {
-            let (geometry, mass) = (geometry(is_b), MassSet::caption());
-            let masses = mass.true_points();
-            let q = Vec2::new(q[0], q[1]);
-            let now = arms(&geometry, theta);
-            let turning = now.turning(w, a);
-            let loads = Loads::moving(&mass, &masses, &now, &geometry.carriers, q, &turning, &spin);
-            let e = equations(&geometry, &now, &loads, &[0.0; 3], 1.0);
-
-            let h = 1e-4;
-            let path = |t: f64| {
-                let theta = [0, 1].map(|i| theta[i] + w[i] * t + 0.5 * a[i] * t * t);
-                let posture = Posture::close(&geometry, theta[0], theta[1]).expect("inside the stops");
-                (posture, q * (0.5 * t * t))
-            };
-            let [before, at, after] = [-h, 0.0, h].map(path);
-            let second = |x: f64, y: f64, z: f64| (z - 2.0 * y + x) / (h * h);
-            let (mut force, mut moment) = (Vec2::zeros(), 0.0);
-            let mut add = |of: &dyn Fn(&Posture) -> Vec2, kg: f64, inertia: f64, angle: &dyn Fn(&Posture) -> f64| {
-                let place = |(posture, q): &(Posture, Vec2)| of(posture) + q;
-                let (p0, p1, p2) = (place(&before), place(&at), place(&after));
-                let felt = (p2 - p1 * 2.0 + p0) / (h * h) + Vec2::new(0.0, GRAVITY);
-                force += felt * kg;
-                moment += kg * cross(p1, felt) + inertia * second(angle(&before.0), angle(&at.0), angle(&after.0));
-            };
-            for bar in Bar::ALL {
-                let (kg, inertia) = mass.of(bar);
-                add(&|p| p.cg_from_q(&geometry, bar), kg, inertia, &|p| p.angle(bar));
-            }
-            for i in 0..3 {
-                let carrier = geometry.carriers[i].bar();
-                add(&|p| p.axle_from_q(&geometry, i), mass.wheel, mass.wheel_inertia, &|p| p.angle(carrier));
-            }
-            moment -= mass.wheel_inertia * spin.iter().sum::<f64>();
-            prop_assert!((Vec2::new(e.f.x, e.f.y) - force).norm() < 1e-4, "{} {force}", e.f);
-            prop_assert!((e.f.z + e.f.w - moment).abs() < 1e-4, "{} {moment}", e.f);
-        }
-    }
-
-    /// Newton: a robot that falls freely pushes on nothing, inside or outside.
-    #[test]
-    fn free_fall_has_no_forces() {
-        let (geometry, mass) = (Geometry::a(), MassSet::caption());
-        let now = arms(&geometry, [0.1, -0.2]);
-        let loads = Loads::moving(
-            &mass,
-            &mass.true_points(),
-            &now,
-            &geometry.carriers,
-            Vec2::new(0.0, -GRAVITY),
-            &Turning::default(),
-            &[0.0; 3],
-        );
-        assert_eq!(loads, Loads::default());
-        let e = equations(&geometry, &now, &loads, &[0.1, 0.0, -0.1], 0.2);
-        let normal = e.least_squares().expect("regular").solve(&e.f);
-        assert!(normal.iter().all(|n| n.abs() <= 0.0), "{normal:?}");
-        assert_eq!(e.pins, [Vec2::zeros(); 3]);
     }
 
     #[test]

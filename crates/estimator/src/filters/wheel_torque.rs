@@ -1,9 +1,9 @@
-//! Traction of a wheel by a Kalman filter on the encoder's count: what eq. (3) does, without its lag and its noise.
+//! Torque of the ground on a wheel by a Kalman filter on the encoder's angle: the task of eq. (3), without its lag.
 
-use crate::kalman::{Innovation, Kalman};
+use super::kalman::{Innovation, Kalman};
 use crate::visit::visit_fields;
 
-/// What the observer knows of wheel, drive and sensors.
+/// Parameters of wheel, drive and sensors at one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TorqueObserverParameters {
     /// J_wheel, kg m^2: resists the absolute spin.
@@ -16,15 +16,16 @@ pub struct TorqueObserverParameters {
     pub encoder_sigma: f64,
     /// Standard deviation of the torque's white noise, a sample, N m.
     pub torque_sigma: f64,
-    /// Standard deviation of a step in the torque since the last prediction, N m: unknown gear friction at a change of direction.
-    pub step: f64,
-    /// Walk of the motor torque while no sensor reads it, N m/sqrt(s); 0 with a reading.
-    pub unseen: f64,
+    /// Standard deviation of a step in the torque since the last prediction, N m: gear friction at a change of direction.
+    pub friction_step: f64,
+    /// Random walk of the motor torque while it is not read, N m/sqrt(s); 0 with a reading.
+    pub unread_walk: f64,
 }
 
-/// States: spin angle (rad), spin speed (rad/s), torque of the ground `d T` (N m) and its rate (N m/s). The second derivative of the
-/// torque is taken as white; eq. (2) with its inertias told apart links torque and speed:
-/// `(J_wheel + J_rotor) domega/dt = tau - B omega - d T + J_wheel alpha_link`.
+/// States: spin angle (rad), spin speed (rad/s), torque of the ground `d T` (N m) and its rate (N m/s).
+///
+/// The second derivative of that torque is white noise. Eq. (2), with separate inertias of wheel and rotor, relates torque
+/// and speed: `(J_wheel + J_rotor) domega/dt = tau - B omega - d T + J_wheel alpha_link`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TorqueObserver {
     filter: Kalman<4>,
@@ -33,7 +34,7 @@ pub struct TorqueObserver {
 
 visit_fields!(TorqueObserver: filter, started);
 
-/// Standard deviation of an angle that is counted in steps of 40 urad, rad.
+/// Standard deviation of an angle that is counted in steps of 40 urad, rad: a step over sqrt(12).
 pub(crate) const COUNT_SIGMA: f64 = 1.13e-5;
 
 const ANGLE: usize = 0;
@@ -48,22 +49,31 @@ impl Default for TorqueObserver {
 }
 
 impl TorqueObserver {
-    /// Density of the white second derivative of the ground's torque, N m/s^2/sqrt(Hz), for readings as coarse as [`Self::COARSE`]: the value
-    /// at which the lag on the PI drive's fast torques and the noise of a count of 40 urad cost the same. Finer readings
-    /// let the observer be faster: in inverse proportion to what is coarser of the two, up to a twenty-fifth.
+    /// Density of the white second derivative of the ground's torque, N m/s^2/sqrt(Hz), for readings as coarse as
+    /// [`Self::COARSE_ANGLE`] and [`Self::COARSE_TORQUE`]. At this value the lag on the PI drive's fast torques and the
+    /// noise of the encoder cost the same error. For finer readings the density is larger, so the observer is faster: in
+    /// inverse proportion to the coarser of the two readings, down to [`Self::FINEST`] of these.
     const TORQUE_JERK: f64 = 5.0;
-    /// Standard deviations of an encoder's angle, rad, and of a torque, N m.
-    const COARSE: (f64, f64) = (COUNT_SIGMA, 0.1);
+    /// Standard deviation of a coarse encoder angle, rad: counts of 40 urad.
+    const COARSE_ANGLE: f64 = COUNT_SIGMA;
+    /// Standard deviation of a coarse torque reading, N m.
+    const COARSE_TORQUE: f64 = 0.1;
     /// See [`Self::TORQUE_JERK`].
     const FINEST: f64 = 0.04;
-    /// Standard deviations beyond which an encoder's reading tells of a blow.
-    const BLOW_GATE: f64 = 5.0;
-    /// What a blow may change in one sample: the ground's torque, N m, its rate, N m/s, and the spin speed, rad/s. Without the last, what
-    /// the blow's own impulse has changed of the speed is taken for a torque that goes on. Of 0.5 to 5 N m, 30 to 300 N m/s and 0.01 to
-    /// 0.5 rad/s the values that leave least error behind a ramp's corner and a ditch's edges. Rolling ground never asks for them.
-    const BLOW: (f64, f64, f64) = (1.0, 30.0, 0.02);
+    /// Standard deviations of an innovation beyond which an impact is assumed.
+    const IMPACT_GATE: f64 = 5.0;
+    /// Standard deviation of the change of the ground's torque in an impact, N m.
+    ///
+    /// This and the next two were chosen from 0.5 to 5 N m, 30 to 300 N m/s and 0.01 to 0.5 rad/s for the least error
+    /// behind a ramp's corner and a ditch's edges. On rolling ground no innovation exceeds the gate.
+    const IMPACT_TORQUE: f64 = 1.0;
+    /// Standard deviation of the change of that torque's rate, N m/s.
+    const IMPACT_RATE: f64 = 30.0;
+    /// Standard deviation of the change of the spin speed, rad/s. Without it the filter would explain the speed change of
+    /// the impact by a lasting torque.
+    const IMPACT_SPEED: f64 = 0.02;
 
-    /// An observer that knows nothing yet: the wheel stands still within 0.01 rad/s, the ground's torque is within 5 N m.
+    /// Starts with a wheel at rest: its speed is within 0.01 rad/s, the ground's torque within 5 N m.
     pub fn new() -> Self {
         Self {
             filter: Kalman::new([0.0; 4], [0.0, 0.01, 5.0, 5.0]),
@@ -71,15 +81,15 @@ impl TorqueObserver {
         }
     }
 
-    /// An observer of a wheel that may be turning already, within 20 rad/s (2 m/s at the rim).
-    pub fn turning() -> Self {
+    /// Starts with a wheel that may be spinning, within 20 rad/s (2 m/s at the rim).
+    pub fn spinning() -> Self {
         Self {
             filter: Kalman::new([0.0; 4], [0.0, 20.0, 5.0, 5.0]),
             started: false,
         }
     }
 
-    /// Goes on by `dt` (s) under the motor torque `torque` (N m, mean over the interval) with the link's angular
+    /// Advances by `dt` (s) under the motor torque `torque` (N m, mean over the interval) with the link's angular
     /// acceleration `alpha_link` (rad/s^2, counter-clockwise).
     pub fn predict(
         &mut self,
@@ -97,8 +107,7 @@ impl TorqueObserver {
         self.filter.x[ANGLE] += omega * dt + acceleration * half;
         self.filter.x[SPEED] += acceleration * dt + jerk * half;
         self.filter.x[TORQUE] += rate * dt;
-
-        // F P F' with F of second order in dt.
+        // F, of second order in dt.
         let f = [
             [1.0, dt - b * half, -j * half, 0.0],
             [
@@ -110,40 +119,26 @@ impl TorqueObserver {
             [0.0, 0.0, 1.0, dt],
             [0.0, 0.0, 0.0, 1.0],
         ];
-        let p = &self.filter.p;
-        let mut fp = [[0.0; 4]; 4];
-        for i in 0..4 {
-            for k in i..4 {
-                for m in 0..4 {
-                    fp[i][m] += f[i][k] * p[k][m];
-                }
-            }
-        }
-        let mut next = [[0.0; 4]; 4];
-        for i in 0..4 {
-            for m in 0..=i {
-                let mut sum = 0.0;
-                for k in m..4 {
-                    sum += fp[i][k] * f[m][k];
-                }
-                next[i][m] = sum;
-                next[m][i] = sum;
-            }
-        }
-        // Noise of the torque read, held over the interval, and of the ground's torque.
+        self.filter.p = propagated(&f, &self.filter.p);
+        self.add_process_noise(parameters, dt, j);
+    }
+
+    /// Noise of the torque reading, held over the interval `dt` (s), and of the ground's torque. `j` is the inverse
+    /// inertia, 1/(kg m^2).
+    fn add_process_noise(&mut self, parameters: &TorqueObserverParameters, dt: f64, j: f64) {
+        let p = &mut self.filter.p;
         let kick = parameters.torque_sigma * dt * j;
-        next[SPEED][SPEED] += kick * kick;
-        let (angle, torque_noise) = Self::COARSE;
-        let coarse = (parameters.encoder_sigma / angle).max(parameters.torque_sigma / torque_noise);
+        p[SPEED][SPEED] += kick * kick;
+        let coarse = (parameters.encoder_sigma / Self::COARSE_ANGLE)
+            .max(parameters.torque_sigma / Self::COARSE_TORQUE);
         let jerk = Self::TORQUE_JERK / coarse.clamp(Self::FINEST, 1.0);
         let q = jerk * jerk * dt;
-        next[TORQUE][TORQUE] += q * dt * dt / 3.0
-            + parameters.unseen * parameters.unseen * dt
-            + parameters.step * parameters.step;
-        next[TORQUE][RATE] += 0.5 * q * dt;
-        next[RATE][TORQUE] += 0.5 * q * dt;
-        next[RATE][RATE] += q;
-        self.filter.p = next;
+        p[TORQUE][TORQUE] += q * dt * dt / 3.0
+            + parameters.unread_walk * parameters.unread_walk * dt
+            + parameters.friction_step * parameters.friction_step;
+        p[TORQUE][RATE] += 0.5 * q * dt;
+        p[RATE][TORQUE] += 0.5 * q * dt;
+        p[RATE][RATE] += q;
     }
 
     /// The encoder counts from a new zero: its next reading sets the angle.
@@ -151,7 +146,7 @@ impl TorqueObserver {
         self.started = false;
     }
 
-    /// Takes a reading of the spin angle, rad. `None` for the first one, which sets the angle.
+    /// Corrects the states by a reading of the spin angle, rad. `None` for the first reading, which sets the angle.
     pub fn measure(
         &mut self,
         parameters: &TorqueObserverParameters,
@@ -170,12 +165,10 @@ impl TorqueObserver {
         }
         let difference = angle - self.filter.x[ANGLE];
         let expected = self.filter.p[ANGLE][ANGLE] + r;
-        if difference * difference > Self::BLOW_GATE * Self::BLOW_GATE * expected {
-            // The ground has struck: what was known of its torque holds no more.
-            let (torque, rate, speed) = Self::BLOW;
-            self.filter.p[SPEED][SPEED] += speed * speed;
-            self.filter.p[TORQUE][TORQUE] += torque * torque;
-            self.filter.p[RATE][RATE] += rate * rate;
+        if difference * difference > Self::IMPACT_GATE * Self::IMPACT_GATE * expected {
+            self.filter.p[SPEED][SPEED] += Self::IMPACT_SPEED * Self::IMPACT_SPEED;
+            self.filter.p[TORQUE][TORQUE] += Self::IMPACT_TORQUE * Self::IMPACT_TORQUE;
+            self.filter.p[RATE][RATE] += Self::IMPACT_RATE * Self::IMPACT_RATE;
         }
         let (innovation, _) = self
             .filter
@@ -193,7 +186,7 @@ impl TorqueObserver {
         libm::sqrt(self.filter.p[SPEED][SPEED].max(0.0))
     }
 
-    /// Whether the speed is known well enough to be used, to 0.1 rad/s.
+    /// Whether the standard deviation of the speed is below 0.1 rad/s, so that the speed can be used.
     pub fn settled(&self) -> bool {
         self.filter.p[SPEED][SPEED] < 0.01
     }
@@ -207,6 +200,30 @@ impl TorqueObserver {
     }
 }
 
+/// `F P F'` of an upper triangular F, symmetric to the bit.
+fn propagated(f: &[[f64; 4]; 4], p: &[[f64; 4]; 4]) -> [[f64; 4]; 4] {
+    let mut fp = [[0.0; 4]; 4];
+    for i in 0..4 {
+        for k in i..4 {
+            for m in 0..4 {
+                fp[i][m] += f[i][k] * p[k][m];
+            }
+        }
+    }
+    let mut next = [[0.0; 4]; 4];
+    for i in 0..4 {
+        for m in 0..=i {
+            let mut sum = 0.0;
+            for k in m..4 {
+                sum += fp[i][k] * f[m][k];
+            }
+            next[i][m] = sum;
+            next[m][i] = sum;
+        }
+    }
+    next
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -218,8 +235,8 @@ mod tests {
         viscous_damping: 0.15,
         encoder_sigma: 1e-6,
         torque_sigma: 1e-3,
-        step: 0.0,
-        unseen: 0.0,
+        friction_step: 0.0,
+        unread_walk: 0.0,
     };
     const INERTIA: f64 = PARAMETERS.wheel_inertia + PARAMETERS.rotor_inertia;
 
@@ -261,7 +278,7 @@ mod tests {
         assert!(sigma > 0.0 && sigma < 0.1, "{sigma}");
     }
 
-    /// A step of the ground's torque, which no motor torque announces, is followed. With a jerk of 5 N m/s^2/sqrt(Hz) against the
+    /// A step of the ground's torque without one of the motor's torque is followed. With a jerk of 5 N m/s^2/sqrt(Hz) against the
     /// noise of the encoder the filter's time constant is some 20 ms: after 0.2 s less than 1 % is left.
     #[test]
     fn a_step_settles() {
@@ -321,15 +338,15 @@ mod tests {
         assert!((0.8..1.25).contains(&ratio), "{ratio}");
     }
 
-    /// Without a reading of the motor torque the ground's torque is known less from step to step; with one again, as before.
+    /// Without readings of the motor torque the standard deviation of the ground's torque grows; with readings it falls back.
     #[test]
-    fn an_unread_torque_is_less_sure() {
+    fn an_unread_torque_has_a_larger_deviation() {
         let mut observer = TorqueObserver::new();
         observer.measure(&PARAMETERS, 0.0);
-        let mut run = |steps: u32, unseen: f64| {
+        let mut run = |steps: u32, unread_walk: f64| {
             for _ in 0..steps {
                 let parameters = TorqueObserverParameters {
-                    unseen,
+                    unread_walk,
                     ..PARAMETERS
                 };
                 observer.predict(&parameters, 1e-3, 0.0, 0.0);
@@ -339,7 +356,7 @@ mod tests {
         };
         let settled = run(1000, 0.0);
         assert!(run(100, 5.0) > 1.5 * settled);
-        // The rate's part fades with the filter's slow pole.
+        // The rate's part decays with the filter's slow pole.
         assert!((run(1000, 0.0) - settled).abs() < 1e-3 * settled);
     }
 }

@@ -1,4 +1,8 @@
-//! Static equilibrium of the four bars: eqs. (1) and (4) to (8), and the least squares for the normal forces.
+//! Static equilibrium of the four bars as the paper derives it: eqs. (1) and (4) to (8), and the least squares for the
+//! normal forces.
+//!
+//! The estimators do not run this code. They use [`super::Equilibrium`], which gives the same eq. (8) at a tenth of the
+//! cost; its tests hold it against this file. `examples/full_system.rs` shows how the equations follow from each other.
 //!
 //! A wheel belongs to the link that carries it. Signs and the order of unknowns:
 //!
@@ -33,14 +37,14 @@ impl core::error::Error for Singular {}
 pub struct FullSystem {
     /// G, 12x14.
     pub g: SMatrix<f64, 12, 14>,
-    /// F, 12x1: what balances gravity.
+    /// F, 12x1: the weights.
     pub f: SVector<f64, 12>,
 }
 
 impl FullSystem {
     /// Equilibrium in a posture, with wheels of radius `r` touching the ground at the given contact angles (rad).
     ///
-    /// The arm from axle to contact is the wheel radius: the estimator does not know the penetration (0.6 % of it).
+    /// The arm from axle to contact is the wheel radius; the penetration, 0.6 % of it, is neglected.
     pub fn new(
         geometry: &Geometry,
         masses: &PointMasses,
@@ -94,7 +98,7 @@ fn add_force(g: &mut SMatrix<f64, 12, 14>, row: usize, column: usize, direction:
     g[(row + 2, column)] += cross(arm, direction);
 }
 
-/// What balances the weight of `mass` at `arm` from the moment point.
+/// Adds the weight of `mass` (kg) at `arm` (m) from the moment point.
 fn add_weight(f: &mut SVector<f64, 12>, row: usize, mass: f64, arm: Vec2) {
     f[row + 1] += mass * GRAVITY;
     f[row + 2] += mass * GRAVITY * arm.x;
@@ -116,7 +120,7 @@ pub struct BlockForm {
 }
 
 impl BlockForm {
-    /// Eq. (4): the blocks of G. The block of zeros below A is the reason why this works.
+    /// Eq. (4): the blocks of G. The block below A is zero, so x_u follows without x_c.
     pub fn new(full: &FullSystem) -> Self {
         Self {
             a: full.g.fixed_view::<6, 8>(0, 0).into_owned(),
@@ -135,7 +139,7 @@ impl BlockForm {
         self.c.lu().solve(&self.f_u).ok_or(Singular { matrix: "C" })
     }
 
-    /// Eq. (7): the right side of `A x_c = F_c - B x_u`.
+    /// Eq. (7): the right-hand side of `A x_c = F_c - B x_u`.
     pub fn right_side(&self, x_u: &SVector<f64, 6>) -> SVector<f64, 6> {
         self.f_c - self.b * x_u
     }
@@ -144,7 +148,7 @@ impl BlockForm {
 /// Eq. (8), `H x' = F'` with `x' = [T1 N1 T2 N2 T3 N3]`: 4 equations.
 ///
 /// Rows: horizontal and vertical force on links 1 and 2 together (Q cancels), moment of link 1 and of link 2 about Q.
-/// They stand in N and N m as in the paper: least squares depends on that choice.
+/// Rows are in N and N m as in the paper. The result of least squares depends on that choice.
 #[derive(Clone, Debug)]
 pub struct ReducedSystem {
     /// H, 4x6.
@@ -153,17 +157,17 @@ pub struct ReducedSystem {
     pub f: SVector<f64, 4>,
 }
 
-/// The normal forces that fit eq. (8) best, and how well they do.
+/// Least-squares normal forces of eq. (8), and their residual.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LeastSquares {
     /// N of the front, middle and rear wheel, N.
     pub normal_force: [f64; 3],
-    /// What is left of eq. (8): horizontal force (N), vertical force (N), moments of link 1 and 2 about Q (N m).
+    /// Residual of eq. (8): horizontal force (N), vertical force (N), moments of link 1 and 2 about Q (N m).
     pub residual: [f64; 4],
 }
 
 impl ReducedSystem {
-    /// Eliminates Q from eq. (7) by adding the force rows of links 1 and 2; the moments about Q do not hold it.
+    /// Eliminates Q from eq. (7) by adding the force rows of links 1 and 2; Q has no moment about itself.
     pub fn new(block: &BlockForm, x_u: &SVector<f64, 6>) -> Self {
         let right = block.right_side(x_u);
         let mut h = SMatrix::<f64, 4, 6>::zeros();
@@ -247,7 +251,7 @@ mod tests {
                 // Expected values are stated to 0.01 N.
                 assert!((n - e).abs() < 0.006, "{:?}", found.normal_force);
             }
-            // Nothing pushes sideways: the redundant row is met.
+            // No horizontal force: the redundant row is met exactly.
             assert!(found.residual.iter().all(|r| r.abs() < 1e-12));
         }
     }

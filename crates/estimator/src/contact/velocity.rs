@@ -1,0 +1,75 @@
+//! Velocity of a wheel's centre relative to the ground.
+
+use robhaz_model::Vec2;
+
+/// Velocity of a wheel's centre, along the ground and away from it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ContactVelocity {
+    /// Unit vector along the velocity, forwards.
+    pub direction: Vec2,
+    /// Speed along it, m/s, negative backwards.
+    pub speed: f64,
+    /// Speed away from the ground, m/s.
+    pub away: f64,
+}
+
+impl ContactVelocity {
+    /// Speed below which a velocity has no direction, m/s, and a wheel may bear its traction without slip.
+    const SLOW: f64 = 0.02;
+
+    /// For the velocity `smooth + noise` (m/s) on ground that rises with `slope` (rad).
+    ///
+    /// The speed away from the ground is linearised about the direction of the smooth velocity. About the ground's
+    /// direction, or that of the noisy velocity, it would be linear too. But then errors of the slope, or the noise, would
+    /// occur in the innovation and in the measurement matrix, and each correction would change the size of the velocity.
+    pub fn new(smooth: Vec2, noise: Vec2, slope: f64) -> Self {
+        let (sin, cos) = libm::sincos(slope);
+        let away = smooth.y * cos - smooth.x * sin;
+        let along = smooth.x * cos + smooth.y * sin;
+        let size = libm::sqrt(smooth.norm_squared());
+        let (direction, speed, away) = if size < Self::SLOW {
+            (Vec2::new(cos, sin), along, away)
+        } else {
+            let speed = libm::copysign(size, along);
+            (smooth / speed, speed, speed * libm::atan(away / along))
+        };
+        Self {
+            direction,
+            speed: speed + noise.dot(&direction),
+            away: away + noise.y * direction.x - noise.x * direction.y,
+        }
+    }
+
+    /// Whether the wheel rolls: it is fast enough for its slip to depend on T/N.
+    pub fn rolls(&self) -> bool {
+        self.speed.abs() > Self::SLOW
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Closed form: a velocity of 0.3 m/s at 0.1 rad against the ground moves away at 0.03 m/s, whatever the slope; below
+    /// 0.02 m/s the components themselves count.
+    #[test]
+    fn speed_along_and_away_from_the_ground() {
+        let velocity = |size: f64, angle: f64| Vec2::new(libm::cos(angle), libm::sin(angle)) * size;
+        for slope in [-0.4, 0.0, 0.7] {
+            for forwards in [1.0, -1.0] {
+                let found = ContactVelocity::new(
+                    velocity(0.3 * forwards, slope + 0.1),
+                    Vec2::zeros(),
+                    slope,
+                );
+                assert!((found.speed - 0.3 * forwards).abs() < 1e-12);
+                assert!((found.away - 0.03 * forwards).abs() < 1e-12);
+                assert!(found.rolls());
+            }
+            let slow = ContactVelocity::new(velocity(0.01, slope + 0.1), Vec2::zeros(), slope);
+            assert!((slow.speed - 0.01 * libm::cos(0.1)).abs() < 1e-12);
+            assert!((slow.away - 0.01 * libm::sin(0.1)).abs() < 1e-12);
+            assert!(!slow.rolls());
+        }
+    }
+}

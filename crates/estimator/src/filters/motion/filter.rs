@@ -1,0 +1,125 @@
+//! The motion filter's state, and what others read of it.
+
+use super::states::{
+    ACCELERATION, CONSIDERED, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, INPUTS, TORQUE_GAIN,
+    TORQUE_OFFSET, VELOCITY,
+};
+use super::tuning::TUNING;
+use crate::filters::Kalman;
+use crate::settings::NoiseBudget;
+use crate::statics::{InputCovariance, input};
+use crate::visit::visit_fields;
+use robhaz_model::Vec2;
+
+/// Motion of the robot, errors of contact angles and torques, creep: one Kalman filter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct MotionFilter {
+    /// Its places are those of [`super::states`].
+    pub(super) filter: Kalman<COUNT, CONSIDERED>,
+    /// Time for which each wheel stays suspect, s.
+    pub(super) suspect: [f64; 3],
+    /// Variance of the unexplained load, N^2.
+    pub(super) unexplained: f64,
+}
+
+visit_fields!(MotionFilter: filter, suspect, unexplained);
+
+impl MotionFilter {
+    /// For a robot at rest, with the errors of the budget.
+    pub fn new(budget: &NoiseBudget) -> Self {
+        let mut sigma = [0.0; COUNT];
+        let mut x = [0.0; COUNT];
+        for i in 0..2 {
+            sigma[VELOCITY + i] = TUNING.velocity_at_rest;
+            sigma[ACCELERATION + i] = TUNING.acceleration.sigma;
+        }
+        for i in 0..3 {
+            sigma[CONTACT_ANGLE + i] = budget.contact_angle.max(TUNING.least_angle);
+            sigma[TORQUE_OFFSET + i] = budget.torque_offset;
+            sigma[TORQUE_GAIN + i] = budget.torque_gain;
+        }
+        sigma[GEAR_FRICTION] = budget.gear_friction;
+        x[CREEP] = TUNING.creep;
+        sigma[CREEP] = TUNING.creep_sigma;
+        Self {
+            filter: Kalman::new(x, sigma),
+            suspect: [0.0; 3],
+            unexplained: 0.0,
+        }
+    }
+
+    /// Makes the velocity unknown: the robot may be moving.
+    pub fn forget_velocity(&mut self) {
+        for v in [VELOCITY, VELOCITY + 1] {
+            self.filter.p[v][v] = TUNING.unknown_velocity * TUNING.unknown_velocity;
+        }
+    }
+
+    /// Velocity of Q, m/s.
+    pub fn velocity(&self) -> Vec2 {
+        Vec2::new(self.filter.x[VELOCITY], self.filter.x[VELOCITY + 1])
+    }
+
+    /// Acceleration of Q, m/s^2.
+    pub fn acceleration(&self) -> Vec2 {
+        Vec2::new(self.filter.x[ACCELERATION], self.filter.x[ACCELERATION + 1])
+    }
+
+    /// Error of the given contact angle of wheel `i`, rad, and its standard deviation.
+    pub fn contact_angle_error(&self, i: usize) -> (f64, f64) {
+        self.estimated(CONTACT_ANGLE + i)
+    }
+
+    /// Offset of the torque reading of wheel `i`, N m, and its standard deviation.
+    pub fn torque_offset(&self, i: usize) -> (f64, f64) {
+        self.estimated(TORQUE_OFFSET + i)
+    }
+
+    /// Dry friction in the gears, N m, and its standard deviation.
+    pub fn gear_friction(&self) -> (f64, f64) {
+        self.estimated(GEAR_FRICTION)
+    }
+
+    /// Error of a torque reading of wheel `i`, N m: offset, gain error of the reading `torque` (N m), and the share of the
+    /// gear friction that acts, -1 to 1.
+    pub fn torque_error(&self, i: usize, torque: f64, friction_share: f64) -> f64 {
+        let x = &self.filter.x;
+        x[TORQUE_OFFSET + i] + x[GEAR_FRICTION] * friction_share + x[TORQUE_GAIN + i] * torque
+    }
+
+    /// The uncertain inputs of eq. (8), in the order of [`input`].
+    pub fn inputs(&self) -> [f64; input::COUNT] {
+        core::array::from_fn(|k| self.filter.x[INPUTS + k])
+    }
+
+    /// Their covariance.
+    pub fn input_covariance(&self) -> InputCovariance {
+        core::array::from_fn(|a| core::array::from_fn(|b| self.filter.p[INPUTS + a][INPUTS + b]))
+    }
+
+    /// Variance of the unexplained load, N^2: the part of the last parity residuals beyond what was expected.
+    pub fn unexplained_load(&self) -> f64 {
+        self.unexplained
+    }
+
+    /// A state and its standard deviation.
+    pub(super) fn estimated(&self, state: usize) -> (f64, f64) {
+        (
+            self.filter.x[state],
+            libm::sqrt(self.filter.p[state][state].max(0.0)),
+        )
+    }
+
+    /// Speed over the reference speed, at least 1: the factor on what the ground causes.
+    pub(super) fn speed_ratio(&self) -> f64 {
+        let (least, greatest) = (TUNING.reference_speed, TUNING.highest_speed);
+        let speed = libm::sqrt(self.velocity().norm_squared());
+        speed.max(least).min(greatest) / least
+    }
+
+    /// For tests: adds `change` to the uncertain input `k`.
+    #[cfg(test)]
+    pub(crate) fn shift_input(&mut self, k: usize, change: f64) {
+        self.filter.x[INPUTS + k] += change;
+    }
+}

@@ -1,0 +1,156 @@
+//! Prediction of the motion filter: from one sample to the next.
+
+use super::filter::MotionFilter;
+use super::noise::LastingError;
+use super::states::{
+    ACCELERATION, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, TORQUE_OFFSET, VELOCITY,
+};
+use super::tuning::TUNING;
+use crate::filters::Kalman;
+use crate::settings::NoiseBudget;
+
+/// Accelerations as the last readings show them, m/s^2. They set the process noise of the acceleration.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct MeasuredAccelerations {
+    /// Mean of the rims, from the encoders.
+    pub rims: f64,
+    /// The largest of an axle relative to Q, from the gyroscopes.
+    pub links: f64,
+}
+
+/// Factors of the Gauss-Markov states over a step: `exp(-dt/time)`.
+#[derive(Clone, Copy)]
+struct Decay {
+    acceleration: f64,
+    contact_angle: f64,
+}
+
+impl MotionFilter {
+    /// Advances by `dt`, s. `fresh_angles` says which wheels have a contact angle of this instant.
+    pub fn predict(
+        &mut self,
+        budget: &NoiseBudget,
+        dt: f64,
+        fresh_angles: [bool; 3],
+        measured: MeasuredAccelerations,
+    ) {
+        let acceleration = self.acceleration_process(budget, measured);
+        let decay = Decay {
+            acceleration: libm::exp(-dt / acceleration.time),
+            contact_angle: libm::exp(-dt / budget.contact_angle_time.max(1e-6)),
+        };
+        self.propagate(dt, decay);
+        self.add_acceleration_noise(acceleration.sigma, decay.acceleration);
+        self.add_angle_noise(budget, dt, fresh_angles, decay.contact_angle);
+        self.add_walks(dt);
+        self.decay_suspicion(dt);
+    }
+
+    /// The Gauss-Markov process of the acceleration of Q, m/s^2 and s.
+    fn acceleration_process(
+        &self,
+        budget: &NoiseBudget,
+        measured: MeasuredAccelerations,
+    ) -> LastingError {
+        let speed_ratio = self.speed_ratio();
+        let angle = budget.contact_angle.max(TUNING.least_angle);
+        let fine_angles = libm::sqrt((TUNING.coarse_angle / angle).max(1.0));
+        let unmeasured = TUNING.acceleration.sigma * fine_angles * speed_ratio * speed_ratio;
+        let rims = TUNING.rim_factor * measured.rims;
+        let links = TUNING.link_factor * measured.links;
+        let sigma = libm::sqrt(unmeasured * unmeasured + rims * rims + links * links);
+        let after_impact = self.suspect.iter().all(|time| *time > 0.0);
+        LastingError {
+            sigma: sigma.min(TUNING.largest_acceleration),
+            time: if after_impact {
+                TUNING.acceleration_time_after_impact
+            } else {
+                TUNING.acceleration.time / speed_ratio
+            },
+        }
+    }
+
+    /// `F x` and `F P F'`: accelerations add to velocities; accelerations and contact angles decay.
+    ///
+    /// Only the states before [`TORQUE_OFFSET`] change. Their rows are computed from the diagonal on and their columns are
+    /// copies, so P stays symmetric to the bit.
+    fn propagate(&mut self, dt: f64, decay: Decay) {
+        const CHANGING: usize = TORQUE_OFFSET;
+        let Kalman { x, p } = &mut self.filter;
+        let mut keep = [1.0; COUNT];
+        for i in 0..2 {
+            let (v, a) = (VELOCITY + i, ACCELERATION + i);
+            keep[a] = decay.acceleration;
+            x[v] += dt * x[a];
+            for k in 0..COUNT {
+                p[v][k] += dt * p[a][k];
+            }
+        }
+        for i in 0..2 {
+            for k in i..2 {
+                p[VELOCITY + i][VELOCITY + k] += dt * p[VELOCITY + i][ACCELERATION + k];
+            }
+        }
+        for i in 0..3 {
+            keep[CONTACT_ANGLE + i] = decay.contact_angle;
+        }
+        for i in 0..CHANGING {
+            x[i] *= keep[i];
+            for k in 0..COUNT {
+                p[i][k] *= keep[i] * keep[k];
+            }
+        }
+        for i in 0..CHANGING {
+            for k in i + 1..COUNT {
+                p[k][i] = p[i][k];
+            }
+        }
+    }
+
+    /// Adds process noise to the variance of one state.
+    fn add_noise(&mut self, state: usize, variance: f64) {
+        self.filter.p[state][state] += variance;
+    }
+
+    /// Keeps the stationary standard deviation `sigma` (m/s^2) of accelerations that decay by `keep`.
+    fn add_acceleration_noise(&mut self, sigma: f64, keep: f64) {
+        for i in 0..2 {
+            self.add_noise(ACCELERATION + i, sigma * sigma * (1.0 - keep * keep));
+        }
+    }
+
+    /// Keeps the stationary standard deviation of the contact angles, which decay by `keep`; more for angles not read.
+    fn add_angle_noise(&mut self, budget: &NoiseBudget, dt: f64, fresh: [bool; 3], keep: f64) {
+        let angle = budget.contact_angle.max(TUNING.least_angle);
+        for i in 0..3 {
+            let walk = if fresh[i] {
+                0.0
+            } else {
+                TUNING.unread_angle_walk
+            };
+            let stationary = angle * angle * (1.0 - keep * keep);
+            self.add_noise(CONTACT_ANGLE + i, stationary + walk * walk * dt);
+        }
+    }
+
+    /// Random walks of torque offsets, gear friction and creep.
+    fn add_walks(&mut self, dt: f64) {
+        let square = |walk: f64| walk * walk * dt;
+        for i in 0..3 {
+            self.add_noise(TORQUE_OFFSET + i, square(TUNING.offset_walk));
+        }
+        self.add_noise(GEAR_FRICTION, square(TUNING.friction_walk));
+        self.add_noise(CREEP, square(TUNING.creep_walk));
+    }
+
+    /// Suspect wheels and the unexplained load, `dt` seconds later.
+    fn decay_suspicion(&mut self, dt: f64) {
+        for time in &mut self.suspect {
+            *time = (*time - dt).max(0.0);
+        }
+        self.unexplained *= libm::exp(-dt / TUNING.unexplained_decay);
+        if self.unexplained < TUNING.unexplained_floor {
+            self.unexplained = 0.0;
+        }
+    }
+}

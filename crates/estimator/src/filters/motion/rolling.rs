@@ -1,0 +1,199 @@
+//! Rolling constraints: a wheel's centre moves along the ground, at the speed of the rim less the slip.
+
+use super::filter::MotionFilter;
+use super::noise::LastingError;
+use super::states::{
+    CONSIDERED, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY,
+};
+use super::tuning::TUNING;
+use crate::contact::{ContactVelocity, Creep};
+use crate::filters::Kalman;
+use crate::settings::NoiseBudget;
+use robhaz_model::Vec2;
+
+/// What is measured of one rolling wheel at one instant.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RollingWheel {
+    /// Velocity of the axle relative to Q, m/s, from the gyroscope.
+    pub relative: Vec2,
+    /// The same from the low-pass filtered rate.
+    pub smooth_relative: Vec2,
+    /// Standard deviation of that velocity from the gyroscope's bias, m/s.
+    pub bias_sigma: f64,
+    /// Standard deviation of that velocity from the gyroscope's white noise, m/s.
+    pub noise_sigma: f64,
+    /// Given contact angle, rad.
+    pub angle: f64,
+    /// Speed of the rim, r Omega, m/s; `None` while the encoder is not read.
+    pub rim_speed: Option<f64>,
+    /// T/N.
+    pub ratio: f64,
+    /// r N, N m.
+    pub moment_of_load: f64,
+    /// Share of the gear friction that acts, with its sign: -1 to 1.
+    pub friction_share: f64,
+    /// Torque reading less the torque that accelerates the rotor, N m.
+    pub torque: f64,
+    /// Standard deviation of the observed r T, N m.
+    pub torque_sigma: f64,
+}
+
+/// One wheel at one sample, as both constraints take it.
+struct Sample<'a> {
+    /// Number of the wheel, 0 to 2.
+    i: usize,
+    wheel: &'a RollingWheel,
+    /// Of the wheel's centre.
+    velocity: ContactVelocity,
+    /// Time since the last sample, s.
+    dt: f64,
+    /// See [`MotionFilter::speed_ratio`].
+    speed_ratio: f64,
+    /// Whether the constraints may correct angles and torques; else these count as noise.
+    correct: bool,
+}
+
+impl MotionFilter {
+    /// Applies both rolling constraints of wheel `i`, `dt` seconds after the last sample. With `correct` they may correct
+    /// contact angles and torques; else they correct velocity and acceleration alone.
+    pub fn roll(
+        &mut self,
+        budget: &NoiseBudget,
+        i: usize,
+        wheel: &RollingWheel,
+        dt: f64,
+        correct: bool,
+    ) {
+        let smooth = self.velocity() + wheel.smooth_relative;
+        let noise = wheel.relative - wheel.smooth_relative;
+        let slope = wheel.angle - self.filter.x[CONTACT_ANGLE + i];
+        let sample = Sample {
+            i,
+            wheel,
+            velocity: ContactVelocity::new(smooth, noise, slope),
+            dt,
+            speed_ratio: self.speed_ratio(),
+            correct,
+        };
+        let shared = self.constrain_direction(budget, &sample);
+        if let Some(rim_speed) = wheel.rim_speed {
+            self.constrain_speed(&sample, rim_speed, shared);
+        }
+    }
+
+    /// The direction of the velocity is the contact angle: the speed away from the ground is zero. A wheel beyond its gate
+    /// becomes suspect.
+    ///
+    /// Returns the variance that both constraints share, m^2/s^2: the gyroscope's noise, and the suspicion.
+    fn constrain_direction(&mut self, budget: &NoiseBudget, sample: &Sample<'_>) -> f64 {
+        let &Sample {
+            i,
+            wheel,
+            velocity,
+            dt,
+            ..
+        } = sample;
+        let (bias, noise) = (wheel.bias_sigma, wheel.noise_sigma);
+        // Derivatives of the speed away from the ground.
+        let x = (VELOCITY, -velocity.direction.y);
+        let y = (VELOCITY + 1, velocity.direction.x);
+        let h = [x, y, (CONTACT_ANGLE + i, velocity.speed)];
+        let ph = self.filter.covariance_times(&h);
+        let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
+
+        let penetration = TUNING.penetration_speed.at_speed(sample.speed_ratio);
+        let at_once =
+            of_states + penetration.sigma * penetration.sigma + bias * bias + noise * noise;
+        let gate = TUNING.suspect_gate;
+        if velocity.away * velocity.away > gate * gate * at_once {
+            self.suspect[i] = TUNING.suspect_time;
+        }
+
+        let noise = TUNING.gyro_noise_factor * noise;
+        let mut shared = LastingError::new(bias, TUNING.slip.time).white(dt) + noise * noise;
+        if self.suspect[i] > 0.0 {
+            shared += TUNING.suspect.white(dt);
+        }
+        let r = penetration.white(dt) + shared;
+        if sample.correct {
+            let variance = of_states + r;
+            self.filter
+                .apply_within(&ph, -velocity.away, variance, TUNING.gate);
+        } else {
+            let (_, sigma) = self.contact_angle_error(i);
+            let of_angle = LastingError::new(velocity.speed * sigma, budget.contact_angle_time);
+            let r = r + of_angle.white(dt);
+            self.filter.update(&[x, y], -velocity.away, r, TUNING.gate);
+        }
+        shared
+    }
+
+    /// The speed along the ground is the rim's speed (m/s) less the slip.
+    fn constrain_speed(&mut self, sample: &Sample<'_>, rim_speed: f64, shared: f64) {
+        let &Sample {
+            i,
+            wheel,
+            velocity,
+            dt,
+            ..
+        } = sample;
+        let creep = Creep {
+            speed: self.filter.x[CREEP],
+            ratio: wheel.ratio,
+        };
+        let slip = creep.slip();
+        // Derivative of the slip by an error of the torque, which shifts T/N.
+        let by_offset = -creep.speed / wheel.moment_of_load;
+        let slip_noise = TUNING.slip.at_speed(sample.speed_ratio).white(dt);
+        let mut r = slip_noise * creep.variance_factor()
+            + LastingError::new(self.creep_product(i, wheel), TUNING.slip.time).white(dt)
+            + LastingError::new(by_offset * wheel.torque_sigma, TUNING.observer_time).white(dt)
+            + shared;
+        let rolls = velocity.rolls();
+        if !rolls {
+            // A wheel at rest bears its traction with or without slip.
+            r += LastingError::new(slip, TUNING.slip.time).white(dt);
+        }
+        let innovation = rim_speed - velocity.speed - slip;
+        let x = (VELOCITY, velocity.direction.x);
+        let y = (VELOCITY + 1, velocity.direction.y);
+        let (_, used) = if sample.correct && rolls {
+            let h = [
+                x,
+                y,
+                (CREEP, wheel.ratio),
+                (TORQUE_OFFSET + i, by_offset),
+                (GEAR_FRICTION, by_offset * wheel.friction_share),
+                (TORQUE_GAIN + i, by_offset * wheel.torque),
+            ];
+            self.filter.update(&h, innovation, r, TUNING.gate)
+        } else {
+            self.filter.update(&[x, y], innovation, r, TUNING.gate)
+        };
+        if !used {
+            self.widen_velocity(dt);
+        }
+        let creep = &mut self.filter.x[CREEP];
+        *creep = creep.max(TUNING.least_creep);
+    }
+
+    /// Standard deviation of the slip of wheel `i`, m/s, that the linear filter leaves out: creep and T/N are both
+    /// uncertain, and the slip is their product.
+    fn creep_product(&self, i: usize, wheel: &RollingWheel) -> f64 {
+        let p = &self.filter.p;
+        let (offset, gain) = (TORQUE_OFFSET + i, TORQUE_GAIN + i);
+        let ratio_variance = (p[offset][offset]
+            + p[GEAR_FRICTION][GEAR_FRICTION]
+            + p[gain][gain] * wheel.torque * wheel.torque)
+            / (wheel.moment_of_load * wheel.moment_of_load);
+        libm::sqrt(p[CREEP][CREEP] * ratio_variance)
+    }
+
+    /// Widens the velocity's variance after a rejected rim speed. Within a second of rejections the velocity is unknown, so
+    /// a wrong one cannot keep the gate shut.
+    fn widen_velocity(&mut self, dt: f64) {
+        for v in [VELOCITY, VELOCITY + 1] {
+            self.filter.p[v][v] += TUNING.unknown_velocity * TUNING.unknown_velocity * dt;
+        }
+    }
+}

@@ -1,0 +1,27 @@
+//! The states of the motion filter and their places.
+//!
+//! From [`INPUTS`] on they are the uncertain inputs of eq. (8), in the order of [`input`].
+
+use crate::statics::input;
+
+/// Velocity of Q, m/s: x, y.
+pub const VELOCITY: usize = 0;
+/// Creep speed: slip speed at T = N, m/s.
+pub const CREEP: usize = 2;
+/// The first of the uncertain inputs.
+pub const INPUTS: usize = 3;
+/// Acceleration of Q, m/s^2: x, y.
+pub const ACCELERATION: usize = INPUTS + input::ACCELERATION;
+/// Errors of the given contact angles, rad.
+pub const CONTACT_ANGLE: usize = INPUTS + input::CONTACT_ANGLE;
+/// Offsets of the torque readings, N m.
+pub const TORQUE_OFFSET: usize = INPUTS + input::TORQUE_OFFSET;
+/// Dry friction in the gears, common to all wheels, N m against the spin.
+pub const GEAR_FRICTION: usize = INPUTS + input::GEAR_FRICTION;
+/// Relative errors of the torque readings: consider states. Only products with creep and contact angles make them
+/// observable, and a linear filter gets these wrong: its variance would fall while its error grows.
+pub const TORQUE_GAIN: usize = INPUTS + input::TORQUE_GAIN;
+/// Number of states.
+pub const COUNT: usize = INPUTS + input::COUNT;
+/// Number of consider states, at the end.
+pub const CONSIDERED: usize = COUNT - TORQUE_GAIN;

@@ -1,0 +1,250 @@
+//! Tests of the motion filter as a whole.
+
+use super::filter::MotionFilter;
+use super::parity::{ParityCheck, ParityResidual};
+use super::prediction::MeasuredAccelerations;
+use super::rolling::RollingWheel;
+use super::states::{CONTACT_ANGLE, COUNT, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY};
+use super::tuning::TUNING;
+use crate::settings::NoiseBudget;
+use crate::statics::input;
+use crate::testing::Random;
+use nalgebra::SMatrix;
+use robhaz_model::Vec2;
+
+const DT: f64 = 1e-3;
+
+fn wheel(random: &mut Random) -> RollingWheel {
+    RollingWheel {
+        relative: Vec2::new(random.normal(), random.normal()) * 0.02,
+        smooth_relative: Vec2::zeros(),
+        angle: 0.2 * random.normal(),
+        rim_speed: Some(0.2 + 0.01 * random.normal()),
+        ratio: (0.3 * random.normal()).clamp(-1.0, 1.0),
+        moment_of_load: 4.5,
+        friction_share: 1.0,
+        torque: random.normal(),
+        bias_sigma: 1e-3,
+        noise_sigma: 1e-3,
+        torque_sigma: 0.05,
+    }
+}
+
+/// Checks a parity residual and corrects the states by it.
+fn check(
+    motion: &mut MotionFilter,
+    gradient: &[f64; input::COUNT],
+    value: f64,
+    variance: f64,
+    dt: f64,
+) -> ParityCheck {
+    let residual = ParityResidual {
+        value,
+        gradient: *gradient,
+        variance,
+    };
+    motion.check_parity(&residual, dt, true)
+}
+
+/// Asymmetry and the least eigenvalue of the covariance scaled to a correlation (whose trace is the number of states).
+fn defects(motion: &MotionFilter) -> (bool, f64) {
+    let p = &motion.filter.p;
+    let symmetric = (0..COUNT).all(|i| (0..i).all(|j| p[i][j].to_bits() == p[j][i].to_bits()));
+    let scaled =
+        SMatrix::<f64, COUNT, COUNT>::from_fn(|i, j| p[i][j] / libm::sqrt(p[i][i] * p[j][j]));
+    (symmetric, scaled.symmetric_eigenvalues().min())
+}
+
+/// Over 20 000 steps of random readings, gaps and outliers the covariance stays symmetric to the bit and positive. At the
+/// start nothing is known, then states differ in certainty by up to 1e4: rounding in the scaled matrix is 1e-12.
+#[test]
+fn covariance_stays_symmetric_and_positive() {
+    let budget = NoiseBudget::typical();
+    let mut motion = MotionFilter::new(&budget);
+    let mut random = Random::new();
+    let mut least = f64::INFINITY;
+    for k in 0..20_000_u32 {
+        let dt = if k % 997 == 0 { 0.4 } else { DT };
+        let links = if k % 300 < 20 { 3.0 } else { 0.0 };
+        let measured = MeasuredAccelerations { rims: 0.1, links };
+        motion.predict(&budget, dt, [k % 3 != 0, k % 500 > 100, true], measured);
+        for i in 0..3 {
+            let correct = k % 5 != 0;
+            motion.roll(&budget, i, &wheel(&mut random), dt, correct);
+        }
+        let h = core::array::from_fn(|_| 5.0 * random.normal());
+        let value = if k % 100 == 0 { 1e6 } else { random.normal() };
+        check(&mut motion, &h, value, 0.5, dt);
+        if k % 100 == 0 {
+            let (symmetric, eigenvalue) = defects(&motion);
+            assert!(symmetric, "step {k}");
+            least = least.min(eigenvalue);
+        }
+    }
+    assert!(least > 1e-12, "{least}");
+    assert!(motion.filter.x.iter().all(|x| x.is_finite()));
+}
+
+/// Wheels that roll on known slopes at a known rim speed determine the velocity: along the ground, at the speed of the rims.
+#[test]
+fn rolling_determines_the_velocity() {
+    let budget = NoiseBudget::typical();
+    let mut motion = MotionFilter::new(&budget);
+    let (slope, speed) = (0.2_f64, 0.2);
+    for _ in 0..2000 {
+        motion.predict(&budget, DT, [true; 3], MeasuredAccelerations::default());
+        for i in 0..3 {
+            let wheel = RollingWheel {
+                relative: Vec2::zeros(),
+                smooth_relative: Vec2::zeros(),
+                angle: slope,
+                rim_speed: Some(speed),
+                ratio: 0.0,
+                moment_of_load: 4.5,
+                friction_share: 1.0,
+                torque: 0.0,
+                bias_sigma: 0.0,
+                noise_sigma: 0.0,
+                torque_sigma: 0.05,
+            };
+            motion.roll(&budget, i, &wheel, DT, true);
+        }
+    }
+    let along = Vec2::new(libm::cos(slope), libm::sin(slope)) * speed;
+    // The contact angles' own error, 2 deg over three wheels, tilts the velocity; along the ground the prior of the
+    // acceleration pulls by less than 1e-3.
+    assert!(
+        (motion.velocity() - along).norm() < 0.01 * speed,
+        "{}",
+        motion.velocity()
+    );
+}
+
+/// Contact angles with errors of 6 deg correct the direction of the velocity, not its size: without encoders the speed
+/// changes by less than a fifth within a second. Linearised about the contact angles, the constraints would stop the robot
+/// within that second.
+#[test]
+fn wrong_slopes_do_not_slow_the_robot_down() {
+    let budget = NoiseBudget {
+        contact_angle: 0.1,
+        ..NoiseBudget::typical()
+    };
+    let mut motion = MotionFilter::new(&budget);
+    motion.filter.x[VELOCITY] = 0.2;
+    let mut random = Random::new();
+    let keep = libm::exp(-DT / budget.contact_angle_time);
+    let fresh = budget.contact_angle * libm::sqrt(1.0 - keep * keep);
+    let mut errors = [0.0; 3];
+    for _ in 0..1000 {
+        motion.predict(&budget, DT, [true; 3], MeasuredAccelerations::default());
+        for (i, error) in errors.iter_mut().enumerate() {
+            *error = keep * *error + fresh * random.normal();
+            let wheel = RollingWheel {
+                relative: Vec2::new(0.0, 2e-3 * random.normal()),
+                smooth_relative: Vec2::zeros(),
+                angle: *error,
+                rim_speed: None,
+                bias_sigma: 0.0,
+                noise_sigma: 2e-3,
+                ..wheel(&mut random)
+            };
+            motion.roll(&budget, i, &wheel, DT, true);
+        }
+    }
+    let speed = libm::sqrt(motion.velocity().norm_squared());
+    assert!((speed - 0.2).abs() < 0.04, "{}", motion.velocity());
+}
+
+/// A wheel whose velocity leaves the ground by more than the gate becomes suspect: its constraint then corrects the contact
+/// angle by less than a tenth, until 0.2 s later.
+#[test]
+fn a_wheel_that_leaves_its_ground_is_suspect() {
+    let budget = NoiseBudget::typical();
+    let correction = |slope: f64, after: u32| {
+        let mut random = Random::new();
+        let mut motion = MotionFilter::new(&budget);
+        motion.filter.x[VELOCITY] = 0.2;
+        let rolling = |motion: &mut MotionFilter, slope: f64, random: &mut Random| {
+            let wheel = RollingWheel {
+                relative: Vec2::zeros(),
+                angle: slope,
+                rim_speed: None,
+                ..wheel(random)
+            };
+            motion.roll(&budget, 0, &wheel, DT, true);
+        };
+        rolling(&mut motion, slope, &mut random);
+        for _ in 0..after {
+            motion.predict(&budget, DT, [true; 3], MeasuredAccelerations::default());
+        }
+        let before = motion.filter.x[CONTACT_ANGLE];
+        rolling(&mut motion, 0.05, &mut random);
+        (motion.filter.x[CONTACT_ANGLE] - before).abs()
+    };
+    let (calm, suspect) = (correction(0.0, 150), correction(1.5, 150));
+    assert!(calm > 0.0 && suspect < 0.1 * calm, "{calm} {suspect}");
+    assert!(correction(1.5, 250) > 0.5 * correction(0.0, 250));
+}
+
+/// A parity residual beyond its prediction counts as unexplained load, less two standard deviations. The load decays with
+/// its time constant, and all wheels are suspect meanwhile.
+#[test]
+fn an_impact_becomes_unexplained_load_and_decays() {
+    let budget = NoiseBudget::typical();
+    let h = [0.0; input::COUNT];
+    let mut motion = MotionFilter::new(&budget);
+    let impact = check(&mut motion, &h, 20.0, 1.0, DT);
+    assert!(!impact.within_gate && impact.innovation.nis() > 300.0);
+    let expected = 400.0 - 4.0 * impact.innovation.variance;
+    // Rounding of 400 N^2.
+    assert!((motion.unexplained - expected).abs() < 1e-9);
+    assert!(
+        motion
+            .suspect
+            .iter()
+            .all(|time| *time >= TUNING.suspect_time)
+    );
+    for _ in 0..100 {
+        motion.predict(&budget, DT, [true; 3], MeasuredAccelerations::default());
+    }
+    let decayed = expected * libm::exp(-0.1 / TUNING.unexplained_decay);
+    assert!((motion.unexplained - decayed).abs() < 1e-9 * expected);
+    // The prediction of the residual itself does not change: its NIS shows impacts.
+    let innovation = check(&mut motion, &h, 0.0, 1.0, DT).innovation;
+    assert!((innovation.variance - 1.0 - TUNING.parity.sigma.powi(2)).abs() < 1e-12);
+    for _ in 0..1000 {
+        motion.predict(&budget, DT, [true; 3], MeasuredAccelerations::default());
+    }
+    assert_eq!(motion.unexplained.to_bits(), 0.0_f64.to_bits());
+}
+
+/// A rejected parity residual corrects no state; an accepted one corrects the states that explain it. Torque gains are
+/// never corrected.
+#[test]
+fn parity_corrects_the_states_that_explain_it() {
+    let budget = NoiseBudget::typical();
+    let mut h = [0.0; input::COUNT];
+    h[input::TORQUE_OFFSET] = 10.0;
+    h[input::TORQUE_GAIN] = 10.0;
+    let new = MotionFilter::new(&budget);
+    let mut motion = new;
+    // The residual corresponds to an offset of -0.05 N m: value + h x = 0.
+    let accepted = check(&mut motion, &h, 0.5, 1e-4, DT);
+    assert!(accepted.within_gate && accepted.innovation.nis() < 1.0);
+    let x = motion.filter.x[TORQUE_OFFSET];
+    assert!(x < 0.0 && x > -0.05, "{x}");
+    assert!(
+        motion.filter.p[TORQUE_OFFSET][TORQUE_OFFSET] < new.filter.p[TORQUE_OFFSET][TORQUE_OFFSET]
+    );
+    assert_eq!(motion.estimated(TORQUE_GAIN), new.estimated(TORQUE_GAIN));
+    let mut motion = new;
+    assert!(!check(&mut motion, &h, 100.0, 1e-4, DT).within_gate);
+    assert_eq!(motion.filter, new.filter);
+    let residual = ParityResidual {
+        value: 0.5,
+        gradient: h,
+        variance: 1e-4,
+    };
+    motion.check_parity(&residual, DT, false);
+    assert_eq!(motion.filter, new.filter);
+}

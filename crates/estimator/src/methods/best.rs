@@ -1,0 +1,514 @@
+//! The filters of `best`: Kalman filters for link angles, ground torques, and motion with the readings' errors.
+
+use super::wheel::{Wheel, visit_observers, visit_wheels};
+use crate::assembly::{Solution, Uncertainty, assemble};
+use crate::estimate::{Estimate, EstimateError, Parity, ReadingErrors};
+use crate::filters::motion::{MeasuredAccelerations, MotionFilter, ParityResidual, RollingWheel};
+use crate::filters::{LinkAngleKalman, LinkReadings};
+use crate::flags::Flags;
+use crate::frame::{Inputs, Instant, SHORTEST_STEP};
+use crate::nominal::Nominal;
+use crate::settings::{EstimatorSettings, KalmanMethod, NoiseBudget};
+use crate::statics::{
+    Arms, Equations, LinkageMotion, Loads, RightSide, Sensitivity, Traction, solve,
+};
+use crate::visit::Visit;
+use nalgebra::Matrix4;
+use robhaz_model::{Robot, perp};
+
+/// Filters of links, wheels and motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct BestFilters {
+    /// Which steps run; no part of the state.
+    method: KalmanMethod,
+    links: [LinkAngleKalman; 2],
+    wheels: [Wheel; 3],
+    motion: MotionFilter,
+    /// Normal forces of the last estimate, before the bound N >= 0, N.
+    last_normal_force: [f64; 3],
+    /// Tractions of the last estimate, N.
+    last_traction: [f64; 3],
+    /// Time for which the parity residual has been beyond its gate without a break, s.
+    time_beyond_gate: f64,
+}
+
+impl Visit for BestFilters {
+    fn visit(&mut self, f: &mut impl FnMut(&mut f64)) {
+        self.links.visit(f);
+        visit_observers(&mut self.wheels, f);
+        self.motion.visit(f);
+        visit_wheels(&mut self.wheels, f);
+        self.last_normal_force.visit(f);
+        self.last_traction.visit(f);
+        self.time_beyond_gate.visit(f);
+    }
+}
+
+impl BestFilters {
+    /// Time beyond the parity gate after which the estimated motion and errors are discarded, s: longer than any impact.
+    /// Errors that were estimated from false readings would otherwise keep the gate shut against the true ones.
+    const LONGEST_BEYOND_GATE: f64 = 1.0;
+
+    /// For a robot at rest.
+    pub fn new(robot: &Robot, method: KalmanMethod, budget: &NoiseBudget) -> Self {
+        Self {
+            method,
+            links: [LinkAngleKalman::new(budget); 2],
+            wheels: [Wheel::new(); 3],
+            motion: MotionFilter::new(budget),
+            last_normal_force: [robot.mean_wheel_load(); 3],
+            last_traction: [0.0; 3],
+            time_beyond_gate: 0.0,
+        }
+    }
+
+    /// The robot may be moving: for a start after a gap.
+    pub fn forget_motion(&mut self) {
+        for wheel in &mut self.wheels {
+            wheel.forget_speed();
+        }
+        self.motion.forget_velocity();
+    }
+
+    /// The filter of motion and errors.
+    #[cfg(test)]
+    pub fn motion(&self) -> &MotionFilter {
+        &self.motion
+    }
+
+    /// Advances all filters to one instant and estimates the forces: link angles, motion, eq. (8), parity, least squares.
+    ///
+    /// # Errors
+    /// [`EstimateError::Linkage`], [`EstimateError::Singular`].
+    pub fn estimate(
+        &mut self,
+        nominal: &Nominal,
+        instant: &Instant<'_>,
+    ) -> Result<Estimate, EstimateError> {
+        let settings = &nominal.settings;
+        let link_angles = self.update_links(&settings.budget, instant);
+        let arms = Arms::new(&nominal.robot.geometry, link_angles[0], link_angles[1])
+            .map_err(EstimateError::Linkage)?;
+        self.update_motion(nominal, instant, &arms);
+
+        let equations = self.equations(nominal, instant.inputs, arms, link_angles)?;
+        let mut right = self.right_side(nominal, &equations);
+        let parity = self.check_parity(nominal, instant, &equations, &mut right);
+        let direction = equations.parity_direction.as_ref();
+        let weighted = direction.filter(|_| self.method.whitening);
+        let inputs = self.motion.input_covariance();
+        let mut forces = solve(&equations, weighted, &right, &inputs);
+        self.discard_wrong_states(&settings.budget);
+        self.last_normal_force = forces.normal;
+        self.last_traction = forces.traction;
+
+        let mut flags = instant.flags | nominal.unloaded(&forces.normal);
+        flags |= nominal.at_stop(link_angles) | parity.map_or(Flags::NONE, |(_, flags)| flags);
+        if settings.nonnegative {
+            forces.bound();
+        }
+        let solution = Solution {
+            forces: &forces,
+            right_side: &right.value,
+            parity: parity.map(|(parity, _)| parity),
+            uncertainty: Some(self.uncertainty(&settings.budget)),
+            flags,
+        };
+        Ok(assemble(nominal, instant.time, &equations, &solution))
+    }
+
+    /// Advances the link angles, rad. A filter that has not started yet starts.
+    fn update_links(&mut self, budget: &NoiseBudget, instant: &Instant<'_>) -> [f64; 2] {
+        let forward = self.motion.acceleration().x;
+        for i in 0..2 {
+            let (rate, inclination) = (instant.inputs.rate[i], instant.inputs.inclination[i]);
+            let readings = LinkReadings {
+                rate: rate.now(),
+                inclination: inclination.now(),
+                forward,
+            };
+            let link = &mut self.links[i];
+            if link.started() {
+                link.update(budget, instant.dt, &readings);
+            } else {
+                let rate = readings.rate.unwrap_or(0.0);
+                link.start(inclination.value, inclination.age, rate);
+            }
+        }
+        [self.links[0].angle(), self.links[1].angle()]
+    }
+
+    /// Advances motion and wheels, and applies the rolling constraints of loaded wheels, in the posture of `arms`.
+    fn update_motion(&mut self, nominal: &Nominal, instant: &Instant<'_>, arms: &Arms) {
+        let (robot, settings) = (&nominal.robot, &nominal.settings);
+        let (inputs, dt) = (instant.inputs, instant.dt);
+        if dt > 0.0 {
+            let fresh = inputs.contact_angle.map(|angle| angle.fresh());
+            let measured = self.measured_accelerations(robot, arms);
+            self.motion.predict(&settings.budget, dt, fresh, measured);
+        }
+        for i in 0..3 {
+            let alpha = self.links[robot.geometry.carriers[i].index()].acceleration();
+            self.wheels[i].update(&robot.mass, settings, &inputs.wheel(i), alpha, dt);
+        }
+        let least = EstimatorSettings::UNLOADED * robot.mean_wheel_load();
+        for i in 0..3 {
+            if dt > 0.0 && self.last_normal_force[i] > least {
+                let wheel = self.rolling_wheel(i, nominal, inputs, arms);
+                let correct = self.method.rolling;
+                self.motion.roll(&settings.budget, i, &wheel, dt, correct);
+            }
+        }
+    }
+
+    /// Accelerations that the last readings show.
+    fn measured_accelerations(&self, robot: &Robot, arms: &Arms) -> MeasuredAccelerations {
+        let geometry = &robot.geometry;
+        let spin: f64 = self.wheels.iter().map(Wheel::acceleration).sum();
+        let speed = libm::sqrt(self.motion.velocity().norm_squared());
+        let mut links = 0.0_f64;
+        for (carrier, axle) in geometry.carriers.iter().zip(&arms.axles) {
+            let link = &self.links[carrier.index()];
+            let tangential = libm::sqrt(axle.norm_squared()) * link.acceleration().abs();
+            links = links.max(tangential + speed * link.smooth_rate().abs());
+        }
+        MeasuredAccelerations {
+            rims: geometry.wheel_radius * spin / 3.0,
+            links,
+        }
+    }
+
+    /// Wheel `i` as the rolling constraints take it, with the forces of the last estimate.
+    fn rolling_wheel(
+        &self,
+        i: usize,
+        nominal: &Nominal,
+        inputs: &Inputs,
+        arms: &Arms,
+    ) -> RollingWheel {
+        let (geometry, settings) = (&nominal.robot.geometry, &nominal.settings);
+        let (link, wheel) = (&self.links[geometry.carriers[i].index()], &self.wheels[i]);
+        let (n, t) = (self.last_normal_force[i], self.last_traction[i]);
+        let r = geometry.wheel_radius;
+        let across = perp(arms.axles[i]);
+        let arm = libm::sqrt(across.norm_squared());
+        let read = inputs.wheel_angle[i].age <= Inputs::STALE_AFTER;
+        RollingWheel {
+            relative: across * link.rate(),
+            smooth_relative: across * link.smooth_rate(),
+            bias_sigma: arm * link.rate_bias().1,
+            noise_sigma: arm * settings.budget.rate_noise,
+            angle: inputs.contact_angle[i].value,
+            rim_speed: wheel
+                .settled_speed()
+                .filter(|_| read)
+                .map(|speed| r * (speed - link.rate())),
+            ratio: (t / n).clamp(-1.0, 1.0),
+            moment_of_load: r * n,
+            friction_share: wheel.friction_share(),
+            torque: wheel.steady_torque(settings.viscous_damping),
+            torque_sigma: wheel.ground_torque().1,
+        }
+    }
+
+    /// Eq. (8) for the estimated loads and contact angles.
+    fn equations(
+        &self,
+        nominal: &Nominal,
+        inputs: &Inputs,
+        arms: Arms,
+        link_angles: [f64; 2],
+    ) -> Result<Equations, EstimateError> {
+        let loads = self.loads(nominal, &arms);
+        let angle = |i| self.contact_angle(i, inputs);
+        let contact_angle = [angle(0), angle(1), angle(2)];
+        nominal.equations(arms, link_angles, loads, &contact_angle)
+    }
+
+    /// Gravity and, with that step, inertia.
+    fn loads(&self, nominal: &Nominal, arms: &Arms) -> Loads {
+        if !self.method.inertia {
+            return Loads::at_rest(&nominal.masses);
+        }
+        let robot = &nominal.robot;
+        let [link1, link2] = &self.links;
+        let rates = [link1.smooth_rate(), link2.smooth_rate()];
+        let accelerations = [link1.acceleration(), link2.acceleration()];
+        let motion = LinkageMotion {
+            q: self.motion.acceleration(),
+            turning: arms.turning(rates, accelerations),
+            spin: self.wheels.each_ref().map(Wheel::acceleration),
+        };
+        let carriers = &robot.geometry.carriers;
+        Loads::moving(&robot.mass, &nominal.masses, arms, carriers, &motion)
+    }
+
+    /// Given contact angle of wheel `i` less its estimated error, rad.
+    fn contact_angle(&self, i: usize, inputs: &Inputs) -> f64 {
+        inputs.contact_angle[i].value - self.motion.contact_angle_error(i).0
+    }
+
+    /// Tractions less the estimated errors of the torque readings.
+    fn tractions(&self, nominal: &Nominal) -> [Traction; 3] {
+        let (settings, radius) = (&nominal.settings, nominal.robot.geometry.wheel_radius);
+        let traction = |i: usize| {
+            let wheel = &self.wheels[i];
+            let torque = wheel.steady_torque(settings.viscous_damping);
+            let share = wheel.friction_share();
+            let error = self.motion.torque_error(i, torque, share);
+            wheel.traction(settings, error, radius)
+        };
+        [traction(0), traction(1), traction(2)]
+    }
+
+    /// Right-hand side of eq. (8) for the estimated tractions.
+    fn right_side(&self, nominal: &Nominal, equations: &Equations) -> RightSide {
+        let tractions = self.tractions(nominal);
+        let inertial = self.method.inertia.then_some(&nominal.masses);
+        let lever = nominal.settings.moment_lever;
+        let geometry = &nominal.robot.geometry;
+        let value = equations.equilibrium.right_side(&[
+            tractions[0].value,
+            tractions[1].value,
+            tractions[2].value,
+        ]);
+        // Normal forces of the uncorrected equations.
+        let normal = equations.inverse.solve(&value);
+        RightSide {
+            value,
+            sensitivity: Sensitivity::new(
+                geometry, equations, &tractions, &normal, inertial, lever,
+            ),
+            tractions,
+            loads: nominal.load_noise(equations),
+        }
+    }
+
+    /// Compares the parity residual with its prediction. With that step the residual corrects the states, and the
+    /// right-hand side follows them. Unexplained load adds to its noise.
+    ///
+    /// Returns the residual and the flags that it raises; `None` where the contacts leave the parity undefined.
+    fn check_parity(
+        &mut self,
+        nominal: &Nominal,
+        instant: &Instant<'_>,
+        equations: &Equations,
+        right: &mut RightSide,
+    ) -> Option<(Parity, Flags)> {
+        let w = equations.parity_direction?;
+        let noise = right.noise(&equations.equilibrium);
+        let residual = ParityResidual {
+            value: w.dot(&right.value),
+            gradient: right.sensitivity.along(&w),
+            variance: w.dot(&(noise * w)),
+        };
+        let before = self.motion.inputs();
+        let correct = self.method.parity && instant.dt > 0.0;
+        let dt = instant.dt.max(SHORTEST_STEP);
+        let check = self.motion.check_parity(&residual, dt, correct);
+
+        right.loads += Matrix4::from_diagonal_element(self.motion.unexplained_load());
+        let after = self.motion.inputs();
+        for (k, column) in right.sensitivity.columns.iter().enumerate() {
+            right.value += column * (after[k] - before[k]);
+        }
+        right.tractions = self.tractions(nominal);
+        let flags = if check.within_gate {
+            self.time_beyond_gate = 0.0;
+            Flags::NONE
+        } else {
+            self.time_beyond_gate += instant.dt;
+            Flags::OUT_OF_RANGE
+        };
+        let parity = Parity {
+            value: residual.value,
+            sigma: libm::sqrt(check.innovation.variance),
+        };
+        Some((parity, flags))
+    }
+
+    /// Starts the motion filter anew when the parity residual has been beyond its gate for too long.
+    fn discard_wrong_states(&mut self, budget: &NoiseBudget) {
+        if self.time_beyond_gate > Self::LONGEST_BEYOND_GATE {
+            self.motion = MotionFilter::new(budget);
+            self.motion.forget_velocity();
+            self.time_beyond_gate = 0.0;
+        }
+    }
+
+    /// Standard deviations and the estimated errors of the readings.
+    fn uncertainty(&self, budget: &NoiseBudget) -> Uncertainty {
+        let motion = &self.motion;
+        Uncertainty {
+            angle_sigma: self.links.each_ref().map(|link| link.angle_sigma(budget)),
+            reading_errors: ReadingErrors {
+                torque_offset: [0, 1, 2].map(|i| motion.torque_offset(i)),
+                gear_friction: motion.gear_friction(),
+                contact_angle: [0, 1, 2].map(|i| motion.contact_angle_error(i)),
+                rate_bias: self.links.each_ref().map(LinkAngleKalman::rate_bias),
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filters::TorqueObserverParameters;
+    use crate::frame::{LinkReading, SensorFrame};
+    use crate::settings::Method;
+    use crate::statics::input;
+    use crate::testing::Random;
+    use crate::{Estimator, Flags};
+    use nalgebra::Vector4;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// The columns are the derivatives of `y - H_N N` (N held) by each input, with all else recomputed from the changed
+        /// input. Central differences at h = 1e-6 err by 1e-9 of 100 N; linear parts err by rounding over h, 1e-8.
+        #[test]
+        fn sensitivity_is_the_derivative(
+            theta in prop::array::uniform2(-0.25_f64..0.25), slopes in prop::array::uniform3(-0.4_f64..0.4),
+            states in prop::collection::vec(-0.1_f64..0.1, input::COUNT), torques in prop::array::uniform3(-3.0_f64..3.0),
+            speeds in prop::array::uniform3(-0.02_f64..0.02),
+        ) {
+            let nominal = Nominal::new(&Robot::default_a(), EstimatorSettings::best());
+            let parameters = TorqueObserverParameters {
+                wheel_inertia: 0.0075, rotor_inertia: 0.0864, viscous_damping: 0.15,
+                encoder_sigma: 1e-5, torque_sigma: 0.1, friction_step: 0.0, unread_walk: 0.0,
+            };
+            let method = KalmanMethod::ALL_STEPS;
+            let mut filters = BestFilters::new(&nominal.robot, method, &nominal.settings.budget);
+            for i in 0..3 {
+                filters.wheels[i] = Wheel::observed(&parameters, torques[i], speeds[i]);
+            }
+            for (k, value) in states.iter().enumerate() {
+                filters.motion.shift_input(k, *value);
+            }
+            let mut inputs = Inputs::default();
+            for i in 0..3 {
+                inputs.contact_angle[i].value = slopes[i];
+            }
+            let at = |filters: &BestFilters| {
+                let arms = Arms::new(&nominal.robot.geometry, theta[0], theta[1]).expect("inside the stops");
+                let equations = filters.equations(&nominal, &inputs, arms, theta).expect("regular");
+                let right = filters.right_side(&nominal, &equations);
+                (equations, right)
+            };
+            let (equations, right) = at(&filters);
+            let normal = equations.inverse.solve(&right.value);
+            let h = 1e-6;
+            for k in 0..input::COUNT {
+                let residual = |change: f64| -> Vector4<f64> {
+                    let mut filters = filters;
+                    filters.motion.shift_input(k, change);
+                    let (equations, right) = at(&filters);
+                    let mut residual = right.value;
+                    for i in 0..3 {
+                        residual -= equations.equilibrium.h_n[i] * normal[i];
+                    }
+                    residual
+                };
+                let difference = (residual(h) - residual(-h)) / (2.0 * h);
+                let found = right.sensitivity.columns[k];
+                prop_assert!((found - difference).norm() < 1e-5, "input {k}: {found} {difference}");
+            }
+        }
+    }
+
+    /// Readings of a robot at rest on level ground. Inclinometers and gyroscopes have their white noise. Torques have none:
+    /// it would change the sign of the observed speeds at random.
+    fn at_rest(
+        time: f64,
+        torque: [f64; 3],
+        budget: &NoiseBudget,
+        random: &mut Random,
+    ) -> SensorFrame {
+        let mut link = || LinkReading {
+            inclination: Some(budget.inclination_noise * random.normal()),
+            rate: Some(budget.rate_noise * random.normal()),
+        };
+        let (link1, link2) = (link(), link());
+        SensorFrame {
+            time,
+            wheel_angle: [Some(0.0); 3],
+            motor_torque: torque.map(Some),
+            link1,
+            link2,
+            contact_angle: [Some(0.0); 3],
+        }
+    }
+
+    /// At rest, without rolling constraints, only the parity residual depends on the torque offsets, and on level ground on
+    /// their sum alone (horizontal row; the moment rows have nearly equal arms). So the sum is estimated. Differences, gear
+    /// friction and gains are not observable: they keep the mean and standard deviation of their prior.
+    #[test]
+    fn only_observable_errors_are_estimated() {
+        let method = KalmanMethod {
+            rolling: false,
+            ..KalmanMethod::ALL_STEPS
+        };
+        let settings = EstimatorSettings {
+            method: Method::Kalman(method),
+            ..EstimatorSettings::best()
+        };
+        let budget = &settings.budget;
+        let mut estimator = Estimator::new(&Robot::default_a(), settings);
+        let mut random = Random::new();
+        let offsets = [0.15, 0.05, 0.10];
+        let mut last = None;
+        for k in 0..20_000 {
+            let frame = at_rest(1e-3 * f64::from(k), offsets, budget, &mut random);
+            let estimate = estimator.update(&frame).expect("complete frames");
+            assert_eq!(estimate.flags, Flags::NONE, "{k}");
+            last = Some(estimate);
+        }
+        let errors = last
+            .and_then(|e| e.reading_errors)
+            .expect("best estimates errors");
+        let found = errors.torque_offset;
+        let sum: f64 = found.iter().map(|f| f.0).sum();
+        let sum_of_sigma: f64 = found.iter().map(|f| f.1).sum();
+        // Contact angles off by 2 deg under 45 N act as 0.27 N m over all wheels; over 20 s they average to a tenth.
+        assert!((sum - 0.3).abs() < 0.06, "{found:?}");
+        let p = offset_covariance(&estimator);
+        let variance = |u: [f64; 3]| {
+            let mut sum = 0.0;
+            for i in 0..3 {
+                for j in 0..3 {
+                    sum += u[i] * u[j] * p[i][j];
+                }
+            }
+            sum
+        };
+        let prior = budget.torque_offset * budget.torque_offset;
+        assert!(
+            variance([1.0; 3]) < 0.1 * 3.0 * prior,
+            "{}",
+            variance([1.0; 3])
+        );
+        assert!(
+            variance([1.0, 0.0, -1.0]) > 0.8 * 2.0 * prior,
+            "{}",
+            variance([1.0, 0.0, -1.0])
+        );
+        assert!((found[0].0 - found[2].0).abs() < 0.02, "{found:?}");
+        assert!(sum_of_sigma > 2.0 * budget.torque_offset);
+        let (friction, sigma) = errors.gear_friction;
+        // The first frames, before the observed speeds have settled, change it a little.
+        assert!(
+            friction.abs() < 0.01 && sigma > 0.99 * budget.gear_friction,
+            "{friction} +- {sigma}"
+        );
+    }
+
+    /// Covariance of the torque offsets of an estimator `best`.
+    fn offset_covariance(estimator: &Estimator) -> [[f64; 3]; 3] {
+        let p = estimator
+            .best_filters()
+            .expect("best")
+            .motion()
+            .input_covariance();
+        [0, 1, 2].map(|i| [0, 1, 2].map(|j| p[input::TORQUE_OFFSET + i][input::TORQUE_OFFSET + j]))
+    }
+}

@@ -1,0 +1,227 @@
+//! Spin and ground torque of one wheel, and its gear friction.
+
+use crate::filters::{COUNT_SIGMA, TorqueObserver, TorqueObserverParameters};
+use crate::frame::{LONGEST_GAP, WheelInputs};
+use crate::settings::{EstimatorSettings, NoiseBudget};
+use crate::statics::Traction;
+use crate::visit::Visit;
+use robhaz_model::MassSet;
+
+/// The observer of one wheel, with what it hands from sample to sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Wheel {
+    observer: TorqueObserver,
+    /// Last torque reading, N m.
+    torque: f64,
+    /// Spin speed, rad/s.
+    speed: f64,
+    /// Share of the gear friction that acts, with its sign: -1 to 1.
+    friction_share: f64,
+    /// The same one sample before.
+    last_friction_share: f64,
+    /// Low-pass filtered derivative of the spin speed, rad/s^2.
+    acceleration: f64,
+}
+
+impl Wheel {
+    /// Time constant of the spin acceleration's low pass, s, with an encoder of 40 urad a count. In proportion to the
+    /// encoder's error it falls to [`Self::SHORTEST_SMOOTHING`]. The inertia of the wheel discs is small.
+    const SMOOTHING: f64 = 0.02;
+    /// Least time constant of that low pass, s.
+    const SHORTEST_SMOOTHING: f64 = 0.001;
+    /// Speed over which gear friction rises once the direction is certain, rad/s: 1 mm/s at the rim.
+    const FRICTION_SPEED: f64 = 0.01;
+    /// Standard deviations of an observed speed below which its direction is unknown. At about twice as many, all of the
+    /// friction acts. The observed speed of a wheel at rest changes its sign at random; that must not look like a wheel
+    /// that turns without friction.
+    const DIRECTION_GATE: f64 = 5.0;
+    /// Random walk of a motor torque while it is not read, N m/sqrt(s).
+    const UNREAD_TORQUE_WALK: f64 = 5.0;
+
+    /// A wheel at rest.
+    pub fn new() -> Self {
+        Self {
+            observer: TorqueObserver::new(),
+            torque: 0.0,
+            speed: 0.0,
+            friction_share: 0.0,
+            last_friction_share: 0.0,
+            acceleration: 0.0,
+        }
+    }
+
+    /// The wheel may be spinning: for a start after a gap.
+    pub fn forget_speed(&mut self) {
+        self.observer = TorqueObserver::spinning();
+    }
+
+    /// Share of the gear friction that acts at `speed` with the standard deviation `sigma`, rad/s: -1 to 1.
+    fn share_of_friction(speed: f64, sigma: f64) -> f64 {
+        let uncertain = Self::DIRECTION_GATE * sigma;
+        let certain = (speed.abs() - uncertain).max(0.0);
+        let full = Self::FRICTION_SPEED * Self::FRICTION_SPEED + uncertain * uncertain;
+        libm::copysign((certain / libm::sqrt(full)).min(1.0), speed)
+    }
+
+    /// Advances by `dt` (s) to the readings of one instant. `alpha_link` is the angular acceleration of the wheel's link,
+    /// rad/s^2.
+    pub fn update(
+        &mut self,
+        mass: &MassSet,
+        settings: &EstimatorSettings,
+        inputs: &WheelInputs,
+        alpha_link: f64,
+        dt: f64,
+    ) {
+        let parameters = self.parameters(mass, settings, inputs);
+        if inputs.new_zero {
+            self.observer.forget_angle();
+        }
+        let torque = inputs.torque.value;
+        if inputs.angle.age > LONGEST_GAP {
+            self.observer = TorqueObserver::spinning();
+        } else if dt > 0.0 {
+            let mean = 0.5 * (torque + self.torque);
+            self.observer.predict(&parameters, dt, mean, alpha_link);
+        }
+        self.torque = torque;
+        self.last_friction_share = self.friction_share;
+        if inputs.angle.fresh() {
+            self.observer.measure(&parameters, inputs.angle.value);
+        }
+        let speed = self.observer.speed();
+        if dt > 0.0 && self.observer.settled() {
+            let smoothing = Self::SMOOTHING * (parameters.encoder_sigma / COUNT_SIGMA);
+            let smoothing = smoothing.clamp(Self::SHORTEST_SMOOTHING, Self::SMOOTHING);
+            let weight = dt / (smoothing + dt);
+            let rate = (speed - self.speed) / dt;
+            self.acceleration += weight * (rate - self.acceleration);
+        }
+        self.speed = speed;
+        self.friction_share = Self::share_of_friction(speed, self.observer.speed_sigma());
+    }
+
+    fn parameters(
+        &self,
+        mass: &MassSet,
+        settings: &EstimatorSettings,
+        inputs: &WheelInputs,
+    ) -> TorqueObserverParameters {
+        let budget = &settings.budget;
+        TorqueObserverParameters {
+            wheel_inertia: mass.wheel_inertia,
+            rotor_inertia: mass.rotor_inertia,
+            viscous_damping: settings.viscous_damping,
+            encoder_sigma: encoder_sigma(budget, self.speed),
+            torque_sigma: budget.torque_noise,
+            friction_step: budget.gear_friction * (self.friction_share - self.last_friction_share),
+            unread_walk: if inputs.torque.fresh() {
+                0.0
+            } else {
+                Self::UNREAD_TORQUE_WALK
+            },
+        }
+    }
+
+    /// Spin speed relative to the link, rad/s; `None` before the observer has settled.
+    pub fn settled_speed(&self) -> Option<f64> {
+        self.observer.settled().then_some(self.observer.speed())
+    }
+
+    /// Low-pass filtered derivative of the spin speed, rad/s^2.
+    pub fn acceleration(&self) -> f64 {
+        self.acceleration
+    }
+
+    /// Share of the gear friction that acts, with its sign: -1 to 1.
+    pub fn friction_share(&self) -> f64 {
+        self.friction_share
+    }
+
+    /// Torque of the ground `r T`, N m, and its standard deviation.
+    pub fn ground_torque(&self) -> (f64, f64) {
+        self.observer.ground_torque()
+    }
+
+    /// The torque reading less the torque that accelerates the rotor, N m, for a damping in N m s: a smooth value, exact
+    /// enough for gain errors of a few percent.
+    pub fn steady_torque(&self, viscous_damping: f64) -> f64 {
+        self.observer.ground_torque().0 + viscous_damping * self.speed
+    }
+
+    /// Traction, less the `error` of the torque reading (N m). Friction in a gear of unknown direction may bear a part of
+    /// it: that part counts in its standard deviation.
+    pub fn traction(
+        &self,
+        settings: &EstimatorSettings,
+        error: f64,
+        wheel_radius: f64,
+    ) -> Traction {
+        let (torque, observed) = self.observer.ground_torque();
+        let share = self.friction_share;
+        let inverse = 1.0 / wheel_radius;
+        let friction = settings.budget.gear_friction * settings.budget.gear_friction;
+        let sigma = libm::sqrt(observed * observed + (1.0 - share * share) * friction);
+        Traction {
+            value: (torque - error) * inverse,
+            sigma: sigma * inverse,
+            by_offset: -inverse,
+            by_friction: -share * inverse,
+            by_gain: -self.steady_torque(settings.viscous_damping) * inverse,
+        }
+    }
+
+    /// For tests: a wheel observed at `speed` (rad/s) under a motor torque (N m).
+    #[cfg(test)]
+    pub fn observed(parameters: &TorqueObserverParameters, torque: f64, speed: f64) -> Self {
+        let mut wheel = Self::new();
+        wheel.observer.measure(parameters, 0.0);
+        for k in 1..200 {
+            wheel.observer.predict(parameters, 1e-3, torque, 0.0);
+            let angle = speed * 1e-3 * f64::from(k);
+            wheel.observer.measure(parameters, angle);
+        }
+        wheel.speed = speed;
+        wheel.friction_share = Self::share_of_friction(speed, 1e-4);
+        wheel
+    }
+}
+
+/// The numbers of three wheels, value by value: the order of saved states.
+pub(crate) fn visit_wheels(wheels: &mut [Wheel; 3], f: &mut impl FnMut(&mut f64)) {
+    type Field = fn(&mut Wheel) -> &mut f64;
+    const FIELDS: [Field; 5] = [
+        |w| &mut w.torque,
+        |w| &mut w.speed,
+        |w| &mut w.friction_share,
+        |w| &mut w.last_friction_share,
+        |w| &mut w.acceleration,
+    ];
+    for field in FIELDS {
+        for wheel in wheels.iter_mut() {
+            field(wheel).visit(f);
+        }
+    }
+}
+
+/// The numbers of the observers of three wheels.
+pub(crate) fn visit_observers(wheels: &mut [Wheel; 3], f: &mut impl FnMut(&mut f64)) {
+    for wheel in wheels {
+        wheel.observer.visit(f);
+    }
+}
+
+/// Standard deviation of a wheel angle, rad: the count, uniform over its width, and the time stamp's error at this speed
+/// (rad/s).
+fn encoder_sigma(budget: &NoiseBudget, speed: f64) -> f64 {
+    /// 1/sqrt(12) of a count.
+    const UNIFORM: f64 = 0.288_675_134_594_812_9;
+    /// A twentieth of a micrometre at the rim. With an exact angle the observer would not correct its other states.
+    const LEAST: f64 = 5e-7;
+    let count = if budget.encoder_counts > 0.0 {
+        2.0 * core::f64::consts::PI / budget.encoder_counts * UNIFORM
+    } else {
+        0.0
+    };
+    libm::hypot(count.max(LEAST), speed * budget.jitter)
+}

@@ -1,0 +1,110 @@
+//! The nominal robot: its drawings, its settings, and the equations that every method takes from them.
+
+use crate::estimate::EstimateError;
+use crate::flags::Flags;
+use crate::settings::{EstimatorSettings, Masses};
+use crate::statics::{Arms, Equations, Equilibrium, Loads};
+use nalgebra::{Matrix4, Vector4};
+use robhaz_model::{Bar, GRAVITY, PointMasses, Robot, Vec2};
+
+/// Nominal robot and settings.
+#[derive(Clone, Debug)]
+pub(crate) struct Nominal {
+    pub robot: Robot,
+    pub settings: EstimatorSettings,
+    /// The masses, placed as the settings choose.
+    pub masses: PointMasses,
+}
+
+/// Distance to an end stop at which its torque may act, rad: half a degree.
+const STOP_MARGIN: f64 = 0.0087;
+/// Standard deviation of the torque of an end stop, N m.
+const STOP_TORQUE: f64 = 20.0;
+/// Standard deviation of the remaining errors of a row of eq. (8), N: arm r for r - g, accelerations within a step.
+const LOAD_SIGMA: f64 = 0.01;
+
+impl Nominal {
+    /// Places the masses.
+    pub fn new(robot: &Robot, settings: EstimatorSettings) -> Self {
+        let mass = &robot.mass;
+        Self {
+            robot: robot.clone(),
+            settings,
+            masses: match settings.masses {
+                Masses::LumpedToBody => mass.lumped_to_body(),
+                Masses::LumpedToWheels => mass.lumped_to_wheels(),
+                Masses::True => mass.true_points(),
+            },
+        }
+    }
+
+    /// Eq. (8) for link angles (rad), loads and contact angles (rad).
+    ///
+    /// # Errors
+    /// [`EstimateError::Singular`].
+    pub fn equations(
+        &self,
+        arms: Arms,
+        link_angles: [f64; 2],
+        loads: Loads,
+        contact_angle: &[f64; 3],
+    ) -> Result<Equations, EstimateError> {
+        let (geometry, lever) = (&self.robot.geometry, self.settings.moment_lever);
+        Equations::new(geometry, arms, link_angles, loads, contact_angle, lever)
+            .ok_or(EstimateError::Singular)
+    }
+
+    /// Covariance of the loads in the rows of eq. (8), N^2: a floor, errors of the drawings, and the torque of a stop.
+    pub fn load_noise(&self, equations: &Equations) -> Matrix4<f64> {
+        let (arms, loads) = (&equations.arms, &equations.loads);
+        let (settings, budget) = (&self.settings, &self.settings.budget);
+        let carriers = &self.robot.geometry.carriers;
+        let lever = settings.moment_lever;
+        let mut r = Matrix4::from_diagonal_element(LOAD_SIGMA * LOAD_SIGMA);
+        let mut add = |column: Vector4<f64>| r += column * column.transpose();
+        if budget.body_cg > 0.0 {
+            let mut part = Loads::default();
+            part.bars[Bar::Body as usize].torque = budget.body_cg
+                * libm::sqrt(0.5 * loads.bars[Bar::Body as usize].force.norm_squared());
+            add(Equilibrium::load_side(arms, carriers, &part, lever).0);
+        }
+        if budget.link_mass > 0.0 {
+            for bar in Bar::LINKS {
+                let mut part = Loads::default();
+                part.bars[bar as usize].force = Vec2::new(
+                    0.0,
+                    GRAVITY * budget.link_mass * self.masses.links[bar as usize - 1],
+                );
+                add(Equilibrium::load_side(arms, carriers, &part, lever).0);
+            }
+        }
+        if !self.at_stop(equations.link_angles).is_empty() {
+            let torque = STOP_TORQUE / lever;
+            add(Vector4::new(0.0, 0.0, torque, -torque));
+        }
+        r
+    }
+
+    /// Flag of a linkage near an end stop, for the angles of links 1 and 2, rad.
+    pub fn at_stop(&self, link_angles: [f64; 2]) -> Flags {
+        let stop = &self.robot.geometry.stop;
+        let opening = link_angles[0] - link_angles[1];
+        if opening < stop.lower + STOP_MARGIN || opening > stop.upper - STOP_MARGIN {
+            Flags::AT_STOP
+        } else {
+            Flags::NONE
+        }
+    }
+
+    /// Flags of the wheels whose normal force (N) is below a twentieth of the mean load.
+    pub fn unloaded(&self, normal_force: &[f64; 3]) -> Flags {
+        let least = EstimatorSettings::UNLOADED * self.robot.mean_wheel_load();
+        let mut flags = Flags::NONE;
+        for (n, flag) in normal_force.iter().zip(Flags::WHEEL_UNLOADED) {
+            if *n < least {
+                flags |= flag;
+            }
+        }
+        flags
+    }
+}

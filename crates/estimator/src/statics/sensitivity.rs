@@ -1,0 +1,102 @@
+//! Sensitivity of the right-hand side of eq. (8) to the uncertain inputs: inputs that no sensor measures, or that sensors
+//! measure with lasting errors. It carries the covariance of the inputs into that of the forces.
+
+use super::equations::Equations;
+use super::equilibrium::Equilibrium;
+use super::loads::Loads;
+use nalgebra::Vector4;
+use robhaz_model::{Geometry, PointMasses, Vec2};
+
+/// Order of the uncertain inputs.
+pub(crate) mod input {
+    /// Acceleration of Q, m/s^2: x, y.
+    pub const ACCELERATION: usize = 0;
+    /// Errors of the given contact angles, rad.
+    pub const CONTACT_ANGLE: usize = 2;
+    /// Offsets of the torque readings, N m.
+    pub const TORQUE_OFFSET: usize = 5;
+    /// Dry friction in the gears, common to all wheels, N m against the spin.
+    pub const GEAR_FRICTION: usize = 8;
+    /// Relative errors of the torque readings.
+    pub const TORQUE_GAIN: usize = 9;
+    /// How many.
+    pub const COUNT: usize = 12;
+}
+
+/// Covariance of the uncertain inputs, in the order of [`input`], SI.
+pub(crate) type InputCovariance = [[f64; input::COUNT]; input::COUNT];
+
+/// Traction of one wheel from motor torque and speed, with its derivatives by the uncertain inputs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Traction {
+    /// Corrected by the estimated errors, N.
+    pub value: f64,
+    /// Standard deviation of the observer's part, N.
+    pub sigma: f64,
+    /// Derivative by the torque offset, 1/m.
+    pub by_offset: f64,
+    /// Derivative by the gear friction, 1/m.
+    pub by_friction: f64,
+    /// Derivative by the torque gain, N.
+    pub by_gain: f64,
+}
+
+impl Traction {
+    /// The derivatives of the traction of wheel `i`, each with its input.
+    pub fn gradient(&self, i: usize) -> [(usize, f64); 3] {
+        [
+            (input::TORQUE_OFFSET + i, self.by_offset),
+            (input::GEAR_FRICTION, self.by_friction),
+            (input::TORQUE_GAIN + i, self.by_gain),
+        ]
+    }
+}
+
+/// Derivatives of `y - H_N N`, with `y = F' - H_T T` and N held, by the uncertain inputs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sensitivity {
+    /// A column an input, in the order of [`input`]; N over the input's unit.
+    pub columns: [Vector4<f64>; input::COUNT],
+}
+
+impl Sensitivity {
+    /// At one instant, for normal forces in N. `inertial` holds the masses if the loads include inertia, else `None`;
+    /// `lever` is that of the moment rows, m.
+    pub fn new(
+        geometry: &Geometry,
+        equations: &Equations,
+        tractions: &[Traction; 3],
+        normal_force: &[f64; 3],
+        inertial: Option<&PointMasses>,
+        lever: f64,
+    ) -> Self {
+        let (equilibrium, arms) = (&equations.equilibrium, &equations.arms);
+        let mut columns = [Vector4::zeros(); input::COUNT];
+        if let Some(masses) = inertial {
+            for (axis, unit) in [Vec2::x(), Vec2::y()].into_iter().enumerate() {
+                let unit_load = Loads::uniform(masses, unit);
+                columns[input::ACCELERATION + axis] =
+                    Equilibrium::load_side(arms, &geometry.carriers, &unit_load, lever).0;
+            }
+        }
+        for i in 0..3 {
+            let t = &tractions[i];
+            columns[input::CONTACT_ANGLE + i] = equilibrium.by_contact_angle(
+                i,
+                geometry.carriers[i],
+                geometry.wheel_radius,
+                normal_force[i],
+                t.value,
+            );
+            for (k, derivative) in t.gradient(i) {
+                columns[k] += equilibrium.h_t[i] * -derivative;
+            }
+        }
+        Self { columns }
+    }
+
+    /// `w' A`: the derivatives of the combination `w` of the rows.
+    pub fn along(&self, w: &Vector4<f64>) -> [f64; input::COUNT] {
+        self.columns.map(|column| w.dot(&column))
+    }
+}

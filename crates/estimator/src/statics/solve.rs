@@ -1,0 +1,283 @@
+//! Least squares for the normal forces of eq. (8), with the covariance of all forces.
+
+use super::equations::Equations;
+use super::equilibrium::{Equilibrium, LeastSquaresInverse};
+use super::forces::Forces;
+use super::sensitivity::{InputCovariance, Sensitivity, Traction, input};
+use nalgebra::{Matrix4, Vector4};
+
+/// Right-hand side of eq. (8): value, sensitivity, noise covariance.
+pub(crate) struct RightSide {
+    /// `y = F' - H_T T`, N.
+    pub value: Vector4<f64>,
+    /// Derivatives by the uncertain inputs.
+    pub sensitivity: Sensitivity,
+    /// T.
+    pub tractions: [Traction; 3],
+    /// Covariance of loads and stop torque, N^2.
+    pub loads: Matrix4<f64>,
+}
+
+impl RightSide {
+    /// Noise covariance beside that of the inputs: loads and torque observers, N^2.
+    pub fn noise(&self, equilibrium: &Equilibrium) -> Matrix4<f64> {
+        let mut r = self.loads;
+        for i in 0..3 {
+            let column = equilibrium.h_t[i] * self.tractions[i].sigma;
+            r += column * column.transpose();
+        }
+        r
+    }
+}
+
+/// Least squares for N on a right-hand side whose covariance is known.
+///
+/// Exact equations satisfy the parity `w' y = 0`. With a `parity` direction the right-hand side is first moved to where
+/// that holds, in the metric of its covariance R: `y - R w (w' y)/(w' R w)`. The result is consistent, so any left inverse
+/// of H_N gives the same N: that of weighted least squares with the weight `R^-1`.
+pub(crate) fn solve(
+    equations: &Equations,
+    parity: Option<&Vector4<f64>>,
+    right: &RightSide,
+    inputs: &InputCovariance,
+) -> Forces {
+    let mut joint = Joint::new(&equations.equilibrium, right, inputs);
+    if let Some(w) = parity {
+        joint.impose(w);
+    }
+    joint.forces(&equations.inverse)
+}
+
+/// Right-hand side and tractions as one Gaussian.
+struct Joint {
+    /// Mean of the right-hand side, N.
+    y: Vector4<f64>,
+    /// Mean of the tractions, N.
+    traction: [f64; 3],
+    /// Covariance of the right-hand side R, N^2.
+    yy: Matrix4<f64>,
+    /// Covariance of each traction with the right-hand side, N^2.
+    ty: [Vector4<f64>; 3],
+    /// Covariance of the tractions, N^2.
+    tt: [[f64; 3]; 3],
+}
+
+impl Joint {
+    /// From the covariance of the inputs and the noise.
+    fn new(equilibrium: &Equilibrium, right: &RightSide, inputs: &InputCovariance) -> Self {
+        let columns = &right.sensitivity.columns;
+        // P A', the covariance of inputs and right-hand side.
+        let mut input_y = [Vector4::zeros(); input::COUNT];
+        for (row, p) in input_y.iter_mut().zip(inputs) {
+            for (column, covariance) in columns.iter().zip(p) {
+                *row += column * *covariance;
+            }
+        }
+        let mut yy = right.noise(equilibrium);
+        for (column, row) in columns.iter().zip(&input_y) {
+            yy += column * row.transpose();
+        }
+        let mut ty = [Vector4::zeros(); 3];
+        for (i, covariance) in ty.iter_mut().enumerate() {
+            let t = &right.tractions[i];
+            let [offset, friction, gain] = t.gradient(i);
+            let by = |(k, derivative): (usize, f64)| input_y[k] * derivative;
+            *covariance =
+                by(offset) + by(friction) + by(gain) - equilibrium.h_t[i] * (t.sigma * t.sigma);
+        }
+        Self {
+            y: right.value,
+            traction: right.tractions.map(|t| t.value),
+            yy,
+            ty,
+            tt: traction_covariance(&right.tractions, inputs),
+        }
+    }
+
+    /// The conditional distribution given `w' y = 0`.
+    fn impose(&mut self, w: &Vector4<f64>) {
+        let rw = self.yy * w;
+        let variance = w.dot(&rw);
+        // Written so that a NaN fails too. Exact inputs satisfy the parity already.
+        if !(variance > 0.0) {
+            return;
+        }
+        let step = w.dot(&self.y) / variance;
+        self.y -= rw * step;
+        let tw = self.ty.map(|c| c.dot(w));
+        for i in 0..3 {
+            self.traction[i] -= tw[i] * step;
+            self.ty[i] -= rw * (tw[i] / variance);
+            for j in 0..3 {
+                self.tt[i][j] -= tw[i] * tw[j] / variance;
+            }
+        }
+        self.yy -= rw * rw.transpose() / variance;
+    }
+
+    /// N by a left inverse, and the covariance of all forces.
+    fn forces(&self, inverse: &LeastSquaresInverse) -> Forces {
+        let mut covariance = [[0.0; 6]; 6];
+        for i in 0..3 {
+            let ri = self.yy * inverse.rows[i];
+            for j in 0..3 {
+                covariance[2 * i][2 * j] = self.tt[i][j];
+                covariance[2 * i + 1][2 * j + 1] = inverse.rows[j].dot(&ri);
+                let n_t = inverse.rows[i].dot(&self.ty[j]);
+                covariance[2 * i + 1][2 * j] = n_t;
+                covariance[2 * j][2 * i + 1] = n_t;
+            }
+        }
+        Forces {
+            normal: inverse.solve(&self.y),
+            traction: self.traction,
+            covariance,
+        }
+    }
+}
+
+/// Covariance of the tractions, N^2: the inputs' part and the observers' noise.
+fn traction_covariance(tractions: &[Traction; 3], inputs: &InputCovariance) -> [[f64; 3]; 3] {
+    let mut covariance = [[0.0; 3]; 3];
+    for i in 0..3 {
+        for j in 0..=i {
+            let (ti, tj) = (&tractions[i], &tractions[j]);
+            let mut sum = if i == j { ti.sigma * ti.sigma } else { 0.0 };
+            for (a, u) in ti.gradient(i) {
+                for (b, v) in tj.gradient(j) {
+                    sum += u * v * inputs[a][b];
+                }
+            }
+            covariance[i][j] = sum;
+            covariance[j][i] = sum;
+        }
+    }
+    covariance
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::statics::{Arms, Loads};
+    use crate::testing::positive;
+    use nalgebra::{Matrix3, SMatrix, Vector3};
+    use proptest::prelude::*;
+    use robhaz_model::Robot;
+
+    const INPUTS: usize = input::COUNT;
+    type Normals = SMatrix<f64, 4, 3>;
+
+    fn vector() -> impl Strategy<Value = Vector4<f64>> {
+        prop::array::uniform4(-1.0_f64..1.0).prop_map(Vector4::from)
+    }
+
+    fn traction() -> impl Strategy<Value = Traction> {
+        (
+            -20.0_f64..20.0,
+            0.1_f64..2.0,
+            prop::array::uniform3(-5.0_f64..5.0),
+        )
+            .prop_map(
+                |(value, sigma, [by_offset, by_friction, by_gain])| Traction {
+                    value,
+                    sigma,
+                    by_offset,
+                    by_friction,
+                    by_gain,
+                },
+            )
+    }
+
+    proptest! {
+        /// Equivalence: moving the right-hand side to where the parity holds and taking any left inverse is weighted least squares
+        /// with the weight R^-1, here solved as such, with matrices of full size: N, T and the whole covariance.
+        /// Conditions are about 1e4: 1e-8 of the forces leaves four digits.
+        #[test]
+        fn whitened_is_weighted_least_squares(
+            theta1 in -0.3_f64..0.3, theta2 in -0.3_f64..0.3, slopes in prop::array::uniform3(-0.4_f64..0.4),
+            columns in prop::collection::vec(vector(), input::COUNT),
+            tractions in (traction(), traction(), traction()), root in prop::collection::vec(-0.5_f64..0.5, input::COUNT * input::COUNT),
+        ) {
+            let robot = Robot::default_a();
+            let geometry = &robot.geometry;
+            let arms = Arms::new(geometry, theta1, theta2).expect("inside the stops");
+            let loads = Loads::at_rest(&robot.mass.true_points());
+            let equations = Equations::new(geometry, arms, [theta1, theta2], loads, &slopes, 0.2).expect("regular");
+            let e = &equations.equilibrium;
+            let tractions = [tractions.0, tractions.1, tractions.2];
+            let sensitivity = Sensitivity { columns: core::array::from_fn(|k| columns[k]) };
+            let p: SMatrix<f64, INPUTS, INPUTS> = positive(&root);
+            let inputs = core::array::from_fn(|i| core::array::from_fn(|j| p[(i, j)]));
+            let right = RightSide {
+                value: e.right_side(&tractions.map(|t| t.value)),
+                sensitivity,
+                tractions,
+                loads: Matrix4::identity() * 0.1,
+            };
+            let found = solve(&equations, equations.parity_direction.as_ref(), &right, &inputs);
+
+            // Right-hand side and tractions as one Gaussian.
+            let h = Normals::from_columns(&e.h_n);
+            let h_t = Normals::from_columns(&e.h_t);
+            let a = SMatrix::<f64, 4, INPUTS>::from_columns(&sensitivity.columns);
+            let mut g = SMatrix::<f64, 3, INPUTS>::zeros();
+            for (i, t) in tractions.iter().enumerate() {
+                g[(i, input::TORQUE_OFFSET + i)] = t.by_offset;
+                g[(i, input::GEAR_FRICTION)] = t.by_friction;
+                g[(i, input::TORQUE_GAIN + i)] = t.by_gain;
+            }
+            let d = Matrix3::from_diagonal(&Vector3::from(tractions.map(|t| t.sigma * t.sigma)));
+            let r = a * p * a.transpose() + h_t * d * h_t.transpose() + right.loads;
+            let t_y = g * p * a.transpose() - d * h_t.transpose();
+            let t_t = g * p * g.transpose() + d;
+            let weight = r.cholesky().expect("positive").inverse();
+            let of_normal = (h.transpose() * weight * h).cholesky().expect("rank 3").inverse();
+            let normal = of_normal * h.transpose() * weight * right.value;
+            let left = weight * (right.value - h * normal);
+            let traction = Vector3::from(tractions.map(|t| t.value)) - t_y * left;
+            let freed = weight - weight * h * of_normal * h.transpose() * weight;
+            let of_traction = t_t - t_y * freed * t_y.transpose();
+            let between = of_normal * h.transpose() * weight * t_y.transpose();
+
+            let scale = 100.0 + normal.norm();
+            let covariance = |i: usize, j: usize| found.covariance[i][j];
+            for i in 0..3 {
+                prop_assert!((found.normal[i] - normal[i]).abs() < 1e-8 * scale, "{:?} {normal}", found.normal);
+                prop_assert!((found.traction[i] - traction[i]).abs() < 1e-8 * scale, "{:?} {traction}", found.traction);
+                for j in 0..3 {
+                    let scale = 1.0 + of_normal.norm() + t_t.norm();
+                    prop_assert!((covariance(2 * i + 1, 2 * j + 1) - of_normal[(i, j)]).abs() < 1e-8 * scale);
+                    prop_assert!((covariance(2 * i, 2 * j) - of_traction[(i, j)]).abs() < 1e-8 * scale);
+                    prop_assert!((covariance(2 * i + 1, 2 * j) - between[(i, j)]).abs() < 1e-8 * scale);
+                    prop_assert!((covariance(2 * j, 2 * i + 1) - between[(i, j)]).abs() < 1e-8 * scale);
+                }
+            }
+        }
+
+        /// Without the parity the forces are the unweighted least squares', and their covariance is that of a linear map of the
+        /// right-hand side.
+        #[test]
+        fn without_parity_the_covariance_is_mapped(y in vector(), sigma in 0.1_f64..3.0) {
+            let robot = Robot::default_a();
+            let geometry = &robot.geometry;
+            let arms = Arms::new(geometry, 0.1, -0.1).expect("inside the stops");
+            let loads = Loads::default();
+            let equations = Equations::new(geometry, arms, [0.1, -0.1], loads, &[0.1, 0.0, 0.2], 0.2).expect("regular");
+            let inverse = &equations.inverse;
+            let none = Traction { value: 0.0, sigma: 0.0, by_offset: 0.0, by_friction: 0.0, by_gain: 0.0 };
+            let right = RightSide {
+                value: y,
+                sensitivity: Sensitivity { columns: [Vector4::zeros(); input::COUNT] },
+                tractions: [none; 3],
+                loads: Matrix4::identity() * (sigma * sigma),
+            };
+            let found = solve(&equations, None, &right, &[[0.0; input::COUNT]; input::COUNT]);
+            let expected = inverse.solve(&y);
+            prop_assert!((0..3).all(|i| found.normal[i].to_bits() == expected[i].to_bits()));
+            for i in 0..3 {
+                let expected = inverse.rows[i].norm_squared() * sigma * sigma;
+                prop_assert!((found.covariance[2 * i + 1][2 * i + 1] - expected).abs() < 1e-9 * expected);
+            }
+        }
+    }
+}

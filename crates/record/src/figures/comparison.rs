@@ -1,0 +1,76 @@
+//! All estimators in one figure: errors of N over time, RMSE in the key.
+
+use super::header::{Entry, Header, Mark};
+use super::page::{Column, Page};
+use super::panel::{Layer, Panel};
+use super::paper::{WHEEL_TITLES, start_entry, time_axis};
+use super::run::{EstimatorTraces, RunTraces};
+use super::style::{estimator as look_of, line};
+
+/// Errors of N of every estimator: RMS over the wheels, and each wheel's own.
+pub fn comparison(run: &RunTraces) -> Page<'_> {
+    let rms = Panel {
+        title: "RMS over the three wheels".to_owned(),
+        note: String::new(),
+        y_label: "error of N (N)",
+        least_span: 0.0,
+        logarithmic: true,
+        height: 210.0,
+        layers: layers(run, |e| &e.rms_error).collect(),
+    };
+    let wheels = (0..3).map(|i| Panel {
+        title: WHEEL_TITLES[i].to_owned(),
+        note: String::new(),
+        y_label: "error of N (N)",
+        least_span: 0.2,
+        logarithmic: false,
+        height: 138.0,
+        layers: layers(run, |e| &e.error[i])
+            .chain([Layer::Level(0.0)])
+            .collect(),
+    });
+    let mut key: Vec<Entry> = run
+        .estimators
+        .iter()
+        .enumerate()
+        .map(|(place, estimator)| entry(place, estimator))
+        .collect();
+    key.extend(start_entry(run));
+    Page {
+        header: Header {
+            title: "Errors of the normal forces, all estimators".to_owned(),
+            subtitle: format!(
+                "estimated minus true; means over {:.0} ms",
+                1e3 * run.stretch
+            ),
+            key,
+        },
+        axis: time_axis(run),
+        columns: vec![Column::of_own_scales(std::iter::once(rms).chain(wheels))],
+    }
+}
+
+fn layers<'a>(
+    run: &'a RunTraces,
+    trace: impl Fn(&'a EstimatorTraces) -> &'a super::trace::Trace,
+) -> impl Iterator<Item = Layer<'a>> {
+    run.estimators.iter().enumerate().map(move |(place, e)| {
+        let (color, dashes) = look_of(place);
+        Layer::Mean(trace(e), color, dashes)
+    })
+}
+
+fn entry(place: usize, estimator: &EstimatorTraces) -> Entry {
+    let (color, dashes) = look_of(place);
+    let style = line(color, 1.8);
+    let mark = if dashes {
+        Mark::Dashed(style)
+    } else {
+        Mark::Line(style)
+    };
+    let rmse = match estimator.accuracy.summary().normal_force {
+        Some(errors) => format!("RMSE {:.2} N", errors.rmse_all),
+        None => "nothing to compare".to_owned(),
+    };
+    Entry::new(mark, format!("{}: {rmse}", estimator.name))
+}

@@ -1,0 +1,79 @@
+//! Which of the paper's figures an estimator's figure is.
+
+use robhaz_estimator::EstimatorSettings;
+
+/// The preset of an estimator, as its settings say. Its label is the user's and says nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// The preset `paper-body`, Fig. 7.
+    PaperBody,
+    /// The preset `paper-wheels`, Fig. 8.
+    PaperWheels,
+    /// The preset `true-mass`.
+    TrueMass,
+    /// Any other settings.
+    Other,
+}
+
+impl Kind {
+    /// The preset that settings equal. The noise budget is the scene's, and the paper's method does not use it.
+    pub fn of(settings: &EstimatorSettings) -> Self {
+        let is = |preset: EstimatorSettings| {
+            let budget = settings.budget;
+            *settings == EstimatorSettings { budget, ..preset }
+        };
+        if is(EstimatorSettings::paper_body()) {
+            Self::PaperBody
+        } else if is(EstimatorSettings::paper_wheels()) {
+            Self::PaperWheels
+        } else if is(EstimatorSettings::true_mass()) {
+            Self::TrueMass
+        } else {
+            Self::Other
+        }
+    }
+
+    /// Stem of the file and title of the figure of an estimator with a label.
+    pub fn names(self, label: &str) -> (String, String) {
+        match self {
+            Self::PaperBody => (
+                format!("fig7_{label}"),
+                "Normal forces, linkage mass lumped to the body (the paper's Fig. 7)".to_owned(),
+            ),
+            Self::PaperWheels => (
+                format!("fig8_{label}"),
+                "Normal forces, linkage mass lumped to the wheels (the paper's Fig. 8)".to_owned(),
+            ),
+            Self::TrueMass | Self::Other => (
+                format!("normal_force_{label}"),
+                format!("Normal forces, estimator {label}"),
+            ),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use robhaz_estimator::{Method, PaperMethod};
+
+    /// A label of the user does not make an estimator the paper's, and a changed preset is not the paper's either.
+    #[test]
+    fn the_preset_decides_not_the_label() {
+        let best = Kind::of(&EstimatorSettings::best());
+        assert_eq!(best.names("paper-body").0, "normal_force_paper-body");
+        assert!(!best.names("paper-body").1.contains("Fig. 7"));
+        let body = Kind::of(&EstimatorSettings::paper_body());
+        assert_eq!(body.names("mine").0, "fig7_mine");
+        let wheels = Kind::of(&EstimatorSettings::paper_wheels());
+        assert!(wheels.names("mine").1.contains("Fig. 8"));
+        let changed = EstimatorSettings {
+            method: Method::Paper(PaperMethod {
+                observer_pole: 10.0,
+                ..PaperMethod::DEFAULT
+            }),
+            ..EstimatorSettings::paper_body()
+        };
+        assert_eq!(Kind::of(&changed), Kind::Other);
+    }
+}

@@ -1,0 +1,390 @@
+//! One panel: lines and areas over time, or over the place on the ground.
+
+use super::clip::{clamp, clip, range};
+use super::files::Drawn;
+use super::header::{dashed, write};
+use super::style::{
+    SCALE, START, band_color, estimate_line, frame_line, grid_line, line, spread_color, text,
+    truth_line, units, upward_text,
+};
+use super::trace::{Band, Point, Trace, outlines};
+use plotters::coord::Shift;
+use plotters::coord::ranged1d::{Ranged, ValueFormatter};
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, VPos};
+use std::ops::Range;
+
+/// Height of the title over a panel, px.
+pub const PANEL_TITLE: f64 = 22.0;
+/// Width of the labels left of it, px.
+pub const Y_LABELS: f64 = 58.0;
+/// Height of the labels below it, px.
+pub const X_LABELS: f64 = 40.0;
+
+/// What a panel shows. It is drawn in the order of the variants: areas below lines.
+pub enum Layer<'a> {
+    /// Two standard deviations around an estimate.
+    Band(&'a Band, RGBColor),
+    /// An estimate: the area of its values in each stretch of time, and the line of their means.
+    Estimate(&'a Trace, RGBColor),
+    /// True values, with every peak.
+    Truth(&'a Trace),
+    /// True values in a colour, with every peak.
+    Colored(&'a Trace, RGBColor),
+    /// Means alone, dashed or not: many estimates in one panel.
+    Mean(&'a Trace, RGBColor, bool),
+    /// A level, such as no error.
+    Level(f64),
+}
+
+impl Layer<'_> {
+    /// The values that set the range of the vertical axis: all true values, and estimates from a time on.
+    fn points(&self, from: f64) -> Vec<Point> {
+        let late = |pieces: Vec<Vec<Point>>| {
+            let points = pieces.into_iter().flatten();
+            points.filter(|p| p.0 >= from).collect()
+        };
+        match self {
+            Self::Band(band, _) => late(band.outlines()),
+            Self::Estimate(trace, _) => late(trace.extremes()),
+            Self::Mean(trace, _, _) => late(trace.means()),
+            Self::Truth(trace) | Self::Colored(trace, _) => {
+                trace.extremes().into_iter().flatten().collect()
+            }
+            Self::Level(value) => vec![(from, *value)],
+        }
+    }
+}
+
+/// One quantity, true and estimated.
+pub struct Panel<'a> {
+    /// What it shows, over its left corner.
+    pub title: String,
+    /// How well it fits, over its right corner.
+    pub note: String,
+    /// Quantity and unit.
+    pub y_label: &'static str,
+    /// Least height of the range, in the unit of the data.
+    pub least_span: f64,
+    /// Whether the vertical axis is logarithmic.
+    pub logarithmic: bool,
+    /// Height of the plot, px.
+    pub height: f64,
+    /// What it shows.
+    pub layers: Vec<Layer<'a>>,
+}
+
+/// The horizontal axis that panels share.
+#[derive(Clone)]
+pub struct Axis {
+    /// Quantity and unit.
+    pub label: &'static str,
+    /// First and last value.
+    pub range: Range<f64>,
+    /// Before this value estimates are not compared and do not set the range of the vertical axis.
+    pub compare_from: f64,
+}
+
+impl Panel<'_> {
+    /// The range of the vertical axis that several panels share.
+    ///
+    /// It holds the truth of the whole run and the estimates from `compare_from` on: an estimator's first samples, before
+    /// its filters have settled, do not set it. Where nothing is compared, all estimates count.
+    pub fn shared_range(panels: &[Self], axis: &Axis) -> Range<f64> {
+        let of = |from: f64| -> Vec<Point> {
+            let layers = panels.iter().flat_map(|panel| &panel.layers);
+            layers.flat_map(|layer| layer.points(from)).collect()
+        };
+        let compared = axis.compare_from < axis.range.end;
+        let points = of(if compared {
+            axis.compare_from
+        } else {
+            f64::NEG_INFINITY
+        });
+        let least_span = panels.iter().map(|p| p.least_span).fold(0.0, f64::max);
+        if panels.iter().all(|p| p.logarithmic) {
+            decades(&points)
+        } else {
+            range(points.iter(), least_span)
+        }
+    }
+
+    /// Draws the panel; `labelled` when it is the last of its column.
+    pub fn draw<DB>(
+        &self,
+        area: &DrawingArea<DB, Shift>,
+        axis: &Axis,
+        y: &Range<f64>,
+        labelled: bool,
+    ) -> Drawn
+    where
+        DB: DrawingBackend,
+        DB::ErrorType: 'static,
+    {
+        let width = f64::from(area.dim_in_pixel().0) / f64::from(SCALE);
+        self.texts(area, axis, width, y)?;
+        let mut builder = ChartBuilder::on(area);
+        builder
+            .margin_top(units(PANEL_TITLE))
+            .margin_right(units(2.0))
+            .set_label_area_size(LabelAreaPosition::Left, units(Y_LABELS))
+            .set_label_area_size(
+                LabelAreaPosition::Bottom,
+                if labelled { units(X_LABELS) } else { 0 },
+            );
+        if self.logarithmic {
+            let y_axis = (y.start..y.end).log_scale();
+            let mut chart = builder.build_cartesian_2d(axis.range.clone(), y_axis)?;
+            self.draw_on(&mut chart, axis, y)?;
+        } else {
+            let mut chart = builder.build_cartesian_2d(axis.range.clone(), y.clone())?;
+            self.draw_on(&mut chart, axis, y)?;
+        }
+        if labelled {
+            let middle = Y_LABELS + 0.5 * (width - Y_LABELS);
+            let bottom = PANEL_TITLE + self.height + X_LABELS - 4.0;
+            let style = text(12.5, FontStyle::Normal, HPos::Center, VPos::Bottom);
+            write(area, axis.label, (middle, bottom), style)?;
+        }
+        Ok(())
+    }
+
+    fn draw_on<DB, Y>(
+        &self,
+        chart: &mut ChartContext<'_, DB, Cartesian2d<plotters::coord::types::RangedCoordf64, Y>>,
+        axis: &Axis,
+        y: &Range<f64>,
+    ) -> Drawn
+    where
+        DB: DrawingBackend,
+        DB::ErrorType: 'static,
+        Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    {
+        let (left, right) = (axis.range.start, axis.range.end);
+        let start = axis.compare_from.clamp(left, right);
+        chart.draw_series([Rectangle::new(
+            [(left, y.start), (start, y.end)],
+            START.filled(),
+        )])?;
+        chart
+            .configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(grid_line())
+            .axis_style(frame_line())
+            .x_labels(11)
+            .y_labels(6)
+            .x_label_formatter(&tick)
+            .y_label_formatter(&tick)
+            .label_style(text(11.5, FontStyle::Normal, HPos::Center, VPos::Center))
+            .set_all_tick_mark_size(units(4.0))
+            .draw()?;
+        self.draw_areas(chart, y)?;
+        self.draw_lines(chart, axis, y)?;
+        let corners = [
+            (left, y.start),
+            (right, y.start),
+            (right, y.end),
+            (left, y.end),
+            (left, y.start),
+        ];
+        chart.draw_series([PathElement::new(corners, frame_line())])?;
+        Ok(())
+    }
+
+    fn draw_areas<DB, Y>(
+        &self,
+        chart: &mut ChartContext<'_, DB, Cartesian2d<plotters::coord::types::RangedCoordf64, Y>>,
+        y: &Range<f64>,
+    ) -> Drawn
+    where
+        DB: DrawingBackend,
+        DB::ErrorType: 'static,
+        Y: Ranged<ValueType = f64>,
+    {
+        for layer in &self.layers {
+            let (areas, color) = match layer {
+                Layer::Band(band, color) => (band.outlines(), band_color(*color)),
+                Layer::Estimate(trace, color) if trace.stride() > 1 => (
+                    outlines(&trace.lows(), &trace.highs()),
+                    spread_color(*color),
+                ),
+                _ => continue,
+            };
+            for area in areas {
+                chart.draw_series([Polygon::new(clamp(&area, y), color.filled())])?;
+            }
+        }
+        Ok(())
+    }
+
+    fn draw_lines<DB, Y>(
+        &self,
+        chart: &mut ChartContext<'_, DB, Cartesian2d<plotters::coord::types::RangedCoordf64, Y>>,
+        axis: &Axis,
+        y: &Range<f64>,
+    ) -> Drawn
+    where
+        DB: DrawingBackend,
+        DB::ErrorType: 'static,
+        Y: Ranged<ValueType = f64>,
+    {
+        // Wide lines below narrow ones.
+        let truths = self.layers.iter().filter_map(|layer| match layer {
+            Layer::Truth(trace) => Some((trace.extremes(), truth_line(), false)),
+            Layer::Level(value) => {
+                let ends = vec![(axis.range.start, *value), (axis.range.end, *value)];
+                Some((vec![ends], truth_line(), false))
+            }
+            _ => None,
+        });
+        let others = self.layers.iter().filter_map(|layer| match layer {
+            Layer::Colored(trace, color) => Some((trace.extremes(), line(*color, 1.4), false)),
+            Layer::Estimate(trace, color) => Some((trace.means(), estimate_line(*color), false)),
+            Layer::Mean(trace, color, dashes) => Some((trace.means(), line(*color, 1.2), *dashes)),
+            _ => None,
+        });
+        for (pieces, style, dashes) in truths.chain(others) {
+            for part in pieces.iter().flat_map(|piece| clip(piece, y)) {
+                if dashes {
+                    chart.draw_series([dashed(part, style)])?;
+                } else {
+                    chart.draw_series([PathElement::new(part, style)])?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Title, note and name of the vertical axis.
+    fn texts<DB>(
+        &self,
+        area: &DrawingArea<DB, Shift>,
+        axis: &Axis,
+        width: f64,
+        y: &Range<f64>,
+    ) -> Drawn
+    where
+        DB: DrawingBackend,
+        DB::ErrorType: 'static,
+    {
+        let middle = 0.55 * PANEL_TITLE;
+        let bold = text(12.5, FontStyle::Bold, HPos::Left, VPos::Center);
+        write(area, &self.title, (Y_LABELS, middle), bold)?;
+        let points = self.layers.iter().flat_map(|l| l.points(axis.compare_from));
+        let cut = if self.logarithmic {
+            None
+        } else {
+            cut(points, y)
+        };
+        let notes: Vec<&str> = [Some(self.note.as_str()), cut.as_deref()]
+            .into_iter()
+            .flatten()
+            .filter(|note| !note.is_empty())
+            .collect();
+        let right = text(12.0, FontStyle::Normal, HPos::Right, VPos::Center);
+        write(area, &notes.join(", "), (width - 2.0, middle), right)?;
+        let label = (9.0, PANEL_TITLE + 0.5 * self.height);
+        write(area, self.y_label, label, upward_text(12.0))
+    }
+}
+
+/// Decades that hold all values, at most six.
+fn decades(points: &[Point]) -> Range<f64> {
+    let logs = points
+        .iter()
+        .map(|p| p.1)
+        .filter(|v| *v > 0.0)
+        .map(f64::log10);
+    let (low, high) = logs.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+        (low.min(v), high.max(v))
+    });
+    let (low, high) = if low > high { (-1.0, 1.0) } else { (low, high) };
+    let high = high.ceil().max(low.floor() + 1.0);
+    // A little lower, so that rounding does not drop the label of the lowest decade.
+    0.999 * 10f64.powf(low.floor().max(high - 6.0))..10f64.powf(high)
+}
+
+/// Says so when a panel does not show all.
+fn cut(points: impl Iterator<Item = Point>, range: &Range<f64>) -> Option<String> {
+    let mut extremes = (f64::INFINITY, f64::NEG_INFINITY);
+    for (_, value) in points {
+        extremes = (extremes.0.min(value), extremes.1.max(value));
+    }
+    let (low, high) = extremes;
+    let below = low < range.start;
+    let above = high > range.end;
+    match (below, above) {
+        (true, true) => Some(format!("cut: values from {low:.0} to {high:.0}")),
+        (true, false) => Some(format!("cut: values down to {low:.0}")),
+        (false, true) => Some(format!("cut: values up to {high:.0}")),
+        (false, false) => None,
+    }
+}
+
+/// A tick's number without the noise of binary fractions.
+pub fn tick(value: &f64) -> String {
+    // Adding 0 turns -0 into 0.
+    format!("{}", (value * 1e6).round() / 1e6 + 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn trace(values: impl Fn(f64) -> f64) -> Trace {
+        let mut trace = Trace::new(201);
+        for k in 0..=200 {
+            let time = f64::from(k) / 100.0;
+            trace.add(time, Some(values(time)));
+        }
+        trace
+    }
+
+    fn panel(layers: Vec<Layer<'_>>) -> Panel<'_> {
+        Panel {
+            title: String::new(),
+            note: String::new(),
+            y_label: "N (N)",
+            least_span: 2.0,
+            logarithmic: false,
+            height: 100.0,
+            layers,
+        }
+    }
+
+    /// Closed form: truth 10 N at all times, estimate 12 N that starts at 900 N. From 0.5 s on 10 to 12 N are shown; with
+    /// the margin of 6 % of 2 N, the range is 9.88 to 12.12 N. If the start counts it reaches further.
+    #[test]
+    fn samples_before_the_filter_has_settled_do_not_set_the_range() {
+        let truth = trace(|_| 10.0);
+        let estimate = trace(|t| if t < 0.4 { 900.0 } else { 12.0 });
+        let panels = [panel(vec![
+            Layer::Truth(&truth),
+            Layer::Estimate(&estimate, BLACK),
+        ])];
+        let axis = |compare_from: f64| Axis {
+            label: "time (s)",
+            range: 0.0..2.0,
+            compare_from,
+        };
+        let range = Panel::shared_range(&panels, &axis(0.5));
+        assert!((range.start - 9.88).abs() < 1e-9 && (range.end - 12.12).abs() < 1e-9);
+        assert!(Panel::shared_range(&panels, &axis(0.0)).end > 100.0);
+        // Nothing is compared in a run of 2 s: all counts.
+        assert!(Panel::shared_range(&panels, &axis(3.0)).end > 100.0);
+    }
+
+    /// Closed form: whole decades around the values, six at most.
+    #[test]
+    fn a_logarithmic_range_has_whole_decades() {
+        let of = |values: &[f64]| decades(&values.iter().map(|v| (0.0, *v)).collect::<Vec<_>>());
+        let near = |found: Range<f64>, low: f64, high: f64| {
+            assert!((found.start / low - 0.999).abs() < 1e-12, "{found:?}");
+            assert!((found.end / high - 1.0).abs() < 1e-12, "{found:?}");
+        };
+        near(of(&[0.02, 5.0]), 0.01, 10.0);
+        near(of(&[1e-12, 5.0]), 1e-5, 10.0);
+        near(of(&[0.0]), 0.1, 10.0);
+        near(of(&[10.0]), 10.0, 100.0);
+    }
+}

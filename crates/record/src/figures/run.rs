@@ -1,0 +1,232 @@
+//! What is kept of a run for its figures, thinned out.
+
+use super::kind::Kind;
+use super::trace::{Band, Trace};
+use crate::accuracy::{Accuracy, Rms};
+use robhaz_estimator::Estimate;
+use robhaz_model::{Geometry, Pin, Vec2};
+use robhaz_run::Frame;
+use robhaz_scene::{EstimatorChoice, Scene, is_compared};
+use robhaz_score::rms_over_wheels;
+use robhaz_sim::Truth;
+use robhaz_terrain::Terrain;
+
+/// The pins of Fig. 5, and their titles.
+pub const PINS: [(Pin, &str); 3] = [(Pin::P, "Pin P"), (Pin::R, "Pin R"), (Pin::S, "Pin S")];
+const MM: f64 = 1e3;
+/// Poses of the robot that are kept of a whole run.
+const POSES: u64 = 600;
+
+/// What is kept of a run.
+pub struct RunTraces {
+    pub compare_from: f64,
+    /// Time of the last record, s.
+    pub end: f64,
+    /// Duration of a stretch of the traces, s.
+    pub stretch: f64,
+    /// True N and T of each wheel, N.
+    pub normal_force: [Trace; 3],
+    pub traction: [Trace; 3],
+    /// True N of each wheel over the place of its centre, N over m.
+    pub normal_force_at: [Trace; 3],
+    /// True x and y of each of [`PINS`] from Q, mm.
+    pub pins: [[Trace; 2]; 3],
+    pub estimators: Vec<EstimatorTraces>,
+    /// Which estimator Figs. 5 and 6 show.
+    pub shown: Option<Shown>,
+    /// The robot at equal distances of time, and at the end.
+    pub poses: Vec<Truth>,
+    records_per_pose: u64,
+    records: u64,
+    last: Option<Truth>,
+    pub terrain: Terrain,
+    pub geometry: Geometry,
+    /// Mean static load of a wheel, N.
+    pub mean_load: f64,
+}
+
+/// What is kept of an estimator.
+pub struct EstimatorTraces {
+    pub name: String,
+    pub kind: Kind,
+    pub normal_force: [Trace; 3],
+    /// N with two standard deviations; empty without a covariance.
+    pub band: [Band; 3],
+    /// Error of N, and two standard deviations around no error.
+    pub error: [Trace; 3],
+    pub error_band: [Band; 3],
+    /// RMS over the wheels of the error of N.
+    pub rms_error: Trace,
+    pub accuracy: Accuracy,
+}
+
+/// What Figs. 5 and 6 show beside N.
+pub struct Shown {
+    pub index: usize,
+    pub traction: [Trace; 3],
+    pub traction_band: [Band; 3],
+    pub pins: [[Trace; 2]; 3],
+    /// Errors of x and y of each of [`PINS`], mm.
+    pub pin_errors: [[Rms; 2]; 3],
+}
+
+impl RunTraces {
+    /// Nothing kept yet of a scene's run.
+    pub fn new(scene: &Scene) -> Self {
+        let records = scene.record_count();
+        let choices = &scene.estimators;
+        let true_mass = |e: &EstimatorChoice| Kind::of(&e.settings) == Kind::TrueMass;
+        let shown = choices
+            .iter()
+            .position(true_mass)
+            .or_else(|| choices.len().checked_sub(1));
+        let robot = &scene.robot.robot;
+        #[expect(clippy::cast_precision_loss, reason = "records of a stretch")]
+        let stretch = Trace::new(records).stride() as f64 / scene.record.rate;
+        Self {
+            compare_from: scene.record.compare_from,
+            end: 0.0,
+            stretch,
+            normal_force: traces(records),
+            traction: traces(records),
+            normal_force_at: traces(records),
+            pins: pin_traces(records),
+            estimators: choices
+                .iter()
+                .map(|e| EstimatorTraces::new(e, scene))
+                .collect(),
+            shown: shown.map(|index| Shown {
+                index,
+                traction: traces(records),
+                traction_band: bands(records),
+                pins: pin_traces(records),
+                pin_errors: Default::default(),
+            }),
+            poses: Vec::new(),
+            records_per_pose: records.div_ceil(POSES).max(1),
+            records: 0,
+            last: None,
+            terrain: Terrain::new(scene.terrain.profile.clone()),
+            geometry: robot.geometry.clone(),
+            mean_load: robot.mean_wheel_load(),
+        }
+    }
+
+    /// Adds one record.
+    pub fn add(&mut self, frame: &Frame<'_>) {
+        let (truth, time) = (frame.truth, frame.truth.time);
+        self.end = time;
+        for (i, wheel) in truth.wheels.iter().enumerate() {
+            self.normal_force[i].add(time, Some(wheel.normal_force));
+            self.traction[i].add(time, Some(wheel.traction));
+            self.normal_force_at[i].add(wheel.position.x, Some(wheel.normal_force));
+        }
+        for (traces, (pin, _)) in self.pins.iter_mut().zip(PINS) {
+            let from_q = true_from_q(truth, pin);
+            traces[0].add(time, Some(from_q.x));
+            traces[1].add(time, Some(from_q.y));
+        }
+        for (index, estimator) in self.estimators.iter_mut().enumerate() {
+            estimator.add(frame, index);
+        }
+        let compared = is_compared(time, self.compare_from);
+        if let Some(shown) = &mut self.shown {
+            shown.add(frame, compared);
+        }
+        if self.records.is_multiple_of(self.records_per_pose) {
+            self.poses.push(*truth);
+        }
+        self.records += 1;
+        self.last = Some(*truth);
+    }
+
+    /// The run has ended: the last pose is kept too.
+    pub fn finish(&mut self) {
+        self.poses.extend(self.last.take());
+    }
+}
+
+impl EstimatorTraces {
+    fn new(choice: &EstimatorChoice, scene: &Scene) -> Self {
+        let records = scene.record_count();
+        Self {
+            name: choice.name.clone(),
+            kind: Kind::of(&choice.settings),
+            normal_force: traces(records),
+            band: bands(records),
+            error: traces(records),
+            error_band: bands(records),
+            rms_error: Trace::new(records),
+            accuracy: Accuracy::new(&choice.name, scene.record.compare_from),
+        }
+    }
+
+    fn add(&mut self, frame: &Frame<'_>, index: usize) {
+        let (truth, time) = (frame.truth, frame.truth.time);
+        let estimate = frame.estimates.get(index);
+        self.accuracy.add(truth, estimate);
+        let estimate: Option<&Estimate> = estimate.and_then(|e| e.as_ref().ok());
+        for i in 0..3 {
+            let normal = estimate.map(|e| e.normal_force[i]);
+            let error = normal.map(|n| n - truth.wheels[i].normal_force);
+            let half = estimate.and_then(|e| e.sigma_normal(i)).map(|s| 2.0 * s);
+            self.normal_force[i].add(time, normal);
+            self.band[i].add(time, normal.zip(half));
+            self.error[i].add(time, error);
+            self.error_band[i].add(time, half.map(|h| (0.0, h)));
+        }
+        let rms = estimate.map(|e| rms_over_wheels(e, truth));
+        self.rms_error.add(time, rms);
+    }
+}
+
+impl Shown {
+    fn add(&mut self, frame: &Frame<'_>, compared: bool) {
+        let (truth, time) = (frame.truth, frame.truth.time);
+        let estimate = frame.estimates.get(self.index);
+        let estimate: Option<&Estimate> = estimate.and_then(|e| e.as_ref().ok());
+        for i in 0..3 {
+            let traction = estimate.map(|e| e.traction[i]);
+            let half = estimate.and_then(|e| e.sigma_traction(i)).map(|s| 2.0 * s);
+            self.traction[i].add(time, traction);
+            self.traction_band[i].add(time, traction.zip(half));
+        }
+        for (k, (pin, _)) in PINS.into_iter().enumerate() {
+            let from_q = estimate.map(|e| e.pin_from_q[index_of(pin)] * MM);
+            self.pins[k][0].add(time, from_q.map(|v| v.x));
+            self.pins[k][1].add(time, from_q.map(|v| v.y));
+            if let Some(from_q) = from_q.filter(|_| compared) {
+                let error = from_q - true_from_q(truth, pin);
+                self.pin_errors[k][0].add(error.x);
+                self.pin_errors[k][1].add(error.y);
+            }
+        }
+    }
+}
+
+fn traces(records: u64) -> [Trace; 3] {
+    [(); 3].map(|()| Trace::new(records))
+}
+
+fn bands(records: u64) -> [Band; 3] {
+    [(); 3].map(|()| Band::new(records))
+}
+
+fn pin_traces(records: u64) -> [[Trace; 2]; 3] {
+    [(); 3].map(|()| [Trace::new(records), Trace::new(records)])
+}
+
+/// True position of a pin from Q, mm.
+fn true_from_q(truth: &Truth, pin: Pin) -> Vec2 {
+    (truth.pin(pin).position - truth.pin(Pin::Q).position) * MM
+}
+
+/// Index of a pin in the arrays of an estimate, which are in the order of [`Pin::ALL`].
+fn index_of(pin: Pin) -> usize {
+    match pin {
+        Pin::P => 0,
+        Pin::Q => 1,
+        Pin::R => 2,
+        Pin::S => 3,
+    }
+}

@@ -1,0 +1,117 @@
+//! A copy of a recording whose layout is for pictures: no panels around the views, and the whole time on each axis.
+
+use crate::ViewerError;
+use crate::writer::{RrdFile, Target};
+use rerun::datatypes::{TimeInt, TimeRange, TimeRangeBoundary};
+use rerun::external::re_log_encoding::Decoder;
+use rerun::external::re_log_types::external::re_tuid::Tuid;
+use rerun::external::re_sdk_types::blueprint::archetypes::{
+    PanelBlueprint, TimeAxis, TimePanelBlueprint,
+};
+use rerun::external::re_sdk_types::blueprint::components::{LinkAxis, PanelState};
+use rerun::log::{Chunk, ChunkId, LogMsg, RowId};
+use rerun::{AsComponents, EntityPath, StoreId, StoreKind, TimePoint, Timeline};
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+/// What the viewer has around its views.
+const PANELS: [&str; 3] = ["top_panel", "blueprint_panel", "selection_panel"];
+/// Share of a run by which a time axis is longer: the label at its end needs room.
+const MARGIN: f64 = 0.05;
+/// What errors call the layout.
+const LAYOUT: &str = "the layout of a picture";
+/// Name of a plot's time axis in the layout.
+const TIME_AXIS: &str = "TimeAxis";
+
+/// A copy of a recording for pictures; gone when it is dropped.
+pub(crate) struct PrintCopy(pub(crate) PathBuf);
+
+impl PrintCopy {
+    /// Copies a recording that ends at a time (s) to a file beside the picture.
+    pub(crate) fn of(recording: &Path, beside: &Path, end: f64) -> Result<Self, ViewerError> {
+        let path = std::path::absolute(beside).map_err(|source| ViewerError::Create {
+            path: beside.to_owned(),
+            source,
+        })?;
+        let copy = Self(path.with_extension("partial.rrd"));
+        let destination = copy.0.display().to_string();
+        let file = RrdFile::create(&copy.0)?;
+        let mut out = RrdFile::begin(file).map_err(ViewerError::write(&destination))?;
+        let mut send = |message| out.send(message).map_err(ViewerError::write(&destination));
+
+        let file = File::open(recording).map_err(ViewerError::read(recording))?;
+        let messages = Decoder::decode_eager(BufReader::new(file));
+        let mut rows = Rows::default();
+        for message in messages.map_err(ViewerError::read(recording))? {
+            let message: LogMsg = message.map_err(ViewerError::read(recording))?;
+            match &message {
+                LogMsg::ArrowMsg(store, arrow) if store.kind() == StoreKind::Blueprint => {
+                    let chunk =
+                        Chunk::from_arrow_msg(arrow).map_err(ViewerError::read(recording))?;
+                    let entity = chunk.entity_path().clone();
+                    let store = store.clone();
+                    send(message)?;
+                    if entity.to_string().ends_with(TIME_AXIS) {
+                        send(rows.next(store, entity, &whole_time(end))?)?;
+                    }
+                }
+                LogMsg::BlueprintActivationCommand(command) => {
+                    let hidden = PanelBlueprint::new().with_state(PanelState::Hidden);
+                    for panel in PANELS {
+                        let store = command.blueprint_id.clone();
+                        send(rows.next(store, EntityPath::from(panel), &hidden)?)?;
+                    }
+                    let time = TimePanelBlueprint::new().with_state(PanelState::Hidden);
+                    let store = command.blueprint_id.clone();
+                    send(rows.next(store, EntityPath::from("time_panel"), &time)?)?;
+                    send(message)?;
+                }
+                _ => send(message)?,
+            }
+        }
+        out.finish().map_err(ViewerError::write(&destination))?;
+        Ok(copy)
+    }
+}
+
+impl Drop for PrintCopy {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+/// A time axis from zero to beyond the end of a run (s).
+fn whole_time(end: f64) -> TimeAxis {
+    #[expect(clippy::cast_possible_truncation, reason = "times of a run")]
+    let at = |time: f64| TimeRangeBoundary::Absolute(TimeInt((time * 1e9).round() as i64));
+    TimeAxis::new()
+        .with_link(LinkAxis::Independent)
+        .with_view_range(TimeRange {
+            start: at(-0.2 * MARGIN * end),
+            end: at((1.0 + MARGIN) * end),
+        })
+}
+
+/// Rows of a layout that count as later than those of [`crate::writer::Writer`].
+#[derive(Default)]
+struct Rows(u64);
+
+impl Rows {
+    fn next(
+        &mut self,
+        store: StoreId,
+        entity: EntityPath,
+        what: &dyn AsComponents,
+    ) -> Result<LogMsg, ViewerError> {
+        self.0 += 1;
+        let id = ChunkId::from_tuid(Tuid::from_nanos_and_inc(u64::MAX >> 2, self.0 << 32));
+        let time = TimePoint::default().with(Timeline::new_sequence("blueprint"), 1);
+        let chunk = Chunk::builder_with_id(id, entity)
+            .with_archetype(RowId::from_tuid((*id).next()), time, what)
+            .build()
+            .map_err(ViewerError::write(LAYOUT))?;
+        let message = chunk.to_arrow_msg().map_err(ViewerError::write(LAYOUT))?;
+        Ok(LogMsg::ArrowMsg(store, message))
+    }
+}
