@@ -322,11 +322,12 @@ fn track(interpolation: Interpolation, parts: u32) -> Profile {
     Profile::Heights(Heights::new(points, interpolation))
 }
 
-/// Invariance: more points on the same curve give the same ground.
+/// Invariance: more points on the same curve give the same ground. This does not hold for a monotone curve, whose slopes come from
+/// the points.
 #[test]
 fn more_points_on_the_ground_change_nothing() {
     for engine in EngineKind::ALL {
-        for interpolation in Interpolation::ALL {
+        for interpolation in [Interpolation::Spline, Interpolation::Corners] {
             let coarse = on(track(interpolation, 1), engine);
             let truth = truth_of(&coarse).unwrap();
             assert!(range(&truth) > 5.0);

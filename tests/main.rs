@@ -24,5 +24,6 @@ mod random_scenes;
 mod reference;
 mod sensors;
 mod support;
+mod tracks;
 #[cfg(feature = "viewer")]
 mod viewing;

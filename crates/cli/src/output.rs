@@ -104,10 +104,10 @@ impl OutputFolder {
         &self.partial
     }
 
-    /// Writes a small text file into the folder.
-    pub fn write(&self, name: &str, text: &str) -> Result<(), OutputError> {
+    /// Writes a file into the folder.
+    pub fn write(&self, name: &str, content: &[u8]) -> Result<(), OutputError> {
         let path = self.partial.join(name);
-        fs::write(&path, text).map_err(io_error("cannot write", &path))
+        fs::write(&path, content).map_err(io_error("cannot write", &path))
     }
 
     /// Does the folder hold tables that are not Parquet yet?

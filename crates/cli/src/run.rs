@@ -5,7 +5,7 @@ use crate::live::{Rerun, Viewing};
 use crate::output::OutputFolder;
 use crate::pace::{Pace, PaceSink};
 use crate::progress::Progress;
-use crate::terminal::say;
+use crate::terminal::{say, warn};
 use miette::{IntoDiagnostic, Result, WrapErr};
 use robhaz_record::{FigureSink, Summary, SummarySink, TableFormat, TableSink, comparison_table};
 use robhaz_run::{Run, RunEnd, RunError, Sink};
@@ -61,6 +61,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     overrides.extend(args.engine.iter().map(|kind| format!("engine.kind={kind}")));
     overrides.extend(args.seed.map(|seed| format!("seed={seed}")));
     let scene = Scene::load(&args.scene, &overrides)?;
+    warn(&scene);
     let target = args
         .out
         .clone()
@@ -77,7 +78,10 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
         env!("CARGO_PKG_VERSION"),
         scene.engine.kind.library()
     );
-    folder.write("scene.toml", &scene.to_toml(&version))?;
+    for track in &scene.terrain.tracks {
+        folder.write(&track.file_name(), &track.bytes)?;
+    }
+    folder.write("scene.toml", scene.to_toml(&version).as_bytes())?;
 
     viewing.record(folder.path())?;
     let mut sink = SummarySink::new();

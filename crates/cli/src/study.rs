@@ -1,7 +1,7 @@
 //! `robhaz study`: errors of a scene's estimators and of their stated covariance, over many seeds.
 
 use crate::interrupt::Interrupt;
-use crate::terminal::say;
+use crate::terminal::{say, warn};
 use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
 use robhaz_scene::Scene;
@@ -37,6 +37,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let mut overrides = args.set.clone();
     overrides.extend(args.engine.iter().map(|kind| format!("engine.kind={kind}")));
     let mut scene = Scene::load(&args.scene, &overrides)?;
+    warn(&scene);
     if args.ladder {
         scene.estimators = ladder();
     }

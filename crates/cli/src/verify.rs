@@ -1,7 +1,7 @@
 //! `robhaz verify`: can the simulated truth of a scene be trusted?
 
 use crate::interrupt::Interrupt;
-use crate::terminal::say;
+use crate::terminal::{say, warn};
 use indicatif::ProgressBar;
 use miette::{IntoDiagnostic, Result, bail};
 use robhaz_scene::Scene;
@@ -25,6 +25,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
         Some(path) => Scene::load(path, &args.set)?,
         None => Scene::parse("", "smooth", &PathBuf::new(), &args.set)?,
     };
+    warn(&scene);
     let progress = ProgressBar::new_spinner();
     progress.enable_steady_tick(Duration::from_millis(100));
     let shown = progress.clone();

@@ -5,7 +5,7 @@ use crate::live::{Rerun, Viewing};
 use crate::output_file::{Format, OutputFile};
 use crate::pace::{Pace, PaceSink};
 use crate::progress::Progress;
-use crate::terminal::say;
+use crate::terminal::{say, warn};
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
 use robhaz_run::Sink;
 use robhaz_scene::Scene;
@@ -69,7 +69,9 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     if let [scene] = args.what.as_slice()
         && is_scene(scene)
     {
-        return live(&Scene::load(scene, &args.set)?, args.pace, interrupt);
+        let scene = Scene::load(scene, &args.set)?;
+        warn(&scene);
+        return live(&scene, args.pace, interrupt);
     }
     let inputs = inputs(&args.what)?;
     // Named before anything is done, so that nothing is done in vain.

@@ -3,6 +3,7 @@
 //! | what | where | written by |
 //! |---|---|---|
 //! | tables of truth, readings and estimates | `truth`, `sensors`, `estimate-NAME`, `.parquet` or `.csv` | [`TableSink`] |
+//! | the ground | `terrain`, `.parquet` or `.csv` | [`TableSink`] |
 //! | the same while the run goes on, and where it was killed | `.arrows` in place of `.parquet` | [`TableSink`], [`recover`] |
 //! | how far each estimator was off | `summary.json` | [`SummarySink`], [`Summary`] |
 //! | Figs. 5 to 8 of the paper, all estimators, the way | `fig5_linkage.svg`, `fig5_linkage.pdf`, ... | [`FigureSink`] |
@@ -22,6 +23,7 @@ mod report;
 mod stream_table;
 mod summary;
 mod table;
+mod terrain_table;
 #[cfg(test)]
 mod testing;
 
@@ -64,8 +66,8 @@ mod tests {
             .map(|entry| entry.expect("a file").file_name())
             .collect();
         names.sort();
-        // Five tables; seven figures, each as SVG and PDF.
-        assert_eq!(names.len(), 5 + 14, "{names:?}");
+        // Six tables; seven figures, each as SVG and PDF.
+        assert_eq!(names.len(), 6 + 14, "{names:?}");
         for name in names {
             let [a, b] = [0, 1].map(|i| std::fs::read(folders[i].path().join(&name)));
             assert_eq!(a.expect("first"), b.expect("second"), "{name:?}");

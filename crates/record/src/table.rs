@@ -5,6 +5,7 @@ use crate::csv_table::{CsvTable, write_columns};
 use crate::error::{RecordError, check_name, io_error};
 use crate::parquet_table::{TornEnd, write_parquet};
 use crate::stream_table::StreamTable;
+use crate::terrain_table::write_terrain;
 use rayon::prelude::*;
 use robhaz_run::{Frame, RunEnd, Sink, SinkError};
 use robhaz_scene::Scene;
@@ -25,7 +26,7 @@ enum Writer {
     Csv(CsvTable),
 }
 
-/// Writes the tables `truth`, `sensors` and `estimate-NAME` of a run into a folder.
+/// Writes the tables `truth`, `sensors`, `estimate-NAME` and `terrain` of a run into a folder.
 ///
 /// While the run goes on, a Parquet table is a stream of Arrow batches (`.arrows`), to which rows go at least every simulated
 /// second; the end of the run makes Parquet of it and removes the stream. CSV tables grow in the same steps. So a run that
@@ -63,6 +64,7 @@ impl TableSink {
             ("scene", scene.name.clone()),
             ("robhaz_version", env!("CARGO_PKG_VERSION").to_owned()),
         ];
+        write_terrain(folder, self.format, scene, &metadata)?;
         self.writers = tables
             .into_iter()
             .map(|table| match self.format {
@@ -356,6 +358,7 @@ mod tests {
                     ]
                 })
             })
+            .chain(crate::terrain_table::rows_of_columns())
             .collect();
         assert_eq!(rows, expected);
     }

@@ -39,6 +39,7 @@ pub fn scene() -> Scene {
             kind: "flat",
             profile: Profile::Flat,
             stretches: Vec::new(),
+            tracks: Vec::new(),
         },
         estimators: vec![
             estimator("paper-body", EstimatorSettings::paper_body()),

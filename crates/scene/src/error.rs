@@ -1,16 +1,19 @@
 //! What is wrong with a scene: every problem names its file, line and key, what was found and what is allowed.
 
+use crate::excerpt::{Excerpt, harmless};
 use crate::source::{Origin, SourceKind};
 use miette::{Diagnostic, LabeledSpan, SourceCode};
 use std::fmt;
 
-/// One thing that is wrong. Its `Display` is one line that says everything.
+/// One thing that is wrong. Its `Display` is one line that says everything; control characters are written out.
 #[derive(Clone, Debug)]
 pub struct Problem {
     file: String,
+    line: Option<usize>,
     key: String,
     message: String,
     origin: Option<Origin>,
+    excerpt: Option<Excerpt>,
     /// A rule over several keys or a missing key: means nothing in a file that could be read in part only.
     pub(crate) whole: bool,
     pub(crate) syntax: bool,
@@ -18,23 +21,25 @@ pub struct Problem {
 
 impl Problem {
     pub(crate) fn at(origin: &Origin, key: &str, message: String) -> Self {
+        let source = &origin.source;
         Self {
-            file: origin.source.named.name().to_owned(),
-            key: key.to_owned(),
-            message,
+            line: (source.kind == SourceKind::File).then(|| origin.line()),
+            key: harmless(key),
             origin: Some(origin.clone()),
-            whole: false,
-            syntax: false,
+            excerpt: Some(Excerpt::of(origin)),
+            ..Self::unread(&source.name, message)
         }
     }
 
     /// A file of which not even the text is known.
     pub(crate) fn unread(file: &str, message: String) -> Self {
         Self {
-            file: file.to_owned(),
+            file: harmless(file),
+            line: None,
             key: String::new(),
-            message,
+            message: harmless(&message),
             origin: None,
+            excerpt: None,
             whole: false,
             syntax: false,
         }
@@ -65,8 +70,7 @@ impl Problem {
 
     /// The line in the file, from 1; `None` for an override and for a file that cannot be read.
     pub fn line(&self) -> Option<usize> {
-        let origin = self.origin.as_ref()?;
-        (origin.source.kind == SourceKind::File).then(|| origin.line())
+        self.line
     }
 
     /// The full dotted key; empty where there is none.
@@ -98,37 +102,50 @@ impl std::error::Error for Problem {}
 
 impl Diagnostic for Problem {
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        let origin = self.origin.as_ref()?;
-        Some(&origin.source.named)
+        let excerpt = self.excerpt.as_ref()?;
+        Some(excerpt)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let origin = self.origin.as_ref()?;
-        let label = LabeledSpan::new_with_span(None, origin.span.clone());
+        let label = LabeledSpan::new_with_span(None, self.excerpt.as_ref()?.span);
         Some(Box::new(std::iter::once(label)))
     }
 }
 
-/// Everything that is wrong with a scene, at least one problem.
+/// What is wrong with a scene, at least one problem and at most 20 of each file.
 ///
-/// `Display` gives the first problem and how many more there are; [`SceneError::problems`] gives all. As a
+/// `Display` gives the first problem and how many more there are; [`SceneError::problems`] gives those that are shown. As a
 /// [`Diagnostic`] it shows the first problem's place, and the others as related ones.
 #[derive(Debug)]
 pub struct SceneError {
     /// On the heap, so that a result that holds an error stays small.
     first: Box<Problem>,
     rest: Vec<Problem>,
+    /// How many problems there are in all.
+    count: usize,
 }
 
 impl SceneError {
-    pub(crate) fn new(first: Problem, rest: Vec<Problem>) -> Self {
+    /// `count` is the number of all problems, also of those that are not shown.
+    pub(crate) fn new(first: Problem, rest: Vec<Problem>, count: usize) -> Self {
         Self {
             first: Box::new(first),
             rest,
+            count,
         }
     }
 
-    /// All problems: file by file in the order of their lines, those of overrides last.
+    pub(crate) fn unread(file: &str, message: String) -> Self {
+        Self::new(Problem::unread(file, message), Vec::new(), 1)
+    }
+
+    /// How many problems there are in all.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The problems that are shown: file by file in the order of their lines, those of overrides last. Of a file with more
+    /// than 20, the first 20 and a last one that says how many more there are.
     pub fn problems(&self) -> impl Iterator<Item = &Problem> {
         std::iter::once(&*self.first).chain(&self.rest)
     }
@@ -137,7 +154,7 @@ impl SceneError {
 impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.first.fmt(f)?;
-        match self.rest.len() {
+        match self.count - 1 {
             0 => Ok(()),
             1 => f.write_str(" (and 1 more problem)"),
             n => write!(f, " (and {n} more problems)"),

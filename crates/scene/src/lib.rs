@@ -5,8 +5,11 @@
 //! defaults and [`reference()`] come from that declaration.
 
 mod checks;
+mod columns;
 mod error;
 mod estimators;
+mod excerpt;
+mod file;
 mod key;
 mod load;
 mod model_error;
@@ -26,6 +29,7 @@ mod source;
 mod suggest;
 mod terrain;
 mod terrain_keys;
+mod track;
 mod units;
 mod write;
 
@@ -38,3 +42,4 @@ pub use scene::{
     EngineChoice, EstimatorChoice, RecordChoice, RobotChoice, Scene, SensorChoice, TerrainChoice,
     is_compared,
 };
+pub use track::Track;

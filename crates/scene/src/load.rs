@@ -1,13 +1,15 @@
 //! From a file to a [`Scene`].
 
-use crate::error::{Problem, SceneError};
+use crate::error::SceneError;
 use crate::key::Key;
 use crate::model_error::ModelError;
 use crate::reader::Reader;
 use crate::scene::{Scene, SensorChoice};
 use crate::sections::SECTIONS;
 use crate::source::{Node, Source};
-use crate::{checks, estimators, name, overrides, robot, seed, sensors, terrain, terrain_keys};
+use crate::{
+    checks, estimators, file, name, overrides, robot, seed, sensors, terrain, terrain_keys,
+};
 use std::path::Path;
 
 /// A table that the reader ignores: the resolved scene says there which versions wrote it.
@@ -36,9 +38,9 @@ impl Scene {
     /// [`SceneError`] with everything that is wrong, in the file, in files that it names, and in the overrides.
     pub fn load(path: &Path, overrides: &[String]) -> Result<Self, SceneError> {
         let shown = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|error| {
-            let message = format!("cannot be read: {error}; allowed: a scene file in TOML, UTF-8");
-            SceneError::new(Problem::unread(&shown, message), Vec::new())
+        let text = file::read_toml(path).map_err(|error| {
+            let message = format!("{error}; allowed: a scene file in TOML, UTF-8");
+            SceneError::unread(&shown, message)
         })?;
         let base_dir = path.parent().unwrap_or(Path::new(""));
         Self::parse(&text, &shown, base_dir, overrides)
@@ -57,6 +59,7 @@ impl Scene {
         base_dir: &Path,
         overrides: &[String],
     ) -> Result<Self, SceneError> {
+        file::check_toml(text).map_err(|error| SceneError::unread(source_name, error))?;
         let mut reader = Reader::new(base_dir.to_owned());
         let mut root = reader.document(&Source::file(source_name, text));
         for text in overrides {

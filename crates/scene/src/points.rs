@@ -1,23 +1,33 @@
 //! Points that the ground goes through, in the scene itself or in a file of their own.
 
+use crate::columns::{Choice, Column};
 use crate::error::Problem;
-use crate::key::{Key, Number};
+use crate::file;
+use crate::key::{Key, Number, SWITCH};
 use crate::range::at_least;
-use crate::reader::{Reader, join};
-use crate::source::{Node, Origin, Source, Value};
+use crate::reader::{Reader, grouped, join};
+use crate::source::{Node, Value};
 use crate::terrain_keys::Shape;
+use crate::track::{self, Track};
 use crate::units::LENGTH;
 use robhaz_model::Vec2;
-use std::sync::Arc;
 
-/// More points than this are a mistake.
+/// More points than this belong into a file.
 const MOST: usize = 100_000;
 const POINTS: &str =
     "an array of 2 to 100000 points [x, y], each at least -1000 and at most 1000, x increasing";
-const FILE: &str = "the path of a .csv file with lines x,y in m, relative to the scene file";
+const FILE: &str =
+    "the path of a .csv file of at most 2000000 points and 100 MB, relative to the scene file";
+const COLUMN: &str = "a name of the first line, or a number from 1";
 
 /// The keys of kind `heights` that are read here.
 pub(crate) const KEYS: &[Key<Shape>] = &[
+    Key::own(
+        "points",
+        "none",
+        POINTS,
+        "kind heights only: points that the ground goes through, m; heights count from the first",
+    ),
     Key::own(
         "file",
         "none",
@@ -25,12 +35,33 @@ pub(crate) const KEYS: &[Key<Shape>] = &[
         "kind heights only: points from a file; either this or points",
     ),
     Key::own(
-        "points",
+        "x_column",
+        "by the first line, else the first",
+        COLUMN,
+        "kind heights with file only: the column of x",
+    ),
+    Key::own(
+        "height_column",
+        "by the first line, else the second",
+        COLUMN,
+        "kind heights with file only: the column of the height",
+    ),
+    Key::own(
+        "sort",
+        "off",
+        "\"off\", \"on\"",
+        "kind heights with file only: lines may come in any order; those of the same x become one point at their mean height",
+    ),
+    Key::own(
+        "file_hash",
         "none",
-        POINTS,
-        "kind heights only: points that the ground goes through, m; heights count from the first",
+        "\"sha256:\" and 64 digits",
+        "kind heights with file only: hash that the file must have; a run writes it for its copy",
     ),
 ];
+
+/// The keys that say more of a file.
+const OF_FILE: [&str; 4] = ["x_column", "height_column", "sort", "file_hash"];
 
 /// A coordinate.
 const COORDINATE: Number = Number {
@@ -38,20 +69,30 @@ const COORDINATE: Number = Number {
     range: at_least(-1000.0).at_most(1000.0),
 };
 
-/// Reads the points of a table.
-pub(crate) fn read(reader: &mut Reader, node: &Node, path: &str) -> Vec<Vec2> {
+/// Reads the points of a table, and the file that they come from.
+pub(crate) fn read(reader: &mut Reader, node: &Node, path: &str) -> (Vec<Vec2>, Option<Track>) {
     match (node.get("file"), node.get("points")) {
         (Some(file), None) => {
-            let path = join(path, "file");
-            let points = from_file(reader, file, &path);
-            points.map_or(Vec::new(), |p| of_nodes(reader, &p, &path))
+            let track = from_file(reader, node, file, path);
+            track.map_or((Vec::new(), None), |(points, track)| (points, Some(track)))
         }
-        (None, Some(points)) => of_nodes(reader, points, &join(path, "points")),
+        (None, Some(points)) => {
+            for key in OF_FILE {
+                if let Some(given) = node.get(key) {
+                    reader.refuse(
+                        given,
+                        &join(path, key),
+                        "no such key beside points; it belongs to file",
+                    );
+                }
+            }
+            (of_nodes(reader, points, &join(path, "points")), None)
+        }
         (file, _) => {
             let found = if file.is_some() { "both" } else { "neither" };
             let message = format!("found {found} of file and points, allowed: one of them");
             reader.push(Problem::at(&node.origin, path, message).whole());
-            Vec::new()
+            (Vec::new(), None)
         }
     }
 }
@@ -59,6 +100,13 @@ pub(crate) fn read(reader: &mut Reader, node: &Node, path: &str) -> Vec<Vec2> {
 fn of_nodes(reader: &mut Reader, node: &Node, path: &str) -> Vec<Vec2> {
     let items = match &node.value {
         Value::Array(items) if (2..=MOST).contains(&items.len()) => items,
+        Value::Array(items) => {
+            let count = grouped(items.len());
+            reader.complain(&node.origin, path, || {
+                format!("found {count} points, allowed: {POINTS}; more can stand in a file")
+            });
+            return Vec::new();
+        }
         _ => {
             reader.refuse(node, path, POINTS);
             return Vec::new();
@@ -79,58 +127,71 @@ fn of_nodes(reader: &mut Reader, node: &Node, path: &str) -> Vec<Vec2> {
     points
 }
 
-/// The lines of a file as an array of points.
-fn from_file(reader: &mut Reader, node: &Node, path: &str) -> Option<Node> {
-    let Value::Text(name) = &node.value else {
-        reader.refuse(node, path, FILE);
+/// The points of a file.
+fn from_file(
+    reader: &mut Reader,
+    node: &Node,
+    file: &Node,
+    path: &str,
+) -> Option<(Vec<Vec2>, Track)> {
+    let key = join(path, "file");
+    let Value::Text(name) = &file.value else {
+        reader.refuse(file, &key, FILE);
         return None;
     };
-    let file = reader.base_dir.join(name);
-    let shown = file.display().to_string();
-    match std::fs::read_to_string(&file) {
-        Ok(text) => Some(lines(&Source::file(&shown, &text))),
+    let choice = choice(reader, node, path)?;
+    let found = reader.base_dir.join(name);
+    let bytes = match file::read(&found, file::MOST_TRACK) {
+        Ok(bytes) => bytes,
         Err(error) => {
-            let found = node.origin.found();
-            let message =
-                format!("found {found}, but {shown} cannot be read: {error}; allowed: {FILE}");
-            reader.push(Problem::at(&node.origin, path, message));
-            None
+            let shown = found.display();
+            reader.complain(&file.origin, &key, || {
+                let name = file.origin.found();
+                format!("found {name}, but {shown} {error}; allowed: {FILE}")
+            });
+            return None;
+        }
+    };
+    let points = track::read(reader, (&found, &key), &bytes, &choice)?;
+    let track = Track {
+        part: None,
+        bytes: bytes.into(),
+        choice,
+    };
+    if let Some(given) = node.get("file_hash") {
+        let hash = track.hash();
+        if !matches!(&given.value, Value::Text(text) if *text == hash) {
+            let allowed = format!("{hash}, which the file has: it is not the one that was meant");
+            reader.refuse(given, &join(path, "file_hash"), &allowed);
         }
     }
+    Some((points, track))
 }
 
-/// Every line is a point, but for empty ones, those that start with `#`, and a first one `x,y` that names the columns.
-fn lines(source: &Arc<Source>) -> Node {
-    let text = source.named.inner();
-    let origin = |part: &str| {
-        let start = part.as_ptr() as usize - text.as_ptr() as usize;
-        Origin {
-            source: Arc::clone(source),
-            span: start..start + part.len(),
+/// What the scene says of a file; `None` after a problem.
+fn choice(reader: &mut Reader, node: &Node, path: &str) -> Option<Choice> {
+    let mark = reader.mark();
+    let mut column = |key: &str| -> Option<Column> {
+        let given = node.get(key)?;
+        match &given.value {
+            Value::Text(name) if !name.trim().is_empty() => Some(Column::Name(name.clone())),
+            Value::Integer(Some(number), _) if (1..=100_000).contains(number) => {
+                usize::try_from(*number).ok().map(Column::Number)
+            }
+            _ => {
+                reader.refuse(given, &join(path, key), COLUMN);
+                None
+            }
         }
     };
-    let cell = |cell: &str| {
-        let cell = cell.trim();
-        Node {
-            origin: origin(cell),
-            value: cell
-                .parse()
-                .map_or_else(|_| Value::Text(cell.to_owned()), Value::Float),
-        }
+    let (x, height) = (column("x_column"), column("height_column"));
+    let sort = node
+        .get("sort")
+        .and_then(|given| reader.word(SWITCH, given, &join(path, "sort")));
+    let choice = Choice {
+        x,
+        height,
+        sort: sort == Some(1),
     };
-    let is_header = |line: &str| line.split(',').map(str::trim).eq(["x", "y"]);
-    let rows = text
-        .lines()
-        .map(|line| line.trim_start_matches('\u{feff}').trim())
-        .filter(|line| !line.is_empty() && !line.starts_with('#'))
-        .enumerate()
-        .filter(|(i, line)| *i > 0 || !is_header(line))
-        .map(|(_, line)| Node {
-            origin: origin(line),
-            value: Value::Array(line.split(',').map(cell).collect()),
-        });
-    Node {
-        value: Value::Array(rows.collect()),
-        origin: origin(text),
-    }
+    (reader.mark() == mark).then_some(choice)
 }

@@ -1,17 +1,31 @@
 //! Reads tables by the declarations of their keys and collects every problem.
 
 use crate::error::{Problem, SceneError};
+use crate::excerpt::harmless;
 use crate::key::{Field, Key, Number, SWITCH, Words, quoted};
 use crate::source::{Entry, Node, Origin, Source, SourceKind, Value, document};
 use crate::suggest::{home_of, nearest};
 use crate::units::UnitError;
 use robhaz_model::Vec2;
+use std::collections::{BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::sync::Arc;
+
+/// Most problems of a file that are shown.
+const SHOWN: usize = 20;
+/// Most problems of a file that are looked at in full. The sections of a file are not read in the order of its lines: the
+/// first ones by line are among these unless there are many more.
+const KEPT: usize = 1000;
 
 /// Collects what is wrong while a scene is read.
 pub(crate) struct Reader {
     problems: Vec<Problem>,
+    /// How many of them each source has, by its name.
+    kept: HashMap<String, usize>,
+    /// How many more each source has, which were only counted.
+    hidden: HashMap<String, usize>,
+    /// The sections in which those are.
+    hidden_sections: BTreeSet<String>,
     /// Paths in the scene are relative to this folder.
     pub base_dir: PathBuf,
 }
@@ -20,35 +34,63 @@ impl Reader {
     pub fn new(base_dir: PathBuf) -> Self {
         Self {
             problems: Vec::new(),
+            kept: HashMap::new(),
+            hidden: HashMap::new(),
+            hidden_sections: BTreeSet::new(),
             base_dir,
         }
     }
 
     /// How many problems there are so far.
     pub fn mark(&self) -> usize {
-        self.problems.len()
+        self.problems.len() + self.hidden.values().sum::<usize>()
+    }
+
+    /// How many problems a source has so far.
+    pub fn problems_of(&self, source: &str) -> usize {
+        let count = |of: &HashMap<String, usize>| of.get(source).copied().unwrap_or(0);
+        count(&self.kept) + count(&self.hidden)
     }
 
     /// Whether no problem lies under one of these keys.
     pub fn is_clean(&self, keys: &[&str]) -> bool {
         let under = |key: &str| keys.iter().any(|k| key.starts_with(k));
-        !self.problems.iter().any(|p| under(p.key()))
+        let hidden = self.hidden_sections.iter().any(|s| under(s));
+        !hidden && !self.problems.iter().any(|p| under(p.key()))
+    }
+
+    /// Adds a problem of a place. Its message is made only where it can be shown: a file with a million mistakes is read
+    /// as fast as one without.
+    pub fn complain(&mut self, origin: &Origin, key: &str, message: impl FnOnce() -> String) {
+        let name = &origin.source.name;
+        if self.kept.get(name).is_none_or(|count| *count < KEPT) {
+            return self.push(Problem::at(origin, key, message()));
+        }
+        self.hide(name, 1);
+        if let Some((section, _)) = key.split_once(['.', '[']) {
+            self.hidden_sections.insert(format!("{section}."));
+        }
     }
 
     pub fn push(&mut self, problem: Problem) {
+        let name = match problem.origin() {
+            Some(origin) => origin.source.name.clone(),
+            None => problem.file().to_owned(),
+        };
+        *self.kept.entry(name).or_default() += 1;
         self.problems.push(problem);
+    }
+
+    /// Counts problems of a source that are not shown.
+    pub fn hide(&mut self, source: &str, count: usize) {
+        if count > 0 {
+            *self.hidden.entry(source.to_owned()).or_default() += count;
+        }
     }
 
     /// Something else was found than is allowed.
     pub fn refuse(&mut self, node: &Node, path: &str, allowed: &str) {
-        let found = node.origin.found();
-        let kind = match node.value {
-            // Texts and numbers show what they are.
-            Value::Text(_) | Value::Float(_) | Value::Integer(..) => String::new(),
-            _ => format!(" ({})", node.type_name()),
-        };
-        let message = format!("found {found}{kind}, allowed: {allowed}");
-        self.push(Problem::at(&node.origin, path, message));
+        self.complain(&node.origin, path, || refusal(node, allowed));
     }
 
     /// Parses a text as TOML; syntax errors become problems.
@@ -59,29 +101,45 @@ impl Reader {
             .filter(|e| e.breaks_structure)
             .map(|e| e.origin.line())
             .min();
-        for error in errors {
-            let line = whole_line(&error.origin);
+        for error in errors.iter().take(KEPT) {
+            let line = error.origin.whole_line();
             let message = format!("TOML does not allow this: {}; found: {line}", error.message);
             let mut problem = Problem::at(&error.origin, "", message).syntax();
             // Marks the file as one of which the rest may be misread.
             problem.whole = Some(error.origin.line()) == broken;
             self.push(problem);
         }
+        self.hide(&source.name, errors.len().saturating_sub(KEPT));
         node
     }
 
-    /// The scene, or all problems.
+    /// The scene, or its problems.
     pub fn finish<T>(self, value: T) -> Result<T, SceneError> {
         let mut problems = without_echoes(self.problems);
+        let mut hidden: HashMap<String, usize> = HashMap::new();
+        for (source, count) in self.hidden {
+            *hidden.entry(harmless(&source)).or_default() += count;
+        }
+        let count = problems.len() + hidden.values().sum::<usize>();
         let place = |p: &Problem| {
             let line = p.line();
             (line.is_none(), p.file().to_owned(), line)
         };
         problems.sort_by_cached_key(place);
-        let mut problems = problems.into_iter();
-        match problems.next() {
+        let mut shown = Vec::new();
+        for of_file in problems.chunk_by(|a, b| a.file() == b.file()) {
+            let file = of_file[0].file();
+            shown.extend(of_file.iter().take(SHOWN).cloned());
+            let more = of_file.len().saturating_sub(SHOWN) + hidden.remove(file).unwrap_or(0);
+            if more > 0 {
+                let message = format!("and {} more problems", grouped(more));
+                shown.push(Problem::unread(file, message));
+            }
+        }
+        let mut shown = shown.into_iter();
+        match shown.next() {
             None => Ok(value),
-            Some(first) => Err(SceneError::new(first, problems.collect())),
+            Some(first) => Err(SceneError::new(first, shown.collect(), count)),
         }
     }
 
@@ -131,14 +189,15 @@ impl Reader {
 
     /// A key that its table does not have.
     pub fn unknown(&mut self, entry: &Entry, path: &str, allowed: &[&str]) {
-        let mut message = format!("unknown key, allowed: {}", allowed.join(", "));
-        if let Some(near) = nearest(&entry.key, allowed) {
-            message += &format!("; did you mean {near}?");
-        } else if let Some(home) = home_of(&entry.key) {
-            message += &format!("; {} belongs to {home}", entry.key);
-        }
-        let path = join(path, &entry.key);
-        self.push(Problem::at(&entry.origin, &path, message));
+        self.complain(&entry.origin, &join(path, &short_key(&entry.key)), || {
+            let mut message = format!("unknown key, allowed: {}", allowed.join(", "));
+            if let Some(near) = nearest(&entry.key, allowed) {
+                message += &format!("; did you mean {near}?");
+            } else if let Some(home) = home_of(&entry.key) {
+                message += &format!("; {} belongs to {home}", entry.key);
+            }
+            message
+        });
     }
 
     fn field<T>(&mut self, key: &Key<T>, node: &Node, path: &str, into: &mut T) {
@@ -250,16 +309,20 @@ impl Reader {
     pub fn word(&mut self, words: Words, node: &Node, path: &str) -> Option<usize> {
         let text = match &node.value {
             Value::Text(text) => text.as_str(),
+            // A switch can be written as TOML does.
+            Value::Boolean(on) if words == SWITCH => SWITCH[usize::from(*on)],
             _ => "",
         };
         if let Some(index) = words.iter().position(|w| *w == text) {
             return Some(index);
         }
-        let mut allowed = quoted(words);
-        if let Some(near) = nearest(text, words) {
-            allowed += &format!("; did you mean \"{near}\"?");
-        }
-        self.refuse(node, path, &allowed);
+        self.complain(&node.origin, path, || {
+            let mut allowed = quoted(words);
+            if let Some(near) = nearest(text, words) {
+                allowed += &format!("; did you mean \"{near}\"?");
+            }
+            refusal(node, &allowed)
+        });
         None
     }
 
@@ -304,11 +367,37 @@ pub(crate) fn join(path: &str, name: &str) -> String {
     }
 }
 
-/// The text of the line on which something starts.
-fn whole_line(origin: &Origin) -> String {
-    let text = origin.source.named.inner();
-    let line = text.lines().nth(origin.line() - 1).unwrap_or_default();
-    line.trim().chars().take(60).collect()
+/// What was found and what is allowed.
+fn refusal(node: &Node, allowed: &str) -> String {
+    let found = node.origin.found();
+    let kind = match node.value {
+        // Texts and numbers show what they are.
+        Value::Text(_) | Value::Float(_) | Value::Integer(..) => String::new(),
+        _ => format!(" ({})", node.type_name()),
+    };
+    format!("found {found}{kind}, allowed: {allowed}")
+}
+
+/// A key as messages name it: 60 characters of it at most.
+fn short_key(key: &str) -> String {
+    const LONGEST: usize = 60;
+    match key.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}...", &key[..end]),
+        None => key.to_owned(),
+    }
+}
+
+/// A count with a space between groups of three digits.
+pub(crate) fn grouped(count: usize) -> String {
+    let digits = count.to_string();
+    let mut out = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push(' ');
+        }
+        out.push(digit);
+    }
+    out
 }
 
 /// Leaves out problems that only echo a syntax error: those on its line, those after a line from which on the file may

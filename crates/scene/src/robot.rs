@@ -1,6 +1,7 @@
 //! `[robot]`: geometry and masses, by name, from a file, or written in the scene.
 
 use crate::error::Problem;
+use crate::file;
 use crate::key::{Key, quoted};
 use crate::reader::{Reader, join};
 use crate::robot_keys::{GEOMETRY, LINK_CG, MASSES};
@@ -249,11 +250,11 @@ impl Part {
         }
         let path = reader.base_dir.join(name);
         let shown = path.display().to_string();
-        match std::fs::read_to_string(&path) {
+        match file::read_toml(&path) {
             Ok(text) => Some(reader.document(&Source::file(&shown, &text))),
             Err(error) => {
                 let message = format!(
-                    "found {}, but {shown} cannot be read: {error}; allowed: {}",
+                    "found {}, but {shown} {error}; allowed: {}",
                     node.origin.found(),
                     self.allowed()
                 );

@@ -1,6 +1,7 @@
 //! A scene with every choice made: the result of reading a scene file.
 
 use crate::model_error::{ModelError, ModelErrorTooLarge};
+use crate::track::Track;
 use crate::{estimators, robot, terrain};
 use robhaz_estimator::{EstimatorSettings, NoiseBudget};
 use robhaz_model::Robot;
@@ -60,6 +61,8 @@ pub struct TerrainChoice {
     pub profile: Profile,
     /// Parts of it with friction coefficients of their own, from rear to front; they do not overlap.
     pub stretches: Vec<Stretch>,
+    /// The files that its points come from: a run's folder gets a copy of each, under [`Track::file_name`].
+    pub tracks: Vec<Track>,
 }
 
 /// The sensors.
@@ -105,6 +108,10 @@ pub struct RecordChoice {
     /// Errors count from this time on, s: what comes before is rest and starting.
     pub compare_from: f64,
 }
+
+/// A curve may leave the heights of two neighbouring points by this share of the ground's whole height without a warning: a
+/// spline through the summit of a hill that is well sampled does.
+const OVERSHOOT: f64 = 0.05;
 
 /// Times closer than this are the same, s: a record's time is a rounded multiple of the period.
 const SAME_TIME: f64 = 1e-9;
@@ -192,6 +199,33 @@ impl Scene {
             period: 1.0 / self.sensors.rate,
             balance: false,
         }
+    }
+
+    /// What is allowed but may not be meant, a line each.
+    pub fn warnings(&self) -> Vec<String> {
+        let parts: Vec<(String, &Profile)> = match &self.terrain.profile {
+            Profile::Course(course) => {
+                let parts = course.profiles().enumerate();
+                parts
+                    .map(|(i, p)| (format!("terrain.part[{i}]"), p))
+                    .collect()
+            }
+            one => vec![("terrain".to_owned(), one)],
+        };
+        let overshoot = |(path, profile): &(String, &Profile)| {
+            let Profile::Heights(heights) = profile else {
+                return None;
+            };
+            let found = heights.overshoot().filter(|o| o.share > OVERSHOOT)?;
+            Some(format!(
+                "{path}: near x = {:.3} m the spline leaves the heights of its points by {:.3} m, {:.0} % of the height from the \
+                 lowest to the highest; interpolation = \"monotone\" stays between them",
+                found.x,
+                found.beyond,
+                100.0 * found.share
+            ))
+        };
+        parts.iter().filter_map(overshoot).collect()
     }
 
     /// The sensors of this scene, with what its seed draws for them.

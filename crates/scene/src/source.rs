@@ -1,8 +1,8 @@
 //! A file or an override as a tree whose every node knows where it was written.
 
-use miette::NamedSource;
+use std::collections::HashSet;
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use toml::de::{DeInteger, DeTable, DeValue};
 
 /// Where text comes from.
@@ -18,23 +18,52 @@ pub(crate) enum SourceKind {
 #[derive(Debug)]
 pub(crate) struct Source {
     pub kind: SourceKind,
-    pub named: NamedSource<String>,
+    pub name: String,
+    pub text: String,
+    /// Byte at which each line starts; found once, on demand.
+    line_starts: OnceLock<Vec<usize>>,
 }
 
 impl Source {
-    pub fn file(name: &str, text: &str) -> Arc<Self> {
+    fn new(kind: SourceKind, name: String, text: &str) -> Arc<Self> {
         Arc::new(Self {
-            kind: SourceKind::File,
-            named: NamedSource::new(name, text.to_owned()).with_language("TOML"),
+            kind,
+            name,
+            text: text.to_owned(),
+            line_starts: OnceLock::new(),
         })
+    }
+
+    pub fn file(name: &str, text: &str) -> Arc<Self> {
+        Self::new(SourceKind::File, name.to_owned(), text)
     }
 
     /// An override `key=value` as given to `--set`.
     pub fn set(text: &str) -> Arc<Self> {
-        Arc::new(Self {
-            kind: SourceKind::Override,
-            named: NamedSource::new(format!("--set {text}"), text.to_owned()),
+        Self::new(SourceKind::Override, format!("--set {text}"), text)
+    }
+
+    fn line_starts(&self) -> &[usize] {
+        self.line_starts.get_or_init(|| {
+            let breaks = self.text.bytes().enumerate().filter(|(_, b)| *b == b'\n');
+            std::iter::once(0)
+                .chain(breaks.map(|(i, _)| i + 1))
+                .collect()
         })
+    }
+
+    /// The line of a byte, from 1.
+    pub fn line_of(&self, byte: usize) -> usize {
+        self.line_starts().partition_point(|start| *start <= byte)
+    }
+
+    /// The bytes of a line (from 1) without its line break; `None` where there is no such line.
+    pub fn line_span(&self, line: usize) -> Option<Range<usize>> {
+        let starts = self.line_starts();
+        let start = *starts.get(line.checked_sub(1)?)?;
+        let end = starts.get(line).map_or(self.text.len(), |next| next - 1);
+        let text = self.text.get(start..end)?;
+        Some(start..start + text.trim_end_matches('\r').len())
     }
 }
 
@@ -49,8 +78,7 @@ pub(crate) struct Origin {
 impl Origin {
     /// The line, from 1.
     pub fn line(&self) -> usize {
-        let before = self.source.named.inner().bytes().take(self.span.start);
-        1 + before.filter(|b| *b == b'\n').count()
+        self.source.line_of(self.span.start)
     }
 
     pub fn is_override(&self) -> bool {
@@ -59,18 +87,39 @@ impl Origin {
 
     /// What is written there, short enough for a message of one line.
     pub fn found(&self) -> String {
-        const LONGEST: usize = 60;
-        let text = self.source.named.inner();
-        let text = text.get(self.span.clone()).unwrap_or_default();
-        let line = text.split_whitespace().collect::<Vec<_>>().join(" ");
-        if line.is_empty() {
-            return "nothing".to_owned();
-        }
-        match line.char_indices().nth(LONGEST) {
-            Some((end, _)) => format!("{} ...", &line[..end]),
-            None => line,
+        let text = self.source.text.get(self.span.clone());
+        match shortened(text.unwrap_or_default()) {
+            line if line.is_empty() => "nothing".to_owned(),
+            line => line,
         }
     }
+
+    /// The start of the line on which it is written.
+    pub fn whole_line(&self) -> String {
+        let span = self.source.line_span(self.line()).unwrap_or_default();
+        shortened(self.source.text.get(span).unwrap_or_default())
+    }
+}
+
+/// A text on one line and cut after 60 characters. Reads no more of the text than it needs.
+fn shortened(text: &str) -> String {
+    const LONGEST: usize = 60;
+    let mut line = String::new();
+    let mut count = 0;
+    for word in text.split_whitespace() {
+        if count > 0 {
+            line.push(' ');
+            count += 1;
+        }
+        for c in word.chars() {
+            if count >= LONGEST {
+                return line.trim_end().to_owned() + " ...";
+            }
+            line.push(c);
+            count += 1;
+        }
+    }
+    line
 }
 
 /// A value and where it was written.
@@ -87,6 +136,7 @@ pub(crate) enum Value {
     Float(f64),
     /// A whole number, where it fits, and its value as a float.
     Integer(Option<i128>, f64),
+    Boolean(bool),
     /// What no key takes: its type in words.
     Other(&'static str),
     Array(Vec<Node>),
@@ -125,6 +175,7 @@ impl Node {
             Value::Text(_) => "a text",
             Value::Float(_) => "a number",
             Value::Integer(..) => "a whole number",
+            Value::Boolean(_) => "a boolean",
             Value::Other(name) => name,
             Value::Array(_) => "an array",
             Value::Table(_) => "a table",
@@ -161,14 +212,15 @@ pub(crate) struct SyntaxError {
 
 /// Reads a TOML document as far as it can be read, and lists what is wrong with it.
 pub(crate) fn document(source: &Arc<Source>) -> (Node, Vec<SyntaxError>) {
-    let (table, errors) = DeTable::parse_recoverable(source.named.inner());
+    let (table, errors) = DeTable::parse_recoverable(&source.text);
     let place = Place { source, offset: 0 };
     let node = Node::table(&place.origin(table.span()), place.entries(table.get_ref()));
     let mut found: Vec<SyntaxError> = Vec::new();
+    let mut lines = HashSet::new();
     for error in errors {
         let origin = place.origin(error.span().unwrap_or(0..0));
         // One mistake can make many errors; the first of a line says it.
-        if found.iter().any(|e| e.origin.line() == origin.line()) {
+        if !lines.insert(origin.line()) {
             continue;
         }
         let message = error.message();
@@ -184,7 +236,7 @@ pub(crate) fn document(source: &Arc<Source>) -> (Node, Vec<SyntaxError>) {
 
 /// The part of a source from `offset` on as a TOML value; as a text when it is none.
 pub(crate) fn value_or_text(source: &Arc<Source>, offset: usize) -> Node {
-    let text = source.named.inner().get(offset..).unwrap_or_default();
+    let text = source.text.get(offset..).unwrap_or_default();
     let place = Place { source, offset };
     match DeValue::parse(text) {
         Ok(value) => place.node(value.get_ref(), value.span()),
@@ -213,7 +265,7 @@ impl Place<'_> {
             DeValue::Integer(integer) => whole(integer),
             // Too great a number becomes infinite, which no range contains.
             DeValue::Float(float) => Value::Float(float.as_str().parse().unwrap_or(f64::NAN)),
-            DeValue::Boolean(_) => Value::Other("a boolean"),
+            DeValue::Boolean(value) => Value::Boolean(*value),
             DeValue::Datetime(_) => Value::Other("a date or time"),
             DeValue::Array(items) => {
                 let items = items.iter();

@@ -1,11 +1,18 @@
 //! "Did you mean": the nearest of the allowed names, or the section that a misplaced key belongs to.
 
-use crate::reference::reference;
+use crate::reference::{KeyReference, reference};
+use std::sync::LazyLock;
+
+/// A name longer than this is no typing error of a key, characters: comparing takes a time that grows with its length.
+const LONGEST: usize = 64;
 
 /// The allowed name that a typing error most likely meant: few letters wrong, or the same start.
 pub(crate) fn nearest<'a>(found: &str, allowed: &[&'a str]) -> Option<&'a str> {
     /// How much two names must have in common, of 1; the start counts more.
     const ALIKE: f64 = 0.85;
+    if found.len() > LONGEST {
+        return None;
+    }
     let found = found.to_lowercase();
     // Three letters in ten may be wrong, but never all of them.
     let tolerance = (found.chars().count() * 3 / 10).max(1);
@@ -30,11 +37,12 @@ pub(crate) fn nearest<'a>(found: &str, allowed: &[&'a str]) -> Option<&'a str> {
 
 /// The table that has a key of this name, as written in a file.
 pub(crate) fn home_of(name: &str) -> Option<String> {
+    // Made once: to put it together takes milliseconds.
+    static KEYS: LazyLock<Vec<KeyReference>> = LazyLock::new(reference);
     let suffix = format!(".{name}");
-    let mut keys = reference();
-    keys.retain(|k| k.key.ends_with(&suffix));
+    let keys = KEYS.iter().filter(|k| k.key.ends_with(&suffix));
     // A section rather than an item of a list.
-    let key = keys.into_iter().min_by_key(|k| k.key.contains("[]"))?;
+    let key = keys.min_by_key(|k| k.key.contains("[]"))?;
     let section = key.key.strip_suffix(&suffix)?;
     Some(match section.strip_suffix("[]") {
         Some(list) => format!("[[{list}]]"),

@@ -9,6 +9,7 @@ use crate::terrain_keys::{
     BUMP, BUMPS, DEFAULT, NO_BUMP, NO_STRETCH, PARTS, PATH, SHAPE, STRETCH, STRETCHES, Shape,
     allowed_in, common, kinds, taken_by,
 };
+use crate::track::Track;
 use robhaz_sim::friction::Stretch;
 use robhaz_terrain::{Bump, Course, Heights, Interpolation, Profile};
 
@@ -25,6 +26,25 @@ pub(crate) fn default() -> TerrainChoice {
         kind: DEFAULT,
         profile: Profile::smooth(),
         stretches: Vec::new(),
+        tracks: Vec::new(),
+    }
+}
+
+/// A ground as it is read.
+struct Ground {
+    kind: &'static str,
+    profile: Profile,
+    /// The files that it comes from.
+    tracks: Vec<Track>,
+}
+
+impl Ground {
+    fn new(kind: &'static str, profile: Profile) -> Self {
+        Self {
+            kind,
+            profile,
+            tracks: Vec::new(),
+        }
     }
 }
 
@@ -33,10 +53,11 @@ pub(crate) fn read(reader: &mut Reader, root: &Node, seed: u64) -> TerrainChoice
     match root.get(PATH) {
         None => default(),
         Some(node) => {
-            let (kind, profile) = ground(reader, node, PATH, seed);
+            let ground = ground(reader, node, PATH, seed);
             TerrainChoice {
-                kind,
-                profile,
+                kind: ground.kind,
+                profile: ground.profile,
+                tracks: ground.tracks,
                 stretches: read_stretches(reader, node),
             }
         }
@@ -44,14 +65,14 @@ pub(crate) fn read(reader: &mut Reader, root: &Node, seed: u64) -> TerrainChoice
 }
 
 /// Reads a table that describes a ground.
-fn ground(reader: &mut Reader, node: &Node, path: &str, seed: u64) -> (&'static str, Profile) {
+fn ground(reader: &mut Reader, node: &Node, path: &str, seed: u64) -> Ground {
     let chosen = node.get("kind");
     let kind = match chosen {
         None => DEFAULT,
         Some(chosen) => match reader.word(kinds(path), chosen, &join(path, "kind")) {
             Some(index) => kinds(path)[index],
             // Which keys belong to it is then unknown.
-            None => return (DEFAULT, Profile::smooth()),
+            None => return Ground::new(DEFAULT, Profile::smooth()),
         },
     };
     let mark = reader.mark();
@@ -76,14 +97,27 @@ fn ground(reader: &mut Reader, node: &Node, path: &str, seed: u64) -> (&'static 
             foreign(reader, entry, path, kind, owners);
         }
     }
+    let mut tracks = Vec::new();
     let profile = match kind {
         "flat" => Profile::Flat,
         "bumps" => Profile::Bumps(read_bumps(reader, node, path)),
-        "parts" => Profile::Course(Course::new(read_parts(reader, node, path, seed))),
+        "parts" => {
+            let parts = read_parts(reader, node, path, seed);
+            let profiles = parts.into_iter().enumerate().map(|(i, part)| {
+                let of_part = |track| Track {
+                    part: Some(i),
+                    ..track
+                };
+                tracks.extend(part.tracks.into_iter().map(of_part));
+                part.profile
+            });
+            Profile::Course(Course::new(profiles.collect()))
+        }
         "heights" => {
-            let points = points::read(reader, node, path);
+            let (points, track) = points::read(reader, node, path);
+            tracks.extend(track);
             let way = Interpolation::ALL[shape.interpolation];
-            Profile::Heights(Heights::new(points, way))
+            Profile::Heights(Heights::with_smoothing(points, way, shape.smoothing))
         }
         _ => {
             whole_numbers(reader, node, path, kind, &shape);
@@ -97,7 +131,11 @@ fn ground(reader: &mut Reader, node: &Node, path: &str, seed: u64) -> (&'static 
     if let (true, Err(error)) = (reader.mark() == mark, profile.check()) {
         reader.refuse(node, path, &error.to_string());
     }
-    (kind, profile)
+    Ground {
+        kind,
+        profile,
+        tracks,
+    }
 }
 
 /// Complains of counts that are no whole numbers.
@@ -146,7 +184,7 @@ fn read_bumps(reader: &mut Reader, node: &Node, path: &str) -> Vec<Bump> {
     bumps
 }
 
-fn read_parts(reader: &mut Reader, node: &Node, path: &str, seed: u64) -> Vec<Profile> {
+fn read_parts(reader: &mut Reader, node: &Node, path: &str, seed: u64) -> Vec<Ground> {
     reader.require(PARTS, node, path);
     let Some(node) = node.get("part") else {
         return Vec::new();
@@ -161,7 +199,7 @@ fn read_parts(reader: &mut Reader, node: &Node, path: &str, seed: u64) -> Vec<Pr
     };
     let items = items.iter().enumerate();
     items
-        .map(|(i, item)| ground(reader, item, &format!("{path}[{i}]"), seed).1)
+        .map(|(i, item)| ground(reader, item, &format!("{path}[{i}]"), seed))
         .collect()
 }
 

@@ -24,7 +24,7 @@ pub(crate) const DEFAULT: &str = "smooth";
 const CLASSES: Words = &["A", "B", "C", "D", "E", "F", "G", "H"];
 
 /// Ways from point to point, as [`Interpolation::ALL`].
-const WAYS: Words = &["spline", "corners"];
+const WAYS: Words = &["monotone", "spline", "corners"];
 
 /// The numbers of all kinds that are described by a few.
 #[derive(Clone, Copy)]
@@ -51,6 +51,7 @@ pub(crate) struct Shape {
     pub fade: f64,
     pub seed: u64,
     pub interpolation: usize,
+    pub smoothing: f64,
 }
 
 /// The key of every kind.
@@ -319,7 +320,14 @@ pub(crate) const SHAPE: &[Key<Shape>] = &[
         WAYS,
         |b| b.interpolation,
         |b, i| b.interpolation = i,
-        "kind heights only: a natural cubic spline through the points, or straight pieces with corners",
+        "kind heights only: a smooth curve that stays between its points, a natural cubic spline, or straight pieces with corners",
+    ),
+    Key::number(
+        "smoothing",
+        LENGTH,
+        at_least(0.0).at_most(100.0),
+        |b| &mut b.smoothing,
+        "kind heights only: waves of this length are halved, shorter ones taken out; 0 for none",
     ),
 ];
 
@@ -336,7 +344,8 @@ pub(crate) fn taken_by(key: &str) -> &'static [&'static str] {
         "class" | "shortest" | "longest" | "extent" | "fade" | "seed" => &["rough"],
         "bumps" => &["bumps"],
         "part" => &["parts"],
-        "file" | "points" | "interpolation" => &["heights"],
+        "interpolation" | "smoothing" => &["heights"],
+        key if points::KEYS.iter().any(|k| k.name == key) => &["heights"],
         _ => &[],
     }
 }
@@ -374,6 +383,7 @@ impl Default for Shape {
             fade: 0.0,
             seed: 0,
             interpolation: 0,
+            smoothing: 0.0,
         };
         for (kind, course) in [
             ("cosbump", Profile::cosbump()),
@@ -408,6 +418,7 @@ impl Shape {
             }
             Profile::Heights(ref heights) => {
                 self.interpolation = heights.interpolation() as usize;
+                self.smoothing = heights.smoothing();
             }
             Profile::CosBump(b) => {
                 (self.height, self.centre, self.half_width) = (b.height, b.centre, b.half_width);

@@ -6,6 +6,13 @@ pub(crate) struct Unit {
     to_si: fn(f64) -> f64,
 }
 
+impl Unit {
+    /// A number of this unit in SI.
+    pub fn to_si(&self, value: f64) -> f64 {
+        (self.to_si)(value)
+    }
+}
+
 /// The units in which a key may be written: SI first. None for a pure number.
 pub(crate) struct Dimension {
     pub units: &'static [Unit],
@@ -60,6 +67,9 @@ dimension!(
     CONTACT_STIFFNESS: "N/m^n"
 );
 
+/// A longer text is no unit, bytes.
+const LONGEST_UNIT: usize = 200;
+
 impl Dimension {
     /// Name of the SI unit; empty for a pure number.
     pub fn si(&self) -> &'static str {
@@ -78,6 +88,9 @@ impl Dimension {
         if number.is_infinite() {
             return Err(UnitError::TooLarge);
         }
+        if rest.len() > LONGEST_UNIT {
+            return Err(UnitError::Wrong("...".to_owned()));
+        }
         let unit = rest.split_whitespace().collect::<Vec<_>>().join(" ");
         if unit.is_empty() {
             return Err(UnitError::NoUnit);
@@ -91,13 +104,17 @@ impl Dimension {
 
 /// The longest start of a text that is a number, and what follows it; infinite where the number is too large for a double.
 fn leading_number(text: &str) -> Option<(f64, &str)> {
-    let ends = text.char_indices().map(|(i, _)| i).chain([text.len()]);
-    ends.collect::<Vec<_>>().into_iter().rev().find_map(|end| {
+    /// No number that means anything is written with more characters.
+    const LONGEST: usize = 400;
+    // No `inf`, `nan` or `infinity`: digits only.
+    let is_plain = |c: char| "0123456789+-.eE".contains(c);
+    let plain = text.find(|c| !is_plain(c)).unwrap_or(text.len());
+    if plain > LONGEST {
+        return None;
+    }
+    (0..=plain).rev().find_map(|end| {
         let (number, rest) = text.split_at(end);
-        // No `inf`, `nan` or `infinity`: digits only.
-        let plain = number.chars().all(|c| "0123456789+-.eE".contains(c));
-        let value = number.parse::<f64>().ok()?;
-        plain.then_some((value, rest))
+        Some((number.parse::<f64>().ok()?, rest))
     })
 }
 

@@ -1,5 +1,6 @@
 //! The resolved scene as a file: every choice written out with its unit, to be run again as it was.
 
+use crate::columns::Column;
 use crate::estimators;
 use crate::key::{Field, Key, SWITCH};
 use crate::load::IGNORED;
@@ -8,12 +9,14 @@ use crate::robot_keys;
 use crate::scene::Scene;
 use crate::sections::SECTIONS;
 use crate::terrain_keys::{self, Shape};
+use crate::track::Track;
 use robhaz_model::Vec2;
 use robhaz_terrain::{Bump, Profile};
 use std::fmt::Write;
 
 impl Scene {
-    /// The scene as a file that reads back as exactly this scene, wherever it lies. `version` says what wrote it, such
+    /// The scene as a file that reads back as exactly this scene, wherever it lies; its [tracks](crate::TerrainChoice::tracks) must lie beside
+    /// it, each under [`Track::file_name`]. `version` says what wrote it, such
     /// as `robhaz 0.1.0, rapier2d 0.36.1`.
     pub fn to_toml(&self, version: &str) -> String {
         let mut out = Out::default();
@@ -69,13 +72,20 @@ fn write_robot(out: &mut Out, scene: &Scene) {
 fn write_terrain(out: &mut Out, scene: &Scene) {
     let terrain = &scene.terrain;
     out.head(&format!("[{}]", terrain_keys::PATH), "the ground");
-    write_ground(out, terrain.kind, &terrain.profile);
+    let track = |part| terrain.tracks.iter().find(|t| t.part == part);
+    write_ground(out, terrain.kind, &terrain.profile, track(None));
+    if let Profile::Course(course) = &terrain.profile {
+        for (i, part) in course.profiles().enumerate() {
+            out.head(&format!("[[{}.part]]", terrain_keys::PATH), "");
+            write_ground(out, terrain_keys::kind_of(part), part, track(Some(i)));
+        }
+    }
 }
 
-fn write_ground(out: &mut Out, kind: &str, profile: &Profile) {
+fn write_ground(out: &mut Out, kind: &str, profile: &Profile, track: Option<&Track>) {
     out.key("kind", &text(kind), "");
     match profile {
-        Profile::Flat => {}
+        Profile::Flat | Profile::Course(_) => {}
         Profile::Bumps(bumps) if kind == terrain_keys::DEFAULT => {
             out.line("# These bumps are what the kind stands for:");
             for line in bump_lines(bumps) {
@@ -83,10 +93,11 @@ fn write_ground(out: &mut Out, kind: &str, profile: &Profile) {
             }
         }
         Profile::Bumps(bumps) => bump_lines(bumps).iter().for_each(|l| out.line(l)),
-        Profile::Course(course) => {
-            for part in course.profiles() {
-                out.head(&format!("[[{}.part]]", terrain_keys::PATH), "");
-                write_ground(out, terrain_keys::kind_of(part), part);
+        Profile::Heights(heights) => {
+            write_shape(out, kind, profile);
+            match track {
+                Some(track) => write_track(out, track),
+                None => write_points(out, heights.points()),
             }
         }
         profile => write_shape(out, kind, profile),
@@ -98,19 +109,37 @@ fn write_shape(out: &mut Out, kind: &str, profile: &Profile) {
     for key in terrain_keys::shape_keys(kind) {
         out.field(key, &mut shape);
     }
-    match profile {
-        Profile::Rough(rough) => {
-            out.key("seed", &rough.settings().seed.to_string(), "");
-        }
-        Profile::Heights(heights) => {
-            out.line("points = [ # m");
-            for at in heights.points() {
-                out.line(&format!("    {},", point(*at)));
-            }
-            out.line("]");
-        }
-        _ => {}
+    if let Profile::Rough(rough) = profile {
+        out.key("seed", &rough.settings().seed.to_string(), "");
     }
+}
+
+fn write_points(out: &mut Out, points: &[Vec2]) {
+    out.line("points = [ # m");
+    for at in points {
+        out.line(&format!("    {},", point(*at)));
+    }
+    out.line("]");
+}
+
+fn write_track(out: &mut Out, track: &Track) {
+    out.key(
+        "file",
+        &text(&track.file_name()),
+        "the copy beside this file",
+    );
+    out.key("file_hash", &text(&track.hash()), "");
+    let column = |column: &Column| match column {
+        Column::Name(name) => text(name),
+        Column::Number(number) => number.to_string(),
+    };
+    let choice = &track.choice;
+    for (key, chosen) in [("x_column", &choice.x), ("height_column", &choice.height)] {
+        if let Some(chosen) = chosen {
+            out.key(key, &column(chosen), "");
+        }
+    }
+    out.key("sort", &text(SWITCH[usize::from(choice.sort)]), "");
 }
 
 fn write_stretches(out: &mut Out, scene: &Scene) {

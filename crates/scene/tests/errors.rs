@@ -581,22 +581,21 @@ fn points_of_the_ground() {
         })
     };
     assert!(read("x,y\r\n# a comment\r\n0,0\r\n\r\n1.5, 2e-2\r\n").is_ok());
-    let found = read("x, y\n0, 0\n1, high\n2\n").map(|_| ());
-    let line = |line, index, rest: &str| format!("a.csv:{line}: terrain.file[{index}]{rest}");
-    let found = found.unwrap_err();
-    let mut found = found.lines();
+    let found = read("x, y\n0, 0\n1, high\n2\n").map(|_| ()).unwrap_err();
     let number =
-        "a number of at least -1000 and at most 1000, in m, or a text with a unit (m, cm, mm, um)";
-    let expected = line(3, 1, &format!("[1]: found high, allowed: {number}"));
-    assert_eq!(found.next().unwrap(), expected);
-    let expected = line(
-        4,
-        2,
-        &format!(": found 2 (an array), allowed: [x, y], each {number}"),
+        "allowed: a number with a decimal point or comma, from -1000 m to 1000 m (separator comma)";
+    assert_eq!(
+        found,
+        format!(
+            "a.csv:3: terrain.file: found \"high\" in column \"y\", {number}\n\
+             a.csv:4: terrain.file: found nothing in column \"y\", {number}"
+        )
     );
-    assert_eq!(found.next().unwrap(), expected);
     let found = read("0,0\n0,1\n").map(|_| ()).unwrap_err();
-    assert!(found.starts_with("a.csv:2: terrain.file[1]: found 0,1 (an array), allowed: x above"));
+    assert_eq!(
+        found,
+        "a.csv:2: terrain.file: found x = 0 m, allowed: x above that of the point before, 0 m; or sort = \"on\""
+    );
 }
 
 #[test]

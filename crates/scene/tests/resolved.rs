@@ -28,10 +28,14 @@ fn load(name: &str, overrides: &[String]) -> Scene {
     Scene::load(Path::new(&file), overrides).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Written and read back under another name and in a folder without anything in it.
+/// Written and read back under another name and in a folder with nothing in it but the copies of tracks.
 fn again(scene: &Scene) -> Scene {
     let text = scene.to_toml("robhaz 0.1.0, rapier2d 0.36.1");
-    Scene::parse(&text, "runs/1/scene.toml", Path::new("/nowhere"), &[])
+    let folder = tempfile::tempdir().unwrap();
+    for track in &scene.terrain.tracks {
+        std::fs::write(folder.path().join(track.file_name()), &track.bytes).unwrap();
+    }
+    Scene::parse(&text, "runs/1/scene.toml", folder.path(), &[])
         .unwrap_or_else(|e| panic!("{e}\n{text}"))
 }
 
@@ -75,6 +79,19 @@ fn choices_of_every_kind_come_back() {
             "terrain.kind=heights",
             "terrain.points=[[1, 0.2], ['150 cm', 0.1], [2, 0.3]]",
             "terrain.interpolation=corners",
+            "terrain.smoothing='3 cm'",
+        ],
+        vec![
+            "terrain.kind=heights",
+            "terrain.file=../terrains/track.csv",
+            "terrain.x_column=X",
+            "terrain.height_column=2",
+            "terrain.sort=true",
+            "terrain.interpolation=monotone",
+        ],
+        vec![
+            "terrain.kind=parts",
+            "terrain.part=[{kind='step',start=-9},{kind='heights',file='../terrains/track.csv'}]",
         ],
         vec![
             "terrain.kind=sine",

@@ -93,6 +93,15 @@ impl Edge {
         ]
     }
 
+    /// Height (m), slope (-) and second derivative (1/m) at x, on any edge but a riser.
+    pub fn eval(&self, x: f64) -> [f64; 3] {
+        if x >= self.to.x {
+            return [self.to.y, self.slopes[1], self.second_derivatives[1]];
+        }
+        let [rise, slope, bend] = self.rise(x - self.from.x);
+        [self.from.y + rise, slope, bend]
+    }
+
     /// Height at x (m), m; on a riser that of `to`.
     pub fn height(&self, x: f64) -> f64 {
         if self.is_riser() {

@@ -20,6 +20,7 @@ mod ramp;
 mod rough;
 mod sine;
 mod stairs;
+mod survey;
 mod terrain;
 
 pub use bumps::Bump;
@@ -27,12 +28,13 @@ pub use contact::Contact;
 pub use cosbump::CosBump;
 pub use course::Course;
 pub use ditch::Ditch;
-pub use heights::{Heights, Interpolation};
+pub use heights::{Heights, Interpolation, Overshoot};
 pub use profile::{Profile, ProfileError};
 pub use ramp::Ramp;
 pub use rough::{Rough, RoughClass, RoughSettings};
 pub use sine::Sine;
 pub use stairs::Stairs;
+pub use survey::Surveyed;
 pub use terrain::Terrain;
 
 /// A point or direction in the plane (x forward, y up).

@@ -51,6 +51,10 @@ impl Terrain {
         &self.ground.profile
     }
 
+    pub(crate) fn edges(&self) -> &[Edge] {
+        &self.ground.edges
+    }
+
     /// Whether the ground has corners: joints where the tangent turns by more than 0.01 rad (0.6 deg). There the
     /// contact force of a wheel can rise within less than a millisecond.
     pub fn has_corners(&self) -> bool {
@@ -389,7 +393,7 @@ mod tests {
                 let found = contacts(&terrain, centre.x, centre.y, 0.1);
                 // A concave corner is touched on both sides.
                 let most = match interpolation {
-                    crate::Interpolation::Spline => 1,
+                    crate::Interpolation::Monotone | crate::Interpolation::Spline => 1,
                     crate::Interpolation::Corners => 2,
                 };
                 assert!(

@@ -1,0 +1,277 @@
+//! Which columns of a track are x and height, and in which units.
+
+use crate::units::{LENGTH, Unit};
+use csv::ByteRecord;
+
+/// What a track must look like, for messages.
+pub(crate) const HEADER_RULE: &str = "columns separated by comma, semicolon or tab; either two columns, x and height in m, or a \
+     first line that names x and height (also y, z, elevation), with units such as x [mm]; among more columns x_column and \
+     height_column choose by name or number";
+
+/// Names of the columns that are x and height, in small letters.
+const X: &[&str] = &[
+    "x", "distance", "dist", "position", "pos", "station", "chainage",
+];
+const HEIGHT: &[&str] = &["height", "y", "z", "h", "elevation", "elev", "altitude"];
+
+/// How a scene says that a column is to be found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Column {
+    /// By its name, with or without the unit.
+    Name(String),
+    /// By its number from 1.
+    Number(usize),
+}
+
+/// What a scene says of a track.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Choice {
+    pub x: Option<Column>,
+    pub height: Option<Column>,
+    /// Whether lines may come in any order of x.
+    pub sort: bool,
+}
+
+/// The columns of a track.
+pub(crate) struct Columns {
+    /// Whether the first line names them.
+    pub is_header: bool,
+    /// How many there are.
+    pub count: usize,
+    /// Index of that with x.
+    pub x: usize,
+    /// Index of that with the height.
+    pub height: usize,
+    names: Vec<String>,
+    /// Units of `x` and `height` where the header gives them.
+    units: [Option<&'static Unit>; 2],
+}
+
+impl Columns {
+    /// From the first line; an error says what was found.
+    pub fn of(first: &ByteRecord, choice: &Choice) -> Result<Self, String> {
+        let cells: Vec<String> = first
+            .iter()
+            .map(|cell| String::from_utf8_lossy(cell).trim().to_owned())
+            .collect();
+        // A lost value is no name.
+        let is_number = |cell: &String| quantity(cell).is_some() || cell.parse::<f64>().is_ok();
+        let is_header = !cells.iter().any(is_number);
+        let filled = cells.iter().rposition(|c| !c.is_empty());
+        let count = filled.map_or(0, |last| last + 1);
+        let names = if is_header { cells } else { Vec::new() };
+        if count < 2 {
+            return Err("one column".to_owned());
+        }
+        let x = place("x_column", choice.x.as_ref(), X, &names, count)?;
+        let height = place(
+            "height_column",
+            choice.height.as_ref(),
+            HEIGHT,
+            &names,
+            count,
+        )?;
+        let (x, height) = match (x, height) {
+            (Some(x), Some(height)) => (x, height),
+            // Two columns of any names are x and height, unless the names say otherwise.
+            (None | Some(0), None | Some(1)) if count == 2 => (0, 1),
+            _ => return Err(unclear(&names, count)),
+        };
+        if x == height {
+            return Err(format!("column {} for both x and height", x + 1));
+        }
+        let unit = |index: usize| names.get(index).map_or(Ok(None), |name| unit_of(name));
+        Ok(Self {
+            is_header,
+            count,
+            x,
+            height,
+            units: [unit(x)?, unit(height)?],
+            names,
+        })
+    }
+
+    /// The length in a cell of a column, m.
+    pub fn value(&self, index: usize, cell: &str) -> Option<f64> {
+        let unit = self.units[usize::from(index == self.height)];
+        match (number(cell), unit) {
+            (Some(value), Some(unit)) => Some(unit.to_si(value)),
+            (Some(value), None) => Some(value),
+            (None, None) => quantity(cell),
+            (None, Some(_)) => None,
+        }
+    }
+
+    /// How messages call a column.
+    pub fn name(&self, index: usize) -> String {
+        match self.names.get(index) {
+            Some(name) => format!("column \"{}\"", short(name)),
+            None => format!("column {}", index + 1),
+        }
+    }
+}
+
+/// Index of a column: as chosen, else the only one of a usual name.
+fn place(
+    key: &str,
+    chosen: Option<&Column>,
+    usual: &[&str],
+    names: &[String],
+    count: usize,
+) -> Result<Option<usize>, String> {
+    let named = |is: &dyn Fn(&str) -> bool| -> Vec<usize> {
+        let found = names.iter().enumerate().filter(|(_, name)| is(name));
+        found.map(|(i, _)| i).collect()
+    };
+    match chosen {
+        Some(Column::Number(number)) if *number > count => {
+            Err(format!("{count} columns, but {key} = {number}"))
+        }
+        Some(Column::Number(number)) => Ok(Some(number - 1)),
+        Some(Column::Name(wanted)) => {
+            let wanted = wanted.trim().to_lowercase();
+            let is = |name: &str| name.to_lowercase() == wanted || split(name).0 == wanted;
+            match named(&is).as_slice() {
+                [one] => Ok(Some(*one)),
+                found => Err(format!(
+                    "{} of the name \"{}\" of {key} ({})",
+                    if found.is_empty() {
+                        "no column"
+                    } else {
+                        "several columns"
+                    },
+                    short(&wanted),
+                    unclear(names, count)
+                )),
+            }
+        }
+        None => {
+            let found = named(&|name| usual.contains(&split(name).0.as_str()));
+            if found.len() > 1 && count > 2 {
+                return Err(unclear(names, count));
+            }
+            Ok(found.first().copied())
+        }
+    }
+}
+
+fn unclear(names: &[String], count: usize) -> String {
+    /// Names shown.
+    const MOST: usize = 12;
+    if names.is_empty() {
+        return format!("{count} columns without names");
+    }
+    let shown: Vec<String> = names
+        .iter()
+        .take(MOST)
+        .map(|n| format!("\"{}\"", short(n)))
+        .collect();
+    let more = if names.len() > MOST { ", ..." } else { "" };
+    format!("the columns {}{more}", shown.join(", "))
+}
+
+fn short(name: &str) -> String {
+    name.chars().take(40).collect()
+}
+
+/// A header's name in small letters and its unit: `x [mm]`, `Height (cm)`, `z_mm`, `x / mm`, `x in mm`.
+fn split(header: &str) -> (String, Option<String>) {
+    let header = header.trim();
+    let brackets = [('[', ']'), ('(', ')')]
+        .into_iter()
+        .find_map(|(open, close)| {
+            let (name, unit) = header.strip_suffix(close)?.rsplit_once(open)?;
+            Some((name, unit))
+        });
+    if let Some((name, unit)) = brackets {
+        return (name.trim().to_lowercase(), Some(unit.trim().to_owned()));
+    }
+    if let Some((name, unit)) = header.rsplit_once([' ', '_', '/'])
+        && unit_named(unit).is_some()
+    {
+        let name = name.trim_end_matches([' ', '_', '/']);
+        let name = name.strip_suffix(" in").unwrap_or(name);
+        return (name.trim().to_lowercase(), Some(unit.to_owned()));
+    }
+    (header.to_lowercase(), None)
+}
+
+fn unit_of(header: &str) -> Result<Option<&'static Unit>, String> {
+    match split(header).1 {
+        None => Ok(None),
+        Some(unit) => match unit_named(&unit) {
+            Some(found) => Ok(Some(found)),
+            None => Err(format!(
+                "the unit \"{}\" of column \"{}\", allowed units: {}",
+                short(&unit),
+                short(header),
+                LENGTH.names()
+            )),
+        },
+    }
+}
+
+fn unit_named(name: &str) -> Option<&'static Unit> {
+    // Both signs for micro.
+    let name = name.replace(['\u{b5}', '\u{3bc}'], "u");
+    LENGTH.units.iter().find(|u| u.name == name)
+}
+
+/// A number with a decimal point or comma.
+fn number(cell: &str) -> Option<f64> {
+    let plain = |c: char| "0123456789+-.,eE\u{2212}".contains(c);
+    if cell.len() > 400 || !cell.chars().all(plain) {
+        return None;
+    }
+    let cell = cell.replace('\u{2212}', "-");
+    let cell = match (cell.contains(','), cell.contains('.')) {
+        // One of them separates thousands, and which is not certain.
+        (true, true) => return None,
+        (true, false) => cell.replace(',', "."),
+        _ => cell,
+    };
+    cell.parse().ok().filter(|v: &f64| v.is_finite())
+}
+
+/// A number in m, or one with its own unit.
+fn quantity(cell: &str) -> Option<f64> {
+    number(cell).or_else(|| LENGTH.parse(&cell.replace(',', ".")).ok())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn headers_name_their_units() {
+        for (header, name, unit) in [
+            ("x [mm]", "x", Some("mm")),
+            ("Height (cm)", "height", Some("cm")),
+            ("z_mm", "z", Some("mm")),
+            ("x / m", "x", Some("m")),
+            ("x in mm", "x", Some("mm")),
+            ("elevation", "elevation", None),
+            ("wheel_load", "wheel_load", None),
+            ("z [\u{b5}m]", "z", Some("\u{b5}m")),
+        ] {
+            assert_eq!(
+                split(header),
+                (name.to_owned(), unit.map(str::to_owned)),
+                "{header}"
+            );
+        }
+        assert_eq!(unit_named("\u{b5}m").map(|u| u.name), Some("um"));
+        assert!(unit_of("x [ft]").is_err());
+    }
+
+    #[test]
+    fn decimals_have_a_point_or_a_comma() {
+        assert_eq!(number("1,5"), Some(1.5));
+        assert_eq!(number("-1.5e-3"), Some(-1.5e-3));
+        assert_eq!(number("\u{2212}2"), Some(-2.0));
+        for bad in ["1.234,5", "1,234,5", "", "nan", "inf", "0x10", "1 5"] {
+            assert_eq!(number(bad), None, "{bad}");
+        }
+        assert_eq!(quantity("15,5 mm"), Some(0.0155));
+    }
+}
