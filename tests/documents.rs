@@ -26,7 +26,11 @@ fn paths_named_in_documents_exist() {
             .filter(|block| !block.starts_with("text"))
             .collect();
         for word in prose.split(|c: char| c.is_whitespace() || "`()[]|,;\"".contains(c)) {
-            let word = word.trim_end_matches(['.', ':']);
+            let word = word
+                .split('#')
+                .next()
+                .unwrap_or_default()
+                .trim_end_matches(['.', ':']);
             if ours.iter().any(|start| word.starts_with(start)) && !word.contains('*') {
                 assert!(
                     root.join(word).exists(),
