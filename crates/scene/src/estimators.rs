@@ -4,7 +4,6 @@ use crate::key::{Key, Words};
 use crate::name;
 use crate::range::{above, at_least};
 use crate::reader::{Reader, join};
-use crate::scene::EstimatorChoice;
 use crate::source::{Entry, Node, Origin, Value};
 use crate::units::{ANGULAR_FREQUENCY, LENGTH, ROTARY_DAMPING, TIME};
 use robhaz_estimator::{EstimatorSettings, Filters, KalmanMethod, Masses, Method, PaperMethod};
@@ -13,6 +12,15 @@ use robhaz_estimator::{EstimatorSettings, Filters, KalmanMethod, Masses, Method,
 pub(crate) const PATH: &str = "estimator";
 /// More than anyone needs side by side.
 const MOST: usize = 100;
+
+/// An estimator to run on the readings.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EstimatorChoice {
+    /// Name in tables, figures and file names.
+    pub name: String,
+    /// What it does.
+    pub settings: EstimatorSettings,
+}
 
 /// Names of the presets, in the order of [`settings`]. Without `[[estimator]]` all of them run.
 pub(crate) const PRESETS: Words = &["paper-body", "paper-wheels", "true-mass", "best"];

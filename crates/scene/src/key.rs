@@ -3,8 +3,8 @@
 //! Reading, writing, defaults and the reference in `docs/scenes.md` all come from these declarations. Defaults are not
 //! declared: they are what the field holds in the crates' own `Default` or named constructor.
 
-use crate::range::Range;
-use crate::units::Dimension;
+use crate::range::{Range, at_least};
+use crate::units::{Dimension, NONE};
 use robhaz_model::Vec2;
 
 /// A key of a table that sets a field of `T`.
@@ -26,6 +26,8 @@ pub(crate) struct Number {
 /// What a key holds.
 pub(crate) enum Field<T: 'static> {
     Number(Number, fn(&mut T) -> &mut f64),
+    /// A whole number from 1 on.
+    Count(Number, fn(&T) -> u32, fn(&mut T, u32)),
     /// `[a, b, c]`: one for each link.
     Three(Number, fn(&mut T) -> &mut [f64; 3]),
     /// `[x, y]`
@@ -76,6 +78,21 @@ impl<T> Key<T> {
         meaning: &'static str,
     ) -> Self {
         Self::new(name, Field::Number(Number { unit, range }, at), meaning)
+    }
+
+    /// A whole number from 1 to `most`.
+    pub const fn count(
+        name: &'static str,
+        most: u32,
+        get: fn(&T) -> u32,
+        set: fn(&mut T, u32),
+        meaning: &'static str,
+    ) -> Self {
+        let number = Number {
+            unit: NONE,
+            range: at_least(1.0).at_most(most as f64),
+        };
+        Self::new(name, Field::Count(number, get, set), meaning)
     }
 
     pub const fn switch(
@@ -205,7 +222,7 @@ impl<T> Field<T> {
 
     fn in_words(&self, number: &str) -> String {
         match self {
-            Self::Number(..) => number.to_owned(),
+            Self::Number(..) | Self::Count(..) => number.to_owned(),
             Self::Three(..) => format!("[a, b, c], each {number}"),
             Self::Point(..) => format!("[x, y], each {number}"),
             Self::ThreePoints(..) => format!("[[x, y], [x, y], [x, y]], each {number}"),
@@ -221,6 +238,7 @@ impl<T> Field<T> {
     pub fn number(&self) -> Option<&Number> {
         match self {
             Self::Number(n, _)
+            | Self::Count(n, ..)
             | Self::Three(n, _)
             | Self::Point(n, _)
             | Self::ThreePoints(n, _) => Some(n),

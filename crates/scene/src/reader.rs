@@ -4,7 +4,7 @@ use crate::error::{Problem, SceneError};
 use crate::excerpt::harmless;
 use crate::key::{Field, Key, Number, SWITCH, Words, quoted};
 use crate::source::{Entry, Node, Origin, Source, SourceKind, Value, document};
-use crate::suggest::{home_of, nearest};
+use crate::suggest::nearest;
 use crate::units::UnitError;
 use robhaz_model::Vec2;
 use std::collections::{BTreeSet, HashMap};
@@ -28,16 +28,19 @@ pub(crate) struct Reader {
     hidden_sections: BTreeSet<String>,
     /// Paths in the scene are relative to this folder.
     pub base_dir: PathBuf,
+    /// The table that has a key of a name, for messages on misplaced keys.
+    home_of: fn(&str) -> Option<String>,
 }
 
 impl Reader {
-    pub fn new(base_dir: PathBuf) -> Self {
+    pub fn new(base_dir: PathBuf, home_of: fn(&str) -> Option<String>) -> Self {
         Self {
             problems: Vec::new(),
             kept: HashMap::new(),
             hidden: HashMap::new(),
             hidden_sections: BTreeSet::new(),
             base_dir,
+            home_of,
         }
     }
 
@@ -189,6 +192,7 @@ impl Reader {
 
     /// A key that its table does not have.
     pub fn unknown(&mut self, entry: &Entry, path: &str, allowed: &[&str]) {
+        let home_of = self.home_of;
         self.complain(&entry.origin, &join(path, &short_key(&entry.key)), || {
             let mut message = format!("unknown key, allowed: {}", allowed.join(", "));
             if let Some(near) = nearest(&entry.key, allowed) {
@@ -205,6 +209,11 @@ impl Reader {
             Field::Number(number, at) => {
                 if let Some(value) = self.number(number, node, path) {
                     *at(into) = value;
+                }
+            }
+            Field::Count(number, _, set) => {
+                if let Some(count) = self.count(number, node, path) {
+                    set(into, count);
                 }
             }
             Field::Three(number, at) => {
@@ -267,6 +276,21 @@ impl Reader {
         }
         self.refuse(node, path, &number.allowed());
         None
+    }
+
+    /// A whole number from 1 on, within its range.
+    fn count(&mut self, number: &Number, node: &Node, path: &str) -> Option<u32> {
+        let value = self.number(number, node, path)?;
+        if value.fract() != 0.0 {
+            self.refuse(node, path, &format!("a whole number {}", number.range));
+            return None;
+        }
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a whole number of at least 1 and below 2^32"
+        )]
+        Some(value as u32)
     }
 
     fn bad_unit(&mut self, number: &Number, node: &Node, path: &str, error: &UnitError) {

@@ -5,7 +5,6 @@ use crate::file;
 use crate::key::{Key, quoted};
 use crate::reader::{Reader, join};
 use crate::robot_keys::{GEOMETRY, LINK_CG, MASSES};
-use crate::scene::RobotChoice;
 use crate::source::{Entry, Node, Origin, Source, Value};
 use crate::suggest::nearest;
 use robhaz_model::{
@@ -87,12 +86,25 @@ pub(crate) const KEYS: &[Key<()>] = &[
     ),
 ];
 
-/// Geometry A with the masses of the captions.
-pub(crate) fn default() -> RobotChoice {
-    RobotChoice {
-        geometry_name: DEFAULT_GEOMETRY.to_owned(),
-        mass_name: DEFAULT_MASS.to_owned(),
-        robot: Robot::default_a(),
+/// The robot, and the names under which its parts were chosen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobotChoice {
+    /// `A`, `B`, the path of a geometry file, or `inline`; with `, changed` when an override changed a part of it.
+    pub geometry_name: String,
+    /// `caption`, `text`, the path of a mass file, or `inline`; with `, changed` as above.
+    pub mass_name: String,
+    /// What they hold.
+    pub robot: Robot,
+}
+
+impl Default for RobotChoice {
+    /// Geometry A with the masses of the captions.
+    fn default() -> Self {
+        Self {
+            geometry_name: DEFAULT_GEOMETRY.to_owned(),
+            mass_name: DEFAULT_MASS.to_owned(),
+            robot: Robot::default_a(),
+        }
     }
 }
 

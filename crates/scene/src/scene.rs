@@ -1,13 +1,14 @@
 //! A scene with every choice made: the result of reading a scene file.
 
+use crate::estimators::{self, EstimatorChoice};
 use crate::model_error::{ModelError, ModelErrorTooLarge};
-use crate::track::Track;
-use crate::{estimators, robot, terrain};
+use crate::robot::RobotChoice;
+use crate::terrain::TerrainChoice;
 use robhaz_estimator::{EstimatorSettings, NoiseBudget};
 use robhaz_model::Robot;
 use robhaz_sim::contact::ContactLaw;
 use robhaz_sim::drive::Drive;
-use robhaz_sim::friction::{FrictionLaw, Stretch};
+use robhaz_sim::friction::FrictionLaw;
 use robhaz_sim::sensors::{Grade, SensorSpec, Sensors};
 use robhaz_sim::{EngineKind, PlantSetup, StartKind};
 use robhaz_terrain::{Profile, Terrain};
@@ -41,30 +42,6 @@ pub struct Scene {
     pub record: RecordChoice,
 }
 
-/// The robot, and the names under which its parts were chosen.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RobotChoice {
-    /// `A`, `B`, the path of a geometry file, or `inline`; with `, changed` when an override changed a part of it.
-    pub geometry_name: String,
-    /// `caption`, `text`, the path of a mass file, or `inline`; with `, changed` as above.
-    pub mass_name: String,
-    /// What they hold.
-    pub robot: Robot,
-}
-
-/// The ground, and the name of its kind.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TerrainChoice {
-    /// `flat`, `smooth`, `bumps` and so on, as in scene files.
-    pub kind: &'static str,
-    /// Its shape.
-    pub profile: Profile,
-    /// Parts of it with friction coefficients of their own, from rear to front; they do not overlap.
-    pub stretches: Vec<Stretch>,
-    /// The files that its points come from: a run's folder gets a copy of each, under [`Track::file_name`].
-    pub tracks: Vec<Track>,
-}
-
 /// The sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorChoice {
@@ -74,15 +51,6 @@ pub struct SensorChoice {
     pub spec: SensorSpec,
     /// Samples a second, Hz; a whole multiple of the record's rate.
     pub rate: f64,
-}
-
-/// An estimator to run on the readings.
-#[derive(Clone, Debug, PartialEq)]
-pub struct EstimatorChoice {
-    /// Name in tables, figures and file names.
-    pub name: String,
-    /// What it does.
-    pub settings: EstimatorSettings,
 }
 
 /// The engine that computes the truth.
@@ -168,8 +136,8 @@ impl Default for Scene {
         Self {
             name: "scene".to_owned(),
             seed: 0,
-            robot: robot::default(),
-            terrain: terrain::default(),
+            robot: RobotChoice::default(),
+            terrain: TerrainChoice::default(),
             contact: ContactLaw::default(),
             friction: FrictionLaw::default(),
             drive: Drive::default(),

@@ -3,10 +3,10 @@
 use crate::key::Key;
 use crate::range::{above, at_least};
 use crate::scene::Scene;
-use crate::sensors;
 use crate::units::{
     CONTACT_STIFFNESS, DAMPING, FREQUENCY, LENGTH, NONE, ROTARY_DAMPING, SPEED, TIME, TORQUE,
 };
+use crate::{name, seed, sensors};
 use robhaz_sim::{EngineKind, StartKind};
 
 /// A section of a scene file whose keys set fields of the scene.
@@ -22,6 +22,25 @@ pub(crate) const LONGEST_STEP: f64 = 1.5e-4;
 const FASTEST: f64 = 1e6;
 /// Longest run, s.
 const LONGEST_RUN: f64 = 1e6;
+
+/// A table that the reader ignores: the resolved scene says there which versions wrote it.
+pub(crate) const IGNORED: &str = "resolved";
+
+/// The keys above all sections.
+pub(crate) const TOP: &[Key<Scene>] = &[
+    Key::own(
+        "name",
+        "the file's name without `.toml`",
+        name::ALLOWED,
+        "name of the scene: names the default output folder",
+    ),
+    Key::own(
+        "seed",
+        "0",
+        seed::ALLOWED,
+        "seed of everything random in the run",
+    ),
+];
 
 /// All plain sections, in the order in which they are written.
 pub(crate) const SECTIONS: &[Section] = &[

@@ -1,6 +1,6 @@
 //! A track: points of the ground in a file of their own, as measuring programs write them.
 
-use crate::columns::{Choice, Columns, HEADER_RULE};
+use super::columns::{Choice, Columns, HEADER_RULE};
 use crate::error::Problem;
 use crate::reader::{Reader, grouped};
 use crate::source::{Origin, Source};
