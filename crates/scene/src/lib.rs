@@ -8,6 +8,7 @@ mod checks;
 mod error;
 mod estimators;
 mod excerpt;
+mod fields;
 mod file;
 mod key;
 mod load;
