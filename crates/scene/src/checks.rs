@@ -11,6 +11,7 @@ use robhaz_sim::drive::FRICTION_SPEED;
 use robhaz_sim::rapier::MOST_PARTS;
 use robhaz_sim::stability::{
     greatest_integral_gain, greatest_slope, longest_step_for_contact, longest_step_for_friction,
+    longest_step_for_stiffness,
 };
 
 /// Most records of a run.
@@ -130,6 +131,11 @@ fn stability(reader: &mut Reader, root: &Node, scene: &Scene) {
             ("contact.damping", scene.contact.damping),
             longest_step_for_contact(&scene.contact, robot),
             "twice the wheel's mass over the damping",
+        ),
+        (
+            ("contact.stiffness", scene.contact.stiffness),
+            longest_step_for_stiffness(&scene.contact, robot),
+            "two over the natural frequency of the wheel on the contact",
         ),
         (
             ("contact.v_s", scene.friction.v_s),
