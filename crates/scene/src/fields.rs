@@ -39,7 +39,7 @@ impl Reader {
         }
     }
 
-    /// Complains of every required key that a table lacks.
+    /// Adds a problem for every required key that a table lacks.
     pub fn require<T>(&mut self, keys: &[Key<T>], node: &Node, path: &str) {
         for key in keys.iter().filter(|k| k.required) {
             if node.get(key.name).is_none() {
@@ -162,7 +162,7 @@ impl Reader {
             UnitError::NotANumber => {
                 return self.refuse(node, path, &number.allowed_in_full());
             }
-            // As a bare number of that size.
+            // The same message as for a bare number.
             UnitError::TooLarge => return self.refuse(node, path, &number.allowed()),
             UnitError::NoUnit => format!(
                 "found {found}, a text without a unit, allowed: {}",
@@ -184,7 +184,7 @@ impl Reader {
     pub fn point(&mut self, number: &Number, node: &Node, path: &str) -> Option<Vec2> {
         let allowed = format!("[x, y], each {}", number.allowed_in_full());
         let [x, y]: &[Node; 2] = self.items(node, path, &allowed)?;
-        // Both, so that both can complain.
+        // Both are read, so that both can have a problem.
         let (x, y) = (
             self.number(number, x, &format!("{path}[0]")),
             self.number(number, y, &format!("{path}[1]")),
@@ -196,7 +196,7 @@ impl Reader {
     pub fn word(&mut self, words: Words, node: &Node, path: &str) -> Option<usize> {
         let text = match &node.value {
             Value::Text(text) => text.as_str(),
-            // A switch can be written as TOML does.
+            // A switch also takes a boolean.
             Value::Boolean(on) if words == SWITCH => SWITCH[usize::from(*on)],
             _ => "",
         };
@@ -245,7 +245,7 @@ impl Reader {
     }
 }
 
-/// A key as messages name it: 60 characters of it at most.
+/// A key in messages: at most its first 60 characters.
 fn short_key(key: &str) -> String {
     const LONGEST: usize = 60;
     match key.char_indices().nth(LONGEST) {

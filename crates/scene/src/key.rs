@@ -1,7 +1,7 @@
-//! The one place where a key is declared: its name, unit, range, meaning and the field that it sets.
+//! Declarations of keys: name, unit, range, meaning and the field that a key sets.
 //!
 //! Reading, writing, defaults and the reference in `docs/scenes.md` all come from these declarations. Defaults are not
-//! declared: they are what the field holds in the crates' own `Default` or named constructor.
+//! declared: they come from the `Default` or a named constructor of the type that holds the field.
 
 use crate::range::{Range, at_least};
 use crate::units::{Dimension, NONE};
@@ -23,7 +23,7 @@ pub(crate) struct Number {
     pub range: Range,
 }
 
-/// What a key holds.
+/// Type of a key's value.
 pub(crate) enum Field<T: 'static> {
     Number(Number, fn(&mut T) -> &mut f64),
     /// A whole number from 1 on.
@@ -42,12 +42,12 @@ pub(crate) enum Field<T: 'static> {
     ThreeWords(Words, fn(&T) -> [usize; 3], fn(&mut T, [usize; 3])),
     /// A table within the table.
     Table(&'static [Key<T>]),
-    /// What the section reads in its own way: default and allowed values in words.
+    /// A value that the section reads itself; default and allowed values in words.
     Own {
         default: &'static str,
         allowed: &'static str,
     },
-    /// A word that the section reads in its own way, since other keys depend on it.
+    /// A word that the section reads itself, since other keys depend on it.
     OwnWord {
         default: &'static str,
         words: Words,
@@ -194,7 +194,7 @@ impl Number {
         }
     }
 
-    /// The same, with what else can be written.
+    /// The same, with the units that a text may have.
     pub fn allowed_in_full(&self) -> String {
         match self.unit.units.len() {
             0 => self.allowed(),
@@ -208,13 +208,13 @@ impl Number {
 }
 
 impl<T> Field<T> {
-    /// What the key takes, in words.
+    /// Allowed values, in words.
     pub fn allowed(&self) -> String {
         let number = self.number().map(Number::allowed_in_full);
         self.in_words(&number.unwrap_or_default())
     }
 
-    /// What the key takes, without units.
+    /// Allowed values, without units.
     pub fn allowed_values(&self) -> String {
         let range = self.number().map(|n| n.range.to_string());
         self.in_words(range.unwrap_or_default().trim_start_matches("of "))
@@ -234,7 +234,7 @@ impl<T> Field<T> {
         }
     }
 
-    /// The unit and range, where it is made of numbers.
+    /// Unit and range of a field made of numbers.
     pub fn number(&self) -> Option<&Number> {
         match self {
             Self::Number(n, _)

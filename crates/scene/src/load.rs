@@ -11,10 +11,11 @@ use crate::{checks, estimators, file, name, overrides, robot, seed, sensors, ter
 use std::path::Path;
 
 impl Scene {
-    /// Reads a scene file; `overrides` are texts `key=value` that win over the file, the last one first.
+    /// Reads a scene file; `overrides` are texts `key=value` that take precedence over the file, later ones over
+    /// earlier ones.
     ///
     /// # Errors
-    /// [`SceneError`] with everything that is wrong, in the file, in files that it names, and in the overrides.
+    /// [`SceneError`] with all problems of the file, of files that it names, and of the overrides.
     pub fn load(path: &Path, overrides: &[String]) -> Result<Self, SceneError> {
         let shown = path.display().to_string();
         let text = file::read_toml(path).map_err(|error| {
@@ -78,7 +79,7 @@ fn read(reader: &mut Reader, root: &Node, source_name: &str) -> Scene {
     scene
 }
 
-/// Complains of what is neither a key of the top nor a section.
+/// Adds a problem for every entry that is neither a top-level key nor a section.
 fn top_level(reader: &mut Reader, root: &Node) {
     let allowed: Vec<&str> = TOP
         .iter()

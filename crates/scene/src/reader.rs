@@ -7,20 +7,20 @@ use std::collections::{BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Most problems of a file that are shown.
+/// Largest number of problems of a file that are shown.
 const SHOWN: usize = 20;
-/// Most problems of a file that are looked at in full. The sections of a file are not read in the order of its lines: the
-/// first ones by line are among these unless there are many more.
+/// Largest number of problems of a file that are kept; further ones are only counted. Sections are not read in the order
+/// of lines: the first problems by line are among these unless there are many more.
 const KEPT: usize = 1000;
 
-/// Collects what is wrong while a scene is read.
+/// Collects problems while a scene is read.
 pub(crate) struct Reader {
     problems: Vec<Problem>,
-    /// How many of them each source has, by its name.
+    /// Number of problems kept for each source, by its name.
     kept: HashMap<String, usize>,
-    /// How many more each source has, which were only counted.
+    /// Number of further problems of each source, which were only counted.
     hidden: HashMap<String, usize>,
-    /// The sections in which those are.
+    /// The sections of the counted problems.
     hidden_sections: BTreeSet<String>,
     /// Paths in the scene are relative to this folder.
     pub base_dir: PathBuf,
@@ -40,12 +40,12 @@ impl Reader {
         }
     }
 
-    /// How many problems there are so far.
+    /// Number of problems so far.
     pub fn mark(&self) -> usize {
         self.problems.len() + self.hidden.values().sum::<usize>()
     }
 
-    /// How many problems a source has so far.
+    /// Number of problems of a source so far.
     pub fn problems_of(&self, source: &str) -> usize {
         let count = |of: &HashMap<String, usize>| of.get(source).copied().unwrap_or(0);
         count(&self.kept) + count(&self.hidden)
@@ -58,8 +58,8 @@ impl Reader {
         !hidden && !self.problems.iter().any(|p| under(p.key()))
     }
 
-    /// Adds a problem of a place. Its message is made only where it can be shown: a file with a million mistakes is read
-    /// as fast as one without.
+    /// Adds a problem at a place. The message is made only if the problem is kept, so that a file with a million mistakes
+    /// is read as fast as a correct one.
     pub fn complain(&mut self, origin: &Origin, key: &str, message: impl FnOnce() -> String) {
         let name = &origin.source.name;
         if self.kept.get(name).is_none_or(|count| *count < KEPT) {
@@ -87,7 +87,7 @@ impl Reader {
         }
     }
 
-    /// Something else was found than is allowed.
+    /// Adds a problem: the value at a node is not allowed.
     pub fn refuse(&mut self, node: &Node, path: &str, allowed: &str) {
         self.complain(&node.origin, path, || refusal(node, allowed));
     }
@@ -104,7 +104,7 @@ impl Reader {
             let line = error.origin.whole_line();
             let message = format!("TOML does not allow this: {}; found: {line}", error.message);
             let mut problem = Problem::at(&error.origin, "", message).syntax();
-            // Marks the file as one of which the rest may be misread.
+            // The rest of the file may have been misread.
             problem.whole = Some(error.origin.line()) == broken;
             self.push(problem);
         }
@@ -176,8 +176,8 @@ pub(crate) fn grouped(count: usize) -> String {
     out
 }
 
-/// Leaves out problems that only echo a syntax error: those on its line, those after a line from which on the file may
-/// have been misread, and then also keys that seem to be missing.
+/// Drops problems that follow from a syntax error: those on its line, and, if the error may have broken the structure of
+/// the rest of the file, those after its line and missing keys.
 fn without_echoes(problems: Vec<Problem>) -> Vec<Problem> {
     let syntax: Vec<(Origin, bool)> = problems
         .iter()

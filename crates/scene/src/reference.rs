@@ -1,4 +1,4 @@
-//! Every key that a scene file can have, from the declarations that the reader itself uses.
+//! Every key that a scene file can have, from the declarations that the reader uses.
 
 use crate::key::{Field, Key, SWITCH};
 use crate::range::short;
@@ -18,15 +18,15 @@ pub struct KeyReference {
     pub unit: &'static str,
     /// Other units that a text may carry.
     pub other_units: String,
-    /// Its default in the SI unit, in words where it is no value; `required` where there is none.
+    /// Default in the SI unit, or in words; `required` if there is none.
     pub default: String,
-    /// What it may hold.
+    /// Allowed values.
     pub allowed: String,
-    /// What it is.
+    /// Meaning of the key.
     pub meaning: &'static str,
 }
 
-/// Every key that a scene file can have, in the order in which one writes them.
+/// Every key that a scene file can have, section by section.
 pub fn reference() -> Vec<KeyReference> {
     let mut rows = Vec::new();
     let mut scene = Scene::default();
@@ -93,7 +93,7 @@ fn row<T>(key: &Key<T>, defaults: &mut T, path: String) -> KeyReference {
         default: match &key.field {
             _ if key.required => "required".to_owned(),
             Field::Own { default, .. } | Field::OwnWord { default, .. } => (*default).to_owned(),
-            // Made of other keys of the same table.
+            // Computed from other keys of the same table.
             Field::ThreePoints(..) => "mean of own pins and axles".to_owned(),
             Field::Number(_, at) => short(*at(defaults)),
             Field::Count(_, get, _) => get(defaults).to_string(),
@@ -108,7 +108,7 @@ fn row<T>(key: &Key<T>, defaults: &mut T, path: String) -> KeyReference {
 
 /// The table that has a key of this name, as written in a file.
 pub(crate) fn home_of(name: &str) -> Option<String> {
-    // Made once: to put it together takes milliseconds.
+    // Made once: it takes milliseconds.
     static KEYS: LazyLock<Vec<KeyReference>> = LazyLock::new(reference);
     let suffix = format!(".{name}");
     let keys = KEYS.iter().filter(|k| k.key.ends_with(&suffix));

@@ -1,11 +1,11 @@
 //! "Did you mean": the nearest of the allowed names.
 
-/// A name longer than this is no typing error of a key, characters: comparing takes a time that grows with its length.
+/// Longest name that is compared, characters: the time of a comparison grows with the length.
 const LONGEST: usize = 64;
 
-/// The allowed name that a typing error most likely meant: few letters wrong, or the same start.
+/// The allowed name that a misspelt one most likely means: few letters differ, or the start is the same.
 pub(crate) fn nearest<'a>(found: &str, allowed: &[&'a str]) -> Option<&'a str> {
-    /// How much two names must have in common, of 1; the start counts more.
+    /// Least Jaro-Winkler similarity, 0 to 1; it gives the start more weight.
     const ALIKE: f64 = 0.85;
     if found.len() > LONGEST {
         return None;

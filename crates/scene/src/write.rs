@@ -1,4 +1,4 @@
-//! The resolved scene as a file: every choice written out with its unit, to be run again as it was.
+//! The resolved scene as a file: every choice with its unit.
 
 use crate::estimators;
 use crate::key::{Field, Key, SWITCH};
@@ -12,9 +12,9 @@ use robhaz_terrain::{Bump, Profile};
 use std::fmt::Write;
 
 impl Scene {
-    /// The scene as a file that reads back as exactly this scene, wherever it lies; its [tracks](crate::TerrainChoice::tracks) must lie beside
-    /// it, each under [`Track::file_name`]. `version` says what wrote it, such
-    /// as `robhaz 0.1.0, rapier2d 0.36.1`.
+    /// The scene as a file that reads back as exactly this scene, in any folder that also has copies of its
+    /// [tracks](crate::TerrainChoice::tracks), named [`Track::file_name`]. `version` names the program that writes it, such as
+    /// `robhaz 0.1.0, rapier2d 0.36.1`.
     pub fn to_toml(&self, version: &str) -> String {
         let mut out = Out::default();
         out.line(
@@ -178,7 +178,7 @@ impl Out {
         self.line(&with_comment(&format!("{name} = {value}"), comment));
     }
 
-    /// The keys of a table that is headed already; its own tables after it.
+    /// Writes a key with its unit and meaning.
     fn field<T>(&mut self, key: &Key<T>, of: &mut T) {
         if let Some(value) = value(&key.field, of) {
             let unit = key.field.unit();
@@ -190,6 +190,7 @@ impl Out {
         }
     }
 
+    /// Writes the keys of a table whose heading is written, then the tables in it.
     fn table<T>(&mut self, keys: &[Key<T>], of: &mut T, path: &str) {
         for key in keys {
             self.field(key, of);
@@ -234,7 +235,7 @@ pub(crate) fn value<T>(field: &Field<T>, of: &mut T) -> Option<String> {
     })
 }
 
-/// A float that reads back as the same bits: the shortest one that does.
+/// The shortest decimal that reads back as the same bits.
 fn number(value: f64) -> String {
     format!("{value:?}")
 }

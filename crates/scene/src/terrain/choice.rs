@@ -14,7 +14,7 @@ pub struct TerrainChoice {
     pub profile: Profile,
     /// Friction stretches, from rear to front; they do not overlap.
     pub stretches: Vec<Stretch>,
-    /// The files that its points come from: a run's folder gets a copy of each, under [`Track::file_name`].
+    /// The files of its points: a run's folder gets a copy of each, named [`Track::file_name`].
     pub tracks: Vec<Track>,
 }
 

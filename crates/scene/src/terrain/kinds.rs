@@ -32,7 +32,7 @@ pub(crate) enum Parameters {
     Parts,
 }
 
-/// What is done with the table of a kind: reading, writing or listing its keys.
+/// Reads, writes or lists the keys of a kind: a generic callback, since each kind has a table of its own type.
 pub(crate) trait Visitor {
     /// Receives the table and the parameters that it sets.
     fn visit<T>(&mut self, keys: &'static [Key<T>], parameters: &mut T);
@@ -123,7 +123,7 @@ pub(super) fn names() -> &'static [(&'static str, Vec<&'static str>)] {
     &NAMES
 }
 
-/// The kind whose keys describe a part of a course in full.
+/// The kind that can describe any profile of a shape: of `step` and `stairs`, `stairs`.
 pub(crate) fn kind_of(profile: &Profile) -> &'static str {
     match profile {
         Profile::Flat => "flat",

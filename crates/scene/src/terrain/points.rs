@@ -1,4 +1,4 @@
-//! Points that the ground goes through, in the scene itself or in a file of their own.
+//! Points that the ground goes through, in the scene itself or in a separate file.
 
 use super::columns::{Choice, Column};
 use super::track::{self, Track};
@@ -11,7 +11,7 @@ use crate::source::{Node, Value};
 use crate::units::LENGTH;
 use robhaz_model::Vec2;
 
-/// More points than this belong into a file.
+/// Largest number of points in a scene; more belong into a file.
 const MOST: usize = 100_000;
 /// What `points` may be.
 pub(super) const POINTS: &str =
@@ -22,7 +22,7 @@ pub(super) const FILE: &str =
 /// What the keys of columns may be.
 pub(super) const COLUMN: &str = "a name of the first line, or a number from 1";
 
-/// The keys that say more of a file.
+/// The keys that describe the file.
 const OF_FILE: [&str; 4] = ["x_column", "height_column", "sort", "file_hash"];
 
 /// A coordinate.
@@ -130,7 +130,7 @@ fn from_file(
     Some((points, track))
 }
 
-/// What the scene says of a file; `None` after a problem.
+/// Choices of the scene about the file; `None` after a problem.
 fn choice(reader: &mut Reader, node: &Node, path: &str) -> Option<Choice> {
     let mark = reader.mark();
     let mut column = |key: &str| -> Option<Column> {

@@ -1,4 +1,4 @@
-//! `[terrain]` as it is read: kinds of ground, each with keys of its own.
+//! Reads `[terrain]`.
 
 use super::choice::TerrainChoice;
 use super::kinds::{DEFAULT, KINDS, Parameters, Visitor, names};
@@ -13,14 +13,14 @@ use crate::source::{Entry, Node, Value};
 use robhaz_sim::friction::Stretch;
 use robhaz_terrain::{Bump, Course, Heights, Profile, Rough};
 
-/// More bumps than this are a mistake.
+/// Largest number of bumps.
 const MOST_BUMPS: usize = 1000;
-/// More parts than this are a mistake.
+/// Largest number of parts.
 const MOST_PARTS: usize = 100;
-/// More stretches than this slow every contact.
+/// Largest number of friction stretches: each contact looks them up.
 const MOST_STRETCHES: usize = 1000;
 
-/// A ground as it is read.
+/// A ground that was read.
 struct Ground {
     kind: &'static str,
     profile: Profile,
@@ -61,7 +61,7 @@ fn ground(reader: &mut Reader, node: &Node, path: &str, seed: u64) -> Ground {
         None => DEFAULT,
         Some(chosen) => match reader.word(kinds(path), chosen, &join(path, "kind")) {
             Some(index) => kinds(path)[index],
-            // Which keys belong to it is then unknown.
+            // The allowed keys are then unknown.
             None => return Ground::new(DEFAULT, Profile::smooth()),
         },
     };
@@ -72,8 +72,8 @@ fn ground(reader: &mut Reader, node: &Node, path: &str, seed: u64) -> Ground {
         node,
         path,
         kind,
-        // An override of the kind leaves behind what the file says of its own kind.
-        forgiving: chosen.is_some_and(|c| c.origin.is_override()),
+        // Where an override sets the kind, the file's keys of its own kind are ignored.
+        ignores_file: chosen.is_some_and(|c| c.origin.is_override()),
     });
     let mut ground = Ground::new(kind, Profile::Flat);
     ground.profile = match parameters {
@@ -136,8 +136,8 @@ struct Keys<'a> {
     node: &'a Node,
     path: &'a str,
     kind: &'static str,
-    /// Whether keys of other kinds are ignored in the file.
-    forgiving: bool,
+    /// Whether the file may have keys of other kinds, which are ignored.
+    ignores_file: bool,
 }
 
 impl Visitor for Keys<'_> {
@@ -165,7 +165,7 @@ impl Keys<'_> {
         if owners.is_empty() {
             return self.reader.unknown(entry, self.path, allowed);
         }
-        if self.forgiving && !entry.origin.is_override() {
+        if self.ignores_file && !entry.origin.is_override() {
             return;
         }
         let allowed = match allowed {
@@ -178,7 +178,7 @@ impl Keys<'_> {
             entry.key,
             owners.join("\", \"")
         );
-        // The key is what is wrong, not its value.
+        // The key is wrong, not its value.
         let key = Node::text(&entry.origin, &entry.key);
         self.reader
             .refuse(&key, &join(self.path, &entry.key), &allowed);

@@ -15,7 +15,7 @@ pub(crate) const COMMON: &[Key<()>] = &[Key::own_word(
     "kind",
     DEFAULT,
     KINDS,
-    "level; the main course (five bumps); bumps of your own; one cosine bump; an incline; one kerb; several; waves; a trench; random ground; through points; several one after the other",
+    "level ground; the main course of five bumps; Gaussian bumps; one cosine bump; an incline; one kerb; stairs; waves; a trench; random ground; ground through points; a sequence of other kinds",
 )];
 
 /// The key of every kind, in the section itself only: parts of a course do not have it.
@@ -23,7 +23,7 @@ pub(crate) const STRETCHES: &[Key<()>] = &[Key::own(
     "stretch",
     "none",
     "up to 1000 tables, each headed [[terrain.stretch]]",
-    "stretches with friction coefficients of their own, from rear to front; they do not overlap",
+    "friction stretches, from rear to front; they must not overlap",
 )];
 
 /// The keys of a stretch.
@@ -33,7 +33,7 @@ pub(crate) const STRETCH: &[Key<Stretch>] = &[
         LENGTH,
         at_least(-1000.0).at_most(10_000.0),
         |s| &mut s.from,
-        "x at which it starts; the contact's x counts",
+        "x of its start; compared with the contact's x",
     )
     .required(),
     Key::<Stretch>::number(
@@ -41,7 +41,7 @@ pub(crate) const STRETCH: &[Key<Stretch>] = &[
         LENGTH,
         at_least(-1000.0).at_most(10_000.0),
         |s| &mut s.to,
-        "x at which it ends, above from",
+        "x of its end, above from",
     )
     .required(),
     Key::<Stretch>::number(
@@ -62,7 +62,7 @@ pub(crate) const STRETCH: &[Key<Stretch>] = &[
     .required(),
 ];
 
-/// A stretch whose fields are to be filled in.
+/// A stretch before its keys are read.
 pub(crate) const NO_STRETCH: Stretch = Stretch {
     from: 0.0,
     to: 0.0,
@@ -91,7 +91,7 @@ pub(crate) const BUMP: &[Key<Bump>] = &[
     Key::<Bump>::number(
         "width",
         LENGTH,
-        // The ground is cut into pieces of a tenth of the narrowest width.
+        // Knots of the ground are a tenth of the narrowest width apart.
         at_least(0.005).at_most(10.0),
         |b| &mut b.width,
         "half width at 1/e of the height",
@@ -99,7 +99,7 @@ pub(crate) const BUMP: &[Key<Bump>] = &[
     .required(),
 ];
 
-/// A bump whose fields are to be filled in.
+/// A bump before its keys are read.
 pub(crate) const NO_BUMP: Bump = Bump {
     height: 0.0,
     centre: 0.0,

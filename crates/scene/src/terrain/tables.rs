@@ -49,7 +49,7 @@ pub(super) const COSBUMP: &[Key<CosBump>] = &[
     ),
 ];
 
-/// The key of every kind with a start of its own.
+/// The key `start`, the same in every kind that has one.
 const fn start<T>(at: fn(&mut T) -> &mut f64) -> Key<T> {
     Key::number(
         "start",
@@ -205,7 +205,7 @@ pub(super) const ROUGH: &[Key<RoughSettings>] = &[
         LENGTH,
         above(0.0).at_most(500.0),
         |r| &mut r.fade,
-        "kind rough only: length over which it grows out of the level ground and shrinks back, at most half of extent",
+        "kind rough only: length over which the height rises from zero at the start and falls to zero at the end, at most half of extent",
     ),
 ];
 
@@ -229,7 +229,7 @@ pub(super) const HEIGHTS: &[Key<Curve>] = &[
         "file",
         "none",
         FILE,
-        "kind heights only: points from a file; either this or points",
+        "kind heights only: points from a file, instead of points",
     ),
     Key::own(
         "x_column",
@@ -247,13 +247,13 @@ pub(super) const HEIGHTS: &[Key<Curve>] = &[
         "sort",
         "off",
         "\"off\", \"on\"",
-        "kind heights with file only: lines may come in any order; those of the same x become one point at their mean height",
+        "kind heights with file only: lines may be in any order; lines of equal x become one point at their mean height",
     ),
     Key::own(
         "file_hash",
         "none",
         "\"sha256:\" and 64 digits",
-        "kind heights with file only: hash that the file must have; a run writes it for its copy",
+        "kind heights with file only: hash that the file must have; a resolved scene has it",
     ),
     Key::word(
         "interpolation",
@@ -267,7 +267,7 @@ pub(super) const HEIGHTS: &[Key<Curve>] = &[
         LENGTH,
         at_least(0.0).at_most(100.0),
         |c| &mut c.smoothing,
-        "kind heights only: waves of this length are halved, shorter ones taken out; 0 for none",
+        "kind heights only: wavelength whose amplitude is halved; shorter waves are removed; 0 for no smoothing",
     ),
 ];
 
@@ -276,6 +276,6 @@ pub(super) const PARTS: &[Key<()>] = &[Key::own(
     "part",
     "",
     "1 to 100 tables, each headed [[terrain.part]]",
-    "kind parts only: one table for each, with the keys of [terrain] but stretch; from rear to front",
+    "kind parts only: the parts, each with the keys of [terrain] except stretch, from rear to front",
 )
 .required()];
