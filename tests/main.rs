@@ -1,6 +1,6 @@
-//! Tests across crates. One file a claim; what a test proves stands above it.
+//! Tests across crates, one file per topic. The doc comment of a test states what it proves.
 
-// A test may stop at the first surprise.
+// A test may panic.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod acceptance_estimators;

@@ -1,5 +1,5 @@
-//! Properties of the forces over random robots, grounds and speeds: a run goes on with forces that obey their laws, or it stops
-//! and says why. What must not happen is a wrong force without a word.
+//! Properties of the forces over random robots, grounds and speeds: every record obeys the laws, or the run stops with
+//! a reason. A wrong force without an error must not occur.
 
 use crate::draws::{grounds, robots};
 use crate::support::scene;
@@ -18,8 +18,8 @@ fn speeds() -> impl Strategy<Value = f64> {
     (0.05..0.5_f64, any::<bool>()).prop_map(|(v, back)| if back { -v } else { v })
 }
 
-/// What must hold of every record, whatever the robot and ground; else what does not.
-fn holds(scene: &Scene, terrain: &Terrain, truth: &Truth) -> Result<(), String> {
+/// Checks the properties of one record. The error names the one that is violated.
+fn check_record(scene: &Scene, terrain: &Terrain, truth: &Truth) -> Result<(), String> {
     let geometry = &scene.robot.robot.geometry;
     let written = format!("{truth:?}");
     if written.contains("NaN") || written.contains("inf") {
@@ -27,7 +27,7 @@ fn holds(scene: &Scene, terrain: &Terrain, truth: &Truth) -> Result<(), String> 
     }
     for (i, w) in truth.wheels.iter().enumerate() {
         let wheel = i + 1;
-        // Not the plant's own word: where the ground is nearest, the centre is on its outer side.
+        // Independent of the plant: at its nearest point, the ground must be below the wheel's centre.
         if terrain
             .nearest(w.position)
             .is_none_or(|c| c.distance <= 0.0)
@@ -37,7 +37,7 @@ fn holds(scene: &Scene, terrain: &Terrain, truth: &Truth) -> Result<(), String> 
         if w.normal_force < 0.0 || (w.contacts == 0 && w.normal_force > 0.0) {
             return Err(format!("N of wheel {wheel} is {}", w.normal_force));
         }
-        // Of two contacts N is the sum of vectors, T the plain sum: the bound holds for one.
+        // With two contacts, N is the vector sum but T the scalar sum: the bound holds for one contact only.
         let most = scene.friction.mu_s * w.normal_force * (1.0 + 1e-12);
         if w.contacts == 1 && w.traction.abs() > most {
             return Err(format!(
@@ -46,7 +46,7 @@ fn holds(scene: &Scene, terrain: &Terrain, truth: &Truth) -> Result<(), String> 
             ));
         }
     }
-    // Both bars of a pin have it at the same place, and each axle is where its link has it.
+    // Both bars of a pin give it the same position, and each axle has the position that its link gives it.
     let image = |bar: Bar, nominal: Vec2| {
         let b = truth.bar(bar);
         b.position + rotate(nominal - geometry.cg(bar), b.angle)
@@ -70,37 +70,39 @@ fn holds(scene: &Scene, terrain: &Terrain, truth: &Truth) -> Result<(), String> 
     Ok(())
 }
 
-/// What came of random runs.
+/// Counts over random runs.
 #[derive(Debug, Default)]
 struct Outcome {
-    /// Runs that went to their end.
+    /// Runs that reached their end.
     ended: u32,
     /// Runs that stopped, by reason.
     stopped: BTreeMap<String, u32>,
-    /// Records with a wheel in the air, with a wheel on two places, with a wheel that slides at more than v_d.
+    /// Records with a wheel in the air.
     in_the_air: u32,
-    on_two_places: u32,
+    /// Records with a wheel that has two contacts.
+    two_contacts: u32,
+    /// Records with a wheel that slides faster than v_d.
     sliding: u32,
 }
 
 impl Outcome {
-    fn look(&mut self, scene: &Scene, truth: &Truth) {
+    fn count(&mut self, scene: &Scene, truth: &Truth) {
         let any = |what: fn(&WheelTruth, f64) -> bool| {
             u32::from(truth.wheels.iter().any(|w| what(w, scene.friction.v_d)))
         };
         self.in_the_air += any(|w, _| w.contacts == 0);
-        self.on_two_places += any(|w, _| w.contacts > 1);
+        self.two_contacts += any(|w, _| w.contacts > 1);
         self.sliding += any(|w, v_d| w.contacts > 0 && w.slip_speed.abs() > v_d);
     }
 }
 
-/// Makes random runs.
+/// Makes `cases` random runs of some seconds and checks every record.
 fn runs(cases: u32, seconds: f64, engine: EngineKind) -> Outcome {
     let config = ProptestConfig {
         cases,
         rng_seed: RngSeed::Fixed(20),
         failure_persistence: None,
-        // A run that fails is shown as it is: to shrink it takes minutes.
+        // Shrinking a failed run would take minutes.
         max_shrink_iters: 0,
         ..ProptestConfig::default()
     };
@@ -114,11 +116,11 @@ fn runs(cases: u32, seconds: f64, engine: EngineKind) -> Outcome {
         scene.drive.ramp_time = 0.3;
         scene.engine.kind = engine;
         let robot = &scene.robot.robot;
-        // The engine cuts its steps for stiff friction by itself.
+        // The engine subdivides its steps for stiff friction itself.
         let longest = longest_step_for_contact(&scene.contact, robot);
         scene.engine.step = scene.engine.step.min(0.6 * longest);
         prop_assume!(robot.geometry.check().is_ok() && robot.mass.check().is_ok());
-        // Wide bumps reach back to the waves behind.
+        // Wide bumps can overlap the waves behind the robot.
         prop_assume!(profile.check().is_ok());
         scene.terrain.profile = profile;
         let setup = scene.plant_setup();
@@ -128,10 +130,10 @@ fn runs(cases: u32, seconds: f64, engine: EngineKind) -> Outcome {
             let next = plant.as_mut().map_err(|why| *why);
             match next.and_then(Plant::next_truth) {
                 Ok(truth) => {
-                    let held = holds(&scene, &setup.terrain, &truth);
+                    let checked = check_record(&scene, &setup.terrain, &truth);
                     let context = || format!("t = {}: {:?}", truth.time, scene.terrain.profile);
-                    outcome.borrow_mut().look(&scene, &truth);
-                    prop_assert!(held.is_ok(), "{:?}, {}", held, context());
+                    outcome.borrow_mut().count(&scene, &truth);
+                    prop_assert!(checked.is_ok(), "{:?}, {}", checked, context());
                 }
                 Err(why) => {
                     let kind = format!("{why:?}");
@@ -160,12 +162,12 @@ fn random_runs_by_direct() {
     assert!(found.in_the_air > 100 && found.on_two_places > 100 && found.sliding > 100);
 }
 
-/// The same by rapier, which takes longer.
+/// The same with rapier, which takes longer.
 #[test]
 fn random_runs_by_rapier() {
     let found = runs(40, 2.0, EngineKind::Rapier);
     println!("rapier, 40 runs of 2 s: {found:?}");
     assert!(found.ended >= 36, "{found:?}");
-    // In 2 s few get so far as to fly.
-    assert!(found.on_two_places > 0 && found.sliding > 0);
+    // In 2 s few wheels leave the ground.
+    assert!(found.two_contacts > 0 && found.sliding > 0);
 }

@@ -1,4 +1,4 @@
-//! `--rerun`: whether and how a run is recorded for the viewer, and shown while it goes on.
+//! `--rerun`: how a run is recorded for the viewer and shown live.
 
 use crate::interrupt::Interrupt;
 #[cfg(feature = "viewer")]
@@ -99,7 +99,7 @@ impl Viewing {
         Ok(())
     }
 
-    /// The sinks, to be told of every record.
+    /// The sinks that receive every record.
     pub fn sinks(&mut self) -> impl Iterator<Item = &mut dyn Sink> {
         let recording = self.recording.as_mut().map(|s| s as &mut dyn Sink);
         let live = self.live.as_mut().map(|s| s as &mut dyn Sink);
@@ -135,7 +135,7 @@ impl Viewing {
     }
 }
 
-/// Without the viewer's libraries there is nothing to be told.
+/// Without the viewer's libraries there are no sinks.
 #[cfg(not(feature = "viewer"))]
 pub struct Viewing;
 

@@ -202,8 +202,16 @@ fn is_of_a_run(name: &str) -> bool {
     ];
     let is_table = TABLE_ENDS.iter().any(|end| name.ends_with(end));
     let tables = ["truth.", "sensors.", "terrain.", "estimate-"];
-    // The scene's own copy of a measured track.
-    let is_track = name.starts_with("track") && name.ends_with(".csv");
+    // Copies of the files that the ground comes from.
+    let track = name
+        .strip_prefix("track")
+        .and_then(|n| n.strip_suffix(".csv"));
+    let is_track = track.is_some_and(|part| {
+        part.is_empty()
+            || part
+                .strip_prefix('-')
+                .is_some_and(|n| n.parse::<u8>().is_ok())
+    });
     fixed.contains(&name) || is_track || (is_table && tables.iter().any(|t| name.starts_with(t)))
 }
 

@@ -10,6 +10,9 @@ pub struct Args {
     /// Folder of a run that was killed, or whose disk was full: `runs/NAME.partial`.
     #[arg(value_name = "FOLDER")]
     folder: PathBuf,
+    /// Folder for the tables; by default that of the run.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
     /// Replaces tables that are there already.
     #[arg(long)]
     force: bool,
@@ -17,7 +20,8 @@ pub struct Args {
 
 /// Makes a Parquet file of each stream in the folder and says how far each goes.
 pub fn recover(args: &Args) -> Result<()> {
-    let tables = robhaz_record::recover(&args.folder, args.force).into_diagnostic()?;
+    let out = args.out.as_ref().unwrap_or(&args.folder);
+    let tables = robhaz_record::recover(&args.folder, out, args.force).into_diagnostic()?;
     for table in tables {
         let (path, rows) = (table.path.display(), table.rows);
         match table.end {

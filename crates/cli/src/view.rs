@@ -69,9 +69,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     if let [scene] = args.what.as_slice()
         && is_scene(scene)
     {
-        let scene = Scene::load(scene, &args.set)?;
-        interrupt.listen()?;
-        return live(&scene, args.pace, interrupt);
+        return live(&Scene::load(scene, &args.set)?, args.pace, interrupt);
     }
     let inputs = inputs(&args.what)?;
     // Named before anything is done, so that nothing is done in vain.
@@ -153,6 +151,7 @@ fn show(
 /// Simulates a scene and shows it while it goes on; nothing is kept.
 fn live(scene: &Scene, pace: Pace, interrupt: &Interrupt) -> Result<()> {
     let mut viewing = Viewing::open(&Rerun::Spawn)?;
+    interrupt.listen()?;
     let (mut progress, mut pace) = (Progress::new(), PaceSink::new(pace, interrupt));
     let mut sinks: Vec<&mut dyn Sink> = viewing.sinks().collect();
     sinks.push(&mut progress);

@@ -74,7 +74,7 @@ pub enum RecordError {
     },
     /// A folder without a summary.
     #[error(
-        "{path} holds no summary.json: either the run in it did not finish, or it is not the folder of a run",
+        "{path} holds no summary.json: the run in it was killed or has no record, or it is not the folder of a run",
         path = path.display()
     )]
     NoSummary {
@@ -89,8 +89,8 @@ pub enum RecordError {
         /// What does not fit.
         source: serde_json::Error,
     },
-    /// A summary was asked for before the run's end, or the run broke off.
-    #[error("the run did not finish: it has no summary")]
+    /// A summary was asked for before the run's end, or of a run without a record.
+    #[error("the run has no summary: it goes on, or it has no record")]
     Unfinished,
     /// A number of the summary cannot be written as JSON.
     #[error("{key} in the summary is not a finite number")]

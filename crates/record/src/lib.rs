@@ -3,6 +3,7 @@
 //! | what | where | written by |
 //! |---|---|---|
 //! | tables of truth, readings and estimates | `truth`, `sensors`, `estimate-NAME`, `.parquet` or `.csv` | [`TableSink`] |
+//! | the same while the run goes on, and where it was killed | `.arrows` in place of `.parquet` | [`TableSink`], [`recover`] |
 //! | how far each estimator was off | `summary.json` | [`SummarySink`], [`Summary`] |
 //! | Figs. 5 to 8 of the paper, all estimators, the way | `fig5_linkage.svg`, `fig5_linkage.pdf`, ... | [`FigureSink`] |
 //! | runs and estimators side by side | the terminal | [`comparison_table`] |

@@ -39,12 +39,31 @@ pub enum TornEnd {
     LeaveOut,
 }
 
-/// Makes a Parquet file of every stream (`.arrows`) in the folder of a run that was killed; the streams stay.
+/// Makes a Parquet file in the folder `out` of every stream (`.arrows`) that a killed run left in `run`; the streams stay.
 ///
 /// # Errors
-/// [`RecordError`]: no folder, no streams, a Parquet file that is there already and may not be replaced (`replace`), or a
+/// [`RecordError`]: no such folder, no streams, a Parquet file that is there already and may not be replaced (`replace`), or a
 /// file that cannot be read or written.
-pub fn recover(folder: &Path, replace: bool) -> Result<Vec<RecoveredTable>, RecordError> {
+pub fn recover(run: &Path, out: &Path, replace: bool) -> Result<Vec<RecoveredTable>, RecordError> {
+    let streams = streams(run)?;
+    if streams.is_empty() {
+        return Err(RecordError::NoStreams {
+            path: run.to_path_buf(),
+        });
+    }
+    std::fs::create_dir_all(out).map_err(io_error("create", out))?;
+    let mut tables = streams.iter().map(|stream| table_of(stream, out));
+    if let Some(path) = tables.find(|table| !replace && table.exists()) {
+        return Err(RecordError::Exists { path });
+    }
+    streams
+        .iter()
+        .map(|stream| write_parquet(stream, out, TornEnd::LeaveOut))
+        .collect()
+}
+
+/// The streams in a folder, in order of their names.
+fn streams(folder: &Path) -> Result<Vec<PathBuf>, RecordError> {
     if !folder.is_dir() {
         return Err(RecordError::NoFolder {
             path: folder.to_path_buf(),
@@ -60,26 +79,24 @@ pub fn recover(folder: &Path, replace: bool) -> Result<Vec<RecoveredTable>, Reco
             streams.push(path);
         }
     }
-    if streams.is_empty() {
-        return Err(RecordError::NoStreams {
-            path: folder.to_path_buf(),
-        });
-    }
     streams.sort();
-    let tables = streams.iter().map(|s| s.with_extension("parquet"));
-    if let Some(path) = tables.into_iter().find(|t| !replace && t.exists()) {
-        return Err(RecordError::Exists { path });
-    }
-    streams
-        .iter()
-        .map(|stream| write_parquet(stream, TornEnd::LeaveOut))
-        .collect()
+    Ok(streams)
 }
 
-/// Makes the Parquet file of a stream, beside it. The file has its name only when it is complete.
-pub fn write_parquet(stream: &Path, torn: TornEnd) -> Result<RecoveredTable, RecordError> {
-    let path = stream.with_extension("parquet");
-    let partial = stream.with_extension("parquet.partial");
+/// The Parquet file of a stream.
+fn table_of(stream: &Path, folder: &Path) -> PathBuf {
+    let name = stream.with_extension("parquet");
+    folder.join(name.file_name().unwrap_or_default())
+}
+
+/// Makes the Parquet file of a stream in a folder. The file has its name only when it is complete.
+pub fn write_parquet(
+    stream: &Path,
+    folder: &Path,
+    torn: TornEnd,
+) -> Result<RecoveredTable, RecordError> {
+    let path = table_of(stream, folder);
+    let partial = path.with_extension("parquet.partial");
     let done = convert(stream, &partial, torn).and_then(|(rows, end)| {
         std::fs::rename(&partial, &path).map_err(io_error("rename", &partial))?;
         Ok(RecoveredTable { path, rows, end })

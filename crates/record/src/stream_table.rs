@@ -1,4 +1,4 @@
-//! A table as a stream of Arrow batches: what a run writes while it goes on, for it can be read at any time.
+//! A table as a stream of Arrow batches: the form that a run writes, because it can be read at any time.
 //!
 //! A Parquet file ends in a footer without which nothing of it can be read, so that a killed run would leave nothing. A stream
 //! (`.arrows`, the Arrow IPC streaming format) has no footer: every batch stands for itself. [`crate::parquet_table`] makes the

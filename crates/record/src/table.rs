@@ -115,7 +115,7 @@ impl Sink for TableSink {
         }
         // Where rows did not fit, their Parquet file would not either.
         if first_failure.is_none() && !self.failed {
-            first_failure = convert(&streams).err();
+            first_failure = convert(&streams, &self.folder).err();
         }
         match first_failure {
             Some(error) => Err(error.into()),
@@ -125,9 +125,9 @@ impl Sink for TableSink {
 }
 
 /// Makes a Parquet file of each stream, all at once, and removes the streams that are no longer needed.
-fn convert(streams: &[PathBuf]) -> Result<(), RecordError> {
+fn convert(streams: &[PathBuf], folder: &Path) -> Result<(), RecordError> {
     let convert = |stream: &PathBuf| {
-        write_parquet(stream, TornEnd::Refuse)?;
+        write_parquet(stream, folder, TornEnd::Refuse)?;
         std::fs::remove_file(stream).map_err(io_error("remove", stream))
     };
     streams.par_iter().map(convert).collect()
@@ -246,7 +246,7 @@ mod tests {
         let copy = tempfile::tempdir().expect("a folder");
         let name = format!("{table}.arrows");
         fs::copy(folder.join(&name), copy.path().join(&name)).expect("a stream");
-        let mut tables = recover(copy.path(), false).expect("it can be read");
+        let mut tables = recover(copy.path(), copy.path(), false).expect("it can be read");
         tables.remove(0)
     }
 
@@ -282,15 +282,24 @@ mod tests {
         for record in &records() {
             sink.frame(&record.frame()).expect("a row");
         }
-        let tables = recover(folder.path(), false).expect("tables");
+        let out = tempfile::tempdir().expect("a folder");
+        let out = out.path().join("new");
+        let recover = |replace| recover(folder.path(), &out, replace);
+        let tables = recover(false).expect("tables");
         assert_eq!(tables.len(), 5);
-        let recovered = fs::read(&tables[4].path).expect("a table");
-        let error = recover(folder.path(), false).expect_err("it is there");
+        let error = recover(false).expect_err("it is there");
         assert!(error.to_string().ends_with(".parquet exists"), "{error}");
-        assert_eq!(recover(folder.path(), true).expect("replaced"), tables);
+        assert_eq!(recover(true).expect("replaced"), tables);
         sink.end(None).expect("ends");
-        assert!(recovered == fs::read(&tables[4].path).expect("a table"));
-        let error = recover(folder.path(), false).expect_err("the streams have gone");
+        for table in tables {
+            let name = table.path.file_name().expect("a name");
+            let of_the_run = fs::read(folder.path().join(name)).expect("a table");
+            assert!(
+                of_the_run == fs::read(&table.path).expect("a table"),
+                "{name:?}"
+            );
+        }
+        let error = recover(true).expect_err("the streams have gone");
         assert!(matches!(error, RecordError::NoStreams { .. }), "{error}");
     }
 

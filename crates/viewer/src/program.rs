@@ -8,13 +8,13 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Port on which viewers listen unless told otherwise.
+/// Port on which viewers listen by default.
 pub(crate) const DEFAULT_PORT: u16 = 9876;
 /// How long a viewer may take to start, s.
 const START_TIME: Duration = Duration::from_secs(30);
 /// Between two looks at whether it has.
 const POLL_TIME: Duration = Duration::from_millis(50);
-/// Lines of a viewer's last words that are worth telling.
+/// Lines of a viewer's last output that an error quotes.
 const MOST_LINES: usize = 5;
 
 /// Shows recordings on the screen, until the user closes the viewer or `stop` names a cause.

@@ -55,6 +55,7 @@ impl Kind {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use robhaz_estimator::{Method, PaperMethod};
 
     /// A label of the user does not make an estimator the paper's, and a changed preset is not the paper's either.
     #[test]
@@ -67,7 +68,10 @@ mod tests {
         let wheels = Kind::of(&EstimatorSettings::paper_wheels());
         assert!(wheels.names("mine").1.contains("Fig. 8"));
         let changed = EstimatorSettings {
-            observer_pole: 10.0,
+            method: Method::Paper(PaperMethod {
+                observer_pole: 10.0,
+                ..PaperMethod::DEFAULT
+            }),
             ..EstimatorSettings::paper_body()
         };
         assert_eq!(Kind::of(&changed), Kind::Other);

@@ -16,7 +16,6 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 use robhaz_model::{Bar, Pin, Vec2};
 use robhaz_sim::{Truth, WheelTruth};
-use std::ops::Range;
 
 /// Longest arrow, m: an impact must not leave the picture.
 const LONGEST: f64 = 3.0 * MEAN_LOAD_LENGTH;
