@@ -1,4 +1,4 @@
-//! Timings. Machines are noisy: believe the ratios within one run.
+//! Benchmarks. Timings on a loaded machine vary: compare ratios within one run.
 //!
 //! `cargo bench -p robhaz --bench robhaz`
 
@@ -14,7 +14,7 @@ use robhaz_terrain::{Heights, Interpolation, Profile, Terrain, Vec2};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-/// The default robot, drive and laws on some ground.
+/// The default robot, drive and laws on a terrain.
 fn setup(engine: EngineKind, terrain: &Terrain) -> PlantSetup {
     PlantSetup {
         terrain: terrain.clone(),
@@ -23,7 +23,7 @@ fn setup(engine: EngineKind, terrain: &Terrain) -> PlantSetup {
     }
 }
 
-/// A plant that has run for two seconds.
+/// A plant after two simulated seconds, when the robot moves.
 fn rolling(setup: &PlantSetup) -> Plant {
     let mut plant = Plant::new(setup).expect("the robot stands");
     one_second(&mut plant);
@@ -31,16 +31,18 @@ fn rolling(setup: &PlantSetup) -> Plant {
     plant
 }
 
+/// Runs one simulated second at 1 kHz.
 fn one_second(plant: &mut Plant) {
     for _ in 0..1000 {
         assert!(black_box(plant.next_truth()).is_ok());
     }
 }
 
-/// Simulated seconds a second with the error of N beside it: whole scenes, 1 kHz truth included, on one core. Errors are against
-/// `direct` at a tolerance of 1e-8, 99th percentile over wheels and records, of the mean N.
+/// Speed and error of both engines: simulated seconds per second for complete scenes on one core, with truth at 1 kHz,
+/// and the error of N relative to `direct` at a tolerance of 1e-8, as the 99th percentile over wheels and records
+/// divided by the mean of N.
 fn speed_and_accuracy(_: &mut Criterion) {
-    // Criterion's test mode only asks whether it runs.
+    // In criterion's test mode a short run suffices.
     let duration = if std::env::args().any(|a| a == "--test") {
         1.0
     } else {
@@ -55,20 +57,29 @@ fn speed_and_accuracy(_: &mut Criterion) {
         let (exact, _) = timed(&exact, duration);
         for engine in EngineKind::ALL {
             let setup = setup(engine, &terrain);
-            // The best of three: other work on the machine only ever adds.
+            // The shortest of three times: other work on the machine can only add to them.
             let runs = [(); 3].map(|()| timed(&setup, duration));
-            let seconds = runs.iter().map(|r| r.1).fold(f64::INFINITY, f64::min);
+            let best = |runs: &[(Vec<Truth>, f64); 3]| {
+                runs.iter().map(|r| r.1).fold(f64::INFINITY, f64::min)
+            };
+            let seconds = best(&runs);
+            let balanced = PlantSetup {
+                balance: true,
+                ..setup
+            };
+            let balanced = best(&[(); 3].map(|()| timed(&balanced, duration)));
             println!(
-                "{name}, {}: {:.0} simulated seconds a second, N errs by {:.4} % (99th percentile)",
+                "{name}, {}: {:.0} simulated seconds per second, error of N {:.4} % (99th percentile); {:.3} of the time with impulse and work",
                 engine.name(),
                 duration / seconds,
-                100.0 * error_of_n(&runs[0].0, &exact)
+                100.0 * error_of_n(&runs[0].0, &exact),
+                balanced / seconds,
             );
         }
     }
 }
 
-/// A run, and the time that it took, s.
+/// A run, and its duration in real time, s.
 fn timed(setup: &PlantSetup, duration: f64) -> (Vec<Truth>, f64) {
     let start = Instant::now();
     let mut plant = Plant::new(setup).expect("the robot stands");
@@ -79,7 +90,7 @@ fn timed(setup: &PlantSetup, duration: f64) -> (Vec<Truth>, f64) {
     (truth, start.elapsed().as_secs_f64())
 }
 
-/// 99th percentile of the error of N over wheels and records, of the mean N.
+/// 99th percentile of the error of N over wheels and records, divided by the mean of N.
 fn error_of_n(truth: &[Truth], exact: &[Truth]) -> f64 {
     assert_eq!(truth.len(), exact.len());
     let forces = |t: &Truth| t.wheels.map(|w| w.normal_force);
@@ -93,7 +104,7 @@ fn error_of_n(truth: &[Truth], exact: &[Truth]) -> f64 {
     errors[errors.len() * 99 / 100] / mean
 }
 
-/// One simulated second of `smooth` from the third on, 1 kHz truth included; the real-time factor is 1 s over this.
+/// The third simulated second of `smooth`, with truth at 1 kHz. The real-time factor is 1 s divided by the time.
 fn plant(c: &mut Criterion) {
     let terrain = Terrain::new(Profile::smooth());
     let mut group = c.benchmark_group("plant: 1 s on smooth, 1 kHz truth");
@@ -109,7 +120,7 @@ fn plant(c: &mut Criterion) {
     }
 }
 
-/// Contacts of one wheel at rest, where there is one and where there are two.
+/// Contacts of one wheel, at places with one contact and with two.
 fn terrain(c: &mut Criterion) {
     let mut group = c.benchmark_group("terrain: contacts of one wheel");
     for (name, profile, x) in [
@@ -129,11 +140,12 @@ fn terrain(c: &mut Criterion) {
     }
 }
 
-/// The same ground through a hundred knots and through a million, 4 m of it: a step must not cost more on either.
+/// The same 4 m of ground through 100 knots and through 1 000 000: the time of a step must not depend on their number.
 ///
-/// Both are measured in turns, and the least of their times is compared: what else the machine does adds, never takes away.
+/// The two are measured alternately, and the shortest times are compared: other work on the machine can only add to
+/// them.
 fn knots(_: &mut Criterion) {
-    // Criterion's filter and test mode, for what it does not measure itself.
+    // Follows criterion's filter and test mode, because criterion does not measure this.
     let given = |wanted: fn(&str) -> bool| std::env::args().skip(1).any(|a| wanted(&a));
     let testing = given(|a| a == "--test");
     if given(|a| !a.starts_with('-') && a != "knots") {
@@ -149,7 +161,6 @@ fn knots(_: &mut Criterion) {
     let few = spline(sampled(&Profile::smooth(), 100));
     let many = spline(sampled(&few, 1_000_000));
     let terrains = [Terrain::new(few), Terrain::new(many)];
-    // Criterion's own filter and test mode are for its own measurements.
     let turns = if testing { 1 } else { 15 };
     for engine in EngineKind::ALL {
         let mut least = [Duration::MAX; 2];
@@ -171,7 +182,7 @@ fn knots(_: &mut Criterion) {
     }
 }
 
-/// One sample of all sensors: nothing but copies, and every error that there is.
+/// One sample of all sensors: ideal ones, which copy the truth, and poor ones, which have every error.
 fn sensors(c: &mut Criterion) {
     let mut group = c.benchmark_group("sensors: one sample of all");
     for grade in [Grade::Ideal, Grade::Poor] {
@@ -186,7 +197,7 @@ fn sensors(c: &mut Criterion) {
     }
 }
 
-/// Readings of `smooth` with sensors of the grade `typical`, from 1 s on, when the robot moves: every frame another posture.
+/// Sensor frames of `smooth` with the grade `typical` from 1 s, when the robot moves and its posture changes.
 fn frames(count: usize) -> Vec<SensorFrame> {
     let setup = setup(EngineKind::Direct, &Terrain::new(Profile::smooth()));
     let mut plant = Plant::new(&setup).expect("the robot stands");
@@ -201,7 +212,7 @@ fn frames(count: usize) -> Vec<SensorFrame> {
     frames
 }
 
-/// One update of the paper's estimator and of `best`: the mean over 4000 frames in their order. Goals: 0.5 us and 3 us.
+/// Updates of the paper's estimator and of `best` with 4000 consecutive frames. Goals: 0.5 us and 3 us per update.
 fn estimate(c: &mut Criterion) {
     let frames = frames(4000);
     let mut group = c.benchmark_group("estimator: 4000 updates");
@@ -224,20 +235,20 @@ fn estimate(c: &mut Criterion) {
         });
     }
     println!(
-        "estimator: {} bytes in all, {} of a saved state",
+        "estimator: {} bytes in memory, {} bytes of saved state",
         size_of::<Estimator>(),
         SavedState::BYTES
     );
 }
 
-/// What the viewer costs the thread that simulates, in the third and fourth second of `smooth`: the simulation alone; handed to a
-/// live viewer (here a server that keeps it); written to a file. Layout and start are not in it.
+/// Cost of the viewer to the simulating thread in the third and fourth second of `smooth`: the simulation alone; with a
+/// live viewer (here a server that keeps the data); with a recording. The times exclude layout and start.
 #[cfg(feature = "viewer")]
 fn viewing(c: &mut Criterion) {
     use robhaz_run::{Frame, RunEnd, Sink, SinkError};
     use robhaz_viewer::{LiveSink, RecordingSink};
 
-    /// A clock of this thread's own work, where the system has one: other threads and programs do not count.
+    /// CPU time of this thread if the system provides it, otherwise elapsed time.
     fn thread_time() -> Duration {
         static START: std::sync::LazyLock<Instant> = std::sync::LazyLock::new(Instant::now);
         let known = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
@@ -259,7 +270,7 @@ fn viewing(c: &mut Criterion) {
 
         fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
             self.inner.as_mut().map_or(Ok(()), |s| s.frame(frame))?;
-            // A file is written every two seconds: here, and at the end.
+            // A recording is written every two seconds: here and at the end.
             if frame.truth.time >= 2.0 {
                 self.start.get_or_insert_with(thread_time);
             }
@@ -323,7 +334,7 @@ fn viewing(c: &mut Criterion) {
     let _ = std::fs::remove_dir_all(&folder);
 }
 
-/// Without the viewer there is nothing to be measured.
+/// Without the feature `viewer` there is no such benchmark.
 #[cfg(not(feature = "viewer"))]
 fn viewing(_: &mut Criterion) {}
 

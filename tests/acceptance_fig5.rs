@@ -3,10 +3,11 @@
 use crate::support::{keep, scene};
 use robhaz_model::Pin;
 
-/// Claim: the linkage's position follows from the sensors on links 1 and 2 alone. With ideal sensors the estimate of every
-/// pin, seen from Q, is within 0.1 mm of the simulation's; what is left is the trapezoidal rule on the gyro's rate.
+/// Acceptance: the sensors on links 1 and 2 determine the position of the linkage. With ideal sensors the estimated
+/// position of every pin relative to Q is within 0.1 mm of the truth; the rest is the error of the trapezoidal rule on
+/// the gyro's rate.
 #[test]
-fn pins_are_found_from_two_links() {
+fn the_sensors_of_two_links_give_the_pin_positions() {
     let kept = keep(&scene("smooth", &["record.duration=12"]));
     let mut greatest = 0.0_f64;
     for (truth, estimate) in kept.truth.iter().zip(&kept.estimates[0]) {
@@ -19,7 +20,7 @@ fn pins_are_found_from_two_links() {
     }
     println!("greatest error of a pin's position: {greatest:.2e} m");
     assert!(greatest < 1e-4, "{greatest}");
-    // The test would be empty if the linkage stood still.
+    // The linkage must move, or the test proves nothing.
     let turn = kept
         .truth
         .iter()

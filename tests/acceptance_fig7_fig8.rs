@@ -1,4 +1,4 @@
-//! Figs. 7 and 8: normal forces with the linkage's mass lumped to the body or to the wheels.
+//! Figs. 7 and 8: estimates of N with the linkage's mass lumped to the body or to the wheels.
 
 use crate::support::{Kept, keep, scene};
 
@@ -7,21 +7,21 @@ fn errors(kept: &Kept) -> [f64; 3] {
     [0, 1, 2].map(|i| 100.0 * kept.nrmse(i, 2.0))
 }
 
-/// Half of the last digit to which the independent solver's figures are stated, and a little for the discretisation of
-/// eq. (3), %.
-const STATED: f64 = 0.1;
+/// Tolerance, %: half of the last digit of the independent implementation's figures, and an allowance for the
+/// discretisation of eq. (3).
+const TOLERANCE: f64 = 0.1;
 
-fn close(found: [f64; 3], expected: [f64; 3]) {
+fn assert_close(found: [f64; 3], expected: [f64; 3]) {
     for (found, expected) in found.into_iter().zip(expected) {
         assert!(
-            (found - expected).abs() < STATED,
+            (found - expected).abs() < TOLERANCE,
             "{found:.3} %, expected {expected} %"
         );
     }
 }
 
-/// Claim: "better performance is observed with the second case that the mass of linkages is lumped in the wheels evenly".
-/// The figures are those of an independent implementation, for the PI drive.
+/// Acceptance of the paper's claim "better performance is observed with the second case that the mass of linkages is
+/// lumped in the wheels evenly", for the PI drive. The expected figures are those of an independent implementation.
 #[test]
 fn lumped_to_wheels_beats_lumped_to_body() {
     let kept = keep(&scene("smooth", &[]));
@@ -31,12 +31,12 @@ fn lumped_to_wheels_beats_lumped_to_body() {
         found[0], found[1], found[2]
     );
     assert!(found[1] < found[0]);
-    close(found, [10.9, 7.6, 2.5]);
+    assert_close(found, [10.9, 7.6, 2.5]);
 }
 
-/// The same claim under the soft drive.
+/// The same claim with the soft drive.
 #[test]
-fn and_under_the_soft_drive() {
+fn lumped_to_wheels_beats_lumped_to_body_with_the_soft_drive() {
     let kept = keep(&scene("smooth", &["drive.kp=2", "drive.ki=0"]));
     let found = errors(&kept);
     println!(
@@ -44,5 +44,5 @@ fn and_under_the_soft_drive() {
         found[0], found[1], found[2]
     );
     assert!(found[1] < found[0]);
-    close(found, [11.1, 7.5, 1.7]);
+    assert_close(found, [11.1, 7.5, 1.7]);
 }

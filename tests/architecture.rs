@@ -1,10 +1,10 @@
-//! The architecture document agrees with the code.
+//! docs/architecture.md agrees with the code.
 
 use crate::support::root;
 use std::collections::BTreeSet;
 use std::process::Command;
 
-/// Direct dependencies between the workspace's crates, tests aside, as pairs of names without the prefix `robhaz-`.
+/// Direct dependencies between the workspace's crates without dev-dependencies, as pairs of names without `robhaz-`.
 fn dependencies() -> BTreeSet<(String, String)> {
     let output = Command::new(env!("CARGO"))
         .args(["metadata", "--no-deps", "--offline", "--locked"])
@@ -41,7 +41,7 @@ fn dependencies() -> BTreeSet<(String, String)> {
     edges
 }
 
-/// The crate graph of docs/architecture.md is that of `cargo metadata`.
+/// The crate graph in docs/architecture.md equals that of `cargo metadata`.
 #[test]
 fn the_crate_graph_is_documented() {
     let text = std::fs::read_to_string(root().join("docs/architecture.md")).unwrap();
@@ -53,12 +53,12 @@ fn the_crate_graph_is_documented() {
         .map(|(from, to)| (from.to_owned(), to.to_owned()))
         .collect();
     let found = dependencies();
-    // An empty graph on both sides would prove nothing.
+    // Two empty graphs would be equal, too.
     assert!(found.len() > 20, "{found:?}");
     let missing: Vec<_> = found.difference(&documented).collect();
     let stale: Vec<_> = documented.difference(&found).collect();
     assert!(
         missing.is_empty() && stale.is_empty(),
-        "docs/architecture.md lacks {missing:?} and has {stale:?}, which are gone"
+        "docs/architecture.md lacks {missing:?}; it shows {stale:?}, which do not exist"
     );
 }

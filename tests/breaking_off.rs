@@ -1,4 +1,4 @@
-//! Runs that are stopped, killed, or out of disk: what was recorded is kept and can be read.
+//! Runs that are stopped or killed, or that run out of disk space: their records are kept and can be read.
 #![cfg(unix)]
 
 use std::fs;
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-/// Longest wait for what takes a moment on an idle machine: loaded ones are slow.
+/// Longest wait for an event that takes a moment on an idle machine, and longer on a loaded one.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 fn robhaz(folder: &Path, arguments: &[&str]) -> Command {
@@ -16,7 +16,7 @@ fn robhaz(folder: &Path, arguments: &[&str]) -> Command {
     command
 }
 
-/// A folder with a scene that takes far longer than any test.
+/// A folder with a scene whose run takes much longer than any test.
 fn long_scene() -> tempfile::TempDir {
     let dir = tempfile::tempdir().unwrap();
     let text = "[terrain]\nkind = \"flat\"\n[engine]\nkind = \"direct\"\n[record]\nduration = 1e4\ncompare_from = 0.1\n";
@@ -24,10 +24,10 @@ fn long_scene() -> tempfile::TempDir {
     dir
 }
 
-fn wait_until(what: &str, mut so: impl FnMut() -> bool) {
+fn wait_until(missing: &str, mut reached: impl FnMut() -> bool) {
     let start = Instant::now();
-    while !so() {
-        assert!(start.elapsed() < PATIENCE, "{what}");
+    while !reached() {
+        assert!(start.elapsed() < PATIENCE, "{missing}");
         std::thread::sleep(Duration::from_millis(20));
     }
 }
@@ -43,7 +43,7 @@ fn signal(child: &Child, name: &str) {
     assert!(sent.unwrap().success());
 }
 
-/// A process handles Ctrl-C only from some moment on; Linux tells.
+/// Waits until a process has installed its handlers of SIGINT and SIGTERM, which /proc shows on Linux.
 fn wait_until_it_listens(child: &Child) {
     let status = PathBuf::from(format!("/proc/{}/status", child.id()));
     if !status.exists() {
@@ -60,7 +60,7 @@ fn wait_until_it_listens(child: &Child) {
     });
 }
 
-/// Ends the process where a test fails before it has.
+/// A child process that is killed if a test fails before the process ends.
 struct Running(Option<Child>);
 
 impl Running {
@@ -91,7 +91,7 @@ impl Drop for Running {
     }
 }
 
-/// Standard error in one line: the report breaks lines where the terminal would.
+/// Standard error in one line, because error reports wrap lines at the terminal's width.
 fn said(output: &Output) -> String {
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
     text.replace(['│', '╰', '├', '─', '▶', '×'], " ")
@@ -100,9 +100,10 @@ fn said(output: &Output) -> String {
         .join(" ")
 }
 
-/// Ctrl-C and SIGTERM end a run in order: whole tables, figures, a summary that says when and why, the shell's exit codes.
+/// Ctrl-C and SIGTERM end a run in order: complete tables, figures, a summary with time and cause, the shell's exit
+/// codes.
 #[test]
-fn a_stopped_run_leaves_all_that_it_has() {
+fn a_stopped_run_keeps_all_its_records() {
     for (name, format, cause, code) in [
         ("-INT", "parquet", "Ctrl-C", 130),
         ("-TERM", "csv", "SIGTERM", 143),
@@ -154,7 +155,7 @@ fn a_stopped_run_leaves_all_that_it_has() {
             0
         );
         if format == "csv" {
-            // The last row is that of the summary's time.
+            // The last row has the time of the summary.
             let table = fs::read_to_string(partial.join("truth.csv")).unwrap();
             let last = table.lines().last().unwrap().split(',').next().unwrap();
             assert!((last.parse::<f64>().unwrap() - end).abs() < 1e-9);
@@ -165,7 +166,7 @@ fn a_stopped_run_leaves_all_that_it_has() {
         #[cfg(feature = "viewer")]
         assert!(robhaz_viewer::recording_is_closed(&partial.join("run.rrd")).unwrap());
 
-        // It can be looked at as what it is.
+        // `compare` reads the folder and states the cause.
         let compared = robhaz(dir.path(), &["compare", "runs/long.partial"])
             .output()
             .unwrap();
@@ -174,7 +175,7 @@ fn a_stopped_run_leaves_all_that_it_has() {
     }
 }
 
-/// While the end of a run takes its time, a second Ctrl-C ends it at once, and the rows are still there.
+/// A second Ctrl-C ends a run at once while its files are being completed; the rows are kept.
 #[test]
 fn a_second_signal_ends_at_once() {
     let dir = long_scene();
@@ -183,7 +184,7 @@ fn a_second_signal_ends_at_once() {
     let partial = dir.path().join("runs/long.partial");
     let stream = partial.join("truth.arrows");
     wait_until("no rows", || size(&stream) > 500_000);
-    // Whoever opens a pipe to write waits for a reader: this one waits for ever.
+    // Opening a pipe for writing blocks until there is a reader: the run cannot complete this table.
     let pipe = Command::new("mkfifo")
         .arg(partial.join("truth.parquet.partial"))
         .status();
@@ -200,9 +201,10 @@ fn a_second_signal_ends_at_once() {
     assert!(size(&stream) > 500_000);
 }
 
-/// A run at the pace of the clock that is killed within its first seconds leaves all but its last second, in both formats.
+/// A run in real time that is killed within its first seconds keeps all records but those of the last second, in both
+/// formats.
 #[test]
-fn a_killed_run_leaves_its_rows() {
+fn a_killed_run_keeps_its_records() {
     for format in ["parquet", "csv"] {
         let dir = long_scene();
         let arguments = [
@@ -221,14 +223,14 @@ fn a_killed_run_leaves_its_rows() {
             "truth.arrows"
         };
         wait_until("no file", || size(&partial.join(growing)) > 0);
-        // The file was there before the run's clock started: three seconds of the clock hold two of the run even where
-        // the machine is busy.
+        // The run's clock starts after the file is created. On a loaded machine it starts late, so four seconds of
+        // waiting cover two seconds of the run.
         std::thread::sleep(Duration::from_secs(4));
         run.child().kill().unwrap();
         run.output();
         if format == "csv" {
             let table = fs::read_to_string(partial.join("truth.csv")).unwrap();
-            // The last line may be torn.
+            // The last line may be incomplete.
             let whole = table.rsplit_once('\n').unwrap().0;
             let last = whole.lines().last().unwrap().split(',').next().unwrap();
             assert!(last.parse::<f64>().unwrap() >= 2.0, "{last}");
@@ -249,7 +251,7 @@ fn a_killed_run_leaves_its_rows() {
         let table = fs::read(partial.join("truth.parquet")).unwrap();
         assert!(table.starts_with(b"PAR1") && table.ends_with(b"PAR1"));
 
-        // Nothing is replaced unasked, and the whole folder is that of a run.
+        // Existing files are not replaced, and the folder counts as that of a run.
         let again = robhaz(dir.path(), &["recover", "runs/long.partial"])
             .output()
             .unwrap();
@@ -267,13 +269,13 @@ fn a_killed_run_leaves_its_rows() {
     }
 }
 
-/// Where a file cannot grow the run ends with an error that names it, and what was recorded can be read.
+/// If a file cannot grow, the run ends with an error that names it, and its records can be read.
 #[test]
 fn a_full_disk_keeps_what_was_recorded() {
     for format in ["parquet", "csv"] {
         let dir = long_scene();
         let mut command = Command::new("sh");
-        // A limit of the file size, 512 or 1024 bytes a block: writes fail as on a full disk.
+        // A limit of the file size in blocks of 512 or 1024 bytes: writes fail as on a full disk.
         let script =
             format!("ulimit -f 8000 && exec \"$0\" run long.toml --rerun off --format {format}");
         command.args(["-c", &script, env!("CARGO_BIN_EXE_robhaz")]);

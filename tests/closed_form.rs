@@ -1,5 +1,5 @@
-//! Runs whose outcome can be written down. Static loads on level ground stand in `conservation.rs`; eq. (10) swept and the
-//! penetration at rest beside the law.
+//! Runs and laws with a known closed form. `conservation.rs` tests static loads on level ground; `contact.rs` of the
+//! simulator tests eq. (10) and the static penetration.
 
 use crate::support::{keep, scene};
 use robhaz_model::PinStop;
@@ -8,13 +8,14 @@ use robhaz_sim::stop::stop_torque;
 use robhaz_terrain::{Profile, Ramp};
 use robhaz_verify::truth_of;
 
-/// Closed form: rolling down a slope under a drive so soft that the slope rules. Wheels and rotors add to the mass,
-/// M = m + 3 (J_wheel + J_rotor)/d^2; gravity pulls with m g sin a, damping and control hold with 3 (B + Kp) v/d^2 and push with
-/// 3 Kp omega_set/d, d = r - g. So the rims' speed nears its end with exp(-t/tau), tau = M d^2/(3 (B + Kp)); the way
-/// there is followed, not the end alone.
+/// Closed form: the robot rolls down a slope of angle a with a drive so soft that gravity dominates. Let d = r - g be
+/// the arm of the traction. Wheels and rotors add to the mass, `M = m + 3 (J_wheel + J_rotor)/d^2`. The driving forces
+/// are `m g sin a` of gravity and `3 Kp omega_set/d` of the drive, the braking force is `3 (B + Kp) v/d^2` of damping and
+/// control. So the rims' speed v approaches its final value with `exp(-t/tau)`, `tau = M d^2/(3 (B + Kp))`. The test
+/// compares v over the whole run.
 ///
-/// At the end nothing accelerates: the sum of N is the weight's part across the slope, the sum of T its part along it, and each
-/// N is the one that the paper's statics (the estimator's code, with true masses) gives for the given T.
+/// At the end the acceleration is zero: the sum of N is the component of the weight normal to the slope, the sum of T
+/// the one along it, and each N is that of the paper's statics (the estimator `true-mass`) for the given T.
 #[test]
 fn rolling_down_a_slope() {
     let angle = 5.0_f64.to_radians();
@@ -31,7 +32,7 @@ fn rolling_down_a_slope() {
         let robot = &scene.robot.robot;
         let (mass, weight) = (robot.mass.total(), robot.mass.total() * 9.81);
         let law = &scene.contact;
-        // The arm of the traction.
+        // The arm of the traction is d.
         let r = robot.geometry.wheel_radius;
         let d = r - law.static_penetration(robot.mean_wheel_load());
         let damping = scene.drive.viscous_damping + scene.drive.kp;
@@ -41,7 +42,7 @@ fn rolling_down_a_slope() {
         let end = (weight * angle.sin() * d + push) * d / (3.0 * damping);
 
         let kept = keep(&scene);
-        // Of the rims.
+        // Mean speed of the rims, m/s.
         let speed = |i: usize| {
             kept.truth[i]
                 .wheels
@@ -50,7 +51,7 @@ fn rolling_down_a_slope() {
                 .sum::<f64>()
                 / 3.0
         };
-        // From when the rear wheel has left the level ground and its meeting the corner has died out.
+        // All wheels have been on the slope for 0.1 s: the impact of the rear wheel at the corner has decayed.
         let all_on =
             |w: &robhaz_sim::WheelTruth| w.contacts == 1 && (w.contact_angle + angle).abs() < 1e-6;
         let on = kept
@@ -67,13 +68,13 @@ fn rolling_down_a_slope() {
             worst = worst.max((speed(i) / expected - 1.0).abs());
         }
         println!(
-            "{}: {:.4} to {end:.4} m/s, off by {worst:.1e}",
+            "{}: {:.4} to {end:.4} m/s, relative error {worst:.1e}",
             engine.name(),
             speed(on)
         );
-        // The creep changes on the way, and with it the speed of the mass against that of the rims.
+        // The creep, the difference between the speed of the rims and that of the robot, changes during the run.
         assert!(worst < 1e-3, "{worst}");
-        // Near rest mu(v) rises with 3 mu_s/(2 v_s), 60 s/m: T/N = -tan a is a creep of 1.5 mm/s.
+        // At v = 0 the slope of mu(v) is 3 mu_s/(2 v_s) = 60 s/m: T/N = -tan a gives a creep of 1.5 mm/s.
         let friction = &scene.friction;
         let creep = angle.tan() * 2.0 * friction.v_s / (3.0 * friction.mu_s);
         let rims = speed(kept.truth.len() - 1);
@@ -84,7 +85,7 @@ fn rolling_down_a_slope() {
             rims / end - 1.0,
             body - rims
         );
-        // The loads, and with them the creeps and the arms (by 0.02 mm, 0.06 mm/s), are not the same on all wheels.
+        // The wheels' loads differ, and with them the arms (by 0.02 mm) and the creeps (by 0.06 mm/s).
         assert!((rims / end - 1.0).abs() < 1e-4 && ((body - rims) / creep - 1.0).abs() < 0.04);
 
         let last = kept.truth.last().unwrap();
@@ -95,7 +96,7 @@ fn rolling_down_a_slope() {
             "{}: sum of N {n:.4} N for {across:.4}, of T {t:.4} N for {along:.4}",
             engine.name()
         );
-        // What is left of the way to the end: exp(-12 s/0.6 s) of the forces.
+        // The transient has decayed to exp(-12 s/0.6 s).
         assert!((n - across).abs() < 1e-3 && (t - along).abs() < 1e-3);
         let true_mass = scene.estimators.iter().position(|e| e.name == "true-mass");
         let estimate = kept.estimates[true_mass.unwrap()]
@@ -109,21 +110,21 @@ fn rolling_down_a_slope() {
                 engine.name(),
                 wheel.normal_force
             );
-            // The estimator takes r for the arm and T from a filtered speed.
+            // The estimator uses the arm r, and T from a filtered speed.
             assert!((wheel.normal_force - found).abs() < 0.03);
         }
     }
 }
 
-/// Closed form: the stops' torque is k times the way beyond a limit plus c times the rate, and never pulls; swept, and in runs
-/// in which the robot leans on its stops.
+/// Closed form: the torque of the end stops is k times the angle beyond a limit plus c times the rate, and never acts
+/// away from the free range. Tested over a grid of angles and rates, and in runs in which the robot rests on its stops.
 #[test]
 fn a_stop_holds_with_stiffness_and_damping() {
     let stop = PinStop::standard();
     let expected = |stop: &PinStop, angle: f64, rate: f64| {
         let beyond = (angle - stop.upper).max(0.0) + (angle - stop.lower).min(0.0);
         let torque = -(stop.stiffness * beyond + stop.damping * rate);
-        // Towards the free range, or not at all.
+        // The torque acts towards the free range or is zero.
         if beyond * torque < 0.0 { torque } else { 0.0 }
     };
     for i in -100..=100 {
@@ -147,7 +148,7 @@ fn a_stop_holds_with_stiffness_and_damping() {
         for t in &truth {
             let angle = t.links[0].angle - t.links[1].angle;
             let rate = t.links[0].rate - t.links[1].rate;
-            // Of 2000 N m/rad an angle's rounding, 1e-16, leaves 1e-12.
+            // Rounding of an angle, 1e-16 rad, times 2000 N m/rad is 2e-13 N m.
             assert!((t.stop_torque - expected(&narrow, angle, rate)).abs() < 1e-9);
             greatest = greatest.max(t.stop_torque.abs());
         }

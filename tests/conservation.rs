@@ -1,13 +1,15 @@
-//! What must hold of the simulated forces whatever the reference says: closed forms, momentum, determinism.
+//! Properties of the simulated forces that need no reference run: static loads, momentum, energy, bounds, determinism.
 
 use crate::support::{keep, scene};
 use robhaz_verify::{Outcome, Run, agreement, energy, impulse_difference, momentum_error, verify};
 
 const ENGINES: [&str; 2] = ["engine.kind=rapier", "engine.kind=direct"];
 
-/// Closed form: static loads on level ground (the four-bar's statics by hand), and the penetration of eq. (10) under them.
+/// Closed form: static loads on level ground (the four-bar's statics by hand), and the penetration of eq. (10) under
+/// them.
 ///
-/// From a raw start, settled at 0.75 s: the slow mode of the contact (0.118 s) has left exp(-6) of what was 2 N off at most.
+/// From a raw start, at 0.75 s: the slow mode of the contact (0.118 s) has reduced the initial error of at most 2 N by
+/// exp(-6).
 #[test]
 fn static_loads_and_penetrations_on_level_ground() {
     for (geometry, expected) in [("A", [43.58, 48.05, 45.71]), ("B", [46.21, 45.65, 45.48])] {
@@ -24,7 +26,7 @@ fn static_loads_and_penetrations_on_level_ground() {
                 let n = wheel.normal_force;
                 assert!((n - expected).abs() < 0.015, "{geometry}, {engine}: {n}");
                 let law = robhaz_sim::contact::ContactLaw::default();
-                // 0.1 um is 0.02 N.
+                // 0.1 um of penetration is 0.02 N.
                 let penetration = law.static_penetration(n);
                 assert!((wheel.penetration - penetration).abs() < 1e-7);
             }
@@ -32,12 +34,12 @@ fn static_loads_and_penetrations_on_level_ground() {
     }
 }
 
-/// A settled start leaves nothing to settle: N at the first record is the static load, to the two digits in which that is
-/// stated, and stays until the drive starts at 0.8 s.
+/// Closed form: a settled start is in equilibrium. N at the first record is the static load, to its stated digits, and
+/// stays constant until the drive starts at 0.8 s.
 #[test]
 fn a_settled_start_stands_still() {
     for (geometry, expected) in [("A", [43.58, 48.05, 45.71]), ("B", [46.21, 45.65, 45.48])] {
-        // Direct's dense output may reach over the drive's start, at its tolerance.
+        // A step of direct can reach beyond the drive's start; its dense output then has the error of the tolerance.
         for (engine, bound) in ENGINES.into_iter().zip([1e-4, 1e-3]) {
             let overrides = [engine, &format!("robot.geometry={geometry}")];
             let truth = keep(&scene("flat", &overrides)).truth;
@@ -58,10 +60,10 @@ fn a_settled_start_stands_still() {
     }
 }
 
-/// A settled start on a slope: the ground carries the weight, friction holds the robot, which creeps (the friction law has
-/// no true stiction), and N stays as the motors hold still.
+/// Closed form: after a settled start on a slope the ground carries the weight, friction holds the robot, and N stays
+/// constant while the motors hold. The robot creeps, because the friction law has no stiction.
 #[test]
-fn a_settled_start_on_a_slope_creeps_and_no_more() {
+fn a_settled_start_on_a_slope_is_in_equilibrium_but_for_creep() {
     let slope = 0.1_f64;
     let points = [[-5.0, -5.0 * slope], [5.0, 5.0 * slope]];
     let points = format!("terrain.points={points:?}");
@@ -80,7 +82,7 @@ fn a_settled_start_on_a_slope_creeps_and_no_more() {
         };
         let (n, t) = (sum(|w| w.normal_force), sum(|w| w.traction));
         println!("{engine}: N {n:.6} N, T {t:.6} N");
-        // Rapier's explicit step holds a creeping robot to 1e-6 of its weight.
+        // Rapier's explicit step balances a creeping robot within 1e-6 of its weight.
         assert!((n - weight * angle.cos()).abs() < 1e-4, "{engine}: {n}");
         assert!((t - weight * angle.sin()).abs() < 1e-4, "{engine}: {t}");
         let mut most = 0.0_f64;
@@ -91,14 +93,15 @@ fn a_settled_start_on_a_slope_creeps_and_no_more() {
         }
         println!("{engine}: N changes by {most:.1e} N before the drive starts");
         assert!(most < bound, "{engine}: {most}");
-        // 0.1 of the load on the law's slope at rest, 3 mu_s/(2 v_s) = 60 s/m, is 1.7 mm/s.
+        // T/N = 0.1 over the slope of the friction law at v = 0, 3 mu_s/(2 v_s) = 60 s/m, is a creep of 1.7 mm/s.
         let crept = (truth[800].body.position - truth[0].body.position).norm();
         assert!((crept - 0.8 * 0.1 / 60.0).abs() < 1e-5, "{engine}: {crept}");
     }
 }
 
-/// Conservation: what the ground gives is what gravity takes and what the robot gains, over the whole course and any part of
-/// it, on smooth ground and where edges stop wheels. The ground's impulse is that of the engines' own integrals.
+/// Conservation: the impulse of the ground equals the change of momentum minus the impulse of gravity, over the whole
+/// run and over parts of it, on smooth ground and at corners. The engines integrate the impulse of the ground
+/// themselves.
 #[test]
 fn momentum_balances() {
     for engine in ENGINES {
@@ -109,15 +112,15 @@ fn momentum_balances() {
                 let robot = &scene.robot.robot;
                 let error = momentum_error(robot, &run.truth[from..=to], &run.balance[from..=to]);
                 println!("{name}, {engine}, {from} to {to} ms: momentum {error:.1e}");
-                // Ten times what was found for direct; rapier leaves rounding.
+                // Ten times the measured error of direct; rapier has rounding errors only.
                 assert!(error < 1e-7, "{name}, {engine}: {error}");
             }
         }
     }
 }
 
-/// Equivalence: on rolling ground the N and T of the records, by the trapezoidal rule, add up to the impulses that the engines
-/// integrate. So the recorded forces are those that act.
+/// Equivalence: on rolling ground the recorded N and T, integrated by the trapezoidal rule, give the impulses that the
+/// engines integrate. So the recorded forces are those that act.
 #[test]
 fn recorded_forces_add_up_to_the_impulses() {
     for engine in ENGINES {
@@ -139,13 +142,13 @@ fn recorded_forces_add_up_to_the_impulses() {
             let integral = run.balance.last().unwrap().impulse[i];
             let error = (sum - integral).norm() / integral.norm();
             println!("{engine}, wheel {}: {error:.1e}", i + 1);
-            // Steps of 0.125 ms against records of 1 ms, and the trapezoidal rule.
+            // Errors of the trapezoidal rule over records of 1 ms.
             assert!(error < 1e-5, "{engine}, wheel {}: {error}", i + 1);
         }
     }
 }
 
-/// The integrals are by-products: with them and without, the truth has the same bits.
+/// Equivalence: the truth has the same bits with and without the integrals.
 #[test]
 fn balance_changes_no_bit_of_the_truth() {
     for engine in ENGINES {
@@ -157,7 +160,7 @@ fn balance_changes_no_bit_of_the_truth() {
     }
 }
 
-/// The same scene gives the same bits, run after run.
+/// Determinism: two runs of the same scene give the same bits.
 #[test]
 fn runs_repeat_to_the_bit() {
     for engine in ENGINES {
@@ -170,7 +173,7 @@ fn runs_repeat_to_the_bit() {
     }
 }
 
-/// Bounds of the laws: N never pulls, T never exceeds mu_s N, no number is lost, on smooth ground and on stairs.
+/// Property: N is never negative, T never exceeds mu_s N and all values are finite, on smooth ground and on stairs.
 #[test]
 fn forces_stay_within_their_laws() {
     for engine in ENGINES {
@@ -179,7 +182,8 @@ fn forces_stay_within_their_laws() {
             for t in &keep(&scene).truth {
                 for w in &t.wheels {
                     assert!(w.normal_force >= 0.0);
-                    // Of two contacts N is the sum of vectors, T the plain sum: the bound holds for one.
+                    // With two contacts, N is the vector sum but T the scalar sum: the bound holds for one contact
+                    // only.
                     if w.contacts == 1 {
                         assert!(w.traction.abs() <= scene.friction.mu_s * w.normal_force + 1e-12);
                     }
@@ -190,11 +194,11 @@ fn forces_stay_within_their_laws() {
     }
 }
 
-/// Conservation: the motors' work is what gear damping, friction and the contacts take, and what the robot gains.
+/// Conservation: the work of the motors equals the losses in gears, friction and contacts plus the change of energy.
 #[test]
 fn energy_balances() {
     for (name, engine, bound) in [
-        // Rapier's step of 0.125 ms is of first order in time: ten times what was found.
+        // Ten times the measured errors; rapier's step of 0.125 ms is of first order.
         ("smooth", "engine.kind=rapier", 4e-5),
         ("ditch", "engine.kind=rapier", 4e-3),
         ("smooth", "engine.kind=direct", 2e-7),
@@ -210,7 +214,7 @@ fn energy_balances() {
     }
 }
 
-/// Equivalence and conservation: with friction in the gears the engines agree as without it, and its loss is in the balance.
+/// Equivalence and conservation: with gear friction the engines agree as without it, and the balance contains its loss.
 #[test]
 fn gear_friction_is_in_both_engines_and_in_the_balance() {
     let kept = ENGINES.map(|engine| {
@@ -221,9 +225,9 @@ fn gear_friction_is_in_both_engines_and_in_the_balance() {
         let balance = energy(robot, &run.truth, &run.balance);
         let error = balance.relative_error();
         println!("{engine}: {balance:.4?}, left {error:.1e}");
-        // Ten times what was found for rapier.
+        // Ten times the measured error of rapier.
         assert!(error < 1e-4, "{engine}: {error}");
-        // The balance misses the friction's part where it is left out: 0.5 N m at three wheels over 66 rad.
+        // Without the loss of friction, 0.5 N m at three wheels over 66 rad, the energy must not balance.
         let viscous: f64 = run
             .truth
             .iter()
@@ -245,7 +249,7 @@ fn gear_friction_is_in_both_engines_and_in_the_balance() {
     assert!(apart.normal_force < 1e-3 && apart.apart < 1e-3, "{apart:?}");
 }
 
-/// The checks on a user's scene pass on every shipped one.
+/// Acceptance: no check of `robhaz verify` fails on a shipped scene.
 #[test]
 fn shipped_scenes_verify() {
     for entry in std::fs::read_dir(crate::support::root().join("scenes")).unwrap() {
@@ -265,8 +269,8 @@ fn shipped_scenes_verify() {
     }
 }
 
-/// A parked robot, a wheel that lifts and lands, and records of 20 ms pass every check: none of them is a fault of the truth.
-/// At 1 m/s the front wheel leaves the second bump of `smooth`.
+/// Acceptance: a robot at rest, a wheel that lifts and lands, and records of 20 ms pass every check; the truth is
+/// correct. At 1 m/s the front wheel leaves the second bump of `smooth`.
 #[test]
 fn correct_runs_of_any_kind_verify() {
     for (sets, lifts) in [
@@ -293,10 +297,10 @@ fn correct_runs_of_any_kind_verify() {
     }
 }
 
-/// An engine that stops fails a check of its own with its reason; the others still judge what there is.
+/// Acceptance: an engine that stops fails one check, with the reason; the other checks judge the run up to the stop.
 #[test]
 fn a_run_that_stops_is_judged_up_to_there() {
-    // Down a slope too steep for this robot: both engines see it turn over.
+    // The slope is too steep for this robot: it turns over with both engines.
     let scene = scene("ramp", &["terrain.angle=-60 deg"]);
     let verdicts = verify(&scene, &mut |_| ()).unwrap();
     let of = |check: &str| verdicts.iter().find(|v| v.check == check).unwrap();
@@ -312,10 +316,10 @@ fn a_run_that_stops_is_judged_up_to_there() {
     assert_eq!(of("the engines").outcome, Outcome::NotJudged);
 }
 
-/// The measures can fail: a thousandth of one wheel's impulse, a hundredth of the motors' work, a skipped millisecond and a
-/// missing number show.
+/// Sensitivity: the measures detect an error of 0.1 % in one wheel's impulse, one of 1 % in the motors' work, a shift
+/// by one millisecond, and NaN.
 #[test]
-fn wrong_forces_are_noticed() {
+fn wrong_forces_are_detected() {
     let scene = scene("smooth", &["engine.kind=direct", "record.duration=8"]);
     let robot = &scene.robot.robot;
     let Run { truth, balance, .. } = Run::of(&scene).unwrap();
@@ -330,7 +334,7 @@ fn wrong_forces_are_noticed() {
     for b in &mut wrong {
         b.impulse[1] *= 1.001;
     }
-    // A thousandth of a third of the weight.
+    // 0.1 % of the load of one wheel is 0.03 % of the weight.
     assert!(momentum_error(robot, &truth, &wrong) > 1e-4);
     let found = impulse_difference(balance.last().unwrap(), wrong.last().unwrap());
     assert!((found - 1e-3).abs() < 1e-5, "{found}");
@@ -341,7 +345,7 @@ fn wrong_forces_are_noticed() {
     }
     assert!(energy(robot, &truth, &wrong).relative_error() > 5e-3);
 
-    // In the middle alone: it counts although all is well at the end.
+    // NaN in the middle of the run counts, although the values at its end are correct.
     let mut wrong = balance.clone();
     wrong[4000].ground_work = f64::NAN;
     wrong[4000].impulse[2].x = f64::NAN;

@@ -1,13 +1,13 @@
-//! The same scene gives the same bits, however many run at once; and the numbers of every shipped scene are those of the file
-//! `golden.txt` beside this one.
+//! The same scene gives the same bits on any number of threads, and every shipped scene gives the numbers recorded in
+//! `golden.txt` beside this file.
 //!
-//! Bits are compared within this binary only: another compiler, mathematical library or processor may round differently. The
-//! golden file has to survive that, so its hashes are of rounded values at a few instants, and what rounding makes of them, 1e-9
-//! of a newton, shows in one of 1e6 values only.
+//! Bits are compared within one binary only: another compiler, mathematical library or processor may round differently.
+//! The golden hashes must not depend on that, so they are hashes of rounded values at a few instants. A difference of
+//! 1e-9 N changes about one in 1e6 of the rounded values.
 //!
-//! Renewing: `ROBHAZ_RENEW_GOLDEN=1 cargo test --release -p robhaz --test robhaz golden` writes the file anew. It is right when
-//! numbers were meant to change (a law, a default, a solver, a step, a shipped scene) and the tests against references,
-//! conservation and convergence pass; the commit says why. It is wrong when a change was meant to leave the numbers alone.
+//! Renewal: `ROBHAZ_RENEW_GOLDEN=1 cargo test --release -p robhaz --test robhaz golden` rewrites the file. Do so only
+//! if a change was meant to alter numbers (a law, a default, a solver, a step, a shipped scene) and the tests of
+//! references, conservation and convergence pass. State the reason in the commit.
 
 use crate::support::root;
 use rayon::prelude::*;
@@ -18,10 +18,11 @@ use std::collections::HashSet;
 use std::fmt::Write;
 use std::path::PathBuf;
 
-/// Records that enter the golden hash of a scene. The last one lies behind the place where the front wheel meets the first obstacle.
+/// Indices of the records that enter a scene's golden hash. At the last one the front wheel has reached the first
+/// obstacle.
 fn instants(scene: &str) -> [usize; 4] {
     match scene {
-        // The bump begins 0.55 m ahead of the front wheel, which gets there at 4.0 s.
+        // The bump begins 0.55 m ahead of the front wheel, which reaches it at 4.0 s.
         "cosbump" => [500, 1500, 4500, 5500],
         _ => [500, 1500, 2500, 3500],
     }
@@ -34,7 +35,7 @@ fn fnv(text: &str) -> u64 {
     })
 }
 
-/// Every shipped scene with every engine, shortened.
+/// Every shipped scene with every engine, with a short duration.
 fn scenes() -> Vec<Scene> {
     let folder = std::fs::read_dir(root().join("scenes")).unwrap();
     let mut paths: Vec<PathBuf> = folder.map(|entry| entry.unwrap().path()).collect();
@@ -52,12 +53,12 @@ fn scenes() -> Vec<Scene> {
     paths.iter().flat_map(both).collect()
 }
 
-/// Every number of every record, as text that tells each float from every other, zeros of both signs too.
+/// Hash of all records as text in which different floats differ, also zeros of both signs.
 fn bits(_: &Scene, truth: &[Truth]) -> u64 {
     fnv(&format!("{truth:?}"))
 }
 
-/// Runs all scenes on a number of threads and applies `of` to their truths. The results are in the order of the scenes.
+/// Runs all scenes on a number of threads and applies `of` to each truth. The results are in the order of the scenes.
 fn run_all<T: Send>(
     scenes: &[Scene],
     threads: usize,
@@ -70,7 +71,7 @@ fn run_all<T: Send>(
         .install(|| scenes.par_iter().map(run).collect())
 }
 
-/// The same bits from one thread and from several, of which some share a core.
+/// Determinism: one thread and several give the same bits, also if there are more threads than cores.
 #[test]
 fn threads_change_no_bit() {
     let scenes = scenes();
@@ -89,7 +90,7 @@ fn threads_change_no_bit() {
 fn rounded(scene: &Scene, truth: &[Truth]) -> String {
     let mut text = String::new();
     let mut put = |value: f64, unit: f64| {
-        // -0 is 0.
+        // As an integer, -0 equals 0.
         let _ = write!(text, "{} ", (value / unit).round() as i64);
     };
     for i in instants(&scene.name) {
@@ -112,7 +113,7 @@ fn rounded(scene: &Scene, truth: &[Truth]) -> String {
     text
 }
 
-/// Golden: the shipped scenes give the recorded numbers, and no two runs give the same.
+/// Golden: the shipped scenes give the recorded numbers, and no two runs have the same hash.
 #[test]
 fn golden_hashes() {
     let path = root().join("tests/golden.txt");
@@ -135,7 +136,7 @@ fn golden_hashes() {
     assert_eq!(
         hashes.len(),
         texts.len(),
-        "two runs have the same numbers: one of them ends before its ground begins\n{found}"
+        "two runs have the same numbers: one of them ends before its first obstacle\n{found}"
     );
     if std::env::var_os("ROBHAZ_RENEW_GOLDEN").is_some() {
         std::fs::write(&path, &found).unwrap();
@@ -153,10 +154,10 @@ fn golden_hashes() {
          If they were meant to change (a law, a default, a solver, a step, a shipped scene) and the tests of references, conservation \
          and convergence pass, renew the file and say why in the commit:\n\
          ROBHAZ_RENEW_GOLDEN=1 cargo test --release -p robhaz --test robhaz golden\n\
-         If nothing was meant to change, this is the error that the file is there to find. On another kind of machine one line can \
-         differ where a value lies on the border of its rounding.",
+         If no number was meant to change, the change has an error. On another kind of machine one line can \
+         differ if a value lies on the border of its rounding.",
         if changed.is_empty() {
-            "a scene is gone"
+            "a scene is missing"
         } else {
             ""
         }

@@ -3,7 +3,7 @@
 use crate::support::root;
 use robhaz_sim::EngineKind;
 
-/// Every path in backticks or links of the README and the docs that looks like one of ours is there.
+/// Every path into this repository in backticks or links of the README and the docs exists.
 #[test]
 fn paths_named_in_documents_exist() {
     let root = root();
@@ -20,7 +20,7 @@ fn paths_named_in_documents_exist() {
     let mut checked = 0;
     for document in documents {
         let text = std::fs::read_to_string(&document).unwrap();
-        // What a terminal would show names files of the reader's own.
+        // Blocks of terminal output name files of the reader.
         let prose: String = text
             .split("```")
             .filter(|block| !block.starts_with("text"))
@@ -30,7 +30,7 @@ fn paths_named_in_documents_exist() {
             if ours.iter().any(|start| word.starts_with(start)) && !word.contains('*') {
                 assert!(
                     root.join(word).exists(),
-                    "{}: {word} is not there",
+                    "{}: {word} does not exist",
                     document.display()
                 );
                 checked += 1;
@@ -40,13 +40,13 @@ fn paths_named_in_documents_exist() {
     assert!(checked > 5, "{checked}");
 }
 
-/// The library's version in every resolved scene is the one that was built.
+/// The library version that a resolved scene states for an engine is the version in Cargo.lock.
 #[test]
 fn the_engines_versions_are_the_locked_ones() {
     let lock = std::fs::read_to_string(root().join("Cargo.lock")).unwrap();
     for kind in EngineKind::ALL {
         let (name, version) = kind.library().split_once(' ').unwrap();
-        // rapier2d is published once more with f64 inside.
+        // The f64 variant of rapier2d has a name of its own.
         let found = [name.to_owned(), format!("{name}-f64")]
             .iter()
             .any(|n| lock.contains(&format!("name = \"{n}\"\nversion = \"{version}\"\n")));

@@ -1,10 +1,10 @@
-//! The estimator never sees the truth: it has no path to the simulator.
+//! The estimator never sees the truth: it does not depend on the simulator.
 
 use crate::support::root;
 use std::collections::BTreeSet;
 use std::process::Command;
 
-/// Names of all packages that a package needs, directly or not, without what only its tests use.
+/// Names of all direct and indirect dependencies of a package, without dev-dependencies.
 fn dependencies(package: &str) -> BTreeSet<String> {
     let output = Command::new(env!("CARGO"))
         .args(["tree", "--offline", "--locked", "--package", package])
@@ -31,7 +31,7 @@ fn dependencies(package: &str) -> BTreeSet<String> {
         .collect()
 }
 
-/// The estimator's dependencies, direct or not, hold neither the simulator nor its engines, terrain or scenes.
+/// The estimator depends, directly or indirectly, neither on the simulator nor on its engines, terrain or scenes.
 #[test]
 fn the_estimator_cannot_reach_the_simulator() {
     let names = dependencies("robhaz-estimator");
@@ -43,7 +43,7 @@ fn the_estimator_cannot_reach_the_simulator() {
             .any(|n| n.starts_with("rapier") || n.starts_with("parry")),
         "{names:?}"
     );
-    // The list would prove nothing if it held direct dependencies only.
+    // The list must contain indirect dependencies, or the test proves nothing.
     assert!(
         names.contains("nalgebra") && names.contains("simba"),
         "{names:?}"
@@ -51,7 +51,7 @@ fn the_estimator_cannot_reach_the_simulator() {
     assert!(dependencies("robhaz-sim").contains("rapier2d-f64"));
 }
 
-/// Model and estimator run on a robot: `no_std`, said in their first lines and kept by the compiler.
+/// Model and estimator can run on a robot: they declare `no_std`, which the compiler enforces.
 #[test]
 fn model_and_estimator_are_no_std() {
     for name in ["model", "estimator"] {

@@ -1,8 +1,8 @@
-//! Invariances: what must not matter does not. Mirrored robots on mirrored ground, the same ground elsewhere, the same ground
-//! through more points: the forces stay.
+//! Invariances: the forces are the same for a mirrored robot on mirrored ground, for the same ground at another place,
+//! and for the same ground through more points.
 //!
-//! Each test gives the largest difference of N and T over all records. Where a wheel rolls on, only rounding may differ; where an
-//! edge hits it, N rises within microseconds and a step of the solver on either side of the hit shows.
+//! Each test prints the differences of N and T over all records. On rolling ground only rounding differs. At an impact
+//! N rises within microseconds, so a difference in the solver's steps around it changes the recorded values.
 
 use crate::support::scene;
 use robhaz_model::{Carrier, Geometry, PinStop, Pins, Vec2};
@@ -13,24 +13,28 @@ use robhaz_terrain::{
 };
 use robhaz_verify::truth_of;
 
-/// Until the middle wheel, too, is where the level ground ends, s.
+/// Duration, s: until the middle wheel, too, reaches the end of the level ground.
 const DURATION: f64 = 4.5;
 
+/// The main scene on another profile, with a tight tolerance.
 fn on(profile: Profile, engine: EngineKind) -> Scene {
     let mut scene = scene("smooth", &[]);
     assert_eq!(profile.check(), Ok(()));
     scene.terrain.profile = profile;
     scene.engine.kind = engine;
-    // Steps are chosen by the estimated error, on which rounding can tip the scale: the smaller it is, the less that shows.
+    // Rounding can change the choice of a step; the smaller the tolerance, the smaller the effect.
     scene.engine.tolerance = 1e-7;
     scene.record.duration = DURATION;
     scene
 }
 
-/// Largest and RMS difference of N and T over wheels and records, N, and largest distance of the bodies, m.
+/// Difference of two runs over all wheels and records.
 struct Difference {
+    /// Greatest difference of N and T, N.
     greatest: f64,
+    /// RMS difference of N and T, N.
     rms: f64,
+    /// Greatest distance of the bodies, m.
     apart: f64,
 }
 
@@ -70,7 +74,7 @@ fn difference(a: &[Truth], b: &[Truth]) -> Difference {
     found
 }
 
-/// How much the runs made of their ground: the range of N, N.
+/// Range of N over a run, N: the ground must change the forces.
 fn range(truth: &[Truth]) -> f64 {
     let all = || truth.iter().flat_map(|t| t.wheels).map(|w| w.normal_force);
     all().fold(0.0, f64::max) - all().fold(f64::INFINITY, f64::min)
@@ -80,7 +84,7 @@ fn mirrored_point(v: Vec2) -> Vec2 {
     Vec2::new(-v.x, v.y)
 }
 
-/// The robot seen in a mirror: its rear is in front, wheel 3 becomes wheel 1.
+/// The robot mirrored at x = 0: wheel 3 becomes wheel 1.
 fn mirrored_geometry(g: &Geometry) -> Geometry {
     let [a, b, c] = g.axles.map(mirrored_point);
     let [d, e, f]: [Carrier; 3] = g.carriers;
@@ -104,18 +108,18 @@ fn mirrored_geometry(g: &Geometry) -> Geometry {
     }
 }
 
-/// What the mirrored robot does, seen in the mirror: equal to the run itself, if left and right are the same to the laws.
-fn seen_in_a_mirror(truth: &[Truth]) -> Vec<Truth> {
+/// The truth mirrored at x = 0.
+fn mirrored_truth(truth: &[Truth]) -> Vec<Truth> {
     let mirrored = |t: &Truth| {
-        let mut seen = *t;
-        for bar in std::iter::once(&mut seen.body).chain(&mut seen.links) {
+        let mut image = *t;
+        for bar in std::iter::once(&mut image.body).chain(&mut image.links) {
             bar.position.x *= -1.0;
             bar.velocity.x *= -1.0;
             bar.angle *= -1.0;
             bar.rate *= -1.0;
         }
-        seen.wheels.reverse();
-        for w in &mut seen.wheels {
+        image.wheels.reverse();
+        for w in &mut image.wheels {
             w.position.x *= -1.0;
             for value in [
                 &mut w.angle,
@@ -128,18 +132,18 @@ fn seen_in_a_mirror(truth: &[Truth]) -> Vec<Truth> {
                 *value *= -1.0;
             }
         }
-        for pin in &mut seen.pins {
+        for pin in &mut image.pins {
             pin.position.x *= -1.0;
             pin.force.x *= -1.0;
         }
-        seen.stop_torque *= -1.0;
-        seen
+        image.stop_torque *= -1.0;
+        image
     };
     truth.iter().map(mirrored).collect()
 }
 
-/// Ground that the robot leaves its level start towards, and the same in a mirror.
-fn grounds_in_a_mirror() -> [(&'static str, Profile, Profile); 4] {
+/// Profiles and their mirror images.
+fn mirrored_profiles() -> [(&'static str, Profile, Profile); 4] {
     let bumps = |sign: f64| {
         let Profile::Bumps(bumps) = Profile::smooth() else {
             return Profile::Flat;
@@ -158,7 +162,7 @@ fn grounds_in_a_mirror() -> [(&'static str, Profile, Profile); 4] {
             periods: 2,
         })
     };
-    // Far behind the mirrored robot's path, one step up to the height from which its ground comes down to the start.
+    // A step far behind the robot raises the ground to the height from which the mirrored ramp descends to the start.
     let up = |rise| {
         Profile::Stairs(Stairs {
             rise,
@@ -193,43 +197,44 @@ fn grounds_in_a_mirror() -> [(&'static str, Profile, Profile); 4] {
     ]
 }
 
-/// Symmetry: a robot seen in a mirror, driving backwards over the ground seen in the mirror, feels the mirrored forces.
+/// Symmetry: a mirrored robot that drives backwards over the mirrored ground has the mirrored forces.
 #[test]
-fn left_and_right_are_the_same() {
+fn forward_and_backward_are_symmetric() {
     for engine in EngineKind::ALL {
-        for (name, ground, mirrored) in grounds_in_a_mirror() {
+        for (name, ground, mirrored) in mirrored_profiles() {
             let scene = on(ground, engine);
             let mut other = on(mirrored, engine);
             other.drive.speed = -scene.drive.speed;
             other.robot.robot.geometry = mirrored_geometry(&scene.robot.robot.geometry);
             assert_eq!(other.robot.robot.geometry.check(), Ok(()));
             let truth = truth_of(&scene).unwrap();
-            let seen = seen_in_a_mirror(&truth_of(&other).unwrap());
-            let found = difference(&truth, &seen);
+            let image = mirrored_truth(&truth_of(&other).unwrap());
+            let found = difference(&truth, &image);
             println!("mirror, {}, {name}: {found}", engine.name());
             assert!(range(&truth) > 10.0);
             let has_corners = Terrain::new(scene.terrain.profile).has_corners();
             let allowed = match (engine, has_corners) {
                 (EngineKind::Direct, _) => ROUNDING,
                 (EngineKind::Rapier, false) => RAPIER_MIRRORED,
-                (EngineKind::Rapier, true) => RAPIER_MIRRORED_ON_EDGES,
+                (EngineKind::Rapier, true) => RAPIER_MIRRORED_AT_CORNERS,
             };
-            judge(&found, allowed);
+            assert_allowed(&found, allowed);
         }
     }
 }
 
-/// What may differ: RMS of the forces, N, and distance of the bodies, m.
+/// Allowed difference: RMS of the forces, N, and distance of the bodies, m.
 type Allowed = (f64, f64);
 
-/// Rounding, and for direct what it makes of the steps: a hundredth of a per mille of N and less, ten times what was found.
+/// Rounding, and for direct its effect on the steps: ten times the measured differences.
 const ROUNDING: Allowed = (1e-4, 1e-8);
-/// Rapier solves its joints one after the other, and the mirror turns the order round: what its iterations leave shows.
+/// Rapier solves its joints one after the other. Mirroring reverses their order, which changes the error of its
+/// iterations.
 const RAPIER_MIRRORED: Allowed = (2e-4, 2e-7);
-/// The same where an edge hits a wheel with kilonewtons: ten times what was found.
-const RAPIER_MIRRORED_ON_EDGES: Allowed = (0.2, 5e-6);
+/// The same at impacts of kilonewtons: ten times the measured differences.
+const RAPIER_MIRRORED_AT_CORNERS: Allowed = (0.2, 5e-6);
 
-fn judge(found: &Difference, allowed: Allowed) {
+fn assert_allowed(found: &Difference, allowed: Allowed) {
     assert!(found.rms < allowed.0 && found.apart < allowed.1, "{found}");
 }
 
@@ -259,9 +264,10 @@ fn shifted(profile: &Profile, by: f64) -> Profile {
     }
 }
 
-/// Invariance: the same ground and start farther on. A robot starts where its drawing has it, so the drawing is moved.
+/// Invariance: the same ground and start at another x. The start follows from the nominal positions, so these are
+/// shifted.
 #[test]
-fn a_place_is_like_any_other() {
+fn a_shift_in_x_changes_nothing() {
     let grounds = [
         ("smooth", Profile::smooth()),
         ("ramp", Profile::ramp()),
@@ -270,7 +276,7 @@ fn a_place_is_like_any_other() {
     ];
     for engine in EngineKind::ALL {
         for (name, ground) in &grounds {
-            // Whole numbers of cells or edges would hide how the ground is cut into them.
+            // Not a multiple of the cells' or edges' width, so that the ground is divided at other places.
             let by = 98.765_432_1;
             let scene = on(ground.clone(), engine);
             let mut other = on(shifted(ground, by), engine);
@@ -284,12 +290,12 @@ fn a_place_is_like_any_other() {
             let found = difference(&truth, &there);
             println!("shift, {}, {name}: {found}", engine.name());
             assert!(range(&truth) > 5.0);
-            judge(&found, ROUNDING);
+            assert_allowed(&found, ROUNDING);
         }
     }
 }
 
-/// A measured track, with every piece between two points cut into `parts` by points on it.
+/// A track through points, with each interval divided into `parts` by points on its curve.
 fn track(interpolation: Interpolation, parts: u32) -> Profile {
     let points = [
         (0.5, 0.0),
@@ -316,8 +322,8 @@ fn track(interpolation: Interpolation, parts: u32) -> Profile {
     Profile::Heights(Heights::new(points, interpolation))
 }
 
-/// Invariance: a ground through more of its own points is the same ground. A monotone curve is not: it gets its slopes from the
-/// points.
+/// Invariance: more points on the same curve give the same ground. A monotone curve is not the same: it gets its slopes
+/// from the points.
 #[test]
 fn more_points_on_the_ground_change_nothing() {
     for engine in EngineKind::ALL {
@@ -332,7 +338,7 @@ fn more_points_on_the_ground_change_nothing() {
                     "knots, {}, {interpolation:?} in {parts}: {found}",
                     engine.name()
                 );
-                judge(&found, ROUNDING);
+                assert_allowed(&found, ROUNDING);
             }
         }
     }

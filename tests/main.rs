@@ -1,6 +1,6 @@
-//! Tests across crates. One file a claim; what a test proves stands above it.
+//! Tests across crates, one file per topic. The doc comment of a test states what it proves.
 
-// A test may stop at the first surprise.
+// A test may panic.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod acceptance_estimators;
@@ -14,11 +14,13 @@ mod conservation;
 mod convergence;
 mod determinism;
 mod documents;
+mod draws;
 mod estimator_is_isolated;
 mod invariance;
 mod modules;
 mod progress;
 mod properties;
+mod random_scenes;
 mod reference;
 mod sensors;
 mod support;

@@ -1,10 +1,10 @@
 //! Modules do not import each other in a loop.
 //!
-//! A loop means that none of its modules can be understood, tested or moved without all the others. The check reads the
-//! `use crate::` and `super::` paths of every crate, in declarations and in expressions. Its graph has one node for each
-//! child of a module, with all that lies below it, and one for the module's own file. A file that only re-exports its
-//! children (`pub use`) does not depend on them, and an import through such a re-export counts for the child. Test modules
-//! do not count.
+//! No module of a loop can be understood, tested or moved without all the others. The check reads the `use crate::` and
+//! `super::` paths of every crate, in declarations and in expressions. Its graph has one node for each child of a
+//! module, with all that lies below it, and one for the module's own file. A file that only re-exports its children
+//! (`pub use`) does not depend on them, and an import through such a re-export counts for the child. Test modules do
+//! not count.
 
 use crate::support::root;
 use std::collections::{BTreeMap, BTreeSet};
@@ -38,8 +38,8 @@ fn modules_do_not_import_each_other_in_a_loop() {
     assert!(count > 100, "only {count} modules found");
 }
 
-/// The check finds loops: between files, between folders, through re-exports, in expressions, and between a module and its
-/// parent. It passes what is none: re-exports of children, tests, comments and texts.
+/// Sensitivity: the check finds loops between files, between folders, through re-exports, in expressions, and between a
+/// module and its parent. It ignores re-exports of children, tests, comments and string literals.
 #[test]
 fn the_check_finds_loops() {
     let check = |files: &[(&str, &str)]| {
@@ -130,7 +130,7 @@ fn sources(src: &Path) -> BTreeMap<Module, String> {
     found
 }
 
-/// Groups of modules that import each other in a loop, one text a group.
+/// Groups of modules that import each other in a loop, one line of text per group.
 fn loops(sources: &BTreeMap<Module, String>) -> Vec<String> {
     let mut texts = BTreeMap::new();
     let mut tests = BTreeSet::new();
@@ -143,7 +143,7 @@ fn loops(sources: &BTreeMap<Module, String>) -> Vec<String> {
     let crate_ = Crate::new(&texts);
 
     // For each parent, who imports whom among its children; `None` is its own file.
-    let mut graphs: BTreeMap<Module, BTreeSet<(Option<String>, Option<String>)>> = BTreeMap::new();
+    let mut graphs: BTreeMap<Module, BTreeSet<Edge>> = BTreeMap::new();
     for (from, imports) in &crate_.imports {
         for to in imports {
             let common = from.iter().zip(to).take_while(|(a, b)| a == b).count();
@@ -175,10 +175,13 @@ fn loops(sources: &BTreeMap<Module, String>) -> Vec<String> {
     found
 }
 
+/// A child of a module by its name; `None` for the module's own file.
 type Node = Option<String>;
+/// From the importing child to the imported one.
+type Edge = (Node, Node);
 
 /// All nodes that a node leads to.
-fn reachable<'e>(node: &Node, edges: &'e BTreeSet<(Node, Node)>) -> BTreeSet<&'e Node> {
+fn reachable<'e>(node: &Node, edges: &'e BTreeSet<Edge>) -> BTreeSet<&'e Node> {
     let mut found = BTreeSet::new();
     let mut open = vec![node];
     while let Some(node) = open.pop() {
@@ -191,7 +194,7 @@ fn reachable<'e>(node: &Node, edges: &'e BTreeSet<(Node, Node)>) -> BTreeSet<&'e
     found
 }
 
-/// What the modules of a crate import.
+/// The imports of a crate's modules.
 struct Crate {
     modules: BTreeSet<Module>,
     /// Names that a module re-exports, with their full paths.
@@ -289,7 +292,7 @@ fn below(module: &[String], child: &str) -> Module {
     path
 }
 
-/// The text with comments, texts and characters left out.
+/// The source without comments, string literals and character literals.
 fn without_comments(text: &str) -> String {
     let mut out = String::new();
     let mut rest = text;
@@ -322,14 +325,14 @@ fn without_comments(text: &str) -> String {
     out
 }
 
-/// Number of `#` at the start of a raw text `r#"..."#`.
+/// Number of `#` at the start of a raw string literal `r#"..."#`.
 fn raw_text(text: &str) -> Option<usize> {
     let hashes = text.strip_prefix('r')?;
     let count = hashes.len() - hashes.trim_start_matches('#').len();
     hashes[count..].starts_with('"').then_some(count)
 }
 
-/// Length of a text in quotes.
+/// Length of a string literal.
 fn text_length(text: &str) -> usize {
     let mut escaped = true; // the opening quote
     for (n, c) in text.char_indices() {
@@ -343,7 +346,7 @@ fn text_length(text: &str) -> usize {
     text.len()
 }
 
-/// Length of a character in quotes; 0 for a lifetime.
+/// Length of a character literal; 0 for a lifetime.
 fn character_length(text: &str) -> usize {
     let inner = &text[1..];
     let close = match inner.strip_prefix('\\') {
@@ -361,7 +364,7 @@ fn character_length(text: &str) -> usize {
     close.map_or(0, |n| n + 2)
 }
 
-/// The text without items for tests, and the names of test modules in files of their own.
+/// The source without test items, and the names of test modules in files of their own.
 fn without_tests(text: &str) -> (String, Vec<String>) {
     const MARK: &str = "#[cfg(test)]";
     let (mut out, mut files) = (String::new(), Vec::new());
@@ -404,10 +407,10 @@ fn item_end(text: &str) -> usize {
     text.len()
 }
 
-/// A name that is used: its path, its name here, and whether it is visible elsewhere.
+/// An imported name: its path, its local name, and whether it is visible elsewhere.
 type Use = (Vec<String>, String, bool);
 
-/// The `use` declarations, one for each name, and the text without them.
+/// The `use` declarations, one for each name, and the source without them.
 fn use_declarations(text: &str) -> (Vec<Use>, String) {
     let (mut uses, mut plain, mut left) = (Vec::new(), String::new(), text);
     while let Some(start) = next_use(left) {
@@ -427,7 +430,7 @@ fn use_declarations(text: &str) -> (Vec<Use>, String) {
     (uses, plain)
 }
 
-/// Where the next word `use` starts.
+/// Position of the next word `use`.
 fn next_use(text: &str) -> Option<usize> {
     let is_name = |c: char| c.is_alphanumeric() || c == '_';
     let mut places = text.match_indices("use").map(|(n, _)| n);
@@ -438,7 +441,7 @@ fn next_use(text: &str) -> Option<usize> {
     })
 }
 
-/// Writes out a tree such as `a::{b, c::{d as e}}`.
+/// Expands a tree such as `a::{b, c::{d as e}}`.
 fn expand(tree: &str, prefix: &[String], public: bool, uses: &mut Vec<Use>) {
     let tree = tree.trim();
     if let Some(open) = tree.find('{') {

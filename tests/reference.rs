@@ -1,4 +1,4 @@
-//! The simulation held against runs of an independent solver (another formulation, another language: see
+//! The simulation compared with runs of an independent solver, which has another formulation and another language (see
 //! `reference/README.md`).
 
 use crate::support::{Reference, keep, scene};
@@ -6,20 +6,23 @@ use robhaz_sim::{Truth, WheelTruth};
 use robhaz_terrain::Terrain;
 use robhaz_verify::{Run, agreement, impulse_difference, truth_of};
 
-/// Records of the reference up to this time are left out for pin forces, s: in the first step after the raw start the
-/// wheels' fast pole (0.075 ms) makes the pins' forces change by newtons, and ours are means over one step.
+/// Pin forces are compared from this time, s. In the first step after the raw start the fast pole of the wheels
+/// (0.075 ms) changes them by several newtons, and those of rapier are means over one step.
 const AFTER_FIRST_STEP: f64 = 0.02;
 
-/// How the references start.
+/// The start of the reference runs.
 const RAW: &str = "engine.start=raw";
 
+/// Bounds of RMS differences.
 struct Bounds {
+    /// N and T, N.
     force: f64,
+    /// Components of the pin forces, N.
     pin_force: f64,
 }
 
-/// Holds N, T, pin forces, poses and the rest of one run against its reference.
-fn hold(case: &str, truth: &[Truth], bounds: &Bounds) {
+/// Compares all columns of one run with its reference.
+fn assert_matches(case: &str, truth: &[Truth], bounds: &Bounds) {
     let reference = Reference::read(case);
     let check = |name: &str, from: f64, bound: f64, value: &dyn Fn(&Truth) -> f64| {
         let (rms, greatest) = reference.difference(name, from, truth, value);
@@ -33,19 +36,19 @@ fn hold(case: &str, truth: &[Truth], bounds: &Bounds) {
         let name = |symbol: &str| format!("{symbol}{}", i + 1);
         check(&name("N"), 0.0, bounds.force, &|t| t.wheels[i].normal_force);
         check(&name("T"), 0.0, bounds.force, &|t| t.wheels[i].traction);
-        // The torque that makes as much traction on a wheel of 0.1 m.
+        // The bound of T times the wheel radius of 0.1 m.
         check(&name("tau"), 0.0, 0.1 * bounds.force, &|t| {
             t.wheels[i].torque
         });
-        // A contact angle off by 1e-4 rad turns 46 N by 5 mN.
+        // An error of 1e-4 rad in the contact angle turns 46 N by 5 mN.
         check(&name("gamma"), 0.0, 1e-4, &|t| t.wheels[i].contact_angle);
         // 1 um of penetration is 0.17 N.
         check(&name("pen_mm"), 0.0, 1e-3, &|t| {
             1e3 * t.wheels[i].penetration
         });
-        // On the slope of the friction at rest, 60 s/m, 1e-5 m/s is 28 mN of T at the mean load.
+        // At the slope of the friction law at rest, 60 s/m, 1e-5 m/s is 28 mN of T at the mean load.
         check(&name("vslip"), 0.0, 1e-5, &|t| t.wheels[i].slip_speed);
-        // The symplectic Euler step is half a step ahead: 1e-4 rad at 2 rad/s.
+        // The error of symplectic Euler is about half a step: 1e-4 rad at 2 rad/s.
         check(&name("phi"), 0.0, 2e-4, &|t| t.wheels[i].angle);
     }
     // Poses: 0.1 mm and 1e-4 rad.
@@ -73,16 +76,16 @@ fn hold(case: &str, truth: &[Truth], bounds: &Bounds) {
     }
 }
 
-/// Bounds: ten times what a step of 0.125 ms, or a tolerance of 1e-5, leaves (1.7 mN RMS at most).
+/// Ten times the measured differences (at most 1.7 mN RMS) at a step of 0.125 ms or a tolerance of 1e-5.
 const BOUNDS: Bounds = Bounds {
     force: 0.015,
     pin_force: 0.02,
 };
 
-/// Settling and starting on level ground.
+/// Level ground: the robot settles and starts.
 fn flat_start(engine: &str) {
     let overrides = [RAW, "contact.damping_ramp=0", "record.duration=4", engine];
-    hold(
+    assert_matches(
         "c6_flat_start",
         &keep(&scene("flat", &overrides)).truth,
         &BOUNDS,
@@ -99,31 +102,31 @@ fn flat_start_by_direct() {
     flat_start("engine.kind=direct");
 }
 
-/// The paper's main scene with eq. (10) as printed. Gives the greatest gap of a pin, m.
+/// The main scene with eq. (10) as printed (constant c). Returns the greatest gap of a pin, m.
 fn smooth_without_the_ramp_of_c(engine: &str) -> f64 {
     let kept = keep(&scene("smooth", &[RAW, "contact.damping_ramp=0", engine]));
-    hold("c1_smooth_stiff", &kept.truth, &BOUNDS);
+    assert_matches("c1_smooth_stiff", &kept.truth, &BOUNDS);
     kept.truth.iter().map(|t| t.loop_error).fold(0.0, f64::max)
 }
 
 #[test]
 fn smooth_by_rapier() {
-    // Drift of the joints goes with the square of the step; at 0.125 ms it stays below a micrometre.
+    // The drift of the joints grows with the square of the step; at 0.125 ms it is below a micrometre.
     assert!(smooth_without_the_ramp_of_c("engine.kind=rapier") < 1e-6);
 }
 
 #[test]
 fn smooth_by_direct() {
-    // Closed analytically: only rounding is left.
+    // The loop is closed analytically: only rounding errors are left.
     assert!(smooth_without_the_ramp_of_c("engine.kind=direct") < 1e-12);
 }
 
-/// A ramp of 15 deg: the wheels bridge its concave corner and touch at two places. 0.5 N outside the milliseconds in
-/// which a wheel meets a corner: there N peaks at hundreds of newtons, and one sample off is tens.
+/// A ramp of 15 deg: the wheels bridge its concave corner and have two contacts there. The bound is 0.5 N, except
+/// around impacts at corners: there N reaches hundreds of newtons, and a shift by one sample changes it by tens.
 fn ramp(engine: &str) {
     let kept = keep(&scene("ramp", &[RAW, engine]));
     let reference = Reference::read("c3_ramp15");
-    let hits = |i: usize| {
+    let impacts = |i: usize| {
         let touching = reference.column(&format!("ncontact{}", i + 1));
         let (t, n) = (
             reference.column("t"),
@@ -137,14 +140,14 @@ fn ramp(engine: &str) {
         }
         times
     };
-    // A hit on one wheel is felt by all.
-    let times: Vec<f64> = (0..3).flat_map(hits).collect();
+    // An impact at one wheel changes the forces of all.
+    let times: Vec<f64> = (0..3).flat_map(impacts).collect();
     assert!(times.len() >= 3, "{times:?}");
-    let hold_force = |name: &str, bound: f64, value: &dyn Fn(&Truth) -> f64| {
+    let check_force = |name: &str, bound: f64, value: &dyn Fn(&Truth) -> f64| {
         let (mut square, mut count) = (0.0, 0.0);
         for (t, expected) in reference.column("t").iter().zip(reference.column(name)) {
-            // The reference is sampled at 50 Hz: one sample on either side.
-            if *t >= AFTER_FIRST_STEP && times.iter().all(|hit| (t - hit).abs() > 0.03) {
+            // Without one sample of the reference (50 Hz) on either side of an impact.
+            if *t >= AFTER_FIRST_STEP && times.iter().all(|impact| (t - impact).abs() > 0.03) {
                 square += (value(&kept.truth[(t * 1000.0).round() as usize]) - expected).powi(2);
                 count += 1.0;
             }
@@ -155,7 +158,7 @@ fn ramp(engine: &str) {
             reference.column("t").len()
         );
         assert!(rms < bound, "{name} differs by {rms} N RMS");
-        // Most of the run must be left to judge.
+        // Most of the run must be compared.
         assert!(count > 0.8 * reference.column("t").len() as f64, "{count}");
     };
     for i in 0..3 {
@@ -163,12 +166,12 @@ fn ramp(engine: &str) {
             ("N", (|w| w.normal_force) as fn(&WheelTruth) -> f64),
             ("T", |w| w.traction),
         ] {
-            hold_force(&format!("{symbol}{}", i + 1), 0.5, &|t| value(&t.wheels[i]));
+            check_force(&format!("{symbol}{}", i + 1), 0.5, &|t| value(&t.wheels[i]));
         }
     }
     for (i, pin) in ["P", "Q", "R", "S"].iter().enumerate() {
-        hold_force(&format!("{pin}x"), 0.2, &|t| t.pins[i].force.x);
-        hold_force(&format!("{pin}z"), 0.2, &|t| t.pins[i].force.y);
+        check_force(&format!("{pin}x"), 0.2, &|t| t.pins[i].force.x);
+        check_force(&format!("{pin}z"), 0.2, &|t| t.pins[i].force.y);
     }
     for (name, value) in [
         ("body_x", (|t| t.body.position.x) as fn(&Truth) -> f64),
@@ -194,11 +197,12 @@ fn ramp_by_direct() {
     ramp("engine.kind=direct");
 }
 
-/// Two formulations that share only the laws of contact, friction and drive, on every shipped scene.
+/// Equivalence of two formulations that share the laws of contact, friction and drive and the settled start, on every
+/// shipped scene.
 ///
-/// On rolling ground N agrees within 0.1 % of its mean. At kerbs and corners its peaks depend on the step; there the
-/// impulse of the ground over the run agrees within 1 %, and the robot ends within a millimetre of the same place. The loop stays
-/// closed throughout: within 1 um where rapier's joints hold it, within rounding (1 nm is promised) in closed form.
+/// On rolling ground N agrees within 0.1 % of its mean. At corners the peaks of N depend on the step; there the impulse
+/// of the ground over the run agrees within 1 %. The bodies are at most a millimetre apart. The loop stays closed:
+/// within 1 um by rapier's joints, within rounding errors (the bound is 1 nm) in closed form.
 #[test]
 fn engines_agree_on_every_shipped_scene() {
     for entry in std::fs::read_dir(crate::support::root().join("scenes")).unwrap() {
@@ -226,10 +230,11 @@ fn engines_agree_on_every_shipped_scene() {
     }
 }
 
-/// A shallow concave corner with a constant c: for 16 ms two contacts damp each wheel, and touch and leave at once with
-/// c v. N must not ring at rapier's step: the engines agree as on rolling ground (16 mN RMS were found, 46 are allowed).
+/// Equivalence at a shallow concave corner with a constant c: each wheel has two damped contacts for 16 ms, and a
+/// contact starts and ends with a jump of the force by c v. N must not oscillate at rapier's step: the engines agree as
+/// on rolling ground (measured: 16 mN RMS, allowed: 46 mN).
 #[test]
-fn two_contacts_do_not_ring() {
+fn two_contacts_do_not_oscillate() {
     let [rapier, direct] = ["engine.kind=rapier", "engine.kind=direct"].map(|kind| {
         let overrides = [
             "terrain.kind=heights",
@@ -241,11 +246,11 @@ fn two_contacts_do_not_ring() {
         ];
         truth_of(&scene("flat", &overrides)).unwrap()
     });
-    let at_once = |truth: &[Truth]| {
+    let two_contacts = |truth: &[Truth]| {
         let two = |t: &&Truth| t.wheels.iter().any(|w| w.contacts == 2);
         truth.iter().filter(two).count()
     };
-    assert!(at_once(&direct) > 40, "{}", at_once(&direct));
+    assert!(two_contacts(&direct) > 40, "{}", two_contacts(&direct));
     let found = agreement(&rapier, &direct);
     println!("two contacts, constant c: {found:?}");
     assert!(found.normal_force < 1e-3, "{found:?}");

@@ -1,4 +1,4 @@
-//! Sensors and model errors in whole runs.
+//! Sensors and model errors in complete runs.
 
 use crate::support::{keep, scene};
 
@@ -8,7 +8,7 @@ fn with(overrides: &[&str]) -> robhaz_scene::Scene {
     scene("smooth", &[&SHORT, overrides].concat())
 }
 
-/// Equivalence: nothing flows back. Sensors, model errors and the seed leave the truth to the bit as it was.
+/// Equivalence: sensors, model errors and the seed do not change a bit of the truth.
 #[test]
 fn sensors_never_change_the_truth() {
     let ideal = keep(&with(&[])).truth;
@@ -20,7 +20,7 @@ fn sensors_never_change_the_truth() {
     }
 }
 
-/// Determinism: a run with poor sensors repeats to the bit, from its resolved scene too; another seed reads otherwise.
+/// Determinism: a run with poor sensors and a run of its resolved scene give the same bits; another seed gives others.
 #[test]
 fn noisy_runs_repeat_to_the_bit() {
     let first = with(&["sensors.grade=poor", "seed=3"]);
@@ -32,26 +32,28 @@ fn noisy_runs_repeat_to_the_bit() {
     assert!(a.sensors != other.sensors);
 }
 
-/// What is told differs from the robot by what the scene says, and the estimators use it: with exact readings at rest, where the
-/// statics are exact, the estimate is off by the model error alone. A body told 10 mm farther back or forth moves its weight.
+/// The nominal robot differs from the simulated one by the scene's model errors, and the estimators use the nominal
+/// robot: with exact readings at rest, where the statics are exact, the error of the estimate comes from the model
+/// errors alone.
 #[test]
-fn estimators_are_told_the_wrong_robot() {
+fn estimators_use_the_nominal_robot() {
     let at_rest = |overrides: &[&str]| {
         let kept = keep(&with(overrides));
-        // 0.75 s: settled, and not yet started.
+        // 0.75 s: in equilibrium, before the drive starts.
         let (truth, estimate) = (&kept.truth[750], kept.estimates[2][750].unwrap());
         let error = |i: usize| (estimate.normal_force[i] - truth.wheels[i].normal_force).abs();
         (0..3).map(error).fold(0.0, f64::max)
     };
-    // The approach to rest is worth some mN.
+    // The error of settling is a few mN.
     let exact = at_rest(&[]);
     assert!(exact < 0.05, "{exact}");
     let cad = at_rest(&["model_error.body_cg='10 mm'", "model_error.pins='2 mm'"]);
-    // 5 kg moved by 10 mm on a base of 0.3 to 0.6 m: 0.5 N m over 0.3 m is 1.6 N at most; pins 2 mm: as much again.
+    // 5 kg shifted by 10 mm give 0.5 N m, over a base of at least 0.3 m at most 1.6 N; pins shifted by 2 mm give as
+    // much.
     assert!((0.1..4.0).contains(&cad), "{cad}");
 }
 
-/// A scene whose model error cannot be a robot breaks off with a reason, even where no file was read.
+/// A run with impossible model errors ends with a reason, also if the scene was not read from a file.
 #[test]
 fn impossible_model_errors_stop_the_run() {
     let mut scene = with(&[]);
@@ -63,13 +65,14 @@ fn impossible_model_errors_stop_the_run() {
     );
 }
 
-/// Friction in the reading and friction in the plant are seen alike by who reads: at a steady speed on level ground the
-/// motor's reading rises by F, whichever of them it is; the robot's motion is the same.
+/// Equivalence: friction in the reading and friction in the plant have the same effect on the readings. At constant
+/// speed on level ground either raises the torque reading by F.
 #[test]
-fn friction_in_the_reading_looks_like_friction_in_the_plant() {
+fn friction_in_the_reading_and_in_the_plant_give_the_same_readings() {
     let read = |overrides: &[&str]| {
         let kept = keep(&scene("flat", &[&SHORT, overrides].concat()));
-        // 2.9 s: the start is over for 1.5 s, seven times the slowest pole of the drive (Ki/Kp: 0.1 s) and the contact.
+        // 2.9 s: 1.5 s after the start's ramp, many times the slowest time constants of drive (Kp/Ki = 0.1 s) and
+        // contact.
         let torque = kept.sensors[2900].motor_torque.map(Option::unwrap);
         torque.iter().sum::<f64>() / 3.0
     };
@@ -80,9 +83,10 @@ fn friction_in_the_reading_looks_like_friction_in_the_plant() {
     assert!((plant - 0.5).abs() < 1e-3, "{plant}");
 }
 
-/// Lost readings reach the estimators as missing, about as many as the grade says; where none is missing there is an estimate.
+/// Statistics: lost readings are missing in the sensor frames, as many as the grade states. A complete frame always
+/// gives an estimate.
 #[test]
-fn lost_readings_are_missing_not_made_up() {
+fn lost_readings_are_missing_and_not_replaced() {
     let kept = keep(&with(&["sensors.grade=poor"]));
     let mut lost = [0; 13];
     for (sensors, estimate) in kept.sensors.iter().zip(&kept.estimates[0]) {
@@ -100,7 +104,7 @@ fn lost_readings_are_missing_not_made_up() {
         assert!(estimate.is_ok() || missing.contains(&true));
     }
     for count in lost {
-        // 1 % of 3001 is 30, with a standard deviation of 5.5: four of them.
+        // 1 % of 3001 is 30; four standard deviations of 5.5 on either side.
         assert!((8..=52).contains(&count), "{lost:?}");
     }
 }

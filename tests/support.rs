@@ -1,4 +1,4 @@
-//! What several tests need: runs kept in memory, and the reference runs.
+//! Shared by several tests: runs kept in memory, and the reference runs.
 
 use robhaz_estimator::{Estimate, EstimateError, SensorFrame};
 use robhaz_run::{Frame, RunEnd, Sink, SinkError};
@@ -13,7 +13,7 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// A shipped scene with some keys set.
+/// A shipped scene with overrides of the form `key=value`.
 pub fn scene(name: &str, overrides: &[&str]) -> Scene {
     let overrides: Vec<String> = overrides.iter().map(|s| (*s).to_owned()).collect();
     Scene::load(
@@ -23,12 +23,12 @@ pub fn scene(name: &str, overrides: &[&str]) -> Scene {
     .unwrap()
 }
 
-/// A run kept whole.
+/// All records of a run.
 #[derive(Default)]
 pub struct Kept {
     pub truth: Vec<Truth>,
     pub sensors: Vec<SensorFrame>,
-    /// One list an estimator.
+    /// One list per estimator.
     pub estimates: Vec<Vec<Result<Estimate, EstimateError>>>,
 }
 
@@ -60,7 +60,7 @@ pub fn keep(scene: &Scene) -> Kept {
 }
 
 impl Kept {
-    /// NRMSE of N of one estimator from `from` seconds on.
+    /// NRMSE of N of one estimator over times from `from` (s), as a fraction.
     pub fn nrmse(&self, estimator: usize, from: f64) -> f64 {
         let mut score = Score::new(Rule { compare_from: from });
         for (truth, estimate) in self.truth.iter().zip(&self.estimates[estimator]) {
@@ -71,7 +71,7 @@ impl Kept {
     }
 }
 
-/// A reference run: columns by name, 50 Hz.
+/// A reference run at 50 Hz: columns by name.
 pub struct Reference {
     columns: HashMap<String, Vec<f64>>,
 }
@@ -102,7 +102,7 @@ impl Reference {
         &self.columns[name]
     }
 
-    /// RMS and greatest difference of a column from a 1 kHz run, over times from `from` (s) on.
+    /// RMS and greatest difference between a column and a run recorded at 1 kHz, over times from `from` (s).
     pub fn difference(
         &self,
         name: &str,

@@ -1,4 +1,4 @@
-//! `robhaz view` and `robhaz run --rerun`, as a user types them.
+//! The commands `robhaz view` and `robhaz run --rerun`.
 
 use crate::support::root;
 use std::fs;
@@ -12,7 +12,7 @@ fn robhaz(folder: &Path, arguments: &[&str]) -> Command {
     command
 }
 
-/// What was said, in one line: the report breaks lines where the terminal would.
+/// Standard error in one line, because error reports wrap lines at the terminal's width.
 fn said(output: &Output) -> String {
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
     text.replace('│', " ")
@@ -28,7 +28,7 @@ fn flat_scene(folder: &Path, duration: f64) {
     fs::write(folder.join("flat.toml"), text).unwrap();
 }
 
-/// A run that is killed leaves a recording that can be read up to the last full two seconds, at the least.
+/// The recording of a killed run can be read, up to its last complete two seconds at least.
 #[test]
 #[cfg(unix)]
 fn the_recording_of_a_killed_run_can_be_read() {
@@ -40,7 +40,7 @@ fn the_recording_of_a_killed_run_can_be_read() {
         .spawn()
         .unwrap();
     let recording = dir.path().join("killed.partial/run.rrd");
-    // A megabyte is more than the layout: several seconds of the run are in it.
+    // A megabyte is more than the layout, so it contains several seconds of the run.
     let large = || fs::metadata(&recording).is_ok_and(|m| m.len() > 1_000_000);
     for _ in 0..600 {
         if large() {
@@ -56,9 +56,9 @@ fn the_recording_of_a_killed_run_can_be_read() {
     assert!(!dir.path().join("killed").exists());
 }
 
-/// `--rerun off` leaves no recording, and `view` says what to do then.
+/// `--rerun off` writes no recording, and `view` then says how to get one.
 #[test]
-fn without_a_recording_there_is_nothing_to_view() {
+fn view_needs_a_recording_and_says_how_to_get_one() {
     let dir = tempfile::tempdir().unwrap();
     flat_scene(dir.path(), 0.3);
     let run = robhaz(dir.path(), &["run", "flat.toml", "--rerun", "off"])
@@ -76,9 +76,9 @@ fn without_a_recording_there_is_nothing_to_view() {
     );
 }
 
-/// Without a viewer the answer is the one command that gets it, and nothing was started or left behind.
+/// Without a viewer the error states the command that installs it, and no file is left behind.
 #[test]
-fn without_a_viewer_the_answer_is_how_to_get_it() {
+fn a_missing_viewer_is_an_error_that_says_how_to_install_it() {
     let dir = tempfile::tempdir().unwrap();
     flat_scene(dir.path(), 0.3);
     let run = robhaz(dir.path(), &["run", "flat.toml"]).output().unwrap();
@@ -98,7 +98,7 @@ fn without_a_viewer_the_answer_is_how_to_get_it() {
     assert!(!dir.path().join("shot.png").exists());
 }
 
-/// A comparison of two runs in one file; what cannot be compared or shown is refused with a reason.
+/// Two runs are compared in one recording; what cannot be compared or shown is refused with a reason.
 #[test]
 fn runs_are_compared_in_one_recording() {
     let dir = tempfile::tempdir().unwrap();
@@ -147,9 +147,9 @@ fn runs_are_compared_in_one_recording() {
     assert!(!dir.path().join("runs").exists());
 }
 
-/// A comparison never replaces what it reads, under whatever name, and nothing else unasked.
+/// A comparison never replaces a file that it reads, under any name, and replaces other files only with `--force`.
 #[test]
-fn a_comparison_replaces_nothing_unasked() {
+fn a_comparison_replaces_files_only_with_force() {
     let dir = tempfile::tempdir().unwrap();
     flat_scene(dir.path(), 0.3);
     for out in ["a", "b"] {
@@ -181,7 +181,7 @@ fn a_comparison_replaces_nothing_unasked() {
             );
         }
     }
-    // The library refuses, too.
+    // The library refuses it as well.
     let scene = robhaz_scene::Scene::load(&dir.path().join("a/scene.toml"), &[]).unwrap();
     let paths = ["a", "b"].map(|run| dir.path().join(run).join("run.rrd"));
     let runs = [0, 1].map(|k| robhaz_viewer::ComparedRun {
@@ -209,7 +209,7 @@ fn a_comparison_replaces_nothing_unasked() {
         fs::read_to_string(dir.path().join("mine.rrd")).unwrap(),
         "years"
     );
-    // Also where it fails, nothing is lost and nothing is left behind.
+    // A failed comparison neither replaces a file nor leaves one behind.
     fs::rename(dir.path().join("b/run.rrd"), dir.path().join("b/kept")).unwrap();
     fs::write(dir.path().join("b/run.rrd"), "no recording").unwrap();
     assert!(!save("mine.rrd", &["--force"]).status.success());
@@ -231,9 +231,9 @@ fn a_comparison_replaces_nothing_unasked() {
     assert_eq!(left, ["a", "b", "flat.toml", "mine.rrd"]);
 }
 
-/// A picture that cannot be is refused before a viewer is looked for: another format, a file that is there, another time.
+/// Invalid screenshots are refused before a viewer is searched: wrong format, existing file, time outside of the run.
 #[test]
-fn impossible_pictures_are_refused_at_once() {
+fn invalid_screenshots_are_refused_at_once() {
     let dir = tempfile::tempdir().unwrap();
     flat_scene(dir.path(), 0.3);
     let run = robhaz(dir.path(), &["run", "flat.toml"]).output().unwrap();
@@ -250,7 +250,7 @@ fn impossible_pictures_are_refused_at_once() {
         ),
         (&["x.png", "--at=-1"], "-1 s is not in the run"),
         (&["x.png", "--at", "nan"], "NaN s is not in the run"),
-        // All is well but for the viewer.
+        // Only the viewer is missing.
         (&["x.png", "--at", "0.3"], "pip install rerun-sdk"),
         (&["mine.png", "--force"], "pip install rerun-sdk"),
     ] {
@@ -270,13 +270,13 @@ fn impossible_pictures_are_refused_at_once() {
         fs::read_to_string(dir.path().join("mine.png")).unwrap(),
         "years"
     );
-    // The scene, the runs, and the file that was there: no temporary ones.
+    // The scene, the runs and the existing file; no temporary file.
     assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 3);
 }
 
-/// A recording that was cut off is compared as far as it goes, with a warning that names it; without data it is an error.
+/// A truncated recording is compared up to its end, with a warning that names it; one without data is an error.
 #[test]
-fn a_recording_that_was_cut_off_is_named() {
+fn a_truncated_recording_is_named() {
     let dir = tempfile::tempdir().unwrap();
     flat_scene(dir.path(), 4.5);
     for out in ["a", "b"] {
@@ -299,7 +299,7 @@ fn a_recording_that_was_cut_off_is_named() {
         "{}",
         said(&output)
     );
-    // The index at the end is small: this cuts rows.
+    // The index at the end is small: this removes rows.
     fs::write(&path, &whole[..whole.len() * 6 / 10]).unwrap();
     let output = save();
     assert!(output.status.success(), "{}", said(&output));
@@ -317,7 +317,7 @@ fn a_recording_that_was_cut_off_is_named() {
     }
 }
 
-/// Ctrl-C ends the viewer that `view` has opened, with what it started itself, and then the command.
+/// Ctrl-C ends the viewer that `view` has started, the processes that the viewer has started, and the command.
 #[test]
 #[cfg(unix)]
 fn view_ends_its_viewer() {
@@ -326,7 +326,7 @@ fn view_ends_its_viewer() {
     flat_scene(dir.path(), 0.3);
     let run = robhaz(dir.path(), &["run", "flat.toml"]).output().unwrap();
     assert!(run.status.success(), "{}", said(&run));
-    // In place of the viewer, as pip installs it: a script around a program.
+    // A replacement for the viewer, which pip installs as a script that starts a program.
     let script = "#!/bin/sh\n[ \"$1\" = --version ] && echo rerun-cli 0.36.3 && exit\nsleep 300 &\necho $! > viewer\nwait\n";
     fs::create_dir(dir.path().join("bin")).unwrap();
     let viewer = dir.path().join("bin/rerun");
@@ -361,7 +361,7 @@ fn view_ends_its_viewer() {
     assert!(kill(&["-INT", &view.id().to_string()]));
     let output = view.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130), "{}", said(&output));
-    // Killed processes take a moment on a busy machine; nobody may have collected it yet.
+    // On a loaded machine a killed process takes a moment to end. It can remain as a zombie process.
     let runs = || {
         let state = fs::read_to_string(format!("/proc/{program}/stat")).unwrap_or_default();
         let state = state.rsplit_once(") ").map_or("?", |(_, rest)| rest);
@@ -376,7 +376,7 @@ fn view_ends_its_viewer() {
     panic!("the viewer still runs");
 }
 
-/// The layout holds for every shipped scene: each can be recorded and read back to its end.
+/// The viewer's layout works for every shipped scene: each can be recorded and read back to its end.
 #[test]
 fn every_shipped_scene_can_be_recorded() {
     let dir = tempfile::tempdir().unwrap();

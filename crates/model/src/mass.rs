@@ -71,8 +71,8 @@ impl MassSet {
         }
     }
 
-    /// Mass set `text`: half of the masses that the paper's text states for both sides (body 10, wheels 10, linkage 8
-    /// kg).
+    /// Mass set `text`: half of the masses that the paper's text states for both sides: body 10 kg, wheels 10 kg,
+    /// linkage 8 kg.
     pub fn text() -> Self {
         Self {
             links: [1.6, 1.9556, 0.4444],

@@ -1,4 +1,4 @@
-//! How the robot stands on level ground: clearances, static wheel loads, and what keeps it from standing.
+//! The robot on level ground in its nominal pose: clearances, static wheel loads, and reasons why it cannot stand.
 
 use crate::{Bar, GRAVITY, Geometry, Pin, Robot, Vec2, cross};
 use nalgebra::{Matrix3, Vector3};
@@ -6,12 +6,12 @@ use nalgebra::{Matrix3, Vector3};
 /// Names of the wheels, for messages.
 const WHEELS: [&str; 3] = ["front", "middle", "rear"];
 
-/// Why a robot cannot stand on level ground in its nominal pose.
+/// Reason why a robot cannot stand on level ground in its nominal pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StanceError {
-    /// A wheel and the next one share space.
+    /// A wheel and the next one overlap.
     WheelsOverlap {
-        /// Index of the wheel ahead, 0 or 1.
+        /// Index of the front one of the two, 0 or 1.
         wheel: usize,
         /// Distance of the two axles, m.
         distance: f64,
@@ -20,37 +20,37 @@ pub enum StanceError {
     },
     /// A pin is not above the ground.
     PinBelowGround {
-        /// Which.
+        /// The pin.
         pin: Pin,
         /// Its height above the ground, m.
         height: f64,
     },
     /// A bar's centre of mass is not above the ground.
     CentreBelowGround {
-        /// Which bar's.
+        /// The bar.
         bar: Bar,
         /// Its height above the ground, m.
         height: f64,
     },
     /// The robot's centre of mass is ahead of the front axle.
     TipsForward {
-        /// By how much, m.
+        /// Distance in x by which it is ahead, m.
         by: f64,
         /// x of the front axle, m.
         axle: f64,
     },
     /// The robot's centre of mass is behind the rear axle.
     TipsBackward {
-        /// By how much, m.
+        /// Distance in x by which it is behind, m.
         by: f64,
         /// x of the rear axle, m.
         axle: f64,
     },
-    /// The ground would have to pull at a wheel: the linkage folds.
+    /// Equilibrium needs a negative or zero normal force at a wheel: the linkage folds.
     Folds {
         /// Index of the wheel.
         wheel: usize,
-        /// Its static normal force, N: not above 0.
+        /// Static normal force that equilibrium needs there, N; at most 0.
         load: f64,
     },
     /// The static loads are not determined: a link's only axle is at the x of pin Q.
@@ -107,14 +107,15 @@ impl core::fmt::Display for StanceError {
 impl core::error::Error for StanceError {}
 
 impl Geometry {
-    /// Whether the wheels are apart, and pins and centres of mass above the ground y = 0, in the nominal pose.
+    /// Checks, in the nominal pose, that wheels do not overlap and that pins and centres of mass are above the ground y
+    /// = 0.
     ///
     /// # Errors
     /// The first [`StanceError`] found.
     pub fn check_clearance(&self) -> Result<(), StanceError> {
         for wheel in 0..2 {
             let distance = (self.axles[wheel] - self.axles[wheel + 1]).norm();
-            // Wheels that touch but for rounding do not overlap.
+            // Wheels that touch do not overlap; the factor allows for rounding.
             if distance < 2.0 * self.wheel_radius * (1.0 - 1e-9) {
                 return Err(StanceError::WheelsOverlap {
                     wheel,
@@ -150,10 +151,11 @@ impl Robot {
         (of_bars + of_wheels) / self.mass.total()
     }
 
-    /// Normal forces of the wheels at rest on level ground in the nominal pose, without traction, N. They may be negative. `None`
-    /// where they are not determined.
+    /// Normal forces of the wheels at rest on level ground in the nominal pose, without traction, N. They can be
+    /// negative. `None` if they are not determined.
     ///
-    /// By virtual work: the robot is raised, and each of links 1 and 2 is turned about Q while body and link 3 follow.
+    /// By virtual work: one equation for raising the robot, and one each for turning link 1 and link 2 about Q while
+    /// body and link 3 follow.
     pub fn static_loads(&self) -> Option<[f64; 3]> {
         let (geometry, mass) = (&self.geometry, &self.mass);
         let pins = &geometry.pins;
@@ -163,7 +165,7 @@ impl Robot {
         let det = -cross(c, d);
         let body = [cross(p, d) / det, -cross(r, d) / det];
         let link3 = [-cross(c, p) / det, cross(c, r) / det];
-        // Height gained per rate of each link.
+        // Vertical velocities per unit rate of each link.
         let arm = |at: Vec2| at.x - pins.q.x;
         let mut matrix = Matrix3::from_element(1.0);
         let mut right = Vector3::new(mass.total(), 0.0, 0.0);
@@ -196,7 +198,8 @@ impl Robot {
             .then_some([loads[0], loads[1], loads[2]])
     }
 
-    /// Whether the robot stands on level ground: its centre of mass above the wheelbase, and all three wheels loaded.
+    /// Checks that the robot can stand on level ground: its centre of mass is above the wheelbase and all wheels are
+    /// loaded.
     ///
     /// # Errors
     /// The first [`StanceError`] found; those of [`Geometry::check_clearance`] come first.
@@ -235,8 +238,8 @@ mod tests {
         }
     }
 
-    /// Closed form: the loads that the statics of both geometries give by hand, to the digits in which they are stated; their sum
-    /// is the weight and their moment that of the centre of mass.
+    /// Closed form: the loads are those of the statics by hand for both geometries, to the stated digits. Their sum is
+    /// the weight, and their moment that of the centre of mass.
     #[test]
     fn static_loads_are_those_of_the_drawings() {
         for (geometry, expected) in [
@@ -262,7 +265,7 @@ mod tests {
         }
     }
 
-    /// Each reason is found, with its figures, just beyond its limit and not just before.
+    /// Boundary: each reason is found just beyond its limit, with the right values, and not just before it.
     #[test]
     fn each_reason_is_found_at_its_limit() {
         let mut g = Geometry::a();
@@ -283,7 +286,7 @@ mod tests {
         };
         assert_eq!(g.check_clearance(), Err(found));
 
-        // Of 14 kg the body has 5: its centre moves the robot's by 5/14 as much.
+        // The body has 5 of 14 kg: the robot's centre of mass moves by 5/14 of the body's.
         for (side, axle) in [(1.0, 0.3), (-1.0, -0.3)] {
             for (beyond, tips) in [(0.04, true), (-0.001, false)] {
                 let mut robot = robot(Geometry::a());
@@ -299,7 +302,7 @@ mod tests {
                         assert!((at - axle).abs() < 1e-15);
                         Some(by)
                     }
-                    // Just inside the wheelbase a wheel at the other end would hang.
+                    // Just inside the wheelbase, a wheel at the other end would need a negative load.
                     Err(StanceError::Folds { load, .. }) if !tips => {
                         assert!(load <= 0.0);
                         None
@@ -310,7 +313,7 @@ mod tests {
                 assert!(by.is_none_or(|by| (by - 0.04).abs() < 1e-12));
             }
         }
-        // Without a moment arm nothing determines the load of the wheel below Q.
+        // The wheel below Q has no moment arm, so its load is not determined.
         let mut g = Geometry::a();
         g.pins.q.x = g.axles[0].x;
         assert!(robot(g).check_stance().is_err());

@@ -9,7 +9,7 @@ use crate::scene::RobotChoice;
 use crate::source::{Entry, Node, Origin, Source, Value};
 use crate::suggest::nearest;
 use robhaz_model::{
-    Bar, Geometry, GeometryError, MassSet, PinStop, Robot, StanceError, mean_link_cgs,
+    Bar, Geometry, GeometryError, MassSet, Pin, PinStop, Robot, StanceError, mean_link_cgs,
 };
 use std::path::Path;
 
@@ -110,21 +110,7 @@ pub(crate) fn read(reader: &mut Reader, root: &Node) -> RobotChoice {
         mass: mass.value.unwrap_or_else(MassSet::caption),
     };
     if let (true, Err(error)) = (reader.mark() == mark, robot.check_stance()) {
-        // Where only the masses were chosen, they are at fault.
-        let masses_alone = root.find(GEOMETRY_PART.path).is_none();
-        let (part, key) = if masses_alone && root.find(MASS_PART.path).is_some() {
-            (&mass.node, "")
-        } else {
-            (&geometry.node, stance_key(&error))
-        };
-        let whole = part.as_ref().unwrap_or(root);
-        let at = whole.find(key).unwrap_or(whole);
-        let path = if masses_alone {
-            MASS_PART.path.to_owned()
-        } else {
-            join(&geometry.path, key)
-        };
-        reader.push(Problem::at(&at.origin, &path, error.to_string()).whole());
+        refuse_stance(reader, root, &geometry.place, &error);
     }
     RobotChoice {
         geometry_name: geometry.name,
@@ -136,22 +122,50 @@ pub(crate) fn read(reader: &mut Reader, root: &Node) -> RobotChoice {
 /// A half of `[robot]` as it was read.
 struct ReadPart<T> {
     name: String,
-    /// Its table, and the key under which that stands: empty for a file.
-    node: Option<Node>,
-    path: String,
+    place: Place,
     value: Option<T>,
 }
 
-/// The key of the geometry that a stance is refused for.
-fn stance_key(error: &StanceError) -> &'static str {
+/// Where a half of `[robot]` is written.
+struct Place {
+    /// Its table.
+    node: Option<Node>,
+    /// The key under which the table is; empty for a file.
+    path: String,
+}
+
+/// Refuses a robot that cannot stand, at the key of its geometry that was changed, else at the likeliest.
+fn refuse_stance(reader: &mut Reader, root: &Node, place: &Place, error: &StanceError) {
+    let keys = stance_keys(error);
+    let whole = place.node.as_ref().unwrap_or(root);
+    let written: Vec<(&str, &Node)> = keys
+        .iter()
+        .filter_map(|key| whole.find(key).map(|node| (*key, node)))
+        .collect();
+    let changed = written.iter().find(|(_, node)| node.origin.is_override());
+    let (key, node) = *changed.or(written.first()).unwrap_or(&("", whole));
+    let path = join(&place.path, key);
+    reader.push(Problem::at(&node.origin, &path, error.to_string()).whole());
+}
+
+/// The keys of a geometry that can make a robot unable to stand, the likeliest first.
+fn stance_keys(error: &StanceError) -> &'static [&'static str] {
     match error {
-        StanceError::WheelsOverlap { .. } => "axles",
-        StanceError::PinBelowGround { .. } => "pins",
-        StanceError::CentreBelowGround { bar, .. } if *bar != Bar::Body => LINK_CG,
-        StanceError::Folds { .. } | StanceError::Undetermined => "pins.q",
-        StanceError::CentreBelowGround { .. }
-        | StanceError::TipsForward { .. }
-        | StanceError::TipsBackward { .. } => "body_cg",
+        StanceError::WheelsOverlap { .. } => &["axles", "wheel_radius"],
+        StanceError::PinBelowGround { pin, .. } => match pin {
+            Pin::P => &["pins.p"],
+            Pin::Q => &["pins.q"],
+            Pin::R => &["pins.r"],
+            Pin::S => &["pins.s"],
+        },
+        StanceError::CentreBelowGround { bar, .. } if *bar != Bar::Body => &[LINK_CG],
+        StanceError::CentreBelowGround { .. } => &["body_cg"],
+        StanceError::TipsForward { .. } | StanceError::TipsBackward { .. } => {
+            &["body_cg", "axles", LINK_CG]
+        }
+        StanceError::Folds { .. } | StanceError::Undetermined => &[
+            "body_cg", "pins.q", "pins.p", "pins.r", "pins.s", "axles", LINK_CG,
+        ],
     }
 }
 
@@ -178,8 +192,10 @@ fn read_part<T>(
     let Some(node) = node else {
         return ReadPart {
             name: chosen.to_owned(),
-            node: None,
-            path: path.to_owned(),
+            place: Place {
+                node: None,
+                path: path.to_owned(),
+            },
             value: None,
         };
     };
@@ -194,8 +210,10 @@ fn read_part<T>(
     let value = read(reader, &node, path);
     ReadPart {
         name,
-        node: Some(node),
-        path: path.to_owned(),
+        place: Place {
+            node: Some(node),
+            path: path.to_owned(),
+        },
         value,
     }
 }

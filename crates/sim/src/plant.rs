@@ -87,8 +87,8 @@ pub struct PlantSetup {
     pub tolerance: f64,
     /// Time between two truths, s.
     pub period: f64,
-    /// Whether impulse and work are integrated for [`Plant::balance`]. It changes no bit of the truth; `direct` then takes
-    /// longer, for it evaluates the forces once more at each node of its steps.
+    /// Whether impulse and work are integrated for [`Plant::balance`]. It changes no bit of the truth. `rapier` then takes 2 to 3 %
+    /// longer, `direct` 2 % on smooth ground and a quarter on stairs: it evaluates the forces once more at each node of its steps.
     pub balance: bool,
 }
 

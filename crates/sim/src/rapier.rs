@@ -11,7 +11,7 @@ use crate::friction::FrictionLaw;
 use crate::ground::{Ground, WheelMotion};
 use crate::joints::{self, Lump};
 use crate::plant::{Engine, Instant, PlantError, PlantSetup};
-use crate::stability::longest_step_for_friction;
+use crate::stability::{STABLE_SHARE, longest_step_for_friction};
 use crate::start::{Start, StartKind};
 use crate::stop::stop_torque;
 use crate::truth::{BarTruth, PinTruth, Truth};
@@ -24,6 +24,8 @@ pub const LIBRARY: &str = "rapier2d 0.36.1";
 /// Parts of a step while a wheel is hit by an edge: 16 us resolve the 75 us in which a wheel is stopped. A load that makes the
 /// friction stiff takes fewer.
 pub const MOST_PARTS: u32 = 8;
+/// Pieces of a part while an impact would make the friction unstable: on the default ground beyond 6.6 kN in eight parts.
+const MOST_CUTS: u32 = 32;
 /// Rapier's iterations that free the joints' speeds of what closes their gaps, where the step changes.
 const RELAXATIONS_AT_A_CHANGE: usize = 20;
 /// Steps before a settled start, in which the joints' errors come to rest too: after 100 N stays within 10 uN.
@@ -250,43 +252,73 @@ impl RapierEngine {
     /// in the contacts' springs at its start, J.
     fn advance(&mut self, mut truth: Option<&mut Truth>) -> Result<f64, PlantError> {
         let time = self.time();
-        let loads = self.loads(time, truth.as_deref_mut())?;
+        let mut loads = self.loads(time, truth.as_deref_mut())?;
         let contact_energy = loads.contact_energy;
         let parts = self.parts(&loads);
-        let step = self.step / f64::from(parts);
-        let arms = truth.is_some().then(|| self.pin_arms());
-        self.integrate(&loads, step);
+        let length = self.step / f64::from(parts);
         // The first part tells the pins' forces, which belong to the same instant as the truth.
-        if let (Some(truth), Some(arms)) = (truth, arms) {
-            for (i, handle) in self.pins.into_iter().enumerate() {
-                if let Some(joint) = self.world.impulse_joints.get(handle) {
-                    let [first, second] = [joint.impulses[0], joint.impulses[1]];
-                    truth.pins[i].force = arms[i].force(first, second, step);
+        let mut pins = truth.map(|truth| (truth, self.pin_arms()));
+        for part in 0..parts {
+            let begin = time + f64::from(part) * length;
+            if part > 0 {
+                loads = self.loads(begin, None)?;
+            }
+            let cuts = self.cuts(&loads, length);
+            let shorter = length / f64::from(cuts);
+            for cut in 0..cuts {
+                if cut > 0 {
+                    loads = self.loads(begin + f64::from(cut) * shorter, None)?;
+                }
+                self.integrate(&loads, shorter);
+                if let Some((truth, arms)) = pins.take() {
+                    self.pin_forces(truth, &arms, shorter);
                 }
             }
-        }
-        for part in 1..parts {
-            let loads = self.loads(time + f64::from(part) * step, None)?;
-            self.integrate(&loads, step);
+            self.parts_taken += u64::from(cuts);
         }
         self.steps += 1;
-        self.parts_taken += u64::from(parts);
         Ok(contact_energy)
+    }
+
+    /// Forces in the pins over the last part of a step, of the length `step` (s).
+    fn pin_forces(&self, truth: &mut Truth, arms: &[PinArms; 4], step: f64) {
+        for (i, handle) in self.pins.into_iter().enumerate() {
+            if let Some(joint) = self.world.impulse_joints.get(handle) {
+                let [first, second] = [joint.impulses[0], joint.impulses[1]];
+                truth.pins[i].force = arms[i].force(first, second, step);
+            }
+        }
+    }
+
+    /// How much a step (s) adds to the N of a wheel at most, N: damping and spring at the mean load.
+    fn rise(&self, loads: &Loads, step: f64) -> f64 {
+        let law = &self.contact;
+        let tangent = law.stiffness * law.exponent * self.rest.powf(law.exponent - 1.0);
+        (law.damping + tangent * step) * loads.approach
     }
 
     /// Into how many parts the next step is cut: a wheel driven into the ground so fast that a step would add more than the mean
     /// load to its N is hit. From the state alone, so that runs repeat.
     fn parts(&self, loads: &Loads) -> u32 {
-        let law = &self.contact;
-        let tangent = law.stiffness * law.exponent * self.rest.powf(law.exponent - 1.0);
-        let rise = (law.damping + tangent * self.step) * loads.approach;
-        if rise > self.robot.mean_wheel_load() {
+        if self.rise(loads, self.step) > self.robot.mean_wheel_load() {
             return MOST_PARTS;
         }
         // The explicit friction, at the load as it is.
         (1..MOST_PARTS)
             .find(|parts| self.step < f64::from(*parts) * self.friction_limit / loads.normal_force)
             .unwrap_or(MOST_PARTS)
+    }
+
+    /// Into how many pieces a part of a step, `part` (s), is cut in its turn: an impact of kilonewtons can make the friction unstable
+    /// in that part, and may start after the step's start.
+    fn cuts(&self, loads: &Loads, part: f64) -> u32 {
+        let load = loads.normal_force.max(self.rise(loads, part));
+        if part * load < self.friction_limit / STABLE_SHARE {
+            return 1;
+        }
+        (1..MOST_CUTS)
+            .find(|cuts| part * load < f64::from(*cuts) * self.friction_limit)
+            .unwrap_or(MOST_CUTS)
     }
 
     /// Forces at the state now.

@@ -13,7 +13,7 @@ use robhaz_model::Robot;
 
 /// Share of the just stable step that friction and drive may take, each: together they stay below it. For the friction N errs
 /// by less than 0.01 % at 0.4, at 0.6 by twice that, at 0.9 by 16 %.
-const SHARE: f64 = 0.4;
+pub(crate) const STABLE_SHARE: f64 = 0.4;
 
 /// Longest step, s, at which the explicit contact force is stable: a bare wheel (kg) on the contact's damping decays with
 /// `c/m`, and an explicit step must stay below twice the time constant. 0.15 ms for the default robot.
@@ -30,7 +30,7 @@ pub fn longest_step_for_friction(friction: &FrictionLaw, robot: &Robot, load: f6
     let mass = &robot.mass;
     let slope = 1.5 * friction.mu_s / friction.v_s * load;
     let rim = robot.geometry.wheel_radius.powi(2) / (mass.wheel_inertia + mass.rotor_inertia);
-    SHARE * 2.0 / (slope * (rim + 3.0 / mass.total()))
+    STABLE_SHARE * 2.0 / (slope * (rim + 3.0 / mass.total()))
 }
 
 /// Greatest slope of the torque over the wheel speed ([`Drive::slope`]), N m s, for an explicit step, s: 0.4 of the one that
@@ -40,7 +40,7 @@ pub fn longest_step_for_friction(friction: &FrictionLaw, robot: &Robot, load: f6
 /// `None` where no step is stable: the links are so light that the reaction of wheels and rotors on them, which `rapier` takes
 /// from the step before, grows from step to step.
 pub fn greatest_slope(robot: &Robot, step: f64) -> Option<f64> {
-    Some(SHARE * 2.0 / (step * alternating_mobility(robot)?))
+    Some(STABLE_SHARE * 2.0 / (step * alternating_mobility(robot)?))
 }
 
 /// Greatest integral gain Ki of a drive, N m, for an explicit step, s: 0.4 of the one that is just stable.
@@ -48,7 +48,7 @@ pub fn greatest_slope(robot: &Robot, step: f64) -> Option<f64> {
 /// Explicit Euler on `J domega/dt = -(s omega + Ki I)`, `dI/dt = omega`, s the slope, amplifies a pair of complex poles where
 /// `step Ki > s`: the square of their modulus is `1 - step s/J + step^2 Ki/J`.
 pub fn greatest_integral_gain(drive: &Drive, step: f64) -> f64 {
-    SHARE * drive.slope() / step
+    STABLE_SHARE * drive.slope() / step
 }
 
 /// Greatest acceleration of a wheel relative to its link over all combinations of unit drive torques, 1/(kg m^2), while all torques change their
@@ -103,7 +103,7 @@ mod tests {
             viscous_damping: 0.0,
             ..Drive::default()
         };
-        let just = greatest_integral_gain(&drive, step) / SHARE;
+        let just = greatest_integral_gain(&drive, step) / STABLE_SHARE;
         assert!((just - 5000.0).abs() < 1e-9);
         // In 10 s the amplitude changes by exp(-+2.5).
         assert!(swing(0.5, 0.9 * just, step) < 3e-5);
@@ -119,7 +119,7 @@ mod tests {
         let j = robot.mass.wheel_inertia + robot.mass.rotor_inertia;
         let found = greatest_slope(&robot, step).unwrap_or_default();
         assert!((found - 453.33).abs() < 0.01, "{found}");
-        let held = 2.0 * SHARE * j / step;
+        let held = 2.0 * STABLE_SHARE * j / step;
         assert!(found < held);
         let mass = robot.mass.clone();
         robot.mass.links = mass.links.map(|m| 1e6 * m);

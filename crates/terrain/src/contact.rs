@@ -14,8 +14,8 @@ pub struct Contact {
 }
 
 impl Contact {
-    /// Contact angle gamma: slope of the tangent, rad. Tangent `(cos gamma, sin gamma)`, normal `(-sin gamma, cos
-    /// gamma)`.
+    /// Contact angle gamma: slope of the tangent, rad. The tangent is `(cos gamma, sin gamma)`, the normal
+    /// `(-sin gamma, cos gamma)`.
     pub fn angle(&self) -> f64 {
         self.tangent.y.atan2(self.tangent.x)
     }

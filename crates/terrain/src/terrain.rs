@@ -651,8 +651,8 @@ mod tests {
                     (Vec2::new(u, profile.eval(u)[0]) - centre).norm()
                 })
                 .fold(f64::INFINITY, f64::min);
-            // Samples are 0.1 mm apart: the nearest one is farther than the curve by at most (0.05 mm)^2/(2 r) = 1.3e-8
-            // m. The edges of `rough` differ from the curve by 1e-11 m.
+            // Samples are 0.1 mm apart: the nearest one is farther than the curve by at most
+            // (0.05 mm)^2/(2 r) = 1.3e-8 m. The edges of `rough` differ from the curve by 1e-11 m.
             prop_assert!(contact.distance <= dense + 1e-10 && contact.distance > dense - 5e-8);
         }
     }

@@ -11,10 +11,10 @@ mod run;
 
 pub use agreement::{Agreement, agreement, impulse_difference};
 pub use balance::{Energy, energy, momentum_error};
-pub use run::{MOST_RECORDS, Run, truth_of};
+pub use run::{MOST_RECORDS, Run, VerifyError, truth_of};
 
 use robhaz_scene::{EngineKind, Scene};
-use robhaz_sim::{PlantError, Truth};
+use robhaz_sim::Truth;
 use robhaz_terrain::Terrain;
 
 /// What came of one check.
@@ -37,30 +37,6 @@ pub enum Outcome {
     Failed,
     /// It says nothing about this scene.
     NotJudged,
-}
-
-/// Why a scene cannot be verified.
-#[derive(Debug, thiserror::Error)]
-pub enum VerifyError {
-    /// The truth of the whole run is kept in memory.
-    #[error(
-        "the run has {found} records; verify keeps all in memory and takes at most {MOST_RECORDS}: shorten it, as with --set record.duration=20"
-    )]
-    TooLong {
-        /// Records of the scene.
-        found: u64,
-    },
-    /// The robot cannot stand at its start: there is no run to judge.
-    #[error(transparent)]
-    Start(PlantError),
-    /// A run stopped before its end, where all of it is needed.
-    #[error("engine {engine}: {source}")]
-    Stopped {
-        /// Which engine.
-        engine: &'static str,
-        /// Why.
-        source: PlantError,
-    },
 }
 
 /// On rolling ground: N of the engines, RMS over its mean.

@@ -1,11 +1,34 @@
 //! A run of a scene, kept whole.
 
-use crate::VerifyError;
 use robhaz_scene::Scene;
 use robhaz_sim::{Balance, Plant, PlantError, Truth};
 
 /// Most records of a run that is verified: a record with its balance is 696 bytes, and three runs are held at once.
 pub const MOST_RECORDS: u64 = 500_000;
+
+/// Why a scene cannot be verified.
+#[derive(Debug, thiserror::Error)]
+pub enum VerifyError {
+    /// The truth of the whole run is kept in memory.
+    #[error(
+        "the run has {found} records; verify keeps all in memory and takes at most {MOST_RECORDS}: shorten it, as with --set record.duration=20"
+    )]
+    TooLong {
+        /// Records of the scene.
+        found: u64,
+    },
+    /// The robot cannot stand at its start: there is no run to judge.
+    #[error(transparent)]
+    Start(PlantError),
+    /// A run stopped before its end, where all of it is needed.
+    #[error("engine {engine}: {source}")]
+    Stopped {
+        /// Which engine.
+        engine: &'static str,
+        /// Why.
+        source: PlantError,
+    },
+}
 
 /// Truth and balance of a run, record by record, up to its end or to where it stopped.
 #[derive(Clone, Debug, PartialEq)]

@@ -94,7 +94,7 @@ impl SceneView {
         )?;
         scale::log_axis(out, self.ground.box_of(), ForceScale::new(&self.robot))?;
         let [half_width, above, below] = FOLLOWED;
-        scale::log_bar(out, [half_width - 0.16, below - 0.08])?;
+        scale::log_bar(out, [half_width - 0.16, below - 0.14])?;
         self.forces.declare(out, [0.12 - half_width, 0.05 - above])
     }
 

@@ -25,5 +25,5 @@ pub(crate) use equations::Equations;
 pub use equilibrium::{Equilibrium, LeastSquaresInverse};
 pub(crate) use forces::Forces;
 pub use loads::{LinkageMotion, Load, Loads};
-pub(crate) use sensitivity::{InputCovariance, Sensitivity, Traction, input};
+pub(crate) use sensitivity::{Sensitivity, Traction, input};
 pub(crate) use solve::{RightSide, solve};

@@ -23,9 +23,6 @@ pub(crate) mod input {
     pub const COUNT: usize = 12;
 }
 
-/// Covariance of the uncertain inputs, in the order of [`input`], SI.
-pub(crate) type InputCovariance = [[f64; input::COUNT]; input::COUNT];
-
 /// Traction of one wheel from motor torque and speed, with its derivatives by the uncertain inputs.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Traction {

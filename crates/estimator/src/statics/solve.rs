@@ -3,7 +3,7 @@
 use super::equations::Equations;
 use super::equilibrium::{Equilibrium, LeastSquaresInverse};
 use super::forces::Forces;
-use super::sensitivity::{InputCovariance, Sensitivity, Traction, input};
+use super::sensitivity::{Sensitivity, Traction, input};
 use nalgebra::{Matrix4, Vector4};
 
 /// Right-hand side of eq. (8): value, sensitivity, noise covariance.
@@ -35,13 +35,15 @@ impl RightSide {
 /// Exact equations satisfy the parity `w' y = 0`. With a `parity` direction the right-hand side is first moved to where
 /// that holds, in the metric of its covariance R: `y - R w (w' y)/(w' R w)`. The result is consistent, so any left inverse
 /// of H_N gives the same N: that of weighted least squares with the weight `R^-1`.
+///
+/// `inputs` gives the covariance of two uncertain inputs by their places in [`input`], SI.
 pub(crate) fn solve(
     equations: &Equations,
     parity: Option<&Vector4<f64>>,
     right: &RightSide,
-    inputs: &InputCovariance,
+    inputs: impl Fn(usize, usize) -> f64,
 ) -> Forces {
-    let mut joint = Joint::new(&equations.equilibrium, right, inputs);
+    let mut joint = Joint::new(&equations.equilibrium, right, &inputs);
     if let Some(w) = parity {
         joint.impose(w);
     }
@@ -64,13 +66,17 @@ struct Joint {
 
 impl Joint {
     /// From the covariance of the inputs and the noise.
-    fn new(equilibrium: &Equilibrium, right: &RightSide, inputs: &InputCovariance) -> Self {
+    fn new(
+        equilibrium: &Equilibrium,
+        right: &RightSide,
+        inputs: &impl Fn(usize, usize) -> f64,
+    ) -> Self {
         let columns = &right.sensitivity.columns;
         // P A', the covariance of inputs and right-hand side.
         let mut input_y = [Vector4::zeros(); input::COUNT];
-        for (row, p) in input_y.iter_mut().zip(inputs) {
-            for (column, covariance) in columns.iter().zip(p) {
-                *row += column * *covariance;
+        for (a, row) in input_y.iter_mut().enumerate() {
+            for (b, column) in columns.iter().enumerate() {
+                *row += column * inputs(a, b);
             }
         }
         let mut yy = right.noise(equilibrium);
@@ -137,7 +143,10 @@ impl Joint {
 }
 
 /// Covariance of the tractions, N^2: the inputs' part and the observers' noise.
-fn traction_covariance(tractions: &[Traction; 3], inputs: &InputCovariance) -> [[f64; 3]; 3] {
+fn traction_covariance(
+    tractions: &[Traction; 3],
+    inputs: &impl Fn(usize, usize) -> f64,
+) -> [[f64; 3]; 3] {
     let mut covariance = [[0.0; 3]; 3];
     for i in 0..3 {
         for j in 0..=i {
@@ -145,7 +154,7 @@ fn traction_covariance(tractions: &[Traction; 3], inputs: &InputCovariance) -> [
             let mut sum = if i == j { ti.sigma * ti.sigma } else { 0.0 };
             for (a, u) in ti.gradient(i) {
                 for (b, v) in tj.gradient(j) {
-                    sum += u * v * inputs[a][b];
+                    sum += u * v * inputs(a, b);
                 }
             }
             covariance[i][j] = sum;
@@ -207,14 +216,14 @@ mod tests {
             let tractions = [tractions.0, tractions.1, tractions.2];
             let sensitivity = Sensitivity { columns: core::array::from_fn(|k| columns[k]) };
             let p: SMatrix<f64, INPUTS, INPUTS> = positive(&root);
-            let inputs = core::array::from_fn(|i| core::array::from_fn(|j| p[(i, j)]));
+            let inputs = |i, j| p[(i, j)];
             let right = RightSide {
                 value: e.right_side(&tractions.map(|t| t.value)),
                 sensitivity,
                 tractions,
                 loads: Matrix4::identity() * 0.1,
             };
-            let found = solve(&equations, equations.parity_direction.as_ref(), &right, &inputs);
+            let found = solve(&equations, equations.parity_direction.as_ref(), &right, inputs);
 
             // Right-hand side and tractions as one Gaussian.
             let h = Normals::from_columns(&e.h_n);
@@ -271,7 +280,7 @@ mod tests {
                 tractions: [none; 3],
                 loads: Matrix4::identity() * (sigma * sigma),
             };
-            let found = solve(&equations, None, &right, &[[0.0; input::COUNT]; input::COUNT]);
+            let found = solve(&equations, None, &right, |_, _| 0.0);
             let expected = inverse.solve(&y);
             prop_assert!((0..3).all(|i| found.normal[i].to_bits() == expected[i].to_bits()));
             for i in 0..3 {

@@ -314,9 +314,9 @@ fn cut(points: impl Iterator<Item = Point>, range: &Range<f64>) -> Option<String
     let below = low < range.start;
     let above = high > range.end;
     match (below, above) {
-        (true, true) => Some(format!("cut: values from {low:.0} to {high:.0}")),
-        (true, false) => Some(format!("cut: values down to {low:.0}")),
-        (false, true) => Some(format!("cut: values up to {high:.0}")),
+        (true, true) => Some(format!("cut: {low:.0} to {high:.0}")),
+        (true, false) => Some(format!("cut: down to {low:.0}")),
+        (false, true) => Some(format!("cut: up to {high:.0}")),
         (false, false) => None,
     }
 }

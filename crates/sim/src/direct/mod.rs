@@ -39,6 +39,9 @@ fn weights(drive: &Drive) -> Y {
         integral, integral, integral, // integrals
     ])
 }
+/// Smallest error asked for in a step, rad/s and rad: some hundred times the rounding of a wheel speed. Only the highest gains at
+/// the smallest tolerances come near it; 1e6 N m s make 0.1 uN m of it.
+const ROUNDING: f64 = 1e-13;
 /// First step, s: below the fast pole of a bare wheel on the ground (75 us).
 const FIRST_STEP: f64 = 1e-5;
 
@@ -75,7 +78,7 @@ impl DirectEngine {
         let solver = match &mut self.solver {
             Some(solver) => solver,
             none => {
-                let scale = self.weights * self.tolerance;
+                let scale = (self.weights * self.tolerance).map(|error| error.max(ROUNDING));
                 let solver = Radau::new(equations, &self.start, scale, FIRST_STEP)
                     .map_err(|_| refusal(time, equations.last_refusal()))?;
                 none.insert(solver)

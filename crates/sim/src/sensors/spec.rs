@@ -103,8 +103,8 @@ impl SensorSpec {
     /// [`Self::typical`], and further errors.
     ///
     /// - encoder: one edge per pulse is counted instead of four.
-    /// - torque: gain error 6 %, offset and noise 0.3 N m each; quantisation step 0.04 N m: an ADC of 10 bits over +-20
-    ///   N m, twice the drive's limit.
+    /// - torque: gain error 6 %, offset and noise 0.3 N m each; quantisation step 0.04 N m: an ADC of 10 bits over
+    ///   +-20 N m, twice the drive's limit.
     /// - inclinometer: noise and bias 0.3 deg each; lag 20 ms, a low pass of 8 Hz, the lower end of 8 to 28 Hz of an
     ///   over-damped MEMS inclinometer (data sheet of the SCA100T).
     /// - gyro: noise 0.3 deg/s per sample. Scale error 1 %: the tolerance of +-3 % of a consumer MEMS gyro (MPU-6050)

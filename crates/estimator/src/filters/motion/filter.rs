@@ -7,7 +7,7 @@ use super::states::{
 use super::tuning::TUNING;
 use crate::filters::Kalman;
 use crate::settings::NoiseBudget;
-use crate::statics::{InputCovariance, input};
+use crate::statics::input;
 use crate::visit::visit_fields;
 use robhaz_model::Vec2;
 
@@ -92,9 +92,9 @@ impl MotionFilter {
         core::array::from_fn(|k| self.filter.x[INPUTS + k])
     }
 
-    /// Their covariance.
-    pub fn input_covariance(&self) -> InputCovariance {
-        core::array::from_fn(|a| core::array::from_fn(|b| self.filter.p[INPUTS + a][INPUTS + b]))
+    /// Covariance of the inputs `a` and `b`, SI.
+    pub fn input_covariance(&self, a: usize, b: usize) -> f64 {
+        self.filter.p[INPUTS + a][INPUTS + b]
     }
 
     /// Variance of the unexplained load, N^2: the part of the last parity residuals beyond what was expected.

@@ -1,0 +1,152 @@
+//! Tests of `best` as a whole.
+
+use super::*;
+use crate::filters::TorqueObserverParameters;
+use crate::frame::{LinkReading, SensorFrame};
+use crate::settings::Method;
+use crate::statics::input;
+use crate::testing::Random;
+use crate::{Estimator, Flags};
+use nalgebra::Vector4;
+use proptest::prelude::*;
+
+proptest! {
+    /// The columns are the derivatives of `y - H_N N` (N held) by each input, with all else recomputed from the changed
+    /// input. Central differences at h = 1e-6 err by 1e-9 of 100 N; linear parts err by rounding over h, 1e-8.
+    #[test]
+    fn sensitivity_is_the_derivative(
+        theta in prop::array::uniform2(-0.25_f64..0.25), slopes in prop::array::uniform3(-0.4_f64..0.4),
+        states in prop::collection::vec(-0.1_f64..0.1, input::COUNT), torques in prop::array::uniform3(-3.0_f64..3.0),
+        speeds in prop::array::uniform3(-0.02_f64..0.02),
+    ) {
+        let nominal = Nominal::new(&Robot::default_a(), EstimatorSettings::best());
+        let parameters = TorqueObserverParameters {
+            wheel_inertia: 0.0075, rotor_inertia: 0.0864, viscous_damping: 0.15,
+            encoder_sigma: 1e-5, torque_sigma: 0.1, friction_step: 0.0, unread_walk: 0.0,
+        };
+        let method = KalmanMethod::ALL_STEPS;
+        let mut filters = BestFilters::new(&nominal.robot, method, &nominal.settings.budget);
+        for i in 0..3 {
+            filters.wheels[i] = Wheel::observed(&parameters, torques[i], speeds[i]);
+        }
+        for (k, value) in states.iter().enumerate() {
+            filters.motion.shift_input(k, *value);
+        }
+        let mut inputs = Inputs::default();
+        for i in 0..3 {
+            inputs.contact_angle[i].value = slopes[i];
+        }
+        let at = |filters: &BestFilters| {
+            let arms = Arms::new(&nominal.robot.geometry, theta[0], theta[1]).expect("inside the stops");
+            let equations = filters.equations(&nominal, &inputs, arms, theta).expect("regular");
+            let right = filters.right_side(&nominal, &equations);
+            (equations, right)
+        };
+        let (equations, right) = at(&filters);
+        let normal = equations.inverse.solve(&right.value);
+        let h = 1e-6;
+        for k in 0..input::COUNT {
+            let residual = |change: f64| -> Vector4<f64> {
+                let mut filters = filters;
+                filters.motion.shift_input(k, change);
+                let (equations, right) = at(&filters);
+                let mut residual = right.value;
+                for i in 0..3 {
+                    residual -= equations.equilibrium.h_n[i] * normal[i];
+                }
+                residual
+            };
+            let difference = (residual(h) - residual(-h)) / (2.0 * h);
+            let found = right.sensitivity.columns[k];
+            prop_assert!((found - difference).norm() < 1e-5, "input {k}: {found} {difference}");
+        }
+    }
+}
+
+/// Readings of a robot at rest on level ground. Inclinometers and gyroscopes have their white noise. Torques have none:
+/// it would change the sign of the observed speeds at random.
+fn at_rest(time: f64, torque: [f64; 3], budget: &NoiseBudget, random: &mut Random) -> SensorFrame {
+    let mut link = || LinkReading {
+        inclination: Some(budget.inclination_noise * random.normal()),
+        rate: Some(budget.rate_noise * random.normal()),
+    };
+    let (link1, link2) = (link(), link());
+    SensorFrame {
+        time,
+        wheel_angle: [Some(0.0); 3],
+        motor_torque: torque.map(Some),
+        link1,
+        link2,
+        contact_angle: [Some(0.0); 3],
+    }
+}
+
+/// At rest, without rolling constraints, only the parity residual depends on the torque offsets, and on level ground on
+/// their sum alone (horizontal row; the moment rows have nearly equal arms). So the sum is estimated. Differences, gear
+/// friction and gains are not observable: they keep the mean and standard deviation of their prior.
+#[test]
+fn only_observable_errors_are_estimated() {
+    let method = KalmanMethod {
+        rolling: false,
+        ..KalmanMethod::ALL_STEPS
+    };
+    let settings = EstimatorSettings {
+        method: Method::Kalman(method),
+        ..EstimatorSettings::best()
+    };
+    let budget = &settings.budget;
+    let mut estimator = Estimator::new(&Robot::default_a(), settings);
+    let mut random = Random::new();
+    let offsets = [0.15, 0.05, 0.10];
+    let mut last = None;
+    for k in 0..20_000 {
+        let frame = at_rest(1e-3 * f64::from(k), offsets, budget, &mut random);
+        let estimate = estimator.update(&frame).expect("complete frames");
+        assert_eq!(estimate.flags, Flags::NONE, "{k}");
+        last = Some(estimate);
+    }
+    let errors = last
+        .and_then(|e| e.reading_errors)
+        .expect("best estimates errors");
+    let found = errors.torque_offset;
+    let sum: f64 = found.iter().map(|f| f.0).sum();
+    let sum_of_sigma: f64 = found.iter().map(|f| f.1).sum();
+    // Contact angles off by 2 deg under 45 N act as 0.27 N m over all wheels; over 20 s they average to a tenth.
+    assert!((sum - 0.3).abs() < 0.06, "{found:?}");
+    let p = offset_covariance(&estimator);
+    let variance = |u: [f64; 3]| {
+        let mut sum = 0.0;
+        for i in 0..3 {
+            for j in 0..3 {
+                sum += u[i] * u[j] * p[i][j];
+            }
+        }
+        sum
+    };
+    let prior = budget.torque_offset * budget.torque_offset;
+    assert!(
+        variance([1.0; 3]) < 0.1 * 3.0 * prior,
+        "{}",
+        variance([1.0; 3])
+    );
+    assert!(
+        variance([1.0, 0.0, -1.0]) > 0.8 * 2.0 * prior,
+        "{}",
+        variance([1.0, 0.0, -1.0])
+    );
+    assert!((found[0].0 - found[2].0).abs() < 0.02, "{found:?}");
+    assert!(sum_of_sigma > 2.0 * budget.torque_offset);
+    let (friction, sigma) = errors.gear_friction;
+    // The first frames, before the observed speeds have settled, change it a little.
+    assert!(
+        friction.abs() < 0.01 && sigma > 0.99 * budget.gear_friction,
+        "{friction} +- {sigma}"
+    );
+}
+
+/// Covariance of the torque offsets of an estimator `best`.
+fn offset_covariance(estimator: &Estimator) -> [[f64; 3]; 3] {
+    let motion = estimator.best_filters().expect("best").motion();
+    let offset = |i| input::TORQUE_OFFSET + i;
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| motion.input_covariance(offset(i), offset(j))))
+}
