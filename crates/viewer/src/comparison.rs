@@ -5,40 +5,21 @@
 
 use crate::ViewerError;
 use crate::colours::{WHEELS, by_place};
+use crate::compared::{ComparedRun, root};
 use crate::key::{self, Entry};
 use crate::layout;
 use crate::plot::{Line, Plot};
+use crate::reading::{for_each_chunk, nanoseconds_to_seconds, scalars};
 use crate::writer::{RrdFile, Writer};
+use rerun::EntityPath;
 use rerun::archetypes::{RecordingInfo, Scalars};
 use rerun::components::Scalar;
-use rerun::external::re_log_encoding::{Decodable as _, Decoder, StreamFooter};
-use rerun::log::{Chunk, LogMsg};
-use rerun::{EntityPath, StoreKind};
 use robhaz_run::Stop;
-use robhaz_scene::Scene;
 use std::collections::HashMap;
-use std::fs::File;
-use std::io::{BufReader, Read as _, Seek as _, SeekFrom};
 use std::path::Path;
-
-/// A run to be compared.
-#[derive(Clone, Copy, Debug)]
-pub struct ComparedRun<'a> {
-    /// How the run is called.
-    pub label: &'a str,
-    /// Its scene.
-    pub scene: &'a Scene,
-    /// Its recording, written by [`crate::RecordingSink`].
-    pub recording: &'a Path,
-}
 
 /// The entity of the errors that are compared.
 const RMS_ERROR: &str = "/series/error_of_normal_force/rms";
-
-/// The entity that a run stands under, by its place.
-pub(crate) fn root(place: usize) -> String {
-    format!("/run{}/", place + 1)
-}
 
 /// Writes one recording of several recorded runs to `out`, with a layout that shows them side by side.
 ///
@@ -127,37 +108,6 @@ pub fn save_comparison(
     writer.finish()
 }
 
-/// Time of the newest row of a recording, s. `None` where it has no row.
-///
-/// # Errors
-/// [`ViewerError::Read`]
-pub fn recording_end(path: &Path) -> Result<Option<f64>, ViewerError> {
-    let mut end: Option<i64> = None;
-    for_each_chunk(path, |chunk| {
-        let newest = chunk.timelines().values().flat_map(|t| t.times_raw()).max();
-        end = end.max(newest.copied());
-        Ok(())
-    })?;
-    Ok(end.map(nanoseconds_to_seconds))
-}
-
-/// Does a recording end in the index that closes it? One without was cut, or its run was killed or is still going on.
-///
-/// # Errors
-/// [`ViewerError::Read`]
-pub fn recording_is_closed(path: &Path) -> Result<bool, ViewerError> {
-    let mut file = File::open(path).map_err(ViewerError::read(path))?;
-    let length = file.metadata().map_err(ViewerError::read(path))?.len();
-    let mut end = [0; StreamFooter::ENCODED_SIZE_BYTES];
-    let Some(start) = length.checked_sub(end.len() as u64) else {
-        return Ok(false);
-    };
-    file.seek(SeekFrom::Start(start))
-        .and_then(|_| file.read_exact(&mut end))
-        .map_err(ViewerError::read(path))?;
-    Ok(StreamFooter::from_rrd_bytes(&end).is_ok())
-}
-
 /// Largest RMS error of N of any estimator in any of the runs, N: what can be compared has one scale.
 fn largest_error(runs: &[ComparedRun<'_>]) -> Result<f64, ViewerError> {
     let mut largest = 0.0_f64;
@@ -176,48 +126,11 @@ fn largest_error(runs: &[ComparedRun<'_>]) -> Result<f64, ViewerError> {
     Ok(largest)
 }
 
-/// Hands every chunk of a recording on, layout left out. A file that ends in mid-message, as that of a killed run may, is one
-/// that ends before it.
-fn for_each_chunk(
-    path: &Path,
-    mut each: impl FnMut(&Chunk) -> Result<(), ViewerError>,
-) -> Result<(), ViewerError> {
-    let file = File::open(path).map_err(ViewerError::read(path))?;
-    let messages = Decoder::decode_eager(BufReader::new(file)).map_err(ViewerError::read(path))?;
-    for message in messages {
-        let message: LogMsg = message.map_err(ViewerError::read(path))?;
-        if let LogMsg::ArrowMsg(store, message) = message
-            && store.kind() == StoreKind::Recording
-        {
-            let chunk = Chunk::from_arrow_msg(&message).map_err(ViewerError::read(path))?;
-            each(&chunk)?;
-        }
-    }
-    Ok(())
-}
-
 fn true_normal_force(wheel: usize) -> String {
     format!("/series/normal_force/wheel{}/actual", wheel + 1)
-}
-
-/// Times (ns) and first values of a chunk of scalars.
-fn scalars(chunk: &Chunk) -> Vec<(i64, f64)> {
-    let Some(times) = chunk.timelines().values().next() else {
-        return Vec::new();
-    };
-    let component = Scalars::descriptor_scalars().component;
-    let values = chunk.iter_component::<Scalar>(component);
-    let rows = times.times_raw().iter().zip(values);
-    rows.filter_map(|(time, row)| row.as_slice().first().map(|value| (*time, value.0.0)))
-        .collect()
 }
 
 /// Later runs are white, yellow and so on: what stands out before the wheels' colours.
 fn colour_place(run: usize) -> usize {
     run + 2
-}
-
-#[expect(clippy::cast_precision_loss, reason = "exact up to a hundred days")]
-fn nanoseconds_to_seconds(time: i64) -> f64 {
-    time as f64 * 1e-9
 }

@@ -27,6 +27,7 @@
 
 mod about;
 mod colours;
+mod compared;
 mod comparison;
 mod contact;
 mod control;
@@ -43,7 +44,9 @@ mod picture;
 mod plot;
 mod print;
 mod program;
+mod reading;
 mod recorder;
+mod remote;
 mod scale;
 mod scene_view;
 mod series;
@@ -52,10 +55,12 @@ mod sink;
 mod theme;
 mod writer;
 
-pub use comparison::{ComparedRun, recording_end, recording_is_closed, save_comparison};
+pub use compared::ComparedRun;
+pub use comparison::save_comparison;
 pub use error::{VIEWER_VERSION, ViewerError};
 pub use live::{LiveReport, LiveSink};
 pub use picture::{PictureOptions, picture};
 pub use program::open;
+pub use reading::{recording_end, recording_is_closed};
 pub use sink::RecordingSink;
 pub use theme::Theme;

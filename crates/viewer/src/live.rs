@@ -4,16 +4,15 @@
 //! viewer stalls or the run is faster than the viewer, records are dropped and counted: the simulation never waits.
 
 use crate::ViewerError;
-use crate::error::Cause;
 use crate::events::Found;
 use crate::layout::Playing;
 use crate::program::{DEFAULT_PORT, Started, listens};
 use crate::recorder::{Due, Recorder, Sampler};
+use crate::remote::{TIMEOUT, ToServer, ToViewer};
 use crate::writer::Target;
 use rerun::external::re_uri::ProxyUri;
 use rerun::grpc_server::GrpcServerSink;
-use rerun::log::LogMsg;
-use rerun::sink::{GrpcSink, GrpcSinkConnectionState, LogSink};
+use rerun::sink::GrpcSink;
 use robhaz_estimator::{Estimate, EstimateError, SensorFrame};
 use robhaz_run::{Frame, RunEnd, Sink, SinkError};
 use robhaz_scene::Scene;
@@ -34,8 +33,6 @@ const MOST_EVENTS: usize = 1000;
 const BATCH_TIME: Duration = Duration::from_millis(50);
 /// Records in a batch at most.
 const BATCH: u64 = 500;
-/// A viewer that takes nothing for so long is left alone.
-const PATIENCE: Duration = Duration::from_secs(3);
 
 /// How a live run reached the viewer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -136,7 +133,7 @@ impl LiveSink {
             }
         })?;
         // It listens from a thread of its own.
-        let deadline = Instant::now() + PATIENCE;
+        let deadline = Instant::now() + TIMEOUT;
         while !listens(port) {
             if Instant::now() > deadline {
                 return Err(fail(std::io::ErrorKind::TimedOut.into()));
@@ -302,7 +299,7 @@ impl Feed {
     fn wait(&self) -> bool {
         let mut before = self.shared.delivered.load(Ordering::Relaxed);
         loop {
-            match self.done.recv_timeout(PATIENCE) {
+            match self.done.recv_timeout(TIMEOUT) {
                 Ok(()) => return true,
                 Err(RecvTimeoutError::Disconnected) => return false,
                 Err(RecvTimeoutError::Timeout) => {
@@ -379,35 +376,4 @@ fn now() -> u64 {
         reason = "the lower digits tell two runs apart"
     )]
     since.map_or(0, |time| time.as_nanos() as u64)
-}
-
-/// A viewer elsewhere. Sending blocks while it stalls.
-struct ToViewer(GrpcSink);
-
-impl Target for ToViewer {
-    fn send(&mut self, message: LogMsg) -> Result<(), Cause> {
-        if let GrpcSinkConnectionState::Disconnected(_) = self.0.status() {
-            return Err("the viewer has gone".into());
-        }
-        self.0.send(message);
-        Ok(())
-    }
-
-    fn finish(&mut self) -> Result<(), Cause> {
-        Ok(self.0.flush_blocking(PATIENCE)?)
-    }
-}
-
-/// Viewers that connect to this process.
-struct ToServer(Arc<GrpcServerSink>);
-
-impl Target for ToServer {
-    fn send(&mut self, message: LogMsg) -> Result<(), Cause> {
-        self.0.send(message);
-        Ok(())
-    }
-
-    fn finish(&mut self) -> Result<(), Cause> {
-        Ok(self.0.flush_blocking(PATIENCE)?)
-    }
 }

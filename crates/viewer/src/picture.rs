@@ -1,11 +1,13 @@
 //! A picture of a recording in the viewer, as a PNG, without a screen.
 
+use crate::ViewerError;
 use crate::colours::{Colour, WHEELS};
 use crate::control::Control;
 use crate::error::Cause;
 use crate::print::PrintCopy;
 use crate::program::{Started, free_port, start_error};
-use crate::{Theme, ViewerError, recording_end};
+use crate::reading::recording_end;
+use crate::theme::Theme;
 use robhaz_run::Stop;
 use std::ffi::OsStr;
 use std::fs::File;

@@ -1,4 +1,5 @@
-//! What a recording holds is read back from its file: a viewer that cannot show a run is noticed by nobody until it is needed.
+//! Recordings are read back from their files, and compared with the run. A defect of a recording would otherwise remain
+//! unnoticed until someone opens it in a viewer.
 
 #![expect(clippy::expect_used, reason = "a test that cannot go on fails here")]
 
@@ -32,7 +33,7 @@ fn messages(path: &Path) -> Vec<LogMsg> {
         .collect()
 }
 
-/// The chunks of the recording itself, by entity.
+/// The chunks of the recording, without its layout, by entity.
 fn chunks(path: &Path) -> BTreeMap<String, Vec<Chunk>> {
     let mut found: BTreeMap<String, Vec<Chunk>> = BTreeMap::new();
     for message in messages(path) {
@@ -79,7 +80,7 @@ fn events(chunks: &BTreeMap<String, Vec<Chunk>>) -> Vec<(f64, String)> {
         .collect()
 }
 
-/// 3 s at 1 kHz are 376 rows of each series and 181 frames; the layout is there and active.
+/// A run of 3 s gives 376 rows of each series (125 Hz), 181 frames (60 Hz), and an active layout.
 #[test]
 fn a_run_is_recorded_with_its_layout() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -138,7 +139,7 @@ fn a_run_is_recorded_with_its_layout() {
     ] {
         assert!(chunks.contains_key(entity), "{entity}");
     }
-    // What the paper's estimators do not know is not shown as if it were zero.
+    // The paper's estimators state no covariance: no band, no bar, no parity residual.
     for absent in ["/two_sigma", "/band/", "/parity/"] {
         let rows = chunks.iter().filter(|(entity, _)| entity.contains(absent));
         let mut with_time = rows
@@ -162,7 +163,7 @@ fn a_run_is_recorded_with_its_layout() {
     assert!(parts.count() > 50);
 }
 
-/// The aim for the main scene: 20 s at 1 kHz, three estimators, in less than 5 MB.
+/// Acceptance: a recording of the main scene (20 s at 1 kHz, four estimators) is smaller than 5 MB.
 #[test]
 fn twenty_seconds_take_less_than_five_megabytes() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -175,7 +176,8 @@ fn twenty_seconds_take_less_than_five_megabytes() {
     assert!((recording_end(&path).expect("a recording").expect("rows") - 20.0).abs() < 1e-9);
 }
 
-/// The scene and the series tell the same: an arrow of the true N is the plotted N at 0.15 m for the mean wheel load.
+/// Equivalence of animation and time series: the arrow of the true N has the length of the plotted N, at 0.15 m for the mean
+/// wheel load.
 #[test]
 fn arrows_have_the_length_of_the_plotted_force() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -192,13 +194,15 @@ fn arrows_have_the_length_of_the_plotted_force() {
             continue;
         };
         let length = f64::from(row[1].0.x().hypot(row[1].0.y()));
+        // Single precision of lengths below 1 m.
         assert!((length - scale * forces[0]).abs() < 1e-6, "t = {time}");
         compared += 1;
     }
     assert!(compared >= 20, "{compared}");
 }
 
-/// The same scene gives the same recording, message by message; another scene of the same name gets an identity of its own.
+/// Determinism: the same scene gives the same messages in the same order. Another scene of the same name gets another
+/// identifier.
 #[test]
 fn the_same_scene_gives_the_same_recording() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -224,7 +228,7 @@ fn the_same_scene_gives_the_same_recording() {
     assert_ne!(a[0].store_id(), c[0].store_id());
 }
 
-/// A killed run has no end of file; what was written up to the last full two seconds can be read.
+/// The recording of a killed run has no index at its end. It can be read up to the last multiple of two seconds.
 #[test]
 fn a_killed_run_can_be_read() {
     struct Killed(RecordingSink);
@@ -243,7 +247,7 @@ fn a_killed_run_can_be_read() {
     let path = folder.path().join("run.rrd");
     let mut sink = Killed(RecordingSink::save(&path).expect("a file"));
     robhaz_run::run(&common::smooth(2.5), &mut [&mut sink]).expect("a run");
-    // Dropping would close the file in good order.
+    // Dropping the sink would close the file.
     std::mem::forget(sink);
 
     let forces = scalars(&chunks(&path), "/series/normal_force/wheel1/actual");
@@ -252,7 +256,7 @@ fn a_killed_run_can_be_read() {
     assert!((recording_end(&path).expect("a recording").expect("rows") - 2.0).abs() < 1e-9);
 }
 
-/// Hands on the records of a run with things that ideal rolling does not show.
+/// Passes on the records of a run after it has changed some, so that they contain every kind of event.
 struct Eventful(RecordingSink);
 
 impl Sink for Eventful {
@@ -304,14 +308,14 @@ impl Sink for Eventful {
         })
     }
 
-    /// The run breaks off.
+    /// Reports a run that broke off.
     fn end(&mut self, _: Option<&RunEnd>) -> Result<(), SinkError> {
         self.0.end(None)
     }
 }
 
-/// Events stand at the record at which they happen, a refused estimate leaves a gap in lines and arrows, and ground is drawn
-/// wherever the robot gets to.
+/// Events have the time of their record. A missing estimate makes a gap in lines and arrows. Ground is drawn wherever the
+/// robot is.
 #[test]
 fn events_and_gaps_are_shown_where_they_happen() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -375,7 +379,7 @@ fn events_and_gaps_are_shown_where_they_happen() {
     }
 }
 
-/// Lanes say the same as the events, and a stop that is reached is drawn while it is.
+/// Equivalence of lanes and events. An end stop is highlighted while it is reached.
 #[test]
 fn lanes_and_stops_follow_the_events() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -413,13 +417,14 @@ fn lanes_and_stops_follow_the_events() {
     assert_eq!(drawn, [(false, 1), (true, 0)]);
 }
 
-/// Two standard deviations are shown from where an estimator knows them, around zero error, and parity with its own.
+/// The band of two standard deviations starts with the first covariance of an estimator, and has its centre at zero error.
+/// The parity residual has a band of its own.
 #[test]
 fn two_sigma_is_shown_where_it_is_known() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("run.rrd");
     let mut scene = common::smooth(0.6);
-    // Arrows show the last estimator where there is no true-mass.
+    // The estimator with the covariance gets another label and another index.
     scene.estimators[2].name = "other".to_owned();
     scene.estimators.swap(1, 2);
     let mut sink = Eventful(RecordingSink::save(&path).expect("a file"));
@@ -443,14 +448,14 @@ fn two_sigma_is_shown_where_it_is_known() {
     );
 }
 
-/// Bars of two sigma have the length of four standard deviations, on the scale of the arrows.
+/// Closed form: a bar is four standard deviations long, at the scale of the arrows.
 #[test]
 fn bars_have_the_length_of_two_sigma_to_both_sides() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("run.rrd");
     let mut scene = common::smooth(0.6);
     scene.estimators.truncate(2);
-    // The wrapper below changes the second estimator, which is now the one that is drawn.
+    // `Known` changes the second estimator. It is the last, and therefore the one that is drawn.
     struct Known(RecordingSink);
     impl Sink for Known {
         fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
@@ -491,7 +496,7 @@ fn bars_have_the_length_of_two_sigma_to_both_sides() {
     }
 }
 
-/// Stretches with friction of their own are drawn where they are and say how slippery they are; the slip margin knows them.
+/// Friction stretches are drawn at their place with their coefficients as label. The slip margin uses their coefficients.
 #[test]
 fn stretches_of_friction_are_told_apart() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -503,7 +508,7 @@ fn stretches_of_friction_are_told_apart() {
         mu_s,
         mu_d: mu_s,
     };
-    // Under the rear wheel alone; and out of sight.
+    // One lies below the rear wheel alone, the other outside of the drawn ground.
     scene.terrain.stretches = vec![stretch(-0.5, -0.1, 0.25), stretch(500.0, 501.0, 0.1)];
     record(&scene, &path);
     let chunks = chunks(&path);
@@ -541,7 +546,8 @@ fn stretches_of_friction_are_told_apart() {
     }
 }
 
-/// A comparison holds every row of both runs, the true N of both in common plots, and their difference at equal times.
+/// Conservation: a comparison has every row of both runs, the true N of both in common plots, and their difference at equal
+/// times.
 #[test]
 fn a_comparison_holds_both_runs() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -585,7 +591,7 @@ fn a_comparison_holds_both_runs() {
     assert_eq!(difference.len(), front_b.len());
     for ((_, found), ((_, a), (_, b))) in difference.iter().zip(front_a.iter().zip(&front_b)) {
         assert!((found[0] - (b[0] - a[0])).abs() < 1e-12);
-        // Two engines at rest: the same force within what the README promises for rolling ground.
+        // The robot is at rest, and the engines' static loads are within 0.015 N of the closed form (docs/validation.md).
         assert!(found[0].abs() < 0.05, "{found:?}");
     }
 
@@ -596,7 +602,7 @@ fn a_comparison_holds_both_runs() {
     assert!(error.to_string().contains("/nowhere/run.rrd"), "{error}");
 }
 
-/// A robot without estimators can be looked at too.
+/// A scene without estimators is recorded, with the true lines alone.
 #[test]
 fn a_scene_without_estimators_is_recorded() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -610,7 +616,7 @@ fn a_scene_without_estimators_is_recorded() {
     assert!(!chunks.contains_key("/series/normal_force/wheel1/estimated"));
 }
 
-/// Standard deviations of 1 N for T and 2 N for N.
+/// A covariance with standard deviations of 1 N for T and 2 N for N.
 fn known_covariance() -> [[f64; 6]; 6] {
     let mut covariance = [[0.0; 6]; 6];
     for (i, row) in covariance.iter_mut().enumerate() {
@@ -619,7 +625,7 @@ fn known_covariance() -> [[f64; 6]; 6] {
     covariance
 }
 
-/// Every error names its file.
+/// Errors name their file.
 #[test]
 fn errors_name_the_file() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -636,7 +642,7 @@ fn errors_name_the_file() {
     assert!(error.to_string().contains("already holds a run"), "{error}");
 }
 
-/// A full disk stops the run instead of losing it in silence.
+/// A full disk is an error of the run.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_full_disk_is_an_error() {

@@ -2,7 +2,7 @@
 
 use super::{ContainerKind, Layout, Part, Playing, parts};
 use crate::ViewerError;
-use crate::comparison::{ComparedRun, root};
+use crate::compared::{ComparedRun, root};
 use crate::series::WHEEL_NAMES;
 use crate::writer::Writer;
 use rerun::components::Range1D;

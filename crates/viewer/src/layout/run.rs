@@ -27,7 +27,7 @@ fn left(layout: &mut Layout<'_>, scene: &Scene) -> Result<Part, ViewerError> {
     let wheels = layout.lanes("Wheels", "/wheels")?;
     let about = layout.page("About", "/about")?;
     let words = layout.tabs("Words", &[events, wheels, about])?;
-    let trust = layout.lanes("Estimators of themselves", "/trust")?;
+    let trust = layout.lanes("Flags of the estimators", "/trust")?;
     let below = layout.container(
         ContainerKind::Horizontal,
         "What happens",
