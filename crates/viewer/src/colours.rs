@@ -1,4 +1,4 @@
-//! Colours, the same in every view. The palette is that of Okabe and Ito, which people with any colour vision can
+//! Colours, the same in every view. Most are from the palette of Okabe and Ito, which people with any colour vision can
 //! distinguish.
 
 use rerun::components::Color;

@@ -2,7 +2,7 @@
 //!
 //! [`RecordingSink`] writes one `.rrd` file, with the layout of its views: `rerun run.rrd` shows everything.
 //! [`LiveSink`] shows a run while it is simulated. [`save_comparison`] copies several recorded runs into one recording.
-//! [`open`] shows recordings on the screen. [`picture`] saves a picture of one as a PNG.
+//! [`open`] shows recordings on the screen. [`picture()`] saves a picture of one as a PNG.
 //!
 //! | entity | what it holds |
 //! |---|---|
