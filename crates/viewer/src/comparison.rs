@@ -14,8 +14,7 @@ use rerun::components::Scalar;
 use rerun::external::re_log_encoding::{Decodable as _, Decoder, StreamFooter};
 use rerun::log::{Chunk, LogMsg};
 use rerun::{EntityPath, StoreKind};
-use robhaz_run::Stop;
-use robhaz_scene::Scene;
+use robhaz_run::{RunDescription, Stop};
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::{BufReader, Read as _, Seek as _, SeekFrom};
@@ -26,8 +25,8 @@ use std::path::Path;
 pub struct ComparedRun<'a> {
     /// How the run is called.
     pub label: &'a str,
-    /// Its scene.
-    pub scene: &'a Scene,
+    /// Its description.
+    pub description: &'a RunDescription,
     /// Its recording, written by [`crate::RecordingSink`].
     pub recording: &'a Path,
 }
