@@ -12,7 +12,6 @@
 //! Every column of every table is declared once, with its unit, in [`Table`]. Everything is in SI; the same run leaves the
 //! same bytes, but for the summary, which tells how long the run took.
 
-mod accuracy;
 mod append;
 mod columns;
 mod csv_table;

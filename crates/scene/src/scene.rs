@@ -151,6 +151,19 @@ impl Default for EngineChoice {
     }
 }
 
+impl RecordChoice {
+    /// Number of records: one at time 0, one at the end, one a period between.
+    pub fn count(&self) -> u64 {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "checked when read: positive and bounded"
+        )]
+        let periods = (self.duration * self.rate).round() as u64;
+        periods + 1
+    }
+}
+
 impl Default for RecordChoice {
     /// 20 s at 1 kHz, errors from 2 s on.
     fn default() -> Self {
@@ -286,14 +299,8 @@ impl Scene {
         samples.max(1)
     }
 
-    /// Number of records: one at time 0, one at the end, one a period between.
+    /// Number of records: see [`RecordChoice::count`].
     pub fn record_count(&self) -> u64 {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "checked when read: positive and bounded"
-        )]
-        let periods = (self.record.duration * self.record.rate).round() as u64;
-        periods + 1
+        self.record.count()
     }
 }

@@ -1,24 +1,28 @@
 //! How to read the recording, in words inside the recording.
 
 use crate::forces::ForceScale;
-use robhaz_scene::Scene;
+use robhaz_run::RunDescription;
 use std::fmt::Write as _;
 
 /// A page of Markdown.
-pub(crate) fn page(scene: &Scene, chosen: Option<usize>) -> String {
-    let robot = &scene.robot;
+pub(crate) fn page(run: &RunDescription, chosen: Option<usize>) -> String {
+    let robot = &run.robot;
     let scale = ForceScale::new(&robot.robot);
+    let source = match &run.world {
+        Some(world) => format!("terrain {}", world.terrain.kind),
+        None => "recorded readings without truth".to_owned(),
+    };
     let mut text = format!(
-        "# {}\n\nRobot geometry {}, masses {}, terrain {}, {} s at {} Hz.\n\n\
+        "# {}\n\nRobot geometry {}, masses {}, {}, {} s at {} Hz.\n\n\
          - Wheels: front blue, middle vermilion, rear green, in every view.\n\
          - Arrows at the contacts: N pushes up into the wheel, T lies along the ground and drives forward when it points \
          forward. 1 m of arrow is {:.0} N.\n",
-        scene.name,
+        run.name,
         robot.geometry_name,
         robot.mass_name,
-        scene.terrain.kind,
-        scene.record.duration,
-        scene.record.rate,
+        source,
+        run.record.duration,
+        run.record.rate,
         scale.newtons_per_metre(),
     );
     if let Some(k) = chosen {
@@ -27,7 +31,7 @@ pub(crate) fn page(scene: &Scene, chosen: Option<usize>) -> String {
             text,
             "- Thick arrows are true, thin ones beside them come from the estimator {}; the bar across their end is \
              two standard deviations to both sides, where the estimator knows them.",
-            scene.estimators[k].name
+            run.estimators[k].label
         );
     }
     text.push_str(

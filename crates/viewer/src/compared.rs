@@ -1,6 +1,6 @@
 //! A run of a comparison, and its entity there.
 
-use robhaz_scene::Scene;
+use robhaz_run::RunDescription;
 use std::path::Path;
 
 /// A run to be compared.
@@ -8,8 +8,8 @@ use std::path::Path;
 pub struct ComparedRun<'a> {
     /// Name of the run in the comparison.
     pub label: &'a str,
-    /// Its scene.
-    pub scene: &'a Scene,
+    /// Its description.
+    pub description: &'a RunDescription,
     /// Its recording, written by [`crate::RecordingSink`].
     pub recording: &'a Path,
 }

@@ -7,7 +7,7 @@ use crate::series::WHEEL_NAMES;
 use crate::writer::Writer;
 use rerun::archetypes::{StateChange, StateConfiguration, TextLog};
 use robhaz_estimator::Flags;
-use robhaz_scene::Scene;
+use robhaz_run::RunDescription;
 use robhaz_score::events::WheelState;
 
 /// Nothing to be worried about: hardly to be seen.
@@ -19,16 +19,19 @@ const ABSENT: Colour = Colour([0xF0, 0xF0, 0xF0]);
 
 /// Logs what is found.
 pub(crate) struct EventLog {
+    /// Whether the states of the wheels are known.
+    has_truth: bool,
     names: Vec<String>,
     /// What estimators have said of themselves so far, each with a colour.
     seen: Vec<String>,
 }
 
 impl EventLog {
-    /// The log of a scene.
-    pub(crate) fn new(scene: &Scene) -> Self {
+    /// The log of a run.
+    pub(crate) fn new(run: &RunDescription) -> Self {
         Self {
-            names: scene.estimators.iter().map(|e| e.name.clone()).collect(),
+            has_truth: run.world.is_some(),
+            names: run.estimators.iter().map(|e| e.label.clone()).collect(),
             seen: [Confidence::Estimates(Flags::default()), Confidence::Refuses]
                 .map(Confidence::name)
                 .into(),
@@ -37,18 +40,8 @@ impl EventLog {
 
     /// Logs how the lanes look.
     pub(crate) fn declare(&self, out: &mut Writer) -> Result<(), ViewerError> {
-        for (i, wheel) in WHEEL_NAMES.iter().enumerate() {
-            let colour = |state: WheelState| match state {
-                WheelState::Grips => CALM,
-                WheelState::Slips => WHEELS[i],
-                WheelState::InTheAir => ABSENT,
-            };
-            out.constant(
-                format!("wheels/{wheel}"),
-                &StateConfiguration::new()
-                    .with_values(WheelState::ALL.map(WheelState::name))
-                    .with_colors(WheelState::ALL.map(colour)),
-            )?;
+        if self.has_truth {
+            declare_wheels(out)?;
         }
         self.declare_estimators(out)
     }
@@ -101,6 +94,24 @@ impl EventLog {
         }
         Ok(())
     }
+}
+
+/// Logs how the lanes of the wheels look.
+fn declare_wheels(out: &mut Writer) -> Result<(), ViewerError> {
+    for (i, wheel) in WHEEL_NAMES.iter().enumerate() {
+        let colour = |state: WheelState| match state {
+            WheelState::Grips => CALM,
+            WheelState::Slips => WHEELS[i],
+            WheelState::InTheAir => ABSENT,
+        };
+        out.constant(
+            format!("wheels/{wheel}"),
+            &StateConfiguration::new()
+                .with_values(WheelState::ALL.map(WheelState::name))
+                .with_colors(WheelState::ALL.map(colour)),
+        )?;
+    }
+    Ok(())
 }
 
 fn log_lane<S: Copy>(

@@ -4,8 +4,7 @@ use crate::colours::{Colour, NEUTRAL, WHEELS, by_place};
 use crate::series::WHEEL_NAMES;
 use rerun::components::TextLogLevel;
 use robhaz_estimator::{Estimate, EstimateError, Flags};
-use robhaz_run::Frame;
-use robhaz_scene::Scene;
+use robhaz_run::{Frame, RunDescription};
 use robhaz_score::events::{self, EventDetector, EventKind, WheelState};
 use robhaz_sim::Truth;
 
@@ -87,7 +86,8 @@ impl Found {
 /// Finds events.
 pub(crate) struct Watch {
     names: Vec<String>,
-    detector: EventDetector,
+    /// `None` for recorded readings: the events of the robot are those of the truth.
+    detector: Option<EventDetector>,
     confidence: Vec<Option<Confidence>>,
     last_time: f64,
     found: Found,
@@ -95,23 +95,30 @@ pub(crate) struct Watch {
 
 impl Watch {
     /// Nothing has happened: wheels on the ground, stops free, estimators at work.
-    pub(crate) fn new(scene: &Scene) -> Self {
+    pub(crate) fn new(run: &RunDescription) -> Self {
+        let stop = run.robot.robot.geometry.stop;
         let mut watch = Self {
-            names: scene.estimators.iter().map(|e| e.name.clone()).collect(),
-            detector: EventDetector::new(scene.robot.robot.geometry.stop, scene.friction.v_s),
-            confidence: vec![None; scene.estimators.len()],
+            names: run.estimators.iter().map(|e| e.label.clone()).collect(),
+            detector: run
+                .world
+                .as_ref()
+                .map(|world| EventDetector::new(stop, world.friction.v_s)),
+            confidence: vec![None; run.estimators.len()],
             last_time: 0.0,
             found: Found::default(),
         };
-        let text = format!("scene {}: {} s", scene.name, scene.record.duration);
+        let kind = if run.world.is_some() { "scene" } else { "log" };
+        let text = format!("{kind} {}: {} s", run.name, run.record.duration);
         watch.add(0.0, text, TextLogLevel::INFO, NEUTRAL);
         watch
     }
 
     /// Looks at one record.
     pub(crate) fn look(&mut self, frame: &Frame<'_>) {
-        self.last_time = frame.truth.time;
-        self.look_at_robot(frame.truth);
+        self.last_time = frame.time;
+        if let Some(truth) = frame.truth {
+            self.look_at_robot(truth);
+        }
         self.look_at_estimates(frame);
     }
 
@@ -143,15 +150,14 @@ impl Watch {
     }
 
     fn look_at_robot(&mut self, truth: &Truth) {
-        let before = [0, 1, 2].map(|i| self.detector.wheel(i));
+        let Some(detector) = &mut self.detector else {
+            return;
+        };
+        let before = [0, 1, 2].map(|i| detector.wheel(i));
         let mut events = Vec::new();
-        self.detector.sample(truth, &mut |event| events.push(event));
+        detector.sample(truth, &mut |event| events.push(event));
         for (place, before) in before.into_iter().enumerate() {
-            let Some(state) = self
-                .detector
-                .wheel(place)
-                .filter(|now| before != Some(*now))
-            else {
+            let Some(state) = detector.wheel(place).filter(|now| before != Some(*now)) else {
                 continue;
             };
             self.found.wheels.push(Change {
@@ -212,7 +218,7 @@ impl Watch {
                 continue;
             }
             self.found.estimators.push(Change {
-                time: frame.truth.time,
+                time: frame.time,
                 place: k,
                 state: now,
             });
@@ -229,7 +235,7 @@ impl Watch {
             };
             if let Some((what, level)) = what {
                 let text = format!("{}: {what}", self.names[k]);
-                self.add(frame.truth.time, text, level, by_place(k));
+                self.add(frame.time, text, level, by_place(k));
             }
         }
     }

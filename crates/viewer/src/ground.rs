@@ -7,7 +7,7 @@ use crate::writer::Writer;
 use rerun::archetypes::LineStrips2D;
 use rerun::components::Radius;
 use robhaz_model::Vec2;
-use robhaz_scene::Scene;
+use robhaz_run::{RunDescription, World};
 use robhaz_sim::Truth;
 use robhaz_sim::friction::Stretch;
 use robhaz_terrain::{Contact, Terrain};
@@ -29,16 +29,16 @@ pub(crate) struct Ground {
 }
 
 impl Ground {
-    /// The ground that a scene's robot is planned to cover.
-    pub(crate) fn new(scene: &Scene) -> Self {
-        let axles = &scene.robot.robot.geometry.axles;
+    /// The ground that the robot of a simulation is planned to cover.
+    pub(crate) fn new(run: &RunDescription, world: &World) -> Self {
+        let axles = &run.robot.robot.geometry.axles;
         let (rear, front) = (axles[2].x - MARGIN, axles[0].x + MARGIN);
-        let travel = planned_travel(scene);
+        let travel = planned_travel(run, world);
         let drawn = (rear + travel.min(0.0), front + travel.max(0.0));
         Self {
-            terrain: Terrain::new(scene.terrain.profile.clone()),
-            stretches: scene.terrain.stretches.clone(),
-            mu_s: scene.friction.mu_s,
+            terrain: Terrain::new(world.terrain.profile.clone()),
+            stretches: world.terrain.stretches.clone(),
+            mu_s: world.friction.mu_s,
             drawn,
             covered: drawn,
         }
@@ -119,8 +119,9 @@ impl Ground {
     }
 }
 
-/// How far the robot goes if its wheels do what they are told, m; backward negative.
-fn planned_travel(scene: &Scene) -> f64 {
-    let time = scene.record.duration - scene.drive.start_time - 0.5 * scene.drive.ramp_time;
-    scene.drive.speed * time.max(0.0)
+/// Travel of the robot if its wheels follow their set speed, m; backward negative.
+fn planned_travel(run: &RunDescription, world: &World) -> f64 {
+    let drive = &world.drive;
+    let time = run.record.duration - drive.start_time - 0.5 * drive.ramp_time;
+    drive.speed * time.max(0.0)
 }

@@ -7,7 +7,7 @@ use crate::plot::Line;
 use crate::writer::Writer;
 use rerun::archetypes::LineStrips2D;
 use rerun::components::Radius;
-use robhaz_scene::Scene;
+use robhaz_run::RunDescription;
 
 /// Size of one place in the key, in its own units.
 pub(crate) const PLACE: [f64; 2] = [1.0, 0.3];
@@ -45,12 +45,13 @@ impl Entry {
     }
 }
 
-/// The key to the plots of a run.
-pub(crate) fn of_run(scene: &Scene) -> Vec<Entry> {
-    let names = scene.estimators.iter().enumerate();
-    let estimators = names.map(|(k, e)| Entry::of_place(&e.name, k));
-    let truth = Entry::of_wheels("true: front, middle, rear");
-    std::iter::once(truth).chain(estimators).collect()
+/// The key to the plots of a run; without truth no line is true.
+pub(crate) fn of_run(run: &RunDescription) -> Vec<Entry> {
+    let names = run.estimators.iter().enumerate();
+    let estimators = names.map(|(k, e)| Entry::of_place(&e.label, k));
+    let truth = || Entry::of_wheels("true: front, middle, rear");
+    let truth = run.world.iter().map(|_| truth());
+    truth.chain(estimators).collect()
 }
 
 /// Logs a key under an entity: its entries side by side.

@@ -14,8 +14,7 @@ use rerun::external::re_uri::ProxyUri;
 use rerun::grpc_server::GrpcServerSink;
 use rerun::sink::GrpcSink;
 use robhaz_estimator::{Estimate, EstimateError, SensorFrame};
-use robhaz_run::{Frame, RunEnd, Sink, SinkError};
-use robhaz_scene::Scene;
+use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_sim::Truth;
 use std::ffi::OsStr;
 use std::net::{SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
@@ -172,11 +171,11 @@ impl LiveSink {
 }
 
 impl Sink for LiveSink {
-    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
+    fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
         let link = self.link.take().ok_or_else(|| ViewerError::Used {
             destination: self.address.clone(),
         })?;
-        self.feed = Some(Feed::start(self.address.clone(), link, scene)?);
+        self.feed = Some(Feed::start(self.address.clone(), link, run)?);
         Ok(())
     }
 
@@ -198,7 +197,8 @@ impl Sink for LiveSink {
 
 /// A record on its way to the viewer.
 struct Item {
-    truth: Truth,
+    time: f64,
+    truth: Option<Truth>,
     sensors: SensorFrame,
     estimates: Vec<Result<Estimate, EstimateError>>,
     due: Due,
@@ -226,21 +226,21 @@ struct Feed {
 }
 
 impl Feed {
-    fn start(address: String, link: Link, scene: &Scene) -> Result<Self, ViewerError> {
+    fn start(address: String, link: Link, run: &RunDescription) -> Result<Self, ViewerError> {
         let (queue, items) = mpsc::sync_channel(QUEUE);
         let (tell, done) = mpsc::sync_channel(1);
         let shared = Arc::new(Shared::default());
-        let (scene_there, shared_there) = (scene.clone(), shared.clone());
+        let (run_there, shared_there) = (run.clone(), shared.clone());
         std::thread::Builder::new()
             .name("viewer".to_owned())
             .spawn(move || {
                 // A viewer that goes away is told of by what was not delivered.
-                let _ = show(&address, link, &scene_there, &items, &shared_there);
+                let _ = show(&address, link, &run_there, &items, &shared_there);
                 let _ = tell.send(());
             })
             .map_err(ViewerError::Thread)?;
         Ok(Self {
-            sampler: Sampler::new(scene),
+            sampler: Sampler::new(run),
             pending: Found::default(),
             queue: Some(queue),
             done,
@@ -260,7 +260,8 @@ impl Feed {
         };
         self.pending.append(found);
         let item = Item {
-            truth: *frame.truth,
+            time: frame.time,
+            truth: frame.truth.copied(),
             sensors: *frame.sensors,
             estimates: frame.estimates.to_vec(),
             due,
@@ -318,7 +319,7 @@ impl Feed {
 fn show(
     address: &str,
     link: Link,
-    scene: &Scene,
+    run: &RunDescription,
     items: &Receiver<Item>,
     shared: &Shared,
 ) -> Result<(), ViewerError> {
@@ -326,7 +327,7 @@ fn show(
         Link::Viewer(uri) => Box::new(ToViewer(GrpcSink::new(uri))),
         Link::Server(server) => Box::new(ToServer(server)),
     };
-    let mut recorder = Recorder::begin(address, target, scene, now(), Playing::AtTheEnd)?;
+    let mut recorder = Recorder::begin(address, target, run, now(), Playing::AtTheEnd)?;
     let mut found = Found::default();
     let (mut waiting, mut batch_end) = (0, Instant::now() + BATCH_TIME);
     loop {
@@ -334,7 +335,8 @@ fn show(
         let closed = match items.recv_timeout(rest) {
             Ok(item) => {
                 let frame = Frame {
-                    truth: &item.truth,
+                    time: item.time,
+                    truth: item.truth.as_ref(),
                     sensors: &item.sensors,
                     estimates: &item.estimates,
                 };

@@ -12,17 +12,16 @@ use crate::writer::{Target, Writer};
 use rerun::EntityPath;
 use rerun::archetypes::{RecordingInfo, TextDocument};
 use rerun::components::MediaType;
-use robhaz_run::Frame;
-use robhaz_scene::{EstimatorChoice, Scene};
+use robhaz_run::{EstimatorDescription, Frame, RunDescription};
 
 /// Frames of the animation a simulated second, Hz.
 const FRAME_RATE: f64 = 60.0;
 /// Rows of the time series a simulated second, Hz. A record at 1 kHz is thinned to every eighth.
 const SERIES_RATE: f64 = 125.0;
 /// The estimator that is drawn in the scene, by its place: the last that knows its own errors, or else the last.
-pub(crate) fn chosen(scene: &Scene) -> Option<usize> {
-    let estimators = &scene.estimators;
-    let knows = |e: &EstimatorChoice| e.settings.states_covariance();
+pub(crate) fn chosen(run: &RunDescription) -> Option<usize> {
+    let estimators = &run.estimators;
+    let knows = |e: &EstimatorDescription| e.settings.states_covariance();
     let preferred = estimators.iter().rposition(knows);
     preferred.or(estimators.len().checked_sub(1))
 }
@@ -44,10 +43,10 @@ pub(crate) struct Sampler {
 }
 
 impl Sampler {
-    /// A sampler before the first record of a scene.
-    pub(crate) fn new(scene: &Scene) -> Self {
+    /// A sampler before the first record of a run.
+    pub(crate) fn new(run: &RunDescription) -> Self {
         Self {
-            watch: Watch::new(scene),
+            watch: Watch::new(run),
             next_frame: Ticker::new(1.0 / FRAME_RATE),
             next_row: Ticker::new(1.0 / SERIES_RATE),
         }
@@ -56,7 +55,7 @@ impl Sampler {
     /// Looks at a record; says what to keep it for, if anything.
     pub(crate) fn look(&mut self, frame: &Frame<'_>) -> Option<Due> {
         self.watch.look(frame);
-        let time = frame.truth.time;
+        let time = frame.time;
         let due = Due {
             view: self.next_frame.is_due(time),
             series: self.next_row.is_due(time),
@@ -79,7 +78,8 @@ impl Sampler {
 /// Writes the recording of one run.
 pub(crate) struct Recorder {
     out: Writer,
-    view: SceneView,
+    /// `None` for recorded readings: nothing says where the robot is.
+    view: Option<SceneView>,
     series: Series,
     log: EventLog,
 }
@@ -89,27 +89,30 @@ impl Recorder {
     pub(crate) fn begin(
         destination: &str,
         target: Box<dyn Target>,
-        scene: &Scene,
+        run: &RunDescription,
         salt: u64,
         playing: Playing,
     ) -> Result<Self, ViewerError> {
-        let chosen = chosen(scene);
-        let view = SceneView::new(scene, chosen);
-        let series = Series::new(scene, chosen);
-        let log = EventLog::new(scene);
+        let chosen = chosen(run);
+        let world = run.world.as_ref();
+        let view = world.map(|world| SceneView::new(run, world, chosen));
+        let series = Series::new(run, chosen);
+        let log = EventLog::new(run);
 
         // Two runs of one name must not mix in the viewer.
-        let fingerprint = hash(&format!("{scene:?}")) ^ salt;
-        let mut out = Writer::start(destination, target, &scene.name, fingerprint)?;
-        layout::run::log(&mut out, scene, playing)?;
+        let fingerprint = run.fingerprint ^ salt;
+        let mut out = Writer::start(destination, target, &run.name, fingerprint)?;
+        layout::run::log(&mut out, run, playing)?;
         out.constant(
             EntityPath::properties(),
-            &RecordingInfo::update_fields().with_name(scene.name.as_str()),
+            &RecordingInfo::update_fields().with_name(run.name.as_str()),
         )?;
-        let page = TextDocument::new(about::page(scene, chosen));
+        let page = TextDocument::new(about::page(run, chosen));
         out.constant("about", &page.with_media_type(MediaType::markdown()))?;
-        key::log(&mut out, "key", &key::of_run(scene))?;
-        view.declare(&mut out)?;
+        key::log(&mut out, "key", &key::of_run(run))?;
+        if let Some(view) = &view {
+            view.declare(&mut out)?;
+        }
         log.declare(&mut out)?;
         Ok(Self {
             out,
@@ -121,8 +124,8 @@ impl Recorder {
 
     /// Adds one record to what is kept.
     pub(crate) fn push(&mut self, frame: &Frame<'_>, due: Due) {
-        if due.view {
-            self.view.push(frame);
+        if let (Some(view), Some(truth), true) = (&mut self.view, frame.truth, due.view) {
+            view.push(frame, truth);
         }
         if due.series {
             self.series.push(frame);
@@ -131,7 +134,9 @@ impl Recorder {
 
     /// Logs what has come since the last time, with the events found.
     pub(crate) fn flush(&mut self, found: Found) -> Result<(), ViewerError> {
-        self.view.flush(&mut self.out)?;
+        if let Some(view) = &mut self.view {
+            view.flush(&mut self.out)?;
+        }
         self.series.flush(&mut self.out)?;
         self.log.log(found, &mut self.out)
     }

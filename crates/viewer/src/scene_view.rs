@@ -15,8 +15,7 @@ use rerun::archetypes::{Ellipses2D, LineStrips2D, Points2D, Transform3D};
 use rerun::components::Radius;
 use robhaz_estimator::Estimate;
 use robhaz_model::{Bar, Pin, Robot, Vec2};
-use robhaz_run::Frame;
-use robhaz_scene::Scene;
+use robhaz_run::{Frame, RunDescription, World};
 use robhaz_score::events::EndStop;
 use robhaz_sim::Truth;
 
@@ -51,12 +50,12 @@ pub(crate) struct SceneView {
 }
 
 impl SceneView {
-    /// The view of a scene; nothing is logged yet. `chosen` is the estimator that is drawn, by its place.
-    pub(crate) fn new(scene: &Scene, chosen: Option<usize>) -> Self {
-        let robot = scene.robot.robot.clone();
-        let estimator = chosen.map(|k| (k, scene.estimators[k].name.clone()));
+    /// The view of a simulation; nothing is logged yet. `chosen` is the estimator that is drawn, by its place.
+    pub(crate) fn new(run: &RunDescription, world: &World, chosen: Option<usize>) -> Self {
+        let robot = run.robot.robot.clone();
+        let estimator = chosen.map(|k| (k, run.estimators[k].label.clone()));
         Self {
-            ground: Ground::new(scene),
+            ground: Ground::new(run, world),
             forces: Forces::new(&robot, estimator),
             robot,
             chosen,
@@ -98,9 +97,9 @@ impl SceneView {
         self.forces.declare(out, [0.12 - half_width, 0.05 - above])
     }
 
-    /// Adds one frame of the animation.
-    pub(crate) fn push(&mut self, frame: &Frame<'_>) {
-        let truth = *frame.truth;
+    /// Adds one frame of the animation with its truth.
+    pub(crate) fn push(&mut self, frame: &Frame<'_>, truth: &Truth) {
+        let truth = *truth;
         self.ground.cover(&truth);
         let trails = self.next_trails(&truth);
         self.snapshots.push(Snapshot {

@@ -6,9 +6,9 @@ use crate::contact::contact_point;
 use crate::plot::{Line, Plot};
 use crate::writer::Writer;
 use robhaz_estimator::{Estimate, EstimateError};
-use robhaz_run::Frame;
-use robhaz_scene::Scene;
+use robhaz_run::{Frame, RunDescription};
 use robhaz_score::{needed_friction, rms_over_wheels};
+use robhaz_sim::Truth;
 use robhaz_sim::friction::{FrictionLaw, Stretch};
 
 /// Names of the wheels, front to rear.
@@ -19,8 +19,8 @@ pub(crate) struct Series {
     /// The estimator whose friction and residual are shown, by its place.
     chosen: Option<usize>,
     radius: f64,
-    friction_law: FrictionLaw,
-    stretches: Vec<Stretch>,
+    /// Friction of the ground. `None` for recorded readings.
+    friction_law: Option<(FrictionLaw, Vec<Stretch>)>,
     true_normal: [Plot; 3],
     normal: [Plot; 3],
     traction: [Plot; 3],
@@ -38,9 +38,12 @@ pub(crate) struct Series {
 }
 
 impl Series {
-    /// The series of a scene. `chosen` is the estimator whose friction and residual are shown, by its place.
-    pub(crate) fn new(scene: &Scene, chosen: Option<usize>) -> Self {
-        let names: Vec<&str> = scene.estimators.iter().map(|e| e.name.as_str()).collect();
+    /// The series of a run; without truth no line is true. `chosen` is the estimator whose friction and residual are shown, by its
+    /// place.
+    pub(crate) fn new(run: &RunDescription, chosen: Option<usize>) -> Self {
+        let names: Vec<&str> = run.estimators.iter().map(|e| e.label.as_str()).collect();
+        let has_truth = run.world.is_some();
+        let truth_name = has_truth.then_some("true");
         let estimates = |unit: &str| -> Vec<Line> {
             let lines = names.iter().enumerate();
             lines
@@ -83,28 +86,32 @@ impl Series {
         let chosen_name = chosen.map(|k| names[k]);
         Self {
             chosen,
-            radius: scene.robot.robot.geometry.wheel_radius,
-            friction_law: scene.friction,
-            stretches: scene.terrain.stretches.clone(),
+            radius: run.robot.robot.geometry.wheel_radius,
+            friction_law: run
+                .world
+                .as_ref()
+                .map(|world| (world.friction, world.terrain.stretches.clone())),
             // Drawn in the order of their names: narrow lines lie on the wide one.
             true_normal: per_wheel("normal_force", "/actual", &|i| vec![truth(i)]),
             normal: per_wheel("normal_force", "/estimated", &|_| estimates("N")),
             traction: per_wheel("traction", "", &|i| {
-                let mut lines = vec![truth(i)];
-                lines.extend(estimates("N"));
-                lines
+                let truth = has_truth.then(|| truth(i));
+                truth.into_iter().chain(estimates("N")).collect()
             }),
             error: per_wheel("error_of_normal_force", "/error", &|_| estimates("N")),
             bands: names.iter().enumerate().map(bands).collect(),
             rms_error: Plot::new("series/error_of_normal_force/rms", estimates("N")),
             contact_angle: Plot::new(
                 "series/contact_angle",
-                of_all_wheels("true", Some("given"), "deg"),
+                of_all_wheels(truth_name, Some("given"), "deg"),
             ),
-            friction: Plot::new("series/friction", of_all_wheels("true", chosen_name, "-")),
+            friction: Plot::new(
+                "series/friction",
+                of_all_wheels(truth_name, chosen_name, "-"),
+            ),
             margin: Plot::new(
                 "series/slip_margin",
-                of_all_wheels("true", chosen_name, "-"),
+                of_all_wheels(truth_name, chosen_name, "-"),
             ),
             residual_force: of_chosen(
                 "series/residual/force",
@@ -122,21 +129,23 @@ impl Series {
 
     /// Adds one record.
     pub(crate) fn push(&mut self, frame: &Frame<'_>) {
-        let time = frame.truth.time;
+        // The lines of a plot are fixed: without a world there are none for the truth.
+        let truth = frame.truth.filter(|_| self.friction_law.is_some());
+        let time = frame.time;
         for i in 0..3 {
-            self.push_forces(frame, i);
+            self.push_forces(frame, truth, i);
         }
-        let wheels = &frame.truth.wheels;
-        let errors = frame
-            .estimates
-            .iter()
-            .map(|e| or_gap(e, |e| rms_over_wheels(e, frame.truth)));
-        self.rms_error.push(time, errors);
-        let angles = wheels.iter().map(|w| w.contact_angle);
+        if let Some(truth) = truth {
+            let errors = frame.estimates.iter();
+            let errors = errors.map(|e| or_gap(e, |e| rms_over_wheels(e, truth)));
+            self.rms_error.push(time, errors);
+        }
+        let angles = truth.map(|t| t.wheels.map(|w| w.contact_angle));
         let given = frame.sensors.contact_angle;
-        let angles = angles.chain(given.map(|g| g.unwrap_or(f64::NAN)));
+        let given = given.map(|g| g.unwrap_or(f64::NAN));
+        let angles = angles.into_iter().flatten().chain(given);
         self.contact_angle.push(time, angles.map(f64::to_degrees));
-        self.push_friction(frame);
+        self.push_friction(frame, truth);
         self.push_residuals(frame);
     }
 
@@ -161,15 +170,18 @@ impl Series {
             .try_for_each(|plot| plot.flush(out))
     }
 
-    fn push_forces(&mut self, frame: &Frame<'_>, i: usize) {
-        let (time, wheel) = (frame.truth.time, &frame.truth.wheels[i]);
+    fn push_forces(&mut self, frame: &Frame<'_>, truth: Option<&Truth>, i: usize) {
+        let (time, wheel) = (frame.time, truth.map(|t| &t.wheels[i]));
         let normal = |e: &_| or_gap(e, |e: &Estimate| e.normal_force[i]);
         let traction = |e: &_| or_gap(e, |e: &Estimate| e.traction[i]);
         let estimates = frame.estimates;
-        self.true_normal[i].push(time, [wheel.normal_force]);
         self.normal[i].push(time, estimates.iter().map(normal));
-        let tractions = std::iter::once(wheel.traction).chain(estimates.iter().map(traction));
-        self.traction[i].push(time, tractions);
+        let tractions = wheel.map(|w| w.traction).into_iter();
+        self.traction[i].push(time, tractions.chain(estimates.iter().map(traction)));
+        let Some(wheel) = wheel else {
+            return;
+        };
+        self.true_normal[i].push(time, [wheel.normal_force]);
         let errors = estimates.iter().map(|e| normal(e) - wheel.normal_force);
         self.error[i].push(time, errors);
         for (band, estimate) in self.bands.iter_mut().zip(estimates) {
@@ -180,9 +192,11 @@ impl Series {
         }
     }
 
-    fn push_friction(&mut self, frame: &Frame<'_>) {
-        let (time, wheels) = (frame.truth.time, &frame.truth.wheels);
-        let needed = wheels.map(|w| needed_friction_or_gap(w.traction, w.normal_force));
+    fn push_friction(&mut self, frame: &Frame<'_>, truth: Option<&Truth>) {
+        let needed = truth.map(|t| {
+            let wheels = t.wheels;
+            wheels.map(|w| needed_friction_or_gap(w.traction, w.normal_force))
+        });
         let estimated = self.chosen.map(|k| {
             [0, 1, 2].map(|i| {
                 or_gap(&frame.estimates[k], |e| {
@@ -190,19 +204,22 @@ impl Series {
                 })
             })
         });
-        let largest = wheels.map(|w| {
+        let all = || needed.into_iter().chain(estimated).flatten();
+        self.friction.push(frame.time, all());
+        let (Some(truth), Some((law, stretches))) = (truth, &self.friction_law) else {
+            return;
+        };
+        let largest = truth.wheels.map(|w| {
             let x = contact_point(&w, self.radius).x;
-            self.friction_law.at(&self.stretches, x).mu_s
+            law.at(stretches, x).mu_s
         });
         let margin = |i: usize, needed: f64| largest[i % 3] - needed.abs();
-        let all = || needed.into_iter().chain(estimated.into_iter().flatten());
-        self.friction.push(time, all());
         self.margin
-            .push(time, all().enumerate().map(|(i, n)| margin(i, n)));
+            .push(frame.time, all().enumerate().map(|(i, n)| margin(i, n)));
     }
 
     fn push_residuals(&mut self, frame: &Frame<'_>) {
-        let time = frame.truth.time;
+        let time = frame.time;
         if let Some(k) = self.chosen {
             let residual = |row: usize| or_gap(&frame.estimates[k], |e| e.residual[row]);
             self.residual_force.push(time, [residual(0), residual(1)]);
@@ -219,10 +236,12 @@ impl Series {
     }
 }
 
-/// One wide line a wheel and, where there is a second source, one narrow line a wheel.
-fn of_all_wheels(first: &str, second: Option<&str>, unit: &str) -> Vec<Line> {
-    let name = |i: usize, source: &str| format!("{} {source} [{unit}]", WHEEL_NAMES[i]);
-    let wide = (0..3).map(|i| Line::truth(name(i, first), WHEELS[i]));
+/// One wide line a wheel of the first source, one narrow line a wheel of the second, where there are such.
+fn of_all_wheels(first: Option<&str>, second: Option<&str>, unit: &str) -> Vec<Line> {
+    let name = &|i: usize, source: &str| format!("{} {source} [{unit}]", WHEEL_NAMES[i]);
+    let wide = first
+        .into_iter()
+        .flat_map(|source| (0..3).map(move |i| Line::truth(name(i, source), WHEELS[i])));
     let narrow = second
         .into_iter()
         .flat_map(|source| (0..3).map(move |i| Line::estimate(name(i, source), WHEELS[i].light())));

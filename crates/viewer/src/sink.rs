@@ -4,8 +4,7 @@ use crate::ViewerError;
 use crate::layout::Playing;
 use crate::recorder::{Recorder, Sampler, Ticker};
 use crate::writer::RrdFile;
-use robhaz_run::{Frame, RunEnd, Sink, SinkError};
-use robhaz_scene::Scene;
+use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use std::fs::File;
 use std::path::Path;
 
@@ -38,13 +37,13 @@ impl RecordingSink {
 }
 
 impl Sink for RecordingSink {
-    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
+    fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
         let destination = &self.destination;
         let file = self.file.take().ok_or_else(|| ViewerError::Used {
             destination: destination.clone(),
         })?;
         let file = RrdFile::begin(file).map_err(ViewerError::write(destination))?;
-        self.run = Some(Run::begin(destination, file, scene)?);
+        self.run = Some(Run::begin(destination, file, run)?);
         Ok(())
     }
 
@@ -72,12 +71,12 @@ struct Run {
 }
 
 impl Run {
-    fn begin(destination: &str, file: RrdFile, scene: &Scene) -> Result<Self, ViewerError> {
+    fn begin(destination: &str, file: RrdFile, run: &RunDescription) -> Result<Self, ViewerError> {
         let mut next_chunk = Ticker::new(CHUNK_TIME);
         next_chunk.is_due(0.0);
         Ok(Self {
-            recorder: Recorder::begin(destination, Box::new(file), scene, 0, Playing::FromStart)?,
-            sampler: Sampler::new(scene),
+            recorder: Recorder::begin(destination, Box::new(file), run, 0, Playing::FromStart)?,
+            sampler: Sampler::new(run),
             next_chunk,
         })
     }
@@ -86,7 +85,7 @@ impl Run {
         if let Some(due) = self.sampler.look(frame) {
             self.recorder.push(frame, due);
         }
-        if self.next_chunk.is_due(frame.truth.time) {
+        if self.next_chunk.is_due(frame.time) {
             self.recorder.flush(self.sampler.take())?;
         }
         Ok(())

@@ -11,7 +11,7 @@ use rerun::external::re_log_encoding::Decoder;
 use rerun::log::{Chunk, LogMsg};
 use rerun::{Component, ComponentIdentifier, StoreKind};
 use robhaz_estimator::{EstimateError, Flags, Parity};
-use robhaz_run::{Frame, RunEnd, Sink, SinkError};
+use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_scene::Scene;
 use robhaz_sim::friction::Stretch;
 use robhaz_viewer::{ComparedRun, RecordingSink, ViewerError, recording_end, save_comparison};
@@ -233,8 +233,8 @@ fn the_same_scene_gives_the_same_recording() {
 fn a_killed_run_can_be_read() {
     struct Killed(RecordingSink);
     impl Sink for Killed {
-        fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-            self.0.begin(scene)
+        fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
+            self.0.begin(run)
         }
         fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
             self.0.frame(frame)
@@ -260,12 +260,12 @@ fn a_killed_run_can_be_read() {
 struct Eventful(RecordingSink);
 
 impl Sink for Eventful {
-    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.0.begin(scene)
+    fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
+        self.0.begin(run)
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
-        let mut truth = *frame.truth;
+        let mut truth = *frame.truth.expect("a simulation");
         let mut estimates = frame.estimates.to_vec();
         let ms = (truth.time * 1e3).round();
         if (100.0..200.0).contains(&ms) {
@@ -302,7 +302,8 @@ impl Sink for Eventful {
             }
         }
         self.0.frame(&Frame {
-            truth: &truth,
+            time: frame.time,
+            truth: Some(&truth),
             sensors: frame.sensors,
             estimates: &estimates,
         })
@@ -458,8 +459,8 @@ fn bars_have_the_length_of_two_sigma_to_both_sides() {
     // `Known` changes the second estimator. It is the last, and therefore the one that is drawn.
     struct Known(RecordingSink);
     impl Sink for Known {
-        fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-            self.0.begin(scene)
+        fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
+            self.0.begin(run)
         }
         fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
             let mut estimates = frame.estimates.to_vec();
@@ -546,6 +547,57 @@ fn stretches_of_friction_are_told_apart() {
     }
 }
 
+/// Recorded readings: without truth the recording holds the estimates, and nothing that needs the truth: no robot, ground,
+/// errors, slip margin or states of wheels.
+#[test]
+fn without_truth_the_estimates_are_recorded_alone() {
+    struct WithoutTruth(RecordingSink);
+    impl Sink for WithoutTruth {
+        fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
+            self.0.begin(&RunDescription {
+                world: None,
+                ..run.clone()
+            })
+        }
+        fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
+            self.0.frame(&Frame {
+                truth: None,
+                ..*frame
+            })
+        }
+        fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
+            self.0.end(end)
+        }
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let [log, simulated] = ["log.rrd", "run.rrd"].map(|name| folder.path().join(name));
+    let scene = common::with_best(0.6);
+    let mut sink = WithoutTruth(RecordingSink::save(&log).expect("a file"));
+    robhaz_run::run(&scene, &mut [&mut sink]).expect("a run");
+    record(&scene, &simulated);
+    let (log, simulated) = (chunks(&log), chunks(&simulated));
+    for entity in log.keys() {
+        let unknown = ["/world", "/wheels", "/series/error", "/series/slip_margin"];
+        assert!(!unknown.iter().any(|u| entity.starts_with(u)), "{entity}");
+        assert!(!entity.ends_with("/actual"), "{entity}");
+    }
+    for entity in [
+        "/series/normal_force/wheel1/estimated",
+        "/series/parity/best",
+        "/series/residual/force",
+    ] {
+        let rows = scalars(&log, entity);
+        assert!(!rows.is_empty());
+        assert_eq!(
+            format!("{rows:?}"),
+            format!("{:?}", scalars(&simulated, entity))
+        );
+    }
+    // One line for each of four estimators, without the true one.
+    let traction = scalars(&log, "/series/traction/wheel1");
+    assert!(traction.iter().all(|(_, row)| row.len() == 4));
+}
+
 /// Conservation: a comparison has every row of both runs, the true N of both in common plots, and their difference at equal
 /// times.
 #[test]
@@ -557,9 +609,11 @@ fn a_comparison_holds_both_runs() {
     second.engine.kind = robhaz_scene::EngineKind::Direct;
     record(&first, &a);
     record(&second, &b);
-    let run = |label, scene, recording| ComparedRun {
+    let [first, second] =
+        [&first, &second].map(|scene| RunDescription::of(scene).expect("a robot"));
+    let run = |label, description, recording| ComparedRun {
         label,
-        scene,
+        description,
         recording,
     };
     let runs = [

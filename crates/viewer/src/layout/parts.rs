@@ -9,16 +9,16 @@ use crate::scale::ROOM;
 use crate::scene_view::FOLLOWED;
 use crate::series::WHEEL_NAMES;
 use rerun::components::Range1D;
-use robhaz_scene::Scene;
+use robhaz_run::RunDescription;
 
-/// The whole ground with the robot and its trails.
+/// The whole ground of a simulation with the robot and its trails.
 pub(crate) fn overview(
     layout: &mut Layout<'_>,
     name: &str,
     root: &str,
-    scene: &Scene,
+    ground: &Ground,
 ) -> Result<Part, ViewerError> {
-    let [from, to, low, high] = Ground::new(scene).box_of();
+    let [from, to, low, high] = ground.box_of();
     let contents = [
         format!("+ {root}world/**"),
         format!("- {root}world/follow/**"),
@@ -94,11 +94,11 @@ pub(crate) fn normal_force(
     layout: &mut Layout<'_>,
     title: &str,
     root: &str,
-    scene: &Scene,
+    run: &RunDescription,
 ) -> Result<Part, ViewerError> {
-    let range = range_of_loads(scene, -0.5, 3.0).unwrap_or_else(|| {
+    let range = range_of_loads(run, -0.5, 3.0).unwrap_or_else(|| {
         // The axis is the same for every wheel, and wide enough for two labels.
-        let load = scene.robot.robot.mean_wheel_load();
+        let load = run.robot.robot.mean_wheel_load();
         let [from, to] = with_labels(-0.1 * load, 2.5 * load);
         Range1D::new(from, to)
     });
@@ -123,9 +123,10 @@ fn with_labels(from: f64, to: f64) -> [f64; 2] {
 
 /// A range in multiples of the mean static wheel load, where the ground has corners: peaks there are shorter than a millisecond and
 /// many times higher than all else, and would flatten it. `None`, the range of the data, elsewhere.
-pub(crate) fn range_of_loads(scene: &Scene, from: f64, to: f64) -> Option<Range1D> {
-    let load = scene.robot.robot.mean_wheel_load();
-    Ground::new(scene)
+pub(crate) fn range_of_loads(run: &RunDescription, from: f64, to: f64) -> Option<Range1D> {
+    let load = run.robot.robot.mean_wheel_load();
+    let world = run.world.as_ref()?;
+    Ground::new(run, world)
         .has_corners()
         .then(|| Range1D::new(from * load, to * load))
 }
