@@ -66,8 +66,8 @@ impl Colour {
 }
 
 /// The colour of an estimator by its index in the scene, or of a run by its index in a comparison.
-pub(crate) fn by_place(place: usize) -> Colour {
-    OTHERS[place % OTHERS.len()]
+pub(crate) fn by_index(index: usize) -> Colour {
+    OTHERS[index % OTHERS.len()]
 }
 
 /// All colours of wheels, estimators and runs except greys.
@@ -76,8 +76,8 @@ pub(crate) fn hues() -> impl Iterator<Item = Colour> {
     all.filter(|Colour([r, g, b])| !(r == g && g == b))
 }
 
-/// The colour of a friction stretch with the static coefficient `mu_s` (-), on ground with `elsewhere` (-). It is closer
-/// to light blue for less friction than elsewhere, and closer to red for more.
+/// The colour of a friction stretch with the static coefficient `mu_s` (-), on ground with `elsewhere` (-). It is
+/// closer to light blue for less friction than elsewhere, and closer to red for more.
 pub(crate) fn stretch(mu_s: f64, elsewhere: f64) -> Colour {
     #[expect(
         clippy::cast_possible_truncation,
@@ -110,7 +110,7 @@ mod tests {
                 assert!(most >= Some(65), "{wheel:?} {other:?}");
             }
         }
-        let Colour([r, _, b]) = by_place(2);
+        let Colour([r, _, b]) = by_index(2);
         // The third estimator, by default `true-mass`, is grey: blue would be taken for the front wheel.
         assert_eq!(r, b);
     }

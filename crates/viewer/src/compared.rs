@@ -15,6 +15,6 @@ pub struct ComparedRun<'a> {
 }
 
 /// The entity above those of a run, by the index of the run: `/run1/` for 0.
-pub(crate) fn root(place: usize) -> String {
-    format!("/run{}/", place + 1)
+pub(crate) fn root(index: usize) -> String {
+    format!("/run{}/", index + 1)
 }

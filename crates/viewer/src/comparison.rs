@@ -1,10 +1,10 @@
 //! Several recorded runs in one recording.
 //!
-//! Every entity of a run stands under `run1/`, `run2/` and so on; `compared/` holds the true N of all runs in common plots, and
-//! how far those of later runs are from the first.
+//! The entities of the runs are below `run1/`, `run2/` and so on. `compared/` has the true N of all runs, and the
+//! difference of each later run from the first.
 
 use crate::ViewerError;
-use crate::colours::{WHEELS, by_place};
+use crate::colours::{WHEELS, by_index};
 use crate::compared::{ComparedRun, root};
 use crate::key::{self, Entry};
 use crate::layout;
@@ -18,14 +18,16 @@ use robhaz_run::Stop;
 use std::collections::HashMap;
 use std::path::Path;
 
-/// The entity of the errors that are compared.
+/// Entity of the RMS error of N in the recording of a run.
 const RMS_ERROR: &str = "/series/error_of_normal_force/rms";
 
-/// Writes one recording of several recorded runs to `out`, with a layout that shows them side by side.
+/// Copies several recorded runs into one recording at `out`, with a layout that shows them side by side.
 ///
 /// # Errors
-/// [`ViewerError`]: fewer than two runs, a recording that cannot be read, `out` is one of them or cannot be written, or
-/// `stop` names a cause.
+/// - [`ViewerError::TooFew`]: fewer than two runs. [`ViewerError::Input`]: `out` is one of their recordings.
+/// - [`ViewerError::Read`]: a recording cannot be read.
+/// - [`ViewerError::Create`], [`ViewerError::Write`]: `out` cannot be written.
+/// - [`ViewerError::Stopped`]: `stop` named a cause.
 pub fn save_comparison(
     runs: &[ComparedRun<'_>],
     out: &Path,
@@ -34,7 +36,7 @@ pub fn save_comparison(
     if runs.len() < 2 {
         return Err(ViewerError::TooFew { found: runs.len() });
     }
-    // Written into itself, a recording would grow until the disk is full. A file that is not there is not the same.
+    // A recording that is copied into itself grows until the disk is full. An error means that `out` does not exist.
     let is_read =
         |run: &ComparedRun<'_>| same_file::is_same_file(run.recording, out).unwrap_or(false);
     if runs.iter().any(is_read) {
@@ -44,12 +46,7 @@ pub fn save_comparison(
     let destination = out.display().to_string();
     let file = RrdFile::begin(RrdFile::create(out)?).map_err(ViewerError::write(&destination))?;
     let name = runs.iter().map(|r| r.label).collect::<Vec<_>>().join(" - ");
-    let mut writer = Writer::start(
-        &destination,
-        Box::new(file),
-        &name,
-        crate::recorder::hash(&name),
-    )?;
+    let mut writer = Writer::start(&destination, Box::new(file), &name, fingerprint(runs))?;
     layout::comparison::log(&mut writer, runs, largest_error(runs)?)?;
     writer.constant(
         EntityPath::properties(),
@@ -59,7 +56,7 @@ pub fn save_comparison(
         let label = format!("true N: {}", run.label);
         match k {
             0 => Entry::of_wheels(&label),
-            _ => Entry::of_place(&label, colour_place(k)),
+            _ => Entry::of_index(&label, colour_index(k)),
         }
     });
     key::log(&mut writer, "compared/key", &entries.collect::<Vec<_>>())?;
@@ -68,7 +65,7 @@ pub fn save_comparison(
     for (k, run) in runs.iter().enumerate() {
         let line = |i: usize| match k {
             0 => Line::truth(format!("{} [N]", run.label), WHEELS[i]),
-            _ => Line::estimate(format!("{} [N]", run.label), by_place(colour_place(k))),
+            _ => Line::estimate(format!("{} [N]", run.label), by_index(colour_index(k))),
         };
         let plots = |quantity: &str| {
             [0, 1, 2].map(|i| {
@@ -108,7 +105,14 @@ pub fn save_comparison(
     writer.finish()
 }
 
-/// Largest RMS error of N of any estimator in any of the runs, N: what can be compared has one scale.
+/// Distinguishes comparisons of runs with the same labels.
+fn fingerprint(runs: &[ComparedRun<'_>]) -> u64 {
+    runs.iter().fold(0, |all, run| {
+        all.rotate_left(1) ^ run.description.fingerprint
+    })
+}
+
+/// Largest RMS error of N of any estimator in any run, N. All runs use the same scale.
 fn largest_error(runs: &[ComparedRun<'_>]) -> Result<f64, ViewerError> {
     let mut largest = 0.0_f64;
     for run in runs {
@@ -130,7 +134,7 @@ fn true_normal_force(wheel: usize) -> String {
     format!("/series/normal_force/wheel{}/actual", wheel + 1)
 }
 
-/// Later runs are white, yellow and so on: what stands out before the wheels' colours.
-fn colour_place(run: usize) -> usize {
+/// Index of the colour of a later run: white, yellow and so on, which differ most from the wheels' colours.
+fn colour_index(run: usize) -> usize {
     run + 2
 }

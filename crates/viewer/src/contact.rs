@@ -19,7 +19,8 @@ pub(crate) fn tangent_and_normal(angle: f64) -> (Vec2, Vec2) {
 mod tests {
     use super::*;
 
-    /// Closed form: at a contact angle of 90 deg the ground is a wall ahead of the wheel, and the normal points backward.
+    /// Closed form: at a contact angle of 90 deg the ground is a wall ahead of the wheel, and the normal points
+    /// backward.
     #[test]
     fn the_contact_point_is_the_arm_away_from_the_centre() {
         let wheel = WheelTruth {

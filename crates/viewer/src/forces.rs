@@ -1,7 +1,7 @@
 //! N and T as arrows at the contacts: true ones, estimated ones beside them, and bars of two standard deviations.
 
 use crate::ViewerError;
-use crate::colours::{Colour, WHEELS, by_place};
+use crate::colours::{Colour, WHEELS, by_index};
 use crate::contact::{contact_point, tangent_and_normal};
 use crate::convert::{flat, narrow};
 use crate::writer::Writer;
@@ -81,8 +81,8 @@ impl Forces {
         }
     }
 
-    /// Logs the style of the arrows, and a legend whose upper left corner is a point of the frame that moves with the body
-    /// (m, y down).
+    /// Logs the style of the arrows, and a legend whose upper left corner is a point of the frame that moves with the
+    /// body (m, y down).
     pub(crate) fn declare(&self, out: &mut Writer, corner: [f64; 2]) -> Result<(), ViewerError> {
         for force in ["normal", "traction"] {
             out.constant(format!("world/forces/true/{force}"), &arrows(WHEELS, 2.5))?;
@@ -93,8 +93,8 @@ impl Forces {
             format!("true, {load:.0} N"),
             arrows([crate::colours::NEUTRAL], 2.5),
         )];
-        if let Some((place, name)) = &self.estimator {
-            let colour = by_place(*place);
+        if let Some((index, name)) = &self.estimator {
+            let colour = by_index(*index);
             for force in ["normal", "traction"] {
                 let entity = format!("world/forces/estimated/{force}");
                 out.constant(entity.as_str(), &arrows([colour], 1.25))?;

@@ -54,13 +54,14 @@ impl Default for PictureOptions {
 /// Starts the installed viewer without a window, shows a recording in it, and saves its picture to `out` (PNG). The
 /// picture has the views alone, without the panels around them.
 ///
-/// The picture is saved when the whole recording is loaded, two pictures in a row are equal, and the colours of all three
-/// wheels are in them.
+/// The picture is saved when the whole recording is loaded, two pictures in a row are equal, and the colours of all
+/// three wheels are in them.
 ///
 /// # Errors
 /// - [`ViewerError::NotInstalled`], [`ViewerError::OtherVersion`], [`ViewerError::Start`]: no viewer that can draw.
 /// - [`ViewerError::Read`]: the recording cannot be read. [`ViewerError::Time`]: it does not contain the time.
-/// - [`ViewerError::Picture`]: no picture shows the data within 90 s. [`ViewerError::Control`]: the viewer does not answer.
+/// - [`ViewerError::Picture`]: no picture shows the data within 90 s. [`ViewerError::Control`]: the viewer does not
+///   answer.
 /// - [`ViewerError::Create`], [`ViewerError::Write`]: the picture, or a file beside it, cannot be written.
 /// - [`ViewerError::Stopped`]: `stop` named a cause.
 pub fn picture(
@@ -234,8 +235,8 @@ impl Image {
         })
     }
 
-    /// The picture without the title bar, lower by the bar's height. It leaves out empty rows at the top, and rows at the
-    /// bottom if those are too few.
+    /// The picture without the title bar, lower by the bar's height. It leaves out empty rows at the top, and rows at
+    /// the bottom if those are too few.
     fn views(&self) -> Self {
         let width = self.size[0] as usize;
         let bar = TITLE_BAR as usize;
@@ -297,7 +298,8 @@ fn is_near(pixel: &[u8; 3], Colour(colour): Colour) -> bool {
 mod tests {
     use super::*;
 
-    /// A picture of the welcome page or of an empty layout does not show the data; nor does one without the front wheel.
+    /// A picture of the welcome page or of an empty layout does not show the data; nor does one without the front
+    /// wheel.
     #[test]
     fn a_picture_without_the_wheels_is_not_enough() {
         let mut image = Image {
@@ -311,7 +313,7 @@ mod tests {
         }
         assert_eq!(image.missing(), None);
         image.pixels[..20].fill([0; 3]);
-        let missing = image.missing().expect("the front wheel has gone");
+        let missing = image.missing().expect("the front wheel is not there");
         assert!(missing.contains("the front wheel"), "{missing}");
     }
 

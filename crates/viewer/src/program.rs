@@ -71,8 +71,8 @@ pub(crate) struct Started {
 }
 
 impl Started {
-    /// Starts the installed viewer with further arguments and waits until it listens at `port`. The viewer outlives this
-    /// process, unless [`Started::end`] is called.
+    /// Starts the installed viewer with further arguments and waits until it listens at `port`. The viewer outlives
+    /// this process, unless [`Started::end`] is called.
     pub(crate) fn at(port: u16, arguments: &[&std::ffi::OsStr]) -> Result<Self, ViewerError> {
         let mut command = installed()?;
         command.args(["--bind", "127.0.0.1", "--port", &port.to_string()]);
@@ -106,8 +106,8 @@ impl Started {
 
     /// Kills the viewer.
     pub(crate) fn end(&mut self) {
-        // Pip installs `rerun` as a script that starts the viewer: the whole group is killed. Errors are ignored, because
-        // they mean that the processes have exited.
+        // Pip installs `rerun` as a script that starts the viewer: the whole group is killed. Errors are ignored,
+        // because they mean that the processes have exited.
         #[cfg(unix)]
         let _ = Command::new("kill")
             .args(["-KILL", "--", &format!("-{}", self.child.id())])

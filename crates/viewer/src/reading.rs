@@ -41,8 +41,8 @@ pub fn recording_is_closed(path: &Path) -> Result<bool, ViewerError> {
     Ok(StreamFooter::from_rrd_bytes(&end).is_ok())
 }
 
-/// Calls `each` with every chunk of a recording, without the chunks of its layout. A file that ends within a message, as
-/// that of a killed run, is read up to that message.
+/// Calls `each` with every chunk of a recording, without the chunks of its layout. A file that ends within a message,
+/// as that of a killed run, is read up to that message.
 ///
 /// # Errors
 /// [`ViewerError::Read`], and the errors of `each`.

@@ -1,5 +1,5 @@
-//! Scales of the 2-D views, which have no axes of their own: an axis below the whole ground, and a bar that moves with the
-//! robot.
+//! Scales of the 2-D views, which have no axes of their own: an axis below the whole ground, and a bar that moves with
+//! the robot.
 
 use crate::ViewerError;
 use crate::colours::{Colour, NEUTRAL};
@@ -21,8 +21,8 @@ const BAR: f64 = 0.1;
 /// Height that the axis needs below the lowest ground, m.
 pub(crate) const ROOM: f64 = 0.55;
 
-/// Logs the axis below a piece of ground (start, end, lowest, highest; m), and above it an arrow of the mean static wheel
-/// load.
+/// Logs the axis below a piece of ground (start, end, lowest, highest; m), and above it an arrow of the mean static
+/// wheel load.
 pub(crate) fn log_axis(
     out: &mut Writer,
     [from, to, low, high]: [f64; 4],

@@ -49,8 +49,8 @@ pub(crate) fn spokes(radius: f64) -> Vec<[Vec2; 2]> {
         .collect()
 }
 
-/// The end stops of pin Q in the frame of link 2, m: the arc over which the line from Q to P on link 1 can turn, the mark
-/// of the lower stop, and that of the upper stop.
+/// The end stops of pin Q in the frame of link 2, m: the arc over which the line from Q to P on link 1 can turn, the
+/// mark of the lower stop, and that of the upper stop.
 pub(crate) fn stops(geometry: &Geometry) -> [Vec<Vec2>; 3] {
     let q = geometry.pins.q - geometry.cg(Bar::Link2);
     let towards_p = geometry.pins.p - geometry.pins.q;

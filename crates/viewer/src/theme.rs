@@ -29,9 +29,9 @@ impl Theme {
     }
 }
 
-/// Converts a pixel of a dark picture to a light one. The pixel is taken for a mixture of one of our colours and a grey,
-/// of which the colour stays and the grey is inverted. A pixel that a line covers in part becomes a mixture of the line's
-/// colour and white.
+/// Converts a pixel of a dark picture to a light one. The pixel is taken for a mixture of one of our colours and a
+/// grey, of which the colour stays and the grey is inverted. A pixel that a line covers in part becomes a mixture of
+/// the line's colour and white.
 fn light(pixel: [u8; 3]) -> [u8; 3] {
     let channels = pixel.map(f64::from);
     let colour = nearest_hue(channels);

@@ -1,9 +1,9 @@
 //! Messages of a recording.
 //!
 //! The stream types of the SDK number rows by the clock, write in a background thread, and only print errors. Here each
-//! message is built and sent directly. Errors return to the caller. The numbers of chunks and rows follow from the scene,
-//! so that the same run gives the same messages in the same order. (The index at the end of a file may list recording
-//! and layout in either order.)
+//! message is built and sent directly. Errors return to the caller. The numbers of chunks and rows follow from the
+//! scene, so that the same run gives the same messages in the same order. (The index at the end of a file may list
+//! recording and layout in either order.)
 
 use crate::ViewerError;
 use crate::error::Cause;
@@ -205,8 +205,8 @@ impl Writer {
             .map_err(ViewerError::write(&self.destination))
     }
 
-    /// The number of the next chunk. Its rows are numbered from it. The SDK puts the time into the upper half; here that
-    /// half is a small number, so that rows that a viewer adds count as later.
+    /// The number of the next chunk. Its rows are numbered from it. The SDK puts the time into the upper half; here
+    /// that half is a small number, so that rows that a viewer adds count as later.
     fn next_id(&mut self) -> ChunkId {
         self.chunks += 1;
         ChunkId::from_tuid(Tuid::from_nanos_and_inc(

@@ -43,7 +43,8 @@ fn a_run_can_be_served() {
     assert!(error.to_string().contains("already holds a run"), "{error}");
 }
 
-/// With a viewer that accepts a connection and never answers, the run ends normally. All records are counted as dropped.
+/// With a viewer that accepts a connection and never answers, the run ends normally. All records are counted as
+/// dropped.
 #[test]
 fn a_stalled_viewer_does_not_hold_up_a_run() {
     let stalled = TcpListener::bind("127.0.0.1:0").expect("a port");

@@ -176,8 +176,8 @@ fn twenty_seconds_take_less_than_five_megabytes() {
     assert!((recording_end(&path).expect("a recording").expect("rows") - 20.0).abs() < 1e-9);
 }
 
-/// Equivalence of animation and time series: the arrow of the true N has the length of the plotted N, at 0.15 m for the mean
-/// wheel load.
+/// Equivalence of animation and time series: the arrow of the true N has the length of the plotted N, at 0.15 m for the
+/// mean wheel load.
 #[test]
 fn arrows_have_the_length_of_the_plotted_force() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -315,8 +315,8 @@ impl Sink for Eventful {
     }
 }
 
-/// Events have the time of their record. A missing estimate makes a gap in lines and arrows. Ground is drawn wherever the
-/// robot is.
+/// Events have the time of their record. A missing estimate makes a gap in lines and arrows. Ground is drawn wherever
+/// the robot is.
 #[test]
 fn events_and_gaps_are_shown_where_they_happen() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -418,8 +418,8 @@ fn lanes_and_stops_follow_the_events() {
     assert_eq!(drawn, [(false, 1), (true, 0)]);
 }
 
-/// The band of two standard deviations starts with the first covariance of an estimator, and has its centre at zero error.
-/// The parity residual has a band of its own.
+/// The band of two standard deviations starts with the first covariance of an estimator, and has its centre at zero
+/// error. The parity residual has a band of its own.
 #[test]
 fn two_sigma_is_shown_where_it_is_known() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -497,7 +497,8 @@ fn bars_have_the_length_of_two_sigma_to_both_sides() {
     }
 }
 
-/// Friction stretches are drawn at their place with their coefficients as label. The slip margin uses their coefficients.
+/// Friction stretches are drawn at their place with their coefficients as label. The slip margin uses their
+/// coefficients.
 #[test]
 fn stretches_of_friction_are_told_apart() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -547,8 +548,8 @@ fn stretches_of_friction_are_told_apart() {
     }
 }
 
-/// Recorded readings: without truth the recording holds the estimates, and nothing that needs the truth: no robot, ground,
-/// errors, slip margin or states of wheels.
+/// Recorded readings: without truth the recording holds the estimates, and nothing that needs the truth: no robot,
+/// ground, errors, slip margin or states of wheels.
 #[test]
 fn without_truth_the_estimates_are_recorded_alone() {
     struct WithoutTruth(RecordingSink);
@@ -598,8 +599,8 @@ fn without_truth_the_estimates_are_recorded_alone() {
     assert!(traction.iter().all(|(_, row)| row.len() == 4));
 }
 
-/// Conservation: a comparison has every row of both runs, the true N of both in common plots, and their difference at equal
-/// times.
+/// Conservation: a comparison has every row of both runs, the true N of both in common plots, and their difference at
+/// equal times.
 #[test]
 fn a_comparison_holds_both_runs() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -645,7 +646,8 @@ fn a_comparison_holds_both_runs() {
     assert_eq!(difference.len(), front_b.len());
     for ((_, found), ((_, a), (_, b))) in difference.iter().zip(front_a.iter().zip(&front_b)) {
         assert!((found[0] - (b[0] - a[0])).abs() < 1e-12);
-        // The robot is at rest, and the engines' static loads are within 0.015 N of the closed form (docs/validation.md).
+        // The robot is at rest, and the engines' static loads are within 0.015 N of the closed form
+        // (docs/validation.md).
         assert!(found[0].abs() < 0.05, "{found:?}");
     }
 

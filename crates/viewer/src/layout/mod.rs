@@ -1,6 +1,7 @@
 //! The layout of a recording in the viewer.
 //!
-//! It is written part by part. The SDK's builders give every part a random name, and cannot set ranges, legends and bounds.
+//! It is written part by part. The SDK's builders give every part a random name, and cannot set ranges, legends and
+//! bounds.
 
 pub(crate) mod comparison;
 pub(crate) mod parts;
@@ -107,8 +108,8 @@ impl<'a> Layout<'a> {
             .layout(entity, &VisibleTimeRanges::new([until_now]))
     }
 
-    /// A plot over time of the entities that `contents` name. `range` is that of the vertical axis; `None` means the range
-    /// of the data.
+    /// A plot over time of the entities that `contents` name. `range` is that of the vertical axis; `None` means the
+    /// range of the data.
     pub(crate) fn plot(
         &mut self,
         name: &str,
