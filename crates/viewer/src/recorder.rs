@@ -178,7 +178,7 @@ impl Ticker {
 mod tests {
     use super::*;
 
-    /// Closed form: of 2 s at 1 kHz a ticker selects its rate times 2 s, and the first record.
+    /// Closed form: of 2 s at 1 kHz a ticker selects its rate times 2 s and the first record, at most all.
     #[test]
     fn records_are_thinned_evenly() {
         for (rate, expected) in [(60.0, 121), (200.0, 401), (1000.0, 2001), (4000.0, 2001)] {
