@@ -213,6 +213,7 @@ mod tests {
                 stuck_since_s: None,
                 spinning_s: [0.1, 0.0, 1.9],
             }),
+            events: None,
             sensors: run.world.as_ref().map(SensorErrors::of),
             nominal: NominalRobot::of(&run),
             estimators: vec![estimator("paper-body", 5.0), estimator("paper-wheels", 4.0)],

@@ -5,6 +5,7 @@ use crate::error::{RecordError, io_error};
 use robhaz_estimator::{Estimate, EstimateError};
 use robhaz_model::{Pin, Robot};
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError, World};
+use robhaz_score::events::{EventCounts, EventDetector};
 use robhaz_score::{ForceErrors, Progress, ProgressMeter, Rule, Score};
 use robhaz_sim::Truth;
 use robhaz_sim::sensors::DrawnErrors;
@@ -46,6 +47,9 @@ pub struct Summary {
     /// How far the robot came; `None` for recorded readings and in the summaries of earlier versions.
     #[serde(default)]
     pub progress: Option<ProgressSummary>,
+    /// How often wheels and end stops changed their state; `None` for recorded readings and in the summaries of earlier versions.
+    #[serde(default)]
+    pub events: Option<EventCounts>,
     /// Sensor errors that were drawn for the run; no estimator knows them. `None` for recorded readings.
     pub sensors: Option<SensorErrors>,
     /// The nominal robot, which the estimators were given.
@@ -392,7 +396,9 @@ pub struct SummarySink {
     run: Option<RunDescription>,
     /// Scores of the estimators, in the order of the run.
     scores: Vec<Score>,
+    /// Progress and events of a simulation.
     progress: Option<ProgressMeter>,
+    events: Option<(EventDetector, EventCounts)>,
     end: Option<RunEnd>,
 }
 
@@ -428,6 +434,7 @@ impl SummarySink {
                 time_s: end.duration,
             }),
             progress: self.progress.map(|meter| meter.progress().into()),
+            events: self.events.as_ref().map(|(_, counts)| *counts),
             sensors: world.map(SensorErrors::of),
             nominal: NominalRobot::of(run),
             estimators: estimators
@@ -446,6 +453,9 @@ impl SummarySink {
         if let Some(progress) = &mut self.progress {
             progress.add(truth);
         }
+        if let Some((detector, counts)) = &mut self.events {
+            detector.sample(truth, &mut |event| counts.add(&event));
+        }
     }
 }
 
@@ -454,12 +464,16 @@ impl Sink for SummarySink {
         let rule = Rule {
             compare_from: run.record.compare_from,
         };
-        let radius = run.robot.robot.geometry.wheel_radius;
+        let geometry = &run.robot.robot.geometry;
         let world = run.world.as_ref();
         *self = Self {
             run: Some(run.clone()),
             scores: vec![Score::new(rule); run.estimators.len()],
-            progress: world.map(|w| ProgressMeter::new(&w.drive, radius)),
+            progress: world.map(|w| ProgressMeter::new(&w.drive, geometry.wheel_radius)),
+            events: world.map(|w| {
+                let detector = EventDetector::new(geometry.stop, w.friction.v_s);
+                (detector, EventCounts::default())
+            }),
             end: None,
         };
         Ok(())
@@ -628,6 +642,43 @@ mod tests {
         close(summary.nominal.wheel_radius, 0.1);
     }
 
+    /// Events are counted over the records, by hand: the middle wheel leaves the ground, lands, gets a second contact and slips; pin Q
+    /// reaches an end stop twice.
+    #[test]
+    fn events_are_counted() {
+        let samples = [
+            (1, 0.0, 0.0),
+            (0, 0.0, 2.0),
+            (1, 0.0, 0.0),
+            (2, 0.5, 0.0),
+            (1, 0.0, -1.0),
+        ];
+        let records: Vec<_> = (0_u32..)
+            .zip(samples)
+            .map(|(k, (contacts, slip_speed, stop_torque))| {
+                let mut record = record(f64::from(k), [50.0; 3], [0.0; 3], [0.0; 3]);
+                for wheel in &mut record.truth.wheels {
+                    wheel.contacts = 1;
+                }
+                record.truth.wheels[1].contacts = contacts;
+                record.truth.wheels[1].slip_speed = slip_speed;
+                record.truth.stop_torque = stop_torque;
+                record
+            })
+            .collect();
+        let counts = EventCounts {
+            contact_lost: 1,
+            two_contacts: 1,
+            slips: 1,
+            end_stops: 2,
+        };
+        let summary = summary_of(&records);
+        assert_eq!(summary.events, Some(counts));
+        let json = summary.to_json().expect("JSON");
+        let value: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+        assert_eq!(value["events"]["end_stops"], 2);
+    }
+
     /// Recorded readings have no errors, engine, seed or progress: `null`, which is read back.
     #[test]
     fn without_truth_there_are_no_errors() {
@@ -640,7 +691,7 @@ mod tests {
         sink.end(Some(&end)).expect("ends");
         let json = sink.summary().and_then(|s| s.to_json()).expect("JSON");
         let value: serde_json::Value = serde_json::from_str(&json).expect("JSON");
-        for key in ["engine", "seed", "step_s", "progress", "sensors"] {
+        for key in ["engine", "seed", "step_s", "progress", "events", "sensors"] {
             assert!(value[key].is_null(), "{key}");
         }
         let mine = &value["estimators"]["mine"];

@@ -3,21 +3,13 @@
 use crate::columns::Table;
 use crate::csv_table::{CsvTable, write_columns};
 use crate::error::{RecordError, check_name, io_error};
+use crate::format::TableFormat;
 use crate::parquet_table::{TornEnd, write_parquet};
 use crate::stream_table::StreamTable;
 use crate::terrain_table::write_terrain;
 use rayon::prelude::*;
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use std::path::{Path, PathBuf};
-
-/// Format of the tables.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TableFormat {
-    /// Apache Parquet with Snappy; unit and description of a column stand in its field metadata.
-    Parquet,
-    /// Comma-separated text; units and descriptions stand in `columns.csv` beside it.
-    Csv,
-}
 
 enum Writer {
     /// Becomes Parquet at the end.

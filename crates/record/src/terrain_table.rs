@@ -1,7 +1,7 @@
 //! The table `terrain`: the ground of a run.
 
 use crate::error::{RecordError, io_error};
-use crate::table::TableFormat;
+use crate::format::TableFormat;
 use arrow_array::{ArrayRef, Float64Array, RecordBatch};
 use arrow_schema::{DataType, Field, Schema};
 use parquet::arrow::ArrowWriter;

@@ -113,14 +113,6 @@ pub struct RecordChoice {
 /// spline through the summit of a hill that is well sampled does.
 const OVERSHOOT: f64 = 0.05;
 
-/// Times closer than this are the same, s: a record's time is a rounded multiple of the period.
-const SAME_TIME: f64 = 1e-9;
-
-/// Whether what happens at `time` counts in the errors, which do from `compare_from` on; s.
-pub fn is_compared(time: f64, compare_from: f64) -> bool {
-    time >= compare_from - SAME_TIME
-}
-
 impl SensorChoice {
     /// The sensors of a grade, at 1 kHz.
     pub fn of(grade: Grade) -> Self {
