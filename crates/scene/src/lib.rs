@@ -40,6 +40,5 @@ pub use robhaz_sim::EngineKind;
 pub use robhaz_sim::sensors::{Grade, SensorSpec};
 pub use scene::{
     EngineChoice, EstimatorChoice, RecordChoice, RobotChoice, Scene, SensorChoice, TerrainChoice,
-    is_compared,
 };
 pub use track::Track;
