@@ -15,6 +15,7 @@ mod load;
 mod model_error;
 mod name;
 mod overrides;
+mod plant_failure;
 mod points;
 mod range;
 mod reader;
@@ -35,6 +36,7 @@ mod write;
 
 pub use error::{Problem, SceneError};
 pub use model_error::{ModelError, ModelErrorTooLarge};
+pub use plant_failure::PlantFailure;
 pub use reference::{KeyReference, reference};
 pub use robhaz_sim::EngineKind;
 pub use robhaz_sim::sensors::{Grade, SensorSpec};

@@ -117,7 +117,6 @@ impl Equations {
     }
 
     /// The rates dy/dt.
-
     fn try_rates(&mut self, t: f64, y: &Y) -> Result<Y, NoForces> {
         let state = state(y);
         let torques = self.motor_torques(t, y);
