@@ -4,7 +4,7 @@ use robhaz_estimator::{
     Estimate, EstimateError, EstimatorSettings, Flags, LinkReading, SensorFrame,
 };
 use robhaz_model::{Pin, Posture, Vec2};
-use robhaz_run::Frame;
+use robhaz_run::{Frame, RunDescription};
 use robhaz_scene::{EstimatorChoice, RecordChoice, Scene, TerrainChoice};
 use robhaz_sim::{BarTruth, PinTruth, Truth, WheelTruth};
 use robhaz_terrain::Profile;
@@ -19,9 +19,18 @@ pub struct Record {
 impl Record {
     pub fn frame(&self) -> Frame<'_> {
         Frame {
-            truth: &self.truth,
+            time: self.truth.time,
+            truth: Some(&self.truth),
             sensors: &self.sensors,
             estimates: &self.estimates,
+        }
+    }
+
+    /// The same of recorded readings: without truth.
+    pub fn without_truth(&self) -> Frame<'_> {
+        Frame {
+            truth: None,
+            ..self.frame()
         }
     }
 }
@@ -52,6 +61,19 @@ pub fn scene() -> Scene {
             compare_from: 0.5,
         },
         ..Scene::default()
+    }
+}
+
+/// The description of a run of a scene.
+pub fn described(scene: &Scene) -> RunDescription {
+    RunDescription::of(scene).expect("a nominal robot")
+}
+
+/// The description of recorded readings with the estimators of [`scene`].
+pub fn log() -> RunDescription {
+    RunDescription {
+        world: None,
+        ..described(&scene())
     }
 }
 

@@ -82,14 +82,6 @@ pub struct RecordChoice {
 /// ground's height range: a spline through a well-sampled summit overshoots, too.
 const OVERSHOOT: f64 = 0.05;
 
-/// Times closer than this are equal, s: a record's time is a rounded multiple of the period.
-const SAME_TIME: f64 = 1e-9;
-
-/// Whether a record at `time` counts in the errors, which start at `compare_from`; s.
-pub fn is_compared(time: f64, compare_from: f64) -> bool {
-    time >= compare_from - SAME_TIME
-}
-
 impl SensorChoice {
     /// The sensors of a grade, at 1 kHz.
     pub fn of(grade: Grade) -> Self {
@@ -117,6 +109,19 @@ impl Default for EngineChoice {
             step: 1.25e-4,
             tolerance: 1e-5,
         }
+    }
+}
+
+impl RecordChoice {
+    /// Number of records: one at time 0, one at the end, one a period between.
+    pub fn count(&self) -> u64 {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "checked when read: positive and bounded"
+        )]
+        let periods = (self.duration * self.rate).round() as u64;
+        periods + 1
     }
 }
 
@@ -255,14 +260,8 @@ impl Scene {
         samples.max(1)
     }
 
-    /// Number of records: one for each period and one at time 0.
+    /// Number of records: see [`RecordChoice::count`].
     pub fn record_count(&self) -> u64 {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "checked when read: positive and bounded"
-        )]
-        let periods = (self.record.duration * self.record.rate).round() as u64;
-        periods + 1
+        self.record.count()
     }
 }

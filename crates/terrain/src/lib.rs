@@ -5,19 +5,22 @@
 //! wheel. Distances are measured along the normal of the curve itself. A polygon in place of the curve would have
 //! kinks, which appear as spikes of the normal force.
 
+mod blunt;
 mod bumps;
 mod chain;
 mod check;
 mod contact;
 mod cosbump;
-mod course;
 mod ditch;
 mod edge;
+mod error;
 mod grid;
 mod heights;
+mod presets;
 mod profile;
 mod ramp;
 mod rough;
+mod shape;
 mod sine;
 mod stairs;
 mod survey;
@@ -26,10 +29,10 @@ mod terrain;
 pub use bumps::Bump;
 pub use contact::Contact;
 pub use cosbump::CosBump;
-pub use course::Course;
 pub use ditch::Ditch;
+pub use error::ProfileError;
 pub use heights::{Heights, Interpolation, Overshoot};
-pub use profile::{Profile, ProfileError};
+pub use profile::{Course, Profile};
 pub use ramp::Ramp;
 pub use rough::{Rough, RoughClass, RoughSettings};
 pub use sine::Sine;
