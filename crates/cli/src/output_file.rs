@@ -53,7 +53,7 @@ pub struct Format {
     pub extension: &'static str,
 }
 
-/// A file being written under a temporary name beside its own. Dropped before [`OutputFile::finish`], it leaves
+/// A file being written under a temporary name in the same folder. Dropped before [`OutputFile::finish`], it leaves
 /// nothing.
 pub struct OutputFile {
     target: PathBuf,

@@ -225,7 +225,7 @@ fn recording(run: &Path) -> Result<PathBuf> {
         };
         eprintln!(
             "Warning: {} is cut off at {end:.3} s: its run was killed or is still going on, or the file is damaged. \
-             Shown is what it holds.",
+             The data before that are shown.",
             file.display(),
         );
     }

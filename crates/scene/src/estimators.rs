@@ -131,7 +131,7 @@ pub(crate) const KEYS: &[Key<Keys>] = &[
     Key::switch(
         "inertia",
         |e| &mut e.kalman.inertia,
-        "inertial loads beside gravity; needs filters = \"kalman\"",
+        "inertial loads in addition to gravity; needs filters = \"kalman\"",
     ),
     Key::switch(
         "whitening",

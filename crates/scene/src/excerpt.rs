@@ -163,7 +163,7 @@ mod tests {
     }
 
     proptest! {
-        /// Property: whatever is written and wherever the place is, lines stay short and the place lies in the text.
+        /// Property: for any text and place, lines are short and the place is in the text.
         #[test]
         fn excerpts_are_short(text in "[ -~\u{1b}é\t\n漢]{0,400}", at in 0..400_usize, length in 0..300_usize) {
             let start = (0..=at.min(text.len())).rev().find(|i| text.is_char_boundary(*i)).unwrap_or(0);
