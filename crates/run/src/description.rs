@@ -124,7 +124,7 @@ mod tests {
     fn the_hash_is_fnv_1a() {
         let mut hash = Fnv1a(0xCBF2_9CE4_8422_2325);
         for piece in ["foo", "bar"] {
-            assert!(hash.write_str(piece).is_ok());
+            assert!(write!(hash, "{piece}").is_ok());
         }
         assert_eq!(hash.0, 0x8594_4171_F739_67E8);
     }

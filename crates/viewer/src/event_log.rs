@@ -1,4 +1,4 @@
-//! Events as lines of text, and lanes that show the state of each wheel and estimator over time.
+//! Events as messages, and lanes with the state of each wheel and estimator over time.
 
 use crate::ViewerError;
 use crate::colours::{Colour, WHEELS};
@@ -10,19 +10,19 @@ use robhaz_estimator::Flags;
 use robhaz_run::RunDescription;
 use robhaz_score::events::WheelState;
 
-/// Nothing to be worried about: hardly to be seen.
+/// A normal state, drawn inconspicuously.
 const CALM: Colour = Colour([0x30, 0x30, 0x30]);
-/// To be looked at.
+/// A state with flags.
 const WARNING: Colour = Colour([0xE6, 0x9F, 0x00]);
-/// Something is missing.
+/// No contact, or no estimate.
 const ABSENT: Colour = Colour([0xF0, 0xF0, 0xF0]);
 
-/// Logs what is found.
+/// Logs events and state changes.
 pub(crate) struct EventLog {
     /// Whether the states of the wheels are known.
     has_truth: bool,
     names: Vec<String>,
-    /// What estimators have said of themselves so far, each with a colour.
+    /// Names of the states of estimators so far. The viewer needs a colour for each.
     seen: Vec<String>,
 }
 
@@ -38,7 +38,7 @@ impl EventLog {
         }
     }
 
-    /// Logs how the lanes look.
+    /// Logs the colours of the lanes.
     pub(crate) fn declare(&self, out: &mut Writer) -> Result<(), ViewerError> {
         if self.has_truth {
             declare_wheels(out)?;
@@ -46,7 +46,7 @@ impl EventLog {
         self.declare_estimators(out)
     }
 
-    /// Logs what was found.
+    /// Logs events and changes of states.
     pub(crate) fn log(&mut self, found: Found, out: &mut Writer) -> Result<(), ViewerError> {
         let times: Vec<f64> = found.events.iter().map(|e| e.time).collect();
         let columns = TextLog::update_fields()
@@ -80,6 +80,7 @@ impl EventLog {
         Ok(())
     }
 
+    /// Logs the colours of the lanes of estimators.
     fn declare_estimators(&self, out: &mut Writer) -> Result<(), ViewerError> {
         let colours = self.seen.iter().enumerate().map(|(i, _)| match i {
             0 => CALM,
@@ -96,7 +97,7 @@ impl EventLog {
     }
 }
 
-/// Logs how the lanes of the wheels look.
+/// Logs the colours of the lanes of the wheels.
 fn declare_wheels(out: &mut Writer) -> Result<(), ViewerError> {
     for (i, wheel) in WHEEL_NAMES.iter().enumerate() {
         let colour = |state: WheelState| match state {
@@ -114,14 +115,15 @@ fn declare_wheels(out: &mut Writer) -> Result<(), ViewerError> {
     Ok(())
 }
 
+/// Logs the changes of the wheel or estimator with an index.
 fn log_lane<S: Copy>(
     lane: &str,
-    place: usize,
+    index: usize,
     changes: &[Change<S>],
     out: &mut Writer,
     name: impl Fn(S) -> String,
 ) -> Result<(), ViewerError> {
-    let of_lane = || changes.iter().filter(|c| c.place == place);
+    let of_lane = || changes.iter().filter(|c| c.index == index);
     let times: Vec<f64> = of_lane().map(|c| c.time).collect();
     let columns = StateChange::update_fields().with_state(of_lane().map(|c| name(c.state)));
     out.columns(lane, &times, columns.columns_of_unit_batches())

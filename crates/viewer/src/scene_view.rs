@@ -1,6 +1,7 @@
-//! The scene in 2-D: ground, robot, stops, contacts, forces, trails.
+//! The animation in 2-D: ground, robot, end stops, contacts, forces, paths of the pins.
 //!
-//! Shapes are logged once; what moves is a pose a part and a few points and arrows, in columns.
+//! Shapes are logged once. Moving parts are logged as one pose for each frame; contacts, pins and forces as points and
+//! arrows.
 
 use crate::ViewerError;
 use crate::colours::{self, Colour};
@@ -19,38 +20,38 @@ use robhaz_run::{Frame, RunDescription, World};
 use robhaz_score::events::EndStop;
 use robhaz_sim::Truth;
 
-/// Every so many frames the trails get a new piece: 20 Hz at 60 frames a second.
+/// Number of frames for one piece of a trail: 20 pieces per second at 60 Hz.
 const FRAMES_PER_TRAIL: u32 = 3;
-/// What is seen around the body in the following view, m: half the width, above, below.
+/// Visible range around the body in the view that moves with it, m: half the width, above, below.
 pub(crate) const FOLLOWED: [f64; 3] = [0.62, 0.32, 0.58];
 
-/// What a frame of the animation shows.
+/// One frame of the animation.
 struct Snapshot {
     truth: Truth,
     given_angle: [Option<f64>; 3],
     estimate: Option<Estimate>,
-    /// Where the wheels touch.
+    /// Contact points, m, with the colours of the wheels.
     contacts: Vec<(Vec2, Colour)>,
-    /// Pieces of the trails that end here: from, to.
+    /// Pieces of the trails that end at this frame, m: start and end.
     trails: Vec<[Vec2; 2]>,
 }
 
-/// The animated scene of a run.
+/// The animation of a run.
 pub(crate) struct SceneView {
     robot: Robot,
     ground: Ground,
     forces: Forces,
-    /// The estimator that is drawn, by its place.
+    /// Index of the estimator that is drawn.
     chosen: Option<usize>,
     frames: u32,
     trail_ends: Option<[Vec2; 4]>,
-    /// The stop that is shown as reached.
+    /// The end stop that is highlighted.
     shown_stop: Option<&'static str>,
     snapshots: Vec<Snapshot>,
 }
 
 impl SceneView {
-    /// The view of a simulation; nothing is logged yet. `chosen` is the estimator that is drawn, by its place.
+    /// The animation of a simulation. `chosen` is the index of the estimator that is drawn.
     pub(crate) fn new(run: &RunDescription, world: &World, chosen: Option<usize>) -> Self {
         let robot = run.robot.robot.clone();
         let estimator = chosen.map(|k| (k, run.estimators[k].label.clone()));
@@ -66,7 +67,7 @@ impl SceneView {
         }
     }
 
-    /// Logs all that does not move.
+    /// Logs everything that does not move.
     pub(crate) fn declare(&self, out: &mut Writer) -> Result<(), ViewerError> {
         // The viewer's 2-D axes have y down.
         out.constant("world", &Transform3D::from_scale([1.0, -1.0, 1.0]))?;
@@ -111,7 +112,7 @@ impl SceneView {
         });
     }
 
-    /// Logs the frames that have come since the last time.
+    /// Logs the frames that were added since the last call.
     pub(crate) fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
         self.ground.extend(out)?;
         let frames = std::mem::take(&mut self.snapshots);
@@ -172,7 +173,7 @@ impl SceneView {
         Ok(())
     }
 
-    /// The range that the stops leave to link 1, fixed to link 2.
+    /// Logs the arc between the end stops, which is fixed to link 2.
     fn declare_stops(&self, out: &mut Writer) -> Result<(), ViewerError> {
         let strips = shapes::stops(&self.robot.geometry);
         out.constant(
@@ -190,7 +191,7 @@ impl SceneView {
         )
     }
 
-    /// A stop is shown while the links press on it.
+    /// Logs an end stop as reached while it has a torque.
     fn log_stop(&mut self, out: &mut Writer, frames: &[Snapshot]) -> Result<(), ViewerError> {
         let geometry = &self.robot.geometry;
         let [_, lower, upper] = shapes::stops(geometry);
@@ -232,7 +233,8 @@ impl SceneView {
         before.into_iter().zip(now).map(|(a, b)| [a, b]).collect()
     }
 
-    /// Where the wheels touch. The truth sums up two contacts of a wheel: those are looked for on the ground.
+    /// The contact points. The truth has the sum of two contacts of a wheel alone, so that their points come from the
+    /// terrain.
     fn contacts(&self, truth: &Truth) -> Vec<(Vec2, Colour)> {
         let radius = self.robot.geometry.wheel_radius;
         let mut points = Vec::new();
@@ -249,7 +251,7 @@ impl SceneView {
     }
 }
 
-/// Where the stops are drawn.
+/// Entity of the end stops.
 const STOPS: &str = "world/robot/link2/stops";
 
 fn log_points(out: &mut Writer, times: &[f64], frames: &[Snapshot]) -> Result<(), ViewerError> {
@@ -261,7 +263,7 @@ fn log_points(out: &mut Writer, times: &[f64], frames: &[Snapshot]) -> Result<()
             .with_positions(pins.map(|p| flat(p.position)))
             .columns(std::iter::repeat_n(Pin::ALL.len(), times.len())),
     )?;
-    // A wheel in the air has no contact point, so that colours come with the points.
+    // A wheel in the air has no contact point, so that each point has its own colour.
     let contacts = || frames.iter().flat_map(|f| &f.contacts);
     out.columns(
         "world/robot/contacts",
@@ -313,7 +315,7 @@ fn log_poses(
     out.columns(entity, times, columns.columns_of_unit_batches())
 }
 
-/// A frame at the body's centre of mass that stays upright; mirrored back, so that a view can have it as origin.
+/// Logs the frame that moves with the body: at its centre of mass, not rotated, y down as a view needs it.
 fn log_follower(out: &mut Writer, times: &[f64], frames: &[Snapshot]) -> Result<(), ViewerError> {
     let columns = Transform3D::update_fields()
         .with_many_translation(frames.iter().map(|f| deep(f.truth.body.position)))

@@ -1,7 +1,7 @@
-//! What is shown over time: forces, errors with their bands, contact angles, friction, residuals.
+//! Time series: forces, errors with bands of two standard deviations, contact angles, friction, residuals.
 
 use crate::ViewerError;
-use crate::colours::{WHEELS, by_place};
+use crate::colours::{WHEELS, by_index};
 use crate::contact::contact_point;
 use crate::plot::{Line, Plot};
 use crate::writer::Writer;
@@ -16,8 +16,9 @@ pub(crate) const WHEEL_NAMES: [&str; 3] = ["front", "middle", "rear"];
 
 /// All time series of a run.
 pub(crate) struct Series {
-    /// The estimator whose friction and residual are shown, by its place.
+    /// Index of the estimator whose friction and residual are shown.
     chosen: Option<usize>,
+    /// Wheel radius, m.
     radius: f64,
     /// Friction of the ground. `None` for recorded readings.
     friction_law: Option<(FrictionLaw, Vec<Stretch>)>,
@@ -25,7 +26,7 @@ pub(crate) struct Series {
     normal: [Plot; 3],
     traction: [Plot; 3],
     error: [Plot; 3],
-    /// Two standard deviations of N around no error: by estimator, then by wheel.
+    /// Two standard deviations of N around zero error: by estimator, then by wheel.
     bands: Vec<[Plot; 3]>,
     rms_error: Plot,
     contact_angle: Plot,
@@ -38,8 +39,8 @@ pub(crate) struct Series {
 }
 
 impl Series {
-    /// The series of a run; without truth no line is true. `chosen` is the estimator whose friction and residual are shown, by its
-    /// place.
+    /// The series of a run. Recorded readings have no true lines. `chosen` is the index of the estimator whose friction
+    /// and residual are shown.
     pub(crate) fn new(run: &RunDescription, chosen: Option<usize>) -> Self {
         let names: Vec<&str> = run.estimators.iter().map(|e| e.label.as_str()).collect();
         let has_truth = run.world.is_some();
@@ -47,7 +48,7 @@ impl Series {
         let estimates = |unit: &str| -> Vec<Line> {
             let lines = names.iter().enumerate();
             lines
-                .map(|(k, name)| Line::estimate(format!("{name} [{unit}]"), by_place(k)))
+                .map(|(k, name)| Line::estimate(format!("{name} [{unit}]"), by_index(k)))
                 .collect()
         };
         let per_wheel = |quantity: &str, source: &str, lines: &dyn Fn(usize) -> Vec<Line>| {
@@ -61,13 +62,13 @@ impl Series {
         let truth = |i: usize| Line::truth("true [N]", WHEELS[i]);
         let bands = |(k, name): (usize, &&str)| {
             per_wheel("error_of_normal_force", &format!("/band/{name}"), &|_| {
-                let edge = |sign| Line::edge(format!("{name} {sign} 2 sigma [N]"), by_place(k));
+                let edge = |sign| Line::edge(format!("{name} {sign} 2 sigma [N]"), by_index(k));
                 vec![edge("+"), edge("-")]
             })
         };
         let parity = |(k, name): (usize, &&str)| {
-            let edge = |sign| Line::edge(format!("{name} {sign} 2 sigma [N]"), by_place(k));
-            let value = Line::estimate(format!("{name} [N]"), by_place(k));
+            let edge = |sign| Line::edge(format!("{name} {sign} 2 sigma [N]"), by_index(k));
+            let value = Line::estimate(format!("{name} [N]"), by_index(k));
             Plot::new(
                 format!("series/parity/{name}"),
                 vec![value, edge("+"), edge("-")],
@@ -75,7 +76,7 @@ impl Series {
         };
         let of_chosen = |entity: &str, rows: [&str; 2], unit: &str| {
             let lines = chosen.into_iter().flat_map(|k| {
-                let (first, second) = (by_place(k), by_place(k + 1));
+                let (first, second) = (by_index(k), by_index(k + 1));
                 [
                     Line::estimate(format!("{} [{unit}]", rows[0]), first),
                     Line::estimate(format!("{} [{unit}]", rows[1]), second),
@@ -91,7 +92,7 @@ impl Series {
                 .world
                 .as_ref()
                 .map(|world| (world.friction, world.terrain.stretches.clone())),
-            // Drawn in the order of their names: narrow lines lie on the wide one.
+            // The viewer draws entities in the order of their names: "estimated" comes after "actual", on top of it.
             true_normal: per_wheel("normal_force", "/actual", &|i| vec![truth(i)]),
             normal: per_wheel("normal_force", "/estimated", &|_| estimates("N")),
             traction: per_wheel("traction", "", &|i| {
@@ -129,7 +130,7 @@ impl Series {
 
     /// Adds one record.
     pub(crate) fn push(&mut self, frame: &Frame<'_>) {
-        // The lines of a plot are fixed: without a world there are none for the truth.
+        // The number of lines of a plot is fixed: without a world it has no true lines.
         let truth = frame.truth.filter(|_| self.friction_law.is_some());
         let time = frame.time;
         for i in 0..3 {
@@ -149,7 +150,7 @@ impl Series {
         self.push_residuals(frame);
     }
 
-    /// Logs what has come since the last time.
+    /// Logs the records that were added since the last call.
     pub(crate) fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
         let whole = [
             &mut self.rms_error,
@@ -226,7 +227,7 @@ impl Series {
             self.residual_moment.push(time, [residual(2), residual(3)]);
         }
         for (plot, estimate) in self.parity.iter_mut().zip(frame.estimates) {
-            // Without a covariance nothing is expected of the residual: its rows of eq. (8) show it already.
+            // Without a covariance the residual has no standard deviation. The residual of eq. (8) shows its value.
             let known = estimate.as_ref().ok().filter(|e| e.covariance.is_some());
             if let Some(parity) = known.and_then(|e| e.parity) {
                 let band = 2.0 * parity.sigma;
@@ -236,7 +237,7 @@ impl Series {
     }
 }
 
-/// One wide line a wheel of the first source, one narrow line a wheel of the second, where there are such.
+/// Wide lines of all wheels from a first source, and narrow lines from a second source. `None`: no such lines.
 fn of_all_wheels(first: Option<&str>, second: Option<&str>, unit: &str) -> Vec<Line> {
     let name = &|i: usize, source: &str| format!("{} {source} [{unit}]", WHEEL_NAMES[i]);
     let wide = first
@@ -248,12 +249,12 @@ fn of_all_wheels(first: Option<&str>, second: Option<&str>, unit: &str) -> Vec<L
     wide.chain(narrow).collect()
 }
 
-/// A value of an estimate; a gap in the line where there is none.
+/// A value of an estimate. NaN, a gap in the line, without an estimate.
 fn or_gap(estimate: &Result<Estimate, EstimateError>, value: impl Fn(&Estimate) -> f64) -> f64 {
     estimate.as_ref().map_or(f64::NAN, value)
 }
 
-/// mu_n = T/N, -, with a gap where the wheel carries too little load.
+/// Needed friction mu_n = T/N, -. NaN, a gap in the line, if N is too small.
 fn needed_friction_or_gap(traction: f64, normal_force: f64) -> f64 {
     needed_friction(traction, normal_force).unwrap_or(f64::NAN)
 }

@@ -1,16 +1,16 @@
-//! The layout of several runs in one recording: robots side by side, true forces on top of each other, errors side by side.
+//! The layout of a comparison: animations side by side, true forces in the same plots, errors side by side.
 
 use super::{ContainerKind, Layout, Part, Playing, parts};
 use crate::ViewerError;
-use crate::comparison::{ComparedRun, root};
+use crate::compared::{ComparedRun, root};
 use crate::ground::Ground;
 use crate::key::of_run as key_of_run;
 use crate::series::WHEEL_NAMES;
 use crate::writer::Writer;
 use rerun::components::Range1D;
 
-/// Logs the layout and makes it the one to be used.
-/// `largest_error` is that of N, RMS of the wheels, in any run (N).
+/// Logs the layout and makes it the active one. `largest_error` is the largest RMS error of N of the wheels in any run,
+/// N.
 pub(crate) fn log(
     out: &mut Writer,
     runs: &[ComparedRun<'_>],
@@ -29,7 +29,7 @@ pub(crate) fn log(
         layout.container(ContainerKind::Vertical, run.label, &views)
     })?;
     let key = parts::key(&mut layout, "/compared/key", runs.len())?;
-    // One scene with corners is enough to flatten the others.
+    // One scene with corners sets the range of all runs.
     let range = |from, to| {
         let mut ranges = runs.iter();
         ranges.find_map(|run| parts::range_of_loads(run.description, from, to))
@@ -78,6 +78,7 @@ pub(crate) fn log(
     layout.finish(root, Playing::FromStart)
 }
 
+/// One part for each run, side by side.
 fn side_by_side(
     layout: &mut Layout<'_>,
     name: &str,
@@ -91,7 +92,7 @@ fn side_by_side(
     layout.container(ContainerKind::Horizontal, name, &parts)
 }
 
-/// A plot a wheel with the lines of all runs.
+/// A plot for each wheel with the lines of all runs.
 fn overlaid(
     layout: &mut Layout<'_>,
     name: &str,

@@ -1,4 +1,4 @@
-//! The layout of one run: the scene on the left; on the right forces, errors, and who is to be trusted.
+//! The layout of one run: animation, events and flags on the left, time series on the right.
 
 use super::{ContainerKind, Layout, Part, Playing, parts};
 use crate::ViewerError;
@@ -8,7 +8,7 @@ use crate::writer::Writer;
 use rerun::components::Range1D;
 use robhaz_run::{RunDescription, World};
 
-/// Logs the layout and makes it the one to be used.
+/// Logs the layout and makes it the active one.
 pub(crate) fn log(
     out: &mut Writer,
     run: &RunDescription,
@@ -33,17 +33,17 @@ fn left(layout: &mut Layout<'_>, run: &RunDescription) -> Result<Part, ViewerErr
         let name = "Along with the body [m]: N and T at the contacts";
         rows.push((parts::following(layout, name, "/", true)?, 2.5));
     }
-    let mut words = vec![layout.text_log("Events", "/events")?];
+    let mut tabs = vec![layout.text_log("Events", "/events")?];
     if run.world.is_some() {
-        words.push(layout.lanes("Wheels", "/wheels")?);
+        tabs.push(layout.lanes("Wheels", "/wheels")?);
     }
-    words.push(layout.page("About", "/about")?);
-    let words = layout.tabs("Words", &words)?;
-    let trust = layout.lanes("Estimators of themselves", "/trust")?;
+    tabs.push(layout.page("About", "/about")?);
+    let tabs = layout.tabs("Events, wheels, about", &tabs)?;
+    let trust = layout.lanes("Flags of the estimators", "/trust")?;
     let below = layout.container(
         ContainerKind::Horizontal,
         "What happens",
-        &[(words, 1.4), (trust, 1.0)],
+        &[(tabs, 1.4), (trust, 1.0)],
     )?;
     rows.push((below, 1.0));
     layout.container(ContainerKind::Vertical, "Scene", &rows)
@@ -110,7 +110,7 @@ fn others(layout: &mut Layout<'_>, run: &RunDescription) -> Result<Part, ViewerE
     layout.tabs("Derived", &tabs)
 }
 
-/// The largest static coefficient anywhere, -.
+/// The largest static coefficient of the ground, -.
 fn largest_friction(world: &World) -> f64 {
     let stretches = world.terrain.stretches.iter().map(|s| s.mu_s);
     stretches.fold(world.friction.mu_s, f64::max)
