@@ -1,8 +1,8 @@
 //! A table as a stream of Arrow batches. A run writes this form because it can be read at any time.
 //!
-//! A Parquet file cannot be read without its footer, which is written last: a killed run would leave no table. A stream
-//! (`.arrows`, the Arrow IPC streaming format) has no footer: each batch can be read on its own. [`crate::parquet_table`] makes the
-//! Parquet file of it at the end of the run.
+//! A Parquet file cannot be read without its footer, which is written last: a killed run would leave no table. A
+//! stream (`.arrows`, the Arrow IPC streaming format) has no footer: each batch can be read on its own.
+//! [`crate::parquet_table`] makes the Parquet file of it at the end of the run.
 
 use crate::append::{Appender, FlushClock};
 use crate::columns::{Column, Kind, Table, Value};

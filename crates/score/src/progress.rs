@@ -5,8 +5,8 @@ use robhaz_sim::drive::Drive;
 
 /// Advance that counts as a gain, in wheel radii: 10 mm for the default robot.
 const GAIN: f64 = 0.1;
-/// Integral of the set speed since the last gain after which the robot counts as stuck, in wheel radii: ten times the gain, so that
-/// a robot is stuck that advances at less than a tenth of the set speed.
+/// Integral of the set speed since the last gain after which the robot counts as stuck, in wheel radii: ten times the
+/// gain, so that a robot is stuck that advances at less than a tenth of the set speed.
 const ASKED: f64 = 1.0;
 /// Time without gain after which the robot counts as stuck, s: longer than any of the shipped kerbs and trenches holds it.
 const PATIENCE: f64 = 2.0;
@@ -148,8 +148,8 @@ mod tests {
         assert_eq!(run(&drive, 6, way).stuck_since, None);
     }
 
-    /// Never called stuck: before the drive starts, at a set speed of zero, at a tenth of the speed and more, at a speed at which
-    /// little was asked for, backwards as asked.
+    /// Never called stuck: before the drive starts, at a set speed of zero, at a tenth of the speed and more, at a
+    /// speed at which little was asked for, backwards as asked.
     #[test]
     fn who_makes_way_or_need_not_is_not_stuck() {
         let with = |speed: f64, start_time: f64| Drive {

@@ -49,8 +49,8 @@ pub struct Column {
 }
 
 impl Column {
-    /// This column's value in a record. A column of the truth has none, `Value::Optional(None)`, in a record without truth: tables
-    /// of the truth have no row for it.
+    /// This column's value in a record. A column of the truth has none, `Value::Optional(None)`, in a record without
+    /// truth: tables of the truth have no row for it.
     pub fn value(&self, frame: &Frame<'_>) -> Value {
         match &self.source {
             Source::Float(get) => Value::Float(get(frame)),

@@ -16,7 +16,8 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// The preset with these settings. The noise budget does not count: it belongs to the scene, and the paper's method does not use it.
+    /// The preset with these settings. The noise budget does not count: it belongs to the scene, and the paper's
+    /// method does not use it.
     pub fn of(settings: &EstimatorSettings) -> Self {
         let is = |preset: EstimatorSettings| {
             let budget = settings.budget;

@@ -101,7 +101,8 @@ pub fn forces(run: &RunTraces) -> Page<'_> {
     }
 }
 
-/// Figs. 7 and 8, and figures of the same form: N of every wheel; with a covariance also its error, each with two standard deviations.
+/// Figs. 7 and 8, and figures of the same form: N of every wheel; with a covariance also its error, each with two
+/// standard deviations.
 pub fn normal_forces<'a>(run: &'a RunTraces, estimator: &'a EstimatorTraces) -> Page<'a> {
     let summary = estimator.summary();
     let errors = summary.normal_force;

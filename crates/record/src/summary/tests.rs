@@ -152,8 +152,8 @@ fn sensor_errors_and_the_nominal_robot_are_kept() {
     close(summary.nominal.wheel_radius, 0.1);
 }
 
-/// Events are counted over the records, by hand: the middle wheel leaves the ground, lands, gets a second contact and slips; pin Q
-/// reaches an end stop twice.
+/// Events are counted over the records, by hand: the middle wheel leaves the ground, lands, gets a second contact and
+/// slips; pin Q reaches an end stop twice.
 #[test]
 fn events_are_counted() {
     let samples = [
