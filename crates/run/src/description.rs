@@ -123,7 +123,9 @@ mod tests {
     #[test]
     fn the_hash_is_fnv_1a() {
         let mut hash = Fnv1a(0xCBF2_9CE4_8422_2325);
-        assert!(write!(hash, "{}{}", "foo", "bar").is_ok());
+        for piece in ["foo", "bar"] {
+            assert!(write!(hash, "{piece}").is_ok());
+        }
         assert_eq!(hash.0, 0x8594_4171_F739_67E8);
     }
 

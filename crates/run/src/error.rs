@@ -1,8 +1,7 @@
 //! Why a run stops early.
 
 use crate::sink::SinkError;
-use robhaz_scene::ModelErrorTooLarge;
-use robhaz_sim::PlantError;
+use robhaz_scene::{ModelErrorTooLarge, PlantFailure};
 use std::error::Error as _;
 
 /// Why a run broke off.
@@ -10,10 +9,10 @@ use std::error::Error as _;
 pub enum RunError {
     /// The simulation left its range of validity.
     #[error("the simulation stopped")]
-    Plant(#[from] PlantError),
+    Plant(#[from] PlantFailure),
     /// The robot cannot stand at its start. Nothing was simulated.
     #[error("the robot cannot stand at its start")]
-    Start(#[source] PlantError),
+    Start(#[source] PlantFailure),
     /// The nominal robot is not a valid robot.
     #[error("model_error")]
     ModelError(#[from] ModelErrorTooLarge),

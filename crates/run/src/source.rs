@@ -2,7 +2,7 @@
 
 use crate::error::RunError;
 use robhaz_estimator::{LinkReading, SensorFrame};
-use robhaz_scene::Scene;
+use robhaz_scene::{PlantFailure, Scene};
 use robhaz_sim::sensors::{Readings, Sensors};
 use robhaz_sim::{Plant, Truth};
 
@@ -49,8 +49,10 @@ impl Simulation {
     /// [`RunError::Start`] where the robot cannot stand on its ground.
     pub fn new(scene: &Scene) -> Result<Self, RunError> {
         let samples_per_record = scene.samples_per_record();
+        let plant = Plant::new(&scene.plant_setup())
+            .map_err(|cause| RunError::Start(PlantFailure::from(cause)))?;
         Ok(Self {
-            plant: Plant::new(&scene.plant_setup()).map_err(RunError::Start)?,
+            plant,
             sensors: scene.sensors(),
             taken: 0,
             samples: (scene.record_count() - 1) * samples_per_record + 1,
@@ -64,7 +66,7 @@ impl Source for Simulation {
         if self.taken == self.samples {
             return Ok(None);
         }
-        let truth = self.plant.next_truth()?;
+        let truth = self.plant.next_truth().map_err(PlantFailure::from)?;
         let is_record = self.taken.is_multiple_of(self.samples_per_record);
         self.taken += 1;
         Ok(Some(Sample {

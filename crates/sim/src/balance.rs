@@ -1,40 +1,42 @@
-//! Impulse and work on the robot, integrated by the engines beside the motion.
+//! Impulse and work, integrated by the engines together with the motion.
 
 use crate::ground::{GroundForces, WheelMotion};
 use robhaz_model::Vec2;
 
 /// Impulse and work since time zero, integrated at the engine's own steps.
 ///
-/// An impact lasts less than a millisecond, and sums over records miss it; these integrals do not. The motion does not depend
-/// on them. Two balances follow:
+/// An impact lasts less than a millisecond. Sums over records miss it; these integrals do not. The motion does not
+/// depend on them. Two balances hold:
 ///
-/// - momentum gained = sum of `impulse` + weight times time,
-/// - mechanical energy gained = `motor_work` - `gear_loss` + `ground_work` + `stop_work`.
+/// - change of momentum = sum of `impulse` + weight times time,
+/// - change of mechanical energy = `motor_work` - `gear_loss` + `ground_work` + `stop_work`.
 ///
-/// `direct` integrates by the quadrature of its solver, of the same order as the motion. `rapier` multiplies the force that it
-/// holds over a step by the mean of the speeds at the step's ends: of first order in the step, as the motion.
+/// `direct` integrates with the quadrature of its solver, of the same order as the motion. `rapier` multiplies the
+/// constant force of a step by the mean of the speeds at both ends of the step, which is of first order in the step,
+/// like the motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Balance {
     /// Impulse of the ground on each wheel, N s.
     pub impulse: [Vec2; 3],
     /// Work of the motors, J.
     pub motor_work: f64,
-    /// Energy that damping and friction in the gears take, J.
+    /// Energy that damping and friction in the gears dissipate, J.
     pub gear_loss: f64,
-    /// Work of the ground on the wheels, J: negative where friction and damping take energy and the contacts' springs store it.
+    /// Work of the ground on the wheels, J. It is negative when friction and damping dissipate energy or contacts store
+    /// it.
     pub ground_work: f64,
     /// Work of the end stops on the links, J.
     pub stop_work: f64,
 }
 
-/// What acts on one wheel at one instant, without its motor.
+/// Forces and torques on one wheel at one instant, without its motor torque.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct WheelLoad {
     /// Force of the ground, N.
     force: Vec2,
     /// Torque of the ground that resists the forward spin, N m.
     ground_torque: f64,
-    /// Torque that damping and friction in the gear take, N m.
+    /// Torque of damping and friction in the gear, N m.
     gear_torque: f64,
 }
 
@@ -50,7 +52,8 @@ impl WheelLoad {
 }
 
 impl Balance {
-    /// Adds what a wheel's load does in `time` (s) at a constant motion and a constant spin `omega` relative to the link (rad/s).
+    /// Adds impulse and work of a wheel's load over `time` (s), at a constant motion and a constant spin `omega`
+    /// relative to the link (rad/s).
     pub(crate) fn add_wheel(
         &mut self,
         wheel: usize,

@@ -62,9 +62,9 @@ impl Drive {
     ///
     /// `tau_w = Kp e + Ki I` is the torque before the limit, `tau` the torque within it, `T_t` the tracking time
     /// constant. Without saturation `dI/dt = e`. In saturation `Ki I` decays with `T_t` towards the value at which
-    /// `tau_w` exceeds the limit by `Ki T_t e` only, so the motor leaves saturation when the error changes its sign. The rate is continuous
-    /// where saturation starts and ends, as a solver with error control needs it. Source: K. J. Astrom and
-    /// T. Hagglund, *Advanced PID Control*, ISA 2006, section 3.5.
+    /// `tau_w` exceeds the limit by `Ki T_t e` only, so the motor leaves saturation when the error changes its sign.
+    /// The rate is continuous where saturation starts and ends, as a solver with error control needs it. Source: K. J.
+    /// Astrom and T. Hagglund, *Advanced PID Control*, ISA 2006, section 3.5.
     pub fn integral_rate(&self, error: f64, integral: f64) -> f64 {
         let wanted = self.kp * error + self.ki * integral;
         let excess = wanted - wanted.clamp(-self.torque_limit, self.torque_limit);
@@ -87,7 +87,8 @@ impl Drive {
     }
 }
 
-/// Wheel speed over which Coulomb friction changes its sign, rad/s: 1 mm/s at the rim, half a per cent of the usual speed.
+/// Wheel speed over which Coulomb friction changes its sign, rad/s: 1 mm/s at the rim, half a per cent of the usual
+/// speed.
 ///
 /// Shorter would say more of standstill, where this law creeps instead of sticking, but be stiffer: 0.5 N m already
 /// brakes a wheel in 1.9 ms, between the steps of `rapier` (0.1 ms) and the drive's own pole (19 ms at Kp = 5 N m s).
@@ -101,7 +102,8 @@ pub fn coulomb_sign(omega: f64) -> f64 {
 /// Angular acceleration of a wheel relative to its link, rad/s^2: eq. (2) with the inertias told apart,
 /// `J_wheel (domega/dt - alpha_link) + J_rotor domega/dt = tau - B omega - F sign(omega) - d T`.
 ///
-/// `drive_torque` is `tau - B omega - F sign(omega)` (N m), `ground_torque` is `d T` (N m), `alpha_link` is counter-clockwise (rad/s^2).
+/// `drive_torque` is `tau - B omega - F sign(omega)` (N m), `ground_torque` is `d T` (N m), `alpha_link` is
+/// counter-clockwise (rad/s^2).
 pub fn wheel_acceleration(
     drive_torque: f64,
     ground_torque: f64,
@@ -125,8 +127,8 @@ mod tests {
         assert!((drive.set_speed(9.0, 0.1) - 2.0).abs() < 1e-14);
     }
 
-    /// Continuity: where saturation starts the rate of the integral bends but does not jump, whatever the error's sign. The slopes of
-    /// the rate over the error are at most 1 + Kp/(Ki T_t) = 2.
+    /// Continuity: where saturation starts the rate of the integral bends but does not jump, whatever the error's sign.
+    /// The slopes of the rate over the error are at most 1 + Kp/(Ki T_t) = 2.
     #[test]
     fn the_integral_rate_does_not_jump_at_saturation() {
         let drive = Drive::default();
@@ -140,8 +142,8 @@ mod tests {
         }
     }
 
-    /// Closed form: under a constant error in saturation `Ki I` nears `limit + (Ki T_t - Kp) e` with exp(-t/T_t); with T_t =
-    /// Kp/Ki that is the limit, and the motor leaves saturation when the error changes its sign.
+    /// Closed form: under a constant error in saturation `Ki I` nears `limit + (Ki T_t - Kp) e` with exp(-t/T_t); with
+    /// T_t = Kp/Ki that is the limit, and the motor leaves saturation when the error changes its sign.
     #[test]
     fn back_calculation_tracks_the_limit() {
         for tracking_time in [0.05, 0.1, 0.4] {
@@ -179,8 +181,8 @@ mod tests {
         assert_eq!(rate.to_bits(), 0.3_f64.to_bits());
     }
 
-    /// A free wheel with 0.5 N m of gear friction and no damping, from 2 rad/s on, after `steps` steps of `dt` by the classical
-    /// Runge-Kutta method, rad/s.
+    /// A free wheel with 0.5 N m of gear friction and no damping, from 2 rad/s on, after `steps` steps of `dt` by the
+    /// classical Runge-Kutta method, rad/s.
     fn slowed_down(dt: f64, steps: u32) -> f64 {
         let drive = Drive {
             viscous_damping: 0.0,
@@ -225,7 +227,8 @@ mod tests {
         }
     }
 
-    /// Friction brakes in both directions alike, fully from three times the speed of the sign's change on, and B is its own.
+    /// Friction brakes in both directions alike, fully from three times the speed of the sign's change on, and B is its
+    /// own.
     #[test]
     fn losses_oppose_the_motion() {
         let drive = Drive {

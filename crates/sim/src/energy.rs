@@ -1,10 +1,11 @@
-//! Energy: what the robot holds, and a watch over it that none is made from nothing.
+//! Mechanical energy, and a check that the integration does not create energy.
 
-use crate::plant::{Instant, PlantError};
+use crate::engine::Instant;
+use crate::error::PlantError;
 use crate::truth::Truth;
 use robhaz_model::{Bar, GRAVITY, Robot};
 
-/// Kinetic and potential energy of bars, wheels and rotors, J; heights count from y = 0.
+/// Kinetic and potential energy of bars, wheels and rotors, J. The potential energy is zero at y = 0.
 pub fn mechanical_energy(robot: &Robot, truth: &Truth) -> f64 {
     let mass = &robot.mass;
     let mut energy = 0.0;
@@ -18,56 +19,57 @@ pub fn mechanical_energy(robot: &Robot, truth: &Truth) -> f64 {
         let link = truth.bar(robot.geometry.carriers[i].bar());
         energy += 0.5 * mass.wheel * truth.wheel_velocity(robot, i).norm_squared();
         energy += mass.wheel * GRAVITY * wheel.position.y;
-        // The disc turns absolutely, the rotor relative to the link.
+        // The disc has its absolute spin, the rotor its spin relative to the link.
         energy += 0.5 * mass.wheel_inertia * (wheel.omega - link.rate).powi(2);
         energy += 0.5 * mass.rotor_inertia * wheel.omega * wheel.omega;
     }
     energy
 }
 
-/// Watches over what a run holds beyond what its motors have given.
+/// Checks that a run is passive apart from its motors.
 ///
-/// Gear, friction, contacts and stops only take energy or give back what they have stored, whatever their laws' numbers.
-/// So mechanical energy, and that in the springs of contacts and stops, less the motors' work, can only fall; where it rises,
-/// the integration makes energy, and the forces are not those of the laws. This needs no sum over the losses: it
-/// holds however far apart the records are, and on edges too.
+/// Gears, friction, contacts and stops dissipate energy or return what they have stored, with any parameters of their
+/// laws. The mechanical energy plus the elastic energy of contacts and stops, less the work of the motors, therefore
+/// cannot rise. A rise means that the integration is wrong. The check needs no sum over the losses, so it is valid for
+/// any distance between records, and at edges.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Watch {
-    /// The least there has been, J.
-    least: f64,
-    /// How far it may rise, J.
+pub(crate) struct EnergyWatch {
+    /// Minimum since the start, J.
+    minimum: f64,
+    /// Allowed rise above the minimum, J.
     allowed: f64,
 }
 
-impl Watch {
-    /// A rise allowed, of the weight on a wheel's radius: 14 mJ for the default robot, which would lift it by 0.1 mm.
+impl EnergyWatch {
+    /// Allowed rise, as a share of weight times wheel radius: 14 mJ for the default robot, as much as lifts it by 0.1
+    /// mm.
     ///
-    /// The shipped scenes show 0.3 uJ, 30 uJ at the loosest tolerance. But where the ground counts two places of a tight
-    /// bend as one, a spring of some 8 mJ can come or go.
+    /// The shipped scenes show 0.3 uJ, and 30 uJ at the largest tolerance. The terrain may merge two nearest points in
+    /// a tight bend into one contact; the elastic energy then jumps by up to about 8 mJ.
     const ALLOWED: f64 = 1e-3;
 
     pub fn new(robot: &Robot) -> Self {
         let weight = robot.mass.total() * GRAVITY;
         Self {
-            least: f64::INFINITY,
+            minimum: f64::INFINITY,
             allowed: Self::ALLOWED * weight * robot.geometry.wheel_radius,
         }
     }
 
-    /// Takes in one instant.
+    /// Checks the next instant.
     ///
     /// # Errors
-    /// [`PlantError::EnergyMade`].
-    pub fn look(&mut self, robot: &Robot, instant: &Instant) -> Result<(), PlantError> {
+    /// [`PlantError::EnergyMade`]
+    pub fn check(&mut self, robot: &Robot, instant: &Instant) -> Result<(), PlantError> {
         let truth = &instant.truth;
         let stop = robot
             .geometry
             .stop
             .energy(truth.links[0].angle - truth.links[1].angle);
-        let held = mechanical_energy(robot, truth) + instant.contact_energy + stop;
-        let own = held - instant.balance.motor_work;
-        self.least = self.least.min(own);
-        let made = own - self.least;
+        let stored = mechanical_energy(robot, truth) + instant.contact_energy + stop;
+        let passive = stored - instant.balance.motor_work;
+        self.minimum = self.minimum.min(passive);
+        let made = passive - self.minimum;
         if made > self.allowed {
             return Err(PlantError::EnergyMade {
                 time: truth.time,
@@ -105,13 +107,14 @@ mod tests {
         }
     }
 
-    /// The first error of a run, if there is one.
+    /// The first error of a run, if any.
     fn run(setup: &PlantSetup, seconds: u32) -> Result<(), PlantError> {
         let mut plant = Plant::new(setup)?;
         (0..1000 * seconds).try_for_each(|_| plant.next_truth().map(|_| ()))
     }
 
-    /// A step far beyond what the contact bears makes energy: the run stops and says so, 0.14 s after the drive starts.
+    /// Sensitivity: a step far above the limit of stability creates energy, and the run stops with this reason, 0.14 s
+    /// after the drives start.
     #[test]
     fn a_step_too_long_is_noticed() {
         let too_long = PlantSetup {
@@ -126,7 +129,7 @@ mod tests {
         );
     }
 
-    /// Kerbs, stairs and a constant c are hard on the integration, but make no energy; nor does a coarse period.
+    /// Conservation: kerbs, stairs and a constant c create no energy, with periods of 1 ms and of 0.1 s.
     #[test]
     fn correct_runs_pass() {
         for engine in EngineKind::ALL {
@@ -142,11 +145,11 @@ mod tests {
         }
     }
 
-    /// Energy balance in closed form: a rise beyond what is allowed is an error, whenever it was least.
+    /// Closed form: a rise above the allowed one is an error, wherever the minimum was.
     #[test]
     fn a_rise_is_an_error() {
         let robot = Robot::default_a();
-        let mut watch = Watch::new(&robot);
+        let mut watch = EnergyWatch::new(&robot);
         let at = |contact_energy: f64, motor_work: f64| Instant {
             contact_energy,
             balance: Balance {
@@ -157,10 +160,10 @@ mod tests {
         };
         // 14 kg x 9.81 m/s^2 x 0.1 m / 1000.
         assert!((watch.allowed - 0.013_734).abs() < 1e-12);
-        assert_eq!(watch.look(&robot, &at(1.0, 0.0)), Ok(()));
-        assert_eq!(watch.look(&robot, &at(1.5, 0.8)), Ok(()));
-        assert_eq!(watch.look(&robot, &at(1.0, 0.29)), Ok(()));
-        let made = watch.look(&robot, &at(1.0, 0.28));
+        assert_eq!(watch.check(&robot, &at(1.0, 0.0)), Ok(()));
+        assert_eq!(watch.check(&robot, &at(1.5, 0.8)), Ok(()));
+        assert_eq!(watch.check(&robot, &at(1.0, 0.29)), Ok(()));
+        let made = watch.check(&robot, &at(1.0, 0.28));
         assert!(
             matches!(made, Err(PlantError::EnergyMade { made, .. }) if (made - 0.02).abs() < 1e-12)
         );

@@ -1,24 +1,25 @@
-//! The ground under one wheel: terrain, contact and friction put together, eqs. (10) and (11).
+//! Forces of the ground on one wheel: terrain, contact law (10) and friction law (11) combined.
 
 use crate::contact::ContactLaw;
+use crate::error::BelowGround;
 use crate::friction::{FrictionLaw, Stretch};
-use crate::plant::PlantSetup;
+use crate::setup::PlantSetup;
 use crate::truth::WheelTruth;
 use robhaz_model::Vec2;
 use robhaz_terrain::{Contact, Terrain};
 
-/// The ground, and what a wheel's forces on it depend on.
+/// The ground with its laws, for wheels of one radius.
 pub(crate) struct Ground {
     terrain: Terrain,
     contact: ContactLaw,
     friction: FrictionLaw,
     stretches: Vec<Stretch>,
     wheel_radius: f64,
-    /// Kept from call to call for its storage.
+    /// Contacts of the last call; kept to reuse the storage.
     found: Vec<Contact>,
 }
 
-/// How a wheel moves.
+/// Motion of a wheel.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct WheelMotion {
     /// Centre, m.
@@ -29,7 +30,7 @@ pub(crate) struct WheelMotion {
     pub spin: f64,
 }
 
-/// What the ground does to one wheel.
+/// Forces of the ground on one wheel.
 #[derive(Clone, Copy)]
 pub(crate) struct GroundForces {
     /// Sum of all contact forces, N.
@@ -39,15 +40,16 @@ pub(crate) struct GroundForces {
     /// Magnitude of the normal forces' vector sum, N.
     pub normal_force: f64,
     traction: f64,
-    /// Direction of the ground's tangent, of any length: its angle is for the record only.
+    /// Direction of the ground's tangent, of any length. Only the record uses its angle.
     tangent: Vec2,
     penetration: f64,
     slip_speed: f64,
     /// Number of contacts.
     pub contacts: u32,
-    /// Energy in the ground's spring, J.
+    /// Elastic energy of the contacts, J.
     pub energy: f64,
-    /// Greatest speed into the ground over the contacts, m/s; 0 where there is none.
+    /// Largest speed of the wheel into the ground over its contacts, m/s; 0 without contact or if all speeds are
+    /// outward.
     pub approach: f64,
 }
 
@@ -63,8 +65,11 @@ impl Ground {
         }
     }
 
-    /// Forces of all contacts of a wheel. The error is the x (m) of a wheel whose centre is below the ground.
-    pub fn act(&mut self, wheel: &WheelMotion) -> Result<GroundForces, f64> {
+    /// Forces of all contacts of a wheel.
+    ///
+    /// # Errors
+    /// [`BelowGround`]
+    pub fn act(&mut self, wheel: &WheelMotion) -> Result<GroundForces, BelowGround> {
         let mut found = std::mem::take(&mut self.found);
         self.find(wheel.centre, &mut found);
         let forces = self.act_at(&found, wheel);
@@ -72,13 +77,20 @@ impl Ground {
         forces
     }
 
-    /// Where a wheel touches; `found` is cleared first.
+    /// Contacts of a wheel with its centre at `centre` (m). `found` is cleared first.
     pub fn find(&self, centre: Vec2, found: &mut Vec<Contact>) {
         self.terrain.contacts(centre, self.wheel_radius, found);
     }
 
-    /// Forces of a wheel that touches at given places. The error is as that of [`Self::act`].
-    pub fn act_at(&self, found: &[Contact], wheel: &WheelMotion) -> Result<GroundForces, f64> {
+    /// Forces of given contacts of a wheel.
+    ///
+    /// # Errors
+    /// [`BelowGround`]
+    pub fn act_at(
+        &self,
+        found: &[Contact],
+        wheel: &WheelMotion,
+    ) -> Result<GroundForces, BelowGround> {
         let mut sum = GroundForces {
             force: Vec2::zeros(),
             torque: 0.0,
@@ -124,12 +136,15 @@ impl Ground {
         Ok(sum)
     }
 
-    /// For the record only: of a wheel in the air, the gap to the nearest ground and its slope.
+    /// Adds gap, slope and slip speed at the nearest ground if the wheel has no contact. Only the record uses them.
+    ///
+    /// # Errors
+    /// [`BelowGround`]
     pub fn or_gap(
         &self,
         mut forces: GroundForces,
         wheel: &WheelMotion,
-    ) -> Result<GroundForces, f64> {
+    ) -> Result<GroundForces, BelowGround> {
         if forces.contacts == 0
             && let Some(nearest) = self.terrain.nearest(wheel.centre)
         {
@@ -142,8 +157,8 @@ impl Ground {
     }
 }
 
-/// Whether a contact is on the far side of ground so thin that a wheel in front of it reaches through: the centre is behind
-/// its surface, but nearer to one that faces it. It does not push.
+/// Whether a contact is on the far side of a thin wall that the wheel penetrates from the near side: the centre is
+/// behind the contact's surface, and nearer to a surface that faces it. Such a contact exerts no force.
 fn is_behind(contact: &Contact, found: &[Contact]) -> bool {
     contact.distance < 0.0
         && found
@@ -151,18 +166,18 @@ fn is_behind(contact: &Contact, found: &[Contact]) -> bool {
             .any(|c| c.distance > 0.0 && c.distance < -contact.distance)
 }
 
-/// Tangent, normal and the arm from the contact to the wheel's centre, m; the error is the wheel's x below the ground.
-fn axes(contact: &Contact, wheel: &WheelMotion) -> Result<(Vec2, Vec2, f64), f64> {
-    // Written so that a NaN fails too.
+/// Tangent, normal, and distance from the contact to the wheel's centre, m.
+fn axes(contact: &Contact, wheel: &WheelMotion) -> Result<(Vec2, Vec2, f64), BelowGround> {
+    // In this form a NaN is an error, too.
     if contact.distance > 0.0 {
         Ok((contact.tangent, contact.normal(), contact.distance))
     } else {
-        Err(wheel.centre.x)
+        Err(BelowGround { x: wheel.centre.x })
     }
 }
 
 impl GroundForces {
-    /// The wheel's part of a truth: position (m), spin angle (rad) and speed (rad/s), motor torque (N m).
+    /// The truth of the wheel, with its position (m), spin angle (rad), spin speed (rad/s) and motor torque (N m).
     pub fn truth(&self, position: Vec2, angle: f64, omega: f64, torque: f64) -> WheelTruth {
         WheelTruth {
             position,
@@ -218,8 +233,9 @@ mod tests {
         }
     }
 
+    /// Closed form: T/N of a sliding wheel is the mu_d of the stretch under its contact.
     #[test]
-    fn a_stretch_brings_its_own_friction() {
+    fn a_stretch_has_its_own_friction() {
         let mut ground = ground(Profile::Flat, &[(1.0, 2.0, 0.2), (2.0, 3.0, 0.4)]);
         for (x, mu) in [
             (0.999, 0.7),
@@ -234,8 +250,9 @@ mod tests {
         }
     }
 
-    /// A wall of 0.1 mm is thinner than the wheel is deep: the wheel touches its near side and the ground before it, and does not
-    /// take the far side for ground above its centre. Behind the wall's face the centre is in the ground.
+    /// A wall 0.1 mm thick, less than the penetration: the wheel has contact with the near side and with the ground in
+    /// front. The far side exerts no force and does not count as ground above the centre. A centre within the wall is
+    /// below the ground.
     #[test]
     fn a_thin_wall_has_no_far_side() {
         let points = [
@@ -261,7 +278,8 @@ mod tests {
         assert!(ground.act(&spinning(0.600_05, 0.0995)).is_err());
     }
 
-    /// The contact's x counts, not the wheel's: against a riser the wheel stands before the stretch, its edge is in it.
+    /// The x of the contact decides, not that of the wheel: a wheel at a riser is behind the stretch, but touches an
+    /// edge within it.
     #[test]
     fn each_contact_has_the_friction_of_its_place() {
         let mut ground = ground(Profile::step(), &[(0.7, 9.0, 0.0)]);

@@ -1,27 +1,38 @@
-//! The plant: ROBHAZ-6WHEEL on its ground, with the forces as they truly are.
+//! The plant: ROBHAZ-6WHEEL on its ground, with the true motion and forces.
 //!
-//! | paper | here |
+//! | topic | module |
 //! |---|---|
 //! | eq. (2), the wheel with its drive | [`drive`] |
 //! | eq. (10), contact | [`contact`] |
 //! | eq. (11), friction | [`friction`] |
 //! | limited pin joint | [`stop`] |
-//! | closed four-bar, three wheels | [`rapier`], and independently [`direct`] |
+//! | closed four-bar with three wheels | [`rapier`] and, in another formulation, [`direct`] |
+//! | stability of an explicit step | [`stability`] |
+//! | sensors: readings from the truth | [`sensors`] |
 //!
-//! [`Plant`] owns time and returns one [`Truth`] per record; [`sensors`] turns truth into readings. Nothing flows back.
+//! [`Plant`] owns time and returns one [`Truth`] per period; [`sensors`] turns truths into readings. Data flows in this
+//! direction only.
+//!
+//! Inside, the modules build on each other in this order: the laws; [`PlantSetup`] and [`PlantError`]; `ground`
+//! (terrain, contact and friction of one wheel); `mechanics` (equations of motion in minimal coordinates); `start`
+//! (state at time zero, from `mechanics`); the engines (`direct` integrates `mechanics`; `rapier` has mechanics of its
+//! own); [`Plant`].
 
 mod balance;
 pub mod contact;
 pub mod direct;
 pub mod drive;
 mod energy;
+mod engine;
+mod error;
 pub mod friction;
 mod ground;
-mod joints;
+mod mechanics;
 mod plant;
 pub mod random;
 pub mod rapier;
 pub mod sensors;
+mod setup;
 pub mod stability;
 mod start;
 pub mod stop;
@@ -29,6 +40,7 @@ mod truth;
 
 pub use balance::Balance;
 pub use energy::mechanical_energy;
-pub use plant::{EngineKind, Plant, PlantError, PlantSetup};
-pub use start::{NoRest, StartKind};
+pub use error::{NoRest, PlantError};
+pub use plant::Plant;
+pub use setup::{EngineKind, PlantSetup, StartKind};
 pub use truth::{BarTruth, PinTruth, Truth, WheelTruth};

@@ -1,31 +1,41 @@
-//! How long an explicit step of `rapier` may be: stability of contact, friction and drive.
+//! Stability limits of the explicit step of `rapier`: contact, friction and drive.
 //!
-//! `rapier` holds all forces over a step. A force that opposes a velocity with the slope s (force over velocity) then
-//! multiplies the velocity by `1 - dt s p` in each step, p the acceleration per force. Beyond `dt s p = 2` the velocity grows with
-//! alternating sign, and only the limits of force and torque bound it.
+//! `rapier` keeps all forces constant over a step. Let a force oppose a velocity with the slope s (force per velocity),
+//! and let p be the acceleration per force. A step dt then multiplies the velocity by `1 - dt s p`. For `dt s p > 2`
+//! the velocity alternates in sign and grows until a limit of force or torque bounds it.
 
 use crate::contact::ContactLaw;
-use crate::direct::{Kinematics, State};
 use crate::drive::Drive;
 use crate::friction::FrictionLaw;
+use crate::mechanics::{Kinematics, State};
 use nalgebra::{Matrix3, Matrix4, SMatrix};
 use robhaz_model::Robot;
 
-/// Share of the just stable step that friction and drive may take, each: together they stay below it. For the friction N errs
-/// by less than 0.01 % at 0.4, at 0.6 by twice that, at 0.9 by 16 %.
+/// Allowed step as a share of the limit of stability, for friction and for drive. Their sum stays below 1. With the
+/// friction at a share of 0.4 the error of N is below 0.01 %, at 0.6 twice that, at 0.9 it is 16 %.
 pub(crate) const STABLE_SHARE: f64 = 0.4;
 
-/// Longest step, s, at which the explicit contact force is stable: a bare wheel (kg) on the contact's damping decays with
-/// `c/m`, and an explicit step must stay below twice the time constant. 0.15 ms for the default robot.
+/// Longest step, s, at which the explicit contact force is stable: twice the time constant m/c of a bare wheel (mass m)
+/// on the contact's damping c. 0.15 ms for the default robot.
 ///
-/// In a concave corner two contacts damp one wheel: at a constant c (no ramp) N then rings for some steps.
+/// In a concave corner two contacts damp one wheel. With a constant c (no ramp) N then oscillates for some steps.
 pub fn longest_step_for_contact(contact: &ContactLaw, robot: &Robot) -> f64 {
     2.0 * robot.mass.wheel / contact.damping
 }
 
-/// Longest step, s, for the explicit friction: near rest T rises with `3 mu_s / (2 v_s) N` per slip speed, against the inertia of
-/// wheel and rotor at the rim and the robot's mass. Of the step that is just stable this is 0.4. At a `load` of N on a wheel,
-/// N: for twice the mean load, which the main course reaches, 0.45 ms on the default ground and 0.045 ms for v_s = 2 mm/s.
+/// Longest step, s, at which a bare wheel (kg) on the contact's stiffness is stable under the mean load: `2/omega`, with
+/// `omega^2 = k_t/m` and the tangent stiffness `k_t = dN/dg = n N/g` of eq. (10). 6.0 ms for the default robot and ground.
+pub fn longest_step_for_stiffness(contact: &ContactLaw, robot: &Robot) -> f64 {
+    let load = robot.mean_wheel_load();
+    let tangent_stiffness = contact.exponent * load / contact.static_penetration(load);
+    2.0 * (robot.mass.wheel / tangent_stiffness).sqrt()
+}
+
+/// Longest step, s, for the explicit friction at a normal force `load` (N) of a wheel: 0.4 of the limit of stability.
+///
+/// Near zero slip the slope of T over the slip speed is `3 mu_s/(2 v_s) N`. It acts on the inertia of wheel and rotor
+/// at the rim and on the robot's mass. At twice the mean load, which the course `smooth` reaches, the step is 0.45 ms
+/// with the default friction and 0.045 ms for v_s = 2 mm/s.
 pub fn longest_step_for_friction(friction: &FrictionLaw, robot: &Robot, load: f64) -> f64 {
     let mass = &robot.mass;
     let slope = 1.5 * friction.mu_s / friction.v_s * load;
@@ -33,30 +43,31 @@ pub fn longest_step_for_friction(friction: &FrictionLaw, robot: &Robot, load: f6
     STABLE_SHARE * 2.0 / (slope * (rim + 3.0 / mass.total()))
 }
 
-/// Greatest slope of the torque over the wheel speed ([`Drive::slope`]), N m s, for an explicit step, s: 0.4 of the one that
-/// is just stable in the air. 453 N m s for the default robot and step; on the ground, where the contact's damping takes its share,
-/// N errs from 800 N m s on, by 0.8 %.
+/// Largest slope of the torque over the wheel speed ([`Drive::slope`]), N m s, for an explicit step (s): 0.4 of the
+/// limit of stability in the air. It is 453 N m s for the default robot and step. On the ground, with the contact's
+/// damping, the error of N becomes visible at 800 N m s: 0.8 %.
 ///
-/// `None` where no step is stable: the links are so light that the reaction of wheels and rotors on them, which `rapier` takes
-/// from the step before, grows from step to step.
+/// `None` if no step is stable: `rapier` evaluates the reaction of wheels and rotors on the links with the
+/// accelerations of the previous step, and with very light links this reaction grows from step to step.
 pub fn greatest_slope(robot: &Robot, step: f64) -> Option<f64> {
     Some(STABLE_SHARE * 2.0 / (step * alternating_mobility(robot)?))
 }
 
-/// Greatest integral gain Ki of a drive, N m, for an explicit step, s: 0.4 of the one that is just stable.
+/// Largest integral gain Ki of a drive, N m, for an explicit step (s): 0.4 of the limit of stability.
 ///
-/// Explicit Euler on `J domega/dt = -(s omega + Ki I)`, `dI/dt = omega`, s the slope, amplifies a pair of complex poles where
-/// `step Ki > s`: the square of their modulus is `1 - step s/J + step^2 Ki/J`.
+/// Explicit Euler on `J domega/dt = -(s omega + Ki I)`, `dI/dt = omega` with the slope s amplifies a pair of complex
+/// poles if `step Ki > s`: the square of their modulus is `1 - step s/J + step^2 Ki/J`.
 pub fn greatest_integral_gain(drive: &Drive, step: f64) -> f64 {
     STABLE_SHARE * drive.slope() / step
 }
 
-/// Greatest acceleration of a wheel relative to its link over all combinations of unit drive torques, 1/(kg m^2), while all torques change their
-/// sign from step to step.
+/// Largest acceleration of a wheel relative to its link over all combinations of drive torques with a norm of 1 N m,
+/// 1/(kg m^2), if all torques change their signs in each step.
 ///
-/// In rapier's scheme (J = J_w + J_r, u the drive torque, a the links' accelerations, b those of the step before, S from wheels to links)
-/// `M a = S ((J_w/J) u - (J_w J_r/J) S' b)` and `domega/dt = u/J - (J_r/J) S' b + S' a`. With the alternating signs `b = -a`:
-/// `domega/dt = (1/J + (1 + J_r/J) (J_w/J) S' (M - (J_w J_r/J) S S')^-1 S) u`. M is that of the nominal pose in the air.
+/// Let J = J_w + J_r, u the drive torques, a the accelerations of the links, b those of the previous step, and S the
+/// matrix from wheels to links. In the scheme of `rapier`, `M a = S ((J_w/J) u - (J_w J_r/J) S' b)` and `domega/dt =
+/// u/J - (J_r/J) S' b + S' a`. With alternating signs `b = -a`, so `domega/dt = (1/J + (1 + J_r/J) (J_w/J) S' (M - (J_w
+/// J_r/J) S S')^-1 S) u`. M is the mass matrix in the nominal pose, in the air.
 fn alternating_mobility(robot: &Robot) -> Option<f64> {
     let (geometry, mass) = (&robot.geometry, &robot.mass);
     let (jw, jr) = (mass.wheel_inertia, mass.rotor_inertia);
@@ -80,8 +91,8 @@ fn alternating_mobility(robot: &Robot) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// Closed form: a free wheel under the PI law, explicit as `rapier` takes it, comes to rest below the just stable step or gain and
-    /// not above: 2 J/s for the slope, s/Ki for the integral.
+    /// Closed form: a free wheel with PI control and explicit steps comes to rest below the limit of stability and not
+    /// above. The limits are 2 J/s for the slope s, and s/step for the integral gain.
     #[test]
     fn the_limits_are_those_of_an_explicit_step() {
         const INERTIA: f64 = 0.1;
@@ -92,7 +103,7 @@ mod tests {
                 integral += step * omega;
                 omega += step * rate;
             }
-            // The amplitude of the oscillation, whatever its phase.
+            // Amplitude of the oscillation, independent of its phase.
             omega.hypot(integral * (ki / INERTIA).sqrt())
         };
         let step = 1e-4;
@@ -110,10 +121,44 @@ mod tests {
         assert!(swing(0.5, 1.1 * just, step) > 5e-4);
     }
 
-    /// Closed form: where the links cannot give way the mobility is 1/J; light links are moved too, and too light ones have no
-    /// stable step.
+    /// Closed form: a wheel on the undamped contact, explicit as `rapier` takes it, swings about its static penetration
+    /// below the longest step and leaves it above.
     #[test]
-    fn the_links_give_way() {
+    fn the_limit_of_the_stiffness_is_that_of_an_explicit_step() {
+        let robot = Robot::default_a();
+        let contact = ContactLaw {
+            damping: 0.0,
+            ..ContactLaw::default()
+        };
+        let load = robot.mean_wheel_load();
+        let rest = contact.static_penetration(load);
+        let limit = longest_step_for_stiffness(&contact, &robot);
+        // A swing of 1e-6 of the penetration is linear; the greatest of 2000 steps.
+        let swing = |step: f64| {
+            let (mut g, mut speed, mut greatest) = (rest * (1.0 + 1e-6), 0.0, 0.0_f64);
+            for _ in 0..2000 {
+                speed += step * (load - contact.normal_force(g, 0.0)) / robot.mass.wheel;
+                g += step * speed;
+                greatest = greatest.max((g / rest - 1.0).abs());
+            }
+            greatest
+        };
+        // Below the limit the amplitude is at most 1/sqrt(1 - 0.95^2) = 3.2 times the first one.
+        assert!(swing(0.95 * limit) < 4e-6, "{}", swing(0.95 * limit));
+        assert!(swing(1.05 * limit) > 1e-2, "{}", swing(1.05 * limit));
+        // Eight times as much of everything but the load: k_t grows with k^(1/n).
+        let stiffer = ContactLaw {
+            stiffness: 8.0 * contact.stiffness,
+            ..contact
+        };
+        let ratio = limit / longest_step_for_stiffness(&stiffer, &robot);
+        assert!((ratio - 8.0_f64.powf(0.5 / contact.exponent)).abs() < 1e-12);
+    }
+
+    /// Closed form: with very heavy links the mobility is 1/J. Light links move as well, which lowers the limit; with
+    /// very light links no step is stable.
+    #[test]
+    fn light_links_lower_the_limit() {
         let mut robot = Robot::default_a();
         let step = 1.25e-4;
         let j = robot.mass.wheel_inertia + robot.mass.rotor_inertia;

@@ -30,7 +30,8 @@ pub struct WheelTruth {
     pub normal_force: f64,
     /// Traction T, N, driving forward positive; of two contacts the sum.
     pub traction: f64,
-    /// Contact angle gamma, rad; of two contacts, that of the normal forces' vector sum; in the air, that of the nearest ground.
+    /// Contact angle gamma, rad; of two contacts, that of the normal forces' vector sum; in the air, that of the
+    /// nearest ground.
     pub contact_angle: f64,
     /// Penetration, m; of two contacts the deeper; in the air the gap, negative.
     pub penetration: f64,

@@ -1,8 +1,8 @@
 //! The truth of a scene at every sample of its sensors.
 
-use robhaz_scene::Scene;
+use robhaz_scene::{PlantFailure, Scene};
 use robhaz_score::{Rule, Sample};
-use robhaz_sim::{Plant, PlantError, Truth};
+use robhaz_sim::{Plant, Truth};
 
 /// Why a scene cannot be studied.
 #[derive(Debug, thiserror::Error)]
@@ -17,7 +17,7 @@ pub enum TruthRunError {
     },
     /// The simulation left its range of validity.
     #[error("the simulation stopped")]
-    Plant(#[from] PlantError),
+    Plant(#[from] PlantFailure),
     /// No sample counts.
     #[error(
         "no sample counts: a wheel has two contacts in each of the {compared} samples from {from} s on"
@@ -57,10 +57,11 @@ impl TruthRun {
         if found > MOST_SAMPLES {
             return Err(TruthRunError::TooLong { found });
         }
-        let mut plant = Plant::new(&scene.plant_setup())?;
+        let mut plant = Plant::new(&scene.plant_setup()).map_err(PlantFailure::from)?;
         let truth: Vec<Truth> = (0..found)
             .map(|_| plant.next_truth())
-            .collect::<Result<_, _>>()?;
+            .collect::<Result<_, _>>()
+            .map_err(PlantFailure::from)?;
         let run = Self {
             truth,
             rule: rule(scene),

@@ -2,7 +2,8 @@
 
 use crate::Vec2;
 use crate::check::{above_zero, finite};
-use crate::profile::{Piece, ProfileError, SPACING, Shape};
+use crate::error::ProfileError;
+use crate::shape::{Piece, SPACING, Shape};
 
 /// Value of `((x - centre)/width)^2` beyond which a bump counts as zero: exp(-40) is 4e-18 of its height.
 const CUTOFF: f64 = 40.0;

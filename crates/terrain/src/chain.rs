@@ -1,9 +1,9 @@
 //! Converts a profile into a chain of edges.
 
 use crate::blunt;
-use crate::course::Part;
 use crate::edge::{Edge, Knot};
-use crate::profile::Piece;
+use crate::profile::Part;
+use crate::shape::Piece;
 use crate::{Profile, Vec2};
 
 /// Length of the level edge on either side of a profile, m: much more than a robot travels.

@@ -1,6 +1,6 @@
 //! Range checks of a profile's parameters.
 
-use crate::ProfileError;
+use crate::error::ProfileError;
 
 /// Refuses a value that is not `inside`; `allowed` completes the sentence "it must be ...".
 pub(crate) fn in_range(

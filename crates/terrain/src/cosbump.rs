@@ -2,7 +2,8 @@
 
 use crate::Vec2;
 use crate::check::{above_zero, finite};
-use crate::profile::{Piece, ProfileError, SPACING, Shape};
+use crate::error::ProfileError;
+use crate::shape::{Piece, SPACING, Shape};
 use std::f64::consts::PI;
 
 /// `height/2 (1 + cos(pi (x - centre)/half_width))` for `|x - centre| < half_width`, level elsewhere; m.

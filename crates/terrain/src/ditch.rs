@@ -2,7 +2,8 @@
 
 use crate::Vec2;
 use crate::check::{above_zero, finite};
-use crate::profile::{Piece, ProfileError, Shape};
+use crate::error::ProfileError;
+use crate::shape::{Piece, Shape};
 
 /// A trench with vertical walls and a level bottom.
 ///

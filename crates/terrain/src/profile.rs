@@ -1,7 +1,13 @@
-//! The ground's height over x, described by a few parameters.
+//! The ground's height over x, described by a few parameters: one kind of ground, or a course of several.
+//!
+//! [`Profile`] and [`Course`] contain each other and therefore share a module.
 
-use crate::{Bump, CosBump, Course, Ditch, Heights, Ramp, Rough, RoughClass, RoughSettings};
-use crate::{Sine, Stairs, Vec2};
+use crate::error::ProfileError;
+use crate::shape::{Piece, Shape};
+use crate::{Bump, CosBump, Ditch, Heights, Ramp, Rough, Sine, Stairs, Vec2};
+
+/// Overlap of two parts that counts as rounding, m.
+const TOLERANCE: f64 = 1e-9;
 
 /// The shape of the ground.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,86 +34,6 @@ pub enum Profile {
     Course(Course),
 }
 
-/// The interface of every kind of ground.
-pub(crate) trait Shape {
-    /// See [`Profile::check`].
-    fn check(&self) -> Result<(), ProfileError>;
-
-    /// See [`Profile::eval`].
-    fn eval(&self, _x: f64) -> [f64; 3] {
-        [0.0; 3]
-    }
-
-    /// End of the level ground before the profile (m), and the pieces from there to the level ground behind it.
-    fn pieces(&self) -> (Vec2, Vec<Piece>);
-}
-
-/// One piece of the ground. It starts at the end of the last piece.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Piece {
-    /// A straight line to a point, m.
-    Line(Vec2),
-    /// The curve of [`Profile::eval`] to x (first value, m), with knots at most a spacing apart (second value, m). The
-    /// spacing must resolve the shape.
-    Curve(f64, f64),
-}
-
-/// Greatest spacing of knots, m: so small that an edge has at most one point nearest to a wheel's centre.
-pub(crate) const SPACING: f64 = 0.01;
-
-/// Reason why a profile is refused.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum ProfileError {
-    /// Too few points.
-    #[error("found {found} points; there must be at least 2")]
-    FewPoints {
-        /// Number of points.
-        found: usize,
-    },
-    /// A coordinate of a point is not finite.
-    #[error("point {point}: a coordinate is not a finite number")]
-    Point {
-        /// Index of the point, from 0.
-        point: usize,
-    },
-    /// A point does not lie in front of the previous one.
-    #[error("point {point}: x is {found} m; it must be above that of the point before, {before} m")]
-    Order {
-        /// Index of the point, from 0.
-        point: usize,
-        /// Its x, m.
-        found: f64,
-        /// x of the previous point, m.
-        before: f64,
-    },
-    /// A part of a course is level ground, or a course itself.
-    #[error("part {part} is level ground or a sequence itself")]
-    Part {
-        /// Index of the part, from 0.
-        part: usize,
-    },
-    /// A part of a course starts before the end of the previous one.
-    #[error("part {part} starts at {start} m, before the end of the part before, {end} m")]
-    Overlap {
-        /// Index of the part, from 0.
-        part: usize,
-        /// x of its start, m.
-        start: f64,
-        /// x of the end of the previous part, m.
-        end: f64,
-    },
-    /// A number is out of its range.
-    #[error("{entry} is {found}; it must be {allowed}")]
-    Range {
-        /// Name of the parameter.
-        entry: &'static str,
-        /// Its value.
-        found: f64,
-        /// The allowed values; completes the sentence "it must be ...".
-        allowed: &'static str,
-    },
-}
-
 /// Level ground.
 struct Level;
 
@@ -122,93 +48,6 @@ impl Shape for Level {
 }
 
 impl Profile {
-    /// Profile `smooth`, five bumps: it replaces the paper's "relatively smooth geometric profile", which was not
-    /// published.
-    pub fn smooth() -> Self {
-        let bump = |height, centre, width| Bump {
-            height,
-            centre,
-            width,
-        };
-        Self::Bumps(vec![
-            bump(0.050, 1.00, 0.22),
-            bump(-0.035, 1.45, 0.20),
-            bump(0.040, 1.90, 0.17),
-            bump(0.060, 2.50, 0.28),
-            bump(-0.030, 2.95, 0.16),
-        ])
-    }
-
-    /// Profile `cosbump`: one cosine bump, 60 mm high and 0.70 m long, around x = 1.2 m.
-    pub fn cosbump() -> Self {
-        Self::CosBump(CosBump {
-            height: 0.06,
-            centre: 1.2,
-            half_width: 0.35,
-        })
-    }
-
-    /// Profile `ramp`: an incline of 15 deg, 0.8 m long, from x = 0.7 m.
-    pub fn ramp() -> Self {
-        Self::Ramp(Ramp {
-            angle: 15.0_f64.to_radians(),
-            start: 0.7,
-            length: 0.8,
-        })
-    }
-
-    /// Profile `step`: a kerb of 50 mm at x = 0.7 m.
-    pub fn step() -> Self {
-        Self::Stairs(Stairs {
-            rise: 0.05,
-            run: 0.3,
-            count: 1,
-            start: 0.7,
-        })
-    }
-
-    /// Profile `stairs`: 4 steps of 80 mm, 300 mm apart, from x = 0.7 m.
-    pub fn stairs() -> Self {
-        Self::Stairs(Stairs {
-            rise: 0.08,
-            run: 0.3,
-            count: 4,
-            start: 0.7,
-        })
-    }
-
-    /// Profile `sine`: 5 waves of 0.5 m, 20 mm from trough to crest, from x = 0.7 m.
-    pub fn sine() -> Self {
-        Self::Sine(Sine {
-            amplitude: 0.01,
-            wavelength: 0.5,
-            start: 0.7,
-            periods: 5,
-        })
-    }
-
-    /// Profile `ditch`: 50 mm deep and 120 mm wide, at x = 0.7 m.
-    pub fn ditch() -> Self {
-        Self::Ditch(Ditch {
-            depth: 0.05,
-            width: 0.12,
-            start: 0.7,
-        })
-    }
-
-    /// Profile `rough`: class C, wavelengths from 0.2 m to 10 m; 10 m long from x = 0.7 m, with fades of 1 m.
-    pub fn rough(seed: u64) -> Self {
-        Self::Rough(Rough::new(RoughSettings {
-            class: RoughClass::C,
-            shortest: 0.2,
-            longest: 10.0,
-            start: 0.7,
-            extent: 10.0,
-            fade: 1.0,
-            seed,
-        }))
-    }
-
     fn shape(&self) -> &dyn Shape {
         match self {
             Self::Flat => &Level,
@@ -243,34 +82,145 @@ impl Profile {
     }
 }
 
+/// Profiles one after the other with level ground between them. Each starts at the height at which the last one ended.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Course {
+    parts: Vec<Part>,
+}
+
+/// A profile at its place in a course.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Part {
+    pub profile: Profile,
+    /// x of its start, m.
+    start: f64,
+    /// x of its end, m.
+    end: f64,
+    /// Height of its start, m.
+    pub base: f64,
+    /// Height of its end, m.
+    end_height: f64,
+}
+
+impl Part {
+    /// A profile that starts at the height `base`, m.
+    pub fn new(profile: Profile, base: f64) -> Self {
+        let (start, pieces) = profile.pieces();
+        let mut end = start;
+        for piece in pieces {
+            match piece {
+                Piece::Line(to) => end = to,
+                Piece::Curve(x, _) => end = Vec2::new(x, profile.eval(x)[0]),
+            }
+        }
+        Self {
+            start: start.x,
+            end: end.x,
+            base,
+            end_height: base + end.y,
+            profile,
+        }
+    }
+
+    /// Height (m), slope (-) and second derivative (1/m) at x, as [`Profile::eval`].
+    pub fn eval(&self, x: f64) -> [f64; 3] {
+        let [y, slope, second] = self.profile.eval(x);
+        [self.base + y, slope, second]
+    }
+}
+
+impl Course {
+    /// A course of profiles, given from rear to front.
+    pub fn new(profiles: Vec<Profile>) -> Self {
+        let mut parts: Vec<Part> = Vec::with_capacity(profiles.len());
+        for profile in profiles {
+            let base = parts.last().map_or(0.0, |p| p.end_height);
+            parts.push(Part::new(profile, base));
+        }
+        Self { parts }
+    }
+
+    /// The profiles from rear to front.
+    pub fn profiles(&self) -> impl Iterator<Item = &Profile> {
+        self.parts.iter().map(|p| &p.profile)
+    }
+
+    pub(crate) fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+}
+
+impl Shape for Course {
+    fn check(&self) -> Result<(), ProfileError> {
+        for (part, one) in self.parts.iter().enumerate() {
+            if matches!(one.profile, Profile::Flat | Profile::Course(_)) {
+                return Err(ProfileError::Part { part });
+            }
+            one.profile.check()?;
+        }
+        for (i, pair) in self.parts.windows(2).enumerate() {
+            if pair[1].start < pair[0].end - TOLERANCE {
+                return Err(ProfileError::Overlap {
+                    part: i + 1,
+                    start: pair[1].start,
+                    end: pair[0].end,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Where two parts meet, the front one applies.
+    fn eval(&self, x: f64) -> [f64; 3] {
+        let next = self.parts.partition_point(|p| p.start <= x);
+        match next.checked_sub(1).map(|i| &self.parts[i]) {
+            None => [0.0; 3],
+            Some(part) if x > part.end => [part.end_height, 0.0, 0.0],
+            Some(part) => part.eval(x),
+        }
+    }
+
+    /// Empty: the chain of a course is built part by part.
+    fn pieces(&self) -> (Vec2, Vec<Piece>) {
+        (Vec2::zeros(), Vec::new())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Sine;
 
-    /// Closed form: slope and second derivative against central differences. The bounds cover the errors of the
-    /// differences at h = 1e-5 m.
+    fn waves(start: f64) -> Profile {
+        Profile::Sine(Sine {
+            amplitude: 0.01,
+            wavelength: 0.5,
+            start,
+            periods: 2,
+        })
+    }
+
     #[test]
-    fn derivatives_match_differences() {
-        for profile in [
-            Profile::smooth(),
-            Profile::cosbump(),
-            Profile::sine(),
-            Profile::rough(0),
+    fn each_part_starts_where_the_last_one_ended() {
+        let course = Course::new(vec![Profile::step(), waves(1.0), waves(2.0)]);
+        assert_eq!(course.check(), Ok(()));
+        for (x, y) in [
+            (0.0, 0.0),
+            (0.9, 0.05),
+            (1.25, 0.07),
+            (2.25, 0.07),
+            (9.0, 0.05),
         ] {
-            for i in 0..400 {
-                let x = 0.2 + 0.008_71 * f64::from(i);
-                let h = 1e-5;
-                let (m, p) = (profile.eval(x - h), profile.eval(x + h));
-                let [_, slope, second] = profile.eval(x);
-                assert!(
-                    (slope - (p[0] - m[0]) / (2.0 * h)).abs() < 1e-7,
-                    "slope at {x}"
-                );
-                assert!(
-                    (second - (p[1] - m[1]) / (2.0 * h)).abs() < 1e-5,
-                    "second derivative at {x}"
-                );
-            }
+            assert!((course.eval(x)[0] - y).abs() < 1e-12, "at {x}");
         }
+    }
+
+    #[test]
+    fn parts_must_not_overlap() {
+        let error = Course::new(vec![waves(1.0), waves(1.5)]).check();
+        let expected = "part 1 starts at 1.5 m, before the end of the part before, 2 m";
+        assert_eq!(error.map_err(|e| e.to_string()), Err(expected.to_owned()));
+        let error = Course::new(vec![waves(1.0), Profile::Flat]).check();
+        assert_eq!(error, Err(ProfileError::Part { part: 1 }));
     }
 }

@@ -2,7 +2,8 @@
 
 use crate::Vec2;
 use crate::check::{above_zero, finite, in_range};
-use crate::profile::{Piece, ProfileError, Shape};
+use crate::error::ProfileError;
+use crate::shape::{Piece, Shape};
 
 /// Level ground, an incline, level ground; two corners.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,7 +2,8 @@
 
 use crate::Vec2;
 use crate::check::{above_zero, finite, in_range};
-use crate::profile::{Piece, ProfileError, SPACING, Shape};
+use crate::error::ProfileError;
+use crate::shape::{Piece, SPACING, Shape};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use std::f64::consts::TAU;

@@ -2,7 +2,8 @@
 
 use crate::Vec2;
 use crate::check::{above_zero, finite, in_range};
-use crate::profile::{Piece, ProfileError, SPACING, Shape};
+use crate::error::ProfileError;
+use crate::shape::{Piece, SPACING, Shape};
 use std::f64::consts::TAU;
 
 /// Greatest length of all waves together, m: it bounds the number of edges.

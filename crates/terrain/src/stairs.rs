@@ -2,7 +2,8 @@
 
 use crate::Vec2;
 use crate::check::{above_zero, finite, in_range};
-use crate::profile::{Piece, ProfileError, Shape};
+use crate::error::ProfileError;
+use crate::shape::{Piece, Shape};
 
 /// Steps with vertical risers: one is a kerb, several are stairs.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -23,8 +23,8 @@ pub(crate) fn greater(most: f64, found: f64) -> f64 {
     }
 }
 
-/// What the impulse of ground and gravity leaves unexplained of the robot's momentum: the greatest over the records, of weight
-/// times the run's time, -.
+/// What the impulse of ground and gravity leaves unexplained of the robot's momentum: the greatest over the records, of
+/// weight times the run's time, -.
 pub fn momentum_error(robot: &Robot, truth: &[Truth], balance: &[Balance]) -> f64 {
     let (Some(first), Some(last)) = (truth.first(), truth.last()) else {
         return f64::NAN;
@@ -68,9 +68,9 @@ impl Energy {
 
 /// Where the motors' work went over a run.
 ///
-/// The scale is the greatest of the motors' work, the losses and the gain. A parked robot turns over no energy at all; the
-/// floor of the scale is therefore the weight on a wheel's radius, the potential energy that any motion of the robot deals with
-/// (13.7 J for the default robot: a thousandth of it lifts the robot by 0.1 mm).
+/// The scale is the greatest of the motors' work, the losses and the gain. A parked robot turns over no energy at all;
+/// the floor of the scale is therefore the weight on a wheel's radius, the potential energy that any motion of the
+/// robot deals with (13.7 J for the default robot: a thousandth of it lifts the robot by 0.1 mm).
 pub fn energy(robot: &Robot, truth: &[Truth], balance: &[Balance]) -> Energy {
     let losses = |b: &Balance| b.gear_loss - b.ground_work - b.stop_work;
     let start = balance.first().copied().unwrap_or_default();

@@ -1,9 +1,9 @@
 //! Checks that the simulated truth of a scene can be trusted.
 //!
-//! [`verify`] runs a scene on both engines, with half the step and a second time, and checks the forces: momentum, energy, the
-//! laws' bounds, agreement, repetition. No reference run is needed, so that any scene can be checked. Momentum and energy are
-//! judged by the impulses and the work that the engines integrate at their own steps, so that impacts between records count.
-//! The measures themselves are public: tests use them with bounds of their own.
+//! [`verify`] runs a scene on both engines, with half the step and a second time, and checks the forces: momentum,
+//! energy, the laws' bounds, agreement, repetition. No reference run is needed, so that any scene can be checked.
+//! Momentum and energy are judged by the impulses and the work that the engines integrate at their own steps, so that
+//! impacts between records count. The measures themselves are public: tests use them with bounds of their own.
 
 mod agreement;
 mod balance;
@@ -13,7 +13,7 @@ pub use agreement::{Agreement, agreement, impulse_difference};
 pub use balance::{Energy, energy, momentum_error};
 pub use run::{MOST_RECORDS, Run, VerifyError, truth_of};
 
-use robhaz_scene::{EngineKind, Scene};
+use robhaz_scene::{EngineKind, PlantFailure, Scene};
 use robhaz_sim::Truth;
 use robhaz_terrain::Terrain;
 
@@ -45,12 +45,13 @@ const ROLLING: f64 = 1e-3;
 const IMPULSE: f64 = 1e-2;
 /// Distance of the bodies at the end, m.
 const APART: f64 = 1e-3;
-/// Momentum, of weight times time: direct leaves 1e-8 at its default tolerance, 3.5e-6 at its loosest; rapier rounding alone.
+/// Momentum, of weight times time: direct leaves 1e-8 at its default tolerance, 3.5e-6 at its loosest; rapier rounding
+/// alone.
 const MOMENTUM: f64 = 1e-5;
 /// On rolling ground: energy, of its scale. Rapier is of first order in its step and leaves 1e-5.
 const ENERGY: f64 = 1e-3;
-/// With impacts: energy, of its scale. Rapier leaves 4e-4 on the shipped trench and 1.4e-3 on the same at 3 m/s, half of it with
-/// half the step; direct leaves 1e-7.
+/// With impacts: energy, of its scale. Rapier leaves 4e-4 on the shipped trench and 1.4e-3 on the same at 3 m/s, half
+/// of it with half the step; direct leaves 1e-7.
 const ENERGY_OF_IMPACTS: f64 = 3e-3;
 /// Gap of a pin, m: rapier's joints give way a little; direct closes the loop in closed form.
 const fn gap_allowed(kind: EngineKind) -> f64 {
@@ -111,7 +112,7 @@ fn reaches_its_end(name: &str, run: &Run) -> Verdict {
         check: format!("{name}: runs to its end"),
         finding: match &run.stopped {
             None => format!("{} s", run.truth.last().map_or(0.0, |t| t.time)),
-            Some(why) => why.to_string(),
+            Some(why) => PlantFailure::from(*why).to_string(),
         },
         outcome: outcome(run.stopped.is_none()),
     }

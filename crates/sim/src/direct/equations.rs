@@ -1,25 +1,22 @@
-//! The equations of motion as the solver wants them: `dy/dt = f(t, y)`, and their Jacobian.
+//! The equations of motion in the form of the solver: `dy/dt = f(t, y)`, with Jacobian and integrals.
 
-use super::mechanism::{Forces, Kinematics, NoForces, State};
 use super::radau::Model;
 use crate::balance::{Balance, WheelLoad};
-use crate::drive::Drive;
-use crate::ground::{Ground, GroundForces, WheelMotion};
-use crate::plant::PlantSetup;
+use crate::mechanics::{Contacts, Forces, Kinematics, Mechanics, NoForces, State};
+use crate::setup::PlantSetup;
 use crate::start::Start;
 use nalgebra::{SMatrix, SVector};
-use robhaz_model::{Robot, Vec2};
-use robhaz_terrain::Contact;
+use robhaz_model::Vec2;
 
 /// Number of equations.
 pub(super) const SIZE: usize = 14;
 /// Solver state: Q (m), angles of links 1 and 2 (rad), velocity of Q (m/s), rates of links 1 and 2 (rad/s), wheel spin
 /// speeds (rad/s), integrals of the speed errors (rad).
 pub(super) type Y = SVector<f64, SIZE>;
-/// Number of integrals along the way, on which nothing depends.
+/// Number of integrals: quantities that are integrated with the motion but do not influence it.
 pub(super) const INTEGRALS: usize = 13;
-/// Wheel spins relative to the links (rad), work of the motors (J); then, where asked for, the rest of [`Balance`]: impulses of the
-/// ground on the wheels (N s), loss in the gears, work of the ground, work of the stops (J).
+/// Wheel spins relative to the links (rad), work of the motors (J). Then the rest of [`Balance`], if it is asked for:
+/// impulses of the ground on the wheels (N s), loss in the gears, work of the ground, work of the stops (J).
 pub(super) type Integrals = SVector<f64, INTEGRALS>;
 const WORK: usize = 3;
 const IMPULSE: usize = 4;
@@ -32,17 +29,18 @@ const INTEGRAL: usize = 11;
 
 /// Longest step, s.
 const LONGEST_STEP: f64 = 0.1;
-/// Longest way of the robot in a step, m: a fifth of a wheel's radius, so that no edge is passed unseen.
+/// Longest distance that the robot travels in a step, m: a fifth of a wheel's radius, so that a step cannot skip an
+/// edge.
 const LONGEST_WAY: f64 = 0.02;
 
-pub(crate) struct Equations {
-    pub robot: Robot,
-    drive: Drive,
-    ground: Ground,
+/// The equations of motion of a run.
+pub(super) struct Equations {
+    pub mechanics: Mechanics,
     /// Whether all of [`Balance`] is integrated.
     balance: bool,
-    /// Where each wheel touches, kept while a Jacobian is made.
-    touching: [Vec<Contact>; 3],
+    /// Contacts at the state of the last Jacobian.
+    contacts: Contacts,
+    /// See [`Self::last_refusal`].
     refusal: Option<NoForces>,
 }
 
@@ -63,6 +61,7 @@ pub(super) fn start(start: &Start) -> Y {
     y
 }
 
+/// Coordinates and rates in the solver's state.
 pub(super) fn state(y: &Y) -> State {
     State {
         q: Vec2::new(y[0], y[1]),
@@ -87,83 +86,59 @@ pub(super) fn balance(integrals: &Integrals) -> Balance {
 impl Equations {
     pub fn new(setup: &PlantSetup) -> Self {
         Self {
-            robot: setup.robot.clone(),
-            drive: setup.drive,
-            ground: Ground::new(setup),
+            mechanics: Mechanics::new(setup),
             balance: setup.balance,
-            touching: Default::default(),
+            contacts: Default::default(),
             refusal: None,
         }
     }
 
-    /// What the last evaluation that failed complained of.
+    /// Reason of the last evaluation that failed.
     pub fn last_refusal(&self) -> Option<NoForces> {
         self.refusal
     }
 
-    /// Forgets what earlier trials complained of: a step has been taken.
+    /// Forgets the failures of earlier trials, after a step has succeeded.
     pub fn clear_refusal(&mut self) {
         self.refusal = None;
     }
 
     /// Motor torques at the wheels, N m.
     pub fn motor_torques(&self, t: f64, y: &Y) -> [f64; 3] {
-        let set_speed = self.drive.set_speed(t, self.robot.geometry.wheel_radius);
-        [0, 1, 2].map(|i| self.drive.torque(set_speed - y[OMEGA + i], y[INTEGRAL + i]))
+        let (drive, set_speed) = (&self.mechanics.drive, self.set_speed(t));
+        [0, 1, 2].map(|i| drive.torque(set_speed - y[OMEGA + i], y[INTEGRAL + i]))
     }
 
-    /// Accelerations and forces for given motor torques, N m.
-    pub fn forces(
-        &mut self,
-        kinematics: &Kinematics,
-        state: &State,
-        torques: [f64; 3],
-    ) -> Result<Forces, NoForces> {
-        let drive_torque = self.drive_torque(state, torques);
-        let ground = &mut self.ground;
-        Forces::new(&self.robot, kinematics, state, drive_torque, |_, wheel| {
-            ground.act(wheel)
-        })
+    /// Set speed of the wheels, rad/s.
+    fn set_speed(&self, t: f64) -> f64 {
+        let mechanics = &self.mechanics;
+        let radius = mechanics.robot.geometry.wheel_radius;
+        mechanics.drive.set_speed(t, radius)
     }
 
-    /// What reaches the gear of each wheel, N m.
-    fn drive_torque(&self, state: &State, torques: [f64; 3]) -> [f64; 3] {
-        [0, 1, 2].map(|i| torques[i] - self.drive.loss_torque(state.omega[i]))
-    }
-
-    /// For the record only: of a wheel in the air, the gap to the nearest ground.
-    pub fn or_gap(
-        &self,
-        wheel: usize,
-        forces: GroundForces,
-        kinematics: &Kinematics,
-        state: &State,
-    ) -> Result<GroundForces, NoForces> {
-        let motion = kinematics.wheel(&self.robot, wheel, state);
-        self.ground
-            .or_gap(forces, &motion)
-            .map_err(|x| NoForces::BelowGround(wheel, x))
-    }
-
+    /// The rates dy/dt.
     fn try_rates(&mut self, t: f64, y: &Y) -> Result<Y, NoForces> {
         let state = state(y);
-        let kinematics = Kinematics::new(&self.robot, &state)?;
-        let forces = self.forces(&kinematics, &state, self.motor_torques(t, y))?;
+        let torques = self.motor_torques(t, y);
+        let kinematics = Kinematics::new(&self.mechanics.robot, &state)?;
+        let forces = self.mechanics.forces(&kinematics, &state, torques)?;
         Ok(self.assembled(t, y, &forces))
     }
 
-    /// The rates where the wheels touch the ground at the places of [`Self::touching`].
-    fn try_rates_touching(&self, t: f64, y: &Y) -> Result<Y, NoForces> {
+    /// The rates dy/dt with the contacts at [`Self::contacts`].
+    fn try_rates_at_contacts(&self, t: f64, y: &Y) -> Result<Y, NoForces> {
         let state = state(y);
-        let kinematics = Kinematics::new(&self.robot, &state)?;
-        let drive_torque = self.drive_torque(&state, self.motor_torques(t, y));
-        let act = |i: usize, wheel: &WheelMotion| self.ground.act_at(&self.touching[i], wheel);
-        let forces = Forces::new(&self.robot, &kinematics, &state, drive_torque, act)?;
+        let torques = self.motor_torques(t, y);
+        let kinematics = Kinematics::new(&self.mechanics.robot, &state)?;
+        let forces = self
+            .mechanics
+            .forces_at(&self.contacts, &kinematics, &state, torques)?;
         Ok(self.assembled(t, y, &forces))
     }
 
+    /// The rates dy/dt from the accelerations.
     fn assembled(&self, t: f64, y: &Y, forces: &Forces) -> Y {
-        let set_speed = self.drive.set_speed(t, self.robot.geometry.wheel_radius);
+        let set_speed = self.set_speed(t);
         let mut rates = Y::zeros();
         rates
             .fixed_rows_mut::<4>(0)
@@ -176,29 +151,32 @@ impl Equations {
             .copy_from(&forces.omega_rates);
         for i in 0..3 {
             let (error, integral) = (set_speed - y[OMEGA + i], y[INTEGRAL + i]);
-            rates[INTEGRAL + i] = self.drive.integral_rate(error, integral);
+            rates[INTEGRAL + i] = self.mechanics.drive.integral_rate(error, integral);
         }
         rates
     }
 
-    /// Rates of [`Balance`] but for the motors' work.
+    /// Rates of [`Balance`], without the work of the motors.
     fn balance_rates(&mut self, t: f64, y: &Y) -> Result<Balance, NoForces> {
         let state = state(y);
-        let kinematics = Kinematics::new(&self.robot, &state)?;
-        let forces = self.forces(&kinematics, &state, self.motor_torques(t, y))?;
+        let torques = self.motor_torques(t, y);
+        let mechanics = &mut self.mechanics;
+        let kinematics = Kinematics::new(&mechanics.robot, &state)?;
+        let forces = mechanics.forces(&kinematics, &state, torques)?;
         let mut rates = Balance {
             stop_work: forces.stop_torque * (state.rates[2] - state.rates[3]),
             ..Balance::default()
         };
         for (i, ground) in forces.ground.iter().enumerate() {
             let omega = state.omega[i];
-            let load = WheelLoad::new(ground, self.drive.loss_torque(omega));
-            let motion = kinematics.wheel(&self.robot, i, &state);
+            let load = WheelLoad::new(ground, mechanics.drive.loss_torque(omega));
+            let motion = kinematics.wheel(&mechanics.robot, i, &state);
             rates.add_wheel(i, &load, &motion, omega, 1.0);
         }
         Ok(rates)
     }
 
+    /// The Jacobian by difference quotients; `here` are the rates at `y`.
     fn try_jacobian(
         &mut self,
         t: f64,
@@ -206,10 +184,10 @@ impl Equations {
         here: &Y,
     ) -> Result<SMatrix<f64, SIZE, SIZE>, NoForces> {
         let state = state(y);
-        let kinematics = Kinematics::new(&self.robot, &state)?;
-        for i in 0..3 {
+        let kinematics = Kinematics::new(&self.mechanics.robot, &state)?;
+        for (i, contacts) in self.contacts.iter_mut().enumerate() {
             let centre = kinematics.axle(i, &state);
-            self.ground.find(centre, &mut self.touching[i]);
+            self.mechanics.find_contacts(centre, contacts);
         }
         let mut jacobian = SMatrix::<f64, SIZE, SIZE>::zeros();
         for column in 0..SIZE {
@@ -218,9 +196,9 @@ impl Equations {
                 moved[column] += POSITION_STEP;
                 (POSITION_STEP, self.try_rates(t, &moved)?)
             } else {
-                // Velocities do not change where the wheels touch.
+                // The contacts do not depend on the velocities.
                 moved[column] += VELOCITY_STEP;
-                (VELOCITY_STEP, self.try_rates_touching(t, &moved)?)
+                (VELOCITY_STEP, self.try_rates_at_contacts(t, &moved)?)
             };
             jacobian.set_column(column, &((there - here) / step));
         }
@@ -268,7 +246,7 @@ impl Model<SIZE, INTEGRALS> for Equations {
                     rates[GROUND] = balance.ground_work;
                     rates[STOP] = balance.stop_work;
                 }
-                // The motion goes on, so the step counts; its balance is unknown.
+                // The motion itself is valid, so the step counts; its balance is unknown.
                 Err(_) => rates.fixed_rows_mut::<9>(IMPULSE).fill(f64::NAN),
             }
         }

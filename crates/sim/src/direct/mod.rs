@@ -1,33 +1,33 @@
-//! The plant on its equations of motion: minimal coordinates, Radau IIA of order 5 with error control and dense output.
+//! The engine `direct`: equations of motion in minimal coordinates, integrated by Radau IIA of order 5 with error
+//! control and dense output.
 //!
-//! Nothing is shared with [`crate::rapier`] but the laws of contact, friction, drive and stops. The solver chooses its
-//! steps, tens of milliseconds on rolling ground; the truth at a record is the solver's dense output there, and all forces
-//! are evaluated from it.
+//! The motion shares with [`crate::rapier`] only the terrain and the laws of contact, friction, drive and stops. Both
+//! engines start from the same state, and a settled start is a solution of the equations of motion (`mechanics`) that
+//! this engine integrates.
+//!
+//! The solver chooses its steps, tens of milliseconds on rolling ground. The state at a record is the solver's dense
+//! output, and all forces are evaluated from this state.
 
 mod equations;
-mod mechanism;
 mod radau;
 
 use crate::drive::Drive;
-use crate::plant::{Engine, Instant, PlantError, PlantSetup};
+use crate::engine::{Engine, Instant};
+use crate::error::PlantError;
+use crate::mechanics::{Kinematics, NoForces};
+use crate::setup::PlantSetup;
 use crate::start::Start;
 use crate::truth::{PinTruth, Truth};
-use equations::{INTEGRALS, Integrals, SIZE, Y};
-use mechanism::NoForces;
+use equations::{Equations, INTEGRALS, Integrals, SIZE, Y};
 use radau::Radau;
 use robhaz_model::Bar;
 
-pub(crate) use equations::Equations;
-pub(crate) use mechanism::{Forces, Kinematics, State};
-
-/// The library behind this engine, its linear algebra; a test holds it against the locked version.
-pub const LIBRARY: &str = "nalgebra 0.35.0";
-
-/// Local errors allowed in a step, per unit of tolerance: positions (m, rad), velocities (m/s, rad/s), wheel speeds
-/// (rad/s), integrals (rad). A penetration off by 10 nm is 2 mN of N.
+/// Allowed local errors of a step per unit of tolerance: positions (m, rad), velocities (m/s, rad/s), wheel speeds
+/// (rad/s), integrals (rad). An error of 10 nm in a penetration is 2 mN of N.
 ///
-/// High gains make torques of small errors. They get smaller errors of wheel speeds and integrals: the torque's error
-/// is at most that of the default gains, 0.5 N m of Kp and 5 N m of Ki a unit of tolerance.
+/// High gains amplify errors of wheel speeds and integrals. Their allowed errors are therefore divided by the gain, so
+/// that the error of the torque is at most that of the default gains: 0.5 N m from Kp and 5 N m from Ki per unit of
+/// tolerance.
 fn weights(drive: &Drive) -> Y {
     let usual = Drive::default();
     let omega = 1e-1 * (usual.kp / drive.kp).min(1.0);
@@ -39,13 +39,13 @@ fn weights(drive: &Drive) -> Y {
         integral, integral, integral, // integrals
     ])
 }
-/// Smallest error asked for in a step, rad/s and rad: some hundred times the rounding of a wheel speed. Only the highest gains at
-/// the smallest tolerances come near it; 1e6 N m s make 0.1 uN m of it.
+/// Smallest allowed error of a step, rad/s and rad: some hundred times the rounding error of a wheel speed. Only the
+/// highest gains with the smallest tolerances need it; at 1e6 N m s it is a torque of 0.1 uN m.
 const ROUNDING: f64 = 1e-13;
-/// First step, s: below the fast pole of a bare wheel on the ground (75 us).
+/// First step, s: less than the time constant of a bare wheel on the contact's damping (75 us).
 const FIRST_STEP: f64 = 1e-5;
 
-/// The simulation on the equations of motion.
+/// A simulation by the equations of motion.
 pub struct DirectEngine {
     equations: Equations,
     /// `None` before the first truth.
@@ -54,7 +54,7 @@ pub struct DirectEngine {
     weights: Y,
     tolerance: f64,
     period: f64,
-    /// Truths handed out; time is this times the period, so that it does not drift.
+    /// Number of truths so far. Time is this number times the period, without accumulated rounding.
     records: u64,
 }
 
@@ -86,7 +86,7 @@ impl DirectEngine {
         };
         let mut left = most_steps(self.period);
         while solver.time() < time {
-            // A state that rattles between two laws can be followed for ever, and gets nowhere.
+            // A state that oscillates between two laws can take an unlimited number of tiny steps.
             if left == 0 {
                 return Err(PlantError::NoStep {
                     time: solver.time(),
@@ -104,33 +104,28 @@ impl DirectEngine {
     fn instant(&mut self, time: f64, y: &Y, integrals: &Integrals) -> Result<Instant, NoForces> {
         let equations = &mut self.equations;
         let state = equations::state(y);
-        let kinematics = Kinematics::new(&equations.robot, &state)?;
+        let kinematics = Kinematics::new(&equations.mechanics.robot, &state)?;
         let torques = equations.motor_torques(time, y);
-        let forces = equations.forces(&kinematics, &state, torques)?;
+        let mechanics = &mut equations.mechanics;
+        let forces = mechanics.forces(&kinematics, &state, torques)?;
+        let robot = &mechanics.robot;
         let bar = |bar| kinematics.bar(bar, &state);
         let mut truth = Truth {
             time,
             body: bar(Bar::Body),
             links: Bar::LINKS.map(bar),
             stop_torque: forces.stop_torque,
-            loop_error: kinematics.loop_error(&equations.robot),
+            loop_error: kinematics.loop_error(robot),
             ..Truth::default()
         };
         for i in 0..3 {
-            let ground = equations.or_gap(i, forces.ground[i], &kinematics, &state)?;
-            truth.wheels[i] = ground.truth(
-                kinematics.axle(i, &state),
-                integrals[i],
-                state.omega[i],
-                torques[i],
-            );
+            let motion = kinematics.wheel(robot, i, &state);
+            let ground = mechanics.or_gap(i, forces.ground[i], &motion)?;
+            truth.wheels[i] = ground.truth(motion.centre, integrals[i], state.omega[i], torques[i]);
         }
         let positions = kinematics.pins(&state);
-        for (i, force) in forces
-            .pin_forces(&equations.robot, &kinematics)
-            .into_iter()
-            .enumerate()
-        {
+        let pin_forces = forces.pin_forces(robot, &kinematics);
+        for (i, force) in pin_forces.into_iter().enumerate() {
             truth.pins[i] = PinTruth {
                 position: positions[i],
                 force,
@@ -163,7 +158,8 @@ impl Engine for DirectEngine {
     }
 }
 
-/// Steps that one period may take, s: steps of 1 us throughout. A wheel that hits an edge needs some hundred in a millisecond.
+/// Largest number of steps in one period (s): its length in steps of 1 us, at least 1000. An impact on an edge needs
+/// some hundred in a millisecond.
 fn most_steps(period: f64) -> u64 {
     #[expect(
         clippy::cast_possible_truncation,
@@ -174,13 +170,10 @@ fn most_steps(period: f64) -> u64 {
     steps
 }
 
+/// The error at a time (s) at which no step was found, from the reason why the last trial had no forces.
 fn refusal(time: f64, why: Option<NoForces>) -> PlantError {
     match why {
-        Some(NoForces::BelowGround(wheel, x)) => PlantError::WheelBelowGround {
-            time,
-            wheel: wheel + 1,
-            x,
-        },
+        Some(NoForces::BelowGround { wheel, source }) => source.at(time, wheel),
         Some(NoForces::Loop(_)) => PlantError::LoopRange { time },
         _ => PlantError::NoStep { time },
     }

@@ -1,9 +1,10 @@
-//! Radau IIA of order 5 (three stages) for stiff equations `y' = f(t, y)`: error control, dense output, and integrals along the way.
+//! Radau IIA of order 5 (three stages) for stiff equations `y' = f(t, y)`: error control, dense output, and integrals
+//! along the way.
 //!
 //! After E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II*, IV.8, and their code RADAU5: simplified
 //! Newton iterations on the transformed stages (one real and one complex system), predictive step control, reuse of the
-//! Jacobian and of the factorisations. Sizes are fixed, errors are absolute, and a state in which `f` has no value makes
-//! the step shorter.
+//! Jacobian and of the factorisations. Sizes are fixed, errors are absolute, and a state in which `f` has no value
+//! makes the step shorter.
 
 use nalgebra::{Complex, Const, DimMin, LU, SMatrix, SVector, ToTypenum};
 
@@ -661,7 +662,8 @@ mod tests {
         }
     }
 
-    /// A step into a state that has no rates is taken back; where there is no other way the solver gives up close to it.
+    /// A step into a state that has no rates is taken back; where there is no other way the solver gives up close to
+    /// it.
     #[test]
     fn states_without_rates_are_avoided_or_reported() {
         // Long steps would overshoot 0, where there are no rates.

@@ -5,7 +5,8 @@ mod smoothing;
 
 use crate::Vec2;
 use crate::edge::{Edge, Knot};
-use crate::profile::{Piece, ProfileError, SPACING, Shape};
+use crate::error::ProfileError;
+use crate::shape::{Piece, SPACING, Shape};
 use std::sync::Arc;
 
 /// Edges of a curve are no shorter than this, m, unless its points are: below it no wheel can touch an edge twice.

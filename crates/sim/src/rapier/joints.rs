@@ -1,19 +1,21 @@
-//! The bars as rapier moves them, and how fast its iterations over the four pins converge.
+//! The bars as rapier's bodies, and the convergence of its iterations over the four pins.
 
 use nalgebra::SMatrix;
 use robhaz_model::{Bar, Pin, Robot, Vec2};
 
-/// Iterations of the default robots, which leave the pins 80 nm apart at most; 8 leave a fifth of that.
+/// Smallest number of iterations, sufficient for the default robots: the gaps of the pins are at most 80 nm. With 8
+/// they are a fifth of that.
 const FEWEST: usize = 4;
-/// Iterations beyond which more are not worth their time.
+/// Largest number of iterations, a limit of computing time.
 const MOST: usize = 64;
-/// Share of an error that the iterations of a step may leave: what 4 leave for geometry B with the masses `text`,
-/// 0.503. With 4 iterations for all, four of 500 random robots made energy; 4 iterations leave 0.75 and more for them.
+/// Share of an error that may remain after the iterations of a step: 4 iterations leave 0.503 with geometry B and the
+/// masses `text`. With 4 iterations for all robots, four of 500 random robots created energy; for these, 4 iterations
+/// leave 0.75 and more.
 const LEFT: f64 = 0.51;
 
-/// A bar with the wheels on its axles, as point masses: the spin of their discs is not rapier's.
+/// A bar with its wheels as point masses on their axles. The spins of the wheels are not part of rapier's bodies.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Lump {
+pub(super) struct Lump {
     /// kg
     pub mass: f64,
     /// About its own centre of mass, kg m^2.
@@ -49,20 +51,21 @@ impl Lump {
     }
 }
 
-/// Iterations over the joints that a robot needs in a step.
+/// Number of iterations over the joints that a robot needs in a step.
 ///
-/// Rapier solves the pins one after the other (block Gauss-Seidel, 2x2 blocks): each iteration leaves `-L^-1 U` of an
-/// error, L and U the lower and the strictly upper part of `J W J'` (J from velocities to the gaps' rates, W the inverse
-/// masses). Its spectral radius r is near 1 where a heavy bar hangs on a light one. The iterations are so many that
-/// `r^n` is below [`LEFT`], in the nominal pose; r is 0.64 (geometry A) to 0.84 (B) for the default robots.
-pub(crate) fn iterations(robot: &Robot) -> usize {
+/// Rapier solves the pins one after the other (block Gauss-Seidel, 2x2 blocks). Each iteration multiplies the error by
+/// `-L^-1 U`, with L and U the lower and the strictly upper part of `J W J'` (J: Jacobian of the gaps' rates, W:
+/// inverse masses). The spectral radius r of this matrix is near 1 if a heavy bar is attached to a light one. The
+/// number n of iterations is the smallest with `r^n` at most [`LEFT`], in the nominal pose. r is 0.64 (geometry A) to
+/// 0.84 (B) for the default robots.
+pub(super) fn iterations(robot: &Robot) -> usize {
     let radius = spectral_radius(robot);
     (FEWEST..MOST)
         .find(|n| radius.powi(i32::try_from(*n).unwrap_or(i32::MAX)) <= LEFT)
         .unwrap_or(MOST)
 }
 
-/// Spectral radius of one iteration over the pins.
+/// Spectral radius of one iteration over the pins, -.
 fn spectral_radius(robot: &Robot) -> f64 {
     let geometry = &robot.geometry;
     let lumps = Bar::ALL.map(|bar| Lump::new(robot, bar));
@@ -109,7 +112,7 @@ mod tests {
     use super::*;
     use robhaz_model::{Geometry, MassSet};
 
-    /// The shipped robots need 4 iterations; a light link 3 under a heavy body needs more, and never more than the most.
+    /// The shipped robots need 4 iterations. A light link 3 under a heavy body needs more, within the limit.
     #[test]
     fn a_light_bar_between_heavy_ones_needs_more_iterations() {
         for geometry in [Geometry::a(), Geometry::b()] {

@@ -1,17 +1,14 @@
-//! The equations of motion in minimal coordinates: Q's position, the angles of links 1 and 2, three wheel spins.
+//! Kinematics of the robot in minimal coordinates: position of Q, angles of links 1 and 2, three wheel spins.
 //!
-//! The loop is closed analytically, so pins cannot drift. Every body's velocity is `J v` with `v = [Qx' Qy' theta_1'
-//! theta_2']` and its acceleration `J v' + b`; virtual power then gives `M v' = sum J' (f - m b)`, 4 equations. The spins
-//! relative to the links follow from eq. (2) and are eliminated from them. Pin forces come from Newton and Euler afterwards.
+//! The loop of the four-bar is closed analytically, so the pins cannot drift apart. With `v = [Qx' Qy' theta_1'
+//! theta_2']` the velocity of a point is `J v`, and its acceleration is `J v' + b`; `b` is called bias here.
 
-use crate::drive::wheel_acceleration;
-use crate::ground::{GroundForces, WheelMotion};
-use crate::stop::stop_torque;
+use crate::ground::WheelMotion;
 use crate::truth::BarTruth;
-use nalgebra::{Matrix4, Vector3, Vector4};
+use nalgebra::{Matrix4, Vector4};
 use robhaz_model::{Bar, GRAVITY, PostureError, Robot, Vec2, corner_s, cross, perp, turned};
 
-/// Positions and rates: what the forces depend on.
+/// Coordinates of the robot and their rates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct State {
     /// Position of Q, m.
@@ -24,69 +21,57 @@ pub(crate) struct State {
     pub omega: [f64; 3],
 }
 
-/// Why a state has no forces.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum NoForces {
-    /// The four-bar cannot close.
-    Loop(PostureError),
-    /// A wheel's centre is below the ground: index and x, m.
-    BelowGround(usize, f64),
-    /// The mass matrix is not positive definite.
-    Singular,
-}
-
-/// How a point or a bar moves with the four rates.
+/// Motion of a point of the robot as a function of the four rates.
 #[derive(Clone, Copy, Debug, Default)]
-struct Motion {
-    /// Where, relative to Q, m.
-    arm: Vec2,
-    /// Velocity is `vQ + w1 j1 + w2 j2`, m.
+pub(super) struct Motion {
+    /// Position relative to Q, m.
+    pub arm: Vec2,
+    /// Derivative of the velocity by the rate of link 1, m: the velocity is `v_Q + theta_1' j1 + theta_2' j2`.
     j1: Vec2,
+    /// Derivative of the velocity by the rate of link 2, m.
     j2: Vec2,
-    /// Acceleration that is there without that of the rates, m/s^2.
+    /// Acceleration at constant rates, m/s^2.
     bias: Vec2,
 }
 
-/// How a bar turns: rate `k1 w1 + k2 w2` and the acceleration beyond `k1 w1' + k2 w2'`.
+/// Rotation of a bar as a function of the rates of links 1 and 2.
 #[derive(Clone, Copy, Debug, Default)]
-struct Turning {
+pub(super) struct Turning {
+    /// Derivative of the bar's rate by the rate of link 1, -.
     k1: f64,
+    /// Derivative of the bar's rate by the rate of link 2, -.
     k2: f64,
+    /// Angular rate, rad/s.
     rate: f64,
+    /// Angular acceleration at constant rates, rad/s^2.
     bias: f64,
 }
 
-/// Everything geometric at one state.
+/// Positions, velocities and Jacobians at one state.
 pub(crate) struct Kinematics {
     /// Unit vectors along the turned x axis of each bar, in the order of [`Bar::ALL`].
     axes: [Vec2; 4],
-    turns: [Turning; 4],
+    /// Rotations of the bars, in the order of [`Bar::ALL`].
+    pub(super) turns: [Turning; 4],
     /// Centres of mass of the bars, in the order of [`Bar::ALL`].
-    centres: [Motion; 4],
-    axles: [Motion; 3],
+    pub(super) centres: [Motion; 4],
+    /// Centres of the wheels.
+    pub(super) axles: [Motion; 3],
     /// P, R and S relative to Q, m.
-    pins: [Vec2; 3],
+    pub(super) pins: [Vec2; 3],
 }
 
-/// Accelerations at one state, and the forces that go with them.
-pub(crate) struct Forces {
-    /// Rates of [`State::rates`].
-    pub accelerations: Vector4<f64>,
-    /// Rates of [`State::omega`], rad/s^2.
-    pub omega_rates: Vector3<f64>,
-    /// What the ground does to each wheel.
-    pub ground: [GroundForces; 3],
-    /// Torque of the end stops on link 1, N m.
-    pub stop_torque: f64,
-}
-
-/// The unit vector of the turn that takes `from` into the direction of `to`.
+/// Unit vector (cosine, sine) of the rotation that takes `from` into the direction of `to`.
 fn turn_between(from: Vec2, to: Vec2) -> Vec2 {
     Vec2::new(from.dot(&to), cross(from, to)).normalize()
 }
 
 impl Kinematics {
-    pub fn new(robot: &Robot, state: &State) -> Result<Self, NoForces> {
+    /// The kinematics at a state.
+    ///
+    /// # Errors
+    /// [`PostureError`] if the four-bar cannot close at the angles of the links.
+    pub fn new(robot: &Robot, state: &State) -> Result<Self, PostureError> {
         let geometry = &robot.geometry;
         let pins = &geometry.pins;
         let [w1, w2] = [state.rates[2], state.rates[3]];
@@ -97,11 +82,11 @@ impl Kinematics {
         let (axis1, axis2) = (unit(state.angles[0]), unit(state.angles[1]));
         let p = turned(axis1, pins.p - pins.q);
         let r = turned(axis2, pins.r - pins.q);
-        let s = corner_s(geometry, p, r).map_err(NoForces::Loop)?;
+        let s = corner_s(geometry, p, r)?;
         let axis_body = turn_between(pins.s - pins.p, s - p);
         let axis3 = turn_between(pins.s - pins.r, s - r);
 
-        // Velocity closure, perp(.) left out: wb c - w3 d = w2 r - w1 p.
+        // Velocity closure, with perp(.) dropped on both sides: wb c - w3 d = w2 r - w1 p.
         let (c, d) = (s - p, s - r);
         let det = -cross(c, d);
         let mut body = Turning {
@@ -116,7 +101,7 @@ impl Kinematics {
         };
         body.rate = body.k1 * w1 + body.k2 * w2;
         link3.rate = link3.k1 * w1 + link3.k2 * w2;
-        // Acceleration closure: the centripetal terms take the place of the right side.
+        // Acceleration closure: the same matrix, with the centripetal terms on the right-hand side.
         let g = p * (w1 * w1) + c * (body.rate * body.rate)
             - r * (w2 * w2)
             - d * (link3.rate * link3.rate);
@@ -142,7 +127,7 @@ impl Kinematics {
                 bias: -arm * (w2 * w2),
             }
         };
-        // A point on a bar that hangs on a pin of link 1 or 2.
+        // A point of a bar that is attached to a pin of link 1 or 2.
         let beyond = |pin: Motion, turning: &Turning, arm: Vec2| Motion {
             arm: pin.arm + arm,
             j1: pin.j1 + perp(arm) * turning.k1,
@@ -203,7 +188,7 @@ impl Kinematics {
         state.q + self.axles[wheel].arm
     }
 
-    /// How a wheel moves.
+    /// Motion of a wheel: centre, velocity, absolute spin.
     pub fn wheel(&self, robot: &Robot, wheel: usize, state: &State) -> WheelMotion {
         let link_rate = state.rates[2 + robot.geometry.carriers[wheel].index()];
         WheelMotion {
@@ -213,7 +198,7 @@ impl Kinematics {
         }
     }
 
-    /// Mass matrix of the four rates, the wheels as point masses on their axles; kg, kg m, kg m^2.
+    /// Mass matrix of the four rates, with the wheels as point masses on their axles; kg, kg m, kg m^2.
     pub fn mass_matrix(&self, robot: &Robot) -> Matrix4<f64> {
         let (mut m, mut unused) = (Matrix4::zeros(), Vector4::zeros());
         for bar in Bar::ALL {
@@ -228,14 +213,15 @@ impl Kinematics {
         m
     }
 
-    /// What gives the speed of a wheel's centre along `direction` from the four rates.
+    /// Row of the Jacobian: its product with the four rates is the speed of a wheel's centre along `direction` (unit
+    /// vector), m/s.
     pub fn axle_row(&self, wheel: usize, direction: Vec2) -> Vector4<f64> {
         let motion = &self.axles[wheel];
         let (j1, j2) = (motion.j1.dot(&direction), motion.j2.dot(&direction));
         Vector4::new(direction.x, direction.y, j1, j2)
     }
 
-    /// Distance between S on the body and S on link 3, m: what rounding leaves of the closed loop.
+    /// Distance between S on the body and S on link 3, m: the rounding error of the closed loop.
     pub fn loop_error(&self, robot: &Robot) -> f64 {
         let pins = &robot.geometry.pins;
         let [p, r, _] = self.pins;
@@ -253,17 +239,20 @@ impl Kinematics {
 }
 
 impl Motion {
+    /// Velocity of the point, m/s.
     fn velocity(&self, state: &State) -> Vec2 {
         let v = &state.rates;
         Vec2::new(v[0], v[1]) + self.j1 * v[2] + self.j2 * v[3]
     }
 
-    fn acceleration(&self, a: &Vector4<f64>) -> Vec2 {
+    /// Acceleration of the point (m/s^2) at the accelerations `a` of the four coordinates.
+    pub fn acceleration(&self, a: &Vector4<f64>) -> Vec2 {
         Vec2::new(a[0], a[1]) + self.j1 * a[2] + self.j2 * a[3] + self.bias
     }
 
-    /// Adds a mass moving like this to `M` (its lower half) and its gravity and bias to the right side.
-    fn add_mass(&self, mass: f64, m: &mut Matrix4<f64>, right: &mut Vector4<f64>) {
+    /// Adds a mass (kg) at this point to the mass matrix (lower triangle only), and its weight and bias force to the
+    /// right-hand side.
+    pub fn add_mass(&self, mass: f64, m: &mut Matrix4<f64>, right: &mut Vector4<f64>) {
         let (j1, j2) = (self.j1 * mass, self.j2 * mass);
         m[(0, 0)] += mass;
         m[(1, 1)] += mass;
@@ -277,8 +266,8 @@ impl Motion {
         self.add_force((Vec2::new(0.0, -GRAVITY) - self.bias) * mass, right);
     }
 
-    /// Adds a force at this point to the right side.
-    fn add_force(&self, force: Vec2, right: &mut Vector4<f64>) {
+    /// Adds a force (N) at this point to the right-hand side, by virtual power.
+    pub fn add_force(&self, force: Vec2, right: &mut Vector4<f64>) {
         right[0] += force.x;
         right[1] += force.y;
         right[2] += self.j1.dot(&force);
@@ -287,8 +276,8 @@ impl Motion {
 }
 
 impl Turning {
-    /// As [`Motion::add_mass`].
-    fn add_inertia(&self, inertia: f64, m: &mut Matrix4<f64>, right: &mut Vector4<f64>) {
+    /// Adds the inertia (kg m^2) of a bar, as [`Motion::add_mass`] adds a mass.
+    pub fn add_inertia(&self, inertia: f64, m: &mut Matrix4<f64>, right: &mut Vector4<f64>) {
         let (k1, k2) = (inertia * self.k1, inertia * self.k2);
         m[(2, 2)] += k1 * self.k1;
         m[(3, 2)] += k2 * self.k1;
@@ -297,91 +286,8 @@ impl Turning {
         right[3] -= k2 * self.bias;
     }
 
-    fn acceleration(&self, a: &Vector4<f64>) -> f64 {
+    /// Angular acceleration of the bar (rad/s^2) at the accelerations `a` of the four coordinates.
+    pub fn acceleration(&self, a: &Vector4<f64>) -> f64 {
         self.k1 * a[2] + self.k2 * a[3] + self.bias
-    }
-}
-
-impl Forces {
-    /// Solves the equations of motion. `drive_torque` is that of [`wheel_acceleration`], N m; `act` gives what the ground does
-    /// to a wheel, or the x (m) of one whose centre is below it.
-    pub fn new(
-        robot: &Robot,
-        kinematics: &Kinematics,
-        state: &State,
-        drive_torque: [f64; 3],
-        mut act: impl FnMut(usize, &WheelMotion) -> Result<GroundForces, f64>,
-    ) -> Result<Self, NoForces> {
-        let (geometry, mass) = (&robot.geometry, &robot.mass);
-        let (mut m, mut right) = (Matrix4::zeros(), Vector4::zeros());
-        for bar in Bar::ALL {
-            let ((own, inertia), i) = (mass.of(bar), bar as usize);
-            kinematics.centres[i].add_mass(own, &mut m, &mut right);
-            kinematics.turns[i].add_inertia(inertia, &mut m, &mut right);
-        }
-        let (jw, jr) = (mass.wheel_inertia, mass.rotor_inertia);
-        let mut act = |i: usize| {
-            act(i, &kinematics.wheel(robot, i, state)).map_err(|x| NoForces::BelowGround(i, x))
-        };
-        let ground = [act(0)?, act(1)?, act(2)?];
-        for i in 0..3 {
-            let (axle, row) = (&kinematics.axles[i], 2 + geometry.carriers[i].index());
-            axle.add_mass(mass.wheel, &mut m, &mut right);
-            axle.add_force(ground[i].force, &mut right);
-            // Eq. (2) solved for the spin's acceleration and put into the link's equation: of the disc's inertia what the
-            // rotor holds against, of the drive's torque what turns the disc.
-            m[(row, row)] += jw * jr / (jw + jr);
-            right[row] += ground[i].torque + jw / (jw + jr) * (drive_torque[i] - ground[i].torque);
-        }
-        let stop = stop_torque(
-            &geometry.stop,
-            state.angles[0] - state.angles[1],
-            state.rates[2] - state.rates[3],
-        );
-        right[2] += stop;
-        right[3] -= stop;
-        // It reads the lower half only.
-        let accelerations = m.cholesky().ok_or(NoForces::Singular)?.solve(&right);
-        let mut omega_rates = Vector3::zeros();
-        for i in 0..3 {
-            let alpha_link = accelerations[2 + geometry.carriers[i].index()];
-            omega_rates[i] =
-                wheel_acceleration(drive_torque[i], ground[i].torque, alpha_link, jw, jr);
-        }
-        Ok(Self {
-            accelerations,
-            omega_rates,
-            ground,
-            stop_torque: stop,
-        })
-    }
-
-    /// Forces in P, Q, R, S on the first bar of `Pin::bars`, N: Newton and Euler for body and link 3, then Newton for link 1.
-    pub fn pin_forces(&self, robot: &Robot, kinematics: &Kinematics) -> [Vec2; 4] {
-        let mass = &robot.mass;
-        let a = &self.accelerations;
-        let gravity = Vec2::new(0.0, -GRAVITY);
-        // What the other forces on a mass must add up to.
-        let needed = |m: f64, motion: &Motion| (motion.acceleration(a) - gravity) * m;
-        let [p, r, s] = kinematics.pins;
-        let on_body = needed(mass.body, &kinematics.centres[0]);
-        let on_link3 = needed(mass.links[2], &kinematics.centres[3]);
-        // Moments about P (body) and about R (link 3) hold S alone.
-        let moment_body = mass.body_inertia * kinematics.turns[0].acceleration(a)
-            + cross(kinematics.centres[0].arm - p, on_body);
-        let moment_link3 = mass.link_inertias[2] * kinematics.turns[3].acceleration(a)
-            + cross(kinematics.centres[3].arm - r, on_link3);
-        // (S - P) x s = moment_body, (S - R) x (-s) = moment_link3.
-        let (c, d) = (s - p, s - r);
-        let force_s = (d * moment_body + c * moment_link3) / cross(c, d);
-        let force_p = on_body - force_s;
-        let force_r = on_link3 + force_s;
-        let mut force_q = force_p + needed(mass.links[0], &kinematics.centres[1]);
-        for (i, carrier) in robot.geometry.carriers.iter().enumerate() {
-            if carrier.bar() == Bar::Link1 {
-                force_q += needed(mass.wheel, &kinematics.axles[i]) - self.ground[i].force;
-            }
-        }
-        [force_p, force_q, force_r, force_s]
     }
 }

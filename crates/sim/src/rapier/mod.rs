@@ -1,79 +1,80 @@
-//! The plant on rapier2d: four bars as rigid bodies, each with the mass of its wheels, four pins as impulse joints; the wheels' spins
-//! and all forces from our own laws.
+//! The engine `rapier`: four bars as rigid bodies of rapier2d, each with the masses of its wheels, and four pins as
+//! impulse joints.
 //!
-//! Rapier sees no collider: terrain queries, contact, friction, drive and stops are evaluated here before each step, at the
-//! state from which the step starts. How long a step may be: [`crate::stability`].
+//! Rapier has no colliders here. Before each step, terrain contacts, contact force, friction, drive and stops are
+//! evaluated with our own laws at the state at the start of the step, and kept constant over the step. The wheel spins
+//! are integrated beside rapier. Stability limits of the step: [`crate::stability`].
+//!
+//! A settled start comes from the equations of motion that [`crate::direct`] integrates. After that the motion depends
+//! on rapier alone.
+
+mod joints;
+mod pins;
+mod step_control;
 
 use crate::balance::{Balance, WheelLoad};
-use crate::contact::ContactLaw;
 use crate::drive::{Drive, wheel_acceleration};
-use crate::friction::FrictionLaw;
+use crate::engine::{Engine, Instant};
+use crate::error::{BelowGround, PlantError};
 use crate::ground::{Ground, WheelMotion};
-use crate::joints::{self, Lump};
-use crate::plant::{Engine, Instant, PlantError, PlantSetup};
-use crate::stability::{STABLE_SHARE, longest_step_for_friction};
-use crate::start::{Start, StartKind};
+use crate::setup::{PlantSetup, StartKind};
+use crate::start::Start;
 use crate::stop::stop_torque;
 use crate::truth::{BarTruth, PinTruth, Truth};
+use joints::Lump;
+use pins::PinArms;
 use rapier2d::prelude::*;
 use robhaz_model::{Bar, Pin, Robot, Vec2, cross, perp};
+use step_control::{StepControl, WheelState};
 
-/// The library behind this engine; a test holds it against the locked version.
-pub const LIBRARY: &str = "rapier2d 0.36.1";
+pub use step_control::MOST_PARTS;
 
-/// Parts of a step while a wheel is hit by an edge: 16 us resolve the 75 us in which a wheel is stopped. A load that makes the
-/// friction stiff takes fewer.
-pub const MOST_PARTS: u32 = 8;
-/// Pieces of a part while an impact would make the friction unstable: on the default ground beyond 6.6 kN in eight parts.
-const MOST_CUTS: u32 = 32;
-/// Rapier's iterations that free the joints' speeds of what closes their gaps, where the step changes.
-const RELAXATIONS_AT_A_CHANGE: usize = 20;
-/// Steps before a settled start, in which the joints' errors come to rest too: after 100 N stays within 10 uN.
+/// Rapier's stabilisation iterations after a change of the step. They remove the velocities that correct the gaps of
+/// the joints.
+const STABILIZATIONS_AT_A_CHANGE: usize = 20;
+/// Steps before time zero at a settled start, in which the gaps of the joints become stationary. N then changes by less
+/// than 10 uN after 100 steps.
 const SETTLING_STEPS: u64 = 200;
 
-/// The simulation on rapier2d, with all that acts on the robot.
+/// A simulation with rapier2d.
 pub struct RapierEngine {
     robot: Robot,
     ground: Ground,
     drive: Drive,
     world: PhysicsWorld,
     bars: [RigidBodyHandle; 4],
-    /// What moves with each bar, in the order of [`Bar::ALL`].
+    /// Each bar with its wheels, in the order of [`Bar::ALL`].
     lumps: [Lump; 4],
     pins: [ImpulseJointHandle; 4],
     wheels: [Wheel; 3],
-    /// Steps taken; time is this times the step, so that it does not drift.
+    /// Number of steps so far. Time is this number times the step, without accumulated rounding.
     steps: u64,
     steps_per_period: u64,
     step: f64,
-    /// Parts of steps taken.
+    /// Number of parts and pieces of steps so far.
     parts_taken: u64,
-    /// Impulse and work since the start; but for the motors' work zero unless they are asked for.
+    /// Impulse and work since the start. Without [`PlantSetup::balance`] only the work of the motors is integrated.
     balance: Balance,
     carries_balance: bool,
-    /// Angular accelerations of links 1 and 2 over the last part of a step, rad/s^2.
+    /// Mean angular accelerations of links 1 and 2 over the last integration, rad/s^2.
     link_accelerations: [f64; 2],
-    contact: ContactLaw,
-    /// Penetration under the mean wheel load, m.
-    rest: f64,
-    /// Longest step for the friction times N, N s.
-    friction_limit: f64,
-    /// Steps still to be taken before time 0.
+    step_control: StepControl,
+    /// Remaining steps before time zero.
     settling_steps: u64,
 }
 
-/// The turn of a wheel's disc, which rapier does not know.
+/// Rotation of a wheel, which is not part of rapier's bodies.
 #[derive(Clone, Copy, Debug, Default)]
 struct Wheel {
     /// Absolute spin, rad/s, forward positive.
     spin: f64,
-    /// Turn relative to its link since the start, rad.
+    /// Rotation relative to its link since the start, rad.
     angle: f64,
     /// Integral of the speed error, rad.
     integral: f64,
 }
 
-/// What acts on links and wheels at one instant.
+/// Forces and torques on links and wheels at one instant.
 #[derive(Clone, Copy, Debug, Default)]
 struct Loads {
     /// On links 1 and 2, from the ground, N.
@@ -86,20 +87,18 @@ struct Loads {
     integral_rates: [f64; 3],
     /// Motor torques, N m.
     motor_torques: [f64; 3],
-    /// Motion of the wheels, and what acts on them beside the motors.
     motions: [WheelMotion; 3],
+    /// Forces and torques on the wheels, without the motors.
     wheels: [WheelLoad; 3],
     /// Torque of the end stops on link 1, N m.
     stop_torque: f64,
-    /// In the springs of the contacts, J.
+    /// Elastic energy of all contacts, J.
     contact_energy: f64,
-    /// Greatest N of a wheel, N.
-    normal_force: f64,
-    /// Greatest speed of a wheel into the ground, m/s.
-    approach: f64,
+    wheel_state: WheelState,
 }
 
-/// Motion of the wheel on `link` whose axle is at `nominal` in the link's own frame; `spin` is absolute, rad/s.
+/// Motion of the wheel on `link` with its axle at `nominal` in the frame of the link (m) and the absolute spin `spin`
+/// (rad/s).
 fn wheel_motion(link: &RigidBody, nominal: Vec2, spin: f64) -> WheelMotion {
     let centre = link.position().transform_point(to_rapier(nominal));
     WheelMotion {
@@ -117,8 +116,8 @@ fn from_rapier(v: Vector) -> Vec2 {
     Vec2::new(v.x, v.y)
 }
 
-/// Of `v` turning with the rate `rate` (rad/s): its rate of change.
-fn turning(rate: f64, v: Vec2) -> Vec2 {
+/// Rate of change of a vector `v` that rotates at `rate` (rad/s).
+fn derivative(rate: f64, v: Vec2) -> Vec2 {
     perp(v) * rate
 }
 
@@ -132,7 +131,8 @@ impl RapierEngine {
         let step = setup.period / steps_per_period as f64;
         let p = &mut world.integration_parameters;
         p.dt = step;
-        // External forces are held over solver iterations: one only, and a short step instead.
+        // External forces stay constant over all solver iterations, so one iteration with a short step is more
+        // accurate.
         p.num_solver_iterations = 1;
         p.num_internal_pgs_iterations = joints::iterations(&setup.robot);
         p.max_ccd_substeps = 0;
@@ -146,7 +146,7 @@ impl RapierEngine {
                 RigidBodyBuilder::dynamic()
                     .translation(to_rapier(at.position))
                     .rotation(at.angle)
-                    .linvel(to_rapier(at.velocity + turning(at.rate, centre)))
+                    .linvel(to_rapier(at.velocity + derivative(at.rate, centre)))
                     .angvel(at.rate)
                     .additional_mass_properties(MassProperties::new(
                         to_rapier(lump.centre),
@@ -156,7 +156,7 @@ impl RapierEngine {
                     .can_sleep(false),
             )
         });
-        // Rapier would do so in its first step only: until then centres of mass would be those of the bare bars.
+        // Rapier does this in its first step. Until then the centres of mass would be those of the bare bars.
         for handle in bars {
             if let Some(body) = world.bodies.get_mut(handle) {
                 body.recompute_mass_properties_from_colliders(&world.colliders);
@@ -192,11 +192,7 @@ impl RapierEngine {
             balance: Balance::default(),
             carries_balance: setup.balance,
             link_accelerations: [0.0; 2],
-            contact: setup.contact,
-            friction_limit: friction_limit(setup),
-            rest: setup
-                .contact
-                .static_penetration(setup.robot.mean_wheel_load()),
+            step_control: StepControl::new(setup),
             settling_steps: match setup.start {
                 StartKind::Settled => SETTLING_STEPS,
                 StartKind::Raw => 0,
@@ -214,7 +210,7 @@ impl RapierEngine {
         &self.world.bodies[self.bars[bar as usize]]
     }
 
-    /// Poses, rates and pin positions now; wheels only as far as the bodies tell.
+    /// Truth of bars and pin positions at the current state.
     fn kinematics(&self) -> Truth {
         let bar = |bar: Bar| {
             let b = self.bar(bar);
@@ -248,39 +244,39 @@ impl RapierEngine {
         truth
     }
 
-    /// One step, in as many parts as the state needs. Fills in wheels, stop and pins of `truth` where one is asked for. Gives the energy
-    /// in the contacts' springs at its start, J.
+    /// Advances by one step, divided as [`StepControl`] asks. Fills in wheels, stop and pin forces of `truth`. Returns
+    /// the elastic energy of all contacts at the start of the step, J.
     fn advance(&mut self, mut truth: Option<&mut Truth>) -> Result<f64, PlantError> {
         let time = self.time();
         let mut loads = self.loads(time, truth.as_deref_mut())?;
         let contact_energy = loads.contact_energy;
-        let parts = self.parts(&loads);
+        let parts = self.step_control.parts(&loads.wheel_state, self.step);
         let length = self.step / f64::from(parts);
-        // The first part tells the pins' forces, which belong to the same instant as the truth.
+        // The pin forces of the first integration belong to the instant of the truth.
         let mut pins = truth.map(|truth| (truth, self.pin_arms()));
         for part in 0..parts {
             let begin = time + f64::from(part) * length;
             if part > 0 {
                 loads = self.loads(begin, None)?;
             }
-            let cuts = self.cuts(&loads, length);
-            let shorter = length / f64::from(cuts);
-            for cut in 0..cuts {
-                if cut > 0 {
-                    loads = self.loads(begin + f64::from(cut) * shorter, None)?;
+            let pieces = self.step_control.pieces(&loads.wheel_state, length);
+            let piece_length = length / f64::from(pieces);
+            for piece in 0..pieces {
+                if piece > 0 {
+                    loads = self.loads(begin + f64::from(piece) * piece_length, None)?;
                 }
-                self.integrate(&loads, shorter);
+                self.integrate(&loads, piece_length);
                 if let Some((truth, arms)) = pins.take() {
-                    self.pin_forces(truth, &arms, shorter);
+                    self.pin_forces(truth, &arms, piece_length);
                 }
             }
-            self.parts_taken += u64::from(cuts);
+            self.parts_taken += u64::from(pieces);
         }
         self.steps += 1;
         Ok(contact_energy)
     }
 
-    /// Forces in the pins over the last part of a step, of the length `step` (s).
+    /// Mean pin forces over the last integration, of the length `step` (s).
     fn pin_forces(&self, truth: &mut Truth, arms: &[PinArms; 4], step: f64) {
         for (i, handle) in self.pins.into_iter().enumerate() {
             if let Some(joint) = self.world.impulse_joints.get(handle) {
@@ -290,38 +286,7 @@ impl RapierEngine {
         }
     }
 
-    /// How much a step (s) adds to the N of a wheel at most, N: damping and spring at the mean load.
-    fn rise(&self, loads: &Loads, step: f64) -> f64 {
-        let law = &self.contact;
-        let tangent = law.stiffness * law.exponent * self.rest.powf(law.exponent - 1.0);
-        (law.damping + tangent * step) * loads.approach
-    }
-
-    /// Into how many parts the next step is cut: a wheel driven into the ground so fast that a step would add more than the mean
-    /// load to its N is hit. From the state alone, so that runs repeat.
-    fn parts(&self, loads: &Loads) -> u32 {
-        if self.rise(loads, self.step) > self.robot.mean_wheel_load() {
-            return MOST_PARTS;
-        }
-        // The explicit friction, at the load as it is.
-        (1..MOST_PARTS)
-            .find(|parts| self.step < f64::from(*parts) * self.friction_limit / loads.normal_force)
-            .unwrap_or(MOST_PARTS)
-    }
-
-    /// Into how many pieces a part of a step, `part` (s), is cut in its turn: an impact of kilonewtons can make the friction unstable
-    /// in that part, and may start after the step's start.
-    fn cuts(&self, loads: &Loads, part: f64) -> u32 {
-        let load = loads.normal_force.max(self.rise(loads, part));
-        if part * load < self.friction_limit / STABLE_SHARE {
-            return 1;
-        }
-        (1..MOST_CUTS)
-            .find(|cuts| part * load < f64::from(*cuts) * self.friction_limit)
-            .unwrap_or(MOST_CUTS)
-    }
-
-    /// Forces at the state now.
+    /// Forces and torques at the current state. Fills in wheels and stop of `truth`.
     fn loads(&mut self, time: f64, mut truth: Option<&mut Truth>) -> Result<Loads, PlantError> {
         let (geometry, mass) = (&self.robot.geometry, &self.robot.mass);
         let bodies = &self.world.bodies;
@@ -337,11 +302,7 @@ impl RapierEngine {
             let wheel = &self.wheels[i];
             let omega = wheel.spin + link_rate;
             let motion = wheel_motion(link, geometry.axle_on_carrier(i), wheel.spin);
-            let below = |x| PlantError::WheelBelowGround {
-                time,
-                wheel: i + 1,
-                x,
-            };
+            let below = |error: BelowGround| error.at(time, i);
             let ground = self.ground.act(&motion).map_err(below)?;
             let error = set_speed - omega;
             let torque = self.drive.torque(error, wheel.integral);
@@ -351,8 +312,8 @@ impl RapierEngine {
                 let ground = self.ground.or_gap(ground, &motion).map_err(below)?;
                 truth.wheels[i] = ground.truth(motion.centre, wheel.angle, omega, torque);
             }
-            // The rotor's reaction needs the link's acceleration: that of the last step (its weight
-            // J_wheel/(J_wheel + J_rotor) is 8 %).
+            // The acceleration of the link is that of the last integration. Its weight J_wheel/(J_wheel + J_rotor) is 8
+            // %.
             let omega_rate = wheel_acceleration(
                 drive_torque,
                 ground.torque,
@@ -364,15 +325,16 @@ impl RapierEngine {
             loads.integral_rates[i] = self.drive.integral_rate(error, wheel.integral);
             loads.spin_rates[i] = (through_gear - ground.torque) / mass.wheel_inertia;
             loads.forces[carrier] += ground.force;
-            // Counter-clockwise; the forward spin is clockwise.
+            // Torques are counter-clockwise; the forward spin is clockwise.
             loads.torques[carrier] +=
                 through_gear + cross(motion.centre - centres[carrier], ground.force);
             loads.motor_torques[i] = torque;
             loads.motions[i] = motion;
             loads.wheels[i] = WheelLoad::new(&ground, gear_torque);
             loads.contact_energy += ground.energy;
-            loads.normal_force = loads.normal_force.max(ground.normal_force);
-            loads.approach = loads.approach.max(ground.approach);
+            let state = &mut loads.wheel_state;
+            state.normal_force = state.normal_force.max(ground.normal_force);
+            state.approach = state.approach.max(ground.approach);
         }
         let stop = stop_torque(&geometry.stop, angles[0] - angles[1], rates[0] - rates[1]);
         loads.torques[0] += stop;
@@ -384,7 +346,7 @@ impl RapierEngine {
         Ok(loads)
     }
 
-    /// One step of rapier, and of the wheels' spins.
+    /// Integrates bars and wheel spins over `step` (s).
     fn integrate(&mut self, loads: &Loads, step: f64) {
         let before = self.link_rates();
         for (i, bar) in [Bar::Link1, Bar::Link2].into_iter().enumerate() {
@@ -396,10 +358,11 @@ impl RapierEngine {
             }
         }
         let parameters = &mut self.world.integration_parameters;
-        // What a long step has left of the pins' gaps and their speeds would be eight times the force over a short one.
+        // The velocities that correct the gaps of a long step would appear as forces, eight times as large over a short
+        // step.
         let same = (parameters.dt - step).abs() < 1e-9 * step;
         parameters.num_internal_stabilization_iterations =
-            if same { 1 } else { RELAXATIONS_AT_A_CHANGE };
+            if same { 1 } else { STABILIZATIONS_AT_A_CHANGE };
         parameters.dt = step;
         self.world.step();
         let rates = self.link_rates();
@@ -418,8 +381,8 @@ impl RapierEngine {
         }
     }
 
-    /// What `loads` have done in a step (s): half of it at the speeds before, half at those now. `rates` are those of links 1 and 2
-    /// before and now, rad/s.
+    /// Adds impulse and work of `loads` over a step (s) to the balance: half of the step with the speeds before it,
+    /// half with the current ones. `rates` are those of links 1 and 2 before the step and now, rad/s.
     fn add_to_balance(&mut self, loads: &Loads, rates: [[f64; 2]; 2], step: f64) {
         let half = 0.5 * step;
         for i in 0..3 {
@@ -445,7 +408,7 @@ impl RapierEngine {
         [Bar::Link1, Bar::Link2].map(|bar| self.bar(bar).angvel())
     }
 
-    /// Steps before time 0 with the drive at rest.
+    /// Takes the steps before time zero, with a set speed of zero.
     fn settle(&mut self) -> Result<(), PlantError> {
         let drive = self.drive;
         self.drive.speed = 0.0;
@@ -462,7 +425,7 @@ impl RapierEngine {
         Ok(())
     }
 
-    /// What undoing rapier's joint rows needs, from the poses before a step.
+    /// Poses at the pins, from which rapier's impulses are converted to forces.
     fn pin_arms(&self) -> [PinArms; 4] {
         let geometry = &self.robot.geometry;
         Pin::ALL.map(|pin| {
@@ -510,52 +473,14 @@ impl Engine for RapierEngine {
     }
 }
 
-/// Poses at a pin before a step: from these rapier's impulses become a force.
-struct PinArms {
-    /// x axis of the first bar.
-    axis: Vec2,
-    /// From the centres of mass to the pin, m.
-    arms: [Vec2; 2],
-    /// Inverse mass and inertia of both bars.
-    inverse: [(f64, f64); 2],
-}
-
-impl PinArms {
-    /// Force on the first bar, N, from the impulses of rapier's two rows.
-    ///
-    /// Rapier orthogonalises the rows of a joint (Gram-Schmidt, in the metric of the inverse masses), so that the second
-    /// impulse acts along a mixture of both axes: `d01/d00` takes the first axis out of it again.
-    fn force(&self, first: f64, second: f64, dt: f64) -> Vec2 {
-        let ex = self.axis;
-        let ey = perp(ex);
-        let (mut d00, mut d01) = (0.0, 0.0);
-        for (r, (inverse_mass, inverse_inertia)) in self.arms.iter().zip(self.inverse) {
-            let (cx, cy) = (cross(*r, ex), cross(*r, ey));
-            d00 += inverse_mass + cx * cx * inverse_inertia;
-            d01 += cx * cy * inverse_inertia;
-        }
-        (ex * (first - d01 / d00 * second) + ey * second) / dt
-    }
-}
-
-/// The longest step for the friction at 1 N, where the ground is roughest.
-fn friction_limit(setup: &PlantSetup) -> f64 {
-    let stretches = setup.stretches.iter().map(|s| s.mu_s);
-    let friction = FrictionLaw {
-        mu_s: stretches.fold(setup.friction.mu_s, f64::max),
-        ..setup.friction
-    };
-    longest_step_for_friction(&friction, &setup.robot, 1.0)
-}
-
-/// Steps in one period so that none is longer than `step`.
+/// Smallest number of equal steps in a period (s) that are not longer than `step` (s).
 fn steps_per_period(period: f64, step: f64) -> u64 {
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "a count of steps"
     )]
-    // A hair below the ratio: 1 ms in steps of 0.1 ms are ten, whatever the rounding.
+    // The factor compensates rounding: 1 ms contains exactly ten steps of 0.1 ms.
     let steps = (period / step * (1.0 - 1e-9)).ceil().max(1.0) as u64;
     steps
 }

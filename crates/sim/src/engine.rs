@@ -1,0 +1,25 @@
+//! The interface of the engines.
+
+use crate::balance::Balance;
+use crate::error::PlantError;
+use crate::truth::Truth;
+
+/// An engine: it integrates the motion and evaluates the truth once per period.
+pub(crate) trait Engine {
+    /// Mean integration step since the start, s.
+    fn mean_step(&self) -> f64;
+
+    /// The truth at the current time. The simulation then advances by one period.
+    fn next_instant(&mut self) -> Result<Instant, PlantError>;
+}
+
+/// The truth at one instant, with the energies that [`Truth`] does not contain.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Instant {
+    pub truth: Truth,
+    /// Elastic energy of all contacts, J.
+    pub contact_energy: f64,
+    /// Work of the motors since the start. The other integrals are zero unless
+    /// [`PlantSetup::balance`](crate::PlantSetup::balance) is set.
+    pub balance: Balance,
+}

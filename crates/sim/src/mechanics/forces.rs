@@ -1,0 +1,133 @@
+//! The equations of motion: accelerations and forces at one state.
+//!
+//! Virtual power gives `M v' = sum J' (f - m b)` for the four rates v, with the velocities `J v` and biases b of
+//! [`super::kinematics`]. The wheel spins relative to the links follow from eq. (2) and are eliminated from these
+//! equations. Pin forces follow from Newton's and Euler's equations of single bars.
+
+use super::kinematics::{Kinematics, Motion, State};
+use crate::drive::wheel_acceleration;
+use crate::error::BelowGround;
+use crate::ground::{GroundForces, WheelMotion};
+use crate::stop::stop_torque;
+use nalgebra::{Matrix4, Vector3, Vector4};
+use robhaz_model::{Bar, GRAVITY, PostureError, Robot, Vec2, cross};
+
+/// Reason why the forces at a state cannot be evaluated.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub(crate) enum NoForces {
+    /// The four-bar cannot close.
+    #[error(transparent)]
+    Loop(#[from] PostureError),
+    /// A wheel's centre is below the ground.
+    #[error("wheel {wheel}: {source}")]
+    BelowGround {
+        /// Index of the wheel, 0 front.
+        wheel: usize,
+        /// The place.
+        source: BelowGround,
+    },
+    /// The mass matrix is not positive definite.
+    #[error("the mass matrix is not positive definite")]
+    Singular,
+}
+
+/// Accelerations at one state, and the forces that belong to them.
+pub(crate) struct Forces {
+    /// Time derivatives of [`State::rates`], m/s^2 and rad/s^2.
+    pub accelerations: Vector4<f64>,
+    /// Time derivatives of [`State::omega`], rad/s^2.
+    pub omega_rates: Vector3<f64>,
+    /// Forces of the ground on each wheel.
+    pub ground: [GroundForces; 3],
+    /// Torque of the end stops on link 1, N m.
+    pub stop_torque: f64,
+}
+
+impl Forces {
+    /// Solves the equations of motion. `drive_torque` is that of [`wheel_acceleration`], N m; `act` evaluates the
+    /// forces of the ground on the wheel with the given index.
+    ///
+    /// # Errors
+    /// [`NoForces`]
+    pub fn new(
+        robot: &Robot,
+        kinematics: &Kinematics,
+        state: &State,
+        drive_torque: [f64; 3],
+        mut act: impl FnMut(usize, &WheelMotion) -> Result<GroundForces, BelowGround>,
+    ) -> Result<Self, NoForces> {
+        let (geometry, mass) = (&robot.geometry, &robot.mass);
+        let (mut m, mut right) = (Matrix4::zeros(), Vector4::zeros());
+        for bar in Bar::ALL {
+            let ((own, inertia), i) = (mass.of(bar), bar as usize);
+            kinematics.centres[i].add_mass(own, &mut m, &mut right);
+            kinematics.turns[i].add_inertia(inertia, &mut m, &mut right);
+        }
+        let (jw, jr) = (mass.wheel_inertia, mass.rotor_inertia);
+        let mut act = |i: usize| {
+            act(i, &kinematics.wheel(robot, i, state))
+                .map_err(|source| NoForces::BelowGround { wheel: i, source })
+        };
+        let ground = [act(0)?, act(1)?, act(2)?];
+        for i in 0..3 {
+            let (axle, row) = (&kinematics.axles[i], 2 + geometry.carriers[i].index());
+            axle.add_mass(mass.wheel, &mut m, &mut right);
+            axle.add_force(ground[i].force, &mut right);
+            // Eq. (2), solved for the spin's acceleration and substituted in the link's equation, adds the inertia
+            // J_w J_r/(J_w + J_r), and the share J_w/(J_w + J_r) of the torques.
+            m[(row, row)] += jw * jr / (jw + jr);
+            right[row] += ground[i].torque + jw / (jw + jr) * (drive_torque[i] - ground[i].torque);
+        }
+        let stop = stop_torque(
+            &geometry.stop,
+            state.angles[0] - state.angles[1],
+            state.rates[2] - state.rates[3],
+        );
+        right[2] += stop;
+        right[3] -= stop;
+        // The factorisation reads the lower triangle only.
+        let accelerations = m.cholesky().ok_or(NoForces::Singular)?.solve(&right);
+        let mut omega_rates = Vector3::zeros();
+        for i in 0..3 {
+            let alpha_link = accelerations[2 + geometry.carriers[i].index()];
+            omega_rates[i] =
+                wheel_acceleration(drive_torque[i], ground[i].torque, alpha_link, jw, jr);
+        }
+        Ok(Self {
+            accelerations,
+            omega_rates,
+            ground,
+            stop_torque: stop,
+        })
+    }
+
+    /// Forces in P, Q, R, S on the first bar of `Pin::bars`, N, from Newton's and Euler's equations of body and link 3,
+    /// and Newton's of link 1.
+    pub fn pin_forces(&self, robot: &Robot, kinematics: &Kinematics) -> [Vec2; 4] {
+        let mass = &robot.mass;
+        let a = &self.accelerations;
+        let gravity = Vec2::new(0.0, -GRAVITY);
+        // Sum of all forces on a mass but its weight.
+        let needed = |m: f64, motion: &Motion| (motion.acceleration(a) - gravity) * m;
+        let [p, r, s] = kinematics.pins;
+        let on_body = needed(mass.body, &kinematics.centres[0]);
+        let on_link3 = needed(mass.links[2], &kinematics.centres[3]);
+        // The moments about P (body) and about R (link 3) contain the force in S alone.
+        let moment_body = mass.body_inertia * kinematics.turns[0].acceleration(a)
+            + cross(kinematics.centres[0].arm - p, on_body);
+        let moment_link3 = mass.link_inertias[2] * kinematics.turns[3].acceleration(a)
+            + cross(kinematics.centres[3].arm - r, on_link3);
+        // (S - P) x s = moment_body, (S - R) x (-s) = moment_link3.
+        let (c, d) = (s - p, s - r);
+        let force_s = (d * moment_body + c * moment_link3) / cross(c, d);
+        let force_p = on_body - force_s;
+        let force_r = on_link3 + force_s;
+        let mut force_q = force_p + needed(mass.links[0], &kinematics.centres[1]);
+        for (i, carrier) in robot.geometry.carriers.iter().enumerate() {
+            if carrier.bar() == Bar::Link1 {
+                force_q += needed(mass.wheel, &kinematics.axles[i]) - self.ground[i].force;
+            }
+        }
+        [force_p, force_q, force_r, force_s]
+    }
+}

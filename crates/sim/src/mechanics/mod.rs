@@ -1,0 +1,13 @@
+//! Equations of motion in minimal coordinates.
+//!
+//! [`crate::direct`] integrates them, [`crate::start`] solves them for the static equilibrium at time zero, from which
+//! both engines start, and [`crate::stability`] takes the mass matrix. The motion of [`crate::rapier`] does not depend
+//! on them.
+
+mod forces;
+mod kinematics;
+mod model;
+
+pub(crate) use forces::{Forces, NoForces};
+pub(crate) use kinematics::{Kinematics, State};
+pub(crate) use model::{Contacts, Mechanics};

@@ -1,0 +1,214 @@
+//! Static equilibrium on the ground, by Newton's method on the equations of motion.
+
+use super::state::Start;
+use crate::error::NoRest;
+use crate::mechanics::{Forces, Kinematics, Mechanics, State};
+use crate::setup::PlantSetup;
+use nalgebra::{Matrix4, SMatrix, SVector, Vector4};
+use robhaz_model::{Bar, Vec2};
+use robhaz_terrain::Terrain;
+
+/// Unknowns of the equilibrium: position of Q (m), angles of links 1 and 2 (rad), creep speed of the middle wheel
+/// (m/s), motor torques (N m).
+type Unknowns = SVector<f64, 8>;
+
+/// Largest number of steps of Newton's method; about ten are needed.
+const MOST_STEPS: usize = 50;
+/// Shift of an unknown in a difference quotient, m, rad, m/s, N m. In a position it changes N by 0.2 mN.
+const SHIFT: f64 = 1e-9;
+/// Newton's method has converged when no unknown changes by more. In a position it is 0.2 uN of N.
+const CONVERGED: f64 = 1e-12;
+/// Singular values below this count as zero. Those of a robot on ground with friction are above 1e-3.
+const SINGULAR: f64 = 1e-9;
+/// Largest acceleration at rest, m/s^2 and rad/s^2: 0.01 mN on 14 kg.
+const AT_REST: f64 = 1e-6;
+
+/// Static equilibrium near the nominal pose, with the middle wheel at its nominal x.
+///
+/// # Errors
+/// [`NoRest`]
+pub(super) fn settled(setup: &PlantSetup) -> Result<Start, NoRest> {
+    let mut equilibrium = Equilibrium {
+        setup,
+        mechanics: Mechanics::new(setup),
+    };
+    let pose = pose_on_ground(setup).ok_or(NoRest::Pose)?;
+    equilibrium.solve(&pose)
+}
+
+/// The pose near the nominal one in which each wheel has the mean penetration, by Newton's method on the distances from
+/// the ground.
+fn pose_on_ground(setup: &PlantSetup) -> Option<State> {
+    let robot = &setup.robot;
+    let goal = robot.geometry.wheel_radius - setup.mean_penetration();
+    let mut state = Start::nominal(setup).state;
+    for _ in 0..MOST_STEPS {
+        let kinematics = Kinematics::new(robot, &state).ok()?;
+        let (rows, distances) = tangents(&setup.terrain, &kinematics, &state)?;
+        let mut right = Vector4::zeros();
+        for i in 0..3 {
+            right[i] = goal - distances[i];
+        }
+        right[3] = robot.geometry.axles[1].x - kinematics.axle(1, &state).x;
+        let mut matrix = rows;
+        let x_of_the_middle = kinematics.axle_row(1, Vec2::x());
+        matrix.set_row(3, &x_of_the_middle.transpose());
+        let step = matrix.lu().solve(&right)?;
+        state.q += Vec2::new(step[0], step[1]);
+        state.angles[0] += step[2];
+        state.angles[1] += step[3];
+        if step.amax() < 1e-6 {
+            return Some(state);
+        }
+    }
+    None
+}
+
+/// Rows of a Jacobian, and the distances of the wheels' centres from the ground, m. The product of rows 1 to 3 with the
+/// four rates is the speed of each wheel away from the ground, that of row 4 the speed of the middle wheel along the
+/// ground, m/s.
+fn tangents(
+    terrain: &Terrain,
+    kinematics: &Kinematics,
+    state: &State,
+) -> Option<(Matrix4<f64>, [f64; 3])> {
+    let (mut rows, mut distances) = (Matrix4::zeros(), [0.0; 3]);
+    for (i, distance) in distances.iter_mut().enumerate() {
+        let nearest = terrain.nearest(kinematics.axle(i, state))?;
+        let row = kinematics.axle_row(i, nearest.normal());
+        rows.set_row(i, &row.transpose());
+        *distance = nearest.distance;
+        if i == 1 {
+            let row = kinematics.axle_row(i, nearest.tangent);
+            rows.set_row(3, &row.transpose());
+        }
+    }
+    Some((rows, distances))
+}
+
+/// The equations of equilibrium.
+struct Equilibrium<'a> {
+    setup: &'a PlantSetup,
+    mechanics: Mechanics,
+}
+
+impl Equilibrium<'_> {
+    /// Newton's method from a pose near the solution.
+    fn solve(&mut self, pose: &State) -> Result<Start, NoRest> {
+        let [a, b] = pose.angles;
+        let mut z = Unknowns::from([pose.q.x, pose.q.y, a, b, 0.0, 0.0, 0.0, 0.0]);
+        for _ in 0..MOST_STEPS {
+            let here = self.residual(&z)?;
+            let mut jacobian = SMatrix::<f64, 8, 8>::zeros();
+            for column in 0..8 {
+                let mut moved = z;
+                moved[column] += SHIFT;
+                let slope = (self.residual(&moved)? - here) / SHIFT;
+                jacobian.set_column(column, &slope);
+            }
+            // Without friction the creep speed is arbitrary; the pseudo-inverse chooses the smallest solution.
+            let step = jacobian.svd(true, true).solve(&here, SINGULAR);
+            let step = step.map_err(|_| NoRest::Equilibrium)?;
+            z -= step;
+            if step.amax() < CONVERGED {
+                self.check_rest(&z)?;
+                return self.start(&z);
+            }
+        }
+        Err(NoRest::Equilibrium)
+    }
+
+    /// Checks that nothing accelerates and that each wheel has one contact.
+    fn check_rest(&mut self, z: &Unknowns) -> Result<(), NoRest> {
+        let (residual, forces) = self.evaluate(z)?;
+        for (i, ground) in forces.ground.iter().enumerate() {
+            if !(ground.normal_force > 0.0 && ground.contacts == 1) {
+                return Err(NoRest::Contacts {
+                    wheel: i + 1,
+                    contacts: ground.contacts,
+                });
+            }
+        }
+        if residual.amax() < AT_REST {
+            Ok(())
+        } else {
+            Err(NoRest::Equilibrium)
+        }
+    }
+
+    /// The residual of [`Self::evaluate`].
+    fn residual(&mut self, z: &Unknowns) -> Result<Unknowns, NoRest> {
+        self.evaluate(z).map(|(residual, _)| residual)
+    }
+
+    /// The residual, which is zero in equilibrium, and the forces. The residual contains the distance of the middle
+    /// wheel from its nominal x (m) and the accelerations of Q (m/s^2), links and wheels (rad/s^2).
+    fn evaluate(&mut self, z: &Unknowns) -> Result<(Unknowns, Forces), NoRest> {
+        let start = self.start(z)?;
+        let robot = &self.setup.robot;
+        let kinematics = Kinematics::new(robot, &start.state).map_err(|_| NoRest::Equilibrium)?;
+        let torques = [z[5], z[6], z[7]];
+        let forces = self
+            .mechanics
+            .forces(&kinematics, &start.state, torques)
+            .map_err(|_| NoRest::Equilibrium)?;
+        let mut residual = Unknowns::zeros();
+        residual[0] = kinematics.axle(1, &start.state).x - robot.geometry.axles[1].x;
+        residual
+            .fixed_rows_mut::<4>(1)
+            .copy_from(&forces.accelerations);
+        residual
+            .fixed_rows_mut::<3>(5)
+            .copy_from(&forces.omega_rates);
+        Ok((residual, forces))
+    }
+
+    /// The state that belongs to the unknowns. The wheels keep their penetration while the robot creeps; the torques of
+    /// the control come from its integral or, without integral gain, from a speed error.
+    fn start(&self, z: &Unknowns) -> Result<Start, NoRest> {
+        let mut state = self.pose(z).ok_or(NoRest::Equilibrium)?;
+        let drive = &self.setup.drive;
+        let mut integrals = [0.0; 3];
+        for i in 0..3 {
+            let torque = z[5 + i];
+            if drive.ki > 0.0 {
+                integrals[i] = torque / drive.ki;
+            } else if drive.kp > 0.0 {
+                state.omega[i] = -torque / drive.kp;
+            }
+            // A control without gains exerts no torque.
+            let limit = if drive.ki > 0.0 || drive.kp > 0.0 {
+                drive.torque_limit
+            } else {
+                AT_REST
+            };
+            if torque.abs() > limit {
+                return Err(NoRest::Motor {
+                    wheel: i + 1,
+                    torque,
+                    limit,
+                });
+            }
+        }
+        let kinematics = Kinematics::new(&self.setup.robot, &state);
+        let kinematics = kinematics.map_err(|_| NoRest::Equilibrium)?;
+        Ok(Start {
+            state,
+            integrals,
+            bars: Bar::ALL.map(|bar| kinematics.bar(bar, &state)),
+        })
+    }
+
+    /// Pose and rates that belong to the unknowns, with all wheel spins at zero.
+    fn pose(&self, z: &Unknowns) -> Option<State> {
+        let mut state = State {
+            q: Vec2::new(z[0], z[1]),
+            angles: [z[2], z[3]],
+            ..State::default()
+        };
+        let kinematics = Kinematics::new(&self.setup.robot, &state).ok()?;
+        let (rows, _) = tangents(&self.setup.terrain, &kinematics, &state)?;
+        state.rates = rows.lu().solve(&Vector4::new(0.0, 0.0, 0.0, z[4]))?;
+        Some(state)
+    }
+}
