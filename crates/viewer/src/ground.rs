@@ -6,11 +6,10 @@ use crate::convert::flat;
 use crate::writer::Writer;
 use rerun::archetypes::LineStrips2D;
 use rerun::components::Radius;
-use robhaz_model::Vec2;
 use robhaz_scene::Scene;
 use robhaz_sim::Truth;
 use robhaz_sim::friction::Stretch;
-use robhaz_terrain::{Contact, Terrain};
+use robhaz_terrain::Terrain;
 
 /// Spacing of the ground's points, m.
 const SPACING: f64 = 0.005;
@@ -59,11 +58,6 @@ impl Ground {
     /// Somewhere it has a corner.
     pub(crate) fn has_corners(&self) -> bool {
         self.terrain.has_corners()
-    }
-
-    /// Every contact of a wheel.
-    pub(crate) fn contacts(&self, centre: Vec2, radius: f64, out: &mut Vec<Contact>) {
-        self.terrain.contacts(centre, radius, out);
     }
 
     /// Takes note of where the robot is.

@@ -4,7 +4,6 @@
 
 use crate::ViewerError;
 use crate::colours::{self, Colour};
-use crate::contact::contact_point;
 use crate::convert::{deep, flat, narrow, turn};
 use crate::forces::{ForceScale, Forces, Shown};
 use crate::ground::Ground;
@@ -18,7 +17,7 @@ use robhaz_model::{Bar, Pin, Robot, Vec2};
 use robhaz_run::Frame;
 use robhaz_scene::Scene;
 use robhaz_score::events::EndStop;
-use robhaz_sim::Truth;
+use robhaz_sim::{Truth, WheelTruth};
 
 /// Every so many frames the trails get a new piece: 20 Hz at 60 frames a second.
 const FRAMES_PER_TRAIL: u32 = 3;
@@ -107,7 +106,7 @@ impl SceneView {
             truth,
             given_angle: frame.sensors.contact_angle,
             estimate: self.chosen.and_then(|k| frame.estimates[k].ok()),
-            contacts: self.contacts(&truth),
+            contacts: contact_points(&truth),
             trails,
         });
     }
@@ -232,22 +231,17 @@ impl SceneView {
         let before = self.trail_ends.replace(now).unwrap_or(now);
         before.into_iter().zip(now).map(|(a, b)| [a, b]).collect()
     }
+}
 
-    /// Where the wheels touch. The truth sums up two contacts of a wheel: those are looked for on the ground.
-    fn contacts(&self, truth: &Truth) -> Vec<(Vec2, Colour)> {
-        let radius = self.robot.geometry.wheel_radius;
-        let mut points = Vec::new();
-        for (wheel, colour) in truth.wheels.iter().zip(colours::WHEELS) {
-            if wheel.contacts == 1 {
-                points.push((contact_point(wheel, radius), colour));
-            } else if wheel.contacts > 1 {
-                let mut found = Vec::new();
-                self.ground.contacts(wheel.position, radius, &mut found);
-                points.extend(found.into_iter().map(|contact| (contact.point, colour)));
-            }
-        }
-        points
-    }
+/// Points of all contacts, each in the colour of its wheel.
+fn contact_points(truth: &Truth) -> Vec<(Vec2, Colour)> {
+    let wheels = truth.wheels.iter().zip(colours::WHEELS);
+    let points = |(wheel, colour): (&WheelTruth, Colour)| {
+        let list = wheel.contact_list;
+        let points = list.iter().map(|contact| (contact.point, colour));
+        points.collect::<Vec<_>>()
+    };
+    wheels.flat_map(points).collect()
 }
 
 /// Where the stops are drawn.
