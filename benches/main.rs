@@ -245,7 +245,7 @@ fn estimate(c: &mut Criterion) {
 /// live viewer (here a server that keeps the data); with a recording. The times exclude layout and start.
 #[cfg(feature = "viewer")]
 fn viewing(c: &mut Criterion) {
-    use robhaz_run::{Frame, RunEnd, Sink, SinkError};
+    use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
     use robhaz_viewer::{LiveSink, RecordingSink};
 
     /// CPU time of this thread if the system provides it, otherwise elapsed time.
@@ -264,14 +264,14 @@ fn viewing(c: &mut Criterion) {
     }
 
     impl Sink for Timed<'_> {
-        fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-            self.inner.as_mut().map_or(Ok(()), |s| s.begin(scene))
+        fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
+            self.inner.as_mut().map_or(Ok(()), |s| s.begin(run))
         }
 
         fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
             self.inner.as_mut().map_or(Ok(()), |s| s.frame(frame))?;
             // A recording is written every two seconds: here and at the end.
-            if frame.truth.time >= 2.0 {
+            if frame.time >= 2.0 {
                 self.start.get_or_insert_with(thread_time);
             }
             Ok(())

@@ -400,6 +400,10 @@ fn a_stuck_robot_is_reported() {
         summary["progress"]["spinning_s"].as_array().unwrap().len(),
         3
     );
+    // Wheels touch tread and riser at once, and spin against the riser.
+    for event in ["two_contacts", "slips"] {
+        assert!(summary["events"][event].as_u64().unwrap() > 0, "{event}");
+    }
 }
 
 /// `--seed` and `--set` end up in the resolved scene and in the summary.

@@ -55,17 +55,19 @@ pub fn grounds(size: f64) -> impl Strategy<Value = Profile> {
             width,
         });
     let steps = proptest::collection::vec((0.01..0.2_f64, -0.02 * size..0.02 * size), 2..12);
-    let heights =
-        (start.clone(), steps, 0..Interpolation::ALL.len()).prop_map(|(start, steps, way)| {
-            let mut at = Vec2::new(start, 0.0);
-            let mut points = vec![at, at + Vec2::new(0.05, 0.0)];
-            at.x += 0.05;
-            for (dx, dy) in steps {
-                at += Vec2::new(dx, dy);
-                points.push(at);
-            }
-            Profile::Heights(Heights::new(points, Interpolation::ALL[way]))
-        });
+    let heights = (start.clone(), steps, 0..2_usize).prop_map(|(start, steps, way)| {
+        let mut at = Vec2::new(start, 0.0);
+        let mut points = vec![at, at + Vec2::new(0.05, 0.0)];
+        at.x += 0.05;
+        for (dx, dy) in steps {
+            at += Vec2::new(dx, dy);
+            points.push(at);
+        }
+        Profile::Heights(Heights::new(
+            points,
+            [Interpolation::Spline, Interpolation::Corners][way],
+        ))
+    });
     let class_seed = (0..8_usize, 0..1000_u64, start.clone());
     let one = prop_oneof![
         Just(Profile::Flat),

@@ -9,6 +9,7 @@ use crate::support::scene;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+use rayon::prelude::*;
 use robhaz_scene::{EngineKind, Scene};
 use robhaz_sim::drive::Drive;
 use robhaz_sim::friction::FrictionLaw;
@@ -16,7 +17,6 @@ use robhaz_sim::{PlantError, StartKind};
 use robhaz_verify::{Run, agreement, impulse_difference};
 use std::collections::BTreeMap;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Duration of a run, s.
 const SECONDS: f64 = 8.0;
@@ -190,10 +190,6 @@ struct Found {
     /// Scenes on which they do not, and why; runs that stopped for no physical reason.
     differ: Vec<String>,
     unphysical: Vec<String>,
-    /// Scenes on which both engines stop because energy was made: not by their integration but by the law of contact.
-    /// Where the ground bends up by less than some 9 deg at a corner, a wheel's second contact appears at nearly the depth
-    /// of its first one, and the energy of its spring with it.
-    second_contact: Vec<u64>,
     /// Greatest differences where they agree at their usual steps.
     impulse: f64,
     apart: f64,
@@ -204,15 +200,10 @@ struct Found {
 
 impl Found {
     fn look(&mut self, number: u64, scene: &Scene, pair: &Pair) {
-        let makes = |run: &Run| matches!(run.stopped, Some(PlantError::EnergyMade { .. }));
-        let by_law = pair.runs.iter().all(makes);
-        if by_law {
-            self.second_contact.push(number);
-        }
         for (kind, run) in EngineKind::ALL.iter().zip(&pair.runs) {
             let name = format!("{} {}", kind.name(), end(run));
             *self.ends.entry(name).or_insert(0) += 1;
-            if !is_physical(run) && !by_law {
+            if !is_physical(run) {
                 let message = format!("{number}, {}: {:?}", kind.name(), run.stopped);
                 self.unphysical.push(message);
             }
@@ -224,43 +215,33 @@ impl Found {
     }
 }
 
-/// Runs one scene after the other on both engines, on two threads.
+/// Runs scenes on both engines. Where the engines disagree, finer steps and tolerances are tried.
 fn study(numbers: &[u64]) -> Found {
     let found = Mutex::new(Found::default());
-    let next = AtomicU64::new(0);
-    let work = || {
-        while let Some(&number) = usize::try_from(next.fetch_add(1, Ordering::Relaxed))
-            .ok()
-            .and_then(|i| numbers.get(i))
-        {
-            let scene = random_scene(number);
-            let pair = Pair::new(&scene, (1.0, 1.0));
-            let mut why = pair.disagreement();
-            let mut level = 0;
-            let mut reasons = vec![format!("scene {number}")];
-            while let (Some(reason), Some(finer)) = (&why, FINER.get(level)) {
-                reasons.push(reason.clone());
-                why = Pair::new(&scene, *finer).disagreement();
-                level += 1;
-            }
-            let mut found = found.lock().unwrap();
-            found.look(number, &scene, &pair);
-            match why {
-                None => found.agree[level] += 1,
-                Some(reason) => {
-                    reasons.push(reason);
-                    found.differ.push(reasons.join("; "));
-                }
-            }
-            if level == 0 {
-                found.impulse = found.impulse.max(pair.impulse);
-                found.apart = found.apart.max(pair.apart);
+    numbers.par_iter().for_each(|&number| {
+        let scene = random_scene(number);
+        let pair = Pair::new(&scene, (1.0, 1.0));
+        let mut why = pair.disagreement();
+        let mut level = 0;
+        let mut reasons = vec![format!("scene {number}")];
+        while let (Some(reason), Some(finer)) = (&why, FINER.get(level)) {
+            reasons.push(reason.clone());
+            why = Pair::new(&scene, *finer).disagreement();
+            level += 1;
+        }
+        let mut found = found.lock().unwrap();
+        found.look(number, &scene, &pair);
+        match why {
+            None => found.agree[level] += 1,
+            Some(reason) => {
+                reasons.push(reason);
+                found.differ.push(reasons.join("; "));
             }
         }
-    };
-    std::thread::scope(|threads| {
-        threads.spawn(work);
-        threads.spawn(work);
+        if level == 0 {
+            found.impulse = found.impulse.max(pair.impulse);
+            found.apart = found.apart.max(pair.apart);
+        }
     });
     found.into_inner().unwrap()
 }
@@ -269,7 +250,8 @@ fn study(numbers: &[u64]) -> Found {
 #[test]
 fn random_scenes_end_for_physical_reasons_and_engines_agree() {
     let mut numbers: Vec<u64> = (0..16).collect();
-    numbers.extend([59, 130, 162, 717]);
+    // 435 has a corner of 1 deg: with two contacts there the law of contact made energy.
+    numbers.extend([59, 130, 162, 435, 717]);
     let found = study(&numbers);
     println!("{found:#?}");
     assert!(found.unphysical.is_empty(), "{:?}", found.unphysical);
@@ -285,13 +267,7 @@ fn study_of_500_random_scenes() {
     let found = study(&(0..500).collect::<Vec<_>>());
     println!("{found:#?}");
     assert!(found.unphysical.is_empty(), "{:?}", found.unphysical);
-    // 1 % each: one scene was found in which rapier's place is off by 2 mm at a sixteenth of its step, at first order, and
-    // one with a ramp of 1 deg.
-    assert!(
-        found.second_contact.len() <= 5,
-        "{:?}",
-        found.second_contact
-    );
+    // One scene in a hundred: a place can depend on an impact so strongly that a sixteenth of the step is not fine enough.
     assert!(found.differ.len() <= 5, "{:?}", found.differ);
 }
 

@@ -230,28 +230,50 @@ fn engines_agree_on_every_shipped_scene() {
     }
 }
 
-/// Equivalence at a shallow concave corner with a constant c: each wheel has two damped contacts for 16 ms, and a
-/// contact starts and ends with a jump of the force by c v. N must not oscillate at rapier's step: the engines agree as
-/// on rolling ground (measured: 16 mN RMS, allowed: 46 mN).
-#[test]
-fn two_contacts_do_not_oscillate() {
-    let [rapier, direct] = ["engine.kind=rapier", "engine.kind=direct"].map(|kind| {
+/// Both engines on a slope that begins at x = 0.7 m with a corner and rises by `rise` (m) over 5 m, with a constant c.
+fn over_a_corner(rise: f64) -> [Vec<Truth>; 2] {
+    ["engine.kind=rapier", "engine.kind=direct"].map(|kind| {
+        let points = format!("terrain.points=[[-5,0],[0.7,0],[5.7,{rise}]]");
         let overrides = [
             "terrain.kind=heights",
             "terrain.interpolation=corners",
-            "terrain.points=[[-5,0],[0.7,0],[5.7,0.25]]",
+            &points,
             "contact.damping_ramp=0",
             "record.duration=6",
             kind,
         ];
         truth_of(&scene("flat", &overrides)).unwrap()
-    });
-    let two_contacts = |truth: &[Truth]| {
-        let two = |t: &&Truth| t.wheels.iter().any(|w| w.contacts == 2);
-        truth.iter().filter(two).count()
-    };
-    assert!(two_contacts(&direct) > 40, "{}", two_contacts(&direct));
+    })
+}
+
+/// Records at which a wheel has two contacts.
+fn two_contacts(truth: &[Truth]) -> usize {
+    let two = |t: &&Truth| t.wheels.iter().any(|w| w.contacts == 2);
+    truth.iter().filter(two).count()
+}
+
+/// Equivalence: a blunt corner, here of 3 deg, is rounded. A wheel has one contact there, and the engines agree as on rolling
+/// ground.
+#[test]
+fn engines_agree_at_a_blunt_corner() {
+    let [rapier, direct] = over_a_corner(0.25);
+    assert_eq!(two_contacts(&direct) + two_contacts(&rapier), 0);
     let found = agreement(&rapier, &direct);
-    println!("two contacts, constant c: {found:?}");
+    println!("a blunt corner, constant c: {found:?}");
     assert!(found.normal_force < 1e-3, "{found:?}");
+}
+
+/// Equivalence at a concave corner of 10 deg with a constant c: each wheel has two damped contacts for a while, and a
+/// contact starts and ends with a jump of the force by c v. N must not oscillate at rapier's step: measured 0.35 % RMS. An
+/// oscillation by the jump, 700 N, over the records with two contacts would be 60 %.
+#[test]
+fn two_contacts_do_not_oscillate() {
+    let [rapier, direct] = over_a_corner(0.9);
+    assert!(two_contacts(&direct) > 20, "{}", two_contacts(&direct));
+    let found = agreement(&rapier, &direct);
+    println!(
+        "two contacts, constant c: {found:?}, {} records with two contacts",
+        two_contacts(&direct)
+    );
+    assert!(found.normal_force < 1e-2, "{found:?}");
 }

@@ -1,7 +1,7 @@
 //! Shared by several tests: runs kept in memory, and the reference runs.
 
 use robhaz_estimator::{Estimate, EstimateError, SensorFrame};
-use robhaz_run::{Frame, RunEnd, Sink, SinkError};
+use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_scene::Scene;
 use robhaz_score::{Rule, Score};
 use robhaz_sim::Truth;
@@ -33,13 +33,13 @@ pub struct Kept {
 }
 
 impl Sink for Kept {
-    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.estimates = vec![Vec::new(); scene.estimators.len()];
+    fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
+        self.estimates = vec![Vec::new(); run.estimators.len()];
         Ok(())
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
-        self.truth.push(*frame.truth);
+        self.truth.push(*frame.truth.unwrap());
         self.sensors.push(*frame.sensors);
         for (list, estimate) in self.estimates.iter_mut().zip(frame.estimates) {
             list.push(*estimate);

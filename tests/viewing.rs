@@ -183,10 +183,11 @@ fn a_comparison_replaces_files_only_with_force() {
     }
     // The library refuses it as well.
     let scene = robhaz_scene::Scene::load(&dir.path().join("a/scene.toml"), &[]).unwrap();
+    let description = robhaz_run::RunDescription::of(&scene).unwrap();
     let paths = ["a", "b"].map(|run| dir.path().join(run).join("run.rrd"));
     let runs = [0, 1].map(|k| robhaz_viewer::ComparedRun {
         label: "run",
-        scene: &scene,
+        description: &description,
         recording: &paths[k],
     });
     let hard = dir.path().join("hard.rrd");

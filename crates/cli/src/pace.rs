@@ -1,8 +1,7 @@
 //! How fast a run may go.
 
 use crate::interrupt::{Interrupt, POLL_TIME};
-use robhaz_run::{Frame, RunEnd, Sink, SinkError};
-use robhaz_scene::Scene;
+use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use std::time::{Duration, Instant};
 
 /// How fast a run may go.
@@ -33,14 +32,14 @@ impl PaceSink {
 }
 
 impl Sink for PaceSink {
-    fn begin(&mut self, _scene: &Scene) -> Result<(), SinkError> {
+    fn begin(&mut self, _run: &RunDescription) -> Result<(), SinkError> {
         self.start = Instant::now();
         Ok(())
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
         if self.pace == Pace::RealTime {
-            let due = Duration::from_secs_f64(frame.truth.time);
+            let due = Duration::from_secs_f64(frame.time);
             loop {
                 let left = due.saturating_sub(self.start.elapsed());
                 if left.is_zero() || self.interrupt.cause().is_some() {

@@ -1,13 +1,12 @@
 //! The progress bar of a run, on a terminal only.
 
 use indicatif::{ProgressBar, ProgressStyle};
-use robhaz_run::{Frame, RunEnd, Sink, SinkError};
-use robhaz_scene::Scene;
+use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 
 /// A sink that shows how far the simulated time has come. Hidden where standard error is not a terminal.
 pub struct Progress {
     bar: ProgressBar,
-    /// Records until the bar is told again: a thousand updates a second would cost more than the estimators.
+    /// Records between two updates of the bar: a thousand updates a second would cost more than the estimators.
     every: u64,
     count: u64,
 }
@@ -24,13 +23,13 @@ impl Progress {
 }
 
 impl Sink for Progress {
-    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        let total = scene.record_count();
+    fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
+        let total = run.record.count();
         self.every = (total / 500).max(1);
         self.bar = ProgressBar::new(total);
         let style = ProgressStyle::with_template("{msg} {wide_bar} {percent:>3} %  {eta} left")?;
         self.bar.set_style(style);
-        self.bar.set_message(scene.name.clone());
+        self.bar.set_message(run.name.clone());
         Ok(())
     }
 

@@ -113,7 +113,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
 }
 
 fn simulate(
-    run: Run<'_>,
+    run: Run,
     args: &Args,
     folder: &OutputFolder,
     summary: &mut SummarySink,

@@ -7,7 +7,7 @@ use crate::pace::{Pace, PaceSink};
 use crate::progress::Progress;
 use crate::terminal::{say, warn};
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
-use robhaz_run::Sink;
+use robhaz_run::{RunDescription, Sink};
 use robhaz_scene::Scene;
 use robhaz_viewer::{ComparedRun, PictureOptions, Theme};
 use std::path::{Path, PathBuf};
@@ -169,13 +169,15 @@ fn compare(runs: &[PathBuf], file: &Path, interrupt: &Interrupt) -> Result<()> {
     let mut found = Vec::new();
     for run in runs {
         let label = run.display().to_string();
-        found.push((label, Scene::load(&scene_of(run)?, &[])?, recording(run)?));
+        let scene = Scene::load(&scene_of(run)?, &[])?;
+        let description = RunDescription::of(&scene).into_diagnostic()?;
+        found.push((label, description, recording(run)?));
     }
     let runs: Vec<ComparedRun<'_>> = found
         .iter()
-        .map(|(label, scene, recording)| ComparedRun {
+        .map(|(label, description, recording)| ComparedRun {
             label: label.trim_end_matches('/'),
-            scene,
+            description,
             recording,
         })
         .collect();

@@ -7,7 +7,7 @@
 //! Leaves tables, figures and summary in the folder, prints the comparison and how long each sink took.
 
 use robhaz_record::{FigureSink, SummarySink, TableFormat, TableSink, comparison_table};
-use robhaz_run::{Frame, RunEnd, Sink, SinkError};
+use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_scene::Scene;
 use std::error::Error;
 use std::path::PathBuf;
@@ -76,8 +76,8 @@ impl<S: Sink> Timed<S> {
 }
 
 impl<S: Sink> Sink for Timed<S> {
-    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.time(|sink| sink.begin(scene))
+    fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
+        self.time(|sink| sink.begin(run))
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {

@@ -32,8 +32,11 @@ impl CsvTable {
         })
     }
 
-    /// Adds one row.
+    /// Adds the row of a record, if it has one.
     pub fn push(&mut self, frame: &Frame<'_>) -> Result<(), RecordError> {
+        if !self.table.has_row(frame) {
+            return Ok(());
+        }
         for (i, column) in self.table.columns.iter().enumerate() {
             if i > 0 {
                 self.waiting.push(b',');
@@ -49,7 +52,7 @@ impl CsvTable {
             written.map_err(io_error("write", self.out.path()))?;
         }
         self.waiting.push(b'\n');
-        if self.clock.is_due(frame.truth.time) || self.waiting.len() >= MOST_WAITING {
+        if self.clock.is_due(frame.time) || self.waiting.len() >= MOST_WAITING {
             self.flush()?;
         }
         Ok(())

@@ -12,12 +12,12 @@
 //! Every column of every table is declared once, with its unit, in [`Table`]. Everything is in SI; the same run leaves the
 //! same bytes, but for the summary, which tells how long the run took.
 
-mod accuracy;
 mod append;
 mod columns;
 mod csv_table;
 mod error;
 mod figures;
+mod format;
 mod parquet_table;
 mod report;
 mod stream_table;
@@ -30,12 +30,13 @@ mod testing;
 pub use columns::{Column, Kind, Table, Value};
 pub use error::RecordError;
 pub use figures::FigureSink;
+pub use format::TableFormat;
 pub use parquet_table::{RecoveredTable, recover};
 pub use report::comparison_table;
 pub use summary::{
     BrokenOff, EstimatorSummary, NominalRobot, ProgressSummary, SensorErrors, Summary, SummarySink,
 };
-pub use table::{TableFormat, TableSink};
+pub use table::TableSink;
 
 #[cfg(test)]
 mod tests {

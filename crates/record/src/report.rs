@@ -111,15 +111,19 @@ fn force(newtons: f64, share: Option<f64>) -> String {
 }
 
 fn speed(label: &str, summary: &Summary) -> String {
-    format!(
-        "{label}: {} s simulated in {:.2} s, {:.1} times real time (engine {}, step {:.3} ms). Errors count from {} s on.",
-        summary.duration_s,
-        summary.wall_s,
-        summary.real_time_factor,
-        summary.engine,
-        1e3 * summary.step_s,
-        summary.compare_from_s,
-    )
+    let (seconds, wall, factor) = (summary.duration_s, summary.wall_s, summary.real_time_factor);
+    match (&summary.engine, summary.step_s) {
+        (Some(engine), Some(step)) => format!(
+            "{label}: {seconds} s simulated in {wall:.2} s, {factor:.1} times real time (engine {engine}, step {:.3} ms). \
+             Errors count from {} s on.",
+            1e3 * step,
+            summary.compare_from_s,
+        ),
+        _ => format!(
+            "{label}: {seconds} s of recorded readings in {wall:.2} s, {factor:.1} times real time. Without truth there are no \
+             errors."
+        ),
+    }
 }
 
 /// How many records are left out because a wheel has two contacts, the same for all estimators of a run.
@@ -168,7 +172,7 @@ fn missing(estimator: &EstimatorSummary) -> String {
 mod tests {
     use super::*;
     use crate::summary::{BrokenOff, NominalRobot, SensorErrors};
-    use crate::testing::scene;
+    use crate::testing::{described, scene};
     use robhaz_score::ForceErrors;
 
     fn summary(missing: u64) -> Summary {
@@ -190,14 +194,15 @@ mod tests {
             missing,
             two_contacts: 0,
         };
+        let run = described(&scene());
         Summary {
             scene: "smooth".to_owned(),
-            engine: "rapier".to_owned(),
-            seed: 1,
+            engine: Some("rapier".to_owned()),
+            seed: Some(1),
             duration_s: 20.0,
             wall_s: 0.8,
             real_time_factor: 25.0,
-            step_s: 1e-4,
+            step_s: Some(1e-4),
             record_rate_hz: 1000.0,
             compare_from_s: 2.0,
             version: "0.1.0".to_owned(),
@@ -208,8 +213,9 @@ mod tests {
                 stuck_since_s: None,
                 spinning_s: [0.1, 0.0, 1.9],
             }),
-            sensors: SensorErrors::of(&scene()),
-            nominal: NominalRobot::of(&scene()).expect("a robot"),
+            events: None,
+            sensors: run.world.as_ref().map(SensorErrors::of),
+            nominal: NominalRobot::of(&run),
             estimators: vec![estimator("paper-body", 5.0), estimator("paper-wheels", 4.0)],
         }
     }

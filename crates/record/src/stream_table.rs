@@ -57,7 +57,7 @@ impl Buffer {
 
 /// A table being written. Rows go to the file at least every simulated second.
 pub struct StreamTable {
-    columns: Vec<Column>,
+    table: Table,
     buffers: Vec<Buffer>,
     buffered: usize,
     schema: SchemaRef,
@@ -81,7 +81,7 @@ impl StreamTable {
         let encoder = StreamWriter::try_new(Vec::new(), &schema).map_err(stream_error(&path))?;
         let mut table = Self {
             buffers: table.columns.iter().map(Buffer::new).collect(),
-            columns: table.columns,
+            table,
             buffered: 0,
             schema,
             encoder,
@@ -92,13 +92,16 @@ impl StreamTable {
         Ok(table)
     }
 
-    /// Adds one row.
+    /// Adds the row of a record, if it has one.
     pub fn push(&mut self, frame: &Frame<'_>) -> Result<(), RecordError> {
-        for (buffer, column) in self.buffers.iter_mut().zip(&self.columns) {
+        if !self.table.has_row(frame) {
+            return Ok(());
+        }
+        for (buffer, column) in self.buffers.iter_mut().zip(&self.table.columns) {
             buffer.push(column.value(frame));
         }
         self.buffered += 1;
-        if self.clock.is_due(frame.truth.time) || self.buffered == MOST_ROWS {
+        if self.clock.is_due(frame.time) || self.buffered == MOST_ROWS {
             self.flush()?;
         }
         Ok(())

@@ -1,12 +1,14 @@
 //! `summary.json`: how a run went and how far each estimator was off.
 
-use crate::accuracy::Accuracy;
 use crate::append::write_whole;
 use crate::error::{RecordError, io_error};
+use robhaz_estimator::{Estimate, EstimateError};
 use robhaz_model::{Pin, Robot};
-use robhaz_run::{Frame, RunEnd, Sink, SinkError};
-use robhaz_scene::{ModelErrorTooLarge, Scene};
-use robhaz_score::{ForceErrors, Progress, ProgressMeter, Score};
+use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError, World};
+use robhaz_score::events::{EventCounts, EventDetector};
+use robhaz_score::{ForceErrors, Progress, ProgressMeter, Rule, Score};
+use robhaz_sim::Truth;
+use robhaz_sim::sensors::DrawnErrors;
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
@@ -19,38 +21,41 @@ const FILE: &str = "summary.json";
 /// How a run went and how far each estimator was off.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
-    /// Name of the scene.
+    /// Name of the scene or log.
     pub scene: String,
-    /// Name of the engine that computed the truth.
-    pub engine: String,
-    /// Seed of everything random in the run.
-    pub seed: u64,
-    /// Simulated time, s.
+    /// Name of the engine that computed the truth; `None` for recorded readings.
+    pub engine: Option<String>,
+    /// Seed of everything random in the run; `None` for recorded readings.
+    pub seed: Option<u64>,
+    /// Time of the run, s.
     pub duration_s: f64,
     /// Time that simulation and estimation took, s.
     pub wall_s: f64,
-    /// Simulated seconds a second.
+    /// Seconds of the run per second of computing.
     pub real_time_factor: f64,
-    /// Integration step, s.
-    pub step_s: f64,
-    /// Records a second, Hz.
+    /// Mean integration step, s; `None` for recorded readings.
+    pub step_s: Option<f64>,
+    /// Rate of the records, Hz.
     pub record_rate_hz: f64,
     /// Time from which on errors count, s.
     pub compare_from_s: f64,
     /// Version of robhaz.
     pub version: String,
-    /// Why and when the run ended before its scene did; `None` for a complete run. All else then holds up to that time.
+    /// Why and when the run ended before its source did; `None` for a complete run. All else then holds up to that time.
     #[serde(default)]
     pub broken_off: Option<BrokenOff>,
-    /// How far the robot came; `None` in the summaries of versions that did not tell.
+    /// How far the robot came; `None` for recorded readings and in the summaries of earlier versions.
     #[serde(default)]
     pub progress: Option<ProgressSummary>,
-    /// Errors that the sensors drew for the run; no estimator knows them.
-    pub sensors: SensorErrors,
+    /// How often wheels and end stops changed their state; `None` for recorded readings and in the summaries of earlier versions.
+    #[serde(default)]
+    pub events: Option<EventCounts>,
+    /// Sensor errors that were drawn for the run; no estimator knows them. `None` for recorded readings.
+    pub sensors: Option<SensorErrors>,
     /// The nominal robot, which the estimators were given.
     #[serde(alias = "told")]
     pub nominal: NominalRobot,
-    /// The estimators in the scene's order; in JSON an object with their names as keys.
+    /// The estimators in the order of the run; in JSON an object with their names as keys.
     #[serde(with = "by_name")]
     pub estimators: Vec<EstimatorSummary>,
 }
@@ -218,7 +223,7 @@ impl Summary {
             ("duration_s", self.duration_s),
             ("wall_s", self.wall_s),
             ("real_time_factor", self.real_time_factor),
-            ("step_s", self.step_s),
+            ("step_s", self.step_s.unwrap_or_default()),
             ("record_rate_hz", self.record_rate_hz),
             ("compare_from_s", self.compare_from_s),
         ];
@@ -228,7 +233,10 @@ impl Summary {
                 "progress",
                 self.progress.is_none_or(|progress| progress.is_finite()),
             ),
-            ("sensors", self.sensors.is_finite()),
+            (
+                "sensors",
+                self.sensors.as_ref().is_none_or(SensorErrors::is_finite),
+            ),
             ("nominal", self.nominal.is_finite()),
         ];
         let of_parts = parts.iter().find(|(_, finite)| !finite);
@@ -244,16 +252,21 @@ impl Summary {
 }
 
 impl SensorErrors {
-    pub(crate) fn of(scene: &Scene) -> Self {
-        let sensors = scene.sensors();
-        let drawn = sensors.drawn();
+    pub(crate) fn of(world: &World) -> Self {
+        let DrawnErrors {
+            torque_gain,
+            torque_offset,
+            inclination_bias,
+            rate_bias,
+            rate_scale,
+        } = world.drawn;
         Self {
-            grade: scene.sensors.grade.name().to_owned(),
-            torque_gain: drawn.torque_gain,
-            torque_offset: drawn.torque_offset,
-            inclination_bias: drawn.inclination_bias,
-            rate_bias: drawn.rate_bias,
-            rate_scale: drawn.rate_scale,
+            grade: world.grade.name().to_owned(),
+            torque_gain,
+            torque_offset,
+            inclination_bias,
+            rate_bias,
+            rate_scale,
         }
     }
 
@@ -267,19 +280,17 @@ impl SensorErrors {
 }
 
 impl NominalRobot {
-    pub(crate) fn of(scene: &Scene) -> Result<Self, ModelErrorTooLarge> {
-        let Robot { geometry, mass } = scene.nominal_robot()?;
-        Ok(Self {
+    pub(crate) fn of(run: &RunDescription) -> Self {
+        let Robot { geometry, mass } = &run.nominal_robot;
+        Self {
             body_cg: geometry.body_cg.into(),
             pins: Pin::ALL.map(|pin| geometry.pins.get(pin).into()),
             link_masses: mass.links,
-            viscous_damping: scene
-                .model_error
-                .nominal_damping(scene.drive.viscous_damping),
+            viscous_damping: run.nominal_damping,
             wheel_inertia: mass.wheel_inertia,
             rotor_inertia: mass.rotor_inertia,
             wheel_radius: geometry.wheel_radius,
-        })
+        }
     }
 
     fn is_finite(&self) -> bool {
@@ -382,10 +393,12 @@ mod by_name {
 /// Sums up a run; keeps nothing of it but sums.
 #[derive(Debug, Default)]
 pub struct SummarySink {
-    estimators: Vec<Accuracy>,
+    run: Option<RunDescription>,
+    /// Scores of the estimators, in the order of the run.
+    scores: Vec<Score>,
+    /// Progress and events of a simulation.
     progress: Option<ProgressMeter>,
-    /// What is known of the run before it starts.
-    scene: Option<(Scene, NominalRobot)>,
+    events: Option<(EventDetector, EventCounts)>,
     end: Option<RunEnd>,
 }
 
@@ -400,52 +413,75 @@ impl SummarySink {
     /// # Errors
     /// [`RecordError::Unfinished`] when the run goes on, or has no record.
     pub fn summary(&self) -> Result<Summary, RecordError> {
-        let (Some((scene, nominal)), Some(end)) = (&self.scene, &self.end) else {
+        let (Some(run), Some(end)) = (&self.run, &self.end) else {
             return Err(RecordError::Unfinished);
         };
+        let world = run.world.as_ref();
+        let estimators = run.estimators.iter().zip(&self.scores);
         Ok(Summary {
-            scene: scene.name.clone(),
-            engine: scene.engine.kind.name().to_owned(),
-            seed: scene.seed,
+            scene: run.name.clone(),
+            engine: world.map(|w| w.engine.name().to_owned()),
+            seed: world.map(|w| w.seed),
             duration_s: end.duration,
             wall_s: end.wall,
             real_time_factor: end.real_time_factor(),
             step_s: end.step,
-            record_rate_hz: scene.record.rate,
-            compare_from_s: scene.record.compare_from,
+            record_rate_hz: run.record.rate,
+            compare_from_s: run.record.compare_from,
             version: env!("CARGO_PKG_VERSION").to_owned(),
             broken_off: end.broken_off.clone().map(|reason| BrokenOff {
                 reason,
                 time_s: end.duration,
             }),
             progress: self.progress.map(|meter| meter.progress().into()),
-            sensors: SensorErrors::of(scene),
-            nominal: nominal.clone(),
-            estimators: self.estimators.iter().map(Accuracy::summary).collect(),
+            events: self.events.as_ref().map(|(_, counts)| *counts),
+            sensors: world.map(SensorErrors::of),
+            nominal: NominalRobot::of(run),
+            estimators: estimators
+                .map(|(e, score)| EstimatorSummary::new(&e.label, score))
+                .collect(),
         })
     }
 }
 
+impl SummarySink {
+    /// Adds a record with its truth.
+    fn compare(&mut self, truth: &Truth, estimates: &[Result<Estimate, EstimateError>]) {
+        for (i, score) in self.scores.iter_mut().enumerate() {
+            score.add(truth, estimates.get(i).and_then(|e| e.as_ref().ok()));
+        }
+        if let Some(progress) = &mut self.progress {
+            progress.add(truth);
+        }
+        if let Some((detector, counts)) = &mut self.events {
+            detector.sample(truth, &mut |event| counts.add(&event));
+        }
+    }
+}
+
 impl Sink for SummarySink {
-    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.estimators = scene
-            .estimators
-            .iter()
-            .map(|e| Accuracy::new(&e.name, scene.record.compare_from))
-            .collect();
-        let radius = scene.robot.robot.geometry.wheel_radius;
-        self.progress = Some(ProgressMeter::new(&scene.drive, radius));
-        self.scene = Some((scene.clone(), NominalRobot::of(scene)?));
-        self.end = None;
+    fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
+        let rule = Rule {
+            compare_from: run.record.compare_from,
+        };
+        let geometry = &run.robot.robot.geometry;
+        let world = run.world.as_ref();
+        *self = Self {
+            run: Some(run.clone()),
+            scores: vec![Score::new(rule); run.estimators.len()],
+            progress: world.map(|w| ProgressMeter::new(&w.drive, geometry.wheel_radius)),
+            events: world.map(|w| {
+                let detector = EventDetector::new(geometry.stop, w.friction.v_s);
+                (detector, EventCounts::default())
+            }),
+            end: None,
+        };
         Ok(())
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
-        for (i, accuracy) in self.estimators.iter_mut().enumerate() {
-            accuracy.add(frame.truth, frame.estimates.get(i));
-        }
-        if let Some(progress) = &mut self.progress {
-            progress.add(frame.truth);
+        if let Some(truth) = frame.truth {
+            self.compare(truth, frame.estimates);
         }
         Ok(())
     }
@@ -459,20 +495,22 @@ impl Sink for SummarySink {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{failed_frame, frame_of, good_estimate, record_of, records, scene};
+    use crate::testing::{
+        described, failed_frame, frame_of, good_estimate, log, record_of, records, scene,
+    };
     use robhaz_scene::{Grade, ModelError, SensorChoice};
     use robhaz_sim::{Truth, WheelTruth};
 
     const END: RunEnd = RunEnd {
         duration: 2.0,
         wall: 0.1,
-        step: 1e-4,
+        step: Some(1e-4),
         broken_off: None,
     };
 
     fn summary_of(records: &[crate::testing::Record]) -> Summary {
         let mut sink = SummarySink::new();
-        sink.begin(&scene()).expect("begins");
+        sink.begin(&described(&scene())).expect("begins");
         for record in records {
             sink.frame(&record.frame()).expect("a record");
         }
@@ -587,23 +625,84 @@ mod tests {
             ..ModelError::of_grade(Grade::Poor)
         };
         let mut sink = SummarySink::new();
-        sink.begin(&scene).expect("begins");
+        sink.begin(&described(&scene)).expect("begins");
         sink.end(Some(&END)).expect("ends");
         let summary = sink.summary().expect("a finished run");
-        assert_eq!(summary.sensors.grade, "poor");
+        let drawn = summary.sensors.expect("a simulation");
+        assert_eq!(drawn.grade, "poor");
         let sensors = scene.sensors();
         for i in 0..2 {
-            close(
-                summary.sensors.torque_gain[i],
-                sensors.drawn().torque_gain[i],
-            );
-            close(summary.sensors.rate_bias[i], sensors.drawn().rate_bias[i]);
+            close(drawn.torque_gain[i], sensors.drawn().torque_gain[i]);
+            close(drawn.rate_bias[i], sensors.drawn().rate_bias[i]);
         }
         let s = scene.nominal_robot().expect("a robot").geometry.pins.s;
         close(summary.nominal.pins[3][0], s.x);
         close(summary.nominal.pins[3][1], s.y);
         close(summary.nominal.viscous_damping, 0.165);
         close(summary.nominal.wheel_radius, 0.1);
+    }
+
+    /// Events are counted over the records, by hand: the middle wheel leaves the ground, lands, gets a second contact and slips; pin Q
+    /// reaches an end stop twice.
+    #[test]
+    fn events_are_counted() {
+        let samples = [
+            (1, 0.0, 0.0),
+            (0, 0.0, 2.0),
+            (1, 0.0, 0.0),
+            (2, 0.5, 0.0),
+            (1, 0.0, -1.0),
+        ];
+        let records: Vec<_> = (0_u32..)
+            .zip(samples)
+            .map(|(k, (contacts, slip_speed, stop_torque))| {
+                let mut record = record(f64::from(k), [50.0; 3], [0.0; 3], [0.0; 3]);
+                for wheel in &mut record.truth.wheels {
+                    wheel.contacts = 1;
+                }
+                record.truth.wheels[1].contacts = contacts;
+                record.truth.wheels[1].slip_speed = slip_speed;
+                record.truth.stop_torque = stop_torque;
+                record
+            })
+            .collect();
+        let counts = EventCounts {
+            contact_lost: 1,
+            two_contacts: 1,
+            slips: 1,
+            end_stops: 2,
+        };
+        let summary = summary_of(&records);
+        assert_eq!(summary.events, Some(counts));
+        let json = summary.to_json().expect("JSON");
+        let value: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+        assert_eq!(value["events"]["end_stops"], 2);
+    }
+
+    /// Recorded readings have no errors, engine, seed or progress: `null`, which is read back.
+    #[test]
+    fn without_truth_there_are_no_errors() {
+        let mut sink = SummarySink::new();
+        sink.begin(&log()).expect("begins");
+        for record in &records() {
+            sink.frame(&record.without_truth()).expect("a record");
+        }
+        let end = RunEnd { step: None, ..END };
+        sink.end(Some(&end)).expect("ends");
+        let json = sink.summary().and_then(|s| s.to_json()).expect("JSON");
+        let value: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+        for key in ["engine", "seed", "step_s", "progress", "events", "sensors"] {
+            assert!(value[key].is_null(), "{key}");
+        }
+        let mine = &value["estimators"]["mine"];
+        assert!(mine["normal_force"].is_null());
+        assert_eq!(mine["samples"], 0);
+        let read: Summary = serde_json::from_str(&json).expect("a summary");
+        assert_eq!(Some(read), sink.summary().ok());
+        assert!(
+            !crate::comparison_table(&[("log", &sink.summary().expect("ended"))])
+                .contains("engine")
+        );
     }
 
     /// The keys that others read.
@@ -647,10 +746,10 @@ mod tests {
     fn a_broken_run_says_so_in_its_summary() {
         let mut sink = SummarySink::new();
         assert!(matches!(sink.summary(), Err(RecordError::Unfinished)));
-        sink.begin(&scene()).expect("begins");
+        sink.begin(&described(&scene())).expect("begins");
         sink.end(None).expect("ends");
         assert!(matches!(sink.summary(), Err(RecordError::Unfinished)));
-        sink.begin(&scene()).expect("begins");
+        sink.begin(&described(&scene())).expect("begins");
         sink.frame(&frame_of(1.0).frame()).expect("a record");
         let end = RunEnd {
             duration: 1.0,

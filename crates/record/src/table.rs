@@ -3,22 +3,13 @@
 use crate::columns::Table;
 use crate::csv_table::{CsvTable, write_columns};
 use crate::error::{RecordError, check_name, io_error};
+use crate::format::TableFormat;
 use crate::parquet_table::{TornEnd, write_parquet};
 use crate::stream_table::StreamTable;
 use crate::terrain_table::write_terrain;
 use rayon::prelude::*;
-use robhaz_run::{Frame, RunEnd, Sink, SinkError};
-use robhaz_scene::Scene;
+use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use std::path::{Path, PathBuf};
-
-/// Format of the tables.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TableFormat {
-    /// Apache Parquet with Snappy; unit and description of a column stand in its field metadata.
-    Parquet,
-    /// Comma-separated text; units and descriptions stand in `columns.csv` beside it.
-    Csv,
-}
 
 enum Writer {
     /// Becomes Parquet at the end.
@@ -26,7 +17,8 @@ enum Writer {
     Csv(CsvTable),
 }
 
-/// Writes the tables `truth`, `sensors`, `estimate-NAME` and `terrain` of a run into a folder.
+/// Writes the tables `truth`, `sensors`, `estimate-NAME` and `terrain` of a run into a folder. Recorded readings have neither
+/// `truth` nor `terrain`.
 ///
 /// While the run goes on, a Parquet table is a stream of Arrow batches (`.arrows`), to which rows go at least every simulated
 /// second; the end of the run makes Parquet of it and removes the stream. CSV tables grow in the same steps. So a run that
@@ -50,21 +42,21 @@ impl TableSink {
         }
     }
 
-    fn open(&mut self, scene: &Scene) -> Result<(), RecordError> {
+    fn open(&mut self, run: &RunDescription) -> Result<(), RecordError> {
         let folder = &self.folder;
-        for estimator in &scene.estimators {
-            check_name(&estimator.name, folder)?;
+        for estimator in &run.estimators {
+            check_name(&estimator.label, folder)?;
         }
         std::fs::create_dir_all(folder).map_err(io_error("create", folder))?;
-        let tables = Table::all(scene);
+        let tables = Table::all(run);
         if self.format == TableFormat::Csv {
             write_columns(folder, &tables)?;
         }
         let metadata = [
-            ("scene", scene.name.clone()),
+            ("scene", run.name.clone()),
             ("robhaz_version", env!("CARGO_PKG_VERSION").to_owned()),
         ];
-        write_terrain(folder, self.format, scene, &metadata)?;
+        write_terrain(folder, self.format, run, &metadata)?;
         self.writers = tables
             .into_iter()
             .map(|table| match self.format {
@@ -88,8 +80,8 @@ impl TableSink {
 }
 
 impl Sink for TableSink {
-    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        Ok(self.open(scene)?)
+    fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
+        Ok(self.open(run)?)
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
@@ -140,14 +132,14 @@ mod tests {
     use super::*;
     use crate::columns::{Kind, Value};
     use crate::parquet_table::{RecoveredTable, recover};
-    use crate::testing::{Record, records, scene};
+    use crate::testing::{Record, described, log, records, scene};
     use arrow_array::{Array, Float64Array, RecordBatch, UInt32Array};
     use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
     use std::fs::{self, File};
 
     fn write(folder: &Path, format: TableFormat, records: &[Record]) {
         let mut sink = TableSink::new(folder, format);
-        sink.begin(&scene()).expect("begins");
+        sink.begin(&described(&scene())).expect("begins");
         for record in records {
             sink.frame(&record.frame()).expect("a row");
         }
@@ -173,7 +165,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let records = records();
         write(folder.path(), TableFormat::Parquet, &records);
-        for table in Table::all(&scene()) {
+        for table in Table::all(&described(&scene())) {
             let path = folder.path().join(format!("{}.parquet", table.name));
             let (batches, _) = read(&path);
             assert_eq!(
@@ -258,7 +250,7 @@ mod tests {
     fn a_killed_run_loses_a_second_at_most() {
         let folder = tempfile::tempdir().expect("a folder");
         let mut sink = TableSink::new(folder.path(), TableFormat::Parquet);
-        sink.begin(&scene()).expect("begins");
+        sink.begin(&described(&scene())).expect("begins");
         assert_eq!(recovered(folder.path(), "truth").rows, 0);
         for record in &records() {
             sink.frame(&record.frame()).expect("a row");
@@ -280,7 +272,7 @@ mod tests {
     fn a_recovered_table_is_that_of_the_run() {
         let folder = tempfile::tempdir().expect("a folder");
         let mut sink = TableSink::new(folder.path(), TableFormat::Parquet);
-        sink.begin(&scene()).expect("begins");
+        sink.begin(&described(&scene())).expect("begins");
         for record in &records() {
             sink.frame(&record.frame()).expect("a row");
         }
@@ -311,7 +303,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let records = records();
         write(folder.path(), TableFormat::Csv, &records);
-        for table in Table::all(&scene()) {
+        for table in Table::all(&described(&scene())) {
             let path = folder.path().join(format!("{}.csv", table.name));
             let mut reader = csv::Reader::from_path(path).expect("the table is there");
             let names: Vec<_> = table.columns.iter().map(|c| c.name.clone()).collect();
@@ -346,7 +338,7 @@ mod tests {
             .records()
             .map(|row| row.expect("a row").iter().map(String::from).collect())
             .collect();
-        let expected: Vec<Vec<String>> = Table::all(&scene())
+        let expected: Vec<Vec<String>> = Table::all(&described(&scene()))
             .iter()
             .flat_map(|table| {
                 table.columns.iter().map(|c| {
@@ -382,6 +374,46 @@ mod tests {
         }
     }
 
+    /// Recorded readings: no table of the truth or of the ground, all else as in a simulation.
+    #[test]
+    fn without_truth_there_is_no_table_of_it() {
+        for format in [TableFormat::Parquet, TableFormat::Csv] {
+            let folders = [(); 2].map(|()| tempfile::tempdir().expect("a folder"));
+            write(folders[0].path(), format, &records());
+            let mut sink = TableSink::new(folders[1].path(), format);
+            sink.begin(&log()).expect("begins");
+            for record in &records() {
+                sink.frame(&record.without_truth()).expect("a row");
+            }
+            sink.end(None).expect("ends");
+            let names = |folder: &Path| -> std::collections::BTreeSet<String> {
+                let files = fs::read_dir(folder).expect("files");
+                let name = |f: std::io::Result<fs::DirEntry>| f.expect("a file").file_name();
+                files
+                    .map(|f| name(f).to_string_lossy().into_owned())
+                    .collect()
+            };
+            let [all, found] = [0, 1].map(|i| names(folders[i].path()));
+            let extension = if format == TableFormat::Csv {
+                "csv"
+            } else {
+                "parquet"
+            };
+            let missing: Vec<&String> = all.difference(&found).collect();
+            assert_eq!(
+                missing,
+                [
+                    &format!("terrain.{extension}"),
+                    &format!("truth.{extension}")
+                ]
+            );
+            for name in found.iter().filter(|n| *n != "columns.csv") {
+                let [a, b] = [0, 1].map(|i| fs::read(folders[i].path().join(name)).expect("bytes"));
+                assert!(a == b, "{name}");
+            }
+        }
+    }
+
     /// A scene cannot write outside the run's folder.
     #[test]
     fn names_that_leave_the_folder_are_refused() {
@@ -389,7 +421,7 @@ mod tests {
         let mut scene = scene();
         scene.estimators[0].name = "../x".to_owned();
         let error = TableSink::new(folder.path(), TableFormat::Csv)
-            .begin(&scene)
+            .begin(&described(&scene))
             .expect_err("refused");
         assert!(error.to_string().contains("\"../x\""), "{error}");
     }

@@ -1,7 +1,7 @@
 //! The table `terrain`: the ground of a run.
 
 use crate::error::{RecordError, io_error};
-use crate::table::TableFormat;
+use crate::format::TableFormat;
 use arrow_array::{ArrayRef, Float64Array, RecordBatch};
 use arrow_schema::{DataType, Field, Schema};
 use parquet::arrow::ArrowWriter;
@@ -9,7 +9,7 @@ use parquet::basic::Compression;
 use parquet::errors::Result as ParquetResult;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
-use robhaz_scene::Scene;
+use robhaz_run::{RunDescription, World};
 use robhaz_terrain::{Profile, Surveyed, Terrain};
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions};
@@ -50,14 +50,17 @@ const COLUMNS: [Column; 4] = [
     ),
 ];
 
-/// Writes the table, and with CSV its lines of `columns.csv`, which is there already.
+/// Writes the table, and with CSV its lines of `columns.csv`, which is there already. Recorded readings have no ground.
 pub fn write_terrain(
     folder: &Path,
     format: TableFormat,
-    scene: &Scene,
+    run: &RunDescription,
     metadata: &[(&str, String)],
 ) -> Result<(), RecordError> {
-    let points = survey(scene);
+    let Some(world) = &run.world else {
+        return Ok(());
+    };
+    let points = survey(run, world);
     match format {
         TableFormat::Parquet => {
             let path = folder.join(format!("{NAME}.parquet"));
@@ -77,12 +80,13 @@ pub fn write_terrain(
 }
 
 /// The ground of the profile and as far as the wheels can come at the set speed.
-fn survey(scene: &Scene) -> Vec<Surveyed> {
-    let terrain = Terrain::new(scene.terrain.profile.clone());
-    let axles = scene.robot.robot.geometry.axles;
-    let way = scene.drive.speed * scene.record.duration;
+fn survey(run: &RunDescription, world: &World) -> Vec<Surveyed> {
+    let profile = &world.terrain.profile;
+    let terrain = Terrain::new(profile.clone());
+    let axles = run.robot.robot.geometry.axles;
+    let way = world.drive.speed * run.record.duration;
     let reached = axles.iter().flat_map(|a| [a.x, a.x + way]);
-    let ends = match scene.terrain.profile {
+    let ends = match profile {
         Profile::Flat => None,
         _ => Some(terrain.extent()),
     };
@@ -163,12 +167,13 @@ mod tests {
         let mut scene = crate::testing::scene();
         scene.terrain.profile = Profile::step();
         scene.record.duration = 20.0;
+        let run = crate::testing::described(&scene);
         let metadata = [("scene", "trial".to_owned())];
         std::fs::write(folder.path().join("columns.csv"), "").expect("written");
         for format in [TableFormat::Csv, TableFormat::Parquet] {
-            write_terrain(folder.path(), format, &scene, &metadata).expect("written");
+            write_terrain(folder.path(), format, &run, &metadata).expect("written");
         }
-        let expected = survey(&scene);
+        let expected = survey(&run, run.world.as_ref().expect("a simulation"));
         let far = scene.robot.robot.geometry.axles[0].x + 20.0 * scene.drive.speed + MARGIN;
         assert!(expected.last().is_some_and(|p| (p.x - far).abs() < 1e-12));
         let terrain = Terrain::new(Profile::step());

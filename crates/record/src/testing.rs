@@ -4,9 +4,9 @@ use robhaz_estimator::{
     Estimate, EstimateError, EstimatorSettings, Flags, LinkReading, SensorFrame,
 };
 use robhaz_model::{Pin, Posture, Vec2};
-use robhaz_run::Frame;
+use robhaz_run::{Frame, RunDescription};
 use robhaz_scene::{EstimatorChoice, RecordChoice, Scene, TerrainChoice};
-use robhaz_sim::{BarTruth, PinTruth, Truth, WheelTruth};
+use robhaz_sim::{BarTruth, ContactList, PinTruth, Truth, WheelTruth};
 use robhaz_terrain::Profile;
 
 /// A record that owns what a [`Frame`] borrows.
@@ -19,9 +19,18 @@ pub struct Record {
 impl Record {
     pub fn frame(&self) -> Frame<'_> {
         Frame {
-            truth: &self.truth,
+            time: self.truth.time,
+            truth: Some(&self.truth),
             sensors: &self.sensors,
             estimates: &self.estimates,
+        }
+    }
+
+    /// The same of recorded readings: without truth.
+    pub fn without_truth(&self) -> Frame<'_> {
+        Frame {
+            truth: None,
+            ..self.frame()
         }
     }
 }
@@ -55,6 +64,19 @@ pub fn scene() -> Scene {
     }
 }
 
+/// The description of a run of a scene.
+pub fn described(scene: &Scene) -> RunDescription {
+    RunDescription::of(scene).expect("a nominal robot")
+}
+
+/// The description of recorded readings with the estimators of [`scene`].
+pub fn log() -> RunDescription {
+    RunDescription {
+        world: None,
+        ..described(&scene())
+    }
+}
+
 /// A truth in which every field has a value of its own.
 pub fn truth_at(time: f64) -> Truth {
     let wave = |k: f64| (k + 3.0 * time).sin();
@@ -75,6 +97,7 @@ pub fn truth_at(time: f64) -> Truth {
         penetration: 1e-3 * wave(k + 0.8),
         slip_speed: wave(k + 0.9),
         contacts: 1,
+        contact_list: ContactList::default(),
     };
     let pin = |k: f64| PinTruth {
         position: Vec2::new(wave(k), wave(k + 0.1)),

@@ -16,6 +16,12 @@ pub enum RunError {
     /// The nominal robot is not a valid robot.
     #[error("model_error")]
     ModelError(#[from] ModelErrorTooLarge),
+    /// The readings cannot be read on.
+    #[error(transparent)]
+    Readings(Box<dyn std::error::Error + Send + Sync>),
+    /// The source has no record.
+    #[error("the run has no record")]
+    Empty,
     /// A sink failed.
     #[error(transparent)]
     Sink(SinkError),

@@ -1,32 +1,30 @@
-//! The estimators of a scene, side by side on the same readings.
+//! The estimators of a run, side by side on the same readings.
 
 use crate::source::sensor_frame;
-use robhaz_estimator::{Estimate, EstimateError, Estimator, SensorFrame};
+use robhaz_estimator::{Estimate, EstimateError, Estimator, EstimatorSettings, SensorFrame};
+use robhaz_model::Robot;
 use robhaz_scene::{ModelErrorTooLarge, Scene};
 use robhaz_sim::Truth;
 use robhaz_sim::sensors::Sensors;
 
-/// The estimators of a scene.
+/// The estimators of a run.
 pub struct Estimators {
     estimators: Vec<Estimator>,
     estimates: Vec<Result<Estimate, EstimateError>>,
 }
 
 impl Estimators {
-    /// The estimators of a scene, with the nominal robot that its seed draws.
-    ///
-    /// # Errors
-    /// [`ModelErrorTooLarge`] when the nominal robot is not a valid robot.
-    pub fn new(scene: &Scene) -> Result<Self, ModelErrorTooLarge> {
-        let nominal = scene.nominal_robot()?;
-        let estimator = |e| Estimator::new(&nominal, scene.nominal_settings(e));
-        Ok(Self {
-            estimators: scene.estimators.iter().map(estimator).collect(),
-            estimates: Vec::with_capacity(scene.estimators.len()),
-        })
+    /// Estimators on a nominal robot, one for each of the settings.
+    pub fn new(robot: &Robot, settings: impl IntoIterator<Item = EstimatorSettings>) -> Self {
+        let settings = settings.into_iter();
+        let estimators: Vec<_> = settings.map(|s| Estimator::new(robot, s)).collect();
+        Self {
+            estimates: Vec::with_capacity(estimators.len()),
+            estimators,
+        }
     }
 
-    /// Updates every estimator with the readings of one sample. Returns the estimates in the scene's order.
+    /// Updates every estimator with the readings of one sample. Returns the estimates in the order of the settings.
     pub fn update(&mut self, frame: &SensorFrame) -> &[Result<Estimate, EstimateError>] {
         self.estimates.clear();
         let updates = self.estimators.iter_mut().map(|e| e.update(frame));
@@ -48,9 +46,10 @@ impl Observers {
     /// # Errors
     /// [`ModelErrorTooLarge`] when the nominal robot is not a valid robot.
     pub fn new(scene: &Scene) -> Result<Self, ModelErrorTooLarge> {
+        let settings = scene.estimators.iter().map(|e| scene.nominal_settings(e));
         Ok(Self {
             sensors: scene.sensors(),
-            estimators: Estimators::new(scene)?,
+            estimators: Estimators::new(&scene.nominal_robot()?, settings),
             frame: None,
         })
     }

@@ -5,14 +5,17 @@
 //!       \-> SensorFrame -> estimators -> Estimate -^
 //! ```
 //!
-//! A [`Source`] gives readings, sample by sample: [`Simulation`] those of a scene. Several [`Estimators`] run side by side on
-//! the same readings. A [`Sink`] receives every record and never calls back.
+//! A [`Source`] gives readings, sample by sample: [`Simulation`] those of a scene; a recorded log is another one, without truth.
+//! Several [`Estimators`] run side by side on the same readings. A [`Sink`] receives a [`RunDescription`] and every record, and
+//! never calls back.
 
+mod description;
 mod error;
 mod estimators;
 mod sink;
 mod source;
 
+pub use description::{EstimatorDescription, RunDescription, World};
 pub use error::RunError;
 pub use estimators::{Estimators, Observers};
 pub use sink::{Frame, RunEnd, Sink, SinkError};
@@ -44,10 +47,10 @@ pub fn run_until(
     Run::new(scene)?.until(sinks, stop)
 }
 
-/// A run that is ready to start: the robot stands on its ground.
-pub struct Run<'a> {
-    scene: &'a Scene,
-    source: Simulation,
+/// A run that is ready to start.
+pub struct Run {
+    description: RunDescription,
+    source: Box<dyn Source>,
     estimators: Estimators,
     /// Time spent without the sinks.
     wall: Duration,
@@ -55,25 +58,33 @@ pub struct Run<'a> {
     time: Option<f64>,
 }
 
-impl<'a> Run<'a> {
-    /// Puts the robot on its ground and prepares its sensors and estimators.
+impl Run {
+    /// The simulation of a scene: puts the robot on its ground and prepares its sensors and estimators.
     ///
     /// # Errors
     /// [`RunError::Start`] and [`RunError::ModelError`].
-    pub fn new(scene: &'a Scene) -> Result<Self, RunError> {
+    pub fn new(scene: &Scene) -> Result<Self, RunError> {
         let start = Instant::now();
         let source = Simulation::new(scene)?;
-        let estimators = Estimators::new(scene)?;
-        Ok(Self {
-            scene,
-            source,
-            estimators,
-            wall: start.elapsed(),
-            time: None,
-        })
+        let mut run = Self::of(RunDescription::of(scene)?, Box::new(source));
+        run.wall = start.elapsed();
+        Ok(run)
     }
 
-    /// Runs to the end of the scene, or until `stop` names a cause. When the run breaks off, the sinks still end, so that what was
+    /// A run on any source of readings, with the estimators of its description.
+    pub fn of(description: RunDescription, source: Box<dyn Source>) -> Self {
+        let start = Instant::now();
+        let settings = description.estimators.iter().map(|e| e.settings);
+        Self {
+            estimators: Estimators::new(&description.nominal_robot, settings),
+            description,
+            source,
+            wall: start.elapsed(),
+            time: None,
+        }
+    }
+
+    /// Runs to the end of the source, or until `stop` names a cause. When the run breaks off, the sinks still end, so that what was
     /// recorded is kept.
     ///
     /// # Errors
@@ -83,7 +94,7 @@ impl<'a> Run<'a> {
         sinks: &mut [&mut dyn Sink],
         stop: Stop<'_>,
     ) -> Result<RunEnd, RunError> {
-        begin(self.scene, sinks)?;
+        begin(&self.description, sinks)?;
         let result = self.records(sinks, stop);
         let end = self.end(result.as_ref().err());
         let mut first_failure = None;
@@ -96,8 +107,7 @@ impl<'a> Run<'a> {
             (Err(error), ..) => Err(error),
             (Ok(()), Some(error), _) => Err(RunError::Sink(error)),
             (Ok(()), None, Some(end)) => Ok(end),
-            // A scene has at least the record at time zero.
-            (Ok(()), None, None) => Err(RunError::Sink("the scene has no record".into())),
+            (Ok(()), None, None) => Err(RunError::Empty),
         }
     }
 
@@ -116,14 +126,15 @@ impl<'a> Run<'a> {
                 continue;
             }
             let frame = Frame {
-                truth: &sample.truth,
+                time: sample.time,
+                truth: sample.truth.as_ref(),
                 sensors: &sample.sensors,
                 estimates,
             };
             for sink in sinks.iter_mut() {
                 sink.frame(&frame).map_err(RunError::Sink)?;
             }
-            self.time = Some(sample.truth.time);
+            self.time = Some(sample.time);
         }
     }
 
@@ -132,7 +143,7 @@ impl<'a> Run<'a> {
         let last = self.time?;
         Some(RunEnd {
             duration: match error {
-                None => self.scene.record.duration,
+                None => self.description.record.duration,
                 Some(_) => last,
             },
             wall: self.wall.as_secs_f64(),
@@ -143,9 +154,9 @@ impl<'a> Run<'a> {
 }
 
 /// Lets every sink begin. When one fails, those that have begun end.
-fn begin(scene: &Scene, sinks: &mut [&mut dyn Sink]) -> Result<(), RunError> {
+fn begin(run: &RunDescription, sinks: &mut [&mut dyn Sink]) -> Result<(), RunError> {
     for i in 0..sinks.len() {
-        if let Err(error) = sinks[i].begin(scene) {
+        if let Err(error) = sinks[i].begin(run) {
             for sink in &mut sinks[..i] {
                 // The failure above is what the user has to know.
                 let _ = sink.end(None);

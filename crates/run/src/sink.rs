@@ -1,40 +1,42 @@
 //! Receivers of a run's records.
 
+use crate::description::RunDescription;
 use robhaz_estimator::{Estimate, EstimateError, SensorFrame};
-use robhaz_scene::Scene;
 use robhaz_sim::Truth;
 
 /// One record of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame<'a> {
-    /// The simulated truth.
-    pub truth: &'a Truth,
+    /// Time since the start of the run, s.
+    pub time: f64,
+    /// The simulated truth. `None` for recorded readings.
+    pub truth: Option<&'a Truth>,
     /// The readings of the sensors.
     pub sensors: &'a SensorFrame,
-    /// The estimate of each estimator, in the scene's order.
+    /// The estimate of each estimator, in the order of [`RunDescription::estimators`].
     pub estimates: &'a [Result<Estimate, EstimateError>],
 }
 
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunEnd {
-    /// Simulated time up to the last record, s.
+    /// Time of the run up to its end, s.
     pub duration: f64,
-    /// Time that simulation and estimation took, without the sinks, s.
+    /// Time that source and estimators took, without the sinks, s.
     pub wall: f64,
-    /// Mean integration step, s.
-    pub step: f64,
-    /// Why the run ended before the scene did, for the user. `None` for a complete run.
+    /// Mean integration step of the simulation, s. `None` for recorded readings.
+    pub step: Option<f64>,
+    /// Why the run ended before its source did, for the user. `None` for a complete run.
     pub broken_off: Option<String>,
 }
 
 impl RunEnd {
-    /// Simulated seconds per second.
+    /// Seconds of the run per second of computing.
     pub fn real_time_factor(&self) -> f64 {
         self.duration / self.wall
     }
 
-    /// Whether the run reached the end of its scene.
+    /// Whether the run reached the end of its source.
     pub fn is_complete(&self) -> bool {
         self.broken_off.is_none()
     }
@@ -49,7 +51,7 @@ pub trait Sink {
     ///
     /// # Errors
     /// The sink cannot start. The run does not start.
-    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError>;
+    fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError>;
 
     /// Called at every record, in order of time.
     ///

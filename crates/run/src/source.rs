@@ -9,8 +9,10 @@ use robhaz_sim::{Plant, Truth};
 /// One sample of a source.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
-    /// The simulated truth.
-    pub truth: Truth,
+    /// Time since the start of the run, s.
+    pub time: f64,
+    /// The simulated truth. `None` for recorded readings.
+    pub truth: Option<Truth>,
     /// The readings of the sensors.
     pub sensors: SensorFrame,
     /// Whether the sinks receive this sample. Estimators see every sample.
@@ -25,8 +27,8 @@ pub trait Source {
     /// [`RunError`] where the source cannot go on.
     fn next_sample(&mut self) -> Result<Option<Sample>, RunError>;
 
-    /// Mean integration step so far, s.
-    fn mean_step(&self) -> f64;
+    /// Mean integration step so far, s. `None` where nothing is integrated.
+    fn mean_step(&self) -> Option<f64>;
 }
 
 /// The simulation of a scene with its sensors.
@@ -68,14 +70,15 @@ impl Source for Simulation {
         let is_record = self.taken.is_multiple_of(self.samples_per_record);
         self.taken += 1;
         Ok(Some(Sample {
-            truth,
+            time: truth.time,
+            truth: Some(truth),
             sensors: sensor_frame(&self.sensors.read(&truth)),
             is_record,
         }))
     }
 
-    fn mean_step(&self) -> f64 {
-        self.plant.mean_step()
+    fn mean_step(&self) -> Option<f64> {
+        Some(self.plant.mean_step())
     }
 }
 

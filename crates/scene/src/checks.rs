@@ -1,4 +1,4 @@
-//! Rules over several keys.
+//! Rules that involve several keys.
 
 use crate::error::Problem;
 use crate::range::short;
@@ -11,21 +11,22 @@ use robhaz_sim::drive::FRICTION_SPEED;
 use robhaz_sim::rapier::MOST_PARTS;
 use robhaz_sim::stability::{
     greatest_integral_gain, greatest_slope, longest_step_for_contact, longest_step_for_friction,
+    longest_step_for_stiffness,
 };
 
-/// Most records of a run.
+/// Largest number of records of a run.
 const MOST_RECORDS: f64 = 1e8;
-/// Most integration steps of a run: days of computing.
+/// Largest number of integration steps of a run: days of computing.
 const MOST_STEPS: f64 = 1e11;
-/// Most jitter of the samples, of the time between them: beyond it they overtake each other.
+/// Largest jitter in sampling periods: beyond it samples would change their order.
 const MOST_JITTER: f64 = 0.3;
-/// Rounding allowed in what must be a whole number, of the number.
+/// Relative rounding error allowed in a whole number.
 const WHOLE: f64 = 1e-12;
 
 /// A key and its value, for messages.
 type Value<'a> = (&'a str, f64);
 
-/// Checks what concerns several keys, where the keys themselves are in order.
+/// Checks the rules whose keys have no problem of their own.
 pub(crate) fn check(reader: &mut Reader, root: &Node, scene: &Scene) {
     if reader.is_clean(&["contact."]) {
         friction(reader, root, scene);
@@ -97,7 +98,7 @@ fn sensors(reader: &mut Reader, root: &Node, scene: &Scene) {
     }
 }
 
-/// What the estimators are told must be a robot.
+/// The nominal robot must be a valid robot.
 fn model_error(reader: &mut Reader, root: &Node, scene: &Scene) {
     if let Err(error) = scene.nominal_robot() {
         let origin = &root.get(MODEL_ERROR_PATH).unwrap_or(root).origin;
@@ -117,8 +118,8 @@ fn engine(reader: &mut Reader, root: &Node, scene: &Scene) {
     }
 }
 
-/// The step of `rapier` against the stiffness of contact, friction and drive: beyond the limits the forces oscillate, and
-/// nothing else would show it.
+/// The step of `rapier` against the stability limits of contact, friction and drive. Beyond them the forces oscillate
+/// without any other sign of the error.
 fn stability(reader: &mut Reader, root: &Node, scene: &Scene) {
     if scene.engine.kind != EngineKind::Rapier {
         return;
@@ -132,8 +133,13 @@ fn stability(reader: &mut Reader, root: &Node, scene: &Scene) {
             "twice the wheel's mass over the damping",
         ),
         (
+            ("contact.stiffness", scene.contact.stiffness),
+            longest_step_for_stiffness(&scene.contact, robot),
+            "two over the natural frequency of the wheel on the contact",
+        ),
+        (
             ("contact.v_s", scene.friction.v_s),
-            // The engine cuts its steps where the friction asks for it.
+            // The engine cuts its steps where the friction needs it.
             f64::from(MOST_PARTS)
                 * longest_step_for_friction(&scene.friction, robot, 2.0 * robot.mean_wheel_load()),
             "the friction's slope against wheel and robot",
@@ -201,7 +207,7 @@ fn drive(reader: &mut Reader, root: &Node, scene: &Scene) {
 
 /// A limit in a message, rounded down to three digits; 0 for a limit that is not positive.
 fn floor(limit: f64) -> String {
-    // Written so that a NaN is 0 too.
+    // This comparison is false for NaN, which becomes 0 too.
     if limit > 0.0 {
         short(rounded_down(limit))
     } else {
@@ -225,12 +231,12 @@ fn rounded_down(value: f64) -> f64 {
     }
 }
 
-/// Whether a number is 1, 2, 3 ... but for rounding.
+/// Whether a number is 1, 2, 3 ... apart from rounding.
 fn is_whole(value: f64) -> bool {
     value.round() >= 1.0 && (value - value.round()).abs() <= WHOLE * value
 }
 
-/// Blames the key that an override set, else the first one that is written at all; defaults agree with each other.
+/// Reports a conflict at the key that an override set, else at the first key that is written; defaults have no conflicts.
 fn conflict(reader: &mut Reader, root: &Node, keys: [Value<'_>; 2], rule: &str) {
     let written = |key: &str| root.find(key).map(|n| n.origin.clone());
     let origins = keys.map(|(key, _)| (key, written(key)));
@@ -241,7 +247,7 @@ fn conflict(reader: &mut Reader, root: &Node, keys: [Value<'_>; 2], rule: &str) 
         .iter()
         .find(by_override)
         .or_else(|| origins.iter().find(|(_, o)| o.is_some()));
-    // Where neither is written, what is at fault stands in the robot: the file as a whole is blamed.
+    // Neither key is written: the cause is in the robot, so the report is for the whole file.
     let (key, origin) = match blamed {
         Some((key, Some(origin))) => (*key, origin),
         _ => (keys[0].0, &root.origin),

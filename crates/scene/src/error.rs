@@ -1,11 +1,11 @@
-//! What is wrong with a scene: every problem names its file, line and key, what was found and what is allowed.
+//! Problems of a scene. Each names its file, line and key, what was found and what is allowed.
 
 use crate::excerpt::{Excerpt, harmless};
 use crate::source::{Origin, SourceKind};
 use miette::{Diagnostic, LabeledSpan, SourceCode};
 use std::fmt;
 
-/// One thing that is wrong. Its `Display` is one line that says everything; control characters are written out.
+/// One problem. Its `Display` is one complete line, with control characters escaped.
 #[derive(Clone, Debug)]
 pub struct Problem {
     file: String,
@@ -14,7 +14,7 @@ pub struct Problem {
     message: String,
     origin: Option<Origin>,
     excerpt: Option<Excerpt>,
-    /// A rule over several keys or a missing key: means nothing in a file that could be read in part only.
+    /// Whether it is about several keys or a missing key. It is then dropped for a file that could only be read in part.
     pub(crate) whole: bool,
     pub(crate) syntax: bool,
 }
@@ -31,7 +31,7 @@ impl Problem {
         }
     }
 
-    /// A file of which not even the text is known.
+    /// A problem of a file without a known line.
     pub(crate) fn unread(file: &str, message: String) -> Self {
         Self {
             file: harmless(file),
@@ -112,21 +112,21 @@ impl Diagnostic for Problem {
     }
 }
 
-/// What is wrong with a scene, at least one problem and at most 20 of each file.
+/// The problems of a scene: at least one, at most 20 of each file.
 ///
-/// `Display` gives the first problem and how many more there are; [`SceneError::problems`] gives those that are shown. As a
-/// [`Diagnostic`] it shows the first problem's place, and the others as related ones.
+/// `Display` gives the first problem and the number of others; [`SceneError::problems`] gives those that are shown. As a
+/// [`Diagnostic`] it shows the place of the first problem, and the others as related diagnostics.
 #[derive(Debug)]
 pub struct SceneError {
-    /// On the heap, so that a result that holds an error stays small.
+    /// Boxed to keep results small.
     first: Box<Problem>,
     rest: Vec<Problem>,
-    /// How many problems there are in all.
+    /// Number of all problems.
     count: usize,
 }
 
 impl SceneError {
-    /// `count` is the number of all problems, also of those that are not shown.
+    /// `count` is the number of all problems, including those that are not shown.
     pub(crate) fn new(first: Problem, rest: Vec<Problem>, count: usize) -> Self {
         Self {
             first: Box::new(first),
@@ -139,13 +139,13 @@ impl SceneError {
         Self::new(Problem::unread(file, message), Vec::new(), 1)
     }
 
-    /// How many problems there are in all.
+    /// Number of all problems.
     pub fn count(&self) -> usize {
         self.count
     }
 
     /// The problems that are shown: file by file in the order of their lines, those of overrides last. Of a file with more
-    /// than 20, the first 20 and a last one that says how many more there are.
+    /// than 20, the first 20 and a last one with the number of the others.
     pub fn problems(&self) -> impl Iterator<Item = &Problem> {
         std::iter::once(&*self.first).chain(&self.rest)
     }

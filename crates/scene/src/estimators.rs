@@ -4,21 +4,29 @@ use crate::key::{Key, Words};
 use crate::name;
 use crate::range::{above, at_least};
 use crate::reader::{Reader, join};
-use crate::scene::EstimatorChoice;
 use crate::source::{Entry, Node, Origin, Value};
 use crate::units::{ANGULAR_FREQUENCY, LENGTH, ROTARY_DAMPING, TIME};
 use robhaz_estimator::{EstimatorSettings, Filters, KalmanMethod, Masses, Method, PaperMethod};
 
-/// Where estimators are in the file.
+/// Key of the list of estimators.
 pub(crate) const PATH: &str = "estimator";
-/// More than anyone needs side by side.
+/// Largest number of estimators of a scene.
 const MOST: usize = 100;
+
+/// An estimator to run on the readings.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EstimatorChoice {
+    /// Name in tables, figures and file names.
+    pub name: String,
+    /// Its method and parameters.
+    pub settings: EstimatorSettings,
+}
 
 /// Names of the presets, in the order of [`settings`]. Without `[[estimator]]` all of them run.
 pub(crate) const PRESETS: Words = &["paper-body", "paper-wheels", "true-mass", "best"];
 
-/// The keys of one estimator, each with a place of its own: a file may name them in any order. [`Keys::settings`] turns them
-/// into settings, which hold the keys of one method only.
+/// The values of the keys of one estimator, those of both methods: a file may name keys in any order. [`Keys::settings`]
+/// turns them into settings, which hold one method only.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Keys {
     masses: Masses,
@@ -69,7 +77,7 @@ pub(crate) const KEYS: &[Key<Keys>] = &[
         "name",
         "",
         PRESETS,
-        "the preset: linkage's mass lumped to the body (Fig. 7), to the wheels (Fig. 8), or at its own places; Kalman filters and all steps",
+        "the preset: the linkage's mass lumped to the body (Fig. 7), lumped to the wheels (Fig. 8) or at its true place; or Kalman filters with all methods",
     )
     .required(),
     Key::own(
@@ -177,7 +185,7 @@ pub(crate) fn defaults() -> Vec<EstimatorChoice> {
     PRESETS.iter().enumerate().map(choice).collect()
 }
 
-/// The default list as if it were written, for overrides that change a part of it.
+/// The default list as a node, for overrides that change a part of it.
 pub(crate) fn default_node(origin: &Origin) -> Node {
     let table = |preset: &&str| {
         let name = Entry {

@@ -1,15 +1,15 @@
-//! The lines around a problem, short and harmless enough for any terminal.
+//! The lines around a problem, cut and escaped for any terminal.
 
 use crate::source::Origin;
 use miette::{MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 use std::fmt::Write;
 
-/// Most columns of a line that are shown: with the gutter and a line number of six digits, 120.
+/// Largest number of columns of a line: with the gutter and a line number of six digits, 120.
 const WIDTH: usize = 108;
-/// Columns that are shown in front of the place itself where the line has to be cut.
+/// Columns shown before the place where the line is cut.
 const BEFORE: usize = 40;
 
-/// The line of a problem and its neighbours: each cut to [`WIDTH`] columns, control characters written out.
+/// The line of a problem and its neighbours: each cut to [`WIDTH`] columns, control characters escaped.
 #[derive(Clone, Debug)]
 pub(crate) struct Excerpt {
     name: String,
@@ -36,7 +36,7 @@ impl Excerpt {
             };
             let text = source.text.get(of_line.clone()).unwrap_or_default();
             if number == line {
-                // A place of several lines is shown by its first one.
+                // Of a place over several lines, the first is shown.
                 let place = |byte: usize| byte.clamp(of_line.start, of_line.end) - of_line.start;
                 excerpt.place(text, place(origin.span.start), place(origin.span.end));
             } else {
@@ -47,14 +47,14 @@ impl Excerpt {
         excerpt
     }
 
-    /// Adds the line that holds the place, with the place in view.
+    /// Adds the line of the place, cut so that the place is visible.
     fn place(&mut self, line: &str, start: usize, end: usize) {
         let parts = (line.get(..start), line.get(start..end), line.get(end..));
         let (Some(before), Some(place), Some(after)) = parts else {
             self.text += &cut(line, WIDTH);
             return;
         };
-        // Only the end of what stands before can matter.
+        // Only the end of the text before the place can fit.
         let tail = before.char_indices().rev().nth(WIDTH).map_or(0, |(i, _)| i);
         let before = harmless(&before[tail..]);
         if tail > 0 || columns(&before) + columns(&cut(place, WIDTH)) > WIDTH {
@@ -100,10 +100,10 @@ impl SourceCode for Excerpt {
     }
 }
 
-/// The start of a text, at most so many columns of it and harmless.
+/// The start of a text, at most `width` columns, escaped.
 fn cut(text: &str, width: usize) -> String {
     const DOTS: &str = " ...";
-    // A character is a column at least.
+    // A character takes at least one column.
     let end = text
         .char_indices()
         .nth(width)
@@ -123,7 +123,7 @@ fn cut(text: &str, width: usize) -> String {
     fits.collect::<String>() + DOTS
 }
 
-/// Columns that a character takes at most.
+/// Largest number of columns that a character takes.
 fn column(c: char) -> usize {
     if c.is_ascii() { 1 } else { 2 }
 }
@@ -132,8 +132,8 @@ fn columns(text: &str) -> usize {
     text.chars().map(column).sum()
 }
 
-/// A text as it can be printed anywhere: control characters, which command a terminal, and marks that turn the direction of
-/// writing stand there as `\u{1b}`; a tab is a space.
+/// Escapes a text for terminals: control characters and marks of the writing direction become escapes such as `\u{1b}`, a
+/// tab becomes a space.
 pub(crate) fn harmless(text: &str) -> String {
     let is_mark = |c: char| matches!(c, '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}');
     let mut out = String::with_capacity(text.len());

@@ -1,23 +1,23 @@
-//! Files as bytes, up to a limit that is said.
+//! Reads files up to a size limit.
 
 use crate::reader::grouped;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// Most bytes of a scene or robot file: enough for 100 000 points of full precision.
+/// Largest size of a scene or robot file, bytes: enough for 100 000 points of full precision.
 const MOST_TOML: usize = 6_000_000;
-/// Most words and signs of such a file: the tree of its keys takes some hundred bytes for each.
+/// Largest number of words and signs of such a file: each takes some hundred bytes of memory.
 const MOST_TOKENS: usize = 1_000_000;
-/// Most bytes of a track.
+/// Largest size of a track, bytes.
 pub(crate) const MOST_TRACK: usize = 100_000_000;
 
-/// The content of a file, or why it cannot be read.
+/// The content of a file of at most `most` bytes; the error completes the sentence "FILE ...".
 pub(crate) fn read(path: &Path, most: usize) -> Result<Vec<u8>, String> {
     let cannot = |error: std::io::Error| format!("cannot be read: {error}");
     let file = File::open(path).map_err(cannot)?;
     let mut bytes = Vec::new();
-    // One byte more than allowed shows that there is more, also of what has no length, such as a pipe.
+    // Reading one byte more than allowed detects larger files, also pipes, which have no length.
     let mut file = file.take(most as u64 + 1);
     file.read_to_end(&mut bytes).map_err(cannot)?;
     match bytes.len() > most {
@@ -35,7 +35,7 @@ pub(crate) fn read_toml(path: &Path) -> Result<String, String> {
     check_toml(&text).map(|()| text)
 }
 
-/// Why a text is too large for a scene or robot file.
+/// Checks the size of the text of a scene or robot file.
 pub(crate) fn check_toml(text: &str) -> Result<(), String> {
     if text.len() > MOST_TOML {
         return Err(too_large(MOST_TOML));

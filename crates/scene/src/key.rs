@@ -1,10 +1,10 @@
-//! The one place where a key is declared: its name, unit, range, meaning and the field that it sets.
+//! Declarations of keys: name, unit, range, meaning and the field that a key sets.
 //!
 //! Reading, writing, defaults and the reference in `docs/scenes.md` all come from these declarations. Defaults are not
-//! declared: they are what the field holds in the crates' own `Default` or named constructor.
+//! declared: they come from the `Default` or a named constructor of the type that holds the field.
 
-use crate::range::Range;
-use crate::units::Dimension;
+use crate::range::{Range, at_least};
+use crate::units::{Dimension, NONE};
 use robhaz_model::Vec2;
 
 /// A key of a table that sets a field of `T`.
@@ -23,9 +23,11 @@ pub(crate) struct Number {
     pub range: Range,
 }
 
-/// What a key holds.
+/// Type of a key's value.
 pub(crate) enum Field<T: 'static> {
     Number(Number, fn(&mut T) -> &mut f64),
+    /// A whole number from 1 on.
+    Count(Number, fn(&T) -> u32, fn(&mut T, u32)),
     /// `[a, b, c]`: one for each link.
     Three(Number, fn(&mut T) -> &mut [f64; 3]),
     /// `[x, y]`
@@ -40,12 +42,12 @@ pub(crate) enum Field<T: 'static> {
     ThreeWords(Words, fn(&T) -> [usize; 3], fn(&mut T, [usize; 3])),
     /// A table within the table.
     Table(&'static [Key<T>]),
-    /// What the section reads in its own way: default and allowed values in words.
+    /// A value that the section reads itself; default and allowed values in words.
     Own {
         default: &'static str,
         allowed: &'static str,
     },
-    /// A word that the section reads in its own way, since other keys depend on it.
+    /// A word that the section reads itself, since other keys depend on it.
     OwnWord {
         default: &'static str,
         words: Words,
@@ -76,6 +78,21 @@ impl<T> Key<T> {
         meaning: &'static str,
     ) -> Self {
         Self::new(name, Field::Number(Number { unit, range }, at), meaning)
+    }
+
+    /// A whole number from 1 to `most`.
+    pub const fn count(
+        name: &'static str,
+        most: u32,
+        get: fn(&T) -> u32,
+        set: fn(&mut T, u32),
+        meaning: &'static str,
+    ) -> Self {
+        let number = Number {
+            unit: NONE,
+            range: at_least(1.0).at_most(most as f64),
+        };
+        Self::new(name, Field::Count(number, get, set), meaning)
     }
 
     pub const fn switch(
@@ -177,7 +194,7 @@ impl Number {
         }
     }
 
-    /// The same, with what else can be written.
+    /// The same, with the units that a text may have.
     pub fn allowed_in_full(&self) -> String {
         match self.unit.units.len() {
             0 => self.allowed(),
@@ -191,13 +208,13 @@ impl Number {
 }
 
 impl<T> Field<T> {
-    /// What the key takes, in words.
+    /// Allowed values, in words.
     pub fn allowed(&self) -> String {
         let number = self.number().map(Number::allowed_in_full);
         self.in_words(&number.unwrap_or_default())
     }
 
-    /// What the key takes, without units.
+    /// Allowed values, without units.
     pub fn allowed_values(&self) -> String {
         let range = self.number().map(|n| n.range.to_string());
         self.in_words(range.unwrap_or_default().trim_start_matches("of "))
@@ -205,7 +222,7 @@ impl<T> Field<T> {
 
     fn in_words(&self, number: &str) -> String {
         match self {
-            Self::Number(..) => number.to_owned(),
+            Self::Number(..) | Self::Count(..) => number.to_owned(),
             Self::Three(..) => format!("[a, b, c], each {number}"),
             Self::Point(..) => format!("[x, y], each {number}"),
             Self::ThreePoints(..) => format!("[[x, y], [x, y], [x, y]], each {number}"),
@@ -217,10 +234,11 @@ impl<T> Field<T> {
         }
     }
 
-    /// The unit and range, where it is made of numbers.
+    /// Unit and range of a field made of numbers.
     pub fn number(&self) -> Option<&Number> {
         match self {
             Self::Number(n, _)
+            | Self::Count(n, ..)
             | Self::Three(n, _)
             | Self::Point(n, _)
             | Self::ThreePoints(n, _) => Some(n),

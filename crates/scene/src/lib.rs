@@ -5,10 +5,10 @@
 //! defaults and [`reference()`] come from that declaration.
 
 mod checks;
-mod columns;
 mod error;
 mod estimators;
 mod excerpt;
+mod fields;
 mod file;
 mod key;
 mod load;
@@ -16,7 +16,6 @@ mod model_error;
 mod name;
 mod overrides;
 mod plant_failure;
-mod points;
 mod range;
 mod reader;
 mod reference;
@@ -29,19 +28,16 @@ mod sensors;
 mod source;
 mod suggest;
 mod terrain;
-mod terrain_keys;
-mod track;
 mod units;
 mod write;
 
 pub use error::{Problem, SceneError};
+pub use estimators::EstimatorChoice;
 pub use model_error::{ModelError, ModelErrorTooLarge};
 pub use plant_failure::PlantFailure;
 pub use reference::{KeyReference, reference};
 pub use robhaz_sim::EngineKind;
 pub use robhaz_sim::sensors::{Grade, SensorSpec};
-pub use scene::{
-    EngineChoice, EstimatorChoice, RecordChoice, RobotChoice, Scene, SensorChoice, TerrainChoice,
-    is_compared,
-};
-pub use track::Track;
+pub use robot::RobotChoice;
+pub use scene::{EngineChoice, RecordChoice, Scene, SensorChoice};
+pub use terrain::{TerrainChoice, Track};

@@ -1,41 +1,21 @@
 //! From a file to a [`Scene`].
 
 use crate::error::SceneError;
-use crate::key::Key;
 use crate::model_error::ModelError;
 use crate::reader::Reader;
+use crate::reference::home_of;
 use crate::scene::{Scene, SensorChoice};
-use crate::sections::SECTIONS;
+use crate::sections::{IGNORED, SECTIONS, TOP};
 use crate::source::{Node, Source};
-use crate::{
-    checks, estimators, file, name, overrides, robot, seed, sensors, terrain, terrain_keys,
-};
+use crate::{checks, estimators, file, name, overrides, robot, seed, sensors, terrain};
 use std::path::Path;
 
-/// A table that the reader ignores: the resolved scene says there which versions wrote it.
-pub(crate) const IGNORED: &str = "resolved";
-
-/// The keys above all sections.
-pub(crate) const TOP: &[Key<Scene>] = &[
-    Key::own(
-        "name",
-        "the file's name without `.toml`",
-        name::ALLOWED,
-        "name of the scene: names the default output folder",
-    ),
-    Key::own(
-        "seed",
-        "0",
-        seed::ALLOWED,
-        "seed of everything random in the run",
-    ),
-];
-
 impl Scene {
-    /// Reads a scene file; `overrides` are texts `key=value` that win over the file, the last one first.
+    /// Reads a scene file; `overrides` are texts `key=value` that take precedence over the file, later ones over
+    /// earlier ones.
     ///
     /// # Errors
-    /// [`SceneError`] with everything that is wrong, in the file, in files that it names, and in the overrides.
+    /// [`SceneError`] with all problems of the file, of files that it names, and of the overrides.
     pub fn load(path: &Path, overrides: &[String]) -> Result<Self, SceneError> {
         let shown = path.display().to_string();
         let text = file::read_toml(path).map_err(|error| {
@@ -60,7 +40,7 @@ impl Scene {
         overrides: &[String],
     ) -> Result<Self, SceneError> {
         file::check_toml(text).map_err(|error| SceneError::unread(source_name, error))?;
-        let mut reader = Reader::new(base_dir.to_owned());
+        let mut reader = Reader::new(base_dir.to_owned(), home_of);
         let mut root = reader.document(&Source::file(source_name, text));
         for text in overrides {
             overrides::apply(&mut reader, &mut root, text);
@@ -99,12 +79,12 @@ fn read(reader: &mut Reader, root: &Node, source_name: &str) -> Scene {
     scene
 }
 
-/// Complains of what is neither a key of the top nor a section.
+/// Adds a problem for every entry that is neither a top-level key nor a section.
 fn top_level(reader: &mut Reader, root: &Node) {
     let allowed: Vec<&str> = TOP
         .iter()
         .map(|k| k.name)
-        .chain(["robot", terrain_keys::PATH, estimators::PATH])
+        .chain(["robot", terrain::PATH, estimators::PATH])
         .chain(SECTIONS.iter().map(|s| s.name))
         .collect();
     for entry in reader.entries(root, "") {

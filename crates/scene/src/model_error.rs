@@ -114,7 +114,7 @@ mod tests {
         assert!((ModelError::default().nominal_damping(0.15) - 0.15).abs() < 1e-16);
     }
 
-    /// Closed form: distances and factors are what was asked for; the rest is the robot's.
+    /// Closed form: distances and factors have the stated size; everything else equals the robot.
     #[test]
     fn errors_have_the_size_asked_for() {
         let robot = Robot::default_a();
@@ -193,7 +193,7 @@ mod tests {
         assert_eq!(other.geometry.pins, robot.geometry.pins);
     }
 
-    /// What cannot be a robot is refused: a mass below zero, coinciding pins.
+    /// Impossible robots are refused: a mass below zero, coinciding pins.
     #[test]
     fn impossible_robots_are_refused() {
         let robot = Robot::default_a();

@@ -28,7 +28,7 @@ pub(crate) fn read(reader: &mut Reader, node: &Node, path: &str) -> Option<Strin
     }
 }
 
-/// A name from a file's stem: capitals become small, what else is not allowed becomes `-`.
+/// A name from a file's stem: in lower case, with `-` for characters that are not allowed.
 pub(crate) fn from_stem(stem: &str) -> String {
     let allow = |c: char| if is_allowed(c) { c } else { '-' };
     let name: String = stem

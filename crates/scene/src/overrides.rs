@@ -131,7 +131,7 @@ fn put(
 
 /// The value under `path` before `rest` of an override goes into it; `None` after a problem.
 ///
-/// Where only a part is to be changed, defaults and names are written out first.
+/// Where only a part of a robot or of the estimators is changed, the default or named one is expanded first.
 fn before(
     reader: &mut Reader,
     path: &str,

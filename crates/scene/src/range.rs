@@ -86,7 +86,7 @@ impl fmt::Display for Range {
     }
 }
 
-/// A number as people write it: `0.2`, `20000`, `1.5e-4`. Reads back as the same number.
+/// A number in its short form: `0.2`, `20000`, `1.5e-4`. Reads back as the same number.
 pub(crate) fn short(value: f64) -> String {
     let size = value.abs();
     if size == 0.0 || (1e-3..1e6).contains(&size) {

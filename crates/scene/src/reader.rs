@@ -1,52 +1,51 @@
-//! Reads tables by the declarations of their keys and collects every problem.
+//! Collects the problems of a scene while it is read.
 
 use crate::error::{Problem, SceneError};
 use crate::excerpt::harmless;
-use crate::key::{Field, Key, Number, SWITCH, Words, quoted};
-use crate::source::{Entry, Node, Origin, Source, SourceKind, Value, document};
-use crate::suggest::{home_of, nearest};
-use crate::units::UnitError;
-use robhaz_model::Vec2;
+use crate::source::{Node, Origin, Source, SourceKind, Value, document};
 use std::collections::{BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Most problems of a file that are shown.
+/// Largest number of problems of a file that are shown.
 const SHOWN: usize = 20;
-/// Most problems of a file that are looked at in full. The sections of a file are not read in the order of its lines: the
-/// first ones by line are among these unless there are many more.
+/// Largest number of problems of a file that are kept; further ones are only counted. Sections are not read in the order
+/// of lines: the first problems by line are among these unless there are many more.
 const KEPT: usize = 1000;
 
-/// Collects what is wrong while a scene is read.
+/// Collects problems while a scene is read.
 pub(crate) struct Reader {
     problems: Vec<Problem>,
-    /// How many of them each source has, by its name.
+    /// Number of problems kept for each source, by its name.
     kept: HashMap<String, usize>,
-    /// How many more each source has, which were only counted.
+    /// Number of further problems of each source, which were only counted.
     hidden: HashMap<String, usize>,
-    /// The sections in which those are.
+    /// The sections of the counted problems.
     hidden_sections: BTreeSet<String>,
     /// Paths in the scene are relative to this folder.
     pub base_dir: PathBuf,
+    /// The table that has a key of a name, for messages on misplaced keys.
+    pub home_of: fn(&str) -> Option<String>,
 }
 
 impl Reader {
-    pub fn new(base_dir: PathBuf) -> Self {
+    pub fn new(base_dir: PathBuf, home_of: fn(&str) -> Option<String>) -> Self {
         Self {
             problems: Vec::new(),
             kept: HashMap::new(),
             hidden: HashMap::new(),
             hidden_sections: BTreeSet::new(),
             base_dir,
+            home_of,
         }
     }
 
-    /// How many problems there are so far.
+    /// Number of problems so far.
     pub fn mark(&self) -> usize {
         self.problems.len() + self.hidden.values().sum::<usize>()
     }
 
-    /// How many problems a source has so far.
+    /// Number of problems of a source so far.
     pub fn problems_of(&self, source: &str) -> usize {
         let count = |of: &HashMap<String, usize>| of.get(source).copied().unwrap_or(0);
         count(&self.kept) + count(&self.hidden)
@@ -59,8 +58,8 @@ impl Reader {
         !hidden && !self.problems.iter().any(|p| under(p.key()))
     }
 
-    /// Adds a problem of a place. Its message is made only where it can be shown: a file with a million mistakes is read
-    /// as fast as one without.
+    /// Adds a problem at a place. The message is made only if the problem is kept, so that a file with a million mistakes
+    /// is read as fast as a correct one.
     pub fn complain(&mut self, origin: &Origin, key: &str, message: impl FnOnce() -> String) {
         let name = &origin.source.name;
         if self.kept.get(name).is_none_or(|count| *count < KEPT) {
@@ -88,7 +87,7 @@ impl Reader {
         }
     }
 
-    /// Something else was found than is allowed.
+    /// Adds a problem: the value at a node is not allowed.
     pub fn refuse(&mut self, node: &Node, path: &str, allowed: &str) {
         self.complain(&node.origin, path, || refusal(node, allowed));
     }
@@ -105,7 +104,7 @@ impl Reader {
             let line = error.origin.whole_line();
             let message = format!("TOML does not allow this: {}; found: {line}", error.message);
             let mut problem = Problem::at(&error.origin, "", message).syntax();
-            // Marks the file as one of which the rest may be misread.
+            // The rest of the file may have been misread.
             problem.whole = Some(error.origin.line()) == broken;
             self.push(problem);
         }
@@ -142,220 +141,6 @@ impl Reader {
             Some(first) => Err(SceneError::new(first, shown.collect(), count)),
         }
     }
-
-    /// The entries of a table; anything else is a problem.
-    pub fn entries<'n>(&mut self, node: &'n Node, path: &str) -> &'n [Entry] {
-        node.entries().unwrap_or_else(|| {
-            self.refuse(node, path, "a table");
-            &[]
-        })
-    }
-
-    /// Reads a whole table.
-    pub fn table<T>(&mut self, keys: &[Key<T>], node: &Node, path: &str, into: &mut T) {
-        let Some(entries) = node.entries() else {
-            return self.refuse(node, path, "a table");
-        };
-        for entry in entries {
-            self.entry(keys, entry, path, into);
-        }
-        self.require(keys, node, path);
-    }
-
-    /// Reads one entry of a table.
-    pub fn entry<T>(&mut self, keys: &[Key<T>], entry: &Entry, path: &str, into: &mut T) {
-        match keys.iter().find(|k| k.name == entry.key) {
-            Some(key) => self.field(key, &entry.node, &join(path, key.name), into),
-            None => {
-                let names: Vec<_> = keys.iter().map(|k| k.name).collect();
-                self.unknown(entry, path, &names);
-            }
-        }
-    }
-
-    /// Complains of every required key that a table lacks.
-    pub fn require<T>(&mut self, keys: &[Key<T>], node: &Node, path: &str) {
-        for key in keys.iter().filter(|k| k.required) {
-            if node.get(key.name).is_none() {
-                let message = format!(
-                    "missing, and it has no default; allowed: {}",
-                    key.field.allowed()
-                );
-                let path = join(path, key.name);
-                self.push(Problem::at(&node.origin, &path, message).whole());
-            }
-        }
-    }
-
-    /// A key that its table does not have.
-    pub fn unknown(&mut self, entry: &Entry, path: &str, allowed: &[&str]) {
-        self.complain(&entry.origin, &join(path, &short_key(&entry.key)), || {
-            let mut message = format!("unknown key, allowed: {}", allowed.join(", "));
-            if let Some(near) = nearest(&entry.key, allowed) {
-                message += &format!("; did you mean {near}?");
-            } else if let Some(home) = home_of(&entry.key) {
-                message += &format!("; {} belongs to {home}", entry.key);
-            }
-            message
-        });
-    }
-
-    fn field<T>(&mut self, key: &Key<T>, node: &Node, path: &str, into: &mut T) {
-        match &key.field {
-            Field::Number(number, at) => {
-                if let Some(value) = self.number(number, node, path) {
-                    *at(into) = value;
-                }
-            }
-            Field::Three(number, at) => {
-                if let Some(items) = self.items(node, path, &key.field.allowed()) {
-                    *at(into) = self.each(items, path, 0.0, |r, n, p| r.number(number, n, p));
-                }
-            }
-            Field::Point(number, at) => {
-                if let Some(value) = self.point(number, node, path) {
-                    *at(into) = value;
-                }
-            }
-            Field::ThreePoints(number, at) => {
-                if let Some(items) = self.items(node, path, &key.field.allowed()) {
-                    let none = Vec2::zeros();
-                    *at(into) = self.each(items, path, none, |r, n, p| r.point(number, n, p));
-                }
-            }
-            Field::Switch(at) => {
-                if let Some(index) = self.word(SWITCH, node, path) {
-                    *at(into) = index == 1;
-                }
-            }
-            Field::Word(words, _, set) => {
-                if let Some(index) = self.word(words, node, path) {
-                    set(into, index);
-                }
-            }
-            Field::ThreeWords(words, _, set) => {
-                if let Some(items) = self.items(node, path, &key.field.allowed()) {
-                    set(
-                        into,
-                        self.each(items, path, 0, |r, n, p| r.word(words, n, p)),
-                    );
-                }
-            }
-            Field::Table(keys) => self.table(keys, node, path, into),
-            Field::Own { .. } | Field::OwnWord { .. } => {}
-        }
-    }
-
-    /// A number in SI, within its range.
-    pub fn number(&mut self, number: &Number, node: &Node, path: &str) -> Option<f64> {
-        let value = match &node.value {
-            Value::Float(value) | Value::Integer(_, value) => *value,
-            Value::Text(text) => match number.unit.parse(text) {
-                Ok(value) => value,
-                Err(error) => {
-                    self.bad_unit(number, node, path, &error);
-                    return None;
-                }
-            },
-            _ => {
-                self.refuse(node, path, &number.allowed_in_full());
-                return None;
-            }
-        };
-        if number.range.contains(value) {
-            return Some(value);
-        }
-        self.refuse(node, path, &number.allowed());
-        None
-    }
-
-    fn bad_unit(&mut self, number: &Number, node: &Node, path: &str, error: &UnitError) {
-        let found = node.origin.found();
-        let message = match error {
-            UnitError::NotANumber => {
-                return self.refuse(node, path, &number.allowed_in_full());
-            }
-            // As a bare number of that size.
-            UnitError::TooLarge => return self.refuse(node, path, &number.allowed()),
-            UnitError::NoUnit => format!(
-                "found {found}, a text without a unit, allowed: {}",
-                number.allowed_in_full()
-            ),
-            UnitError::Wrong(unit) if number.unit.units.is_empty() => format!(
-                "found {found} with the unit {unit}, allowed: {}, without a unit",
-                number.allowed()
-            ),
-            UnitError::Wrong(unit) => format!(
-                "found {found} with the unit {unit}, allowed units: {}",
-                number.unit.names()
-            ),
-        };
-        self.push(Problem::at(&node.origin, path, message));
-    }
-
-    /// A point `[x, y]` in SI.
-    pub fn point(&mut self, number: &Number, node: &Node, path: &str) -> Option<Vec2> {
-        let allowed = format!("[x, y], each {}", number.allowed_in_full());
-        let [x, y]: &[Node; 2] = self.items(node, path, &allowed)?;
-        // Both, so that both can complain.
-        let (x, y) = (
-            self.number(number, x, &format!("{path}[0]")),
-            self.number(number, y, &format!("{path}[1]")),
-        );
-        Some(Vec2::new(x?, y?))
-    }
-
-    /// The index of a word among those allowed.
-    pub fn word(&mut self, words: Words, node: &Node, path: &str) -> Option<usize> {
-        let text = match &node.value {
-            Value::Text(text) => text.as_str(),
-            // A switch can be written as TOML does.
-            Value::Boolean(on) if words == SWITCH => SWITCH[usize::from(*on)],
-            _ => "",
-        };
-        if let Some(index) = words.iter().position(|w| *w == text) {
-            return Some(index);
-        }
-        self.complain(&node.origin, path, || {
-            let mut allowed = quoted(words);
-            if let Some(near) = nearest(text, words) {
-                allowed += &format!("; did you mean \"{near}\"?");
-            }
-            refusal(node, &allowed)
-        });
-        None
-    }
-
-    /// The items of an array of exactly `N`.
-    fn items<'n, const N: usize>(
-        &mut self,
-        node: &'n Node,
-        path: &str,
-        allowed: &str,
-    ) -> Option<&'n [Node; N]> {
-        let items = match &node.value {
-            Value::Array(items) => items.as_slice().try_into().ok(),
-            _ => None,
-        };
-        if items.is_none() {
-            self.refuse(node, path, allowed);
-        }
-        items
-    }
-
-    fn each<V: Copy>(
-        &mut self,
-        items: &[Node; 3],
-        path: &str,
-        bad: V,
-        read: impl Fn(&mut Self, &Node, &str) -> Option<V>,
-    ) -> [V; 3] {
-        let mut values = [bad; 3];
-        for (i, item) in items.iter().enumerate() {
-            values[i] = read(self, item, &format!("{path}[{i}]")).unwrap_or(bad);
-        }
-        values
-    }
 }
 
 /// `path.name`, or `name` alone at the top.
@@ -368,7 +153,7 @@ pub(crate) fn join(path: &str, name: &str) -> String {
 }
 
 /// What was found and what is allowed.
-fn refusal(node: &Node, allowed: &str) -> String {
+pub(crate) fn refusal(node: &Node, allowed: &str) -> String {
     let found = node.origin.found();
     let kind = match node.value {
         // Texts and numbers show what they are.
@@ -376,15 +161,6 @@ fn refusal(node: &Node, allowed: &str) -> String {
         _ => format!(" ({})", node.type_name()),
     };
     format!("found {found}{kind}, allowed: {allowed}")
-}
-
-/// A key as messages name it: 60 characters of it at most.
-fn short_key(key: &str) -> String {
-    const LONGEST: usize = 60;
-    match key.char_indices().nth(LONGEST) {
-        Some((end, _)) => format!("{}...", &key[..end]),
-        None => key.to_owned(),
-    }
 }
 
 /// A count with a space between groups of three digits.
@@ -400,8 +176,8 @@ pub(crate) fn grouped(count: usize) -> String {
     out
 }
 
-/// Leaves out problems that only echo a syntax error: those on its line, those after a line from which on the file may
-/// have been misread, and then also keys that seem to be missing.
+/// Drops problems that follow from a syntax error: those on its line, and, if the error may have broken the structure of
+/// the rest of the file, those after its line and missing keys.
 fn without_echoes(problems: Vec<Problem>) -> Vec<Problem> {
     let syntax: Vec<(Origin, bool)> = problems
         .iter()

@@ -5,7 +5,6 @@ use crate::file;
 use crate::key::{Key, quoted};
 use crate::reader::{Reader, join};
 use crate::robot_keys::{GEOMETRY, LINK_CG, MASSES};
-use crate::scene::RobotChoice;
 use crate::source::{Entry, Node, Origin, Source, Value};
 use crate::suggest::nearest;
 use robhaz_model::{
@@ -13,13 +12,13 @@ use robhaz_model::{
 };
 use std::path::Path;
 
-/// How far the axles may stand from the wheel radius over the ground in the nominal pose, m.
+/// Largest deviation of an axle's height from the wheel radius in the nominal pose, m.
 const LEVEL: f64 = 1e-4;
 
 const DEFAULT_GEOMETRY: &str = "A";
 const DEFAULT_MASS: &str = "caption";
 
-/// A file that is part of the program.
+/// A robot file that is compiled into the program.
 struct BuiltIn {
     name: &'static str,
     file: &'static str,
@@ -87,12 +86,25 @@ pub(crate) const KEYS: &[Key<()>] = &[
     ),
 ];
 
-/// Geometry A with the masses of the captions.
-pub(crate) fn default() -> RobotChoice {
-    RobotChoice {
-        geometry_name: DEFAULT_GEOMETRY.to_owned(),
-        mass_name: DEFAULT_MASS.to_owned(),
-        robot: Robot::default_a(),
+/// The robot, and the names under which its parts were chosen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobotChoice {
+    /// `A`, `B`, the path of a geometry file, or `inline`; with `, changed` when an override changed a part of it.
+    pub geometry_name: String,
+    /// `caption`, `text`, the path of a mass file, or `inline`; with `, changed` as above.
+    pub mass_name: String,
+    /// Geometry and masses.
+    pub robot: Robot,
+}
+
+impl Default for RobotChoice {
+    /// Geometry A with the masses of the captions.
+    fn default() -> Self {
+        Self {
+            geometry_name: DEFAULT_GEOMETRY.to_owned(),
+            mass_name: DEFAULT_MASS.to_owned(),
+            robot: Robot::default_a(),
+        }
     }
 }
 
@@ -105,7 +117,7 @@ pub(crate) fn read(reader: &mut Reader, root: &Node) -> RobotChoice {
     let geometry = read_part(reader, root, &GEOMETRY_PART, read_geometry);
     let mass = read_part(reader, root, &MASS_PART, read_masses);
     let robot = Robot {
-        // Both are there unless there is a problem.
+        // Both exist unless there is a problem.
         geometry: geometry.value.unwrap_or_else(Geometry::a),
         mass: mass.value.unwrap_or_else(MassSet::caption),
     };
@@ -126,7 +138,7 @@ struct ReadPart<T> {
     value: Option<T>,
 }
 
-/// Where a half of `[robot]` is written.
+/// Origin of one half of `[robot]`.
 struct Place {
     /// Its table.
     node: Option<Node>,
@@ -134,7 +146,7 @@ struct Place {
     path: String,
 }
 
-/// Refuses a robot that cannot stand, at the key of its geometry that was changed, else at the likeliest.
+/// Reports a robot that cannot stand, at the key of its geometry that an override set, else at the likeliest key.
 fn refuse_stance(reader: &mut Reader, root: &Node, place: &Place, error: &StanceError) {
     let keys = stance_keys(error);
     let whole = place.node.as_ref().unwrap_or(root);
@@ -264,9 +276,8 @@ impl Part {
         }
     }
 
-    /// What `chosen` (or the default) holds, written out as a table, so that an override can change a part of it.
-    ///
-    /// Its name says that it is no longer what it was.
+    /// The table that `chosen` (or the default) names, so that an override can change a part of it. Its name gets the
+    /// ending [`CHANGED`].
     pub(crate) fn written_out(
         &self,
         reader: &mut Reader,

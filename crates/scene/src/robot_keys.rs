@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 
 const CARRIERS: [Carrier; 2] = [Carrier::Link1, Carrier::Link2];
 
-/// No coordinate of the robot is farther out, m.
+/// Largest coordinate of the robot, m.
 const FARTHEST: f64 = 10.0;
 
 /// The keys of a geometry file, and of `[robot.geometry]`.
@@ -17,7 +17,7 @@ pub(crate) const GEOMETRY: &[Key<Geometry>] = &[
         "name",
         "the name or path by which it was chosen",
         "a text",
-        "how summaries call it",
+        "name in summaries",
     ),
     Key::<Geometry>::number(
         "wheel_radius",
@@ -62,7 +62,7 @@ pub(crate) const GEOMETRY: &[Key<Geometry>] = &[
     Key::<Geometry>::table("stop", STOP, "end stops of pin Q, on theta_1 - theta_2"),
 ];
 
-/// Left out, it follows from the other keys.
+/// An optional key: by default it follows from the other keys.
 pub(crate) const LINK_CG: &str = "link_cg";
 
 const PINS: &[Key<Geometry>] = &[
@@ -137,14 +137,14 @@ pub(crate) const MASSES: &[Key<MassSet>] = &[
         "name",
         "the name or path by which it was chosen",
         "a text",
-        "how summaries call it",
+        "name in summaries",
     ),
     Key::<MassSet>::number(
         "body",
         MASS,
         above(0.0).at_most(1e6),
         |m| &mut m.body,
-        "half of the real body",
+        "the body: half of the real one",
     )
     .required(),
     Key::<MassSet>::three(

@@ -1,13 +1,14 @@
 //! A scene with every choice made: the result of reading a scene file.
 
+use crate::estimators::{self, EstimatorChoice};
 use crate::model_error::{ModelError, ModelErrorTooLarge};
-use crate::track::Track;
-use crate::{estimators, robot, terrain};
+use crate::robot::RobotChoice;
+use crate::terrain::TerrainChoice;
 use robhaz_estimator::{EstimatorSettings, NoiseBudget};
 use robhaz_model::Robot;
 use robhaz_sim::contact::ContactLaw;
 use robhaz_sim::drive::Drive;
-use robhaz_sim::friction::{FrictionLaw, Stretch};
+use robhaz_sim::friction::FrictionLaw;
 use robhaz_sim::sensors::{Grade, SensorSpec, Sensors};
 use robhaz_sim::{EngineKind, PlantSetup, StartKind};
 use robhaz_terrain::{Profile, Terrain};
@@ -15,7 +16,7 @@ use robhaz_terrain::{Profile, Terrain};
 /// Everything that a run depends on. SI throughout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
-    /// The file's stem, or what the file says: names the default output folder. Lower-case letters, digits, `-`, `_`.
+    /// `name` of the file, else the file's stem: the name of the default output folder. Lower-case letters, digits, `-`, `_`.
     pub name: String,
     /// Seed of everything random in the run.
     pub seed: u64,
@@ -31,7 +32,7 @@ pub struct Scene {
     pub drive: Drive,
     /// `[sensors]`
     pub sensors: SensorChoice,
-    /// `[model_error]`: where what the estimators are told of the robot differs from the robot.
+    /// `[model_error]`: differences between the nominal robot and the simulated one.
     pub model_error: ModelError,
     /// `[[estimator]]`, in the file's order; names are unique. May be empty.
     pub estimators: Vec<EstimatorChoice>,
@@ -41,54 +42,21 @@ pub struct Scene {
     pub record: RecordChoice,
 }
 
-/// The robot, and the names under which its parts were chosen.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RobotChoice {
-    /// `A`, `B`, the path of a geometry file, or `inline`; with `, changed` when an override changed a part of it.
-    pub geometry_name: String,
-    /// `caption`, `text`, the path of a mass file, or `inline`; with `, changed` as above.
-    pub mass_name: String,
-    /// What they hold.
-    pub robot: Robot,
-}
-
-/// The ground, and the name of its kind.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TerrainChoice {
-    /// `flat`, `smooth`, `bumps` and so on, as in scene files.
-    pub kind: &'static str,
-    /// Its shape.
-    pub profile: Profile,
-    /// Parts of it with friction coefficients of their own, from rear to front; they do not overlap.
-    pub stretches: Vec<Stretch>,
-    /// The files that its points come from: a run's folder gets a copy of each, under [`Track::file_name`].
-    pub tracks: Vec<Track>,
-}
-
 /// The sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorChoice {
-    /// The name under which their errors were chosen.
+    /// The preset of their errors.
     pub grade: Grade,
-    /// Their errors: those of the grade, or what was set over them.
+    /// Their errors: those of the grade, with single values overridden.
     pub spec: SensorSpec,
     /// Samples a second, Hz; a whole multiple of the record's rate.
     pub rate: f64,
 }
 
-/// An estimator to run on the readings.
-#[derive(Clone, Debug, PartialEq)]
-pub struct EstimatorChoice {
-    /// Name in tables, figures and file names.
-    pub name: String,
-    /// What it does.
-    pub settings: EstimatorSettings,
-}
-
 /// The engine that computes the truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EngineChoice {
-    /// Which.
+    /// Which engine.
     pub kind: EngineKind,
     /// How the robot stands at time zero.
     pub start: StartKind,
@@ -98,28 +66,20 @@ pub struct EngineChoice {
     pub tolerance: f64,
 }
 
-/// What is kept of the run.
+/// Duration and rate of the records.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RecordChoice {
     /// Simulated time, s.
     pub duration: f64,
     /// Records a second, Hz.
     pub rate: f64,
-    /// Errors count from this time on, s: what comes before is rest and starting.
+    /// Errors are computed from this time on, after rest and start, s.
     pub compare_from: f64,
 }
 
-/// A curve may leave the heights of two neighbouring points by this share of the ground's whole height without a warning: a
-/// spline through the summit of a hill that is well sampled does.
+/// Largest overshoot of a curve beyond the heights of two neighbouring points without a warning, as a share of the ground's
+/// height range: a spline through a well-sampled summit overshoots, too.
 const OVERSHOOT: f64 = 0.05;
-
-/// Times closer than this are the same, s: a record's time is a rounded multiple of the period.
-const SAME_TIME: f64 = 1e-9;
-
-/// Whether what happens at `time` counts in the errors, which do from `compare_from` on; s.
-pub fn is_compared(time: f64, compare_from: f64) -> bool {
-    time >= compare_from - SAME_TIME
-}
 
 impl SensorChoice {
     /// The sensors of a grade, at 1 kHz.
@@ -151,6 +111,19 @@ impl Default for EngineChoice {
     }
 }
 
+impl RecordChoice {
+    /// Number of records: one at time 0, one at the end, one a period between.
+    pub fn count(&self) -> u64 {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "checked when read: positive and bounded"
+        )]
+        let periods = (self.duration * self.rate).round() as u64;
+        periods + 1
+    }
+}
+
 impl Default for RecordChoice {
     /// 20 s at 1 kHz, errors from 2 s on.
     fn default() -> Self {
@@ -163,13 +136,13 @@ impl Default for RecordChoice {
 }
 
 impl Default for Scene {
-    /// What an empty file stands for: robot A on the smooth course under the PI drive, all presets of the estimator.
+    /// The scene of an empty file: robot A on the smooth course under the PI drive, all presets of the estimator.
     fn default() -> Self {
         Self {
             name: "scene".to_owned(),
             seed: 0,
-            robot: robot::default(),
-            terrain: terrain::default(),
+            robot: RobotChoice::default(),
+            terrain: TerrainChoice::default(),
             contact: ContactLaw::default(),
             friction: FrictionLaw::default(),
             drive: Drive::default(),
@@ -201,7 +174,7 @@ impl Scene {
         }
     }
 
-    /// What is allowed but may not be meant, a line each.
+    /// Warnings about allowed values that may be mistakes, one line each.
     pub fn warnings(&self) -> Vec<String> {
         let parts: Vec<(String, &Profile)> = match &self.terrain.profile {
             Profile::Course(course) => {
@@ -228,7 +201,7 @@ impl Scene {
         parts.iter().filter_map(overshoot).collect()
     }
 
-    /// The sensors of this scene, with what its seed draws for them.
+    /// The sensors of this scene, with the errors that its seed draws.
     pub fn sensors(&self) -> Sensors {
         Sensors::new(&self.sensors.spec, self.seed)
     }
@@ -251,10 +224,10 @@ impl Scene {
         }
     }
 
-    /// The noise budget from the sensors' data sheets and the drawings' tolerances. Gear friction is in no data sheet: it keeps the
+    /// The noise budget from the sensors' data sheets and the drawings' tolerances. No data sheet states the gear friction: it keeps the
     /// prior of [`NoiseBudget::typical`].
     pub fn noise_budget(&self) -> NoiseBudget {
-        let (spec, told) = (&self.sensors.spec, &self.model_error);
+        let (spec, model) = (&self.sensors.spec, &self.model_error);
         NoiseBudget {
             encoder_counts: spec.encoder_counts,
             jitter: spec.jitter,
@@ -269,8 +242,8 @@ impl Scene {
             rate_walk: spec.rate_walk,
             contact_angle: spec.contact_angle_error,
             contact_angle_time: spec.contact_angle_time,
-            body_cg: told.body_cg,
-            link_mass: told.link_masses,
+            body_cg: model.body_cg,
+            link_mass: model.link_masses,
             ..NoiseBudget::typical()
         }
     }
@@ -286,14 +259,8 @@ impl Scene {
         samples.max(1)
     }
 
-    /// Number of records: one at time 0, one at the end, one a period between.
+    /// Number of records: see [`RecordChoice::count`].
     pub fn record_count(&self) -> u64 {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "checked when read: positive and bounded"
-        )]
-        let periods = (self.record.duration * self.record.rate).round() as u64;
-        periods + 1
+        self.record.count()
     }
 }

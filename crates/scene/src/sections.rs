@@ -1,12 +1,12 @@
-//! The sections whose keys set fields of the scene; contact, drive, engine and record are plain.
+//! The sections whose keys set fields of the scene, and the keys of contact, drive, engine and record.
 
 use crate::key::Key;
 use crate::range::{above, at_least};
 use crate::scene::Scene;
-use crate::sensors;
 use crate::units::{
     CONTACT_STIFFNESS, DAMPING, FREQUENCY, LENGTH, NONE, ROTARY_DAMPING, SPEED, TIME, TORQUE,
 };
+use crate::{name, seed, sensors};
 use robhaz_sim::{EngineKind, StartKind};
 
 /// A section of a scene file whose keys set fields of the scene.
@@ -16,14 +16,33 @@ pub(crate) struct Section {
     pub keys: &'static [Key<Scene>],
 }
 
-/// Longest step with which the explicit contact force is stable, s.
-pub(crate) const LONGEST_STEP: f64 = 1.5e-4;
+/// Longest step of `rapier`, s: an impact lasts some milliseconds. What is stable depends on robot and ground.
+const LONGEST_STEP: f64 = 1e-3;
 /// Fastest rate of records, Hz.
 const FASTEST: f64 = 1e6;
 /// Longest run, s.
 const LONGEST_RUN: f64 = 1e6;
 
-/// All plain sections, in the order in which they are written.
+/// A table that the reader ignores: the resolved scene names there the versions that wrote it.
+pub(crate) const IGNORED: &str = "resolved";
+
+/// The keys above all sections.
+pub(crate) const TOP: &[Key<Scene>] = &[
+    Key::own(
+        "name",
+        "the file's name without `.toml`",
+        name::ALLOWED,
+        "name of the scene: names the default output folder",
+    ),
+    Key::own(
+        "seed",
+        "0",
+        seed::ALLOWED,
+        "seed of everything random in the run",
+    ),
+];
+
+/// All these sections, in the order of the resolved scene.
 pub(crate) const SECTIONS: &[Section] = &[
     Section {
         name: "contact",
@@ -37,22 +56,22 @@ pub(crate) const SECTIONS: &[Section] = &[
     },
     Section {
         name: sensors::PATH,
-        meaning: "what the estimators see",
+        meaning: "errors of the readings",
         keys: sensors::KEYS,
     },
     Section {
         name: sensors::MODEL_ERROR_PATH,
-        meaning: "where what the estimators are told of the robot differs from the robot",
+        meaning: "differences between the nominal robot and the simulated one",
         keys: sensors::MODEL_ERROR,
     },
     Section {
         name: "engine",
-        meaning: "what computes the truth",
+        meaning: "the engine that computes the truth",
         keys: ENGINE,
     },
     Section {
         name: "record",
-        meaning: "what is kept of the run",
+        meaning: "duration and rate of the records",
         keys: RECORD,
     },
 ];
@@ -70,7 +89,7 @@ const CONTACT: &[Key<Scene>] = &[
         NONE,
         at_least(1.0).at_most(5.0),
         |s| &mut s.contact.exponent,
-        "exponent n of the penetration; the unit of the stiffness goes with it",
+        "exponent n of the penetration; the unit of the stiffness depends on it",
     ),
     Key::number(
         "damping",
@@ -84,7 +103,7 @@ const CONTACT: &[Key<Scene>] = &[
         LENGTH,
         at_least(0.0).at_most(0.1),
         |s| &mut s.contact.damping_ramp,
-        "penetration over which the damping comes in; 0 for a constant c",
+        "penetration over which the damping rises from 0 to c; 0 for a constant c",
     ),
     Key::number(
         "mu_s",
@@ -143,7 +162,7 @@ const DRIVE: &[Key<Scene>] = &[
         TORQUE,
         above(0.0).at_most(1e6),
         |s| &mut s.drive.torque_limit,
-        "greatest motor torque at the wheel",
+        "largest motor torque at the wheel",
     ),
     Key::number(
         "tracking_time",
@@ -171,7 +190,7 @@ const DRIVE: &[Key<Scene>] = &[
         TIME,
         at_least(0.0).at_most(LONGEST_RUN),
         |s| &mut s.drive.start_time,
-        "rest before the start",
+        "time at rest before the start",
     ),
     Key::number(
         "ramp_time",
@@ -195,14 +214,14 @@ const ENGINE: &[Key<Scene>] = &[
         &[StartKind::Settled.name(), StartKind::Raw.name()],
         |s| s.engine.start as usize,
         |s, i| s.engine.start = StartKind::ALL[i],
-        "at time zero the robot stands in static equilibrium, or in the nominal pose with all wheels equally deep, which then settles",
+        "pose at time zero: static equilibrium on the ground, or the nominal pose with all wheels at equal penetration, from which the robot settles",
     ),
     Key::number(
         "step",
         TIME,
         above(0.0).at_most(LONGEST_STEP),
         |s| &mut s.engine.step,
-        "greatest integration step of rapier, taken in eight parts while an edge hits a wheel; the explicit contact force is unstable above about 0.15 ms",
+        "largest integration step of rapier, cut into eight parts while an edge hits a wheel; robot, ground and drive set a lower limit, 0.15 ms by default",
     ),
     Key::number(
         "tolerance",
@@ -233,6 +252,6 @@ const RECORD: &[Key<Scene>] = &[
         TIME,
         at_least(0.0).at_most(LONGEST_RUN),
         |s| &mut s.record.compare_from,
-        "errors count from this time on, below duration: before it the robot rests and starts",
+        "errors are computed from this time on, after rest and start; below duration",
     ),
 ];

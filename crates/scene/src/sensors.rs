@@ -1,6 +1,6 @@
-//! `[sensors]` and `[model_error]`: what the estimators see, and what they are told of the robot.
+//! `[sensors]` and `[model_error]`: errors of the readings and of the nominal robot.
 //!
-//! A grade stands for a value of every key of the sensors and of the damping that is told; the keys change single ones.
+//! A grade sets every key of the sensors and the error of the nominal damping. The keys override single values.
 
 use crate::key::{Key, Words};
 use crate::range::{above, at_least};
@@ -11,16 +11,16 @@ use robhaz_sim::sensors::Grade;
 
 /// Name of the section of the sensors.
 pub(crate) const PATH: &str = "sensors";
-/// Name of the section of what is told.
+/// Name of the section of the model errors.
 pub(crate) const MODEL_ERROR_PATH: &str = "model_error";
 
-/// Keys of the sensors that a grade does not stand for.
+/// Keys of the sensors that a grade does not set.
 const NOT_OF_THE_GRADE: [&str; 2] = ["grade", "rate"];
-/// Keys of the model error that a grade stands for.
-const TOLD_BY_THE_GRADE: [&str; 1] = ["viscous_damping"];
+/// Keys of the model error that a grade sets.
+const MODEL_ERRORS_OF_THE_GRADE: [&str; 1] = ["viscous_damping"];
 
-/// What inclinometers feel: [`SensorSpec::specific_force`](robhaz_sim::sensors::SensorSpec) off and on.
-const FELT: Words = &["gravity", "specific-force"];
+/// What inclinometers measure: [`SensorSpec::specific_force`](robhaz_sim::sensors::SensorSpec) off and on.
+const MEASURED: Words = &["gravity", "specific-force"];
 
 /// The keys of `[sensors]`.
 pub(crate) const KEYS: &[Key<Scene>] = &[
@@ -33,7 +33,7 @@ pub(crate) const KEYS: &[Key<Scene>] = &[
         ],
         |s| s.sensors.grade as usize,
         |s, i| s.sensors.grade = Grade::ALL[i],
-        "which errors the sensors have; each key below but rate changes one of them",
+        "preset of all sensor errors; each key below, except rate, overrides one of them",
     ),
     Key::number(
         "rate",
@@ -82,7 +82,7 @@ pub(crate) const KEYS: &[Key<Scene>] = &[
         TORQUE,
         at_least(0.0).at_most(1e3),
         |s| &mut s.sensors.spec.torque_friction,
-        "Coulomb friction in the reading alone: it shows torque + F sign(speed), the robot feels nothing of it",
+        "Coulomb friction in the reading alone, which shows torque + F sign(speed); it does not act on the robot",
     ),
     Key::number(
         "inclination_noise",
@@ -107,10 +107,10 @@ pub(crate) const KEYS: &[Key<Scene>] = &[
     ),
     Key::word(
         "inclination_feels",
-        FELT,
+        MEASURED,
         |s| usize::from(s.sensors.spec.specific_force),
         |s, i| s.sensors.spec.specific_force = i == 1,
-        "what the inclinometers take for the vertical: gravity alone, or gravity and the link's acceleration",
+        "what the inclinometers measure: the direction of gravity, or of the specific force, which includes the link's acceleration",
     ),
     Key::number(
         "rate_noise",
@@ -131,7 +131,7 @@ pub(crate) const KEYS: &[Key<Scene>] = &[
         RATE_WALK,
         at_least(0.0).at_most(1e2),
         |s| &mut s.sensors.spec.rate_walk,
-        "random walk of that bias: its standard deviation after a second",
+        "random walk of the gyros' bias: its standard deviation after one second",
     ),
     Key::number(
         "rate_scale",
@@ -145,7 +145,7 @@ pub(crate) const KEYS: &[Key<Scene>] = &[
         ANGLE,
         at_least(0.0).at_most(1.0),
         |s| &mut s.sensors.spec.contact_angle_error,
-        "error of the contact angles that are given, RMS",
+        "RMS error of the contact angles given to the estimators",
     ),
     Key::number(
         "contact_angle_time",
@@ -159,7 +159,7 @@ pub(crate) const KEYS: &[Key<Scene>] = &[
         TIME,
         at_least(0.0).at_most(1.0),
         |s| &mut s.sensors.spec.jitter,
-        "standard deviation of the instant of sampling about its time stamp; at most 0.3 of the time between samples",
+        "standard deviation of the sampling time about its time stamp; at most 0.3 of the sampling period",
     ),
     Key::number(
         "dropped",
@@ -177,28 +177,28 @@ pub(crate) const MODEL_ERROR: &[Key<Scene>] = &[
         LENGTH,
         at_least(0.0).at_most(1.0),
         |s| &mut s.model_error.body_cg,
-        "how far the body's centre of mass is moved in a random direction",
+        "distance by which the body's centre of mass is moved in a random direction",
     ),
     Key::number(
         "link_masses",
         NONE,
         at_least(0.0).at_most(1.0),
         |s| &mut s.model_error.link_masses,
-        "relative error of the masses of links 1 to 3, standard deviation; their inertias go with them",
+        "relative error of the masses of links 1 to 3, standard deviation; their inertias change in proportion",
     ),
     Key::number(
         "pins",
         LENGTH,
         at_least(0.0).at_most(1.0),
         |s| &mut s.model_error.pins,
-        "how far each pin is moved in a random direction of its own",
+        "distance by which each pin is moved, each in its own random direction",
     ),
     Key::number(
         "viscous_damping",
         NONE,
         at_least(-1.0).at_most(10.0),
         |s| &mut s.model_error.viscous_damping,
-        "relative error of the damping B: 0.1 is told 10 % too high; 0.1 with sensors.grade typical and poor",
+        "relative error of the nominal damping B: with 0.1 it is 10 % too high; 0.1 with sensors.grade typical and poor",
     ),
     Key::number(
         "wheel_inertia",
@@ -223,8 +223,8 @@ pub(crate) const MODEL_ERROR: &[Key<Scene>] = &[
     ),
 ];
 
-/// The grade that is chosen, before all other keys, which change what it stands for. What is no grade is refused with its
-/// section.
+/// The chosen grade. It is needed before all other keys, which override its values. An unknown word is refused when the
+/// section is read.
 pub(crate) fn chosen_grade(root: &Node) -> Grade {
     let name = match root
         .get(PATH)
@@ -238,7 +238,7 @@ pub(crate) fn chosen_grade(root: &Node) -> Grade {
     of_name.unwrap_or(Grade::Ideal)
 }
 
-/// A grade that an override chooses leaves behind what the file says of what a grade stands for.
+/// Removes the file's values of keys that a grade sets, where an override chooses the grade.
 pub(crate) fn forget_old_grade(root: &mut Node) {
     let grade = root.get(PATH).and_then(|s| s.get("grade"));
     if !grade.is_some_and(|g| g.origin.is_override()) {
@@ -248,11 +248,11 @@ pub(crate) fn forget_old_grade(root: &mut Node) {
         |key: &str| !NOT_OF_THE_GRADE.contains(&key) && KEYS.iter().any(|k| k.name == key);
     forget(root, PATH, of_sensors);
     forget(root, MODEL_ERROR_PATH, |key| {
-        TOLD_BY_THE_GRADE.contains(&key)
+        MODEL_ERRORS_OF_THE_GRADE.contains(&key)
     });
 }
 
-/// Takes keys of a section out where they come from the file.
+/// Removes keys of a section that come from the file.
 fn forget(root: &mut Node, section: &str, which: impl Fn(&str) -> bool) {
     let Value::Table(sections) = &mut root.value else {
         return;

@@ -1,11 +1,11 @@
-//! A file or an override as a tree whose every node knows where it was written.
+//! A file or an override as a tree of nodes with their places in the text.
 
 use std::collections::HashSet;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 use toml::de::{DeInteger, DeTable, DeValue};
 
-/// Where text comes from.
+/// Kind of a source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum SourceKind {
     /// A file: problems name its lines.
@@ -85,7 +85,7 @@ impl Origin {
         self.source.kind == SourceKind::Override
     }
 
-    /// What is written there, short enough for a message of one line.
+    /// The text at the place, on one line and cut.
     pub fn found(&self) -> String {
         let text = self.source.text.get(self.span.clone());
         match shortened(text.unwrap_or_default()) {
@@ -129,7 +129,7 @@ pub(crate) struct Node {
     pub value: Value,
 }
 
-/// What was written.
+/// A value in the text.
 #[derive(Clone, Debug)]
 pub(crate) enum Value {
     Text(String),
@@ -137,7 +137,7 @@ pub(crate) enum Value {
     /// A whole number, where it fits, and its value as a float.
     Integer(Option<i128>, f64),
     Boolean(bool),
-    /// What no key takes: its type in words.
+    /// A type that no key takes, in words.
     Other(&'static str),
     Array(Vec<Node>),
     /// In the order of the file.
@@ -153,7 +153,7 @@ pub(crate) struct Entry {
 }
 
 impl Node {
-    /// A text that stands for what its origin left out.
+    /// A text node that is not in the source.
     pub fn text(origin: &Origin, text: &str) -> Self {
         Self {
             origin: origin.clone(),
@@ -161,7 +161,7 @@ impl Node {
         }
     }
 
-    /// A table of which nothing is written yet.
+    /// A table node that is not in the source.
     pub fn table(origin: &Origin, entries: Vec<Entry>) -> Self {
         Self {
             origin: origin.clone(),
@@ -206,11 +206,11 @@ impl Node {
 pub(crate) struct SyntaxError {
     pub origin: Origin,
     pub message: String,
-    /// What follows in the file may have been misread.
+    /// Whether the rest of the file may have been misread.
     pub breaks_structure: bool,
 }
 
-/// Reads a TOML document as far as it can be read, and lists what is wrong with it.
+/// Reads a TOML document as far as possible, with its syntax errors.
 pub(crate) fn document(source: &Arc<Source>) -> (Node, Vec<SyntaxError>) {
     let (table, errors) = DeTable::parse_recoverable(&source.text);
     let place = Place { source, offset: 0 };
@@ -219,7 +219,7 @@ pub(crate) fn document(source: &Arc<Source>) -> (Node, Vec<SyntaxError>) {
     let mut lines = HashSet::new();
     for error in errors {
         let origin = place.origin(error.span().unwrap_or(0..0));
-        // One mistake can make many errors; the first of a line says it.
+        // One mistake can cause many errors; the first of a line is enough.
         if !lines.insert(origin.line()) {
             continue;
         }
@@ -234,7 +234,7 @@ pub(crate) fn document(source: &Arc<Source>) -> (Node, Vec<SyntaxError>) {
     (node, found)
 }
 
-/// The part of a source from `offset` on as a TOML value; as a text when it is none.
+/// The part of a source from `offset` on as a TOML value; as a text if it is none.
 pub(crate) fn value_or_text(source: &Arc<Source>, offset: usize) -> Node {
     let text = source.text.get(offset..).unwrap_or_default();
     let place = Place { source, offset };
@@ -263,7 +263,7 @@ impl Place<'_> {
         let value = match value {
             DeValue::String(text) => Value::Text(text.to_string()),
             DeValue::Integer(integer) => whole(integer),
-            // Too great a number becomes infinite, which no range contains.
+            // Too large a number becomes infinite, which no range contains.
             DeValue::Float(float) => Value::Float(float.as_str().parse().unwrap_or(f64::NAN)),
             DeValue::Boolean(value) => Value::Boolean(*value),
             DeValue::Datetime(_) => Value::Other("a date or time"),

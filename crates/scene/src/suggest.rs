@@ -1,14 +1,11 @@
-//! "Did you mean": the nearest of the allowed names, or the section that a misplaced key belongs to.
+//! "Did you mean": the nearest of the allowed names.
 
-use crate::reference::{KeyReference, reference};
-use std::sync::LazyLock;
-
-/// A name longer than this is no typing error of a key, characters: comparing takes a time that grows with its length.
+/// Longest name that is compared, characters: the time of a comparison grows with the length.
 const LONGEST: usize = 64;
 
-/// The allowed name that a typing error most likely meant: few letters wrong, or the same start.
+/// The allowed name that a misspelt one most likely means: few letters differ, or the start is the same.
 pub(crate) fn nearest<'a>(found: &str, allowed: &[&'a str]) -> Option<&'a str> {
-    /// How much two names must have in common, of 1; the start counts more.
+    /// Least Jaro-Winkler similarity, 0 to 1; it gives the start more weight.
     const ALIKE: f64 = 0.85;
     if found.len() > LONGEST {
         return None;
@@ -35,21 +32,6 @@ pub(crate) fn nearest<'a>(found: &str, allowed: &[&'a str]) -> Option<&'a str> {
     typing_error.or_else(alike)
 }
 
-/// The table that has a key of this name, as written in a file.
-pub(crate) fn home_of(name: &str) -> Option<String> {
-    // Made once: to put it together takes milliseconds.
-    static KEYS: LazyLock<Vec<KeyReference>> = LazyLock::new(reference);
-    let suffix = format!(".{name}");
-    let keys = KEYS.iter().filter(|k| k.key.ends_with(&suffix));
-    // A section rather than an item of a list.
-    let key = keys.min_by_key(|k| k.key.contains("[]"))?;
-    let section = key.key.strip_suffix(&suffix)?;
-    Some(match section.strip_suffix("[]") {
-        Some(list) => format!("[[{list}]]"),
-        None => format!("[{section}]"),
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -65,12 +47,5 @@ mod tests {
         assert_eq!(nearest("", &words), None);
         assert_eq!(nearest("b", &["A", "B"]), Some("B"));
         assert_eq!(nearest("C", &["A", "B"]), None);
-    }
-
-    #[test]
-    fn misplaced_keys_find_their_section() {
-        assert_eq!(home_of("mu_s").as_deref(), Some("[contact]"));
-        assert_eq!(home_of("observer_pole").as_deref(), Some("[[estimator]]"));
-        assert_eq!(home_of("gravity"), None);
     }
 }

@@ -67,7 +67,7 @@ dimension!(
     CONTACT_STIFFNESS: "N/m^n"
 );
 
-/// A longer text is no unit, bytes.
+/// Longest text that is parsed as a unit, bytes.
 const LONGEST_UNIT: usize = 200;
 
 impl Dimension {
@@ -82,7 +82,7 @@ impl Dimension {
         names.join(", ")
     }
 
-    /// The number in SI that a text such as `20 cm/s` stands for.
+    /// The SI value of a text such as `20 cm/s`.
     pub fn parse(&self, text: &str) -> Result<f64, UnitError> {
         let (number, rest) = leading_number(text.trim()).ok_or(UnitError::NotANumber)?;
         if number.is_infinite() {

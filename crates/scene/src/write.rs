@@ -1,23 +1,20 @@
-//! The resolved scene as a file: every choice written out with its unit, to be run again as it was.
+//! The resolved scene as a file: every choice with its unit.
 
-use crate::columns::Column;
 use crate::estimators;
 use crate::key::{Field, Key, SWITCH};
-use crate::load::IGNORED;
 use crate::robot;
 use crate::robot_keys;
 use crate::scene::Scene;
-use crate::sections::SECTIONS;
-use crate::terrain_keys::{self, Shape};
-use crate::track::Track;
+use crate::sections::{IGNORED, SECTIONS};
+use crate::terrain::{self, Column, Parameters, Track, Visitor};
 use robhaz_model::Vec2;
 use robhaz_terrain::{Bump, Profile};
 use std::fmt::Write;
 
 impl Scene {
-    /// The scene as a file that reads back as exactly this scene, wherever it lies; its [tracks](crate::TerrainChoice::tracks) must lie beside
-    /// it, each under [`Track::file_name`]. `version` says what wrote it, such
-    /// as `robhaz 0.1.0, rapier2d 0.36.1`.
+    /// The scene as a file that reads back as exactly this scene, in any folder that also has copies of its
+    /// [tracks](crate::TerrainChoice::tracks), named [`Track::file_name`]. `version` names the program that writes it, such as
+    /// `robhaz 0.1.0, rapier2d 0.36.1`.
     pub fn to_toml(&self, version: &str) -> String {
         let mut out = Out::default();
         out.line(
@@ -70,14 +67,14 @@ fn write_robot(out: &mut Out, scene: &Scene) {
 }
 
 fn write_terrain(out: &mut Out, scene: &Scene) {
-    let terrain = &scene.terrain;
-    out.head(&format!("[{}]", terrain_keys::PATH), "the ground");
-    let track = |part| terrain.tracks.iter().find(|t| t.part == part);
-    write_ground(out, terrain.kind, &terrain.profile, track(None));
-    if let Profile::Course(course) = &terrain.profile {
+    let choice = &scene.terrain;
+    out.head(&format!("[{}]", terrain::PATH), "the ground");
+    let track = |part| choice.tracks.iter().find(|t| t.part == part);
+    write_ground(out, choice.kind, &choice.profile, track(None));
+    if let Profile::Course(course) = &choice.profile {
         for (i, part) in course.profiles().enumerate() {
-            out.head(&format!("[[{}.part]]", terrain_keys::PATH), "");
-            write_ground(out, terrain_keys::kind_of(part), part, track(Some(i)));
+            out.head(&format!("[[{}.part]]", terrain::PATH), "");
+            write_ground(out, terrain::kind_of(part), part, track(Some(i)));
         }
     }
 }
@@ -86,7 +83,7 @@ fn write_ground(out: &mut Out, kind: &str, profile: &Profile, track: Option<&Tra
     out.key("kind", &text(kind), "");
     match profile {
         Profile::Flat | Profile::Course(_) => {}
-        Profile::Bumps(bumps) if kind == terrain_keys::DEFAULT => {
+        Profile::Bumps(bumps) if kind == terrain::DEFAULT => {
             out.line("# These bumps are what the kind stands for:");
             for line in bump_lines(bumps) {
                 out.line(&format!("# {line}"));
@@ -94,21 +91,18 @@ fn write_ground(out: &mut Out, kind: &str, profile: &Profile, track: Option<&Tra
         }
         Profile::Bumps(bumps) => bump_lines(bumps).iter().for_each(|l| out.line(l)),
         Profile::Heights(heights) => {
-            write_shape(out, kind, profile);
+            write_parameters(out, kind, profile);
             match track {
                 Some(track) => write_track(out, track),
                 None => write_points(out, heights.points()),
             }
         }
-        profile => write_shape(out, kind, profile),
+        profile => write_parameters(out, kind, profile),
     }
 }
 
-fn write_shape(out: &mut Out, kind: &str, profile: &Profile) {
-    let mut shape = Shape::of(kind, profile);
-    for key in terrain_keys::shape_keys(kind) {
-        out.field(key, &mut shape);
-    }
+fn write_parameters(out: &mut Out, kind: &str, profile: &Profile) {
+    Parameters::of(kind, profile).show(out);
     if let Profile::Rough(rough) = profile {
         out.key("seed", &rough.settings().seed.to_string(), "");
     }
@@ -145,9 +139,9 @@ fn write_track(out: &mut Out, track: &Track) {
 fn write_stretches(out: &mut Out, scene: &Scene) {
     for stretch in &scene.terrain.stretches {
         let mut stretch = *stretch;
-        let path = format!("{}.stretch", terrain_keys::PATH);
+        let path = format!("{}.stretch", terrain::PATH);
         out.head(&format!("[[{path}]]"), "");
-        out.table(terrain_keys::STRETCH, &mut stretch, &path);
+        out.table(terrain::STRETCH, &mut stretch, &path);
     }
 }
 
@@ -155,7 +149,7 @@ fn bump_lines(bumps: &[Bump]) -> Vec<String> {
     let mut lines = vec!["bumps = [ # m".to_owned()];
     for bump in bumps {
         let mut bump = *bump;
-        let fields = terrain_keys::BUMP.iter().filter_map(|key| {
+        let fields = terrain::BUMP.iter().filter_map(|key| {
             let value = value(&key.field, &mut bump)?;
             Some(format!("{} = {value}", key.name))
         });
@@ -184,7 +178,7 @@ impl Out {
         self.line(&with_comment(&format!("{name} = {value}"), comment));
     }
 
-    /// The keys of a table that is headed already; its own tables after it.
+    /// Writes a key with its unit and meaning.
     fn field<T>(&mut self, key: &Key<T>, of: &mut T) {
         if let Some(value) = value(&key.field, of) {
             let unit = key.field.unit();
@@ -196,6 +190,7 @@ impl Out {
         }
     }
 
+    /// Writes the keys of a table whose heading is written, then the tables in it.
     fn table<T>(&mut self, keys: &[Key<T>], of: &mut T, path: &str) {
         for key in keys {
             self.field(key, of);
@@ -206,6 +201,14 @@ impl Out {
                 self.head(&format!("[{path}]"), key.meaning);
                 self.table(keys, of, &path);
             }
+        }
+    }
+}
+
+impl Visitor for Out {
+    fn visit<T>(&mut self, keys: &'static [Key<T>], parameters: &mut T) {
+        for key in keys {
+            self.field(key, parameters);
         }
     }
 }
@@ -221,6 +224,7 @@ fn with_comment(text: &str, comment: &str) -> String {
 pub(crate) fn value<T>(field: &Field<T>, of: &mut T) -> Option<String> {
     Some(match field {
         Field::Number(_, at) => number(*at(of)),
+        Field::Count(_, get, _) => number(f64::from(get(of))),
         Field::Three(_, at) => array(at(of).map(number)),
         Field::Point(_, at) => point(*at(of)),
         Field::ThreePoints(_, at) => array(at(of).map(point)),
@@ -231,7 +235,7 @@ pub(crate) fn value<T>(field: &Field<T>, of: &mut T) -> Option<String> {
     })
 }
 
-/// A float that reads back as the same bits: the shortest one that does.
+/// The shortest decimal that reads back as the same bits.
 fn number(value: f64) -> String {
     format!("{value:?}")
 }

@@ -32,8 +32,8 @@ fn out_of_range() {
         "x.toml:4: drive.torque_limit: found -3, allowed: a number above 0 and at most 1e6, in N m",
     );
     one(
-        "engine.step = '0.2 ms'",
-        "x.toml:1: engine.step: found '0.2 ms', allowed: a number above 0 and at most 1.5e-4, in s",
+        "engine.step = '2 ms'",
+        "x.toml:1: engine.step: found '2 ms', allowed: a number above 0 and at most 0.001, in s",
     );
     for bad in ["inf", "nan", "-inf", "1e999"] {
         let lines = lines(&format!("drive.speed = {bad}"));
@@ -260,6 +260,53 @@ fn rules_over_several_keys() {
         found[0].contains("allowed: at most 1e11 steps"),
         "{}",
         found[0]
+    );
+}
+
+/// The longest step is that of the robot and ground at hand: the damping's limit grows with the wheel's mass, and soft
+/// ground without damping is limited by its stiffness.
+#[test]
+fn the_longest_step_belongs_to_the_robot() {
+    let limits = |overrides: &[&str]| -> Vec<String> {
+        let sets: Vec<String> = overrides.iter().map(|s| (*s).to_owned()).collect();
+        match Scene::parse("", "x.toml", Path::new(""), &sets) {
+            Ok(_) => Vec::new(),
+            Err(error) => error.problems().map(|p| p.message().to_owned()).collect(),
+        }
+    };
+    let found = limits(&["engine.step=2e-4"]);
+    assert!(
+        matches!(&found[..], [one] if one.contains("engine.step at most 1.5e-4 s, twice")),
+        "{found:?}"
+    );
+    // Wheels of 3 kg instead of 1.5 kg: 0.3 ms.
+    let heavy = "robot.mass.wheel=3";
+    assert_eq!(limits(&[heavy, "engine.step=2.9e-4"]), [""; 0]);
+    let found = limits(&[heavy, "engine.step=3.1e-4"]);
+    assert!(
+        matches!(&found[..], [one] if one.contains("engine.step at most 3e-4 s, twice")),
+        "{found:?}"
+    );
+    let undamped = ["contact.damping=0", "contact.stiffness=1e13"];
+    let found = limits(&[&undamped[..], &["engine.step=8e-4"]].concat());
+    assert!(
+        found
+            .iter()
+            .any(|one| one.contains("two over the natural frequency")),
+        "{found:?}"
+    );
+    assert_eq!(
+        limits(&[&undamped[..], &["engine.step=2e-4"]].concat()),
+        [""; 0]
+    );
+}
+
+/// Counts are whole numbers.
+#[test]
+fn counts_are_whole_numbers() {
+    one(
+        "[terrain]\nkind = 'stairs'\ncount = 2.5\n",
+        "x.toml:3: terrain.count: found 2.5, allowed: a whole number of at least 1 and at most 1000",
     );
 }
 

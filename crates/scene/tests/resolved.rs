@@ -165,7 +165,7 @@ const NUMBERS: [(&str, f64, f64); 17] = [
     ("drive.gear_friction", 0.0, 1e3),
     ("sensors.inclination_bias", 0.0, 1.0),
     ("model_error.viscous_damping", -1.0, 10.0),
-    ("engine.step", 1e-9, 1.5e-4),
+    ("engine.step", 1e-9, 1e-3),
     ("record.compare_from", 0.0, 3.9),
     ("estimator.0.observer_pole", 1e-9, 1e6),
     ("estimator.2.crossover_time", 1e-9, 1e6),

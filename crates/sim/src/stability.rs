@@ -23,6 +23,14 @@ pub fn longest_step_for_contact(contact: &ContactLaw, robot: &Robot) -> f64 {
     2.0 * robot.mass.wheel / contact.damping
 }
 
+/// Longest step, s, at which a bare wheel (kg) on the contact's stiffness is stable under the mean load: `2/omega`, with
+/// `omega^2 = k_t/m` and the tangent stiffness `k_t = dN/dg = n N/g` of eq. (10). 6.0 ms for the default robot and ground.
+pub fn longest_step_for_stiffness(contact: &ContactLaw, robot: &Robot) -> f64 {
+    let load = robot.mean_wheel_load();
+    let tangent_stiffness = contact.exponent * load / contact.static_penetration(load);
+    2.0 * (robot.mass.wheel / tangent_stiffness).sqrt()
+}
+
 /// Longest step, s, for the explicit friction at a normal force `load` (N) of a wheel: 0.4 of the limit of stability.
 ///
 /// Near zero slip the slope of T over the slip speed is `3 mu_s/(2 v_s) N`. It acts on the inertia of wheel and rotor
@@ -111,6 +119,40 @@ mod tests {
         // In 10 s the amplitude changes by exp(-+2.5).
         assert!(swing(0.5, 0.9 * just, step) < 3e-5);
         assert!(swing(0.5, 1.1 * just, step) > 5e-4);
+    }
+
+    /// Closed form: a wheel on the undamped contact, explicit as `rapier` takes it, swings about its static penetration
+    /// below the longest step and leaves it above.
+    #[test]
+    fn the_limit_of_the_stiffness_is_that_of_an_explicit_step() {
+        let robot = Robot::default_a();
+        let contact = ContactLaw {
+            damping: 0.0,
+            ..ContactLaw::default()
+        };
+        let load = robot.mean_wheel_load();
+        let rest = contact.static_penetration(load);
+        let limit = longest_step_for_stiffness(&contact, &robot);
+        // A swing of 1e-6 of the penetration is linear; the greatest of 2000 steps.
+        let swing = |step: f64| {
+            let (mut g, mut speed, mut greatest) = (rest * (1.0 + 1e-6), 0.0, 0.0_f64);
+            for _ in 0..2000 {
+                speed += step * (load - contact.normal_force(g, 0.0)) / robot.mass.wheel;
+                g += step * speed;
+                greatest = greatest.max((g / rest - 1.0).abs());
+            }
+            greatest
+        };
+        // Below the limit the amplitude is at most 1/sqrt(1 - 0.95^2) = 3.2 times the first one.
+        assert!(swing(0.95 * limit) < 4e-6, "{}", swing(0.95 * limit));
+        assert!(swing(1.05 * limit) > 1e-2, "{}", swing(1.05 * limit));
+        // Eight times as much of everything but the load: k_t grows with k^(1/n).
+        let stiffer = ContactLaw {
+            stiffness: 8.0 * contact.stiffness,
+            ..contact
+        };
+        let ratio = limit / longest_step_for_stiffness(&stiffer, &robot);
+        assert!((ratio - 8.0_f64.powf(0.5 / contact.exponent)).abs() < 1e-12);
     }
 
     /// Closed form: with very heavy links the mobility is 1/J. Light links move as well, which lowers the limit; with

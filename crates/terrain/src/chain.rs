@@ -1,5 +1,6 @@
 //! Converts a profile into a chain of edges.
 
+use crate::blunt;
 use crate::edge::{Edge, Knot};
 use crate::profile::Part;
 use crate::shape::Piece;
@@ -8,7 +9,7 @@ use crate::{Profile, Vec2};
 /// Length of the level edge on either side of a profile, m: much more than a robot travels.
 pub(crate) const REACH: f64 = 1.0e5;
 
-/// The edges of a profile from rear to front; the first and the last are level ground.
+/// The edges of a profile from rear to front; the first and the last are level ground. Blunt concave corners are rounded.
 pub(crate) fn chain(profile: &Profile) -> Vec<Edge> {
     let alone;
     let parts = match profile {
@@ -23,7 +24,7 @@ pub(crate) fn chain(profile: &Profile) -> Vec<Edge> {
         chain.append(part);
     }
     chain.line(chain.at + Vec2::new(REACH, 0.0));
-    chain.edges
+    blunt::round(chain.edges)
 }
 
 /// Edges under construction, from rear to front.

@@ -15,6 +15,13 @@ pub(crate) struct Knot {
     pub at: [f64; 3],
 }
 
+impl Knot {
+    /// The point of the curve, m.
+    pub fn point(&self) -> Vec2 {
+        Vec2::new(self.x, self.at[0])
+    }
+}
+
 /// An edge, directed forward with the ground on its right: a vertical riser, or the polynomial of fifth degree that has
 /// the height, slope and second derivative of the curve f at both ends (Hermite interpolation). Over a length h in x
 /// its height differs from f by at most `max|f^(6)| h^6/46080`.

@@ -5,6 +5,7 @@
 //! wheel. Distances are measured along the normal of the curve itself. A polygon in place of the curve would have
 //! kinks, which appear as spikes of the normal force.
 
+mod blunt;
 mod bumps;
 mod chain;
 mod check;

@@ -346,17 +346,6 @@ mod tests {
     }
 
     #[test]
-    fn both_sides_of_a_blunt_corner_count() {
-        let terrain = Terrain::new(Profile::Ramp(crate::Ramp {
-            angle: 4.0_f64.to_radians(),
-            start: 0.7,
-            length: 0.8,
-        }));
-        let x = 0.7 - 0.0995 * 2.0_f64.to_radians().tan();
-        assert_eq!(contacts(&terrain, x, 0.0995, 0.1).len(), 2);
-    }
-
-    #[test]
     fn smooth_joints_are_not_corners() {
         for (profile, has) in [
             (Profile::Flat, false),

@@ -1,4 +1,5 @@
-//! Records 20 s on the profile `smooth`: `cargo run --release -p robhaz-viewer --example record -- run.rrd [seconds]`.
+//! Records a run of 20 s, or of another duration, on the terrain `smooth`:
+//! `cargo run --release -p robhaz-viewer --example record -- run.rrd [seconds]`.
 
 #[path = "../tests/common/mod.rs"]
 mod common;

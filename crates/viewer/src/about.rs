@@ -1,45 +1,50 @@
-//! How to read the recording, in words inside the recording.
+//! The page of the recording that explains its views.
 
 use crate::forces::ForceScale;
-use robhaz_scene::Scene;
+use robhaz_run::RunDescription;
 use std::fmt::Write as _;
 
-/// A page of Markdown.
-pub(crate) fn page(scene: &Scene, chosen: Option<usize>) -> String {
-    let robot = &scene.robot;
+/// The page as Markdown. `chosen` is the index of the estimator whose forces are drawn.
+pub(crate) fn page(run: &RunDescription, chosen: Option<usize>) -> String {
+    let robot = &run.robot;
     let scale = ForceScale::new(&robot.robot);
+    let source = match &run.world {
+        Some(world) => format!("terrain {}", world.terrain.kind),
+        None => "recorded readings without truth".to_owned(),
+    };
     let mut text = format!(
-        "# {}\n\nRobot geometry {}, masses {}, terrain {}, {} s at {} Hz.\n\n\
+        "# {}\n\nRobot geometry {}, masses {}, {}, {} s at {} Hz.\n\n\
          - Wheels: front blue, middle vermilion, rear green, in every view.\n\
-         - Arrows at the contacts: N pushes up into the wheel, T lies along the ground and drives forward when it points \
-         forward. 1 m of arrow is {:.0} N.\n",
-        scene.name,
+         - Arrows at the contacts: N points into the wheel, T along the ground. T > 0 drives forward. 1 m of arrow is \
+         {:.0} N.\n",
+        run.name,
         robot.geometry_name,
         robot.mass_name,
-        scene.terrain.kind,
-        scene.record.duration,
-        scene.record.rate,
+        source,
+        run.record.duration,
+        run.record.rate,
         scale.newtons_per_metre(),
     );
     if let Some(k) = chosen {
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
-            "- Thick arrows are true, thin ones beside them come from the estimator {}; the bar across their end is \
-             two standard deviations to both sides, where the estimator knows them.",
-            scene.estimators[k].name
+            "- Thick arrows are true; thin arrows beside them are from the estimator {}. The bar across the end of an \
+             arrow is two standard deviations to both sides, if the estimator states them.",
+            run.estimators[k].label
         );
     }
     text.push_str(
-        "- Grey traces are the paths of the pins P, Q, R, S so far. The arc at Q is how far link 1 can turn; a stop is thick \
-         while it is reached.\n\
-         - Ground of another colour has friction coefficients of its own: like ice where it grips less, red where it grips \
-         more.\n\
-         - Time series: wide lines are true, narrow ones estimated, the narrowest are two standard deviations. A gap is a time \
-         without an estimate; mu_n = T/N also has one where a wheel carries less than 1 N. Slip margin: static coefficient \
-         of the ground less |mu_n|. Contact angles are those of the ground (true) and those that the estimators are given.\n\
-         - Lines are kept at 125 Hz, the scene at 60 Hz: peaks at edges are shorter. Events and the lanes of wheels and \
-         estimators are looked for at every record.\n",
+        "- Grey lines are the paths of the pins P, Q, R, S. The arc at Q is the range of link 1 between its \
+         end stops; a stop is thick while it is reached.\n\
+         - Ground of another colour is a friction stretch: light blue for less friction than elsewhere, red \
+         for more.\n\
+         - Time series: wide lines are true, narrow lines estimated, the narrowest are two standard \
+         deviations. A gap is a time without an estimate; needed friction mu_n = T/N also has a gap while N \
+         is below 1 N. The slip margin is the static coefficient of the ground minus |mu_n|. Contact angles \
+         are those of the ground (true) and those that the estimators get.\n\
+         - Time series have 125 Hz, the animation 60 Hz: peaks at edges are shorter than a sample. Events, \
+         and the lanes of wheels and estimators, are detected at every record.\n",
     );
     text
 }

@@ -1,19 +1,20 @@
-//! One colour for one thing, everywhere. Okabe and Ito's palette: told apart with any colour vision.
+//! Colours, the same in every view. Most are from the palette of Okabe and Ito, which people with any colour vision can
+//! distinguish.
 
 use rerun::components::Color;
 
-/// Red, green, blue.
+/// Red, green and blue, 0 to 255.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Colour(pub [u8; 3]);
 
-/// Front wheel blue, middle vermilion, rear bluish green.
+/// Wheels: front blue, middle vermilion, rear bluish green.
 pub(crate) const WHEELS: [Colour; 3] = [
     Colour([0x00, 0x72, 0xB2]),
     Colour([0xD5, 0x5E, 0x00]),
     Colour([0x00, 0x9E, 0x73]),
 ];
-/// Estimators by their place in the scene, and runs by their place in a comparison, in the order of the figures: purple,
-/// amber, grey, white (black in a light picture). No blue: the front wheel has it.
+/// Estimators by their index in the scene, and runs by their index in a comparison. The order is that of the figures:
+/// purple, amber, grey, white (black in a light picture). None is blue, which is the front wheel's colour.
 const OTHERS: [Colour; 6] = [
     Colour([0xCC, 0x79, 0xA7]),
     Colour([0xE6, 0x9F, 0x00]),
@@ -22,24 +23,26 @@ const OTHERS: [Colour; 6] = [
     Colour([0xF0, 0xE4, 0x42]),
     Colour([0xA6, 0x8C, 0xE8]),
 ];
-/// Pins and their trails: labels tell them apart.
+/// Pins, which have labels.
 pub(crate) const PIN: Colour = Colour([0xF0, 0xF0, 0xF0]);
-/// Where the pins have been.
+/// Paths of the pins.
 pub(crate) const TRAIL: Colour = Colour([0x70, 0x70, 0x70]);
-/// The body and link 3, which carry no wheel.
+/// The body.
 pub(crate) const BODY: Colour = Colour([0xB0, 0xB0, 0xB0]);
-/// Links 1 and 2, which carry the wheels.
+/// Links 1, 2 and 3. Links 1 and 2 carry the wheels of geometry A and B.
 pub(crate) const LINKS: [Colour; 3] =
     [Colour([0xE0, 0xE0, 0xE0]), Colour([0x90, 0x90, 0x90]), BODY];
 /// The ground.
 pub(crate) const GROUND: Colour = Colour([0x8A, 0x7F, 0x70]);
-/// What belongs to no wheel.
+/// Scales, end stops and events of no wheel.
 pub(crate) const NEUTRAL: Colour = Colour([0xA0, 0xA0, 0xA0]);
-const ICE: Colour = Colour([0xC8, 0xEC, 0xFF]);
-const RUBBER: Colour = Colour([0xA0, 0x30, 0x60]);
+/// A friction stretch without friction.
+const SLIPPERY: Colour = Colour([0xC8, 0xEC, 0xFF]);
+/// A friction stretch whose static coefficient is larger by one than elsewhere.
+const ROUGH: Colour = Colour([0xA0, 0x30, 0x60]);
 
 impl Colour {
-    /// A mixture with `share` (0 to 1) of another colour.
+    /// A mixture with a `share` (0 to 1) of another colour.
     fn mixed(self, other: Self, share: f32) -> Self {
         let mut out = self.0;
         for (own, far) in out.iter_mut().zip(other.0) {
@@ -47,7 +50,7 @@ impl Colour {
             #[expect(
                 clippy::cast_possible_truncation,
                 clippy::cast_sign_loss,
-                reason = "between two bytes"
+                reason = "the value lies between two bytes"
             )]
             {
                 *own = value.round() as u8;
@@ -56,35 +59,35 @@ impl Colour {
         Self(out)
     }
 
-    /// The shade of what is estimated of the same thing.
+    /// The shade for an estimate of the same quantity.
     pub(crate) fn light(self) -> Self {
         self.mixed(Self([0xFF; 3]), 0.6)
     }
 }
 
-/// The colour of an estimator by its place in the scene; of a run by its place in a comparison.
-pub(crate) fn by_place(place: usize) -> Colour {
-    OTHERS[place % OTHERS.len()]
+/// The colour of an estimator by its index in the scene, or of a run by its index in a comparison.
+pub(crate) fn by_index(index: usize) -> Colour {
+    OTHERS[index % OTHERS.len()]
 }
 
-/// Every colour of wheels, estimators and runs that is no grey.
+/// All colours of wheels, estimators and runs except greys.
 pub(crate) fn hues() -> impl Iterator<Item = Colour> {
     let all = WHEELS.into_iter().chain(OTHERS);
     all.filter(|Colour([r, g, b])| !(r == g && g == b))
 }
 
-/// The colour of a stretch of ground: the less friction beside the rest of the ground, the more like ice; the more, the more
-/// like rubber.
-pub(crate) fn stretch(mu: f64, elsewhere: f64) -> Colour {
+/// The colour of a friction stretch with the static coefficient `mu_s` (-), on ground with `elsewhere` (-). It is
+/// closer to light blue for less friction than elsewhere, and closer to red for more.
+pub(crate) fn stretch(mu_s: f64, elsewhere: f64) -> Colour {
     #[expect(
         clippy::cast_possible_truncation,
-        reason = "a share between zero and one"
+        reason = "the share lies between zero and one"
     )]
     let share = |difference: f64, whole: f64| (difference / whole).clamp(0.0, 1.0) as f32;
-    if mu < elsewhere {
-        GROUND.mixed(ICE, 0.4 + 0.6 * share(elsewhere - mu, elsewhere))
+    if mu_s < elsewhere {
+        GROUND.mixed(SLIPPERY, 0.4 + 0.6 * share(elsewhere - mu_s, elsewhere))
     } else {
-        GROUND.mixed(RUBBER, 0.4 + 0.6 * share(mu - elsewhere, 1.0))
+        GROUND.mixed(ROUGH, 0.4 + 0.6 * share(mu_s - elsewhere, 1.0))
     }
 }
 
@@ -98,7 +101,7 @@ impl From<Colour> for Color {
 mod tests {
     use super::*;
 
-    /// An estimator and a wheel differ by at least a quarter of the range in one channel, whatever the estimator's place.
+    /// Property: an estimator and a wheel differ by at least a quarter of the range in one channel.
     #[test]
     fn no_estimator_has_the_colour_of_a_wheel() {
         for Colour(wheel) in WHEELS {
@@ -107,8 +110,8 @@ mod tests {
                 assert!(most >= Some(65), "{wheel:?} {other:?}");
             }
         }
-        let Colour([r, _, b]) = by_place(2);
-        // The third estimator, `true-mass` by default, is not blue.
+        let Colour([r, _, b]) = by_index(2);
+        // The third estimator, by default `true-mass`, is grey: blue would be taken for the front wheel.
         assert_eq!(r, b);
     }
 }

@@ -1,50 +1,33 @@
 //! Several recorded runs in one recording.
 //!
-//! Every entity of a run stands under `run1/`, `run2/` and so on; `compared/` holds the true N of all runs in common plots, and
-//! how far those of later runs are from the first.
+//! The entities of the runs are below `run1/`, `run2/` and so on. `compared/` has the true N of all runs, and the
+//! difference of each later run from the first.
 
 use crate::ViewerError;
-use crate::colours::{WHEELS, by_place};
+use crate::colours::{WHEELS, by_index};
+use crate::compared::{ComparedRun, root};
 use crate::key::{self, Entry};
 use crate::layout;
 use crate::plot::{Line, Plot};
+use crate::reading::{for_each_chunk, nanoseconds_to_seconds, scalars};
 use crate::writer::{RrdFile, Writer};
+use rerun::EntityPath;
 use rerun::archetypes::{RecordingInfo, Scalars};
 use rerun::components::Scalar;
-use rerun::external::re_log_encoding::{Decodable as _, Decoder, StreamFooter};
-use rerun::log::{Chunk, LogMsg};
-use rerun::{EntityPath, StoreKind};
 use robhaz_run::Stop;
-use robhaz_scene::Scene;
 use std::collections::HashMap;
-use std::fs::File;
-use std::io::{BufReader, Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
-/// A run to be compared.
-#[derive(Clone, Copy, Debug)]
-pub struct ComparedRun<'a> {
-    /// How the run is called.
-    pub label: &'a str,
-    /// Its scene.
-    pub scene: &'a Scene,
-    /// Its recording, written by [`crate::RecordingSink`].
-    pub recording: &'a Path,
-}
-
-/// The entity of the errors that are compared.
+/// Entity of the RMS error of N in the recording of a run.
 const RMS_ERROR: &str = "/series/error_of_normal_force/rms";
 
-/// The entity that a run stands under, by its place.
-pub(crate) fn root(place: usize) -> String {
-    format!("/run{}/", place + 1)
-}
-
-/// Writes one recording of several recorded runs to `out`, with a layout that shows them side by side.
+/// Copies several recorded runs into one recording at `out`, with a layout that shows them side by side.
 ///
 /// # Errors
-/// [`ViewerError`]: fewer than two runs, a recording that cannot be read, `out` is one of them or cannot be written, or
-/// `stop` names a cause.
+/// - [`ViewerError::TooFew`]: fewer than two runs. [`ViewerError::Input`]: `out` is one of their recordings.
+/// - [`ViewerError::Read`]: a recording cannot be read.
+/// - [`ViewerError::Create`], [`ViewerError::Write`]: `out` cannot be written.
+/// - [`ViewerError::Stopped`]: `stop` named a cause.
 pub fn save_comparison(
     runs: &[ComparedRun<'_>],
     out: &Path,
@@ -53,7 +36,7 @@ pub fn save_comparison(
     if runs.len() < 2 {
         return Err(ViewerError::TooFew { found: runs.len() });
     }
-    // Written into itself, a recording would grow until the disk is full. A file that is not there is not the same.
+    // A recording that is copied into itself grows until the disk is full. An error means that `out` does not exist.
     let is_read =
         |run: &ComparedRun<'_>| same_file::is_same_file(run.recording, out).unwrap_or(false);
     if runs.iter().any(is_read) {
@@ -63,12 +46,7 @@ pub fn save_comparison(
     let destination = out.display().to_string();
     let file = RrdFile::begin(RrdFile::create(out)?).map_err(ViewerError::write(&destination))?;
     let name = runs.iter().map(|r| r.label).collect::<Vec<_>>().join(" - ");
-    let mut writer = Writer::start(
-        &destination,
-        Box::new(file),
-        &name,
-        crate::recorder::hash(&name),
-    )?;
+    let mut writer = Writer::start(&destination, Box::new(file), &name, fingerprint(runs))?;
     layout::comparison::log(&mut writer, runs, largest_error(runs)?)?;
     writer.constant(
         EntityPath::properties(),
@@ -78,7 +56,7 @@ pub fn save_comparison(
         let label = format!("true N: {}", run.label);
         match k {
             0 => Entry::of_wheels(&label),
-            _ => Entry::of_place(&label, colour_place(k)),
+            _ => Entry::of_index(&label, colour_index(k)),
         }
     });
     key::log(&mut writer, "compared/key", &entries.collect::<Vec<_>>())?;
@@ -87,7 +65,7 @@ pub fn save_comparison(
     for (k, run) in runs.iter().enumerate() {
         let line = |i: usize| match k {
             0 => Line::truth(format!("{} [N]", run.label), WHEELS[i]),
-            _ => Line::estimate(format!("{} [N]", run.label), by_place(colour_place(k))),
+            _ => Line::estimate(format!("{} [N]", run.label), by_index(colour_index(k))),
         };
         let plots = |quantity: &str| {
             [0, 1, 2].map(|i| {
@@ -127,38 +105,14 @@ pub fn save_comparison(
     writer.finish()
 }
 
-/// Time of the newest row of a recording, s. `None` where it has no row.
-///
-/// # Errors
-/// [`ViewerError::Read`]
-pub fn recording_end(path: &Path) -> Result<Option<f64>, ViewerError> {
-    let mut end: Option<i64> = None;
-    for_each_chunk(path, |chunk| {
-        let newest = chunk.timelines().values().flat_map(|t| t.times_raw()).max();
-        end = end.max(newest.copied());
-        Ok(())
-    })?;
-    Ok(end.map(nanoseconds_to_seconds))
+/// Distinguishes comparisons of runs with the same labels.
+fn fingerprint(runs: &[ComparedRun<'_>]) -> u64 {
+    runs.iter().fold(0, |all, run| {
+        all.rotate_left(1) ^ run.description.fingerprint
+    })
 }
 
-/// Does a recording end in the index that closes it? One without was cut, or its run was killed or is still going on.
-///
-/// # Errors
-/// [`ViewerError::Read`]
-pub fn recording_is_closed(path: &Path) -> Result<bool, ViewerError> {
-    let mut file = File::open(path).map_err(ViewerError::read(path))?;
-    let length = file.metadata().map_err(ViewerError::read(path))?.len();
-    let mut end = [0; StreamFooter::ENCODED_SIZE_BYTES];
-    let Some(start) = length.checked_sub(end.len() as u64) else {
-        return Ok(false);
-    };
-    file.seek(SeekFrom::Start(start))
-        .and_then(|_| file.read_exact(&mut end))
-        .map_err(ViewerError::read(path))?;
-    Ok(StreamFooter::from_rrd_bytes(&end).is_ok())
-}
-
-/// Largest RMS error of N of any estimator in any of the runs, N: what can be compared has one scale.
+/// Largest RMS error of N of any estimator in any run, N. All runs use the same scale.
 fn largest_error(runs: &[ComparedRun<'_>]) -> Result<f64, ViewerError> {
     let mut largest = 0.0_f64;
     for run in runs {
@@ -176,48 +130,11 @@ fn largest_error(runs: &[ComparedRun<'_>]) -> Result<f64, ViewerError> {
     Ok(largest)
 }
 
-/// Hands every chunk of a recording on, layout left out. A file that ends in mid-message, as that of a killed run may, is one
-/// that ends before it.
-fn for_each_chunk(
-    path: &Path,
-    mut each: impl FnMut(&Chunk) -> Result<(), ViewerError>,
-) -> Result<(), ViewerError> {
-    let file = File::open(path).map_err(ViewerError::read(path))?;
-    let messages = Decoder::decode_eager(BufReader::new(file)).map_err(ViewerError::read(path))?;
-    for message in messages {
-        let message: LogMsg = message.map_err(ViewerError::read(path))?;
-        if let LogMsg::ArrowMsg(store, message) = message
-            && store.kind() == StoreKind::Recording
-        {
-            let chunk = Chunk::from_arrow_msg(&message).map_err(ViewerError::read(path))?;
-            each(&chunk)?;
-        }
-    }
-    Ok(())
-}
-
 fn true_normal_force(wheel: usize) -> String {
     format!("/series/normal_force/wheel{}/actual", wheel + 1)
 }
 
-/// Times (ns) and first values of a chunk of scalars.
-fn scalars(chunk: &Chunk) -> Vec<(i64, f64)> {
-    let Some(times) = chunk.timelines().values().next() else {
-        return Vec::new();
-    };
-    let component = Scalars::descriptor_scalars().component;
-    let values = chunk.iter_component::<Scalar>(component);
-    let rows = times.times_raw().iter().zip(values);
-    rows.filter_map(|(time, row)| row.as_slice().first().map(|value| (*time, value.0.0)))
-        .collect()
-}
-
-/// Later runs are white, yellow and so on: what stands out before the wheels' colours.
-fn colour_place(run: usize) -> usize {
+/// Index of the colour of a later run: white, yellow and so on, which differ most from the wheels' colours.
+fn colour_index(run: usize) -> usize {
     run + 2
-}
-
-#[expect(clippy::cast_precision_loss, reason = "exact up to a hundred days")]
-fn nanoseconds_to_seconds(time: i64) -> f64 {
-    time as f64 * 1e-9
 }

@@ -1,15 +1,15 @@
-//! Where a wheel touches, from what the truth says of it.
+//! The contact point of a wheel, from the truth.
 
 use robhaz_model::Vec2;
 use robhaz_sim::WheelTruth;
 
-/// The point at which a wheel of a radius (m) touches, m.
+/// The contact point of a wheel of a radius (m), m. With two contacts it lies in the direction of their mean normal.
 pub(crate) fn contact_point(wheel: &WheelTruth, radius: f64) -> Vec2 {
     let (_, normal) = tangent_and_normal(wheel.contact_angle);
     wheel.position - normal * (radius - wheel.penetration)
 }
 
-/// Unit vectors along the ground and out of it, for a contact angle (rad).
+/// Unit tangent (forward) and normal (out of the ground) for a contact angle (rad).
 pub(crate) fn tangent_and_normal(angle: f64) -> (Vec2, Vec2) {
     let (sin, cos) = angle.sin_cos();
     (Vec2::new(cos, sin), Vec2::new(-sin, cos))
@@ -19,7 +19,8 @@ pub(crate) fn tangent_and_normal(angle: f64) -> (Vec2, Vec2) {
 mod tests {
     use super::*;
 
-    /// On a slope of 90 deg to the left the ground is ahead of the wheel, and the normal points back at it.
+    /// Closed form: at a contact angle of 90 deg the ground is a wall ahead of the wheel, and the normal points
+    /// backward.
     #[test]
     fn the_contact_point_is_the_arm_away_from_the_centre() {
         let wheel = WheelTruth {

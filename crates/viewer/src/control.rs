@@ -1,4 +1,4 @@
-//! Questions and requests to a viewer that runs.
+//! Requests to a running viewer.
 
 use crate::ViewerError;
 use crate::error::Cause;
@@ -13,17 +13,20 @@ use std::time::Duration;
 use tokio::runtime::{Builder, Runtime};
 use tonic::transport::{Channel, Endpoint};
 
-/// How long a viewer may take to answer; software rendering is slow.
-const PATIENCE: Duration = Duration::from_secs(30);
+/// Longest time for an answer. Software rendering is slow.
+const TIMEOUT: Duration = Duration::from_secs(30);
 
-/// A line to a viewer.
+/// A connection to a viewer.
 pub(crate) struct Control {
     runtime: Runtime,
     client: ViewerControlServiceClient<Channel>,
 }
 
 impl Control {
-    /// Calls the viewer that listens at a port of this machine.
+    /// Connects to the viewer that listens at a port of this machine.
+    ///
+    /// # Errors
+    /// [`ViewerError::Thread`], [`ViewerError::Control`]
     pub(crate) fn call(port: u16) -> Result<Self, ViewerError> {
         const REQUEST: &str = "a connection";
         let runtime = Builder::new_current_thread()
@@ -32,7 +35,7 @@ impl Control {
             .map_err(ViewerError::Thread)?;
         let endpoint = Endpoint::from_shared(format!("http://127.0.0.1:{port}"))
             .map_err(control(REQUEST))?
-            .timeout(PATIENCE);
+            .timeout(TIMEOUT);
         let channel = runtime
             .block_on(endpoint.connect())
             .map_err(control(REQUEST))?;
@@ -42,7 +45,10 @@ impl Control {
         })
     }
 
-    /// Newest simulated time that the viewer has of any recording, s. `None` while it has none.
+    /// Newest simulated time of any recording in the viewer, s. `None`: the viewer has no recording yet.
+    ///
+    /// # Errors
+    /// [`ViewerError::Control`]
     pub(crate) fn newest(&mut self) -> Result<Option<f64>, ViewerError> {
         let request = self.client.get_viewer_state(GetViewerStateRequest {});
         let state = self
@@ -60,7 +66,10 @@ impl Control {
         Ok(newest.map(|ns| ns as f64 * 1e-9))
     }
 
-    /// Moves the cursor to a simulated time (s) and stops it there.
+    /// Moves the cursor to a simulated time (s) and pauses there.
+    ///
+    /// # Errors
+    /// [`ViewerError::Control`]
     pub(crate) fn show(&mut self, time: f64) -> Result<(), ViewerError> {
         #[expect(clippy::cast_possible_truncation, reason = "times of a run")]
         let time = (time * 1e9).round() as i64;
@@ -79,7 +88,10 @@ impl Control {
         Ok(())
     }
 
-    /// Lets the viewer save a picture of itself (PNG).
+    /// Lets the viewer save a picture of its window (PNG). It answers before the file is complete.
+    ///
+    /// # Errors
+    /// [`ViewerError::Control`]
     pub(crate) fn save_picture(&mut self, path: &Path) -> Result<(), ViewerError> {
         let request = SaveScreenshotRequest {
             view_id: None,
@@ -93,6 +105,7 @@ impl Control {
     }
 }
 
+/// Turns a cause into [`ViewerError::Control`] for a request.
 fn control<E: Into<Cause>>(request: &'static str) -> impl FnOnce(E) -> ViewerError {
     move |cause| ViewerError::Control {
         request,

@@ -1,136 +1,137 @@
-//! What can go wrong between a run and the eyes of a user.
+//! Errors of recording, streaming, showing and picturing a run.
 
 use std::path::{Path, PathBuf};
 
-/// A cause from below.
+/// An error of a library or of the system.
 pub(crate) type Cause = Box<dyn std::error::Error + Send + Sync>;
 
-/// Version of the Rerun viewer that shows what this crate writes.
+/// Version of the Rerun viewer for which this crate writes recordings.
 pub const VIEWER_VERSION: &str = "0.36.3";
 
-/// Why a run cannot be recorded, streamed, opened or pictured.
+/// Why a run cannot be recorded, streamed, shown or pictured.
 #[derive(Debug, thiserror::Error)]
 pub enum ViewerError {
-    /// The file cannot be created.
-    #[error("cannot create the recording {}", path.display())]
+    /// A file cannot be created.
+    #[error("cannot create {}", path.display())]
     Create {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// Data cannot be encoded or written; what was written before stays readable.
-    #[error("cannot write the recording {destination}")]
+    /// Data cannot be encoded or written. Data written before stay readable.
+    #[error("cannot write {destination}")]
     Write {
-        /// Which file or address.
+        /// File or address.
         destination: String,
-        /// What the encoder or the system says.
+        /// The encoder's or the system's error.
         source: Cause,
     },
     /// A recording cannot be read.
     #[error("cannot read the recording {}", path.display())]
     Read {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What the decoder or the system says.
+        /// The decoder's or the system's error.
         source: Cause,
     },
-    /// A record came before the run began.
-    #[error("the recording {destination} was given a record before its run began")]
+    /// [`robhaz_run::Sink::frame`] was called before [`robhaz_run::Sink::begin`].
+    #[error("the recording {destination} got a record before its run began")]
     NotBegun {
-        /// Which file or address.
+        /// File or address.
         destination: String,
     },
-    /// A second run was given to the same recording.
+    /// A sink was used for a second run.
     #[error("the recording {destination} already holds a run")]
     Used {
-        /// Which file or address.
+        /// File or address.
         destination: String,
     },
     /// A thread cannot be started.
     #[error("cannot start a thread for the viewer")]
     Thread(#[source] std::io::Error),
-    /// An address that no viewer can have.
+    /// Not the address of a viewer.
     #[error(
         "{address:?} is not the address of a viewer: allowed are HOST:PORT and rerun+http://HOST:PORT/proxy"
     )]
     Address {
-        /// What was given.
+        /// The given address.
         address: String,
     },
-    /// Nobody listens at the address.
+    /// No program listens at the address.
     #[error(
         "no viewer listens at {address}: start one with `rerun --bind 127.0.0.1`, or let `--rerun spawn` start it"
     )]
     NobodyListens {
-        /// Where.
+        /// The address.
         address: String,
     },
-    /// The port is taken.
+    /// The port is in use.
     #[error("cannot serve at {address}")]
     Serve {
-        /// Where.
+        /// The address.
         address: String,
-        /// What the system says.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// No viewer is installed.
+    /// No viewer is on the PATH.
     #[error(
         "no Rerun viewer is installed (`rerun` is not on the PATH): pip install rerun-sdk=={VIEWER_VERSION}"
     )]
     NotInstalled,
-    /// The installed viewer may not understand the recording.
+    /// The installed viewer has another minor version, and may not read the recording.
     #[error(
-        "the installed Rerun viewer is {found}, recordings are made for {VIEWER_VERSION}: pip install rerun-sdk=={VIEWER_VERSION}"
+        "the installed Rerun viewer is {found}, but recordings need {VIEWER_VERSION}: \
+         pip install rerun-sdk=={VIEWER_VERSION}"
     )]
     OtherVersion {
-        /// What `rerun --version` says.
+        /// The version that `rerun --version` prints.
         found: String,
     },
-    /// The viewer cannot be started, or has ended at once.
+    /// The viewer cannot be started, or exits with an error.
     #[error("the Rerun viewer does not start: {reason}")]
     Start {
-        /// What the system or the viewer's last words say.
+        /// The system's error or the viewer's output.
         reason: String,
     },
-    /// The viewer answers, but not as it should.
+    /// A request to the viewer fails.
     #[error("the viewer does not answer the request for {request}")]
     Control {
-        /// Which request.
+        /// The requested object.
         request: &'static str,
-        /// What came back.
+        /// The connection's or the viewer's error.
         source: Cause,
     },
     /// The picture does not show the run.
     #[error("the viewer's picture does not show the data: {reason}")]
     Picture {
-        /// What is missing.
+        /// What the picture lacks.
         reason: String,
     },
-    /// A comparison would be written over one of its recordings.
+    /// The file of a comparison is one of the recordings to be compared.
     #[error("{} is a recording to be compared: the comparison needs a file of its own", path.display())]
     Input {
-        /// Which file.
+        /// The file.
         path: PathBuf,
     },
     /// A time outside the recording.
     #[error("{at} s is not in the run: its recording goes from 0 s to {end:.3} s")]
     Time {
-        /// What was asked for, s.
+        /// The requested time, s.
         at: f64,
         /// Time of the newest row, s.
         end: f64,
     },
-    /// The caller ended the work.
+    /// The caller stopped the work.
     #[error("stopped by {cause}")]
     Stopped {
-        /// What [`robhaz_run::Stop`] answered.
+        /// The cause that [`robhaz_run::Stop`] returned.
         cause: &'static str,
     },
     /// A comparison needs at least two runs.
     #[error("a comparison needs at least two runs, not {found}")]
     TooFew {
-        /// How many were given.
+        /// Number of runs.
         found: usize,
     },
 }

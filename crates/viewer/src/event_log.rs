@@ -1,4 +1,4 @@
-//! Events as lines of text, and lanes that show the state of each wheel and estimator over time.
+//! Events as messages, and lanes with the state of each wheel and estimator over time.
 
 use crate::ViewerError;
 use crate::colours::{Colour, WHEELS};
@@ -7,53 +7,46 @@ use crate::series::WHEEL_NAMES;
 use crate::writer::Writer;
 use rerun::archetypes::{StateChange, StateConfiguration, TextLog};
 use robhaz_estimator::Flags;
-use robhaz_scene::Scene;
+use robhaz_run::RunDescription;
 use robhaz_score::events::WheelState;
 
-/// Nothing to be worried about: hardly to be seen.
+/// A normal state, drawn inconspicuously.
 const CALM: Colour = Colour([0x30, 0x30, 0x30]);
-/// To be looked at.
+/// A state with flags.
 const WARNING: Colour = Colour([0xE6, 0x9F, 0x00]);
-/// Something is missing.
+/// No contact, or no estimate.
 const ABSENT: Colour = Colour([0xF0, 0xF0, 0xF0]);
 
-/// Logs what is found.
+/// Logs events and state changes.
 pub(crate) struct EventLog {
+    /// Whether the states of the wheels are known.
+    has_truth: bool,
     names: Vec<String>,
-    /// What estimators have said of themselves so far, each with a colour.
+    /// Names of the states of estimators so far. The viewer needs a colour for each.
     seen: Vec<String>,
 }
 
 impl EventLog {
-    /// The log of a scene.
-    pub(crate) fn new(scene: &Scene) -> Self {
+    /// The log of a run.
+    pub(crate) fn new(run: &RunDescription) -> Self {
         Self {
-            names: scene.estimators.iter().map(|e| e.name.clone()).collect(),
+            has_truth: run.world.is_some(),
+            names: run.estimators.iter().map(|e| e.label.clone()).collect(),
             seen: [Confidence::Estimates(Flags::default()), Confidence::Refuses]
                 .map(Confidence::name)
                 .into(),
         }
     }
 
-    /// Logs how the lanes look.
+    /// Logs the colours of the lanes.
     pub(crate) fn declare(&self, out: &mut Writer) -> Result<(), ViewerError> {
-        for (i, wheel) in WHEEL_NAMES.iter().enumerate() {
-            let colour = |state: WheelState| match state {
-                WheelState::Grips => CALM,
-                WheelState::Slips => WHEELS[i],
-                WheelState::InTheAir => ABSENT,
-            };
-            out.constant(
-                format!("wheels/{wheel}"),
-                &StateConfiguration::new()
-                    .with_values(WheelState::ALL.map(WheelState::name))
-                    .with_colors(WheelState::ALL.map(colour)),
-            )?;
+        if self.has_truth {
+            declare_wheels(out)?;
         }
         self.declare_estimators(out)
     }
 
-    /// Logs what was found.
+    /// Logs events and changes of states.
     pub(crate) fn log(&mut self, found: Found, out: &mut Writer) -> Result<(), ViewerError> {
         let times: Vec<f64> = found.events.iter().map(|e| e.time).collect();
         let columns = TextLog::update_fields()
@@ -87,6 +80,7 @@ impl EventLog {
         Ok(())
     }
 
+    /// Logs the colours of the lanes of estimators.
     fn declare_estimators(&self, out: &mut Writer) -> Result<(), ViewerError> {
         let colours = self.seen.iter().enumerate().map(|(i, _)| match i {
             0 => CALM,
@@ -103,14 +97,33 @@ impl EventLog {
     }
 }
 
+/// Logs the colours of the lanes of the wheels.
+fn declare_wheels(out: &mut Writer) -> Result<(), ViewerError> {
+    for (i, wheel) in WHEEL_NAMES.iter().enumerate() {
+        let colour = |state: WheelState| match state {
+            WheelState::Grips => CALM,
+            WheelState::Slips => WHEELS[i],
+            WheelState::InTheAir => ABSENT,
+        };
+        out.constant(
+            format!("wheels/{wheel}"),
+            &StateConfiguration::new()
+                .with_values(WheelState::ALL.map(WheelState::name))
+                .with_colors(WheelState::ALL.map(colour)),
+        )?;
+    }
+    Ok(())
+}
+
+/// Logs the changes of the wheel or estimator with an index.
 fn log_lane<S: Copy>(
     lane: &str,
-    place: usize,
+    index: usize,
     changes: &[Change<S>],
     out: &mut Writer,
     name: impl Fn(S) -> String,
 ) -> Result<(), ViewerError> {
-    let of_lane = || changes.iter().filter(|c| c.place == place);
+    let of_lane = || changes.iter().filter(|c| c.index == index);
     let times: Vec<f64> = of_lane().map(|c| c.time).collect();
     let columns = StateChange::update_fields().with_state(of_lane().map(|c| name(c.state)));
     out.columns(lane, &times, columns.columns_of_unit_batches())

@@ -1,28 +1,27 @@
-//! Events and state changes of a run, as the viewer shows them.
+//! Events and state changes of a run, in the form in which the viewer shows them.
 
-use crate::colours::{Colour, NEUTRAL, WHEELS, by_place};
+use crate::colours::{Colour, NEUTRAL, WHEELS, by_index};
 use crate::series::WHEEL_NAMES;
 use rerun::components::TextLogLevel;
 use robhaz_estimator::{Estimate, EstimateError, Flags};
-use robhaz_run::Frame;
-use robhaz_scene::Scene;
+use robhaz_run::{Frame, RunDescription};
 use robhaz_score::events::{self, EventDetector, EventKind, WheelState};
 use robhaz_sim::Truth;
 
-/// A line of text at its time.
+/// A message with its time.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Event {
-    /// When, s.
+    /// Time, s.
     pub(crate) time: f64,
-    /// What.
+    /// Text of the message.
     pub(crate) text: String,
-    /// How grave, in the viewer's words.
+    /// Severity, one of the viewer's levels.
     pub(crate) level: &'static str,
-    /// Colour of what it happens to.
+    /// Colour of the wheel or estimator.
     pub(crate) colour: Colour,
 }
 
-/// Whether an estimator gives an estimate, and with which flags.
+/// State of an estimator at one record: its flags, or no estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Confidence {
     /// An estimate with its flags.
@@ -32,7 +31,7 @@ pub(crate) enum Confidence {
 }
 
 impl Confidence {
-    /// Its name in the recording.
+    /// Name of the state in the recording.
     pub(crate) fn name(self) -> String {
         match self {
             Self::Estimates(flags) if flags.is_empty() => "trusted".to_owned(),
@@ -48,74 +47,82 @@ impl Confidence {
     }
 }
 
-/// A lane that takes another state from a time (s) on.
+/// A change of the state of a wheel or estimator.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Change<S> {
-    /// When, s.
+    /// Time, s.
     pub(crate) time: f64,
-    /// Which wheel or estimator, by its place.
-    pub(crate) place: usize,
-    /// The state from now on.
+    /// Index of the wheel or estimator.
+    pub(crate) index: usize,
+    /// The new state.
     pub(crate) state: S,
 }
 
-/// Events and state changes that are not logged yet.
+/// Detected events and state changes that are not logged yet.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Found {
-    /// Lines of text.
+    /// Messages.
     pub(crate) events: Vec<Event>,
-    /// States of wheels.
+    /// Changes of the states of wheels.
     pub(crate) wheels: Vec<Change<WheelState>>,
-    /// States of estimators.
+    /// Changes of the states of estimators.
     pub(crate) estimators: Vec<Change<Confidence>>,
 }
 
 impl Found {
-    /// Adds what was found later.
+    /// Appends later events and changes.
     pub(crate) fn append(&mut self, mut later: Self) {
         self.events.append(&mut later.events);
         self.wheels.append(&mut later.wheels);
         self.estimators.append(&mut later.estimators);
     }
 
-    /// Nothing was found.
+    /// Whether there are no events and no changes.
     pub(crate) fn is_empty(&self) -> bool {
         self.events.is_empty() && self.wheels.is_empty() && self.estimators.is_empty()
     }
 }
 
-/// Finds events.
+/// Detects events and state changes.
 pub(crate) struct Watch {
     names: Vec<String>,
-    detector: EventDetector,
+    /// `None` for recorded readings: events of the robot follow from the truth.
+    detector: Option<EventDetector>,
     confidence: Vec<Option<Confidence>>,
     last_time: f64,
     found: Found,
 }
 
 impl Watch {
-    /// Nothing has happened: wheels on the ground, stops free, estimators at work.
-    pub(crate) fn new(scene: &Scene) -> Self {
+    /// A watch before the first record of a scene. Its first event names the scene.
+    pub(crate) fn new(run: &RunDescription) -> Self {
+        let stop = run.robot.robot.geometry.stop;
         let mut watch = Self {
-            names: scene.estimators.iter().map(|e| e.name.clone()).collect(),
-            detector: EventDetector::new(scene.robot.robot.geometry.stop, scene.friction.v_s),
-            confidence: vec![None; scene.estimators.len()],
+            names: run.estimators.iter().map(|e| e.label.clone()).collect(),
+            detector: run
+                .world
+                .as_ref()
+                .map(|world| EventDetector::new(stop, world.friction.v_s)),
+            confidence: vec![None; run.estimators.len()],
             last_time: 0.0,
             found: Found::default(),
         };
-        let text = format!("scene {}: {} s", scene.name, scene.record.duration);
+        let kind = if run.world.is_some() { "scene" } else { "log" };
+        let text = format!("{kind} {}: {} s", run.name, run.record.duration);
         watch.add(0.0, text, TextLogLevel::INFO, NEUTRAL);
         watch
     }
 
-    /// Looks at one record.
-    pub(crate) fn look(&mut self, frame: &Frame<'_>) {
-        self.last_time = frame.truth.time;
-        self.look_at_robot(frame.truth);
-        self.look_at_estimates(frame);
+    /// Detects the events of one record.
+    pub(crate) fn sample(&mut self, frame: &Frame<'_>) {
+        self.last_time = frame.time;
+        if let Some(truth) = frame.truth {
+            self.sample_robot(truth);
+        }
+        self.sample_estimates(frame);
     }
 
-    /// The run has ended, or broken off.
+    /// Adds the event of the end of the run. `complete` is false if the run broke off.
     pub(crate) fn end(&mut self, complete: bool) {
         let (text, level) = if complete {
             ("end of the run", TextLogLevel::INFO)
@@ -128,7 +135,7 @@ impl Watch {
         self.add(self.last_time, text.to_owned(), level, NEUTRAL);
     }
 
-    /// Hands over what was found since the last time.
+    /// Takes the events and changes since the last call.
     pub(crate) fn take(&mut self) -> Found {
         std::mem::take(&mut self.found)
     }
@@ -142,21 +149,20 @@ impl Watch {
         });
     }
 
-    fn look_at_robot(&mut self, truth: &Truth) {
-        let before = [0, 1, 2].map(|i| self.detector.wheel(i));
+    fn sample_robot(&mut self, truth: &Truth) {
+        let Some(detector) = &mut self.detector else {
+            return;
+        };
+        let before = [0, 1, 2].map(|i| detector.wheel(i));
         let mut events = Vec::new();
-        self.detector.sample(truth, &mut |event| events.push(event));
-        for (place, before) in before.into_iter().enumerate() {
-            let Some(state) = self
-                .detector
-                .wheel(place)
-                .filter(|now| before != Some(*now))
-            else {
+        detector.sample(truth, &mut |event| events.push(event));
+        for (index, before) in before.into_iter().enumerate() {
+            let Some(state) = detector.wheel(index).filter(|now| before != Some(*now)) else {
                 continue;
             };
             self.found.wheels.push(Change {
                 time: truth.time,
-                place,
+                index,
                 state,
             });
         }
@@ -165,7 +171,7 @@ impl Watch {
         }
     }
 
-    /// Adds an event as a line of text, with the place where it happened.
+    /// Adds a message about a detected event, with the position of the wheel.
     fn add_event(&mut self, event: &events::Event, truth: &Truth) {
         let (wheel, what, level) = match event.kind {
             EventKind::ContactLost(i) => (i, "leaves the ground", TextLogLevel::WARN),
@@ -187,7 +193,7 @@ impl Watch {
         self.add(event.time, text, level, WHEELS[wheel]);
     }
 
-    /// Adds a line about an end stop at theta1 - theta2 (rad).
+    /// Adds a message about an end stop at theta1 - theta2 (rad).
     fn add_stop(
         &mut self,
         time: f64,
@@ -204,7 +210,7 @@ impl Watch {
         self.add(time, text, level, NEUTRAL);
     }
 
-    fn look_at_estimates(&mut self, frame: &Frame<'_>) {
+    fn sample_estimates(&mut self, frame: &Frame<'_>) {
         for (k, estimate) in frame.estimates.iter().enumerate() {
             let now = Confidence::of(estimate);
             let before = self.confidence[k].replace(now);
@@ -212,8 +218,8 @@ impl Watch {
                 continue;
             }
             self.found.estimators.push(Change {
-                time: frame.truth.time,
-                place: k,
+                time: frame.time,
+                index: k,
                 state: now,
             });
             let what = match (before, estimate) {
@@ -229,13 +235,13 @@ impl Watch {
             };
             if let Some((what, level)) = what {
                 let text = format!("{}: {what}", self.names[k]);
-                self.add(frame.truth.time, text, level, by_place(k));
+                self.add(frame.time, text, level, by_index(k));
             }
         }
     }
 }
 
-/// A value rounded to a fraction of its unit; never "-0".
+/// Rounds a value to a multiple of 1/`fractions`. Adding 0 turns -0 into 0.
 fn rounded(value: f64, fractions: f64) -> f64 {
     (value * fractions).round() / fractions + 0.0
 }

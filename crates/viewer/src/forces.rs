@@ -1,7 +1,7 @@
-//! N and T as arrows at the contacts: true ones, estimated ones beside them, and two standard deviations as bars.
+//! N and T as arrows at the contacts: true ones, estimated ones beside them, and bars of two standard deviations.
 
 use crate::ViewerError;
-use crate::colours::{Colour, WHEELS, by_place};
+use crate::colours::{Colour, WHEELS, by_index};
 use crate::contact::{contact_point, tangent_and_normal};
 use crate::convert::{flat, narrow};
 use crate::writer::Writer;
@@ -11,21 +11,21 @@ use robhaz_estimator::Estimate;
 use robhaz_model::{Robot, Vec2, perp};
 use robhaz_sim::Truth;
 
-/// Length of the arrow of a mean static wheel load, m.
+/// Length of the arrow of the mean static wheel load, m.
 const MEAN_LOAD_LENGTH: f64 = 0.15;
-/// Estimated arrows stand this far beside the true ones, m.
+/// Distance between true and estimated arrows, m.
 const BESIDE: f64 = 0.03;
-/// Half the width of the bars' ends, m.
+/// Half the length of the cross lines at the ends of a bar, m.
 const BAR_END: f64 = 0.009;
 
-/// How long the arrow of a force is.
+/// The scale of forces: length of an arrow by force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ForceScale {
     mean_load: f64,
 }
 
 impl ForceScale {
-    /// The scale at which a robot's mean static wheel load is 0.15 m long.
+    /// The scale at which the arrow of a robot's mean static wheel load is 0.15 m long.
     pub(crate) fn new(robot: &Robot) -> Self {
         Self {
             mean_load: robot.mean_wheel_load(),
@@ -37,29 +37,29 @@ impl ForceScale {
         self.mean_load
     }
 
-    /// Length of its arrow, m.
+    /// Length of the arrow of that load, m.
     pub(crate) fn mean_load_length(self) -> f64 {
         MEAN_LOAD_LENGTH
     }
 
-    /// Force that is 1 m long, N.
+    /// Force per length of arrow, N/m.
     pub(crate) fn newtons_per_metre(self) -> f64 {
         self.mean_load / MEAN_LOAD_LENGTH
     }
 
-    /// Length of a force, m.
+    /// Length of the arrow of a force (N), m. Negative for a negative force.
     fn length(self, force: f64) -> f64 {
         force / self.newtons_per_metre()
     }
 }
 
-/// What the arrows of one frame show.
+/// The forces of one frame.
 pub(crate) struct Shown<'a> {
     /// True forces.
     pub(crate) truth: &'a Truth,
-    /// Contact angles that the estimator was given, rad; where one is missing no estimate is drawn.
+    /// Contact angles that the estimator gets, rad. Without one, no estimate of that wheel is drawn.
     pub(crate) given_angle: &'a [Option<f64>; 3],
-    /// Estimated forces, where there are any.
+    /// Estimated forces. `None`: no estimate.
     pub(crate) estimate: Option<&'a Estimate>,
 }
 
@@ -67,12 +67,12 @@ pub(crate) struct Shown<'a> {
 pub(crate) struct Forces {
     scale: ForceScale,
     radius: f64,
-    /// Place and name of the estimator that is drawn.
+    /// Index and name of the estimator that is drawn.
     estimator: Option<(usize, String)>,
 }
 
 impl Forces {
-    /// The arrows of a robot; `estimator` is the place and name of the one whose estimates are drawn.
+    /// The arrows of a robot. `estimator` is the index and the name of the estimator that is drawn.
     pub(crate) fn new(robot: &Robot, estimator: Option<(usize, String)>) -> Self {
         Self {
             scale: ForceScale::new(robot),
@@ -81,7 +81,8 @@ impl Forces {
         }
     }
 
-    /// Logs how the arrows look, and a legend at the upper left corner of the following view (m).
+    /// Logs the style of the arrows, and a legend whose upper left corner is a point of the frame that moves with the
+    /// body (m, y down).
     pub(crate) fn declare(&self, out: &mut Writer, corner: [f64; 2]) -> Result<(), ViewerError> {
         for force in ["normal", "traction"] {
             out.constant(format!("world/forces/true/{force}"), &arrows(WHEELS, 2.5))?;
@@ -92,8 +93,8 @@ impl Forces {
             format!("true, {load:.0} N"),
             arrows([crate::colours::NEUTRAL], 2.5),
         )];
-        if let Some((place, name)) = &self.estimator {
-            let colour = by_place(*place);
+        if let Some((index, name)) = &self.estimator {
+            let colour = by_index(*index);
             for force in ["normal", "traction"] {
                 let entity = format!("world/forces/estimated/{force}");
                 out.constant(entity.as_str(), &arrows([colour], 1.25))?;
@@ -109,7 +110,6 @@ impl Forces {
         }
         let [x, mut y] = corner;
         for (source, label, style) in rows {
-            // The following frame has y down, like the view.
             out.constant(
                 format!("world/follow/legend/{source}"),
                 &style
@@ -123,7 +123,7 @@ impl Forces {
         Ok(())
     }
 
-    /// Logs the arrows of several frames at their times (s).
+    /// Logs the arrows of several frames, one frame at each of `times` (s).
     pub(crate) fn log<'a>(
         &self,
         out: &mut Writer,
@@ -173,7 +173,7 @@ impl Forces {
     }
 }
 
-/// Arrows of several times: some in a row, or none.
+/// Arrows of several times, any number at each.
 struct Arrows {
     origins: Vec<[f32; 2]>,
     vectors: Vec<[f32; 2]>,
@@ -191,12 +191,13 @@ impl Arrows {
         }
     }
 
+    /// Adds an arrow from a point (both m).
     fn push_from(&mut self, origin: Vec2, vector: Vec2) {
         self.origins.push(flat(origin));
         self.vectors.push(flat(vector));
     }
 
-    /// An arrow whose head is at a point: under the ground there is room for it.
+    /// Adds an arrow to a point (both m). An arrow of N thus lies below the ground, where nothing else is drawn.
     fn push_into(&mut self, head: Vec2, vector: Vec2) {
         self.push_from(head - vector, vector);
     }
@@ -215,7 +216,7 @@ impl Arrows {
     }
 }
 
-/// Bars with ends across: how far a force may be off.
+/// Bars of two standard deviations, any number at each of several times.
 struct Bars {
     strips: Vec<[[f32; 2]; 6]>,
     rows: Vec<usize>,
@@ -231,7 +232,7 @@ impl Bars {
         }
     }
 
-    /// A bar of half a length (m) along a unit vector, around a point.
+    /// Adds a bar around a centre (m), along a unit vector, with half its length (m).
     fn push(&mut self, centre: Vec2, along: Vec2, half: f64) {
         let across = perp(along) * BAR_END;
         let (near, far) = (centre - along * half, centre + along * half);
@@ -251,7 +252,7 @@ impl Bars {
         self.before = self.strips.len();
     }
 
-    /// Logs the bars; nothing where there never was one.
+    /// Logs the bars. Without any bar it logs nothing.
     fn log(self, out: &mut Writer, entity: &str, times: &[f64]) -> Result<(), ViewerError> {
         if self.strips.is_empty() {
             return Ok(());
@@ -263,6 +264,7 @@ impl Bars {
     }
 }
 
+/// The style of arrows: colours, and half the width of the shaft in points.
 fn arrows(colours: impl IntoIterator<Item = Colour>, radius: f32) -> Arrows2D {
     Arrows2D::update_fields()
         .with_colors(colours)
@@ -273,6 +275,7 @@ fn arrows(colours: impl IntoIterator<Item = Colour>, radius: f32) -> Arrows2D {
 mod tests {
     use super::*;
 
+    /// Closed form: the arrow of the mean load is 0.15 m long.
     #[test]
     fn the_mean_load_is_fifteen_centimetres_long() {
         let robot = Robot::default_a();
@@ -280,7 +283,7 @@ mod tests {
         assert!((scale.length(robot.mean_wheel_load()) - 0.15).abs() < 1e-12);
     }
 
-    /// From end to end a bar is four standard deviations long, along the force.
+    /// Closed form: the ends of a bar are two standard deviations from its centre, along the force.
     #[test]
     fn a_bar_spans_two_sigma_to_both_sides() {
         let mut bars = Bars::new();

@@ -1,4 +1,4 @@
-//! The ground in the scene, as far as the robot gets; stretches with friction of their own are told apart.
+//! The ground in the animation, as far as the robot drives, with friction stretches in another colour.
 
 use crate::ViewerError;
 use crate::colours;
@@ -6,44 +6,45 @@ use crate::convert::flat;
 use crate::writer::Writer;
 use rerun::archetypes::LineStrips2D;
 use rerun::components::Radius;
-use robhaz_scene::Scene;
+use robhaz_run::{RunDescription, World};
 use robhaz_sim::Truth;
 use robhaz_sim::friction::Stretch;
 use robhaz_terrain::Terrain;
 
-/// Spacing of the ground's points, m.
+/// Distance between points of the ground, m.
 const SPACING: f64 = 0.005;
-/// Ground is drawn this far beyond where the wheels' axles go, m.
+/// Length of drawn ground beyond the axles, m.
 const MARGIN: f64 = 0.4;
 
 /// The ground of a run.
 pub(crate) struct Ground {
     terrain: Terrain,
     stretches: Vec<Stretch>,
-    /// Static coefficient outside of the stretches, -.
+    /// Static coefficient outside of friction stretches, -.
     mu_s: f64,
-    /// Stretch of the ground that is drawn so far, and the one that the robot covers; m.
+    /// Range that is drawn so far, m.
     drawn: (f64, f64),
+    /// Range that must be drawn for the records so far, m.
     covered: (f64, f64),
 }
 
 impl Ground {
-    /// The ground that a scene's robot is planned to cover.
-    pub(crate) fn new(scene: &Scene) -> Self {
-        let axles = &scene.robot.robot.geometry.axles;
+    /// The ground over which the robot of a simulation drives at its set speed.
+    pub(crate) fn new(run: &RunDescription, world: &World) -> Self {
+        let axles = &run.robot.robot.geometry.axles;
         let (rear, front) = (axles[2].x - MARGIN, axles[0].x + MARGIN);
-        let travel = planned_travel(scene);
+        let travel = planned_travel(run, world);
         let drawn = (rear + travel.min(0.0), front + travel.max(0.0));
         Self {
-            terrain: Terrain::new(scene.terrain.profile.clone()),
-            stretches: scene.terrain.stretches.clone(),
-            mu_s: scene.friction.mu_s,
+            terrain: Terrain::new(world.terrain.profile.clone()),
+            stretches: world.terrain.stretches.clone(),
+            mu_s: world.friction.mu_s,
             drawn,
             covered: drawn,
         }
     }
 
-    /// The ground that is planned to be covered, m: from, to, lowest, highest.
+    /// Start, end, lowest and highest point of the drawn range, m.
     pub(crate) fn box_of(&self) -> [f64; 4] {
         let (from, to) = self.drawn;
         let points = self.terrain.outline(from, to, SPACING);
@@ -55,12 +56,12 @@ impl Ground {
         [from, to, low, high]
     }
 
-    /// Somewhere it has a corner.
+    /// Whether the ground has a corner anywhere.
     pub(crate) fn has_corners(&self) -> bool {
         self.terrain.has_corners()
     }
 
-    /// Takes note of where the robot is.
+    /// Extends the range that must be drawn to the wheels of a record.
     pub(crate) fn cover(&mut self, truth: &Truth) {
         for wheel in &truth.wheels {
             self.covered.0 = self.covered.0.min(wheel.position.x - MARGIN);
@@ -68,7 +69,8 @@ impl Ground {
         }
     }
 
-    /// Draws more ground where the robot went farther than planned; more than needed, so that this stays rare.
+    /// Draws the ground again if the robot is outside of the drawn range. The new range is longer than necessary, so
+    /// that this happens rarely.
     pub(crate) fn extend(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
         let (from, to) = self.covered;
         let more = 0.25 * (to - from);
@@ -85,7 +87,7 @@ impl Ground {
         Ok(())
     }
 
-    /// Draws what is to be drawn so far.
+    /// Draws the ground and its friction stretches over the drawn range.
     pub(crate) fn draw(&self, out: &mut Writer) -> Result<(), ViewerError> {
         let (from, to) = self.drawn;
         let strip = |from: f64, to: f64| {
@@ -113,8 +115,9 @@ impl Ground {
     }
 }
 
-/// How far the robot goes if its wheels do what they are told, m; backward negative.
-fn planned_travel(scene: &Scene) -> f64 {
-    let time = scene.record.duration - scene.drive.start_time - 0.5 * scene.drive.ramp_time;
-    scene.drive.speed * time.max(0.0)
+/// Distance that the robot drives at its set speed without slip, m. Backward is negative.
+fn planned_travel(run: &RunDescription, world: &World) -> f64 {
+    let drive = &world.drive;
+    let time = run.record.duration - drive.start_time - 0.5 * drive.ramp_time;
+    drive.speed * time.max(0.0)
 }

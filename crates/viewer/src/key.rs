@@ -1,27 +1,29 @@
-//! The key to the plots: one sample of every kind of line, in a view of its own, so that no legend lies on the data.
+//! The key to the plots: a sample of each line. It is a view of its own, so that no legend covers data.
 
 use crate::ViewerError;
-use crate::colours::{Colour, WHEELS, by_place};
+use crate::colours::{Colour, WHEELS, by_index};
 use crate::convert::narrow;
 use crate::plot::Line;
 use crate::writer::Writer;
 use rerun::archetypes::LineStrips2D;
 use rerun::components::Radius;
-use robhaz_scene::Scene;
+use robhaz_run::RunDescription;
 
-/// Size of one place in the key, in its own units.
+/// Width and height of one entry, in units of the view.
 pub(crate) const PLACE: [f64; 2] = [1.0, 0.3];
-/// Length of a sample.
+/// Length of a sample, in units of the view.
 const SAMPLE: f64 = 0.5;
-/// Distance between the samples of a place, and of the lowest one from the top.
+/// Distance between the samples of an entry, in units of the view.
 const SPACING: f64 = 0.045;
+/// Distance of the lowest sample from the top, in units of the view.
 const LOWEST: f64 = 0.13;
 
-/// Samples with one label.
+/// Samples of lines with one label.
 pub(crate) struct Entry {
     label: String,
-    /// From top to bottom.
+    /// Colours of the samples, from top to bottom.
     colours: Vec<Colour>,
+    /// Width, points.
     width: f32,
 }
 
@@ -35,22 +37,23 @@ impl Entry {
         }
     }
 
-    /// A narrow line in the colour of a place.
-    pub(crate) fn of_place(label: &str, place: usize) -> Self {
+    /// A narrow line in the colour of an estimator or run, by its index.
+    pub(crate) fn of_index(label: &str, index: usize) -> Self {
         Self {
             label: label.to_owned(),
-            colours: vec![by_place(place)],
+            colours: vec![by_index(index)],
             width: Line::NARROW,
         }
     }
 }
 
-/// The key to the plots of a run.
-pub(crate) fn of_run(scene: &Scene) -> Vec<Entry> {
-    let names = scene.estimators.iter().enumerate();
-    let estimators = names.map(|(k, e)| Entry::of_place(&e.name, k));
-    let truth = Entry::of_wheels("true: front, middle, rear");
-    std::iter::once(truth).chain(estimators).collect()
+/// The key to the plots of a run. Recorded readings have no true lines.
+pub(crate) fn of_run(run: &RunDescription) -> Vec<Entry> {
+    let names = run.estimators.iter().enumerate();
+    let estimators = names.map(|(k, e)| Entry::of_index(&e.label, k));
+    let truth = || Entry::of_wheels("true: front, middle, rear");
+    let truth = run.world.iter().map(|_| truth());
+    truth.chain(estimators).collect()
 }
 
 /// Logs a key under an entity: its entries side by side.
@@ -60,7 +63,7 @@ pub(crate) fn log(out: &mut Writer, entity: &str, entries: &[Entry]) -> Result<(
         let mut y = LOWEST;
         for (i, colour) in entry.colours.iter().rev().enumerate() {
             let ends = [left, left + SAMPLE].map(|x| [narrow(x), narrow(y)]);
-            // Labels stand below: the lowest line has it.
+            // The viewer puts a label below its line: the lowest line has it.
             let label = (i == 0).then_some(entry.label.as_str());
             out.constant(
                 format!("{entity}/{k}/{i}"),

@@ -1,22 +1,20 @@
-//! A run shown while it goes on.
+//! A run in a viewer while it is simulated.
 //!
-//! The simulation hands copies of its records to a thread of its own through a bounded queue. Where that is full, because the
-//! viewer stalls or the run is faster than the viewer, records are dropped and counted: the simulation never waits.
+//! The simulation sends copies of its records to a second thread through a bounded queue. If the queue is full, because
+//! the viewer does not read or is slower than the run, records are dropped and counted. The simulation does not wait.
 
 use crate::ViewerError;
-use crate::error::Cause;
 use crate::events::Found;
 use crate::layout::Playing;
 use crate::program::{DEFAULT_PORT, Started, listens};
 use crate::recorder::{Due, Recorder, Sampler};
+use crate::remote::{TIMEOUT, ToServer, ToViewer};
 use crate::writer::Target;
 use rerun::external::re_uri::ProxyUri;
 use rerun::grpc_server::GrpcServerSink;
-use rerun::log::LogMsg;
-use rerun::sink::{GrpcSink, GrpcSinkConnectionState, LogSink};
+use rerun::sink::GrpcSink;
 use robhaz_estimator::{Estimate, EstimateError, SensorFrame};
-use robhaz_run::{Frame, RunEnd, Sink, SinkError};
-use robhaz_scene::Scene;
+use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_sim::Truth;
 use std::ffi::OsStr;
 use std::net::{SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
@@ -26,40 +24,38 @@ use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender, TrySendError
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
 
-/// Records that wait for the viewer at most: ten simulated seconds, some ten megabytes.
+/// Capacity of the queue, records: ten simulated seconds, about ten megabytes.
 const QUEUE: usize = 2000;
-/// Events that wait at most.
+/// Largest number of events that wait for a place in the queue.
 const MOST_EVENTS: usize = 1000;
-/// Wall-clock time over which records are gathered into one batch.
+/// Wall-clock time of the records of one batch.
 const BATCH_TIME: Duration = Duration::from_millis(50);
-/// Records in a batch at most.
+/// Largest number of records in a batch.
 const BATCH: u64 = 500;
-/// A viewer that takes nothing for so long is left alone.
-const PATIENCE: Duration = Duration::from_secs(3);
 
-/// How a live run reached the viewer.
+/// Delivery of a live run to the viewer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LiveReport {
-    /// Records that the viewer should have got.
+    /// Number of records for the viewer.
     pub offered: u64,
-    /// Records that it did not get, because it was too slow, stalled, or went away.
+    /// Number of records that it did not get, because it was too slow, did not read, or closed the connection.
     pub dropped: u64,
-    /// The viewer went away or stalled before the end.
+    /// The viewer closed the connection, or stopped reading, before the end.
     pub lost: bool,
 }
 
-/// Shows a run in a viewer while it goes on. What the viewer cannot take is dropped and counted; a viewer that goes away never
-/// stops the run.
+/// Shows a run in a viewer while it is simulated. Records for which the viewer is too slow are dropped and counted. A
+/// viewer that closes the connection does not stop the run.
 pub struct LiveSink {
     address: String,
     link: Option<Link>,
-    /// Goes on serving after the run, until the sink is dropped.
+    /// Serves viewers until the sink is dropped, also after the run.
     server: Option<Arc<GrpcServerSink>>,
     feed: Option<Feed>,
     report: LiveReport,
 }
 
-/// What a sink is connected to before the run begins.
+/// The connection of a sink before the run begins.
 enum Link {
     Viewer(ProxyUri),
     Server(Arc<GrpcServerSink>),
@@ -80,7 +76,7 @@ impl LiveSink {
             format!("rerun+http://{address}/proxy")
         };
         let uri = ProxyUri::from_str(&full).map_err(|_| bad())?;
-        // The client of the SDK waits for ever for a viewer that is not there.
+        // The client of the SDK waits for a viewer without limit: test first whether one listens.
         let host = uri.origin.host.to_string();
         let found: Vec<SocketAddr> = (host.as_str(), uri.origin.port)
             .to_socket_addrs()
@@ -94,16 +90,17 @@ impl LiveSink {
         Ok(Self::new(full, Link::Viewer(uri), None))
     }
 
-    /// A sink for the viewer of this machine: the one that listens at the usual port, or else a new one. The viewer stays when
-    /// the run has ended.
+    /// A sink for the viewer that listens at the default port of this machine, or else for a new one. The viewer stays
+    /// open after the run.
     ///
     /// # Errors
-    /// [`ViewerError`]: no viewer is installed, or it does not start.
+    /// [`ViewerError::NotInstalled`], [`ViewerError::OtherVersion`], [`ViewerError::Start`],
+    /// [`ViewerError::NobodyListens`]
     pub fn spawn() -> Result<Self, ViewerError> {
         Self::spawn_at(DEFAULT_PORT, &[])
     }
 
-    /// As [`LiveSink::spawn`], at a port and with further arguments of the viewer.
+    /// As [`LiveSink::spawn`], with a port and further arguments for the viewer.
     ///
     /// # Errors
     /// As [`LiveSink::spawn`].
@@ -116,11 +113,11 @@ impl LiveSink {
         Self::connect(&format!("127.0.0.1:{port}"))
     }
 
-    /// A sink that viewers can connect to, at a port of this machine; what was sent waits for those that come late (up to a
-    /// gigabyte).
+    /// A sink to which viewers can connect at a port of this machine. Viewers that connect later get all messages from
+    /// the start, of which up to a gigabyte is kept.
     ///
     /// # Errors
-    /// [`ViewerError::Serve`] where the port is taken.
+    /// [`ViewerError::Serve`]: the port is in use.
     pub fn serve(port: u16) -> Result<Self, ViewerError> {
         const HOST: &str = "127.0.0.1";
         let address = format!("{HOST}:{port}");
@@ -128,15 +125,15 @@ impl LiveSink {
             address: address.clone(),
             source,
         };
-        // The server itself would only print that the port is taken.
+        // The server itself would only print that the port is in use.
         drop(TcpListener::bind(&address).map_err(fail)?);
         let server = GrpcServerSink::new(HOST, port, Default::default()).map_err(|_| {
             ViewerError::Address {
                 address: address.clone(),
             }
         })?;
-        // It listens from a thread of its own.
-        let deadline = Instant::now() + PATIENCE;
+        // The server starts to listen in another thread.
+        let deadline = Instant::now() + TIMEOUT;
         while !listens(port) {
             if Instant::now() > deadline {
                 return Err(fail(std::io::ErrorKind::TimedOut.into()));
@@ -158,28 +155,28 @@ impl LiveSink {
         }
     }
 
-    /// Where the viewer is, or where viewers can connect.
+    /// The address of the viewer, or the address to which viewers can connect.
     pub fn address(&self) -> &str {
         &self.address
     }
 
-    /// Viewers can still connect after the run, as long as the sink lives.
+    /// Whether viewers can connect to the sink, also after the run.
     pub fn is_serving(&self) -> bool {
         self.server.is_some()
     }
 
-    /// How the run reached the viewer; complete after the run.
+    /// The delivery of the run to the viewer, valid after the run.
     pub fn report(&self) -> LiveReport {
         self.report
     }
 }
 
 impl Sink for LiveSink {
-    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
+    fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
         let link = self.link.take().ok_or_else(|| ViewerError::Used {
             destination: self.address.clone(),
         })?;
-        self.feed = Some(Feed::start(self.address.clone(), link, scene)?);
+        self.feed = Some(Feed::start(self.address.clone(), link, run)?);
         Ok(())
     }
 
@@ -199,29 +196,31 @@ impl Sink for LiveSink {
     }
 }
 
-/// A record on its way to the viewer.
+/// A record in the queue.
 struct Item {
-    truth: Truth,
+    time: f64,
+    truth: Option<Truth>,
     sensors: SensorFrame,
     estimates: Vec<Result<Estimate, EstimateError>>,
     due: Due,
     found: Found,
 }
 
-/// What both threads know.
+/// Data of both threads.
 #[derive(Default)]
 struct Shared {
+    /// Number of records that were sent to the viewer.
     delivered: AtomicU64,
-    /// What is found at the very end, where the queue may be full.
+    /// Events at the end of the run, for which the queue may have no place.
     finale: Mutex<Found>,
 }
 
 /// The simulation's end of the queue.
 struct Feed {
     sampler: Sampler,
-    /// Found, and not in the queue yet.
+    /// Events that are not in the queue yet.
     pending: Found,
-    /// `None` when the other end has gone.
+    /// `None`: the other end is closed.
     queue: Option<SyncSender<Item>>,
     done: Receiver<()>,
     shared: Arc<Shared>,
@@ -229,21 +228,21 @@ struct Feed {
 }
 
 impl Feed {
-    fn start(address: String, link: Link, scene: &Scene) -> Result<Self, ViewerError> {
+    fn start(address: String, link: Link, run: &RunDescription) -> Result<Self, ViewerError> {
         let (queue, items) = mpsc::sync_channel(QUEUE);
-        let (tell, done) = mpsc::sync_channel(1);
+        let (sender, done) = mpsc::sync_channel(1);
         let shared = Arc::new(Shared::default());
-        let (scene_there, shared_there) = (scene.clone(), shared.clone());
+        let (run_there, shared_there) = (run.clone(), shared.clone());
         std::thread::Builder::new()
             .name("viewer".to_owned())
             .spawn(move || {
-                // A viewer that goes away is told of by what was not delivered.
-                let _ = show(&address, link, &scene_there, &items, &shared_there);
-                let _ = tell.send(());
+                // An error needs no report of its own: the records that were not delivered are counted.
+                let _ = show(&address, link, &run_there, &items, &shared_there);
+                let _ = sender.send(());
             })
             .map_err(ViewerError::Thread)?;
         Ok(Self {
-            sampler: Sampler::new(scene),
+            sampler: Sampler::new(run),
             pending: Found::default(),
             queue: Some(queue),
             done,
@@ -253,7 +252,7 @@ impl Feed {
     }
 
     fn frame(&mut self, frame: &Frame<'_>) {
-        let Some(due) = self.sampler.look(frame) else {
+        let Some(due) = self.sampler.select(frame) else {
             return;
         };
         self.offered += 1;
@@ -263,7 +262,8 @@ impl Feed {
         };
         self.pending.append(found);
         let item = Item {
-            truth: *frame.truth,
+            time: frame.time,
+            truth: frame.truth.copied(),
             sensors: *frame.sensors,
             estimates: frame.estimates.to_vec(),
             due,
@@ -271,7 +271,7 @@ impl Feed {
         };
         match queue.try_send(item) {
             Ok(()) => {}
-            // The record is lost; what was found waits for the next one, within reason.
+            // The record is lost. Its events wait for the next record.
             Err(TrySendError::Full(item)) if item.found.events.len() < MOST_EVENTS => {
                 self.pending = item.found;
             }
@@ -298,11 +298,12 @@ impl Feed {
         }
     }
 
-    /// Waits for the viewer as long as it takes something. Its thread is left alone otherwise: nothing can wake it.
+    /// Waits while the viewer reads. Returns whether it has read everything. If not, its thread is abandoned, because
+    /// it cannot be interrupted.
     fn wait(&self) -> bool {
         let mut before = self.shared.delivered.load(Ordering::Relaxed);
         loop {
-            match self.done.recv_timeout(PATIENCE) {
+            match self.done.recv_timeout(TIMEOUT) {
                 Ok(()) => return true,
                 Err(RecvTimeoutError::Disconnected) => return false,
                 Err(RecvTimeoutError::Timeout) => {
@@ -317,11 +318,11 @@ impl Feed {
     }
 }
 
-/// The viewer's end of the queue, until it is closed or the viewer has gone.
+/// Sends the records of the queue to the viewer, until the queue or the connection is closed.
 fn show(
     address: &str,
     link: Link,
-    scene: &Scene,
+    run: &RunDescription,
     items: &Receiver<Item>,
     shared: &Shared,
 ) -> Result<(), ViewerError> {
@@ -329,7 +330,7 @@ fn show(
         Link::Viewer(uri) => Box::new(ToViewer(GrpcSink::new(uri))),
         Link::Server(server) => Box::new(ToServer(server)),
     };
-    let mut recorder = Recorder::begin(address, target, scene, now(), Playing::AtTheEnd)?;
+    let mut recorder = Recorder::begin(address, target, run, now(), Playing::AtTheEnd)?;
     let mut found = Found::default();
     let (mut waiting, mut batch_end) = (0, Instant::now() + BATCH_TIME);
     loop {
@@ -337,7 +338,8 @@ fn show(
         let closed = match items.recv_timeout(rest) {
             Ok(item) => {
                 let frame = Frame {
-                    truth: &item.truth,
+                    time: item.time,
+                    truth: item.truth.as_ref(),
                     sensors: &item.sensors,
                     estimates: &item.estimates,
                 };
@@ -371,43 +373,12 @@ fn show(
     Ok(())
 }
 
-/// Two runs of the same scene are two recordings in the same viewer.
+/// Wall-clock time, ns. It distinguishes two runs of the same scene in one viewer.
 fn now() -> u64 {
     let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
     #[expect(
         clippy::cast_possible_truncation,
-        reason = "the lower digits tell two runs apart"
+        reason = "the lower digits distinguish two runs"
     )]
     since.map_or(0, |time| time.as_nanos() as u64)
-}
-
-/// A viewer elsewhere. Sending blocks while it stalls.
-struct ToViewer(GrpcSink);
-
-impl Target for ToViewer {
-    fn send(&mut self, message: LogMsg) -> Result<(), Cause> {
-        if let GrpcSinkConnectionState::Disconnected(_) = self.0.status() {
-            return Err("the viewer has gone".into());
-        }
-        self.0.send(message);
-        Ok(())
-    }
-
-    fn finish(&mut self) -> Result<(), Cause> {
-        Ok(self.0.flush_blocking(PATIENCE)?)
-    }
-}
-
-/// Viewers that connect to this process.
-struct ToServer(Arc<GrpcServerSink>);
-
-impl Target for ToServer {
-    fn send(&mut self, message: LogMsg) -> Result<(), Cause> {
-        self.0.send(message);
-        Ok(())
-    }
-
-    fn finish(&mut self) -> Result<(), Cause> {
-        Ok(self.0.flush_blocking(PATIENCE)?)
-    }
 }

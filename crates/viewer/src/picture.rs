@@ -1,11 +1,13 @@
-//! A recording as the viewer shows it, in a PNG, without a screen.
+//! A picture of a recording in the viewer, as a PNG, without a screen.
 
+use crate::ViewerError;
 use crate::colours::{Colour, WHEELS};
 use crate::control::Control;
 use crate::error::Cause;
 use crate::print::PrintCopy;
 use crate::program::{Started, free_port, start_error};
-use crate::{Theme, ViewerError, recording_end};
+use crate::reading::recording_end;
+use crate::theme::Theme;
 use robhaz_run::Stop;
 use std::ffi::OsStr;
 use std::fs::File;
@@ -13,26 +15,26 @@ use std::io::{BufReader, BufWriter};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// How long the viewer may take until its picture shows the data.
-const PATIENCE: Duration = Duration::from_secs(90);
-/// How long the viewer's own messages lie over its upper right corner.
-const MESSAGES: Duration = Duration::from_secs(7);
-/// Between two pictures.
-const PAUSE: Duration = Duration::from_millis(500);
-/// Each wheel's colour covers at least this share of a picture that shows the data: a rim alone is a thousandth.
+/// Longest time until a picture shows the data.
+const TIMEOUT: Duration = Duration::from_secs(90);
+/// Time after which the viewer has removed its own messages from its upper right corner.
+const MESSAGE_TIME: Duration = Duration::from_secs(7);
+/// Time between two pictures.
+const PERIOD: Duration = Duration::from_millis(500);
+/// Least share of a picture that each wheel's colour covers. A rim alone covers 0.001.
 const LEAST_SHARE: f64 = 5e-4;
 
-/// Height of the bar at the top of the viewer's window, which stays without its panels, in pixels.
+/// Height of the bar at the top of the viewer's window, pixels. It cannot be hidden.
 const TITLE_BAR: u32 = 28;
-/// Width of the window's rounded corners.
+/// Width of the window's rounded corners, pixels.
 const CORNER: usize = 10;
 
-/// What to take a picture of.
+/// Size, time and theme of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PictureOptions {
-    /// Width and height of the viewer and of the picture, in pixels.
+    /// Width and height of the picture, pixels.
     pub size: [u32; 2],
-    /// Simulated time to show, s; by default the middle of the run.
+    /// Simulated time to show, s. `None`: the middle of the run.
     pub at: Option<f64>,
     /// Dark as in the viewer, or light for print.
     pub theme: Theme,
@@ -49,15 +51,19 @@ impl Default for PictureOptions {
     }
 }
 
-/// Lets the installed viewer, without a window, show a recording, and saves its picture to `out`. The picture has the views
-/// alone, without the panels around them.
+/// Starts the installed viewer without a window, shows a recording in it, and saves its picture to `out` (PNG). The
+/// picture has the views alone, without the panels around them.
 ///
-/// The picture is taken when the whole recording is loaded and two pictures in a row are the same, and only kept when the
-/// colours of all three wheels are in it.
+/// The picture is saved when the whole recording is loaded, two pictures in a row are equal, and the colours of all
+/// three wheels are in them.
 ///
 /// # Errors
-/// [`ViewerError`]: no viewer, the recording cannot be read, it does not hold the time, no picture shows the data, or `stop`
-/// names a cause.
+/// - [`ViewerError::NotInstalled`], [`ViewerError::OtherVersion`], [`ViewerError::Start`]: no viewer that can draw.
+/// - [`ViewerError::Read`]: the recording cannot be read. [`ViewerError::Time`]: it does not contain the time.
+/// - [`ViewerError::Picture`]: no picture shows the data within 90 s. [`ViewerError::Control`]: the viewer does not
+///   answer.
+/// - [`ViewerError::Create`], [`ViewerError::Write`]: the picture, or a file beside it, cannot be written.
+/// - [`ViewerError::Stopped`]: `stop` named a cause.
 pub fn picture(
     recording: &Path,
     out: &Path,
@@ -68,7 +74,7 @@ pub fn picture(
         reason: format!("{} has no data", recording.display()),
     })?;
     let time = options.at.unwrap_or(0.5 * end);
-    // The recording's end is rounded to a nanosecond. Not a number is not in the run either.
+    // The recording's end is rounded to a nanosecond. NaN is in no range.
     if !(0.0..=end + 1e-9).contains(&time) {
         return Err(ViewerError::Time { at: time, end });
     }
@@ -84,33 +90,33 @@ pub fn picture(
             copy.0.as_os_str(),
         ],
     )?;
-    let patience = Patience {
+    let deadline = Deadline {
         start: Instant::now(),
         stop,
     };
-    let taken = take(port, out, [time, end], options.theme, &patience);
-    // Without a renderer it listens for a moment and ends.
-    let words = viewer.last_words();
+    let taken = take(port, out, [time, end], options.theme, &deadline);
+    // A viewer that cannot draw listens for a moment and exits: its output is the reason.
+    let message = viewer.exit_message();
     viewer.end();
-    match (taken, words) {
+    match (taken, message) {
         (Err(ViewerError::Stopped { cause }), _) => Err(ViewerError::Stopped { cause }),
-        (Err(_), Some(words)) => Err(start_error(&words)),
+        (Err(_), Some(message)) => Err(start_error(&message)),
         (taken, _) => taken,
     }
 }
 
-/// How long to wait for the viewer.
-struct Patience<'a> {
+/// The limit of waiting for the viewer.
+struct Deadline<'a> {
     start: Instant,
     stop: Stop<'a>,
 }
 
-impl Patience<'_> {
+impl Deadline<'_> {
     fn is_over(&self) -> bool {
-        self.start.elapsed() > PATIENCE
+        self.start.elapsed() > TIMEOUT
     }
 
-    /// Sleeps, unless the caller has had enough.
+    /// Sleeps, unless the caller stops the work.
     fn pause(&self, time: Duration) -> Result<(), ViewerError> {
         match (self.stop)() {
             Some(cause) => Err(ViewerError::Stopped { cause }),
@@ -122,32 +128,32 @@ impl Patience<'_> {
     }
 }
 
-/// A picture at a time of a recording that ends at another, s.
+/// Saves a picture at a `time` of a recording with an `end` (both s).
 fn take(
     port: u16,
     out: &Path,
     [time, end]: [f64; 2],
     theme: Theme,
-    patience: &Patience<'_>,
+    deadline: &Deadline<'_>,
 ) -> Result<(), ViewerError> {
     let mut control = Control::call(port)?;
-    // To a nanosecond: the recording's own resolution.
+    // One nanosecond is the recording's resolution.
     while control.newest()?.is_none_or(|newest| newest < end - 1e-9) {
-        if patience.is_over() {
+        if deadline.is_over() {
             return Err(ViewerError::Picture {
                 reason: "the recording is not loaded after 90 s".to_owned(),
             });
         }
-        patience.pause(PAUSE)?;
+        deadline.pause(PERIOD)?;
     }
     control.show(time)?;
-    while patience.start.elapsed() < MESSAGES {
-        patience.pause(PAUSE)?;
+    while deadline.start.elapsed() < MESSAGE_TIME {
+        deadline.pause(PERIOD)?;
     }
     let draft = Draft::beside(out)?;
     let mut before = None;
     loop {
-        let image = draft.take(&mut control, patience)?;
+        let image = draft.take(&mut control, deadline)?;
         let missing = image.missing();
         if missing.is_none() && before.as_ref() == Some(&image) {
             let written = image.views().write(&draft.0, theme);
@@ -157,20 +163,20 @@ fn take(
                 source,
             });
         }
-        if patience.is_over() {
+        if deadline.is_over() {
             let reason = missing.unwrap_or_else(|| "it does not come to rest".to_owned());
             return Err(ViewerError::Picture { reason });
         }
         before = Some(image);
-        patience.pause(PAUSE)?;
+        deadline.pause(PERIOD)?;
     }
 }
 
-/// A picture that may not be good enough yet; gone when it was not.
+/// A file for pictures that may be incomplete. It is removed when the draft is dropped.
 struct Draft(PathBuf);
 
 impl Draft {
-    /// At an absolute path beside the picture: the viewer has a working directory of its own.
+    /// A draft beside the picture. Its path is absolute, because the viewer may have another working directory.
     fn beside(out: &Path) -> Result<Self, ViewerError> {
         let path = std::path::absolute(out).map_err(|source| ViewerError::Create {
             path: out.to_owned(),
@@ -179,17 +185,17 @@ impl Draft {
         Ok(Self(path.with_extension("partial.png")))
     }
 
-    /// A picture taken now. The viewer answers before the file is written: it is read until it is whole.
-    fn take(&self, control: &mut Control, patience: &Patience<'_>) -> Result<Image, ViewerError> {
+    /// Takes a picture. The viewer answers before the file is complete, so that reading is repeated until it succeeds.
+    fn take(&self, control: &mut Control, deadline: &Deadline<'_>) -> Result<Image, ViewerError> {
         let _ = std::fs::remove_file(&self.0);
         control.save_picture(&self.0)?;
         loop {
             match Image::decode(&self.0) {
                 Ok(image) => return Ok(image),
-                Err(cause) if patience.is_over() => {
+                Err(cause) if deadline.is_over() => {
                     return Err(ViewerError::read(&self.0)(cause));
                 }
-                Err(_) => patience.pause(PAUSE / 10)?,
+                Err(_) => deadline.pause(PERIOD / 10)?,
             }
         }
     }
@@ -201,12 +207,12 @@ impl Drop for Draft {
     }
 }
 
-/// Pixels of a picture.
+/// The pixels of a picture.
 #[derive(PartialEq)]
 struct Image {
-    /// Width and height.
+    /// Width and height, pixels.
     size: [u32; 2],
-    /// Red, green, blue of each pixel.
+    /// Red, green and blue of each pixel, row by row from the top.
     pixels: Vec<[u8; 3]>,
 }
 
@@ -229,7 +235,8 @@ impl Image {
         })
     }
 
-    /// The picture without the title bar: of the rows at its top the empty ones are left out, and else rows at its bottom.
+    /// The picture without the title bar, lower by the bar's height. It leaves out empty rows at the top, and rows at
+    /// the bottom if those are too few.
     fn views(&self) -> Self {
         let width = self.size[0] as usize;
         let bar = TITLE_BAR as usize;
@@ -254,7 +261,7 @@ impl Image {
         }
     }
 
-    /// Writes it in a theme.
+    /// Writes the picture in a theme.
     fn write(&self, path: &Path, theme: Theme) -> Result<(), Cause> {
         let file = BufWriter::new(File::create(path)?);
         let mut encoder = png::Encoder::new(file, self.size[0], self.size[1]);
@@ -267,7 +274,7 @@ impl Image {
         Ok(())
     }
 
-    /// What a picture that shows the data would have, and this has not.
+    /// Names the wheels whose colours are missing. `None` for a picture that shows the data.
     fn missing(&self) -> Option<String> {
         #[expect(clippy::cast_precision_loss, reason = "a few million pixels")]
         let share = |colour: Colour| {
@@ -282,7 +289,7 @@ impl Image {
     }
 }
 
-/// Within what smoothing of edges leaves of a colour.
+/// The pixel has a colour, except for the smoothing of edges.
 fn is_near(pixel: &[u8; 3], Colour(colour): Colour) -> bool {
     pixel.iter().zip(colour).all(|(a, b)| a.abs_diff(b) < 12)
 }
@@ -291,7 +298,8 @@ fn is_near(pixel: &[u8; 3], Colour(colour): Colour) -> bool {
 mod tests {
     use super::*;
 
-    /// A picture of the welcome page, or of an empty layout, is not taken for one of a run.
+    /// A picture of the welcome page or of an empty layout does not show the data; nor does one without the front
+    /// wheel.
     #[test]
     fn a_picture_without_the_wheels_is_not_enough() {
         let mut image = Image {
@@ -305,11 +313,11 @@ mod tests {
         }
         assert_eq!(image.missing(), None);
         image.pixels[..20].fill([0; 3]);
-        let missing = image.missing().expect("the front wheel has gone");
+        let missing = image.missing().expect("the front wheel is not there");
         assert!(missing.contains("the front wheel"), "{missing}");
     }
 
-    /// Closed form: of an empty bar of 28 rows nothing is left; rows with something in them are not taken for the bar.
+    /// Closed form: an empty bar of 28 rows is left out; a first row with a pattern is not.
     #[test]
     fn the_title_bar_is_left_out() {
         let width = 40;

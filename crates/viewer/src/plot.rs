@@ -1,14 +1,14 @@
-//! Several lines over time under one entity: the cheapest way to log scalars.
+//! Several lines over time in one entity. Scalars need the least memory and time in this form.
 
 use crate::ViewerError;
 use crate::colours::Colour;
 use crate::writer::Writer;
 use rerun::archetypes::{Scalars, SeriesLines};
 
-/// How a line looks.
+/// Name, colour and width of a line.
 #[derive(Clone, Debug)]
 pub(crate) struct Line {
-    /// Name, with the unit.
+    /// Name with unit.
     pub(crate) name: String,
     /// Colour.
     pub(crate) colour: Colour,
@@ -17,29 +17,29 @@ pub(crate) struct Line {
 }
 
 impl Line {
-    /// Width of a line of the truth, points.
+    /// Width of a true line, points.
     pub(crate) const WIDE: f32 = 5.0;
-    /// Width of a line of what is estimated, points.
+    /// Width of an estimated line, points.
     pub(crate) const NARROW: f32 = 1.5;
     /// Width of the edge of a band, points.
     const EDGE: f32 = 0.75;
 
-    /// A line of the truth: wide.
+    /// A line of the truth.
     pub(crate) fn truth(name: impl Into<String>, colour: Colour) -> Self {
         Self::of_width(name, colour, Self::WIDE)
     }
 
-    /// A line of what is estimated: narrow.
+    /// A line of an estimate.
     pub(crate) fn estimate(name: impl Into<String>, colour: Colour) -> Self {
         Self::of_width(name, colour, Self::NARROW)
     }
 
-    /// The edge of a band: very narrow.
+    /// The edge of a band.
     pub(crate) fn edge(name: impl Into<String>, colour: Colour) -> Self {
         Self::of_width(name, colour, Self::EDGE)
     }
 
-    /// A line of another width, points.
+    /// A line of a width, points.
     pub(crate) fn of_width(name: impl Into<String>, colour: Colour, width: f32) -> Self {
         Self {
             name: name.into(),
@@ -49,13 +49,16 @@ impl Line {
     }
 }
 
-/// An entity with one value for each of its lines at each time.
+/// An entity with one value of each of its lines at each time.
 #[derive(Debug)]
 pub(crate) struct Plot {
     entity: String,
     lines: Vec<Line>,
+    /// Times that are not logged yet, s.
     times: Vec<f64>,
+    /// Values at those times, line by line at each.
     values: Vec<f64>,
+    /// The style of the lines is logged.
     declared: bool,
 }
 
@@ -71,15 +74,15 @@ impl Plot {
         }
     }
 
-    /// Adds the values of one time (s), one for each line in their order. Not a number: a gap.
+    /// Adds the values of all lines at one time (s), in the order of the lines. NaN makes a gap.
     pub(crate) fn push(&mut self, time: f64, values: impl IntoIterator<Item = f64>) {
         self.times.push(time);
         self.values.extend(values);
         debug_assert_eq!(self.values.len(), self.times.len() * self.lines.len());
     }
 
-    /// Logs the values that have come since the last time, and before the first ones how the lines look: what never has a
-    /// value is not in the recording.
+    /// Logs the values that were added since the last call. The style of the lines is logged before the first values,
+    /// so that a plot without values is not in the recording.
     pub(crate) fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
         if self.times.is_empty() || self.lines.is_empty() {
             self.times.clear();

@@ -1,4 +1,4 @@
-//! A copy of a recording whose layout is for pictures: no panels around the views, and the whole time on each axis.
+//! A copy of a recording with a layout for pictures: no panels around the views, and the whole run on each time axis.
 
 use crate::ViewerError;
 use crate::writer::{RrdFile, Target};
@@ -15,20 +15,23 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-/// What the viewer has around its views.
+/// Panels around the views.
 const PANELS: [&str; 3] = ["top_panel", "blueprint_panel", "selection_panel"];
-/// Share of a run by which a time axis is longer: the label at its end needs room.
+/// Share of a run by which a time axis is longer than the run. The label at the end needs that room.
 const MARGIN: f64 = 0.05;
-/// What errors call the layout.
+/// Name of the layout in errors.
 const LAYOUT: &str = "the layout of a picture";
 /// Name of a plot's time axis in the layout.
 const TIME_AXIS: &str = "TimeAxis";
 
-/// A copy of a recording for pictures; gone when it is dropped.
+/// Path of a copy of a recording for pictures. The file is removed when the copy is dropped.
 pub(crate) struct PrintCopy(pub(crate) PathBuf);
 
 impl PrintCopy {
-    /// Copies a recording that ends at a time (s) to a file beside the picture.
+    /// Copies a recording with an `end` (s) to a file beside the picture.
+    ///
+    /// # Errors
+    /// [`ViewerError::Create`], [`ViewerError::Write`], [`ViewerError::Read`]
     pub(crate) fn of(recording: &Path, beside: &Path, end: f64) -> Result<Self, ViewerError> {
         let path = std::path::absolute(beside).map_err(|source| ViewerError::Create {
             path: beside.to_owned(),
@@ -81,7 +84,7 @@ impl Drop for PrintCopy {
     }
 }
 
-/// A time axis from zero to beyond the end of a run (s).
+/// A time axis of a whole run with an `end` (s).
 fn whole_time(end: f64) -> TimeAxis {
     #[expect(clippy::cast_possible_truncation, reason = "times of a run")]
     let at = |time: f64| TimeRangeBoundary::Absolute(TimeInt((time * 1e9).round() as i64));
@@ -93,11 +96,12 @@ fn whole_time(end: f64) -> TimeAxis {
         })
 }
 
-/// Rows of a layout that count as later than those of [`crate::writer::Writer`].
+/// Numbers rows of a layout so that they count as later than those of [`crate::writer::Writer`].
 #[derive(Default)]
 struct Rows(u64);
 
 impl Rows {
+    /// The next row, as a message.
     fn next(
         &mut self,
         store: StoreId,

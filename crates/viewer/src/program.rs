@@ -1,4 +1,4 @@
-//! The installed Rerun viewer: found, checked, started.
+//! Finds the installed Rerun viewer, checks its version and starts it.
 
 use crate::{VIEWER_VERSION, ViewerError};
 use robhaz_run::Stop;
@@ -8,33 +8,36 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Port on which viewers listen by default.
+/// Port at which viewers listen by default.
 pub(crate) const DEFAULT_PORT: u16 = 9876;
-/// How long a viewer may take to start, s.
+/// Longest time until a viewer listens.
 const START_TIME: Duration = Duration::from_secs(30);
-/// Between two looks at whether it has.
+/// Time between two checks of a viewer.
 const POLL_TIME: Duration = Duration::from_millis(50);
-/// Lines of a viewer's last output that an error quotes.
+/// Number of lines of a viewer's output that an error quotes.
 const MOST_LINES: usize = 5;
 
-/// Shows recordings on the screen, until the user closes the viewer or `stop` names a cause.
+/// Shows recordings on the screen. Returns when the user closes the viewer.
 ///
 /// # Errors
-/// [`ViewerError`]: no viewer, another version, it ends with an error, or [`ViewerError::Stopped`].
+/// - [`ViewerError::NotInstalled`], [`ViewerError::OtherVersion`]: no viewer of the right version.
+/// - [`ViewerError::Start`]: the viewer does not start, or exits with an error.
+/// - [`ViewerError::Create`]: the file for the viewer's output cannot be created.
+/// - [`ViewerError::Stopped`]: `stop` named a cause. The viewer is closed.
 pub fn open(recordings: &[PathBuf], stop: Stop<'_>) -> Result<(), ViewerError> {
     let mut command = installed()?;
     command.args(["--bind", "127.0.0.1", "--port", "auto"]);
     command.args(recordings);
     let log = Log::new()?;
     command.stderr(log.stdio()?);
-    in_a_group_of_its_own(&mut command);
+    in_own_group(&mut command);
     let child = command.spawn().map_err(|e| start_error(&e.to_string()))?;
     let mut viewer = Started { child, log };
     loop {
         let ended = viewer.child.try_wait();
         match ended.map_err(|e| start_error(&e.to_string()))? {
             Some(status) if status.success() => return Ok(()),
-            Some(_) => return Err(start_error(&viewer.log.last_words())),
+            Some(_) => return Err(start_error(&viewer.log.exit_message())),
             None => {}
         }
         if let Some(cause) = stop() {
@@ -45,13 +48,13 @@ pub fn open(recordings: &[PathBuf], stop: Stop<'_>) -> Result<(), ViewerError> {
     }
 }
 
-/// Is somebody listening at the port?
+/// Whether a program listens at a port of this machine.
 pub(crate) fn listens(port: u16) -> bool {
     let address = SocketAddr::V4(SocketAddrV4::new(Ipv4Addr::LOCALHOST, port));
     TcpStream::connect_timeout(&address, Duration::from_secs(1)).is_ok()
 }
 
-/// A port that nobody listens at.
+/// A port of this machine at which no program listens.
 pub(crate) fn free_port() -> Result<u16, ViewerError> {
     let address = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 0);
     let port = TcpListener::bind(address).and_then(|l| l.local_addr());
@@ -61,29 +64,29 @@ pub(crate) fn free_port() -> Result<u16, ViewerError> {
     })
 }
 
-/// A viewer that was started and listens at a port.
+/// A viewer that this process started.
 pub(crate) struct Started {
     child: Child,
     log: Log,
 }
 
 impl Started {
-    /// Starts the installed viewer with some arguments and waits until it listens. The viewer outlives this process unless it
-    /// is told to end.
+    /// Starts the installed viewer with further arguments and waits until it listens at `port`. The viewer outlives
+    /// this process, unless [`Started::end`] is called.
     pub(crate) fn at(port: u16, arguments: &[&std::ffi::OsStr]) -> Result<Self, ViewerError> {
         let mut command = installed()?;
         command.args(["--bind", "127.0.0.1", "--port", &port.to_string()]);
         command.args(arguments);
-        // Its output must not hold this process's own open, or a pipe to it never ends.
+        // A viewer that inherits this process's output would keep a pipe open after this process has ended.
         let log = Log::new()?;
         command.stderr(log.stdio()?);
-        in_a_group_of_its_own(&mut command);
+        in_own_group(&mut command);
         let child = command.spawn().map_err(|e| start_error(&e.to_string()))?;
         let mut started = Self { child, log };
         let deadline = Instant::now() + START_TIME;
         while !listens(port) {
-            if let Some(words) = started.last_words() {
-                return Err(start_error(&words));
+            if let Some(message) = started.exit_message() {
+                return Err(start_error(&message));
             }
             if Instant::now() > deadline {
                 started.end();
@@ -95,15 +98,16 @@ impl Started {
         Ok(started)
     }
 
-    /// What the viewer said before it ended. `None` while it runs.
-    pub(crate) fn last_words(&mut self) -> Option<String> {
+    /// The output of a viewer that has exited. `None` while it runs.
+    pub(crate) fn exit_message(&mut self) -> Option<String> {
         let ended = matches!(self.child.try_wait(), Ok(Some(_)));
-        ended.then(|| self.log.last_words())
+        ended.then(|| self.log.exit_message())
     }
 
-    /// Ends the viewer.
+    /// Kills the viewer.
     pub(crate) fn end(&mut self) {
-        // `rerun` as pip installs it is a script around the viewer: both are to end. Failing means that they have ended.
+        // Pip installs `rerun` as a script that starts the viewer: the whole group is killed. Errors are ignored,
+        // because they mean that the processes have exited.
         #[cfg(unix)]
         let _ = Command::new("kill")
             .args(["-KILL", "--", &format!("-{}", self.child.id())])
@@ -114,7 +118,7 @@ impl Started {
     }
 }
 
-/// The viewer on the PATH, silent but for warnings, checked to be of the right version.
+/// A command for the viewer on the PATH, whose version is checked. It prints warnings and errors alone.
 fn installed() -> Result<Command, ViewerError> {
     let path = find().ok_or(ViewerError::NotInstalled)?;
     let output = Command::new(&path)
@@ -122,9 +126,12 @@ fn installed() -> Result<Command, ViewerError> {
         .stdin(Stdio::null())
         .output()
         .map_err(|e| start_error(&e.to_string()))?;
-    let said = String::from_utf8_lossy(&output.stdout);
-    // As in "rerun-cli 0.36.3 [rustc ...".
-    let found = said.split_whitespace().nth(1).unwrap_or("of no version");
+    let output = String::from_utf8_lossy(&output.stdout);
+    // For example "rerun-cli 0.36.3 [rustc ...".
+    let found = output
+        .split_whitespace()
+        .nth(1)
+        .unwrap_or("of an unknown version");
     if minor(found) != minor(VIEWER_VERSION) {
         return Err(ViewerError::OtherVersion {
             found: found.to_owned(),
@@ -139,12 +146,13 @@ fn installed() -> Result<Command, ViewerError> {
     Ok(command)
 }
 
-/// Files and protocol are the same within a minor version.
+/// Major and minor version. The file format and the protocol are the same within a minor version.
 fn minor(version: &str) -> Option<(&str, &str)> {
     let mut parts = version.split('.');
     Some((parts.next()?, parts.next()?))
 }
 
+/// Path of the viewer on the PATH.
 fn find() -> Option<PathBuf> {
     let name = format!("rerun{}", std::env::consts::EXE_SUFFIX);
     let paths = std::env::var_os("PATH")?;
@@ -165,8 +173,9 @@ fn is_executable(path: &Path) -> bool {
     path.is_file()
 }
 
-/// Ctrl-C in the terminal is meant for the simulation, and what the viewer starts can be ended with it.
-fn in_a_group_of_its_own(command: &mut Command) {
+/// Gives the viewer a process group of its own. Ctrl-C in the terminal then reaches the simulation alone, and
+/// [`Started::end`] reaches all processes that the viewer started.
+fn in_own_group(command: &mut Command) {
     #[cfg(unix)]
     {
         use std::os::unix::process::CommandExt as _;
@@ -176,13 +185,14 @@ fn in_a_group_of_its_own(command: &mut Command) {
     let _ = command;
 }
 
+/// [`ViewerError::Start`] with a reason.
 pub(crate) fn start_error(reason: &str) -> ViewerError {
     ViewerError::Start {
         reason: reason.trim().to_owned(),
     }
 }
 
-/// A file for what a viewer says, gone when it is no longer needed.
+/// A file for the output of a viewer. It is removed when the log is dropped.
 struct Log {
     path: PathBuf,
     file: File,
@@ -206,20 +216,20 @@ impl Log {
             .map_err(|e| start_error(&e.to_string()))
     }
 
-    /// The cause is said before the stack and after the warnings.
-    fn last_words(&self) -> String {
-        let said = std::fs::read(&self.path).unwrap_or_default();
-        let said = String::from_utf8_lossy(&said);
-        let lines = said.lines().map(str::trim);
-        let words: Vec<&str> = lines
+    /// The first lines of the output, without warnings and stack trace: they state why the viewer exited.
+    fn exit_message(&self) -> String {
+        let output = std::fs::read(&self.path).unwrap_or_default();
+        let output = String::from_utf8_lossy(&output);
+        let lines = output.lines().map(str::trim);
+        let first: Vec<&str> = lines
             .take_while(|line| !line.starts_with("stack backtrace"))
             .filter(|line| !line.is_empty() && !line.contains(" WARN "))
             .take(MOST_LINES)
             .collect();
-        if words.is_empty() {
-            "it ended without a word".to_owned()
+        if first.is_empty() {
+            "it exited without a message".to_owned()
         } else {
-            words.join(" ")
+            first.join(" ")
         }
     }
 }
@@ -234,6 +244,7 @@ impl Drop for Log {
 mod tests {
     use super::*;
 
+    /// Only the major and the minor version count.
     #[test]
     fn versions_agree_up_to_the_minor_one() {
         assert_eq!(minor("0.36.1"), minor(VIEWER_VERSION));

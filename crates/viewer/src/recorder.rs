@@ -1,4 +1,4 @@
-//! A run on its way into a recording: what is kept of each record, and when it is logged.
+//! Turns the records of a run into a recording: selects the records to keep, and logs them.
 
 use crate::ViewerError;
 use crate::about;
@@ -12,22 +12,23 @@ use crate::writer::{Target, Writer};
 use rerun::EntityPath;
 use rerun::archetypes::{RecordingInfo, TextDocument};
 use rerun::components::MediaType;
-use robhaz_run::Frame;
-use robhaz_scene::{EstimatorChoice, Scene};
+use robhaz_run::{EstimatorDescription, Frame, RunDescription};
 
-/// Frames of the animation a simulated second, Hz.
+/// Rate of the animation, Hz of simulated time.
 const FRAME_RATE: f64 = 60.0;
-/// Rows of the time series a simulated second, Hz. A record at 1 kHz is thinned to every eighth.
+/// Rate of the time series, Hz of simulated time: every eighth record at 1 kHz.
 const SERIES_RATE: f64 = 125.0;
-/// The estimator that is drawn in the scene, by its place: the last that knows its own errors, or else the last.
-pub(crate) fn chosen(scene: &Scene) -> Option<usize> {
-    let estimators = &scene.estimators;
-    let knows = |e: &EstimatorChoice| e.settings.states_covariance();
-    let preferred = estimators.iter().rposition(knows);
+
+/// Index of the estimator that the animation shows: the last that states a covariance, or else the last.
+/// `None`: the run has no estimator.
+pub(crate) fn chosen(run: &RunDescription) -> Option<usize> {
+    let estimators = &run.estimators;
+    let states_covariance = |e: &EstimatorDescription| e.settings.states_covariance();
+    let preferred = estimators.iter().rposition(states_covariance);
     preferred.or(estimators.len().checked_sub(1))
 }
 
-/// What a record is kept for.
+/// The uses of a kept record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Due {
     /// A frame of the animation.
@@ -36,7 +37,7 @@ pub(crate) struct Due {
     pub(crate) series: bool,
 }
 
-/// Looks at every record of a run and thins them.
+/// Selects the records to keep, and detects events at every record.
 pub(crate) struct Sampler {
     watch: Watch,
     next_frame: Ticker,
@@ -44,19 +45,19 @@ pub(crate) struct Sampler {
 }
 
 impl Sampler {
-    /// A sampler before the first record of a scene.
-    pub(crate) fn new(scene: &Scene) -> Self {
+    /// A sampler before the first record of a run.
+    pub(crate) fn new(run: &RunDescription) -> Self {
         Self {
-            watch: Watch::new(scene),
+            watch: Watch::new(run),
             next_frame: Ticker::new(1.0 / FRAME_RATE),
             next_row: Ticker::new(1.0 / SERIES_RATE),
         }
     }
 
-    /// Looks at a record; says what to keep it for, if anything.
-    pub(crate) fn look(&mut self, frame: &Frame<'_>) -> Option<Due> {
-        self.watch.look(frame);
-        let time = frame.truth.time;
+    /// Checks a record for events, and returns its uses. `None`: it is not kept.
+    pub(crate) fn select(&mut self, frame: &Frame<'_>) -> Option<Due> {
+        self.watch.sample(frame);
+        let time = frame.time;
         let due = Due {
             view: self.next_frame.is_due(time),
             series: self.next_row.is_due(time),
@@ -64,12 +65,12 @@ impl Sampler {
         (due.view || due.series).then_some(due)
     }
 
-    /// Hands over the events found since the last time.
+    /// Takes the events since the last call.
     pub(crate) fn take(&mut self) -> Found {
         self.watch.take()
     }
 
-    /// The run has ended, or broken off: hands over what is left.
+    /// Takes the remaining events at the end of the run. `complete` is false if the run broke off.
     pub(crate) fn end(&mut self, complete: bool) -> Found {
         self.watch.end(complete);
         self.take()
@@ -79,37 +80,42 @@ impl Sampler {
 /// Writes the recording of one run.
 pub(crate) struct Recorder {
     out: Writer,
-    view: SceneView,
+    /// `None` for recorded readings, which do not contain the robot's position.
+    view: Option<SceneView>,
     series: Series,
     log: EventLog,
 }
 
 impl Recorder {
-    /// Starts a recording: layout, explanations, all that does not move. `salt` tells recordings of the same scene apart.
+    /// Starts a recording with its layout, explanations, and everything that does not move. `salt` distinguishes
+    /// recordings of the same run.
     pub(crate) fn begin(
         destination: &str,
         target: Box<dyn Target>,
-        scene: &Scene,
+        run: &RunDescription,
         salt: u64,
         playing: Playing,
     ) -> Result<Self, ViewerError> {
-        let chosen = chosen(scene);
-        let view = SceneView::new(scene, chosen);
-        let series = Series::new(scene, chosen);
-        let log = EventLog::new(scene);
+        let chosen = chosen(run);
+        let world = run.world.as_ref();
+        let view = world.map(|world| SceneView::new(run, world, chosen));
+        let series = Series::new(run, chosen);
+        let log = EventLog::new(run);
 
-        // Two runs of one name must not mix in the viewer.
-        let fingerprint = hash(&format!("{scene:?}")) ^ salt;
-        let mut out = Writer::start(destination, target, &scene.name, fingerprint)?;
-        layout::run::log(&mut out, scene, playing)?;
+        // The viewer would mix two runs with the same identifier.
+        let fingerprint = run.fingerprint ^ salt;
+        let mut out = Writer::start(destination, target, &run.name, fingerprint)?;
+        layout::run::log(&mut out, run, playing)?;
         out.constant(
             EntityPath::properties(),
-            &RecordingInfo::update_fields().with_name(scene.name.as_str()),
+            &RecordingInfo::update_fields().with_name(run.name.as_str()),
         )?;
-        let page = TextDocument::new(about::page(scene, chosen));
+        let page = TextDocument::new(about::page(run, chosen));
         out.constant("about", &page.with_media_type(MediaType::markdown()))?;
-        key::log(&mut out, "key", &key::of_run(scene))?;
-        view.declare(&mut out)?;
+        key::log(&mut out, "key", &key::of_run(run))?;
+        if let Some(view) = &view {
+            view.declare(&mut out)?;
+        }
         log.declare(&mut out)?;
         Ok(Self {
             out,
@@ -119,19 +125,21 @@ impl Recorder {
         })
     }
 
-    /// Adds one record to what is kept.
+    /// Keeps a record for its uses.
     pub(crate) fn push(&mut self, frame: &Frame<'_>, due: Due) {
-        if due.view {
-            self.view.push(frame);
+        if let (Some(view), Some(truth), true) = (&mut self.view, frame.truth, due.view) {
+            view.push(frame, truth);
         }
         if due.series {
             self.series.push(frame);
         }
     }
 
-    /// Logs what has come since the last time, with the events found.
+    /// Logs the records that were kept since the last call, and events.
     pub(crate) fn flush(&mut self, found: Found) -> Result<(), ViewerError> {
-        self.view.flush(&mut self.out)?;
+        if let Some(view) = &mut self.view {
+            view.flush(&mut self.out)?;
+        }
         self.series.flush(&mut self.out)?;
         self.log.log(found, &mut self.out)
     }
@@ -142,21 +150,21 @@ impl Recorder {
     }
 }
 
-/// Thins records to a period: due at the first record of each.
+/// Selects the first record of each period.
 pub(crate) struct Ticker {
     period: f64,
     next: f64,
 }
 
 impl Ticker {
-    /// A ticker (s) that is due at the first record.
+    /// A ticker with a period (s), due at the first record.
     pub(crate) fn new(period: f64) -> Self {
         Self { period, next: 0.0 }
     }
 
-    /// Is it due at a time, s?
+    /// Whether the record at a time (s) is the first of its period.
     pub(crate) fn is_due(&mut self, time: f64) -> bool {
-        // Times are sums of steps: what is due now must not wait for a rounding error.
+        // Times are sums of steps: a rounding error must not postpone a record to the next one.
         let periods = (time / self.period + 1e-6).floor();
         let due = periods >= self.next;
         if due {
@@ -166,18 +174,11 @@ impl Ticker {
     }
 }
 
-/// A number that tells texts apart (FNV-1a), the same in every version.
-pub(crate) fn hash(text: &str) -> u64 {
-    text.bytes().fold(0xCBF2_9CE4_8422_2325, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3)
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// A 1 kHz record is thinned to exactly 60 frames and 200 rows a second, first and last record included.
+    /// Closed form: of 2 s at 1 kHz a ticker selects its rate times 2 s and the first record, at most all.
     #[test]
     fn records_are_thinned_evenly() {
         for (rate, expected) in [(60.0, 121), (200.0, 401), (1000.0, 2001), (4000.0, 2001)] {

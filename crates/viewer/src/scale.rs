@@ -1,4 +1,4 @@
-//! Scales of the scene views, which have no axes of their own: an axis below the whole ground, and a bar that goes along with
+//! Scales of the 2-D views, which have no axes of their own: an axis below the whole ground, and a bar that moves with
 //! the robot.
 
 use crate::ViewerError;
@@ -10,18 +10,19 @@ use rerun::archetypes::{Arrows2D, LineStrips2D, Points2D};
 use rerun::components::Radius;
 use robhaz_model::Vec2;
 
-/// Distance of the axis below the lowest ground, m: arrows of N have their place between them.
+/// Distance of the axis below the lowest ground, m. The arrows of N lie between them.
 const BELOW: f64 = 0.30;
 /// Length of a tick, m.
 const TICK: f64 = 0.03;
-/// Ticks that an axis has at least.
+/// Least number of ticks of an axis.
 const LEAST_TICKS: f64 = 4.0;
 /// Length of the bar, m.
 const BAR: f64 = 0.1;
-/// Room that the axis needs below the lowest ground, m.
+/// Height that the axis needs below the lowest ground, m.
 pub(crate) const ROOM: f64 = 0.55;
 
-/// Logs the axis below a piece of ground (from, to, lowest, highest; m) and an arrow of the mean static wheel load.
+/// Logs the axis below a piece of ground (start, end, lowest, highest; m), and above it an arrow of the mean static
+/// wheel load.
 pub(crate) fn log_axis(
     out: &mut Writer,
     [from, to, low, high]: [f64; 4],
@@ -59,7 +60,7 @@ pub(crate) fn log_axis(
     )
 }
 
-/// Logs the bar in the frame that goes along with the robot, its left end at a place of it (m, y down).
+/// Logs the bar in the frame that moves with the robot. Its left end is at a point of that frame (m, y down).
 pub(crate) fn log_bar(out: &mut Writer, [x, y]: [f64; 2]) -> Result<(), ViewerError> {
     let point = |x: f64, y: f64| [narrow(x), narrow(y)];
     let end = x + BAR;
@@ -79,6 +80,7 @@ pub(crate) fn log_bar(out: &mut Writer, [x, y]: [f64; 2]) -> Result<(), ViewerEr
     )
 }
 
+/// Thin lines of the axis.
 fn thin(strips: impl Iterator<Item = [[f32; 2]; 2]>) -> LineStrips2D {
     let colour: Colour = NEUTRAL;
     LineStrips2D::new(strips)
@@ -86,7 +88,7 @@ fn thin(strips: impl Iterator<Item = [[f32; 2]; 2]>) -> LineStrips2D {
         .with_radii([Radius::new_ui_points(0.75)])
 }
 
-/// Multiples of 1, 2 or 5 times a power of ten from one place to another, m.
+/// Ticks from one place to another, m: multiples of 1, 2 or 5 times a power of ten.
 fn ticks(from: f64, to: f64) -> Vec<f64> {
     let most = (to - from) / LEAST_TICKS;
     let decade = 10f64.powf(most.log10().floor());
@@ -104,7 +106,7 @@ fn ticks(from: f64, to: f64) -> Vec<f64> {
     ticks
 }
 
-/// Without the noise of binary fractions. Adding 0 turns -0 into 0.
+/// Rounds to 1 um, against digits of binary fractions. Adding 0 turns -0 into 0.
 fn rounded(x: f64) -> f64 {
     (x * 1e6).round() / 1e6 + 0.0
 }

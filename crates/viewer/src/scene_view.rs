@@ -1,6 +1,7 @@
-//! The scene in 2-D: ground, robot, stops, contacts, forces, trails.
+//! The animation in 2-D: ground, robot, end stops, contacts, forces, paths of the pins.
 //!
-//! Shapes are logged once; what moves is a pose a part and a few points and arrows, in columns.
+//! Shapes are logged once. Moving parts are logged as one pose for each frame; contacts, pins and forces as points and
+//! arrows.
 
 use crate::ViewerError;
 use crate::colours::{self, Colour};
@@ -14,48 +15,47 @@ use rerun::archetypes::{Ellipses2D, LineStrips2D, Points2D, Transform3D};
 use rerun::components::Radius;
 use robhaz_estimator::Estimate;
 use robhaz_model::{Bar, Pin, Robot, Vec2};
-use robhaz_run::Frame;
-use robhaz_scene::Scene;
+use robhaz_run::{Frame, RunDescription, World};
 use robhaz_score::events::EndStop;
-use robhaz_sim::{Truth, WheelTruth};
+use robhaz_sim::Truth;
 
-/// Every so many frames the trails get a new piece: 20 Hz at 60 frames a second.
+/// Number of frames for one piece of a trail: 20 pieces per second at 60 Hz.
 const FRAMES_PER_TRAIL: u32 = 3;
-/// What is seen around the body in the following view, m: half the width, above, below.
+/// Visible range around the body in the view that moves with it, m: half the width, above, below.
 pub(crate) const FOLLOWED: [f64; 3] = [0.62, 0.32, 0.58];
 
-/// What a frame of the animation shows.
+/// One frame of the animation.
 struct Snapshot {
     truth: Truth,
     given_angle: [Option<f64>; 3],
     estimate: Option<Estimate>,
-    /// Where the wheels touch.
+    /// Contact points, m, with the colours of the wheels.
     contacts: Vec<(Vec2, Colour)>,
-    /// Pieces of the trails that end here: from, to.
+    /// Pieces of the trails that end at this frame, m: start and end.
     trails: Vec<[Vec2; 2]>,
 }
 
-/// The animated scene of a run.
+/// The animation of a run.
 pub(crate) struct SceneView {
     robot: Robot,
     ground: Ground,
     forces: Forces,
-    /// The estimator that is drawn, by its place.
+    /// Index of the estimator that is drawn.
     chosen: Option<usize>,
     frames: u32,
     trail_ends: Option<[Vec2; 4]>,
-    /// The stop that is shown as reached.
+    /// The end stop that is highlighted.
     shown_stop: Option<&'static str>,
     snapshots: Vec<Snapshot>,
 }
 
 impl SceneView {
-    /// The view of a scene; nothing is logged yet. `chosen` is the estimator that is drawn, by its place.
-    pub(crate) fn new(scene: &Scene, chosen: Option<usize>) -> Self {
-        let robot = scene.robot.robot.clone();
-        let estimator = chosen.map(|k| (k, scene.estimators[k].name.clone()));
+    /// The animation of a simulation. `chosen` is the index of the estimator that is drawn.
+    pub(crate) fn new(run: &RunDescription, world: &World, chosen: Option<usize>) -> Self {
+        let robot = run.robot.robot.clone();
+        let estimator = chosen.map(|k| (k, run.estimators[k].label.clone()));
         Self {
-            ground: Ground::new(scene),
+            ground: Ground::new(run, world),
             forces: Forces::new(&robot, estimator),
             robot,
             chosen,
@@ -66,7 +66,7 @@ impl SceneView {
         }
     }
 
-    /// Logs all that does not move.
+    /// Logs everything that does not move.
     pub(crate) fn declare(&self, out: &mut Writer) -> Result<(), ViewerError> {
         // The viewer's 2-D axes have y down.
         out.constant("world", &Transform3D::from_scale([1.0, -1.0, 1.0]))?;
@@ -97,9 +97,9 @@ impl SceneView {
         self.forces.declare(out, [0.12 - half_width, 0.05 - above])
     }
 
-    /// Adds one frame of the animation.
-    pub(crate) fn push(&mut self, frame: &Frame<'_>) {
-        let truth = *frame.truth;
+    /// Adds one frame of the animation with its truth.
+    pub(crate) fn push(&mut self, frame: &Frame<'_>, truth: &Truth) {
+        let truth = *truth;
         self.ground.cover(&truth);
         let trails = self.next_trails(&truth);
         self.snapshots.push(Snapshot {
@@ -111,7 +111,7 @@ impl SceneView {
         });
     }
 
-    /// Logs the frames that have come since the last time.
+    /// Logs the frames that were added since the last call.
     pub(crate) fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
         self.ground.extend(out)?;
         let frames = std::mem::take(&mut self.snapshots);
@@ -172,7 +172,7 @@ impl SceneView {
         Ok(())
     }
 
-    /// The range that the stops leave to link 1, fixed to link 2.
+    /// Logs the arc between the end stops, which is fixed to link 2.
     fn declare_stops(&self, out: &mut Writer) -> Result<(), ViewerError> {
         let strips = shapes::stops(&self.robot.geometry);
         out.constant(
@@ -190,7 +190,7 @@ impl SceneView {
         )
     }
 
-    /// A stop is shown while the links press on it.
+    /// Logs an end stop as reached while it has a torque.
     fn log_stop(&mut self, out: &mut Writer, frames: &[Snapshot]) -> Result<(), ViewerError> {
         let geometry = &self.robot.geometry;
         let [_, lower, upper] = shapes::stops(geometry);
@@ -233,18 +233,16 @@ impl SceneView {
     }
 }
 
-/// Points of all contacts, each in the colour of its wheel.
+/// The points of all contacts, each with the colour of its wheel.
 fn contact_points(truth: &Truth) -> Vec<(Vec2, Colour)> {
-    let wheels = truth.wheels.iter().zip(colours::WHEELS);
-    let points = |(wheel, colour): (&WheelTruth, Colour)| {
-        let list = wheel.contact_list;
-        let points = list.iter().map(|contact| (contact.point, colour));
-        points.collect::<Vec<_>>()
-    };
-    wheels.flat_map(points).collect()
+    let mut points = Vec::new();
+    for (wheel, colour) in truth.wheels.iter().zip(colours::WHEELS) {
+        points.extend(wheel.contact_list.iter().map(|c| (c.point, colour)));
+    }
+    points
 }
 
-/// Where the stops are drawn.
+/// Entity of the end stops.
 const STOPS: &str = "world/robot/link2/stops";
 
 fn log_points(out: &mut Writer, times: &[f64], frames: &[Snapshot]) -> Result<(), ViewerError> {
@@ -256,7 +254,7 @@ fn log_points(out: &mut Writer, times: &[f64], frames: &[Snapshot]) -> Result<()
             .with_positions(pins.map(|p| flat(p.position)))
             .columns(std::iter::repeat_n(Pin::ALL.len(), times.len())),
     )?;
-    // A wheel in the air has no contact point, so that colours come with the points.
+    // A wheel in the air has no contact point, so that each point has its own colour.
     let contacts = || frames.iter().flat_map(|f| &f.contacts);
     out.columns(
         "world/robot/contacts",
@@ -308,7 +306,7 @@ fn log_poses(
     out.columns(entity, times, columns.columns_of_unit_batches())
 }
 
-/// A frame at the body's centre of mass that stays upright; mirrored back, so that a view can have it as origin.
+/// Logs the frame that moves with the body: at its centre of mass, not rotated, y down as a view needs it.
 fn log_follower(out: &mut Writer, times: &[f64], frames: &[Snapshot]) -> Result<(), ViewerError> {
     let columns = Transform3D::update_fields()
         .with_many_translation(frames.iter().map(|f| deep(f.truth.body.position)))

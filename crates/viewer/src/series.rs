@@ -1,14 +1,14 @@
-//! What is shown over time: forces, errors with their bands, contact angles, friction, residuals.
+//! Time series: forces, errors with bands of two standard deviations, contact angles, friction, residuals.
 
 use crate::ViewerError;
-use crate::colours::{WHEELS, by_place};
+use crate::colours::{WHEELS, by_index};
 use crate::contact::contact_point;
 use crate::plot::{Line, Plot};
 use crate::writer::Writer;
 use robhaz_estimator::{Estimate, EstimateError};
-use robhaz_run::Frame;
-use robhaz_scene::Scene;
+use robhaz_run::{Frame, RunDescription};
 use robhaz_score::{needed_friction, rms_over_wheels};
+use robhaz_sim::Truth;
 use robhaz_sim::friction::{FrictionLaw, Stretch};
 
 /// Names of the wheels, front to rear.
@@ -16,16 +16,17 @@ pub(crate) const WHEEL_NAMES: [&str; 3] = ["front", "middle", "rear"];
 
 /// All time series of a run.
 pub(crate) struct Series {
-    /// The estimator whose friction and residual are shown, by its place.
+    /// Index of the estimator whose friction and residual are shown.
     chosen: Option<usize>,
+    /// Wheel radius, m.
     radius: f64,
-    friction_law: FrictionLaw,
-    stretches: Vec<Stretch>,
+    /// Friction of the ground. `None` for recorded readings.
+    friction_law: Option<(FrictionLaw, Vec<Stretch>)>,
     true_normal: [Plot; 3],
     normal: [Plot; 3],
     traction: [Plot; 3],
     error: [Plot; 3],
-    /// Two standard deviations of N around no error: by estimator, then by wheel.
+    /// Two standard deviations of N around zero error: by estimator, then by wheel.
     bands: Vec<[Plot; 3]>,
     rms_error: Plot,
     contact_angle: Plot,
@@ -38,13 +39,16 @@ pub(crate) struct Series {
 }
 
 impl Series {
-    /// The series of a scene. `chosen` is the estimator whose friction and residual are shown, by its place.
-    pub(crate) fn new(scene: &Scene, chosen: Option<usize>) -> Self {
-        let names: Vec<&str> = scene.estimators.iter().map(|e| e.name.as_str()).collect();
+    /// The series of a run. Recorded readings have no true lines. `chosen` is the index of the estimator whose friction
+    /// and residual are shown.
+    pub(crate) fn new(run: &RunDescription, chosen: Option<usize>) -> Self {
+        let names: Vec<&str> = run.estimators.iter().map(|e| e.label.as_str()).collect();
+        let has_truth = run.world.is_some();
+        let truth_name = has_truth.then_some("true");
         let estimates = |unit: &str| -> Vec<Line> {
             let lines = names.iter().enumerate();
             lines
-                .map(|(k, name)| Line::estimate(format!("{name} [{unit}]"), by_place(k)))
+                .map(|(k, name)| Line::estimate(format!("{name} [{unit}]"), by_index(k)))
                 .collect()
         };
         let per_wheel = |quantity: &str, source: &str, lines: &dyn Fn(usize) -> Vec<Line>| {
@@ -58,13 +62,13 @@ impl Series {
         let truth = |i: usize| Line::truth("true [N]", WHEELS[i]);
         let bands = |(k, name): (usize, &&str)| {
             per_wheel("error_of_normal_force", &format!("/band/{name}"), &|_| {
-                let edge = |sign| Line::edge(format!("{name} {sign} 2 sigma [N]"), by_place(k));
+                let edge = |sign| Line::edge(format!("{name} {sign} 2 sigma [N]"), by_index(k));
                 vec![edge("+"), edge("-")]
             })
         };
         let parity = |(k, name): (usize, &&str)| {
-            let edge = |sign| Line::edge(format!("{name} {sign} 2 sigma [N]"), by_place(k));
-            let value = Line::estimate(format!("{name} [N]"), by_place(k));
+            let edge = |sign| Line::edge(format!("{name} {sign} 2 sigma [N]"), by_index(k));
+            let value = Line::estimate(format!("{name} [N]"), by_index(k));
             Plot::new(
                 format!("series/parity/{name}"),
                 vec![value, edge("+"), edge("-")],
@@ -72,7 +76,7 @@ impl Series {
         };
         let of_chosen = |entity: &str, rows: [&str; 2], unit: &str| {
             let lines = chosen.into_iter().flat_map(|k| {
-                let (first, second) = (by_place(k), by_place(k + 1));
+                let (first, second) = (by_index(k), by_index(k + 1));
                 [
                     Line::estimate(format!("{} [{unit}]", rows[0]), first),
                     Line::estimate(format!("{} [{unit}]", rows[1]), second),
@@ -83,28 +87,32 @@ impl Series {
         let chosen_name = chosen.map(|k| names[k]);
         Self {
             chosen,
-            radius: scene.robot.robot.geometry.wheel_radius,
-            friction_law: scene.friction,
-            stretches: scene.terrain.stretches.clone(),
-            // Drawn in the order of their names: narrow lines lie on the wide one.
+            radius: run.robot.robot.geometry.wheel_radius,
+            friction_law: run
+                .world
+                .as_ref()
+                .map(|world| (world.friction, world.terrain.stretches.clone())),
+            // The viewer draws entities in the order of their names: "estimated" comes after "actual", on top of it.
             true_normal: per_wheel("normal_force", "/actual", &|i| vec![truth(i)]),
             normal: per_wheel("normal_force", "/estimated", &|_| estimates("N")),
             traction: per_wheel("traction", "", &|i| {
-                let mut lines = vec![truth(i)];
-                lines.extend(estimates("N"));
-                lines
+                let truth = has_truth.then(|| truth(i));
+                truth.into_iter().chain(estimates("N")).collect()
             }),
             error: per_wheel("error_of_normal_force", "/error", &|_| estimates("N")),
             bands: names.iter().enumerate().map(bands).collect(),
             rms_error: Plot::new("series/error_of_normal_force/rms", estimates("N")),
             contact_angle: Plot::new(
                 "series/contact_angle",
-                of_all_wheels("true", Some("given"), "deg"),
+                of_all_wheels(truth_name, Some("given"), "deg"),
             ),
-            friction: Plot::new("series/friction", of_all_wheels("true", chosen_name, "-")),
+            friction: Plot::new(
+                "series/friction",
+                of_all_wheels(truth_name, chosen_name, "-"),
+            ),
             margin: Plot::new(
                 "series/slip_margin",
-                of_all_wheels("true", chosen_name, "-"),
+                of_all_wheels(truth_name, chosen_name, "-"),
             ),
             residual_force: of_chosen(
                 "series/residual/force",
@@ -122,25 +130,27 @@ impl Series {
 
     /// Adds one record.
     pub(crate) fn push(&mut self, frame: &Frame<'_>) {
-        let time = frame.truth.time;
+        // The number of lines of a plot is fixed: without a world it has no true lines.
+        let truth = frame.truth.filter(|_| self.friction_law.is_some());
+        let time = frame.time;
         for i in 0..3 {
-            self.push_forces(frame, i);
+            self.push_forces(frame, truth, i);
         }
-        let wheels = &frame.truth.wheels;
-        let errors = frame
-            .estimates
-            .iter()
-            .map(|e| or_gap(e, |e| rms_over_wheels(e, frame.truth)));
-        self.rms_error.push(time, errors);
-        let angles = wheels.iter().map(|w| w.contact_angle);
+        if let Some(truth) = truth {
+            let errors = frame.estimates.iter();
+            let errors = errors.map(|e| or_gap(e, |e| rms_over_wheels(e, truth)));
+            self.rms_error.push(time, errors);
+        }
+        let angles = truth.map(|t| t.wheels.map(|w| w.contact_angle));
         let given = frame.sensors.contact_angle;
-        let angles = angles.chain(given.map(|g| g.unwrap_or(f64::NAN)));
+        let given = given.map(|g| g.unwrap_or(f64::NAN));
+        let angles = angles.into_iter().flatten().chain(given);
         self.contact_angle.push(time, angles.map(f64::to_degrees));
-        self.push_friction(frame);
+        self.push_friction(frame, truth);
         self.push_residuals(frame);
     }
 
-    /// Logs what has come since the last time.
+    /// Logs the records that were added since the last call.
     pub(crate) fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
         let whole = [
             &mut self.rms_error,
@@ -161,15 +171,18 @@ impl Series {
             .try_for_each(|plot| plot.flush(out))
     }
 
-    fn push_forces(&mut self, frame: &Frame<'_>, i: usize) {
-        let (time, wheel) = (frame.truth.time, &frame.truth.wheels[i]);
+    fn push_forces(&mut self, frame: &Frame<'_>, truth: Option<&Truth>, i: usize) {
+        let (time, wheel) = (frame.time, truth.map(|t| &t.wheels[i]));
         let normal = |e: &_| or_gap(e, |e: &Estimate| e.normal_force[i]);
         let traction = |e: &_| or_gap(e, |e: &Estimate| e.traction[i]);
         let estimates = frame.estimates;
-        self.true_normal[i].push(time, [wheel.normal_force]);
         self.normal[i].push(time, estimates.iter().map(normal));
-        let tractions = std::iter::once(wheel.traction).chain(estimates.iter().map(traction));
-        self.traction[i].push(time, tractions);
+        let tractions = wheel.map(|w| w.traction).into_iter();
+        self.traction[i].push(time, tractions.chain(estimates.iter().map(traction)));
+        let Some(wheel) = wheel else {
+            return;
+        };
+        self.true_normal[i].push(time, [wheel.normal_force]);
         let errors = estimates.iter().map(|e| normal(e) - wheel.normal_force);
         self.error[i].push(time, errors);
         for (band, estimate) in self.bands.iter_mut().zip(estimates) {
@@ -180,9 +193,11 @@ impl Series {
         }
     }
 
-    fn push_friction(&mut self, frame: &Frame<'_>) {
-        let (time, wheels) = (frame.truth.time, &frame.truth.wheels);
-        let needed = wheels.map(|w| needed_friction_or_gap(w.traction, w.normal_force));
+    fn push_friction(&mut self, frame: &Frame<'_>, truth: Option<&Truth>) {
+        let needed = truth.map(|t| {
+            let wheels = t.wheels;
+            wheels.map(|w| needed_friction_or_gap(w.traction, w.normal_force))
+        });
         let estimated = self.chosen.map(|k| {
             [0, 1, 2].map(|i| {
                 or_gap(&frame.estimates[k], |e| {
@@ -190,26 +205,29 @@ impl Series {
                 })
             })
         });
-        let largest = wheels.map(|w| {
+        let all = || needed.into_iter().chain(estimated).flatten();
+        self.friction.push(frame.time, all());
+        let (Some(truth), Some((law, stretches))) = (truth, &self.friction_law) else {
+            return;
+        };
+        let largest = truth.wheels.map(|w| {
             let x = contact_point(&w, self.radius).x;
-            self.friction_law.at(&self.stretches, x).mu_s
+            law.at(stretches, x).mu_s
         });
         let margin = |i: usize, needed: f64| largest[i % 3] - needed.abs();
-        let all = || needed.into_iter().chain(estimated.into_iter().flatten());
-        self.friction.push(time, all());
         self.margin
-            .push(time, all().enumerate().map(|(i, n)| margin(i, n)));
+            .push(frame.time, all().enumerate().map(|(i, n)| margin(i, n)));
     }
 
     fn push_residuals(&mut self, frame: &Frame<'_>) {
-        let time = frame.truth.time;
+        let time = frame.time;
         if let Some(k) = self.chosen {
             let residual = |row: usize| or_gap(&frame.estimates[k], |e| e.residual[row]);
             self.residual_force.push(time, [residual(0), residual(1)]);
             self.residual_moment.push(time, [residual(2), residual(3)]);
         }
         for (plot, estimate) in self.parity.iter_mut().zip(frame.estimates) {
-            // Without a covariance nothing is expected of the residual: its rows of eq. (8) show it already.
+            // Without a covariance the residual has no standard deviation. The residual of eq. (8) shows its value.
             let known = estimate.as_ref().ok().filter(|e| e.covariance.is_some());
             if let Some(parity) = known.and_then(|e| e.parity) {
                 let band = 2.0 * parity.sigma;
@@ -219,22 +237,24 @@ impl Series {
     }
 }
 
-/// One wide line a wheel and, where there is a second source, one narrow line a wheel.
-fn of_all_wheels(first: &str, second: Option<&str>, unit: &str) -> Vec<Line> {
-    let name = |i: usize, source: &str| format!("{} {source} [{unit}]", WHEEL_NAMES[i]);
-    let wide = (0..3).map(|i| Line::truth(name(i, first), WHEELS[i]));
+/// Wide lines of all wheels from a first source, and narrow lines from a second source. `None`: no such lines.
+fn of_all_wheels(first: Option<&str>, second: Option<&str>, unit: &str) -> Vec<Line> {
+    let name = &|i: usize, source: &str| format!("{} {source} [{unit}]", WHEEL_NAMES[i]);
+    let wide = first
+        .into_iter()
+        .flat_map(|source| (0..3).map(move |i| Line::truth(name(i, source), WHEELS[i])));
     let narrow = second
         .into_iter()
         .flat_map(|source| (0..3).map(move |i| Line::estimate(name(i, source), WHEELS[i].light())));
     wide.chain(narrow).collect()
 }
 
-/// A value of an estimate; a gap in the line where there is none.
+/// A value of an estimate. NaN, a gap in the line, without an estimate.
 fn or_gap(estimate: &Result<Estimate, EstimateError>, value: impl Fn(&Estimate) -> f64) -> f64 {
     estimate.as_ref().map_or(f64::NAN, value)
 }
 
-/// mu_n = T/N, -, with a gap where the wheel carries too little load.
+/// Needed friction mu_n = T/N, -. NaN, a gap in the line, if N is too small.
 fn needed_friction_or_gap(traction: f64, normal_force: f64) -> f64 {
     needed_friction(traction, normal_force).unwrap_or(f64::NAN)
 }

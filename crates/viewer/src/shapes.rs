@@ -1,15 +1,16 @@
-//! Outlines of the robot's parts, each in its own frame: origin in the centre of mass, nominal pose.
+//! Outlines of the robot's parts, m. Each is in the part's own frame: origin at the centre of mass, axes of the nominal
+//! pose.
 
 use robhaz_model::{Bar, Geometry, MassSet, Pin, PinStop, Vec2};
 
-/// Spokes of a wheel: few enough to see it turn.
+/// Number of spokes of a wheel. With few spokes its rotation is visible.
 const SPOKES: u32 = 5;
-/// Where the mark of a stop starts and ends, m from Q.
+/// Distances from Q at which the mark of an end stop starts and ends, m.
 const STOP_TICK: [f64; 2] = [0.03, 0.08];
-/// Pieces of the arc between the stops.
+/// Number of straight pieces of the arc between the end stops.
 const STOP_PIECES: u32 = 24;
 
-/// A link as a polyline through its own pins and axles, from rear to front, m.
+/// A link as a polyline through its pins and axles, from rear to front, m.
 pub(crate) fn link(geometry: &Geometry, bar: Bar) -> Vec<Vec2> {
     let cg = geometry.cg(bar);
     let axles = geometry.axles.iter().zip(geometry.carriers);
@@ -21,7 +22,8 @@ pub(crate) fn link(geometry: &Geometry, bar: Bar) -> Vec<Vec2> {
     points
 }
 
-/// The body as a closed outline through its pins and a box of its mass and inertia (three times as long as high), m.
+/// The body as a closed outline through its pins and a box, m. The box is three times as long as it is high and has the
+/// body's mass and inertia.
 pub(crate) fn body(geometry: &Geometry, mass: &MassSet) -> Vec<Vec2> {
     let height = (12.0 * mass.body_inertia / mass.body / 10.0).sqrt();
     let half = Vec2::new(1.5 * height, 0.5 * height);
@@ -31,13 +33,13 @@ pub(crate) fn body(geometry: &Geometry, mass: &MassSet) -> Vec<Vec2> {
         .into_iter()
         .chain(pins_of(geometry, Bar::Body).map(|pin| pin - cg))
         .collect();
-    // Seen from inside, corners in the order of their direction never cross.
+    // Corners in the order of their direction from the centre make an outline that does not cross itself.
     points.sort_by(|a, b| a.y.atan2(a.x).total_cmp(&b.y.atan2(b.x)));
     points.extend(points.first().copied());
     points
 }
 
-/// Spokes of a wheel from its centre, m.
+/// Spokes of a wheel of a radius (m), each from the centre to the rim, m.
 pub(crate) fn spokes(radius: f64) -> Vec<[Vec2; 2]> {
     (0..SPOKES)
         .map(|i| {
@@ -47,8 +49,8 @@ pub(crate) fn spokes(radius: f64) -> Vec<[Vec2; 2]> {
         .collect()
 }
 
-/// The stops of pin Q in the frame of link 2, m: the arc over which link 1 (its line from Q to P) can turn, the lower stop, the
-/// upper one.
+/// The end stops of pin Q in the frame of link 2, m: the arc over which the line from Q to P on link 1 can turn, the
+/// mark of the lower stop, and that of the upper stop.
 pub(crate) fn stops(geometry: &Geometry) -> [Vec<Vec2>; 3] {
     let q = geometry.pins.q - geometry.cg(Bar::Link2);
     let towards_p = geometry.pins.p - geometry.pins.q;
@@ -66,6 +68,7 @@ pub(crate) fn stops(geometry: &Geometry) -> [Vec<Vec2>; 3] {
     [arc, tick(lower), tick(upper)]
 }
 
+/// Nominal positions of the pins of a bar, m.
 fn pins_of(geometry: &Geometry, bar: Bar) -> impl Iterator<Item = Vec2> {
     Pin::ALL
         .into_iter()
@@ -77,7 +80,7 @@ fn pins_of(geometry: &Geometry, bar: Bar) -> impl Iterator<Item = Vec2> {
 mod tests {
     use super::*;
 
-    /// Link 2 of geometry A goes from the rear axle over R and Q to the middle axle.
+    /// Closed form: link 2 of geometry A goes from the rear axle through R and Q to the middle axle.
     #[test]
     fn a_link_goes_through_its_own_pins_and_axles() {
         let geometry = Geometry::a();
@@ -93,7 +96,7 @@ mod tests {
         assert_eq!(found, expected);
     }
 
-    /// With link 1 turned to a stop, its line from Q to P lies along the mark of that stop.
+    /// Closed form: with link 1 turned to an end stop, its line from Q to P lies along the mark of that stop.
     #[test]
     fn link_1_meets_its_stops() {
         let geometry = Geometry::a();
@@ -102,13 +105,14 @@ mod tests {
         for (mark, turn) in [(lower, geometry.stop.lower), (upper, geometry.stop.upper)] {
             let line = robhaz_model::rotate(geometry.pins.p - geometry.pins.q, turn);
             for point in mark {
+                // Rounding: lengths are below 1 m.
                 assert!(robhaz_model::cross(line, point - q).abs() < 1e-12);
                 assert!(line.dot(&(point - q)) > 0.0);
             }
         }
     }
 
-    /// The box has the body's inertia: m (w^2 + h^2)/12; the outline is closed and meets P and S.
+    /// Closed form: the box has the body's inertia m (w^2 + h^2)/12, and the closed outline goes through P and S.
     #[test]
     fn the_body_has_its_own_inertia_and_pins() {
         let (geometry, mass) = (Geometry::a(), MassSet::caption());

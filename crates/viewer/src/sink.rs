@@ -4,18 +4,17 @@ use crate::ViewerError;
 use crate::layout::Playing;
 use crate::recorder::{Recorder, Sampler, Ticker};
 use crate::writer::RrdFile;
-use robhaz_run::{Frame, RunEnd, Sink, SinkError};
-use robhaz_scene::Scene;
+use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use std::fs::File;
 use std::path::Path;
 
-/// Simulated time between two writes, s: what a killed run can lose.
+/// Simulated time between two writes, s. A killed run loses at most that time.
 const CHUNK_TIME: f64 = 2.0;
 
-/// Writes a run as a Rerun recording, with the layout that shows it.
+/// Writes a run as a Rerun recording, with the layout of its views.
 ///
-/// Every two simulated seconds what has come is written; a run that breaks off or is killed leaves a readable file.
-/// Geometry is kept at 60 Hz, time series at 125 Hz; events are looked for at every record.
+/// New records are written every two simulated seconds, so that a run that breaks off or is killed leaves a readable
+/// file. The animation has 60 Hz, the time series have 125 Hz. Events are detected at every record.
 pub struct RecordingSink {
     destination: String,
     /// The empty file, until the run begins.
@@ -24,7 +23,7 @@ pub struct RecordingSink {
 }
 
 impl RecordingSink {
-    /// A recording to be written to `path`; an older file of that name is replaced at once.
+    /// A sink for a new file at `path`. An older file of that name is replaced immediately.
     ///
     /// # Errors
     /// [`ViewerError::Create`]
@@ -38,13 +37,13 @@ impl RecordingSink {
 }
 
 impl Sink for RecordingSink {
-    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
+    fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
         let destination = &self.destination;
         let file = self.file.take().ok_or_else(|| ViewerError::Used {
             destination: destination.clone(),
         })?;
         let file = RrdFile::begin(file).map_err(ViewerError::write(destination))?;
-        self.run = Some(Run::begin(destination, file, scene)?);
+        self.run = Some(Run::begin(destination, file, run)?);
         Ok(())
     }
 
@@ -56,7 +55,7 @@ impl Sink for RecordingSink {
     }
 
     fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
-        // Without a beginning there is nothing to end.
+        // A run that has not begun needs no end.
         match self.run.take() {
             Some(run) => Ok(run.end(end.is_some_and(RunEnd::is_complete))?),
             None => Ok(()),
@@ -64,7 +63,7 @@ impl Sink for RecordingSink {
     }
 }
 
-/// A run while it is being written.
+/// The run that is being written.
 struct Run {
     recorder: Recorder,
     sampler: Sampler,
@@ -72,21 +71,21 @@ struct Run {
 }
 
 impl Run {
-    fn begin(destination: &str, file: RrdFile, scene: &Scene) -> Result<Self, ViewerError> {
+    fn begin(destination: &str, file: RrdFile, run: &RunDescription) -> Result<Self, ViewerError> {
         let mut next_chunk = Ticker::new(CHUNK_TIME);
         next_chunk.is_due(0.0);
         Ok(Self {
-            recorder: Recorder::begin(destination, Box::new(file), scene, 0, Playing::FromStart)?,
-            sampler: Sampler::new(scene),
+            recorder: Recorder::begin(destination, Box::new(file), run, 0, Playing::FromStart)?,
+            sampler: Sampler::new(run),
             next_chunk,
         })
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ViewerError> {
-        if let Some(due) = self.sampler.look(frame) {
+        if let Some(due) = self.sampler.select(frame) {
             self.recorder.push(frame, due);
         }
-        if self.next_chunk.is_due(frame.truth.time) {
+        if self.next_chunk.is_due(frame.time) {
             self.recorder.flush(self.sampler.take())?;
         }
         Ok(())

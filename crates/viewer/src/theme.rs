@@ -1,7 +1,8 @@
 //! Pictures on white, for print.
 //!
-//! Rerun 0.36 has a light theme, but a viewer without a window does not offer it. A light picture is computed from the dark
-//! one: greys are inverted, so that the background is white and letters are black; colours stay.
+//! Rerun 0.36 has a light theme. We found no way to select it for a viewer without a window. A light picture is
+//! therefore computed from the dark one: greys are inverted, so that the background is white and letters are black.
+//! Colours stay.
 
 use crate::colours::{Colour, hues};
 
@@ -15,11 +16,11 @@ pub enum Theme {
     Light,
 }
 
-/// Grey of the dark background, 0 to 255.
+/// Grey value of the dark background, 0 to 255.
 const BACKGROUND: f64 = 13.0;
 
 impl Theme {
-    /// A pixel (red, green, blue) of the dark picture in this theme.
+    /// Converts a pixel (red, green, blue; 0 to 255) of a dark picture to this theme.
     pub(crate) fn pixel(self, pixel: [u8; 3]) -> [u8; 3] {
         match self {
             Self::Dark => pixel,
@@ -28,8 +29,9 @@ impl Theme {
     }
 }
 
-/// A pixel as a share of one of our colours over a grey: the colour stays, the grey is inverted. So the edge of a line, where
-/// the line covers a share of the pixel, fades to white.
+/// Converts a pixel of a dark picture to a light one. The pixel is taken for a mixture of one of our colours and a
+/// grey, of which the colour stays and the grey is inverted. A pixel that a line covers in part becomes a mixture of
+/// the line's colour and white.
 fn light(pixel: [u8; 3]) -> [u8; 3] {
     let channels = pixel.map(f64::from);
     let colour = nearest_hue(channels);
@@ -41,27 +43,27 @@ fn light(pixel: [u8; 3]) -> [u8; 3] {
     } else {
         0.0
     };
-    // White begins at the background's grey.
+    // The background becomes white.
     let inverted = 1.0 - ((grey - BACKGROUND) / (255.0 - BACKGROUND)).clamp(0.0, 1.0);
     colour.map(|channel| {
         let mixed = share * channel + rest * 255.0 * inverted;
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
-            reason = "between two bytes"
+            reason = "the value lies between two bytes"
         )]
         let byte = mixed.round().clamp(0.0, 255.0) as u8;
         byte
     })
 }
 
-/// Difference of the largest and the smallest channel: how far a colour is from grey.
+/// Difference of the largest and the smallest channel, 0 for grey.
 fn chroma(channels: [f64; 3]) -> f64 {
     let largest = channels.iter().copied().fold(0.0, f64::max);
     largest - channels.iter().copied().fold(255.0, f64::min)
 }
 
-/// Which of our colours has the hue of a pixel.
+/// The one of our colours whose hue is closest to that of a pixel.
 fn nearest_hue(pixel: [f64; 3]) -> [f64; 3] {
     let hue = |channels: [f64; 3]| {
         let smallest = channels.iter().copied().fold(255.0, f64::min);
@@ -82,7 +84,7 @@ mod tests {
     use super::*;
     use crate::colours::WHEELS;
 
-    /// Closed form: the background becomes white, white letters black, the wheels keep their colours.
+    /// Closed form: the background becomes white, and white letters become black. The wheels keep their colours.
     #[test]
     fn greys_are_inverted_and_colours_stay() {
         assert_eq!(light([13, 13, 13]), [255; 3]);

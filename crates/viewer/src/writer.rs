@@ -1,9 +1,9 @@
-//! Messages of a recording, chunk by chunk, without the clock.
+//! Messages of a recording.
 //!
-//! The stream types of the SDK number rows by the clock, write in the background and only print what fails there. Here the
-//! messages are built and handed on directly: errors come back to the caller, and the numbers of chunks and rows follow from
-//! the scene, so that the same run gives the same messages in the same order. (The index that closes a file lists recording
-//! and layout in either order.)
+//! The stream types of the SDK number rows by the clock, write in a background thread, and only print errors. Here each
+//! message is built and sent directly. Errors return to the caller. The numbers of chunks and rows follow from the
+//! scene, so that the same run gives the same messages in the same order. (The index at the end of a file may list
+//! recording and layout in either order.)
 
 use crate::ViewerError;
 use crate::error::Cause;
@@ -20,25 +20,25 @@ use rerun::{
 use std::fs::File;
 use std::path::Path;
 
-/// Name under which the viewer keeps layouts and recordings together.
+/// Name by which the viewer groups recordings and their layouts.
 pub(crate) const APPLICATION: &str = "robhaz";
-/// Name of the timeline: simulated time.
+/// Name of the timeline. It is simulated time.
 pub(crate) const TIMELINE: &str = "sim_time";
 
-/// Where messages go.
+/// Destination of the messages.
 pub(crate) trait Target {
-    /// Hands on one message.
+    /// Sends one message.
     fn send(&mut self, message: LogMsg) -> Result<(), Cause>;
 
-    /// No message follows.
+    /// Closes the destination after the last message.
     fn finish(&mut self) -> Result<(), Cause>;
 }
 
-/// An `.rrd` file. Every message is in the file when the call returns.
+/// An `.rrd` file. A message is in the file when [`Target::send`] returns.
 pub(crate) struct RrdFile(Encoder<File>);
 
 impl RrdFile {
-    /// A new file; an older one of that name is replaced at once.
+    /// Creates an empty file. An older file of that name is replaced immediately.
     pub(crate) fn create(path: &Path) -> Result<File, ViewerError> {
         File::create(path).map_err(|source| ViewerError::Create {
             path: path.to_owned(),
@@ -60,24 +60,26 @@ impl Target for RrdFile {
         Ok(())
     }
 
-    /// Writes the index that closes the file.
+    /// Writes the index at the end of the file.
     fn finish(&mut self) -> Result<(), Cause> {
         Ok(self.0.finish()?)
     }
 }
 
-/// Builds the messages of one recording and its layout.
+/// Builds and sends the messages of one recording and its layout.
 pub(crate) struct Writer {
+    /// File or address, for errors.
     destination: String,
     target: Box<dyn Target>,
     recording: StoreId,
     layout: StoreId,
     fingerprint: u64,
+    /// Number of chunks so far.
     chunks: u64,
 }
 
 impl Writer {
-    /// Starts a recording. `destination` is named in errors; `fingerprint` tells recordings of the same name apart.
+    /// Starts a recording. Errors name `destination`; `fingerprint` distinguishes recordings of the same name.
     pub(crate) fn start(
         destination: &str,
         target: Box<dyn Target>,
@@ -101,7 +103,7 @@ impl Writer {
         Ok(writer)
     }
 
-    /// Logs what holds at all times.
+    /// Logs data that are valid at all times.
     pub(crate) fn constant(
         &mut self,
         entity: impl Into<EntityPath>,
@@ -111,7 +113,7 @@ impl Writer {
         self.row(store, entity.into(), TimePoint::default(), what)
     }
 
-    /// Logs a column of rows, one at each of `times` (s).
+    /// Logs one row at each of `times` (s). Without times it logs nothing.
     pub(crate) fn columns(
         &mut self,
         entity: impl Into<EntityPath>,
@@ -133,7 +135,7 @@ impl Writer {
         self.send_chunk(self.recording.clone(), &chunk)
     }
 
-    /// Logs a chunk of another recording under an entity of this one.
+    /// Copies a chunk of another recording to an entity of this one.
     pub(crate) fn copy(
         &mut self,
         chunk: &Chunk,
@@ -152,12 +154,12 @@ impl Writer {
         entity: impl Into<EntityPath>,
         what: &dyn AsComponents,
     ) -> Result<(), ViewerError> {
-        // Not static: what a user changes in the viewer comes later on this timeline and wins.
+        // Not static: changes by a user come later on this timeline and take precedence.
         let time = TimePoint::default().with(Timeline::new_sequence("blueprint"), 0);
         self.row(self.layout.clone(), entity.into(), time, what)
     }
 
-    /// Tells the viewer that the layout is complete and to be used.
+    /// Makes the layout the active one. All its parts must be logged before.
     pub(crate) fn activate_layout(&mut self) -> Result<(), ViewerError> {
         let command = BlueprintActivationCommand {
             blueprint_id: self.layout.clone(),
@@ -167,7 +169,7 @@ impl Writer {
         self.send(command.into())
     }
 
-    /// No message follows.
+    /// Closes the recording after the last message.
     pub(crate) fn finish(&mut self) -> Result<(), ViewerError> {
         self.target
             .finish()
@@ -203,8 +205,8 @@ impl Writer {
             .map_err(ViewerError::write(&self.destination))
     }
 
-    /// Rows of a chunk are numbered on from the chunk's number. The upper half stands where the SDK puts the time; it stays
-    /// small, so that what a viewer adds later counts as later.
+    /// The number of the next chunk. Its rows are numbered from it. The SDK puts the time into the upper half; here
+    /// that half is a small number, so that rows that a viewer adds count as later.
     fn next_id(&mut self) -> ChunkId {
         self.chunks += 1;
         ChunkId::from_tuid(Tuid::from_nanos_and_inc(

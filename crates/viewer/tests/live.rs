@@ -1,4 +1,4 @@
-//! Live runs: what a viewer gets, and that none can hold up a run.
+//! Live runs: a viewer gets all records, and no viewer delays a run.
 
 #![expect(clippy::expect_used, reason = "a test that cannot go on fails here")]
 
@@ -7,7 +7,7 @@ mod common;
 use robhaz_viewer::{LiveSink, ViewerError};
 use std::net::TcpListener;
 
-/// 5 s are 626 rows of time series and 301 frames of the animation; 51 records are both.
+/// Records of 5 s: 626 rows at 125 Hz and 301 frames at 60 Hz, of which 51 are both.
 const RECORDS_IN_5_S: u64 = 626 + 301 - 51;
 
 fn free_port() -> u16 {
@@ -15,7 +15,7 @@ fn free_port() -> u16 {
     listener.local_addr().expect("an address").port()
 }
 
-/// Everything arrives at a server that takes it: here another sink of the same kind, which passes on what it gets.
+/// Conservation: a viewer that reads all messages gets all records. The viewer is a second sink, which serves them on.
 #[test]
 fn everything_arrives_at_a_viewer_that_takes_it() {
     let port = free_port();
@@ -29,7 +29,7 @@ fn everything_arrives_at_a_viewer_that_takes_it() {
     assert_eq!((report.dropped, report.lost), (0, false));
 }
 
-/// Serving needs no viewer; the port is taken as long as the sink lives.
+/// A sink serves a run without any viewer. Its port is in use until the sink is dropped, and it takes one run alone.
 #[test]
 fn a_run_can_be_served() {
     let port = free_port();
@@ -43,8 +43,8 @@ fn a_run_can_be_served() {
     assert!(error.to_string().contains("already holds a run"), "{error}");
 }
 
-/// A viewer that accepts a connection and never answers: the run ends with all its records, the queue is bounded, and what was
-/// dropped is counted.
+/// With a viewer that accepts a connection and never answers, the run ends normally. All records are counted as
+/// dropped.
 #[test]
 fn a_stalled_viewer_does_not_hold_up_a_run() {
     let stalled = TcpListener::bind("127.0.0.1:0").expect("a port");
@@ -57,7 +57,7 @@ fn a_stalled_viewer_does_not_hold_up_a_run() {
     assert!(report.lost);
 }
 
-/// Nobody there, and what is no address, are told at once and by name.
+/// An address without a viewer, and a text that is not an address, are errors that name the text.
 #[test]
 fn an_address_without_a_viewer_is_an_error() {
     let address = format!("127.0.0.1:{}", free_port());

@@ -1,4 +1,4 @@
-//! With the real viewer, where one is installed and can draw: does it show the data, in the right places?
+//! The installed viewer shows the data at the right places. Without a viewer that can draw, the tests are skipped.
 
 #![expect(clippy::expect_used, reason = "a test that cannot go on fails here")]
 
@@ -12,11 +12,11 @@ use std::path::Path;
 const WIDTH: usize = 1000;
 const HEIGHT: usize = 700;
 
-/// Front, middle, rear, as in every view; and the estimator `true-mass`.
+/// Colours of the front, middle and rear wheel, and below that of the estimator `paper-body`.
 const WHEELS: [[u8; 3]; 3] = [[0x00, 0x72, 0xB2], [0xD5, 0x5E, 0x00], [0x00, 0x9E, 0x73]];
 const PAPER_BODY: [u8; 3] = [0xCC, 0x79, 0xA7];
 
-/// Red, green, blue, row by row.
+/// The pixels of a picture (red, green, blue), row by row from the top.
 fn pixels(path: &Path) -> Vec<[u8; 3]> {
     let mut decoder = png::Decoder::new(BufReader::new(File::open(path).expect("a picture")));
     decoder.set_transformations(png::Transformations::normalize_to_color8());
@@ -28,7 +28,8 @@ fn pixels(path: &Path) -> Vec<[u8; 3]> {
     bytes.map(|p| [p[0], p[1], p[2]]).collect()
 }
 
-/// Number and mean position of the pixels near a colour, within a part of the picture (shares of its size).
+/// Number and mean position of the pixels close to a colour, in a part of the picture. Positions are shares of its
+/// size.
 fn found(pixels: &[[u8; 3]], colour: [u8; 3], x: [f64; 2], y: [f64; 2]) -> (usize, [f64; 2]) {
     let (mut count, mut sum) = (0, [0.0; 2]);
     for (i, pixel) in pixels.iter().enumerate() {
@@ -45,7 +46,7 @@ fn found(pixels: &[[u8; 3]], colour: [u8; 3], x: [f64; 2], y: [f64; 2]) -> (usiz
     (count, sum.map(|s| s / f64::from(count.max(1) as u32)))
 }
 
-/// A picture of a short run at 3 s. `None` where no viewer can draw.
+/// The pixels of a picture of a short run at 3 s. `None` if no viewer can draw.
 fn taken(theme: Theme) -> Option<Vec<[u8; 3]>> {
     let folder = tempfile::tempdir().expect("a folder");
     let (recording, shot) = (
@@ -73,7 +74,7 @@ fn taken(theme: Theme) -> Option<Vec<[u8; 3]>> {
     }
 }
 
-/// A light picture is white where nothing is drawn, and its wheels have their colours.
+/// A light picture is white except for the drawing, and its wheels have their colours.
 #[test]
 fn a_light_picture_is_white() {
     let Some(pixels) = taken(Theme::Light) else {
@@ -87,17 +88,17 @@ fn a_light_picture_is_white() {
     }
 }
 
-/// The picture has the robot on the left, its wheels from rear to front, and on the right the plots of the wheels from front to
-/// rear, with the estimators' lines in them.
+/// The picture has the robot on the left, with the wheels from rear to front. On the right it has the plots of the
+/// wheels, from front to rear, with the estimators' lines.
 #[test]
 fn the_viewer_shows_the_data_in_its_places() {
     let Some(pixels) = taken(Theme::Dark) else {
         return;
     };
-    // The title of a view, and not the window's bar, is at the top.
+    // At the top is the title of a view; the window's bar would have no bright pixels.
     let bright = |pixel: &&[u8; 3]| pixel[0] > 120;
     assert!(pixels[..28 * WIDTH].iter().filter(bright).count() > 50);
-    // The view that goes along with the body: left half, second quarter to three quarters down.
+    // The view that moves with the body is in the left half, from 27 % to 75 % of the height.
     let [front, middle, rear] = WHEELS.map(|c| found(&pixels, c, [0.0, 0.5], [0.27, 0.75]));
     for (name, (count, _)) in [("front", front), ("middle", middle), ("rear", rear)] {
         assert!(count > 300, "the {name} wheel covers {count} pixels");
@@ -108,7 +109,7 @@ fn the_viewer_shows_the_data_in_its_places() {
         "{x_rear} {x_middle} {x_front}"
     );
 
-    // Three plots of N one below the other, below the key.
+    // The three plots of N are in the right half, below the key.
     let [front, middle, rear] = WHEELS.map(|c| found(&pixels, c, [0.5, 1.0], [0.16, 0.76]));
     for (name, (count, _)) in [("front", front), ("middle", middle), ("rear", rear)] {
         assert!(
@@ -128,7 +129,7 @@ fn the_viewer_shows_the_data_in_its_places() {
     );
 }
 
-/// An empty recording is not taken for a run.
+/// A picture of an empty recording is an error, and leaves no file.
 #[test]
 fn a_picture_of_nothing_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");

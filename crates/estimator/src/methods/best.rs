@@ -22,14 +22,14 @@ use robhaz_model::{Robot, perp};
 /// Filters of links, wheels and motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BestFilters {
-    /// Which steps run; no part of the state.
+    /// Enabled stages. Not part of the filter state.
     method: KalmanMethod,
     links: [LinkAngleKalman; 2],
     wheels: [Wheel; 3],
     motion: MotionFilter,
     /// Normal forces of the last estimate, before the bound N >= 0, N.
     last_normal_force: [f64; 3],
-    /// Tractions of the last estimate, N.
+    /// Tractions of the last estimate, before the bound N >= 0, N.
     last_traction: [f64; 3],
     /// Time for which the parity residual has been beyond its gate without a break, s.
     time_beyond_gate: f64,
@@ -49,10 +49,10 @@ impl Visit for BestFilters {
 
 impl BestFilters {
     /// Time beyond the parity gate after which the estimated motion and errors are discarded, s: longer than any impact.
-    /// Errors that were estimated from false readings would otherwise keep the gate shut against the true ones.
+    /// Errors that were estimated from false readings would otherwise make the gate reject correct readings for ever.
     const LONGEST_BEYOND_GATE: f64 = 1.0;
 
-    /// For a robot at rest.
+    /// Creates the filters of a robot at rest.
     pub fn new(robot: &Robot, method: KalmanMethod, budget: &NoiseBudget) -> Self {
         Self {
             method,
@@ -65,7 +65,7 @@ impl BestFilters {
         }
     }
 
-    /// The robot may be moving: for a start after a gap.
+    /// Marks all velocities as unknown, because the robot may be moving after a gap.
     pub fn forget_motion(&mut self) {
         for wheel in &mut self.wheels {
             wheel.forget_speed();
@@ -228,7 +228,7 @@ impl BestFilters {
         nominal.equations(arms, link_angles, loads, &contact_angle)
     }
 
-    /// Gravity and, with that step, inertia.
+    /// Gravity, and inertia if `method.inertia`.
     fn loads(&self, nominal: &Nominal, arms: &Arms) -> Loads {
         if !self.method.inertia {
             return Loads::at_rest(&nominal.masses);
@@ -246,12 +246,12 @@ impl BestFilters {
         Loads::moving(&robot.mass, &nominal.masses, arms, carriers, &motion)
     }
 
-    /// Given contact angle of wheel `i` less its estimated error, rad.
+    /// Given contact angle of wheel `i` minus its estimated error, rad.
     fn contact_angle(&self, i: usize, inputs: &Inputs) -> f64 {
         inputs.contact_angle[i].value - self.motion.contact_angle_error(i).0
     }
 
-    /// Tractions less the estimated errors of the torque readings.
+    /// Tractions corrected for the estimated errors of the torque readings.
     fn tractions(&self, nominal: &Nominal) -> [Traction; 3] {
         let (settings, radius) = (&nominal.settings, nominal.robot.geometry.wheel_radius);
         let traction = |i: usize| {
@@ -275,7 +275,7 @@ impl BestFilters {
             tractions[1].value,
             tractions[2].value,
         ]);
-        // Normal forces of the uncorrected equations.
+        // Normal forces before this sample's parity correction: the linearisation point of the contact-angle columns.
         let normal = equations.inverse.solve(&value);
         RightSide {
             value,
@@ -287,8 +287,8 @@ impl BestFilters {
         }
     }
 
-    /// Compares the parity residual with its prediction. With that step the residual corrects the states, and the
-    /// right-hand side follows them. Unexplained load adds to its noise.
+    /// Tests the parity residual against its predicted standard deviation. If `method.parity`, the residual corrects the
+    /// states, and the right-hand side is corrected to first order with H_N unchanged. Unexplained load adds to the noise.
     ///
     /// Returns the residual and the flags that it raises; `None` where the contacts leave the parity undefined.
     fn check_parity(

@@ -12,10 +12,10 @@ pub(crate) struct Forces {
 }
 
 impl Forces {
-    /// Moves to the most likely forces without a negative normal force: the nearest ones in the metric of the covariance.
+    /// Replaces forces and covariance by those conditioned on N = 0 for some wheels: the set of wheels with the smallest
+    /// Mahalanobis distance for which all N >= 0. This is the most likely point without a negative normal force.
     ///
-    /// The optimum sets some normal forces to zero, and the other forces follow by their covariance with these. Of the
-    /// seven sets of wheels this tries each, and takes the nearest result without a negative N.
+    /// It tries all seven non-empty sets of wheels.
     pub fn bound(&mut self) {
         if self.normal.iter().all(|n| *n >= 0.0) {
             return;
@@ -36,8 +36,7 @@ impl Forces {
         *self = nearest;
     }
 
-    /// Sets the normal force of wheel `i` to zero; all other forces follow. Returns the squared distance of that step, in
-    /// standard deviations.
+    /// Conditions on N = 0 of wheel `i`. Returns the squared Mahalanobis distance of that step, -.
     fn hold(&mut self, i: usize) -> f64 {
         let k = 2 * i + 1;
         let column = self.covariance.map(|row| row[k]);

@@ -10,16 +10,16 @@ use nalgebra::{Matrix4, Vector4};
 pub(crate) struct RightSide {
     /// `y = F' - H_T T`, N.
     pub value: Vector4<f64>,
-    /// Derivatives by the uncertain inputs.
+    /// A: derivatives of `y - H_N N` with respect to the uncertain inputs, at fixed N.
     pub sensitivity: Sensitivity,
     /// T.
     pub tractions: [Traction; 3],
-    /// Covariance of loads and stop torque, N^2.
+    /// Covariance of loads, stop torque and unexplained load, N^2.
     pub loads: Matrix4<f64>,
 }
 
 impl RightSide {
-    /// Noise covariance beside that of the inputs: loads and torque observers, N^2.
+    /// Noise covariance in addition to that of the inputs: loads and torque observers, N^2.
     pub fn noise(&self, equilibrium: &Equilibrium) -> Matrix4<f64> {
         let mut r = self.loads;
         for i in 0..3 {
@@ -30,13 +30,13 @@ impl RightSide {
     }
 }
 
-/// Least squares for N on a right-hand side whose covariance is known.
+/// Generalised least squares for N, with `R = A P A' + noise` as the covariance of the equation error.
 ///
-/// Exact equations satisfy the parity `w' y = 0`. With a `parity` direction the right-hand side is first moved to where
-/// that holds, in the metric of its covariance R: `y - R w (w' y)/(w' R w)`. The result is consistent, so any left inverse
-/// of H_N gives the same N: that of weighted least squares with the weight `R^-1`.
+/// `parity` is the unit vector w with `w' H_N = 0`: exact equations satisfy `w' y = 0`. With it, y and T are first replaced by
+/// their means given `w' y = 0`; for y that is `y - R w (w' y)/(w' R w)`. The result is consistent, so any left inverse of
+/// H_N gives the same N: that of weighted least squares with the weight `R^-1`.
 ///
-/// `inputs` gives the covariance of two uncertain inputs by their places in [`input`], SI.
+/// `inputs` gives the covariance of two uncertain inputs by their indices in [`input`], SI.
 pub(crate) fn solve(
     equations: &Equations,
     parity: Option<&Vector4<f64>>,
@@ -50,15 +50,15 @@ pub(crate) fn solve(
     joint.forces(&equations.inverse)
 }
 
-/// Right-hand side and tractions as one Gaussian.
+/// Right-hand side y and tractions T as jointly Gaussian.
 struct Joint {
     /// Mean of the right-hand side, N.
     y: Vector4<f64>,
     /// Mean of the tractions, N.
     traction: [f64; 3],
-    /// Covariance of the right-hand side R, N^2.
+    /// R: covariance of the equation error, N^2.
     yy: Matrix4<f64>,
-    /// Covariance of each traction with the right-hand side, N^2.
+    /// Covariance of each traction with the equation error, N^2.
     ty: [Vector4<f64>; 3],
     /// Covariance of the tractions, N^2.
     tt: [[f64; 3]; 3],
@@ -72,7 +72,7 @@ impl Joint {
         inputs: &impl Fn(usize, usize) -> f64,
     ) -> Self {
         let columns = &right.sensitivity.columns;
-        // P A', the covariance of inputs and right-hand side.
+        // P A', the covariance of the inputs with the equation error.
         let mut input_y = [Vector4::zeros(); input::COUNT];
         for (a, row) in input_y.iter_mut().enumerate() {
             for (b, column) in columns.iter().enumerate() {

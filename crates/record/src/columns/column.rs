@@ -33,7 +33,8 @@ type Get<T> = Box<dyn Fn(&Frame<'_>) -> T + Send + Sync>;
 pub(super) enum Source {
     Float(Get<f64>),
     Optional(Get<Option<f64>>),
-    Count(Get<u32>),
+    Truth(Box<dyn Fn(&Truth) -> f64 + Send + Sync>),
+    CountOfTruth(Box<dyn Fn(&Truth) -> u32 + Send + Sync>),
 }
 
 /// A column of a table.
@@ -48,21 +49,31 @@ pub struct Column {
 }
 
 impl Column {
-    /// This column's value in a record.
+    /// This column's value in a record. A column of the truth has none, `Value::Optional(None)`, in a record without truth: tables
+    /// of the truth have no row for it.
     pub fn value(&self, frame: &Frame<'_>) -> Value {
         match &self.source {
             Source::Float(get) => Value::Float(get(frame)),
             Source::Optional(get) => Value::Optional(get(frame).filter(|v| v.is_finite())),
-            Source::Count(get) => Value::Count(get(frame)),
+            Source::Truth(get) => frame
+                .truth
+                .map_or(Value::Optional(None), |t| Value::Float(get(t))),
+            Source::CountOfTruth(get) => frame
+                .truth
+                .map_or(Value::Optional(None), |t| Value::Count(get(t))),
         }
+    }
+
+    fn is_truth(&self) -> bool {
+        matches!(self.source, Source::Truth(_) | Source::CountOfTruth(_))
     }
 
     /// Which kind of values it holds.
     pub fn kind(&self) -> Kind {
         match self.source {
-            Source::Float(_) => Kind::Float,
+            Source::Float(_) | Source::Truth(_) => Kind::Float,
             Source::Optional(_) => Kind::Optional,
-            Source::Count(_) => Kind::Count,
+            Source::CountOfTruth(_) => Kind::Count,
         }
     }
 }
@@ -73,6 +84,14 @@ pub struct Table {
     pub name: String,
     /// Its columns, in order; the first is `time`.
     pub columns: Vec<Column>,
+}
+
+impl Table {
+    /// Whether the table has a row for a record: that of the truth needs one.
+    pub fn has_row(&self, frame: &Frame<'_>) -> bool {
+        let mut columns = self.columns.iter();
+        frame.truth.is_some() || !columns.any(Column::is_truth)
+    }
 }
 
 pub(super) const WHEEL: [&str; 3] = ["front wheel", "middle wheel", "rear wheel"];
@@ -91,14 +110,19 @@ pub(super) fn column(
     }
 }
 
+/// The column `time`: the time of the record itself.
+pub(super) fn time_of_record() -> Column {
+    let source = Source::Float(Box::new(|f| f.time));
+    column("time", "s", "time since the start", source)
+}
+
 pub(super) fn of_truth(
     name: impl Into<String>,
     unit: &'static str,
     description: impl Into<String>,
     get: impl Fn(&Truth) -> f64 + Send + Sync + 'static,
 ) -> Column {
-    let source = Source::Float(Box::new(move |f| get(f.truth)));
-    column(name, unit, description, source)
+    column(name, unit, description, Source::Truth(Box::new(get)))
 }
 
 pub(super) fn of_estimate(

@@ -1,14 +1,14 @@
 //! The columns of `estimate-NAME`.
 
-use super::column::{Column, Table, WHEEL, of_estimate, of_truth, pin_force_description};
+use super::column::{Column, Table, WHEEL, of_estimate, pin_force_description, time_of_record};
 use robhaz_model::Pin;
 use robhaz_score::needed_friction;
 
 impl Table {
-    /// `estimate-NAME`: what the scene's estimator number `index` (from 0) makes of the readings.
+    /// `estimate-NAME`: the estimates of the run's estimator number `index` (from 0).
     pub fn estimate(index: usize, name: &str) -> Self {
-        // The record's own time, so that a row without an estimate still says when.
-        let mut columns = vec![of_truth("time", "s", "time since the start", |t| t.time)];
+        // The time of the record: a row without an estimate has it, too.
+        let mut columns = vec![time_of_record()];
         (0..3).for_each(|wheel| columns.extend(wheel_estimate(index, wheel)));
         columns.extend(linkage_estimate(index));
         columns.extend(residuals(index));

@@ -8,15 +8,15 @@ mod tests;
 mod truth;
 
 pub use column::{Column, Kind, Table, Value};
-use robhaz_scene::Scene;
+use robhaz_run::RunDescription;
 
 impl Table {
-    /// All tables of a scene: `truth`, `sensors`, and one for each estimator.
-    pub fn all(scene: &Scene) -> Vec<Self> {
-        let mut tables = vec![Self::truth(), Self::sensors()];
-        for (index, estimator) in scene.estimators.iter().enumerate() {
-            tables.push(Self::estimate(index, &estimator.name));
-        }
-        tables
+    /// All tables of a run: `truth` of a simulation, `sensors`, and one for each estimator.
+    pub fn all(run: &RunDescription) -> Vec<Self> {
+        let truth = run.world.as_ref().map(|_| Self::truth());
+        let estimators = run.estimators.iter().enumerate();
+        let estimates = estimators.map(|(index, e)| Self::estimate(index, &e.label));
+        let tables = truth.into_iter().chain([Self::sensors()]);
+        tables.chain(estimates).collect()
     }
 }

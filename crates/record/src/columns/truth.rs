@@ -1,12 +1,14 @@
 //! The columns of `truth`.
 
-use super::column::{Column, Source, Table, WHEEL, of_truth, pin_force_description};
+use super::column::{
+    Column, Source, Table, WHEEL, of_truth, pin_force_description, time_of_record,
+};
 use robhaz_model::Pin;
 
 impl Table {
     /// `truth`: what truly happens.
     pub fn truth() -> Self {
-        let mut columns = vec![of_truth("time", "s", "time since the start", |t| t.time)];
+        let mut columns = vec![time_of_record()];
         columns.extend(body_truth());
         (0..3).for_each(|i| columns.extend(link_truth(i)));
         (0..3).for_each(|i| columns.extend(wheel_truth(i)));
@@ -159,7 +161,7 @@ fn wheel_truth(i: usize) -> Vec<Column> {
         format!("{wheel}_contacts"),
         "1",
         format!("{}: number of contacts", WHEEL[i]),
-        Source::Count(Box::new(move |f| f.truth.wheels[i].contacts)),
+        Source::CountOfTruth(Box::new(move |t| t.wheels[i].contacts)),
     ));
     columns
 }

@@ -68,7 +68,7 @@ fn entry(place: usize, estimator: &EstimatorTraces) -> Entry {
     } else {
         Mark::Line(style)
     };
-    let rmse = match estimator.accuracy.summary().normal_force {
+    let rmse = match estimator.summary().normal_force {
         Some(errors) => format!("RMSE {:.2} N", errors.rmse_all),
         None => "nothing to compare".to_owned(),
     };

@@ -18,8 +18,7 @@ mod way;
 
 use crate::error::{RecordError, check_name, io_error};
 use files::Picture;
-use robhaz_run::{Frame, RunEnd, Sink, SinkError};
-use robhaz_scene::Scene;
+use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use run::RunTraces;
 use std::path::{Path, PathBuf};
 
@@ -35,7 +34,8 @@ use std::path::{Path, PathBuf};
 /// | `path` | the robot on the ground, and N over the place of the wheels |
 ///
 /// Figs. 5 and 6 show the preset `true-mass`, if the scene has it, else its last estimator. A run that breaks off is drawn
-/// as far as it went. Of the records only what a figure can show is kept.
+/// as far as it went. Of the records only what a figure can show is kept. Without truth the figures show the estimates alone, and
+/// there is no `comparison` and no `path`.
 pub struct FigureSink {
     folder: PathBuf,
     run: Option<RunTraces>,
@@ -66,13 +66,15 @@ impl FigureSink {
             return Ok(());
         };
         run.finish();
-        self.write("fig5_linkage", &paper::linkage(&run))?;
-        self.write("fig6_forces", &paper::forces(&run))?;
+        if run.has_truth() || run.shown.is_some() {
+            self.write("fig5_linkage", &paper::linkage(&run))?;
+            self.write("fig6_forces", &paper::forces(&run))?;
+        }
         for estimator in &run.estimators {
             let (stem, _) = estimator.kind.names(&estimator.name);
             self.write(&stem, &paper::normal_forces(&run, estimator))?;
         }
-        if !run.estimators.is_empty() {
+        if run.has_truth() && !run.estimators.is_empty() {
             self.write("comparison", &comparison::comparison(&run))?;
         }
         if let Some(path) = path::path(&run) {
@@ -96,12 +98,12 @@ impl FigureSink {
 }
 
 impl Sink for FigureSink {
-    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        for estimator in &scene.estimators {
-            check_name(&estimator.name, &self.folder)?;
+    fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
+        for estimator in &run.estimators {
+            check_name(&estimator.label, &self.folder)?;
         }
         std::fs::create_dir_all(&self.folder).map_err(io_error("create", &self.folder))?;
-        self.run = Some(RunTraces::new(scene));
+        self.run = Some(RunTraces::new(run));
         Ok(())
     }
 

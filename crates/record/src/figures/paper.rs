@@ -19,14 +19,15 @@ pub fn time_axis(run: &RunTraces) -> Axis {
     Axis {
         label: "time (s)",
         range: 0.0..run.end,
-        compare_from: run.compare_from,
+        compare_from: run.rule.compare_from,
     }
 }
 
 /// The entry of the key that explains the shaded time before errors count, if there is any.
 pub fn start_entry(run: &RunTraces) -> Option<Entry> {
-    let label = format!("start, not compared (before {} s)", run.compare_from);
-    (run.compare_from > 0.0).then(|| Entry::new(Mark::Area(START), label))
+    let from = run.rule.compare_from;
+    let label = format!("start, not compared (before {from} s)");
+    (from > 0.0).then(|| Entry::new(Mark::Area(START), label))
 }
 
 /// Fig. 5: the pins' positions.
@@ -62,7 +63,7 @@ pub fn linkage(run: &RunTraces) -> Page<'_> {
 
 /// Fig. 6: N and T of every wheel.
 pub fn forces(run: &RunTraces) -> Page<'_> {
-    let summary = shown(run).map(|e| e.accuracy.summary());
+    let summary = shown(run).map(|e| e.summary());
     let errors = summary.and_then(|s| s.normal_force.zip(s.traction));
     let normal = (0..3).map(|i| {
         let estimate = shown(run);
@@ -102,7 +103,7 @@ pub fn forces(run: &RunTraces) -> Page<'_> {
 
 /// Figs. 7 and 8, and their like: N of every wheel; with a covariance also its error, each with two standard deviations.
 pub fn normal_forces<'a>(run: &'a RunTraces, estimator: &'a EstimatorTraces) -> Page<'a> {
-    let summary = estimator.accuracy.summary();
+    let summary = estimator.summary();
     let errors = summary.normal_force;
     let normal = (0..3).map(|i| {
         let (truth, band) = (&run.normal_force[i], &estimator.band[i]);
@@ -114,7 +115,7 @@ pub fn normal_forces<'a>(run: &'a RunTraces, estimator: &'a EstimatorTraces) -> 
     });
     let mut columns = vec![Column::of_one_scale(normal)];
     let banded = has_band(estimator);
-    if banded {
+    if banded && run.has_truth() {
         let error = (0..3).map(|i| Panel {
             least_span: 0.2,
             ..force_panel(i, "error of N (N)").with(
@@ -192,7 +193,8 @@ fn key(
     colors: &[RGBColor],
     banded: bool,
 ) -> Vec<Entry> {
-    let mut key = vec![Entry::new(Mark::Line(truth_line()), "true")];
+    let truth = || Entry::new(Mark::Line(truth_line()), "true");
+    let mut key: Vec<Entry> = run.has_truth().then(truth).into_iter().collect();
     let marks = |mark: &dyn Fn(RGBColor) -> Mark| colors.iter().map(|c| mark(*c)).collect();
     if let Some(estimator) = estimator {
         let thinned = estimator.rms_error.stride() > 1;

@@ -16,6 +16,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 use robhaz_model::{Bar, Pin, Vec2};
 use robhaz_sim::{Truth, WheelTruth};
+use robhaz_terrain::Terrain;
 
 /// Longest arrow, m: an impact must not leave the picture.
 const LONGEST: f64 = 3.0 * MEAN_LOAD_LENGTH;
@@ -30,6 +31,7 @@ type Chart<'a, DB> = ChartContext<'a, DB, Cartesian2d<RangedCoordf64, RangedCoor
 pub struct Path<'a> {
     header: Header,
     run: &'a RunTraces,
+    ground: &'a Terrain,
     /// The robots that are drawn.
     robots: Vec<&'a Truth>,
     strips: Vec<Strip>,
@@ -40,8 +42,9 @@ pub struct Path<'a> {
     panel: Panel<'a>,
 }
 
-/// The figure of a run's way; `None` without a pose.
+/// The figure of a run's path; `None` without ground or pose, as for recorded readings.
 pub fn path(run: &RunTraces) -> Option<Path<'_>> {
+    let ground = run.ground.as_ref()?;
     let wheels = || run.poses.iter().flat_map(|pose| &pose.wheels);
     let first = wheels().map(|w| w.position.x).fold(f64::INFINITY, f64::min);
     let last = wheels()
@@ -52,7 +55,7 @@ pub fn path(run: &RunTraces) -> Option<Path<'_>> {
     }
     let way = first - BESIDE..last + BESIDE;
     let width = plot_width();
-    let (strips, scale) = strips(run, &way, width);
+    let (strips, scale) = strips(&run.poses, ground, &way, width);
     let arrow = MEAN_LOAD_LENGTH * scale;
     let mut key: Vec<Entry> = ["front wheel", "middle wheel", "rear wheel"]
         .into_iter()
@@ -70,6 +73,7 @@ pub fn path(run: &RunTraces) -> Option<Path<'_>> {
             key,
         },
         run,
+        ground,
         robots: robots(&run.poses, way.end - way.start),
         strips,
         scale,
@@ -183,10 +187,7 @@ impl Path<'_> {
         DB: DrawingBackend,
         DB::ErrorType: 'static,
     {
-        let surface = self
-            .run
-            .terrain
-            .outline(strip.x.start, strip.x.end, SPACING);
+        let surface = self.ground.outline(strip.x.start, strip.x.end, SPACING);
         let surface: Vec<(f64, f64)> = surface.iter().map(pair).collect();
         let mut area = surface.clone();
         area.extend([(strip.x.end, strip.y.start), (strip.x.start, strip.y.start)]);

@@ -2,12 +2,11 @@
 
 use super::kind::Kind;
 use super::trace::{Band, Trace};
-use crate::accuracy::{Accuracy, Rms};
+use crate::summary::EstimatorSummary;
 use robhaz_estimator::Estimate;
 use robhaz_model::{Geometry, Pin, Vec2};
-use robhaz_run::Frame;
-use robhaz_scene::{EstimatorChoice, Scene, is_compared};
-use robhaz_score::rms_over_wheels;
+use robhaz_run::{EstimatorDescription, Frame, RunDescription};
+use robhaz_score::{Rms, Rule, Score, rms_over_wheels};
 use robhaz_sim::Truth;
 use robhaz_terrain::Terrain;
 
@@ -19,7 +18,8 @@ const POSES: u64 = 600;
 
 /// What is kept of a run.
 pub struct RunTraces {
-    pub compare_from: f64,
+    /// Which records count in the errors.
+    pub rule: Rule,
     /// Time of the last record, s.
     pub end: f64,
     /// Duration of a stretch of the traces, s.
@@ -39,7 +39,8 @@ pub struct RunTraces {
     records_per_pose: u64,
     records: u64,
     last: Option<Truth>,
-    pub terrain: Terrain,
+    /// `None` for recorded readings.
+    pub ground: Option<Terrain>,
     pub geometry: Geometry,
     /// Mean static load of a wheel, N.
     pub mean_load: f64,
@@ -57,7 +58,7 @@ pub struct EstimatorTraces {
     pub error_band: [Band; 3],
     /// RMS over the wheels of the error of N.
     pub rms_error: Trace,
-    pub accuracy: Accuracy,
+    pub score: Score,
 }
 
 /// What Figs. 5 and 6 show beside N.
@@ -71,29 +72,32 @@ pub struct Shown {
 }
 
 impl RunTraces {
-    /// Nothing kept yet of a scene's run.
-    pub fn new(scene: &Scene) -> Self {
-        let records = scene.record_count();
-        let choices = &scene.estimators;
-        let true_mass = |e: &EstimatorChoice| Kind::of(&e.settings) == Kind::TrueMass;
-        let shown = choices
+    /// The traces of a run before its first record.
+    pub fn new(run: &RunDescription) -> Self {
+        let records = run.record.count();
+        let estimators = &run.estimators;
+        let true_mass = |e: &EstimatorDescription| Kind::of(&e.listed) == Kind::TrueMass;
+        let shown = estimators
             .iter()
             .position(true_mass)
-            .or_else(|| choices.len().checked_sub(1));
-        let robot = &scene.robot.robot;
+            .or_else(|| estimators.len().checked_sub(1));
+        let robot = &run.robot.robot;
+        let rule = Rule {
+            compare_from: run.record.compare_from,
+        };
         #[expect(clippy::cast_precision_loss, reason = "records of a stretch")]
-        let stretch = Trace::new(records).stride() as f64 / scene.record.rate;
+        let stretch = Trace::new(records).stride() as f64 / run.record.rate;
         Self {
-            compare_from: scene.record.compare_from,
+            rule,
             end: 0.0,
             stretch,
             normal_force: traces(records),
             traction: traces(records),
             normal_force_at: traces(records),
             pins: pin_traces(records),
-            estimators: choices
+            estimators: estimators
                 .iter()
-                .map(|e| EstimatorTraces::new(e, scene))
+                .map(|e| EstimatorTraces::new(e, records, rule))
                 .collect(),
             shown: shown.map(|index| Shown {
                 index,
@@ -106,16 +110,37 @@ impl RunTraces {
             records_per_pose: records.div_ceil(POSES).max(1),
             records: 0,
             last: None,
-            terrain: Terrain::new(scene.terrain.profile.clone()),
+            ground: run
+                .world
+                .as_ref()
+                .map(|w| Terrain::new(w.terrain.profile.clone())),
             geometry: robot.geometry.clone(),
             mean_load: robot.mean_wheel_load(),
         }
     }
 
+    /// Whether the run is a simulation, so that there is a truth to draw.
+    pub fn has_truth(&self) -> bool {
+        self.ground.is_some()
+    }
+
     /// Adds one record.
     pub fn add(&mut self, frame: &Frame<'_>) {
-        let (truth, time) = (frame.truth, frame.truth.time);
-        self.end = time;
+        self.end = frame.time;
+        if let Some(truth) = frame.truth {
+            self.add_truth(frame.time, truth);
+        }
+        for (index, estimator) in self.estimators.iter_mut().enumerate() {
+            estimator.add(frame, index);
+        }
+        let compared = self.rule.compares(frame.time);
+        if let Some(shown) = &mut self.shown {
+            shown.add(frame, compared);
+        }
+        self.records += 1;
+    }
+
+    fn add_truth(&mut self, time: f64, truth: &Truth) {
         for (i, wheel) in truth.wheels.iter().enumerate() {
             self.normal_force[i].add(time, Some(wheel.normal_force));
             self.traction[i].add(time, Some(wheel.traction));
@@ -126,17 +151,9 @@ impl RunTraces {
             traces[0].add(time, Some(from_q.x));
             traces[1].add(time, Some(from_q.y));
         }
-        for (index, estimator) in self.estimators.iter_mut().enumerate() {
-            estimator.add(frame, index);
-        }
-        let compared = is_compared(time, self.compare_from);
-        if let Some(shown) = &mut self.shown {
-            shown.add(frame, compared);
-        }
         if self.records.is_multiple_of(self.records_per_pose) {
             self.poses.push(*truth);
         }
-        self.records += 1;
         self.last = Some(*truth);
     }
 
@@ -147,42 +164,48 @@ impl RunTraces {
 }
 
 impl EstimatorTraces {
-    fn new(choice: &EstimatorChoice, scene: &Scene) -> Self {
-        let records = scene.record_count();
+    /// The errors so far.
+    pub fn summary(&self) -> EstimatorSummary {
+        EstimatorSummary::new(&self.name, &self.score)
+    }
+
+    fn new(estimator: &EstimatorDescription, records: u64, rule: Rule) -> Self {
         Self {
-            name: choice.name.clone(),
-            kind: Kind::of(&choice.settings),
+            name: estimator.label.clone(),
+            kind: Kind::of(&estimator.listed),
             normal_force: traces(records),
             band: bands(records),
             error: traces(records),
             error_band: bands(records),
             rms_error: Trace::new(records),
-            accuracy: Accuracy::new(&choice.name, scene.record.compare_from),
+            score: Score::new(rule),
         }
     }
 
     fn add(&mut self, frame: &Frame<'_>, index: usize) {
-        let (truth, time) = (frame.truth, frame.truth.time);
+        let (truth, time) = (frame.truth, frame.time);
         let estimate = frame.estimates.get(index);
-        self.accuracy.add(truth, estimate);
         let estimate: Option<&Estimate> = estimate.and_then(|e| e.as_ref().ok());
+        if let Some(truth) = truth {
+            self.score.add(truth, estimate);
+        }
         for i in 0..3 {
             let normal = estimate.map(|e| e.normal_force[i]);
-            let error = normal.map(|n| n - truth.wheels[i].normal_force);
+            let error = normal.zip(truth).map(|(n, t)| n - t.wheels[i].normal_force);
             let half = estimate.and_then(|e| e.sigma_normal(i)).map(|s| 2.0 * s);
             self.normal_force[i].add(time, normal);
             self.band[i].add(time, normal.zip(half));
             self.error[i].add(time, error);
             self.error_band[i].add(time, half.map(|h| (0.0, h)));
         }
-        let rms = estimate.map(|e| rms_over_wheels(e, truth));
+        let rms = estimate.zip(truth).map(|(e, t)| rms_over_wheels(e, t));
         self.rms_error.add(time, rms);
     }
 }
 
 impl Shown {
     fn add(&mut self, frame: &Frame<'_>, compared: bool) {
-        let (truth, time) = (frame.truth, frame.truth.time);
+        let time = frame.time;
         let estimate = frame.estimates.get(self.index);
         let estimate: Option<&Estimate> = estimate.and_then(|e| e.as_ref().ok());
         for i in 0..3 {
@@ -195,7 +218,7 @@ impl Shown {
             let from_q = estimate.map(|e| e.pin_from_q[index_of(pin)] * MM);
             self.pins[k][0].add(time, from_q.map(|v| v.x));
             self.pins[k][1].add(time, from_q.map(|v| v.y));
-            if let Some(from_q) = from_q.filter(|_| compared) {
+            if let (Some(from_q), Some(truth), true) = (from_q, frame.truth, compared) {
                 let error = from_q - true_from_q(truth, pin);
                 self.pin_errors[k][0].add(error.x);
                 self.pin_errors[k][1].add(error.y);

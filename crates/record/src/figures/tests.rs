@@ -1,8 +1,9 @@
 //! Structure of the files: which there are, what they say, how many lines and areas they have.
 
 use super::*;
-use crate::testing::{Record, records, scene};
+use crate::testing::{Record, described, log, records, scene};
 use plotters::style::RGBColor;
+use robhaz_scene::Scene;
 use std::collections::BTreeMap;
 
 /// Files of a folder: their names and bytes.
@@ -10,11 +11,16 @@ type Files = BTreeMap<String, Vec<u8>>;
 
 /// Draws some records of a scene.
 fn draw_scene(scene: &Scene, records: &[Record]) -> Files {
+    draw_run(&described(scene), records.iter().map(Record::frame))
+}
+
+/// Draws the records of a run.
+fn draw_run<'a>(run: &RunDescription, frames: impl Iterator<Item = Frame<'a>>) -> Files {
     let folder = tempfile::tempdir().expect("a folder");
     let mut sink = FigureSink::new(&folder.path().join("figures"));
-    sink.begin(scene).expect("begins");
-    for record in records {
-        sink.frame(&record.frame()).expect("a record");
+    sink.begin(run).expect("begins");
+    for frame in frames {
+        sink.frame(&frame).expect("a record");
     }
     sink.end(None).expect("ends");
     std::fs::read_dir(folder.path().join("figures"))
@@ -76,6 +82,38 @@ fn every_figure_is_there_as_svg_and_pdf() {
         "comparison",
     ] {
         assert!(!can_write(other), "{other}");
+    }
+}
+
+/// Recorded readings: the figures show the estimates alone; there is no figure of errors or of the path.
+#[test]
+fn without_truth_the_estimates_are_drawn_alone() {
+    let records = banded_records();
+    let files = draw_run(&log(), records.iter().map(Record::without_truth));
+    let names: Vec<&str> = files.keys().map(String::as_str).collect();
+    let stems = [
+        "fig5_linkage",
+        "fig6_forces",
+        "fig7_paper-body",
+        "normal_force_mine",
+        "normal_force_true-mass",
+    ];
+    let expected = stems.map(|stem| ["pdf", "svg"].map(|ending| format!("{stem}.{ending}")));
+    assert_eq!(names, expected.concat());
+    for (name, bytes) in files.iter().filter(|(name, _)| name.ends_with(".svg")) {
+        let svg = String::from_utf8_lossy(bytes);
+        assert_well_formed(name, &svg);
+        assert!(svg.contains("estimated ("), "{name}");
+        for word in [
+            "\ntrue\n",
+            "RMSE",
+            "error",
+            "NaN",
+            "inf",
+            &stroke(style::TRUTH),
+        ] {
+            assert!(!svg.contains(word), "{name}: {word}");
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Which part of the way the figure of the way shows, how large, and where on it the robot is drawn.
 
-use super::run::RunTraces;
 use robhaz_sim::Truth;
+use robhaz_terrain::Terrain;
 use std::ops::Range;
 
 /// Least distance of two robots that are drawn, m.
@@ -27,7 +27,12 @@ pub struct Strip {
 }
 
 /// Cuts the way into strips of one scale, px in a metre.
-pub fn strips(run: &RunTraces, way: &Range<f64>, width: f64) -> (Vec<Strip>, f64) {
+pub fn strips(
+    poses: &[Truth],
+    ground: &Terrain,
+    way: &Range<f64>,
+    width: f64,
+) -> (Vec<Strip>, f64) {
     let length = way.end - way.start;
     let count = (length / STRIP).ceil().clamp(1.0, MOST_STRIPS);
     let each = length / count;
@@ -37,7 +42,7 @@ pub fn strips(run: &RunTraces, way: &Range<f64>, width: f64) -> (Vec<Strip>, f64
         let from = way.start + k * each;
         let x = from..from + each;
         strips.push(Strip {
-            y: heights(run, &x),
+            y: heights(poses, ground, &x),
             x,
         });
         k += 1.0;
@@ -56,13 +61,13 @@ pub fn strips(run: &RunTraces, way: &Range<f64>, width: f64) -> (Vec<Strip>, f64
 }
 
 /// The heights that a strip shows, m: arrows below the ground, robots above it.
-fn heights(run: &RunTraces, x: &Range<f64>) -> Range<f64> {
-    let ground = run.terrain.outline(x.start, x.end, SPACING);
+fn heights(poses: &[Truth], ground: &Terrain, x: &Range<f64>) -> Range<f64> {
+    let ground = ground.outline(x.start, x.end, SPACING);
     let ground = ground.iter().map(|p| p.y);
     let (low, high) = ground.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| {
         (low.min(y), high.max(y))
     });
-    let parts = run.poses.iter().flat_map(|pose| {
+    let parts = poses.iter().flat_map(|pose| {
         let wheels = pose.wheels.iter().map(|w| w.position);
         let pins = pose.pins.iter().map(|p| p.position);
         wheels.chain(pins).chain([pose.body.position])

@@ -1,14 +1,16 @@
-//! The layout of several runs in one recording: robots side by side, true forces on top of each other, errors side by side.
+//! The layout of a comparison: animations side by side, true forces in the same plots, errors side by side.
 
 use super::{ContainerKind, Layout, Part, Playing, parts};
 use crate::ViewerError;
-use crate::comparison::{ComparedRun, root};
+use crate::compared::{ComparedRun, root};
+use crate::ground::Ground;
+use crate::key::of_run as key_of_run;
 use crate::series::WHEEL_NAMES;
 use crate::writer::Writer;
 use rerun::components::Range1D;
 
-/// Logs the layout and makes it the one to be used.
-/// `largest_error` is that of N, RMS of the wheels, in any run (N).
+/// Logs the layout and makes it the active one. `largest_error` is the largest RMS error of N of the wheels in any run,
+/// N.
 pub(crate) fn log(
     out: &mut Writer,
     runs: &[ComparedRun<'_>],
@@ -16,21 +18,21 @@ pub(crate) fn log(
 ) -> Result<(), ViewerError> {
     let mut layout = Layout::new(out);
     let scenes = side_by_side(&mut layout, "Scenes", runs, |layout, run, root| {
-        let overview = parts::overview(
-            layout,
-            &format!("{}: whole run [m]", run.label),
-            root,
-            run.scene,
-        )?;
-        let following = parts::following(layout, &format!("{} [m]", run.label), root, false)?;
-        let views = [(overview, 1.7), (following, 2.4)];
+        let mut views = Vec::new();
+        if let Some(world) = &run.description.world {
+            let ground = Ground::new(run.description, world);
+            let name = format!("{}: whole run [m]", run.label);
+            views.push((parts::overview(layout, &name, root, &ground)?, 1.7));
+            let name = format!("{} [m]", run.label);
+            views.push((parts::following(layout, &name, root, false)?, 2.4));
+        }
         layout.container(ContainerKind::Vertical, run.label, &views)
     })?;
     let key = parts::key(&mut layout, "/compared/key", runs.len())?;
-    // One scene with corners is enough to flatten the others.
+    // One scene with corners sets the range of all runs.
     let range = |from, to| {
         let mut ranges = runs.iter();
-        ranges.find_map(|run| parts::range_of_loads(run.scene, from, to))
+        ranges.find_map(|run| parts::range_of_loads(run.description, from, to))
     };
     let errors = range(0.0, 1.0).unwrap_or(Range1D::new(0.0, 1.05 * largest_error));
     let errors = (largest_error > 0.0).then_some(errors);
@@ -46,7 +48,7 @@ pub(crate) fn log(
         "True and estimated N",
         runs,
         |layout, run, root| {
-            parts::normal_force(layout, &format!("{}: N", run.label), root, run.scene)
+            parts::normal_force(layout, &format!("{}: N", run.label), root, run.description)
         },
     )?;
     let events = side_by_side(&mut layout, "Events", runs, |layout, run, root| {
@@ -57,7 +59,7 @@ pub(crate) fn log(
         let key = parts::key(
             layout,
             &format!("{root}key"),
-            run.scene.estimators.len() + 1,
+            key_of_run(run.description).len(),
         )?;
         let scale = errors.map_or(0.0, |range| range.0.0[1]);
         let title = format!(
@@ -76,6 +78,7 @@ pub(crate) fn log(
     layout.finish(root, Playing::FromStart)
 }
 
+/// One part for each run, side by side.
 fn side_by_side(
     layout: &mut Layout<'_>,
     name: &str,
@@ -89,7 +92,7 @@ fn side_by_side(
     layout.container(ContainerKind::Horizontal, name, &parts)
 }
 
-/// A plot a wheel with the lines of all runs.
+/// A plot for each wheel with the lines of all runs.
 fn overlaid(
     layout: &mut Layout<'_>,
     name: &str,

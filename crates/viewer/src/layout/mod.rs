@@ -1,7 +1,7 @@
-//! The layout that opens with the recording.
+//! The layout of a recording in the viewer.
 //!
-//! Written part by part, because the SDK's builders cannot set what a view shows (ranges, legends, bounds) and give every
-//! part a random name.
+//! It is written part by part. The SDK's builders give every part a random name, and cannot set ranges, legends and
+//! bounds.
 
 pub(crate) mod comparison;
 pub(crate) mod parts;
@@ -26,16 +26,16 @@ use rerun::external::re_sdk_types::blueprint::datatypes::{TextLogColumn, TextLog
 use rerun::external::uuid::Uuid;
 use rerun::{AsComponents, EntityPath};
 
-/// What the viewer's cursor does when the recording opens.
+/// Movement of the time cursor when the viewer opens a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Playing {
-    /// It plays from the start, again and again: a finished run.
+    /// The cursor plays from the start, repeatedly: for a finished run.
     FromStart,
-    /// It stays at the newest record: a run that goes on.
+    /// The cursor stays at the newest record: for a live run.
     AtTheEnd,
 }
 
-/// A view or container that is logged already.
+/// A view or container that has been logged.
 #[derive(Clone, Copy)]
 pub(crate) struct Part {
     kind: &'static str,
@@ -43,6 +43,7 @@ pub(crate) struct Part {
 }
 
 impl Part {
+    /// Its entity in the layout's store.
     fn path(self) -> String {
         format!("{}/{}", self.kind, self.id)
     }
@@ -54,6 +55,7 @@ type Property<'a> = (&'static str, &'a dyn AsComponents);
 /// Writes a layout part by part.
 pub(crate) struct Layout<'a> {
     out: &'a mut Writer,
+    /// Number of parts so far.
     parts: u128,
 }
 
@@ -63,7 +65,7 @@ impl<'a> Layout<'a> {
         Self { out, parts: 0 }
     }
 
-    /// Makes a part the root, and the layout the one to be used.
+    /// Makes a part the root of the layout, and the layout the active one.
     pub(crate) fn finish(mut self, root: Part, playing: Playing) -> Result<(), ViewerError> {
         let viewport = ViewportBlueprint::new()
             .with_root_container(root.id)
@@ -74,7 +76,7 @@ impl<'a> Layout<'a> {
         self.out.activate_layout()
     }
 
-    /// A 2-D view: `bounds` are what it shows of its origin's frame, left to right and top to bottom.
+    /// A 2-D view. `bounds` are the visible ranges in the frame of `origin`: left to right and top to bottom (y down).
     pub(crate) fn spatial(
         &mut self,
         name: &str,
@@ -89,7 +91,7 @@ impl<'a> Layout<'a> {
         self.view("2D", name, origin, contents, &[("VisualBounds2D", &bounds)])
     }
 
-    /// Lets a view show all that an entity was up to the cursor, not only its newest row.
+    /// Makes a view show all rows of an entity up to the cursor, instead of the newest row alone.
     pub(crate) fn show_past(&mut self, view: Part, entity: &str) -> Result<(), ViewerError> {
         let until_now = VisibleTimeRange {
             timeline: TIMELINE.into(),
@@ -106,14 +108,15 @@ impl<'a> Layout<'a> {
             .layout(entity, &VisibleTimeRanges::new([until_now]))
     }
 
-    /// A plot of the entities that `contents` name, over a range or over what they hold.
+    /// A plot over time of the entities that `contents` name. `range` is that of the vertical axis; `None` means the
+    /// range of the data.
     pub(crate) fn plot(
         &mut self,
         name: &str,
         contents: &[String],
         range: Option<Range1D>,
     ) -> Result<Part, ViewerError> {
-        // All plots show the same stretch of time; the key stands beside them, not on the lines.
+        // All plots show the same range of time. The key is a view of its own, so that it does not cover lines.
         let time = TimeAxis::new().with_link(LinkAxis::LinkToGlobal);
         let legend = PlotLegend::new().with_visible(false);
         let mut axis = ScalarAxis::new();
@@ -133,7 +136,7 @@ impl<'a> Layout<'a> {
         )
     }
 
-    /// Lines of text over time.
+    /// A list of text messages with their times.
     pub(crate) fn text_log(&mut self, name: &str, entity: &str) -> Result<Part, ViewerError> {
         let columns =
             [TextLogColumnKind::LogLevel, TextLogColumnKind::Body].map(|kind| TextLogColumn {
@@ -162,6 +165,7 @@ impl<'a> Layout<'a> {
         self.view("StateTimeline", name, entity, &contents, &[])
     }
 
+    /// A view of a class of the viewer.
     fn view(
         &mut self,
         class: &str,
@@ -186,13 +190,13 @@ impl<'a> Layout<'a> {
         Ok(view)
     }
 
-    /// Parts of which one is seen at a time, the first before the others.
+    /// Tabs, of which one is visible at a time. The first is visible when the recording opens.
     pub(crate) fn tabs(&mut self, name: &str, parts: &[Part]) -> Result<Part, ViewerError> {
         let children: Vec<_> = parts.iter().map(|part| (*part, 1.0)).collect();
         self.container(ContainerKind::Tabs, name, &children)
     }
 
-    /// A container of parts with their shares of its length; of tabs the first is on top.
+    /// A container of parts with their shares of its width or height. The first tab is the visible one.
     pub(crate) fn container(
         &mut self,
         kind: ContainerKind,
@@ -216,12 +220,13 @@ impl<'a> Layout<'a> {
         Ok(container)
     }
 
+    /// Collapses the panels around the views, and sets the movement of the cursor.
     fn panels(&mut self, playing: Playing) -> Result<(), ViewerError> {
         for panel in ["blueprint_panel", "selection_panel"] {
             let collapsed = PanelBlueprint::new().with_state(PanelState::Collapsed);
             self.out.layout(panel, &collapsed)?;
         }
-        // Collapsed it still has the cursor and the buttons.
+        // The collapsed panel still has the cursor and the buttons.
         let (play, repeat) = match playing {
             Playing::FromStart => (PlayState::Playing, LoopMode::All),
             Playing::AtTheEnd => (PlayState::Following, LoopMode::Off),
@@ -234,6 +239,7 @@ impl<'a> Layout<'a> {
         self.out.layout("time_panel", &time)
     }
 
+    /// A new part. Its name follows from its number.
     fn next(&mut self, kind: &'static str) -> Part {
         self.parts += 1;
         Part {

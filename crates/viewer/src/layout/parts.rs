@@ -1,5 +1,5 @@
-//! Views of one run that the layout of a run and of a comparison share. `root` is the entity that the run stands under, such as
-//! `/` or `/first/`.
+//! Views of one run, for the layouts of a run and of a comparison. `root` is the entity above those of the run, such as
+//! `/` or `/run1/`.
 
 use super::{ContainerKind, Layout, Part};
 use crate::ViewerError;
@@ -9,32 +9,32 @@ use crate::scale::ROOM;
 use crate::scene_view::FOLLOWED;
 use crate::series::WHEEL_NAMES;
 use rerun::components::Range1D;
-use robhaz_scene::Scene;
+use robhaz_run::RunDescription;
 
-/// The whole ground with the robot and its trails.
+/// The whole ground of a simulation, with the robot and the paths of its pins.
 pub(crate) fn overview(
     layout: &mut Layout<'_>,
     name: &str,
     root: &str,
-    scene: &Scene,
+    ground: &Ground,
 ) -> Result<Part, ViewerError> {
-    let [from, to, low, high] = Ground::new(scene).box_of();
+    let [from, to, low, high] = ground.box_of();
     let contents = [
         format!("+ {root}world/**"),
         format!("- {root}world/follow/**"),
-        // Too small here for labels, marks and a second set of arrows.
+        // The robot is too small here for labels, end stops and a second set of arrows.
         format!("- {root}world/robot/pins"),
         format!("- {root}world/robot/link2/stops/**"),
         format!("- {root}world/forces/estimated/**"),
     ];
-    // The view has y down. Above the ground the robot, below it the arrows of N and the axis.
+    // The view has y down. The robot is above the ground; the arrows of N and the axis are below it.
     let bounds = [[from, to], [-(high + 0.45), ROOM - low]];
     let view = layout.spatial(name, root, &contents, bounds)?;
     layout.show_past(view, &format!("{root}world/trails"))?;
     Ok(view)
 }
 
-/// The robot from near by; the view goes along with its body. A `legend` of the arrows needs a large view.
+/// The robot in a view that moves with its body. A `legend` of the arrows needs a large view.
 pub(crate) fn following(
     layout: &mut Layout<'_>,
     name: &str,
@@ -60,7 +60,7 @@ pub(crate) fn following(
     Ok(view)
 }
 
-/// Which line is which: a key of so many entries under an entity.
+/// The key to the plots, with a number of entries, from an entity.
 pub(crate) fn key(
     layout: &mut Layout<'_>,
     entity: &str,
@@ -72,7 +72,7 @@ pub(crate) fn key(
     layout.spatial("Lines", entity, &[format!("+ {entity}/**")], bounds)
 }
 
-/// One plot a wheel, one below the other.
+/// A plot for each wheel, one below the other. `range` is that of the vertical axis, N.
 pub(crate) fn per_wheel(
     layout: &mut Layout<'_>,
     title: &str,
@@ -89,26 +89,27 @@ pub(crate) fn per_wheel(
     layout.container(ContainerKind::Vertical, title, &views)
 }
 
-/// N of each wheel, true and estimated.
+/// True and estimated N of each wheel.
 pub(crate) fn normal_force(
     layout: &mut Layout<'_>,
     title: &str,
     root: &str,
-    scene: &Scene,
+    run: &RunDescription,
 ) -> Result<Part, ViewerError> {
-    let range = range_of_loads(scene, -0.5, 3.0).unwrap_or_else(|| {
-        // The axis is the same for every wheel, and wide enough for two labels.
-        let load = scene.robot.robot.mean_wheel_load();
+    let range = range_of_loads(run, -0.5, 3.0).unwrap_or_else(|| {
+        // The axis is the same for every wheel, and has two labels at least.
+        let load = run.robot.robot.mean_wheel_load();
         let [from, to] = with_labels(-0.1 * load, 2.5 * load);
         Range1D::new(from, to)
     });
     per_wheel(layout, title, root, "normal_force", Some(range))
 }
 
-/// Steps of an axis that the viewer labels in a plot of a fifth of a picture of 1000 px. It labels powers of ten alone.
+/// Largest number of steps of an axis that the viewer labels, in a plot with a fifth of the height of a picture of 1000
+/// px. Steps are powers of ten: an axis with more steps has labels at the next power.
 const MOST_STEPS: f64 = 6.5;
 
-/// A range with at least two labels, extended upwards where it has fewer.
+/// The range of an axis with at least two labels. It is extended upwards if it would have fewer.
 fn with_labels(from: f64, to: f64) -> [f64; 2] {
     let span = to - from;
     let decade = 10f64.powf(span.log10().floor());
@@ -121,16 +122,17 @@ fn with_labels(from: f64, to: f64) -> [f64; 2] {
     [from, to.max(second + 0.02 * span)]
 }
 
-/// A range in multiples of the mean static wheel load, where the ground has corners: peaks there are shorter than a millisecond and
-/// many times higher than all else, and would flatten it. `None`, the range of the data, elsewhere.
-pub(crate) fn range_of_loads(scene: &Scene, from: f64, to: f64) -> Option<Range1D> {
-    let load = scene.robot.robot.mean_wheel_load();
-    Ground::new(scene)
+/// The range of an axis on ground with corners, from two multiples of the mean static wheel load, N. Peaks at corners
+/// are shorter than a millisecond and would compress all other values. `None` on other ground: the range of the data.
+pub(crate) fn range_of_loads(run: &RunDescription, from: f64, to: f64) -> Option<Range1D> {
+    let load = run.robot.robot.mean_wheel_load();
+    let world = run.world.as_ref()?;
+    Ground::new(run, world)
         .has_corners()
         .then(|| Range1D::new(from * load, to * load))
 }
 
-/// A plot of one quantity over a range or over what it holds.
+/// A plot of one quantity. `range` is that of the vertical axis; `None`: the range of the data.
 pub(crate) fn plot(
     layout: &mut Layout<'_>,
     title: &str,

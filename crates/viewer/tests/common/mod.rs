@@ -1,15 +1,15 @@
-//! A run that tests and the example share.
+//! Scenes of the tests and of the example.
 
 use robhaz_scene::{RecordChoice, Scene};
 
-/// The default robot on the profile `smooth` with the paper's three estimators, recorded at 1 kHz for `duration` s.
+/// The default robot on the terrain `smooth` with all presets but `best`. Records at 1 kHz for `duration` (s).
 pub fn smooth(duration: f64) -> Scene {
     let mut scene = with_best(duration);
     scene.estimators.retain(|e| e.name != "best");
     scene
 }
 
-/// The same with all estimators.
+/// As [`smooth`], with `best` as the fourth estimator.
 pub fn with_best(duration: f64) -> Scene {
     Scene {
         name: "smooth".to_owned(),

@@ -1,4 +1,4 @@
-//! The motion filter's state, and what others read of it.
+//! The motion filter's state and its readout.
 
 use super::states::{
     ACCELERATION, CONSIDERED, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, INPUTS, TORQUE_GAIN,
@@ -14,9 +14,9 @@ use robhaz_model::Vec2;
 /// Motion of the robot, errors of contact angles and torques, creep: one Kalman filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MotionFilter {
-    /// Its places are those of [`super::states`].
+    /// Indices as in [`super::states`].
     pub(super) filter: Kalman<COUNT, CONSIDERED>,
-    /// Time for which each wheel stays suspect, s.
+    /// Remaining time for which each wheel is suspect, s.
     pub(super) suspect: [f64; 3],
     /// Variance of the unexplained load, N^2.
     pub(super) unexplained: f64,
@@ -25,7 +25,7 @@ pub(crate) struct MotionFilter {
 visit_fields!(MotionFilter: filter, suspect, unexplained);
 
 impl MotionFilter {
-    /// For a robot at rest, with the errors of the budget.
+    /// Creates the filter of a robot at rest, with the prior of the budget.
     pub fn new(budget: &NoiseBudget) -> Self {
         let mut sigma = [0.0; COUNT];
         let mut x = [0.0; COUNT];
@@ -48,7 +48,7 @@ impl MotionFilter {
         }
     }
 
-    /// Makes the velocity unknown: the robot may be moving.
+    /// Marks the velocity as unknown, because the robot may be moving.
     pub fn forget_velocity(&mut self) {
         for v in [VELOCITY, VELOCITY + 1] {
             self.filter.p[v][v] = TUNING.unknown_velocity * TUNING.unknown_velocity;
@@ -80,8 +80,8 @@ impl MotionFilter {
         self.estimated(GEAR_FRICTION)
     }
 
-    /// Error of a torque reading of wheel `i`, N m: offset, gain error of the reading `torque` (N m), and the share of the
-    /// gear friction that acts, -1 to 1.
+    /// Error of a torque reading of wheel `i`, N m: offset, gain error of the reading `torque` (N m), and gear friction times
+    /// the smoothed sign of the spin `friction_share`, -1 to 1.
     pub fn torque_error(&self, i: usize, torque: f64, friction_share: f64) -> f64 {
         let x = &self.filter.x;
         x[TORQUE_OFFSET + i] + x[GEAR_FRICTION] * friction_share + x[TORQUE_GAIN + i] * torque
@@ -97,7 +97,7 @@ impl MotionFilter {
         self.filter.p[INPUTS + a][INPUTS + b]
     }
 
-    /// Variance of the unexplained load, N^2: the part of the last parity residuals beyond what was expected.
+    /// Variance of the unexplained load, N^2: see [`MotionFilter::check_parity`].
     pub fn unexplained_load(&self) -> f64 {
         self.unexplained
     }
@@ -110,7 +110,7 @@ impl MotionFilter {
         )
     }
 
-    /// Speed over the reference speed, at least 1: the factor on what the ground causes.
+    /// Speed over the reference speed, at least 1, by which the ground-dependent constants change.
     pub(super) fn speed_ratio(&self) -> f64 {
         let (least, greatest) = (TUNING.reference_speed, TUNING.highest_speed);
         let speed = libm::sqrt(self.velocity().norm_squared());

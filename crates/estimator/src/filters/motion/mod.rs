@@ -1,17 +1,19 @@
 //! Motion of the robot, errors of contact angles and torques, creep of the wheels: one Kalman filter.
 //!
-//! Three constraints hold, and each is a measurement of these states:
+//! Three constraints hold. The filter takes each as a pseudo-measurement of zero:
 //! - A wheel's centre moves along the ground. The direction of its velocity is the contact angle, up to the speed of its
 //!   penetration (`rolling.rs`).
-//! - A wheel rolls. The speed of its centre is that of its rim less the slip, and the slip of a sticking wheel is
+//! - A wheel rolls. The speed of its centre is that of its rim minus the slip, and the slip of a sticking wheel is
 //!   proportional to T/N: creep (`rolling.rs`).
 //! - The parity residual of eq. (8) is zero (`parity.rs`).
 //!
 //! The first relates the contact angles to each other and to the gyroscopes. The second separates torque offsets from
-//! tractions, because a wheel without slip has no traction. The third relates the sum of tractions and slopes to the weight.
+//! tractions, because a wheel without slip has no traction. The third
+//! is the force balance with the normal forces eliminated: tractions, contact angles, weight and inertia must agree. It
+//! observes one combination of their errors.
 //!
-//! States and their places are in `states.rs`, their change over time is in `prediction.rs`, all constants are in
-//! `tuning.rs`, and errors that last in `noise.rs`.
+//! States and their indices are in `states.rs`, their change over time is in `prediction.rs`, all constants are in
+//! `tuning.rs`, and time-correlated errors in `noise.rs`.
 
 mod filter;
 mod noise;

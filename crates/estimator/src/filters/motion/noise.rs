@@ -1,6 +1,7 @@
-//! Errors that last, as a filter of independent samples must take them.
+//! Time-correlated errors and their equivalent white noise.
 
-/// An error with a standard deviation (in the unit of its measurement) and a correlation time (s).
+/// A first-order Gauss-Markov process, given by its stationary standard deviation (in the unit of its quantity) and its
+/// correlation time (s).
 #[derive(Clone, Copy, Debug)]
 pub struct LastingError {
     /// Standard deviation.
@@ -10,12 +11,12 @@ pub struct LastingError {
 }
 
 impl LastingError {
-    /// An error that lasts for `time` (s).
+    /// A process with the correlation time `time` (s).
     pub const fn new(sigma: f64, time: f64) -> Self {
         Self { sigma, time }
     }
 
-    /// The same error of ground that passes `speed_ratio` times as fast.
+    /// The process at `speed_ratio` times the speed: the standard deviation times the ratio, the time over the ratio.
     pub fn at_speed(self, speed_ratio: f64) -> Self {
         Self {
             sigma: self.sigma * speed_ratio,

@@ -1,4 +1,4 @@
-//! The parity residual as a measurement: it should be zero.
+//! The parity residual as a pseudo-measurement of zero.
 
 use super::filter::MotionFilter;
 use super::states::{CONSIDERED, COUNT, INPUTS};
@@ -11,27 +11,27 @@ use crate::statics::input;
 pub(crate) struct ParityResidual {
     /// N.
     pub value: f64,
-    /// Derivatives by the uncertain inputs, in the order of [`input`].
+    /// Derivatives with respect to the uncertain inputs, in the order of [`input`].
     pub gradient: [f64; input::COUNT],
-    /// Variance from all but the inputs, at this instant, N^2.
+    /// Variance at this sample from everything but the inputs, N^2.
     pub variance: f64,
 }
 
-/// How a parity residual compares with its prediction.
+/// Result of the test of a parity residual against its predicted standard deviation.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ParityCheck {
-    /// Prediction at this instant, N.
+    /// Zero minus the residual, N, and its predicted variance before the correction, N^2.
     pub innovation: Innovation,
-    /// Whether the residual lies within its gate. Beyond, there was an impact, or a load on the robot.
+    /// Whether the residual lies within its gate. An outlier shows an impact, or an external load on the robot.
     pub within_gate: bool,
 }
 
 impl MotionFilter {
-    /// Compares a parity residual with its prediction and, with `correct`, corrects the states by it. `dt` is the time
-    /// since the last sample, s.
+    /// Tests a parity residual z against its predicted standard deviation sigma and, with `correct`, corrects the states by
+    /// it. `dt` is the time since the last sample, s.
     ///
-    /// The part beyond two standard deviations becomes unexplained load. A residual beyond the gate makes all wheels
-    /// suspect.
+    /// The variance of the unexplained load becomes the larger of its decayed old value and `z^2 - (2 sigma)^2`. A residual
+    /// beyond the gate makes all wheels suspect.
     pub fn check_parity(
         &mut self,
         residual: &ParityResidual,
@@ -43,12 +43,12 @@ impl MotionFilter {
             *entry = (INPUTS + k, residual.gradient[k]);
         }
         let linearisation = TUNING.parity.sigma * TUNING.parity.sigma;
-        let at_once = residual.variance + linearisation;
+        let sample_variance = residual.variance + linearisation;
         let ph = self.filter.covariance_times(&h);
         let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
         let innovation = Innovation {
             value: -residual.value,
-            variance: of_states + at_once,
+            variance: of_states + sample_variance,
         };
 
         let square = residual.value * residual.value;
@@ -56,14 +56,15 @@ impl MotionFilter {
         let gate = TUNING.gate * TUNING.gate * innovation.variance;
         let excess = (square - explained).min(TUNING.unexplained_cap);
         self.unexplained = self.unexplained.max(excess);
-        // True at a residual beyond the gate, and until the unexplained load has decayed.
+        // True at a residual beyond the gate, and afterwards until the variance has decayed below this bound.
         if self.unexplained > gate - explained {
             self.suspect = [TUNING.suspect_time; 3];
         }
         let within_gate = square <= gate;
         if correct && within_gate {
-            // Errors that last count as white noise of larger variance, but never less than at this instant.
-            let lasting = (at_once + self.unexplained) * (2.0 * TUNING.parity.time / dt).max(1.0);
+            // Correlated errors enter as the equivalent white noise, with at least the variance of this sample.
+            let lasting =
+                (sample_variance + self.unexplained) * (2.0 * TUNING.parity.time / dt).max(1.0);
             self.filter.apply(&ph, -residual.value, of_states + lasting);
         }
         ParityCheck {

@@ -9,12 +9,12 @@ use super::tuning::TUNING;
 use crate::filters::Kalman;
 use crate::settings::NoiseBudget;
 
-/// Accelerations as the last readings show them, m/s^2. They set the process noise of the acceleration.
+/// Measured accelerations, m/s^2. They set the process noise of the acceleration.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct MeasuredAccelerations {
-    /// Mean of the rims, from the encoders.
+    /// Mean rim acceleration, signed, from the encoders.
     pub rims: f64,
-    /// The largest of an axle relative to Q, from the gyroscopes.
+    /// Largest over the wheels of arm |alpha| + |v_Q| |omega|, from the link's angular acceleration and rate; not negative.
     pub links: f64,
 }
 
@@ -72,8 +72,8 @@ impl MotionFilter {
 
     /// `F x` and `F P F'`: accelerations add to velocities; accelerations and contact angles decay.
     ///
-    /// Only the states before [`TORQUE_OFFSET`] change. Their rows are computed from the diagonal on and their columns are
-    /// copies, so P stays symmetric to the bit.
+    /// Only the states before [`TORQUE_OFFSET`] change. The upper triangle is copied to the lower, so P stays exactly
+    /// symmetric.
     fn propagate(&mut self, dt: f64, decay: Decay) {
         const CHANGING: usize = TORQUE_OFFSET;
         let Kalman { x, p } = &mut self.filter;
@@ -112,14 +112,15 @@ impl MotionFilter {
         self.filter.p[state][state] += variance;
     }
 
-    /// Keeps the stationary standard deviation `sigma` (m/s^2) of accelerations that decay by `keep`.
+    /// Adds `sigma^2 (1 - keep^2)`, which makes `sigma` (m/s^2) the stationary standard deviation of accelerations;
+    /// keep = exp(-dt/time).
     fn add_acceleration_noise(&mut self, sigma: f64, keep: f64) {
         for i in 0..2 {
             self.add_noise(ACCELERATION + i, sigma * sigma * (1.0 - keep * keep));
         }
     }
 
-    /// Keeps the stationary standard deviation of the contact angles, which decay by `keep`; more for angles not read.
+    /// The same for contact angles, rad. An angle that is not given gets a random walk in addition.
     fn add_angle_noise(&mut self, budget: &NoiseBudget, dt: f64, fresh: [bool; 3], keep: f64) {
         let angle = budget.contact_angle.max(TUNING.least_angle);
         for i in 0..3 {
@@ -143,7 +144,7 @@ impl MotionFilter {
         self.add_noise(CREEP, square(TUNING.creep_walk));
     }
 
-    /// Suspect wheels and the unexplained load, `dt` seconds later.
+    /// Decays suspicion and unexplained load over `dt` (s).
     fn decay_suspicion(&mut self, dt: f64) {
         for time in &mut self.suspect {
             *time = (*time - dt).max(0.0);

@@ -1,4 +1,4 @@
-//! Rolling constraints: a wheel's centre moves along the ground, at the speed of the rim less the slip.
+//! Rolling constraints: a wheel's centre moves along the ground, at the speed of the rim minus the slip.
 
 use super::filter::MotionFilter;
 use super::noise::LastingError;
@@ -11,35 +11,36 @@ use crate::filters::Kalman;
 use crate::settings::NoiseBudget;
 use robhaz_model::Vec2;
 
-/// What is measured of one rolling wheel at one instant.
+/// Inputs of the rolling constraints of one wheel. T and N are those of the previous estimate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RollingWheel {
     /// Velocity of the axle relative to Q, m/s, from the gyroscope.
     pub relative: Vec2,
     /// The same from the low-pass filtered rate.
     pub smooth_relative: Vec2,
-    /// Standard deviation of that velocity from the gyroscope's bias, m/s.
+    /// Part of the standard deviation of `relative` that the gyroscope's bias causes, m/s.
     pub bias_sigma: f64,
-    /// Standard deviation of that velocity from the gyroscope's white noise, m/s.
+    /// Part of the standard deviation of `relative` that the gyroscope's white noise causes, m/s.
     pub noise_sigma: f64,
     /// Given contact angle, rad.
     pub angle: f64,
-    /// Speed of the rim, r Omega, m/s; `None` while the encoder is not read.
+    /// Speed of the rim, m/s, forward positive: r (spin relative to the link - link rate). `None` before the observer has
+    /// settled, and when the encoder's last reading is too old.
     pub rim_speed: Option<f64>,
-    /// T/N.
+    /// T/N, limited to -1 to 1.
     pub ratio: f64,
     /// r N, N m.
     pub moment_of_load: f64,
-    /// Share of the gear friction that acts, with its sign: -1 to 1.
+    /// Smoothed sign of the spin, by which the gear friction acts: -1 to 1.
     pub friction_share: f64,
-    /// Torque reading less the torque that accelerates the rotor, N m.
+    /// Torque reading minus the torque that accelerates the rotor, N m.
     pub torque: f64,
     /// Standard deviation of the observed r T, N m.
     pub torque_sigma: f64,
 }
 
-/// One wheel at one sample, as both constraints take it.
-struct Sample<'a> {
+/// Terms common to both constraints of one wheel.
+struct Constrained<'a> {
     /// Number of the wheel, 0 to 2.
     i: usize,
     wheel: &'a RollingWheel,
@@ -49,13 +50,14 @@ struct Sample<'a> {
     dt: f64,
     /// See [`MotionFilter::speed_ratio`].
     speed_ratio: f64,
-    /// Whether the constraints may correct angles and torques; else these count as noise.
+    /// Whether the measurement rows contain contact angles and torques. If not, the angle's variance is added to the
+    /// measurement noise; the variances of torque errors and creep enter it only as their product.
     correct: bool,
 }
 
 impl MotionFilter {
-    /// Applies both rolling constraints of wheel `i`, `dt` seconds after the last sample. With `correct` they may correct
-    /// contact angles and torques; else they correct velocity and acceleration alone.
+    /// Applies both rolling constraints of wheel `i`, `dt` seconds after the last sample. Without `correct` the measurement
+    /// rows contain the velocity only; states that are correlated with it still change.
     pub fn roll(
         &mut self,
         budget: &NoiseBudget,
@@ -67,7 +69,7 @@ impl MotionFilter {
         let smooth = self.velocity() + wheel.smooth_relative;
         let noise = wheel.relative - wheel.smooth_relative;
         let slope = wheel.angle - self.filter.x[CONTACT_ANGLE + i];
-        let sample = Sample {
+        let sample = Constrained {
             i,
             wheel,
             velocity: ContactVelocity::new(smooth, noise, slope),
@@ -81,12 +83,13 @@ impl MotionFilter {
         }
     }
 
-    /// The direction of the velocity is the contact angle: the speed away from the ground is zero. A wheel beyond its gate
-    /// becomes suspect.
+    /// The direction of the velocity is the contact angle: the speed away from the ground is zero. A wheel beyond
+    /// `TUNING.suspect_gate` becomes suspect.
     ///
-    /// Returns the variance that both constraints share, m^2/s^2: the gyroscope's noise, and the suspicion.
-    fn constrain_direction(&mut self, budget: &NoiseBudget, sample: &Sample<'_>) -> f64 {
-        let &Sample {
+    /// Returns the measurement-noise variance common to both constraints, m^2/s^2: gyroscope bias and noise, and
+    /// `TUNING.suspect` for a suspect wheel.
+    fn constrain_direction(&mut self, budget: &NoiseBudget, sample: &Constrained<'_>) -> f64 {
+        let &Constrained {
             i,
             wheel,
             velocity,
@@ -102,10 +105,10 @@ impl MotionFilter {
         let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
 
         let penetration = TUNING.penetration_speed.at_speed(sample.speed_ratio);
-        let at_once =
+        let sample_variance =
             of_states + penetration.sigma * penetration.sigma + bias * bias + noise * noise;
         let gate = TUNING.suspect_gate;
-        if velocity.away * velocity.away > gate * gate * at_once {
+        if velocity.away * velocity.away > gate * gate * sample_variance {
             self.suspect[i] = TUNING.suspect_time;
         }
 
@@ -128,9 +131,9 @@ impl MotionFilter {
         shared
     }
 
-    /// The speed along the ground is the rim's speed (m/s) less the slip.
-    fn constrain_speed(&mut self, sample: &Sample<'_>, rim_speed: f64, shared: f64) {
-        let &Sample {
+    /// The speed along the ground is the rim's speed (m/s) minus the slip.
+    fn constrain_speed(&mut self, sample: &Constrained<'_>, rim_speed: f64, shared: f64) {
+        let &Constrained {
             i,
             wheel,
             velocity,
@@ -142,7 +145,7 @@ impl MotionFilter {
             ratio: wheel.ratio,
         };
         let slip = creep.slip();
-        // Derivative of the slip by an error of the torque, which shifts T/N.
+        // Derivative of the slip with respect to a torque error, which changes T/N.
         let by_offset = -creep.speed / wheel.moment_of_load;
         let slip_noise = TUNING.slip.at_speed(sample.speed_ratio).white(dt);
         let mut r = slip_noise * creep.variance_factor()
@@ -189,8 +192,8 @@ impl MotionFilter {
         libm::sqrt(p[CREEP][CREEP] * ratio_variance)
     }
 
-    /// Widens the velocity's variance after a rejected rim speed. Within a second of rejections the velocity is unknown, so
-    /// a wrong one cannot keep the gate shut.
+    /// Increases the velocity's variance after a rejected rim speed: 0.5 m/s per wheel within one second. So a wrong velocity
+    /// estimate cannot cause the rejection of all later readings.
     fn widen_velocity(&mut self, dt: f64) {
         for v in [VELOCITY, VELOCITY + 1] {
             self.filter.p[v][v] += TUNING.unknown_velocity * TUNING.unknown_velocity * dt;

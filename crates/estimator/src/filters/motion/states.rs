@@ -1,4 +1,4 @@
-//! The states of the motion filter and their places.
+//! The states of the motion filter and their indices.
 //!
 //! From [`INPUTS`] on they are the uncertain inputs of eq. (8), in the order of [`input`].
 
@@ -12,14 +12,15 @@ pub const CREEP: usize = 2;
 pub const INPUTS: usize = 3;
 /// Acceleration of Q, m/s^2: x, y.
 pub const ACCELERATION: usize = INPUTS + input::ACCELERATION;
-/// Errors of the given contact angles, rad.
+/// Contact-angle errors, given minus true, rad.
 pub const CONTACT_ANGLE: usize = INPUTS + input::CONTACT_ANGLE;
-/// Offsets of the torque readings, N m.
+/// Torque offsets, reading minus true, N m.
 pub const TORQUE_OFFSET: usize = INPUTS + input::TORQUE_OFFSET;
-/// Dry friction in the gears, common to all wheels, N m against the spin.
+/// Dry gear friction at the wheel, common to all wheels, N m; positive opposes the spin.
 pub const GEAR_FRICTION: usize = INPUTS + input::GEAR_FRICTION;
-/// Relative errors of the torque readings: consider states. Only products with creep and contact angles make them
-/// observable, and a linear filter gets these wrong: its variance would fall while its error grows.
+/// Relative errors of the torque readings, positive for readings that are too large: consider states. Only products with
+/// creep and contact angles make them observable. A linearised filter is inconsistent there: its variance would fall while
+/// its error grows.
 pub const TORQUE_GAIN: usize = INPUTS + input::TORQUE_GAIN;
 /// Number of states.
 pub const COUNT: usize = INPUTS + input::COUNT;

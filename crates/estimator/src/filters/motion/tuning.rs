@@ -5,23 +5,25 @@
 
 use super::noise::LastingError;
 
-/// See [`TUNING`].
+/// Constants of the motion filter. A [`LastingError`] is a standard deviation and a correlation time.
 pub struct Tuning {
-    /// Speed at which the ground-dependent constants are stated, m/s. At a higher speed the same ground changes in
-    /// proportion to the speed, and accelerations grow with its square.
+    /// Speed for which `acceleration`, `penetration_speed` and `slip` hold, m/s. With k = speed/reference, limited to 1 to
+    /// 50, the standard deviations of penetration speed and slip grow with k, that of the acceleration with k^2. The
+    /// correlation times fall with 1/k.
     pub reference_speed: f64,
-    /// Largest speed for which they are scaled, m/s. No set speed is higher.
+    /// Largest speed in that ratio, m/s. No commanded speed is higher.
     pub highest_speed: f64,
-    /// Gauss-Markov acceleration of Q while no sensor measures any, m/s^2 and s, at the reference speed and with contact
-    /// angles as uncertain as `coarse_angle`. Angles of that error can follow it. Finer angles can follow more: the
-    /// standard deviation grows with the inverse root of their error.
+    /// Unmeasured part of the acceleration of Q, a first-order Gauss-Markov process: standard deviation, m/s^2, and
+    /// correlation time, s, for a contact-angle error of `coarse_angle` or more. For a smaller error it grows with
+    /// sqrt(coarse_angle/error), because finer angles resolve larger accelerations. The measured parts add in quadrature.
     pub acceleration: LastingError,
-    /// Error of a contact angle to which `acceleration` belongs, rad: 2 deg, the budget of typical sensors.
+    /// Contact-angle error for which `acceleration` holds, rad: 2 deg, the budget of typical sensors.
     pub coarse_angle: f64,
-    /// Correlation time of the acceleration after an impact, s: accelerations estimated before it no longer hold.
+    /// Correlation time of the acceleration while all three wheels are suspect, s, as after an impact: accelerations
+    /// estimated before it no longer hold.
     pub acceleration_time_after_impact: f64,
-    /// Upper limit of the acceleration's standard deviation, m/s^2. Measured accelerations beyond it are false, and the
-    /// covariance must not outgrow its rounding.
+    /// Upper limit of the acceleration's standard deviation, m/s^2. Larger values come from faulty readings, and rounding
+    /// errors would dominate the covariance.
     pub largest_acceleration: f64,
     /// Process-noise factor on the acceleration of the rims, which encoders measure.
     pub rim_factor: f64,
@@ -29,15 +31,17 @@ pub struct Tuning {
     pub link_factor: f64,
     /// Standard deviation of the velocity of a robot at rest, m/s.
     pub velocity_at_rest: f64,
-    /// Standard deviation of an unknown velocity, m/s: after a gap between frames.
+    /// Standard deviation of an unknown velocity, m/s: after a gap between frames. Also the random walk of the velocity
+    /// after a rejected rim speed, m/s/sqrt(s).
     pub unknown_velocity: f64,
     /// Speed of penetration at the reference speed, m/s and s: 0.5 mm of penetration changes by 2 % over 50 ms.
     pub penetration_speed: LastingError,
-    /// Factor on the gyroscopes' noise. Beside its own term it disturbs the direction about which the rolling constraints
-    /// are linearised.
+    /// Factor on the standard deviation of the gyroscopes' white noise in the measurement noise, -. It covers the noise left
+    /// in the smoothed velocity, about which the rolling constraints are linearised. `suspect_gate` does not use it.
     pub gyro_noise_factor: f64,
-    /// Slip speed beyond creep, m/s and s, at the reference speed: the rolling radius, without the changes of the
-    /// penetration, errs by 0.1 % of the speed.
+    /// Slip speed that creep does not explain: standard deviation, m/s, and correlation time, s, at the reference speed. It
+    /// is a rolling-radius error of 0.1 %. The time also holds for the gyroscope's bias, for the error of creep times T/N,
+    /// and for the slip of a wheel at rest.
     pub slip: LastingError,
     /// Correlation time of the torque observer's error in the slip, s.
     pub observer_time: f64,
@@ -46,7 +50,7 @@ pub struct Tuning {
     /// Standard deviation of that prior, m/s. It is small because a creep of zero explains readings with any torque
     /// offset, and the filter could diverge to it. `docs/estimators.md` lists the errors with other wheels.
     pub creep_sigma: f64,
-    /// Least creep speed, m/s: a driven wheel does not creep backwards, and harder wheels act as rigid ones.
+    /// Lower limit of the creep speed, m/s: a driven wheel does not creep backwards, and harder wheels act as rigid ones.
     pub least_creep: f64,
     /// Random walk of a torque offset, N m/sqrt(s).
     pub offset_walk: f64,
@@ -54,19 +58,20 @@ pub struct Tuning {
     pub friction_walk: f64,
     /// Random walk of the creep speed, m/s/sqrt(s).
     pub creep_walk: f64,
-    /// Linearisation error of the parity residual, N, beside the errors of the loads; and the time over which all errors
-    /// of that residual last, s, those of the torque observer included.
+    /// Linearisation error of the parity residual, N, in addition to the errors of the loads; and the correlation time of
+    /// all errors of that residual, s, those of the torque observer included.
     pub parity: LastingError,
     /// Random walk of a contact angle while none is given, rad/sqrt(s).
     pub unread_angle_walk: f64,
-    /// Least error of a contact angle, rad. With a budget of zero the filter would not correct velocities.
+    /// Lower limit of the contact-angle error, rad. It keeps the process noise of the acceleration finite where the budget
+    /// is zero.
     pub least_angle: f64,
-    /// Gate of all innovations, standard deviations.
+    /// Innovations beyond this many standard deviations are rejected.
     pub gate: f64,
-    /// Gate of the rolling constraint, standard deviations. A wheel beyond it becomes suspect: it does not roll on the
-    /// given ground, but stands on an edge, or on riser and tread.
+    /// Threshold of the direction constraint, in standard deviations at one sample. A wheel beyond it becomes suspect: it
+    /// does not roll on the given ground, but stands on a corner, or on riser and tread. `gate` decides on rejection.
     pub suspect_gate: f64,
-    /// Time for which a wheel then stays suspect, s; all wheels after an impact.
+    /// Time for which a wheel then stays suspect, s. After a parity outlier all wheels are suspect for this time.
     pub suspect_time: f64,
     /// Velocity error of a suspect wheel, m/s and s.
     pub suspect: LastingError,
@@ -74,13 +79,13 @@ pub struct Tuning {
     pub explained: f64,
     /// Decay time of the variance of the unexplained load, s.
     pub unexplained_decay: f64,
-    /// Floor of that variance, N^2: below it the variance becomes zero.
+    /// Variance of the unexplained load below which it becomes zero, N^2.
     pub unexplained_floor: f64,
-    /// Cap of that variance, N^2: a load of 10 kN.
+    /// Upper limit of that variance, N^2: a load of 10 kN.
     pub unexplained_cap: f64,
 }
 
-/// The one tuning.
+/// The values for all sensors, grounds and robots.
 pub const TUNING: Tuning = Tuning {
     reference_speed: 0.2,
     highest_speed: 10.0,

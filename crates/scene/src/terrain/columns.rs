@@ -3,7 +3,7 @@
 use crate::units::{LENGTH, Unit};
 use csv::ByteRecord;
 
-/// What a track must look like, for messages.
+/// Format of a track, for messages.
 pub(crate) const HEADER_RULE: &str = "columns separated by comma, semicolon or tab; either two columns, x and height in m, or a \
      first line that names x and height (also y, z, elevation), with units such as x [mm]; among more columns x_column and \
      height_column choose by name or number";
@@ -14,7 +14,7 @@ const X: &[&str] = &[
 ];
 const HEIGHT: &[&str] = &["height", "y", "z", "h", "elevation", "elev", "altitude"];
 
-/// How a scene says that a column is to be found.
+/// How a scene names a column.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Column {
     /// By its name, with or without the unit.
@@ -23,7 +23,7 @@ pub(crate) enum Column {
     Number(usize),
 }
 
-/// What a scene says of a track.
+/// Choices of a scene about a track.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Choice {
     pub x: Option<Column>,
@@ -38,9 +38,9 @@ pub(crate) struct Columns {
     pub is_header: bool,
     /// How many there are.
     pub count: usize,
-    /// Index of that with x.
+    /// Index of the column of x.
     pub x: usize,
-    /// Index of that with the height.
+    /// Index of the column of the height.
     pub height: usize,
     names: Vec<String>,
     /// Units of `x` and `height` where the header gives them.
@@ -48,13 +48,13 @@ pub(crate) struct Columns {
 }
 
 impl Columns {
-    /// From the first line; an error says what was found.
+    /// From the first line; the error describes what was found.
     pub fn of(first: &ByteRecord, choice: &Choice) -> Result<Self, String> {
         let cells: Vec<String> = first
             .iter()
             .map(|cell| String::from_utf8_lossy(cell).trim().to_owned())
             .collect();
-        // A lost value is no name.
+        // `nan` and `inf` are lost values, not names.
         let is_number = |cell: &String| quantity(cell).is_some() || cell.parse::<f64>().is_ok();
         let is_header = !cells.iter().any(is_number);
         let filled = cells.iter().rposition(|c| !c.is_empty());
@@ -102,7 +102,7 @@ impl Columns {
         }
     }
 
-    /// How messages call a column.
+    /// The column's name in messages.
     pub fn name(&self, index: usize) -> String {
         match self.names.get(index) {
             Some(name) => format!("column \"{}\"", short(name)),
@@ -111,7 +111,7 @@ impl Columns {
     }
 }
 
-/// Index of a column: as chosen, else the only one of a usual name.
+/// Index of a column: the chosen one, else the only one with a usual name.
 fn place(
     key: &str,
     chosen: Option<&Column>,
@@ -225,7 +225,7 @@ fn number(cell: &str) -> Option<f64> {
     }
     let cell = cell.replace('\u{2212}', "-");
     let cell = match (cell.contains(','), cell.contains('.')) {
-        // One of them separates thousands, and which is not certain.
+        // One of them separates thousands, but which one is ambiguous.
         (true, true) => return None,
         (true, false) => cell.replace(',', "."),
         _ => cell,

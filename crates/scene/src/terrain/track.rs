@@ -1,6 +1,6 @@
-//! A track: points of the ground in a file of their own, as measuring programs write them.
+//! A track: points of the ground in a CSV file, as measuring programs write them.
 
-use crate::columns::{Choice, Columns, HEADER_RULE};
+use super::columns::{Choice, Columns, HEADER_RULE};
 use crate::error::Problem;
 use crate::reader::{Reader, grouped};
 use crate::source::{Origin, Source};
@@ -10,9 +10,9 @@ use std::cell::OnceCell;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Most points of a track.
+/// Largest number of points of a track.
 pub(crate) const MOST_POINTS: usize = 2_000_000;
-/// A coordinate, m: at least its negative and at most this.
+/// Largest magnitude of a coordinate, m.
 const FARTHEST: f64 = 1000.0;
 /// Records from which the separator is found.
 const SAMPLE: usize = 20;
@@ -22,7 +22,7 @@ const SEPARATORS: [(u8, &str); 3] = [(b'\t', "tab"), (b';', "semicolon"), (b',',
 /// A file of points as the scene names it, with its content: the run's folder gets a copy.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Track {
-    /// Which part of the ground it is, from 0; `None` where it is the whole ground.
+    /// Index of the part of the ground, from 0; `None` for the whole ground.
     pub part: Option<usize>,
     /// The file's content.
     pub bytes: Arc<[u8]>,
@@ -38,7 +38,7 @@ impl Track {
         }
     }
 
-    /// The hash by which the resolved scene knows the file: `sha256:` and 64 digits.
+    /// The hash that the resolved scene states: `sha256:` and 64 digits.
     pub fn hash(&self) -> String {
         hash(&self.bytes)
     }
@@ -104,7 +104,7 @@ fn csv_reader(bytes: &[u8], separator: u8) -> csv::Reader<&[u8]> {
         .from_reader(bytes)
 }
 
-/// Nothing but separators, a comment behind blanks, or the line `sep=;` by which spreadsheets name the separator.
+/// Whether a record has no data: only separators, an indented comment, or the line `sep=;` that spreadsheets write.
 fn is_blank(record: &ByteRecord) -> bool {
     let first = record.get(0).unwrap_or_default().trim_ascii_start();
     first.starts_with(b"#")
@@ -112,7 +112,7 @@ fn is_blank(record: &ByteRecord) -> bool {
         || record.iter().all(|cell| cell.trim_ascii().is_empty())
 }
 
-/// The file's text, made only where a problem has to show a line of it.
+/// The file's text, made only when a problem has to show a line of it.
 struct Text<'a> {
     bytes: &'a [u8],
     name: String,
@@ -122,7 +122,7 @@ struct Text<'a> {
 impl Text<'_> {
     fn source(&self) -> &Arc<Source> {
         self.source.get_or_init(|| {
-            // Byte for byte, so that places stay what they are.
+            // One character for each invalid byte, so that positions do not change.
             let mut text = String::with_capacity(self.bytes.len());
             for chunk in self.bytes.utf8_chunks() {
                 text += chunk.valid();
@@ -138,7 +138,7 @@ impl Text<'_> {
         let at = usize::try_from(at)
             .unwrap_or(usize::MAX)
             .min(self.bytes.len());
-        // A record starts behind the blank lines and comments before it.
+        // The position of a record is in front of the blank lines and comments before it.
         let source = Arc::clone(self.source());
         let mut line = source.line_of(at);
         while let Some(span) = source.line_span(line) {
@@ -276,7 +276,7 @@ impl Parser<'_> {
     }
 }
 
-/// In the order of x; points of the same x become one at their mean height.
+/// Sorts by x; points of equal x become one at their mean height.
 fn sorted(mut points: Vec<Vec2>) -> Vec<Vec2> {
     points.sort_by(|a, b| a.x.total_cmp(&b.x));
     #[expect(clippy::float_cmp, reason = "the same number in the file")]

@@ -1,66 +1,28 @@
-//! Points that the ground goes through, in the scene itself or in a file of their own.
+//! Points that the ground goes through, in the scene itself or in a separate file.
 
-use crate::columns::{Choice, Column};
+use super::columns::{Choice, Column};
+use super::track::{self, Track};
 use crate::error::Problem;
 use crate::file;
-use crate::key::{Key, Number, SWITCH};
+use crate::key::{Number, SWITCH};
 use crate::range::at_least;
 use crate::reader::{Reader, grouped, join};
 use crate::source::{Node, Value};
-use crate::terrain_keys::Shape;
-use crate::track::{self, Track};
 use crate::units::LENGTH;
 use robhaz_model::Vec2;
 
-/// More points than this belong into a file.
+/// Largest number of points in a scene; more belong into a file.
 const MOST: usize = 100_000;
-const POINTS: &str =
+/// What `points` may be.
+pub(super) const POINTS: &str =
     "an array of 2 to 100000 points [x, y], each at least -1000 and at most 1000, x increasing";
-const FILE: &str =
+/// What `file` may be.
+pub(super) const FILE: &str =
     "the path of a .csv file of at most 2000000 points and 100 MB, relative to the scene file";
-const COLUMN: &str = "a name of the first line, or a number from 1";
+/// What the keys of columns may be.
+pub(super) const COLUMN: &str = "a name of the first line, or a number from 1";
 
-/// The keys of kind `heights` that are read here.
-pub(crate) const KEYS: &[Key<Shape>] = &[
-    Key::own(
-        "points",
-        "none",
-        POINTS,
-        "kind heights only: points that the ground goes through, m; heights count from the first",
-    ),
-    Key::own(
-        "file",
-        "none",
-        FILE,
-        "kind heights only: points from a file; either this or points",
-    ),
-    Key::own(
-        "x_column",
-        "by the first line, else the first",
-        COLUMN,
-        "kind heights with file only: the column of x",
-    ),
-    Key::own(
-        "height_column",
-        "by the first line, else the second",
-        COLUMN,
-        "kind heights with file only: the column of the height",
-    ),
-    Key::own(
-        "sort",
-        "off",
-        "\"off\", \"on\"",
-        "kind heights with file only: lines may come in any order; those of the same x become one point at their mean height",
-    ),
-    Key::own(
-        "file_hash",
-        "none",
-        "\"sha256:\" and 64 digits",
-        "kind heights with file only: hash that the file must have; a run writes it for its copy",
-    ),
-];
-
-/// The keys that say more of a file.
+/// The keys that describe the file.
 const OF_FILE: [&str; 4] = ["x_column", "height_column", "sort", "file_hash"];
 
 /// A coordinate.
@@ -168,7 +130,7 @@ fn from_file(
     Some((points, track))
 }
 
-/// What the scene says of a file; `None` after a problem.
+/// Choices of the scene about the file; `None` after a problem.
 fn choice(reader: &mut Reader, node: &Node, path: &str) -> Option<Choice> {
     let mark = reader.mark();
     let mut column = |key: &str| -> Option<Column> {

@@ -1,36 +1,26 @@
-//! `[terrain]` as it is read: kinds of ground, each with keys of its own.
+//! Reads `[terrain]`.
 
-use crate::points;
+use super::choice::TerrainChoice;
+use super::kinds::{DEFAULT, KINDS, Parameters, Visitor, names};
+use super::points;
+use super::section::{BUMP, COMMON, NO_BUMP, NO_STRETCH, PATH, STRETCH, STRETCHES};
+use super::tables::{BUMPS, PARTS};
+use super::track::Track;
+use crate::key::{Key, Words};
 use crate::reader::{Reader, join};
-use crate::scene::TerrainChoice;
 use crate::seed;
 use crate::source::{Entry, Node, Value};
-use crate::terrain_keys::{
-    BUMP, BUMPS, DEFAULT, NO_BUMP, NO_STRETCH, PARTS, PATH, SHAPE, STRETCH, STRETCHES, Shape,
-    allowed_in, common, kinds, taken_by,
-};
-use crate::track::Track;
 use robhaz_sim::friction::Stretch;
-use robhaz_terrain::{Bump, Course, Heights, Interpolation, Profile};
+use robhaz_terrain::{Bump, Course, Heights, Profile, Rough};
 
-/// More bumps than this are a mistake.
+/// Largest number of bumps.
 const MOST_BUMPS: usize = 1000;
-/// More parts than this are a mistake.
+/// Largest number of parts.
 const MOST_PARTS: usize = 100;
-/// More stretches than this slow every contact.
+/// Largest number of friction stretches: each contact looks them up.
 const MOST_STRETCHES: usize = 1000;
 
-/// The default ground.
-pub(crate) fn default() -> TerrainChoice {
-    TerrainChoice {
-        kind: DEFAULT,
-        profile: Profile::smooth(),
-        stretches: Vec::new(),
-        tracks: Vec::new(),
-    }
-}
-
-/// A ground as it is read.
+/// A ground that was read.
 struct Ground {
     kind: &'static str,
     profile: Profile,
@@ -51,7 +41,7 @@ impl Ground {
 /// Reads the section; `seed` is the scene's.
 pub(crate) fn read(reader: &mut Reader, root: &Node, seed: u64) -> TerrainChoice {
     match root.get(PATH) {
-        None => default(),
+        None => TerrainChoice::default(),
         Some(node) => {
             let ground = ground(reader, node, PATH, seed);
             TerrainChoice {
@@ -71,97 +61,128 @@ fn ground(reader: &mut Reader, node: &Node, path: &str, seed: u64) -> Ground {
         None => DEFAULT,
         Some(chosen) => match reader.word(kinds(path), chosen, &join(path, "kind")) {
             Some(index) => kinds(path)[index],
-            // Which keys belong to it is then unknown.
+            // The allowed keys are then unknown.
             None => return Ground::new(DEFAULT, Profile::smooth()),
         },
     };
     let mark = reader.mark();
-    // An override of the kind leaves behind what the file says of its own kind.
-    let forgiving = chosen.is_some_and(|c| c.origin.is_override());
-    let mut shape = Shape {
-        seed,
-        ..Shape::default()
-    };
-    for entry in reader.entries(node, path) {
-        let left_behind = forgiving && !entry.origin.is_override();
-        let owners = taken_by(&entry.key);
-        if common(path).any(|k| k.name == entry.key) {
-        } else if owners.is_empty() {
-            reader.unknown(entry, path, &allowed_in(kind, path));
-        } else if owners.contains(&kind) {
-            // The others are read by their kinds.
-            if SHAPE.iter().any(|k| k.name == entry.key) {
-                reader.entry(SHAPE, entry, path, &mut shape);
-            }
-        } else if !left_behind {
-            foreign(reader, entry, path, kind, owners);
+    let mut parameters = Parameters::standard(kind);
+    parameters.show(&mut Keys {
+        reader: &mut *reader,
+        node,
+        path,
+        kind,
+        // Where an override sets the kind, the file's keys of its own kind are ignored.
+        ignores_file: chosen.is_some_and(|c| c.origin.is_override()),
+    });
+    let mut ground = Ground::new(kind, Profile::Flat);
+    ground.profile = match parameters {
+        Parameters::Flat => Profile::Flat,
+        Parameters::Smooth => Profile::smooth(),
+        Parameters::CosBump(bump) => Profile::CosBump(bump),
+        Parameters::Ramp(ramp) => Profile::Ramp(ramp),
+        Parameters::Step(stairs) | Parameters::Stairs(stairs) => Profile::Stairs(stairs),
+        Parameters::Sine(sine) => Profile::Sine(sine),
+        Parameters::Ditch(ditch) => Profile::Ditch(ditch),
+        Parameters::Bumps => Profile::Bumps(read_bumps(reader, node, path)),
+        Parameters::Rough(mut settings) => {
+            let given = node.get("seed");
+            let own = given.and_then(|given| seed::read(reader, given, &join(path, "seed")));
+            settings.seed = own.unwrap_or(seed);
+            Profile::Rough(Rough::new(settings))
         }
-    }
-    let mut tracks = Vec::new();
-    let profile = match kind {
-        "flat" => Profile::Flat,
-        "bumps" => Profile::Bumps(read_bumps(reader, node, path)),
-        "parts" => {
+        Parameters::Heights(curve) => {
+            let (points, track) = points::read(reader, node, path);
+            ground.tracks.extend(track);
+            let heights = Heights::with_smoothing(points, curve.interpolation, curve.smoothing);
+            Profile::Heights(heights)
+        }
+        Parameters::Parts => {
             let parts = read_parts(reader, node, path, seed);
             let profiles = parts.into_iter().enumerate().map(|(i, part)| {
                 let of_part = |track| Track {
                     part: Some(i),
                     ..track
                 };
-                tracks.extend(part.tracks.into_iter().map(of_part));
+                ground.tracks.extend(part.tracks.into_iter().map(of_part));
                 part.profile
             });
             Profile::Course(Course::new(profiles.collect()))
         }
-        "heights" => {
-            let (points, track) = points::read(reader, node, path);
-            tracks.extend(track);
-            let way = Interpolation::ALL[shape.interpolation];
-            Profile::Heights(Heights::with_smoothing(points, way, shape.smoothing))
-        }
-        _ => {
-            whole_numbers(reader, node, path, kind, &shape);
-            if let (true, Some(given)) = (kind == "rough", node.get("seed")) {
-                let path = join(path, "seed");
-                shape.seed = seed::read(reader, given, &path).unwrap_or(seed);
-            }
-            shape.profile(kind)
-        }
     };
-    if let (true, Err(error)) = (reader.mark() == mark, profile.check()) {
+    if let (true, Err(error)) = (reader.mark() == mark, ground.profile.check()) {
         reader.refuse(node, path, &error.to_string());
     }
-    Ground {
-        kind,
-        profile,
-        tracks,
+    ground
+}
+
+/// The kinds at a place: a part is neither level ground nor made of parts.
+fn kinds(path: &str) -> Words {
+    match path {
+        PATH => KINDS,
+        _ => &KINDS[1..KINDS.len() - 1],
     }
 }
 
-/// Complains of counts that are no whole numbers.
-fn whole_numbers(reader: &mut Reader, node: &Node, path: &str, kind: &str, shape: &Shape) {
-    for (key, value) in [("count", shape.count), ("periods", shape.periods)] {
-        if let (true, Some(count)) = (taken_by(key).contains(&kind), node.get(key))
-            && value.fract() != 0.0
-        {
-            reader.refuse(count, &join(path, key), "a whole number from 1 to 1000");
+/// The keys of every kind at a place.
+fn common(path: &str) -> impl Iterator<Item = &'static str> {
+    let stretches = if path == PATH { STRETCHES } else { &[] };
+    COMMON.iter().chain(stretches).map(|k| k.name)
+}
+
+/// Reads the keys of a kind, and refuses those of other kinds.
+struct Keys<'a> {
+    reader: &'a mut Reader,
+    node: &'a Node,
+    path: &'a str,
+    kind: &'static str,
+    /// Whether the file may have keys of other kinds, which are ignored.
+    ignores_file: bool,
+}
+
+impl Visitor for Keys<'_> {
+    fn visit<T>(&mut self, keys: &'static [Key<T>], parameters: &mut T) {
+        for entry in self.reader.entries(self.node, self.path) {
+            let name = entry.key.as_str();
+            if keys.iter().any(|k| k.name == name) {
+                self.reader.entry(keys, entry, self.path, parameters);
+            } else if !common(self.path).any(|common| common == name) {
+                let allowed = common(self.path).chain(keys.iter().map(|k| k.name));
+                self.refuse(entry, &allowed.collect::<Vec<_>>());
+            }
         }
     }
 }
 
-fn foreign(reader: &mut Reader, entry: &Entry, path: &str, kind: &str, owners: &[&str]) {
-    let allowed = match allowed_in(kind, path).as_slice() {
-        ["kind"] => "kind alone".to_owned(),
-        names => names.join(", "),
-    };
-    let allowed = format!(
-        "with kind = \"{kind}\": {allowed}; {} belongs to kind = \"{}\"",
-        entry.key,
-        owners.join("\", \"")
-    );
-    // The key is what is wrong, not its value.
-    let key = Node::text(&entry.origin, &entry.key);
-    reader.refuse(&key, &join(path, &entry.key), &allowed);
+impl Keys<'_> {
+    /// Refuses a key that the kind does not take.
+    fn refuse(&mut self, entry: &Entry, allowed: &[&str]) {
+        let owners: Vec<&str> = names()
+            .iter()
+            .filter(|(_, names)| names.contains(&entry.key.as_str()))
+            .map(|(kind, _)| *kind)
+            .collect();
+        if owners.is_empty() {
+            return self.reader.unknown(entry, self.path, allowed);
+        }
+        if self.ignores_file && !entry.origin.is_override() {
+            return;
+        }
+        let allowed = match allowed {
+            ["kind"] => "kind alone".to_owned(),
+            names => names.join(", "),
+        };
+        let allowed = format!(
+            "with kind = \"{}\": {allowed}; {} belongs to kind = \"{}\"",
+            self.kind,
+            entry.key,
+            owners.join("\", \"")
+        );
+        // The key is wrong, not its value.
+        let key = Node::text(&entry.origin, &entry.key);
+        self.reader
+            .refuse(&key, &join(self.path, &entry.key), &allowed);
+    }
 }
 
 fn read_bumps(reader: &mut Reader, node: &Node, path: &str) -> Vec<Bump> {

@@ -1,0 +1,10 @@
+//! Formats of the tables.
+
+/// Format of the tables.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TableFormat {
+    /// Apache Parquet with Snappy; unit and description of a column stand in its field metadata.
+    Parquet,
+    /// Comma-separated text; units and descriptions stand in `columns.csv` beside it.
+    Csv,
+}

@@ -1,0 +1,160 @@
+//! What is known of a run before its first record.
+
+use robhaz_estimator::EstimatorSettings;
+use robhaz_model::Robot;
+use robhaz_scene::{
+    EngineKind, EstimatorChoice, Grade, ModelErrorTooLarge, RecordChoice, RobotChoice, Scene,
+    TerrainChoice,
+};
+use robhaz_sim::drive::Drive;
+use robhaz_sim::friction::FrictionLaw;
+use robhaz_sim::sensors::DrawnErrors;
+use std::fmt::{self, Write as _};
+
+/// What is known of a run before its first record, simulated or recorded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunDescription {
+    /// Name of the scene or log.
+    pub name: String,
+    /// Distinguishes runs of one name: it is equal for equal scenes. A log takes a hash of its content.
+    pub fingerprint: u64,
+    /// Rate of the records, planned duration, and the time from which errors count. Time starts at 0.
+    pub record: RecordChoice,
+    /// The estimators, in the order of [`crate::Frame::estimates`]. Their labels are unique.
+    pub estimators: Vec<EstimatorDescription>,
+    /// The robot that is simulated; of a log the nominal one.
+    pub robot: RobotChoice,
+    /// The nominal robot, which the estimators are given.
+    pub nominal_robot: Robot,
+    /// Nominal viscous damping B, N m s.
+    pub nominal_damping: f64,
+    /// What only a simulation has. `None` for a log.
+    pub world: Option<World>,
+}
+
+/// An estimator of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EstimatorDescription {
+    /// Its name in tables, figures and file names.
+    pub label: String,
+    /// The settings as listed. They show which preset the estimator is.
+    pub listed: EstimatorSettings,
+    /// The settings that the estimator runs with: as listed, with the nominal damping and the noise budget.
+    pub settings: EstimatorSettings,
+}
+
+/// What only a simulation has.
+#[derive(Clone, Debug, PartialEq)]
+pub struct World {
+    /// Seed of everything random in the run.
+    pub seed: u64,
+    /// The engine that computes the truth.
+    pub engine: EngineKind,
+    /// The ground and its friction stretches.
+    pub terrain: TerrainChoice,
+    /// Friction outside of the stretches, eq. (11).
+    pub friction: FrictionLaw,
+    /// The drive, eq. (2).
+    pub drive: Drive,
+    /// Grade of the sensors.
+    pub grade: Grade,
+    /// Errors of the sensors that are drawn once per run. No estimator knows them.
+    pub drawn: DrawnErrors,
+}
+
+impl RunDescription {
+    /// The description of the simulation of a scene.
+    ///
+    /// # Errors
+    /// [`ModelErrorTooLarge`] when the nominal robot is not a valid robot.
+    pub fn of(scene: &Scene) -> Result<Self, ModelErrorTooLarge> {
+        let estimator = |choice: &EstimatorChoice| EstimatorDescription {
+            label: choice.name.clone(),
+            listed: choice.settings,
+            settings: scene.nominal_settings(choice),
+        };
+        let damping = scene.drive.viscous_damping;
+        Ok(Self {
+            name: scene.name.clone(),
+            fingerprint: fingerprint(scene),
+            record: scene.record,
+            estimators: scene.estimators.iter().map(estimator).collect(),
+            robot: scene.robot.clone(),
+            nominal_robot: scene.nominal_robot()?,
+            nominal_damping: scene.model_error.nominal_damping(damping),
+            world: Some(World {
+                seed: scene.seed,
+                engine: scene.engine.kind,
+                terrain: scene.terrain.clone(),
+                friction: scene.friction,
+                drive: scene.drive,
+                grade: scene.sensors.grade,
+                drawn: *scene.sensors().drawn(),
+            }),
+        })
+    }
+}
+
+/// Hash of all that a scene holds.
+fn fingerprint(scene: &Scene) -> u64 {
+    let mut hash = Fnv1a(0xCBF2_9CE4_8422_2325);
+    // Writing into the hash cannot fail.
+    let _ = write!(hash, "{scene:?}");
+    hash.0
+}
+
+/// The hash FNV-1a of the text written into it. It is the same on every machine.
+struct Fnv1a(u64);
+
+impl fmt::Write for Fnv1a {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        for byte in text.bytes() {
+            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Reference: the published value of FNV-1a for "foobar", whatever the pieces in which the text arrives.
+    #[test]
+    fn the_hash_is_fnv_1a() {
+        let mut hash = Fnv1a(0xCBF2_9CE4_8422_2325);
+        for piece in ["foo", "bar"] {
+            assert!(write!(hash, "{piece}").is_ok());
+        }
+        assert_eq!(hash.0, 0x8594_4171_F739_67E8);
+    }
+
+    /// Property: the estimators get the nominal damping and the noise budget; the listed settings stay as listed.
+    #[test]
+    fn estimators_run_with_the_nominal_damping() -> Result<(), ModelErrorTooLarge> {
+        let mut scene = Scene::default();
+        scene.model_error.viscous_damping = 0.1;
+        let description = RunDescription::of(&scene)?;
+        assert!((description.nominal_damping - 1.1 * scene.drive.viscous_damping).abs() < 1e-15);
+        for (found, choice) in description.estimators.iter().zip(&scene.estimators) {
+            assert_eq!(found.listed, choice.settings);
+            assert_eq!(found.settings, scene.nominal_settings(choice));
+            assert_ne!(found.settings, found.listed);
+        }
+        Ok(())
+    }
+
+    /// Property: any difference between two scenes changes the fingerprint.
+    #[test]
+    fn scenes_have_fingerprints() -> Result<(), ModelErrorTooLarge> {
+        let scene = Scene::default();
+        let other = Scene {
+            seed: 1,
+            ..scene.clone()
+        };
+        let print = |scene: &Scene| RunDescription::of(scene).map(|d| d.fingerprint);
+        assert_eq!(print(&scene)?, print(&scene.clone())?);
+        assert_ne!(print(&scene)?, print(&other)?);
+        Ok(())
+    }
+}

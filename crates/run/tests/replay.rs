@@ -1,0 +1,143 @@
+//! Equivalence: recorded readings pass through the same loop as a simulation, and the estimates are equal to the bit. Without
+//! this a log and a simulation could not be compared.
+
+use robhaz_estimator::{Estimate, EstimateError, SensorFrame};
+use robhaz_run::{
+    Frame, Run, RunDescription, RunEnd, RunError, Sample, Sink, SinkError, Source, run,
+};
+use robhaz_scene::{Grade, Scene, SensorChoice};
+
+/// Readings in memory, without truth.
+struct Log {
+    samples: std::vec::IntoIter<Sample>,
+    /// The file ends in the middle of a sample.
+    is_torn: bool,
+}
+
+impl Source for Log {
+    fn next_sample(&mut self) -> Result<Option<Sample>, RunError> {
+        match self.samples.next() {
+            None if self.is_torn => Err(RunError::Readings("line 7 is cut off".into())),
+            sample => Ok(sample),
+        }
+    }
+
+    fn mean_step(&self) -> Option<f64> {
+        None
+    }
+}
+
+/// What a sink receives.
+#[derive(Default)]
+struct Kept {
+    readings: Vec<(f64, SensorFrame)>,
+    estimates: Vec<Vec<Result<Estimate, EstimateError>>>,
+    truths: usize,
+    ends: Vec<Option<RunEnd>>,
+}
+
+impl Sink for Kept {
+    fn begin(&mut self, _: &RunDescription) -> Result<(), SinkError> {
+        Ok(())
+    }
+
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
+        self.readings.push((frame.time, *frame.sensors));
+        self.estimates.push(frame.estimates.to_vec());
+        self.truths += usize::from(frame.truth.is_some());
+        Ok(())
+    }
+
+    fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
+        self.ends.push(end.cloned());
+        Ok(())
+    }
+}
+
+/// Half a second with sensor and model errors and all presets.
+fn scene() -> Scene {
+    let mut scene = Scene {
+        sensors: SensorChoice::of(Grade::Typical),
+        seed: 5,
+        ..Scene::default()
+    };
+    scene.model_error.viscous_damping = 0.1;
+    scene.model_error.pins = 0.001;
+    scene.record.duration = 0.5;
+    scene.record.compare_from = 0.1;
+    scene
+}
+
+/// The description of a log of the scene's robot.
+fn description(scene: &Scene) -> Result<RunDescription, RunError> {
+    Ok(RunDescription {
+        world: None,
+        ..RunDescription::of(scene)?
+    })
+}
+
+fn replay(kept: &Kept, is_torn: bool) -> Box<Log> {
+    let sample = |(time, sensors): &(f64, SensorFrame)| Sample {
+        time: *time,
+        truth: None,
+        sensors: *sensors,
+        is_record: true,
+    };
+    let samples: Vec<Sample> = kept.readings.iter().map(sample).collect();
+    Box::new(Log {
+        samples: samples.into_iter(),
+        is_torn,
+    })
+}
+
+#[test]
+fn a_replayed_run_gives_the_same_estimates_to_the_bit() -> Result<(), RunError> {
+    let scene = scene();
+    let mut simulated = Kept::default();
+    run(&scene, &mut [&mut simulated])?;
+    let mut replayed = Kept::default();
+    let source = replay(&simulated, false);
+    let end = Run::of(description(&scene)?, source).until(&mut [&mut replayed], &|| None)?;
+
+    assert_eq!(simulated.truths, 501);
+    assert_eq!(replayed.truths, 0);
+    assert_eq!(replayed.estimates.len(), 501);
+    assert!(replayed.estimates.iter().all(|row| row.len() == 4));
+    // The text of a double is different for different bits, and NaN equals NaN.
+    for (a, b) in simulated.estimates.iter().zip(&replayed.estimates) {
+        assert_eq!(format!("{a:?}"), format!("{b:?}"));
+    }
+    assert!(end.is_complete());
+    assert_eq!(end.step, None);
+    assert!((end.duration - 0.5).abs() < 1e-12);
+    Ok(())
+}
+
+/// A source that fails keeps what came before: the sinks end with the cause.
+#[test]
+fn a_source_that_fails_ends_the_sinks() -> Result<(), RunError> {
+    let scene = scene();
+    let mut simulated = Kept::default();
+    run(&scene, &mut [&mut simulated])?;
+    let mut replayed = Kept::default();
+    let source = replay(&simulated, true);
+    let result = Run::of(description(&scene)?, source).until(&mut [&mut replayed], &|| None);
+    assert!(matches!(result, Err(RunError::Readings(_))));
+    assert_eq!(replayed.readings.len(), 501);
+    let [Some(end)] = replayed.ends.as_slice() else {
+        panic!("{:?}", replayed.ends);
+    };
+    assert_eq!(end.broken_off.as_deref(), Some("line 7 is cut off"));
+    Ok(())
+}
+
+/// A source without a record is an error, and the sinks end without one.
+#[test]
+fn a_source_without_records_is_an_error() -> Result<(), RunError> {
+    let mut kept = Kept::default();
+    let source = replay(&Kept::default(), false);
+    let result = Run::of(description(&scene())?, source).until(&mut [&mut kept], &|| None);
+    assert!(matches!(result, Err(RunError::Empty)));
+    assert_eq!(kept.ends, [None]);
+    Ok(())
+}

@@ -1,0 +1,31 @@
+//! The ground of a scene.
+
+use super::kinds::DEFAULT;
+use super::track::Track;
+use robhaz_sim::friction::Stretch;
+use robhaz_terrain::Profile;
+
+/// The ground, and the name of its kind.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TerrainChoice {
+    /// `flat`, `smooth`, `bumps` and so on, as in scene files.
+    pub kind: &'static str,
+    /// Its shape.
+    pub profile: Profile,
+    /// Friction stretches, from rear to front; they do not overlap.
+    pub stretches: Vec<Stretch>,
+    /// The files of its points: a run's folder gets a copy of each, named [`Track::file_name`].
+    pub tracks: Vec<Track>,
+}
+
+impl Default for TerrainChoice {
+    /// The smooth course.
+    fn default() -> Self {
+        Self {
+            kind: DEFAULT,
+            profile: Profile::smooth(),
+            stretches: Vec::new(),
+            tracks: Vec::new(),
+        }
+    }
+}

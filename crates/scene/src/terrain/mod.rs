@@ -1,0 +1,17 @@
+//! `[terrain]`: kinds of ground, each with a table of keys of its own, and points from tracks.
+
+mod choice;
+mod columns;
+mod kinds;
+mod points;
+mod read;
+mod section;
+mod tables;
+mod track;
+
+pub use choice::TerrainChoice;
+pub(crate) use columns::Column;
+pub(crate) use kinds::{DEFAULT, KINDS, Parameters, Visitor, kind_of};
+pub(crate) use read::read;
+pub(crate) use section::{BUMP, COMMON, NO_BUMP, NO_STRETCH, PATH, STRETCH, STRETCHES};
+pub use track::Track;

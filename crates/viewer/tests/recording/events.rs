@@ -1,0 +1,259 @@
+//! Events, lanes, gaps and standard deviations, from a run whose records are changed on the way to the recording.
+
+use crate::common;
+use crate::reading::{chunks, events, rows, scalars};
+use rerun::archetypes::{Arrows2D, LineStrips2D, StateChange};
+use rerun::components::{LineStrip2D, Text, Vector2D};
+use robhaz_estimator::{EstimateError, Flags, Parity};
+use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
+use robhaz_viewer::RecordingSink;
+
+/// Passes on the records of a run after it has changed some, so that they contain every kind of event.
+struct Eventful(RecordingSink);
+
+impl Sink for Eventful {
+    fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
+        self.0.begin(run)
+    }
+
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
+        let mut truth = *frame.truth.expect("a simulation");
+        let mut estimates = frame.estimates.to_vec();
+        let ms = (truth.time * 1e3).round();
+        if (100.0..200.0).contains(&ms) {
+            truth.wheels[0].contacts = 0;
+            truth.wheels[0].normal_force = 0.0;
+            truth.wheels[0].traction = 0.0;
+        }
+        if (200.0..300.0).contains(&ms) {
+            truth.wheels[1].contacts = 2;
+        }
+        if (300.0..400.0).contains(&ms) {
+            truth.stop_torque = -1.0;
+        }
+        if (300.0..=400.0).contains(&ms) {
+            truth.links[0].angle = truth.links[1].angle + 0.62;
+        }
+        if (400.0..500.0).contains(&ms) {
+            estimates[2] = Err(EstimateError::Singular);
+        }
+        if ms >= 500.0 {
+            truth.wheels[0].position.x += 10.0;
+        }
+        if (500.0..550.0).contains(&ms) {
+            truth.wheels[2].slip_speed = -0.03;
+        }
+        if let (Ok(estimate), true) = (&mut estimates[1], ms >= 500.0) {
+            estimate.covariance = Some(known_covariance());
+            estimate.parity = Some(Parity {
+                value: 0.5,
+                sigma: 0.25,
+            });
+            if ms < 550.0 {
+                estimate.flags = Flags::WHEEL_UNLOADED[0] | Flags::AT_STOP;
+            }
+        }
+        self.0.frame(&Frame {
+            time: frame.time,
+            truth: Some(&truth),
+            sensors: frame.sensors,
+            estimates: &estimates,
+        })
+    }
+
+    /// Reports a run that broke off.
+    fn end(&mut self, _: Option<&RunEnd>) -> Result<(), SinkError> {
+        self.0.end(None)
+    }
+}
+
+/// Events have the time of their record. A missing estimate makes a gap in lines and arrows. Ground is drawn wherever
+/// the robot is.
+#[test]
+fn events_and_gaps_are_shown_where_they_happen() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.rrd");
+    let mut sink = Eventful(RecordingSink::save(&path).expect("a file"));
+    robhaz_run::run(&common::smooth(0.6), &mut [&mut sink]).expect("a run");
+    let chunks = chunks(&path);
+
+    let events = events(&chunks);
+    let expected = [
+        (0.0, "scene smooth: 0.6 s"),
+        (0.1, "front wheel leaves the ground at x = 0.300 m"),
+        (0.2, "front wheel touches the ground again at x = 0.300 m"),
+        (0.2, "middle wheel touches at two places at x = 0.000 m"),
+        (
+            0.3,
+            "middle wheel touches at one place again at x = 0.000 m",
+        ),
+        (
+            0.3,
+            "pin Q reaches its upper stop: theta1 - theta2 = 35.5 deg",
+        ),
+        (
+            0.4,
+            "pin Q leaves its upper stop: theta1 - theta2 = 35.5 deg",
+        ),
+        (
+            0.4,
+            "true-mass: no estimate, the statics are singular in this posture",
+        ),
+        (0.5, "rear wheel starts to slide at x = -0.300 m"),
+        (
+            0.5,
+            "paper-wheels: flags: wheel 1 unloaded, linkage at a stop",
+        ),
+        (0.5, "true-mass: estimates again"),
+        (0.55, "rear wheel grips again at x = -0.300 m"),
+        (0.55, "paper-wheels: no flag any more"),
+        (0.6, "the run broke off: this is its last record"),
+    ];
+    assert_eq!(events.len(), expected.len(), "{events:#?}");
+    for ((time, text), (expected_time, expected_text)) in events.iter().zip(expected) {
+        assert!((time - expected_time).abs() < 1e-9, "{text} at {time}");
+        assert_eq!(text, expected_text);
+    }
+
+    assert_eq!(chunks["/world/ground"].len(), 2);
+    for (time, row) in scalars(&chunks, "/series/normal_force/wheel1/estimated") {
+        let refused = (0.4 - 1e-9..0.5 - 1e-9).contains(&time);
+        assert_eq!(row[2].is_nan(), refused, "t = {time}");
+        assert!(row[..2].iter().all(|n| n.is_finite()));
+    }
+    for (time, row) in scalars(&chunks, "/series/friction") {
+        let in_the_air = (0.1 - 1e-9..0.2 - 1e-9).contains(&time);
+        assert_eq!(row[0].is_nan(), in_the_air, "t = {time}");
+    }
+    let component = Arrows2D::descriptor_vectors().component;
+    for (time, row) in rows::<Vector2D>(&chunks, "/world/forces/estimated/normal", component) {
+        let refused = (0.4 - 1e-9..0.5 - 1e-9).contains(&time);
+        assert_eq!(row.len(), if refused { 0 } else { 3 }, "t = {time}");
+    }
+}
+
+/// Equivalence of lanes and events. An end stop is highlighted while it is reached.
+#[test]
+fn lanes_and_stops_follow_the_events() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.rrd");
+    let mut sink = Eventful(RecordingSink::save(&path).expect("a file"));
+    robhaz_run::run(&common::smooth(0.6), &mut [&mut sink]).expect("a run");
+    let chunks = chunks(&path);
+    let lane = |entity: &str| {
+        let component = StateChange::descriptor_state().component;
+        let changes = rows::<Text>(&chunks, entity, component);
+        let changes = changes.into_iter();
+        changes
+            .map(|(time, row)| ((time * 1e3).round() as i64, row[0].to_string()))
+            .collect::<Vec<_>>()
+    };
+    let states = |list: &[(i64, &str)]| -> Vec<(i64, String)> {
+        list.iter().map(|(ms, s)| (*ms, (*s).to_owned())).collect()
+    };
+    let front = [(0, "grips"), (100, "in the air"), (200, "grips")];
+    assert_eq!(lane("/wheels/front"), states(&front));
+    let rear = [(0, "grips"), (500, "slips"), (550, "grips")];
+    assert_eq!(lane("/wheels/rear"), states(&rear));
+    let flagged = [
+        (0, "trusted"),
+        (500, "wheel 1 unloaded, linkage at a stop"),
+        (550, "trusted"),
+    ];
+    assert_eq!(lane("/trust/paper-wheels"), states(&flagged));
+    let refusing = [(0, "trusted"), (400, "no estimate"), (500, "trusted")];
+    assert_eq!(lane("/trust/true-mass"), states(&refusing));
+
+    let component = LineStrips2D::descriptor_strips().component;
+    let stop = rows::<LineStrip2D>(&chunks, "/world/robot/link2/stops/reached", component);
+    let drawn: Vec<(bool, usize)> = stop.iter().map(|(t, row)| (*t > 0.35, row.len())).collect();
+    assert_eq!(drawn, [(false, 1), (true, 0)]);
+}
+
+/// The band of two standard deviations starts with the first covariance of an estimator, and has its centre at zero
+/// error. The parity residual has a band of its own.
+#[test]
+fn two_sigma_is_shown_where_it_is_known() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.rrd");
+    let mut scene = common::smooth(0.6);
+    // The estimator with the covariance gets another label and another index.
+    scene.estimators[2].name = "other".to_owned();
+    scene.estimators.swap(1, 2);
+    let mut sink = Eventful(RecordingSink::save(&path).expect("a file"));
+    robhaz_run::run(&scene, &mut [&mut sink]).expect("a run");
+    let chunks = chunks(&path);
+    for wheel in 1..=3 {
+        let entity = format!("/series/error_of_normal_force/wheel{wheel}/band/other");
+        let band = scalars(&chunks, &entity);
+        assert_eq!(band.len(), 13, "from 0.5 s to 0.6 s at 125 Hz");
+        assert!(band[0].0 > 0.499);
+        for (_, edges) in band {
+            assert!((edges[0] - 4.0).abs() < 1e-12 && (edges[1] + 4.0).abs() < 1e-12);
+        }
+        let of_another = format!("/series/error_of_normal_force/wheel{wheel}/band/paper-body");
+        assert!(!chunks.contains_key(&of_another));
+    }
+    let parity = scalars(&chunks, "/series/parity/other");
+    assert!(
+        parity.iter().all(|(_, row)| row == &[0.5, 0.5, -0.5]),
+        "{parity:?}"
+    );
+}
+
+/// Closed form: a bar is four standard deviations long, at the scale of the arrows.
+#[test]
+fn bars_have_the_length_of_two_sigma_to_both_sides() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.rrd");
+    let mut scene = common::smooth(0.6);
+    scene.estimators.truncate(2);
+    // `Known` changes the second estimator. It is the last, and therefore the one that is drawn.
+    struct Known(RecordingSink);
+    impl Sink for Known {
+        fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
+            self.0.begin(run)
+        }
+        fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
+            let mut estimates = frame.estimates.to_vec();
+            if let Ok(estimate) = &mut estimates[1] {
+                estimate.covariance = Some(known_covariance());
+            }
+            self.0.frame(&Frame {
+                estimates: &estimates,
+                ..*frame
+            })
+        }
+        fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
+            self.0.end(end)
+        }
+    }
+    let mut sink = Known(RecordingSink::save(&path).expect("a file"));
+    robhaz_run::run(&scene, &mut [&mut sink]).expect("a run");
+    let chunks = chunks(&path);
+    let metres_per_newton = 0.15 / scene.robot.robot.mean_wheel_load();
+    for (force, sigma) in [("normal", 2.0), ("traction", 1.0)] {
+        let entity = format!("/world/forces/estimated/{force}/two_sigma");
+        let component = LineStrips2D::descriptor_strips().component;
+        let bars = rows::<LineStrip2D>(&chunks, &entity, component);
+        assert_eq!(bars.len(), 37, "0.6 s at 60 Hz");
+        for bar in bars.iter().flat_map(|(_, row)| row) {
+            // Across, along, across: the third and fourth points are the ends.
+            let [near, far] = [bar.0[2], bar.0[3]];
+            let length = f64::from((far.x() - near.x()).hypot(far.y() - near.y()));
+            assert!(
+                (length - 4.0 * sigma * metres_per_newton).abs() < 1e-6,
+                "{force}"
+            );
+        }
+    }
+}
+
+/// A covariance with standard deviations of 1 N for T and 2 N for N.
+fn known_covariance() -> [[f64; 6]; 6] {
+    let mut covariance = [[0.0; 6]; 6];
+    for (i, row) in covariance.iter_mut().enumerate() {
+        row[i] = if i % 2 == 0 { 1.0 } else { 4.0 };
+    }
+    covariance
+}

@@ -1,0 +1,337 @@
+//! Recordings are read back from their files, and compared with the run. A defect of a recording would otherwise remain
+//! unnoticed until someone opens it in a viewer.
+
+#![expect(clippy::expect_used, reason = "a test that cannot go on fails here")]
+
+#[path = "../common/mod.rs"]
+mod common;
+mod comparison;
+mod events;
+mod reading;
+
+use reading::{chunks, messages, record, rows, scalars};
+use rerun::archetypes::{Arrows2D, LineStrips2D, Transform3D};
+use rerun::components::{LineStrip2D, Text, Translation3D, Vector2D};
+use rerun::log::LogMsg;
+use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
+use robhaz_sim::friction::Stretch;
+use robhaz_viewer::{RecordingSink, ViewerError, recording_end};
+use std::path::Path;
+
+/// A run of 3 s gives 376 rows of each series (125 Hz), 181 frames (60 Hz), and an active layout.
+#[test]
+fn a_run_is_recorded_with_its_layout() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.rrd");
+    record(&common::smooth(3.0), &path);
+
+    let chunks = chunks(&path);
+    for wheel in 1..=3 {
+        for (source, lines) in [("actual", 1), ("estimated", 3)] {
+            let entity = format!("/series/normal_force/wheel{wheel}/{source}");
+            let forces = scalars(&chunks, &entity);
+            assert_eq!(forces.len(), 376);
+            assert!(forces.iter().all(|(_, row)| row.len() == lines));
+            let last = forces.last().expect("rows");
+            assert!((last.0 - 3.0).abs() < 1e-9);
+        }
+
+        let entity = format!("/world/robot/wheel{wheel}");
+        let component = Transform3D::descriptor_translation().component;
+        let poses = rows::<Translation3D>(&chunks, &entity, component);
+        assert_eq!(poses.len(), 181);
+    }
+    for (entity, series) in [
+        ("traction/wheel1", 4),
+        ("error_of_normal_force/wheel3/error", 3),
+        ("error_of_normal_force/rms", 3),
+        ("contact_angle", 6),
+        ("friction", 6),
+        ("slip_margin", 6),
+        ("residual/force", 2),
+        ("residual/moment", 2),
+    ] {
+        let found = scalars(&chunks, &format!("/series/{entity}"));
+        assert_eq!(found.len(), 376, "{entity}");
+        assert!(found.iter().all(|(_, row)| row.len() == series), "{entity}");
+    }
+    for entity in [
+        "/about",
+        "/world/ground",
+        "/world/robot/body",
+        "/world/robot/link1",
+        "/world/robot/link3",
+        "/world/robot/pins",
+        "/world/robot/contacts",
+        "/world/robot/wheel2/spokes",
+        "/world/robot/link2/stops",
+        "/wheels/front",
+        "/trust/true-mass",
+        "/key/3/0",
+        "/world/forces/true/normal",
+        "/world/forces/true/traction",
+        "/world/forces/estimated/normal",
+        "/world/forces/estimated/traction",
+        "/world/trails",
+        "/world/follow",
+    ] {
+        assert!(chunks.contains_key(entity), "{entity}");
+    }
+    // The paper's estimators state no covariance: no band, no bar, no parity residual.
+    for absent in ["/two_sigma", "/band/", "/parity/"] {
+        let rows = chunks.iter().filter(|(entity, _)| entity.contains(absent));
+        let mut with_time = rows
+            .flat_map(|(_, chunks)| chunks)
+            .filter(|c| !c.is_static());
+        assert!(with_time.next().is_none(), "{absent}");
+    }
+
+    let messages = messages(&path);
+    let activated = messages
+        .iter()
+        .find_map(|message| match message {
+            LogMsg::BlueprintActivationCommand(command) => Some(command),
+            _ => None,
+        })
+        .expect("an activated layout");
+    assert!(activated.make_active && activated.make_default);
+    let parts = messages
+        .iter()
+        .filter(|m| m.store_id() == &activated.blueprint_id);
+    assert!(parts.count() > 50);
+}
+
+/// Acceptance: a recording of the main scene (20 s at 1 kHz, four estimators) is smaller than 5 MB.
+#[test]
+fn twenty_seconds_take_less_than_five_megabytes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.rrd");
+    let mut scene = common::with_best(20.0);
+    scene.engine.kind = robhaz_scene::EngineKind::Direct;
+    record(&scene, &path);
+    let size = std::fs::metadata(&path).expect("a file").len();
+    assert!(size < 5_000_000, "{size} bytes");
+    assert!((recording_end(&path).expect("a recording").expect("rows") - 20.0).abs() < 1e-9);
+}
+
+/// Equivalence of animation and time series: the arrow of the true N has the length of the plotted N, at 0.15 m for the
+/// mean wheel load.
+#[test]
+fn arrows_have_the_length_of_the_plotted_force() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.rrd");
+    let scene = common::smooth(2.0);
+    record(&scene, &path);
+    let chunks = chunks(&path);
+    let component = Arrows2D::descriptor_vectors().component;
+    let arrows = rows::<Vector2D>(&chunks, "/world/forces/true/normal", component);
+    let scale = 0.15 / scene.robot.robot.mean_wheel_load();
+    let mut compared = 0;
+    for (time, forces) in scalars(&chunks, "/series/normal_force/wheel2/actual") {
+        let Some((_, row)) = arrows.iter().find(|(t, _)| (t - time).abs() < 1e-9) else {
+            continue;
+        };
+        let length = f64::from(row[1].0.x().hypot(row[1].0.y()));
+        // Single precision of lengths below 1 m.
+        assert!((length - scale * forces[0]).abs() < 1e-6, "t = {time}");
+        compared += 1;
+    }
+    assert!(compared >= 20, "{compared}");
+}
+
+/// Determinism: the same scene gives the same messages in the same order. Another scene of the same name gets another
+/// identifier.
+#[test]
+fn the_same_scene_gives_the_same_recording() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let paths = ["a", "b", "c"].map(|name| folder.path().join(name));
+    record(&common::smooth(0.5), &paths[0]);
+    record(&common::smooth(0.5), &paths[1]);
+    let mut other = common::smooth(0.5);
+    other.drive.speed = 0.3;
+    record(&other, &paths[2]);
+
+    let [a, b, c] = paths.map(|path| messages(&path));
+    assert_eq!(a.len(), b.len());
+    for (a, b) in a.iter().zip(&b) {
+        match (a, b) {
+            (LogMsg::ArrowMsg(store_a, a), LogMsg::ArrowMsg(store_b, b)) => {
+                assert_eq!(store_a, store_b);
+                assert_eq!(a.chunk_id, b.chunk_id);
+                assert_eq!(a.batch, b.batch);
+            }
+            _ => assert_eq!(format!("{a:?}"), format!("{b:?}")),
+        }
+    }
+    assert_ne!(a[0].store_id(), c[0].store_id());
+}
+
+/// The recording of a killed run has no index at its end. It can be read up to the last multiple of two seconds.
+#[test]
+fn a_killed_run_can_be_read() {
+    struct Killed(RecordingSink);
+    impl Sink for Killed {
+        fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
+            self.0.begin(run)
+        }
+        fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
+            self.0.frame(frame)
+        }
+        fn end(&mut self, _: Option<&RunEnd>) -> Result<(), SinkError> {
+            Ok(())
+        }
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.rrd");
+    let mut sink = Killed(RecordingSink::save(&path).expect("a file"));
+    robhaz_run::run(&common::smooth(2.5), &mut [&mut sink]).expect("a run");
+    // Dropping the sink would close the file.
+    std::mem::forget(sink);
+
+    let forces = scalars(&chunks(&path), "/series/normal_force/wheel1/actual");
+    assert_eq!(forces.len(), 251);
+    assert!((forces[250].0 - 2.0).abs() < 1e-9);
+    assert!((recording_end(&path).expect("a recording").expect("rows") - 2.0).abs() < 1e-9);
+}
+
+/// Friction stretches are drawn at their place with their coefficients as label. The slip margin uses their
+/// coefficients.
+#[test]
+fn stretches_of_friction_are_told_apart() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.rrd");
+    let mut scene = common::smooth(0.3);
+    let stretch = |from, to, mu_s| Stretch {
+        from,
+        to,
+        mu_s,
+        mu_d: mu_s,
+    };
+    // One lies below the rear wheel alone, the other outside of the drawn ground.
+    scene.terrain.stretches = vec![stretch(-0.5, -0.1, 0.25), stretch(500.0, 501.0, 0.1)];
+    record(&scene, &path);
+    let chunks = chunks(&path);
+    let drawn = &chunks["/world/ground/stretches"][0];
+    let strips: Vec<_> = drawn
+        .iter_component::<LineStrip2D>(LineStrips2D::descriptor_strips().component)
+        .flat_map(|row| row.as_slice().to_vec())
+        .collect();
+    assert_eq!(strips.len(), 1);
+    let x = strips[0].0.iter().map(|p| p.x());
+    let (from, to) = x.fold((f32::MAX, f32::MIN), |(a, b), x| (a.min(x), b.max(x)));
+    assert!(
+        (from + 0.5).abs() < 1e-6 && (to + 0.1).abs() < 1e-6,
+        "{from} to {to}"
+    );
+    let labels: Vec<String> = drawn
+        .iter_component::<Text>(LineStrips2D::descriptor_labels().component)
+        .flat_map(|row| {
+            row.as_slice()
+                .iter()
+                .map(|text| text.0.to_string())
+                .collect::<Vec<_>>()
+        })
+        .collect();
+    assert_eq!(labels, ["mu_s 0.25, mu_d 0.25"]);
+
+    let needed = scalars(&chunks, "/series/friction");
+    for ((_, margin), (_, needed)) in scalars(&chunks, "/series/slip_margin").iter().zip(needed) {
+        for (i, mu_s) in [0.8, 0.8, 0.25, 0.8, 0.8, 0.25].into_iter().enumerate() {
+            assert!(
+                (margin[i] - (mu_s - needed[i].abs())).abs() < 1e-12,
+                "line {i}"
+            );
+        }
+    }
+}
+
+/// Recorded readings: without truth the recording holds the estimates, and nothing that needs the truth: no robot,
+/// ground, errors, slip margin or states of wheels.
+#[test]
+fn without_truth_the_estimates_are_recorded_alone() {
+    struct WithoutTruth(RecordingSink);
+    impl Sink for WithoutTruth {
+        fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
+            self.0.begin(&RunDescription {
+                world: None,
+                ..run.clone()
+            })
+        }
+        fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
+            self.0.frame(&Frame {
+                truth: None,
+                ..*frame
+            })
+        }
+        fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
+            self.0.end(end)
+        }
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let [log, simulated] = ["log.rrd", "run.rrd"].map(|name| folder.path().join(name));
+    let scene = common::with_best(0.6);
+    let mut sink = WithoutTruth(RecordingSink::save(&log).expect("a file"));
+    robhaz_run::run(&scene, &mut [&mut sink]).expect("a run");
+    record(&scene, &simulated);
+    let (log, simulated) = (chunks(&log), chunks(&simulated));
+    for entity in log.keys() {
+        let unknown = ["/world", "/wheels", "/series/error", "/series/slip_margin"];
+        assert!(!unknown.iter().any(|u| entity.starts_with(u)), "{entity}");
+        assert!(!entity.ends_with("/actual"), "{entity}");
+    }
+    for entity in [
+        "/series/normal_force/wheel1/estimated",
+        "/series/parity/best",
+        "/series/residual/force",
+    ] {
+        let rows = scalars(&log, entity);
+        assert!(!rows.is_empty());
+        assert_eq!(
+            format!("{rows:?}"),
+            format!("{:?}", scalars(&simulated, entity))
+        );
+    }
+    // One line for each of four estimators, without the true one.
+    let traction = scalars(&log, "/series/traction/wheel1");
+    assert!(traction.iter().all(|(_, row)| row.len() == 4));
+}
+
+/// A scene without estimators is recorded, with the true lines alone.
+#[test]
+fn a_scene_without_estimators_is_recorded() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.rrd");
+    let mut scene = common::smooth(0.1);
+    scene.estimators.clear();
+    record(&scene, &path);
+    let chunks = chunks(&path);
+    let forces = scalars(&chunks, "/series/normal_force/wheel1/actual");
+    assert!(!forces.is_empty() && forces.iter().all(|(_, row)| row.len() == 1));
+    assert!(!chunks.contains_key("/series/normal_force/wheel1/estimated"));
+}
+
+/// Errors name their file.
+#[test]
+fn errors_name_the_file() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let missing = folder.path().join("missing").join("run.rrd");
+    let error = RecordingSink::save(&missing).err().expect("no folder");
+    assert!(matches!(error, ViewerError::Create { .. }));
+    assert!(error.to_string().contains("run.rrd"), "{error}");
+
+    let path = folder.path().join("run.rrd");
+    let mut sink = RecordingSink::save(&path).expect("a file");
+    let scene = common::smooth(0.01);
+    robhaz_run::run(&scene, &mut [&mut sink]).expect("a run");
+    let error = robhaz_run::run(&scene, &mut [&mut sink]).expect_err("a second run");
+    assert!(error.to_string().contains("already holds a run"), "{error}");
+}
+
+/// A full disk is an error of the run.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_full_disk_is_an_error() {
+    let mut sink = RecordingSink::save(Path::new("/dev/full")).expect("a device");
+    let error = robhaz_run::run(&common::smooth(0.01), &mut [&mut sink]).expect_err("no room");
+    assert!(error.to_string().contains("/dev/full"), "{error}");
+}
