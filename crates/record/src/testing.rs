@@ -6,7 +6,7 @@ use robhaz_estimator::{
 use robhaz_model::{Pin, Posture, Vec2};
 use robhaz_run::{Frame, RunDescription};
 use robhaz_scene::{EstimatorChoice, RecordChoice, Scene, TerrainChoice};
-use robhaz_sim::{BarTruth, PinTruth, Truth, WheelTruth};
+use robhaz_sim::{BarTruth, ContactList, PinTruth, Truth, WheelTruth};
 use robhaz_terrain::Profile;
 
 /// A record that owns what a [`Frame`] borrows.
@@ -97,6 +97,7 @@ pub fn truth_at(time: f64) -> Truth {
         penetration: 1e-3 * wave(k + 0.8),
         slip_speed: wave(k + 0.9),
         contacts: 1,
+        contact_list: ContactList::default(),
     };
     let pin = |k: f64| PinTruth {
         position: Vec2::new(wave(k), wave(k + 0.1)),

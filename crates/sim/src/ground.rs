@@ -4,8 +4,8 @@ use crate::contact::ContactLaw;
 use crate::error::BelowGround;
 use crate::friction::{FrictionLaw, Stretch};
 use crate::setup::PlantSetup;
-use crate::truth::WheelTruth;
-use robhaz_model::Vec2;
+use crate::truth::{ContactList, ContactTruth, WheelTruth};
+use robhaz_model::{Vec2, perp};
 use robhaz_terrain::{Contact, Terrain};
 
 /// The ground with its laws, for wheels of one radius.
@@ -28,6 +28,26 @@ pub(crate) struct WheelMotion {
     pub velocity: Vec2,
     /// Absolute spin, rad/s, forward positive.
     pub spin: f64,
+}
+
+/// Spin and motor torque of a wheel, for its truth.
+#[derive(Clone, Copy)]
+pub(crate) struct AxleState {
+    /// Spin relative to the link since the start, rad.
+    pub angle: f64,
+    /// Spin speed relative to the link, rad/s.
+    pub omega: f64,
+    /// Motor torque, N m.
+    pub torque: f64,
+}
+
+/// Forces at one contact.
+struct OneContact {
+    truth: ContactTruth,
+    /// Elastic energy, J.
+    energy: f64,
+    /// Speed of the wheel into the ground, m/s.
+    approach: f64,
 }
 
 /// Forces of the ground on one wheel.
@@ -108,24 +128,23 @@ impl Ground {
             if is_behind(contact, found) {
                 continue;
             }
-            let (t, n, arm) = axes(contact, wheel)?;
-            let penetration = self.wheel_radius - arm;
-            let approach = -wheel.velocity.dot(&n);
-            let (normal_force, energy) =
-                self.contact.normal_force_and_energy(penetration, approach);
-            let slip_speed = wheel.spin * arm - wheel.velocity.dot(&t);
-            let friction = self.friction.at(&self.stretches, contact.point.x);
-            let traction = friction.coefficient(slip_speed) * normal_force;
-            normal_sum += n * normal_force;
-            sum.force += n * normal_force + t * traction;
-            sum.torque += arm * traction;
+            let one = self.one_contact(contact, wheel)?;
+            let ContactTruth {
+                normal,
+                normal_force,
+                traction,
+                ..
+            } = one.truth;
+            normal_sum += normal * normal_force;
+            sum.force += normal * normal_force + contact.tangent * traction;
+            sum.torque += contact.distance * traction;
             sum.traction += traction;
-            sum.energy += energy;
+            sum.energy += one.energy;
             sum.contacts += 1;
-            sum.approach = sum.approach.max(approach);
-            if penetration > sum.penetration {
-                sum.penetration = penetration;
-                sum.slip_speed = slip_speed;
+            sum.approach = sum.approach.max(one.approach);
+            if one.truth.penetration > sum.penetration {
+                sum.penetration = one.truth.penetration;
+                sum.slip_speed = one.truth.slip_speed;
                 sum.tangent = contact.tangent;
             }
         }
@@ -136,25 +155,97 @@ impl Ground {
         Ok(sum)
     }
 
-    /// Adds gap, slope and slip speed at the nearest ground if the wheel has no contact. Only the record uses them.
+    /// Laws (10) and (11) at one contact.
+    #[inline(always)]
+    fn one_contact(
+        &self,
+        contact: &Contact,
+        wheel: &WheelMotion,
+    ) -> Result<OneContact, BelowGround> {
+        let (t, n, arm) = axes(contact, wheel)?;
+        let penetration = self.wheel_radius - arm;
+        let approach = -wheel.velocity.dot(&n);
+        let (normal_force, energy) = self.contact.normal_force_and_energy(penetration, approach);
+        let slip_speed = wheel.spin * arm - wheel.velocity.dot(&t);
+        let friction = self.friction.at(&self.stretches, contact.point.x);
+        Ok(OneContact {
+            truth: ContactTruth {
+                point: contact.point,
+                normal: n,
+                normal_force,
+                traction: friction.coefficient(slip_speed) * normal_force,
+                penetration,
+                slip_speed,
+            },
+            energy,
+            approach,
+        })
+    }
+
+    /// Truth of a wheel with the forces of [`Self::act`] at the same motion. A wheel without contact gets gap, slope
+    /// and slip speed at the nearest ground.
     ///
     /// # Errors
     /// [`BelowGround`]
-    pub fn or_gap(
-        &self,
-        mut forces: GroundForces,
+    #[inline]
+    pub fn truth(
+        &mut self,
+        forces: GroundForces,
         wheel: &WheelMotion,
-    ) -> Result<GroundForces, BelowGround> {
-        if forces.contacts == 0
-            && let Some(nearest) = self.terrain.nearest(wheel.centre)
-        {
-            let (t, _, arm) = axes(&nearest, wheel)?;
-            forces.penetration = self.wheel_radius - arm;
-            forces.tangent = nearest.tangent;
-            forces.slip_speed = wheel.spin * arm - wheel.velocity.dot(&t);
+        axle: AxleState,
+    ) -> Result<WheelTruth, BelowGround> {
+        let mut truth = WheelTruth {
+            position: wheel.centre,
+            angle: axle.angle,
+            omega: axle.omega,
+            torque: axle.torque,
+            normal_force: forces.normal_force,
+            traction: forces.traction,
+            contact_angle: slope(forces.tangent),
+            penetration: forces.penetration,
+            slip_speed: forces.slip_speed,
+            contacts: forces.contacts,
+            contact_list: ContactList::default(),
+        };
+        match forces.contacts {
+            0 => {
+                if let Some(nearest) = self.terrain.nearest(wheel.centre) {
+                    let (t, _, arm) = axes(&nearest, wheel)?;
+                    truth.penetration = self.wheel_radius - arm;
+                    truth.contact_angle = slope(nearest.tangent);
+                    truth.slip_speed = wheel.spin * arm - wheel.velocity.dot(&t);
+                }
+            }
+            // The forces of the wheel are those of its contact. A second evaluation would cost time.
+            1 => {
+                let normal = perp(forces.tangent);
+                truth.contact_list.push(ContactTruth {
+                    point: wheel.centre - normal * (self.wheel_radius - forces.penetration),
+                    normal,
+                    normal_force: forces.normal_force,
+                    traction: forces.traction,
+                    penetration: forces.penetration,
+                    slip_speed: forces.slip_speed,
+                });
+            }
+            _ => {
+                let mut found = std::mem::take(&mut self.found);
+                self.find(wheel.centre, &mut found);
+                for contact in found.iter().filter(|c| !is_behind(c, &found)) {
+                    truth
+                        .contact_list
+                        .push(self.one_contact(contact, wheel)?.truth);
+                }
+                self.found = found;
+            }
         }
-        Ok(forces)
+        Ok(truth)
     }
+}
+
+/// Slope of a tangent of any length, rad.
+fn slope(tangent: Vec2) -> f64 {
+    tangent.y.atan2(tangent.x)
 }
 
 /// Whether a contact is on the far side of a thin wall that the wheel penetrates from the near side: the centre is
@@ -173,24 +264,6 @@ fn axes(contact: &Contact, wheel: &WheelMotion) -> Result<(Vec2, Vec2, f64), Bel
         Ok((contact.tangent, contact.normal(), contact.distance))
     } else {
         Err(BelowGround { x: wheel.centre.x })
-    }
-}
-
-impl GroundForces {
-    /// The truth of the wheel, with its position (m), spin angle (rad), spin speed (rad/s) and motor torque (N m).
-    pub fn truth(&self, position: Vec2, angle: f64, omega: f64, torque: f64) -> WheelTruth {
-        WheelTruth {
-            position,
-            angle,
-            omega,
-            torque,
-            normal_force: self.normal_force,
-            traction: self.traction,
-            contact_angle: self.tangent.y.atan2(self.tangent.x),
-            penetration: self.penetration,
-            slip_speed: self.slip_speed,
-            contacts: self.contacts,
-        }
     }
 }
 
@@ -288,5 +361,45 @@ mod tests {
         assert_eq!(forces.contacts, 2);
         let tread = ground.contact.normal_force(0.0005, 0.0);
         assert!((forces.traction - 0.7 * tread).abs() < 1e-9 * tread);
+
+        // Equivalence: the sums of the wheel are those of its contacts, to rounding.
+        let axle = AxleState {
+            angle: 0.0,
+            omega: 0.0,
+            torque: 0.0,
+        };
+        let motion = spinning(centre_x, 0.0995);
+        let truth = ground.truth(forces, &motion, axle).unwrap();
+        let [rear, front] = truth.contact_list[..] else {
+            panic!("{:?}", truth.contact_list);
+        };
+        // The level ground starts at -1e5 m, where a double has steps of 1.5e-11 m.
+        assert!((rear.point - Vec2::new(centre_x, 0.0)).norm() < 1e-10);
+        assert!((front.point - Vec2::new(0.7, 0.05)).norm() < 1e-10);
+        assert!(front.traction == 0.0 && rear.slip_speed > 0.9);
+        let normal = rear.normal * rear.normal_force + front.normal * front.normal_force;
+        assert!((normal.norm() - truth.normal_force).abs() < 1e-9 * tread);
+        let tangent = Vec2::new(rear.normal.y, -rear.normal.x);
+        assert!((normal + tangent * rear.traction - forces.force).norm() < 1e-9 * tread);
+        let deeper = rear.penetration.max(front.penetration);
+        assert_eq!(deeper.to_bits(), truth.penetration.to_bits());
+
+        // Equivalence: with one contact the list has its law's values, at its point.
+        let motion = spinning(0.3, 0.0995);
+        let forces = ground.act(&motion).unwrap();
+        let truth = ground.truth(forces, &motion, axle).unwrap();
+        let [contact] = truth.contact_list[..] else {
+            panic!("{:?}", truth.contact_list);
+        };
+        assert!((contact.point - Vec2::new(0.3, 0.0)).norm() < 1e-10);
+        assert!((contact.normal - Vec2::y()).norm() < 1e-12);
+        assert!((contact.normal_force - tread).abs() < 1e-9 * tread);
+        assert!((contact.traction - 0.7 * tread).abs() < 1e-9 * tread);
+
+        // In the air there is none.
+        let motion = spinning(0.3, 0.2);
+        let forces = ground.act(&motion).unwrap();
+        let truth = ground.truth(forces, &motion, axle).unwrap();
+        assert!(truth.contact_list.is_empty() && (truth.penetration + 0.1).abs() < 1e-10);
     }
 }

@@ -3,7 +3,7 @@
 use crate::balance::Balance;
 use crate::direct::DirectEngine;
 use crate::energy::EnergyWatch;
-use crate::engine::Engine;
+use crate::engine::{Engine, Instant};
 use crate::error::PlantError;
 use crate::rapier::RapierEngine;
 use crate::setup::{EngineKind, PlantSetup};
@@ -16,7 +16,9 @@ pub struct Plant {
     engine: Box<dyn Engine>,
     robot: Robot,
     watch: EnergyWatch,
-    balance: Option<Balance>,
+    /// The last instant.
+    instant: Instant,
+    has_balance: bool,
 }
 
 impl Plant {
@@ -37,13 +39,14 @@ impl Plant {
             },
             robot: setup.robot.clone(),
             watch: EnergyWatch::new(&setup.robot),
-            balance: setup.balance.then(Balance::default),
+            instant: Instant::default(),
+            has_balance: setup.balance,
         })
     }
 
     /// Impulse and work up to the last truth; `None` if [`PlantSetup::balance`] is not set.
     pub fn balance(&self) -> Option<&Balance> {
-        self.balance.as_ref()
+        self.has_balance.then_some(&self.instant.balance)
     }
 
     /// Mean integration step since the start, s.
@@ -56,13 +59,10 @@ impl Plant {
     /// # Errors
     /// [`PlantError`] if the forces would be wrong. The plant must not be used afterwards.
     pub fn next_truth(&mut self) -> Result<Truth, PlantError> {
-        let instant = self.engine.next_instant()?;
-        check(&instant.truth)?;
-        self.watch.check(&self.robot, &instant)?;
-        if let Some(balance) = &mut self.balance {
-            *balance = instant.balance;
-        }
-        Ok(instant.truth)
+        self.engine.next_instant(&mut self.instant)?;
+        check(&self.instant.truth)?;
+        self.watch.check(&self.robot, &self.instant)?;
+        Ok(self.instant.truth)
     }
 }
 

@@ -3,12 +3,12 @@
 use crate::balance::greater;
 use robhaz_sim::{Balance, Truth};
 
-/// How far two runs of one scene are apart.
+/// Differences between two runs of one scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Agreement {
-    /// RMS difference of N over wheels and records, over the mean N, -.
+    /// RMS difference of N over wheels and records, relative to the mean of N, -.
     pub normal_force: f64,
-    /// Distance of the bodies at the end, m.
+    /// Distance between the bodies at the end, m.
     pub apart: f64,
 }
 
@@ -32,9 +32,9 @@ pub fn agreement(a: &[Truth], b: &[Truth]) -> Agreement {
     }
 }
 
-/// Greatest difference over the wheels of the ground's impulse in two runs of equal length, over that impulse, -.
+/// Largest relative difference, over the wheels, of the ground's impulse on a wheel in two runs of equal length, -.
 ///
-/// The impulses are those that the engines integrate, so that impacts between records count.
+/// The impulses are those that the engines integrate, so impacts between records are included.
 pub fn impulse_difference(a: &Balance, b: &Balance) -> f64 {
     a.impulse
         .iter()

@@ -3,6 +3,7 @@
 use robhaz_model::{Bar, GRAVITY, Robot, Vec2};
 use robhaz_sim::{Balance, Truth, mechanical_energy};
 
+/// Momentum of bars and wheels, N s.
 fn momentum(robot: &Robot, truth: &Truth) -> Vec2 {
     let of_bars: Vec2 = Bar::ALL
         .iter()
@@ -14,7 +15,7 @@ fn momentum(robot: &Robot, truth: &Truth) -> Vec2 {
     of_bars + of_wheels
 }
 
-/// The greater of two; a NaN stays.
+/// The larger of two numbers; NaN if one of them is NaN.
 pub(crate) fn greater(most: f64, found: f64) -> f64 {
     if most.is_nan() || found <= most {
         most
@@ -23,8 +24,8 @@ pub(crate) fn greater(most: f64, found: f64) -> f64 {
     }
 }
 
-/// What the impulse of ground and gravity leaves unexplained of the robot's momentum: the greatest over the records, of
-/// weight times the run's time, -.
+/// Momentum error, -: largest difference over the records between the change of momentum and the impulse of ground and
+/// gravity, relative to weight times duration.
 pub fn momentum_error(robot: &Robot, truth: &[Truth], balance: &[Balance]) -> f64 {
     let (Some(first), Some(last)) = (truth.first(), truth.last()) else {
         return f64::NAN;
@@ -44,33 +45,33 @@ pub fn momentum_error(robot: &Robot, truth: &[Truth], balance: &[Balance]) -> f6
     most / (weight * (last.time - first.time))
 }
 
-/// Where the motors' work went over a run, J.
+/// Energy balance of a run, J.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Energy {
     /// Work of the motors.
     pub motors: f64,
-    /// Energy that gears, friction on the ground, contacts and stops took, and what the springs of the last two hold.
+    /// Energy that gears, friction, contacts and stops have dissipated, and that contacts and stops store.
     pub losses: f64,
-    /// Kinetic and potential energy gained by bars, wheels and rotors.
+    /// Change of the kinetic and potential energy of bars, wheels and rotors.
     pub gain: f64,
-    /// The greatest energy over the records that the balance leaves unexplained.
+    /// Largest residual of the balance over the records.
     pub left: f64,
-    /// The energy that errors are measured against: see [`energy`].
+    /// Energy to which the residual is compared: see [`energy`].
     pub scale: f64,
 }
 
 impl Energy {
-    /// What is left unexplained, of the scale, -.
+    /// Largest residual relative to the scale, -.
     pub fn relative_error(&self) -> f64 {
         self.left / self.scale
     }
 }
 
-/// Where the motors' work went over a run.
+/// Energy balance of a run.
 ///
-/// The scale is the greatest of the motors' work, the losses and the gain. A parked robot turns over no energy at all;
-/// the floor of the scale is therefore the weight on a wheel's radius, the potential energy that any motion of the
-/// robot deals with (13.7 J for the default robot: a thousandth of it lifts the robot by 0.1 mm).
+/// The scale is the largest of the motors' work, the losses and the gain, but at least weight times wheel radius (13.7
+/// J for the default robot), because a parked robot has no energy turnover at all. A thousandth of this floor lifts the
+/// robot by 0.1 mm.
 pub fn energy(robot: &Robot, truth: &[Truth], balance: &[Balance]) -> Energy {
     let losses = |b: &Balance| b.gear_loss - b.ground_work - b.stop_work;
     let start = balance.first().copied().unwrap_or_default();

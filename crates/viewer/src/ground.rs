@@ -6,11 +6,10 @@ use crate::convert::flat;
 use crate::writer::Writer;
 use rerun::archetypes::LineStrips2D;
 use rerun::components::Radius;
-use robhaz_model::Vec2;
 use robhaz_run::{RunDescription, World};
 use robhaz_sim::Truth;
 use robhaz_sim::friction::Stretch;
-use robhaz_terrain::{Contact, Terrain};
+use robhaz_terrain::Terrain;
 
 /// Distance between points of the ground, m.
 const SPACING: f64 = 0.005;
@@ -60,11 +59,6 @@ impl Ground {
     /// Whether the ground has a corner anywhere.
     pub(crate) fn has_corners(&self) -> bool {
         self.terrain.has_corners()
-    }
-
-    /// Every contact of a wheel.
-    pub(crate) fn contacts(&self, centre: Vec2, radius: f64, out: &mut Vec<Contact>) {
-        self.terrain.contacts(centre, radius, out);
     }
 
     /// Extends the range that must be drawn to the wheels of a record.

@@ -5,7 +5,6 @@
 
 use crate::ViewerError;
 use crate::colours::{self, Colour};
-use crate::contact::contact_point;
 use crate::convert::{deep, flat, narrow, turn};
 use crate::forces::{ForceScale, Forces, Shown};
 use crate::ground::Ground;
@@ -107,7 +106,7 @@ impl SceneView {
             truth,
             given_angle: frame.sensors.contact_angle,
             estimate: self.chosen.and_then(|k| frame.estimates[k].ok()),
-            contacts: self.contacts(&truth),
+            contacts: contact_points(&truth),
             trails,
         });
     }
@@ -232,23 +231,15 @@ impl SceneView {
         let before = self.trail_ends.replace(now).unwrap_or(now);
         before.into_iter().zip(now).map(|(a, b)| [a, b]).collect()
     }
+}
 
-    /// The contact points. The truth has the sum of two contacts of a wheel alone, so that their points come from the
-    /// terrain.
-    fn contacts(&self, truth: &Truth) -> Vec<(Vec2, Colour)> {
-        let radius = self.robot.geometry.wheel_radius;
-        let mut points = Vec::new();
-        for (wheel, colour) in truth.wheels.iter().zip(colours::WHEELS) {
-            if wheel.contacts == 1 {
-                points.push((contact_point(wheel, radius), colour));
-            } else if wheel.contacts > 1 {
-                let mut found = Vec::new();
-                self.ground.contacts(wheel.position, radius, &mut found);
-                points.extend(found.into_iter().map(|contact| (contact.point, colour)));
-            }
-        }
-        points
+/// The points of all contacts, each with the colour of its wheel.
+fn contact_points(truth: &Truth) -> Vec<(Vec2, Colour)> {
+    let mut points = Vec::new();
+    for (wheel, colour) in truth.wheels.iter().zip(colours::WHEELS) {
+        points.extend(wheel.contact_list.iter().map(|c| (c.point, colour)));
     }
+    points
 }
 
 /// Entity of the end stops.

@@ -14,10 +14,11 @@ mod radau;
 use crate::drive::Drive;
 use crate::engine::{Engine, Instant};
 use crate::error::PlantError;
+use crate::ground::AxleState;
 use crate::mechanics::{Kinematics, NoForces};
 use crate::setup::PlantSetup;
 use crate::start::Start;
-use crate::truth::{PinTruth, Truth};
+use crate::truth::PinTruth;
 use equations::{Equations, INTEGRALS, Integrals, SIZE, Y};
 use radau::Radau;
 use robhaz_model::Bar;
@@ -101,41 +102,44 @@ impl DirectEngine {
         Ok(solver.at(time))
     }
 
-    fn instant(&mut self, time: f64, y: &Y, integrals: &Integrals) -> Result<Instant, NoForces> {
+    /// Evaluates all forces at a state.
+    fn evaluate(
+        &mut self,
+        (y, integrals): &(Y, Integrals),
+        instant: &mut Instant,
+    ) -> Result<(), NoForces> {
+        let time = instant.truth.time;
         let equations = &mut self.equations;
         let state = equations::state(y);
-        let kinematics = Kinematics::new(&equations.mechanics.robot, &state)?;
         let torques = equations.motor_torques(time, y);
         let mechanics = &mut equations.mechanics;
+        let kinematics = Kinematics::new(&mechanics.robot, &state)?;
         let forces = mechanics.forces(&kinematics, &state, torques)?;
-        let robot = &mechanics.robot;
-        let bar = |bar| kinematics.bar(bar, &state);
-        let mut truth = Truth {
-            time,
-            body: bar(Bar::Body),
-            links: Bar::LINKS.map(bar),
-            stop_torque: forces.stop_torque,
-            loop_error: kinematics.loop_error(robot),
-            ..Truth::default()
-        };
+        let truth = &mut instant.truth;
+        truth.body = kinematics.bar(Bar::Body, &state);
+        truth.links = Bar::LINKS.map(|bar| kinematics.bar(bar, &state));
+        truth.stop_torque = forces.stop_torque;
+        truth.loop_error = kinematics.loop_error(&mechanics.robot);
         for i in 0..3 {
-            let motion = kinematics.wheel(robot, i, &state);
-            let ground = mechanics.or_gap(i, forces.ground[i], &motion)?;
-            truth.wheels[i] = ground.truth(motion.centre, integrals[i], state.omega[i], torques[i]);
+            let motion = kinematics.wheel(&mechanics.robot, i, &state);
+            let axle = AxleState {
+                angle: integrals[i],
+                omega: state.omega[i],
+                torque: torques[i],
+            };
+            truth.wheels[i] = mechanics.wheel_truth(i, forces.ground[i], &motion, axle)?;
         }
         let positions = kinematics.pins(&state);
-        let pin_forces = forces.pin_forces(robot, &kinematics);
+        let pin_forces = forces.pin_forces(&mechanics.robot, &kinematics);
         for (i, force) in pin_forces.into_iter().enumerate() {
             truth.pins[i] = PinTruth {
                 position: positions[i],
                 force,
             };
         }
-        Ok(Instant {
-            truth,
-            contact_energy: forces.ground.iter().map(|g| g.energy).sum(),
-            balance: equations::balance(integrals),
-        })
+        instant.contact_energy = forces.ground.iter().map(|g| g.energy).sum();
+        instant.balance = equations::balance(integrals);
+        Ok(())
     }
 }
 
@@ -148,12 +152,13 @@ impl Engine for DirectEngine {
         })
     }
 
-    fn next_instant(&mut self) -> Result<Instant, PlantError> {
+    fn next_instant(&mut self, instant: &mut Instant) -> Result<(), PlantError> {
         #[expect(clippy::cast_precision_loss, reason = "exact below 2^53 records")]
         let time = self.records as f64 * self.period;
-        let (y, integrals) = self.at(time)?;
+        let state = self.at(time)?;
         self.records += 1;
-        self.instant(time, &y, &integrals)
+        instant.truth.time = time;
+        self.evaluate(&state, instant)
             .map_err(|why| refusal(time, Some(why)))
     }
 }

@@ -3,8 +3,9 @@
 use super::forces::{Forces, NoForces};
 use super::kinematics::{Kinematics, State};
 use crate::drive::Drive;
-use crate::ground::{Ground, GroundForces, WheelMotion};
+use crate::ground::{AxleState, Ground, GroundForces, WheelMotion};
 use crate::setup::PlantSetup;
+use crate::truth::WheelTruth;
 use robhaz_model::{Robot, Vec2};
 use robhaz_terrain::Contact;
 
@@ -70,18 +71,20 @@ impl Mechanics {
         [0, 1, 2].map(|i| torques[i] - self.drive.loss_torque(state.omega[i]))
     }
 
-    /// See [`Ground::or_gap`].
+    /// See [`Ground::truth`].
     ///
     /// # Errors
     /// [`NoForces::BelowGround`]
-    pub fn or_gap(
-        &self,
+    #[inline]
+    pub fn wheel_truth(
+        &mut self,
         wheel: usize,
         forces: GroundForces,
         motion: &WheelMotion,
-    ) -> Result<GroundForces, NoForces> {
+        axle: AxleState,
+    ) -> Result<WheelTruth, NoForces> {
         self.ground
-            .or_gap(forces, motion)
+            .truth(forces, motion, axle)
             .map_err(|source| NoForces::BelowGround { wheel, source })
     }
 }

@@ -16,7 +16,7 @@ use crate::balance::{Balance, WheelLoad};
 use crate::drive::{Drive, wheel_acceleration};
 use crate::engine::{Engine, Instant};
 use crate::error::{BelowGround, PlantError};
-use crate::ground::{Ground, WheelMotion};
+use crate::ground::{AxleState, Ground, WheelMotion};
 use crate::setup::{PlantSetup, StartKind};
 use crate::start::Start;
 use crate::stop::stop_torque;
@@ -309,8 +309,12 @@ impl RapierEngine {
             let gear_torque = self.drive.loss_torque(omega);
             let drive_torque = torque - gear_torque;
             if let Some(truth) = truth.as_deref_mut() {
-                let ground = self.ground.or_gap(ground, &motion).map_err(below)?;
-                truth.wheels[i] = ground.truth(motion.centre, wheel.angle, omega, torque);
+                let axle = AxleState {
+                    angle: wheel.angle,
+                    omega,
+                    torque,
+                };
+                truth.wheels[i] = self.ground.truth(ground, &motion, axle).map_err(below)?;
             }
             // The acceleration of the link is that of the last integration. Its weight J_wheel/(J_wheel + J_rotor) is 8
             // %.
@@ -455,21 +459,17 @@ impl Engine for RapierEngine {
         mean
     }
 
-    fn next_instant(&mut self) -> Result<Instant, PlantError> {
+    fn next_instant(&mut self, instant: &mut Instant) -> Result<(), PlantError> {
         if self.settling_steps > 0 {
             self.settle()?;
         }
-        let balance = self.balance;
-        let mut truth = self.kinematics();
-        let contact_energy = self.advance(Some(&mut truth))?;
+        instant.balance = self.balance;
+        instant.truth = self.kinematics();
+        instant.contact_energy = self.advance(Some(&mut instant.truth))?;
         for _ in 1..self.steps_per_period {
             self.advance(None)?;
         }
-        Ok(Instant {
-            truth,
-            contact_energy,
-            balance,
-        })
+        Ok(())
     }
 }
 
