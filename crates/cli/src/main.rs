@@ -4,7 +4,6 @@ mod compare;
 mod interrupt;
 mod live;
 mod output;
-#[cfg(feature = "viewer")]
 mod output_file;
 mod pace;
 mod progress;
@@ -18,6 +17,7 @@ mod view;
 
 use clap::{Parser, Subcommand};
 use interrupt::Interrupt;
+use std::io::Write;
 use std::process::ExitCode;
 
 /// Wheel forces of ROBHAZ-6WHEEL on rough ground: simulation, estimation after Choi et al., comparison.
@@ -61,7 +61,8 @@ fn main() -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(report) => {
-            eprintln!("{report:?}");
+            // A closed or full standard error is no reason to panic.
+            let _ = writeln!(std::io::stderr().lock(), "{report:?}");
             interrupt.exit_code().unwrap_or(ExitCode::FAILURE)
         }
     }

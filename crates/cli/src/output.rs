@@ -5,7 +5,8 @@
 //! removed, and no others.
 
 use robhaz_record::FigureSink;
-use std::fs;
+use robhaz_scene::harmless;
+use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -17,9 +18,17 @@ pub enum OutputError {
     #[diagnostic(help("--force replaces the run in it; --out DIR writes elsewhere"))]
     Exists(PathBuf),
     /// The folder of an unfinished run exists.
-    #[error("{0} exists: a run broke off there, or one is still writing")]
+    #[error("{0} exists: a run broke off there")]
     #[diagnostic(help("--force replaces it; --out DIR writes elsewhere"))]
     Unfinished(PathBuf),
+    /// Another process is writing this run: never replaced.
+    #[error("another run is writing in {0}")]
+    #[diagnostic(help("wait for its end, or write elsewhere with --out DIR"))]
+    InUse(PathBuf),
+    /// The target appeared while the run was going on.
+    #[error("{0} appeared during the run: it is left alone")]
+    #[diagnostic(help("move it elsewhere, and rename the folder of the finished run"))]
+    Appeared(PathBuf),
     /// Not a folder: never replaced.
     #[error("{0} is a file, not the folder of a run: it is left alone")]
     #[diagnostic(help("--out DIR writes elsewhere"))]
@@ -61,17 +70,28 @@ fn io_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Outp
     }
 }
 
+/// Name of the lock file in a folder that a run is writing. The system releases the lock when the process ends.
+const LOCK: &str = "lock";
+
 /// A folder being written.
 pub struct OutputFolder {
     target: PathBuf,
     partial: PathBuf,
+    /// Whether an older run may be replaced.
+    force: bool,
+    /// Held during the run.
+    _lock: File,
 }
 
 impl OutputFolder {
     /// Prepares `target` for a run. An existing folder of that name stays until [`OutputFolder::finish`].
     pub fn create(target: &Path, force: bool) -> Result<Self, OutputError> {
         // Without a slash at the end: with it the partial folder would be inside the target.
-        let target: PathBuf = target.components().collect();
+        let mut target: PathBuf = target.components().collect();
+        if target.is_symlink() {
+            // The results go where the link leads.
+            target = fs::canonicalize(&target).map_err(io_error("cannot follow", &target))?;
+        }
         let Some(name) = target.file_name() else {
             return Err(OutputError::NoName(target));
         };
@@ -86,9 +106,16 @@ impl OutputFolder {
         }
         if is_there(&partial) {
             if !force {
-                return Err(OutputError::Unfinished(partial));
+                return Err(if is_being_written(&partial) {
+                    OutputError::InUse(partial)
+                } else {
+                    OutputError::Unfinished(partial)
+                });
             }
             check_replaceable(&partial)?;
+            if is_being_written(&partial) {
+                return Err(OutputError::InUse(partial));
+            }
             fs::remove_dir_all(&partial).map_err(io_error("cannot remove", &partial))?;
         }
         if let Some(parent) = partial.parent().filter(|p| !p.as_os_str().is_empty()) {
@@ -96,7 +123,16 @@ impl OutputFolder {
         }
         // Fails if another run has just created it.
         fs::create_dir(&partial).map_err(io_error("cannot create", &partial))?;
-        Ok(Self { target, partial })
+        let path = partial.join(LOCK);
+        let lock = File::create(&path).map_err(io_error("cannot create", &path))?;
+        // A file system without locks: the run goes on without that protection.
+        let _ = lock.try_lock();
+        Ok(Self {
+            target,
+            partial,
+            force,
+            _lock: lock,
+        })
     }
 
     /// The folder to write into during the run.
@@ -115,18 +151,42 @@ impl OutputFolder {
         names(&self.partial).is_ok_and(|names| names.iter().any(|n| n.ends_with(".arrows")))
     }
 
-    /// Gives the finished run its name. Replaces an older run, which [`OutputFolder::create`] has checked.
+    /// Gives the finished run its name. Replaces an older run only with `--force`.
     pub fn finish(self) -> Result<PathBuf, OutputError> {
         if is_there(&self.target) {
             if !is_empty_folder(&self.target) {
+                if !self.force {
+                    return Err(OutputError::Appeared(self.target));
+                }
                 check_replaceable(&self.target)?;
             }
             fs::remove_dir_all(&self.target).map_err(io_error("cannot remove", &self.target))?;
         }
+        let lock = self.partial.join(LOCK);
+        fs::remove_file(&lock).map_err(io_error("cannot remove", &lock))?;
         fs::rename(&self.partial, &self.target)
             .map_err(io_error("cannot rename", &self.partial))?;
         Ok(self.target)
     }
+}
+
+impl OutputFolder {
+    /// Removes the folder of a run that was stopped before its first record.
+    pub fn discard(self) -> Result<(), OutputError> {
+        fs::remove_dir_all(&self.partial).map_err(io_error("cannot remove", &self.partial))
+    }
+
+    /// Marks the end of a run that broke off: its folder is no longer being written.
+    pub fn release(self) {
+        // The lock itself ends with the process.
+        let _ = fs::remove_file(self.partial.join(LOCK));
+    }
+}
+
+/// Whether a process is writing a run in this folder.
+pub fn is_being_written(folder: &Path) -> bool {
+    File::open(folder.join(LOCK))
+        .is_ok_and(|lock| matches!(lock.try_lock(), Err(fs::TryLockError::WouldBlock)))
 }
 
 /// Whether something has this name, also a broken link.
@@ -143,28 +203,35 @@ fn check_replaceable(path: &Path) -> Result<(), OutputError> {
     if !path.is_dir() {
         return Err(OutputError::NotAFolder(path.to_path_buf()));
     }
+    let scene = fs::read_to_string(path.join("scene.toml")).unwrap_or_default();
     let names = names(path)?;
     let estimators: Vec<&str> = names.iter().filter_map(|n| estimator(n)).collect();
-    let mut found = names.iter().find(|name| !is_of_a_run(name)).cloned();
+    // A run writes files, and the folder of its figures. A link to a folder elsewhere is not of a run.
+    let is_ours = |name: &String| {
+        let at = path.join(name);
+        let kind = at.symlink_metadata();
+        if name == FIGURES {
+            kind.is_ok_and(|m| m.is_dir())
+        } else {
+            kind.is_ok_and(|m| m.is_file()) && is_of_a_run(name, &scene)
+        }
+    };
+    let mut found = names.iter().find(|name| !is_ours(name)).cloned();
     let figures = path.join(FIGURES);
     if found.is_none() && is_there(&figures) {
-        // A link to a folder elsewhere is not of a run, nor are the files in that folder.
-        let ours = figures.symlink_metadata().is_ok_and(|m| m.is_dir());
-        let is_foreign = |name: &String| !FigureSink::can_write(name, &estimators);
-        found = if ours {
-            let foreign = self::names(&figures)?.into_iter().find(is_foreign);
-            foreign.map(|name| format!("{FIGURES}/{name}"))
-        } else {
-            Some(FIGURES.to_owned())
+        let is_ours = |name: &String| {
+            let file = figures.join(name).symlink_metadata();
+            file.is_ok_and(|m| m.is_file()) && FigureSink::can_write(name, &estimators)
         };
+        let foreign = self::names(&figures)?.into_iter().find(|n| !is_ours(n));
+        found = foreign.map(|name| format!("{FIGURES}/{name}"));
     }
     if let Some(found) = found {
         return Err(OutputError::NotOfARun {
             path: path.to_path_buf(),
-            found,
+            found: harmless(&found),
         });
     }
-    let scene = fs::read_to_string(path.join("scene.toml")).unwrap_or_default();
     if scene.lines().any(|line| line.starts_with("[resolved]")) {
         Ok(())
     } else {
@@ -188,35 +255,32 @@ fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
 const FIGURES: &str = "figures";
 
 /// Extensions of tables: finished ones, and those being written.
-const TABLE_ENDS: [&str; 4] = [".parquet", ".csv", ".arrows", ".parquet.partial"];
+const TABLE_ENDS: [&str; 4] = [".parquet.partial", ".parquet", ".csv", ".arrows"];
 
-/// Whether a run writes files of this name.
-fn is_of_a_run(name: &str) -> bool {
+/// Whether the run of a resolved scene writes a file of this name.
+fn is_of_a_run(name: &str, scene: &str) -> bool {
     let fixed = [
         "scene.toml",
         "summary.json",
         "summary.json.partial",
-        FIGURES,
         "run.rrd",
         "columns.csv",
+        LOCK,
     ];
-    let is_table = TABLE_ENDS.iter().any(|end| name.ends_with(end));
-    let tables = ["truth.", "sensors.", "terrain.", "estimate-"];
-    // Copies of the files that the ground comes from.
-    let track = name
-        .strip_prefix("track")
-        .and_then(|n| n.strip_suffix(".csv"));
-    let is_track = track.is_some_and(|part| {
-        part.is_empty()
-            || part
-                .strip_prefix('-')
-                .is_some_and(|n| n.parse::<u8>().is_ok())
-    });
-    fixed.contains(&name) || is_track || (is_table && tables.iter().any(|t| name.starts_with(t)))
+    let table = TABLE_ENDS.iter().find_map(|end| name.strip_suffix(end));
+    let is_table = table.is_some_and(|t| ["truth", "sensors", "terrain"].contains(&t));
+    // Copies of the files that the ground comes from: the scene names them.
+    let is_track = name.starts_with("track")
+        && scene
+            .lines()
+            .any(|line| line.contains(&format!("\"{name}\"")));
+    fixed.contains(&name) || is_table || is_track || estimator(name).is_some()
 }
 
 /// The estimator of a table.
 fn estimator(table: &str) -> Option<&str> {
     let name = table.strip_prefix("estimate-")?;
-    TABLE_ENDS.iter().find_map(|end| name.strip_suffix(end))
+    let name = TABLE_ENDS.iter().find_map(|end| name.strip_suffix(end))?;
+    // Labels have no dot.
+    (!name.is_empty() && !name.contains('.')).then_some(name)
 }

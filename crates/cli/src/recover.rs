@@ -1,7 +1,8 @@
 //! `robhaz recover`: the tables of a run that was killed.
 
+use crate::output::is_being_written;
 use crate::terminal::say;
-use miette::{IntoDiagnostic, Result};
+use miette::{IntoDiagnostic, Result, bail};
 use std::path::PathBuf;
 
 /// Arguments of `robhaz recover`.
@@ -21,6 +22,12 @@ pub struct Args {
 /// Makes a Parquet file from each stream in the folder and prints the time of its last record.
 pub fn recover(args: &Args) -> Result<()> {
     let out = args.out.as_ref().unwrap_or(&args.folder);
+    if args.out.is_none() && is_being_written(&args.folder) {
+        bail!(
+            "a run is writing in {}: --out DIR makes the tables elsewhere",
+            args.folder.display()
+        );
+    }
     let tables = robhaz_record::recover(&args.folder, out, args.force).into_diagnostic()?;
     for table in tables {
         let (path, rows) = (table.path.display(), table.rows);

@@ -6,7 +6,7 @@ use crate::output::OutputFolder;
 use crate::pace::{Pace, PaceSink};
 use crate::progress::Progress;
 use crate::terminal::{say, warn};
-use miette::{IntoDiagnostic, Result, WrapErr};
+use miette::{IntoDiagnostic, Report, Result, WrapErr};
 use robhaz_record::{FigureSink, Summary, SummarySink, TableFormat, TableSink, comparison_table};
 use robhaz_run::{Run, RunEnd, RunError, Sink};
 use robhaz_scene::Scene;
@@ -79,10 +79,10 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
         env!("CARGO_PKG_VERSION"),
         scene.engine.kind.library()
     );
+    folder.write("scene.toml", scene.to_toml(&version).as_bytes())?;
     for track in &scene.terrain.tracks {
         folder.write(&track.file_name(), &track.bytes)?;
     }
-    folder.write("scene.toml", scene.to_toml(&version).as_bytes())?;
 
     viewing.record(folder.path())?;
     let mut sink = SummarySink::new();
@@ -90,20 +90,28 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let table = |summary: &Summary| say(&comparison_table(&[(&scene.name, summary)]));
     if let Err(error) = simulated {
         // A run without a record has no summary. The first error is reported, not those that follow from it.
+        let is_stopped = matches!(error, RunError::Stopped { .. });
+        if is_stopped && sink.summary().is_err() {
+            folder.discard()?;
+            let title = format!("{} has no record yet; nothing was written", scene.name);
+            return Err(error).into_diagnostic().wrap_err(title);
+        }
         let mut title = format!("{} broke off", scene.name);
         if let Ok(summary) = sink.summary() {
             title.push_str(&format!(" at {:.3} s", summary.duration_s));
-            if summary.write(folder.path()).is_ok() && matches!(error, RunError::Stopped { .. }) {
+            if summary.write(folder.path()).is_ok() && is_stopped {
                 table(&summary)?;
             }
         }
         title.push_str(&what_is_left(&folder));
+        folder.release();
         return Err(error).into_diagnostic().wrap_err(title);
     }
     let summary = sink.summary().into_diagnostic()?;
     summary.write(folder.path()).into_diagnostic()?;
-    let path = folder.finish()?;
     table(&summary)?;
+    let complete = format!("the complete run is in {}", folder.path().display());
+    let path = folder.finish().map_err(Report::from).wrap_err(complete)?;
     say(&format!(
         "Results in {}; the whole command took {:.2} s, of which simulation and estimation {:.2} s",
         path.display(),

@@ -1,6 +1,7 @@
 //! `robhaz study`: errors of a scene's estimators and consistency of their covariance, over many seeds.
 
 use crate::interrupt::Interrupt;
+use crate::output_file::{Format, OutputFile};
 use crate::terminal::{say, warn};
 use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
@@ -8,6 +9,12 @@ use robhaz_scene::Scene;
 use robhaz_study::{Report, TruthRun, floor, ladder, study};
 use std::path::PathBuf;
 use std::time::Duration;
+
+/// The format of `--json`.
+const JSON: Format = Format {
+    what: "results of a study",
+    extension: "json",
+};
 
 /// Arguments of `robhaz study`.
 #[derive(clap::Args)]
@@ -27,9 +34,12 @@ pub struct Args {
     /// each has one method more than the one above.
     #[arg(long)]
     ladder: bool,
-    /// Also writes the result to a JSON file; an existing file is replaced.
+    /// Also writes the result to a JSON file.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// Replaces an existing JSON file.
+    #[arg(long)]
+    force: bool,
 }
 
 /// Simulates the scene once, estimates with the readings of every seed, prints the table.
@@ -55,14 +65,20 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
         );
     };
     let seeds: Vec<u64> = (scene.seed..=last).collect();
+    let inputs = [args.scene.clone()];
+    // Checked before the study is computed.
+    let create = |path: &PathBuf| OutputFile::create(path, JSON, &inputs, args.force);
+    let file = args.json.as_ref().map(create).transpose()?;
     let report = report(&scene, &seeds, interrupt)?;
-    if let Some(path) = &args.json {
+    say(&report.text())?;
+    if let Some(file) = file {
         let text = serde_json::to_string_pretty(&report).into_diagnostic()?;
-        std::fs::write(path, text + "\n")
+        std::fs::write(file.path(), text + "\n")
             .into_diagnostic()
-            .wrap_err_with(|| format!("cannot write {}", path.display()))?;
+            .wrap_err_with(|| format!("cannot write {}", file.path().display()))?;
+        file.finish()?;
     }
-    say(&report.text())
+    Ok(())
 }
 
 fn report(scene: &Scene, seeds: &[u64], interrupt: &Interrupt) -> Result<Report> {

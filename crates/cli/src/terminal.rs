@@ -15,6 +15,7 @@ pub fn say(text: &str) -> Result<()> {
 /// Prints the warnings of a scene on standard error.
 pub fn warn(scene: &Scene) {
     for warning in scene.warnings() {
-        eprintln!("Warning: {}: {warning}", scene.name);
+        // A closed or full standard error is no reason to stop.
+        let _ = writeln!(io::stderr().lock(), "Warning: {}: {warning}", scene.name);
     }
 }

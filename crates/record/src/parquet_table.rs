@@ -6,7 +6,7 @@ use arrow_array::RecordBatch;
 use arrow_array::cast::AsArray as _;
 use arrow_array::types::Float64Type;
 use arrow_ipc::reader::StreamReader;
-use arrow_schema::{Schema, SchemaRef};
+use arrow_schema::{ArrowError, Schema, SchemaRef};
 use parquet::arrow::ArrowWriter;
 use parquet::basic::Compression;
 use parquet::file::metadata::KeyValue;
@@ -128,7 +128,7 @@ fn convert(stream: &Path, out: &Path, torn: TornEnd) -> Result<(u64, Option<f64>
     for batch in reader {
         let batch = match batch {
             Ok(batch) => batch,
-            Err(_) if torn == TornEnd::LeaveOut => break,
+            Err(error) if torn == TornEnd::LeaveOut && is_torn(&error) => break,
             Err(error) => return Err(stream_error(stream)(error)),
         };
         let batch = RecordBatch::try_new(Arc::clone(&schema), batch.columns().to_vec())
@@ -139,6 +139,14 @@ fn convert(stream: &Path, out: &Path, torn: TornEnd) -> Result<(u64, Option<f64>
     }
     writer.close().map_err(parquet_error(out))?;
     Ok((rows, end))
+}
+
+/// Whether a stream ends in the middle of a batch, and not because the disk cannot be read.
+fn is_torn(error: &ArrowError) -> bool {
+    match error {
+        ArrowError::IoError(_, cause) => cause.kind() == std::io::ErrorKind::UnexpectedEof,
+        _ => true,
+    }
 }
 
 /// The first column of every table is the time, s.

@@ -10,7 +10,7 @@ use parquet::errors::Result as ParquetResult;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use robhaz_run::{RunDescription, World};
-use robhaz_terrain::{Profile, Surveyed, Terrain};
+use robhaz_terrain::{Profile, Surveyed};
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, Write};
@@ -82,7 +82,7 @@ pub fn write_terrain(
 /// The ground of the profile and as far as the wheels can come at the set speed.
 fn survey(run: &RunDescription, world: &World) -> Vec<Surveyed> {
     let profile = &world.terrain.profile;
-    let terrain = Terrain::new(profile.clone());
+    let terrain = world.terrain.build(&run.robot.robot);
     let axles = run.robot.robot.geometry.axles;
     let travel = world.drive.speed * run.record.duration;
     let reached = axles.iter().flat_map(|a| [a.x, a.x + travel]);

@@ -134,7 +134,7 @@ fn columns(text: &str) -> usize {
 
 /// Escapes a text for terminals: control characters and marks of the writing direction become escapes such as `\u{1b}`,
 /// a tab becomes a space.
-pub(crate) fn harmless(text: &str) -> String {
+pub fn harmless(text: &str) -> String {
     let is_mark = |c: char| matches!(c, '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}');
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {

@@ -43,6 +43,7 @@ mod write;
 
 pub use error::{Problem, SceneError};
 pub use estimators::EstimatorChoice;
+pub use excerpt::harmless;
 pub use model_error::{ModelError, ModelErrorTooLarge};
 pub use plant_failure::PlantFailure;
 pub use reference::{KeyReference, reference};

@@ -11,7 +11,7 @@ use robhaz_sim::drive::Drive;
 use robhaz_sim::friction::FrictionLaw;
 use robhaz_sim::sensors::{Grade, SensorSpec, Sensors};
 use robhaz_sim::{EngineKind, PlantSetup, StartKind};
-use robhaz_terrain::{Profile, Terrain};
+use robhaz_terrain::Profile;
 
 /// Everything that a run depends on. SI throughout.
 #[derive(Clone, Debug, PartialEq)]
@@ -161,7 +161,7 @@ impl Scene {
     pub fn plant_setup(&self) -> PlantSetup {
         PlantSetup {
             robot: self.robot.robot.clone(),
-            terrain: Terrain::new(self.terrain.profile.clone()),
+            terrain: self.terrain.build(&self.robot.robot),
             contact: self.contact,
             friction: self.friction,
             stretches: self.terrain.stretches.clone(),

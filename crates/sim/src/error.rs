@@ -111,7 +111,7 @@ pub enum NoRest {
     Equilibrium,
     /// A motor is too weak to hold its wheel.
     #[error(
-        "the motor of wheel {wheel} would have to hold {torque:.1} N m, and gives {limit:.1} N m at most"
+        "the motor of wheel {wheel} would have to hold {torque:.3e} N m, and gives {limit:.3e} N m at most"
     )]
     Motor {
         /// 1 front, 2 middle, 3 rear.

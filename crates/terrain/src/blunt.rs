@@ -11,17 +11,17 @@ use crate::edge::{Edge, Knot};
 /// Angle below which a concave corner is blunt, rad (9 deg): `r (1 - cos a)` is then 1.2 mm for r = 0.1 m, a penetration
 /// of five times the mean wheel load.
 const BLUNT: f64 = 0.157;
-/// Radius of curvature of the rounding, m: above the default wheel's radius of 0.1 m, so that there is one contact, and
-/// otherwise small. The ground changes by 0.4 mm at most, over 20 mm.
-const RADIUS: f64 = 0.125;
+/// Radius of curvature of the rounding over the wheel's radius: above 1, so that there is one contact, and otherwise
+/// small. For r = 0.1 m the ground changes by 0.4 mm at most, over 20 mm.
+const RADIUS: f64 = 1.25;
 
 /// An interval of x (m) that a parabola replaces.
 type Cut = [f64; 2];
 
-/// Replaces each blunt concave corner of a chain by a parabola tangent to both sides. A chain without such corners stays
-/// as it is.
-pub(crate) fn round(edges: Vec<Edge>) -> Vec<Edge> {
-    let cuts = cuts(&edges);
+/// Replaces each blunt concave corner of a chain by a parabola tangent to both sides, for wheels of a radius (m). A chain
+/// without such corners stays as it is.
+pub(crate) fn round(edges: Vec<Edge>, wheel_radius: f64) -> Vec<Edge> {
+    let cuts = cuts(&edges, RADIUS * wheel_radius);
     if cuts.is_empty() {
         return edges;
     }
@@ -60,7 +60,7 @@ pub(crate) fn round(edges: Vec<Edge>) -> Vec<Edge> {
 
 /// The intervals to be replaced, from rear to front. Neighbours do not overlap: each takes at most half the way to the
 /// next corner.
-fn cuts(edges: &[Edge]) -> Vec<Cut> {
+fn cuts(edges: &[Edge], radius: f64) -> Vec<Cut> {
     let corners: Vec<usize> = (1..edges.len())
         .filter(|&i| edges[i].run != edges[i - 1].run)
         .collect();
@@ -79,7 +79,7 @@ fn cuts(edges: &[Edge]) -> Vec<Cut> {
         let x = after.from.x;
         let [slope, next_slope] = [before.eval(x)[1], after.eval(x)[1]];
         let mean = 0.5 * (slope + next_slope);
-        let wanted = 0.5 * RADIUS * (next_slope - slope) * (1.0 + mean * mean).powf(1.5);
+        let wanted = 0.5 * radius * (next_slope - slope) * (1.0 + mean * mean).powf(1.5);
         let behind = k.checked_sub(1).and_then(place).map(|other| x - other);
         let ahead = place(k + 1).map(|other| other - x);
         let half = [behind, ahead]
@@ -143,12 +143,17 @@ mod tests {
     use super::*;
     use crate::{Heights, Interpolation, Profile, Ramp, Terrain, Vec2};
 
-    fn ramp(degrees: f64) -> Terrain {
-        Terrain::new(Profile::Ramp(Ramp {
+    fn ramp_for(degrees: f64, wheel_radius: f64) -> Terrain {
+        let ramp = Ramp {
             angle: f64::to_radians(degrees),
             start: 0.7,
             length: 0.8,
-        }))
+        };
+        Terrain::for_wheels(Profile::Ramp(ramp), wheel_radius)
+    }
+
+    fn ramp(degrees: f64) -> Terrain {
+        ramp_for(degrees, 0.1)
     }
 
     /// Closed form: a parabola tangent to both sides lies `half * turn / 4` above the corner, `half` its half length.
@@ -157,7 +162,7 @@ mod tests {
         for degrees in [0.5, 4.0, 8.9] {
             let terrain = ramp(degrees);
             let slope = f64::tan(degrees.to_radians());
-            let half = 0.5 * RADIUS * slope * (1.0 + 0.25 * slope * slope).powf(1.5);
+            let half = 0.5 * 0.125 * slope * (1.0 + 0.25 * slope * slope).powf(1.5);
             let parabola = terrain
                 .edges()
                 .iter()
@@ -176,16 +181,19 @@ mod tests {
     /// Property: over a blunt corner a wheel has one contact, and its depth is continuous.
     #[test]
     fn a_wheel_passes_a_blunt_corner_with_one_contact() {
-        for degrees in [0.8, 3.0, 6.0, 8.9] {
-            let terrain = ramp(degrees);
+        for (degrees, radius) in [0.8, 3.0, 6.0, 8.9]
+            .into_iter()
+            .flat_map(|degrees| [0.05, 0.1, 0.2].map(|radius| (degrees, radius)))
+        {
+            let terrain = ramp_for(degrees, radius);
             let slope = f64::tan(degrees.to_radians());
             let (mut last, mut found) = (f64::NAN, Vec::new());
             for k in 0..2000 {
                 let x = 0.65 + 5e-5 * f64::from(k);
-                let y = 0.099 + slope * (x - 0.7).max(0.0);
-                terrain.contacts(Vec2::new(x, y), 0.1, &mut found);
-                assert_eq!(found.len(), 1, "{degrees} deg at {x}");
-                let depth = 0.1 - found[0].distance;
+                let y = 0.99 * radius + slope * (x - 0.7).max(0.0);
+                terrain.contacts(Vec2::new(x, y), radius, &mut found);
+                assert_eq!(found.len(), 1, "{degrees} deg, {radius} m at {x}");
+                let depth = radius - found[0].distance;
                 // 50 um of way change the depth by at most 50 um times the sine of the corner.
                 assert!(last.is_nan() || (depth - last).abs() < 5e-5 * 0.16);
                 last = depth;
@@ -204,7 +212,7 @@ mod tests {
             Profile::smooth(),
         ] {
             let terrain = Terrain::new(profile);
-            let rounded = round(terrain.edges().to_vec());
+            let rounded = round(terrain.edges().to_vec(), 0.1);
             assert_eq!(rounded.len(), terrain.edges().len());
         }
         // 9.5 deg is sharp.

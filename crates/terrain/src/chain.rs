@@ -9,8 +9,9 @@ use crate::{Profile, Vec2};
 /// Length of the level edge on either side of a profile, m: much more than a robot travels.
 pub(crate) const REACH: f64 = 1.0e5;
 
-/// The edges of a profile from rear to front; the first and the last are level ground. Blunt concave corners are rounded.
-pub(crate) fn chain(profile: &Profile) -> Vec<Edge> {
+/// The edges of a profile from rear to front; the first and the last are level ground. Blunt concave corners are rounded
+/// for wheels of a radius (m).
+pub(crate) fn chain(profile: &Profile, wheel_radius: f64) -> Vec<Edge> {
     let alone;
     let parts = match profile {
         Profile::Course(course) => course.parts(),
@@ -24,7 +25,7 @@ pub(crate) fn chain(profile: &Profile) -> Vec<Edge> {
         chain.append(part);
     }
     chain.line(chain.at + Vec2::new(REACH, 0.0));
-    blunt::round(chain.edges)
+    blunt::round(chain.edges, wheel_radius)
 }
 
 /// Edges under construction, from rear to front.

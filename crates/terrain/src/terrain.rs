@@ -33,9 +33,15 @@ struct Ground {
 }
 
 impl Terrain {
-    /// Builds the edges and the grid of a profile, which must have passed [`Profile::check`].
+    /// Builds the ground of a profile, which must have passed [`Profile::check`], for wheels of 0.1 m radius.
     pub fn new(profile: Profile) -> Self {
-        let edges = chain(&profile);
+        Self::for_wheels(profile, 0.1)
+    }
+
+    /// Builds the ground of a profile, which must have passed [`Profile::check`], for wheels of a radius (m). Blunt concave
+    /// corners, below 9 deg, are rounded with 1.25 times that radius.
+    pub fn for_wheels(profile: Profile, wheel_radius: f64) -> Self {
+        let edges = chain(&profile, wheel_radius);
         let grid = Grid::new(&edges);
         Self {
             ground: Arc::new(Ground {

@@ -16,7 +16,6 @@ pub use run::{MOST_RECORDS, Run, VerifyError, truth_of};
 
 use robhaz_scene::{EngineKind, PlantFailure, Scene};
 use robhaz_sim::Truth;
-use robhaz_terrain::Terrain;
 
 /// Result of one check.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,7 +74,7 @@ pub fn verify(scene: &Scene, step: &mut dyn FnMut(&str)) -> Result<Vec<Verdict>,
         scene.engine.kind = kind;
         scene
     };
-    let has_corners = Terrain::new(scene.terrain.profile.clone()).has_corners();
+    let has_corners = scene.terrain.build(&scene.robot.robot).has_corners();
     let mut verdicts = Vec::new();
     let mut engine = |kind: EngineKind| {
         let name = kind.name();

@@ -36,7 +36,7 @@ impl Ground {
         let travel = planned_travel(run, world);
         let drawn = (rear + travel.min(0.0), front + travel.max(0.0));
         Self {
-            terrain: Terrain::new(world.terrain.profile.clone()),
+            terrain: world.terrain.build(&run.robot.robot),
             stretches: world.terrain.stretches.clone(),
             mu_s: world.friction.mu_s,
             drawn,

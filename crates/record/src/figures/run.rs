@@ -113,7 +113,7 @@ impl RunTraces {
             ground: run
                 .world
                 .as_ref()
-                .map(|w| Terrain::new(w.terrain.profile.clone())),
+                .map(|w| w.terrain.build(robot)),
             geometry: robot.geometry.clone(),
             mean_load: robot.mean_wheel_load(),
         }

@@ -2,8 +2,9 @@
 
 use super::kinds::DEFAULT;
 use super::track::Track;
+use robhaz_model::Robot;
 use robhaz_sim::friction::Stretch;
-use robhaz_terrain::Profile;
+use robhaz_terrain::{Profile, Terrain};
 
 /// The ground, and the name of its kind.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,6 +17,13 @@ pub struct TerrainChoice {
     pub stretches: Vec<Stretch>,
     /// The files of its points: a run's folder gets a copy of each, named [`Track::file_name`].
     pub tracks: Vec<Track>,
+}
+
+impl TerrainChoice {
+    /// The ground as a robot's wheels feel it: blunt corners are rounded for their radius.
+    pub fn build(&self, robot: &Robot) -> Terrain {
+        Terrain::for_wheels(self.profile.clone(), robot.geometry.wheel_radius)
+    }
 }
 
 impl Default for TerrainChoice {

@@ -215,11 +215,15 @@ impl Parser<'_> {
                 Err(message) => self.complain(&record, || message),
             }
         }
+        if choice.sort {
+            points = sorted(points);
+        }
         if points.len() < 2 && self.reader.problems_of(&self.text.name) == 0 {
             let message = format!(
                 "found {} with the separator {}, allowed: 2 to {} points, one a line; {HEADER_RULE}",
                 match points.len() {
                     0 => "no point",
+                    _ if choice.sort => "one x",
                     _ => "one point",
                 },
                 self.separator.1,
@@ -227,7 +231,7 @@ impl Parser<'_> {
             );
             self.reader.push(Problem::unread(&self.text.name, message));
         }
-        if choice.sort { sorted(points) } else { points }
+        points
     }
 
     fn point(&self, columns: &Columns, record: &ByteRecord) -> Result<Vec2, String> {
