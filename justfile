@@ -1,6 +1,6 @@
-# What people do daily; continuous integration runs the same.
+# Daily commands; continuous integration runs the same.
 
-# Format, lints, documentation: the cheap checks.
+# Format, lints, documentation: the fast checks.
 check:
     cargo fmt --all --check
     cargo clippy --workspace --all-targets --locked -- -D warnings

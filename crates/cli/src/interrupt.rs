@@ -10,10 +10,10 @@ use std::time::Duration;
 
 /// Signals that end a command, and their names for the user.
 const SIGNALS: [(i32, &str); 2] = [(SIGINT, "Ctrl-C"), (SIGTERM, "SIGTERM")];
-/// Between two looks at the signals, where nothing else sets the pace.
+/// Time between two checks for signals while a command waits.
 pub const POLL_TIME: Duration = Duration::from_millis(50);
 
-/// What signals ask for. Clones share it.
+/// The last signal. Clones share it.
 #[derive(Clone, Default)]
 pub struct Interrupt {
     /// Number of the last signal; 0 before the first.
@@ -21,7 +21,8 @@ pub struct Interrupt {
 }
 
 impl Interrupt {
-    /// From now on the first signal is only noted, and the second ends the process at once. Before, the first does.
+    /// From now on the first signal is only stored, and the second ends the process at once. Before, the first one ends
+    /// it.
     pub fn listen(&self) -> Result<()> {
         self.register()
             .into_diagnostic()
@@ -31,13 +32,13 @@ impl Interrupt {
     fn register(&self) -> std::io::Result<()> {
         let second = Arc::new(AtomicBool::new(false));
         for (signal, _) in SIGNALS {
-            // In this order: the flag is still down when the first signal comes.
+            // In this order, so that the flag is not yet set at the first signal.
             flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&second))?;
             flag::register(signal, Arc::clone(&second))?;
             let number = usize::try_from(signal).unwrap_or(0);
             flag::register_usize(signal, Arc::clone(&self.signal), number)?;
         }
-        // A file that reaches the process's size limit then is a failed write, and not the end of the process.
+        // So a write beyond the limit on file sizes is an error, and does not end the process.
         #[cfg(unix)]
         flag::register(
             signal_hook::consts::SIGXFSZ,
@@ -46,12 +47,12 @@ impl Interrupt {
         Ok(())
     }
 
-    /// The signal that came, in words; `None` before.
+    /// The name of the signal; `None` before the first.
     pub fn cause(&self) -> Option<&'static str> {
         self.signal().map(|(_, name)| name)
     }
 
-    /// The exit code of a command that a signal has ended: 128 and the signal's number, as shells have it.
+    /// The exit code of a command that a signal has ended: 128 and the signal's number, as in shells.
     pub fn exit_code(&self) -> Option<ExitCode> {
         let (signal, _) = self.signal()?;
         Some(u8::try_from(128 + signal).map_or(ExitCode::FAILURE, ExitCode::from))
@@ -63,7 +64,7 @@ impl Interrupt {
         SIGNALS.into_iter().find(is_it)
     }
 
-    /// For commands that leave no files before their end: a signal ends the process after `tidy`, whatever it is doing.
+    /// For commands that write files only at their end: a signal calls `tidy` and ends the process at once.
     pub fn end_process(&self, what: &str, tidy: impl Fn() + Send + 'static) -> Result<()> {
         self.listen()?;
         let (interrupt, what) = (self.clone(), what.to_owned());

@@ -9,18 +9,18 @@ use miette::Result;
 use robhaz_run::Sink;
 use std::path::Path;
 
-/// Port that `serve` listens at.
+/// Port of `serve`.
 #[cfg(feature = "viewer")]
 const PORT: u16 = 9876;
 
-/// What `--rerun` can be.
+/// Values of `--rerun`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Rerun {
-    /// Nothing for the viewer.
+    /// No output for the viewer.
     Off,
     /// `run.rrd` in the run's folder.
     Save,
-    /// As `Save`, and live in the viewer of this machine, which is started if need be.
+    /// As `Save`, and live in the viewer on this machine, which is started if necessary.
     Spawn,
     /// As `Save`, and live in a viewer that listens at an address.
     Connect(String),
@@ -29,7 +29,7 @@ pub enum Rerun {
 }
 
 impl Rerun {
-    /// What is done where nothing is said.
+    /// The value without the option.
     pub const DEFAULT: &str = if cfg!(feature = "viewer") {
         "save"
     } else {
@@ -69,7 +69,7 @@ pub struct Viewing {
 
 #[cfg(feature = "viewer")]
 impl Viewing {
-    /// Opens the line to a viewer that a choice needs.
+    /// Opens the connection to a viewer where the choice needs one.
     pub fn open(choice: &Rerun) -> Result<Self> {
         use robhaz_viewer::LiveSink;
         let live = match choice {
@@ -90,7 +90,7 @@ impl Viewing {
         })
     }
 
-    /// Lets the run be recorded in its folder, unless that is off.
+    /// Starts the recording in the run's folder, unless that is off.
     pub fn record(&mut self, folder: &Path) -> Result<()> {
         if self.choice != Rerun::Off {
             let recording = robhaz_viewer::RecordingSink::save(&folder.join("run.rrd"));
@@ -106,7 +106,8 @@ impl Viewing {
         recording.into_iter().chain(live)
     }
 
-    /// After the run: says what a viewer did not get; goes on serving until a signal ends the command.
+    /// After the run: reports records that the viewer did not receive; continues to serve until a signal ends the
+    /// command.
     pub fn finish(self, interrupt: &Interrupt) -> Result<()> {
         let Some(live) = self.live else {
             return Ok(());
@@ -114,9 +115,9 @@ impl Viewing {
         let report = live.report();
         if report.dropped > 0 {
             let why = if report.lost {
-                "it takes no more"
+                "it accepts no more data"
             } else {
-                "it went away, or was slower than the run"
+                "it was closed, or slower than the run"
             };
             eprintln!(
                 "The viewer at {} did not get {} of {} records: {why}.",
@@ -141,7 +142,7 @@ pub struct Viewing;
 
 #[cfg(not(feature = "viewer"))]
 impl Viewing {
-    /// Refuses what this build cannot do.
+    /// Refuses choices that need the viewer.
     pub fn open(choice: &Rerun) -> Result<Self> {
         match choice {
             Rerun::Off => Ok(Self),
@@ -151,7 +152,7 @@ impl Viewing {
         }
     }
 
-    /// Nothing to be recorded.
+    /// Does nothing.
     pub fn record(&mut self, _folder: &Path) -> Result<()> {
         Ok(())
     }
@@ -161,7 +162,7 @@ impl Viewing {
         std::iter::empty()
     }
 
-    /// Nothing to be done.
+    /// Does nothing.
     pub fn finish(self, _interrupt: &Interrupt) -> Result<()> {
         Ok(())
     }

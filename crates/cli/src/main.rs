@@ -20,7 +20,7 @@ use clap::{Parser, Subcommand};
 use interrupt::Interrupt;
 use std::process::ExitCode;
 
-/// Wheel forces of ROBHAZ-6WHEEL on rough ground: simulated, estimated as Choi et al. do, compared.
+/// Wheel forces of ROBHAZ-6WHEEL on rough ground: simulation, estimation after Choi et al., comparison.
 #[derive(Parser)]
 #[command(version, about)]
 struct Cli {
@@ -30,18 +30,19 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Run a scene: simulate, estimate, write tables, figures and a recording, print how far off the estimates are.
+    /// Run a scene: simulate, estimate, write tables, figures and a recording, print the errors of the estimates.
     Run(run::Args),
-    /// Print the same table for finished runs, several at once.
+    /// Print the table of errors of one or several finished runs.
     Compare(compare::Args),
-    /// Make tables of what a run had recorded when it was killed or its disk was full.
+    /// Make tables from the records of a run that was killed or whose disk was full.
     Recover(recover::Args),
-    /// Check that the simulated truth of a scene can be trusted: both engines, conservation, half the step; a verdict a line.
+    /// Check the simulated truth of a scene: both engines, conservation, half the step; one verdict a line.
     Verify(verify::Args),
-    /// Look at runs in the Rerun viewer, at one or several side by side, or at a scene while it is simulated.
+    /// Show runs in the Rerun viewer, one or several side by side, or a scene while it is simulated.
     #[cfg(feature = "viewer")]
     View(view::Args),
-    /// Observe a scene with many seeds: how exact its estimators are, and whether they know it; with --ladder, what each step brings.
+    /// Repeat a scene with many seeds: errors of its estimators and consistency of their covariance; with --ladder, the
+    /// effect of each method.
     Study(study::Args),
 }
 

@@ -1,8 +1,8 @@
-//! The output folder of a run: complete or not there.
+//! The output folder of a run.
 //!
-//! A run is written into `FOLDER.partial` and renamed when it is finished, so that a folder under its own name is always
-//! a whole run, and a run that broke off leaves what it had beside it. Only what a run has left is ever removed, and only
-//! when asked.
+//! A run is written into `FOLDER.partial` and renamed at its end. So a folder under its own name is always a complete
+//! run, and a run that broke off leaves its files in `FOLDER.partial`. With `--force` files that a run wrote are
+//! removed, and no others.
 
 use robhaz_record::FigureSink;
 use std::fs;
@@ -12,42 +12,42 @@ use std::path::{Path, PathBuf};
 /// Why a run cannot be written where the user wants it.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum OutputError {
-    /// Something is there already.
+    /// The folder exists already.
     #[error("{0} exists")]
     #[diagnostic(help("--force replaces the run in it; --out DIR writes elsewhere"))]
     Exists(PathBuf),
-    /// A run that is not finished is there.
+    /// The folder of an unfinished run exists.
     #[error("{0} exists: a run broke off there, or one is still writing")]
     #[diagnostic(help("--force replaces it; --out DIR writes elsewhere"))]
     Unfinished(PathBuf),
-    /// Not a folder: it is not replaced even when asked.
+    /// Not a folder: never replaced.
     #[error("{0} is a file, not the folder of a run: it is left alone")]
     #[diagnostic(help("--out DIR writes elsewhere"))]
     NotAFolder(PathBuf),
-    /// A folder that no run has made: it is not replaced even when asked.
+    /// Not the folder of a run: never replaced.
     #[error("{0} has no scene.toml that a run has written: it is left alone")]
     #[diagnostic(help("--out DIR writes elsewhere"))]
     NotARun(PathBuf),
-    /// A folder with something else beside a run: it is not replaced even when asked.
+    /// A folder of a run with other files in it: never replaced.
     #[error("{path} holds {found}, which no run has written: it is left alone")]
     #[diagnostic(help("move {found} elsewhere, or write elsewhere with --out DIR"))]
     NotOfARun {
         /// The folder.
         path: PathBuf,
-        /// What in it is not of a run, relative to it.
+        /// A file in it that is not of a run, relative to the folder.
         found: String,
     },
     /// The path cannot name a folder.
     #[error("{0} is not the name of a folder to write into")]
     NoName(PathBuf),
-    /// The file system says no.
+    /// An error of the file system.
     #[error("{action} {path}")]
     Io {
-        /// What was tried.
+        /// The failed action.
         action: &'static str,
-        /// On which path.
+        /// The path.
         path: PathBuf,
-        /// What came back.
+        /// The cause.
         source: io::Error,
     },
 }
@@ -68,9 +68,9 @@ pub struct OutputFolder {
 }
 
 impl OutputFolder {
-    /// Prepares `target` for a run. What is there under its own name is not touched before [`OutputFolder::finish`].
+    /// Prepares `target` for a run. An existing folder of that name stays until [`OutputFolder::finish`].
     pub fn create(target: &Path, force: bool) -> Result<Self, OutputError> {
-        // Without a slash at the end, which would make the partial folder one inside the target.
+        // Without a slash at the end: with it the partial folder would be inside the target.
         let target: PathBuf = target.components().collect();
         let Some(name) = target.file_name() else {
             return Err(OutputError::NoName(target));
@@ -94,12 +94,12 @@ impl OutputFolder {
         if let Some(parent) = partial.parent().filter(|p| !p.as_os_str().is_empty()) {
             fs::create_dir_all(parent).map_err(io_error("cannot create", parent))?;
         }
-        // Fails where another run was quicker.
+        // Fails if another run has just created it.
         fs::create_dir(&partial).map_err(io_error("cannot create", &partial))?;
         Ok(Self { target, partial })
     }
 
-    /// Where to write while the run goes on.
+    /// The folder to write into during the run.
     pub fn path(&self) -> &Path {
         &self.partial
     }
@@ -110,12 +110,12 @@ impl OutputFolder {
         fs::write(&path, content).map_err(io_error("cannot write", &path))
     }
 
-    /// Does the folder hold tables that are not Parquet yet?
+    /// Whether the folder has tables that are still streams.
     pub fn has_streams(&self) -> bool {
         names(&self.partial).is_ok_and(|names| names.iter().any(|n| n.ends_with(".arrows")))
     }
 
-    /// Gives the finished run its name, in place of an older one where that was asked for.
+    /// Gives the finished run its name. Replaces an older run, which [`OutputFolder::create`] has checked.
     pub fn finish(self) -> Result<PathBuf, OutputError> {
         if is_there(&self.target) {
             if !is_empty_folder(&self.target) {
@@ -129,7 +129,7 @@ impl OutputFolder {
     }
 }
 
-/// Something has this name, be it a link to nowhere.
+/// Whether something has this name, also a broken link.
 fn is_there(path: &Path) -> bool {
     path.symlink_metadata().is_ok()
 }
@@ -138,7 +138,7 @@ fn is_empty_folder(path: &Path) -> bool {
     fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none())
 }
 
-/// Only a folder that holds a run and nothing else may go: a scene that a run has resolved, and files that runs write.
+/// Checks that a folder holds a run and nothing else: a resolved scene, and files that runs write.
 fn check_replaceable(path: &Path) -> Result<(), OutputError> {
     if !path.is_dir() {
         return Err(OutputError::NotAFolder(path.to_path_buf()));
@@ -148,7 +148,7 @@ fn check_replaceable(path: &Path) -> Result<(), OutputError> {
     let mut found = names.iter().find(|name| !is_of_a_run(name)).cloned();
     let figures = path.join(FIGURES);
     if found.is_none() && is_there(&figures) {
-        // A link to a folder elsewhere is not ours, nor is what it leads to.
+        // A link to a folder elsewhere is not of a run, nor are the files in that folder.
         let ours = figures.symlink_metadata().is_ok_and(|m| m.is_dir());
         let is_foreign = |name: &String| !FigureSink::can_write(name, &estimators);
         found = if ours {
@@ -172,7 +172,7 @@ fn check_replaceable(path: &Path) -> Result<(), OutputError> {
     }
 }
 
-/// Names of what a folder holds, in order: messages do not depend on the file system.
+/// Names in a folder, sorted, so that messages do not depend on the file system.
 fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
     let entries = fs::read_dir(folder).map_err(io_error("cannot read", folder))?;
     let mut names = Vec::new();
@@ -184,13 +184,13 @@ fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
     Ok(names)
 }
 
-/// Folder of the figures in that of a run.
+/// Folder of the figures, in the folder of a run.
 const FIGURES: &str = "figures";
 
-/// Ends of the names of tables: finished, and while they are written.
+/// Extensions of tables: finished ones, and those being written.
 const TABLE_ENDS: [&str; 4] = [".parquet", ".csv", ".arrows", ".parquet.partial"];
 
-/// Names that a run gives to what it leaves.
+/// Whether a run writes files of this name.
 fn is_of_a_run(name: &str) -> bool {
     let fixed = [
         "scene.toml",
@@ -215,7 +215,7 @@ fn is_of_a_run(name: &str) -> bool {
     fixed.contains(&name) || is_track || (is_table && tables.iter().any(|t| name.starts_with(t)))
 }
 
-/// The estimator whose table this is.
+/// The estimator of a table.
 fn estimator(table: &str) -> Option<&str> {
     let name = table.strip_prefix("estimate-")?;
     TABLE_ENDS.iter().find_map(|end| name.strip_suffix(end))

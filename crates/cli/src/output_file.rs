@@ -1,4 +1,5 @@
-//! A file that a user names for a result: complete or not there, and never in place of another unasked.
+//! A result file that the user names. It appears only when it is complete, and replaces another file only with
+//! `--force`.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -7,17 +8,17 @@ use tempfile::TempPath;
 /// Why a file cannot be written where the user wants it.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum OutputFileError {
-    /// The name promises a format that is not written.
+    /// The name has the extension of another format.
     #[error("{path} does not end in .{extension}, the only format of {what}")]
     Format {
         /// The file.
         path: PathBuf,
-        /// What it would hold.
+        /// Its content, in the plural.
         what: &'static str,
-        /// The name's end that is allowed.
+        /// The allowed extension.
         extension: &'static str,
     },
-    /// The command reads this very file, be it under another name or by a link.
+    /// The command reads this same file, perhaps under another name or through a link.
     #[error("{path} is the same file as {input}, which is read: it is left alone")]
     #[diagnostic(help("write to another file; --force does not help here"))]
     Input {
@@ -26,24 +27,24 @@ pub enum OutputFileError {
         /// The file to be read.
         input: PathBuf,
     },
-    /// Something is there already.
+    /// The file exists already.
     #[error("{0} exists")]
     #[diagnostic(help("--force replaces it"))]
     Exists(PathBuf),
-    /// A folder is there.
+    /// The path is a folder.
     #[error("{0} is a folder: the name of a file is needed")]
     Folder(PathBuf),
-    /// The file system says no.
+    /// An error of the file system.
     #[error("cannot write {path}")]
     Io {
         /// The file.
         path: PathBuf,
-        /// What came back.
+        /// The cause.
         source: io::Error,
     },
 }
 
-/// What a file is to hold, and the end of its name.
+/// Content and extension of a file.
 #[derive(Clone, Copy, Debug)]
 pub struct Format {
     /// In the plural, for messages.
@@ -52,7 +53,8 @@ pub struct Format {
     pub extension: &'static str,
 }
 
-/// A file being written under a temporary name beside its own. Dropped before [`OutputFile::finish`], it leaves nothing.
+/// A file being written under a temporary name in the same folder. Dropped before [`OutputFile::finish`], it leaves
+/// nothing.
 pub struct OutputFile {
     target: PathBuf,
     temporary: TempPath,
@@ -60,7 +62,7 @@ pub struct OutputFile {
 }
 
 impl OutputFile {
-    /// Prepares a file. `inputs` are files that the command reads: none of them is replaced, not even when asked (`force`).
+    /// Prepares a file. `inputs` are files that the command reads: they are never replaced, not even with `force`.
     pub fn create(
         target: &Path,
         format: Format,
@@ -80,7 +82,7 @@ impl OutputFile {
                 extension,
             });
         }
-        // A file that is not there is not the same.
+        // A missing file is not the same file.
         let same = |input: &&PathBuf| same_file::is_same_file(target, input).unwrap_or(false);
         if let Some(input) = inputs.iter().find(same) {
             return Err(OutputFileError::Input {
@@ -91,7 +93,7 @@ impl OutputFile {
         if target.is_dir() {
             return Err(OutputFileError::Folder(path()));
         }
-        // A link to nowhere counts.
+        // A broken link counts as a file.
         if target.symlink_metadata().is_ok() && !force {
             return Err(OutputFileError::Exists(path()));
         }
@@ -106,12 +108,12 @@ impl OutputFile {
         })
     }
 
-    /// Where to write.
+    /// The temporary file to write into.
     pub fn path(&self) -> &Path {
         &self.temporary
     }
 
-    /// Gives the complete file its name. One that has come there since is not replaced unasked.
+    /// Gives the complete file its name. Without `force`, a file that was created meanwhile is not replaced.
     pub fn finish(self) -> Result<PathBuf, OutputFileError> {
         let named = if self.force {
             self.temporary.persist(&self.target)
@@ -131,7 +133,7 @@ impl OutputFile {
     }
 }
 
-/// A new file in the folder of `target`, with the permissions of any file.
+/// A new file in the folder of `target`, with the usual permissions.
 fn temporary(target: &Path, extension: &str) -> io::Result<TempPath> {
     let folder = match target.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -143,7 +145,7 @@ fn temporary(target: &Path, extension: &str) -> io::Result<TempPath> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt as _;
-        // Less what the user's mask takes away.
+        // The process's umask removes some of them.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     Ok(builder.tempfile_in(folder)?.into_temp_path())

@@ -1,19 +1,19 @@
-//! How fast a run may go.
+//! Speed of a run.
 
 use crate::interrupt::{Interrupt, POLL_TIME};
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use std::time::{Duration, Instant};
 
-/// How fast a run may go.
+/// Speed of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Pace {
-    /// As fast as it can.
+    /// As fast as possible.
     Fast,
-    /// No faster than the clock.
+    /// Not faster than real time.
     RealTime,
 }
 
-/// A sink that holds a run back until the clock has come to each record.
+/// A sink that delays a run until the real time of each record.
 pub struct PaceSink {
     pace: Pace,
     start: Instant,
@@ -21,7 +21,7 @@ pub struct PaceSink {
 }
 
 impl PaceSink {
-    /// A sink whose clock starts with the run. An interrupt ends its waiting.
+    /// A sink whose clock starts with the run. An interrupt ends the delay.
     pub fn new(pace: Pace, interrupt: &Interrupt) -> Self {
         Self {
             pace,

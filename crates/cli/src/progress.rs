@@ -3,10 +3,10 @@
 use indicatif::{ProgressBar, ProgressStyle};
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 
-/// A sink that shows how far the simulated time has come. Hidden where standard error is not a terminal.
+/// A sink that shows the progress of the simulated time. Hidden if standard error is not a terminal.
 pub struct Progress {
     bar: ProgressBar,
-    /// Records between two updates of the bar: a thousand updates a second would cost more than the estimators.
+    /// Number of records between two updates of the bar: an update for each would cost more than the estimators.
     every: u64,
     count: u64,
 }

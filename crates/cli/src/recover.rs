@@ -13,12 +13,12 @@ pub struct Args {
     /// Folder for the tables; by default that of the run.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Replaces tables that are there already.
+    /// Replaces existing tables.
     #[arg(long)]
     force: bool,
 }
 
-/// Makes a Parquet file of each stream in the folder and says how far each goes.
+/// Makes a Parquet file from each stream in the folder and prints the time of its last record.
 pub fn recover(args: &Args) -> Result<()> {
     let out = args.out.as_ref().unwrap_or(&args.folder);
     let tables = robhaz_record::recover(&args.folder, out, args.force).into_diagnostic()?;

@@ -24,7 +24,7 @@ pub struct Args {
     /// Format of the tables.
     #[arg(long, value_enum, default_value_t = Format::Parquet)]
     format: Format,
-    /// Sets a key of the scene, over what the file says: `--set drive.speed=0.3`. Can be repeated.
+    /// Sets a key of the scene, in place of the file's value: `--set drive.speed=0.3`. Can be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Engine that computes the truth: `rapier` or `direct`; short for `--set engine.kind=...`.
@@ -33,11 +33,12 @@ pub struct Args {
     /// Seed of everything random in the run.
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     seed: Option<u64>,
-    /// What the Rerun viewer gets: `off` nothing; `save` the file run.rrd. Beside that file, live: `spawn` starts the viewer here,
-    /// `connect=HOST:PORT` shows the run in a viewer that listens there, `serve` lets viewers connect to this command.
+    /// Output for the Rerun viewer: `off` none; `save` the file run.rrd. With that file and live: `spawn` starts the
+    /// viewer on this machine, `connect=HOST:PORT` sends the run to a viewer that listens there, `serve` lets viewers
+    /// connect to this command.
     #[arg(long, value_name = "HOW", value_parser = Rerun::parse, default_value = Rerun::DEFAULT)]
     rerun: Rerun,
-    /// How fast the run may go.
+    /// Speed of the run.
     #[arg(long, value_enum, default_value_t = Pace::Fast)]
     pace: Pace,
     /// Replaces an earlier run in the output folder.
@@ -66,7 +67,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
         .out
         .clone()
         .unwrap_or_else(|| Path::new("runs").join(&scene.name));
-    // Before anything is written: a robot that cannot stand leaves no folder.
+    // Before anything is written, so that a robot that cannot stand leaves no folder.
     let run = Run::new(&scene)
         .into_diagnostic()
         .wrap_err_with(|| format!("cannot start {}", scene.name))?;
@@ -88,7 +89,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let simulated = simulate(run, args, &folder, &mut sink, &mut viewing, interrupt);
     let table = |summary: &Summary| say(&comparison_table(&[(&scene.name, summary)]));
     if let Err(error) = simulated {
-        // A run without a record has no summary. The cause of the end says more than what fails after it.
+        // A run without a record has no summary. The first error is reported, not those that follow from it.
         let mut title = format!("{} broke off", scene.name);
         if let Ok(summary) = sink.summary() {
             title.push_str(&format!(" at {:.3} s", summary.duration_s));
@@ -134,7 +135,7 @@ fn simulate(
     run.until(&mut sinks, &|| interrupt.cause())
 }
 
-/// Where a run that broke off left what it had.
+/// Names the folder with the records of a run that broke off.
 fn what_is_left(folder: &OutputFolder) -> String {
     let path = folder.path().display();
     let mut text = format!("; what it recorded is in {path}");

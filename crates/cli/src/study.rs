@@ -1,4 +1,4 @@
-//! `robhaz study`: errors of a scene's estimators and of their stated covariance, over many seeds.
+//! `robhaz study`: errors of a scene's estimators and consistency of their covariance, over many seeds.
 
 use crate::interrupt::Interrupt;
 use crate::terminal::{say, warn};
@@ -14,17 +14,17 @@ use std::time::Duration;
 pub struct Args {
     /// Scene file (TOML).
     scene: PathBuf,
-    /// How many seeds, from the scene's seed on; fewer than 5 give no verdict.
+    /// Number of seeds, from the scene's seed on; fewer than 5 give no verdict.
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=10_000))]
     seeds: u64,
-    /// Sets a key of the scene, over what the file says: `--set sensors.grade=typical`. Can be repeated.
+    /// Sets a key of the scene, in place of the file's value: `--set sensors.grade=typical`. Can be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Engine that computes the truth: `rapier` or `direct`; short for `--set engine.kind=...`.
     #[arg(long, value_name = "KIND")]
     engine: Option<String>,
-    /// Studies the ablation ladder instead of the scene's estimators: from the paper's to `best`, each from the fourth on with one method
-    /// more than the one above.
+    /// Studies the ablation ladder instead of the scene's estimators: from the paper's to `best`. From the fourth on
+    /// each has one method more than the one above.
     #[arg(long)]
     ladder: bool,
     /// Also writes the result to a JSON file; an existing file is replaced.
@@ -32,7 +32,7 @@ pub struct Args {
     json: Option<PathBuf>,
 }
 
-/// Simulates the scene once, observes it with every seed, prints the table.
+/// Simulates the scene once, estimates with the readings of every seed, prints the table.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let mut overrides = args.set.clone();
     overrides.extend(args.engine.iter().map(|kind| format!("engine.kind={kind}")));

@@ -1,10 +1,10 @@
-//! What the command says on standard output, and its warnings.
+//! Standard output of the command, and its warnings.
 
 use miette::{IntoDiagnostic, Result};
 use robhaz_scene::Scene;
 use std::io::{self, Write};
 
-/// Prints a text and a line's end. A reader that has gone away is no error: it has seen what it wanted.
+/// Prints a line. A closed pipe is no error: its reader needs no more.
 pub fn say(text: &str) -> Result<()> {
     match writeln!(io::stdout().lock(), "{text}") {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error).into_diagnostic(),
@@ -12,7 +12,7 @@ pub fn say(text: &str) -> Result<()> {
     }
 }
 
-/// Says on stderr what a scene allows but may not mean.
+/// Prints the warnings of a scene on standard error.
 pub fn warn(scene: &Scene) {
     for warning in scene.warnings() {
         eprintln!("Warning: {}: {warning}", scene.name);

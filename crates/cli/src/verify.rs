@@ -1,4 +1,4 @@
-//! `robhaz verify`: can the simulated truth of a scene be trusted?
+//! `robhaz verify`: checks of the simulated truth of a scene.
 
 use crate::interrupt::Interrupt;
 use crate::terminal::{say, warn};
@@ -14,12 +14,12 @@ use std::time::Duration;
 pub struct Args {
     /// Scene file (TOML); by default the main scene.
     scene: Option<PathBuf>,
-    /// Sets a key of the scene, over what the file says. Can be repeated.
+    /// Sets a key of the scene, in place of the file's value. Can be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
 }
 
-/// Runs the checks and prints a verdict a line; fails when one does.
+/// Runs the checks and prints one verdict a line. An error if a check fails.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let scene = match &args.scene {
         Some(path) => Scene::load(path, &args.set)?,

@@ -1,4 +1,4 @@
-//! `robhaz view`: looks at runs, or at a scene while it is simulated.
+//! `robhaz view`: shows runs, or a scene while it is simulated.
 
 use crate::interrupt::Interrupt;
 use crate::live::{Rerun, Viewing};
@@ -15,8 +15,8 @@ use std::path::{Path, PathBuf};
 /// Arguments of `robhaz view`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Folders of runs or their recordings (.rrd); several are shown side by side. Or one scene file (.toml): it is simulated and
-    /// shown live.
+    /// Folders of runs or their recordings (.rrd); several are shown side by side. Or one scene file (.toml): it is
+    /// simulated and shown live.
     #[arg(required = true, value_name = "RUN|SCENE")]
     what: Vec<PathBuf>,
     /// Saves a picture of the viewer (PNG) instead of opening it; needs no screen.
@@ -34,13 +34,13 @@ pub struct Args {
     /// Saves the comparison of several runs as one recording instead of opening it.
     #[arg(long, value_name = "FILE", conflicts_with = "screenshot")]
     save: Option<PathBuf>,
-    /// Replaces a file that --save or --screenshot names.
+    /// Replaces an existing file of --save or --screenshot.
     #[arg(long)]
     force: bool,
-    /// How fast a scene is simulated.
+    /// Speed of the simulation of a scene.
     #[arg(long, value_enum, default_value_t = Pace::RealTime)]
     pace: Pace,
-    /// Sets a key of the scene, over what the file says. Can be repeated.
+    /// Sets a key of the scene, in place of the file's value. Can be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
 }
@@ -63,7 +63,7 @@ const RECORDING: Format = Format {
     extension: "rrd",
 };
 
-/// Opens the viewer on what was named, or saves what was asked for.
+/// Opens the viewer with the runs or the scene, or saves a picture or a comparison.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     check(args)?;
     if let [scene] = args.what.as_slice()
@@ -74,7 +74,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
         return live(&scene, args.pace, interrupt);
     }
     let inputs = inputs(&args.what)?;
-    // Named before anything is done, so that nothing is done in vain.
+    // Checked before the work, so that a bad file name costs no time.
     let output = |file: &Option<PathBuf>, format| {
         let create = |file: &PathBuf| OutputFile::create(file, format, &inputs, args.force);
         file.as_ref().map(create).transpose()
@@ -101,7 +101,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     show(&file, args, picture, interrupt)
 }
 
-/// Refuses what does not go together.
+/// Refuses arguments that cannot be combined.
 fn check(args: &Args) -> Result<()> {
     let scene = args.what.iter().find(|path| is_scene(path));
     match (args.what.as_slice(), scene) {
@@ -150,7 +150,7 @@ fn show(
     say(&format!("Picture in {}", file.finish()?.display()))
 }
 
-/// Simulates a scene and shows it while it goes on; nothing is kept.
+/// Simulates a scene and shows it live; writes no files.
 fn live(scene: &Scene, pace: Pace, interrupt: &Interrupt) -> Result<()> {
     let mut viewing = Viewing::open(&Rerun::Spawn)?;
     interrupt.listen()?;
@@ -212,7 +212,7 @@ fn is_scene(path: &Path) -> bool {
     path.extension().is_some_and(|e| e == "toml")
 }
 
-/// The recording of a run. Says so where it is not complete.
+/// The recording of a run. Warns if it is incomplete.
 fn recording(run: &Path) -> Result<PathBuf> {
     let file = recording_file(run)?;
     if !robhaz_viewer::recording_is_closed(&file).into_diagnostic()? {
@@ -225,7 +225,7 @@ fn recording(run: &Path) -> Result<PathBuf> {
         };
         eprintln!(
             "Warning: {} is cut off at {end:.3} s: its run was killed or is still going on, or the file is damaged. \
-             Shown is what it holds.",
+             The data before that are shown.",
             file.display(),
         );
     }

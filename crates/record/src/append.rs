@@ -1,23 +1,23 @@
-//! Files without torn pieces: those that grow by whole pieces, and those that are written at once.
+//! Files without incomplete pieces: files that grow by whole pieces, and files that are written at once.
 
 use crate::error::{RecordError, io_error};
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// Simulated time after which rows go to the file, s: what a killed run can lose.
+/// Time of the run after which rows go to the file, s. A killed run loses at most this much.
 pub const FLUSH_TIME: f64 = 1.0;
 
-/// Tells when rows have to go to the file.
+/// Decides when rows have to go to the file.
 #[derive(Debug, Default)]
 pub struct FlushClock {
     last: f64,
 }
 
 impl FlushClock {
-    /// Has [`FLUSH_TIME`] gone by since the last time that this was so? `time` in s.
+    /// Whether [`FLUSH_TIME`] has passed since the last flush. `time` in s.
     pub fn is_due(&mut self, time: f64) -> bool {
-        // Times are sums of steps: what is due now must not wait for a rounding error.
+        // Times are sums of steps: a rounding error must not delay a flush by a record.
         let due = time - self.last >= FLUSH_TIME * (1.0 - 1e-9);
         if due {
             self.last = time;
@@ -49,7 +49,7 @@ impl Appender {
     /// Appends a piece.
     pub fn append(&mut self, piece: &[u8]) -> Result<(), RecordError> {
         if let Err(error) = self.file.write_all(piece) {
-            // If this fails too, the torn piece stays: the first error is what counts.
+            // If this fails too, the incomplete piece stays. The first error is reported.
             let _ = self.cut();
             return Err(io_error("write", &self.path)(error));
         }

@@ -1,4 +1,4 @@
-//! A table as comma-separated text: names in the first line, floats as short as they read back the same.
+//! A table as comma-separated text: names in the first line, floats as the shortest text that reads back as the same number.
 
 use crate::append::{Appender, FlushClock};
 use crate::columns::{Table, Value};
@@ -7,7 +7,7 @@ use robhaz_run::Frame;
 use std::io::Write as _;
 use std::path::Path;
 
-/// Text that waits for the file at most, bytes.
+/// Largest text that waits for the file, bytes.
 const MOST_WAITING: usize = 1 << 20;
 
 /// A table being written. Whole rows go to the file, at least every simulated second.
@@ -58,19 +58,19 @@ impl CsvTable {
         Ok(())
     }
 
-    /// Brings everything to the file.
+    /// Writes the last rows to the file.
     pub fn close(&mut self) -> Result<(), RecordError> {
         self.flush()
     }
 
     fn flush(&mut self) -> Result<(), RecordError> {
-        // Rows that cannot be written are given up: they must not be tried again behind a gap.
+        // Rows that cannot be written are dropped: written later they would follow a gap.
         let rows = std::mem::take(&mut self.waiting);
         self.out.append(&rows)
     }
 }
 
-/// Writes `columns.csv`: table, column, unit and description, which CSV has no place for.
+/// Writes `columns.csv`: table, column, unit and description, for which CSV has no place.
 pub fn write_columns(folder: &Path, tables: &[Table]) -> Result<(), RecordError> {
     let mut text = String::from("table,column,unit,description\n");
     for table in tables {

@@ -1,35 +1,35 @@
-//! What can go wrong with files, said with the file's path.
+//! Errors of files, with the path of the file.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Why something cannot be recorded or read back.
+/// Why a run cannot be recorded or read back.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
-    /// The file system says no.
+    /// An error of the file system.
     #[error("cannot {action} {path}", path = path.display())]
     Io {
-        /// What was tried: `create`, `write`, `read`.
+        /// The action that failed: `create`, `write`, `read`.
         action: &'static str,
-        /// On which file or folder.
+        /// The file or folder.
         path: PathBuf,
-        /// What came back.
+        /// The cause.
         source: io::Error,
     },
     /// A Parquet file cannot be written.
     #[error("cannot write {path}", path = path.display())]
     Parquet {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What came back.
+        /// The cause.
         source: parquet::errors::ParquetError,
     },
     /// A stream of Arrow batches cannot be written or read.
     #[error("{path} cannot be written or read as a stream of Arrow batches", path = path.display())]
     Stream {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What came back.
+        /// The cause.
         source: arrow_schema::ArrowError,
     },
     /// A folder without streams.
@@ -44,15 +44,15 @@ pub enum RecordError {
     /// A file is there already.
     #[error("{path} exists", path = path.display())]
     Exists {
-        /// Which file.
+        /// The file.
         path: PathBuf,
     },
     /// A figure cannot be drawn.
     #[error("cannot draw {path}: {reason}", path = path.display())]
     Figure {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What the drawing library says.
+        /// The error of the drawing library.
         reason: String,
     },
     /// An estimator's name cannot be part of a file name.
@@ -86,7 +86,7 @@ pub enum RecordError {
     NotASummary {
         /// The file.
         path: PathBuf,
-        /// What does not fit.
+        /// The first difference.
         source: serde_json::Error,
     },
     /// A summary was asked for before the run's end, or of a run without a record.
@@ -95,7 +95,7 @@ pub enum RecordError {
     /// A number of the summary cannot be written as JSON.
     #[error("{key} in the summary is not a finite number")]
     NotFinite {
-        /// Where it stands, keys joined by dots.
+        /// The keys that lead to it, joined by dots.
         key: String,
     },
     /// The summary cannot be turned into JSON.

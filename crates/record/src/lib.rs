@@ -1,16 +1,16 @@
-//! What a run leaves behind.
+//! The files that a run writes: tables, summary, figures.
 //!
-//! | what | where | written by |
+//! | content | file | written by |
 //! |---|---|---|
 //! | tables of truth, readings and estimates | `truth`, `sensors`, `estimate-NAME`, `.parquet` or `.csv` | [`TableSink`] |
 //! | the ground | `terrain`, `.parquet` or `.csv` | [`TableSink`] |
-//! | the same while the run goes on, and where it was killed | `.arrows` in place of `.parquet` | [`TableSink`], [`recover`] |
-//! | how far each estimator was off | `summary.json` | [`SummarySink`], [`Summary`] |
-//! | Figs. 5 to 8 of the paper, all estimators, the way | `fig5_linkage.svg`, `fig5_linkage.pdf`, ... | [`FigureSink`] |
+//! | the tables of a run that is going on or was killed | `.arrows` in place of `.parquet` | [`TableSink`], [`recover`] |
+//! | errors of each estimator | `summary.json` | [`SummarySink`], [`Summary`] |
+//! | Figs. 5 to 8 of the paper, all estimators, the path | `fig5_linkage.svg`, `fig5_linkage.pdf`, ... | [`FigureSink`] |
 //! | runs and estimators side by side | the terminal | [`comparison_table`] |
 //!
 //! Every column of every table is declared once, with its unit, in [`Table`]. Everything is in SI; the same run leaves the
-//! same bytes, but for the summary, which tells how long the run took.
+//! same bytes, except for the duration of the computation in the summary.
 
 mod append;
 mod columns;
@@ -59,7 +59,7 @@ mod tests {
             let summary = summary.summary().expect("a finished run");
             let estimator = &summary.estimators[1];
             assert_eq!((estimator.samples, estimator.missing), (21, 0));
-            // At rest on level ground the true masses leave nothing to err by.
+            // At rest on level ground true masses leave no error but that of the settling.
             assert!(estimator.normal_force.expect("errors").rmse_all < 0.5);
         }
         let mut names: Vec<_> = std::fs::read_dir(folders[0].path())

@@ -19,7 +19,7 @@ use std::sync::Arc;
 /// Rows in a row group: 16 s at 1 kHz, some 10 MB of memory a table.
 const GROUP_ROWS: usize = 16 * 1024;
 
-/// A table that was made of what a run had written when it was killed.
+/// A table made of the rows that a run had written when it was killed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecoveredTable {
     /// The Parquet file.
@@ -30,12 +30,12 @@ pub struct RecoveredTable {
     pub end: Option<f64>,
 }
 
-/// What to do with a stream that does not end as a complete one does.
+/// How a stream is treated that does not end like a complete one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TornEnd {
-    /// It is an error.
+    /// As an error.
     Refuse,
-    /// The rows before it count.
+    /// The rows before the damage are used.
     LeaveOut,
 }
 
@@ -102,7 +102,7 @@ pub fn write_parquet(
         Ok(RecoveredTable { path, rows, end })
     });
     if done.is_err() {
-        // It may not exist; the error that counts is the first.
+        // The file may not exist. The first error is reported.
         let _ = std::fs::remove_file(&partial);
     }
     done
@@ -112,7 +112,7 @@ pub fn write_parquet(
 fn convert(stream: &Path, out: &Path, torn: TornEnd) -> Result<(u64, Option<f64>), RecordError> {
     let file = File::open(stream).map_err(io_error("read", stream))?;
     let reader = StreamReader::try_new(BufReader::new(file), None).map_err(stream_error(stream))?;
-    // What goes with the table as a whole stands in the file's metadata, not in Arrow's schema.
+    // Metadata of the table as a whole belong to the file, not to Arrow's schema.
     let metadata = reader.schema().metadata().clone();
     let mut metadata: Vec<KeyValue> = metadata
         .into_iter()
@@ -151,7 +151,7 @@ fn last_time(batch: &RecordBatch) -> Option<f64> {
 fn properties(metadata: Vec<KeyValue>) -> WriterProperties {
     WriterProperties::builder()
         .set_compression(Compression::SNAPPY)
-        // Measures hardly ever repeat: a dictionary of them only costs.
+        // Measured values hardly ever repeat: a dictionary would only cost time.
         .set_dictionary_enabled(false)
         .set_statistics_enabled(EnabledStatistics::Chunk)
         .set_offset_index_disabled(true)

@@ -1,4 +1,4 @@
-//! The table that a user reads at the end of a run, and that sets runs side by side.
+//! The table that is printed at the end of a run, and that compares runs.
 
 use crate::summary::{EstimatorSummary, ProgressSummary, Summary};
 use comfy_table::presets::UTF8_FULL_CONDENSED;
@@ -10,7 +10,7 @@ const WIDTH: u16 = 100;
 /// Time for which a wheel may spin before the report mentions it, s: at a kerb's edge or a trench's it spins for less.
 const LONG_SPIN: f64 = 2.0;
 
-/// Estimators by wheels: how far the normal forces are off, for one run or several. Each run has a label.
+/// Errors of the normal forces, estimators by wheels, of one run or several. Each run has a label.
 ///
 /// Errors are in N, and also in % of the mean true normal force of the three wheels.
 pub fn comparison_table(runs: &[(&str, &Summary)]) -> String {
@@ -87,7 +87,7 @@ fn row(label: Option<&str>, estimator: &EstimatorSummary) -> Row {
         }
         return row;
     };
-    // The share is taken of the same load everywhere, so that wheels can be compared in % as well.
+    // All shares refer to the same load, so that wheels can be compared in % as well.
     let share = normal.nrmse.map(|n| n / normal.rmse_all);
     for rmse in normal.rmse {
         row.add_cell(right(force(rmse, share.map(|s| s * rmse))));
@@ -138,7 +138,7 @@ fn two_contacts(summary: &Summary) -> String {
     }
 }
 
-/// What a user should know of a robot that is stuck or spins its wheels.
+/// A sentence about a robot that is stuck or spins its wheels.
 fn trouble(progress: &ProgressSummary) -> Option<String> {
     let spinning = progress.spinning_s;
     let spins = spinning.iter().any(|time| *time >= LONG_SPIN);
@@ -310,7 +310,7 @@ mod tests {
         );
     }
 
-    /// Gaps are told of, and an estimator without any result has none in the table.
+    /// Missing estimates are reported, and an estimator without any result has none in the table.
     #[test]
     fn missing_estimates_are_told_of() {
         let mut gaps = summary(10);

@@ -1,8 +1,8 @@
-//! A table as a stream of Arrow batches: the form that a run writes, because it can be read at any time.
+//! A table as a stream of Arrow batches. A run writes this form because it can be read at any time.
 //!
-//! A Parquet file ends in a footer without which nothing of it can be read, so that a killed run would leave nothing. A stream
-//! (`.arrows`, the Arrow IPC streaming format) has no footer: every batch stands for itself. [`crate::parquet_table`] makes the
-//! Parquet file of it at the end of the run.
+//! A Parquet file cannot be read without its footer, which is written last: a killed run would leave no table. A
+//! stream (`.arrows`, the Arrow IPC streaming format) has no footer: each batch can be read on its own.
+//! [`crate::parquet_table`] makes the Parquet file of it at the end of the run.
 
 use crate::append::{Appender, FlushClock};
 use crate::columns::{Column, Kind, Table, Value};
@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 /// File name extension of a stream.
 pub const EXTENSION: &str = "arrows";
-/// Rows that wait for the file at most, whatever the rate of records.
+/// Largest number of rows that wait for the file, whatever the rate of the records.
 const MOST_ROWS: usize = 16 * 1024;
 
 /// Values of one column that wait for the file.
@@ -41,7 +41,7 @@ impl Buffer {
             (Self::Float(buffer), Value::Float(value)) => buffer.push(value),
             (Self::Optional(buffer), Value::Optional(value)) => buffer.push(value),
             (Self::Count(buffer), Value::Count(value)) => buffer.push(value),
-            // A column is of one kind for good; were it not, the lengths would differ and the batch be refused.
+            // A column has one kind. A value of another kind would make the lengths differ, and the batch an error.
             _ => {}
         }
     }
@@ -67,7 +67,7 @@ pub struct StreamTable {
 }
 
 impl StreamTable {
-    /// Creates the file. `metadata` are keys and values that go with the table as a whole.
+    /// Creates the file. `metadata` are keys and values of the table as a whole.
     pub fn create(
         folder: &Path,
         table: Table,
@@ -107,7 +107,7 @@ impl StreamTable {
         Ok(())
     }
 
-    /// Writes what is left and the mark of a stream that is complete.
+    /// Writes the last rows and the end mark of a complete stream.
     pub fn close(&mut self) -> Result<(), RecordError> {
         self.flush()?;
         let finished = self.encoder.finish();
@@ -115,7 +115,7 @@ impl StreamTable {
         self.append()
     }
 
-    /// Where the stream is.
+    /// Path of the stream.
     pub fn path(&self) -> &Path {
         self.out.path()
     }
@@ -135,11 +135,11 @@ impl StreamTable {
         self.encoder.write(&batch)
     }
 
-    /// Hands what is encoded to the file.
+    /// Writes the encoded bytes to the file.
     fn append(&mut self) -> Result<(), RecordError> {
         let encoded = self.encoder.get_mut();
         let appended = self.out.append(encoded);
-        // What cannot be written is given up: it must not be tried again behind a gap.
+        // Rows that cannot be written are dropped: written later they would follow a gap.
         encoded.clear();
         appended
     }
@@ -147,7 +147,7 @@ impl StreamTable {
 
 fn field(column: &Column) -> Field {
     let (kind, nullable) = match column.kind() {
-        // Only what can be missing is nullable; to mark what is there costs time.
+        // Only columns with gaps are nullable: validity bits cost time.
         Kind::Float => (DataType::Float64, false),
         Kind::Optional => (DataType::Float64, true),
         Kind::Count => (DataType::UInt32, false),

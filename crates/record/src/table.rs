@@ -27,7 +27,7 @@ pub struct TableSink {
     folder: PathBuf,
     format: TableFormat,
     writers: Vec<Writer>,
-    /// A row could not be written: the streams stay as they are.
+    /// A row could not be written. The streams stay as they are.
     failed: bool,
 }
 
@@ -267,7 +267,7 @@ mod tests {
         }
     }
 
-    /// What is made of a stream is the very table of the finished run; it replaces no other unasked.
+    /// A recovered table equals that of the finished run; it replaces another one only on request.
     #[test]
     fn a_recovered_table_is_that_of_the_run() {
         let folder = tempfile::tempdir().expect("a folder");

@@ -18,14 +18,14 @@ use std::path::Path;
 use std::sync::Arc;
 
 const NAME: &str = "terrain";
-/// Rows on a curve are no farther apart, m: a twentieth of a wheel's radius.
+/// Largest distance of rows on a curve, m: a twentieth of a wheel's radius.
 const SPACING: f64 = 0.005;
-/// Most rows of evenly divided curves: a longer ground has wider ones.
+/// Largest number of rows on curves: on a longer ground they are farther apart.
 const MOST: f64 = 1e6;
-/// Level ground shown before and behind what the run can reach and before and behind the profile, m.
+/// Ground before and behind the reach of the run and the profile, m.
 const MARGIN: f64 = 1.0;
 
-/// A column: name, unit, what it holds, and its value.
+/// A column: name, unit, description, and its value.
 type Column = (
     &'static str,
     &'static str,
@@ -84,8 +84,8 @@ fn survey(run: &RunDescription, world: &World) -> Vec<Surveyed> {
     let profile = &world.terrain.profile;
     let terrain = Terrain::new(profile.clone());
     let axles = run.robot.robot.geometry.axles;
-    let way = world.drive.speed * run.record.duration;
-    let reached = axles.iter().flat_map(|a| [a.x, a.x + way]);
+    let travel = world.drive.speed * run.record.duration;
+    let reached = axles.iter().flat_map(|a| [a.x, a.x + travel]);
     let ends = match profile {
         Profile::Flat => None,
         _ => Some(terrain.extent()),
@@ -146,7 +146,7 @@ fn add_columns(path: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// What `columns.csv` says of this table.
+/// The lines of `columns.csv` on this table.
 #[cfg(test)]
 pub fn rows_of_columns() -> impl Iterator<Item = Vec<String>> {
     COLUMNS.into_iter().map(|(name, unit, description, _)| {

@@ -33,7 +33,7 @@ impl Estimators {
     }
 }
 
-/// The sensors of a scene and its estimators: everything that a truth passes through to become estimates.
+/// The sensors and estimators of a scene: they turn the truth into readings and the readings into estimates.
 pub struct Observers {
     sensors: Sensors,
     estimators: Estimators,
@@ -41,7 +41,7 @@ pub struct Observers {
 }
 
 impl Observers {
-    /// Sensors and estimators of a scene, with what its seed draws.
+    /// Sensors and estimators of a scene, with the errors that its seed draws.
     ///
     /// # Errors
     /// [`ModelErrorTooLarge`] when the nominal robot is not a valid robot.

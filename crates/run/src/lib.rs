@@ -5,9 +5,9 @@
 //!       \-> SensorFrame -> estimators -> Estimate -^
 //! ```
 //!
-//! A [`Source`] gives readings, sample by sample: [`Simulation`] those of a scene; a recorded log is another one, without truth.
-//! Several [`Estimators`] run side by side on the same readings. A [`Sink`] receives a [`RunDescription`] and every record, and
-//! never calls back.
+//! A [`Source`] gives readings, sample by sample. [`Simulation`] is the source of a scene; a recorded log is a source
+//! without truth. Several [`Estimators`] run side by side on the same readings. A [`Sink`] receives a
+//! [`RunDescription`] and every record, and never calls back.
 
 mod description;
 mod error;
@@ -84,8 +84,8 @@ impl Run {
         }
     }
 
-    /// Runs to the end of the source, or until `stop` names a cause. When the run breaks off, the sinks still end, so that what was
-    /// recorded is kept.
+    /// Runs to the end of the source, or until `stop` names a cause. When the run breaks off, the sinks still end, so
+    /// that what was recorded is kept.
     ///
     /// # Errors
     /// [`RunError`], after the sinks have ended; [`RunError::Stopped`] when `stop` ended the run.
@@ -158,7 +158,7 @@ fn begin(run: &RunDescription, sinks: &mut [&mut dyn Sink]) -> Result<(), RunErr
     for i in 0..sinks.len() {
         if let Err(error) = sinks[i].begin(run) {
             for sink in &mut sinks[..i] {
-                // The failure above is what the user has to know.
+                // The first failure is reported.
                 let _ = sink.end(None);
             }
             return Err(RunError::Sink(error));

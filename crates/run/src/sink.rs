@@ -59,8 +59,8 @@ pub trait Sink {
     /// The sink cannot go on. The run stops.
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError>;
 
-    /// Called after the last record, also when the run broke off: see [`RunEnd::broken_off`]. `None` when the run could not start
-    /// and has no record.
+    /// Called after the last record, also when the run broke off: see [`RunEnd::broken_off`]. `None` when the run
+    /// could not start and has no record.
     ///
     /// # Errors
     /// The sink cannot finish.

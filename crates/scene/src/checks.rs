@@ -236,7 +236,8 @@ fn is_whole(value: f64) -> bool {
     value.round() >= 1.0 && (value - value.round()).abs() <= WHOLE * value
 }
 
-/// Reports a conflict at the key that an override set, else at the first key that is written; defaults have no conflicts.
+/// Reports a conflict at the key that an override set, else at the first key that is written; defaults have no
+/// conflicts.
 fn conflict(reader: &mut Reader, root: &Node, keys: [Value<'_>; 2], rule: &str) {
     let written = |key: &str| root.find(key).map(|n| n.origin.clone());
     let origins = keys.map(|(key, _)| (key, written(key)));

@@ -14,7 +14,8 @@ pub struct Problem {
     message: String,
     origin: Option<Origin>,
     excerpt: Option<Excerpt>,
-    /// Whether it is about several keys or a missing key. It is then dropped for a file that could only be read in part.
+    /// Whether it is about several keys or a missing key. It is then dropped for a file that could only be read in
+    /// part.
     pub(crate) whole: bool,
     pub(crate) syntax: bool,
 }
@@ -114,8 +115,8 @@ impl Diagnostic for Problem {
 
 /// The problems of a scene: at least one, at most 20 of each file.
 ///
-/// `Display` gives the first problem and the number of others; [`SceneError::problems`] gives those that are shown. As a
-/// [`Diagnostic`] it shows the place of the first problem, and the others as related diagnostics.
+/// `Display` gives the first problem and the number of others; [`SceneError::problems`] gives those that are shown. As
+/// a [`Diagnostic`] it shows the place of the first problem, and the others as related diagnostics.
 #[derive(Debug)]
 pub struct SceneError {
     /// Boxed to keep results small.
@@ -144,8 +145,8 @@ impl SceneError {
         self.count
     }
 
-    /// The problems that are shown: file by file in the order of their lines, those of overrides last. Of a file with more
-    /// than 20, the first 20 and a last one with the number of the others.
+    /// The problems that are shown: file by file in the order of their lines, those of overrides last. Of a file with
+    /// more than 20, the first 20 and a last one with the number of the others.
     pub fn problems(&self) -> impl Iterator<Item = &Problem> {
         std::iter::once(&*self.first).chain(&self.rest)
     }

@@ -25,8 +25,8 @@ pub struct EstimatorChoice {
 /// Names of the presets, in the order of [`settings`]. Without `[[estimator]]` all of them run.
 pub(crate) const PRESETS: Words = &["paper-body", "paper-wheels", "true-mass", "best"];
 
-/// The values of the keys of one estimator, those of both methods: a file may name keys in any order. [`Keys::settings`]
-/// turns them into settings, which hold one method only.
+/// The values of the keys of one estimator, those of both methods: a file may name keys in any order.
+/// [`Keys::settings`] turns them into settings, which hold one method only.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Keys {
     masses: Masses,
@@ -131,7 +131,7 @@ pub(crate) const KEYS: &[Key<Keys>] = &[
     Key::switch(
         "inertia",
         |e| &mut e.kalman.inertia,
-        "inertial loads beside gravity; needs filters = \"kalman\"",
+        "inertial loads in addition to gravity; needs filters = \"kalman\"",
     ),
     Key::switch(
         "whitening",

@@ -132,8 +132,8 @@ fn columns(text: &str) -> usize {
     text.chars().map(column).sum()
 }
 
-/// Escapes a text for terminals: control characters and marks of the writing direction become escapes such as `\u{1b}`, a
-/// tab becomes a space.
+/// Escapes a text for terminals: control characters and marks of the writing direction become escapes such as `\u{1b}`,
+/// a tab becomes a space.
 pub(crate) fn harmless(text: &str) -> String {
     let is_mark = |c: char| matches!(c, '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}');
     let mut out = String::with_capacity(text.len());
@@ -163,7 +163,7 @@ mod tests {
     }
 
     proptest! {
-        /// Property: whatever is written and wherever the place is, lines stay short and the place lies in the text.
+        /// Property: for any text and place, lines are short and the place is in the text.
         #[test]
         fn excerpts_are_short(text in "[ -~\u{1b}é\t\n漢]{0,400}", at in 0..400_usize, length in 0..300_usize) {
             let start = (0..=at.min(text.len())).rev().find(|i| text.is_char_boundary(*i)).unwrap_or(0);

@@ -1,8 +1,18 @@
-//! Scene files: what a user writes, read, checked and turned into the parts of a run.
+//! Scene files: read, checked, written, and turned into plant, sensors and estimators.
 //!
-//! [`Scene::load`] reads a file and the overrides of the command line; [`Scene::to_toml`] writes the scene with every
-//! choice made. Each key is declared once, with its unit, range, meaning and the field that it sets; reading, writing,
-//! defaults and [`reference()`] come from that declaration.
+//! [`Scene::load`] reads a file and the overrides of the command line; [`Scene::to_toml`] writes the resolved scene. Each
+//! key is declared once, with its unit, range, meaning and the field that it sets. Reading, writing, defaults and
+//! [`reference()`] use that declaration.
+//!
+//! | modules | job |
+//! |---|---|
+//! | `source` | a text as a tree of values with their places |
+//! | `key`, `range`, `units` | declarations of keys |
+//! | `reader`, `fields` | problems; values of a table by its declarations |
+//! | `terrain`, `robot`, `estimators`, `sensors`, `sections` | the sections of a scene and their keys |
+//! | `overrides`, `load`, `checks` | from a file and overrides to a checked [`Scene`] |
+//! | `write`, `reference` | the resolved scene; all keys |
+//! | `error`, `excerpt`, `suggest` | messages |
 
 mod checks;
 mod error;

@@ -140,8 +140,8 @@ mod tests {
         assert!((CAD.nominal_damping(0.15) - 0.165).abs() < 1e-15);
     }
 
-    /// Statistics over seeds, within four standard errors: masses have their standard deviation, no direction is preferred,
-    /// pins move independently.
+    /// Statistics over seeds, within four standard errors: masses have their standard deviation, no direction is
+    /// preferred, pins move independently.
     #[test]
     fn directions_and_masses_are_random() {
         let robot = Robot::default_a();
@@ -206,7 +206,8 @@ mod tests {
                 .filter(|s| e.nominal_robot(&robot, *s).is_err())
                 .count()
         };
-        // Each of three factors is negative in 46 % of the draws: all of 20 seeds miss that with a probability of 1e-16.
+        // Each of three factors is negative in 46 % of the draws: all of 20 seeds miss that with a probability of
+        // 1e-16.
         assert!(refused(&heavy) > 0);
         let radius = ModelError {
             wheel_radius: -1.0,

@@ -9,8 +9,8 @@ use std::sync::Arc;
 
 /// Largest number of problems of a file that are shown.
 const SHOWN: usize = 20;
-/// Largest number of problems of a file that are kept; further ones are only counted. Sections are not read in the order
-/// of lines: the first problems by line are among these unless there are many more.
+/// Largest number of problems of a file that are kept; further ones are only counted. Sections are not read in the
+/// order of lines: the first problems by line are among these unless there are many more.
 const KEPT: usize = 1000;
 
 /// Collects problems while a scene is read.
@@ -58,8 +58,8 @@ impl Reader {
         !hidden && !self.problems.iter().any(|p| under(p.key()))
     }
 
-    /// Adds a problem at a place. The message is made only if the problem is kept, so that a file with a million mistakes
-    /// is read as fast as a correct one.
+    /// Adds a problem at a place. The message is made only if the problem is kept, so that a file with a million
+    /// mistakes is read as fast as a correct one.
     pub fn complain(&mut self, origin: &Origin, key: &str, message: impl FnOnce() -> String) {
         let name = &origin.source.name;
         if self.kept.get(name).is_none_or(|count| *count < KEPT) {
@@ -176,8 +176,8 @@ pub(crate) fn grouped(count: usize) -> String {
     out
 }
 
-/// Drops problems that follow from a syntax error: those on its line, and, if the error may have broken the structure of
-/// the rest of the file, those after its line and missing keys.
+/// Drops problems that follow from a syntax error: those on its line, and, if the error may have broken the structure
+/// of the rest of the file, those after its line and missing keys.
 fn without_echoes(problems: Vec<Problem>) -> Vec<Problem> {
     let syntax: Vec<(Origin, bool)> = problems
         .iter()

@@ -16,7 +16,8 @@ use robhaz_terrain::{Profile, Terrain};
 /// Everything that a run depends on. SI throughout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
-    /// `name` of the file, else the file's stem: the name of the default output folder. Lower-case letters, digits, `-`, `_`.
+    /// `name` of the file, else the file's stem: the name of the default output folder. Lower-case letters, digits,
+    /// `-`, `_`.
     pub name: String,
     /// Seed of everything random in the run.
     pub seed: u64,
@@ -77,8 +78,8 @@ pub struct RecordChoice {
     pub compare_from: f64,
 }
 
-/// Largest overshoot of a curve beyond the heights of two neighbouring points without a warning, as a share of the ground's
-/// height range: a spline through a well-sampled summit overshoots, too.
+/// Largest overshoot of a curve beyond the heights of two neighbouring points without a warning, as a share of the
+/// ground's height range: a spline through a well-sampled summit overshoots, too.
 const OVERSHOOT: f64 = 0.05;
 
 impl SensorChoice {
@@ -209,7 +210,7 @@ impl Scene {
     /// The nominal robot, which the estimators are given.
     ///
     /// # Errors
-    /// [`ModelErrorTooLarge`] when `[model_error]` draws an invalid robot. A scene that was read from a file has been checked.
+    /// [`ModelErrorTooLarge`] when `[model_error]` draws an invalid robot. Scenes that were read from files are checked.
     pub fn nominal_robot(&self) -> Result<Robot, ModelErrorTooLarge> {
         self.model_error.nominal_robot(&self.robot.robot, self.seed)
     }
@@ -224,8 +225,8 @@ impl Scene {
         }
     }
 
-    /// The noise budget from the sensors' data sheets and the drawings' tolerances. No data sheet states the gear friction: it keeps the
-    /// prior of [`NoiseBudget::typical`].
+    /// The noise budget from the sensors' data sheets and the drawings' tolerances. No data sheet states the gear
+    /// friction: it keeps the prior of [`NoiseBudget::typical`].
     pub fn noise_budget(&self) -> NoiseBudget {
         let (spec, model) = (&self.sensors.spec, &self.model_error);
         NoiseBudget {

@@ -102,7 +102,8 @@ impl Dimension {
     }
 }
 
-/// The longest start of a text that is a number, and what follows it; infinite where the number is too large for a double.
+/// The longest start of a text that is a number, and what follows it; infinite where the number is too large for a
+/// double.
 fn leading_number(text: &str) -> Option<(f64, &str)> {
     /// No number that means anything is written with more characters.
     const LONGEST: usize = 400;

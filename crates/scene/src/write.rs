@@ -13,8 +13,8 @@ use std::fmt::Write;
 
 impl Scene {
     /// The scene as a file that reads back as exactly this scene, in any folder that also has copies of its
-    /// [tracks](crate::TerrainChoice::tracks), named [`Track::file_name`]. `version` names the program that writes it, such as
-    /// `robhaz 0.1.0, rapier2d 0.36.1`.
+    /// [tracks](crate::TerrainChoice::tracks), named [`Track::file_name`]. `version` names the program that writes it,
+    /// such as `robhaz 0.1.0, rapier2d 0.36.1`.
     pub fn to_toml(&self, version: &str) -> String {
         let mut out = Out::default();
         out.line(

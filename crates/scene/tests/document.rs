@@ -1,4 +1,4 @@
-//! `docs/scenes.md` tells of every key exactly what the reader does.
+//! `docs/scenes.md` describes every key as the reader implements it.
 #![allow(
     clippy::unwrap_used,
     reason = "helpers of tests may stop at the first surprise"
@@ -19,7 +19,7 @@ fn row(key: &KeyReference) -> String {
     )
 }
 
-/// To renew the document, put the rows that this test prints in the place of the old ones.
+/// To update the document, replace the old rows by those that this test prints.
 #[test]
 fn the_document_has_the_row_of_every_key() {
     let missing: Vec<_> = reference()
@@ -34,6 +34,24 @@ fn the_document_has_the_row_of_every_key() {
     );
 }
 
+/// The rows of each section are in the order of the declarations.
+#[test]
+fn rows_are_in_the_order_of_the_declarations() {
+    let rows: Vec<_> = reference().iter().map(row).collect();
+    let places: Vec<_> = DOCUMENT
+        .lines()
+        .filter_map(|line| rows.iter().position(|row| row == line))
+        .collect();
+    let section = |place: usize| rows[place].split('.').next();
+    for pair in places.windows(2) {
+        assert!(
+            section(pair[0]) != section(pair[1]) || pair[0] < pair[1],
+            "{} comes too late",
+            rows[pair[1]]
+        );
+    }
+}
+
 #[test]
 fn the_document_has_no_row_of_a_key_that_is_gone() {
     let rows: Vec<_> = reference().iter().map(row).collect();
@@ -42,7 +60,7 @@ fn the_document_has_no_row_of_a_key_that_is_gone() {
     }
 }
 
-/// The scene shown in the document can be run as it stands.
+/// The scenes in the document can be run without changes.
 #[test]
 fn examples_in_the_document_are_scenes() {
     let examples: Vec<&str> = DOCUMENT
@@ -58,7 +76,7 @@ fn examples_in_the_document_are_scenes() {
     }
 }
 
-/// The table of the grades holds what they stand for; angles in degrees.
+/// The table of the grades has their values; angles in degrees.
 #[test]
 fn the_document_has_the_values_of_the_grades() {
     let grades = ["ideal", "typical", "poor"].map(|grade| {

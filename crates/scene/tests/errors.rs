@@ -1,4 +1,4 @@
-//! What a user reads when a scene is wrong: every problem, on one line each, with file, line, key, found and allowed.
+//! Error messages: every problem of a scene on one line, with file, line, key, what was found and what is allowed.
 #![allow(
     clippy::unwrap_used,
     reason = "helpers of tests may stop at the first surprise"
@@ -152,7 +152,7 @@ fn keys_of_another_kind_of_terrain() {
     ));
 }
 
-/// The nominal robot is checked as the simulated one is.
+/// The nominal robot is checked like the simulated one.
 #[test]
 fn an_invalid_nominal_robot_is_refused() {
     let with = |seed: u32| lines(&format!("seed = {seed}\n[model_error]\nlink_masses = 1"));
@@ -263,8 +263,8 @@ fn rules_over_several_keys() {
     );
 }
 
-/// The longest step is that of the robot and ground at hand: the damping's limit grows with the wheel's mass, and soft
-/// ground without damping is limited by its stiffness.
+/// The longest step is that of the robot and ground at hand: the damping's limit grows with the wheel's mass, and
+/// undamped ground has a limit from its stiffness.
 #[test]
 fn the_longest_step_belongs_to_the_robot() {
     let limits = |overrides: &[&str]| -> Vec<String> {
@@ -341,7 +341,7 @@ fn numbers_too_large_are_out_of_range() {
     }
 }
 
-/// A robot that cannot stand is refused for the real reason, at its key, with what is allowed.
+/// A robot that cannot stand is refused with the real reason, at its key, with the allowed values.
 #[test]
 fn robots_that_cannot_stand() {
     let found = |sets: &[&str]| {
@@ -451,7 +451,7 @@ fn robots() {
     assert_eq!(found.len(), 6);
 }
 
-/// What `Geometry::check` refuses is shown where it is written, in the robot's own file.
+/// Problems that `Geometry::check` finds are reported at their line in the robot's file.
 #[test]
 fn impossible_geometries() {
     let good = include_str!("../../../robots/geometry-a.toml");
@@ -563,7 +563,7 @@ fn the_report_shows_the_place_of_every_problem() {
     }
 }
 
-/// Nothing that can be typed makes the reader stop.
+/// No text makes the reader panic.
 #[test]
 fn odd_files_make_errors_and_no_panic() {
     for text in [

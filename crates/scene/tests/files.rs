@@ -1,4 +1,4 @@
-//! The files that come with the program: every scene and every robot loads, and means what the crates mean.
+//! The shipped files: every scene and every robot loads, and has the values of the crates' defaults.
 #![allow(
     clippy::unwrap_used,
     reason = "helpers of tests may stop at the first surprise"
@@ -55,7 +55,7 @@ fn every_shipped_robot_file_loads() {
     }
 }
 
-/// The names A, B, caption and text are read from the shipped files; these hold what the model says, to 1e-15 of it.
+/// The names A, B, caption and text are read from the shipped files; they have the model's values to a relative 1e-15.
 #[test]
 fn built_in_robots_are_those_of_the_model() {
     for (name, expected) in [("A", Geometry::a()), ("B", Geometry::b())] {
@@ -146,7 +146,7 @@ fn link_cgs_can_be_given() {
     assert!((found.x - 0.1333).abs() < 1e-15 && (found.y - 0.1533).abs() < 1e-15);
 }
 
-/// The comment in the shipped file shows what the rule gives, to its four places.
+/// The comment in the shipped file has the values of the rule, to its four decimals.
 #[test]
 fn the_commented_link_cgs_are_the_mean_rule() {
     let [a, b, c] = Geometry::a().link_cg;

@@ -1,4 +1,4 @@
-//! Whatever a file holds, the reader ends with a scene or with problems: no panic, soon, in little memory, in a short message.
+//! For any content of a file the reader returns a scene or problems: no panic, bounded time and memory, short messages.
 //!
 //! A thousand mutations each of the shipped scenes, tracks and robots, always the same ones. A failure names its case.
 #![allow(
@@ -13,9 +13,9 @@ use std::time::{Duration, Instant};
 
 /// A case may take 2 s on a free machine, and five times as long on one that is busy with other tests.
 const LONGEST: Duration = Duration::from_secs(10);
-/// Most memory that a loop may need at any time beside what the process had before, kB.
+/// Largest memory that a loop may need in addition to that of the process before it, kB.
 const MOST_MEMORY: u64 = 200_000;
-/// Most bytes of a message: 21 problems of three files, each with its place.
+/// Largest size of a message, bytes: 21 problems of three files, each with its place.
 const MOST_TEXT: usize = 100_000;
 
 /// One loop at a time: memory is counted for the whole process.
@@ -35,7 +35,7 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// From 0 to `end` - 1; 0 where there is nothing to choose from.
+    /// From 0 to `end` - 1; 0 for an empty range.
     fn below(&mut self, end: usize) -> usize {
         #[expect(clippy::cast_possible_truncation, reason = "below a length")]
         let index = (self.next() % end.max(1) as u64) as usize;
@@ -193,8 +193,8 @@ fn files(folder: &str, start: &str, extension: &str) -> Vec<Vec<u8>> {
     files.iter().map(|f| std::fs::read(f).unwrap()).collect()
 }
 
-/// Reads mutations of files under `name` in a folder, where the scene is `scene.toml`. At least some of them must be good, and
-/// most must not.
+/// Reads mutations of files under `name` in a folder, where the scene is `scene.toml`. Some of them must be valid, and
+/// most must be invalid.
 fn reads((seed, cases): (u64, u32), originals: &[Vec<u8>], name: &str, scene: &str) {
     let _alone = alone();
     let before = memory("VmRSS:");
@@ -246,7 +246,7 @@ fn reads((seed, cases): (u64, u32), originals: &[Vec<u8>], name: &str, scene: &s
     assert!(needed.is_none_or(|kb| kb < MOST_MEMORY), "{needed:?} kB");
 }
 
-/// What could be read can be written, and is then the same.
+/// A scene that was read can be written, and reads back as the same scene.
 fn comes_back(scene: &Scene, folder: &Path) {
     let folder = folder.join("again");
     std::fs::create_dir_all(&folder).unwrap();
@@ -258,7 +258,7 @@ fn comes_back(scene: &Scene, folder: &Path) {
     assert!(again.unwrap_or_else(|e| panic!("{e}")) == *scene);
 }
 
-/// Memory of the process, kB: `VmRSS:` now, `VmHWM:` the most; where the system says it.
+/// Memory of the process, kB: `VmRSS:` now, `VmHWM:` the largest so far; where the system provides it.
 fn memory(which: &str) -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|l| l.starts_with(which))?;
@@ -301,8 +301,8 @@ fn a_thousand_robots() {
     }
 }
 
-/// What once took minutes: the time grows with the file, and a message does not. 10 s are ten times the most that was
-/// measured.
+/// Files that once took minutes: the time grows linearly with the file, the message does not grow. 10 s are ten times
+/// the longest time measured.
 #[test]
 fn large_files_full_of_mistakes_are_refused_at_once() {
     let _alone = alone();

@@ -1,4 +1,4 @@
-//! `--set key=value`: what wins, what it can reach, and how its errors name it.
+//! `--set key=value`: precedence, reachable keys, and error messages.
 #![allow(
     clippy::unwrap_used,
     reason = "helpers of tests may stop at the first surprise"
@@ -105,7 +105,8 @@ fn robots_are_changed_in_whole_and_in_part() {
     assert_ne!(geometry.link_cg, Geometry::a().link_cg);
 }
 
-/// Another kind on the command line leaves behind what the file says of its own kind; what is set there must fit.
+/// With another kind on the command line the file's keys of its own kind are ignored; keys of the command line must
+/// fit.
 #[test]
 fn another_kind_of_terrain_forgets_the_keys_of_the_old_one() {
     let text = "[terrain]\nkind = 'cosbump'\nheight = 0.03\nhalf_width = 0.2";
@@ -235,7 +236,7 @@ fn a_wheel_too_light_for_the_step_is_refused() {
     good("", &["contact.v_s=2 mm/s"]);
 }
 
-/// A grade stands for all errors of the sensors and for the damping that is told; keys change single ones, wherever they stand.
+/// A grade sets all errors of the sensors and of the nominal damping; keys override single ones, in any order.
 #[test]
 fn grades_are_changed_key_by_key() {
     for grade in Grade::ALL {
@@ -260,8 +261,8 @@ fn grades_are_changed_key_by_key() {
     assert!(close(scene.drive.gear_friction, 0.5));
 }
 
-/// A grade on the command line leaves behind the file's errors, so that a resolved scene can be run with other sensors; what
-/// is no part of the grade stays.
+/// With a grade on the command line the file's errors are ignored, so that a resolved scene can be run with other
+/// sensors; keys outside the grade stay.
 #[test]
 fn another_grade_forgets_the_errors_of_the_old_one() {
     let text = "[sensors]\ngrade = 'typical'\ntorque_noise = 0.5\nrate = 2000\n[model_error]\npins = 0.002\nviscous_damping = 0.3";

@@ -1,4 +1,4 @@
-//! The resolved scene reads back as exactly the scene that it was written from, wherever it lies.
+//! The resolved scene reads back as exactly the scene that it was written from, in any folder.
 #![allow(
     clippy::unwrap_used,
     reason = "helpers of tests may stop at the first surprise"
@@ -123,7 +123,7 @@ fn choices_of_every_kind_come_back() {
     }
 }
 
-/// The file holds numbers with units and no path, and says what wrote it.
+/// The file has numbers with units, no paths, and the version that wrote it.
 #[test]
 fn the_file_explains_itself() {
     let text = load("smooth", &[]).to_toml("robhaz 1.2.3");
@@ -154,7 +154,7 @@ fn resolved_scenes_take_overrides() {
     assert_eq!(scene.robot.mass_name, "caption, changed");
 }
 
-/// Keys with the ends of what they may be here.
+/// Keys with the ends of their ranges here.
 const NUMBERS: [(&str, f64, f64); 17] = [
     ("contact.stiffness", 1e-3, 1e15),
     ("contact.exponent", 1.0, 5.0),

@@ -1,4 +1,4 @@
-//! Tracks as measuring programs and spreadsheets write them, and what is said of those that cannot be understood.
+//! Tracks as measuring programs and spreadsheets write them, and the messages about those that cannot be read.
 #![allow(
     clippy::unwrap_used,
     reason = "helpers of tests may stop at the first surprise"
@@ -8,7 +8,7 @@ use robhaz_scene::Scene;
 use robhaz_terrain::{Heights, Interpolation, Profile, Vec2};
 use std::path::Path;
 
-/// The scene with a track and more keys of it; problems without the folder's name, a line each.
+/// The scene with a track and more of its keys; problems without the folder's name, one line each.
 fn scene(csv: &[u8], keys: &str) -> Result<Scene, String> {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("a.csv"), csv).unwrap();
@@ -131,7 +131,7 @@ fn columns_are_chosen_by_name_or_number() {
     );
 }
 
-/// Nothing is guessed where it could be wrong: each message says what was found and how it was read.
+/// Ambiguous tracks are refused: each message states what was found and how it was read.
 #[test]
 fn what_is_not_understood_is_said() {
     for (csv, expected) in [
@@ -211,7 +211,7 @@ fn order_is_asked_for_or_made() {
     refused(b"1,0\n1,2\n", "sort = 'on'", &["found 1 points"]);
 }
 
-/// A million points are read, written beside the resolved scene and read again; the scene itself stays small.
+/// A million points are read, copied to the folder of the resolved scene and read again; the scene itself stays small.
 #[test]
 fn a_million_points() {
     let mut csv = String::from("x [mm];z [mm]\n");
@@ -254,7 +254,7 @@ fn a_million_points() {
     );
 }
 
-/// The default stays between its points; a spline through a kerb does not, and the scene says so.
+/// The default stays between its points; a spline through a kerb does not, and the scene warns.
 #[test]
 fn splines_that_swing_are_told() {
     let kerb = b"x,y\n0.5,0\n0.55,0\n0.6,0\n0.65,0.05\n0.7,0.05\n0.75,0.05\n";

@@ -1,4 +1,4 @@
-//! What happens to wheels and end stops during a run, found by comparing each sample with the one before.
+//! Events of wheels and end stops, found by comparing each sample with the one before.
 
 use robhaz_model::PinStop;
 use robhaz_sim::{Truth, WheelTruth};
@@ -57,14 +57,14 @@ impl EndStop {
     }
 }
 
-/// What happened. Wheels are counted from 0: front, middle, rear.
+/// The kind of an event. Wheels are counted from 0: front, middle, rear.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EventKind {
     /// A wheel loses its contact.
     ContactLost(usize),
     /// A wheel without contact touches the ground.
     ContactRegained(usize),
-    /// A wheel gets a second contact.
+    /// A wheel with one contact gets a second one.
     TwoContacts(usize),
     /// Of two contacts one is left.
     OneContact(usize),
@@ -80,12 +80,12 @@ pub enum EventKind {
     StopLeft(EndStop, f64),
 }
 
-/// Something that happened at a time.
+/// An event at its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Event {
-    /// When, s.
+    /// Time, s.
     pub time: f64,
-    /// What.
+    /// Kind.
     pub kind: EventKind,
 }
 
@@ -195,7 +195,7 @@ impl EventDetector {
 pub struct EventCounts {
     /// A wheel lost its contact.
     pub contact_lost: u64,
-    /// A wheel got a second contact.
+    /// A wheel with one contact got a second one.
     pub two_contacts: u64,
     /// A wheel began to slip.
     pub slips: u64,

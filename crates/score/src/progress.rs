@@ -1,26 +1,26 @@
-//! How far a run has come: whether the robot makes way, and whether its wheels spin.
+//! Progress of a run: whether the robot advances, and whether its wheels spin.
 
 use robhaz_sim::Truth;
 use robhaz_sim::drive::Drive;
 
-/// New ground that counts as way, of a wheel's radius: 10 mm for the default robot.
+/// Advance that counts as a gain, in wheel radii: 10 mm for the default robot.
 const GAIN: f64 = 0.1;
-/// Way that the drive must have asked for since the last gain before the robot is called stuck, of a wheel's radius: ten times the
-/// gain, so that a robot is stuck that makes less than a tenth of the way.
+/// Integral of the set speed since the last gain after which the robot counts as stuck, in wheel radii: ten times the
+/// gain, so that a robot is stuck that advances at less than a tenth of the set speed.
 const ASKED: f64 = 1.0;
-/// Time without gain before the robot is called stuck, s: longer than any of the shipped kerbs and trenches holds it.
+/// Time without gain after which the robot counts as stuck, s: longer than any of the shipped kerbs and trenches holds it.
 const PATIENCE: f64 = 2.0;
-/// Slip speed above which a wheel spins, of the set speed: creep stays below a tenth of it.
+/// Slip speed above which a wheel spins, as a share of the set speed: creep stays below a tenth of it.
 const SPIN: f64 = 0.5;
 
-/// How far a run has come.
+/// Progress of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Progress {
-    /// Way of the body along x since the start, m, positive in the direction in which the drive is to go.
+    /// Travel of the body along x since the start, m, positive in the direction of the set speed.
     pub distance: f64,
-    /// Way that the drive asked for: its set speed over time, m.
+    /// Integral of the set speed over time, m.
     pub asked: f64,
-    /// Time since which the robot has gained no ground, s; `None` where it still makes way, or nothing was asked for.
+    /// Time since which the robot has not advanced, s; `None` where it advances, or the set speed is zero.
     pub stuck_since: Option<f64>,
     /// Time for which each wheel spun: its slip speed was above half the set speed, s.
     pub spinning: [f64; 3],
@@ -34,11 +34,11 @@ pub struct ProgressMeter {
     start: Option<Truth>,
     last: Option<Truth>,
     progress: Progress,
-    /// The last gain of ground.
+    /// The last gain.
     mark: Mark,
 }
 
-/// An instant at which the robot had gained ground.
+/// An instant at which the robot had advanced.
 #[derive(Clone, Copy, Debug, Default)]
 struct Mark {
     time: f64,
@@ -59,7 +59,7 @@ impl ProgressMeter {
         }
     }
 
-    /// Takes in the next record.
+    /// Adds the next record.
     pub fn add(&mut self, truth: &Truth) {
         let start = self.start.get_or_insert(*truth);
         let ahead = if self.drive.speed < 0.0 { -1.0 } else { 1.0 };
@@ -148,8 +148,8 @@ mod tests {
         assert_eq!(run(&drive, 6, way).stuck_since, None);
     }
 
-    /// Never called stuck: before the drive starts, at a set speed of zero, at a tenth of the speed and more, at a speed at which
-    /// little was asked for, backwards as asked.
+    /// Never called stuck: before the drive starts, at a set speed of zero, at a tenth of the speed and more, at a
+    /// speed at which little was asked for, backwards as asked.
     #[test]
     fn who_makes_way_or_need_not_is_not_stuck() {
         let with = |speed: f64, start_time: f64| Drive {

@@ -164,7 +164,7 @@ fn take(
             });
         }
         if deadline.is_over() {
-            let reason = missing.unwrap_or_else(|| "it does not come to rest".to_owned());
+            let reason = missing.unwrap_or_else(|| "it still changes after 90 s".to_owned());
             return Err(ViewerError::Picture { reason });
         }
         before = Some(image);

@@ -1,4 +1,6 @@
-//! A copy of a recording with a layout for pictures: no panels around the views, and the whole run on each time axis.
+//! A copy of a recording with a layout for pictures: no panels around the views, and the whole run in each plot.
+//!
+//! The lanes of states have no setting for their range of time.
 
 use crate::ViewerError;
 use crate::writer::{RrdFile, Target};

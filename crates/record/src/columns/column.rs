@@ -1,4 +1,4 @@
-//! A column and a table: name, unit, meaning, and where a value comes from.
+//! A column and a table: name, unit, description, and the source of the values.
 
 use robhaz_estimator::Estimate;
 use robhaz_model::{Bar, Pin};
@@ -8,15 +8,15 @@ use robhaz_sim::Truth;
 /// One value of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value {
-    /// A measure in the column's unit.
+    /// A number in the column's unit.
     Float(f64),
-    /// A measure in the column's unit that can be missing: a lost reading, no estimate, or one that is not finite.
+    /// A number in the column's unit that can be missing: a lost reading, no estimate, or one that is not finite.
     Optional(Option<f64>),
     /// A count.
     Count(u32),
 }
 
-/// Which kind of [`Value`] a column holds, always the same.
+/// The kind of [`Value`] that a column holds. It never changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// [`Value::Float`]
@@ -29,7 +29,7 @@ pub enum Kind {
 
 type Get<T> = Box<dyn Fn(&Frame<'_>) -> T + Send + Sync>;
 
-/// Where the values of a column come from.
+/// The source of a column's values.
 pub(super) enum Source {
     Float(Get<f64>),
     Optional(Get<Option<f64>>),
@@ -43,14 +43,14 @@ pub struct Column {
     pub name: String,
     /// Its unit, SI; `1` where it has none.
     pub unit: &'static str,
-    /// What it holds, in a few words.
+    /// Its content, in a few words.
     pub description: String,
     source: Source,
 }
 
 impl Column {
-    /// This column's value in a record. A column of the truth has none, `Value::Optional(None)`, in a record without truth: tables
-    /// of the truth have no row for it.
+    /// This column's value in a record. A column of the truth has none, `Value::Optional(None)`, in a record without
+    /// truth: tables of the truth have no row for it.
     pub fn value(&self, frame: &Frame<'_>) -> Value {
         match &self.source {
             Source::Float(get) => Value::Float(get(frame)),
@@ -68,7 +68,7 @@ impl Column {
         matches!(self.source, Source::Truth(_) | Source::CountOfTruth(_))
     }
 
-    /// Which kind of values it holds.
+    /// The kind of its values.
     pub fn kind(&self) -> Kind {
         match self.source {
             Source::Float(_) | Source::Truth(_) => Kind::Float,

@@ -12,7 +12,7 @@ impl Table {
         (0..3).for_each(|wheel| columns.extend(wheel_estimate(index, wheel)));
         columns.extend(linkage_estimate(index));
         columns.extend(residuals(index));
-        columns.extend(sureness(index));
+        columns.extend(stated_errors(index));
         Self {
             name: format!("estimate-{name}"),
             columns,
@@ -65,7 +65,7 @@ fn linkage_estimate(index: usize) -> Vec<Column> {
             move |e| Some(e.posture.links[i]),
         ));
     }
-    // Q from Q is nothing to tell.
+    // Q from Q is zero.
     for (k, pin) in Pin::ALL.into_iter().enumerate() {
         if pin != Pin::Q {
             columns.extend(pin_from_q_estimate(index, k, pin));
@@ -137,8 +137,8 @@ fn residuals(index: usize) -> [Column; 4] {
     ]
 }
 
-/// What an estimator knows of its own errors; empty for one that does not.
-fn sureness(index: usize) -> Vec<Column> {
+/// Stated standard deviations, parity and flags, and sensor errors that the estimator found.
+fn stated_errors(index: usize) -> Vec<Column> {
     let mut columns = vec![
         of_estimate(
             index,

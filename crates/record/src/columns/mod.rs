@@ -1,4 +1,4 @@
-//! The columns of every table, each declared once: name, unit, meaning, and where its value comes from.
+//! The columns of every table, each declared once: name, unit, description, and the source of its values.
 
 mod column;
 mod estimate;

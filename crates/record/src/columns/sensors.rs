@@ -4,7 +4,7 @@ use super::column::{Column, Source, Table, WHEEL, column};
 use robhaz_estimator::SensorFrame;
 
 impl Table {
-    /// `sensors`: what the sensors read, and so all that an estimator sees; empty where a reading was lost.
+    /// `sensors`: the readings, which are all that an estimator sees; empty where a reading was lost.
     pub fn sensors() -> Self {
         let mut columns = vec![column(
             "time",

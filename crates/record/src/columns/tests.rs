@@ -1,4 +1,4 @@
-//! What scripts rely on: names, order, units and sources of the columns.
+//! Names, order, units and sources of the columns, which scripts rely on.
 
 use super::*;
 use crate::testing::{failed_frame, frame_of, good_estimate};
@@ -81,9 +81,9 @@ fn names_of_an_estimate_are_fixed() {
     assert_eq!(names(&table), golden.split_whitespace().collect::<Vec<_>>());
 }
 
-/// No name twice, no column without a meaning, only units that are meant.
+/// No name occurs twice, every column has a description, and units are those of the list.
 #[test]
-fn every_column_is_told_apart_and_explained() {
+fn every_column_has_a_name_and_a_description_of_its_own() {
     let units = ["1", "s", "m", "m/s", "rad", "rad/s", "N", "N m"];
     for table in [Table::truth(), Table::sensors(), Table::estimate(0, "a")] {
         let mut seen = HashSet::new();

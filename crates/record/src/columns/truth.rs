@@ -6,7 +6,7 @@ use super::column::{
 use robhaz_model::Pin;
 
 impl Table {
-    /// `truth`: what truly happens.
+    /// `truth`: motion and forces of the simulation.
     pub fn truth() -> Self {
         let mut columns = vec![time_of_record()];
         columns.extend(body_truth());

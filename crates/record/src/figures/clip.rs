@@ -1,16 +1,16 @@
-//! Which range a panel shows, and what of a line lies in it.
+//! The range that a panel shows, and the parts of a line inside it.
 
 use super::trace::Point;
 use std::ops::Range;
 
 /// Share of the values on each side that may lie outside of the bulk.
 const TAIL: f64 = 0.005;
-/// How far beyond the bulk the range follows the values, in heights of the bulk.
+/// Largest distance of the range from the bulk, in heights of the bulk.
 const REACH: f64 = 0.5;
 /// Margin above and below, as a share of the range.
 const MARGIN: f64 = 0.06;
 
-/// Range for a panel that shows these lines: all values, unless single peaks are far out of all proportion.
+/// Range of a panel with these lines: all values, unless single peaks are far beyond the bulk of the values.
 ///
 /// At least `least_span` high, so that noise does not fill a panel.
 pub fn range<'a>(lines: impl Iterator<Item = &'a Point>, least_span: f64) -> Range<f64> {

@@ -41,7 +41,7 @@ pub fn comparison(run: &RunTraces) -> Page<'_> {
             title: "Errors of the normal forces, all estimators".to_owned(),
             subtitle: format!(
                 "estimated minus true; means over {:.0} ms",
-                1e3 * run.stretch
+                1e3 * run.interval
             ),
             key,
         },

@@ -18,17 +18,17 @@ pub trait Picture {
     /// Width and height, px.
     fn size(&self) -> (u32, u32);
 
-    /// Draws it on a white page of its size, in units of [`SCALE`] to a px.
+    /// Draws it on a white page of its size; a px has [`SCALE`] units.
     ///
     /// # Errors
-    /// The backend's.
+    /// The error of the backend.
     fn draw<DB>(&self, page: &DrawingArea<DB, Shift>) -> Drawn
     where
         DB: DrawingBackend,
         DB::ErrorType: 'static;
 }
 
-/// The figure as an SVG file; the reason in words when it cannot be drawn.
+/// The figure as an SVG file; the reason when it cannot be drawn.
 pub fn svg(picture: &impl Picture) -> Result<Vec<u8>, String> {
     let (width, height) = picture.size();
     let drawn = (SCALE * width, SCALE * height);
@@ -43,7 +43,7 @@ pub fn svg(picture: &impl Picture) -> Result<Vec<u8>, String> {
     Ok(outer.into_bytes())
 }
 
-/// The figure as a PDF file of one page, 1 px as 0.75 pt; the reason in words when it cannot be drawn.
+/// The figure as a PDF file of one page, 1 px as 0.75 pt; the reason when it cannot be drawn.
 pub fn pdf(picture: &impl Picture) -> Result<Vec<u8>, String> {
     let (width, height) = picture.size();
     let mut bytes = Vec::new();

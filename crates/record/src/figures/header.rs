@@ -86,7 +86,7 @@ pub fn dashed<Coord: Clone>(
 pub struct Entry {
     /// From left to right.
     pub marks: Vec<Mark>,
-    /// What they mean.
+    /// Their meaning.
     pub label: String,
 }
 
@@ -108,11 +108,11 @@ impl Entry {
 
 /// Title, subtitle and key.
 pub struct Header {
-    /// What the figure shows.
+    /// Title.
     pub title: String,
-    /// More about it; can be empty.
+    /// Subtitle; can be empty.
     pub subtitle: String,
-    /// Which line is which.
+    /// The key to the lines.
     pub key: Vec<Entry>,
 }
 

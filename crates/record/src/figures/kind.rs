@@ -1,8 +1,8 @@
-//! Which of the paper's figures an estimator's figure is.
+//! The figure of the paper that corresponds to an estimator.
 
 use robhaz_estimator::EstimatorSettings;
 
-/// The preset of an estimator, as its settings say. Its label is the user's and says nothing.
+/// The preset of an estimator, found from its settings. Its label is free and shows nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// The preset `paper-body`, Fig. 7.
@@ -16,7 +16,8 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// The preset that settings equal. The noise budget is the scene's, and the paper's method does not use it.
+    /// The preset with these settings. The noise budget does not count: it belongs to the scene, and the paper's
+    /// method does not use it.
     pub fn of(settings: &EstimatorSettings) -> Self {
         let is = |preset: EstimatorSettings| {
             let budget = settings.budget;
@@ -57,7 +58,7 @@ mod tests {
     use super::*;
     use robhaz_estimator::{Method, PaperMethod};
 
-    /// A label of the user does not make an estimator the paper's, and a changed preset is not the paper's either.
+    /// The label does not make an estimator that of the paper, and a changed preset is not that of the paper.
     #[test]
     fn the_preset_decides_not_the_label() {
         let best = Kind::of(&EstimatorSettings::best());

@@ -12,9 +12,9 @@ mod paper;
 mod path;
 mod pdf;
 mod run;
+mod strips;
 mod style;
 mod trace;
-mod way;
 
 use crate::error::{RecordError, check_name, io_error};
 use files::Picture;
@@ -31,18 +31,18 @@ use std::path::{Path, PathBuf};
 /// | `fig7_NAME`, `fig8_NAME` | N of every wheel, true and estimated by the presets `paper-body`, `paper-wheels` |
 /// | `normal_force_NAME` | the same of any other estimator; with a covariance also the error, and two standard deviations |
 /// | `comparison` | errors of N of all estimators |
-/// | `path` | the robot on the ground, and N over the place of the wheels |
+/// | `path` | the robot on the ground, and N over the position of the wheels |
 ///
-/// Figs. 5 and 6 show the preset `true-mass`, if the scene has it, else its last estimator. A run that breaks off is drawn
-/// as far as it went. Of the records only what a figure can show is kept. Without truth the figures show the estimates alone, and
-/// there is no `comparison` and no `path`.
+/// Figs. 5 and 6 show the preset `true-mass`, if the run has it, otherwise the last estimator. A run that breaks off
+/// is drawn as far as it went. Records are reduced to the resolution of the figures. Without truth the figures show
+/// the estimates alone, and there is no `comparison` and no `path`.
 pub struct FigureSink {
     folder: PathBuf,
     run: Option<RunTraces>,
 }
 
 impl FigureSink {
-    /// A sink for a folder, which is made if need be.
+    /// A sink for a folder, which is created where it does not exist.
     pub fn new(folder: &Path) -> Self {
         Self {
             folder: folder.to_path_buf(),

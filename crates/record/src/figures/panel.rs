@@ -1,4 +1,4 @@
-//! One panel: lines and areas over time, or over the place on the ground.
+//! One panel: lines and areas over time, or over the position on the ground.
 
 use super::clip::{clamp, clip, range};
 use super::files::Drawn;
@@ -21,11 +21,11 @@ pub const Y_LABELS: f64 = 58.0;
 /// Height of the labels below it, px.
 pub const X_LABELS: f64 = 40.0;
 
-/// What a panel shows. It is drawn in the order of the variants: areas below lines.
+/// A layer of a panel. Layers are drawn in the order of the variants: areas below lines.
 pub enum Layer<'a> {
     /// Two standard deviations around an estimate.
     Band(&'a Band, RGBColor),
-    /// An estimate: the area of its values in each stretch of time, and the line of their means.
+    /// An estimate: the area of its values in each interval of time, and the line of their means.
     Estimate(&'a Trace, RGBColor),
     /// True values, with every peak.
     Truth(&'a Trace),
@@ -33,7 +33,7 @@ pub enum Layer<'a> {
     Colored(&'a Trace, RGBColor),
     /// Means alone, dashed or not: many estimates in one panel.
     Mean(&'a Trace, RGBColor, bool),
-    /// A level, such as no error.
+    /// A horizontal line, such as zero error.
     Level(f64),
 }
 
@@ -58,9 +58,9 @@ impl Layer<'_> {
 
 /// One quantity, true and estimated.
 pub struct Panel<'a> {
-    /// What it shows, over its left corner.
+    /// Title, over its left corner.
     pub title: String,
-    /// How well it fits, over its right corner.
+    /// Error of the estimate, over its right corner.
     pub note: String,
     /// Quantity and unit.
     pub y_label: &'static str,
@@ -70,7 +70,7 @@ pub struct Panel<'a> {
     pub logarithmic: bool,
     /// Height of the plot, px.
     pub height: f64,
-    /// What it shows.
+    /// Lines and areas.
     pub layers: Vec<Layer<'a>>,
 }
 
@@ -304,7 +304,7 @@ fn decades(points: &[Point]) -> Range<f64> {
     0.999 * 10f64.powf(low.floor().max(high - 6.0))..10f64.powf(high)
 }
 
-/// Says so when a panel does not show all.
+/// A note where a panel does not show all values.
 fn cut(points: impl Iterator<Item = Point>, range: &Range<f64>) -> Option<String> {
     let mut extremes = (f64::INFINITY, f64::NEG_INFINITY);
     for (_, value) in points {
@@ -321,7 +321,7 @@ fn cut(points: impl Iterator<Item = Point>, range: &Range<f64>) -> Option<String
     }
 }
 
-/// A tick's number without the noise of binary fractions.
+/// The label of a tick, without the rounding error of binary fractions.
 pub fn tick(value: &f64) -> String {
     // Adding 0 turns -0 into 0.
     format!("{}", (value * 1e6).round() / 1e6 + 0.0)

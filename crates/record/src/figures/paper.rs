@@ -1,4 +1,4 @@
-//! Figs. 5 to 8 of the paper, and their like of any estimator.
+//! Figs. 5 to 8 of the paper, and figures of the same form for any estimator.
 
 use super::header::{Entry, Header, Mark};
 use super::page::{Column, Page};
@@ -101,7 +101,8 @@ pub fn forces(run: &RunTraces) -> Page<'_> {
     }
 }
 
-/// Figs. 7 and 8, and their like: N of every wheel; with a covariance also its error, each with two standard deviations.
+/// Figs. 7 and 8, and figures of the same form: N of every wheel; with a covariance also its error, each with two
+/// standard deviations.
 pub fn normal_forces<'a>(run: &'a RunTraces, estimator: &'a EstimatorTraces) -> Page<'a> {
     let summary = estimator.summary();
     let errors = summary.normal_force;
@@ -206,7 +207,7 @@ fn key(
         if thinned {
             key.push(Entry {
                 marks: marks(&|c| Mark::Area(spread_color(c))),
-                label: format!("its range within {:.0} ms", 1e3 * run.stretch),
+                label: format!("its range within {:.0} ms", 1e3 * run.interval),
             });
         }
         if banded {
@@ -220,7 +221,7 @@ fn key(
     key
 }
 
-/// The error of a pin's position in words; `rms` in mm.
+/// The error of a pin's position as text; `rms` in mm.
 fn pin_note(rms: f64) -> String {
     if rms < 0.01 {
         "RMSE below 0.01 mm".to_owned()
@@ -229,7 +230,7 @@ fn pin_note(rms: f64) -> String {
     }
 }
 
-/// The error over all wheels in words.
+/// The error over all wheels as text.
 fn overall(summary: &EstimatorSummary) -> String {
     let Some(errors) = summary.normal_force else {
         return "nothing to compare".to_owned();

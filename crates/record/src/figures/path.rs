@@ -1,15 +1,15 @@
-//! The robot on its way over the ground, and N where the wheels press on it.
+//! The robot on the ground, and N over the position of the wheels.
 
 use super::files::{Drawn, Picture};
 use super::header::{Entry, Header, MARGIN, Mark, WIDTH, write};
 use super::page::whole;
 use super::panel::{Axis, Layer, PANEL_TITLE, Panel, X_LABELS, Y_LABELS, tick};
 use super::run::RunTraces;
+use super::strips::{MEAN_LOAD_LENGTH, SPACING, Strip, robots, strips};
 use super::style::{
     GROUND, ROBOT, SURFACE, WHEELS, frame_line, grid_line, line, text, units, upward_text,
 };
 use super::trace::Point;
-use super::way::{MEAN_LOAD_LENGTH, SPACING, Strip, robots, strips};
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
@@ -18,7 +18,7 @@ use robhaz_model::{Bar, Pin, Vec2};
 use robhaz_sim::{Truth, WheelTruth};
 use robhaz_terrain::Terrain;
 
-/// Longest arrow, m: an impact must not leave the picture.
+/// Longest arrow, m: the arrow of an impact must stay in the picture.
 const LONGEST: f64 = 3.0 * MEAN_LOAD_LENGTH;
 /// Ground shown beside the wheels, m.
 const BESIDE: f64 = 0.15;
@@ -27,7 +27,7 @@ const STRIP_LABELS: f64 = 38.0;
 
 type Chart<'a, DB> = ChartContext<'a, DB, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
-/// The figure of the way.
+/// The figure of the path.
 pub struct Path<'a> {
     header: Header,
     run: &'a RunTraces,
@@ -37,7 +37,7 @@ pub struct Path<'a> {
     strips: Vec<Strip>,
     /// px in a metre.
     scale: f64,
-    /// N over the place of the wheels.
+    /// N over the position of the wheels.
     axis: Axis,
     panel: Panel<'a>,
 }
@@ -53,9 +53,9 @@ pub fn path(run: &RunTraces) -> Option<Path<'_>> {
     if first > last {
         return None;
     }
-    let way = first - BESIDE..last + BESIDE;
+    let reach = first - BESIDE..last + BESIDE;
     let width = plot_width();
-    let (strips, scale) = strips(&run.poses, ground, &way, width);
+    let (strips, scale) = strips(&run.poses, ground, &reach, width);
     let arrow = MEAN_LOAD_LENGTH * scale;
     let mut key: Vec<Entry> = ["front wheel", "middle wheel", "rear wheel"]
         .into_iter()
@@ -74,13 +74,13 @@ pub fn path(run: &RunTraces) -> Option<Path<'_>> {
         },
         run,
         ground,
-        robots: robots(&run.poses, way.end - way.start),
+        robots: robots(&run.poses, reach.end - reach.start),
         strips,
         scale,
         axis: Axis {
             label: "place of the wheel's centre, x (m)",
-            range: way.clone(),
-            compare_from: way.start,
+            range: reach.clone(),
+            compare_from: reach.start,
         },
         panel: Panel {
             title: "Normal force over the place of each wheel".to_owned(),
@@ -196,7 +196,7 @@ impl Path<'_> {
         Ok(())
     }
 
-    /// The paths of the three centres nearly coincide on the same ground: the later ones are thinner.
+    /// The paths of the three centres nearly coincide: the later ones are thinner.
     fn draw_paths<DB>(&self, chart: &mut Chart<'_, DB>, strip: &Strip) -> Drawn
     where
         DB: DrawingBackend,

@@ -1,4 +1,4 @@
-//! Draws on a page of a PDF file. Text is in Helvetica, which every reader has, so that no font is needed here or in the file.
+//! Draws on a page of a PDF file. Text is in Helvetica, which every reader has, so that the file needs no font.
 
 use super::helvetica;
 use super::style::FONT_FACTOR;
@@ -124,7 +124,7 @@ fn rgb(color: BackendColor) -> [f32; 3] {
     [r, g, b].map(|channel| f32::from(channel) / 255.0)
 }
 
-/// ASCII as it is, all else as `?`: the encoding of the fonts.
+/// ASCII characters unchanged, all others as `?`: the encoding of the fonts.
 fn encode(text: &str) -> Vec<u8> {
     let byte = |c: char| {
         if (' '..='~').contains(&c) {

@@ -1,4 +1,4 @@
-//! What is kept of a run for its figures, thinned out.
+//! The traces of a run for its figures.
 
 use super::kind::Kind;
 use super::trace::{Band, Trace};
@@ -13,47 +13,47 @@ use robhaz_terrain::Terrain;
 /// The pins of Fig. 5, and their titles.
 pub const PINS: [(Pin, &str); 3] = [(Pin::P, "Pin P"), (Pin::R, "Pin R"), (Pin::S, "Pin S")];
 const MM: f64 = 1e3;
-/// Poses of the robot that are kept of a whole run.
+/// Number of poses of the robot that are kept.
 const POSES: u64 = 600;
 
-/// What is kept of a run.
+/// The traces of a run.
 pub struct RunTraces {
     /// Which records count in the errors.
     pub rule: Rule,
     /// Time of the last record, s.
     pub end: f64,
-    /// Duration of a stretch of the traces, s.
-    pub stretch: f64,
+    /// Duration of an interval of the traces, s.
+    pub interval: f64,
     /// True N and T of each wheel, N.
     pub normal_force: [Trace; 3],
     pub traction: [Trace; 3],
-    /// True N of each wheel over the place of its centre, N over m.
+    /// True N (N) of each wheel over the position of its centre (m).
     pub normal_force_at: [Trace; 3],
     /// True x and y of each of [`PINS`] from Q, mm.
     pub pins: [[Trace; 2]; 3],
     pub estimators: Vec<EstimatorTraces>,
-    /// Which estimator Figs. 5 and 6 show.
+    /// The estimator that Figs. 5 and 6 show.
     pub shown: Option<Shown>,
     /// The robot at equal distances of time, and at the end.
     pub poses: Vec<Truth>,
     records_per_pose: u64,
     records: u64,
     last: Option<Truth>,
-    /// `None` for recorded readings.
+    /// The ground; `None` for recorded readings.
     pub ground: Option<Terrain>,
     pub geometry: Geometry,
     /// Mean static load of a wheel, N.
     pub mean_load: f64,
 }
 
-/// What is kept of an estimator.
+/// The traces of an estimator.
 pub struct EstimatorTraces {
     pub name: String,
     pub kind: Kind,
     pub normal_force: [Trace; 3],
     /// N with two standard deviations; empty without a covariance.
     pub band: [Band; 3],
-    /// Error of N, and two standard deviations around no error.
+    /// Error of N, and two standard deviations around zero.
     pub error: [Trace; 3],
     pub error_band: [Band; 3],
     /// RMS over the wheels of the error of N.
@@ -61,7 +61,7 @@ pub struct EstimatorTraces {
     pub score: Score,
 }
 
-/// What Figs. 5 and 6 show beside N.
+/// The traces that Figs. 5 and 6 show beside N.
 pub struct Shown {
     pub index: usize,
     pub traction: [Trace; 3],
@@ -85,12 +85,12 @@ impl RunTraces {
         let rule = Rule {
             compare_from: run.record.compare_from,
         };
-        #[expect(clippy::cast_precision_loss, reason = "records of a stretch")]
-        let stretch = Trace::new(records).stride() as f64 / run.record.rate;
+        #[expect(clippy::cast_precision_loss, reason = "records of an interval")]
+        let interval = Trace::new(records).stride() as f64 / run.record.rate;
         Self {
             rule,
             end: 0.0,
-            stretch,
+            interval,
             normal_force: traces(records),
             traction: traces(records),
             normal_force_at: traces(records),

@@ -1,7 +1,7 @@
 //! Colours, widths and letters, the same in every figure.
 //!
 //! True: a wide light line. Estimated: a thin dark line on it. So they can be distinguished on a grey print too.
-//! The wheels have the blue, vermilion and bluish green of Okabe and Ito, which the colour-blind can tell apart.
+//! The wheels have the blue, vermilion and bluish green of Okabe and Ito, which colour-blind readers can distinguish.
 
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontStyle, FontTransform, IntoFont, RGBColor, ShapeStyle, TextStyle};
@@ -19,7 +19,7 @@ pub const WHEELS: [RGBColor; 3] = [
     RGBColor(0xD5, 0x5E, 0x00),
     RGBColor(0x00, 0x9E, 0x73),
 ];
-/// Estimators by their place in the scene; none is a wheel's colour.
+/// Colours of the estimators by their index; none is that of a wheel.
 const ESTIMATORS: [RGBColor; 6] = [
     RGBColor(0xCC, 0x79, 0xA7),
     RGBColor(0xE0, 0x9A, 0x00),
@@ -42,7 +42,7 @@ const GRID: RGBColor = RGBColor(0xE0, 0xE0, 0xE0);
 const FRAME: RGBColor = RGBColor(0x70, 0x70, 0x70);
 const TEXT: RGBColor = RGBColor(0x20, 0x20, 0x21);
 
-/// Length in units of drawing.
+/// A length in px as units of drawing.
 pub fn units(px: f64) -> i32 {
     #[expect(
         clippy::cast_possible_truncation,
@@ -77,13 +77,13 @@ pub fn frame_line() -> ShapeStyle {
     line(FRAME, 0.9)
 }
 
-/// The colour of an estimator by its place in the scene, and whether its line is dashed: colours come again, then dashed.
+/// The colour of an estimator by its index, and whether its line is dashed: after the last colour the colours repeat, dashed.
 pub fn estimator(place: usize) -> (RGBColor, bool) {
     let repeats = place / ESTIMATORS.len();
     (ESTIMATORS[place % ESTIMATORS.len()], repeats % 2 == 1)
 }
 
-/// The area of an estimate's values within a stretch of time.
+/// The area of an estimate's values within an interval of time.
 pub fn spread_color(color: RGBColor) -> RGBColor {
     lighter(color, 0.55)
 }

@@ -1,4 +1,4 @@
-//! Structure of the files: which there are, what they say, how many lines and areas they have.
+//! Structure of the files: their names, texts, numbers of lines and areas.
 
 use super::*;
 use crate::testing::{Record, described, log, records, scene};
@@ -156,7 +156,7 @@ fn figures_are_well_formed_and_hold_only_finite_numbers() {
     }
 }
 
-/// What a reader needs: axes with units, a legend, the error.
+/// Axes have units; key and error are there.
 #[test]
 fn figures_say_what_they_show() {
     let figures = draw(usize::MAX);

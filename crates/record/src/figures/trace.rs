@@ -1,14 +1,14 @@
-//! A quantity over time, thinned out to what a figure can show.
+//! A quantity over time, reduced to the resolution of a figure.
 
-/// Stretches into which a whole run is divided.
-const STRETCHES: u64 = 600;
+/// Number of intervals into which a run is divided.
+const INTERVALS: u64 = 600;
 
-/// A point: abscissa (time in s, or place in m) and value.
+/// A point: abscissa (time in s, or position in m) and value.
 pub type Point = (f64, f64);
 
-/// What is kept of one stretch.
+/// Extremes and mean of one interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Stretch {
+struct Interval {
     /// Lowest and highest point.
     low: Point,
     high: Point,
@@ -19,7 +19,7 @@ struct Stretch {
     count: f64,
 }
 
-impl Stretch {
+impl Interval {
     fn new(point: Point) -> Self {
         Self {
             low: point,
@@ -48,17 +48,17 @@ impl Stretch {
     }
 }
 
-/// A line over time. Every stretch of it keeps its extremes, so that peaks survive, and its mean.
+/// A line over time. Each interval keeps its extremes, so that no peak is lost, and its mean.
 #[derive(Clone, Debug)]
 pub struct Trace {
-    /// Records in a stretch.
+    /// Records in an interval.
     stride: u64,
-    /// Records seen of the current stretch.
+    /// Records of the current interval so far.
     seen: u64,
-    current: Option<Stretch>,
+    current: Option<Interval>,
     /// Pieces of the line. Between two pieces there is no value.
-    pieces: Vec<Vec<Stretch>>,
-    /// Whether the next stretch belongs to the last piece.
+    pieces: Vec<Vec<Interval>>,
+    /// Whether the next interval belongs to the last piece.
     joined: bool,
 }
 
@@ -66,7 +66,7 @@ impl Trace {
     /// An empty trace for a run of `records`.
     pub fn new(records: u64) -> Self {
         Self {
-            stride: records.div_ceil(STRETCHES).max(1),
+            stride: records.div_ceil(INTERVALS).max(1),
             seen: 0,
             current: None,
             pieces: Vec::new(),
@@ -74,7 +74,7 @@ impl Trace {
         }
     }
 
-    /// Records in a stretch. With one record, mean and extremes are the same.
+    /// Records in an interval. With one record, mean and extremes are the same.
     pub fn stride(&self) -> u64 {
         self.stride
     }
@@ -84,17 +84,17 @@ impl Trace {
         if let Some(value) = value.filter(|v| v.is_finite()) {
             let point = (at, value);
             match &mut self.current {
-                Some(stretch) => stretch.add(point),
-                None => self.current = Some(Stretch::new(point)),
+                Some(interval) => interval.add(point),
+                None => self.current = Some(Interval::new(point)),
             }
         }
         self.seen += 1;
         if self.seen == self.stride {
-            self.close_stretch();
+            self.close_interval();
         }
     }
 
-    /// Pieces of the line through the extremes of every stretch.
+    /// Pieces of the line through the extremes of every interval.
     pub fn extremes(&self) -> Vec<Vec<Point>> {
         self.map_pieces(|piece| {
             let ends = piece.iter().flat_map(|s| {
@@ -110,33 +110,33 @@ impl Trace {
         })
     }
 
-    /// Pieces of the line through the means of every stretch.
+    /// Pieces of the line through the means of every interval.
     pub fn means(&self) -> Vec<Vec<Point>> {
-        self.map_pieces(|piece| piece.iter().map(Stretch::mean).collect())
+        self.map_pieces(|piece| piece.iter().map(Interval::mean).collect())
     }
 
-    /// Pieces of the line along the lowest values of every stretch, over the stretch's mean abscissa.
+    /// Pieces of the line along the lowest values of every interval, over the interval's mean abscissa.
     pub fn lows(&self) -> Vec<Vec<Point>> {
         self.map_pieces(|piece| piece.iter().map(|s| (s.mean().0, s.low.1)).collect())
     }
 
-    /// Pieces of the line along the highest values of every stretch, over the stretch's mean abscissa.
+    /// Pieces of the line along the highest values of every interval, over the interval's mean abscissa.
     pub fn highs(&self) -> Vec<Vec<Point>> {
         self.map_pieces(|piece| piece.iter().map(|s| (s.mean().0, s.high.1)).collect())
     }
 
-    /// The pieces, with what there is of the last stretch.
-    fn map_pieces(&self, line: impl Fn(&[Stretch]) -> Vec<Point>) -> Vec<Vec<Point>> {
+    /// The pieces, with the last interval as far as it came.
+    fn map_pieces(&self, line: impl Fn(&[Interval]) -> Vec<Point>) -> Vec<Vec<Point>> {
         let mut whole = self.clone();
         if whole.seen > 0 {
-            whole.close_stretch();
+            whole.close_interval();
         }
         whole.pieces.iter().map(|piece| line(piece)).collect()
     }
 
-    fn close_stretch(&mut self) {
+    fn close_interval(&mut self) {
         self.seen = 0;
-        let Some(stretch) = self.current.take() else {
+        let Some(interval) = self.current.take() else {
             self.joined = false;
             return;
         };
@@ -145,12 +145,12 @@ impl Trace {
             self.joined = true;
         }
         if let Some(piece) = self.pieces.last_mut() {
-            piece.push(stretch);
+            piece.push(interval);
         }
     }
 }
 
-/// The area between two bounds, thinned out like a [`Trace`].
+/// The area between two bounds, reduced like a [`Trace`].
 #[derive(Clone, Debug)]
 pub struct Band {
     lower: Trace,
@@ -177,7 +177,7 @@ impl Band {
         self.outlines().is_empty()
     }
 
-    /// Closed outlines of its pieces. In a stretch it spans from the lowest lower to the highest upper bound.
+    /// Closed outlines of its pieces. In an interval it spans from the lowest lower to the highest upper bound.
     pub fn outlines(&self) -> Vec<Vec<Point>> {
         outlines(&self.lower.lows(), &self.upper.highs())
     }
@@ -211,9 +211,9 @@ mod tests {
         assert!(trace.highs()[0].iter().any(|p| p.1 > 98.0));
     }
 
-    /// Closed form: means and extremes of a saw-tooth of ten records a stretch.
+    /// Closed form: means and extremes of a saw-tooth of ten records an interval.
     #[test]
-    fn a_stretch_keeps_its_mean_and_its_extremes() {
+    fn a_interval_keeps_its_mean_and_its_extremes() {
         let mut trace = Trace::new(6000);
         for k in 0..6000_u32 {
             trace.add(f64::from(k), Some(f64::from(k % 10)));

@@ -1,4 +1,4 @@
-//! Which part of the way the figure of the way shows, how large, and where on it the robot is drawn.
+//! The strips of the path's figure, their scale, and the poses that are drawn.
 
 use robhaz_sim::Truth;
 use robhaz_terrain::Terrain;
@@ -6,9 +6,9 @@ use std::ops::Range;
 
 /// Least distance of two robots that are drawn, m.
 const DISTANCE: f64 = 0.85;
-/// Robots that are drawn at most; on a long way they stand farther apart.
+/// Largest number of robots drawn; on a long path they stand farther apart.
 const MOST: f64 = 12.0;
-/// Way that one strip shows, m, and strips at most: a longer way is drawn smaller.
+/// Length of one strip, m, and largest number of strips: a longer path is drawn at a smaller scale.
 const STRIP: f64 = 6.0;
 const MOST_STRIPS: f64 = 4.0;
 /// Greatest height of a strip's plot, px.
@@ -18,28 +18,28 @@ pub const MEAN_LOAD_LENGTH: f64 = 0.12;
 /// Spacing of the ground's points, m.
 pub const SPACING: f64 = 0.005;
 
-/// A part of the way, m.
+/// A part of the ground, m.
 pub struct Strip {
-    /// Places.
+    /// Positions along the ground.
     pub x: Range<f64>,
     /// Heights.
     pub y: Range<f64>,
 }
 
-/// Cuts the way into strips of one scale, px in a metre.
+/// Divides the ground that is shown, m, into strips for a width in px. Returns them and their common scale, px per m.
 pub fn strips(
     poses: &[Truth],
     ground: &Terrain,
-    way: &Range<f64>,
+    reach: &Range<f64>,
     width: f64,
 ) -> (Vec<Strip>, f64) {
-    let length = way.end - way.start;
+    let length = reach.end - reach.start;
     let count = (length / STRIP).ceil().clamp(1.0, MOST_STRIPS);
     let each = length / count;
     let mut strips = Vec::new();
     let mut k = 0.0;
     while k < count {
-        let from = way.start + k * each;
+        let from = reach.start + k * each;
         let x = from..from + each;
         strips.push(Strip {
             y: heights(poses, ground, &x),
@@ -77,7 +77,7 @@ fn heights(poses: &[Truth], ground: &Terrain, x: &Range<f64>) -> Range<f64> {
     low - 1.6 * MEAN_LOAD_LENGTH..top + 0.13
 }
 
-/// The poses to draw on a way of a length (m): the first, and each that is far enough from the last one drawn.
+/// The poses to draw on a path of a length (m): the first, and each that is far enough from the last one drawn.
 pub fn robots(poses: &[Truth], length: f64) -> Vec<&Truth> {
     let distance = DISTANCE.max(length / MOST);
     let mut chosen: Vec<&Truth> = Vec::new();
@@ -94,7 +94,7 @@ pub fn robots(poses: &[Truth], length: f64) -> Vec<&Truth> {
 mod tests {
     use super::*;
 
-    /// Robots do not stand in each other's place, and a robot that does not move is drawn once.
+    /// Robots do not overlap, and a robot that does not move is drawn once.
     #[test]
     fn robots_stand_apart() {
         let pose = |x: f64| {

@@ -1,0 +1,172 @@
+//! The file `summary.json`: its content, written and read.
+
+use super::parts::{BrokenOff, EstimatorSummary, NominalRobot, ProgressSummary, SensorErrors};
+use crate::append::write_whole;
+use crate::error::{RecordError, io_error};
+use robhaz_score::events::EventCounts;
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::fmt;
+use std::io;
+use std::path::Path;
+
+/// Name of the file in a run's folder.
+pub(super) const FILE: &str = "summary.json";
+
+/// The course of a run and the errors of each estimator.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// Name of the scene or log.
+    pub scene: String,
+    /// Name of the engine that computed the truth; `None` for recorded readings.
+    pub engine: Option<String>,
+    /// Seed of everything random in the run; `None` for recorded readings.
+    pub seed: Option<u64>,
+    /// Time of the run, s.
+    pub duration_s: f64,
+    /// Time that simulation and estimation took, s.
+    pub wall_s: f64,
+    /// Seconds of the run per second of computing.
+    pub real_time_factor: f64,
+    /// Mean integration step, s; `None` for recorded readings.
+    pub step_s: Option<f64>,
+    /// Rate of the records, Hz.
+    pub record_rate_hz: f64,
+    /// Time from which on errors count, s.
+    pub compare_from_s: f64,
+    /// Version of robhaz.
+    pub version: String,
+    /// Why and when the run ended before its source did; `None` for a complete run. All else then holds up to that time.
+    #[serde(default)]
+    pub broken_off: Option<BrokenOff>,
+    /// Travel of the robot; `None` for recorded readings and in the summaries of earlier versions.
+    #[serde(default)]
+    pub progress: Option<ProgressSummary>,
+    /// Numbers of events of wheels and end stops; `None` for recorded readings and in the summaries of earlier versions.
+    #[serde(default)]
+    pub events: Option<EventCounts>,
+    /// Sensor errors that were drawn for the run; no estimator knows them. `None` for recorded readings.
+    pub sensors: Option<SensorErrors>,
+    /// The nominal robot, which the estimators were given.
+    #[serde(alias = "told")]
+    pub nominal: NominalRobot,
+    /// The estimators in the order of the run; in JSON an object with their names as keys.
+    #[serde(with = "by_name")]
+    pub estimators: Vec<EstimatorSummary>,
+}
+
+impl Summary {
+    /// The text of `summary.json`.
+    ///
+    /// # Errors
+    /// [`RecordError::NotFinite`]: JSON has no such numbers, and none is put in their place.
+    pub fn to_json(&self) -> Result<String, RecordError> {
+        if let Some(key) = self.not_finite() {
+            return Err(RecordError::NotFinite { key });
+        }
+        let mut text = serde_json::to_string_pretty(self).map_err(RecordError::Json)?;
+        text.push('\n');
+        Ok(text)
+    }
+
+    /// Writes `summary.json` into the folder of a run.
+    ///
+    /// # Errors
+    /// [`RecordError`] with the file's path, or as [`Summary::to_json`].
+    pub fn write(&self, folder: &Path) -> Result<(), RecordError> {
+        let path = folder.join(FILE);
+        write_whole(&path, self.to_json()?.as_bytes())
+    }
+
+    /// Reads `summary.json` from the folder of a run, complete or broken off.
+    ///
+    /// # Errors
+    /// [`RecordError`]: there is no such folder, the run was killed or never started, or the file is no summary.
+    pub fn read(folder: &Path) -> Result<Self, RecordError> {
+        if !folder.is_dir() {
+            return Err(RecordError::NoFolder {
+                path: folder.to_path_buf(),
+            });
+        }
+        let path = folder.join(FILE);
+        let text = match std::fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                return Err(RecordError::NoSummary {
+                    path: folder.to_path_buf(),
+                });
+            }
+            Err(error) => return Err(io_error("read", &path)(error)),
+        };
+        serde_json::from_str(&text).map_err(|source| RecordError::NotASummary { path, source })
+    }
+
+    /// The first number that JSON cannot hold.
+    fn not_finite(&self) -> Option<String> {
+        let run = [
+            ("duration_s", self.duration_s),
+            ("wall_s", self.wall_s),
+            ("real_time_factor", self.real_time_factor),
+            ("step_s", self.step_s.unwrap_or_default()),
+            ("record_rate_hz", self.record_rate_hz),
+            ("compare_from_s", self.compare_from_s),
+        ];
+        let of_run = run.iter().find(|(_, value)| !value.is_finite());
+        let parts = [
+            (
+                "progress",
+                self.progress.is_none_or(|progress| progress.is_finite()),
+            ),
+            (
+                "sensors",
+                self.sensors.as_ref().is_none_or(SensorErrors::is_finite),
+            ),
+            ("nominal", self.nominal.is_finite()),
+        ];
+        let of_parts = parts.iter().find(|(_, finite)| !finite);
+        let of_run = of_run
+            .map(|(key, _)| key)
+            .or_else(|| of_parts.map(|(key, _)| key));
+        of_run.map(|key| (*key).to_owned()).or_else(|| {
+            self.estimators
+                .iter()
+                .find_map(EstimatorSummary::not_finite)
+        })
+    }
+}
+
+/// A list of estimators as a JSON object, in order.
+mod by_name {
+    use super::{Deserializer, EstimatorSummary, MapAccess, Serializer, Visitor, fmt};
+
+    pub fn serialize<S: Serializer>(
+        estimators: &[EstimatorSummary],
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(estimators.iter().map(|e| (&e.name, e)))
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Vec<EstimatorSummary>, D::Error> {
+        deserializer.deserialize_map(ByName)
+    }
+
+    struct ByName;
+
+    impl<'de> Visitor<'de> for ByName {
+        type Value = Vec<EstimatorSummary>;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("estimators by their names")
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+            let mut estimators = Vec::new();
+            while let Some((name, estimator)) = map.next_entry::<String, EstimatorSummary>()? {
+                estimators.push(EstimatorSummary { name, ..estimator });
+            }
+            Ok(estimators)
+        }
+    }
+}

@@ -1,0 +1,11 @@
+//! `summary.json`: how a run went, and the errors of each estimator.
+
+mod file;
+mod parts;
+mod sink;
+#[cfg(test)]
+mod tests;
+
+pub use file::Summary;
+pub use parts::{BrokenOff, EstimatorSummary, NominalRobot, ProgressSummary, SensorErrors};
+pub use sink::SummarySink;

@@ -1,0 +1,112 @@
+//! The sink that sums up a run.
+
+use super::file::Summary;
+use super::parts::{BrokenOff, EstimatorSummary, NominalRobot, SensorErrors};
+use crate::error::RecordError;
+use robhaz_estimator::{Estimate, EstimateError};
+use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
+use robhaz_score::events::{EventCounts, EventDetector};
+use robhaz_score::{ProgressMeter, Rule, Score};
+use robhaz_sim::Truth;
+
+/// Sums up a run. It keeps sums alone, no records.
+#[derive(Debug, Default)]
+pub struct SummarySink {
+    run: Option<RunDescription>,
+    /// Scores of the estimators, in the order of the run.
+    scores: Vec<Score>,
+    /// Progress and events of a simulation.
+    progress: Option<ProgressMeter>,
+    events: Option<(EventDetector, EventCounts)>,
+    end: Option<RunEnd>,
+}
+
+impl SummarySink {
+    /// A sink for one run.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The summary of the run, marked when it broke off.
+    ///
+    /// # Errors
+    /// [`RecordError::Unfinished`] when the run goes on, or has no record.
+    pub fn summary(&self) -> Result<Summary, RecordError> {
+        let (Some(run), Some(end)) = (&self.run, &self.end) else {
+            return Err(RecordError::Unfinished);
+        };
+        let world = run.world.as_ref();
+        let estimators = run.estimators.iter().zip(&self.scores);
+        Ok(Summary {
+            scene: run.name.clone(),
+            engine: world.map(|w| w.engine.name().to_owned()),
+            seed: world.map(|w| w.seed),
+            duration_s: end.duration,
+            wall_s: end.wall,
+            real_time_factor: end.real_time_factor(),
+            step_s: end.step,
+            record_rate_hz: run.record.rate,
+            compare_from_s: run.record.compare_from,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            broken_off: end.broken_off.clone().map(|reason| BrokenOff {
+                reason,
+                time_s: end.duration,
+            }),
+            progress: self.progress.map(|meter| meter.progress().into()),
+            events: self.events.as_ref().map(|(_, counts)| *counts),
+            sensors: world.map(SensorErrors::of),
+            nominal: NominalRobot::of(run),
+            estimators: estimators
+                .map(|(e, score)| EstimatorSummary::new(&e.label, score))
+                .collect(),
+        })
+    }
+}
+
+impl SummarySink {
+    /// Adds a record with its truth.
+    fn compare(&mut self, truth: &Truth, estimates: &[Result<Estimate, EstimateError>]) {
+        for (i, score) in self.scores.iter_mut().enumerate() {
+            score.add(truth, estimates.get(i).and_then(|e| e.as_ref().ok()));
+        }
+        if let Some(progress) = &mut self.progress {
+            progress.add(truth);
+        }
+        if let Some((detector, counts)) = &mut self.events {
+            detector.sample(truth, &mut |event| counts.add(&event));
+        }
+    }
+}
+
+impl Sink for SummarySink {
+    fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
+        let rule = Rule {
+            compare_from: run.record.compare_from,
+        };
+        let geometry = &run.robot.robot.geometry;
+        let world = run.world.as_ref();
+        *self = Self {
+            run: Some(run.clone()),
+            scores: vec![Score::new(rule); run.estimators.len()],
+            progress: world.map(|w| ProgressMeter::new(&w.drive, geometry.wheel_radius)),
+            events: world.map(|w| {
+                let detector = EventDetector::new(geometry.stop, w.friction.v_s);
+                (detector, EventCounts::default())
+            }),
+            end: None,
+        };
+        Ok(())
+    }
+
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
+        if let Some(truth) = frame.truth {
+            self.compare(truth, frame.estimates);
+        }
+        Ok(())
+    }
+
+    fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
+        self.end = end.cloned();
+        Ok(())
+    }
+}
