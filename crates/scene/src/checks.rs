@@ -10,7 +10,7 @@ use robhaz_sim::EngineKind;
 use robhaz_sim::drive::FRICTION_SPEED;
 use robhaz_sim::rapier::MOST_PARTS;
 use robhaz_sim::stability::{
-    greatest_integral_gain, greatest_slope, longest_step_for_contact, longest_step_for_friction,
+    largest_integral_gain, largest_slope, longest_step_for_contact, longest_step_for_friction,
     longest_step_for_stiffness,
 };
 
@@ -159,7 +159,7 @@ fn stability(reader: &mut Reader, root: &Node, scene: &Scene) {
 fn drive(reader: &mut Reader, root: &Node, scene: &Scene) {
     let (drive, mass) = (&scene.drive, &scene.robot.robot.mass);
     let step = ("engine.step", scene.engine.step);
-    let Some(greatest) = greatest_slope(&scene.robot.robot, scene.engine.step) else {
+    let Some(greatest) = largest_slope(&scene.robot.robot, scene.engine.step) else {
         let keys = [
             ("robot.mass.wheel_inertia", mass.wheel_inertia),
             ("robot.mass.rotor_inertia", mass.rotor_inertia),
@@ -195,7 +195,7 @@ fn drive(reader: &mut Reader, root: &Node, scene: &Scene) {
         );
         conflict(reader, root, [key, step], &rule);
     }
-    let most = greatest_integral_gain(drive, scene.engine.step);
+    let most = largest_integral_gain(drive, scene.engine.step);
     if drive.ki > most {
         let rule = format!(
             "drive.ki at most {}, what drive.kp and the losses damp at this step; or engine.kind = \"direct\"",

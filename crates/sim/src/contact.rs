@@ -99,7 +99,7 @@ mod tests {
                     let c = 20.0 * (3.0 * u.powi(2) - 2.0 * u.powi(3));
                     let expected = (150.0 * g_mm.powf(2.1) + c * rate_mm).max(0.0);
                     let found = law.normal_force(g_mm * 1e-3, rate_mm * 1e-3);
-                    // The two evaluations round differently: 1e-13 of the greatest force (790 N).
+                    // The two evaluations round differently: 1e-13 of the largest force (790 N).
                     assert!(
                         (found - expected).abs() < 1e-10,
                         "g {g_mm} rate {rate_mm}: {found}"

@@ -1,4 +1,4 @@
-//! The drive in the wheel: eq. (2) with its inertias told apart, losses in the gear, and the speed control.
+//! The drive of a wheel: eq. (2) with separate inertias of wheel and rotor, losses in the gear, and speed control.
 
 /// Speed control and losses of the three drives.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -9,7 +9,7 @@ pub struct Drive {
     pub kp: f64,
     /// Integral gain Ki, N m.
     pub ki: f64,
-    /// Greatest motor torque at the wheel, N m.
+    /// Largest motor torque at the wheel, N m.
     pub torque_limit: f64,
     /// Tracking time constant T_t of the anti-windup, s: see [`Self::integral_rate`].
     pub tracking_time: f64,
@@ -17,7 +17,7 @@ pub struct Drive {
     pub viscous_damping: f64,
     /// Coulomb friction F in the gear, at the wheel, N m.
     pub gear_friction: f64,
-    /// Time of rest before the start, s.
+    /// Time before the start, in which the set speed is zero, s.
     pub start_time: f64,
     /// Duration of the smooth start from rest to the set speed, s.
     pub ramp_time: f64,
@@ -75,32 +75,31 @@ impl Drive {
         }
     }
 
-    /// What viscous damping and Coulomb friction take of the motor torque, N m: `B omega + F sign(omega)`, the sign
-    /// smoothed by [`coulomb_sign`].
+    /// Torque of viscous damping and Coulomb friction, N m: `B omega + F sign(omega)`, with the sign smoothed by
+    /// [`coulomb_sign`].
     pub fn loss_torque(&self, omega: f64) -> f64 {
         self.viscous_damping * omega + self.gear_friction * coulomb_sign(omega)
     }
 
-    /// Greatest slope of motor torque less losses over the wheel speed, N m s: `Kp + B + F/FRICTION_SPEED`.
+    /// Largest slope of motor torque less losses over the wheel speed, N m s: `Kp + B + F/FRICTION_SPEED`.
     pub fn slope(&self) -> f64 {
         self.kp + self.viscous_damping + self.gear_friction / FRICTION_SPEED
     }
 }
 
-/// Wheel speed over which Coulomb friction changes its sign, rad/s: 1 mm/s at the rim, half a per cent of the usual
-/// speed.
+/// Wheel speed over which Coulomb friction changes its sign, rad/s: 1 mm/s at the rim, 0.5 % of the default speed.
 ///
-/// Shorter would say more of standstill, where this law creeps instead of sticking, but be stiffer: 0.5 N m already
-/// brakes a wheel in 1.9 ms, between the steps of `rapier` (0.1 ms) and the drive's own pole (19 ms at Kp = 5 N m s).
+/// At standstill this law creeps instead of sticking. A smaller value would creep less but be stiffer: 0.5 N m already
+/// brakes a wheel with a time constant of 1.9 ms, between the steps of `rapier` (0.1 ms) and the pole of the drive (19
+/// ms at Kp = 5 N m s).
 pub const FRICTION_SPEED: f64 = 0.01;
 
-/// Sign of a wheel speed (rad/s) as Coulomb friction sees it, smooth near zero: `tanh(omega/FRICTION_SPEED)`.
+/// Smoothed sign of a wheel speed (rad/s) in the law of Coulomb friction: `tanh(omega/FRICTION_SPEED)`.
 pub fn coulomb_sign(omega: f64) -> f64 {
     (omega / FRICTION_SPEED).tanh()
 }
 
-/// Angular acceleration of a wheel relative to its link, rad/s^2: eq. (2) with the inertias told apart,
-/// `J_wheel (domega/dt - alpha_link) + J_rotor domega/dt = tau - B omega - F sign(omega) - d T`.
+/// Angular acceleration of a wheel relative to its link, rad/s^2: eq. (2) with separate inertias of wheel and rotor,
 ///
 /// `drive_torque` is `tau - B omega - F sign(omega)` (N m), `ground_torque` is `d T` (N m), `alpha_link` is
 /// counter-clockwise (rad/s^2).
@@ -127,8 +126,8 @@ mod tests {
         assert!((drive.set_speed(9.0, 0.1) - 2.0).abs() < 1e-14);
     }
 
-    /// Continuity: where saturation starts the rate of the integral bends but does not jump, whatever the error's sign.
-    /// The slopes of the rate over the error are at most 1 + Kp/(Ki T_t) = 2.
+    /// Continuity: at the start of saturation the rate of the integral has a kink but no jump, for errors of both
+    /// signs. The slopes of the rate over the error are at most 1 + Kp/(Ki T_t) = 2.
     #[test]
     fn the_integral_rate_does_not_jump_at_saturation() {
         let drive = Drive::default();
@@ -142,8 +141,8 @@ mod tests {
         }
     }
 
-    /// Closed form: under a constant error in saturation `Ki I` nears `limit + (Ki T_t - Kp) e` with exp(-t/T_t); with
-    /// T_t = Kp/Ki that is the limit, and the motor leaves saturation when the error changes its sign.
+    /// Closed form: with a constant error in saturation, `Ki I` approaches `limit + (Ki T_t - Kp) e` with exp(-t/T_t).
+    /// With T_t = Kp/Ki this is the limit, and the motor leaves saturation when the error changes its sign.
     #[test]
     fn back_calculation_tracks_the_limit() {
         for tracking_time in [0.05, 0.1, 0.4] {
@@ -164,12 +163,12 @@ mod tests {
             }
         }
         let drive = Drive::default();
-        let held = drive.torque_limit / drive.ki;
-        assert!((drive.torque(1e-6, held) - 10.0).abs() < 1e-12);
-        assert!(drive.torque(-1e-6, held) < 10.0);
+        let at_limit = drive.torque_limit / drive.ki;
+        assert!((drive.torque(1e-6, at_limit) - 10.0).abs() < 1e-12);
+        assert!(drive.torque(-1e-6, at_limit) < 10.0);
     }
 
-    /// Without an integral there is nothing to track, and without saturation the rate is the error, to the bit.
+    /// Equivalence: without integral gain, and without saturation, the rate is the error, to the bit.
     #[test]
     fn without_saturation_the_integral_is_that_of_the_error() {
         let soft = Drive {
@@ -181,8 +180,8 @@ mod tests {
         assert_eq!(rate.to_bits(), 0.3_f64.to_bits());
     }
 
-    /// A free wheel with 0.5 N m of gear friction and no damping, from 2 rad/s on, after `steps` steps of `dt` by the
-    /// classical Runge-Kutta method, rad/s.
+    /// Speed of a free wheel with 0.5 N m of gear friction and no damping, after `steps` steps of `dt` (s) from 2
+    /// rad/s, by the classical Runge-Kutta method, rad/s.
     fn slowed_down(dt: f64, steps: u32) -> f64 {
         let drive = Drive {
             viscous_damping: 0.0,
@@ -199,15 +198,15 @@ mod tests {
         })
     }
 
-    /// Closed form: Coulomb friction slows a free wheel down linearly, F t/J; to the end it is
-    /// sinh(omega/w) = sinh(omega_0/w) exp(-F t/(J w)), w the speed of the sign's change.
+    /// Closed form: Coulomb friction slows a free wheel down linearly, with F t/J. Until it stops the speed follows
+    /// sinh(omega/w) = sinh(omega_0/w) exp(-F t/(J w)), with w = FRICTION_SPEED.
     #[test]
     fn gear_friction_slows_a_free_wheel_down_linearly() {
         let inertia = 0.0075 + 0.0864;
         for ms in [100, 200, 300, 370] {
             let expected = 2.0 - 0.5 / inertia * 1e-3 * f64::from(ms);
             let found = slowed_down(1e-4, 10 * ms);
-            // Far from the sign's change: 1 - tanh is below exp(-2 * 0.02/0.01) of F for the last milliseconds.
+            // Far from the change of sign: 1 - tanh is below exp(-2 * 0.02/0.01) for the last milliseconds.
             assert!(
                 (found - expected).abs() < 1e-4,
                 "{ms} ms: {found} {expected}"
@@ -219,7 +218,7 @@ mod tests {
             let log = 2.0 / FRICTION_SPEED - 0.5 * time / (inertia * FRICTION_SPEED);
             let expected = FRICTION_SPEED * (0.5 * log.exp()).asinh();
             let found = slowed_down(1e-4, 10 * ms);
-            // Fourth order: (1e-4/1.9e-3)^4 of the speed of the change.
+            // Fourth order: (1e-4/1.9e-3)^4 of FRICTION_SPEED.
             assert!(
                 (found - expected).abs() < 1e-6,
                 "{ms} ms: {found} {expected}"
@@ -227,8 +226,7 @@ mod tests {
         }
     }
 
-    /// Friction brakes in both directions alike, fully from three times the speed of the sign's change on, and B is its
-    /// own.
+    /// Property: the losses oppose the motion in both directions, with all of F from three times FRICTION_SPEED on.
     #[test]
     fn losses_oppose_the_motion() {
         let drive = Drive {

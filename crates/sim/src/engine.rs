@@ -9,8 +9,8 @@ pub(crate) trait Engine {
     /// Mean integration step since the start, s.
     fn mean_step(&self) -> f64;
 
-    /// Writes the truth at the current time to `instant`. The simulation then advances by one period. A return value would be copied
-    /// several times, and it has 1.1 kB.
+    /// Writes the truth at the current time to `instant`. The simulation then advances by one period. A return value
+    /// would be copied several times, and it has 1.1 kB.
     fn next_instant(&mut self, instant: &mut Instant) -> Result<(), PlantError>;
 }
 

@@ -23,8 +23,9 @@ pub fn longest_step_for_contact(contact: &ContactLaw, robot: &Robot) -> f64 {
     2.0 * robot.mass.wheel / contact.damping
 }
 
-/// Longest step, s, at which a bare wheel (kg) on the contact's stiffness is stable under the mean load: `2/omega`, with
-/// `omega^2 = k_t/m` and the tangent stiffness `k_t = dN/dg = n N/g` of eq. (10). 6.0 ms for the default robot and ground.
+/// Longest step, s, at which a bare wheel (kg) on the contact's stiffness is stable under the mean load: `2/omega`,
+/// with `omega^2 = k_t/m` and the tangent stiffness `k_t = dN/dg = n N/g` of eq. (10). 6.0 ms for the default robot and
+/// ground.
 pub fn longest_step_for_stiffness(contact: &ContactLaw, robot: &Robot) -> f64 {
     let load = robot.mean_wheel_load();
     let tangent_stiffness = contact.exponent * load / contact.static_penetration(load);
@@ -49,7 +50,7 @@ pub fn longest_step_for_friction(friction: &FrictionLaw, robot: &Robot, load: f6
 ///
 /// `None` if no step is stable: `rapier` evaluates the reaction of wheels and rotors on the links with the
 /// accelerations of the previous step, and with very light links this reaction grows from step to step.
-pub fn greatest_slope(robot: &Robot, step: f64) -> Option<f64> {
+pub fn largest_slope(robot: &Robot, step: f64) -> Option<f64> {
     Some(STABLE_SHARE * 2.0 / (step * alternating_mobility(robot)?))
 }
 
@@ -57,7 +58,7 @@ pub fn greatest_slope(robot: &Robot, step: f64) -> Option<f64> {
 ///
 /// Explicit Euler on `J domega/dt = -(s omega + Ki I)`, `dI/dt = omega` with the slope s amplifies a pair of complex
 /// poles if `step Ki > s`: the square of their modulus is `1 - step s/J + step^2 Ki/J`.
-pub fn greatest_integral_gain(drive: &Drive, step: f64) -> f64 {
+pub fn largest_integral_gain(drive: &Drive, step: f64) -> f64 {
     STABLE_SHARE * drive.slope() / step
 }
 
@@ -114,7 +115,7 @@ mod tests {
             viscous_damping: 0.0,
             ..Drive::default()
         };
-        let just = greatest_integral_gain(&drive, step) / STABLE_SHARE;
+        let just = largest_integral_gain(&drive, step) / STABLE_SHARE;
         assert!((just - 5000.0).abs() < 1e-9);
         // In 10 s the amplitude changes by exp(-+2.5).
         assert!(swing(0.5, 0.9 * just, step) < 3e-5);
@@ -133,15 +134,15 @@ mod tests {
         let load = robot.mean_wheel_load();
         let rest = contact.static_penetration(load);
         let limit = longest_step_for_stiffness(&contact, &robot);
-        // A swing of 1e-6 of the penetration is linear; the greatest of 2000 steps.
+        // A swing of 1e-6 of the penetration is linear; the largest of 2000 steps.
         let swing = |step: f64| {
-            let (mut g, mut speed, mut greatest) = (rest * (1.0 + 1e-6), 0.0, 0.0_f64);
+            let (mut g, mut speed, mut largest) = (rest * (1.0 + 1e-6), 0.0, 0.0_f64);
             for _ in 0..2000 {
                 speed += step * (load - contact.normal_force(g, 0.0)) / robot.mass.wheel;
                 g += step * speed;
-                greatest = greatest.max((g / rest - 1.0).abs());
+                largest = largest.max((g / rest - 1.0).abs());
             }
-            greatest
+            largest
         };
         // Below the limit the amplitude is at most 1/sqrt(1 - 0.95^2) = 3.2 times the first one.
         assert!(swing(0.95 * limit) < 4e-6, "{}", swing(0.95 * limit));
@@ -162,18 +163,18 @@ mod tests {
         let mut robot = Robot::default_a();
         let step = 1.25e-4;
         let j = robot.mass.wheel_inertia + robot.mass.rotor_inertia;
-        let found = greatest_slope(&robot, step).unwrap_or_default();
+        let found = largest_slope(&robot, step).unwrap_or_default();
         assert!((found - 453.33).abs() < 0.01, "{found}");
-        let held = 2.0 * STABLE_SHARE * j / step;
-        assert!(found < held);
+        let rigid = 2.0 * STABLE_SHARE * j / step;
+        assert!(found < rigid);
         let mass = robot.mass.clone();
         robot.mass.links = mass.links.map(|m| 1e6 * m);
         robot.mass.link_inertias = mass.link_inertias.map(|i| 1e6 * i);
-        let found = greatest_slope(&robot, step).unwrap_or_default();
-        assert!((found - held).abs() < 1e-3 * held, "{found} {held}");
+        let found = largest_slope(&robot, step).unwrap_or_default();
+        assert!((found - rigid).abs() < 1e-3 * rigid, "{found} {rigid}");
         robot.mass = mass;
         robot.mass.wheel_inertia = 1.0;
         robot.mass.rotor_inertia = 1.0;
-        assert_eq!(greatest_slope(&robot, step), None);
+        assert_eq!(largest_slope(&robot, step), None);
     }
 }

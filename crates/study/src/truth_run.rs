@@ -37,7 +37,7 @@ pub(crate) fn rule(scene: &Scene) -> Rule {
     }
 }
 
-/// Largest number of samples of a run, about 0.4 GB.
+/// Largest number of samples of a run, about 0.5 GB.
 pub const MOST_SAMPLES: u64 = 500_000;
 
 /// The truth at every sample of a scene's sensors, kept in memory. It does not depend on sensor noise: one run serves all seeds.

@@ -75,14 +75,14 @@ impl Energy {
 pub fn energy(robot: &Robot, truth: &[Truth], balance: &[Balance]) -> Energy {
     let losses = |b: &Balance| b.gear_loss - b.ground_work - b.stop_work;
     let start = balance.first().copied().unwrap_or_default();
-    let held = truth
+    let initial = truth
         .first()
         .map_or(f64::NAN, |t| mechanical_energy(robot, t));
     let since = |now: &Truth, b: &Balance| {
         [
             b.motor_work - start.motor_work,
             losses(b) - losses(&start),
-            mechanical_energy(robot, now) - held,
+            mechanical_energy(robot, now) - initial,
         ]
     };
     let left = truth

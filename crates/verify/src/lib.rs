@@ -87,7 +87,12 @@ pub fn verify(scene: &Scene, step: &mut dyn FnMut(&str)) -> Result<Vec<Verdict>,
         let same = run.repeats(&scene)?;
         verdicts.push(Verdict {
             check: format!("{name}: a second run"),
-            finding: if same { "the same bits" } else { "other bits" }.to_owned(),
+            finding: if same {
+                "the same bits"
+            } else {
+                "different bits"
+            }
+            .to_owned(),
             outcome: outcome(same),
         });
         Ok(run)
@@ -148,20 +153,20 @@ fn alone(scene: &Scene, run: &Run, has_corners: bool) -> Vec<Verdict> {
         ),
         Verdict {
             check: format!("{engine}: N >= 0, |T| <= mu_s N"),
-            finding: format!("{beyond} of {} records beyond", truth.len()),
+            finding: format!("{beyond} of {} records outside", truth.len()),
             outcome: outcome(beyond == 0),
         },
         bounded(
             format!("{engine}: momentum"),
             momentum_error(robot, truth, &run.balance),
             MOMENTUM,
-            "of weight times time",
+            "relative to weight times time",
         ),
         bounded(
             format!("{engine}: energy"),
             energy(robot, truth, &run.balance).relative_error(),
             allowed_energy,
-            "of what is turned over",
+            "relative to its scale",
         ),
     ]
 }
@@ -197,21 +202,21 @@ fn compared(what: &str, runs: [&Run; 2], has_corners: bool) -> Vec<Verdict> {
             format!("{what}: impulse on a wheel"),
             found,
             IMPULSE,
-            "of itself",
+            "relative",
         )
     } else {
         bounded(
             format!("{what}: N"),
             found.normal_force,
             ROLLING,
-            "RMS of its mean",
+            "RMS, relative to its mean",
         )
     };
     let apart = bounded(
-        format!("{what}: place of the body at the end"),
+        format!("{what}: distance of the bodies at the end"),
         found.apart,
         APART,
-        "m apart",
+        "m",
     );
     vec![force, apart]
 }

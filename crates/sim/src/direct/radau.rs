@@ -1,19 +1,19 @@
-//! Radau IIA of order 5 (three stages) for stiff equations `y' = f(t, y)`: error control, dense output, and integrals
-//! along the way.
+//! Radau IIA of order 5 (three stages) for stiff equations `y' = f(t, y)`, with error control, dense output, and
+//! integrals of functions of the solution.
 //!
-//! After E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II*, IV.8, and their code RADAU5: simplified
-//! Newton iterations on the transformed stages (one real and one complex system), predictive step control, reuse of the
-//! Jacobian and of the factorisations. Sizes are fixed, errors are absolute, and a state in which `f` has no value
-//! makes the step shorter.
+//! Source: E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II*, IV.8, and their code RADAU5:
+//! simplified Newton iterations on the transformed stages (one real and one complex system), predictive step control,
+//! reuse of the Jacobian and of the factorisations. Sizes are fixed and errors are absolute. If `f` has no value at a
+//! state, the step becomes shorter.
 
 use nalgebra::{Complex, Const, DimMin, LU, SMatrix, SVector, ToTypenum};
 
-/// What is solved: `N` equations, and `Q` integrals on which nothing depends.
+/// The problem: `N` equations, and `Q` integrals that do not influence the solution.
 pub(super) trait Model<const N: usize, const Q: usize> {
-    /// f(t, y); `None` where it has no value.
+    /// f(t, y); `None` if it has no value.
     fn rates(&mut self, t: f64, y: &SVector<f64, N>) -> Option<SVector<f64, N>>;
 
-    /// df/dy at a state whose rates are known; it may be rough, only the speed of convergence depends on it.
+    /// df/dy at a state with known rates. It may be approximate; only the speed of convergence depends on it.
     fn jacobian(
         &mut self,
         t: f64,
@@ -28,7 +28,7 @@ pub(super) trait Model<const N: usize, const Q: usize> {
     fn longest_step(&self, y: &SVector<f64, N>) -> f64;
 }
 
-/// Nodes of the method, besides 1: (4 -+ sqrt 6)/10.
+/// Nodes of the method besides 1: (4 -+ sqrt 6)/10.
 const C1: f64 = 0.155_051_025_721_682_2;
 const C2: f64 = 0.644_948_974_278_317_8;
 /// Weights of the method: integrals from the start of a step to each node.
@@ -83,32 +83,32 @@ const T_INVERSE: [[f64; 3]; 3] = [
         -0.596_039_204_828_224_9,
     ],
 ];
-/// Of the stages in the error estimate: the difference to a formula of order 3.
+/// Weights of the stages in the error estimate, which is the difference to a formula of order 3.
 const ERROR: [f64; 3] = [-10.048_809_399_827_416, 1.382_142_733_160_749, -1.0 / 3.0];
 
-/// Newton iterations before a step is tried shorter.
+/// Largest number of Newton iterations. After these, a shorter step is tried.
 const ITERATIONS: u32 = 7;
-/// What Newton's method may leave, of the tolerance.
+/// Allowed error of Newton's method, as a share of the tolerance.
 const NEWTON: f64 = 0.03;
-/// Contraction below which the Jacobian is kept for the next step.
+/// The Jacobian is kept for the next step if Newton's method contracts faster than this.
 const KEEP_JACOBIAN: f64 = 1e-3;
-/// Ratio up to which a longer step is not taken, so that the factorisations can be kept.
+/// The step is not increased by less than this ratio, so that the factorisations can be reused.
 const KEEP_STEP: f64 = 1.2;
 /// Safety factor of the step control.
 const SAFETY: f64 = 0.9;
-/// Failed attempts in a row after which there is no step: it is then 1e-12 of what it was.
+/// Largest number of failed attempts in a row. The step is then 1e-12 of its first length.
 const MOST_ATTEMPTS: u32 = 60;
 
 /// No step is short enough.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct NoStep;
 
-/// What the solver has done.
+/// Work of the solver so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Work {
     /// Steps taken.
     pub steps: u64,
-    /// Steps tried and not taken.
+    /// Rejected attempts.
     pub rejected: u64,
     /// Evaluations of f, without those for Jacobians.
     pub rates: u64,
@@ -118,7 +118,7 @@ pub(super) struct Work {
     pub factorisations: u64,
 }
 
-/// The polynomial of the third degree over a step, as divided differences from its end.
+/// Cubic polynomial over a step, as divided differences from the end of the step.
 #[derive(Clone, Copy)]
 struct Cubic<const M: usize>([SVector<f64, M>; 3]);
 
@@ -145,7 +145,7 @@ impl<const M: usize> Cubic<M> {
     }
 }
 
-/// The factorised matrices of the Newton iteration, and the step that they belong to.
+/// Factorised matrices of the Newton iteration for one step.
 struct Factors<const N: usize>
 where
     Const<N>: ToTypenum + DimMin<Const<N>, Output = Const<N>>,
@@ -155,12 +155,12 @@ where
     pair: LU<Complex<f64>, Const<N>, Const<N>>,
 }
 
-/// A solution on its way, from a step's end to the next.
+/// A solution that advances step by step.
 pub(super) struct Radau<const N: usize, const Q: usize>
 where
     Const<N>: ToTypenum + DimMin<Const<N>, Output = Const<N>>,
 {
-    /// Error allowed in a step, for each component.
+    /// Allowed error of a step for each component.
     scale: SVector<f64, N>,
     time: f64,
     y: SVector<f64, N>,
@@ -179,25 +179,25 @@ where
     work: Work,
 }
 
-/// What came of the Newton iteration.
+/// Result of the Newton iteration.
 enum Newton<const N: usize> {
-    /// The stages' increments, how many iterations they took, and by how much an iteration shrinks the error.
+    /// Increments of the stages, number of iterations, and contraction of the error per iteration.
     Converged([SVector<f64, N>; 3], u32, f64),
-    /// To be tried again with this many times the step.
+    /// Failed; a new attempt with the step times this factor may succeed.
     Failed(f64),
 }
 
-/// One attempt at a step is to be followed by another, with this many times the step.
+/// The attempt failed; the next one has the step times this factor.
 struct Shorter(f64);
 
 impl<const N: usize, const Q: usize> Radau<N, Q>
 where
     Const<N>: ToTypenum + DimMin<Const<N>, Output = Const<N>>,
 {
-    /// Starts at time 0 with all integrals at zero. `scale` is the error allowed in a step for each component.
+    /// Starts at time 0 with all integrals at zero. `scale` is the allowed error of a step for each component.
     ///
     /// # Errors
-    /// [`NoStep`] where f has no value at the start.
+    /// [`NoStep`] if f has no value at the start.
     pub fn new(
         model: &mut impl Model<N, Q>,
         start: &SVector<f64, N>,
@@ -221,12 +221,12 @@ where
         })
     }
 
-    /// Where the last step ended.
+    /// End of the last step.
     pub fn time(&self) -> f64 {
         self.time
     }
 
-    /// What has been done so far.
+    /// Work so far.
     pub fn work(&self) -> Work {
         self.work
     }
@@ -245,13 +245,13 @@ where
         )
     }
 
-    /// One step, as long as the error allows.
+    /// Advances by one step, as long as the error allows.
     ///
     /// # Errors
-    /// [`NoStep`]: no step is short enough.
+    /// [`NoStep`] if no step is short enough.
     pub fn advance(&mut self, model: &mut impl Model<N, Q>) -> Result<(), NoStep> {
         let longest = model.longest_step(&self.y);
-        // Whether the Jacobian belongs to the very state from which the step starts.
+        // Whether the Jacobian was evaluated at the start of this step.
         let mut fresh = self.jacobian.is_none();
         for attempt in 0..MOST_ATTEMPTS {
             if self.step > longest {
@@ -312,7 +312,7 @@ where
         Ok(())
     }
 
-    /// The factorised matrices for a step, those of the last step where they fit. `None` where one is singular.
+    /// The factorised matrices for a step, reused from the last step if possible. `None` if one is singular.
     fn factors(&mut self, model: &mut impl Model<N, Q>, h: f64) -> Option<Factors<N>> {
         if let (Some(factors), Some(_)) = (self.factors.take(), &self.jacobian)
             && (factors.step - h).abs() <= 1e-12 * h
@@ -342,14 +342,15 @@ where
         (factors.real.is_invertible() && factors.pair.is_invertible()).then_some(factors)
     }
 
-    /// RMS over the components of an error, in units of what is allowed.
+    /// RMS over the components of an error relative to the allowed errors.
     fn norm(&self, error: &SVector<f64, N>) -> f64 {
         #[expect(clippy::cast_precision_loss, reason = "a small number of equations")]
         let count = N as f64;
         (error.component_div(&self.scale).norm_squared() / count).sqrt()
     }
 
-    /// Simplified Newton iterations for the stages' increments, from the last step's polynomial carried on.
+    /// Simplified Newton iterations for the increments of the stages, started from the extrapolated polynomial of the
+    /// last step.
     fn newton(&mut self, model: &mut impl Model<N, Q>, factors: &Factors<N>, h: f64) -> Newton<N> {
         let length = self.time - self.begin;
         let mut z = [C1, C2, 1.0].map(|c| {
@@ -400,7 +401,7 @@ where
                 if contraction >= 0.99 {
                     return Newton::Failed(0.5);
                 }
-                // What the iterations that remain will leave.
+                // Expected error after the remaining iterations.
                 let remaining = i32::try_from(ITERATIONS - iteration).unwrap_or(0);
                 let left = contraction / (1.0 - contraction) * change;
                 let expected = left * contraction.powi(remaining) / NEWTON;
@@ -422,7 +423,7 @@ where
         Newton::Failed(0.5)
     }
 
-    /// Error of the step in units of what is allowed.
+    /// Error of the step relative to the allowed one.
     fn error(
         &mut self,
         model: &mut impl Model<N, Q>,
@@ -435,7 +436,7 @@ where
         let mut error = stages + self.rates;
         factors.real.solve_mut(&mut error);
         let first = self.norm(&error);
-        // The estimate is too careful where stiff components are off: filtered once more.
+        // The estimate is too large for errors of stiff components: it is filtered once more.
         if first >= 1.0 && retried {
             self.work.rates += 1;
             if let Some(rates) = model.rates(self.time, &(self.y + error)) {
@@ -447,7 +448,7 @@ where
         first.max(1e-10)
     }
 
-    /// Takes the step.
+    /// Accepts the step and integrates over it.
     fn accept(
         &mut self,
         model: &mut impl Model<N, Q>,
@@ -471,11 +472,11 @@ where
         self.work.steps += 1;
     }
 
-    /// Length of the next step, and what it can take over.
+    /// Chooses the length of the next step and what it reuses.
     fn plan(&mut self, h: f64, error: f64, factor: f64, contraction: f64, longest: f64) {
         let mut factor = factor;
         if let Some((last_step, last_error)) = self.last {
-            // Gustafsson's predictive control: errors that grow go on growing.
+            // Gustafsson's predictive control: a growing error is expected to continue to grow.
             let predicted = SAFETY * h / last_step * (last_error / (error * error)).powf(0.25);
             factor = factor.min(predicted).clamp(0.125, 5.0);
         }
@@ -489,7 +490,7 @@ where
     }
 }
 
-/// `rows` times three vectors.
+/// Product of the matrix `rows` with three vectors.
 fn combined<const M: usize>(
     rows: &[[f64; 3]; 3],
     v: &[SVector<f64, M>; 3],
@@ -502,7 +503,7 @@ fn combined<const M: usize>(
 mod tests {
     use super::*;
 
-    /// Equations by a function that may have no value; the integrals are those of the solution itself.
+    /// Equations given by a function that may have no value. The integrals are those of the solution itself.
     struct Test<const N: usize, F> {
         f: F,
         longest_step: f64,
@@ -545,7 +546,7 @@ mod tests {
     where
         Const<N>: ToTypenum + DimMin<Const<N>, Output = Const<N>>,
     {
-        /// A step whatever its error.
+        /// A step of fixed length, without error control.
         fn forced_step(&mut self, model: &mut impl Model<N, N>, h: f64) {
             let factors = self.factors(model, h).unwrap();
             let Newton::Converged(z, ..) = self.newton(model, &factors, h) else {
@@ -560,7 +561,7 @@ mod tests {
 
     type Solution<const N: usize> = (Radau<N, N>, Result<(), NoStep>);
 
-    /// Solves until `end` or until there is no step.
+    /// Solves until `end`, or until no step is short enough.
     fn solve<const N: usize, F>(
         f: F,
         start: [f64; N],
@@ -584,8 +585,8 @@ mod tests {
         (radau, Ok(()))
     }
 
-    /// Convergence: y'' = -y with a fixed step. The solution and its integral are of order 5 at the steps'
-    /// ends, the dense output errs by the fourth power of the step.
+    /// Convergence: y'' = -y with a fixed step. Solution and integral are of order 5 at the ends of the steps; the
+    /// error of the dense output has the fourth power of the step.
     #[test]
     fn order_five_and_dense_output_of_order_three() {
         let errors = [0.4, 0.2, 0.1].map(|h: f64| {
@@ -594,7 +595,7 @@ mod tests {
                 f: oscillator,
                 longest_step: h,
             };
-            // Newton's method goes by the tolerance: what it leaves must not show.
+            // The error of Newton's method depends on the tolerance, and must be negligible.
             let (start, scale) = (SVector::from([1.0, 0.0]), SVector::from([1e-12; 2]));
             let mut radau = Radau::new(&mut model, &start, scale, h).unwrap();
             let (mut ends, mut between) = (0.0_f64, 0.0_f64);
@@ -619,7 +620,8 @@ mod tests {
         }
     }
 
-    /// Prothero and Robinson: y' = -1e6 (y - cos t) - sin t, so y = cos t; and the long steps of a stiff solver.
+    /// Closed form (Prothero and Robinson): y' = -1e6 (y - cos t) - sin t has the solution y = cos t. A stiff solver
+    /// solves it with long steps.
     #[test]
     fn a_stiff_pole_costs_no_steps() {
         let f =
@@ -634,7 +636,8 @@ mod tests {
         }
     }
 
-    /// Robertson's reaction (rates from 0.04 to 3e7) at t = 40, to ten digits as in the test sets for stiff solvers.
+    /// Reference: Robertson's reaction (rates from 0.04 to 3e7) at t = 40, to ten digits as in the test sets for stiff
+    /// solvers.
     #[test]
     fn robertsons_reaction() {
         let f = |_: f64, y: &SVector<f64, 3>| {
@@ -651,19 +654,19 @@ mod tests {
                 (radau.at(40.0).0 - expected).component_div(&SVector::from([1.0, 1e-5, 1.0]));
             let error = error.norm();
             println!("{tolerance}: {error:.1e} {:?}", radau.work());
-            // Errors of some tens of steps add up.
+            // The errors of some tens of steps add up.
             assert!(
                 error < 10.0 * tolerance && error < last,
                 "{tolerance}: {error}"
             );
             last = error;
-            // What is made is what is lost, in the integrals too.
+            // The sum of the concentrations is constant, also in the integrals.
             assert!((radau.at(40.0).1.sum() - 40.0).abs() < 1e-9);
         }
     }
 
-    /// A step into a state that has no rates is taken back; where there is no other way the solver gives up close to
-    /// it.
+    /// Property: a step into a state without rates is rejected. If no other step exists, the solver stops close to this
+    /// state.
     #[test]
     fn states_without_rates_are_avoided_or_reported() {
         // Long steps would overshoot 0, where there are no rates.
