@@ -591,6 +591,18 @@ fn study_prints_a_table_and_writes_json() {
     // The paper's filters state no covariance: nothing, not zero.
     assert!(report["estimators"][0]["stated"].is_null());
     assert!((shown, json) == study("second.json"));
+    // No file is replaced unasked, and the scene never.
+    for (json, why) in [
+        ("first.json", "first.json exists"),
+        ("short.toml", "short.toml"),
+    ] {
+        let output = robhaz(dir.path())
+            .args(["study", "short.toml", "--json", json])
+            .output()
+            .unwrap();
+        assert!(!output.status.success());
+        assert!(text(&output.stderr).contains(why));
+    }
 }
 
 /// What cannot be studied is refused with the reason.
@@ -661,6 +673,22 @@ fn force_removes_only_what_a_run_wrote() {
         fs::remove_file(&path).unwrap();
     }
     fs::remove_dir(dir.path().join("a/figures/notes")).unwrap();
+    // Names that only resemble those of a run, and a folder of such a name.
+    for mine in [
+        "truth.notes.csv",
+        "track-7.csv",
+        "run.txt",
+        "estimate-a.b.csv",
+    ] {
+        let path = dir.path().join("a").join(mine);
+        fs::write(&path, "years").unwrap();
+        let (done, said) = run("a");
+        assert!(!done && said.contains(mine), "{said}");
+        fs::remove_file(&path).unwrap();
+    }
+    fs::create_dir(dir.path().join("a/terrain.csv")).unwrap();
+    assert!(!run("a").0);
+    fs::remove_dir(dir.path().join("a/terrain.csv")).unwrap();
     assert!(run("a").0);
 
     // What is found is said as it is.
@@ -685,6 +713,64 @@ fn force_removes_only_what_a_run_wrote() {
         assert!(!done && said.contains("a holds figures, which"), "{said}");
         assert!(dir.path().join("elsewhere/fig6_forces.svg").exists());
     }
+}
+
+/// A folder in which a run is writing is left alone, even with `--force`, and so is a target that appears during the run.
+#[cfg(unix)]
+#[test]
+fn a_run_in_progress_is_left_alone() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    let mut first = robhaz(dir.path())
+        .args(["run", "short.toml", "--out", "a", "--pace", "real-time"])
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    while !dir.path().join("a.partial/truth.arrows").exists() {
+        assert!(first.try_wait().unwrap().is_none());
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    let second = robhaz(dir.path())
+        .args(["run", "short.toml", "--out", "a", "--force"])
+        .output()
+        .unwrap();
+    let said = text(&second.stderr);
+    assert!(said.contains("another run is writing"), "{said}");
+    let recovered = robhaz(dir.path())
+        .args(["recover", "a.partial"])
+        .output()
+        .unwrap();
+    let said = text(&recovered.stderr);
+    assert!(said.contains("a run is writing"), "{said}");
+    fs::create_dir(dir.path().join("a")).unwrap();
+    fs::write(dir.path().join("a/mine"), "years").unwrap();
+    let ended = first.wait_with_output().unwrap();
+    assert!(!ended.status.success());
+    let said = text(&ended.stderr);
+    assert!(said.contains("the complete run is in a.partial"), "{said}");
+    assert!(dir.path().join("a.partial/summary.json").exists());
+    assert_eq!(
+        fs::read_to_string(dir.path().join("a/mine")).unwrap(),
+        "years"
+    );
+}
+
+/// An output folder that is a link stays a link, and the results are where it leads.
+#[cfg(unix)]
+#[test]
+fn a_linked_output_folder_stays_a_link() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    fs::create_dir_all(dir.path().join("disk/results")).unwrap();
+    std::os::unix::fs::symlink("disk/results", dir.path().join("a")).unwrap();
+    let output = robhaz(dir.path())
+        .args(["run", "short.toml", "--out", "a"])
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(dir.path().join("a").is_symlink());
+    assert!(dir.path().join("disk/results/summary.json").exists());
 }
 
 /// The last line says how long the command took, beside what the simulation took of it.

@@ -134,6 +134,20 @@ fn columns_are_chosen_by_name_or_number() {
 /// Ambiguous tracks are refused: each message states what was found and how it was read.
 #[test]
 fn what_is_not_understood_is_said() {
+    // Units in a comment must not be ignored: that would be a factor of 1000.
+    refused(
+        b"# x [mm], height [mm]\n900,0\n1000,10\n",
+        "",
+        &["found a header with units in a comment above"],
+    );
+    // A comment that is no header stays a comment.
+    reads(
+        b"# measured on 3 May (dry), by hand\n0.9,0\n1,0.01\n",
+        "",
+        &[[0.9, 0.0], [1.0, 0.01]],
+    );
+    // With `sort`, points of the same x are one.
+    refused(b"x,z\n1,0\n1,0.1\n", "sort = \"on\"\n", &["found one x"]);
     for (csv, expected) in [
         (
             &b"x y\n0 0\n1 1\n"[..],

@@ -170,6 +170,22 @@ fn unclear(names: &[String], count: usize) -> String {
     format!("the columns {}{more}", shown.join(", "))
 }
 
+/// Whether a comment is a header of several columns with a unit in brackets, such as `# x [mm], height [mm]`.
+pub fn is_header_with_units(comment: &str, separator: u8) -> bool {
+    let cells: Vec<&str> = comment
+        .trim_start_matches('#')
+        .split(char::from(separator))
+        .map(str::trim)
+        .collect();
+    let has_unit = |cell: &&str| {
+        cell.ends_with([']', ')'])
+            && split(cell)
+                .1
+                .is_some_and(|unit| unit_named(&unit).is_some())
+    };
+    cells.len() > 1 && cells.iter().any(has_unit)
+}
+
 fn short(name: &str) -> String {
     name.chars().take(40).collect()
 }

@@ -1,6 +1,6 @@
 //! A track: points of the ground in a CSV file, as measuring programs write them.
 
-use super::columns::{Choice, Columns, HEADER_RULE};
+use super::columns::{Choice, Columns, HEADER_RULE, is_header_with_units};
 use crate::error::Problem;
 use crate::reader::{Reader, grouped};
 use crate::source::{Origin, Source};
@@ -187,6 +187,14 @@ impl Parser<'_> {
                         if is_header {
                             continue;
                         }
+                        if self.has_commented_header(&record) {
+                            self.complain(&record, || {
+                                format!(
+                                    "found a header with units in a comment above, allowed: that header without \"#\"; {HEADER_RULE}"
+                                )
+                            });
+                            return points;
+                        }
                         found
                     }
                     Err(message) => {
@@ -232,6 +240,19 @@ impl Parser<'_> {
             self.reader.push(Problem::unread(&self.text.name, message));
         }
         points
+    }
+
+    /// Whether a comment above the first record is a header with units. Its units must not be ignored.
+    fn has_commented_header(&self, first: &ByteRecord) -> bool {
+        let start = first
+            .position()
+            .and_then(|p| usize::try_from(p.byte()).ok())
+            .unwrap_or(0);
+        let above = String::from_utf8_lossy(&self.text.bytes[..start]).into_owned();
+        let mut lines = above
+            .lines()
+            .filter(|line| line.trim_start().starts_with('#'));
+        lines.any(|line| is_header_with_units(line.trim_start(), self.separator.0))
     }
 
     fn point(&self, columns: &Columns, record: &ByteRecord) -> Result<Vec2, String> {
