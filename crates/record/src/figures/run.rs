@@ -110,10 +110,7 @@ impl RunTraces {
             records_per_pose: records.div_ceil(POSES).max(1),
             records: 0,
             last: None,
-            ground: run
-                .world
-                .as_ref()
-                .map(|w| w.terrain.build(robot)),
+            ground: run.world.as_ref().map(|w| w.terrain.build(robot)),
             geometry: robot.geometry.clone(),
             mean_load: robot.mean_wheel_load(),
         }
