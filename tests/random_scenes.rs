@@ -259,10 +259,10 @@ fn random_scenes_end_for_physical_reasons_and_engines_agree() {
     assert!(found.saturated >= 10 && found.in_the_air >= 10);
 }
 
-/// The whole study, some ten minutes: `cargo test --release -p robhaz --test robhaz study_of_500 -- --ignored --nocapture`.
+/// The whole study, a minute and a half: `cargo test --release -p robhaz --test robhaz study_of_500 -- --ignored --nocapture`.
 /// docs/validation.md states what was found.
 #[test]
-#[ignore = "some ten minutes"]
+#[ignore = "a minute and a half"]
 fn study_of_500_random_scenes() {
     let found = study(&(0..500).collect::<Vec<_>>());
     println!("{found:#?}");

@@ -4,7 +4,7 @@ use robhaz_model::PinStop;
 use robhaz_sim::{Truth, WheelTruth};
 use serde::{Deserialize, Serialize};
 
-/// State of a wheel on the ground.
+/// Contact and slip state of a wheel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WheelState {
     /// It touches the ground and its slip speed is below the limit.
@@ -62,17 +62,17 @@ impl EndStop {
 pub enum EventKind {
     /// A wheel loses its contact.
     ContactLost(usize),
-    /// A wheel without contact touches the ground.
+    /// The number of contacts of a wheel changes from zero to one or two.
     ContactRegained(usize),
     /// A wheel with one contact gets a second one.
     TwoContacts(usize),
     /// Of two contacts one is left.
     OneContact(usize),
-    /// The rim of a wheel outruns the ground by more than the limit.
+    /// A wheel starts to slip with the rim faster than the wheel's centre. A later change of sign is no event.
     Spins(usize),
-    /// The ground outruns the rim of a wheel by more than the limit.
+    /// A wheel starts to slip with the rim slower than the wheel's centre. A later change of sign is no event.
     Slides(usize),
-    /// A wheel that slipped grips again.
+    /// A wheel that slipped grips again, without losing its contact in between.
     Grips(usize),
     /// Pin Q reaches an end stop, at theta1 - theta2 in rad.
     StopReached(EndStop, f64),
@@ -104,8 +104,9 @@ impl EventDetector {
     /// sample.
     const HYSTERESIS: f64 = 0.5;
 
-    /// Before the first sample: wheels on the ground, end stops free. `slip_limit` is the slip speed in m/s beyond which a
-    /// wheel slips: v_s of eq. (11), where T/N has its largest value.
+    /// Creates a detector that assumes one contact per wheel and free end stops before the first sample; slip states are
+    /// unknown. `slip_limit` is the slip speed in m/s beyond which a wheel slips: v_s of eq. (11), where T/N has its largest
+    /// value.
     pub fn new(stop: PinStop, slip_limit: f64) -> Self {
         Self {
             stop,
@@ -190,12 +191,12 @@ impl EventDetector {
     }
 }
 
-/// How often each kind of event happened in a run.
+/// Numbers of four kinds of events in a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct EventCounts {
     /// A wheel lost its contact.
     pub contact_lost: u64,
-    /// A wheel with one contact got a second one.
+    /// Changes of a wheel from one contact to two.
     pub two_contacts: u64,
     /// A wheel began to slip.
     pub slips: u64,

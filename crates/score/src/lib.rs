@@ -23,6 +23,6 @@ mod sum;
 pub use errors::{ForceErrors, rms_over_wheels};
 pub use friction::{LEAST_LOAD, needed_friction};
 pub use progress::{Progress, ProgressMeter};
-pub use rule::{Rule, Sample};
+pub use rule::{Inclusion, Rule};
 pub use score::Score;
 pub use sum::{Rms, Sum};

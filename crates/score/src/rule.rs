@@ -5,15 +5,15 @@ use robhaz_sim::Truth;
 /// Times closer than this are equal, s: the time of a record is a rounded multiple of the period.
 const SAME_TIME: f64 = 1e-9;
 
-/// Whether a sample counts.
+/// Whether a sample is included in a score.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sample {
-    /// It counts.
-    Counts,
+pub enum Inclusion {
+    /// It is included in the score.
+    Included,
     /// It lies before the time from which errors count: the robot rests or starts.
     TooEarly,
-    /// A wheel has two contacts. An estimator is given one contact angle per wheel, so that N and T of such a wheel have no
-    /// common definition with the truth.
+    /// Some wheel has two contacts: all three wheels are left out. An estimator has one contact angle per wheel, so N and T of
+    /// such a wheel cannot be compared.
     TwoContacts,
 }
 
@@ -31,13 +31,13 @@ impl Rule {
     }
 
     /// Whether a sample counts.
-    pub fn judge(&self, truth: &Truth) -> Sample {
+    pub fn judge(&self, truth: &Truth) -> Inclusion {
         if !self.compares(truth.time) {
-            Sample::TooEarly
+            Inclusion::TooEarly
         } else if truth.wheels.iter().any(|wheel| wheel.contacts > 1) {
-            Sample::TwoContacts
+            Inclusion::TwoContacts
         } else {
-            Sample::Counts
+            Inclusion::Included
         }
     }
 }
@@ -53,11 +53,11 @@ mod tests {
             time: 1.999,
             ..Truth::default()
         };
-        assert_eq!(rule.judge(&truth), Sample::TooEarly);
+        assert_eq!(rule.judge(&truth), Inclusion::TooEarly);
         // 2000 periods of 1 ms, rounded downwards.
         truth.time = 2.0 - 4e-16;
-        assert_eq!(rule.judge(&truth), Sample::Counts);
+        assert_eq!(rule.judge(&truth), Inclusion::Included);
         truth.wheels[1].contacts = 2;
-        assert_eq!(rule.judge(&truth), Sample::TwoContacts);
+        assert_eq!(rule.judge(&truth), Inclusion::TwoContacts);
     }
 }

@@ -1,7 +1,7 @@
 //! The score of one estimator over one run.
 
 use crate::errors::{ErrorSums, ForceErrors};
-use crate::rule::{Rule, Sample};
+use crate::rule::{Inclusion, Rule};
 use crate::sum::Sum;
 use nalgebra::{Matrix3, Vector3};
 use robhaz_estimator::Estimate;
@@ -23,7 +23,8 @@ pub struct Score {
 /// Sums over the samples for which the estimator states a covariance of N.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Stated {
-    /// Samples with a covariance of the three N. A sample whose N is held at zero has none: its error is not Gaussian.
+    /// Samples with a positive definite covariance of the three N and every N > 0. At N = 0 the error is not Gaussian. The NIS
+    /// has its own count.
     samples: u64,
     /// Sum of ln sigma over wheels and samples.
     logarithm: Sum,
@@ -55,12 +56,12 @@ impl Score {
     /// Adds a sample, if the rule counts it. No estimate, or an estimate with a force that is not finite, counts as missing.
     pub fn add(&mut self, truth: &Truth, estimate: Option<&Estimate>) {
         match self.rule.judge(truth) {
-            Sample::TooEarly => return,
-            Sample::TwoContacts => {
+            Inclusion::TooEarly => return,
+            Inclusion::TwoContacts => {
                 self.two_contacts += 1;
                 return;
             }
-            Sample::Counts => {}
+            Inclusion::Included => {}
         }
         let usable = |e: &&Estimate| {
             let mut forces = e.normal_force.iter().chain(&e.traction);
@@ -92,7 +93,7 @@ impl Score {
         self.traction.errors(self.samples, self.mean_load())
     }
 
-    /// RMS error of N over its mean, -; `None` without samples or load.
+    /// RMS error of N divided by the mean true N, dimensionless; `None` without samples or load.
     pub fn nrmse(&self) -> Option<f64> {
         self.normal_force()?.nrmse
     }
@@ -103,15 +104,14 @@ impl Score {
         Some([front?, middle?, rear?])
     }
 
-    /// Stated standard deviation of N over the mean of N, -; `None` if the estimator stated none.
-    ///
-    /// The geometric mean: at an impact the estimator states hundreds of times as much as before and after.
+    /// Geometric mean of the stated standard deviations of N, divided by the mean true N, dimensionless; `None` if the estimator
+    /// stated none. Geometric, because at an impact the estimator states hundreds of times as much as before and after.
     pub fn stated(&self) -> Option<f64> {
         let sigma = self.stated.logarithm.mean(3 * self.stated.samples)?.exp();
         Some(sigma / self.mean_load()?)
     }
 
-    /// RMS of the errors of N, each over its stated standard deviation, -: 1 if these are right; `None` if none was stated.
+    /// RMS of error divided by stated standard deviation of N, dimensionless: 1 if these are right; `None` if none was stated.
     pub fn normalised(&self) -> Option<f64> {
         let mean = self.stated.normalised.mean(3 * self.stated.samples)?;
         Some(mean.sqrt())

@@ -1,7 +1,7 @@
 //! The truth of a scene at every sample of its sensors.
 
 use robhaz_scene::{PlantFailure, Scene};
-use robhaz_score::{Rule, Sample};
+use robhaz_score::{Inclusion, Rule};
 use robhaz_sim::{Plant, Truth};
 
 /// Why a scene cannot be studied.
@@ -84,7 +84,7 @@ impl TruthRun {
     pub fn counting(&self) -> impl Iterator<Item = &Truth> {
         self.truth
             .iter()
-            .filter(|truth| self.rule.judge(truth) == Sample::Counts)
+            .filter(|truth| self.rule.judge(truth) == Inclusion::Included)
     }
 
     /// Number of samples that count.
@@ -94,7 +94,7 @@ impl TruthRun {
 
     /// Number of samples left out because a wheel has two contacts.
     pub fn two_contacts(&self) -> usize {
-        let two = |truth: &&Truth| self.rule.judge(truth) == Sample::TwoContacts;
+        let two = |truth: &&Truth| self.rule.judge(truth) == Inclusion::TwoContacts;
         self.truth.iter().filter(two).count()
     }
 }

@@ -4,9 +4,7 @@ use super::parts::{BrokenOff, EstimatorSummary, NominalRobot, ProgressSummary, S
 use crate::append::write_whole;
 use crate::error::{RecordError, io_error};
 use robhaz_score::events::EventCounts;
-use serde::de::{MapAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use std::fmt;
+use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::Path;
 
@@ -137,7 +135,9 @@ impl Summary {
 
 /// A list of estimators as a JSON object, in order.
 mod by_name {
-    use super::{Deserializer, EstimatorSummary, MapAccess, Serializer, Visitor, fmt};
+    use super::EstimatorSummary;
+    use indexmap::IndexMap;
+    use serde::{Deserialize, Deserializer, Serializer};
 
     pub fn serialize<S: Serializer>(
         estimators: &[EstimatorSummary],
@@ -149,24 +149,8 @@ mod by_name {
     pub fn deserialize<'de, D: Deserializer<'de>>(
         deserializer: D,
     ) -> Result<Vec<EstimatorSummary>, D::Error> {
-        deserializer.deserialize_map(ByName)
-    }
-
-    struct ByName;
-
-    impl<'de> Visitor<'de> for ByName {
-        type Value = Vec<EstimatorSummary>;
-
-        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-            f.write_str("estimators by their names")
-        }
-
-        fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
-            let mut estimators = Vec::new();
-            while let Some((name, estimator)) = map.next_entry::<String, EstimatorSummary>()? {
-                estimators.push(EstimatorSummary { name, ..estimator });
-            }
-            Ok(estimators)
-        }
+        let named = IndexMap::<String, EstimatorSummary>::deserialize(deserializer)?;
+        let with_name = |(name, estimator)| EstimatorSummary { name, ..estimator };
+        Ok(named.into_iter().map(with_name).collect())
     }
 }
