@@ -18,11 +18,13 @@ mod draws;
 mod estimator_is_isolated;
 mod invariance;
 mod modules;
+mod output_folders;
 mod progress;
 mod properties;
 mod random_scenes;
 mod reference;
 mod sensors;
+mod study_command;
 mod support;
 mod tracks;
 #[cfg(feature = "viewer")]

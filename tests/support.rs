@@ -7,6 +7,7 @@ use robhaz_score::{Rule, Score};
 use robhaz_sim::Truth;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// The repository's root.
 pub fn root() -> PathBuf {
@@ -24,6 +25,31 @@ pub fn scene(name: &str, overrides: &[&str]) -> Scene {
 }
 
 /// All records of a run.
+/// The command, run in a folder.
+pub fn robhaz(folder: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_robhaz"));
+    command.current_dir(folder);
+    command
+}
+
+/// Output of the command as text.
+pub fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// A scene of one second that a test may edit.
+pub fn short_scene(folder: &Path, extra: &str) -> PathBuf {
+    let path = folder.join("short.toml");
+    std::fs::write(
+        &path,
+        format!(
+            "[terrain]\nkind = \"flat\"\n\n[record]\nduration = 1.5\ncompare_from = 0.5\n{extra}"
+        ),
+    )
+    .unwrap();
+    path
+}
+
 #[derive(Default)]
 pub struct Kept {
     pub truth: Vec<Truth>,

@@ -1,0 +1,269 @@
+//! Output folders of runs: what may be replaced, and what is left alone.
+
+use crate::support::{robhaz, short_scene, text};
+use std::fs;
+
+/// Nothing is overwritten unasked, and never what is not a run.
+#[test]
+fn an_existing_folder_is_safe() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    fs::create_dir(dir.path().join("precious")).unwrap();
+    fs::write(dir.path().join("precious/thesis.txt"), "years").unwrap();
+    for force in [false, true] {
+        let mut command = robhaz(dir.path());
+        command.args(["run", "short.toml", "--out", "precious"]);
+        if force {
+            command.arg("--force");
+        }
+        let output = command.output().unwrap();
+        assert!(!output.status.success());
+        assert!(
+            text(&output.stderr).contains("precious"),
+            "{}",
+            text(&output.stderr)
+        );
+        assert_eq!(
+            fs::read_to_string(dir.path().join("precious/thesis.txt")).unwrap(),
+            "years"
+        );
+    }
+    let run = |extra: &[&str]| {
+        robhaz(dir.path())
+            .args(["run", "short.toml", "--set", "record.duration=1"])
+            .args(extra)
+            .output()
+            .unwrap()
+    };
+    assert!(run(&[]).status.success());
+    let refused = run(&[]);
+    assert!(!refused.status.success());
+    assert!(
+        text(&refused.stderr).contains("--force"),
+        "{}",
+        text(&refused.stderr)
+    );
+    assert!(run(&["--force", "--format", "csv"]).status.success());
+    let run = dir.path().join("runs/short");
+    assert!(run.join("truth.csv").exists() && !run.join("truth.parquet").exists());
+}
+
+/// A slash at the end, an empty folder, a file, a run that broke off, a folder with something else beside the run.
+#[test]
+fn output_folders_are_told_apart() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    let run = |out: &str, extra: &[&str]| {
+        robhaz(dir.path())
+            .args([
+                "run",
+                "short.toml",
+                "--set",
+                "record.duration=0.6",
+                "--out",
+                out,
+            ])
+            .args(extra)
+            .output()
+            .unwrap()
+    };
+    assert!(run("a/", &[]).status.success());
+    assert!(dir.path().join("a/summary.json").exists());
+    fs::create_dir(dir.path().join("empty")).unwrap();
+    assert!(run("empty", &[]).status.success());
+    fs::write(dir.path().join("file"), "x").unwrap();
+    assert!(!run("file", &["--force"]).status.success());
+    assert_eq!(fs::read_to_string(dir.path().join("file")).unwrap(), "x");
+
+    // What broke off is kept until it is given up.
+    fs::create_dir(dir.path().join("b.partial")).unwrap();
+    fs::copy(
+        dir.path().join("a/scene.toml"),
+        dir.path().join("b.partial/scene.toml"),
+    )
+    .unwrap();
+    let refused = run("b", &[]);
+    assert!(
+        text(&refused.stderr).contains("b.partial"),
+        "{}",
+        text(&refused.stderr)
+    );
+    assert!(run("b", &["--force"]).status.success());
+
+    // A user's note in a run's folder, and a user's own scene, stop --force.
+    fs::write(dir.path().join("a/note.txt"), "mine").unwrap();
+    assert!(!run("a", &["--force"]).status.success());
+    assert!(dir.path().join("a/note.txt").exists());
+    fs::create_dir(dir.path().join("own")).unwrap();
+    fs::write(dir.path().join("own/scene.toml"), "").unwrap();
+    assert!(!run("own", &["--force"]).status.success());
+    assert!(dir.path().join("own/scene.toml").exists());
+}
+
+/// The folder of a run that a user has put something into is not replaced: not in `figures` either, nor where that is a link.
+#[test]
+fn force_removes_only_what_a_run_wrote() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    let run = |out: &str| {
+        let output = robhaz(dir.path())
+            .args(["run", "short.toml", "--set", "record.duration=0.6"])
+            .args(["--out", out, "--force"])
+            .output()
+            .unwrap();
+        let said = text(&output.stderr).replace('│', " ");
+        let said: Vec<&str> = said.split_whitespace().collect();
+        (output.status.success(), said.join(" "))
+    };
+    // All that a run leaves may be replaced by the next.
+    assert!(run("a").0);
+    assert!(run("a").0);
+    for mine in [
+        "figures/mine.svg",
+        "figures/fig7_thesis.svg",
+        "figures/notes/x",
+    ] {
+        let path = dir.path().join("a").join(mine);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(&path, "years").unwrap();
+        let (done, said) = run("a");
+        assert!(!done && said.contains("which no run has written"), "{said}");
+        assert_eq!(fs::read_to_string(&path).unwrap(), "years");
+        fs::remove_file(&path).unwrap();
+    }
+    fs::remove_dir(dir.path().join("a/figures/notes")).unwrap();
+    // Names that only resemble those of a run, and a folder of such a name.
+    for mine in [
+        "truth.notes.csv",
+        "track-7.csv",
+        "run.txt",
+        "estimate-a.b.csv",
+    ] {
+        let path = dir.path().join("a").join(mine);
+        fs::write(&path, "years").unwrap();
+        let (done, said) = run("a");
+        assert!(!done && said.contains(mine), "{said}");
+        fs::remove_file(&path).unwrap();
+    }
+    fs::create_dir(dir.path().join("a/terrain.csv")).unwrap();
+    assert!(!run("a").0);
+    fs::remove_dir(dir.path().join("a/terrain.csv")).unwrap();
+    assert!(run("a").0);
+
+    // What is found is said as it is.
+    fs::write(dir.path().join("file"), "x").unwrap();
+    let said = run("file").1;
+    assert!(
+        said.contains("file is a file, not the folder of a run"),
+        "{said}"
+    );
+    fs::create_dir(dir.path().join("own")).unwrap();
+    fs::write(dir.path().join("own/scene.toml"), "").unwrap();
+    let said = run("own").1;
+    assert!(
+        said.contains("own has no scene.toml that a run has written"),
+        "{said}"
+    );
+    #[cfg(unix)]
+    {
+        fs::rename(dir.path().join("a/figures"), dir.path().join("elsewhere")).unwrap();
+        std::os::unix::fs::symlink("../elsewhere", dir.path().join("a/figures")).unwrap();
+        let (done, said) = run("a");
+        assert!(!done && said.contains("a holds figures, which"), "{said}");
+        assert!(dir.path().join("elsewhere/fig6_forces.svg").exists());
+    }
+}
+
+/// A folder in which a run is writing is left alone, even with `--force`, and so is a target that appears during the run.
+#[cfg(unix)]
+#[test]
+fn a_run_in_progress_is_left_alone() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    let mut first = robhaz(dir.path())
+        .args(["run", "short.toml", "--out", "a", "--pace", "real-time"])
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    while !dir.path().join("a.partial/truth.arrows").exists() {
+        assert!(first.try_wait().unwrap().is_none());
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    let second = robhaz(dir.path())
+        .args(["run", "short.toml", "--out", "a", "--force"])
+        .output()
+        .unwrap();
+    let said = text(&second.stderr);
+    assert!(said.contains("another run is writing"), "{said}");
+    let recovered = robhaz(dir.path())
+        .args(["recover", "a.partial"])
+        .output()
+        .unwrap();
+    let said = text(&recovered.stderr);
+    assert!(said.contains("a run is writing"), "{said}");
+    fs::create_dir(dir.path().join("a")).unwrap();
+    fs::write(dir.path().join("a/mine"), "years").unwrap();
+    let ended = first.wait_with_output().unwrap();
+    assert!(!ended.status.success());
+    let said = text(&ended.stderr);
+    assert!(said.contains("the complete run is in a.partial"), "{said}");
+    assert!(dir.path().join("a.partial/summary.json").exists());
+    assert_eq!(
+        fs::read_to_string(dir.path().join("a/mine")).unwrap(),
+        "years"
+    );
+}
+
+/// An output folder that is a link stays a link, and the results are where it leads.
+#[cfg(unix)]
+#[test]
+fn a_linked_output_folder_stays_a_link() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    fs::create_dir_all(dir.path().join("disk/results")).unwrap();
+    std::os::unix::fs::symlink("disk/results", dir.path().join("a")).unwrap();
+    let output = robhaz(dir.path())
+        .args(["run", "short.toml", "--out", "a"])
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(dir.path().join("a").is_symlink());
+    assert!(dir.path().join("disk/results/summary.json").exists());
+}
+
+/// A start that fails leaves no folder, and says why in one chain.
+#[test]
+fn a_start_that_fails_leaves_no_folder() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    for (set, reason) in [
+        ("robot.geometry.body_cg=[1.0, 0.3]", "tips forward"),
+        (
+            "drive.torque_limit=0.1",
+            "finds no rest at its start: the motor of wheel",
+        ),
+    ] {
+        let output = robhaz(dir.path())
+            .args(["run", "short.toml", "--set", set])
+            .args([
+                "--set",
+                "terrain.kind=heights",
+                "--set",
+                "terrain.interpolation=corners",
+            ])
+            .args(["--set", "terrain.points=[[-5, -1], [5, 1]]"])
+            .output()
+            .unwrap();
+        assert!(!output.status.success());
+        let said = text(&output.stderr);
+        let said = said
+            .split_whitespace()
+            .filter(|w| *w != "│")
+            .collect::<Vec<_>>()
+            .join(" ");
+        assert!(said.contains(reason), "{said}");
+        assert!(!said.contains("broke off"), "{said}");
+        assert!(!dir.path().join("runs").exists(), "{set}");
+    }
+}
