@@ -34,7 +34,7 @@ pub enum RecordError {
     },
     /// A folder without streams.
     #[error(
-        "{path} holds no tables (.arrows) of a run that was killed",
+        "{path} holds no tables (.arrows) of a run that was killed; CSV tables can be read as they are",
         path = path.display()
     )]
     NoStreams {
