@@ -1,4 +1,7 @@
-//! Random numbers and matrices for tests.
+//! Random numbers, matrices and linkages for tests.
+
+use crate::statics::{Arms, Equilibrium, Loads};
+use robhaz_model::Geometry;
 
 /// Random numbers that are the same in every run: a linear congruential generator (Knuth's MMIX), its high bits.
 pub struct Random(u64);
@@ -28,4 +31,27 @@ impl Random {
 pub fn positive<const N: usize>(root: &[f64]) -> nalgebra::SMatrix<f64, N, N> {
     let root = nalgebra::SMatrix::<f64, N, N>::from_row_slice(root);
     root * root.transpose() + nalgebra::SMatrix::identity() * 0.1
+}
+
+/// Geometry B or A.
+pub fn geometry(is_b: bool) -> Geometry {
+    if is_b { Geometry::b() } else { Geometry::a() }
+}
+
+/// The linkage at angles of links 1 and 2 inside the end stops, rad.
+pub fn arms(geometry: &Geometry, theta: [f64; 2]) -> Arms {
+    Arms::new(geometry, theta[0], theta[1]).expect("inside the stops the four-bar closes")
+}
+
+/// Eq. (8) for given contact angles (rad) and a lever of the moment rows (m).
+pub fn equations(
+    geometry: &Geometry,
+    arms: &Arms,
+    loads: &Loads,
+    contact_angle: &[f64; 3],
+    lever: f64,
+) -> Equilibrium {
+    let (carriers, radius) = (&geometry.carriers, geometry.wheel_radius);
+    Equilibrium::new(arms, carriers, radius, loads, contact_angle, lever)
+        .expect("C is regular inside the stops")
 }

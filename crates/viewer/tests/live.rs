@@ -61,7 +61,9 @@ fn a_stalled_viewer_does_not_hold_up_a_run() {
 #[test]
 fn an_address_without_a_viewer_is_an_error() {
     let address = format!("127.0.0.1:{}", free_port());
-    let error = LiveSink::connect(&address).err().expect("no viewer listens");
+    let error = LiveSink::connect(&address)
+        .err()
+        .expect("no viewer listens");
     assert!(
         matches!(error, ViewerError::NobodyListens { .. }),
         "{error}"

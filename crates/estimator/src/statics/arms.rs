@@ -132,15 +132,8 @@ impl Arms {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::{arms, geometry};
     use proptest::prelude::*;
-
-    fn geometry(is_b: bool) -> Geometry {
-        if is_b { Geometry::b() } else { Geometry::a() }
-    }
-
-    fn arms(geometry: &Geometry, theta: [f64; 2]) -> Arms {
-        Arms::new(geometry, theta[0], theta[1]).expect("inside the stops the four-bar closes")
-    }
 
     /// Positions of the bars' centres of mass and of the axles, relative to Q.
     fn points(geometry: &Geometry, theta: [f64; 2]) -> [Vec2; 7] {

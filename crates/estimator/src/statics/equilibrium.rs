@@ -233,34 +233,9 @@ impl LeastSquaresInverse {
 mod tests {
     use super::*;
     use crate::statics::full_system::{BlockForm, FullSystem, ReducedSystem};
+    use crate::testing::{arms, equations, geometry};
     use proptest::prelude::*;
     use robhaz_model::{Geometry, MassSet, PointMasses, Posture};
-
-    fn geometry(is_b: bool) -> Geometry {
-        if is_b { Geometry::b() } else { Geometry::a() }
-    }
-
-    fn arms(geometry: &Geometry, theta: [f64; 2]) -> Arms {
-        Arms::new(geometry, theta[0], theta[1]).expect("inside the stops the four-bar closes")
-    }
-
-    fn equations(
-        geometry: &Geometry,
-        arms: &Arms,
-        loads: &Loads,
-        contact_angle: &[f64; 3],
-        lever: f64,
-    ) -> Equilibrium {
-        Equilibrium::new(
-            arms,
-            &geometry.carriers,
-            geometry.wheel_radius,
-            loads,
-            contact_angle,
-            lever,
-        )
-        .expect("C is regular inside the stops")
-    }
 
     /// Links inside the stops, as `[theta1, theta2]`, rad.
     fn angles() -> impl Strategy<Value = [f64; 2]> {

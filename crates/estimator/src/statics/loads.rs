@@ -99,30 +99,9 @@ impl Loads {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::statics::Equilibrium;
+    use crate::testing::{arms, equations, geometry};
     use proptest::prelude::*;
     use robhaz_model::{Bar, Geometry, Posture, cross};
-
-    fn geometry(is_b: bool) -> Geometry {
-        if is_b { Geometry::b() } else { Geometry::a() }
-    }
-
-    fn arms(geometry: &Geometry, theta: [f64; 2]) -> Arms {
-        Arms::new(geometry, theta[0], theta[1]).expect("inside the stops the four-bar closes")
-    }
-
-    /// Eq. (8) of a robot whose wheels have radius `geometry.wheel_radius`, rad and m.
-    fn equations(
-        geometry: &Geometry,
-        arms: &Arms,
-        loads: &Loads,
-        contact_angle: &[f64; 3],
-        lever: f64,
-    ) -> Equilibrium {
-        let (carriers, radius) = (&geometry.carriers, geometry.wheel_radius);
-        Equilibrium::new(arms, carriers, radius, loads, contact_angle, lever)
-            .expect("C is regular inside the stops")
-    }
 
     /// Links inside the stops, as `[theta1, theta2]`, rad.
     fn angles() -> impl Strategy<Value = [f64; 2]> {
