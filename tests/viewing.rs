@@ -125,6 +125,8 @@ fn runs_are_compared_in_one_recording() {
         ),
         (&["view", "a/summary.json"], "neither"),
         (&["view", "a", "--set", "seed=1"], "for scenes"),
+        (&["view", "a", "--pace", "fast"], "for scenes"),
+        (&["view", "a", "--force"], "nothing else is written"),
         (&["view", "a", "--at", "1"], "--screenshot"),
         (
             &["run", "flat.toml", "--rerun", "maybe"],

@@ -66,12 +66,12 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     };
     let seeds: Vec<u64> = (scene.seed..=last).collect();
     let inputs = [args.scene.clone()];
-    // Checked before the study is computed.
     let create = |path: &PathBuf| OutputFile::create(path, JSON, &inputs, args.force);
-    let file = args.json.as_ref().map(create).transpose()?;
+    // Tried before the study is computed. Nothing is left of it: a signal may end the process meanwhile.
+    args.json.as_ref().map(create).transpose()?;
     let report = report(&scene, &seeds, interrupt)?;
     say(&report.text())?;
-    if let Some(file) = file {
+    if let Some(file) = args.json.as_ref().map(create).transpose()? {
         let text = serde_json::to_string_pretty(&report).into_diagnostic()?;
         std::fs::write(file.path(), text + "\n")
             .into_diagnostic()

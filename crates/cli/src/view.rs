@@ -37,9 +37,9 @@ pub struct Args {
     /// Replaces an existing file of --save or --screenshot.
     #[arg(long)]
     force: bool,
-    /// Speed of the simulation of a scene.
-    #[arg(long, value_enum, default_value_t = Pace::RealTime)]
-    pace: Pace,
+    /// Speed of the simulation of a scene; `real-time` by default.
+    #[arg(long, value_enum)]
+    pace: Option<Pace>,
     /// Sets a key of the scene, in place of the file's value. Can be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -71,7 +71,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     {
         let scene = Scene::load(scene, &args.set)?;
         warn(&scene);
-        return live(&scene, args.pace, interrupt);
+        return live(&scene, args.pace.unwrap_or(Pace::RealTime), interrupt);
     }
     let inputs = inputs(&args.what)?;
     // Checked before the work, so that a bad file name costs no time.
@@ -118,6 +118,12 @@ fn check(args: &Args) -> Result<()> {
     }
     if let Some(set) = args.set.first() {
         bail!("--set {set} is for scenes; a run has been simulated already");
+    }
+    if args.pace.is_some() {
+        bail!("--pace is for scenes; a run has been simulated already");
+    }
+    if args.force && args.save.is_none() && args.screenshot.is_none() {
+        bail!("--force is for --save and --screenshot: nothing else is written");
     }
     if let ([_], Some(file)) = (args.what.as_slice(), &args.save) {
         bail!(
