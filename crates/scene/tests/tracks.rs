@@ -222,7 +222,7 @@ fn order_is_asked_for_or_made() {
         "sort = 'on'",
         &[[0.0, 0.5], [1.0, -0.25], [1.5, -0.25]],
     );
-    refused(b"1,0\n1,2\n", "sort = 'on'", &["found 1 points"]);
+    refused(b"1,0\n1,2\n", "sort = 'on'", &["found one x"]);
 }
 
 /// A million points are read, copied to the folder of the resolved scene and read again; the scene itself stays small.

@@ -187,7 +187,7 @@ impl Parser<'_> {
                         if is_header {
                             continue;
                         }
-                        if self.has_commented_header(&record) {
+                        if self.has_commented_header() {
                             self.complain(&record, || {
                                 format!(
                                     "found a header with units in a comment above, allowed: that header without \"#\"; {HEADER_RULE}"
@@ -243,16 +243,12 @@ impl Parser<'_> {
     }
 
     /// Whether a comment above the first record is a header with units. Its units must not be ignored.
-    fn has_commented_header(&self, first: &ByteRecord) -> bool {
-        let start = first
-            .position()
-            .and_then(|p| usize::try_from(p.byte()).ok())
-            .unwrap_or(0);
-        let above = String::from_utf8_lossy(&self.text.bytes[..start]).into_owned();
-        let mut lines = above
-            .lines()
-            .filter(|line| line.trim_start().starts_with('#'));
-        lines.any(|line| is_header_with_units(line.trim_start(), self.separator.0))
+    fn has_commented_header(&self) -> bool {
+        let lines = self.text.bytes.split(|b| *b == b'\n' || *b == b'\r');
+        let mut above = lines.map(<[u8]>::trim_ascii).take_while(|line| {
+            line.is_empty() || line.starts_with(b"#") || line.starts_with(b"sep=")
+        });
+        above.any(|line| is_header_with_units(&String::from_utf8_lossy(line), self.separator.0))
     }
 
     fn point(&self, columns: &Columns, record: &ByteRecord) -> Result<Vec2, String> {
