@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 /// Contact and slip state of a wheel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WheelState {
-    /// It touches the ground and its slip speed is below the limit.
+    /// It touches the ground, and its slip speed is not above the limit (half the limit if it slipped at the sample before).
     Grips,
-    /// It touches the ground and slips faster.
+    /// It touches the ground, and its slip speed is above that limit.
     Slips,
     /// It has no contact.
     InTheAir,

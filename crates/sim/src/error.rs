@@ -80,7 +80,8 @@ pub enum PlantError {
         /// Time, s.
         time: f64,
     },
-    /// Mechanical energy less the work of the motors has risen: the integration is wrong.
+    /// Kinetic, potential and elastic energy minus the work of the motors exceeds its minimum so far by more than the tolerance:
+    /// the integration is wrong.
     #[error("at t = {time:.4} s energy is made from nothing: {made:.1e} J since its minimum")]
     EnergyMade {
         /// Time, s.

@@ -22,8 +22,8 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// Largest allowed gap of a pin, m. A larger one stops the run. The default step leaves a thousandth of it on
-    /// rolling ground.
+    /// Largest allowed gap of a pin, m. A larger one stops the run. With the default step the gap is
+    /// about 1e-7 m on undulating ground.
     pub const MAX_LOOP_ERROR: f64 = 1e-4;
 
     /// Places the robot on the ground as [`PlantSetup::start`] asks.

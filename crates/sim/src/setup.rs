@@ -9,7 +9,7 @@ use robhaz_terrain::Terrain;
 /// The engine that computes the truth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EngineKind {
-    /// Rigid bodies and joints in rapier2d, with a fixed step: [`crate::rapier`].
+    /// Rigid bodies and joints in rapier2d, with a constant step that is divided during impacts and stiff friction: [`crate::rapier`].
     Rapier,
     /// Equations of motion in minimal coordinates, with a stiff solver: [`crate::direct`].
     Direct,
@@ -42,7 +42,7 @@ impl EngineKind {
 pub enum StartKind {
     /// Static equilibrium under the robot's weight; the drives hold the wheels. Nothing changes until the drives start.
     ///
-    /// On a slope, a friction law without true stiction cannot hold a wheel: the robot creeps at a steady speed.
+    /// On a slope, a friction law without true stiction needs slip: the robot starts with a small constant speed downhill.
     #[default]
     Settled,
     /// Nominal pose at rest, each wheel at the penetration of the mean wheel load. The robot settles in the first
@@ -82,7 +82,7 @@ pub struct PlantSetup {
     pub start: StartKind,
     /// The engine that computes the truth.
     pub engine: EngineKind,
-    /// Largest integration step of `rapier`, s. The step in use divides the period. It is divided further, into up to
+    /// Largest integration step of `rapier`, s. The step in use is the period over a whole number. It is divided further, into up to
     /// [`MOST_PARTS`](crate::rapier::MOST_PARTS) parts, during impacts and where the friction is stiff.
     pub step: f64,
     /// Tolerance of `direct`: allowed error of one step, in units of 1 mm, 10 mrad, 0.1 m/s and 0.1 rad/s.

@@ -86,7 +86,7 @@ impl Found {
 /// Detects events and state changes.
 pub(crate) struct Watch {
     names: Vec<String>,
-    /// `None` for recorded readings: events of the robot follow from the truth.
+    /// `None` for recorded readings: they have no truth, from which events are detected.
     detector: Option<EventDetector>,
     confidence: Vec<Option<Confidence>>,
     last_time: f64,

@@ -12,7 +12,7 @@ pub(crate) struct Forces {
 }
 
 impl Forces {
-    /// Replaces forces and covariance by those conditioned on N = 0 for some wheels: the set of wheels with the smallest
+    /// If any N < 0, replaces forces and covariance by those conditioned on N = 0 for some wheels: the set of wheels with the smallest
     /// Mahalanobis distance for which all N >= 0. This is the most likely point without a negative normal force.
     ///
     /// It tries all seven non-empty sets of wheels.
@@ -36,7 +36,7 @@ impl Forces {
         *self = nearest;
     }
 
-    /// Conditions on N = 0 of wheel `i`. Returns the squared Mahalanobis distance of that step, -.
+    /// Conditions on N = 0 of wheel `i`. Returns the squared Mahalanobis distance of that step, dimensionless.
     fn hold(&mut self, i: usize) -> f64 {
         let k = 2 * i + 1;
         let column = self.covariance.map(|row| row[k]);

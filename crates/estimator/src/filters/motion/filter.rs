@@ -48,7 +48,8 @@ impl MotionFilter {
         }
     }
 
-    /// Marks the velocity as unknown, because the robot may be moving.
+    /// Marks the velocity as unknown, because the robot may be moving: raises its two variances, keeps its value and
+    /// correlations.
     pub fn forget_velocity(&mut self) {
         for v in [VELOCITY, VELOCITY + 1] {
             self.filter.p[v][v] = TUNING.unknown_velocity * TUNING.unknown_velocity;

@@ -3,12 +3,13 @@
 //! Three constraints hold. The filter takes each as a pseudo-measurement of zero:
 //! - A wheel's centre moves along the ground. The direction of its velocity is the contact angle, up to the speed of its
 //!   penetration (`rolling.rs`).
-//! - A wheel rolls. The speed of its centre is that of its rim minus the slip, and the slip of a sticking wheel is
+//! - A wheel rolls. The speed of its centre is that of its rim minus the slip, and the slip of a wheel that grips is
 //!   proportional to T/N: creep (`rolling.rs`).
 //! - The parity residual of eq. (8) is zero (`parity.rs`).
 //!
-//! The first relates the contact angles to each other and to the gyroscopes. The second separates torque offsets from
-//! tractions, because a wheel without slip has no traction. The third
+//! The first relates the contact angles to each other and to the gyroscopes. The second makes torque
+//! offsets observable: for a rolling wheel the slip gives T/N independently of the torque reading. Below 0.02 m/s this does
+//! not hold, and the constraint corrects the velocity only. The third
 //! is the force balance with the normal forces eliminated: tractions, contact angles, weight and inertia must agree. It
 //! observes one combination of their errors.
 //!

@@ -24,7 +24,7 @@ impl LastingError {
         }
     }
 
-    /// Variance of the white noise, at samples every `dt` (s), whose mean over a long time is as uncertain:
+    /// Variance of the white noise, at samples every `dt` (s, much shorter than `time`), whose mean over a long time is as uncertain:
     /// `sigma^2 2 time/dt`, from the integral of the autocorrelation `sigma^2 exp(-|t|/time)`.
     pub fn white(self, dt: f64) -> f64 {
         self.sigma * self.sigma * 2.0 * self.time / dt

@@ -30,8 +30,8 @@ impl MotionFilter {
     /// Tests a parity residual z against its predicted standard deviation sigma and, with `correct`, corrects the states by
     /// it. `dt` is the time since the last sample, s.
     ///
-    /// The variance of the unexplained load becomes the larger of its decayed old value and `z^2 - (2 sigma)^2`. A residual
-    /// beyond the gate makes all wheels suspect.
+    /// The variance of the unexplained load becomes the larger of its decayed old value and `z^2 - (2 sigma)^2`, N^2; sigma is
+    /// that without unexplained load. A residual beyond the gate makes all wheels suspect.
     pub fn check_parity(
         &mut self,
         residual: &ParityResidual,

@@ -9,12 +9,13 @@ use super::tuning::TUNING;
 use crate::filters::Kalman;
 use crate::settings::NoiseBudget;
 
-/// Measured accelerations, m/s^2. They set the process noise of the acceleration.
+/// Measured accelerations, m/s^2. Their magnitudes scale the process noise; they are not inputs of the prediction.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct MeasuredAccelerations {
-    /// Mean rim acceleration, signed, from the encoders.
+    /// Mean over the wheels of r domega/dt, from the encoders; opposite signs cancel.
     pub rims: f64,
-    /// Largest over the wheels of arm |alpha| + |v_Q| |omega|, from the link's angular acceleration and rate; not negative.
+    /// Largest over the wheels of arm |alpha| + |v_Q| |omega|, from the gyroscopes: tangential acceleration of the axle, and
+    /// normal acceleration of Q on a curved path. Not negative.
     pub links: f64,
 }
 

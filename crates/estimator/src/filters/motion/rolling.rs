@@ -24,8 +24,9 @@ pub(crate) struct RollingWheel {
     pub noise_sigma: f64,
     /// Given contact angle, rad.
     pub angle: f64,
-    /// Speed of the rim, m/s, forward positive: r (spin relative to the link - link rate). `None` before the observer has
-    /// settled, and when the encoder's last reading is too old.
+    /// Rim speed relative to the axle, m/s, forward positive: r (omega - link rate). The spin omega relative to the link is
+    /// positive forward (clockwise), the link rate counter-clockwise: hence the minus. `None` before the observer has settled,
+    /// and when the encoder's last reading is too old.
     pub rim_speed: Option<f64>,
     /// T/N, limited to -1 to 1.
     pub ratio: f64,
@@ -33,7 +34,8 @@ pub(crate) struct RollingWheel {
     pub moment_of_load: f64,
     /// Smoothed sign of the spin, by which the gear friction acts: -1 to 1.
     pub friction_share: f64,
-    /// Torque reading minus the torque that accelerates the rotor, N m.
+    /// Smoothed torque reading minus the inertia torques of rotor and wheel disc, N m: observed r T + B omega. It multiplies
+    /// the gain error.
     pub torque: f64,
     /// Standard deviation of the observed r T, N m.
     pub torque_sigma: f64,
@@ -51,7 +53,7 @@ struct Constrained<'a> {
     /// See [`MotionFilter::speed_ratio`].
     speed_ratio: f64,
     /// Whether the measurement rows contain contact angles and torques. If not, the angle's variance is added to the
-    /// measurement noise; the variances of torque errors and creep enter it only as their product.
+    /// measurement noise, and the first-order effects of torque errors and creep are neglected.
     correct: bool,
 }
 
@@ -154,7 +156,7 @@ impl MotionFilter {
             + shared;
         let rolls = velocity.rolls();
         if !rolls {
-            // A wheel at rest bears its traction with or without slip.
+            // At rest a wheel bears its traction with any slip between 0 and c T/N: the slip itself is noise.
             r += LastingError::new(slip, TUNING.slip.time).white(dt);
         }
         let innovation = rim_speed - velocity.speed - slip;
@@ -192,8 +194,8 @@ impl MotionFilter {
         libm::sqrt(p[CREEP][CREEP] * ratio_variance)
     }
 
-    /// Increases the velocity's variance after a rejected rim speed: 0.5 m/s per wheel within one second. So a wrong velocity
-    /// estimate cannot cause the rejection of all later readings.
+    /// Adds 0.25 m^2/s^2 times dt to the velocity's variances after a rejected rim speed. So a wrong velocity estimate cannot
+    /// cause the rejection of all later readings.
     fn widen_velocity(&mut self, dt: f64) {
         for v in [VELOCITY, VELOCITY + 1] {
             self.filter.p[v][v] += TUNING.unknown_velocity * TUNING.unknown_velocity * dt;

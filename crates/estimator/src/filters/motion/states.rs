@@ -6,13 +6,14 @@ use crate::statics::input;
 
 /// Velocity of Q, m/s: x, y.
 pub const VELOCITY: usize = 0;
-/// Creep speed: slip speed at T = N, m/s.
+/// Creep speed c, m/s: slope of the slip speed over T/N at small T/N (slip = c T/N). It is not the dimensionless creepage: c
+/// does not depend on the rolling speed.
 pub const CREEP: usize = 2;
 /// The first of the uncertain inputs.
 pub const INPUTS: usize = 3;
 /// Acceleration of Q, m/s^2: x, y.
 pub const ACCELERATION: usize = INPUTS + input::ACCELERATION;
-/// Contact-angle errors, given minus true, rad.
+/// Contact-angle errors, reading minus true, rad.
 pub const CONTACT_ANGLE: usize = INPUTS + input::CONTACT_ANGLE;
 /// Torque offsets, reading minus true, N m.
 pub const TORQUE_OFFSET: usize = INPUTS + input::TORQUE_OFFSET;

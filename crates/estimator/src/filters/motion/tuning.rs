@@ -14,10 +14,10 @@ pub struct Tuning {
     /// Largest speed in that ratio, m/s. No commanded speed is higher.
     pub highest_speed: f64,
     /// Unmeasured part of the acceleration of Q, a first-order Gauss-Markov process: standard deviation, m/s^2, and
-    /// correlation time, s, for a contact-angle error of `coarse_angle` or more. For a smaller error it grows with
-    /// sqrt(coarse_angle/error), because finer angles resolve larger accelerations. The measured parts add in quadrature.
+    /// correlation time, s, where the budget's contact-angle error is `coarse_angle` or more. For better sensors the standard
+    /// deviation is multiplied by sqrt(coarse_angle/error): a tuning rule, not physics. The measured parts add in quadrature.
     pub acceleration: LastingError,
-    /// Contact-angle error for which `acceleration` holds, rad: 2 deg, the budget of typical sensors.
+    /// Contact-angle error of the budget for which `acceleration` holds, rad: 2 deg, that of typical sensors.
     pub coarse_angle: f64,
     /// Correlation time of the acceleration while all three wheels are suspect, s, as after an impact: accelerations
     /// estimated before it no longer hold.
@@ -25,9 +25,9 @@ pub struct Tuning {
     /// Upper limit of the acceleration's standard deviation, m/s^2. Larger values come from faulty readings, and rounding
     /// errors would dominate the covariance.
     pub largest_acceleration: f64,
-    /// Process-noise factor on the acceleration of the rims, which encoders measure.
+    /// Standard deviation of Q's acceleration over the measured acceleration of the rims, -.
     pub rim_factor: f64,
-    /// Process-noise factor on the acceleration of the axles by the links' rotation, which gyroscopes measure.
+    /// Standard deviation of Q's acceleration over the acceleration that the links' rotation causes, -.
     pub link_factor: f64,
     /// Standard deviation of the velocity of a robot at rest, m/s.
     pub velocity_at_rest: f64,
@@ -40,8 +40,8 @@ pub struct Tuning {
     /// in the smoothed velocity, about which the rolling constraints are linearised. `suspect_gate` does not use it.
     pub gyro_noise_factor: f64,
     /// Slip speed that creep does not explain: standard deviation, m/s, and correlation time, s, at the reference speed. It
-    /// is a rolling-radius error of 0.1 %. The time also holds for the gyroscope's bias, for the error of creep times T/N,
-    /// and for the slip of a wheel at rest.
+    /// is a rolling-radius error of 0.1 %. The time, not scaled by the speed, also holds for the gyroscope's bias, for the
+    /// error of creep times T/N, and for the slip of a wheel at rest.
     pub slip: LastingError,
     /// Correlation time of the torque observer's error in the slip, s.
     pub observer_time: f64,
@@ -68,14 +68,17 @@ pub struct Tuning {
     pub least_angle: f64,
     /// Innovations beyond this many standard deviations are rejected.
     pub gate: f64,
-    /// Threshold of the direction constraint, in standard deviations at one sample. A wheel beyond it becomes suspect: it
-    /// does not roll on the given ground, but stands on a corner, or on riser and tread. `gate` decides on rejection.
+    /// Threshold of the direction constraint, in standard deviations of a single sample. A wheel beyond it becomes suspect: it
+    /// stands on a corner, or on riser and tread. `gate` refers to the much larger equivalent white noise, so a suspect wheel is
+    /// not always rejected.
     pub suspect_gate: f64,
-    /// Time for which a wheel then stays suspect, s. After a parity outlier all wheels are suspect for this time.
+    /// Time for which a wheel then stays suspect, s. After a parity outlier all wheels are suspect, until this time after the
+    /// unexplained load has decayed.
     pub suspect_time: f64,
-    /// Velocity error of a suspect wheel, m/s and s.
+    /// Additional measurement noise of both rolling constraints of a suspect wheel: standard deviation, m/s, and correlation
+    /// time, s.
     pub suspect: LastingError,
-    /// Part of the parity residual that is not counted as unexplained load, standard deviations.
+    /// Size of a parity residual that is not yet unexplained load, in standard deviations.
     pub explained: f64,
     /// Decay time of the variance of the unexplained load, s.
     pub unexplained_decay: f64,
