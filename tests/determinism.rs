@@ -13,6 +13,7 @@ use crate::support::root;
 use rayon::prelude::*;
 use robhaz_scene::{EngineKind, Scene};
 use robhaz_sim::Truth;
+use robhaz_sim::random::Fnv1a;
 use robhaz_verify::truth_of;
 use std::collections::HashSet;
 use std::fmt::Write;
@@ -28,11 +29,11 @@ fn instants(scene: &str) -> [usize; 4] {
     }
 }
 
-/// FNV-1a, 64 bits.
+/// FNV-1a of a text.
 fn fnv(text: &str) -> u64 {
-    text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-    })
+    let mut hash = Fnv1a::default();
+    hash.add(text.as_bytes());
+    hash.value()
 }
 
 /// Every shipped scene with every engine, with a short duration.

@@ -87,8 +87,8 @@ fn study_refuses_what_it_cannot_do() {
             .args(&args)
             .output()
             .unwrap();
-        let told = text(&output.stderr);
+        let message = text(&output.stderr);
         assert!(!output.status.success(), "{args:?}");
-        assert!(told.contains(reason), "{args:?}: {told}");
+        assert!(message.contains(reason), "{args:?}: {message}");
     }
 }

@@ -162,15 +162,12 @@ impl OutputFolder {
             }
             fs::remove_dir_all(&self.target).map_err(io_error("cannot remove", &self.target))?;
         }
-        let lock = self.partial.join(LOCK);
-        fs::remove_file(&lock).map_err(io_error("cannot remove", &lock))?;
+        self.remove_lock();
         fs::rename(&self.partial, &self.target)
             .map_err(io_error("cannot rename", &self.partial))?;
         Ok(self.target)
     }
-}
 
-impl OutputFolder {
     /// Removes the folder of a run that was stopped before its first record.
     pub fn discard(self) -> Result<(), OutputError> {
         fs::remove_dir_all(&self.partial).map_err(io_error("cannot remove", &self.partial))
@@ -178,7 +175,11 @@ impl OutputFolder {
 
     /// Marks the end of a run that broke off: its folder is no longer being written.
     pub fn release(self) {
-        // The lock itself ends with the process.
+        self.remove_lock();
+    }
+
+    /// Removes the lock file. One that stays does no harm: the lock itself ends with the process.
+    fn remove_lock(&self) {
         let _ = fs::remove_file(self.partial.join(LOCK));
     }
 }

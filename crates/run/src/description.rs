@@ -8,8 +8,9 @@ use robhaz_scene::{
 };
 use robhaz_sim::drive::Drive;
 use robhaz_sim::friction::FrictionLaw;
+use robhaz_sim::random::Fnv1a;
 use robhaz_sim::sensors::DrawnErrors;
-use std::fmt::{self, Write as _};
+use std::fmt::Write as _;
 
 /// What is known of a run before its first record, simulated or recorded.
 #[derive(Clone, Debug, PartialEq)]
@@ -97,37 +98,15 @@ impl RunDescription {
 
 /// Hash of all that a scene holds.
 fn fingerprint(scene: &Scene) -> u64 {
-    let mut hash = Fnv1a(0xCBF2_9CE4_8422_2325);
+    let mut hash = Fnv1a::default();
     // Writing into the hash cannot fail.
     let _ = write!(hash, "{scene:?}");
-    hash.0
-}
-
-/// The hash FNV-1a of the text written into it. It is the same on every machine.
-struct Fnv1a(u64);
-
-impl fmt::Write for Fnv1a {
-    fn write_str(&mut self, text: &str) -> fmt::Result {
-        for byte in text.bytes() {
-            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3);
-        }
-        Ok(())
-    }
+    hash.value()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Reference: the published value of FNV-1a for "foobar", whatever the pieces in which the text arrives.
-    #[test]
-    fn the_hash_is_fnv_1a() {
-        let mut hash = Fnv1a(0xCBF2_9CE4_8422_2325);
-        for piece in ["foo", "bar"] {
-            assert!(write!(hash, "{piece}").is_ok());
-        }
-        assert_eq!(hash.0, 0x8594_4171_F739_67E8);
-    }
 
     /// Property: the estimators get the nominal damping and the noise budget; the listed settings stay as listed.
     #[test]

@@ -253,7 +253,7 @@ mod tests {
         );
     }
 
-    /// Shaken back and forth with 2 m/s^2 at 2 Hz the inclinometer errs by 0.2 rad. With the estimated acceleration subtracted, and
+    /// Under an acceleration of 2 m/s^2 at 2 Hz the inclinometer errs by 0.2 rad. With the estimated acceleration subtracted, and
     /// less weight, the angle stays; the paper's filter follows by amplitude/(crossover time times
     /// frequency) = 0.2/(0.5 4 pi) = 0.03 rad. The settled filter, which corrects 0.96 of a
     /// difference a second, would follow the acceleration's error (0.04 rad) by twice 0.04 0.96/(4 pi) = 6 mrad at full

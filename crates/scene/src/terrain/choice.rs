@@ -20,7 +20,7 @@ pub struct TerrainChoice {
 }
 
 impl TerrainChoice {
-    /// The ground as a robot's wheels feel it: blunt corners are rounded for their radius.
+    /// The ground for a robot: blunt corners are rounded for the radius of its wheels.
     pub fn build(&self, robot: &Robot) -> Terrain {
         Terrain::for_wheels(self.profile.clone(), robot.geometry.wheel_radius)
     }
