@@ -12,6 +12,8 @@ pub(crate) struct Solution<'a> {
     pub forces: &'a Forces,
     /// `F' - H_T T`, N, as the least squares used it.
     pub right_side: &'a Vector4<f64>,
+    /// Contact angles, rad.
+    pub contact_angle: [f64; 3],
     /// Parity residual before any correction.
     pub parity: Option<Parity>,
     /// `None` from filters that state no covariance.
@@ -23,6 +25,8 @@ pub(crate) struct Solution<'a> {
 pub(crate) struct Uncertainty {
     /// Standard deviations of the angles of links 1 and 2, rad.
     pub angle_sigma: [f64; 2],
+    /// Standard deviations of the contact angles, rad.
+    pub contact_angle_sigma: [f64; 3],
     pub reading_errors: ReadingErrors,
 }
 
@@ -53,6 +57,8 @@ pub(crate) fn assemble(
         normal_force: forces.normal,
         traction: forces.traction,
         covariance: uncertainty.as_ref().map(|_| forces.covariance),
+        contact_angle: solution.contact_angle,
+        contact_angle_sigma: uncertainty.as_ref().map(|u| u.contact_angle_sigma),
         posture: arms.posture(theta1, theta2),
         angle_sigma: uncertainty.as_ref().map(|u| u.angle_sigma),
         pin_from_q: [arms.p, Vec2::zeros(), arms.r, arms.s],

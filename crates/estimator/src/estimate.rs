@@ -14,6 +14,10 @@ pub struct Estimate {
     pub traction: [f64; 3],
     /// Covariance of `x' = [T1 N1 T2 N2 T3 N3]`, N^2. `None` from the paper's filters, which state none.
     pub covariance: Option<[[f64; 6]; 6]>,
+    /// Contact angle gamma of each wheel, rad: given (the paper's methods), given minus its estimated error, or estimated.
+    pub contact_angle: [f64; 3],
+    /// Standard deviation of the contact angles, rad. `None` from the paper's filters.
+    pub contact_angle_sigma: Option<[f64; 3]>,
     /// Angles of the four bars, rad (Fig. 5).
     pub posture: Posture,
     /// Standard deviation of the angles of links 1 and 2, rad; `None` from the paper's filter.
@@ -66,8 +70,8 @@ pub struct ReadingErrors {
     pub torque_offset: [(f64, f64); 3],
     /// Dry friction in the gears, N m at the wheel.
     pub gear_friction: (f64, f64),
-    /// Errors of the given contact angles, rad.
-    pub contact_angle: [(f64, f64); 3],
+    /// Errors of the given contact angles, rad; `None` where none are given.
+    pub contact_angle: Option<[(f64, f64); 3]>,
     /// Biases of the gyroscopes on links 1 and 2, rad/s.
     pub rate_bias: [(f64, f64); 2],
 }

@@ -143,9 +143,10 @@ impl Estimator {
     /// readings, and continues with the next frame.
     pub fn update(&mut self, frame: &SensorFrame) -> Result<Estimate, EstimateError> {
         let (mut dt, mut flags) = self.advance_clock(frame.time)?;
-        flags |= self.state.inputs.take(frame, dt);
+        let with_angles = self.nominal.settings.needs_contact_angles();
+        flags |= self.state.inputs.take(frame, dt, with_angles);
         if !self.state.complete {
-            if let Some(field) = self.state.inputs.never_read() {
+            if let Some(field) = self.state.inputs.never_read(with_angles) {
                 return Err(EstimateError::Missing { field });
             }
             self.state.complete = true;

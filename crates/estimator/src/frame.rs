@@ -25,7 +25,7 @@ pub struct SensorFrame {
     pub link1: LinkReading,
     /// Sensors on link 2.
     pub link2: LinkReading,
-    /// Contact angles, rad: given, as the paper assumes.
+    /// Contact angles, rad: given, as the paper assumes. An estimator for [`crate::ContactAngles::Unknown`] ignores them.
     pub contact_angle: [Option<f64>; 3],
 }
 
@@ -134,8 +134,8 @@ impl Inputs {
     /// Age beyond which a held reading is called stale, s: a wheel has then rolled 2 cm at 0.2 m/s.
     pub const STALE_AFTER: f64 = 0.1;
 
-    /// Takes a frame `dt` seconds after the last one.
-    pub fn take(&mut self, frame: &SensorFrame, dt: f64) -> Flags {
+    /// Takes a frame `dt` seconds after the last one. Contact angles are read `with_angles` only.
+    pub fn take(&mut self, frame: &SensorFrame, dt: f64, with_angles: bool) -> Flags {
         let mut flags = Flags::NONE;
         for i in 0..3 {
             let held = &mut self.wheel_angle[i];
@@ -161,8 +161,10 @@ impl Inputs {
             }
             let torque = |v: f64| libm::fabs(v) <= limit::TORQUE;
             flags |= self.motor_torque[i].take(frame.motor_torque[i], dt, torque);
-            let angle = |v: f64| libm::fabs(v) <= limit::ANGLE;
-            flags |= self.contact_angle[i].take(frame.contact_angle[i], dt, angle);
+            if with_angles {
+                let angle = |v: f64| libm::fabs(v) <= limit::ANGLE;
+                flags |= self.contact_angle[i].take(frame.contact_angle[i], dt, angle);
+            }
         }
         for (i, link) in [&frame.link1, &frame.link2].into_iter().enumerate() {
             let angle = |v: f64| libm::fabs(v) <= limit::ANGLE;
@@ -181,8 +183,8 @@ impl Inputs {
         }
     }
 
-    /// The first reading that no frame has had so far.
-    pub fn never_read(&self) -> Option<&'static str> {
+    /// The first reading that no frame has had so far; contact angles count `with_angles` only.
+    pub fn never_read(&self, with_angles: bool) -> Option<&'static str> {
         let unknown = |held: &[Held]| held.iter().any(|h| !h.known);
         [
             ("wheel_angle", unknown(&self.wheel_angle)),
@@ -191,7 +193,7 @@ impl Inputs {
             ("link2.inclination", unknown(&self.inclination[1..])),
             ("link1.rate", unknown(&self.rate[..1])),
             ("link2.rate", unknown(&self.rate[1..])),
-            ("contact_angle", unknown(&self.contact_angle)),
+            ("contact_angle", with_angles && unknown(&self.contact_angle)),
         ]
         .into_iter()
         .find_map(|(field, unknown)| unknown.then_some(field))

@@ -89,5 +89,6 @@ pub use flags::Flags;
 pub use frame::{LinkReading, SensorFrame};
 pub use saved::{RestoreError, SavedState};
 pub use settings::{
-    EstimatorSettings, Filters, KalmanMethod, Masses, Method, NoiseBudget, PaperMethod,
+    ContactAngles, EstimatorSettings, Filters, KalmanMethod, Masses, Method, NoiseBudget,
+    PaperMethod,
 };

@@ -29,9 +29,20 @@ pub struct PaperMethod {
     pub crossover_time: f64,
 }
 
+/// Where the contact angles come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ContactAngles {
+    /// They are readings, as the paper assumes: [`crate::SensorFrame::contact_angle`].
+    Given,
+    /// No frame has any: they are estimated from the other readings. Frames may still have some; they are ignored.
+    Unknown,
+}
+
 /// Steps that use the Kalman filters' results. Each works without the others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct KalmanMethod {
+    /// Where the contact angles come from. Without readings only the rolling constraints find them: `rolling` must be on.
+    pub contact_angles: ContactAngles,
     /// Whether inertial loads are added to gravity.
     pub inertia: bool,
     /// Whether the equations are weighted by the inverse covariance of their right-hand side.
@@ -73,6 +84,7 @@ impl PaperMethod {
 impl KalmanMethod {
     /// The filters alone.
     pub const FILTERS_ONLY: Self = Self {
+        contact_angles: ContactAngles::Given,
         inertia: false,
         whitening: false,
         parity: false,
@@ -80,6 +92,7 @@ impl KalmanMethod {
     };
     /// Every step.
     pub const ALL_STEPS: Self = Self {
+        contact_angles: ContactAngles::Given,
         inertia: true,
         whitening: true,
         parity: true,
@@ -209,6 +222,25 @@ impl EstimatorSettings {
             moment_lever: 0.2,
             nonnegative: true,
             ..Self::true_mass()
+        }
+    }
+
+    /// `best` on a robot that does not know its contact angles.
+    pub const fn best_without_angles() -> Self {
+        Self {
+            method: Method::Kalman(KalmanMethod {
+                contact_angles: ContactAngles::Unknown,
+                ..KalmanMethod::ALL_STEPS
+            }),
+            ..Self::best()
+        }
+    }
+
+    /// Whether frames must have contact angles.
+    pub const fn needs_contact_angles(&self) -> bool {
+        match self.method {
+            Method::Paper(_) => true,
+            Method::Kalman(method) => matches!(method.contact_angles, ContactAngles::Given),
         }
     }
 

@@ -125,7 +125,7 @@ fn finite(e: &Estimate) -> bool {
         let pairs = errors
             .torque_offset
             .iter()
-            .chain(&errors.contact_angle)
+            .chain(errors.contact_angle.iter().flatten())
             .chain(&errors.rate_bias);
         numbers.extend(
             pairs
@@ -253,7 +253,7 @@ fn missing_readings_degrade_the_covariance() {
         (4, "torque", |e| e.sigma_traction(1)),
         (7, "contact angle", |e| e.sigma_normal(1)),
         (7, "contact angle", |e| {
-            Some(e.reading_errors?.contact_angle[1].1)
+            Some(e.reading_errors?.contact_angle?[1].1)
         }),
         (9, "inclinometer", |e| Some(e.angle_sigma?[0])),
         (10, "gyroscope", |e| Some(e.angle_sigma?[0])),

@@ -121,6 +121,8 @@ pub fn good_estimate(truth: &Truth, error: f64) -> Estimate {
         time: truth.time,
         normal_force: truth.wheels.map(|w| w.normal_force + error),
         traction: truth.wheels.map(|w| w.traction - 0.5 * error),
+        contact_angle: truth.wheels.map(|w| w.contact_angle),
+        contact_angle_sigma: None,
         posture: Posture {
             body: truth.body.angle,
             links: truth.links.map(|l| l.angle),

@@ -6,7 +6,9 @@ use crate::range::{above, at_least};
 use crate::reader::{Reader, join};
 use crate::source::{Entry, Node, Origin, Value};
 use crate::units::{ANGULAR_FREQUENCY, LENGTH, ROTARY_DAMPING, TIME};
-use robhaz_estimator::{EstimatorSettings, Filters, KalmanMethod, Masses, Method, PaperMethod};
+use robhaz_estimator::{
+    ContactAngles, EstimatorSettings, Filters, KalmanMethod, Masses, Method, PaperMethod,
+};
 
 /// Key of the list of estimators.
 pub(crate) const PATH: &str = "estimator";
@@ -22,7 +24,7 @@ pub struct EstimatorChoice {
     pub settings: EstimatorSettings,
 }
 
-/// Names of the presets, in the order of [`settings`]. Without `[[estimator]]` all of them run.
+/// Names of the presets, in the order of [`settings`].
 pub(crate) const PRESETS: Words = &["paper-body", "paper-wheels", "true-mass", "best"];
 
 /// The values of the keys of one estimator, those of both methods: a file may name keys in any order.
@@ -128,6 +130,13 @@ pub(crate) const KEYS: &[Key<Keys>] = &[
         |e| &mut e.moment_lever,
         "row scaling of eq. (8): moments count as forces at this lever; 1 m in the paper",
     ),
+    Key::word(
+        "contact_angles",
+        &["given", "none"],
+        |e| e.kalman.contact_angles as usize,
+        |e, i| e.kalman.contact_angles = [ContactAngles::Given, ContactAngles::Unknown][i],
+        "whether the estimator reads the contact angles, as the paper does, or finds them itself; none needs rolling = \"on\"",
+    ),
     Key::switch(
         "inertia",
         |e| &mut e.kalman.inertia,
@@ -155,6 +164,9 @@ pub(crate) const KEYS: &[Key<Keys>] = &[
     ),
 ];
 
+/// Index of the preset `best`.
+const BEST: usize = 3;
+
 /// The settings of a preset.
 pub(crate) fn settings(preset: usize) -> EstimatorSettings {
     match preset {
@@ -168,7 +180,7 @@ pub(crate) fn settings(preset: usize) -> EstimatorSettings {
 /// The preset that settings come from: presets differ in masses and method.
 pub(crate) fn preset_of(found: &EstimatorSettings) -> &'static str {
     let preset = match (found.method, found.masses) {
-        (Method::Kalman(_), _) => 3,
+        (Method::Kalman(_), _) => BEST,
         (Method::Paper(_), Masses::LumpedToBody) => 0,
         (Method::Paper(_), Masses::LumpedToWheels) => 1,
         (Method::Paper(_), Masses::True) => 2,
@@ -176,28 +188,40 @@ pub(crate) fn preset_of(found: &EstimatorSettings) -> &'static str {
     PRESETS[preset]
 }
 
-/// All presets under their own names.
+/// Label of the default estimator that is given no contact angles.
+const WITHOUT_ANGLES: &str = "no-angles";
+
+/// The estimators of a scene that lists none: all presets under their own names, and `best` without contact angles.
 pub(crate) fn defaults() -> Vec<EstimatorChoice> {
     let choice = |(i, name): (usize, &&str)| EstimatorChoice {
         name: (*name).to_owned(),
         settings: settings(i),
     };
-    PRESETS.iter().enumerate().map(choice).collect()
+    let without_angles = EstimatorChoice {
+        name: WITHOUT_ANGLES.to_owned(),
+        settings: EstimatorSettings::best_without_angles(),
+    };
+    let presets = PRESETS.iter().enumerate().map(choice);
+    presets.chain([without_angles]).collect()
 }
 
 /// The default list as a node, for overrides that change a part of it.
 pub(crate) fn default_node(origin: &Origin) -> Node {
-    let table = |preset: &&str| {
-        let name = Entry {
-            key: "name".to_owned(),
-            origin: origin.clone(),
-            node: Node::text(origin, preset),
-        };
-        Node::table(origin, vec![name])
+    let entry = |key: &str, word: &str| Entry {
+        key: key.to_owned(),
+        origin: origin.clone(),
+        node: Node::text(origin, word),
     };
+    let preset = |name: &&str| Node::table(origin, vec![entry("name", name)]);
+    let without_angles = vec![
+        entry("name", PRESETS[BEST]),
+        entry("label", WITHOUT_ANGLES),
+        entry("contact_angles", "none"),
+    ];
+    let without_angles = Node::table(origin, without_angles);
     Node {
         origin: origin.clone(),
-        value: Value::Array(PRESETS.iter().map(table).collect()),
+        value: Value::Array(PRESETS.iter().map(preset).chain([without_angles]).collect()),
     }
 }
 
@@ -265,6 +289,11 @@ fn refuse_other_method(reader: &mut Reader, node: &Node, path: &str, keys: &Keys
         let found = node.get(key).unwrap_or(node);
         let allowed = "\"off\" unless filters = \"kalman\"";
         reader.refuse(found, &join(path, key), allowed);
+    }
+    if kalman.contact_angles == ContactAngles::Unknown && (is_paper || !kalman.rolling) {
+        let found = node.get("contact_angles").unwrap_or(node);
+        let allowed = "\"given\" unless filters = \"kalman\" and rolling = \"on\"";
+        reader.refuse(found, &join(path, "contact_angles"), allowed);
     }
     let times = [
         ("observer_pole", paper.observer_pole, default.observer_pole),

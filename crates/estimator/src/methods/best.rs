@@ -11,7 +11,7 @@ use crate::filters::{LinkAngleKalman, LinkReadings};
 use crate::flags::Flags;
 use crate::frame::{Inputs, Instant, SHORTEST_STEP};
 use crate::nominal::Nominal;
-use crate::settings::{EstimatorSettings, KalmanMethod, NoiseBudget};
+use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, NoiseBudget};
 use crate::statics::{
     Arms, Equations, LinkageMotion, Loads, RightSide, Sensitivity, Traction, solve,
 };
@@ -58,7 +58,7 @@ impl BestFilters {
             method,
             links: [LinkAngleKalman::new(budget); 2],
             wheels: [Wheel::new(); 3],
-            motion: MotionFilter::new(budget),
+            motion: MotionFilter::new(budget, method.contact_angles),
             last_normal_force: [robot.mean_wheel_load(); 3],
             last_traction: [0.0; 3],
             time_beyond_gate: 0.0,
@@ -113,6 +113,7 @@ impl BestFilters {
         let solution = Solution {
             forces: &forces,
             right_side: &right.value,
+            contact_angle: [0, 1, 2].map(|i| self.contact_angle(i, instant.inputs)),
             parity: parity.map(|(parity, _)| parity),
             uncertainty: Some(self.uncertainty(&settings.budget)),
             flags,
@@ -246,7 +247,7 @@ impl BestFilters {
         Loads::moving(&robot.mass, &nominal.masses, arms, carriers, &motion)
     }
 
-    /// Given contact angle of wheel `i` minus its estimated error, rad.
+    /// Given contact angle of wheel `i` (0 where none is given) minus its estimated error, rad.
     fn contact_angle(&self, i: usize, inputs: &Inputs) -> f64 {
         inputs.contact_angle[i].value - self.motion.contact_angle_error(i).0
     }
@@ -333,7 +334,7 @@ impl BestFilters {
     /// Starts the motion filter anew when the parity residual has been beyond its gate for too long.
     fn discard_wrong_states(&mut self, budget: &NoiseBudget) {
         if self.time_beyond_gate > Self::LONGEST_BEYOND_GATE {
-            self.motion = MotionFilter::new(budget);
+            self.motion = MotionFilter::new(budget, self.method.contact_angles);
             self.motion.forget_velocity();
             self.time_beyond_gate = 0.0;
         }
@@ -342,12 +343,15 @@ impl BestFilters {
     /// Standard deviations and the estimated errors of the readings.
     fn uncertainty(&self, budget: &NoiseBudget) -> Uncertainty {
         let motion = &self.motion;
+        let contact_angle_error = [0, 1, 2].map(|i| motion.contact_angle_error(i));
+        let given = self.method.contact_angles == ContactAngles::Given;
         Uncertainty {
             angle_sigma: self.links.each_ref().map(|link| link.angle_sigma(budget)),
+            contact_angle_sigma: contact_angle_error.map(|(_, sigma)| sigma),
             reading_errors: ReadingErrors {
                 torque_offset: [0, 1, 2].map(|i| motion.torque_offset(i)),
                 gear_friction: motion.gear_friction(),
-                contact_angle: [0, 1, 2].map(|i| motion.contact_angle_error(i)),
+                contact_angle: given.then_some(contact_angle_error),
                 rate_bias: self.links.each_ref().map(LinkAngleKalman::rate_bias),
             },
         }

@@ -104,6 +104,7 @@ impl PaperFilters {
         let solution = Solution {
             forces: &forces,
             right_side: &right_side,
+            contact_angle,
             parity: equations.parity_direction.map(|w| Parity {
                 value: w.dot(&right_side),
                 sigma: 0.0,

@@ -188,12 +188,28 @@ fn stated_errors(index: usize) -> Vec<Column> {
         ));
         columns.push(of_estimate(
             index,
+            name("contact_angle"),
+            "rad",
+            format!("{wheel}: contact angle gamma, given or found"),
+            move |e| Some(e.contact_angle[i]),
+        ));
+        columns.push(of_estimate(
+            index,
+            name("contact_angle_sigma"),
+            "rad",
+            format!(
+                "{wheel}: standard deviation of the contact angle; empty without Kalman filters"
+            ),
+            move |e| e.contact_angle_sigma.map(|sigma| sigma[i]),
+        ));
+        columns.push(of_estimate(
+            index,
             name("contact_angle_error"),
             "rad",
             format!(
-                "{wheel}: error found of the contact angle given; empty without Kalman filters"
+                "{wheel}: error found of the contact angle given; empty without Kalman filters or given angles"
             ),
-            move |e| e.reading_errors.map(|r| r.contact_angle[i].0),
+            move |e| Some(e.reading_errors?.contact_angle?[i].0),
         ));
     }
     columns.push(of_estimate(

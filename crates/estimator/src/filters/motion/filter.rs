@@ -6,7 +6,7 @@ use super::states::{
 };
 use super::tuning::TUNING;
 use crate::filters::Kalman;
-use crate::settings::NoiseBudget;
+use crate::settings::{ContactAngles, NoiseBudget};
 use crate::statics::input;
 use crate::visit::visit_fields;
 use robhaz_model::Vec2;
@@ -14,6 +14,8 @@ use robhaz_model::Vec2;
 /// Motion of the robot, errors of contact angles and torques, creep: one Kalman filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MotionFilter {
+    /// Where the contact angles come from. Not part of the filter state.
+    pub(super) angles: ContactAngles,
     /// Indices as in [`super::states`].
     pub(super) filter: Kalman<COUNT, CONSIDERED>,
     /// Remaining time for which each wheel is suspect, s.
@@ -25,8 +27,8 @@ pub(crate) struct MotionFilter {
 visit_fields!(MotionFilter: filter, suspect, unexplained);
 
 impl MotionFilter {
-    /// Creates the filter of a robot at rest, with the prior of the budget.
-    pub fn new(budget: &NoiseBudget) -> Self {
+    /// Creates the filter of a robot at rest, with the prior of the budget and, for unknown contact angles, that of the ground.
+    pub fn new(budget: &NoiseBudget, angles: ContactAngles) -> Self {
         let mut sigma = [0.0; COUNT];
         let mut x = [0.0; COUNT];
         for i in 0..2 {
@@ -34,7 +36,7 @@ impl MotionFilter {
             sigma[ACCELERATION + i] = TUNING.acceleration.sigma;
         }
         for i in 0..3 {
-            sigma[CONTACT_ANGLE + i] = budget.contact_angle.max(TUNING.least_angle);
+            sigma[CONTACT_ANGLE + i] = angle_sigma(budget, angles);
             sigma[TORQUE_OFFSET + i] = budget.torque_offset;
             sigma[TORQUE_GAIN + i] = budget.torque_gain;
         }
@@ -42,6 +44,7 @@ impl MotionFilter {
         x[CREEP] = TUNING.creep;
         sigma[CREEP] = TUNING.creep_sigma;
         Self {
+            angles,
             filter: Kalman::new(x, sigma),
             suspect: [0.0; 3],
             unexplained: 0.0,
@@ -66,7 +69,7 @@ impl MotionFilter {
         Vec2::new(self.filter.x[ACCELERATION], self.filter.x[ACCELERATION + 1])
     }
 
-    /// Error of the given contact angle of wheel `i`, rad, and its standard deviation.
+    /// Error of the given contact angle of wheel `i`, rad, and its standard deviation. An unknown angle counts as given with 0.
     pub fn contact_angle_error(&self, i: usize) -> (f64, f64) {
         self.estimated(CONTACT_ANGLE + i)
     }
@@ -122,5 +125,13 @@ impl MotionFilter {
     #[cfg(test)]
     pub(crate) fn shift_input(&mut self, k: usize, change: f64) {
         self.filter.x[INPUTS + k] += change;
+    }
+}
+
+/// Stationary standard deviation of a contact-angle error, rad: that of the reading, or of the slope where the angle is unknown.
+pub(super) fn angle_sigma(budget: &NoiseBudget, angles: ContactAngles) -> f64 {
+    match angles {
+        ContactAngles::Given => budget.contact_angle.max(TUNING.least_angle),
+        ContactAngles::Unknown => TUNING.slope,
     }
 }

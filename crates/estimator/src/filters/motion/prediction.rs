@@ -1,13 +1,13 @@
 //! Prediction of the motion filter: from one sample to the next.
 
-use super::filter::MotionFilter;
+use super::filter::{MotionFilter, angle_sigma};
 use super::noise::LastingError;
 use super::states::{
     ACCELERATION, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, TORQUE_OFFSET, VELOCITY,
 };
 use super::tuning::TUNING;
 use crate::filters::Kalman;
-use crate::settings::NoiseBudget;
+use crate::settings::{ContactAngles, NoiseBudget};
 
 /// Measured accelerations, m/s^2. Their magnitudes scale the process noise; they are not inputs of the prediction.
 #[derive(Clone, Copy, Debug, Default)]
@@ -38,13 +38,24 @@ impl MotionFilter {
         let acceleration = self.acceleration_process(budget, measured);
         let decay = Decay {
             acceleration: libm::exp(-dt / acceleration.time),
-            contact_angle: libm::exp(-dt / budget.contact_angle_time.max(1e-6)),
+            contact_angle: self.angle_decay(budget, dt),
         };
         self.propagate(dt, decay);
         self.add_acceleration_noise(acceleration.sigma, decay.acceleration);
         self.add_angle_noise(budget, dt, fresh_angles, decay.contact_angle);
         self.add_walks(dt);
         self.decay_suspicion(dt);
+    }
+
+    /// Factor of the contact-angle errors over `dt` (s): a process in time for given angles, along the ground for unknown ones.
+    fn angle_decay(&self, budget: &NoiseBudget, dt: f64) -> f64 {
+        let steps = match self.angles {
+            ContactAngles::Given => dt / budget.contact_angle_time.max(1e-6),
+            ContactAngles::Unknown => {
+                dt * libm::sqrt(self.velocity().norm_squared()) / TUNING.slope_length
+            }
+        };
+        libm::exp(-steps)
     }
 
     /// The Gauss-Markov process of the acceleration of Q, m/s^2 and s.
@@ -54,7 +65,7 @@ impl MotionFilter {
         measured: MeasuredAccelerations,
     ) -> LastingError {
         let speed_ratio = self.speed_ratio();
-        let angle = budget.contact_angle.max(TUNING.least_angle);
+        let angle = angle_sigma(budget, self.angles);
         let fine_angles = libm::sqrt((TUNING.coarse_angle / angle).max(1.0));
         let unmeasured = TUNING.acceleration.sigma * fine_angles * speed_ratio * speed_ratio;
         let rims = TUNING.rim_factor * measured.rims;
@@ -121,14 +132,15 @@ impl MotionFilter {
         }
     }
 
-    /// The same for contact angles, rad. An angle that is not given gets a random walk in addition.
+    /// The same for contact angles, rad. A given angle whose reading is missing gets a random walk in addition.
     fn add_angle_noise(&mut self, budget: &NoiseBudget, dt: f64, fresh: [bool; 3], keep: f64) {
-        let angle = budget.contact_angle.max(TUNING.least_angle);
+        let angle = angle_sigma(budget, self.angles);
+        let given = self.angles == ContactAngles::Given;
         for i in 0..3 {
-            let walk = if fresh[i] {
-                0.0
-            } else {
+            let walk = if given && !fresh[i] {
                 TUNING.unread_angle_walk
+            } else {
+                0.0
             };
             let stationary = angle * angle * (1.0 - keep * keep);
             self.add_noise(CONTACT_ANGLE + i, stationary + walk * walk * dt);

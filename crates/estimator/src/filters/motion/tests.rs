@@ -6,7 +6,7 @@ use super::prediction::MeasuredAccelerations;
 use super::rolling::RollingWheel;
 use super::states::{CONTACT_ANGLE, COUNT, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY};
 use super::tuning::TUNING;
-use crate::settings::NoiseBudget;
+use crate::settings::{ContactAngles, NoiseBudget};
 use crate::statics::input;
 use crate::testing::Random;
 use nalgebra::SMatrix;
@@ -60,7 +60,7 @@ fn defects(motion: &MotionFilter) -> (bool, f64) {
 #[test]
 fn covariance_stays_symmetric_and_positive() {
     let budget = NoiseBudget::typical();
-    let mut motion = MotionFilter::new(&budget);
+    let mut motion = MotionFilter::new(&budget, ContactAngles::Given);
     let mut random = Random::new();
     let mut least = f64::INFINITY;
     for k in 0..20_000_u32 {
@@ -89,7 +89,7 @@ fn covariance_stays_symmetric_and_positive() {
 #[test]
 fn rolling_determines_the_velocity() {
     let budget = NoiseBudget::typical();
-    let mut motion = MotionFilter::new(&budget);
+    let mut motion = MotionFilter::new(&budget, ContactAngles::Given);
     let (slope, speed) = (0.2_f64, 0.2);
     for _ in 0..2000 {
         motion.predict(&budget, DT, [true; 3], MeasuredAccelerations::default());
@@ -129,7 +129,7 @@ fn wrong_slopes_do_not_slow_the_robot_down() {
         contact_angle: 0.1,
         ..NoiseBudget::typical()
     };
-    let mut motion = MotionFilter::new(&budget);
+    let mut motion = MotionFilter::new(&budget, ContactAngles::Given);
     motion.filter.x[VELOCITY] = 0.2;
     let mut random = Random::new();
     let keep = libm::exp(-DT / budget.contact_angle_time);
@@ -162,7 +162,7 @@ fn a_wheel_that_leaves_its_ground_is_suspect() {
     let budget = NoiseBudget::typical();
     let correction = |slope: f64, after: u32| {
         let mut random = Random::new();
-        let mut motion = MotionFilter::new(&budget);
+        let mut motion = MotionFilter::new(&budget, ContactAngles::Given);
         motion.filter.x[VELOCITY] = 0.2;
         let rolling = |motion: &mut MotionFilter, slope: f64, random: &mut Random| {
             let wheel = RollingWheel {
@@ -192,7 +192,7 @@ fn a_wheel_that_leaves_its_ground_is_suspect() {
 fn an_impact_becomes_unexplained_load_and_decays() {
     let budget = NoiseBudget::typical();
     let h = [0.0; input::COUNT];
-    let mut motion = MotionFilter::new(&budget);
+    let mut motion = MotionFilter::new(&budget, ContactAngles::Given);
     let impact = check(&mut motion, &h, 20.0, 1.0, DT);
     assert!(!impact.within_gate && impact.innovation.nis() > 300.0);
     let expected = 400.0 - 4.0 * impact.innovation.variance;
@@ -226,7 +226,7 @@ fn parity_corrects_the_states_that_explain_it() {
     let mut h = [0.0; input::COUNT];
     h[input::TORQUE_OFFSET] = 10.0;
     h[input::TORQUE_GAIN] = 10.0;
-    let new = MotionFilter::new(&budget);
+    let new = MotionFilter::new(&budget, ContactAngles::Given);
     let mut motion = new;
     // The residual corresponds to an offset of -0.05 N m: value + h x = 0.
     let accepted = check(&mut motion, &h, 0.5, 1e-4, DT);

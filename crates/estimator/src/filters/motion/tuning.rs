@@ -61,7 +61,11 @@ pub struct Tuning {
     /// Linearisation error of the parity residual, N, in addition to the errors of the loads; and the correlation time of
     /// all errors of that residual, s, those of the torque observer included.
     pub parity: LastingError,
-    /// Random walk of a contact angle while none is given, rad/sqrt(s).
+    /// Prior of the ground where no contact angle is given: RMS of its slope, rad.
+    pub slope: f64,
+    /// Correlation length of the slope along the ground, m.
+    pub slope_length: f64,
+    /// Random walk of a given contact angle while its reading is missing, rad/sqrt(s).
     pub unread_angle_walk: f64,
     /// Lower limit of the contact-angle error, rad. It keeps the process noise of the acceleration finite where the budget
     /// is zero.
@@ -111,6 +115,8 @@ pub const TUNING: Tuning = Tuning {
     friction_walk: 2e-3,
     creep_walk: 2e-4,
     parity: LastingError::new(0.1, 0.03),
+    slope: 0.145,
+    slope_length: 0.06,
     unread_angle_walk: 0.5,
     least_angle: 1e-3,
     gate: 5.0,
