@@ -9,6 +9,7 @@ use robhaz_model::Robot;
 use robhaz_sim::contact::ContactLaw;
 use robhaz_sim::drive::Drive;
 use robhaz_sim::friction::FrictionLaw;
+use robhaz_sim::rolling::RollingResistance;
 use robhaz_sim::sensors::{Grade, SensorSpec, Sensors};
 use robhaz_sim::{EngineKind, PlantSetup, StartKind};
 use robhaz_terrain::Profile;
@@ -29,6 +30,8 @@ pub struct Scene {
     pub contact: ContactLaw,
     /// `[contact]`, eq. (11)
     pub friction: FrictionLaw,
+    /// `[contact]`: rolling resistance
+    pub rolling: RollingResistance,
     /// `[drive]`, eq. (2)
     pub drive: Drive,
     /// `[sensors]`
@@ -146,6 +149,7 @@ impl Default for Scene {
             terrain: TerrainChoice::default(),
             contact: ContactLaw::default(),
             friction: FrictionLaw::default(),
+            rolling: RollingResistance::default(),
             drive: Drive::default(),
             sensors: SensorChoice::default(),
             model_error: ModelError::default(),
@@ -165,7 +169,8 @@ impl Scene {
             contact: self.contact,
             friction: self.friction,
             stretches: self.terrain.stretches.clone(),
-            drive: self.drive,
+            rolling: self.rolling,
+            drive: self.drive.clone(),
             start: self.engine.start,
             engine: self.engine.kind,
             step: self.engine.step,
