@@ -75,7 +75,7 @@ pub(crate) const KEYS: &[Key<Scene>] = &[
         SPEED,
         above(0.0).at_most(10.0),
         |s| &mut s.friction.v_s,
-        "slip speed up to which the static coefficient holds; 5e-4 with friction = \"rigid\", which takes 2e-4 to 5e-4",
+        "slip speed up to which the static coefficient holds; 0.001 with friction = \"rigid\", which takes 2e-4 to 0.002",
     ),
     Key::number(
         "v_d",

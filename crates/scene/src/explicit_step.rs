@@ -58,9 +58,13 @@ fn step(scene: &Scene) -> Value {
 /// The keys that make friction or rolling resistance stiff, the longest step (s), and the reason.
 fn friction(scene: &Scene) -> (Vec<Value>, f64, &'static str) {
     let (law, rolling, robot) = (&scene.friction, &scene.rolling, &scene.robot.robot);
-    // The engine cuts its steps where the friction needs it.
-    let longest = f64::from(MOST_PARTS)
-        * longest_step_for_friction(law, rolling, robot, 2.0 * robot.mean_wheel_load());
+    // The engine cuts its steps where the friction needs it. With the law for implicit engines all steps would need it.
+    let parts = match law.kind {
+        FrictionKind::Adams | FrictionKind::Brush => f64::from(MOST_PARTS),
+        FrictionKind::Rigid => 1.0,
+    };
+    let longest =
+        parts * longest_step_for_friction(law, rolling, robot, 2.0 * robot.mean_wheel_load());
     if rolling_is_stiffer(law, rolling, robot) {
         let key = number("contact.rolling_resistance", rolling.coefficient);
         let why = "the moment's slope at standstill against wheel and rotor";

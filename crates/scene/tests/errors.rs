@@ -269,8 +269,8 @@ fn rules_over_several_keys() {
 fn stiff_friction_is_refused_with_its_limit() {
     one(
         "contact.friction = 'rigid'",
-        "x.toml:1: contact.friction: found contact.friction = \"rigid\" and contact.v_s = 5e-4 and \
-         engine.step = 1.25e-4, allowed: engine.step at most 9.07e-5 s, the friction's slope at zero slip against \
+        "x.toml:1: contact.friction: found contact.friction = \"rigid\" and contact.v_s = 0.001 and \
+         engine.step = 1.25e-4, allowed: engine.step at most 2.26e-5 s, the friction's slope at zero slip against \
          wheel and robot; or engine.kind = \"direct\"",
     );
     one(
@@ -303,7 +303,7 @@ fn stiff_friction_is_refused_with_its_limit() {
     one(
         &format!("{direct}friction = 'rigid'\nv_s = 0.02"),
         "x.toml:4: contact.v_s: found contact.v_s = 0.02 and contact.friction = \"rigid\", \
-         allowed: contact.v_s of at least 2e-4 and at most 5e-4 m/s with this law",
+         allowed: contact.v_s of at least 2e-4 and at most 0.002 m/s with this law",
     );
     one(
         "[contact]\nslip_stiffness = 5",
@@ -355,6 +355,23 @@ fn wrong_scalings_are_refused() {
         found.iter().all(|line| line.contains("missing")),
         "{found:?}"
     );
+}
+
+/// Scalings that have no effect, or not all of it, are allowed, with a warning.
+#[test]
+fn scalings_without_effect_are_warned_of() {
+    let warnings = |times: &str| {
+        let text = format!("[[drive.scaling]]\nwheels = [1]\nfactor = 2\n{times}");
+        let scene = Scene::parse(&text, "x.toml", Path::new(""), &[]);
+        scene.unwrap().warnings()
+    };
+    assert_eq!(warnings("from = 2\nto = 3"), [""; 0]);
+    let found = warnings("from = 20\nto = 30");
+    let late = "drive.scaling[0] begins at 20 s, when the run has ended (20 s)";
+    assert_eq!(found, [late]);
+    let found = warnings("from = 2\nto = 2.5");
+    let short = "drive.scaling[0] lasts 0.500 s, shorter than drive.ramp_time = 0.6 s: its factor is not reached";
+    assert_eq!(found, [short]);
 }
 
 /// The longest step is that of the robot and ground at hand: the damping's limit grows with the wheel's mass, and

@@ -101,8 +101,10 @@ impl Default for FrictionLaw {
 impl FrictionLaw {
     /// Smallest v_s of [`FrictionKind::Rigid`], m/s.
     pub const RIGID_LEAST: f64 = 0.2e-3;
-    /// Largest and default v_s of [`FrictionKind::Rigid`], m/s: 1/40 of the default of ADAMS's form.
-    pub const RIGID_MOST: f64 = 0.5e-3;
+    /// Largest v_s of [`FrictionKind::Rigid`], m/s: a tenth of the default of ADAMS's form.
+    pub const RIGID_MOST: f64 = 2e-3;
+    /// Default v_s of [`FrictionKind::Rigid`], m/s.
+    const RIGID_DEFAULT: f64 = 1e-3;
 
     /// The law of a form with its default parameters.
     pub fn of(kind: FrictionKind) -> Self {
@@ -111,7 +113,7 @@ impl FrictionLaw {
             kind,
             v_s: match kind {
                 FrictionKind::Adams | FrictionKind::Brush => default.v_s,
-                FrictionKind::Rigid => Self::RIGID_MOST,
+                FrictionKind::Rigid => Self::RIGID_DEFAULT,
             },
             ..default
         }

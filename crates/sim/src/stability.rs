@@ -40,7 +40,7 @@ pub fn longest_step_for_stiffness(contact: &ContactLaw, robot: &Robot) -> f64 {
 /// form, `C/v_0` in the brush model at standstill. It acts on the inertia of wheel and rotor at the rim and on the robot's
 /// mass. The rolling resistance acts on the same inertia with the slope `f_r r N/FRICTION_SPEED` over the spin. At twice
 /// the mean load, which the course `smooth` reaches, the step is 0.45 ms with the default friction, 0.045 ms for v_s = 2
-/// mm/s, 0.011 ms for `rigid` with v_s = 0.5 mm/s and 0.014 ms for `brush` with C = 20.
+/// mm/s, 0.023 ms for `rigid` with v_s = 1 mm/s and 0.014 ms for `brush` with C = 20.
 pub fn longest_step_for_friction(
     friction: &FrictionLaw,
     rolling: &RollingResistance,
