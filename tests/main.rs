@@ -16,6 +16,7 @@ mod determinism;
 mod documents;
 mod draws;
 mod estimator_is_isolated;
+mod friction_laws;
 mod invariance;
 mod modules;
 mod output_folders;

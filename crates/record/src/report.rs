@@ -1,6 +1,6 @@
 //! The table that is printed at the end of a run, and that compares runs.
 
-use crate::summary::{EstimatorSummary, ProgressSummary, Summary};
+use crate::summary::{EstimatorSummary, FrictionSummary, ProgressSummary, Summary};
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Row, Table};
 
@@ -114,9 +114,14 @@ fn speed(label: &str, summary: &Summary) -> String {
     let (seconds, wall, factor) = (summary.duration_s, summary.wall_s, summary.real_time_factor);
     match (&summary.engine, summary.step_s) {
         (Some(engine), Some(step)) => format!(
-            "{label}: {seconds} s simulated in {wall:.2} s, {factor:.1} times real time (engine {engine}, step {:.3} ms). \
+            "{label}: {seconds} s simulated in {wall:.2} s, {factor:.1} times real time (engine {engine}, step {:.3} ms{}). \
              Errors count from {} s on.",
             1e3 * step,
+            summary
+                .friction
+                .as_ref()
+                .and_then(FrictionSummary::in_words)
+                .map_or(String::new(), |words| format!(", {words}")),
             summary.compare_from_s,
         ),
         _ => format!(
@@ -214,6 +219,7 @@ mod tests {
                 spinning_s: [0.1, 0.0, 1.9],
             }),
             events: None,
+            friction: run.world.as_ref().map(FrictionSummary::of),
             sensors: run.world.as_ref().map(SensorErrors::of),
             nominal: NominalRobot::of(&run),
             estimators: vec![estimator("paper-body", 5.0), estimator("paper-wheels", 4.0)],
@@ -250,6 +256,25 @@ mod tests {
         );
         assert!(text.contains("25.0 times real time"), "{text}");
         assert!(!text.contains("no estimate"), "{text}");
+    }
+
+    /// The friction law is named where it is not the default.
+    #[test]
+    fn another_friction_law_is_named() {
+        let line = |law: &str, slip_stiffness, rolling_resistance| {
+            let mut summary = summary(0);
+            if let Some(friction) = &mut summary.friction {
+                friction.law = law.to_owned();
+                friction.slip_stiffness = slip_stiffness;
+                friction.rolling_resistance = rolling_resistance;
+            }
+            comparison_table(&[("smooth", &summary)])
+        };
+        assert!(line("adams", None, 0.0).contains("(engine rapier, step 0.100 ms)."));
+        let found = line("brush", Some(5.0), 0.02);
+        let expected = "step 0.100 ms, friction brush with C = 5, rolling resistance 0.02).";
+        assert!(found.contains(expected), "{found}");
+        assert!(line("rigid", None, 0.0).contains("step 0.100 ms, friction rigid)."));
     }
 
     /// A run that is stuck or spins says so, one that travels does not.

@@ -96,6 +96,7 @@ pub fn truth_at(time: f64) -> Truth {
         contact_angle: 0.2 * wave(k + 0.7),
         penetration: 1e-3 * wave(k + 0.8),
         slip_speed: wave(k + 0.9),
+        slip_limit: 0.02,
         contacts: 1,
         contact_list: ContactList::default(),
     };

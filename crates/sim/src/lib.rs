@@ -5,6 +5,8 @@
 //! | eq. (2), the wheel with its drive | [`drive`] |
 //! | eq. (10), contact | [`contact`] |
 //! | eq. (11), friction | [`friction`] |
+//! | set speeds that differ from wheel to wheel | [`scaling`] |
+//! | rolling resistance | [`rolling`] |
 //! | limited pin joint | [`stop`] |
 //! | closed four-bar with three wheels | [`rapier`] and, in another formulation, [`direct`] |
 //! | stability of an explicit step | [`stability`] |
@@ -31,6 +33,8 @@ mod mechanics;
 mod plant;
 pub mod random;
 pub mod rapier;
+pub mod rolling;
+pub mod scaling;
 pub mod sensors;
 mod setup;
 pub mod stability;

@@ -97,6 +97,9 @@ pub struct WheelTruth {
     /// Slip speed at the contact with the largest penetration, m/s, positive when the rim is faster than the wheel's
     /// centre.
     pub slip_speed: f64,
+    /// Magnitude of the slip speed beyond which this contact slides, m/s
+    /// ([`FrictionLaw::slip_limit`](crate::friction::FrictionLaw::slip_limit)). No contact: that of the nearest ground.
+    pub slip_limit: f64,
     /// Number of contacts.
     pub contacts: u32,
     /// The contacts one by one.

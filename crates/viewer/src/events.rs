@@ -99,10 +99,7 @@ impl Watch {
         let stop = run.robot.robot.geometry.stop;
         let mut watch = Self {
             names: run.estimators.iter().map(|e| e.label.clone()).collect(),
-            detector: run
-                .world
-                .as_ref()
-                .map(|world| EventDetector::new(stop, world.friction.v_s)),
+            detector: run.world.as_ref().map(|_| EventDetector::new(stop)),
             confidence: vec![None; run.estimators.len()],
             last_time: 0.0,
             found: Found::default(),

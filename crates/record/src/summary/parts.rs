@@ -3,6 +3,7 @@
 use robhaz_model::{Pin, Robot};
 use robhaz_run::{RunDescription, World};
 use robhaz_score::{ForceErrors, Progress, Score};
+use robhaz_sim::friction::FrictionKind;
 use robhaz_sim::sensors::DrawnErrors;
 use serde::{Deserialize, Serialize};
 
@@ -18,13 +19,13 @@ pub struct BrokenOff {
 /// Travel of the robot, and whether it was stuck at the end: [`Progress`] with its units.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ProgressSummary {
-    /// Travel of the body along x, m, positive in the direction of the set speed.
+    /// Travel of the body along x, m, positive in the direction of `drive.speed`.
     pub distance_m: f64,
-    /// Integral of the set speed, m.
+    /// Integral of the set speed of travel, m: that of the middle one of the three wheels' set speeds.
     pub asked_m: f64,
     /// Time since which the robot has not advanced, s; `None` where it advanced to the end.
     pub stuck_since_s: Option<f64>,
-    /// Time for which each wheel spun, s.
+    /// Time for which each wheel spun against its set speed, s.
     pub spinning_s: [f64; 3],
 }
 
@@ -48,6 +49,67 @@ impl ProgressSummary {
             .chain(&since)
             .chain(&self.spinning_s)
             .all(|v| v.is_finite())
+    }
+}
+
+/// The friction of the ground outside of its stretches, and the rolling resistance.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrictionSummary {
+    /// Name of the law.
+    pub law: String,
+    /// Static coefficient, -.
+    pub mu_s: f64,
+    /// Dynamic coefficient, -.
+    pub mu_d: f64,
+    /// Slip speed up to which the static coefficient holds, m/s.
+    pub v_s: f64,
+    /// Slip speed from which the dynamic coefficient holds, m/s.
+    pub v_d: f64,
+    /// Slip stiffness C, -; `None` if the law has none.
+    pub slip_stiffness: Option<f64>,
+    /// Coefficient f_r of the rolling resistance, -.
+    pub rolling_resistance: f64,
+}
+
+impl FrictionSummary {
+    pub(crate) fn of(world: &World) -> Self {
+        let law = &world.friction;
+        Self {
+            law: law.kind.name().to_owned(),
+            mu_s: law.mu_s,
+            mu_d: law.mu_d,
+            v_s: law.v_s,
+            v_d: law.v_d,
+            slip_stiffness: (law.kind == FrictionKind::Brush).then_some(law.slip_stiffness),
+            rolling_resistance: world.rolling.coefficient,
+        }
+    }
+
+    pub(super) fn is_finite(&self) -> bool {
+        let numbers = [
+            self.mu_s,
+            self.mu_d,
+            self.v_s,
+            self.v_d,
+            self.rolling_resistance,
+        ];
+        numbers
+            .iter()
+            .chain(&self.slip_stiffness)
+            .all(|v| v.is_finite())
+    }
+
+    /// The law in a few words; `None` for the default law without rolling resistance.
+    pub(crate) fn in_words(&self) -> Option<String> {
+        let stiffness = self
+            .slip_stiffness
+            .map_or(String::new(), |c| format!(" with C = {c}"));
+        let rolling = match self.rolling_resistance {
+            0.0 => String::new(),
+            f_r => format!(", rolling resistance {f_r}"),
+        };
+        let is_default = self.law == FrictionKind::default().name() && rolling.is_empty();
+        (!is_default).then(|| format!("friction {}{stiffness}{rolling}", self.law))
     }
 }
 

@@ -1,7 +1,7 @@
 //! The sink that sums up a run.
 
 use super::file::Summary;
-use super::parts::{BrokenOff, EstimatorSummary, NominalRobot, SensorErrors};
+use super::parts::{BrokenOff, EstimatorSummary, FrictionSummary, NominalRobot, SensorErrors};
 use crate::error::RecordError;
 use robhaz_estimator::{Estimate, EstimateError};
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
@@ -52,8 +52,9 @@ impl SummarySink {
                 reason,
                 time_s: end.duration,
             }),
-            progress: self.progress.map(|meter| meter.progress().into()),
+            progress: self.progress.as_ref().map(|meter| meter.progress().into()),
             events: self.events.as_ref().map(|(_, counts)| *counts),
+            friction: world.map(FrictionSummary::of),
             sensors: world.map(SensorErrors::of),
             nominal: NominalRobot::of(run),
             estimators: estimators
@@ -89,10 +90,7 @@ impl Sink for SummarySink {
             run: Some(run.clone()),
             scores: vec![Score::new(rule); run.estimators.len()],
             progress: world.map(|w| ProgressMeter::new(&w.drive, geometry.wheel_radius)),
-            events: world.map(|w| {
-                let detector = EventDetector::new(geometry.stop, w.friction.v_s);
-                (detector, EventCounts::default())
-            }),
+            events: world.map(|_| (EventDetector::new(geometry.stop), EventCounts::default())),
             end: None,
         };
         Ok(())

@@ -42,6 +42,7 @@ impl Sink for Eventful {
         }
         if (500.0..550.0).contains(&ms) {
             truth.wheels[2].slip_speed = -0.03;
+            truth.wheels[2].slip_limit = 0.02;
         }
         if let (Ok(estimate), true) = (&mut estimates[1], ms >= 500.0) {
             estimate.covariance = Some(known_covariance());
