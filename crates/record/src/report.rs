@@ -126,16 +126,26 @@ fn speed(label: &str, summary: &Summary) -> String {
     }
 }
 
-/// How many records are left out because a wheel has two contacts, the same for all estimators of a run.
+/// How many records have a wheel with two contacts, and how many are left out, the same for all estimators of a run.
 fn two_contacts(summary: &Summary) -> String {
-    match summary.estimators.first() {
-        Some(first) if first.two_contacts > 0 => format!(
-            "\n  {} of {} records left out because a wheel has two contacts.",
-            first.two_contacts,
-            first.two_contacts + first.missing + first.samples
-        ),
-        _ => String::new(),
+    let Some(first) = summary.estimators.first() else {
+        return String::new();
+    };
+    let mut text = String::new();
+    if first.two_contacts > 0 {
+        text.push_str(&format!(
+            "\n  {} of {} records have a wheel with two contacts: compared with the equivalent single contact.",
+            first.two_contacts, first.samples
+        ));
     }
+    if first.no_equivalent > 0 {
+        text.push_str(&format!(
+            "\n  {} of {} records left out: the contacts of a wheel have no equivalent single contact.",
+            first.no_equivalent,
+            first.no_equivalent + first.missing + first.samples
+        ));
+    }
+    text
 }
 
 /// A sentence about a robot that is stuck or spins its wheels.
@@ -193,6 +203,8 @@ mod tests {
             samples: 90,
             missing,
             two_contacts: 0,
+            no_equivalent: 0,
+            normal_force_at_one_contact: None,
         };
         let run = described(&scene());
         Summary {

@@ -2,7 +2,8 @@
 //!
 //! | symbol | definition | home |
 //! |---|---|---|
-//! | which samples count | from `compare_from` on, with at most one contact per wheel | [`Rule`] |
+//! | which samples count | from `compare_from` on, if each wheel has an equivalent contact | [`Rule`] |
+//! | true N, T of a wheel | those of its equivalent contact | [`Compared`] |
 //! | RMSE | `sqrt(mean((N_estimated - N_true)^2))` over samples, per wheel or over all wheels | [`Score::normal_force`] |
 //! | NRMSE | RMSE over all wheels / mean of the true N over wheels and samples | [`ForceErrors::nrmse`] |
 //! | NEES | `e' P^-1 e`, e = error of the three N, P its stated covariance | [`Score::nees`] |
@@ -23,6 +24,6 @@ mod sum;
 pub use errors::{ForceErrors, rms_over_wheels};
 pub use friction::{LEAST_LOAD, needed_friction};
 pub use progress::{Progress, ProgressMeter};
-pub use rule::{Inclusion, Rule};
+pub use rule::{Compared, Inclusion, Rule};
 pub use score::Score;
 pub use sum::{Rms, Sum};

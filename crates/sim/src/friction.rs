@@ -40,6 +40,12 @@ impl FrictionLaw {
             cubic_step(v.abs(), self.v_s, self.mu_s, self.v_d, self.mu_d).copysign(v)
         }
     }
+
+    /// Whether a contact slides at the slip speed `v` (m/s): its slip is beyond the peak of the law, where T/N = mu_s. Up to
+    /// there the wheel grips, with a creep that grows with T/N.
+    pub fn slides(&self, v: f64) -> bool {
+        v.abs() > self.v_s
+    }
 }
 
 /// A stretch of the terrain with its own friction coefficients.
@@ -88,5 +94,16 @@ mod tests {
         }
         // Slope of the cubic at v = 0: 3 mu_s/(2 v_s) = 60 s/m.
         assert!((law.coefficient(1e-8) / 1e-8 - 60.0).abs() < 1e-6);
+    }
+
+    /// Definition: a contact slides where T/N falls with the slip speed, not before.
+    #[test]
+    fn a_contact_slides_beyond_the_peak_of_the_law() {
+        let law = FrictionLaw::default();
+        for v in [0.005, 0.019, 0.021, 0.05, 0.09] {
+            let falls = law.coefficient(v + 1e-6) < law.coefficient(v);
+            assert_eq!(law.slides(v), falls, "{v}");
+            assert_eq!(law.slides(-v), falls, "-{v}");
+        }
     }
 }

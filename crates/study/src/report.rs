@@ -27,7 +27,9 @@ pub struct Report {
     pub compare_from_s: f64,
     /// Number of samples of one seed that count.
     pub samples: usize,
-    /// Number of samples of one seed left out because a wheel has two contacts.
+    /// How many of these have a wheel with two contacts.
+    pub two_contacts: usize,
+    /// Number of samples of one seed left out because no single contact is equivalent to the contacts of a wheel.
     pub left_out: usize,
     /// Cramer-Rao bound of one sample: [`crate::floor`]. `None` where torques and contact angles are exact.
     pub floor: Option<f64>,
@@ -76,7 +78,8 @@ impl Report {
             seeds: seeds.to_vec(),
             compare_from_s: scene.record.compare_from,
             samples: run.counted(),
-            left_out: run.two_contacts(),
+            two_contacts: run.two_contacts(),
+            left_out: run.left_out(),
             floor,
             estimators: scores.iter().map(|s| Line::new(s, floor)).collect(),
         }
@@ -152,11 +155,18 @@ impl Report {
         };
         let left_out = match self.left_out {
             0 => "none left out".to_owned(),
-            n => format!("{n} left out because a wheel has two contacts"),
+            n => format!(
+                "{n} left out because the contacts of a wheel have no equivalent single contact"
+            ),
         };
         format!(
-            "{}: {seeds}; engine {}, sensors {}; {} samples a seed from {} s on, {left_out}.",
-            self.scene, self.engine, self.sensors, self.samples, self.compare_from_s
+            "{}: {seeds}; engine {}, sensors {}; {} samples a seed from {} s on, {} of them with two contacts of a wheel, {left_out}.",
+            self.scene,
+            self.engine,
+            self.sensors,
+            self.samples,
+            self.compare_from_s,
+            self.two_contacts
         )
     }
 }

@@ -112,9 +112,15 @@ pub struct EstimatorSummary {
     pub samples: u64,
     /// Number of records that should have been compared, but had no estimate.
     pub missing: u64,
-    /// Number of records left out because a wheel has two contacts.
+    /// How many of the records compared have a wheel with two contacts. Its true N and T are those of the equivalent contact.
     #[serde(default)]
     pub two_contacts: u64,
+    /// Number of records left out because no single contact is equivalent to the contacts of a wheel.
+    #[serde(default)]
+    pub no_equivalent: u64,
+    /// Errors of the normal forces over the records at which no wheel has two contacts; `None` when there are none.
+    #[serde(default)]
+    pub normal_force_at_one_contact: Option<ForceErrors>,
 }
 
 impl SensorErrors {
@@ -187,6 +193,8 @@ impl EstimatorSummary {
             samples: score.samples(),
             missing: score.missing(),
             two_contacts: score.two_contacts(),
+            no_equivalent: score.no_equivalent(),
+            normal_force_at_one_contact: score.normal_force_at_one_contact(),
         }
     }
 
@@ -196,6 +204,10 @@ impl EstimatorSummary {
         let forces = [
             ("normal_force", &self.normal_force),
             ("traction", &self.traction),
+            (
+                "normal_force_at_one_contact",
+                &self.normal_force_at_one_contact,
+            ),
         ];
         let of_forces = forces
             .iter()
