@@ -137,6 +137,7 @@ fn two_contacts(summary: &Summary) -> String {
             "\n  {} of {} records have a wheel with two contacts: compared with the equivalent single contact.",
             first.two_contacts, first.samples
         ));
+        text.push_str(&without_two_contacts(&summary.estimators));
     }
     if first.no_equivalent > 0 {
         text.push_str(&format!(
@@ -146,6 +147,24 @@ fn two_contacts(summary: &Summary) -> String {
         ));
     }
     text
+}
+
+/// NRMSE of all estimators over the records without two contacts. Impacts on corners make most of the error of the others.
+fn without_two_contacts(estimators: &[EstimatorSummary]) -> String {
+    let errors: Vec<String> = estimators
+        .iter()
+        .filter_map(|e| {
+            let nrmse = e.normal_force_at_one_contact?.nrmse?;
+            Some(format!("{} {:.1}", e.name, 100.0 * nrmse))
+        })
+        .collect();
+    if errors.is_empty() {
+        return String::new();
+    }
+    format!(
+        "\n  NRMSE in % without these records: {}.",
+        errors.join(", ")
+    )
 }
 
 /// A sentence about a robot that is stuck or spins its wheels.
@@ -205,6 +224,7 @@ mod tests {
             two_contacts: 0,
             no_equivalent: 0,
             normal_force_at_one_contact: None,
+            contacts: None,
         };
         let run = described(&scene());
         Summary {

@@ -11,8 +11,10 @@
 //! | coverage | share of errors of N within two stated standard deviations | [`Score::coverage`] |
 //! | mu_n | T/N, where N is at least [`LEAST_LOAD`] | [`needed_friction`] |
 //! | progress | way, stuck since, spinning time | [`ProgressMeter`] |
+//! | contact states | share of events found within 20 ms, shares of false and missed flags | [`contact`] |
 //! | events | contact lost, two contacts, slip, end stop | [`events`] |
 
+pub mod contact;
 mod errors;
 pub mod events;
 mod friction;

@@ -44,6 +44,8 @@ pub struct Line {
     pub name: String,
     /// RMS error of N.
     pub nrmse: Option<Mean>,
+    /// RMS error of N over the samples at which no wheel has two contacts.
+    pub nrmse_at_one_contact: Option<Mean>,
     /// RMS error of T, N.
     pub traction_rmse_n: Option<Mean>,
     /// Stated standard deviation of N: [`robhaz_score::Score::stated`].
@@ -110,6 +112,7 @@ impl Report {
                 .to_owned(),
         });
         text.push_str(&self.what_was_run());
+        text.push_str(&self.without_two_contacts());
         if self
             .estimators
             .iter()
@@ -147,6 +150,23 @@ impl Report {
         text
     }
 
+    /// Errors of N over the samples without two contacts. Impacts on corners make most of the error of the others.
+    fn without_two_contacts(&self) -> String {
+        let of = |line: &Line| {
+            Some(format!(
+                "{} {}",
+                line.name,
+                percent(line.nrmse_at_one_contact?)
+            ))
+        };
+        let errors: Vec<String> = self.estimators.iter().filter_map(of).collect();
+        if self.two_contacts == 0 || errors.is_empty() {
+            return String::new();
+        }
+        let errors = errors.join(", ");
+        format!("\nError of N in % over the samples without two contacts: {errors}.")
+    }
+
     fn what_was_run(&self) -> String {
         let seeds = match self.seeds.as_slice() {
             [] => "no seed".to_owned(),
@@ -178,6 +198,7 @@ impl Line {
         Self {
             name: scores.name.clone(),
             nrmse,
+            nrmse_at_one_contact: scores.nrmse_at_one_contact(),
             traction_rmse_n: scores.traction_rmse(),
             stated: scores.stated(),
             error_over_stated: scores.normalised(),

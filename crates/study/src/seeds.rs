@@ -38,6 +38,11 @@ impl SeedScores {
         self.mean(Score::nrmse)
     }
 
+    /// Mean NRMSE of N over the samples at which no wheel has two contacts ([`Score::normal_force_at_one_contact`]).
+    pub fn nrmse_at_one_contact(&self) -> Option<Mean> {
+        self.mean(|score| score.normal_force_at_one_contact()?.nrmse)
+    }
+
     /// Mean RMS error of T over the wheels, N.
     pub fn traction_rmse(&self) -> Option<Mean> {
         self.mean(|score| Some(score.traction()?.rmse_all))

@@ -164,7 +164,7 @@ impl RunTraces {
 impl EstimatorTraces {
     /// The errors so far.
     pub fn summary(&self) -> EstimatorSummary {
-        EstimatorSummary::new(&self.name, &self.score)
+        EstimatorSummary::new(&self.name, &self.score, None)
     }
 
     fn new(estimator: &EstimatorDescription, records: u64, rule: Rule) -> Self {

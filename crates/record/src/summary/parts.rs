@@ -2,6 +2,7 @@
 
 use robhaz_model::{Pin, Robot};
 use robhaz_run::{RunDescription, World};
+use robhaz_score::contact::FlagScores;
 use robhaz_score::{ForceErrors, Progress, Score};
 use robhaz_sim::sensors::DrawnErrors;
 use serde::{Deserialize, Serialize};
@@ -121,6 +122,9 @@ pub struct EstimatorSummary {
     /// Errors of the normal forces over the records at which no wheel has two contacts; `None` when there are none.
     #[serde(default)]
     pub normal_force_at_one_contact: Option<ForceErrors>,
+    /// How well contact states were found: in the air, two contacts, sliding. `None` if the estimator states none.
+    #[serde(default)]
+    pub contacts: Option<FlagScores>,
 }
 
 impl SensorErrors {
@@ -181,7 +185,7 @@ impl NominalRobot {
 }
 
 impl EstimatorSummary {
-    pub(crate) fn new(name: &str, score: &Score) -> Self {
+    pub(crate) fn new(name: &str, score: &Score, contacts: Option<FlagScores>) -> Self {
         Self {
             name: name.to_owned(),
             normal_force: score.normal_force(),
@@ -195,6 +199,7 @@ impl EstimatorSummary {
             two_contacts: score.two_contacts(),
             no_equivalent: score.no_equivalent(),
             normal_force_at_one_contact: score.normal_force_at_one_contact(),
+            contacts,
         }
     }
 
@@ -221,8 +226,10 @@ impl EstimatorSummary {
         let of_stated = stated
             .iter()
             .find(|(_, value)| value.is_some_and(|v| !v.is_finite()));
+        let contacts = self.contacts.is_some_and(|c| !c.is_finite());
         of_forces
             .map(|(force, _)| *force)
+            .or(contacts.then_some("contacts"))
             .or(of_stated.map(|(key, _)| *key))
             .map(|key| format!("estimators.{name}.{key}"))
             .or_else(|| {

@@ -6,7 +6,7 @@ use super::states::{
     CONSIDERED, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY,
 };
 use super::tuning::TUNING;
-use crate::contact::{ContactVelocity, Creep};
+use crate::contact::{ContactVelocity, Creep, RollingResiduals, SlipResidual};
 use crate::filters::Kalman;
 use crate::settings::NoiseBudget;
 use robhaz_model::Vec2;
@@ -59,7 +59,7 @@ struct Constrained<'a> {
 
 impl MotionFilter {
     /// Applies both rolling constraints of wheel `i`, `dt` seconds after the last sample. Without `correct` the measurement
-    /// rows contain the velocity only; states that are correlated with it still change.
+    /// rows contain the velocity only; states that are correlated with it still change. Returns the residuals before the corrections.
     pub fn roll(
         &mut self,
         budget: &NoiseBudget,
@@ -67,7 +67,7 @@ impl MotionFilter {
         wheel: &RollingWheel,
         dt: f64,
         correct: bool,
-    ) {
+    ) -> RollingResiduals {
         let smooth = self.velocity() + wheel.smooth_relative;
         let noise = wheel.relative - wheel.smooth_relative;
         let slope = wheel.angle - self.filter.x[CONTACT_ANGLE + i];
@@ -79,9 +79,14 @@ impl MotionFilter {
             speed_ratio: self.speed_ratio(),
             correct,
         };
-        let shared = self.constrain_direction(budget, &sample);
-        if let Some(rim_speed) = wheel.rim_speed {
-            self.constrain_speed(&sample, rim_speed, shared);
+        let (shared, away_sigma) = self.constrain_direction(budget, &sample);
+        let slip = wheel
+            .rim_speed
+            .map(|rim_speed| self.constrain_speed(&sample, rim_speed, shared));
+        RollingResiduals {
+            away: sample.velocity.away,
+            away_sigma,
+            slip,
         }
     }
 
@@ -89,8 +94,12 @@ impl MotionFilter {
     /// `TUNING.suspect_gate` becomes suspect.
     ///
     /// Returns the measurement-noise variance common to both constraints, m^2/s^2: gyroscope bias and noise, and
-    /// `TUNING.suspect` for a suspect wheel.
-    fn constrain_direction(&mut self, budget: &NoiseBudget, sample: &Constrained<'_>) -> f64 {
+    /// `TUNING.suspect` for a suspect wheel. And the standard deviation of the speed away from the ground at a single sample, m/s.
+    fn constrain_direction(
+        &mut self,
+        budget: &NoiseBudget,
+        sample: &Constrained<'_>,
+    ) -> (f64, f64) {
         let &Constrained {
             i,
             wheel,
@@ -130,11 +139,16 @@ impl MotionFilter {
             let r = r + of_angle.white(dt);
             self.filter.update(&[x, y], -velocity.away, r, TUNING.gate);
         }
-        shared
+        (shared, libm::sqrt(sample_variance))
     }
 
-    /// The speed along the ground is the rim's speed (m/s) minus the slip.
-    fn constrain_speed(&mut self, sample: &Constrained<'_>, rim_speed: f64, shared: f64) {
+    /// The speed along the ground is the rim's speed (m/s) minus the slip. Returns the slip that it shows.
+    fn constrain_speed(
+        &mut self,
+        sample: &Constrained<'_>,
+        rim_speed: f64,
+        shared: f64,
+    ) -> SlipResidual {
         let &Constrained {
             i,
             wheel,
@@ -180,6 +194,11 @@ impl MotionFilter {
         }
         let creep = &mut self.filter.x[CREEP];
         *creep = creep.max(TUNING.least_creep);
+        SlipResidual {
+            beyond_creep: innovation,
+            creep: slip,
+            noise: libm::hypot(wheel.bias_sigma, wheel.noise_sigma),
+        }
     }
 
     /// Standard deviation of the slip of wheel `i`, m/s, that the linear filter leaves out: creep and T/N are both
