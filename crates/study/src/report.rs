@@ -48,7 +48,7 @@ pub struct Line {
     pub nrmse_at_one_contact: Option<Mean>,
     /// RMS error of T, N.
     pub traction_rmse_n: Option<Mean>,
-    /// Stated standard deviation of N: [`robhaz_score::Score::stated`].
+    /// Stated standard deviation of N: [`robhaz_score::Statistics::stated`].
     pub stated: Option<Mean>,
     /// RMS of the errors of N, each over its stated standard deviation.
     pub error_over_stated: Option<Mean>,
@@ -198,7 +198,7 @@ impl Line {
         Self {
             name: scores.name.clone(),
             nrmse,
-            nrmse_at_one_contact: scores.nrmse_at_one_contact(),
+            nrmse_at_one_contact: scores.at_one_contact().nrmse(),
             traction_rmse_n: scores.traction_rmse(),
             stated: scores.stated(),
             error_over_stated: scores.normalised(),

@@ -100,7 +100,7 @@ pub struct EstimatorSummary {
     pub traction: Option<ForceErrors>,
     /// Mean of the true normal force of each wheel over the samples compared, N.
     pub mean_normal_force: Option<[f64; 3]>,
-    /// Stated standard deviation of N over the mean of N, -: [`Score::stated`]. `None` if the estimator states none.
+    /// Stated standard deviation of N over the mean of N, -: [`robhaz_score::Statistics::stated`]. `None` if the estimator states none.
     #[serde(default)]
     pub stated: Option<f64>,
     /// Share of errors of N within two stated standard deviations, -. `None` if the estimator states none.
@@ -198,7 +198,7 @@ impl EstimatorSummary {
             missing: score.missing(),
             two_contacts: score.two_contacts(),
             no_equivalent: score.no_equivalent(),
-            normal_force_at_one_contact: score.normal_force_at_one_contact(),
+            normal_force_at_one_contact: score.at_one_contact().normal_force(),
             contacts,
         }
     }
