@@ -51,8 +51,8 @@ fn print(what: &str, flag: &str, score: &FlagScore) {
     );
 }
 
-/// Acceptance: on rolling ground no wheel is reported in the air or on two contacts for more than 0.1 % of the time, nor as
-/// sliding where the soft drive keeps all wheels from it.
+/// Acceptance: on rolling ground no wheel is reported in the air or on two contacts for more than 0.1 % of the time,
+/// nor as sliding where the soft drive keeps all wheels from it.
 #[test]
 fn rolling_wheels_have_one_contact() {
     for name in ["smooth", "sine", "rough", "heights", "cosbump"] {
@@ -84,8 +84,8 @@ fn rolling_wheels_have_one_contact() {
     }
 }
 
-/// Acceptance: a wheel that meets a riser or a concave corner is found within 20 ms, although its two contacts last for 3 to 20
-/// ms only.
+/// Acceptance: a wheel that meets a riser or a concave corner is found within 20 ms, although its two contacts last for
+/// 3 to 20 ms only.
 #[test]
 fn two_contacts_are_found_at_corners() {
     for name in ["step", "ditch", "ramp", "course"] {
@@ -102,8 +102,8 @@ fn two_contacts_are_found_at_corners() {
     }
 }
 
-/// Equivalence: on `stairs` the middle wheel stands on tread and edge for seconds. With exact readings `best` estimates N and T of
-/// its equivalent contact, not the vector sum of its normal forces.
+/// Equivalence: on `stairs` the middle wheel stands on tread and edge for seconds. With exact readings `best` estimates
+/// N and T of its equivalent contact, not the vector sum of its normal forces.
 #[test]
 fn an_estimate_at_two_contacts_is_that_of_the_equivalent_contact() {
     let overrides = [
@@ -126,7 +126,10 @@ fn an_estimate_at_two_contacts_is_that_of_the_equivalent_contact() {
         let estimate = estimate.as_ref().unwrap();
         let n = estimate.normal_force[1];
         // Measured: 0.11 N and 0.13 N; the vector sum differs by 3.1 N.
-        assert!((n - equivalent.normal_force).abs() < 0.4, "{n} {equivalent:?}");
+        assert!(
+            (n - equivalent.normal_force).abs() < 0.4,
+            "{n} {equivalent:?}"
+        );
         assert!((estimate.traction[1] - equivalent.traction).abs() < 0.4);
         assert!((n - wheel.normal_force).abs() > 2.0, "{n} {wheel:?}");
     }

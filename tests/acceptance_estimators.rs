@@ -66,10 +66,11 @@ fn measure(scene: &Scene, truth: &TruthRun, seeds: usize) -> SeedScores {
     summaries.into_iter().next().unwrap()
 }
 
-/// Prints one row of the table. Returns the NRMSE of N, %, and the consistency, both over the samples without two contacts.
+/// Prints one row of the table. Returns the NRMSE of N, %, and the consistency, both over the samples without two
+/// contacts.
 ///
-/// On rolling ground no wheel has two contacts. At corners the impacts, kilonewtons for less than a millisecond, make nearly all of
-/// the error at two contacts: whether a sample contains a peak decides on it, not the estimator.
+/// On rolling ground no wheel has two contacts. At corners the impacts, kilonewtons for less than a millisecond, make
+/// nearly all of the error at two contacts: whether a sample contains a peak decides on it, not the estimator.
 fn print_row(what: &str, scores: &SeedScores, level: f64) -> (f64, Consistency) {
     let judged = scores.at_one_contact();
     let (nrmse, stated) = (judged.nrmse().unwrap(), judged.stated().unwrap());

@@ -149,7 +149,8 @@ fn two_contacts(summary: &Summary) -> String {
     text
 }
 
-/// NRMSE of all estimators over the records without two contacts. Impacts on corners make most of the error of the others.
+/// NRMSE of all estimators over the records without two contacts. Impacts on corners make most of the error of the
+/// others.
 fn without_two_contacts(estimators: &[EstimatorSummary]) -> String {
     let errors: Vec<String> = estimators
         .iter()

@@ -46,16 +46,17 @@ impl ContactFlag {
 pub struct FlagScore {
     /// Number of events: a wheel enters the state.
     pub events: u64,
-    /// How many of the events were found: the estimated state holds at some time within 20 ms before or after the event.
+    /// How many of the events were found: the estimated state holds at some time within 20 ms before or after the
+    /// event.
     pub found: u64,
-    /// Mean delay of the estimated state after the event, s, over the events found; 0 where it holds at the event. `None` if none
-    /// was found.
+    /// Mean delay of the estimated state after the event, s, over the events found; 0 where it holds at the event.
+    /// `None` if none was found.
     pub delay_s: Option<f64>,
-    /// Share of samples with a false flag: the estimated state holds, the true one does not. Of all samples at which the true
-    /// state does not hold, without those within 20 ms of a change. `None` without such samples.
+    /// Share of samples with a false flag: the estimated state holds, the true one does not. Of all samples at which
+    /// the true state does not hold, without those within 20 ms of a change. `None` without such samples.
     pub false_share: Option<f64>,
-    /// Share of samples with a missed flag: the true state holds, the estimated one does not. Of all samples at which the true
-    /// state holds, without those within 20 ms of a change. `None` without such samples.
+    /// Share of samples with a missed flag: the true state holds, the estimated one does not. Of all samples at which
+    /// the true state holds, without those within 20 ms of a change. `None` without such samples.
     pub missed_share: Option<f64>,
 }
 
@@ -105,7 +106,8 @@ impl ContactScore {
         }
     }
 
-    /// Adds a sample. Samples without an estimate, or whose estimate states no contact states, count as without any flag.
+    /// Adds a sample. Samples without an estimate, or whose estimate states no contact states, count as without any
+    /// flag.
     pub fn add(&mut self, truth: &Truth, estimate: Option<&Estimate>) {
         let contact = estimate.and_then(|e| e.contact);
         self.stated |= contact.is_some();
@@ -303,15 +305,16 @@ mod tests {
         assert_eq!(found.false_share, without(9.0));
         assert_eq!(found.missed_share, Some(0.0));
 
-        // 21 ms are too late, 20 ms are not; a flag that ended 20 ms before counts, one that ended 21 ms before does not.
+        // 21 ms are too late, 20 ms are not; a flag that ended 20 ms before counts, one that ended 21 ms before does
+        // not.
         let found = |estimate: (u32, u32)| judge(1000, &[(400, 500)], &[estimate]).found;
         assert_eq!([(420, 430), (421, 430)].map(found), [1, 0]);
         assert_eq!([(350, 381), (350, 380)].map(found), [1, 0]);
         assert_eq!(found((390, 600)), 1);
     }
 
-    /// An event shorter than the tolerance is found after its end; the flag is then not false. Two events near each other
-    /// are two.
+    /// An event shorter than the tolerance is found after its end; the flag is then not false. Two events near each
+    /// other are two.
     #[test]
     fn short_events_are_found_after_their_end() {
         let short = judge(200, &[(100, 103)], &[(110, 120)]);

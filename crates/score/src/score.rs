@@ -6,7 +6,8 @@ use robhaz_estimator::Estimate;
 use robhaz_sim::Truth;
 use std::ops::Deref;
 
-/// Errors of one estimator over one run: the [`Statistics`] of all samples that count, and of those without two contacts.
+/// Errors of one estimator over one run: the [`Statistics`] of all samples that count, and of those without two
+/// contacts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Score {
     rule: Rule,
@@ -65,7 +66,8 @@ impl Score {
         &self.all
     }
 
-    /// The errors over the samples at which no wheel has two contacts. Relative errors refer to the mean N of these samples.
+    /// The errors over the samples at which no wheel has two contacts. Relative errors refer to the mean N of these
+    /// samples.
     pub fn at_one_contact(&self) -> &Statistics {
         &self.one_contact
     }
@@ -135,8 +137,8 @@ mod tests {
         assert_eq!(score.normal_force(), None);
     }
 
-    /// Equivalence: a sample with two contacts is compared with the equivalent contact, and counted. The errors at one contact
-    /// leave it out. A sample without an equivalent contact counts in neither.
+    /// Equivalence: a sample with two contacts is compared with the equivalent contact, and counted. The errors at one
+    /// contact leave it out. A sample without an equivalent contact counts in neither.
     #[test]
     fn two_contacts_are_compared_with_their_equivalent() {
         let mut score = Score::new(Rule { compare_from: 0.0 });

@@ -19,8 +19,8 @@ pub struct Statistics {
 /// Sums over the samples for which the estimator states a covariance of N.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Stated {
-    /// Samples with a positive definite covariance of the three N and every N > 0. At N = 0 the error is not Gaussian. The NIS
-    /// has its own count.
+    /// Samples with a positive definite covariance of the three N and every N > 0. At N = 0 the error is not Gaussian.
+    /// The NIS has its own count.
     samples: u64,
     /// Sum of ln sigma over wheels and samples.
     logarithm: Sum,
@@ -75,14 +75,16 @@ impl Statistics {
         Some([front?, middle?, rear?])
     }
 
-    /// Geometric mean of the stated standard deviations of N, divided by the mean true N, dimensionless; `None` if the estimator
-    /// stated none. Geometric, because at an impact the estimator states hundreds of times as much as before and after.
+    /// Geometric mean of the stated standard deviations of N, divided by the mean true N, dimensionless; `None` if the
+    /// estimator stated none. Geometric, because at an impact the estimator states hundreds of times as much as before
+    /// and after.
     pub fn stated(&self) -> Option<f64> {
         let sigma = self.stated.logarithm.mean(3 * self.stated.samples)?.exp();
         Some(sigma / self.mean_load()?)
     }
 
-    /// RMS of error divided by stated standard deviation of N, dimensionless: 1 if these are right; `None` if none was stated.
+    /// RMS of error divided by stated standard deviation of N, dimensionless: 1 if these are right; `None` if none was
+    /// stated.
     pub fn normalised(&self) -> Option<f64> {
         let mean = self.stated.normalised.mean(3 * self.stated.samples)?;
         Some(mean.sqrt())

@@ -41,8 +41,8 @@ impl FrictionLaw {
         }
     }
 
-    /// Whether a contact slides at the slip speed `v` (m/s): its slip is beyond the peak of the law, where T/N = mu_s. Up to
-    /// there the wheel grips, with a creep that grows with T/N.
+    /// Whether a contact slides at the slip speed `v` (m/s): its slip is beyond the peak of the law, where T/N = mu_s.
+    /// Up to there the wheel grips, with a creep that grows with T/N.
     pub fn slides(&self, v: f64) -> bool {
         v.abs() > self.v_s
     }

@@ -145,10 +145,10 @@ impl WheelTruth {
 
     /// The equivalent single contact: what an estimator with one contact a wheel can know.
     ///
-    /// The axle feels of the ground a force F, the sum of `N_i n_i + T_i t_i`, and a moment r T with T = sum of T_i (the arms
-    /// r - g_i differ by a few tenths of a percent). One contact has the same F and T: `N = sqrt(|F|^2 - T^2)` at the angle
-    /// gamma with `F = N n(gamma) + T t(gamma)`. With one contact it is that contact. In the air N = T = 0 at the slope of the
-    /// nearest ground.
+    /// The axle feels of the ground a force F, the sum of `N_i n_i + T_i t_i`, and a moment r T with T = sum of T_i
+    /// (the arms r - g_i differ by a few tenths of a percent). One contact has the same F and T: `N = sqrt(|F|^2 -
+    /// T^2)` at the angle gamma with `F = N n(gamma) + T t(gamma)`. With one contact it is that contact. In the air N =
+    /// T = 0 at the slope of the nearest ground.
     ///
     /// `None` if |F| < |T|, as between walls that nearly face each other: no single contact has these forces.
     pub fn equivalent_contact(&self) -> Option<EquivalentContact> {
@@ -283,8 +283,8 @@ mod tests {
         }
     }
 
-    /// Equivalence: the equivalent contact has the force and the traction of both contacts, whatever they are, and N >= 0. With
-    /// both at one angle it is their sum.
+    /// Equivalence: the equivalent contact has the force and the traction of both contacts, whatever they are, and N >=
+    /// 0. With both at one angle it is their sum.
     #[test]
     fn the_equivalent_contact_has_the_same_force_and_traction() {
         let mut found = 0;

@@ -111,7 +111,8 @@ impl WheelLane {
 pub(crate) struct Change<S> {
     /// Time, s.
     pub(crate) time: f64,
-    /// Index of the wheel or estimator. Of an estimated wheel: three times the index of the estimator, plus that of the wheel.
+    /// Index of the wheel or estimator. Of an estimated wheel: three times the index of the estimator, plus that of the
+    /// wheel.
     pub(crate) index: usize,
     /// The new state.
     pub(crate) state: S,

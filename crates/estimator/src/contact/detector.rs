@@ -39,12 +39,13 @@ pub(crate) struct ContactEvidence {
 /// Detects the contact state of one wheel.
 ///
 /// - In the air: N is below a twentieth of the mean load.
-/// - Two contacts: the wheel's centre leaves the direction of its contact angle, as it does only while riser and tread share the
-///   load.
+/// - Two contacts: the wheel's centre leaves the direction of its contact angle, as it does only while riser and tread
+///   share the load.
 /// - Sliding: the slip is [`Self::SLIDING`] times the creep of its T/N, and in its direction.
 ///
 /// Each state begins and ends when its condition has held for some time, and ends at another threshold than it begins
-/// (hysteresis). The values are engineering choices for sensors of the typical grade; `docs/estimators.md` has what they reach.
+/// (hysteresis). The values are engineering choices for sensors of the typical grade; `docs/estimators.md` has what
+/// they reach.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct ContactDetector {
     air: Switch,
@@ -61,20 +62,21 @@ impl ContactDetector {
     const UNLOADED: [f64; 2] = [0.05, 0.10];
     /// Time for which the load has to be there, s.
     const AIR_TIME: f64 = 0.002;
-    /// Size of the speed away from the ground, in standard deviations, beyond which a wheel has two contacts, and below which it
-    /// has one again.
+    /// Size of the speed away from the ground, in standard deviations, beyond which a wheel has two contacts, and below
+    /// which it has one again.
     const AWAY: [f64; 2] = [6.0, 3.0];
     /// Time for which it has to be below, s.
     const ONE_CONTACT_TIME: f64 = 0.02;
-    /// Slip over creep above which a wheel slides, and below which it grips again, -. With ADAMS's friction law the slip at the
-    /// peak of T/N is 1.5 times the creep at that T/N.
+    /// Slip over creep above which a wheel slides, and below which it grips again, -. With ADAMS's friction law the
+    /// slip at the peak of T/N is 1.5 times the creep at that T/N.
     const SLIDING: [f64; 2] = [1.5, 1.4];
-    /// Least slip beyond creep of a wheel that begins to slide, and of one that slides, m/s: the error of the estimated speed.
+    /// Least slip beyond creep of a wheel that begins to slide, and of one that slides, m/s: the error of the estimated
+    /// speed.
     const LEAST_SLIP: [f64; 2] = [0.005, 0.004];
     /// The same in standard deviations of the gyroscope's part.
     const LEAST_SIGMAS: f64 = 3.0;
-    /// T/N below which no wheel counts as sliding, -: ground with less friction carries no robot. A slip that shows there comes
-    /// from a wrong velocity, as after an impact.
+    /// T/N below which no wheel counts as sliding, -: ground with less friction carries no robot. A slip that shows
+    /// there comes from a wrong velocity, as after an impact.
     const LEAST_RATIO: f64 = 0.15;
     /// Times for which the slip has to be there, and to be gone, s.
     const SLIDING_TIME: [f64; 2] = [0.005, 0.008];
@@ -154,8 +156,8 @@ impl Switch {
     /// Rounding of the times between samples, s.
     const ROUNDING: f64 = 1e-9;
 
-    /// `opposite`: whether the opposite of the present condition holds at this sample, `dt` seconds after the last. It changes
-    /// after `hold`, s.
+    /// `opposite`: whether the opposite of the present condition holds at this sample, `dt` seconds after the last. It
+    /// changes after `hold`, s.
     fn update(&mut self, opposite: bool, hold: f64, dt: f64) {
         if !opposite {
             self.time = 0.0;
@@ -175,7 +177,8 @@ mod tests {
 
     const DT: f64 = 1e-3;
 
-    /// A wheel that rolls with a load, a slip beyond creep (m/s) and a speed away from the ground in standard deviations.
+    /// A wheel that rolls with a load, a slip beyond creep (m/s) and a speed away from the ground in standard
+    /// deviations.
     fn rolling(load: f64, beyond_creep: f64, away: f64) -> ContactEvidence {
         ContactEvidence {
             load,
@@ -201,7 +204,8 @@ mod tests {
         (1..=100).find(|_| reached(detector.update(&evidence, DT)))
     }
 
-    /// Each state begins and ends within 20 ms of its condition, and not at a single sample (two contacts end a sample later).
+    /// Each state begins and ends within 20 ms of its condition: two contacts begin at the first sample, no other
+    /// change is made at a single one.
     #[test]
     fn states_begin_and_end_after_their_times() {
         let mut detector = ContactDetector::default();
@@ -245,8 +249,7 @@ mod tests {
         }
     }
 
-    /// Slip against the traction, slip without traction, and a single sample of any size are no sliding; and a NaN changes
-    /// nothing.
+    /// Slip against the traction and slip without traction are no sliding; and a NaN changes nothing.
     #[test]
     fn what_is_no_sliding() {
         let mut without_traction = rolling(1.0, 0.03, 0.5);

@@ -149,8 +149,8 @@ impl BestFilters {
         [self.links[0].angle(), self.links[1].angle()]
     }
 
-    /// Advances motion and wheels, and applies the rolling constraints of loaded wheels, in the posture of `arms`. Returns the
-    /// residuals of these constraints.
+    /// Advances motion and wheels, and applies the rolling constraints of loaded wheels, in the posture of `arms`.
+    /// Returns the residuals of these constraints.
     fn update_motion(
         &mut self,
         nominal: &Nominal,
@@ -181,7 +181,8 @@ impl BestFilters {
         residuals
     }
 
-    /// Contact states, from the forces of this estimate before the bound N >= 0 and the residuals of the rolling constraints.
+    /// Contact states, from the forces of this estimate before the bound N >= 0 and the residuals of the rolling
+    /// constraints.
     fn detect_contacts(
         &mut self,
         robot: &Robot,

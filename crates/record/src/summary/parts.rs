@@ -100,7 +100,8 @@ pub struct EstimatorSummary {
     pub traction: Option<ForceErrors>,
     /// Mean of the true normal force of each wheel over the samples compared, N.
     pub mean_normal_force: Option<[f64; 3]>,
-    /// Stated standard deviation of N over the mean of N, -: [`robhaz_score::Statistics::stated`]. `None` if the estimator states none.
+    /// Stated standard deviation of N over the mean of N, -: [`robhaz_score::Statistics::stated`]. `None` if the
+    /// estimator states none.
     #[serde(default)]
     pub stated: Option<f64>,
     /// Share of errors of N within two stated standard deviations, -. `None` if the estimator states none.
@@ -113,7 +114,8 @@ pub struct EstimatorSummary {
     pub samples: u64,
     /// Number of records that should have been compared, but had no estimate.
     pub missing: u64,
-    /// How many of the records compared have a wheel with two contacts. Its true N and T are those of the equivalent contact.
+    /// How many of the records compared have a wheel with two contacts. Its true N and T are those of the equivalent
+    /// contact.
     #[serde(default)]
     pub two_contacts: u64,
     /// Number of records left out because no single contact is equivalent to the contacts of a wheel.

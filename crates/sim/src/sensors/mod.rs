@@ -9,8 +9,8 @@
 //! | contact angle, each wheel | Ornstein-Uhlenbeck process | not a sensor: the paper assumes known angles (1) |
 //! | all | jitter of the sampling time (not for contact angles), lost readings | |
 //!
-//! (1) That of the equivalent contact ([`crate::WheelTruth::equivalent_contact`]), with which eq. (8) holds also for a wheel with two
-//! contacts. Where no single contact is equivalent, `contact_angle` of the truth.
+//! (1) That of the equivalent contact ([`crate::WheelTruth::equivalent_contact`]), with which eq. (8) holds also for a
+//! wheel with two contacts. Where no single contact is equivalent, `contact_angle` of the truth.
 //!
 //! `models.rs` holds the equations, [`SensorSpec`] the parameters, [`Grade`] named sets of parameters.
 

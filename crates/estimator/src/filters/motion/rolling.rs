@@ -59,7 +59,8 @@ struct Constrained<'a> {
 
 impl MotionFilter {
     /// Applies both rolling constraints of wheel `i`, `dt` seconds after the last sample. Without `correct` the measurement
-    /// rows contain the velocity only; states that are correlated with it still change. Returns the residuals before the corrections.
+    /// rows contain the velocity only; states that are correlated with it still change. Returns the residuals before
+    /// the corrections.
     pub fn roll(
         &mut self,
         budget: &NoiseBudget,
@@ -94,7 +95,8 @@ impl MotionFilter {
     /// `TUNING.suspect_gate` becomes suspect.
     ///
     /// Returns the measurement-noise variance common to both constraints, m^2/s^2: gyroscope bias and noise, and
-    /// `TUNING.suspect` for a suspect wheel. And the standard deviation of the speed away from the ground at a single sample, m/s.
+    /// `TUNING.suspect` for a suspect wheel. And the standard deviation of the speed away from the ground at a single
+    /// sample, m/s.
     fn constrain_direction(
         &mut self,
         budget: &NoiseBudget,
