@@ -160,12 +160,11 @@ impl WheelTruth {
                 angle: self.contact_angle,
             });
         }
-        let square = self.force.norm_squared() - traction * traction;
-        // In this form a NaN has none, too.
-        if !(square >= 0.0) {
+        let normal_force = (self.force.norm_squared() - traction * traction).sqrt();
+        // The root of a negative number is not a number.
+        if normal_force.is_nan() {
             return None;
         }
-        let normal_force = square.sqrt();
         // With vectors as complex numbers F = (T + i N) t: t is F (T - i N) up to its length.
         let (x, y) = (self.force.x, self.force.y);
         let tangent = Vec2::new(

@@ -179,14 +179,13 @@ impl Report {
                 "{n} left out because the contacts of a wheel have no equivalent single contact"
             ),
         };
+        let two_contacts = match self.two_contacts {
+            0 => String::new(),
+            n => format!("{n} of them with two contacts of a wheel, "),
+        };
         format!(
-            "{}: {seeds}; engine {}, sensors {}; {} samples a seed from {} s on, {} of them with two contacts of a wheel, {left_out}.",
-            self.scene,
-            self.engine,
-            self.sensors,
-            self.samples,
-            self.compare_from_s,
-            self.two_contacts
+            "{}: {seeds}; engine {}, sensors {}; {} samples a seed from {} s on, {two_contacts}{left_out}.",
+            self.scene, self.engine, self.sensors, self.samples, self.compare_from_s
         )
     }
 }
