@@ -3,6 +3,7 @@
 // A test may panic.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod acceptance_contacts;
 mod acceptance_estimators;
 mod acceptance_fig5;
 mod acceptance_fig7_fig8;

@@ -131,16 +131,46 @@ fn speed(label: &str, summary: &Summary) -> String {
     }
 }
 
-/// How many records are left out because a wheel has two contacts, the same for all estimators of a run.
+/// How many records have a wheel with two contacts, and how many are left out, the same for all estimators of a run.
 fn two_contacts(summary: &Summary) -> String {
-    match summary.estimators.first() {
-        Some(first) if first.two_contacts > 0 => format!(
-            "\n  {} of {} records left out because a wheel has two contacts.",
-            first.two_contacts,
-            first.two_contacts + first.missing + first.samples
-        ),
-        _ => String::new(),
+    let Some(first) = summary.estimators.first() else {
+        return String::new();
+    };
+    let mut text = String::new();
+    if first.two_contacts > 0 {
+        text.push_str(&format!(
+            "\n  {} of {} records have a wheel with two contacts: compared with the equivalent single contact.",
+            first.two_contacts, first.samples
+        ));
+        text.push_str(&without_two_contacts(&summary.estimators));
     }
+    if first.no_equivalent > 0 {
+        text.push_str(&format!(
+            "\n  {} of {} records left out: the contacts of a wheel have no equivalent single contact.",
+            first.no_equivalent,
+            first.no_equivalent + first.missing + first.samples
+        ));
+    }
+    text
+}
+
+/// NRMSE of all estimators over the records without two contacts. Impacts on corners make most of the error of the
+/// others.
+fn without_two_contacts(estimators: &[EstimatorSummary]) -> String {
+    let errors: Vec<String> = estimators
+        .iter()
+        .filter_map(|e| {
+            let nrmse = e.normal_force_at_one_contact?.nrmse?;
+            Some(format!("{} {:.1}", e.name, 100.0 * nrmse))
+        })
+        .collect();
+    if errors.is_empty() {
+        return String::new();
+    }
+    format!(
+        "\n  NRMSE in % without these records: {}.",
+        errors.join(", ")
+    )
 }
 
 /// A sentence about a robot that is stuck or spins its wheels.
@@ -198,6 +228,9 @@ mod tests {
             samples: 90,
             missing,
             two_contacts: 0,
+            no_equivalent: 0,
+            normal_force_at_one_contact: None,
+            contacts: None,
         };
         let run = described(&scene());
         Summary {

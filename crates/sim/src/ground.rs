@@ -69,6 +69,8 @@ pub(crate) struct GroundForces {
     penetration: f64,
     slip_speed: f64,
     slip_limit: f64,
+    /// Whether a contact grips.
+    grips: bool,
     /// Number of contacts.
     pub contacts: u32,
     /// Elastic energy of the contacts, J.
@@ -126,6 +128,7 @@ impl Ground {
             penetration: f64::NEG_INFINITY,
             slip_speed: 0.0,
             slip_limit: 0.0,
+            grips: false,
             contacts: 0,
             energy: 0.0,
             approach: 0.0,
@@ -153,6 +156,7 @@ impl Ground {
             sum.traction += traction;
             sum.energy += one.energy;
             sum.contacts += 1;
+            sum.grips |= !one.truth.slides;
             sum.approach = sum.approach.max(one.approach);
             if one.truth.penetration > sum.penetration {
                 sum.penetration = one.truth.penetration;
@@ -189,6 +193,7 @@ impl Ground {
                 traction: friction.coefficient(&slip) * normal_force,
                 penetration,
                 slip_speed: slip.speed(),
+                slides: friction.slides(&slip),
             },
             energy,
             approach,
@@ -220,6 +225,8 @@ impl Ground {
             slip_speed: forces.slip_speed,
             slip_limit: forces.slip_limit,
             contacts: forces.contacts,
+            force: forces.force,
+            slides: forces.contacts > 0 && !forces.grips,
             contact_list: ContactList::default(),
         };
         match forces.contacts {
@@ -244,6 +251,7 @@ impl Ground {
                     traction: forces.traction,
                     penetration: forces.penetration,
                     slip_speed: forces.slip_speed,
+                    slides: truth.slides,
                 });
             }
             _ => {
@@ -408,6 +416,9 @@ mod tests {
         assert!((normal.norm() - truth.normal_force).abs() < 1e-9 * tread);
         let tangent = Vec2::new(rear.normal.y, -rear.normal.x);
         assert!((normal + tangent * rear.traction - forces.force).norm() < 1e-9 * tread);
+        assert!((truth.force - forces.force).norm() == 0.0);
+        // The front contact is on the stretch without friction, where it slides too.
+        assert!(rear.slides && front.slides && truth.slides);
         let deeper = rear.penetration.max(front.penetration);
         assert_eq!(deeper.to_bits(), truth.penetration.to_bits());
 
@@ -428,5 +439,37 @@ mod tests {
         let forces = ground.act(&motion).unwrap();
         let truth = ground.truth(forces, &motion, axle).unwrap();
         assert!(truth.contact_list.is_empty() && (truth.penetration + 0.1).abs() < 1e-10);
+        assert!(!truth.slides && truth.force == Vec2::zeros());
+    }
+
+    /// A wheel that climbs a riser without slip grips, although its contact with the tread slides.
+    #[test]
+    fn a_wheel_grips_while_one_of_its_contacts_grips() {
+        let mut ground = ground(Profile::step(), &[]);
+        // The wheel is 0.5 mm deep in the level ground and in the edge of the kerb.
+        let centre = Vec2::new(
+            0.7 - (0.0995_f64.powi(2) - 0.0495_f64.powi(2)).sqrt(),
+            0.0995,
+        );
+        let axle = AxleState {
+            angle: 0.0,
+            omega: 0.0,
+            torque: 0.0,
+        };
+        let edge = Vec2::new(0.7, 0.05);
+        let normal = (centre - edge).normalize();
+        let tangent = Vec2::new(normal.y, -normal.x);
+        let climbing = WheelMotion {
+            centre,
+            velocity: tangent * 0.2,
+            spin: 2.0,
+        };
+        let forces = ground.act(&climbing).unwrap();
+        let truth = ground.truth(forces, &climbing, axle).unwrap();
+        let [tread, edge] = truth.contact_list[..] else {
+            panic!("{:?}", truth.contact_list);
+        };
+        assert!(tread.slides && !edge.slides && !truth.slides);
+        assert_eq!(truth.contact_state(), crate::ContactState::Two);
     }
 }

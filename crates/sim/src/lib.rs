@@ -47,4 +47,7 @@ pub use energy::mechanical_energy;
 pub use error::{NoRest, PlantError};
 pub use plant::Plant;
 pub use setup::{EngineKind, PlantSetup, StartKind};
-pub use truth::{BarTruth, ContactList, ContactTruth, PinTruth, Truth, WheelTruth};
+pub use truth::{
+    BarTruth, ContactList, ContactState, ContactTruth, EquivalentContact, PinTruth, Truth,
+    WheelTruth,
+};

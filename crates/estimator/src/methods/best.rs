@@ -5,6 +5,7 @@ mod tests;
 
 use super::wheel::{Wheel, visit_observers, visit_wheels};
 use crate::assembly::{Solution, Uncertainty, assemble};
+use crate::contact::{ContactDetector, ContactEstimate, ContactEvidence, RollingResiduals};
 use crate::estimate::{Estimate, EstimateError, Parity, ReadingErrors};
 use crate::filters::motion::{MeasuredAccelerations, MotionFilter, ParityResidual, RollingWheel};
 use crate::filters::{LinkAngleKalman, LinkReadings};
@@ -36,6 +37,8 @@ pub(crate) struct BestFilters {
     smooth_forces: SmoothForces,
     /// Time for which the parity residual has been beyond its gate without a break, s.
     time_beyond_gate: f64,
+    /// Contact state of each wheel.
+    contact: [ContactDetector; 3],
 }
 
 /// Low-pass filtered forces of the three wheels, N.
@@ -57,6 +60,7 @@ impl Visit for BestFilters {
         self.last_traction.visit(f);
         self.smooth_forces.visit(f);
         self.time_beyond_gate.visit(f);
+        self.contact.visit(f);
     }
 }
 
@@ -84,6 +88,7 @@ impl BestFilters {
                 traction: [0.0; 3],
             },
             time_beyond_gate: 0.0,
+            contact: [ContactDetector::default(); 3],
         }
     }
 
@@ -114,7 +119,7 @@ impl BestFilters {
         let link_angles = self.update_links(&settings.budget, instant);
         let arms = Arms::new(&nominal.robot.geometry, link_angles[0], link_angles[1])
             .map_err(EstimateError::Linkage)?;
-        self.update_motion(nominal, instant, &arms);
+        let rolling = self.update_motion(nominal, instant, &arms);
 
         let equations = self.equations(nominal, instant.inputs, arms, link_angles)?;
         let mut right = self.right_side(nominal, &equations, &self.smooth_forces);
@@ -127,6 +132,7 @@ impl BestFilters {
         self.last_normal_force = forces.normal;
         self.last_traction = forces.traction;
         self.smooth_forces(nominal, instant.dt);
+        let contact = self.detect_contacts(&nominal.robot, &rolling, instant.dt);
 
         let mut flags = instant.flags | nominal.unloaded(&forces.normal);
         flags |= nominal.at_stop(link_angles) | parity.map_or(Flags::NONE, |(_, flags)| flags);
@@ -138,6 +144,7 @@ impl BestFilters {
             right_side: &right.value,
             contact_angle: [0, 1, 2].map(|i| self.contact_angle(i, instant.inputs)),
             parity: parity.map(|(parity, _)| parity),
+            contact: Some(contact),
             uncertainty: Some(self.uncertainty(&settings.budget)),
             flags,
         };
@@ -166,7 +173,13 @@ impl BestFilters {
     }
 
     /// Advances motion and wheels, and applies the rolling constraints of loaded wheels, in the posture of `arms`.
-    fn update_motion(&mut self, nominal: &Nominal, instant: &Instant<'_>, arms: &Arms) {
+    /// Returns the residuals of these constraints.
+    fn update_motion(
+        &mut self,
+        nominal: &Nominal,
+        instant: &Instant<'_>,
+        arms: &Arms,
+    ) -> [Option<RollingResiduals>; 3] {
         let (robot, settings) = (&nominal.robot, &nominal.settings);
         let (inputs, dt) = (instant.inputs, instant.dt);
         if dt > 0.0 {
@@ -179,13 +192,37 @@ impl BestFilters {
             self.wheels[i].update(&robot.mass, settings, &inputs.wheel(i), alpha, dt);
         }
         let least = EstimatorSettings::UNLOADED * robot.mean_wheel_load();
+        let mut residuals = [None; 3];
         for i in 0..3 {
             if dt > 0.0 && self.last_normal_force[i] > least {
                 let wheel = self.rolling_wheel(i, nominal, inputs, arms);
                 let correct = self.method.rolling;
-                self.motion.roll(&settings.budget, i, &wheel, dt, correct);
+                let found = self.motion.roll(&settings.budget, i, &wheel, dt, correct);
+                residuals[i] = Some(found);
             }
         }
+        residuals
+    }
+
+    /// Contact states, from the forces of this estimate before the bound N >= 0 and the residuals of the rolling
+    /// constraints.
+    fn detect_contacts(
+        &mut self,
+        robot: &Robot,
+        rolling: &[Option<RollingResiduals>; 3],
+        dt: f64,
+    ) -> [ContactEstimate; 3] {
+        let mean_load = robot.mean_wheel_load();
+        let mut found = [ContactEstimate::default(); 3];
+        for i in 0..3 {
+            let evidence = ContactEvidence {
+                load: self.last_normal_force[i] / mean_load,
+                ratio: self.last_traction[i] / self.last_normal_force[i],
+                rolling: rolling[i],
+            };
+            found[i] = self.contact[i].update(&evidence, dt);
+        }
+        found
     }
 
     /// Accelerations that the last readings show.

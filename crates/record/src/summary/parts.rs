@@ -2,6 +2,7 @@
 
 use robhaz_model::{Pin, Robot};
 use robhaz_run::{RunDescription, World};
+use robhaz_score::contact::FlagScores;
 use robhaz_score::{ForceErrors, Progress, Score};
 use robhaz_sim::friction::FrictionKind;
 use robhaz_sim::sensors::DrawnErrors;
@@ -161,7 +162,8 @@ pub struct EstimatorSummary {
     pub traction: Option<ForceErrors>,
     /// Mean of the true normal force of each wheel over the samples compared, N.
     pub mean_normal_force: Option<[f64; 3]>,
-    /// Stated standard deviation of N over the mean of N, -: [`Score::stated`]. `None` if the estimator states none.
+    /// Stated standard deviation of N over the mean of N, -: [`robhaz_score::Statistics::stated`]. `None` if the
+    /// estimator states none.
     #[serde(default)]
     pub stated: Option<f64>,
     /// Share of errors of N within two stated standard deviations, -. `None` if the estimator states none.
@@ -174,9 +176,19 @@ pub struct EstimatorSummary {
     pub samples: u64,
     /// Number of records that should have been compared, but had no estimate.
     pub missing: u64,
-    /// Number of records left out because a wheel has two contacts.
+    /// How many of the records compared have a wheel with two contacts. Its true N and T are those of the equivalent
+    /// contact.
     #[serde(default)]
     pub two_contacts: u64,
+    /// Number of records left out because no single contact is equivalent to the contacts of a wheel.
+    #[serde(default)]
+    pub no_equivalent: u64,
+    /// Errors of the normal forces over the records at which no wheel has two contacts; `None` when there are none.
+    #[serde(default)]
+    pub normal_force_at_one_contact: Option<ForceErrors>,
+    /// How well contact states were found: in the air, two contacts, sliding. `None` if the estimator states none.
+    #[serde(default)]
+    pub contacts: Option<FlagScores>,
 }
 
 impl SensorErrors {
@@ -237,7 +249,7 @@ impl NominalRobot {
 }
 
 impl EstimatorSummary {
-    pub(crate) fn new(name: &str, score: &Score) -> Self {
+    pub(crate) fn new(name: &str, score: &Score, contacts: Option<FlagScores>) -> Self {
         Self {
             name: name.to_owned(),
             normal_force: score.normal_force(),
@@ -249,6 +261,9 @@ impl EstimatorSummary {
             samples: score.samples(),
             missing: score.missing(),
             two_contacts: score.two_contacts(),
+            no_equivalent: score.no_equivalent(),
+            normal_force_at_one_contact: score.at_one_contact().normal_force(),
+            contacts,
         }
     }
 
@@ -258,6 +273,10 @@ impl EstimatorSummary {
         let forces = [
             ("normal_force", &self.normal_force),
             ("traction", &self.traction),
+            (
+                "normal_force_at_one_contact",
+                &self.normal_force_at_one_contact,
+            ),
         ];
         let of_forces = forces
             .iter()
@@ -271,8 +290,10 @@ impl EstimatorSummary {
         let of_stated = stated
             .iter()
             .find(|(_, value)| value.is_some_and(|v| !v.is_finite()));
+        let contacts = self.contacts.is_some_and(|c| !c.is_finite());
         of_forces
             .map(|(force, _)| *force)
+            .or(contacts.then_some("contacts"))
             .or(of_stated.map(|(key, _)| *key))
             .map(|key| format!("estimators.{name}.{key}"))
             .or_else(|| {

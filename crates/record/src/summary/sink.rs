@@ -5,6 +5,7 @@ use super::parts::{BrokenOff, EstimatorSummary, FrictionSummary, NominalRobot, S
 use crate::error::RecordError;
 use robhaz_estimator::{Estimate, EstimateError};
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
+use robhaz_score::contact::ContactScore;
 use robhaz_score::events::{EventCounts, EventDetector};
 use robhaz_score::{ProgressMeter, Rule, Score};
 use robhaz_sim::Truth;
@@ -14,7 +15,7 @@ use robhaz_sim::Truth;
 pub struct SummarySink {
     run: Option<RunDescription>,
     /// Scores of the estimators, in the order of the run.
-    scores: Vec<Score>,
+    scores: Vec<(Score, ContactScore)>,
     /// Progress and events of a simulation.
     progress: Option<ProgressMeter>,
     events: Option<(EventDetector, EventCounts)>,
@@ -58,7 +59,9 @@ impl SummarySink {
             sensors: world.map(SensorErrors::of),
             nominal: NominalRobot::of(run),
             estimators: estimators
-                .map(|(e, score)| EstimatorSummary::new(&e.label, score))
+                .map(|(e, (score, contacts))| {
+                    EstimatorSummary::new(&e.label, score, contacts.scores())
+                })
                 .collect(),
         })
     }
@@ -67,8 +70,10 @@ impl SummarySink {
 impl SummarySink {
     /// Adds a record with its truth.
     fn compare(&mut self, truth: &Truth, estimates: &[Result<Estimate, EstimateError>]) {
-        for (i, score) in self.scores.iter_mut().enumerate() {
-            score.add(truth, estimates.get(i).and_then(|e| e.as_ref().ok()));
+        for (i, (score, contacts)) in self.scores.iter_mut().enumerate() {
+            let estimate = estimates.get(i).and_then(|e| e.as_ref().ok());
+            score.add(truth, estimate);
+            contacts.add(truth, estimate);
         }
         if let Some(progress) = &mut self.progress {
             progress.add(truth);
@@ -88,7 +93,7 @@ impl Sink for SummarySink {
         let world = run.world.as_ref();
         *self = Self {
             run: Some(run.clone()),
-            scores: vec![Score::new(rule); run.estimators.len()],
+            scores: vec![(Score::new(rule), ContactScore::new(rule)); run.estimators.len()],
             progress: world.map(|w| ProgressMeter::new(&w.drive, geometry.wheel_radius)),
             events: world.map(|_| (EventDetector::new(geometry.stop), EventCounts::default())),
             end: None,

@@ -6,7 +6,7 @@ use super::states::{
     CONSIDERED, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY,
 };
 use super::tuning::TUNING;
-use crate::contact::{ContactVelocity, Creep};
+use crate::contact::{ContactVelocity, Creep, RollingResiduals, SlipResidual};
 use crate::filters::Kalman;
 use crate::settings::{ContactAngles, NoiseBudget};
 use robhaz_model::{Vec2, perp};
@@ -59,7 +59,8 @@ struct Constrained<'a> {
 
 impl MotionFilter {
     /// Applies both rolling constraints of wheel `i`, `dt` seconds after the last sample. Without `correct` the measurement
-    /// rows contain the velocity only; states that are correlated with it still change.
+    /// rows contain the velocity only; states that are correlated with it still change. Returns the residuals before
+    /// the corrections.
     pub fn roll(
         &mut self,
         budget: &NoiseBudget,
@@ -67,7 +68,7 @@ impl MotionFilter {
         wheel: &RollingWheel,
         dt: f64,
         correct: bool,
-    ) {
+    ) -> RollingResiduals {
         let smooth = self.velocity() + wheel.smooth_relative;
         let noise = wheel.relative - wheel.smooth_relative;
         let slope = wheel.angle - self.filter.x[CONTACT_ANGLE + i];
@@ -79,9 +80,14 @@ impl MotionFilter {
             speed_ratio: self.speed_ratio(),
             correct,
         };
-        let shared = self.constrain_direction(budget, &sample);
-        if let Some(rim_speed) = wheel.rim_speed {
-            self.constrain_speed(&sample, rim_speed, shared);
+        let (shared, away_sigma) = self.constrain_direction(budget, &sample);
+        let slip = wheel
+            .rim_speed
+            .map(|rim_speed| self.constrain_speed(&sample, rim_speed, shared));
+        RollingResiduals {
+            away: sample.velocity.away,
+            away_sigma,
+            slip,
         }
     }
 
@@ -89,8 +95,12 @@ impl MotionFilter {
     /// `TUNING.suspect_gate` becomes suspect; without given contact angles all wheels do, and an edge is looked for.
     ///
     /// Returns the measurement-noise variance common to both constraints, m^2/s^2: gyroscope bias and noise, and the doubt
-    /// in a suspect wheel.
-    fn constrain_direction(&mut self, budget: &NoiseBudget, sample: &Constrained<'_>) -> f64 {
+    /// in a suspect wheel. And the standard deviation of the speed away from the ground at a single sample, m/s.
+    fn constrain_direction(
+        &mut self,
+        budget: &NoiseBudget,
+        sample: &Constrained<'_>,
+    ) -> (f64, f64) {
         let &Constrained {
             i,
             wheel,
@@ -142,7 +152,7 @@ impl MotionFilter {
             let angle = &mut self.filter.x[CONTACT_ANGLE + i];
             *angle = angle.clamp(-TUNING.steepest, TUNING.steepest);
         }
-        shared
+        (shared, libm::sqrt(sample_variance))
     }
 
     /// The velocity of wheel `i` does not lie along its ground, and no contact angle is given.
@@ -171,8 +181,13 @@ impl MotionFilter {
     }
 
     /// The speed along the ground is the rim's speed (m/s) minus the slip. A wheel that pulls and is beyond `TUNING.sliding_gate` counts
-    /// as sliding.
-    fn constrain_speed(&mut self, sample: &Constrained<'_>, rim_speed: f64, shared: f64) {
+    /// as sliding. Returns the slip that the rim shows.
+    fn constrain_speed(
+        &mut self,
+        sample: &Constrained<'_>,
+        rim_speed: f64,
+        shared: f64,
+    ) -> SlipResidual {
         let &Constrained {
             i,
             wheel,
@@ -201,6 +216,11 @@ impl MotionFilter {
         let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
         let innovation = rim_speed - velocity.speed - slip;
 
+        let residual = SlipResidual {
+            beyond_creep: innovation,
+            creep: slip,
+            noise: libm::hypot(wheel.bias_sigma, wheel.noise_sigma),
+        };
         let unexplained = TUNING.slip.at_speed(sample.speed_ratio);
         let factor = creep.variance_factor();
         let mut lasting = self.creep_product(i, wheel);
@@ -222,7 +242,7 @@ impl MotionFilter {
             } else if rolls && self.angles == ContactAngles::Unknown {
                 // A wheel that hardly pulls does not slide: the velocity is wrong.
                 self.doubt_velocity(velocity.direction * innovation);
-                return;
+                return residual;
             }
         }
         let mut r = unexplained.white(dt) * factor
@@ -243,6 +263,7 @@ impl MotionFilter {
         for creep in &mut self.filter.x[CREEP..CREEP + 3] {
             *creep = creep.clamp(TUNING.least_creep, TUNING.greatest_creep);
         }
+        residual
     }
 
     /// Standard deviation of the slip of wheel `i`, m/s, that the linear filter leaves out: creep and T/N are both
