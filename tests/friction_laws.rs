@@ -5,7 +5,7 @@ use crate::support::scene;
 use robhaz_scene::{EngineKind, Scene};
 use robhaz_score::ProgressMeter;
 use robhaz_sim::friction::{FrictionKind, FrictionLaw};
-use robhaz_sim::{Truth, WheelTruth};
+use robhaz_sim::{Plant, Truth, WheelTruth};
 use robhaz_verify::{Outcome, Run, agreement, energy, momentum_error, truth_of, verify};
 
 /// The laws in the engines that take them.
@@ -291,8 +291,45 @@ fn reversed_and_locked_wheels_are_no_trouble() {
         assert!((rear.traction / rear.normal_force + 0.7).abs() < 1e-12);
         let mut meter = ProgressMeter::new(&scene.drive, 0.1);
         truth.iter().for_each(|t| meter.add(t));
-        assert_eq!(meter.progress().stuck_since, None);
-        assert_eq!(meter.progress().spinning, [0.0; 3]);
+        let found = meter.progress();
+        assert_eq!((found.stuck_since, found.spinning), (None, [0.0; 3]));
+    }
+}
+
+/// Truth of a scene and the mean step of its engine, s.
+fn truth_and_step(scene: &Scene) -> (Vec<Truth>, f64) {
+    let mut plant = Plant::new(&scene.plant_setup()).unwrap();
+    let records = 0..scene.record_count();
+    let truth = records.map(|_| plant.next_truth().unwrap()).collect();
+    (truth, plant.mean_step())
+}
+
+/// Accuracy: stiff laws cost direct neither accuracy nor many steps, on the smooth course under the PI drive. The reference
+/// has a thousandth of the tolerance.
+#[test]
+fn stiff_laws_are_exact_in_direct() {
+    for (engine, law) in LAWS.into_iter().filter(|(engine, _)| *engine == "direct") {
+        let run = |tolerance: &str| {
+            let more = [tolerance, "record.duration=8"];
+            truth_and_step(&with("smooth", engine, law, &more))
+        };
+        let (truth, step) = run("engine.tolerance=1e-5");
+        let (exact, _) = run("engine.tolerance=1e-8");
+        let rms = |force: fn(&WheelTruth) -> f64| {
+            let pairs = truth.iter().zip(&exact);
+            let errors = pairs.flat_map(|(a, b)| {
+                [0, 1, 2].map(|i| (force(&a.wheels[i]) - force(&b.wheels[i])).powi(2))
+            });
+            (errors.sum::<f64>() / (3.0 * truth.len() as f64)).sqrt()
+        };
+        let (n, t) = (rms(|w| w.normal_force), rms(|w| w.traction));
+        println!(
+            "{law:?}: mean step {:.2} ms, error of N {n:.1e}, of T {t:.1e} N RMS",
+            1e3 * step
+        );
+        // Five times the largest measured errors, 0.2 and 0.6 mN; half the shortest mean step, 29 ms.
+        assert!(n < 1e-3 && t < 3e-3, "{law:?}: {n} {t}");
+        assert!(step > 15e-3, "{law:?}: {step}");
     }
 }
 

@@ -28,13 +28,14 @@ pub enum Kind {
 }
 
 type Get<T> = Box<dyn Fn(&Frame<'_>) -> T + Send + Sync>;
+pub(super) type GetOptional<S> = Box<dyn Fn(&S) -> Option<f64> + Send + Sync>;
 
 /// The source of a column's values. Values of the truth that are not there, such as those of a contact, are optional.
 pub(super) enum Source {
     Float(Get<f64>),
     Optional(Get<Option<f64>>),
     Truth(Box<dyn Fn(&Truth) -> f64 + Send + Sync>),
-    OptionalOfTruth(Box<dyn Fn(&Truth) -> Option<f64> + Send + Sync>),
+    OptionalOfTruth(GetOptional<Truth>),
     CountOfTruth(Box<dyn Fn(&Truth) -> u32 + Send + Sync>),
 }
 

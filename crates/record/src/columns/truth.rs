@@ -1,7 +1,8 @@
 //! The columns of `truth`.
 
 use super::column::{
-    Column, Source, Table, WHEEL, column, of_truth, pin_force_description, time_of_record,
+    Column, GetOptional, Source, Table, WHEEL, column, of_truth, pin_force_description,
+    time_of_record,
 };
 use robhaz_model::Pin;
 use robhaz_sim::{ContactTruth, WheelTruth};
@@ -211,10 +212,7 @@ fn contacts_truth(i: usize) -> Vec<Column> {
     let wheel = format!("wheel{}", i + 1);
     let name = |part: &str| format!("{wheel}_{part}");
     let what = |description: &str| format!("{}: {description}", WHEEL[i]);
-    let optional = |part: &str,
-                    unit,
-                    description: &str,
-                    get: Box<dyn Fn(&WheelTruth) -> Option<f64> + Send + Sync>| {
+    let optional = |part: &str, unit, description: &str, get: GetOptional<WheelTruth>| {
         let source = Source::OptionalOfTruth(Box::new(move |t| get(&t.wheels[i])));
         column(name(part), unit, what(description), source)
     };
