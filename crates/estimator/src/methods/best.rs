@@ -182,10 +182,14 @@ impl BestFilters {
     ) -> [Option<RollingResiduals>; 3] {
         let (robot, settings) = (&nominal.robot, &nominal.settings);
         let (inputs, dt) = (instant.inputs, instant.dt);
+        let slopes = expected_slopes(arms);
         if dt > 0.0 {
             let fresh = inputs.contact_angle.map(|angle| angle.fresh());
             let measured = self.measured_accelerations(robot, arms);
-            self.motion.predict(&settings.budget, dt, fresh, measured);
+            self.motion
+                .predict(&settings.budget, dt, fresh, &slopes, measured);
+        } else {
+            self.motion.start_at(&slopes);
         }
         for i in 0..3 {
             let alpha = self.links[robot.geometry.carriers[i].index()].acceleration();
@@ -438,4 +442,15 @@ impl BestFilters {
             },
         }
     }
+}
+
+/// Slopes of the ground that the posture shows, rad: at the front and rear wheel that of the line to the middle wheel, at the middle
+/// wheel that of the line between the others. The ground under a wheel deviates from it, but over a distance the mean slope of the
+/// ground is that of the robot.
+fn expected_slopes(arms: &Arms) -> [f64; 3] {
+    let slope = |front: usize, rear: usize| {
+        let line = arms.axles[front] - arms.axles[rear];
+        libm::atan2(line.y, line.x)
+    };
+    [slope(0, 1), slope(0, 2), slope(1, 2)]
 }

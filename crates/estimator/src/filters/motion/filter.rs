@@ -65,6 +65,15 @@ impl MotionFilter {
         }
     }
 
+    /// Unknown contact angles start at `slopes`, rad.
+    pub fn start_at(&mut self, slopes: &[f64; 3]) {
+        if self.angles == ContactAngles::Unknown {
+            for (i, slope) in slopes.iter().enumerate() {
+                self.filter.x[CONTACT_ANGLE + i] = -slope;
+            }
+        }
+    }
+
     /// Marks the velocity as unknown, because the robot may be moving: raises its two variances, keeps its value and
     /// correlations.
     pub fn forget_velocity(&mut self) {

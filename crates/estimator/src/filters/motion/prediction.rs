@@ -27,12 +27,14 @@ struct Decay {
 }
 
 impl MotionFilter {
-    /// Advances by `dt`, s. `fresh_angles` says which wheels have a contact angle of this instant.
+    /// Advances by `dt`, s. `fresh_angles` says which wheels have a contact angle of this instant; unknown angles revert to
+    /// `expected_slopes`, rad.
     pub fn predict(
         &mut self,
         budget: &NoiseBudget,
         dt: f64,
         fresh_angles: [bool; 3],
+        expected_slopes: &[f64; 3],
         measured: MeasuredAccelerations,
     ) {
         let acceleration = self.acceleration_process(budget, measured);
@@ -41,6 +43,7 @@ impl MotionFilter {
             contact_angle: self.angle_decay(budget, dt),
         };
         self.propagate(dt, decay);
+        self.revert_to(expected_slopes, decay.contact_angle);
         self.add_acceleration_noise(acceleration.sigma, decay.acceleration);
         self.add_angle_noise(budget, dt, fresh_angles, decay.contact_angle);
         self.add_walks(dt);
@@ -115,6 +118,15 @@ impl MotionFilter {
         for i in 0..CHANGING {
             for k in i + 1..COUNT {
                 p[k][i] = p[i][k];
+            }
+        }
+    }
+
+    /// Unknown contact angles revert to `slopes` (rad) instead of zero; `keep` is the factor of the step.
+    fn revert_to(&mut self, slopes: &[f64; 3], keep: f64) {
+        if self.angles == ContactAngles::Unknown {
+            for (i, slope) in slopes.iter().enumerate() {
+                self.filter.x[CONTACT_ANGLE + i] -= (1.0 - keep) * slope;
             }
         }
     }

@@ -67,7 +67,13 @@ fn covariance_stays_symmetric_and_positive() {
         let dt = if k % 997 == 0 { 0.4 } else { DT };
         let links = if k % 300 < 20 { 3.0 } else { 0.0 };
         let measured = MeasuredAccelerations { rims: 0.1, links };
-        motion.predict(&budget, dt, [k % 3 != 0, k % 500 > 100, true], measured);
+        motion.predict(
+            &budget,
+            dt,
+            [k % 3 != 0, k % 500 > 100, true],
+            &[0.0; 3],
+            measured,
+        );
         for i in 0..3 {
             let correct = k % 5 != 0;
             motion.roll(&budget, i, &wheel(&mut random), dt, correct);
@@ -92,7 +98,13 @@ fn rolling_determines_the_velocity() {
     let mut motion = MotionFilter::new(&budget, ContactAngles::Given);
     let (slope, speed) = (0.2_f64, 0.2);
     for _ in 0..2000 {
-        motion.predict(&budget, DT, [true; 3], MeasuredAccelerations::default());
+        motion.predict(
+            &budget,
+            DT,
+            [true; 3],
+            &[0.0; 3],
+            MeasuredAccelerations::default(),
+        );
         for i in 0..3 {
             let wheel = RollingWheel {
                 relative: Vec2::zeros(),
@@ -136,7 +148,13 @@ fn wrong_slopes_do_not_slow_the_robot_down() {
     let fresh = budget.contact_angle * libm::sqrt(1.0 - keep * keep);
     let mut errors = [0.0; 3];
     for _ in 0..1000 {
-        motion.predict(&budget, DT, [true; 3], MeasuredAccelerations::default());
+        motion.predict(
+            &budget,
+            DT,
+            [true; 3],
+            &[0.0; 3],
+            MeasuredAccelerations::default(),
+        );
         for (i, error) in errors.iter_mut().enumerate() {
             *error = keep * *error + fresh * random.normal();
             let wheel = RollingWheel {
@@ -175,7 +193,13 @@ fn a_wheel_that_leaves_its_ground_is_suspect() {
         };
         rolling(&mut motion, slope, &mut random);
         for _ in 0..after {
-            motion.predict(&budget, DT, [true; 3], MeasuredAccelerations::default());
+            motion.predict(
+                &budget,
+                DT,
+                [true; 3],
+                &[0.0; 3],
+                MeasuredAccelerations::default(),
+            );
         }
         let before = motion.filter.x[CONTACT_ANGLE];
         rolling(&mut motion, 0.05, &mut random);
@@ -205,7 +229,13 @@ fn an_impact_becomes_unexplained_load_and_decays() {
             .all(|time| *time >= TUNING.suspect_time)
     );
     for _ in 0..100 {
-        motion.predict(&budget, DT, [true; 3], MeasuredAccelerations::default());
+        motion.predict(
+            &budget,
+            DT,
+            [true; 3],
+            &[0.0; 3],
+            MeasuredAccelerations::default(),
+        );
     }
     let decayed = expected * libm::exp(-0.1 / TUNING.unexplained_decay);
     assert!((motion.unexplained - decayed).abs() < 1e-9 * expected);
@@ -213,7 +243,13 @@ fn an_impact_becomes_unexplained_load_and_decays() {
     let innovation = check(&mut motion, &h, 0.0, 1.0, DT).innovation;
     assert!((innovation.variance - 1.0 - TUNING.parity.sigma.powi(2)).abs() < 1e-12);
     for _ in 0..1000 {
-        motion.predict(&budget, DT, [true; 3], MeasuredAccelerations::default());
+        motion.predict(
+            &budget,
+            DT,
+            [true; 3],
+            &[0.0; 3],
+            MeasuredAccelerations::default(),
+        );
     }
     assert_eq!(motion.unexplained.to_bits(), 0.0_f64.to_bits());
 }

@@ -67,9 +67,9 @@ pub struct Tuning {
     /// Linearisation error of the parity residual, N, in addition to the errors of the loads; and the correlation time of
     /// all errors of that residual, s, those of the torque observer included.
     pub parity: LastingError,
-    /// Prior of the ground where no contact angle is given: RMS of its slope, rad.
+    /// Prior of the ground where no contact angle is given: RMS deviation of its slope from the line between the wheels, rad.
     pub slope: f64,
-    /// Correlation length of the slope along the ground, m.
+    /// Correlation length of that deviation along the ground, m: the wheel's radius smooths shorter waves.
     pub slope_length: f64,
     /// Random walk of a given contact angle while its reading is missing, rad/sqrt(s).
     pub unread_angle_walk: f64,
@@ -137,8 +137,8 @@ pub const TUNING: Tuning = Tuning {
     creep_walk: 6e-3,
     common_creep_walk: 0.5,
     parity: LastingError::new(0.1, 0.03),
-    slope: 0.4,
-    slope_length: 1.0,
+    slope: 0.2,
+    slope_length: 0.08,
     unread_angle_walk: 0.5,
     steepest: 1.4,
     sliding_gate: 6.0,
