@@ -134,6 +134,12 @@ impl Drift {
         Kalman::<COUNT>::along(&self.filter.x, &h)
     }
 
+    /// Estimated error of the direction of the velocity, as dy/dx.
+    pub fn of_direction(&self) -> f64 {
+        let h = [(SLOPE, 1.0), (LASTING_SLOPE, 1.0)];
+        Kalman::<COUNT>::along(&self.filter.x, &h)
+    }
+
     fn weights(place: Between) -> [(usize, f64); 2] {
         [
             (state_of(place.node), 1.0 - place.share),

@@ -2,7 +2,7 @@
 
 use super::cells::{Cell, Cells, MOST_AT_ONCE, NODE_EVERY};
 use super::drift::{Drift, Lever};
-use super::motion::{Contact, GroundMotion, tangent};
+use super::motion::{Contact, GroundMotion, level, tangent};
 use crate::visit::visit_fields;
 use robhaz_model::{Geometry, Vec2};
 
@@ -247,10 +247,14 @@ impl GroundMemory {
         if !self.is_used(behind, |_| true) {
             self.open(behind, number, contact.lever);
         }
-        let error = self.drift.at(place).0 - self.drift.of_contact(contact.lever);
+        // What is stored errs as the nodes say. The best values of now are these:
+        let height = contact.y - self.drift.of_contact(contact.lever);
+        let level = level(contact.slope);
+        let slope = contact.slope - level * self.drift.of_direction();
+        let of_nodes = self.drift.slope_at(place, self.cells.node_spacing()).0;
         let cell = Cell {
-            height: contact.y + error,
-            slope: contact.slope,
+            height: height + self.drift.at(place).0,
+            slope: slope + level * of_nodes,
             slope_variance: contact.slope_variance,
             place_variance: self.place_variance,
         };

@@ -69,7 +69,7 @@ impl GroundMotion {
         let (slope, sigma) = self.contact_angle[i];
         let (sin, cos) = libm::sincos(slope);
         let axle = self.axles[i];
-        let shared = shared * cos * cos;
+        let shared = shared * level(slope);
         Contact {
             x: axle.x + geometry.wheel_radius * sin,
             y: axle.y - geometry.wheel_radius * cos,
@@ -121,6 +121,12 @@ impl Contact {
             ..*self
         }
     }
+}
+
+/// Change of the angle (rad) per change of dy/dx.
+pub(super) fn level(slope: f64) -> f64 {
+    let cos = libm::cos(slope);
+    cos * cos
 }
 
 /// dy/dx for an angle (rad), at most 5 upwards or downwards: a riser has none.

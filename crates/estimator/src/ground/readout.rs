@@ -2,7 +2,7 @@
 
 use super::cells::{Cell, Cells};
 use super::memory::{GroundMemory, UNEVEN};
-use super::motion::tangent;
+use super::motion::{level, tangent};
 use super::point::GroundPoint;
 
 impl GroundMemory {
@@ -65,8 +65,7 @@ impl GroundMemory {
     fn slope_of(&self, number: i64, cell: &Cell) -> (f64, f64) {
         let spacing = self.cells.node_spacing();
         let (error, variance) = self.drift.slope_at(Cells::between(number), spacing);
-        let cos = libm::cos(cell.slope);
-        let level = cos * cos;
+        let level = level(cell.slope);
         (
             cell.slope - level * error,
             level * level * variance + cell.slope_variance,
