@@ -116,9 +116,8 @@ impl Cells {
     /// Moves the window so that it contains all places from `low` to `high` (m), as far as one sample can. The points that it
     /// leaves stay readable until [`Self::forget_left`].
     pub fn follow(&mut self, low: f64, high: f64) {
-        // One point more on each side, for the nearest one of a wheel that lands.
-        let ahead = self.number(high) + 2 - (self.first + WINDOW - 1);
-        let behind = self.number(low) - 1 - self.first;
+        let ahead = self.number(high) + 1 - (self.first + WINDOW - 1);
+        let behind = self.number(low) - self.first;
         self.first += if ahead > 0 {
             ahead.min(MOST_AT_ONCE)
         } else {

@@ -116,10 +116,10 @@ impl GroundMemory {
         *self = Self::empty(cells, self.section.saturating_add(1));
     }
 
-    /// Takes one sample. `tilt`: bias of the inclinometers, rad. A sample with a number that is not finite changes nothing; when
+    /// Takes one sample. `tilt`: bias of the inclinometers, rad. A sample with an impossible number changes nothing; when
     /// the numbers grow beyond all bounds, a new section starts.
     pub fn update(&mut self, geometry: &Geometry, tilt: f64, motion: &GroundMotion) {
-        if self.ended || !motion.is_finite() {
+        if self.ended || !motion.is_possible() {
             return;
         }
         if !self.started && motion.velocity.norm_squared() < MOVING * MOVING {
@@ -177,21 +177,16 @@ impl GroundMemory {
         let Some(last) = self.contacts.get(i).copied() else {
             return;
         };
+        let (from, to) = (self.cells.number(last.at[0]), self.cells.number(contact.x));
+        let steps = to.saturating_sub(from);
         let mut now = LastContact {
             touches,
             at: [contact.x, contact.y, contact.slope],
-            tied: last.tied && last.touches,
+            tied: last.tied && last.touches && steps.abs() <= MOST_AT_ONCE,
             ..last
         };
-        let (from, to) = (self.cells.number(last.at[0]), self.cells.number(contact.x));
-        let steps = to.saturating_sub(from);
-        if touches && (!last.touches || steps.abs() > MOST_AT_ONCE) {
-            // It came from elsewhere: the nearest point stands for its place.
-            let nearest = self.cells.number(contact.x + 0.5 * self.cells.spacing());
-            let at = contact.beside(self.cells.place(nearest));
-            now.tied = false;
-            self.visit_point(nearest, true, &at, slope_sigma, &mut now);
-        } else if touches {
+        // A wheel that came from elsewhere passes its next point first.
+        if touches && last.touches && steps.abs() <= MOST_AT_ONCE {
             for k in 0..steps.abs() {
                 let number = if steps > 0 { from + 1 + k } else { from - k };
                 // A wheel that rests on a point passes it once.
@@ -295,10 +290,10 @@ impl GroundMemory {
         !numbers.all(|number| number.abs() < LARGEST) || self.drift.is_lost()
     }
 
-    /// Place of the contact of wheel `i` at the last sample, m; `None` before the section has started.
-    pub fn place_of_wheel(&self, i: usize) -> Option<f64> {
-        let last = self.contacts.get(i)?;
-        self.started.then_some(last.at[0])
+    /// Places of the contacts at the last sample, m; `None` before the section has started.
+    pub fn wheel_places(&self) -> Option<[f64; 3]> {
+        let running = self.started && !self.ended;
+        running.then(|| self.contacts.map(|last| last.at[0]))
     }
 }
 

@@ -36,8 +36,10 @@ pub(super) struct Contact {
 }
 
 impl GroundMotion {
-    /// Whether all numbers are finite.
-    pub fn is_finite(&self) -> bool {
+    /// Whether all numbers are finite and can be those of a robot.
+    pub fn is_possible(&self) -> bool {
+        /// Bound of all quantities, SI.
+        const LARGEST: f64 = 1e6;
         let vectors = self.axles.iter().chain([&self.velocity]);
         let angles = self.contact_angle.iter().flat_map(|(a, s)| [a, s]);
         let mut numbers = vectors
@@ -45,7 +47,7 @@ impl GroundMotion {
             .chain(angles)
             .chain(&self.velocity_covariance)
             .chain([&self.dt]);
-        numbers.all(|number| number.is_finite())
+        numbers.all(|number| number.abs() < LARGEST)
     }
 
     /// Standard deviations of the velocity: across its direction, as an error of dy/dx, at most 1; and along it, m/s.
@@ -109,15 +111,6 @@ impl Contact {
             x,
             y: y0 + share * (self.y - y0),
             slope: slope0 + share * (self.slope - slope0),
-            ..*self
-        }
-    }
-
-    /// The contact at the place `x` (m) close by, along the tangent.
-    pub fn beside(&self, x: f64) -> Self {
-        Self {
-            x,
-            y: self.y + (x - self.x) * tangent(self.slope),
             ..*self
         }
     }
