@@ -16,6 +16,7 @@ mod append;
 mod columns;
 mod csv_table;
 mod error;
+mod felt_ground;
 mod figures;
 mod format;
 mod parquet_table;

@@ -9,12 +9,14 @@
 //! | NIS | `(r/sigma_r)^2`, r = parity residual before correction | [`Score::nis`] |
 //! | coverage | share of errors of N within two stated standard deviations | [`Score::coverage`] |
 //! | mu_n | T/N, where N is at least [`LEAST_LOAD`] | [`needed_friction`] |
+//! | errors of the ground | RMSE and coverage of height and slope over the points found | [`GroundErrors`] |
 //! | progress | way, stuck since, spinning time | [`ProgressMeter`] |
 //! | events | contact lost, two contacts, slip, end stop | [`events`] |
 
 mod errors;
 pub mod events;
 mod friction;
+mod ground;
 mod progress;
 mod rule;
 mod score;
@@ -22,6 +24,7 @@ mod sum;
 
 pub use errors::{ForceErrors, rms_over_wheels};
 pub use friction::{LEAST_LOAD, needed_friction};
+pub use ground::{GroundErrors, TrueGround};
 pub use progress::{Progress, ProgressMeter};
 pub use rule::{Inclusion, Rule};
 pub use score::Score;

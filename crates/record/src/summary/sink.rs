@@ -3,13 +3,14 @@
 use super::file::Summary;
 use super::parts::{BrokenOff, EstimatorSummary, NominalRobot, SensorErrors};
 use crate::error::RecordError;
+use crate::felt_ground::FeltGrounds;
 use robhaz_estimator::{Estimate, EstimateError};
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_score::events::{EventCounts, EventDetector};
 use robhaz_score::{ProgressMeter, Rule, Score};
 use robhaz_sim::Truth;
 
-/// Sums up a run. It keeps sums alone, no records.
+/// Sums up a run. It keeps sums and the points of the ground, no records.
 #[derive(Debug, Default)]
 pub struct SummarySink {
     run: Option<RunDescription>,
@@ -18,6 +19,7 @@ pub struct SummarySink {
     /// Progress and events of a simulation.
     progress: Option<ProgressMeter>,
     events: Option<(EventDetector, EventCounts)>,
+    grounds: FeltGrounds,
     end: Option<RunEnd>,
 }
 
@@ -36,7 +38,8 @@ impl SummarySink {
             return Err(RecordError::Unfinished);
         };
         let world = run.world.as_ref();
-        let estimators = run.estimators.iter().zip(&self.scores);
+        let terrain = world.map(|w| w.terrain.build(&run.robot.robot));
+        let estimators = run.estimators.iter().zip(&self.scores).enumerate();
         Ok(Summary {
             scene: run.name.clone(),
             engine: world.map(|w| w.engine.name().to_owned()),
@@ -57,7 +60,10 @@ impl SummarySink {
             sensors: world.map(SensorErrors::of),
             nominal: NominalRobot::of(run),
             estimators: estimators
-                .map(|(e, score)| EstimatorSummary::new(&e.label, score))
+                .map(|(k, (e, score))| EstimatorSummary {
+                    ground: self.grounds.errors(k, terrain.as_ref()),
+                    ..EstimatorSummary::new(&e.label, score)
+                })
                 .collect(),
         })
     }
@@ -93,6 +99,7 @@ impl Sink for SummarySink {
                 let detector = EventDetector::new(geometry.stop, w.friction.v_s);
                 (detector, EventCounts::default())
             }),
+            grounds: FeltGrounds::new(run),
             end: None,
         };
         Ok(())
@@ -102,10 +109,12 @@ impl Sink for SummarySink {
         if let Some(truth) = frame.truth {
             self.compare(truth, frame.estimates);
         }
+        self.grounds.add(frame);
         Ok(())
     }
 
     fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
+        self.grounds.finish(end);
         self.end = end.cloned();
         Ok(())
     }
