@@ -54,11 +54,6 @@ impl FeltGrounds {
         }
     }
 
-    /// Whether any estimator has found a point.
-    pub fn is_empty(&self) -> bool {
-        self.points.iter().all(Vec::is_empty)
-    }
-
     /// The points of an estimator with the true ground, which a simulation has. Only the origin of the first section is known:
     /// later sections have no truth.
     pub fn compared(&self, estimator: usize, terrain: Option<&Terrain>) -> Vec<Compared> {

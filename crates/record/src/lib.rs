@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | tables of truth, readings and estimates | `truth`, `sensors`, `estimate-NAME`, `.parquet` or `.csv` | [`TableSink`] |
 //! | the ground | `terrain`, `.parquet` or `.csv` | [`TableSink`] |
+//! | the ground that an estimator has found | `ground-NAME`, `.parquet` or `.csv` | [`TableSink`] |
 //! | the tables of a run that is going on or was killed | `.arrows` in place of `.parquet` | [`TableSink`], [`recover`] |
 //! | errors of each estimator | `summary.json` | [`SummarySink`], [`Summary`] |
 //! | Figs. 5 to 8 of the paper, all estimators, the path | `fig5_linkage.svg`, `fig5_linkage.pdf`, ... | [`FigureSink`] |
@@ -19,7 +20,9 @@ mod error;
 mod felt_ground;
 mod figures;
 mod format;
+mod ground_table;
 mod parquet_table;
+mod point_table;
 mod report;
 mod stream_table;
 mod summary;

@@ -1,6 +1,7 @@
 //! Events and state changes of a run, in the form in which the viewer shows them.
 
 use crate::colours::{Colour, NEUTRAL, WHEELS, by_index};
+use crate::felt::FeltFrame;
 use crate::series::WHEEL_NAMES;
 use rerun::components::TextLogLevel;
 use robhaz_estimator::{Estimate, EstimateError, Flags};
@@ -67,6 +68,8 @@ pub(crate) struct Found {
     pub(crate) wheels: Vec<Change<WheelState>>,
     /// Changes of the states of estimators.
     pub(crate) estimators: Vec<Change<Confidence>>,
+    /// The ground that the estimator of the animation has found.
+    pub(crate) felt: Vec<FeltFrame>,
 }
 
 impl Found {
@@ -75,11 +78,15 @@ impl Found {
         self.events.append(&mut later.events);
         self.wheels.append(&mut later.wheels);
         self.estimators.append(&mut later.estimators);
+        self.felt.append(&mut later.felt);
     }
 
     /// Whether there are no events and no changes.
     pub(crate) fn is_empty(&self) -> bool {
-        self.events.is_empty() && self.wheels.is_empty() && self.estimators.is_empty()
+        self.events.is_empty()
+            && self.wheels.is_empty()
+            && self.estimators.is_empty()
+            && self.felt.is_empty()
     }
 }
 
