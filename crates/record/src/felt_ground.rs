@@ -3,8 +3,7 @@
 use robhaz_estimator::GroundPoint;
 use robhaz_model::Vec2;
 use robhaz_run::{Frame, RunDescription, RunEnd};
-use robhaz_score::{GroundErrors, TrueGround};
-use robhaz_sim::Truth;
+use robhaz_score::{GroundErrors, TrueGround, ground_origin};
 use robhaz_terrain::{Surveyed, Terrain};
 
 /// Largest distance of places at which the true ground is computed, m. Between them it is taken as straight: at a curvature of
@@ -39,7 +38,8 @@ impl FeltGrounds {
     /// Adds a record.
     pub fn add(&mut self, frame: &Frame<'_>) {
         if self.origin.is_none() {
-            self.origin = frame.truth.map(|truth| self.origin_of(truth));
+            let radius = self.wheel_radius;
+            self.origin = frame.truth.map(|truth| ground_origin(truth, radius));
         }
         for (k, points) in self.points.iter_mut().enumerate() {
             points.extend_from_slice(frame.ground.completed(k));
@@ -83,18 +83,6 @@ impl FeltGrounds {
         let (from, to) = (origin.x + low - SPACING, origin.x + high + SPACING);
         let spacing = SPACING.max((to - from) / MOST);
         (low <= high).then(|| (origin, terrain.survey(from, to, spacing)))
-    }
-
-    /// The true origin of the first section: below the axle of the middle wheel, at the height of its contact. At the first
-    /// record the robot has not moved.
-    fn origin_of(&self, truth: &Truth) -> Vec2 {
-        let wheel = &truth.wheels[1];
-        let lowest = wheel.position.y - self.wheel_radius * wheel.contact_angle.cos();
-        let contact = wheel.contact_list.first();
-        Vec2::new(
-            wheel.position.x,
-            contact.map_or(lowest, |contact| contact.point.y),
-        )
     }
 }
 

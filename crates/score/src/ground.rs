@@ -2,6 +2,8 @@
 
 use crate::sum::Rms;
 use robhaz_estimator::GroundPoint;
+use robhaz_model::Vec2;
+use robhaz_sim::Truth;
 use serde::{Deserialize, Serialize};
 
 /// The true ground at a place.
@@ -11,6 +13,15 @@ pub struct TrueGround {
     pub height: f64,
     /// Angle of the tangent, rad; `None` on a riser.
     pub slope: Option<f64>,
+}
+
+/// True place of the origin of an estimator's first section, m, for the truth of the first record and the wheels' radius (m): below
+/// the middle axle, at the height of that wheel's contact. The robot has not moved before the first record.
+pub fn ground_origin(truth: &Truth, wheel_radius: f64) -> Vec2 {
+    let wheel = &truth.wheels[1];
+    let lowest = wheel.position.y - wheel_radius * wheel.contact_angle.cos();
+    let contact = wheel.contact_list.first();
+    Vec2::new(wheel.position.x, contact.map_or(lowest, |c| c.point.y))
 }
 
 /// Errors of the ground over its points. Places are those that the robot has found: an error of the place counts as one of height

@@ -24,7 +24,7 @@ mod sum;
 
 pub use errors::{ForceErrors, rms_over_wheels};
 pub use friction::{LEAST_LOAD, needed_friction};
-pub use ground::{GroundErrors, TrueGround};
+pub use ground::{GroundErrors, TrueGround, ground_origin};
 pub use progress::{Progress, ProgressMeter};
 pub use rule::{Inclusion, Rule};
 pub use score::Score;

@@ -9,7 +9,7 @@ use rerun::components::Radius;
 use robhaz_estimator::GroundPoint;
 use robhaz_model::Vec2;
 use robhaz_run::{Frame, RunDescription};
-use robhaz_sim::Truth;
+use robhaz_score::ground_origin;
 
 /// Distance between points beyond which the line is not drawn, m.
 const GAP: f64 = 0.035;
@@ -67,7 +67,7 @@ impl FeltCollector {
         };
         let origin = *self
             .origin
-            .get_or_insert(origin_of(truth, self.wheel_radius));
+            .get_or_insert(ground_origin(truth, self.wheel_radius));
         // The origin of a later section is not known.
         let drawn = |p: &GroundPoint| p.section == 0;
         let left = frame.ground.completed(k).iter().filter(|p| drawn(p));
@@ -92,14 +92,6 @@ impl FeltCollector {
     pub(crate) fn take(&mut self) -> Vec<FeltFrame> {
         std::mem::take(&mut self.frames)
     }
-}
-
-/// True place of the origin: below the middle axle at the first record, at the height of that wheel's contact.
-fn origin_of(truth: &Truth, wheel_radius: f64) -> Vec2 {
-    let wheel = &truth.wheels[1];
-    let lowest = wheel.position.y - wheel_radius * wheel.contact_angle.cos();
-    let contact = wheel.contact_list.first();
-    Vec2::new(wheel.position.x, contact.map_or(lowest, |c| c.point.y))
 }
 
 impl Lines {

@@ -4,7 +4,7 @@ use super::header::{Entry, Header, Mark};
 use super::page::{Column, Page};
 use super::panel::{Axis, Layer, Panel};
 use super::run::RunTraces;
-use super::style::{LINKAGE, band_color, estimate_line, truth_line};
+use super::style::{FELT, band_color, estimate_line, truth_line};
 use super::trace::{Band, Trace};
 use crate::felt_ground::Compared;
 use robhaz_score::GroundErrors;
@@ -119,16 +119,16 @@ impl GroundTraces {
             layers,
         };
         let mut profile = vec![
-            Layer::Band(&self.height_band, LINKAGE),
-            Layer::Estimate(&self.height, LINKAGE),
+            Layer::Band(&self.height_band, FELT),
+            Layer::Estimate(&self.height, FELT),
         ];
         let mut panels = Vec::new();
         if run.has_truth() && self.errors.is_some() {
             profile.push(Layer::Truth(&self.truth));
             let error = |error, band| {
                 vec![
-                    Layer::Band(band, LINKAGE),
-                    Layer::Estimate(error, LINKAGE),
+                    Layer::Band(band, FELT),
+                    Layer::Estimate(error, FELT),
                     Layer::Level(0.0),
                 ]
             };
@@ -177,9 +177,9 @@ impl GroundTraces {
             Some(errors) => format!("estimated: RMSE {:.2} mm", MM * errors.height_rmse_m),
             None => "estimated".to_owned(),
         };
-        key.push(Entry::new(Mark::Line(estimate_line(LINKAGE)), rmse));
+        key.push(Entry::new(Mark::Line(estimate_line(FELT)), rmse));
         key.push(Entry::new(
-            Mark::Area(band_color(LINKAGE)),
+            Mark::Area(band_color(FELT)),
             "two standard deviations",
         ));
         Header {
