@@ -66,15 +66,21 @@ fn measure(scene: &Scene, truth: &TruthRun, seeds: usize) -> SeedScores {
     summaries.into_iter().next().unwrap()
 }
 
-/// Prints one row of the table. Returns the NRMSE of N, %, and the consistency.
+/// Prints one row of the table. Returns the NRMSE of N, %, and the consistency, both over the samples without two
+/// contacts.
+///
+/// On rolling ground no wheel has two contacts. At corners the impacts, kilonewtons for less than a millisecond, make
+/// nearly all of the error at two contacts: whether a sample contains a peak decides on it, not the estimator.
 fn print_row(what: &str, scores: &SeedScores, level: f64) -> (f64, Consistency) {
-    let (nrmse, stated) = (scores.nrmse().unwrap(), scores.stated().unwrap());
-    let consistency = scores.consistency().unwrap();
+    let judged = scores.at_one_contact();
+    let (nrmse, stated) = (judged.nrmse().unwrap(), judged.stated().unwrap());
+    let consistency = judged.consistency().unwrap();
     println!(
-        "{what:42} N {:.3} +- {:.3} % (level {level:.2})  T {:.2} N  stated {:.3} %  coverage {:.1} %  NEES {:.2}  NIS {:.2}  {}",
+        "{what:42} N {:.3} +- {:.3} % (level {level:.2}; with two contacts {:.2} %)  T {:.2} N  stated {:.3} %  coverage {:.1} %  NEES {:.2}  NIS {:.2}  {}",
         100.0 * nrmse.mean,
         100.0 * nrmse.standard_error.unwrap_or(0.0),
-        scores.traction_rmse().unwrap().mean,
+        100.0 * scores.nrmse().unwrap().mean,
+        judged.traction_rmse().unwrap().mean,
         100.0 * stated.mean,
         100.0 * consistency.coverage.mean,
         consistency.nees.mean,

@@ -3,6 +3,7 @@
 // A test may panic.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod acceptance_contacts;
 mod acceptance_estimators;
 mod acceptance_fig5;
 mod acceptance_fig7_fig8;
@@ -16,6 +17,7 @@ mod determinism;
 mod documents;
 mod draws;
 mod estimator_is_isolated;
+mod friction_laws;
 mod invariance;
 mod modules;
 mod output_folders;

@@ -53,6 +53,7 @@ fn drives() -> impl Strategy<Value = Drive> {
             gear_friction: f,
             start_time: 0.2,
             ramp_time,
+            scalings: Vec::new(),
         },
     )
 }
@@ -64,6 +65,7 @@ fn frictions() -> impl Strategy<Value = FrictionLaw> {
         mu_d: ratio * mu_s,
         v_s,
         v_d: 5.0 * v_s,
+        ..FrictionLaw::default()
     })
 }
 

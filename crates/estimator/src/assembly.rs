@@ -1,5 +1,6 @@
 //! An estimate from the forces and equations of one instant.
 
+use crate::contact::ContactEstimate;
 use crate::estimate::{Estimate, Parity, ReadingErrors};
 use crate::flags::Flags;
 use crate::nominal::Nominal;
@@ -16,6 +17,8 @@ pub(crate) struct Solution<'a> {
     pub contact_angle: [f64; 3],
     /// Parity residual before any correction.
     pub parity: Option<Parity>,
+    /// `None` from filters that do not estimate it.
+    pub contact: Option<[ContactEstimate; 3]>,
     /// `None` from filters that state no covariance.
     pub uncertainty: Option<Uncertainty>,
     pub flags: Flags,
@@ -71,6 +74,7 @@ pub(crate) fn assemble(
         ],
         parity: solution.parity,
         reading_errors: uncertainty.as_ref().map(|u| u.reading_errors),
+        contact: solution.contact,
         flags: solution.flags,
     }
 }

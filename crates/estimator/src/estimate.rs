@@ -1,5 +1,6 @@
 //! The estimate of one instant.
 
+use crate::contact::ContactEstimate;
 use crate::flags::Flags;
 use robhaz_model::{Posture, PostureError, Vec2};
 
@@ -32,6 +33,8 @@ pub struct Estimate {
     pub parity: Option<Parity>,
     /// Estimated errors of the readings; `None` from the paper's filters.
     pub reading_errors: Option<ReadingErrors>,
+    /// Contact state of each wheel; `None` from the paper's filters.
+    pub contact: Option<[ContactEstimate; 3]>,
     /// Warnings.
     pub flags: Flags,
 }

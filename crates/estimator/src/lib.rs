@@ -33,7 +33,7 @@
 //! | [`statics`] | eqs. (1) to (8), arms, loads, least squares, sensitivity |
 //! | [`filters`] | from readings over time to angles, torques, motion and errors |
 //! | `ground/` | memory of the ground |
-//! | `contact/` | velocity of a wheel relative to the ground, creep |
+//! | `contact/` | velocity of a wheel relative to the ground, creep, contact state |
 //! | `methods/` | the paper's method and `best`: filters and statics put together |
 //!
 //! The crate is `no_std`, allocates nothing, and depends on the robot's drawings (`robhaz-model`) alone: it cannot reach
@@ -85,6 +85,7 @@ pub mod statics;
 mod testing;
 mod visit;
 
+pub use contact::{ContactEstimate, ContactState};
 pub use estimate::{Estimate, EstimateError, Parity, ReadingErrors};
 pub use estimator::Estimator;
 pub use flags::Flags;

@@ -248,6 +248,11 @@ impl EstimatorSettings {
         }
     }
 
+    /// Whether estimates carry contact states.
+    pub const fn states_contacts(&self) -> bool {
+        matches!(self.method, Method::Kalman(_))
+    }
+
     /// Whether estimates carry a covariance.
     pub const fn states_covariance(&self) -> bool {
         matches!(self.method, Method::Kalman(_))

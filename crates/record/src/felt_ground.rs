@@ -23,7 +23,7 @@ pub struct FeltGrounds {
 }
 
 /// A point and the true ground there; `None` where it is not known.
-pub type Compared = (GroundPoint, Option<TrueGround>);
+pub type ComparedPoint = (GroundPoint, Option<TrueGround>);
 
 impl FeltGrounds {
     /// Before the first record of a run.
@@ -56,7 +56,7 @@ impl FeltGrounds {
 
     /// The points of an estimator with the true ground, which a simulation has. Only the origin of the first section is known:
     /// later sections have no truth.
-    pub fn compared(&self, estimator: usize, terrain: Option<&Terrain>) -> Vec<Compared> {
+    pub fn compared(&self, estimator: usize, terrain: Option<&Terrain>) -> Vec<ComparedPoint> {
         let points = self.points.get(estimator).map_or(&[][..], Vec::as_slice);
         let truth = terrain.and_then(|terrain| self.survey(terrain, points));
         let of = |point: &GroundPoint| {

@@ -1,13 +1,13 @@
 //! The table `ground-NAME`: the ground as an estimator has found it.
 
 use crate::error::RecordError;
-use crate::felt_ground::{Compared, FeltGrounds};
+use crate::felt_ground::{ComparedPoint, FeltGrounds};
 use crate::format::TableFormat;
 use crate::point_table::{PointColumn, write_points};
 use robhaz_run::RunDescription;
 use std::path::Path;
 
-const COLUMNS: [PointColumn<Compared>; 9] = [
+const COLUMNS: [PointColumn<ComparedPoint>; 9] = [
     column(
         "section",
         "1",
@@ -68,8 +68,8 @@ const fn column(
     name: &'static str,
     unit: &'static str,
     description: &'static str,
-    get: fn(&Compared) -> Option<f64>,
-) -> PointColumn<Compared> {
+    get: fn(&ComparedPoint) -> Option<f64>,
+) -> PointColumn<ComparedPoint> {
     PointColumn {
         name,
         unit,

@@ -38,7 +38,8 @@ pub use format::TableFormat;
 pub use parquet_table::{RecoveredTable, recover};
 pub use report::comparison_table;
 pub use summary::{
-    BrokenOff, EstimatorSummary, NominalRobot, ProgressSummary, SensorErrors, Summary, SummarySink,
+    BrokenOff, EstimatorSummary, FrictionSummary, NominalRobot, ProgressSummary, SensorErrors,
+    Summary, SummarySink,
 };
 pub use table::TableSink;
 

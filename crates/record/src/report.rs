@@ -1,6 +1,6 @@
 //! The table that is printed at the end of a run, and that compares runs.
 
-use crate::summary::{EstimatorSummary, ProgressSummary, Summary};
+use crate::summary::{EstimatorSummary, FrictionSummary, ProgressSummary, Summary};
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Row, Table};
 
@@ -114,9 +114,14 @@ fn speed(label: &str, summary: &Summary) -> String {
     let (seconds, wall, factor) = (summary.duration_s, summary.wall_s, summary.real_time_factor);
     match (&summary.engine, summary.step_s) {
         (Some(engine), Some(step)) => format!(
-            "{label}: {seconds} s simulated in {wall:.2} s, {factor:.1} times real time (engine {engine}, step {:.3} ms). \
+            "{label}: {seconds} s simulated in {wall:.2} s, {factor:.1} times real time (engine {engine}, step {:.3} ms{}). \
              Errors count from {} s on.",
             1e3 * step,
+            summary
+                .friction
+                .as_ref()
+                .and_then(FrictionSummary::in_words)
+                .map_or(String::new(), |words| format!(", {words}")),
             summary.compare_from_s,
         ),
         _ => format!(
@@ -126,16 +131,46 @@ fn speed(label: &str, summary: &Summary) -> String {
     }
 }
 
-/// How many records are left out because a wheel has two contacts, the same for all estimators of a run.
+/// How many records have a wheel with two contacts, and how many are left out, the same for all estimators of a run.
 fn two_contacts(summary: &Summary) -> String {
-    match summary.estimators.first() {
-        Some(first) if first.two_contacts > 0 => format!(
-            "\n  {} of {} records left out because a wheel has two contacts.",
-            first.two_contacts,
-            first.two_contacts + first.missing + first.samples
-        ),
-        _ => String::new(),
+    let Some(first) = summary.estimators.first() else {
+        return String::new();
+    };
+    let mut text = String::new();
+    if first.two_contacts > 0 {
+        text.push_str(&format!(
+            "\n  {} of {} records have a wheel with two contacts: compared with the equivalent single contact.",
+            first.two_contacts, first.samples
+        ));
+        text.push_str(&without_two_contacts(&summary.estimators));
     }
+    if first.no_equivalent > 0 {
+        text.push_str(&format!(
+            "\n  {} of {} records left out: the contacts of a wheel have no equivalent single contact.",
+            first.no_equivalent,
+            first.no_equivalent + first.missing + first.samples
+        ));
+    }
+    text
+}
+
+/// NRMSE of all estimators over the records without two contacts. Impacts on corners make most of the error of the
+/// others.
+fn without_two_contacts(estimators: &[EstimatorSummary]) -> String {
+    let errors: Vec<String> = estimators
+        .iter()
+        .filter_map(|e| {
+            let nrmse = e.normal_force_at_one_contact?.nrmse?;
+            Some(format!("{} {:.1}", e.name, 100.0 * nrmse))
+        })
+        .collect();
+    if errors.is_empty() {
+        return String::new();
+    }
+    format!(
+        "\n  NRMSE in % without these records: {}.",
+        errors.join(", ")
+    )
 }
 
 /// A sentence about a robot that is stuck or spins its wheels.
@@ -194,6 +229,9 @@ mod tests {
             samples: 90,
             missing,
             two_contacts: 0,
+            no_equivalent: 0,
+            normal_force_at_one_contact: None,
+            contacts: None,
         };
         let run = described(&scene());
         Summary {
@@ -215,6 +253,7 @@ mod tests {
                 spinning_s: [0.1, 0.0, 1.9],
             }),
             events: None,
+            friction: run.world.as_ref().map(FrictionSummary::of),
             sensors: run.world.as_ref().map(SensorErrors::of),
             nominal: NominalRobot::of(&run),
             estimators: vec![estimator("paper-body", 5.0), estimator("paper-wheels", 4.0)],
@@ -251,6 +290,25 @@ mod tests {
         );
         assert!(text.contains("25.0 times real time"), "{text}");
         assert!(!text.contains("no estimate"), "{text}");
+    }
+
+    /// The friction law is named where it is not the default.
+    #[test]
+    fn another_friction_law_is_named() {
+        let line = |law: &str, slip_stiffness, rolling_resistance| {
+            let mut summary = summary(0);
+            if let Some(friction) = &mut summary.friction {
+                friction.law = law.to_owned();
+                friction.slip_stiffness = slip_stiffness;
+                friction.rolling_resistance = rolling_resistance;
+            }
+            comparison_table(&[("smooth", &summary)])
+        };
+        assert!(line("adams", None, 0.0).contains("(engine rapier, step 0.100 ms)."));
+        let found = line("brush", Some(5.0), 0.02);
+        let expected = "step 0.100 ms, friction brush with C = 5, rolling resistance 0.02).";
+        assert!(found.contains(expected), "{found}");
+        assert!(line("rigid", None, 0.0).contains("step 0.100 ms, friction rigid)."));
     }
 
     /// A run that is stuck or spins says so, one that travels does not.

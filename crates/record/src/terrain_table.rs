@@ -64,9 +64,13 @@ pub fn write_terrain(
 fn survey(run: &RunDescription, world: &World) -> Vec<Surveyed> {
     let profile = &world.terrain.profile;
     let terrain = world.terrain.build(&run.robot.robot);
-    let axles = run.robot.robot.geometry.axles;
+    let geometry = &run.robot.robot.geometry;
     let travel = world.drive.speed * run.record.duration;
-    let reached = axles.iter().flat_map(|a| [a.x, a.x + travel]);
+    let [back, ahead] = world
+        .drive
+        .planned_travel(run.record.duration, geometry.wheel_radius);
+    let axles = geometry.axles.iter();
+    let reached = axles.flat_map(|a| [0.0, travel, back, ahead].map(|x| a.x + x));
     let ends = match profile {
         Profile::Flat => None,
         _ => Some(terrain.extent()),

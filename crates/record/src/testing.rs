@@ -6,7 +6,7 @@ use robhaz_estimator::{
 use robhaz_model::{Pin, Posture, Vec2};
 use robhaz_run::{FeltGround, Frame, RunDescription};
 use robhaz_scene::{EstimatorChoice, RecordChoice, Scene, TerrainChoice};
-use robhaz_sim::{BarTruth, ContactList, PinTruth, Truth, WheelTruth};
+use robhaz_sim::{BarTruth, ContactList, ContactTruth, PinTruth, Truth, WheelTruth};
 use robhaz_terrain::Profile;
 
 /// A record that owns what a [`Frame`] borrows.
@@ -78,6 +78,12 @@ pub fn log() -> RunDescription {
     }
 }
 
+fn one_contact(contact: ContactTruth) -> ContactList {
+    let mut list = ContactList::default();
+    list.push(contact);
+    list
+}
+
 /// A truth in which every field has a value of its own.
 pub fn truth_at(time: f64) -> Truth {
     let wave = |k: f64| (k + 3.0 * time).sin();
@@ -97,8 +103,19 @@ pub fn truth_at(time: f64) -> Truth {
         contact_angle: 0.2 * wave(k + 0.7),
         penetration: 1e-3 * wave(k + 0.8),
         slip_speed: wave(k + 0.9),
+        slip_limit: 0.02,
         contacts: 1,
-        contact_list: ContactList::default(),
+        force: Vec2::new(-5.0, 44.0),
+        slides: false,
+        contact_list: one_contact(ContactTruth {
+            point: Vec2::new(wave(k), wave(k + 0.1) - 0.1),
+            normal: Vec2::y(),
+            normal_force: 45.0 + 20.0 * wave(k + 0.5),
+            traction: 10.0 * wave(k + 0.6),
+            penetration: 1e-3 * wave(k + 0.8),
+            slip_speed: wave(k + 0.9),
+            slides: false,
+        }),
     };
     let pin = |k: f64| PinTruth {
         position: Vec2::new(wave(k), wave(k + 0.1)),
@@ -135,6 +152,7 @@ pub fn good_estimate(truth: &Truth, error: f64) -> Estimate {
         angle_sigma: None,
         parity: None,
         reading_errors: None,
+        contact: None,
         flags: Flags::NONE,
     }
 }

@@ -9,6 +9,7 @@ use robhaz_scene::{
 use robhaz_sim::drive::Drive;
 use robhaz_sim::friction::FrictionLaw;
 use robhaz_sim::random::Fnv1a;
+use robhaz_sim::rolling::RollingResistance;
 use robhaz_sim::sensors::DrawnErrors;
 use std::fmt::Write as _;
 
@@ -55,6 +56,8 @@ pub struct World {
     pub terrain: TerrainChoice,
     /// Friction outside of the stretches, eq. (11).
     pub friction: FrictionLaw,
+    /// Rolling resistance of the wheels.
+    pub rolling: RollingResistance,
     /// The drive, eq. (2).
     pub drive: Drive,
     /// Grade of the sensors.
@@ -88,7 +91,8 @@ impl RunDescription {
                 engine: scene.engine.kind,
                 terrain: scene.terrain.clone(),
                 friction: scene.friction,
-                drive: scene.drive,
+                rolling: scene.rolling,
+                drive: scene.drive.clone(),
                 grade: scene.sensors.grade,
                 drawn: *scene.sensors().drawn(),
             }),

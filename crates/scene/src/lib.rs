@@ -9,15 +9,19 @@
 //! | `source` | a text as a tree of values with their places |
 //! | `key`, `range`, `units` | declarations of keys |
 //! | `reader`, `fields` | problems; values of a table by its declarations |
-//! | `terrain`, `robot`, `estimators`, `sensors`, `sections` | the sections of a scene and their keys |
-//! | `overrides`, `load`, `checks` | from a file and overrides to a checked [`Scene`] |
+//! | `terrain`, `robot`, `contact`, `drive`, `estimators`, `sensors`, `sections` | the sections of a scene and their keys |
+//! | `overrides`, `load`, `checks`, `explicit_step` | from a file and overrides to a checked [`Scene`] |
 //! | `write`, `reference` | the resolved scene; all keys |
 //! | `error`, `excerpt`, `suggest` | messages |
 
 mod checks;
+mod conflict;
+mod contact;
+mod drive;
 mod error;
 mod estimators;
 mod excerpt;
+mod explicit_step;
 mod fields;
 mod file;
 mod key;

@@ -7,7 +7,9 @@ use crate::reference::home_of;
 use crate::scene::{Scene, SensorChoice};
 use crate::sections::{IGNORED, SECTIONS, TOP};
 use crate::source::{Node, Source};
-use crate::{checks, estimators, file, name, overrides, robot, seed, sensors, terrain};
+use crate::{
+    checks, contact, drive, estimators, file, name, overrides, robot, seed, sensors, terrain,
+};
 use std::path::Path;
 
 impl Scene {
@@ -46,6 +48,7 @@ impl Scene {
             overrides::apply(&mut reader, &mut root, text);
         }
         sensors::forget_old_grade(&mut root);
+        contact::forget_old_law(&mut root);
         let scene = read(&mut reader, &root, source_name);
         reader.finish(scene)
     }
@@ -66,6 +69,7 @@ fn read(reader: &mut Reader, root: &Node, source_name: &str) -> Scene {
         robot: robot::read(reader, root),
         terrain: terrain::read(reader, root, seed),
         estimators: estimators::read(reader, root),
+        friction: contact::chosen_law(root),
         sensors: SensorChoice::of(grade),
         model_error: ModelError::of_grade(grade),
         ..Scene::default()
@@ -75,6 +79,7 @@ fn read(reader: &mut Reader, root: &Node, source_name: &str) -> Scene {
             reader.table(section.keys, node, section.name, &mut scene);
         }
     }
+    scene.drive.scalings = drive::read_scalings(reader, root);
     checks::check(reader, root, &scene);
     scene
 }

@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+/// Longest time of a run, s.
+pub(crate) const LONGEST_RUN: f64 = 1e6;
+
 /// An end of a range.
 #[derive(Clone, Copy)]
 enum End {

@@ -6,7 +6,7 @@ use crate::reader::join;
 use crate::scene::Scene;
 use crate::sections::{SECTIONS, TOP};
 use crate::terrain::{self, Parameters, Visitor};
-use crate::{estimators, robot, robot_keys, write};
+use crate::{drive, estimators, robot, robot_keys, write};
 use std::sync::LazyLock;
 
 /// A key of scene files.
@@ -49,6 +49,10 @@ pub fn reference() -> Vec<KeyReference> {
     list(&mut rows, terrain::STRETCH, &mut stretch, path);
     for section in SECTIONS {
         list(&mut rows, section.keys, &mut scene, section.name);
+        if section.name == drive::PATH {
+            let mut scaling = drive::NO_SCALING;
+            list(&mut rows, drive::SCALINGS, &mut scaling, "drive.scaling[]");
+        }
     }
     let mut keys = estimators::Keys::of(&estimators::settings(0));
     list(&mut rows, estimators::KEYS, &mut keys, "estimator[]");

@@ -9,6 +9,8 @@ use robhaz_model::Robot;
 use robhaz_sim::contact::ContactLaw;
 use robhaz_sim::drive::Drive;
 use robhaz_sim::friction::FrictionLaw;
+use robhaz_sim::rolling::RollingResistance;
+use robhaz_sim::scaling::SpeedScaling;
 use robhaz_sim::sensors::{Grade, SensorSpec, Sensors};
 use robhaz_sim::{EngineKind, PlantSetup, StartKind};
 use robhaz_terrain::Profile;
@@ -29,6 +31,8 @@ pub struct Scene {
     pub contact: ContactLaw,
     /// `[contact]`, eq. (11)
     pub friction: FrictionLaw,
+    /// `[contact]`: rolling resistance
+    pub rolling: RollingResistance,
     /// `[drive]`, eq. (2)
     pub drive: Drive,
     /// `[sensors]`
@@ -146,6 +150,7 @@ impl Default for Scene {
             terrain: TerrainChoice::default(),
             contact: ContactLaw::default(),
             friction: FrictionLaw::default(),
+            rolling: RollingResistance::default(),
             drive: Drive::default(),
             sensors: SensorChoice::default(),
             model_error: ModelError::default(),
@@ -165,7 +170,8 @@ impl Scene {
             contact: self.contact,
             friction: self.friction,
             stretches: self.terrain.stretches.clone(),
-            drive: self.drive,
+            rolling: self.rolling,
+            drive: self.drive.clone(),
             start: self.engine.start,
             engine: self.engine.kind,
             step: self.engine.step,
@@ -199,7 +205,28 @@ impl Scene {
                 100.0 * found.share
             ))
         };
-        parts.iter().filter_map(overshoot).collect()
+        let mut warnings: Vec<String> = parts.iter().filter_map(overshoot).collect();
+        let scalings = self.drive.scalings.iter().enumerate();
+        warnings.extend(scalings.filter_map(|(i, s)| self.warning_of_scaling(i, s)));
+        warnings
+    }
+
+    /// A scaling without its full effect.
+    fn warning_of_scaling(&self, index: usize, scaling: &SpeedScaling) -> Option<String> {
+        let path = format!("drive.scaling[{index}]");
+        let (end, ramp) = (self.record.duration, self.drive.ramp_time);
+        if scaling.from >= end {
+            let from = scaling.from;
+            return Some(format!(
+                "{path} begins at {from} s, when the run has ended ({end} s)"
+            ));
+        }
+        let length = scaling.to - scaling.from;
+        (length < ramp).then(|| {
+            format!(
+                "{path} lasts {length:.3} s, shorter than drive.ramp_time = {ramp} s: its factor is not reached"
+            )
+        })
     }
 
     /// The sensors of this scene, with the errors that its seed draws.

@@ -1,12 +1,10 @@
-//! The sections whose keys set fields of the scene, and the keys of contact, drive, engine and record.
+//! The sections whose keys set fields of the scene, and the keys of engine and record.
 
 use crate::key::Key;
-use crate::range::{above, at_least};
+use crate::range::{LONGEST_RUN, above, at_least};
 use crate::scene::Scene;
-use crate::units::{
-    CONTACT_STIFFNESS, DAMPING, FREQUENCY, LENGTH, NONE, ROTARY_DAMPING, SPEED, TIME, TORQUE,
-};
-use crate::{name, seed, sensors};
+use crate::units::{FREQUENCY, NONE, TIME};
+use crate::{contact, drive, name, seed, sensors};
 use robhaz_sim::{EngineKind, StartKind};
 
 /// A section of a scene file whose keys set fields of the scene.
@@ -20,8 +18,6 @@ pub(crate) struct Section {
 const LONGEST_STEP: f64 = 1e-3;
 /// Fastest rate of records, Hz.
 const FASTEST: f64 = 1e6;
-/// Longest run, s.
-const LONGEST_RUN: f64 = 1e6;
 
 /// A table that the reader ignores: the resolved scene names there the versions that wrote it.
 pub(crate) const IGNORED: &str = "resolved";
@@ -45,14 +41,14 @@ pub(crate) const TOP: &[Key<Scene>] = &[
 /// All these sections, in the order of the resolved scene.
 pub(crate) const SECTIONS: &[Section] = &[
     Section {
-        name: "contact",
+        name: contact::PATH,
         meaning: "eqs. (10) and (11): wheel and ground",
-        keys: CONTACT,
+        keys: contact::KEYS,
     },
     Section {
-        name: "drive",
+        name: drive::PATH,
         meaning: "eq. (2): motors and their speed control",
-        keys: DRIVE,
+        keys: drive::KEYS,
     },
     Section {
         name: sensors::PATH,
@@ -74,131 +70,6 @@ pub(crate) const SECTIONS: &[Section] = &[
         meaning: "duration and rate of the records",
         keys: RECORD,
     },
-];
-
-const CONTACT: &[Key<Scene>] = &[
-    Key::number(
-        "stiffness",
-        CONTACT_STIFFNESS,
-        above(0.0).at_most(1e15),
-        |s| &mut s.contact.stiffness,
-        "stiffness k of the ground",
-    ),
-    Key::number(
-        "exponent",
-        NONE,
-        at_least(1.0).at_most(5.0),
-        |s| &mut s.contact.exponent,
-        "exponent n of the penetration; the unit of the stiffness depends on it",
-    ),
-    Key::number(
-        "damping",
-        DAMPING,
-        at_least(0.0).at_most(1e7),
-        |s| &mut s.contact.damping,
-        "damping c of the ground",
-    ),
-    Key::number(
-        "damping_ramp",
-        LENGTH,
-        at_least(0.0).at_most(0.1),
-        |s| &mut s.contact.damping_ramp,
-        "penetration over which the damping rises from 0 to c; 0 for a constant c",
-    ),
-    Key::number(
-        "mu_s",
-        NONE,
-        at_least(0.0).at_most(10.0),
-        |s| &mut s.friction.mu_s,
-        "static friction coefficient",
-    ),
-    Key::number(
-        "mu_d",
-        NONE,
-        at_least(0.0).at_most(10.0),
-        |s| &mut s.friction.mu_d,
-        "dynamic friction coefficient, not above mu_s",
-    ),
-    Key::number(
-        "v_s",
-        SPEED,
-        above(0.0).at_most(10.0),
-        |s| &mut s.friction.v_s,
-        "slip speed of the static coefficient",
-    ),
-    Key::number(
-        "v_d",
-        SPEED,
-        above(0.0).at_most(10.0),
-        |s| &mut s.friction.v_d,
-        "slip speed from which the dynamic coefficient holds, above v_s",
-    ),
-];
-
-const DRIVE: &[Key<Scene>] = &[
-    Key::number(
-        "speed",
-        SPEED,
-        at_least(-10.0).at_most(10.0),
-        |s| &mut s.drive.speed,
-        "set speed of travel, forward positive",
-    ),
-    Key::number(
-        "kp",
-        ROTARY_DAMPING,
-        at_least(0.0).at_most(1e6),
-        |s| &mut s.drive.kp,
-        "proportional gain on the wheel speed",
-    ),
-    Key::number(
-        "ki",
-        TORQUE,
-        at_least(0.0).at_most(1e6),
-        |s| &mut s.drive.ki,
-        "integral gain on the wheel speed; 0 for the soft drive",
-    ),
-    Key::number(
-        "torque_limit",
-        TORQUE,
-        above(0.0).at_most(1e6),
-        |s| &mut s.drive.torque_limit,
-        "largest motor torque at the wheel",
-    ),
-    Key::number(
-        "tracking_time",
-        TIME,
-        at_least(1e-3).at_most(LONGEST_RUN),
-        |s| &mut s.drive.tracking_time,
-        "tracking time constant T_t of the anti-windup; Kp/Ki is usual",
-    ),
-    Key::number(
-        "viscous_damping",
-        ROTARY_DAMPING,
-        at_least(0.0).at_most(1e3),
-        |s| &mut s.drive.viscous_damping,
-        "damping B in the wheel module",
-    ),
-    Key::number(
-        "gear_friction",
-        TORQUE,
-        at_least(0.0).at_most(1e3),
-        |s| &mut s.drive.gear_friction,
-        "Coulomb friction F in the gear, at the wheel",
-    ),
-    Key::number(
-        "start_time",
-        TIME,
-        at_least(0.0).at_most(LONGEST_RUN),
-        |s| &mut s.drive.start_time,
-        "time at rest before the start",
-    ),
-    Key::number(
-        "ramp_time",
-        TIME,
-        at_least(0.0).at_most(LONGEST_RUN),
-        |s| &mut s.drive.ramp_time,
-        "duration of the smooth start; 0 for a jump",
-    ),
 ];
 
 const ENGINE: &[Key<Scene>] = &[

@@ -5,7 +5,7 @@
 use crate::key::{Key, Words};
 use crate::range::{above, at_least};
 use crate::scene::Scene;
-use crate::source::{Entry, Node, Value};
+use crate::source::{Node, Value};
 use crate::units::{ANGLE, ANGULAR_RATE, FREQUENCY, LENGTH, NONE, RATE_WALK, TIME, TORQUE};
 use robhaz_sim::sensors::Grade;
 
@@ -246,20 +246,8 @@ pub(crate) fn forget_old_grade(root: &mut Node) {
     }
     let of_sensors =
         |key: &str| !NOT_OF_THE_GRADE.contains(&key) && KEYS.iter().any(|k| k.name == key);
-    forget(root, PATH, of_sensors);
-    forget(root, MODEL_ERROR_PATH, |key| {
+    root.forget(PATH, of_sensors);
+    root.forget(MODEL_ERROR_PATH, |key| {
         MODEL_ERRORS_OF_THE_GRADE.contains(&key)
     });
-}
-
-/// Removes keys of a section that come from the file.
-fn forget(root: &mut Node, section: &str, which: impl Fn(&str) -> bool) {
-    let Value::Table(sections) = &mut root.value else {
-        return;
-    };
-    for entry in sections.iter_mut().filter(|e| e.key == section) {
-        if let Value::Table(entries) = &mut entry.node.value {
-            entries.retain(|e: &Entry| e.origin.is_override() || !which(&e.key));
-        }
-    }
 }

@@ -200,6 +200,18 @@ impl Node {
     pub fn find(&self, path: &str) -> Option<&Node> {
         path.split('.').try_fold(self, |node, key| node.get(key))
     }
+
+    /// Removes keys of a section that come from the file, not from overrides.
+    pub fn forget(&mut self, section: &str, which: impl Fn(&str) -> bool) {
+        let Value::Table(sections) = &mut self.value else {
+            return;
+        };
+        for entry in sections.iter_mut().filter(|e| e.key == section) {
+            if let Value::Table(entries) = &mut entry.node.value {
+                entries.retain(|e| e.origin.is_override() || !which(&e.key));
+            }
+        }
+    }
 }
 
 /// A TOML error and its place.

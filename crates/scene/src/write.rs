@@ -1,5 +1,6 @@
 //! The resolved scene as a file: every choice with its unit.
 
+use crate::drive;
 use crate::estimators;
 use crate::key::{Field, Key, SWITCH};
 use crate::robot;
@@ -34,6 +35,9 @@ impl Scene {
         for section in SECTIONS {
             out.head(&format!("[{}]", section.name), section.meaning);
             out.table(section.keys, &mut scene, section.name);
+            if section.name == drive::PATH {
+                write_scalings(&mut out, self);
+            }
         }
         for estimator in &self.estimators {
             let mut keys = estimators::Keys::of(&estimator.settings);
@@ -142,6 +146,17 @@ fn write_stretches(out: &mut Out, scene: &Scene) {
         let path = format!("{}.stretch", terrain::PATH);
         out.head(&format!("[[{path}]]"), "");
         out.table(terrain::STRETCH, &mut stretch, &path);
+    }
+}
+
+fn write_scalings(out: &mut Out, scene: &Scene) {
+    for scaling in &scene.drive.scalings {
+        let mut scaling = *scaling;
+        out.head(&format!("[[{}]]", drive::SCALING_PATH), "");
+        let wheels = (1..=3_usize).filter(|wheel| scaling.wheels[wheel - 1]);
+        let wheels: Vec<String> = wheels.map(|wheel| wheel.to_string()).collect();
+        out.key("wheels", &format!("[{}]", wheels.join(", ")), "");
+        out.table(drive::SCALINGS, &mut scaling, drive::SCALING_PATH);
     }
 }
 

@@ -94,7 +94,7 @@ fn unknown_keys_and_sections() {
     one(
         "[drive]\nkp = 3\ntorqe_limit = 3",
         "x.toml:3: drive.torqe_limit: unknown key, allowed: speed, kp, ki, torque_limit, tracking_time, \
-         viscous_damping, gear_friction, start_time, ramp_time; did you mean torque_limit?",
+         viscous_damping, gear_friction, start_time, ramp_time, scaling; did you mean torque_limit?",
     );
     one(
         "[drives]\nkp = 3",
@@ -261,6 +261,117 @@ fn rules_over_several_keys() {
         "{}",
         found[0]
     );
+}
+
+/// The friction laws that are too stiff for the steps of `rapier` are refused with the key, the limit and the remedies;
+/// `direct` takes them. Keys of another law are refused.
+#[test]
+fn stiff_friction_is_refused_with_its_limit() {
+    one(
+        "contact.friction = 'rigid'",
+        "x.toml:1: contact.friction: found contact.friction = \"rigid\" and contact.v_s = 0.001 and \
+         engine.step = 1.25e-4, allowed: engine.step at most 2.26e-5 s, the friction's slope at zero slip against \
+         wheel and robot; or engine.kind = \"direct\"",
+    );
+    one(
+        "[contact]\nfriction = 'brush'",
+        "x.toml:2: contact.friction: found contact.friction = \"brush\" and contact.slip_stiffness = 20 and \
+         engine.step = 1.25e-4, allowed: engine.step at most 1.08e-4 s, the friction's slope at zero slip against \
+         wheel and robot; or engine.kind = \"direct\"",
+    );
+    one(
+        "engine.step = 1e-3\n[contact]\ndamping = 0\nrolling_resistance = 1",
+        "x.toml:4: contact.rolling_resistance: found contact.rolling_resistance = 1 and engine.step = 0.001, \
+         allowed: engine.step at most 5.55e-4 s, the moment's slope at standstill against wheel and rotor; \
+         or engine.kind = \"direct\"",
+    );
+    let direct = "engine.kind = 'direct'\n[contact]\n";
+    for good in [
+        "friction = 'rigid'",
+        "friction = 'rigid'\nv_s = '0.2 mm/s'",
+        "friction = 'brush'\nslip_stiffness = 50",
+        "rolling_resistance = 1",
+    ] {
+        Scene::parse(&format!("{direct}{good}"), "x.toml", Path::new(""), &[]).unwrap();
+    }
+    for good in [
+        "friction = 'brush'\nslip_stiffness = 17",
+        "rolling_resistance = 0.05",
+    ] {
+        Scene::parse(&format!("[contact]\n{good}"), "x.toml", Path::new(""), &[]).unwrap();
+    }
+    one(
+        &format!("{direct}friction = 'rigid'\nv_s = 0.02"),
+        "x.toml:4: contact.v_s: found contact.v_s = 0.02 and contact.friction = \"rigid\", \
+         allowed: contact.v_s of at least 2e-4 and at most 0.002 m/s with this law",
+    );
+    one(
+        "[contact]\nslip_stiffness = 5",
+        "x.toml:2: contact.slip_stiffness: found contact.slip_stiffness = 5 and contact.friction = \"adams\", \
+         allowed: contact.slip_stiffness 20 unless contact.friction = \"brush\"",
+    );
+    one(
+        "contact.friction = 'brusch'",
+        "x.toml:1: contact.friction: found 'brusch', allowed: \"adams\", \"brush\", \"rigid\"; did you mean \"brush\"?",
+    );
+}
+
+/// Scalings of the set speed: wheels and times that do not exist, and times of one wheel that overlap.
+#[test]
+fn wrong_scalings_are_refused() {
+    let scaling = |keys: &str| format!("[[drive.scaling]]\n{keys}\n");
+    let times = "from = 1\nto = 2\nfactor = 0";
+    one(
+        &scaling(&format!("wheels = [4]\n{times}")),
+        "x.toml:2: drive.scaling[0].wheels[0]: found 4, allowed: a wheel: 1 front, 2 middle, 3 rear",
+    );
+    one(
+        &scaling(&format!("wheels = [1, 1]\n{times}")),
+        "x.toml:2: drive.scaling[0].wheels[1]: found 1, allowed: each wheel once",
+    );
+    for bad in ["[]", "1", "'front'"] {
+        let found = lines(&scaling(&format!("wheels = {bad}\n{times}")));
+        let allowed = "allowed: an array of 1 to 3 different wheels: 1 front, 2 middle, 3 rear";
+        assert!(found[0].ends_with(allowed), "{found:?}");
+    }
+    one(
+        &scaling("wheels = [2]\nfrom = 2\nto = 2\nfactor = 0"),
+        "x.toml:4: drive.scaling[0].to: found 2, allowed: above from, 2 s",
+    );
+    let first = scaling("wheels = [1, 2]\nfrom = 1\nto = 3\nfactor = 0");
+    one(
+        &(first.clone() + &scaling("wheels = [2, 3]\nfrom = 2.9\nto = 4\nfactor = 2")),
+        "x.toml:8: drive.scaling[1].from: found 2.9, allowed: a time outside of that of drive.scaling[0], 1 to 3 s, \
+         which has wheel 2 too",
+    );
+    for next in ["wheels = [3]\nfrom = 2", "wheels = [1]\nfrom = 3"] {
+        let text = first.clone() + &scaling(&format!("{next}\nto = 4\nfactor = 2"));
+        let scene = Scene::parse(&text, "x.toml", Path::new(""), &[]).unwrap();
+        assert_eq!(scene.drive.scalings.len(), 2);
+    }
+    let found = lines(&scaling("wheels = [1]"));
+    assert_eq!(found.len(), 3, "{found:?}");
+    assert!(
+        found.iter().all(|line| line.contains("missing")),
+        "{found:?}"
+    );
+}
+
+/// Scalings that have no effect, or not all of it, are allowed, with a warning.
+#[test]
+fn scalings_without_effect_are_warned_of() {
+    let warnings = |times: &str| {
+        let text = format!("[[drive.scaling]]\nwheels = [1]\nfactor = 2\n{times}");
+        let scene = Scene::parse(&text, "x.toml", Path::new(""), &[]);
+        scene.unwrap().warnings()
+    };
+    assert_eq!(warnings("from = 2\nto = 3"), [""; 0]);
+    let found = warnings("from = 20\nto = 30");
+    let late = "drive.scaling[0] begins at 20 s, when the run has ended (20 s)";
+    assert_eq!(found, [late]);
+    let found = warnings("from = 2\nto = 2.5");
+    let short = "drive.scaling[0] lasts 0.500 s, shorter than drive.ramp_time = 0.6 s: its factor is not reached";
+    assert_eq!(found, [short]);
 }
 
 /// The longest step is that of the robot and ground at hand: the damping's limit grows with the wheel's mass, and

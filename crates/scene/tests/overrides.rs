@@ -7,6 +7,7 @@
 use robhaz_estimator::{EstimatorSettings, Masses, Method};
 use robhaz_model::{Geometry, MassSet};
 use robhaz_scene::{Grade, ModelError, Scene, SceneError, SensorChoice, SensorSpec};
+use robhaz_sim::friction::{FrictionKind, FrictionLaw};
 use robhaz_terrain::Profile;
 use std::path::Path;
 
@@ -150,7 +151,7 @@ fn errors_name_the_override() {
         "drive.kp = 3",
         &["drive.kq=3"],
         "--set drive.kq=3: drive.kq: unknown key, allowed: speed, kp, ki, torque_limit, tracking_time, \
-         viscous_damping, gear_friction, start_time, ramp_time; did you mean kp?",
+         viscous_damping, gear_friction, start_time, ramp_time, scaling; did you mean kp?",
     );
     one(
         "record.compare_from = 1.5",
@@ -232,7 +233,7 @@ fn a_wheel_too_light_for_the_step_is_refused() {
         "engine.kind = 'direct'",
         &["drive.kp=1e6", "drive.ki=1e6", "drive.viscous_damping=1e3"],
     );
-    // The friction of the contract's stiffest case still runs.
+    // Stiff friction for which the engine cuts its steps.
     good("", &["contact.v_s=2 mm/s"]);
 }
 
@@ -281,4 +282,43 @@ fn another_grade_forgets_the_errors_of_the_old_one() {
 
     let resolved = good("", &["sensors.grade=poor"]).to_toml("x");
     assert_eq!(good(&resolved, &["sensors.grade=ideal"]), good("", &[]));
+}
+
+/// With a friction law on the command line the file's keys of its own law are ignored, so that a resolved scene can be run
+/// with another law; coefficients and v_d stay.
+#[test]
+fn another_law_forgets_the_keys_of_the_old_one() {
+    let text = "engine.kind = 'direct'\n[contact]\nfriction = 'brush'\nslip_stiffness = 5\nmu_s = 0.6\nmu_d = 0.5";
+    let file = good(text, &[]).friction;
+    assert_eq!(file.kind, FrictionKind::Brush);
+    assert!(close(file.slip_stiffness, 5.0) && close(file.v_s, 0.02));
+    let resolved = good(text, &[]).to_toml("x");
+    for text in [text, resolved.as_str()] {
+        let rigid = good(text, &["contact.friction=rigid"]).friction;
+        let expected = FrictionLaw {
+            mu_s: 0.6,
+            mu_d: 0.5,
+            ..FrictionLaw::of(FrictionKind::Rigid)
+        };
+        assert_eq!(rigid, expected);
+        let sets = ["contact.friction=rigid", "contact.v_s=0.2 mm/s"];
+        let softer = good(
+            text,
+            &["contact.friction=brush", "contact.slip_stiffness=50"],
+        );
+        assert!(close(good(text, &sets).friction.v_s, 2e-4));
+        assert!(close(softer.friction.slip_stiffness, 50.0));
+    }
+}
+
+/// Scalings are changed and added like the items of every list.
+#[test]
+fn scalings_are_changed_by_index() {
+    let text = "[[drive.scaling]]\nwheels = [1, 3]\nfrom = 6\nto = 16\nfactor = 1.5";
+    let sets = ["drive.scaling.0.factor=-1", "drive.scaling[0].to='9000 ms'"];
+    let scaling = good(text, &sets).drive.scalings[0];
+    assert_eq!(scaling.wheels, [true, false, true]);
+    assert!(close(scaling.factor, -1.0) && close(scaling.to, 9.0) && close(scaling.from, 6.0));
+    let whole = "drive.scaling=[{wheels=[2],from=1,to=2,factor=0}]";
+    assert_eq!(good("", &[whole]).drive.scalings.len(), 1);
 }

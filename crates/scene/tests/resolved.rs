@@ -108,6 +108,13 @@ fn choices_of_every_kind_come_back() {
         vec!["seed=18446744073709551615", "name=a-b_c"],
         vec![r#"robot.mass.name="a \"b\" \\ c\n\u007f é # x""#],
         vec!["contact.damping_ramp=0", "drive.start_time=-0.0"],
+        vec![
+            "contact.friction=rigid",
+            "contact.rolling_resistance=0.02",
+            "engine.kind=direct",
+            "drive.scaling=[{wheels=[1,3],from=1,to=2,factor=-0.5},{wheels=[2],from=0.1,to=2,factor=3}]",
+        ],
+        vec!["contact.friction=brush", "contact.slip_stiffness=5"],
         vec!["sensors.grade=typical", "sensors.dropped=0.25"],
         vec![
             "sensors.grade=poor",

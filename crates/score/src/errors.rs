@@ -1,5 +1,6 @@
 //! Errors of one force on the three wheels.
 
+use crate::rule::Compared;
 use crate::sum::Sum;
 use robhaz_estimator::Estimate;
 use robhaz_sim::Truth;
@@ -26,13 +27,14 @@ impl ForceErrors {
     }
 }
 
-/// Root mean square error of N over the three wheels at one sample, N.
-pub fn rms_over_wheels(estimate: &Estimate, truth: &Truth) -> f64 {
-    let wheels = truth.wheels.iter().zip(estimate.normal_force);
+/// Root mean square error of N over the three wheels at one sample, N; `None` where a wheel has no equivalent contact.
+pub fn rms_over_wheels(estimate: &Estimate, truth: &Truth) -> Option<f64> {
+    let compared = Compared::of(truth)?;
+    let wheels = compared.wheels.iter().zip(estimate.normal_force);
     let squares: f64 = wheels
         .map(|(wheel, n)| (n - wheel.normal_force).powi(2))
         .sum();
-    (squares / 3.0).sqrt()
+    Some((squares / 3.0).sqrt())
 }
 
 /// Running sums of the errors of one force.

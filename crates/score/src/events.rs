@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 /// Contact and slip state of a wheel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WheelState {
-    /// It touches the ground, and its slip speed is not above the limit (half the limit if it slipped at the sample before).
+    /// It touches the ground, and its slip speed is not above the limit of its friction law (half the limit if it slipped at
+    /// the sample before).
     Grips,
     /// It touches the ground, and its slip speed is above that limit.
     Slips,
@@ -93,7 +94,6 @@ pub struct Event {
 #[derive(Clone, Debug)]
 pub struct EventDetector {
     stop: PinStop,
-    slip_limit: f64,
     contacts: [u32; 3],
     wheels: [Option<WheelState>; 3],
     on_stop: bool,
@@ -105,12 +105,10 @@ impl EventDetector {
     const HYSTERESIS: f64 = 0.5;
 
     /// Creates a detector that assumes one contact per wheel and free end stops before the first sample; slip states are
-    /// unknown. `slip_limit` is the slip speed in m/s beyond which a wheel slips: v_s of eq. (11), where T/N has its largest
-    /// value.
-    pub fn new(stop: PinStop, slip_limit: f64) -> Self {
+    /// unknown. A wheel slips beyond the slip limit of its truth, where T/N has its largest value.
+    pub fn new(stop: PinStop) -> Self {
         Self {
             stop,
-            slip_limit,
             contacts: [1; 3],
             wheels: [None; 3],
             on_stop: false,
@@ -157,9 +155,9 @@ impl EventDetector {
     fn slip_event(&mut self, i: usize, wheel: &WheelTruth) -> Option<EventKind> {
         let before = self.wheels[i];
         let limit = if before == Some(WheelState::Slips) {
-            Self::HYSTERESIS * self.slip_limit
+            Self::HYSTERESIS * wheel.slip_limit
         } else {
-            self.slip_limit
+            wheel.slip_limit
         };
         let state = match (wheel.contacts, wheel.slip_speed.abs() > limit) {
             (0, _) => WheelState::InTheAir,
@@ -242,6 +240,7 @@ mod tests {
         }
         truth.wheels[1].contacts = contacts;
         truth.wheels[1].slip_speed = slip_speed;
+        truth.wheels[1].slip_limit = 0.02;
         truth.links[0].angle = 0.61;
         truth
     }
@@ -249,7 +248,7 @@ mod tests {
     /// Every change is found once, with its time, and a wheel near the slip limit does not flicker.
     #[test]
     fn every_change_is_found_once() {
-        let mut detector = EventDetector::new(STOP, 0.02);
+        let mut detector = EventDetector::new(STOP);
         let mut found = Vec::new();
         let samples = [
             (1, 0.0, 0.0),

@@ -2,17 +2,20 @@
 //!
 //! | symbol | definition | home |
 //! |---|---|---|
-//! | which samples count | from `compare_from` on, with at most one contact per wheel | [`Rule`] |
-//! | RMSE | `sqrt(mean((N_estimated - N_true)^2))` over samples, per wheel or over all wheels | [`Score::normal_force`] |
+//! | which samples count | from `compare_from` on, if each wheel has an equivalent contact | [`Rule`] |
+//! | true N, T of a wheel | those of its equivalent contact | [`Compared`] |
+//! | RMSE | `sqrt(mean((N_estimated - N_true)^2))` over samples, per wheel or over all wheels | [`Statistics::normal_force`] |
 //! | NRMSE | RMSE over all wheels / mean of the true N over wheels and samples | [`ForceErrors::nrmse`] |
-//! | NEES | `e' P^-1 e`, e = error of the three N, P its stated covariance | [`Score::nees`] |
-//! | NIS | `(r/sigma_r)^2`, r = parity residual before correction | [`Score::nis`] |
-//! | coverage | share of errors of N within two stated standard deviations | [`Score::coverage`] |
+//! | NEES | `e' P^-1 e`, e = error of the three N, P its stated covariance | [`Statistics::nees`] |
+//! | NIS | `(r/sigma_r)^2`, r = parity residual before correction | [`Statistics::nis`] |
+//! | coverage | share of errors of N within two stated standard deviations | [`Statistics::coverage`] |
 //! | mu_n | T/N, where N is at least [`LEAST_LOAD`] | [`needed_friction`] |
 //! | errors of the ground | RMSE and coverage of height and slope over the points found | [`GroundErrors`] |
 //! | progress | way, stuck since, spinning time | [`ProgressMeter`] |
+//! | contact states | share of events found within 20 ms, shares of false and missed flags | [`contact`] |
 //! | events | contact lost, two contacts, slip, end stop | [`events`] |
 
+pub mod contact;
 mod errors;
 pub mod events;
 mod friction;
@@ -20,12 +23,14 @@ mod ground;
 mod progress;
 mod rule;
 mod score;
+mod statistics;
 mod sum;
 
 pub use errors::{ForceErrors, rms_over_wheels};
 pub use friction::{LEAST_LOAD, needed_friction};
 pub use ground::{GroundErrors, TrueGround, ground_origin};
 pub use progress::{Progress, ProgressMeter};
-pub use rule::{Inclusion, Rule};
+pub use rule::{Compared, Inclusion, Rule};
 pub use score::Score;
+pub use statistics::Statistics;
 pub use sum::{Rms, Sum};

@@ -10,30 +10,37 @@ const GAIN: f64 = 0.1;
 const ASKED: f64 = 1.0;
 /// Time without gain after which the robot counts as stuck, s: longer than any of the shipped kerbs and trenches holds it.
 const PATIENCE: f64 = 2.0;
-/// Slip speed above which a wheel spins, as a share of the set speed: creep stays below a tenth of it.
+/// Slip speed beyond the one that the set speeds ask for above which a wheel spins, as a share of the set speed of travel:
+/// creep stays below a tenth of it.
 const SPIN: f64 = 0.5;
 
 /// Progress of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Progress {
-    /// Travel of the body along x since the start, m, positive in the direction of the set speed.
+    /// Travel of the body along x since the start, m, positive in the direction of `drive.speed`.
     pub distance: f64,
-    /// Integral of the set speed over time, m.
+    /// Integral of the set speed of travel over time ([`Drive::travel_speed`]), m, with the sign of `distance`.
     pub asked: f64,
-    /// Time since which the robot has not advanced, s; `None` where it advances, or the set speed is zero.
+    /// Time since which the robot has not advanced as its set speed asks, s; `None` where it advances, or that speed is
+    /// zero.
     pub stuck_since: Option<f64>,
-    /// Time for which each wheel spun: its slip speed was above half the set speed, s.
+    /// Time for which each wheel spun, s: its slip speed differed from the one that its set speed asks for by more than
+    /// half the set speed. A wheel that is driven apart and slips as asked does not spin.
     pub spinning: [f64; 3],
 }
 
 /// Measures the progress of a run, record by record.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct ProgressMeter {
     drive: Drive,
     wheel_radius: f64,
     start: Option<Truth>,
     last: Option<Truth>,
     progress: Progress,
+    /// Integral of the magnitude of the set speed of travel, m.
+    asked_way: f64,
+    /// Direction of the last set speed of travel that was not zero: 1 along `distance`, -1 against it.
+    direction: f64,
     /// The last gain.
     mark: Mark,
 }
@@ -43,18 +50,20 @@ pub struct ProgressMeter {
 struct Mark {
     time: f64,
     distance: f64,
-    asked: f64,
+    asked_way: f64,
 }
 
 impl ProgressMeter {
     /// For a robot with this drive and wheels of this radius (m).
     pub fn new(drive: &Drive, wheel_radius: f64) -> Self {
         Self {
-            drive: *drive,
+            drive: drive.clone(),
             wheel_radius,
             start: None,
             last: None,
             progress: Progress::default(),
+            asked_way: 0.0,
+            direction: 1.0,
             mark: Mark::default(),
         }
     }
@@ -64,38 +73,51 @@ impl ProgressMeter {
         let start = self.start.get_or_insert(*truth);
         let ahead = if self.drive.speed < 0.0 { -1.0 } else { 1.0 };
         self.progress.distance = ahead * (truth.body.position.x - start.body.position.x);
+        let asks = ahead * self.drive.travel_speed(truth.time, self.wheel_radius);
         if let Some(last) = self.last {
+            let asked = ahead * self.drive.travel_speed(last.time, self.wheel_radius);
             let time = truth.time - last.time;
-            let rim = |t: f64| self.wheel_radius * self.drive.set_speed(t, self.wheel_radius).abs();
-            self.progress.asked += 0.5 * time * (rim(last.time) + rim(truth.time));
-            let set = self.drive.speed.abs();
-            for (spinning, wheel) in self.progress.spinning.iter_mut().zip(&truth.wheels) {
-                if set > 0.0 && wheel.slip_speed.abs() > SPIN * set {
-                    *spinning += time;
-                }
-            }
+            self.progress.asked += 0.5 * time * (asked + asks);
+            self.asked_way += 0.5 * time * (asked.abs() + asks.abs());
+            self.add_spinning(truth, time);
         }
-        let Progress {
-            distance, asked, ..
-        } = self.progress;
-        let gained = distance - self.mark.distance > GAIN * self.wheel_radius;
-        let waits = asked <= self.mark.asked;
-        if gained || waits {
+        let turned = asks * self.direction < 0.0;
+        if turned {
+            self.direction = -self.direction;
+        }
+        let gain = self.direction * (self.progress.distance - self.mark.distance);
+        let gained = gain > GAIN * self.wheel_radius;
+        let waits = self.asked_way <= self.mark.asked_way;
+        if gained || waits || turned {
             self.mark = Mark {
                 time: truth.time,
-                distance,
-                asked,
+                distance: self.progress.distance,
+                asked_way: self.asked_way,
             };
         }
         self.last = Some(*truth);
     }
 
+    /// Adds `time` (s) to the spinning of the wheels that spin at this record.
+    fn add_spinning(&mut self, truth: &Truth, time: f64) {
+        let (drive, radius) = (&self.drive, self.wheel_radius);
+        let set = drive.speed.abs();
+        let travel = drive.travel_speed(truth.time, radius);
+        for (i, wheel) in truth.wheels.iter().enumerate() {
+            let apart = radius * drive.set_speed(i, truth.time, radius) - travel;
+            if set > 0.0 && (wheel.slip_speed - apart).abs() > SPIN * set {
+                self.progress.spinning[i] += time;
+            }
+        }
+    }
+
     /// The progress up to the last record.
     pub fn progress(&self) -> Progress {
-        let Mark { time, asked, .. } = self.mark;
+        let Mark {
+            time, asked_way, ..
+        } = self.mark;
         let since = self.last.map_or(0.0, |t| t.time) - time;
-        let is_stuck =
-            since >= PATIENCE && self.progress.asked - asked >= ASKED * self.wheel_radius;
+        let is_stuck = since >= PATIENCE && self.asked_way - asked_way >= ASKED * self.wheel_radius;
         Progress {
             stuck_since: is_stuck.then_some(time),
             ..self.progress
@@ -106,6 +128,7 @@ impl ProgressMeter {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use robhaz_sim::scaling::SpeedScaling;
 
     /// A run of `seconds` at 100 records a second in which the body goes as `way` says (m at s), at a slip speed of 0.15 m/s.
     fn run(drive: &Drive, seconds: u32, way: impl Fn(f64) -> f64) -> Progress {
@@ -164,6 +187,39 @@ mod tests {
         assert_eq!(run(&with(0.2, 0.0), 19, |t| 0.021 * t).stuck_since, None);
         assert_eq!(run(&with(0.004, 0.0), 20, |_| 0.0).stuck_since, None);
         assert_eq!(run(&with(-0.2, 0.0), 19, |t| -0.2 * t).stuck_since, None);
+    }
+
+    /// Reversed set speeds: the way that is asked for and the distance fall, and a robot that comes back is not stuck. One
+    /// that stays is stuck from the reversal on. Slip that the set speeds ask for is no spinning.
+    #[test]
+    fn a_robot_that_is_asked_back_has_to_come_back() {
+        let mut drive = Drive::default();
+        drive.scalings.push(SpeedScaling {
+            wheels: [true; 3],
+            from: 5.0,
+            to: 60.0,
+            factor: -1.0,
+        });
+        let out = |t: f64| 0.2 * t.min(5.3);
+        let found = run(&drive, 15, |t| out(t) - 0.2 * (t - 5.3).max(0.0));
+        assert_eq!(found.stuck_since, None, "{found:?}");
+        // Forward for 4.2 s less half of the first ramp; the reversal takes as much forward as back; back for 9.4 s.
+        let asked = 0.2 * (5.0 - 1.1 - 9.4);
+        assert!((found.asked - asked).abs() < 1e-3, "{found:?}");
+        assert!((found.distance - 0.2 * (5.3 - 9.7)).abs() < 1e-12);
+        let since = run(&drive, 15, out).stuck_since.unwrap_or_default();
+        assert!((5.2..5.5).contains(&since), "{since}");
+
+        // Slip of 0.15 m/s at the middle wheel, which is asked for at a factor of 1.75.
+        drive.scalings[0] = SpeedScaling {
+            wheels: [false, true, false],
+            from: 0.0,
+            to: 60.0,
+            factor: 1.75,
+        };
+        let spinning = run(&drive, 15, |t| 0.2 * t).spinning[1];
+        // Until the start has passed a third of the set speed the wheel slips more than asked.
+        assert!((1.0..1.4).contains(&spinning), "{spinning}");
     }
 
     /// Stuck from the drive's start on; also where the robot slides back, and where it goes the wrong way.

@@ -97,6 +97,7 @@ mod tests {
             contact: ContactLaw::default(),
             friction: FrictionLaw::default(),
             stretches: Vec::new(),
+            rolling: Default::default(),
             drive: Default::default(),
             start: StartKind::Settled,
             engine,

@@ -1,43 +1,179 @@
-//! Traction of a sliding wheel: eq. (11), `T = mu(v) N`.
+//! Traction of a wheel: eq. (11), `T = mu(v) N`, and the laws that refine it near standstill of the contact.
 
 use crate::contact::cubic_step;
 
-/// Friction coefficient as a function of the slip speed v, in ADAMS's form.
+/// Form of the friction law.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FrictionKind {
+    /// T/N is a function of the slip speed, in ADAMS's form.
+    #[default]
+    Adams,
+    /// The brush model: T/N is a function of the slip ratio, with mu from the slip speed.
+    Brush,
+    /// ADAMS's form with a very small v_s: nearly Coulomb's law. Stiff.
+    Rigid,
+}
+
+impl FrictionKind {
+    /// All forms, in the order of the enum.
+    pub const ALL: [Self; 3] = [Self::Adams, Self::Brush, Self::Rigid];
+
+    /// Name in scene files and summaries.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Adams => "adams",
+            Self::Brush => "brush",
+            Self::Rigid => "rigid",
+        }
+    }
+}
+
+/// T/N as a function of the slip of a contact.
 ///
-/// A cubic from `-mu_s` to `+mu_s` for `|v| <= v_s`, a cubic from `mu_s` to `mu_d` for `v_s < |v| < v_d`, and `mu_d`
-/// beyond. A constant mu in the paper's eq. (11), `T = mu N`, holds for a sliding wheel only.
+/// Both coefficients belong to all forms: the coefficient mu of a sliding contact is mu_s up to the slip speed v_s, falls
+/// in a cubic to mu_d at v_d, and stays mu_d ([`Self::sliding_coefficient`]). A constant mu in the paper's eq. (11),
+/// `T = mu N`, holds for a sliding wheel only. The forms differ in the contact that grips:
+///
+/// - [`FrictionKind::Adams`] and [`FrictionKind::Rigid`]: a cubic from `-mu_s` to `+mu_s` for `|v| <= v_s`.
+/// - [`FrictionKind::Brush`]: with the slip ratio kappa ([`Slip::ratio`]) and `a = C |kappa|/(3 mu)`, T/N is
+///   `sign(kappa) 3 mu (a - a^2 + a^3/3)` for a < 1 and mu beyond. Source: H. B. Pacejka, *Tyre and Vehicle Dynamics*,
+///   ch. 3, with a parabolic distribution of the pressure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionLaw {
+    /// Form of the law.
+    pub kind: FrictionKind,
     /// Static coefficient mu_s, -.
     pub mu_s: f64,
     /// Dynamic coefficient mu_d, -.
     pub mu_d: f64,
-    /// Slip speed at which the coefficient reaches mu_s, m/s.
+    /// Slip speed up to which mu is mu_s, m/s. In ADAMS's form T/N reaches mu_s there.
     pub v_s: f64,
-    /// Slip speed from which the coefficient is mu_d, m/s.
+    /// Slip speed from which mu is mu_d, m/s.
     pub v_d: f64,
+    /// Slip stiffness C of the brush model, -: slope of T/N over the slip ratio at zero slip. 5 is soft ground, 50 a hard
+    /// wheel on rock. Other forms do not use it.
+    pub slip_stiffness: f64,
+}
+
+/// Speeds of a contact along its tangent, m/s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Slip {
+    /// Speed u of the rim: absolute spin times the arm from the contact to the wheel's centre. Forward positive.
+    pub rim: f64,
+    /// Speed w of the wheel's centre. Forward positive.
+    pub centre: f64,
+}
+
+impl Slip {
+    /// Speed v_0 below which the slip ratio refers to v_0, m/s.
+    pub const SLOWEST: f64 = 0.01;
+
+    /// Slip speed v = u - w, m/s, positive when the rim is faster than the wheel's centre.
+    pub fn speed(&self) -> f64 {
+        self.rim - self.centre
+    }
+
+    /// Slip ratio kappa = (u - w)/max(|u|, |w|, v_0), -. It is finite at standstill.
+    pub fn ratio(&self) -> f64 {
+        self.speed() / self.reference()
+    }
+
+    /// max(|u|, |w|, v_0), m/s.
+    fn reference(&self) -> f64 {
+        self.rim.abs().max(self.centre.abs()).max(Self::SLOWEST)
+    }
 }
 
 impl Default for FrictionLaw {
-    /// mu_s = 0.8, mu_d = 0.7, v_s = 0.02 m/s, v_d = 0.10 m/s.
+    /// ADAMS's form with mu_s = 0.8, mu_d = 0.7, v_s = 0.02 m/s, v_d = 0.10 m/s; C = 20 for the brush model.
     fn default() -> Self {
         Self {
+            kind: FrictionKind::Adams,
             mu_s: 0.8,
             mu_d: 0.7,
             v_s: 0.02,
             v_d: 0.10,
+            slip_stiffness: 20.0,
         }
     }
 }
 
 impl FrictionLaw {
-    /// Coefficient mu(v), -, with the sign of the slip speed `v` (m/s), which is positive when the rim moves faster
-    /// than the wheel's centre.
-    pub fn coefficient(&self, v: f64) -> f64 {
-        if v.abs() <= self.v_s {
-            cubic_step(v, -self.v_s, -self.mu_s, self.v_s, self.mu_s)
-        } else {
-            cubic_step(v.abs(), self.v_s, self.mu_s, self.v_d, self.mu_d).copysign(v)
+    /// Smallest v_s of [`FrictionKind::Rigid`], m/s.
+    pub const RIGID_LEAST: f64 = 0.2e-3;
+    /// Largest v_s of [`FrictionKind::Rigid`], m/s: a tenth of the default of ADAMS's form.
+    pub const RIGID_MOST: f64 = 2e-3;
+    /// Default v_s of [`FrictionKind::Rigid`], m/s.
+    const RIGID_DEFAULT: f64 = 1e-3;
+
+    /// The law of a form with its default parameters.
+    pub fn of(kind: FrictionKind) -> Self {
+        let default = Self::default();
+        Self {
+            kind,
+            v_s: match kind {
+                FrictionKind::Adams | FrictionKind::Brush => default.v_s,
+                FrictionKind::Rigid => Self::RIGID_DEFAULT,
+            },
+            ..default
+        }
+    }
+
+    /// T/N, -, with the sign of the slip.
+    pub fn coefficient(&self, slip: &Slip) -> f64 {
+        let v = slip.speed();
+        match self.kind {
+            FrictionKind::Adams | FrictionKind::Rigid => {
+                if v.abs() <= self.v_s {
+                    cubic_step(v, -self.v_s, -self.mu_s, self.v_s, self.mu_s)
+                } else {
+                    self.sliding_coefficient(v).copysign(v)
+                }
+            }
+            FrictionKind::Brush => {
+                let mu = self.sliding_coefficient(v);
+                let a = self.slip_stiffness * slip.ratio().abs() / (3.0 * mu);
+                // Without friction a is infinite, or NaN without slip; then T/N = mu = 0.
+                let coefficient = if a < 1.0 {
+                    3.0 * mu * a * (1.0 - a * (1.0 - a / 3.0))
+                } else {
+                    mu
+                };
+                coefficient.copysign(v)
+            }
+        }
+    }
+
+    /// Coefficient mu of a contact that slides at the slip speed `v` (m/s, any sign), -: mu_s up to v_s, mu_d from v_d on,
+    /// a cubic between them.
+    pub fn sliding_coefficient(&self, v: f64) -> f64 {
+        cubic_step(v.abs(), self.v_s, self.mu_s, self.v_d, self.mu_d)
+    }
+
+    /// Slip speed beyond which the contact slides, m/s, at this slip: there T/N is at the limit of friction.
+    ///
+    /// In ADAMS's form it is v_s. In the brush model it is where a = 1, `3 mu max(|u|, |w|, v_0)/C`.
+    pub fn slip_limit(&self, slip: &Slip) -> f64 {
+        match self.kind {
+            FrictionKind::Adams | FrictionKind::Rigid => self.v_s,
+            FrictionKind::Brush => {
+                let mu = self.sliding_coefficient(slip.speed());
+                3.0 * mu * slip.reference() / self.slip_stiffness
+            }
+        }
+    }
+
+    /// Whether the contact slides: its slip speed is beyond [`Self::slip_limit`].
+    pub fn slides(&self, slip: &Slip) -> bool {
+        slip.speed().abs() > self.slip_limit(slip)
+    }
+
+    /// Largest slope of T/N over the slip speed, s/m: that at zero slip, `3 mu_s/(2 v_s)` in ADAMS's form, `C/v_0` in the
+    /// brush model at standstill.
+    pub fn steepest_slope(&self) -> f64 {
+        match self.kind {
+            FrictionKind::Adams | FrictionKind::Rigid => 1.5 * self.mu_s / self.v_s,
+            FrictionKind::Brush => self.slip_stiffness / Slip::SLOWEST,
         }
     }
 }
@@ -56,7 +192,8 @@ pub struct Stretch {
 }
 
 impl FrictionLaw {
-    /// The law at x (m). The first stretch that contains x replaces the coefficients; the slip speeds stay.
+    /// The law at x (m). The first stretch that contains x replaces the coefficients; form, slip speeds and slip stiffness
+    /// stay.
     pub fn at(&self, stretches: &[Stretch], x: f64) -> Self {
         match stretches.iter().find(|s| s.from <= x && x < s.to) {
             Some(stretch) => Self {
@@ -70,23 +207,4 @@ impl FrictionLaw {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_law_passes_through_its_parameters_and_is_odd() {
-        let law = FrictionLaw::default();
-        for (v, mu) in [
-            (0.0, 0.0),
-            (0.02, 0.8),
-            (0.06, 0.75),
-            (0.10, 0.7),
-            (2.0, 0.7),
-        ] {
-            assert!((law.coefficient(v) - mu).abs() < 1e-15, "mu({v})");
-            assert!((law.coefficient(-v) + mu).abs() < 1e-15, "mu(-{v})");
-        }
-        // Slope of the cubic at v = 0: 3 mu_s/(2 v_s) = 60 s/m.
-        assert!((law.coefficient(1e-8) / 1e-8 - 60.0).abs() < 1e-6);
-    }
-}
+mod tests;

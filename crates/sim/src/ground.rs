@@ -2,7 +2,8 @@
 
 use crate::contact::ContactLaw;
 use crate::error::BelowGround;
-use crate::friction::{FrictionLaw, Stretch};
+use crate::friction::{FrictionLaw, Slip, Stretch};
+use crate::rolling::RollingResistance;
 use crate::setup::PlantSetup;
 use crate::truth::{ContactList, ContactTruth, WheelTruth};
 use robhaz_model::{Vec2, perp};
@@ -14,6 +15,7 @@ pub(crate) struct Ground {
     contact: ContactLaw,
     friction: FrictionLaw,
     stretches: Vec<Stretch>,
+    rolling: RollingResistance,
     wheel_radius: f64,
     /// Contacts of the last call; kept to reuse the storage.
     found: Vec<Contact>,
@@ -48,6 +50,8 @@ struct OneContact {
     energy: f64,
     /// Speed of the wheel into the ground, m/s.
     approach: f64,
+    /// Slip speed beyond which it slides, m/s.
+    slip_limit: f64,
 }
 
 /// Forces of the ground on one wheel.
@@ -55,7 +59,7 @@ struct OneContact {
 pub(crate) struct GroundForces {
     /// Sum of all contact forces, N.
     pub force: Vec2,
-    /// Sum of d T over the contacts, N m: the torque that resists the forward spin.
+    /// Torque that resists the forward spin, N m: sum of d T and of the rolling resistance over the contacts.
     pub torque: f64,
     /// Magnitude of the normal forces' vector sum, N.
     pub normal_force: f64,
@@ -64,6 +68,9 @@ pub(crate) struct GroundForces {
     tangent: Vec2,
     penetration: f64,
     slip_speed: f64,
+    slip_limit: f64,
+    /// Whether a contact grips.
+    grips: bool,
     /// Number of contacts.
     pub contacts: u32,
     /// Elastic energy of the contacts, J.
@@ -80,6 +87,7 @@ impl Ground {
             contact: setup.contact,
             friction: setup.friction,
             stretches: setup.stretches.clone(),
+            rolling: setup.rolling,
             wheel_radius: setup.robot.geometry.wheel_radius,
             found: Vec::with_capacity(4),
         }
@@ -119,6 +127,8 @@ impl Ground {
             tangent: Vec2::x(),
             penetration: f64::NEG_INFINITY,
             slip_speed: 0.0,
+            slip_limit: 0.0,
+            grips: false,
             contacts: 0,
             energy: 0.0,
             approach: 0.0,
@@ -138,13 +148,20 @@ impl Ground {
             normal_sum += normal * normal_force;
             sum.force += normal * normal_force + contact.tangent * traction;
             sum.torque += contact.distance * traction;
+            if self.rolling.coefficient > 0.0 {
+                sum.torque += self
+                    .rolling
+                    .moment(normal_force, self.wheel_radius, wheel.spin);
+            }
             sum.traction += traction;
             sum.energy += one.energy;
             sum.contacts += 1;
+            sum.grips |= !one.truth.slides;
             sum.approach = sum.approach.max(one.approach);
             if one.truth.penetration > sum.penetration {
                 sum.penetration = one.truth.penetration;
                 sum.slip_speed = one.truth.slip_speed;
+                sum.slip_limit = one.slip_limit;
                 sum.tangent = contact.tangent;
             }
         }
@@ -166,19 +183,21 @@ impl Ground {
         let penetration = self.wheel_radius - arm;
         let approach = -wheel.velocity.dot(&n);
         let (normal_force, energy) = self.contact.normal_force_and_energy(penetration, approach);
-        let slip_speed = wheel.spin * arm - wheel.velocity.dot(&t);
+        let slip = slip(wheel, t, arm);
         let friction = self.friction.at(&self.stretches, contact.point.x);
         Ok(OneContact {
             truth: ContactTruth {
                 point: contact.point,
                 normal: n,
                 normal_force,
-                traction: friction.coefficient(slip_speed) * normal_force,
+                traction: friction.coefficient(&slip) * normal_force,
                 penetration,
-                slip_speed,
+                slip_speed: slip.speed(),
+                slides: friction.slides(&slip),
             },
             energy,
             approach,
+            slip_limit: friction.slip_limit(&slip),
         })
     }
 
@@ -204,7 +223,10 @@ impl Ground {
             contact_angle: slope(forces.tangent),
             penetration: forces.penetration,
             slip_speed: forces.slip_speed,
+            slip_limit: forces.slip_limit,
             contacts: forces.contacts,
+            force: forces.force,
+            slides: forces.contacts > 0 && !forces.grips,
             contact_list: ContactList::default(),
         };
         match forces.contacts {
@@ -213,7 +235,10 @@ impl Ground {
                     let (t, _, arm) = axes(&nearest, wheel)?;
                     truth.penetration = self.wheel_radius - arm;
                     truth.contact_angle = slope(nearest.tangent);
-                    truth.slip_speed = wheel.spin * arm - wheel.velocity.dot(&t);
+                    let slip = slip(wheel, t, arm);
+                    let friction = self.friction.at(&self.stretches, nearest.point.x);
+                    truth.slip_speed = slip.speed();
+                    truth.slip_limit = friction.slip_limit(&slip);
                 }
             }
             // The forces of the wheel are those of its contact. A second evaluation would cost time.
@@ -226,6 +251,7 @@ impl Ground {
                     traction: forces.traction,
                     penetration: forces.penetration,
                     slip_speed: forces.slip_speed,
+                    slides: truth.slides,
                 });
             }
             _ => {
@@ -255,6 +281,14 @@ fn is_behind(contact: &Contact, found: &[Contact]) -> bool {
         && found
             .iter()
             .any(|c| c.distance > 0.0 && c.distance < -contact.distance)
+}
+
+/// Speeds of a contact with the tangent `t` and the distance `arm` (m) from the wheel's centre.
+fn slip(wheel: &WheelMotion, t: Vec2, arm: f64) -> Slip {
+    Slip {
+        rim: wheel.spin * arm,
+        centre: wheel.velocity.dot(&t),
+    }
 }
 
 /// Tangent, normal, and distance from the contact to the wheel's centre, m.
@@ -288,6 +322,7 @@ mod tests {
             contact: ContactLaw::default(),
             friction: FrictionLaw::default(),
             stretches: stretches.iter().map(stretch).collect(),
+            rolling: Default::default(),
             drive: Default::default(),
             start: Default::default(),
             engine: EngineKind::Direct,
@@ -381,6 +416,9 @@ mod tests {
         assert!((normal.norm() - truth.normal_force).abs() < 1e-9 * tread);
         let tangent = Vec2::new(rear.normal.y, -rear.normal.x);
         assert!((normal + tangent * rear.traction - forces.force).norm() < 1e-9 * tread);
+        assert!((truth.force - forces.force).norm() == 0.0);
+        // The front contact is on the stretch without friction, where it slides too.
+        assert!(rear.slides && front.slides && truth.slides);
         let deeper = rear.penetration.max(front.penetration);
         assert_eq!(deeper.to_bits(), truth.penetration.to_bits());
 
@@ -401,5 +439,37 @@ mod tests {
         let forces = ground.act(&motion).unwrap();
         let truth = ground.truth(forces, &motion, axle).unwrap();
         assert!(truth.contact_list.is_empty() && (truth.penetration + 0.1).abs() < 1e-10);
+        assert!(!truth.slides && truth.force == Vec2::zeros());
+    }
+
+    /// A wheel that climbs a riser without slip grips, although its contact with the tread slides.
+    #[test]
+    fn a_wheel_grips_while_one_of_its_contacts_grips() {
+        let mut ground = ground(Profile::step(), &[]);
+        // The wheel is 0.5 mm deep in the level ground and in the edge of the kerb.
+        let centre = Vec2::new(
+            0.7 - (0.0995_f64.powi(2) - 0.0495_f64.powi(2)).sqrt(),
+            0.0995,
+        );
+        let axle = AxleState {
+            angle: 0.0,
+            omega: 0.0,
+            torque: 0.0,
+        };
+        let edge = Vec2::new(0.7, 0.05);
+        let normal = (centre - edge).normalize();
+        let tangent = Vec2::new(normal.y, -normal.x);
+        let climbing = WheelMotion {
+            centre,
+            velocity: tangent * 0.2,
+            spin: 2.0,
+        };
+        let forces = ground.act(&climbing).unwrap();
+        let truth = ground.truth(forces, &climbing, axle).unwrap();
+        let [tread, edge] = truth.contact_list[..] else {
+            panic!("{:?}", truth.contact_list);
+        };
+        assert!(tread.slides && !edge.slides && !truth.slides);
+        assert_eq!(truth.contact_state(), crate::ContactState::Two);
     }
 }

@@ -5,6 +5,8 @@
 //! | eq. (2), the wheel with its drive | [`drive`] |
 //! | eq. (10), contact | [`contact`] |
 //! | eq. (11), friction | [`friction`] |
+//! | set speeds that differ from wheel to wheel | [`scaling`] |
+//! | rolling resistance | [`rolling`] |
 //! | limited pin joint | [`stop`] |
 //! | closed four-bar with three wheels | [`rapier`] and, in another formulation, [`direct`] |
 //! | stability of an explicit step | [`stability`] |
@@ -31,6 +33,8 @@ mod mechanics;
 mod plant;
 pub mod random;
 pub mod rapier;
+pub mod rolling;
+pub mod scaling;
 pub mod sensors;
 mod setup;
 pub mod stability;
@@ -43,4 +47,7 @@ pub use energy::mechanical_energy;
 pub use error::{NoRest, PlantError};
 pub use plant::Plant;
 pub use setup::{EngineKind, PlantSetup, StartKind};
-pub use truth::{BarTruth, ContactList, ContactTruth, PinTruth, Truth, WheelTruth};
+pub use truth::{
+    BarTruth, ContactList, ContactState, ContactTruth, EquivalentContact, PinTruth, Truth,
+    WheelTruth,
+};

@@ -3,6 +3,7 @@
 use crate::contact::ContactLaw;
 use crate::drive::Drive;
 use crate::friction::{FrictionLaw, Stretch};
+use crate::rolling::RollingResistance;
 use robhaz_model::Robot;
 use robhaz_terrain::Terrain;
 
@@ -72,10 +73,12 @@ pub struct PlantSetup {
     pub terrain: Terrain,
     /// Law of the normal force, eq. (10).
     pub contact: ContactLaw,
-    /// Law of the traction, eq. (11).
+    /// Law of the traction: eq. (11) or another form.
     pub friction: FrictionLaw,
     /// Stretches of the ground with their own friction coefficients. They do not overlap.
     pub stretches: Vec<Stretch>,
+    /// Rolling resistance of the wheels.
+    pub rolling: RollingResistance,
     /// The drives, eq. (2).
     pub drive: Drive,
     /// State of the robot at time zero.

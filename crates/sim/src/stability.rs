@@ -5,9 +5,10 @@
 //! the velocity alternates in sign and grows until a limit of force or torque bounds it.
 
 use crate::contact::ContactLaw;
-use crate::drive::Drive;
+use crate::drive::{Drive, FRICTION_SPEED};
 use crate::friction::FrictionLaw;
 use crate::mechanics::{Kinematics, State};
+use crate::rolling::RollingResistance;
 use nalgebra::{Matrix3, Matrix4, SMatrix};
 use robhaz_model::Robot;
 
@@ -32,16 +33,41 @@ pub fn longest_step_for_stiffness(contact: &ContactLaw, robot: &Robot) -> f64 {
     2.0 * (robot.mass.wheel / tangent_stiffness).sqrt()
 }
 
-/// Longest step, s, for the explicit friction at a normal force `load` (N) of a wheel: 0.4 of the limit of stability.
+/// Longest step, s, for explicit friction and rolling resistance at a normal force `load` (N) of a wheel: 0.4 of the limit
+/// of stability.
 ///
-/// Near zero slip the slope of T over the slip speed is `3 mu_s/(2 v_s) N`. It acts on the inertia of wheel and rotor
-/// at the rim and on the robot's mass. At twice the mean load, which the course `smooth` reaches, the step is 0.45 ms
-/// with the default friction and 0.045 ms for v_s = 2 mm/s.
-pub fn longest_step_for_friction(friction: &FrictionLaw, robot: &Robot, load: f64) -> f64 {
+/// At zero slip the slope of T over the slip speed is N times [`FrictionLaw::steepest_slope`]: `3 mu_s/(2 v_s)` in ADAMS's
+/// form, `C/v_0` in the brush model at standstill. It acts on the inertia of wheel and rotor at the rim and on the robot's
+/// mass. The rolling resistance acts on the same inertia with the slope `f_r r N/FRICTION_SPEED` over the spin. At twice
+/// the mean load, which the course `smooth` reaches, the step is 0.45 ms with the default friction, 0.045 ms for v_s = 2
+/// mm/s, 0.023 ms for `rigid` with v_s = 1 mm/s and 0.014 ms for `brush` with C = 20.
+pub fn longest_step_for_friction(
+    friction: &FrictionLaw,
+    rolling: &RollingResistance,
+    robot: &Robot,
+    load: f64,
+) -> f64 {
     let mass = &robot.mass;
-    let slope = 1.5 * friction.mu_s / friction.v_s * load;
-    let rim = robot.geometry.wheel_radius.powi(2) / (mass.wheel_inertia + mass.rotor_inertia);
-    STABLE_SHARE * 2.0 / (slope * (rim + 3.0 / mass.total()))
+    let inertia = mass.wheel_inertia + mass.rotor_inertia;
+    let slope = friction.steepest_slope() * load;
+    let rim = robot.geometry.wheel_radius.powi(2) / inertia;
+    let braking = rolling_slope(rolling, robot) * load / inertia;
+    STABLE_SHARE * 2.0 / (slope * (rim + 3.0 / mass.total()) + braking)
+}
+
+/// Whether the rolling resistance limits the step of [`longest_step_for_friction`] more than the friction.
+pub fn rolling_is_stiffer(
+    friction: &FrictionLaw,
+    rolling: &RollingResistance,
+    robot: &Robot,
+) -> bool {
+    let without = longest_step_for_friction(friction, &RollingResistance::default(), robot, 1.0);
+    without > 2.0 * longest_step_for_friction(friction, rolling, robot, 1.0)
+}
+
+/// Slope of the moment of rolling resistance over the spin for N = 1 N, m s: `f_r r/FRICTION_SPEED`.
+fn rolling_slope(rolling: &RollingResistance, robot: &Robot) -> f64 {
+    rolling.coefficient * robot.geometry.wheel_radius / FRICTION_SPEED
 }
 
 /// Largest slope of the torque over the wheel speed ([`Drive::slope`]), N m s, for an explicit step (s): 0.4 of the

@@ -31,6 +31,9 @@ pub struct ContactTruth {
     pub penetration: f64,
     /// Slip speed, m/s, positive when the rim is faster than the wheel's centre.
     pub slip_speed: f64,
+    /// Whether it slides: its slip is beyond the peak of the friction law
+    /// ([`FrictionLaw::slides`](crate::friction::FrictionLaw::slides)).
+    pub slides: bool,
 }
 
 /// Up to two contacts of a wheel, from rear to front: a slice of fixed capacity.
@@ -71,6 +74,29 @@ impl Deref for ContactList {
     }
 }
 
+/// How many contacts a wheel has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ContactState {
+    /// None: the wheel is in the air.
+    #[default]
+    Air,
+    /// One.
+    One,
+    /// Two or more: riser and tread, or both sides of a concave corner.
+    Two,
+}
+
+/// The single contact whose force on the axle and whose traction are those of all contacts of a wheel together.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EquivalentContact {
+    /// Normal force N >= 0, N.
+    pub normal_force: f64,
+    /// Traction T, N: the sum of all tractions.
+    pub traction: f64,
+    /// Contact angle gamma, rad.
+    pub angle: f64,
+}
+
 /// State of a wheel, and the forces of the ground on it.
 ///
 /// Normal force, traction, contact angle, penetration and slip speed describe the wheel as a whole. With one contact
@@ -97,10 +123,67 @@ pub struct WheelTruth {
     /// Slip speed at the contact with the largest penetration, m/s, positive when the rim is faster than the wheel's
     /// centre.
     pub slip_speed: f64,
+    /// Magnitude of the slip speed beyond which this contact slides, m/s
+    /// ([`FrictionLaw::slip_limit`](crate::friction::FrictionLaw::slip_limit)). No contact: that of the nearest ground.
+    pub slip_limit: f64,
     /// Number of contacts.
     pub contacts: u32,
+    /// Force of the ground on the wheel, N: the sum of `N_i n_i + T_i t_i` over all contacts.
+    pub force: Vec2,
+    /// Whether the wheel slides: it has a contact, and every one of its contacts slides.
+    pub slides: bool,
     /// The contacts one by one.
     pub contact_list: ContactList,
+}
+
+impl WheelTruth {
+    /// How many contacts the wheel has.
+    pub fn contact_state(&self) -> ContactState {
+        match self.contacts {
+            0 => ContactState::Air,
+            1 => ContactState::One,
+            _ => ContactState::Two,
+        }
+    }
+
+    /// The equivalent single contact: what an estimator with one contact a wheel can know.
+    ///
+    /// The axle feels of the ground a force F, the sum of `N_i n_i + T_i t_i`, and a moment r T with T = sum of T_i
+    /// (the arms r - g_i differ by a few tenths of a percent). One contact has the same F and T: `N = sqrt(|F|^2 -
+    /// T^2)` at the angle gamma with `F = N n(gamma) + T t(gamma)`. With one contact it is that contact. In the air N =
+    /// T = 0 at the slope of the nearest ground.
+    ///
+    /// `None` if |F| < |T|, as between walls that nearly face each other: no single contact has these forces.
+    pub fn equivalent_contact(&self) -> Option<EquivalentContact> {
+        let traction = self.traction;
+        if self.contacts < 2 {
+            return Some(EquivalentContact {
+                normal_force: self.normal_force,
+                traction,
+                angle: self.contact_angle,
+            });
+        }
+        let normal_force = (self.force.norm_squared() - traction * traction).sqrt();
+        // The root of a negative number is not a number.
+        if normal_force.is_nan() {
+            return None;
+        }
+        // With vectors as complex numbers F = (T + i N) t: t is F (T - i N) up to its length.
+        let (x, y) = (self.force.x, self.force.y);
+        let tangent = Vec2::new(
+            x * traction + y * normal_force,
+            y * traction - x * normal_force,
+        );
+        Some(EquivalentContact {
+            normal_force,
+            traction,
+            angle: if tangent == Vec2::zeros() {
+                self.contact_angle
+            } else {
+                tangent.y.atan2(tangent.x)
+            },
+        })
+    }
 }
 
 /// Position of a pin and the force it carries.
@@ -179,6 +262,80 @@ mod tests {
             let found: Vec<f64> = list.iter().map(|contact| contact.normal_force).collect();
             let expected: Vec<f64> = forces.into_iter().filter(|force| *force > 1.5).collect();
             assert_eq!(found, expected);
+        }
+    }
+
+    /// Unit tangent and normal at a contact angle, rad.
+    fn axes(angle: f64) -> (Vec2, Vec2) {
+        let t = Vec2::new(angle.cos(), angle.sin());
+        (t, perp(t))
+    }
+
+    /// A wheel on two contacts of angle (rad), N and T (N).
+    fn on_two([a, b]: [(f64, f64, f64); 2]) -> WheelTruth {
+        let force = |(angle, normal, traction): (f64, f64, f64)| {
+            let (t, n) = axes(angle);
+            n * normal + t * traction
+        };
+        WheelTruth {
+            contacts: 2,
+            force: force(a) + force(b),
+            traction: a.2 + b.2,
+            ..WheelTruth::default()
+        }
+    }
+
+    /// Equivalence: the equivalent contact has the force and the traction of both contacts, whatever they are, and N >=
+    /// 0. With both at one angle it is their sum.
+    #[test]
+    fn the_equivalent_contact_has_the_same_force_and_traction() {
+        let mut found = 0;
+        for k in 0..2000 {
+            let wave =
+                |i: u32, scale: f64| scale * (f64::from(k) * (0.7 + 0.37 * f64::from(i))).sin();
+            let contact = |i: u32| {
+                let normal = 60.0 + wave(i, 55.0);
+                (wave(i + 1, 3.0), normal, normal * wave(i + 2, 0.9))
+            };
+            let wheel = on_two([contact(0), contact(3)]);
+            let exists = wheel.force.norm() >= wheel.traction.abs();
+            assert_eq!(wheel.equivalent_contact().is_some(), exists, "{k}");
+            let Some(equivalent) = wheel.equivalent_contact() else {
+                continue;
+            };
+            found += 1;
+            let (t, n) = axes(equivalent.angle);
+            let force = n * equivalent.normal_force + t * equivalent.traction;
+            // Forces of a hundred newtons, rounded.
+            assert!((force - wheel.force).norm() < 1e-11, "{k}");
+            assert!(equivalent.normal_force >= 0.0);
+            assert!((equivalent.traction - wheel.traction).abs() == 0.0);
+        }
+        assert!(found > 500 && found < 2000, "{found}");
+
+        let same = on_two([(0.3, 20.0, 4.0), (0.3, 30.0, -9.0)]);
+        let equivalent = same.equivalent_contact().unwrap_or_default();
+        assert!((equivalent.normal_force - 50.0).abs() < 1e-12);
+        assert!((equivalent.angle - 0.3).abs() < 1e-12);
+    }
+
+    /// Equivalence: with one contact the equivalent contact is that contact, bit for bit; in the air it is unloaded.
+    #[test]
+    fn with_one_contact_it_is_that_contact() {
+        for contacts in [0, 1] {
+            let wheel = WheelTruth {
+                contacts,
+                normal_force: 43.7,
+                traction: -60.1,
+                contact_angle: 0.123,
+                ..WheelTruth::default()
+            };
+            let expected = EquivalentContact {
+                normal_force: 43.7,
+                traction: -60.1,
+                angle: 0.123,
+            };
+            assert_eq!(wheel.equivalent_contact(), Some(expected));
         }
     }
 }

@@ -5,7 +5,8 @@ use nalgebra::{Matrix3, Matrix4, Vector4};
 use robhaz_estimator::statics::{Arms, Equilibrium, Loads};
 use robhaz_model::Robot;
 use robhaz_scene::Scene;
-use robhaz_sim::Truth;
+use robhaz_score::Compared;
+use robhaz_sim::{EquivalentContact, Truth};
 
 /// Standard deviations of the inputs of eq. (8) at one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,13 +35,18 @@ impl SampleNoise {
     }
 
     /// Lower bound of the covariance of the three N of an unbiased estimate from one sample, N^2. The equations are linearised about
-    /// the true posture, contact angles and forces.
+    /// the true posture and the equivalent contacts of `wheels`.
     ///
     /// With R the covariance of the residual of eq. (8), the bound is `(H_N' R^-1 H_N)^-1`. R is singular where an error is zero. The
     /// code uses the equal form `L (R - R w w' R/(w' R w)) L'`, with a left inverse L of H_N and `w' H_N = 0`, which needs no inverse of R.
     ///
     /// `None` where the contacts leave N undetermined.
-    pub fn covariance(&self, robot: &Robot, truth: &Truth) -> Option<Matrix3<f64>> {
+    pub fn covariance(
+        &self,
+        robot: &Robot,
+        truth: &Truth,
+        wheels: &[EquivalentContact; 3],
+    ) -> Option<Matrix3<f64>> {
         let geometry = &robot.geometry;
         let arms = Arms::new(geometry, truth.links[0].angle, truth.links[1].angle).ok()?;
         // Loads are known: H does not depend on them.
@@ -49,11 +55,11 @@ impl SampleNoise {
             &geometry.carriers,
             geometry.wheel_radius,
             &Loads::default(),
-            &truth.wheels.map(|wheel| wheel.contact_angle),
+            &wheels.map(|wheel| wheel.angle),
             1.0,
         )?;
         let inverse = equilibrium.least_squares()?;
-        let r = self.residual_covariance(robot, truth, &equilibrium);
+        let r = self.residual_covariance(robot, truth, wheels, &equilibrium);
         let left = inverse.rows;
         let mut known = r;
         if let Some(w) = equilibrium.parity_direction() {
@@ -71,6 +77,7 @@ impl SampleNoise {
         &self,
         robot: &Robot,
         truth: &Truth,
+        wheels: &[EquivalentContact; 3],
         equilibrium: &Equilibrium,
     ) -> Matrix4<f64> {
         let geometry = &robot.geometry;
@@ -84,8 +91,8 @@ impl SampleNoise {
                 i,
                 geometry.carriers[i],
                 radius,
-                wheel.normal_force,
-                wheel.traction,
+                wheels[i].normal_force,
+                wheels[i].traction,
             ) * self.contact_angle;
             r += pulled * pulled.transpose() + turned * turned.transpose();
             rub += equilibrium.h_t[i] * (self.gear_friction * wheel.omega.signum() / radius);
@@ -99,12 +106,18 @@ impl SampleNoise {
 pub fn floor(scene: &Scene, run: &TruthRun) -> Option<f64> {
     let errors = SampleNoise::of(scene);
     let (mut square, mut load, mut wheels) = (0.0, 0.0, 0.0);
-    for truth in run.counting() {
-        let Some(covariance) = errors.covariance(&scene.robot.robot, truth) else {
+    for (
+        truth,
+        Compared {
+            wheels: contacts, ..
+        },
+    ) in run.counting()
+    {
+        let Some(covariance) = errors.covariance(&scene.robot.robot, truth, &contacts) else {
             continue;
         };
         square += covariance.trace().max(0.0);
-        load += truth.wheels.iter().map(|w| w.normal_force).sum::<f64>();
+        load += contacts.iter().map(|c| c.normal_force).sum::<f64>();
         wheels += 3.0;
     }
     let floor = (square / wheels).sqrt() / (load / wheels);
@@ -148,6 +161,10 @@ mod tests {
         }
     }
 
+    fn contacts() -> [EquivalentContact; 3] {
+        Compared::of(&truth()).expect("one contact a wheel").wheels
+    }
+
     fn parts(errors: &SampleNoise) -> (Equilibrium, Matrix4<f64>) {
         let (robot, truth) = (Robot::default_a(), truth());
         let geometry = &robot.geometry;
@@ -161,7 +178,7 @@ mod tests {
             1.0,
         )
         .expect("regular");
-        let r = errors.residual_covariance(&robot, &truth, &equilibrium);
+        let r = errors.residual_covariance(&robot, &truth, &contacts(), &equilibrium);
         (equilibrium, r)
     }
 
@@ -174,7 +191,7 @@ mod tests {
         let information = Matrix3::from_fn(|i, j| h[i].dot(&(weight * h[j])));
         let expected = information.try_inverse().expect("regular");
         let found = ERRORS
-            .covariance(&Robot::default_a(), &truth())
+            .covariance(&Robot::default_a(), &truth(), &contacts())
             .expect("regular");
         // Rounding, times the condition of R (about 1e3).
         assert!(
@@ -194,7 +211,7 @@ mod tests {
             contact_angle: 0.0,
         };
         let of = |errors: &SampleNoise| {
-            let covariance = errors.covariance(&Robot::default_a(), &truth());
+            let covariance = errors.covariance(&Robot::default_a(), &truth(), &contacts());
             covariance.expect("regular").trace()
         };
         assert!(of(&exact).abs() < 1e-12);

@@ -15,7 +15,7 @@ pub use ablation::ladder;
 pub use consistency::{Consistency, CovarianceVerdict};
 pub use floor::{SampleNoise, floor};
 pub use report::Report;
-pub use seeds::SeedScores;
+pub use seeds::{SeedErrors, SeedScores};
 pub use statistics::Mean;
 pub use truth_run::{TruthRun, TruthRunError};
 
@@ -69,7 +69,7 @@ pub fn study(
         .collect();
     for scores in runs {
         for (of_estimator, score) in of_estimators.iter_mut().zip(scores?) {
-            of_estimator.add(score);
+            of_estimator.add(&score);
         }
     }
     Ok(of_estimators)

@@ -27,7 +27,9 @@ pub struct Report {
     pub compare_from_s: f64,
     /// Number of samples of one seed that count.
     pub samples: usize,
-    /// Number of samples of one seed left out because a wheel has two contacts.
+    /// How many of these have a wheel with two contacts.
+    pub two_contacts: usize,
+    /// Number of samples of one seed left out because no single contact is equivalent to the contacts of a wheel.
     pub left_out: usize,
     /// Cramer-Rao bound of one sample: [`crate::floor`]. `None` where torques and contact angles are exact.
     pub floor: Option<f64>,
@@ -42,9 +44,11 @@ pub struct Line {
     pub name: String,
     /// RMS error of N.
     pub nrmse: Option<Mean>,
+    /// RMS error of N over the samples at which no wheel has two contacts.
+    pub nrmse_at_one_contact: Option<Mean>,
     /// RMS error of T, N.
     pub traction_rmse_n: Option<Mean>,
-    /// Stated standard deviation of N: [`robhaz_score::Score::stated`].
+    /// Stated standard deviation of N: [`robhaz_score::Statistics::stated`].
     pub stated: Option<Mean>,
     /// RMS of the errors of N, each over its stated standard deviation.
     pub error_over_stated: Option<Mean>,
@@ -76,7 +80,8 @@ impl Report {
             seeds: seeds.to_vec(),
             compare_from_s: scene.record.compare_from,
             samples: run.counted(),
-            left_out: run.two_contacts(),
+            two_contacts: run.two_contacts(),
+            left_out: run.left_out(),
             floor,
             estimators: scores.iter().map(|s| Line::new(s, floor)).collect(),
         }
@@ -107,6 +112,7 @@ impl Report {
                 .to_owned(),
         });
         text.push_str(&self.what_was_run());
+        text.push_str(&self.without_two_contacts());
         if self
             .estimators
             .iter()
@@ -144,6 +150,23 @@ impl Report {
         text
     }
 
+    /// Errors of N over the samples without two contacts. Impacts on corners make most of the error of the others.
+    fn without_two_contacts(&self) -> String {
+        let of = |line: &Line| {
+            Some(format!(
+                "{} {}",
+                line.name,
+                percent(line.nrmse_at_one_contact?)
+            ))
+        };
+        let errors: Vec<String> = self.estimators.iter().filter_map(of).collect();
+        if self.two_contacts == 0 || errors.is_empty() {
+            return String::new();
+        }
+        let errors = errors.join(", ");
+        format!("\nError of N in % over the samples without two contacts: {errors}.")
+    }
+
     fn what_was_run(&self) -> String {
         let seeds = match self.seeds.as_slice() {
             [] => "no seed".to_owned(),
@@ -152,10 +175,16 @@ impl Report {
         };
         let left_out = match self.left_out {
             0 => "none left out".to_owned(),
-            n => format!("{n} left out because a wheel has two contacts"),
+            n => format!(
+                "{n} left out because the contacts of a wheel have no equivalent single contact"
+            ),
+        };
+        let two_contacts = match self.two_contacts {
+            0 => String::new(),
+            n => format!("{n} of them with two contacts of a wheel, "),
         };
         format!(
-            "{}: {seeds}; engine {}, sensors {}; {} samples a seed from {} s on, {left_out}.",
+            "{}: {seeds}; engine {}, sensors {}; {} samples a seed from {} s on, {two_contacts}{left_out}.",
             self.scene, self.engine, self.sensors, self.samples, self.compare_from_s
         )
     }
@@ -168,6 +197,7 @@ impl Line {
         Self {
             name: scores.name.clone(),
             nrmse,
+            nrmse_at_one_contact: scores.at_one_contact().nrmse(),
             traction_rmse_n: scores.traction_rmse(),
             stated: scores.stated(),
             error_over_stated: scores.normalised(),

@@ -1,7 +1,7 @@
 //! The truth of a scene at every sample of its sensors.
 
 use robhaz_scene::{PlantFailure, Scene};
-use robhaz_score::{Inclusion, Rule};
+use robhaz_score::{Compared, Inclusion, Rule};
 use robhaz_sim::{Plant, Truth};
 
 /// Why a scene cannot be studied.
@@ -20,7 +20,7 @@ pub enum TruthRunError {
     Plant(#[from] PlantFailure),
     /// No sample counts.
     #[error(
-        "no sample counts: a wheel has two contacts in each of the {compared} samples from {from} s on"
+        "no sample counts: in each of the {compared} samples from {from} s on the contacts of a wheel have no equivalent single contact"
     )]
     NothingCounts {
         /// Samples from `record.compare_from` on.
@@ -68,7 +68,7 @@ impl TruthRun {
         };
         if run.counted() == 0 {
             return Err(TruthRunError::NothingCounts {
-                compared: run.two_contacts(),
+                compared: run.left_out(),
                 from: scene.record.compare_from,
             });
         }
@@ -80,11 +80,13 @@ impl TruthRun {
         self.truth.iter()
     }
 
-    /// The samples that count in a score.
-    pub fn counting(&self) -> impl Iterator<Item = &Truth> {
-        self.truth
-            .iter()
-            .filter(|truth| self.rule.judge(truth) == Inclusion::Included)
+    /// The samples that count in a score, with the forces that estimates are compared with.
+    pub fn counting(&self) -> impl Iterator<Item = (&Truth, Compared)> {
+        let included = |truth| match self.rule.judge(truth) {
+            Inclusion::Included(compared) => Some((truth, compared)),
+            Inclusion::TooEarly | Inclusion::NoEquivalent => None,
+        };
+        self.truth.iter().filter_map(included)
     }
 
     /// Number of samples that count.
@@ -92,9 +94,15 @@ impl TruthRun {
         self.counting().count()
     }
 
-    /// Number of samples left out because a wheel has two contacts.
+    /// How many of the samples that count have a wheel with two contacts.
     pub fn two_contacts(&self) -> usize {
-        let two = |truth: &&Truth| self.rule.judge(truth) == Inclusion::TwoContacts;
-        self.truth.iter().filter(two).count()
+        let two = |(_, compared): &(&Truth, Compared)| compared.two_contacts;
+        self.counting().filter(two).count()
+    }
+
+    /// Number of samples left out because a wheel has no equivalent contact.
+    pub fn left_out(&self) -> usize {
+        let left_out = |truth: &&Truth| self.rule.judge(truth) == Inclusion::NoEquivalent;
+        self.truth.iter().filter(left_out).count()
     }
 }

@@ -64,46 +64,33 @@ const fn gap_allowed(kind: EngineKind) -> f64 {
 
 /// Runs all checks on a scene. `step` receives the name of each step as it begins.
 ///
-/// If a run stops before its end, one check fails with the reason; the other checks judge the run up to this time.
+/// If a run stops before its end, one check fails with the reason; the other checks judge the run up to this time. A scene
+/// that is too stiff for `rapier` is judged by `direct` alone, with a second run at a tenth of the tolerance.
 ///
 /// # Errors
 /// [`VerifyError`] if there is no run to judge.
 pub fn verify(scene: &Scene, step: &mut dyn FnMut(&str)) -> Result<Vec<Verdict>, VerifyError> {
-    let with = |kind| {
-        let mut scene = scene.clone();
-        scene.engine.kind = kind;
-        scene
-    };
     let has_corners = scene.terrain.build(&scene.robot.robot).has_corners();
     let mut verdicts = Vec::new();
-    let mut engine = |kind: EngineKind| {
-        let name = kind.name();
-        step(&format!("engine {name}"));
-        let scene = with(kind);
-        let run = Run::of(&scene)?;
-        verdicts.push(reaches_its_end(name, &run));
-        verdicts.extend(alone(&scene, &run, has_corners));
-        step(&format!("engine {name}, once more"));
-        let same = run.repeats(&scene)?;
-        verdicts.push(Verdict {
-            check: format!("{name}: a second run"),
-            finding: if same {
-                "the same bits"
-            } else {
-                "different bits"
-            }
-            .to_owned(),
-            outcome: outcome(same),
-        });
-        Ok(run)
-    };
-    let runs = [engine(EngineKind::Rapier)?, engine(EngineKind::Direct)?];
-    let [rapier, direct] = runs;
+    let mut engine = |kind| of_engine(scene, kind, has_corners, step, &mut verdicts);
+    if let Some(why) = scene.too_stiff_for_rapier() {
+        let direct = engine(EngineKind::Direct)?;
+        verdicts.insert(0, not_judged("rapier: all checks".to_owned(), &why));
+        step("engine direct, a tenth of the tolerance");
+        let mut finer = with(scene, EngineKind::Direct);
+        finer.engine.tolerance *= 0.1;
+        let finer = Run::of(&finer)?;
+        let what = "direct and a tenth of its tolerance";
+        verdicts.extend(compared(what, [&direct, &finer], has_corners));
+        return Ok(verdicts);
+    }
+    let rapier = engine(EngineKind::Rapier)?;
+    let direct = engine(EngineKind::Direct)?;
     verdicts.extend(compared("the engines", [&rapier, &direct], has_corners));
     // Two runs in memory are enough.
     drop(direct);
     step("engine rapier, half the step");
-    let mut halved = with(EngineKind::Rapier);
+    let mut halved = with(scene, EngineKind::Rapier);
     halved.engine.step *= 0.5;
     let halved = Run::of(&halved)?;
     if rapier.stopped.is_none() {
@@ -112,6 +99,42 @@ pub fn verify(scene: &Scene, step: &mut dyn FnMut(&str)) -> Result<Vec<Verdict>,
     let what = "rapier and half its step";
     verdicts.extend(compared(what, [&rapier, &halved], has_corners));
     Ok(verdicts)
+}
+
+/// The scene with another engine.
+fn with(scene: &Scene, kind: EngineKind) -> Scene {
+    let mut scene = scene.clone();
+    scene.engine.kind = kind;
+    scene
+}
+
+/// Runs a scene with an engine and appends the verdicts on this run.
+fn of_engine(
+    scene: &Scene,
+    kind: EngineKind,
+    has_corners: bool,
+    step: &mut dyn FnMut(&str),
+    verdicts: &mut Vec<Verdict>,
+) -> Result<Run, VerifyError> {
+    let name = kind.name();
+    step(&format!("engine {name}"));
+    let scene = with(scene, kind);
+    let run = Run::of(&scene)?;
+    verdicts.push(reaches_its_end(name, &run));
+    verdicts.extend(alone(&scene, &run, has_corners));
+    step(&format!("engine {name}, once more"));
+    let same = run.repeats(&scene)?;
+    verdicts.push(Verdict {
+        check: format!("{name}: a second run"),
+        finding: if same {
+            "the same bits"
+        } else {
+            "different bits"
+        }
+        .to_owned(),
+        outcome: outcome(same),
+    });
+    Ok(run)
 }
 
 /// Checks that a run was not stopped.

@@ -42,7 +42,9 @@ pub(crate) fn page(run: &RunDescription, chosen: Option<usize>) -> String {
          - Time series: wide lines are true, narrow lines estimated, the narrowest are two standard \
          deviations. A gap is a time without an estimate; needed friction mu_n = T/N also has a gap while N \
          is below 1 N. The slip margin is the static coefficient of the ground minus |mu_n|. Contact angles \
-         are those of the ground (true) and those that the estimators get.\n\
+         are those of the ground (true) and those that the estimators get. With two contacts of a wheel the true N, \
+         needed friction and contact angle are those of the equivalent contact: the single contact with the same force on \
+         the axle and the same T. The arrows show both contacts.\n\
          - Time series have 125 Hz, the animation 60 Hz: peaks at edges are shorter than a sample. Events, \
          and the lanes of wheels and estimators, are detected at every record.\n",
     );

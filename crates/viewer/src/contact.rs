@@ -3,9 +3,11 @@
 use robhaz_model::Vec2;
 use robhaz_sim::WheelTruth;
 
-/// The contact point of a wheel of a radius (m), m. With two contacts it lies in the direction of their mean normal.
+/// The contact point of a wheel of a radius (m), m: that of its equivalent contact. Where it has none, it lies in the
+/// direction of the sum of its normal forces.
 pub(crate) fn contact_point(wheel: &WheelTruth, radius: f64) -> Vec2 {
-    let (_, normal) = tangent_and_normal(wheel.contact_angle);
+    let equivalent = wheel.equivalent_contact();
+    let (_, normal) = tangent_and_normal(equivalent.map_or(wheel.contact_angle, |c| c.angle));
     wheel.position - normal * (radius - wheel.penetration)
 }
 

@@ -4,7 +4,7 @@ use crate::colours::{Colour, NEUTRAL, WHEELS, by_index};
 use crate::felt::FeltFrame;
 use crate::series::WHEEL_NAMES;
 use rerun::components::TextLogLevel;
-use robhaz_estimator::{Estimate, EstimateError, Flags};
+use robhaz_estimator::{ContactEstimate, ContactState, Estimate, EstimateError, Flags};
 use robhaz_run::{Frame, RunDescription};
 use robhaz_score::events::{self, EventDetector, EventKind, WheelState};
 use robhaz_sim::Truth;
@@ -48,12 +48,72 @@ impl Confidence {
     }
 }
 
+/// State of a wheel in its lane, true or estimated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum WheelLane {
+    /// One contact.
+    Grips,
+    /// One contact, and slip.
+    Slips,
+    /// Two contacts.
+    TwoContacts,
+    /// Two contacts, and slip.
+    TwoContactsSlips,
+    /// No contact.
+    InTheAir,
+}
+
+impl WheelLane {
+    /// All states.
+    pub(crate) const ALL: [Self; 5] = [
+        Self::Grips,
+        Self::Slips,
+        Self::TwoContacts,
+        Self::TwoContactsSlips,
+        Self::InTheAir,
+    ];
+
+    /// Its name in the recording.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Grips => WheelState::Grips.name(),
+            Self::Slips => WheelState::Slips.name(),
+            Self::TwoContacts => "two contacts",
+            Self::TwoContactsSlips => "two contacts, slips",
+            Self::InTheAir => WheelState::InTheAir.name(),
+        }
+    }
+
+    /// The true state of a wheel with a number of contacts.
+    fn of_truth(state: WheelState, contacts: u32) -> Self {
+        match (state, contacts > 1) {
+            (WheelState::InTheAir, _) => Self::InTheAir,
+            (WheelState::Grips, false) => Self::Grips,
+            (WheelState::Slips, false) => Self::Slips,
+            (WheelState::Grips, true) => Self::TwoContacts,
+            (WheelState::Slips, true) => Self::TwoContactsSlips,
+        }
+    }
+
+    /// An estimated state.
+    fn of_estimate(contact: &ContactEstimate) -> Self {
+        match (contact.state, contact.sliding) {
+            (ContactState::InAir, _) => Self::InTheAir,
+            (ContactState::OneContact, false) => Self::Grips,
+            (ContactState::OneContact, true) => Self::Slips,
+            (ContactState::TwoContacts, false) => Self::TwoContacts,
+            (ContactState::TwoContacts, true) => Self::TwoContactsSlips,
+        }
+    }
+}
+
 /// A change of the state of a wheel or estimator.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Change<S> {
     /// Time, s.
     pub(crate) time: f64,
-    /// Index of the wheel or estimator.
+    /// Index of the wheel or estimator. Of an estimated wheel: three times the index of the estimator, plus that of the
+    /// wheel.
     pub(crate) index: usize,
     /// The new state.
     pub(crate) state: S,
@@ -65,7 +125,9 @@ pub(crate) struct Found {
     /// Messages.
     pub(crate) events: Vec<Event>,
     /// Changes of the states of wheels.
-    pub(crate) wheels: Vec<Change<WheelState>>,
+    pub(crate) wheels: Vec<Change<WheelLane>>,
+    /// Changes of the estimated states of wheels.
+    pub(crate) contacts: Vec<Change<WheelLane>>,
     /// Changes of the states of estimators.
     pub(crate) estimators: Vec<Change<Confidence>>,
     /// The ground that the estimator of the animation has found.
@@ -77,6 +139,7 @@ impl Found {
     pub(crate) fn append(&mut self, mut later: Self) {
         self.events.append(&mut later.events);
         self.wheels.append(&mut later.wheels);
+        self.contacts.append(&mut later.contacts);
         self.estimators.append(&mut later.estimators);
         self.felt.append(&mut later.felt);
     }
@@ -85,6 +148,7 @@ impl Found {
     pub(crate) fn is_empty(&self) -> bool {
         self.events.is_empty()
             && self.wheels.is_empty()
+            && self.contacts.is_empty()
             && self.estimators.is_empty()
             && self.felt.is_empty()
     }
@@ -95,6 +159,10 @@ pub(crate) struct Watch {
     names: Vec<String>,
     /// `None` for recorded readings: they have no truth, from which events are detected.
     detector: Option<EventDetector>,
+    /// True states of the wheels at the last record.
+    wheels: [Option<WheelLane>; 3],
+    /// Estimated states at the last record, by estimator.
+    contacts: Vec<[Option<WheelLane>; 3]>,
     confidence: Vec<Option<Confidence>>,
     last_time: f64,
     found: Found,
@@ -106,10 +174,9 @@ impl Watch {
         let stop = run.robot.robot.geometry.stop;
         let mut watch = Self {
             names: run.estimators.iter().map(|e| e.label.clone()).collect(),
-            detector: run
-                .world
-                .as_ref()
-                .map(|world| EventDetector::new(stop, world.friction.v_s)),
+            detector: run.world.as_ref().map(|_| EventDetector::new(stop)),
+            wheels: [None; 3],
+            contacts: vec![[None; 3]; run.estimators.len()],
             confidence: vec![None; run.estimators.len()],
             last_time: 0.0,
             found: Found::default(),
@@ -160,18 +227,13 @@ impl Watch {
         let Some(detector) = &mut self.detector else {
             return;
         };
-        let before = [0, 1, 2].map(|i| detector.wheel(i));
         let mut events = Vec::new();
         detector.sample(truth, &mut |event| events.push(event));
-        for (index, before) in before.into_iter().enumerate() {
-            let Some(state) = detector.wheel(index).filter(|now| before != Some(*now)) else {
-                continue;
-            };
-            self.found.wheels.push(Change {
-                time: truth.time,
-                index,
-                state,
-            });
+        for (index, last) in self.wheels.iter_mut().enumerate() {
+            let contacts = truth.wheels[index].contacts;
+            let now = detector.wheel(index);
+            let now = now.map(|state| WheelLane::of_truth(state, contacts));
+            note_change(&mut self.found.wheels, truth.time, index, last, now);
         }
         for event in events {
             self.add_event(&event, truth);
@@ -219,6 +281,13 @@ impl Watch {
 
     fn sample_estimates(&mut self, frame: &Frame<'_>) {
         for (k, estimate) in frame.estimates.iter().enumerate() {
+            if let Ok(contact) = estimate.as_ref().map(|e| e.contact) {
+                for (i, last) in self.contacts[k].iter_mut().enumerate() {
+                    let now = contact.map(|c| WheelLane::of_estimate(&c[i]));
+                    let changes = &mut self.found.contacts;
+                    note_change(changes, frame.time, 3 * k + i, last, now);
+                }
+            }
             let now = Confidence::of(estimate);
             let before = self.confidence[k].replace(now);
             if before == Some(now) {
@@ -245,6 +314,20 @@ impl Watch {
                 self.add(frame.time, text, level, by_index(k));
             }
         }
+    }
+}
+
+/// Adds a change if the state of a wheel is known and differs from the last one.
+fn note_change(
+    changes: &mut Vec<Change<WheelLane>>,
+    time: f64,
+    index: usize,
+    last: &mut Option<WheelLane>,
+    now: Option<WheelLane>,
+) {
+    if let Some(state) = now.filter(|now| *last != Some(*now)) {
+        *last = now;
+        changes.push(Change { time, index, state });
     }
 }
 

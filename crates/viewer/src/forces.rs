@@ -84,8 +84,10 @@ impl Forces {
     /// Logs the style of the arrows, and a legend whose upper left corner is a point of the frame that moves with the
     /// body (m, y down).
     pub(crate) fn declare(&self, out: &mut Writer, corner: [f64; 2]) -> Result<(), ViewerError> {
+        // The colours come with the arrows: a wheel has none, one or two contacts.
         for force in ["normal", "traction"] {
-            out.constant(format!("world/forces/true/{force}"), &arrows(WHEELS, 2.5))?;
+            let style = Arrows2D::update_fields().with_radii([Radius::new_ui_points(2.5)]);
+            out.constant(format!("world/forces/true/{force}"), &style)?;
         }
         let load = self.scale.mean_load;
         let mut rows = vec![(
@@ -135,13 +137,19 @@ impl Forces {
         let [mut bars_n, mut bars_t] = [const { Bars::new() }; 2];
         for frame in frames {
             for (i, wheel) in frame.truth.wheels.iter().enumerate() {
-                let point = contact_point(wheel, self.radius);
-                let (t, n) = tangent_and_normal(wheel.contact_angle);
-                true_n.push_into(point, n * self.scale.length(wheel.normal_force));
-                true_t.push_from(point, t * self.scale.length(wheel.traction));
+                let colour = WHEELS[i];
+                for contact in wheel.contact_list.iter() {
+                    let (point, n) = (contact.point, contact.normal);
+                    let t = Vec2::new(n.y, -n.x);
+                    true_n.push_into(point, n * self.scale.length(contact.normal_force));
+                    true_t.push_from(point, t * self.scale.length(contact.traction));
+                    true_n.colours.push(colour);
+                    true_t.colours.push(colour);
+                }
                 let (Some(estimate), Some(angle)) = (frame.estimate, frame.given_angle[i]) else {
                     continue;
                 };
+                let point = contact_point(wheel, self.radius);
                 let (t, n) = tangent_and_normal(angle);
                 let normal = n * self.scale.length(estimate.normal_force[i]);
                 let traction = t * self.scale.length(estimate.traction[i]);
@@ -175,6 +183,8 @@ impl Forces {
 
 /// Arrows of several times, any number at each.
 struct Arrows {
+    /// One for each arrow; empty if the style of the entity has the colours.
+    colours: Vec<Colour>,
     origins: Vec<[f32; 2]>,
     vectors: Vec<[f32; 2]>,
     rows: Vec<usize>,
@@ -184,6 +194,7 @@ struct Arrows {
 impl Arrows {
     const fn new() -> Self {
         Self {
+            colours: Vec::new(),
             origins: Vec::new(),
             vectors: Vec::new(),
             rows: Vec::new(),
@@ -208,11 +219,13 @@ impl Arrows {
     }
 
     fn log(self, out: &mut Writer, entity: &str, times: &[f64]) -> Result<(), ViewerError> {
-        let columns = Arrows2D::update_fields()
+        let mut arrows = Arrows2D::update_fields()
             .with_origins(self.origins)
-            .with_vectors(self.vectors)
-            .columns(self.rows);
-        out.columns(entity, times, columns)
+            .with_vectors(self.vectors);
+        if !self.colours.is_empty() {
+            arrows = arrows.with_colors(self.colours);
+        }
+        out.columns(entity, times, arrows.columns(self.rows))
     }
 }
 

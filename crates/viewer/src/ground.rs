@@ -33,8 +33,9 @@ impl Ground {
     pub(crate) fn new(run: &RunDescription, world: &World) -> Self {
         let axles = &run.robot.robot.geometry.axles;
         let (rear, front) = (axles[2].x - MARGIN, axles[0].x + MARGIN);
-        let travel = planned_travel(run, world);
-        let drawn = (rear + travel.min(0.0), front + travel.max(0.0));
+        let radius = run.robot.robot.geometry.wheel_radius;
+        let [back, ahead] = world.drive.planned_travel(run.record.duration, radius);
+        let drawn = (rear + back, front + ahead);
         Self {
             terrain: world.terrain.build(&run.robot.robot),
             stretches: world.terrain.stretches.clone(),
@@ -113,11 +114,4 @@ impl Ground {
                 .with_radii([Radius::new_ui_points(4.0)]),
         )
     }
-}
-
-/// Distance that the robot drives at its set speed without slip, m. Backward is negative.
-fn planned_travel(run: &RunDescription, world: &World) -> f64 {
-    let drive = &world.drive;
-    let time = run.record.duration - drive.start_time - 0.5 * drive.ramp_time;
-    drive.speed * time.max(0.0)
 }

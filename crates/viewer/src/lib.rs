@@ -10,13 +10,13 @@
 //! | `world/ground` | the terrain; `stretches`: friction stretches |
 //! | `world/felt/...` | the ground that one estimator has found; `two_sigma`: two standard deviations |
 //! | `world/robot/...` | bars, wheels with spokes, pins P, Q, R, S, the end stops, contact points |
-//! | `world/forces/true/...` | true N and T, as arrows at the contacts |
+//! | `world/forces/true/...` | true N and T, as arrows at each contact |
 //! | `world/forces/estimated/...` | N and T of one estimator, as arrows; `two_sigma`: bars |
 //! | `world/trails` | paths of the pins (Fig. 5) |
 //! | `world/follow` | a frame that moves with the body, with scales of force and length |
 //! | `world/scale` | an axis below the ground, and the scale of the arrows |
 //! | `series/...` | forces, errors, contact angles, friction and residuals over time |
-//! | `wheels/...`, `trust/...` | lanes: state of each wheel; flags of each estimator |
+//! | `wheels/...`, `trust/...` | lanes: state of each wheel, true and as estimators state it; flags of each estimator |
 //! | `events` | contact lost or regained, slip, end stops reached, flags, missing estimates |
 //! | `key` | the key to the plots |
 //! | `about` | how to read the recording |

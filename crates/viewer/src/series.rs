@@ -8,8 +8,8 @@ use crate::writer::Writer;
 use robhaz_estimator::{Estimate, EstimateError};
 use robhaz_run::{Frame, RunDescription};
 use robhaz_score::{needed_friction, rms_over_wheels};
-use robhaz_sim::Truth;
 use robhaz_sim::friction::{FrictionLaw, Stretch};
+use robhaz_sim::{EquivalentContact, Truth, WheelTruth};
 
 /// Names of the wheels, front to rear.
 pub(crate) const WHEEL_NAMES: [&str; 3] = ["front", "middle", "rear"];
@@ -138,10 +138,11 @@ impl Series {
         }
         if let Some(truth) = truth {
             let errors = frame.estimates.iter();
-            let errors = errors.map(|e| or_gap(e, |e| rms_over_wheels(e, truth)));
+            let errors =
+                errors.map(|e| or_gap(e, |e| rms_over_wheels(e, truth).unwrap_or(f64::NAN)));
             self.rms_error.push(time, errors);
         }
-        let angles = truth.map(|t| t.wheels.map(|w| w.contact_angle));
+        let angles = truth.map(|t| t.wheels.each_ref().map(|w| or_gap_of(w, |c| c.angle)));
         let given = frame.sensors.contact_angle;
         let given = given.map(|g| g.unwrap_or(f64::NAN));
         let angles = angles.into_iter().flatten().chain(given);
@@ -182,8 +183,9 @@ impl Series {
         let Some(wheel) = wheel else {
             return;
         };
-        self.true_normal[i].push(time, [wheel.normal_force]);
-        let errors = estimates.iter().map(|e| normal(e) - wheel.normal_force);
+        let true_normal = or_gap_of(wheel, |c| c.normal_force);
+        self.true_normal[i].push(time, [true_normal]);
+        let errors = estimates.iter().map(|e| normal(e) - true_normal);
         self.error[i].push(time, errors);
         for (band, estimate) in self.bands.iter_mut().zip(estimates) {
             let sigma = estimate.as_ref().ok().and_then(|e| e.sigma_normal(i));
@@ -195,8 +197,8 @@ impl Series {
 
     fn push_friction(&mut self, frame: &Frame<'_>, truth: Option<&Truth>) {
         let needed = truth.map(|t| {
-            let wheels = t.wheels;
-            wheels.map(|w| needed_friction_or_gap(w.traction, w.normal_force))
+            let ratio = |c: EquivalentContact| needed_friction_or_gap(c.traction, c.normal_force);
+            t.wheels.each_ref().map(|w| or_gap_of(w, ratio))
         });
         let estimated = self.chosen.map(|k| {
             [0, 1, 2].map(|i| {
@@ -252,6 +254,11 @@ fn of_all_wheels(first: Option<&str>, second: Option<&str>, unit: &str) -> Vec<L
 /// A value of an estimate. NaN, a gap in the line, without an estimate.
 fn or_gap(estimate: &Result<Estimate, EstimateError>, value: impl Fn(&Estimate) -> f64) -> f64 {
     estimate.as_ref().map_or(f64::NAN, value)
+}
+
+/// A value of the equivalent contact of a wheel. NaN, a gap in the line, where there is none.
+fn or_gap_of(wheel: &WheelTruth, value: impl Fn(EquivalentContact) -> f64) -> f64 {
+    wheel.equivalent_contact().map_or(f64::NAN, value)
 }
 
 /// Needed friction mu_n = T/N, -. NaN, a gap in the line, if N is too small.

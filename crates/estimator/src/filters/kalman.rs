@@ -83,13 +83,19 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         };
         (
             innovation,
-            self.apply_within(&ph, difference, variance, gate),
+            self.apply_within(N - CONSIDERED, &ph, difference, variance, gate),
         )
     }
 
-    /// [`Self::apply`], unless the innovation lies beyond `gate` standard deviations. Returns whether it was used.
+    /// Variance `h' P h` of the prediction of a measurement with the row `h`.
+    pub fn predicted_variance<const K: usize>(&self, h: &[(usize, f64); K]) -> f64 {
+        Self::along(&self.covariance_times(h), h)
+    }
+
+    /// [`Self::apply_to`], unless the innovation lies beyond `gate` standard deviations. Returns whether it was used.
     pub fn apply_within(
         &mut self,
+        estimated: usize,
         ph: &[f64; N],
         difference: f64,
         variance: f64,
@@ -98,18 +104,23 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         // Written so that a NaN is rejected too.
         let used = variance > 0.0 && difference * difference / variance <= gate * gate;
         if used {
-            self.apply(ph, difference, variance);
+            self.apply_to(estimated, ph, difference, variance);
         }
         used
     }
 
     /// Corrects the state by an innovation, for known `P h` and variance of the innovation.
     pub fn apply(&mut self, ph: &[f64; N], difference: f64, variance: f64) {
+        self.apply_to(N - CONSIDERED, ph, difference, variance);
+    }
+
+    /// [`Self::apply`] to the first `estimated` states only, at most all but the consider states; the others are considered.
+    pub fn apply_to(&mut self, estimated: usize, ph: &[f64; N], difference: f64, variance: f64) {
+        let estimated = estimated.min(N - CONSIDERED);
         let inverse = 1.0 / libm::sqrt(variance);
         let step = difference * inverse;
         // Products of two entries of one vector: P stays symmetric to the bit.
         let u = ph.map(|value| value * inverse);
-        let estimated = N - CONSIDERED;
         for i in 0..estimated {
             self.x[i] += u[i] * step;
             for j in 0..N {

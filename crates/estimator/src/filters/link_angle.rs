@@ -59,6 +59,11 @@ impl LinkAngleKalman {
     const ACCELERATION_ERROR: f64 = 0.5;
     /// Least noise of an inclinometer, rad. With a budget of zero the gyroscope would count for nothing.
     const LEAST_NOISE: f64 = 5e-4;
+    /// Angular acceleration from which a change of the rate is an impact, rad/s^2: ten times that of a link on ground with a
+    /// radius of 0.1 m at 0.2 m/s.
+    const IMPACT: f64 = 20.0;
+    /// The change must also be this many standard deviations of the gyroscope's noise in a difference of two readings.
+    const IMPACT_GATE: f64 = 6.0;
     /// Possible lag of an inclinometer, s.
     const LAG: f64 = 0.02;
 
@@ -98,7 +103,11 @@ impl LinkAngleKalman {
             }
             return;
         }
+        let (last, held) = (self.rate, self.unread > 0.0);
         self.predict(budget, dt, readings.rate);
+        if !held && readings.rate.is_some() {
+            self.follow_impact(budget, dt, self.rate - last);
+        }
         self.smooth(budget, dt);
         if let Some(inclination) = readings.inclination {
             self.correct(budget, inclination, readings.forward);
@@ -129,6 +138,14 @@ impl LinkAngleKalman {
         p[ANGLE][BIAS] -= dt * p[BIAS][BIAS];
         p[BIAS][ANGLE] = p[ANGLE][BIAS];
         p[BIAS][BIAS] += budget.rate_walk * budget.rate_walk * dt;
+    }
+
+    /// The low-pass filtered rate takes over a `change` of the rate (rad/s within `dt` seconds) that only an impact can cause.
+    fn follow_impact(&mut self, budget: &NoiseBudget, dt: f64, change: f64) {
+        let noise = Self::IMPACT_GATE * core::f64::consts::SQRT_2 * budget.rate_noise;
+        if change.abs() > noise.max(Self::IMPACT * dt) {
+            self.smooth_rate += change;
+        }
     }
 
     /// Low-pass filtered rate and its derivative.

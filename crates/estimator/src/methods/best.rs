@@ -5,6 +5,7 @@ mod tests;
 
 use super::wheel::{Wheel, visit_observers, visit_wheels};
 use crate::assembly::{Solution, Uncertainty, assemble};
+use crate::contact::{ContactDetector, ContactEstimate, ContactEvidence, RollingResiduals};
 use crate::estimate::{Estimate, EstimateError, Parity, ReadingErrors};
 use crate::filters::motion::{MeasuredAccelerations, MotionFilter, ParityResidual, RollingWheel};
 use crate::filters::{LinkAngleKalman, LinkReadings};
@@ -16,7 +17,7 @@ use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, NoiseBudge
 use crate::statics::{
     Arms, Equations, LinkageMotion, Loads, RightSide, Sensitivity, Traction, solve,
 };
-use crate::visit::Visit;
+use crate::visit::{Visit, visit_fields};
 use nalgebra::Matrix4;
 use robhaz_model::{Robot, perp};
 
@@ -33,9 +34,23 @@ pub(crate) struct BestFilters {
     last_normal_force: [f64; 3],
     /// Tractions of the last estimate, before the bound N >= 0, N.
     last_traction: [f64; 3],
+    /// Low-pass filtered forces, about which the sensitivity is linearised: the noise of a torque must not be in both a residual
+    /// and its gradient. The product would be a bias, and contact angles and torque offsets would drift together.
+    smooth_forces: SmoothForces,
     /// Time for which the parity residual has been beyond its gate without a break, s.
     time_beyond_gate: f64,
+    /// Contact state of each wheel.
+    contact: [ContactDetector; 3],
 }
+
+/// Low-pass filtered forces of the three wheels, N.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct SmoothForces {
+    normal: [f64; 3],
+    traction: [f64; 3],
+}
+
+visit_fields!(SmoothForces: normal, traction);
 
 impl Visit for BestFilters {
     fn visit(&mut self, f: &mut impl FnMut(&mut f64)) {
@@ -45,7 +60,9 @@ impl Visit for BestFilters {
         visit_wheels(&mut self.wheels, f);
         self.last_normal_force.visit(f);
         self.last_traction.visit(f);
+        self.smooth_forces.visit(f);
         self.time_beyond_gate.visit(f);
+        self.contact.visit(f);
         self.ground.visit(f);
     }
 }
@@ -54,6 +71,11 @@ impl BestFilters {
     /// Time beyond the parity gate after which the estimated motion and errors are discarded, s: longer than any impact.
     /// Errors that were estimated from false readings would otherwise make the gate reject correct readings for ever.
     const LONGEST_BEYOND_GATE: f64 = 1.0;
+
+    /// Time constant of the low-pass filtered forces, s: longer than the noise of the torque observer is correlated.
+    const FORCE_SMOOTHING: f64 = 0.2;
+    /// Largest distance of the filtered forces from the last ones, as a part of the mean wheel load.
+    const LARGEST_LAG: f64 = 0.1;
 
     /// Creates the filters of a robot at rest.
     pub fn new(robot: &Robot, method: KalmanMethod, budget: &NoiseBudget) -> Self {
@@ -65,7 +87,12 @@ impl BestFilters {
             ground: GroundMemory::new(&robot.geometry),
             last_normal_force: [robot.mean_wheel_load(); 3],
             last_traction: [0.0; 3],
+            smooth_forces: SmoothForces {
+                normal: [robot.mean_wheel_load(); 3],
+                traction: [0.0; 3],
+            },
             time_beyond_gate: 0.0,
+            contact: [ContactDetector::default(); 3],
         }
     }
 
@@ -113,11 +140,11 @@ impl BestFilters {
         let link_angles = self.update_links(&settings.budget, instant);
         let arms = Arms::new(&nominal.robot.geometry, link_angles[0], link_angles[1])
             .map_err(EstimateError::Linkage)?;
-        self.update_motion(nominal, instant, &arms);
+        let rolling = self.update_motion(nominal, instant, &arms);
         self.update_ground(nominal, instant, &arms);
 
         let equations = self.equations(nominal, instant.inputs, arms, link_angles)?;
-        let mut right = self.right_side(nominal, &equations);
+        let mut right = self.right_side(nominal, &equations, &self.smooth_forces);
         let parity = self.check_parity(nominal, instant, &equations, &mut right);
         let direction = equations.parity_direction.as_ref();
         let weighted = direction.filter(|_| self.method.whitening);
@@ -126,6 +153,8 @@ impl BestFilters {
         self.discard_wrong_states(&settings.budget);
         self.last_normal_force = forces.normal;
         self.last_traction = forces.traction;
+        self.smooth_forces(nominal, instant.dt);
+        let contact = self.detect_contacts(&nominal.robot, &rolling, instant.dt);
 
         let mut flags = instant.flags | nominal.unloaded(&forces.normal);
         flags |= nominal.at_stop(link_angles) | parity.map_or(Flags::NONE, |(_, flags)| flags);
@@ -137,6 +166,7 @@ impl BestFilters {
             right_side: &right.value,
             contact_angle: [0, 1, 2].map(|i| self.contact_angle(i, instant.inputs)),
             parity: parity.map(|(parity, _)| parity),
+            contact: Some(contact),
             uncertainty: Some(self.uncertainty(&settings.budget)),
             flags,
         };
@@ -165,7 +195,13 @@ impl BestFilters {
     }
 
     /// Advances motion and wheels, and applies the rolling constraints of loaded wheels, in the posture of `arms`.
-    fn update_motion(&mut self, nominal: &Nominal, instant: &Instant<'_>, arms: &Arms) {
+    /// Returns the residuals of these constraints.
+    fn update_motion(
+        &mut self,
+        nominal: &Nominal,
+        instant: &Instant<'_>,
+        arms: &Arms,
+    ) -> [Option<RollingResiduals>; 3] {
         let (robot, settings) = (&nominal.robot, &nominal.settings);
         let (inputs, dt) = (instant.inputs, instant.dt);
         if dt > 0.0 {
@@ -178,13 +214,37 @@ impl BestFilters {
             self.wheels[i].update(&robot.mass, settings, &inputs.wheel(i), alpha, dt);
         }
         let least = EstimatorSettings::UNLOADED * robot.mean_wheel_load();
+        let mut residuals = [None; 3];
         for i in 0..3 {
             if dt > 0.0 && self.last_normal_force[i] > least {
                 let wheel = self.rolling_wheel(i, nominal, inputs, arms);
                 let correct = self.method.rolling;
-                self.motion.roll(&settings.budget, i, &wheel, dt, correct);
+                let found = self.motion.roll(&settings.budget, i, &wheel, dt, correct);
+                residuals[i] = Some(found);
             }
         }
+        residuals
+    }
+
+    /// Contact states, from the forces of this estimate before the bound N >= 0 and the residuals of the rolling
+    /// constraints.
+    fn detect_contacts(
+        &mut self,
+        robot: &Robot,
+        rolling: &[Option<RollingResiduals>; 3],
+        dt: f64,
+    ) -> [ContactEstimate; 3] {
+        let mean_load = robot.mean_wheel_load();
+        let mut found = [ContactEstimate::default(); 3];
+        for i in 0..3 {
+            let evidence = ContactEvidence {
+                load: self.last_normal_force[i] / mean_load,
+                ratio: self.last_traction[i] / self.last_normal_force[i],
+                rolling: rolling[i],
+            };
+            found[i] = self.contact[i].update(&evidence, dt);
+        }
+        found
     }
 
     /// Advances the memory of the ground, in the posture of `arms`.
@@ -311,8 +371,27 @@ impl BestFilters {
         [traction(0), traction(1), traction(2)]
     }
 
-    /// Right-hand side of eq. (8) for the estimated tractions.
-    fn right_side(&self, nominal: &Nominal, equations: &Equations) -> RightSide {
+    /// Advances the low-pass filtered forces by `dt` (s). They stay within a tenth of the mean wheel load of the last ones.
+    fn smooth_forces(&mut self, nominal: &Nominal, dt: f64) {
+        let weight = dt / (Self::FORCE_SMOOTHING + dt);
+        let most = Self::LARGEST_LAG * nominal.robot.mean_wheel_load();
+        let follow = |smooth: &mut f64, last: f64| {
+            let lag = (1.0 - weight) * (last - *smooth);
+            *smooth = last - lag.clamp(-most, most);
+        };
+        for i in 0..3 {
+            follow(&mut self.smooth_forces.normal[i], self.last_normal_force[i]);
+            follow(&mut self.smooth_forces.traction[i], self.last_traction[i]);
+        }
+    }
+
+    /// Right-hand side of eq. (8) for the estimated tractions, with its sensitivity at the forces `about`.
+    fn right_side(
+        &self,
+        nominal: &Nominal,
+        equations: &Equations,
+        about: &SmoothForces,
+    ) -> RightSide {
         let tractions = self.tractions(nominal);
         let inertial = self.method.inertia.then_some(&nominal.masses);
         let lever = nominal.settings.moment_lever;
@@ -322,12 +401,15 @@ impl BestFilters {
             tractions[1].value,
             tractions[2].value,
         ]);
-        // Normal forces before this sample's parity correction: the linearisation point of the contact-angle columns.
-        let normal = equations.inverse.solve(&value);
         RightSide {
             value,
             sensitivity: Sensitivity::new(
-                geometry, equations, &tractions, &normal, inertial, lever,
+                geometry,
+                equations,
+                &tractions,
+                (&about.normal, &about.traction),
+                inertial,
+                lever,
             ),
             tractions,
             loads: nominal.load_noise(equations),

@@ -109,6 +109,7 @@ impl PaperFilters {
                 value: w.dot(&right_side),
                 sigma: 0.0,
             }),
+            contact: None,
             uncertainty: None,
             flags,
         };

@@ -57,13 +57,13 @@ pub(crate) struct Sensitivity {
 }
 
 impl Sensitivity {
-    /// At one instant, for normal forces in N. `inertial` holds the masses if the loads include inertia, else `None`;
+    /// At one instant, linearised at the normal forces and tractions `forces`, N. `inertial` holds the masses if the loads include inertia, else `None`;
     /// `lever` is that of the moment rows, m.
     pub fn new(
         geometry: &Geometry,
         equations: &Equations,
         tractions: &[Traction; 3],
-        normal_force: &[f64; 3],
+        (normal_force, traction): (&[f64; 3], &[f64; 3]),
         inertial: Option<&PointMasses>,
         lever: f64,
     ) -> Self {
@@ -83,7 +83,7 @@ impl Sensitivity {
                 geometry.carriers[i],
                 geometry.wheel_radius,
                 normal_force[i],
-                t.value,
+                traction[i],
             );
             for (k, derivative) in t.gradient(i) {
                 columns[k] += equilibrium.h_t[i] * -derivative;

@@ -28,12 +28,14 @@ pub enum Kind {
 }
 
 type Get<T> = Box<dyn Fn(&Frame<'_>) -> T + Send + Sync>;
+pub(super) type GetOptional<S> = Box<dyn Fn(&S) -> Option<f64> + Send + Sync>;
 
-/// The source of a column's values.
+/// The source of a column's values. Values of the truth that are not there, such as those of a contact, are optional.
 pub(super) enum Source {
     Float(Get<f64>),
     Optional(Get<Option<f64>>),
     Truth(Box<dyn Fn(&Truth) -> f64 + Send + Sync>),
+    OptionalOfTruth(GetOptional<Truth>),
     CountOfTruth(Box<dyn Fn(&Truth) -> u32 + Send + Sync>),
 }
 
@@ -58,6 +60,9 @@ impl Column {
             Source::Truth(get) => frame
                 .truth
                 .map_or(Value::Optional(None), |t| Value::Float(get(t))),
+            Source::OptionalOfTruth(get) => {
+                Value::Optional(frame.truth.and_then(get).filter(|v| v.is_finite()))
+            }
             Source::CountOfTruth(get) => frame
                 .truth
                 .map_or(Value::Optional(None), |t| Value::Count(get(t))),
@@ -65,14 +70,17 @@ impl Column {
     }
 
     fn is_truth(&self) -> bool {
-        matches!(self.source, Source::Truth(_) | Source::CountOfTruth(_))
+        matches!(
+            self.source,
+            Source::Truth(_) | Source::OptionalOfTruth(_) | Source::CountOfTruth(_)
+        )
     }
 
     /// The kind of its values.
     pub fn kind(&self) -> Kind {
         match self.source {
             Source::Float(_) | Source::Truth(_) => Kind::Float,
-            Source::Optional(_) => Kind::Optional,
+            Source::Optional(_) | Source::OptionalOfTruth(_) => Kind::Optional,
             Source::CountOfTruth(_) => Kind::Count,
         }
     }

@@ -1,6 +1,7 @@
 //! The columns of `estimate-NAME`.
 
 use super::column::{Column, Table, WHEEL, of_estimate, pin_force_description, time_of_record};
+use robhaz_estimator::ContactState;
 use robhaz_model::Pin;
 use robhaz_score::needed_friction;
 
@@ -219,5 +220,35 @@ fn stated_errors(index: usize) -> Vec<Column> {
         "dry friction found in the gears, common to all; empty without Kalman filters",
         |e| e.reading_errors.map(|r| r.gear_friction.0),
     ));
+    (0..3).for_each(|i| columns.extend(contact_states(index, i)));
     columns
+}
+
+/// Estimated contact state of a wheel as small integers.
+fn contact_states(index: usize, i: usize) -> [Column; 2] {
+    let (n, wheel) = (i + 1, WHEEL[i]);
+    [
+        of_estimate(
+            index,
+            format!("wheel{n}_contacts"),
+            "1",
+            format!(
+                "{wheel}: contacts found, 0 (in the air), 1 or 2; empty without Kalman filters"
+            ),
+            move |e| {
+                Some(match e.contact?[i].state {
+                    ContactState::InAir => 0.0,
+                    ContactState::OneContact => 1.0,
+                    ContactState::TwoContacts => 2.0,
+                })
+            },
+        ),
+        of_estimate(
+            index,
+            format!("wheel{n}_sliding"),
+            "1",
+            format!("{wheel}: 1 if it is found sliding, otherwise 0; empty without Kalman filters"),
+            move |e| Some(f64::from(u8::from(e.contact?[i].sliding))),
+        ),
+    ]
 }

@@ -2,7 +2,10 @@
 
 use super::*;
 use crate::testing::{failed_frame, frame_of, good_estimate};
+use robhaz_estimator::{ContactEstimate, ContactState};
+use robhaz_model::Vec2;
 use robhaz_run::Frame;
+use robhaz_sim::ContactTruth;
 use std::collections::HashSet;
 
 fn names(table: &Table) -> Vec<&str> {
@@ -51,6 +54,28 @@ fn names_of_the_truth_are_fixed() {
         }
     }
     golden.extend(["stop_torque", "loop_error"].map(String::from));
+    for n in 1..=3 {
+        for part in [
+            "equivalent_normal_force",
+            "equivalent_contact_angle",
+            "sliding",
+        ] {
+            golden.push(format!("wheel{n}_{part}"));
+        }
+        for contact in 1..=2 {
+            for part in [
+                "x",
+                "y",
+                "angle",
+                "normal_force",
+                "traction",
+                "penetration",
+                "slip_speed",
+            ] {
+                golden.push(format!("wheel{n}_contact{contact}_{part}"));
+            }
+        }
+    }
     assert_eq!(names(&Table::truth()), golden);
 }
 
@@ -78,7 +103,8 @@ fn names_of_an_estimate_are_fixed() {
         wheel2_normal_force_sigma wheel2_traction_sigma wheel2_torque_offset wheel2_contact_angle wheel2_contact_angle_sigma \
         wheel2_contact_angle_error \
         wheel3_normal_force_sigma wheel3_traction_sigma wheel3_torque_offset wheel3_contact_angle wheel3_contact_angle_sigma \
-        wheel3_contact_angle_error gear_friction";
+        wheel3_contact_angle_error gear_friction wheel1_contacts wheel1_sliding wheel2_contacts wheel2_sliding \
+        wheel3_contacts wheel3_sliding";
     let table = Table::estimate(0, "paper-body");
     assert_eq!(table.name, "estimate-paper-body");
     assert_eq!(names(&table), golden.split_whitespace().collect::<Vec<_>>());
@@ -140,6 +166,98 @@ fn values_come_from_the_field_that_the_name_says() {
             &frame
         ),
         Value::Optional(Some(estimate.traction[2] / estimate.normal_force[2]))
+    );
+}
+
+/// The second contact has columns of its own, empty without it. The equivalent contact has the force of both.
+#[test]
+fn both_contacts_of_a_wheel_have_columns() {
+    let table = Table::truth();
+    let mut record = frame_of(1.0);
+    let get = |record: &crate::testing::Record, name: &str| value(&table, name, &record.frame());
+    let one = record.truth.wheels[1].contact_list[0];
+    assert_eq!(
+        get(&record, "wheel2_contact1_x"),
+        Value::Optional(Some(one.point.x))
+    );
+    assert_eq!(get(&record, "wheel2_contact2_x"), Value::Optional(None));
+    assert_eq!(get(&record, "wheel2_sliding"), Value::Count(0));
+    let n = record.truth.wheels[1].normal_force;
+    assert_eq!(
+        get(&record, "wheel2_equivalent_normal_force"),
+        Value::Optional(Some(n))
+    );
+
+    // A riser ahead: its normal points backward, its tangent up.
+    let wheel = &mut record.truth.wheels[1];
+    wheel.contact_list.push(ContactTruth {
+        point: Vec2::new(0.7, 0.02),
+        normal: Vec2::new(-1.0, 0.0),
+        normal_force: 12.0,
+        traction: 3.0,
+        penetration: 2e-4,
+        slip_speed: -0.03,
+        slides: true,
+    });
+    wheel.contacts = 2;
+    wheel.traction = 4.0;
+    wheel.force = Vec2::new(-3.0, 4.0);
+    wheel.slides = true;
+    for (part, expected) in [
+        ("x", 0.7),
+        ("y", 0.02),
+        ("angle", std::f64::consts::FRAC_PI_2),
+        ("normal_force", 12.0),
+        ("traction", 3.0),
+        ("penetration", 2e-4),
+        ("slip_speed", -0.03),
+    ] {
+        let name = format!("wheel2_contact2_{part}");
+        assert_eq!(
+            get(&record, &name),
+            Value::Optional(Some(expected)),
+            "{name}"
+        );
+    }
+    assert_eq!(get(&record, "wheel2_sliding"), Value::Count(1));
+    // Closed form: |F| = 5 N and T = 4 N leave 3 N.
+    assert_eq!(
+        get(&record, "wheel2_equivalent_normal_force"),
+        Value::Optional(Some(3.0))
+    );
+    record.truth.wheels[1].traction = 5.5;
+    assert_eq!(
+        get(&record, "wheel2_equivalent_contact_angle"),
+        Value::Optional(None)
+    );
+}
+
+/// Contact states are small integers; an estimator that states none has no value.
+#[test]
+fn contact_states_are_small_integers() {
+    let table = Table::estimate(0, "a");
+    let mut record = frame_of(1.0);
+    let of = |record: &crate::testing::Record| {
+        [
+            "wheel1_contacts",
+            "wheel2_contacts",
+            "wheel3_contacts",
+            "wheel3_sliding",
+        ]
+        .map(|name| value(&table, name, &record.frame()))
+    };
+    assert_eq!(of(&record), [Value::Optional(None); 4]);
+    let state = |state, sliding| ContactEstimate { state, sliding };
+    if let Some(Ok(estimate)) = record.estimates.first_mut() {
+        estimate.contact = Some([
+            state(ContactState::InAir, false),
+            state(ContactState::OneContact, false),
+            state(ContactState::TwoContacts, true),
+        ]);
+    }
+    assert_eq!(
+        of(&record),
+        [0.0, 1.0, 2.0, 1.0].map(|v| Value::Optional(Some(v)))
     );
 }
 

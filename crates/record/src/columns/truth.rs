@@ -1,9 +1,11 @@
 //! The columns of `truth`.
 
 use super::column::{
-    Column, Source, Table, WHEEL, of_truth, pin_force_description, time_of_record,
+    Column, GetOptional, Source, Table, WHEEL, column, of_truth, pin_force_description,
+    time_of_record,
 };
 use robhaz_model::Pin;
+use robhaz_sim::{ContactTruth, WheelTruth};
 
 impl Table {
     /// `truth`: motion and forces of the simulation.
@@ -27,6 +29,7 @@ impl Table {
             "how far the four-bar's loop has drifted open in the simulation",
             |t| t.loop_error,
         ));
+        (0..3).for_each(|i| columns.extend(contacts_truth(i)));
         Self {
             name: "truth".to_owned(),
             columns,
@@ -131,29 +134,35 @@ fn wheel_truth(i: usize) -> Vec<Column> {
             "motor torque at the wheel, forward positive",
             |w| w.torque,
         ),
-        column("normal_force", "N", "normal force N", |w| w.normal_force),
+        column(
+            "normal_force",
+            "N",
+            "normal force N; two contacts: magnitude of the vector sum of their normal forces",
+            |w| w.normal_force,
+        ),
         column(
             "traction",
             "N",
-            "traction T, driving forward positive",
+            "traction T, driving forward positive; two contacts: the sum",
             |w| w.traction,
         ),
         column(
             "contact_angle",
             "rad",
-            "contact angle gamma, slope of the ground at the contact",
+            "contact angle gamma, slope of the ground at the contact; two contacts: perpendicular to the vector sum of their \
+             normal forces",
             |w| w.contact_angle,
         ),
         column(
             "penetration",
             "m",
-            "penetration into the ground; in the air the gap, negative",
+            "penetration into the ground, the larger one; in the air the gap, negative",
             |w| w.penetration,
         ),
         column(
             "slip_speed",
             "m/s",
-            "slip speed, positive when the rim outruns the ground",
+            "slip speed, positive when the rim outruns the ground; two contacts: of the deeper one",
             |w| w.slip_speed,
         ),
     ];
@@ -196,4 +205,79 @@ fn pin_truth(pin: Pin) -> [Column; 4] {
             move |t| t.pin(pin).force.y,
         ),
     ]
+}
+
+/// The equivalent contact, whether the wheel slides, and its contacts one by one.
+fn contacts_truth(i: usize) -> Vec<Column> {
+    let wheel = format!("wheel{}", i + 1);
+    let name = |part: &str| format!("{wheel}_{part}");
+    let what = |description: &str| format!("{}: {description}", WHEEL[i]);
+    let optional = |part: &str, unit, description: &str, get: GetOptional<WheelTruth>| {
+        let source = Source::OptionalOfTruth(Box::new(move |t| get(&t.wheels[i])));
+        column(name(part), unit, what(description), source)
+    };
+    let mut columns = vec![
+        optional(
+            "equivalent_normal_force",
+            "N",
+            "N of the equivalent contact, which has the same force on the axle and the same T as all contacts together; errors \
+             of the estimates refer to it; empty where there is none",
+            Box::new(|w| w.equivalent_contact().map(|c| c.normal_force)),
+        ),
+        optional(
+            "equivalent_contact_angle",
+            "rad",
+            "contact angle of the equivalent contact; empty where there is none",
+            Box::new(|w| w.equivalent_contact().map(|c| c.angle)),
+        ),
+        column(
+            name("sliding"),
+            "1",
+            what(
+                "1 if it slides: the slip of each of its contacts is beyond the peak of the friction law; otherwise 0",
+            ),
+            Source::CountOfTruth(Box::new(move |t| u32::from(t.wheels[i].slides))),
+        ),
+    ];
+    type Part = (
+        &'static str,
+        &'static str,
+        &'static str,
+        fn(&ContactTruth) -> f64,
+    );
+    const PARTS: [Part; 7] = [
+        ("x", "m", "point of the ground, forward", |c| c.point.x),
+        ("y", "m", "point of the ground, up", |c| c.point.y),
+        (
+            "angle",
+            "rad",
+            "slope of its tangent; the normal is 90 deg counter-clockwise from it",
+            |c| (-c.normal.x).atan2(c.normal.y),
+        ),
+        ("normal_force", "N", "normal force", |c| c.normal_force),
+        ("traction", "N", "traction, driving forward positive", |c| {
+            c.traction
+        }),
+        ("penetration", "m", "penetration", |c| c.penetration),
+        (
+            "slip_speed",
+            "m/s",
+            "slip speed, positive when the rim outruns the ground",
+            |c| c.slip_speed,
+        ),
+    ];
+    for (k, which) in ["first (rear) contact", "second (front) contact"]
+        .into_iter()
+        .enumerate()
+    {
+        for (part, unit, description, get) in PARTS {
+            columns.push(optional(
+                &format!("contact{}_{part}", k + 1),
+                unit,
+                &format!("{which}: {description}; empty without it"),
+                Box::new(move |w| w.contact_list.get(k).map(get)),
+            ));
+        }
+    }
+    columns
 }

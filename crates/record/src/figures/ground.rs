@@ -6,7 +6,7 @@ use super::panel::{Axis, Layer, Panel};
 use super::run::RunTraces;
 use super::style::{FELT, band_color, estimate_line, truth_line};
 use super::trace::{Band, Trace};
-use crate::felt_ground::Compared;
+use crate::felt_ground::ComparedPoint;
 use robhaz_score::GroundErrors;
 
 const MM: f64 = 1e3;
@@ -32,8 +32,8 @@ pub struct GroundTraces {
 
 impl GroundTraces {
     /// The lines of an estimator: those of its longest section. `None` with fewer than two points.
-    pub fn new(name: &str, points: &[Compared]) -> Option<Self> {
-        let sections: Vec<&[Compared]> = points
+    pub fn new(name: &str, points: &[ComparedPoint]) -> Option<Self> {
+        let sections: Vec<&[ComparedPoint]> = points
             .chunk_by(|(a, _), (b, _)| a.section == b.section)
             .collect();
         let longest = *sections.iter().max_by_key(|section| section.len())?;
@@ -67,7 +67,7 @@ impl GroundTraces {
         (to > from).then_some(traces)
     }
 
-    fn add(&mut self, (point, truth): &Compared) {
+    fn add(&mut self, (point, truth): &ComparedPoint) {
         let x = point.x;
         let half = 2.0 * point.sigma_height;
         let slope_half = 2.0 * point.sigma_slope;

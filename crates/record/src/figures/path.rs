@@ -15,7 +15,7 @@ use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 use robhaz_model::{Bar, Pin, Vec2};
-use robhaz_sim::{Truth, WheelTruth};
+use robhaz_sim::{ContactTruth, Truth, WheelTruth};
 use robhaz_terrain::Terrain;
 
 /// Longest arrow, m: the arrow of an impact must stay in the picture.
@@ -230,16 +230,13 @@ impl Path<'_> {
         for bar in [Bar::Link1, Bar::Link2, Bar::Link3] {
             chart.draw_series([PathElement::new(self.link(robot, bar), line(ROBOT, 2.0))])?;
         }
-        let loaded = robot
-            .wheels
-            .iter()
-            .zip(WHEELS)
-            .filter(|(w, _)| w.contacts > 0);
-        for (wheel, color) in loaded {
-            let length = wheel.normal_force / self.run.mean_load * MEAN_LOAD_LENGTH;
-            let (shaft, head) = arrow(wheel, radius, length.min(LONGEST), 7.0 / self.scale);
-            chart.draw_series([PathElement::new(shaft, line(color, 1.6))])?;
-            chart.draw_series([Polygon::new(head, color.filled())])?;
+        for (wheel, color) in robot.wheels.iter().zip(WHEELS) {
+            for contact in wheel.contact_list.iter() {
+                let length = contact.normal_force / self.run.mean_load * MEAN_LOAD_LENGTH;
+                let (shaft, head) = arrow(contact, length.min(LONGEST), 7.0 / self.scale);
+                chart.draw_series([PathElement::new(shaft, line(color, 1.6))])?;
+                chart.draw_series([Polygon::new(head, color.filled())])?;
+            }
         }
         let parts = robot.pins.iter().map(|p| p.position.y);
         let top = parts.fold(robot.body.position.y, f64::max);
@@ -288,11 +285,10 @@ fn circle(wheel: &WheelTruth, radius: f64) -> Vec<(f64, f64)> {
     (0..=64).map(at).collect()
 }
 
-/// Shaft and head of an arrow along the contact's normal whose tip is at the contact, m.
-fn arrow(wheel: &WheelTruth, radius: f64, length: f64, head: f64) -> ([Point; 2], Vec<Point>) {
-    let (sin, cos) = wheel.contact_angle.sin_cos();
-    let (tangent, normal) = (Vec2::new(cos, sin), Vec2::new(-sin, cos));
-    let tip = wheel.position - normal * (radius - wheel.penetration);
+/// Shaft and head of an arrow along a contact's normal whose tip is at the contact, m.
+fn arrow(contact: &ContactTruth, length: f64, head: f64) -> ([Point; 2], Vec<Point>) {
+    let (tip, normal) = (contact.point, contact.normal);
+    let tangent = Vec2::new(normal.y, -normal.x);
     let foot = tip - normal * length;
     let neck = tip - normal * head;
     let corners = [
@@ -313,11 +309,12 @@ mod tests {
     /// Closed form: on level ground the arrow of N points up, and its tip is where the wheel touches.
     #[test]
     fn the_arrow_of_a_normal_force_ends_at_the_contact() {
-        let wheel = WheelTruth {
-            position: Vec2::new(2.0, 0.1),
-            ..WheelTruth::default()
+        let contact = ContactTruth {
+            point: Vec2::new(2.0, 0.0),
+            normal: Vec2::y(),
+            ..ContactTruth::default()
         };
-        let ([foot, _], head) = arrow(&wheel, 0.1, 0.3, 0.02);
+        let ([foot, _], head) = arrow(&contact, 0.3, 0.02);
         assert!((foot.0 - 2.0).abs() < 1e-12 && (foot.1 + 0.3).abs() < 1e-12);
         assert!((head[0].0 - 2.0).abs() < 1e-12 && head[0].1.abs() < 1e-12);
     }

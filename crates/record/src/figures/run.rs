@@ -7,7 +7,7 @@ use crate::summary::EstimatorSummary;
 use robhaz_estimator::Estimate;
 use robhaz_model::{Geometry, Pin, Vec2};
 use robhaz_run::{EstimatorDescription, Frame, RunDescription, RunEnd};
-use robhaz_score::{Rms, Rule, Score, rms_over_wheels};
+use robhaz_score::{Compared, Rms, Rule, Score, rms_over_wheels};
 use robhaz_sim::Truth;
 use robhaz_terrain::Terrain;
 
@@ -25,7 +25,7 @@ pub struct RunTraces {
     pub end: f64,
     /// Duration of an interval of the traces, s.
     pub interval: f64,
-    /// True N and T of each wheel, N.
+    /// True N and T of each wheel's equivalent contact, N. A gap in N where there is none.
     pub normal_force: [Trace; 3],
     pub traction: [Trace; 3],
     /// True N (N) of each wheel over the position of its centre (m).
@@ -144,9 +144,10 @@ impl RunTraces {
 
     fn add_truth(&mut self, time: f64, truth: &Truth) {
         for (i, wheel) in truth.wheels.iter().enumerate() {
-            self.normal_force[i].add(time, Some(wheel.normal_force));
+            let normal_force = wheel.equivalent_contact().map(|c| c.normal_force);
+            self.normal_force[i].add(time, normal_force);
             self.traction[i].add(time, Some(wheel.traction));
-            self.normal_force_at[i].add(wheel.position.x, Some(wheel.normal_force));
+            self.normal_force_at[i].add(wheel.position.x, normal_force);
         }
         for (traces, (pin, _)) in self.pins.iter_mut().zip(PINS) {
             let from_q = true_from_q(truth, pin);
@@ -169,7 +170,7 @@ impl RunTraces {
 impl EstimatorTraces {
     /// The errors so far.
     pub fn summary(&self) -> EstimatorSummary {
-        EstimatorSummary::new(&self.name, &self.score)
+        EstimatorSummary::new(&self.name, &self.score, None)
     }
 
     fn new(estimator: &EstimatorDescription, records: u64, rule: Rule) -> Self {
@@ -192,16 +193,19 @@ impl EstimatorTraces {
         if let Some(truth) = truth {
             self.score.add(truth, estimate);
         }
+        let compared = truth.and_then(Compared::of);
         for i in 0..3 {
             let normal = estimate.map(|e| e.normal_force[i]);
-            let error = normal.zip(truth).map(|(n, t)| n - t.wheels[i].normal_force);
+            let error = normal
+                .zip(compared)
+                .map(|(n, c)| n - c.wheels[i].normal_force);
             let half = estimate.and_then(|e| e.sigma_normal(i)).map(|s| 2.0 * s);
             self.normal_force[i].add(time, normal);
             self.band[i].add(time, normal.zip(half));
             self.error[i].add(time, error);
             self.error_band[i].add(time, half.map(|h| (0.0, h)));
         }
-        let rms = estimate.zip(truth).map(|(e, t)| rms_over_wheels(e, t));
+        let rms = estimate.zip(truth).and_then(|(e, t)| rms_over_wheels(e, t));
         self.rms_error.add(time, rms);
     }
 }

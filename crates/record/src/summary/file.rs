@@ -1,6 +1,8 @@
 //! The file `summary.json`: its content, written and read.
 
-use super::parts::{BrokenOff, EstimatorSummary, NominalRobot, ProgressSummary, SensorErrors};
+use super::parts::{
+    BrokenOff, EstimatorSummary, FrictionSummary, NominalRobot, ProgressSummary, SensorErrors,
+};
 use crate::append::write_whole;
 use crate::error::{RecordError, io_error};
 use robhaz_score::events::EventCounts;
@@ -43,6 +45,9 @@ pub struct Summary {
     /// Numbers of events of wheels and end stops; `None` for recorded readings and in the summaries of earlier versions.
     #[serde(default)]
     pub events: Option<EventCounts>,
+    /// The friction of the ground; `None` for recorded readings and in the summaries of earlier versions.
+    #[serde(default)]
+    pub friction: Option<FrictionSummary>,
     /// Sensor errors that were drawn for the run; no estimator knows them. `None` for recorded readings.
     pub sensors: Option<SensorErrors>,
     /// The nominal robot, which the estimators were given.
@@ -114,6 +119,12 @@ impl Summary {
             (
                 "progress",
                 self.progress.is_none_or(|progress| progress.is_finite()),
+            ),
+            (
+                "friction",
+                self.friction
+                    .as_ref()
+                    .is_none_or(FrictionSummary::is_finite),
             ),
             (
                 "sensors",

@@ -7,5 +7,7 @@ mod sink;
 mod tests;
 
 pub use file::Summary;
-pub use parts::{BrokenOff, EstimatorSummary, NominalRobot, ProgressSummary, SensorErrors};
+pub use parts::{
+    BrokenOff, EstimatorSummary, FrictionSummary, NominalRobot, ProgressSummary, SensorErrors,
+};
 pub use sink::SummarySink;

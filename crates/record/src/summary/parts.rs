@@ -2,7 +2,9 @@
 
 use robhaz_model::{Pin, Robot};
 use robhaz_run::{RunDescription, World};
+use robhaz_score::contact::FlagScores;
 use robhaz_score::{ForceErrors, GroundErrors, Progress, Score};
+use robhaz_sim::friction::FrictionKind;
 use robhaz_sim::sensors::DrawnErrors;
 use serde::{Deserialize, Serialize};
 
@@ -18,13 +20,13 @@ pub struct BrokenOff {
 /// Travel of the robot, and whether it was stuck at the end: [`Progress`] with its units.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ProgressSummary {
-    /// Travel of the body along x, m, positive in the direction of the set speed.
+    /// Travel of the body along x, m, positive in the direction of `drive.speed`.
     pub distance_m: f64,
-    /// Integral of the set speed, m.
+    /// Integral of the set speed of travel, m: that of the middle one of the three wheels' set speeds.
     pub asked_m: f64,
     /// Time since which the robot has not advanced, s; `None` where it advanced to the end.
     pub stuck_since_s: Option<f64>,
-    /// Time for which each wheel spun, s.
+    /// Time for which each wheel spun against its set speed, s.
     pub spinning_s: [f64; 3],
 }
 
@@ -48,6 +50,67 @@ impl ProgressSummary {
             .chain(&since)
             .chain(&self.spinning_s)
             .all(|v| v.is_finite())
+    }
+}
+
+/// The friction of the ground outside of its stretches, and the rolling resistance.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrictionSummary {
+    /// Name of the law.
+    pub law: String,
+    /// Static coefficient, -.
+    pub mu_s: f64,
+    /// Dynamic coefficient, -.
+    pub mu_d: f64,
+    /// Slip speed up to which the static coefficient holds, m/s.
+    pub v_s: f64,
+    /// Slip speed from which the dynamic coefficient holds, m/s.
+    pub v_d: f64,
+    /// Slip stiffness C, -; `None` if the law has none.
+    pub slip_stiffness: Option<f64>,
+    /// Coefficient f_r of the rolling resistance, -.
+    pub rolling_resistance: f64,
+}
+
+impl FrictionSummary {
+    pub(crate) fn of(world: &World) -> Self {
+        let law = &world.friction;
+        Self {
+            law: law.kind.name().to_owned(),
+            mu_s: law.mu_s,
+            mu_d: law.mu_d,
+            v_s: law.v_s,
+            v_d: law.v_d,
+            slip_stiffness: (law.kind == FrictionKind::Brush).then_some(law.slip_stiffness),
+            rolling_resistance: world.rolling.coefficient,
+        }
+    }
+
+    pub(super) fn is_finite(&self) -> bool {
+        let numbers = [
+            self.mu_s,
+            self.mu_d,
+            self.v_s,
+            self.v_d,
+            self.rolling_resistance,
+        ];
+        numbers
+            .iter()
+            .chain(&self.slip_stiffness)
+            .all(|v| v.is_finite())
+    }
+
+    /// The law in a few words; `None` for the default law without rolling resistance.
+    pub(crate) fn in_words(&self) -> Option<String> {
+        let stiffness = self
+            .slip_stiffness
+            .map_or(String::new(), |c| format!(" with C = {c}"));
+        let rolling = match self.rolling_resistance {
+            0.0 => String::new(),
+            f_r => format!(", rolling resistance {f_r}"),
+        };
+        let is_default = self.law == FrictionKind::default().name() && rolling.is_empty();
+        (!is_default).then(|| format!("friction {}{stiffness}{rolling}", self.law))
     }
 }
 
@@ -99,7 +162,8 @@ pub struct EstimatorSummary {
     pub traction: Option<ForceErrors>,
     /// Mean of the true normal force of each wheel over the samples compared, N.
     pub mean_normal_force: Option<[f64; 3]>,
-    /// Stated standard deviation of N over the mean of N, -: [`Score::stated`]. `None` if the estimator states none.
+    /// Stated standard deviation of N over the mean of N, -: [`robhaz_score::Statistics::stated`]. `None` if the
+    /// estimator states none.
     #[serde(default)]
     pub stated: Option<f64>,
     /// Share of errors of N within two stated standard deviations, -. `None` if the estimator states none.
@@ -116,9 +180,19 @@ pub struct EstimatorSummary {
     pub samples: u64,
     /// Number of records that should have been compared, but had no estimate.
     pub missing: u64,
-    /// Number of records left out because a wheel has two contacts.
+    /// How many of the records compared have a wheel with two contacts. Its true N and T are those of the equivalent
+    /// contact.
     #[serde(default)]
     pub two_contacts: u64,
+    /// Number of records left out because no single contact is equivalent to the contacts of a wheel.
+    #[serde(default)]
+    pub no_equivalent: u64,
+    /// Errors of the normal forces over the records at which no wheel has two contacts; `None` when there are none.
+    #[serde(default)]
+    pub normal_force_at_one_contact: Option<ForceErrors>,
+    /// How well contact states were found: in the air, two contacts, sliding. `None` if the estimator states none.
+    #[serde(default)]
+    pub contacts: Option<FlagScores>,
 }
 
 impl SensorErrors {
@@ -179,7 +253,7 @@ impl NominalRobot {
 }
 
 impl EstimatorSummary {
-    pub(crate) fn new(name: &str, score: &Score) -> Self {
+    pub(crate) fn new(name: &str, score: &Score, contacts: Option<FlagScores>) -> Self {
         Self {
             name: name.to_owned(),
             normal_force: score.normal_force(),
@@ -192,6 +266,9 @@ impl EstimatorSummary {
             samples: score.samples(),
             missing: score.missing(),
             two_contacts: score.two_contacts(),
+            no_equivalent: score.no_equivalent(),
+            normal_force_at_one_contact: score.at_one_contact().normal_force(),
+            contacts,
         }
     }
 
@@ -201,6 +278,10 @@ impl EstimatorSummary {
         let forces = [
             ("normal_force", &self.normal_force),
             ("traction", &self.traction),
+            (
+                "normal_force_at_one_contact",
+                &self.normal_force_at_one_contact,
+            ),
         ];
         let of_forces = forces
             .iter()
@@ -214,10 +295,12 @@ impl EstimatorSummary {
         let of_stated = stated
             .iter()
             .find(|(_, value)| value.is_some_and(|v| !v.is_finite()));
-        let of_ground = self.ground.is_some_and(|errors| !errors.is_finite());
+        let contacts = self.contacts.is_some_and(|c| !c.is_finite());
+        let ground = self.ground.is_some_and(|errors| !errors.is_finite());
         of_forces
             .map(|(force, _)| *force)
-            .or(of_ground.then_some("ground"))
+            .or(contacts.then_some("contacts"))
+            .or(ground.then_some("ground"))
             .or(of_stated.map(|(key, _)| *key))
             .map(|key| format!("estimators.{name}.{key}"))
             .or_else(|| {

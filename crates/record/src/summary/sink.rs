@@ -1,11 +1,12 @@
 //! The sink that sums up a run.
 
 use super::file::Summary;
-use super::parts::{BrokenOff, EstimatorSummary, NominalRobot, SensorErrors};
+use super::parts::{BrokenOff, EstimatorSummary, FrictionSummary, NominalRobot, SensorErrors};
 use crate::error::RecordError;
 use crate::felt_ground::FeltGrounds;
 use robhaz_estimator::{Estimate, EstimateError};
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
+use robhaz_score::contact::ContactScore;
 use robhaz_score::events::{EventCounts, EventDetector};
 use robhaz_score::{ProgressMeter, Rule, Score};
 use robhaz_sim::Truth;
@@ -15,7 +16,7 @@ use robhaz_sim::Truth;
 pub struct SummarySink {
     run: Option<RunDescription>,
     /// Scores of the estimators, in the order of the run.
-    scores: Vec<Score>,
+    scores: Vec<(Score, ContactScore)>,
     /// Progress and events of a simulation.
     progress: Option<ProgressMeter>,
     events: Option<(EventDetector, EventCounts)>,
@@ -55,14 +56,15 @@ impl SummarySink {
                 reason,
                 time_s: end.duration,
             }),
-            progress: self.progress.map(|meter| meter.progress().into()),
+            progress: self.progress.as_ref().map(|meter| meter.progress().into()),
             events: self.events.as_ref().map(|(_, counts)| *counts),
+            friction: world.map(FrictionSummary::of),
             sensors: world.map(SensorErrors::of),
             nominal: NominalRobot::of(run),
             estimators: estimators
-                .map(|(k, (e, score))| EstimatorSummary {
+                .map(|(k, (e, (score, contacts)))| EstimatorSummary {
                     ground: self.grounds.errors(k, terrain.as_ref()),
-                    ..EstimatorSummary::new(&e.label, score)
+                    ..EstimatorSummary::new(&e.label, score, contacts.scores())
                 })
                 .collect(),
         })
@@ -72,8 +74,10 @@ impl SummarySink {
 impl SummarySink {
     /// Adds a record with its truth.
     fn compare(&mut self, truth: &Truth, estimates: &[Result<Estimate, EstimateError>]) {
-        for (i, score) in self.scores.iter_mut().enumerate() {
-            score.add(truth, estimates.get(i).and_then(|e| e.as_ref().ok()));
+        for (i, (score, contacts)) in self.scores.iter_mut().enumerate() {
+            let estimate = estimates.get(i).and_then(|e| e.as_ref().ok());
+            score.add(truth, estimate);
+            contacts.add(truth, estimate);
         }
         if let Some(progress) = &mut self.progress {
             progress.add(truth);
@@ -93,12 +97,9 @@ impl Sink for SummarySink {
         let world = run.world.as_ref();
         *self = Self {
             run: Some(run.clone()),
-            scores: vec![Score::new(rule); run.estimators.len()],
+            scores: vec![(Score::new(rule), ContactScore::new(rule)); run.estimators.len()],
             progress: world.map(|w| ProgressMeter::new(&w.drive, geometry.wheel_radius)),
-            events: world.map(|w| {
-                let detector = EventDetector::new(geometry.stop, w.friction.v_s);
-                (detector, EventCounts::default())
-            }),
+            events: world.map(|_| (EventDetector::new(geometry.stop), EventCounts::default())),
             grounds: FeltGrounds::new(run),
             end: None,
         };

@@ -33,6 +33,9 @@ const LONGEST_STEP: f64 = 0.1;
 /// edge.
 const LONGEST_WAY: f64 = 0.02;
 
+/// A change of the set speeds that is nearer than this does not limit a step, s: it has been reached, to rounding.
+const SHORTEST_TO_CHANGE: f64 = 1e-9;
+
 /// The equations of motion of a run.
 pub(super) struct Equations {
     pub mechanics: Mechanics,
@@ -105,15 +108,15 @@ impl Equations {
 
     /// Motor torques at the wheels, N m.
     pub fn motor_torques(&self, t: f64, y: &Y) -> [f64; 3] {
-        let (drive, set_speed) = (&self.mechanics.drive, self.set_speed(t));
-        [0, 1, 2].map(|i| drive.torque(set_speed - y[OMEGA + i], y[INTEGRAL + i]))
+        let (drive, set_speeds) = (&self.mechanics.drive, self.set_speeds(t));
+        [0, 1, 2].map(|i| drive.torque(set_speeds[i] - y[OMEGA + i], y[INTEGRAL + i]))
     }
 
-    /// Set speed of the wheels, rad/s.
-    fn set_speed(&self, t: f64) -> f64 {
+    /// Set speeds of the wheels, rad/s.
+    fn set_speeds(&self, t: f64) -> [f64; 3] {
         let mechanics = &self.mechanics;
         let radius = mechanics.robot.geometry.wheel_radius;
-        mechanics.drive.set_speed(t, radius)
+        [0, 1, 2].map(|wheel| mechanics.drive.set_speed(wheel, t, radius))
     }
 
     /// The rates dy/dt.
@@ -138,7 +141,7 @@ impl Equations {
 
     /// The rates dy/dt from the accelerations.
     fn assembled(&self, t: f64, y: &Y, forces: &Forces) -> Y {
-        let set_speed = self.set_speed(t);
+        let set_speeds = self.set_speeds(t);
         let mut rates = Y::zeros();
         rates
             .fixed_rows_mut::<4>(0)
@@ -150,7 +153,7 @@ impl Equations {
             .fixed_rows_mut::<3>(OMEGA)
             .copy_from(&forces.omega_rates);
         for i in 0..3 {
-            let (error, integral) = (set_speed - y[OMEGA + i], y[INTEGRAL + i]);
+            let (error, integral) = (set_speeds[i] - y[OMEGA + i], y[INTEGRAL + i]);
             rates[INTEGRAL + i] = self.mechanics.drive.integral_rate(error, integral);
         }
         rates
@@ -253,8 +256,11 @@ impl Model<SIZE, INTEGRALS> for Equations {
         rates
     }
 
-    fn longest_step(&self, y: &Y) -> f64 {
+    fn longest_step(&self, t: f64, y: &Y) -> f64 {
         let speed = y[RATES].hypot(y[RATES + 1]);
-        LONGEST_STEP.min(LONGEST_WAY / speed.max(1e-9))
+        let longest = LONGEST_STEP.min(LONGEST_WAY / speed.max(1e-9));
+        // A step does not skip a change of the set speeds.
+        let change = self.mechanics.drive.next_change(t + SHORTEST_TO_CHANGE);
+        change.map_or(longest, |change| longest.min(change - t))
     }
 }

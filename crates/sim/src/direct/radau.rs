@@ -25,7 +25,7 @@ pub(super) trait Model<const N: usize, const Q: usize> {
     fn integrands(&mut self, t: f64, y: &SVector<f64, N>) -> SVector<f64, Q>;
 
     /// Longest step from here.
-    fn longest_step(&self, y: &SVector<f64, N>) -> f64;
+    fn longest_step(&self, t: f64, y: &SVector<f64, N>) -> f64;
 }
 
 /// Nodes of the method besides 1: (4 -+ sqrt 6)/10.
@@ -250,7 +250,7 @@ where
     /// # Errors
     /// [`NoStep`] if no step is short enough.
     pub fn advance(&mut self, model: &mut impl Model<N, Q>) -> Result<(), NoStep> {
-        let longest = model.longest_step(&self.y);
+        let longest = model.longest_step(self.time, &self.y);
         // Whether the Jacobian was evaluated at the start of this step.
         let mut fresh = self.jacobian.is_none();
         for attempt in 0..MOST_ATTEMPTS {

@@ -23,7 +23,7 @@ impl Mechanics {
     pub fn new(setup: &PlantSetup) -> Self {
         Self {
             robot: setup.robot.clone(),
-            drive: setup.drive,
+            drive: setup.drive.clone(),
             ground: Ground::new(setup),
         }
     }

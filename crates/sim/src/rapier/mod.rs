@@ -175,7 +175,7 @@ impl RapierEngine {
         Self {
             robot: setup.robot.clone(),
             ground: Ground::new(setup),
-            drive: setup.drive,
+            drive: setup.drive.clone(),
             world,
             bars,
             lumps,
@@ -295,7 +295,6 @@ impl RapierEngine {
         let angles = links.map(|link| link.rotation().angle());
         let centres = links.map(|link| from_rapier(link.center_of_mass()));
         let mut loads = Loads::default();
-        let set_speed = self.drive.set_speed(time, geometry.wheel_radius);
         for i in 0..3 {
             let carrier = geometry.carriers[i].index();
             let (link, link_rate) = (links[carrier], rates[carrier]);
@@ -304,7 +303,7 @@ impl RapierEngine {
             let motion = wheel_motion(link, geometry.axle_on_carrier(i), wheel.spin);
             let below = |error: BelowGround| error.at(time, i);
             let ground = self.ground.act(&motion).map_err(below)?;
-            let error = set_speed - omega;
+            let error = self.drive.set_speed(i, time, geometry.wheel_radius) - omega;
             let torque = self.drive.torque(error, wheel.integral);
             let gear_torque = self.drive.loss_torque(omega);
             let drive_torque = torque - gear_torque;
@@ -414,15 +413,14 @@ impl RapierEngine {
 
     /// Takes the steps before time zero, with a set speed of zero.
     fn settle(&mut self) -> Result<(), PlantError> {
-        let drive = self.drive;
-        self.drive.speed = 0.0;
+        let speed = std::mem::take(&mut self.drive.speed);
         for _ in 0..std::mem::take(&mut self.settling_steps) {
             self.advance(None)?;
             self.steps = 0;
         }
         self.parts_taken = 0;
         self.balance = Balance::default();
-        self.drive = drive;
+        self.drive.speed = speed;
         for wheel in &mut self.wheels {
             wheel.angle = 0.0;
         }

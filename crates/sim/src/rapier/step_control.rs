@@ -45,7 +45,7 @@ impl StepControl {
             contact: setup.contact,
             mean_load: setup.robot.mean_wheel_load(),
             mean_penetration: setup.mean_penetration(),
-            friction_limit: longest_step_for_friction(&steepest, &setup.robot, 1.0),
+            friction_limit: longest_step_for_friction(&steepest, &setup.rolling, &setup.robot, 1.0),
         }
     }
 

@@ -6,8 +6,11 @@
 //! | motor torque, each wheel | gain, offset, gear friction, white noise, quantisation | from the motor's current |
 //! | inclinometer, links 1 and 2 | specific force, low pass, bias, white noise | direction of the specific force |
 //! | rate gyro, links 1 and 2 | scale, bias with random walk, white noise | angular rate of the link |
-//! | contact angle, each wheel | Ornstein-Uhlenbeck process | not a sensor: the paper assumes known angles |
+//! | contact angle, each wheel | Ornstein-Uhlenbeck process | not a sensor: the paper assumes known angles (1) |
 //! | all | jitter of the sampling time (not for contact angles), lost readings | |
+//!
+//! (1) That of the equivalent contact ([`crate::WheelTruth::equivalent_contact`]), with which eq. (8) holds also for a
+//! wheel with two contacts. Where no single contact is equivalent, `contact_angle` of the truth.
 //!
 //! `models.rs` holds the equations, [`SensorSpec`] the parameters, [`Grade`] named sets of parameters.
 
@@ -139,7 +142,10 @@ impl Sensors {
             let sampled = wheel.torque + delay * rates.torque[i];
             readings.motor_torque[i] = loss.pass(torque.read(sampled, wheel.omega));
             let (angle, loss) = &mut sensors.contact_angle;
-            readings.contact_angle[i] = loss.pass(angle.read(wheel.contact_angle, rates.dt));
+            let known = wheel
+                .equivalent_contact()
+                .map_or(wheel.contact_angle, |contact| contact.angle);
+            readings.contact_angle[i] = loss.pass(angle.read(known, rates.dt));
         }
         for (i, sensors) in self.links.iter_mut().enumerate() {
             let link = &truth.links[i];

@@ -61,6 +61,7 @@ mod tests {
             contact: Default::default(),
             friction: Default::default(),
             stretches: Vec::new(),
+            rolling: Default::default(),
             drive: Default::default(),
             start: StartKind::Settled,
             engine: EngineKind::Direct,

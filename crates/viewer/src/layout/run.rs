@@ -6,7 +6,7 @@ use crate::ground::Ground;
 use crate::key;
 use crate::writer::Writer;
 use rerun::components::Range1D;
-use robhaz_run::{RunDescription, World};
+use robhaz_run::{EstimatorDescription, RunDescription, World};
 
 /// Logs the layout and makes it the active one.
 pub(crate) fn log(
@@ -34,7 +34,8 @@ fn left(layout: &mut Layout<'_>, run: &RunDescription) -> Result<Part, ViewerErr
         rows.push((parts::following(layout, name, "/", true)?, 2.5));
     }
     let mut tabs = vec![layout.text_log("Events", "/events")?];
-    if run.world.is_some() {
+    let states = |e: &EstimatorDescription| e.settings.states_contacts();
+    if run.world.is_some() || run.estimators.iter().any(states) {
         tabs.push(layout.lanes("Wheels", "/wheels")?);
     }
     tabs.push(layout.page("About", "/about")?);

@@ -5,13 +5,13 @@ use robhaz_scene::{RecordChoice, Scene};
 /// The default robot on the terrain `smooth` with all presets but `best`. Records at 1 kHz for `duration` (s).
 pub fn smooth(duration: f64) -> Scene {
     let mut scene = with_best(duration);
-    scene.estimators.retain(|e| e.name != "best");
+    scene.estimators.retain(|e| !e.settings.states_covariance());
     scene
 }
 
 /// As [`smooth`], with `best` as the fourth estimator.
 pub fn with_best(duration: f64) -> Scene {
-    Scene {
+    let mut scene = Scene {
         name: "smooth".to_owned(),
         record: RecordChoice {
             duration,
@@ -19,5 +19,7 @@ pub fn with_best(duration: f64) -> Scene {
             ..RecordChoice::default()
         },
         ..Scene::default()
-    }
+    };
+    scene.estimators.truncate(4);
+    scene
 }

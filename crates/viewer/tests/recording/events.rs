@@ -4,7 +4,7 @@ use crate::common;
 use crate::reading::{chunks, events, rows, scalars};
 use rerun::archetypes::{Arrows2D, LineStrips2D, StateChange};
 use rerun::components::{LineStrip2D, Text, Vector2D};
-use robhaz_estimator::{EstimateError, Flags, Parity};
+use robhaz_estimator::{ContactEstimate, ContactState, EstimateError, Flags, Parity};
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_viewer::RecordingSink;
 
@@ -42,6 +42,7 @@ impl Sink for Eventful {
         }
         if (500.0..550.0).contains(&ms) {
             truth.wheels[2].slip_speed = -0.03;
+            truth.wheels[2].slip_limit = 0.02;
         }
         if let (Ok(estimate), true) = (&mut estimates[1], ms >= 500.0) {
             estimate.covariance = Some(known_covariance());
@@ -154,6 +155,13 @@ fn lanes_and_stops_follow_the_events() {
     };
     let front = [(0, "grips"), (100, "in the air"), (200, "grips")];
     assert_eq!(lane("/wheels/front"), states(&front));
+    let middle = [(0, "grips"), (200, "two contacts"), (300, "grips")];
+    assert_eq!(lane("/wheels/middle"), states(&middle));
+    assert!(
+        !chunks
+            .keys()
+            .any(|entity| entity.starts_with("/wheels/front/"))
+    );
     let rear = [(0, "grips"), (500, "slips"), (550, "grips")];
     assert_eq!(lane("/wheels/rear"), states(&rear));
     let flagged = [
@@ -169,6 +177,59 @@ fn lanes_and_stops_follow_the_events() {
     let stop = rows::<LineStrip2D>(&chunks, "/world/robot/link2/stops/reached", component);
     let drawn: Vec<(bool, usize)> = stop.iter().map(|(t, row)| (*t > 0.35, row.len())).collect();
     assert_eq!(drawn, [(false, 1), (true, 0)]);
+}
+
+/// An estimator that states contact states has a lane for each wheel, below the true one.
+#[test]
+fn estimated_contact_states_have_lanes() {
+    struct Stated(RecordingSink);
+    impl Sink for Stated {
+        fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
+            self.0.begin(run)
+        }
+        fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
+            let ms = (frame.time * 1e3).round();
+            let mut estimates = frame.estimates.to_vec();
+            if let Ok(estimate) = &mut estimates[3] {
+                let mut contact = [ContactEstimate::default(); 3];
+                if (150.0..160.0).contains(&ms) {
+                    contact[0].state = ContactState::InAir;
+                } else if ms >= 160.0 {
+                    contact[0].state = ContactState::TwoContacts;
+                    contact[0].sliding = true;
+                }
+                estimate.contact = Some(contact);
+            }
+            self.0.frame(&Frame {
+                estimates: &estimates,
+                ..*frame
+            })
+        }
+        fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
+            self.0.end(end)
+        }
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.rrd");
+    let mut sink = Stated(RecordingSink::save(&path).expect("a file"));
+    robhaz_run::run(&common::with_best(0.3), &mut [&mut sink]).expect("a run");
+    let chunks = chunks(&path);
+    let lane = |entity: &str| {
+        let component = StateChange::descriptor_state().component;
+        let changes = rows::<Text>(&chunks, entity, component).into_iter();
+        changes
+            .map(|(time, row)| ((time * 1e3).round() as i64, row[0].to_string()))
+            .collect::<Vec<_>>()
+    };
+    let expected = [
+        (0, "grips"),
+        (150, "in the air"),
+        (160, "two contacts, slips"),
+    ];
+    let expected = expected.map(|(ms, state)| (ms, state.to_owned()));
+    assert_eq!(lane("/wheels/front/best"), expected);
+    assert_eq!(lane("/wheels/rear/best"), [(0, "grips".to_owned())]);
+    assert_eq!(lane("/wheels/front"), [(0, "grips".to_owned())]);
 }
 
 /// The band of two standard deviations starts with the first covariance of an estimator, and has its centre at zero

@@ -11,10 +11,11 @@ mod reading;
 
 use reading::{chunks, messages, record, rows, scalars};
 use rerun::archetypes::{Arrows2D, LineStrips2D, Transform3D};
-use rerun::components::{LineStrip2D, Text, Translation3D, Vector2D};
+use rerun::components::{Color, LineStrip2D, Text, Translation3D, Vector2D};
 use rerun::log::LogMsg;
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_sim::friction::Stretch;
+use robhaz_sim::{ContactList, ContactTruth};
 use robhaz_viewer::{RecordingSink, ViewerError, recording_end};
 use std::path::Path;
 
@@ -172,6 +173,57 @@ fn arrows_have_the_length_of_the_plotted_force() {
     assert!(compared >= 20, "{compared}");
 }
 
+/// A wheel with two contacts has two arrows of N and two of T, in its colour; a wheel without contact has none.
+#[test]
+fn each_contact_has_its_arrows() {
+    struct Touching(RecordingSink);
+    impl Sink for Touching {
+        fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
+            self.0.begin(run)
+        }
+        fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
+            let mut truth = *frame.truth.expect("a simulation");
+            truth.wheels[0].contact_list = ContactList::default();
+            let first = truth.wheels[1].contact_list[0];
+            truth.wheels[1].contact_list.push(ContactTruth {
+                normal_force: 2.0 * first.normal_force,
+                ..first
+            });
+            self.0.frame(&Frame {
+                truth: Some(&truth),
+                ..*frame
+            })
+        }
+        fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
+            self.0.end(end)
+        }
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.rrd");
+    let mut sink = Touching(RecordingSink::save(&path).expect("a file"));
+    robhaz_run::run(&common::smooth(0.2), &mut [&mut sink]).expect("a run");
+    let chunks = chunks(&path);
+    for force in ["normal", "traction"] {
+        let entity = format!("/world/forces/true/{force}");
+        let component = Arrows2D::descriptor_vectors().component;
+        let arrows = rows::<Vector2D>(&chunks, &entity, component);
+        assert!(arrows.iter().all(|(_, row)| row.len() == 3));
+        if force == "normal" {
+            let lengths = |row: &[Vector2D]| [0, 1].map(|i| row[i].0.x().hypot(row[i].0.y()));
+            for (_, row) in &arrows {
+                let [first, second] = lengths(row);
+                assert!(first > 0.05 && (second - 2.0 * first).abs() < 1e-6);
+            }
+        }
+        let component = Arrows2D::descriptor_colors().component;
+        let colours = rows::<Color>(&chunks, &entity, component);
+        assert!(!colours.is_empty());
+        for (_, row) in colours {
+            assert!(row[0] == row[1] && row[1] != row[2]);
+        }
+    }
+}
+
 /// Determinism: the same scene gives the same messages in the same order. Another scene of the same name gets another
 /// identifier.
 #[test]
@@ -279,7 +331,7 @@ fn stretches_of_friction_are_told_apart() {
 }
 
 /// Recorded readings: without truth the recording holds the estimates, and nothing that needs the truth: no robot,
-/// ground, errors, slip margin or states of wheels.
+/// ground, errors, slip margin or true states of wheels.
 #[test]
 fn without_truth_the_estimates_are_recorded_alone() {
     struct WithoutTruth(RecordingSink);
@@ -309,7 +361,10 @@ fn without_truth_the_estimates_are_recorded_alone() {
     let (log, simulated) = (chunks(&log), chunks(&simulated));
     for entity in log.keys() {
         let unknown = ["/world", "/wheels", "/series/error", "/series/slip_margin"];
-        assert!(!unknown.iter().any(|u| entity.starts_with(u)), "{entity}");
+        // The states of the wheels that an estimator states are known.
+        let stated = entity.starts_with("/wheels/") && entity.ends_with("/best");
+        let unknown = unknown.iter().any(|u| entity.starts_with(u));
+        assert!(stated || !unknown, "{entity}");
         assert!(!entity.ends_with("/actual"), "{entity}");
     }
     for entity in [

@@ -20,11 +20,13 @@ pub(crate) struct MotionFilter {
     pub(super) filter: Kalman<COUNT, CONSIDERED>,
     /// Remaining time for which each wheel is suspect, s.
     pub(super) suspect: [f64; 3],
+    /// Remaining time for which each wheel counts as sliding, s.
+    pub(super) sliding: [f64; 3],
     /// Variance of the unexplained load, N^2.
     pub(super) unexplained: f64,
 }
 
-visit_fields!(MotionFilter: filter, suspect, unexplained);
+visit_fields!(MotionFilter: filter, suspect, sliding, unexplained);
 
 impl MotionFilter {
     /// Creates the filter of a robot at rest, with the prior of the budget and, for unknown contact angles, that of the ground.
@@ -41,12 +43,24 @@ impl MotionFilter {
             sigma[TORQUE_GAIN + i] = budget.torque_gain;
         }
         sigma[GEAR_FRICTION] = budget.gear_friction;
-        x[CREEP] = TUNING.creep;
-        sigma[CREEP] = TUNING.creep_sigma;
+        for i in 0..3 {
+            x[CREEP + i] = TUNING.creep;
+            sigma[CREEP + i] = TUNING.creep_sigma;
+        }
+        let mut filter = Kalman::new(x, sigma);
+        let common = TUNING.common_creep * TUNING.creep_sigma * TUNING.creep_sigma;
+        for i in 0..3 {
+            for j in 0..3 {
+                if i != j {
+                    filter.p[CREEP + i][CREEP + j] = common;
+                }
+            }
+        }
         Self {
             angles,
-            filter: Kalman::new(x, sigma),
+            filter,
             suspect: [0.0; 3],
+            sliding: [0.0; 3],
             unexplained: 0.0,
         }
     }
@@ -116,6 +130,16 @@ impl MotionFilter {
     /// Variance of the unexplained load, N^2: see [`MotionFilter::check_parity`].
     pub fn unexplained_load(&self) -> f64 {
         self.unexplained
+    }
+
+    /// How many of the first states measurements correct. While a wheel is suspect, errors of the readings are only considered: what an
+    /// impact or an edge does to the innovations would pass for a torque offset.
+    pub(super) fn estimated_states(&self) -> usize {
+        if self.suspect.iter().any(|time| *time > 0.0) {
+            TORQUE_OFFSET
+        } else {
+            TORQUE_GAIN
+        }
     }
 
     /// A state and its standard deviation.

@@ -65,7 +65,9 @@ impl MotionFilter {
             // Correlated errors enter as the equivalent white noise, with at least the variance of this sample.
             let lasting =
                 (sample_variance + self.unexplained) * (2.0 * TUNING.parity.time / dt).max(1.0);
-            self.filter.apply(&ph, -residual.value, of_states + lasting);
+            let estimated = self.estimated_states();
+            self.filter
+                .apply_to(estimated, &ph, -residual.value, of_states + lasting);
         }
         ParityCheck {
             innovation,

@@ -150,16 +150,27 @@ impl MotionFilter {
     /// Random walks of torque offsets, gear friction and creep.
     fn add_walks(&mut self, dt: f64) {
         let square = |walk: f64| walk * walk * dt;
+        let travelled = dt * libm::sqrt(self.velocity().norm_squared());
         for i in 0..3 {
             self.add_noise(TORQUE_OFFSET + i, square(TUNING.offset_walk));
         }
         self.add_noise(GEAR_FRICTION, square(TUNING.friction_walk));
-        self.add_noise(CREEP, square(TUNING.creep_walk));
+        let change = TUNING.creep_walk * TUNING.creep_walk * travelled;
+        for i in 0..3 {
+            for j in 0..3 {
+                let share = if i == j {
+                    1.0
+                } else {
+                    TUNING.common_creep_walk
+                };
+                self.filter.p[CREEP + i][CREEP + j] += share * change;
+            }
+        }
     }
 
     /// Decays suspicion and unexplained load over `dt` (s).
     fn decay_suspicion(&mut self, dt: f64) {
-        for time in &mut self.suspect {
+        for time in self.suspect.iter_mut().chain(&mut self.sliding) {
             *time = (*time - dt).max(0.0);
         }
         self.unexplained *= libm::exp(-dt / TUNING.unexplained_decay);

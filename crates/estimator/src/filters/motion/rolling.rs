@@ -6,10 +6,10 @@ use super::states::{
     CONSIDERED, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY,
 };
 use super::tuning::TUNING;
-use crate::contact::{ContactVelocity, Creep};
+use crate::contact::{ContactVelocity, Creep, RollingResiduals, SlipResidual};
 use crate::filters::Kalman;
-use crate::settings::NoiseBudget;
-use robhaz_model::Vec2;
+use crate::settings::{ContactAngles, NoiseBudget};
+use robhaz_model::{Vec2, perp};
 
 /// Inputs of the rolling constraints of one wheel. T and N are those of the previous estimate.
 #[derive(Clone, Copy, Debug)]
@@ -59,7 +59,8 @@ struct Constrained<'a> {
 
 impl MotionFilter {
     /// Applies both rolling constraints of wheel `i`, `dt` seconds after the last sample. Without `correct` the measurement
-    /// rows contain the velocity only; states that are correlated with it still change.
+    /// rows contain the velocity only; states that are correlated with it still change. Returns the residuals before
+    /// the corrections.
     pub fn roll(
         &mut self,
         budget: &NoiseBudget,
@@ -67,7 +68,7 @@ impl MotionFilter {
         wheel: &RollingWheel,
         dt: f64,
         correct: bool,
-    ) {
+    ) -> RollingResiduals {
         let smooth = self.velocity() + wheel.smooth_relative;
         let noise = wheel.relative - wheel.smooth_relative;
         let slope = wheel.angle - self.filter.x[CONTACT_ANGLE + i];
@@ -79,18 +80,27 @@ impl MotionFilter {
             speed_ratio: self.speed_ratio(),
             correct,
         };
-        let shared = self.constrain_direction(budget, &sample);
-        if let Some(rim_speed) = wheel.rim_speed {
-            self.constrain_speed(&sample, rim_speed, shared);
+        let (shared, away_sigma) = self.constrain_direction(budget, &sample);
+        let slip = wheel
+            .rim_speed
+            .map(|rim_speed| self.constrain_speed(&sample, rim_speed, shared));
+        RollingResiduals {
+            away: sample.velocity.away,
+            away_sigma,
+            slip,
         }
     }
 
     /// The direction of the velocity is the contact angle: the speed away from the ground is zero. A wheel beyond
-    /// `TUNING.suspect_gate` becomes suspect.
+    /// `TUNING.suspect_gate` becomes suspect; without given contact angles all wheels do, and an edge is looked for.
     ///
-    /// Returns the measurement-noise variance common to both constraints, m^2/s^2: gyroscope bias and noise, and
-    /// `TUNING.suspect` for a suspect wheel.
-    fn constrain_direction(&mut self, budget: &NoiseBudget, sample: &Constrained<'_>) -> f64 {
+    /// Returns the measurement-noise variance common to both constraints, m^2/s^2: gyroscope bias and noise, and the doubt
+    /// in a suspect wheel. And the standard deviation of the speed away from the ground at a single sample, m/s.
+    fn constrain_direction(
+        &mut self,
+        budget: &NoiseBudget,
+        sample: &Constrained<'_>,
+    ) -> (f64, f64) {
         let &Constrained {
             i,
             wheel,
@@ -103,38 +113,81 @@ impl MotionFilter {
         let x = (VELOCITY, -velocity.direction.y);
         let y = (VELOCITY + 1, velocity.direction.x);
         let h = [x, y, (CONTACT_ANGLE + i, velocity.speed)];
-        let ph = self.filter.covariance_times(&h);
-        let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
+        let of_states = self.filter.predicted_variance(&h);
 
+        let given = self.angles == ContactAngles::Given;
+        // Below the speed at which a velocity has a direction, noise would pass for slopes.
+        let correct = sample.correct && (given || velocity.rolls());
         let penetration = TUNING.penetration_speed.at_speed(sample.speed_ratio);
         let sample_variance =
             of_states + penetration.sigma * penetration.sigma + bias * bias + noise * noise;
         let gate = TUNING.suspect_gate;
-        if velocity.away * velocity.away > gate * gate * sample_variance {
+        let leaves = velocity.away * velocity.away > gate * gate * sample_variance;
+        if leaves && given {
             self.suspect[i] = TUNING.suspect_time;
+        } else if leaves && correct {
+            self.meet_edge(i, &velocity);
         }
 
         let noise = TUNING.gyro_noise_factor * noise;
         let mut shared = LastingError::new(bias, TUNING.slip.time).white(dt) + noise * noise;
         if self.suspect[i] > 0.0 {
-            shared += TUNING.suspect.white(dt);
+            let doubt = if given { TUNING.suspect } else { TUNING.edge };
+            shared += doubt.white(dt);
         }
         let r = penetration.white(dt) + shared;
-        if sample.correct {
-            let variance = of_states + r;
+        if correct {
+            let ph = self.filter.covariance_times(&h);
+            let variance = Kalman::<COUNT, CONSIDERED>::along(&ph, &h) + r;
+            let estimated = self.estimated_states();
             self.filter
-                .apply_within(&ph, -velocity.away, variance, TUNING.gate);
+                .apply_within(estimated, &ph, -velocity.away, variance, TUNING.gate);
         } else {
             let (_, sigma) = self.contact_angle_error(i);
             let of_angle = LastingError::new(velocity.speed * sigma, budget.contact_angle_time);
             let r = r + of_angle.white(dt);
             self.filter.update(&[x, y], -velocity.away, r, TUNING.gate);
         }
-        shared
+        if !given {
+            let angle = &mut self.filter.x[CONTACT_ANGLE + i];
+            *angle = angle.clamp(-TUNING.steepest, TUNING.steepest);
+        }
+        (shared, libm::sqrt(sample_variance))
     }
 
-    /// The speed along the ground is the rim's speed (m/s) minus the slip.
-    fn constrain_speed(&mut self, sample: &Constrained<'_>, rim_speed: f64, shared: f64) {
+    /// The velocity of wheel `i` does not lie along its ground, and no contact angle is given.
+    ///
+    /// A velocity away from the ground shows that the wheel has met an edge: its contact angle becomes as uncertain as the angle
+    /// between both. A velocity into the ground is impossible: another wheel has met an edge, and the velocity of Q is wrong by that
+    /// much. Without this distinction a wheel that meets a kerb looks like the other wheels on a downward slope.
+    fn meet_edge(&mut self, i: usize, velocity: &ContactVelocity) {
+        self.suspect = [TUNING.suspect_time; 3];
+        let away = velocity.away;
+        if away > 0.0 {
+            let change = (away / velocity.speed).clamp(-TUNING.steepest, TUNING.steepest);
+            self.filter.p[CONTACT_ANGLE + i][CONTACT_ANGLE + i] += change * change;
+        } else {
+            self.doubt_velocity(perp(velocity.direction) * away);
+        }
+    }
+
+    /// Adds the square of `error` (m/s) to the covariance of the velocity.
+    fn doubt_velocity(&mut self, error: Vec2) {
+        for (i, a) in [error.x, error.y].into_iter().enumerate() {
+            for (j, b) in [error.x, error.y].into_iter().enumerate() {
+                self.filter.p[VELOCITY + i][VELOCITY + j] += a * b;
+            }
+        }
+    }
+
+    /// The speed along the ground is the rim's speed (m/s) minus the slip. A wheel that pulls and is beyond `TUNING.sliding_gate` counts
+    /// as sliding. Returns the slip that the rim shows.
+    fn constrain_speed(
+        &mut self,
+        sample: &Constrained<'_>,
+        rim_speed: f64,
+        shared: f64,
+    ) -> SlipResidual {
         let &Constrained {
             i,
             wheel,
@@ -143,43 +196,74 @@ impl MotionFilter {
             ..
         } = sample;
         let creep = Creep {
-            speed: self.filter.x[CREEP],
+            speed: self.filter.x[CREEP + i],
             ratio: wheel.ratio,
         };
         let slip = creep.slip();
         // Derivative of the slip with respect to a torque error, which changes T/N.
         let by_offset = -creep.speed / wheel.moment_of_load;
-        let slip_noise = TUNING.slip.at_speed(sample.speed_ratio).white(dt);
-        let mut r = slip_noise * creep.variance_factor()
-            + LastingError::new(self.creep_product(i, wheel), TUNING.slip.time).white(dt)
-            + LastingError::new(by_offset * wheel.torque_sigma, TUNING.observer_time).white(dt)
-            + shared;
         let rolls = velocity.rolls();
+        let on = if sample.correct && rolls { 1.0 } else { 0.0 };
+        let h = [
+            (VELOCITY, velocity.direction.x),
+            (VELOCITY + 1, velocity.direction.y),
+            (CREEP + i, on * wheel.ratio),
+            (TORQUE_OFFSET + i, on * by_offset),
+            (GEAR_FRICTION, on * by_offset * wheel.friction_share),
+            (TORQUE_GAIN + i, on * by_offset * wheel.torque),
+        ];
+        let ph = self.filter.covariance_times(&h);
+        let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
+        let innovation = rim_speed - velocity.speed - slip;
+
+        let residual = SlipResidual {
+            beyond_creep: innovation,
+            creep: slip,
+            noise: libm::hypot(wheel.bias_sigma, wheel.noise_sigma),
+        };
+        let unexplained = TUNING.slip.at_speed(sample.speed_ratio);
+        let factor = creep.variance_factor();
+        let mut lasting = self.creep_product(i, wheel);
         if !rolls {
             // At rest a wheel bears its traction with any slip between 0 and c T/N: the slip itself is noise.
-            r += LastingError::new(slip, TUNING.slip.time).white(dt);
+            lasting = libm::hypot(lasting, slip);
         }
-        let innovation = rim_speed - velocity.speed - slip;
-        let x = (VELOCITY, velocity.direction.x);
-        let y = (VELOCITY + 1, velocity.direction.y);
-        let (_, used) = if sample.correct && rolls {
-            let h = [
-                x,
-                y,
-                (CREEP, wheel.ratio),
-                (TORQUE_OFFSET + i, by_offset),
-                (GEAR_FRICTION, by_offset * wheel.friction_share),
-                (TORQUE_GAIN + i, by_offset * wheel.torque),
-            ];
-            self.filter.update(&h, innovation, r, TUNING.gate)
-        } else {
-            self.filter.update(&[x, y], innovation, r, TUNING.gate)
-        };
-        if !used {
+        let of_torque = by_offset * wheel.torque_sigma;
+        let square = |sigma: f64| sigma * sigma;
+        let sample_variance = of_states
+            + square(unexplained.sigma) * factor
+            + square(lasting)
+            + square(of_torque)
+            + square(wheel.bias_sigma)
+            + square(wheel.noise_sigma);
+        if square(innovation) > square(TUNING.sliding_gate) * sample_variance {
+            if wheel.ratio.abs() > TUNING.sticking_ratio {
+                self.sliding[i] = TUNING.sliding_time;
+            } else if rolls && self.angles == ContactAngles::Unknown {
+                // A wheel that hardly pulls does not slide: the velocity is wrong.
+                self.doubt_velocity(velocity.direction * innovation);
+                return residual;
+            }
+        }
+        let mut r = unexplained.white(dt) * factor
+            + LastingError::new(lasting, TUNING.slip.time).white(dt)
+            + LastingError::new(of_torque, TUNING.observer_time).white(dt)
+            + shared;
+        if self.sliding[i] > 0.0 {
+            r += TUNING.sliding.white(dt);
+        }
+        let estimated = self.estimated_states();
+        let variance = of_states + r;
+        if !self
+            .filter
+            .apply_within(estimated, &ph, innovation, variance, TUNING.gate)
+        {
             self.widen_velocity(dt);
         }
-        let creep = &mut self.filter.x[CREEP];
-        *creep = creep.max(TUNING.least_creep);
+        for creep in &mut self.filter.x[CREEP..CREEP + 3] {
+            *creep = creep.clamp(TUNING.least_creep, TUNING.greatest_creep);
+        }
+        residual
     }
 
     /// Standard deviation of the slip of wheel `i`, m/s, that the linear filter leaves out: creep and T/N are both
@@ -191,7 +275,7 @@ impl MotionFilter {
             + p[GEAR_FRICTION][GEAR_FRICTION]
             + p[gain][gain] * wheel.torque * wheel.torque)
             / (wheel.moment_of_load * wheel.moment_of_load);
-        libm::sqrt(p[CREEP][CREEP] * ratio_variance)
+        libm::sqrt(p[CREEP + i][CREEP + i] * ratio_variance)
     }
 
     /// Adds 0.25 m^2/s^2 times dt to the velocity's variances after a rejected rim speed. So a wrong velocity estimate cannot

@@ -6,11 +6,11 @@ use crate::statics::input;
 
 /// Velocity of Q, m/s: x, y.
 pub const VELOCITY: usize = 0;
-/// Creep speed c, m/s: slope of the slip speed over T/N at small T/N (slip = c T/N). It is not the dimensionless creepage: c
-/// does not depend on the rolling speed.
+/// Creep speed c of each wheel, m/s: slope of the slip speed over T/N at small T/N (slip = c T/N), the inverse of its slip
+/// stiffness. It is not the dimensionless creepage, which is c over the rolling speed.
 pub const CREEP: usize = 2;
 /// The first of the uncertain inputs.
-pub const INPUTS: usize = 3;
+pub const INPUTS: usize = 5;
 /// Acceleration of Q, m/s^2: x, y.
 pub const ACCELERATION: usize = INPUTS + input::ACCELERATION;
 /// Contact-angle errors, reading minus true, rad.

@@ -45,19 +45,25 @@ pub struct Tuning {
     pub slip: LastingError,
     /// Correlation time of the torque observer's error in the slip, s.
     pub observer_time: f64,
-    /// Prior of the creep speed, m/s: of the order of 10 mm/s for small hard wheels.
+    /// Prior of the creep speed, m/s: 1 to 4 mm/s for a hard wheel on rock, 100 mm/s on soft ground at 0.2 m/s (slip ratio over T/N of
+    /// 0.005 to 0.5: Pacejka, Tyre and Vehicle Dynamics, ch. 3).
     pub creep: f64,
-    /// Standard deviation of that prior, m/s. It is small because a creep of zero explains readings with any torque
-    /// offset, and the filter could diverge to it. `docs/estimators.md` lists the errors with other wheels.
+    /// Standard deviation of that prior, m/s.
     pub creep_sigma: f64,
+    /// Correlation of the creep speeds of two wheels in that prior, 0 to 1: wheels on one ground.
+    pub common_creep: f64,
+    /// Upper limit of the creep speed, m/s.
+    pub greatest_creep: f64,
     /// Lower limit of the creep speed, m/s: a driven wheel does not creep backwards, and harder wheels act as rigid ones.
     pub least_creep: f64,
     /// Random walk of a torque offset, N m/sqrt(s).
     pub offset_walk: f64,
     /// Random walk of the gear friction, N m/sqrt(s).
     pub friction_walk: f64,
-    /// Random walk of the creep speed, m/s/sqrt(s).
+    /// Change of the creep speed along the ground: random walk, m/s/sqrt(m).
     pub creep_walk: f64,
+    /// Correlation of the changes of two wheels, 0 to 1.
+    pub common_creep_walk: f64,
     /// Linearisation error of the parity residual, N, in addition to the errors of the loads; and the correlation time of
     /// all errors of that residual, s, those of the torque observer included.
     pub parity: LastingError,
@@ -67,6 +73,16 @@ pub struct Tuning {
     pub slope_length: f64,
     /// Random walk of a given contact angle while its reading is missing, rad/sqrt(s).
     pub unread_angle_walk: f64,
+    /// Steepest contact angle, rad, where none is given.
+    pub steepest: f64,
+    /// Innovations of the rim speed beyond this many standard deviations of a single sample show sliding.
+    pub sliding_gate: f64,
+    /// T/N below which a wheel grips on any ground, -.
+    pub sticking_ratio: f64,
+    /// Time for which a wheel then counts as sliding, s.
+    pub sliding_time: f64,
+    /// Slip of a sliding wheel: standard deviation, m/s, and correlation time, s.
+    pub sliding: LastingError,
     /// Lower limit of the contact-angle error, rad. It keeps the process noise of the acceleration finite where the budget
     /// is zero.
     pub least_angle: f64,
@@ -82,6 +98,9 @@ pub struct Tuning {
     /// Additional measurement noise of both rolling constraints of a suspect wheel: standard deviation, m/s, and correlation
     /// time, s.
     pub suspect: LastingError,
+    /// The same where no contact angle is given: mean slip of a wheel that meets an edge. The direction of the velocity is then the
+    /// only source of the angle.
+    pub edge: LastingError,
     /// Size of a parity residual that is not yet unexplained load, in standard deviations.
     pub explained: f64,
     /// Decay time of the variance of the unexplained load, s.
@@ -101,28 +120,37 @@ pub const TUNING: Tuning = Tuning {
     acceleration_time_after_impact: 0.03,
     largest_acceleration: 1e3,
     rim_factor: 2.0,
-    link_factor: 0.3,
+    link_factor: 1.0,
     velocity_at_rest: 0.01,
     unknown_velocity: 0.5,
-    penetration_speed: LastingError::new(2e-4, 0.05),
+    penetration_speed: LastingError::new(5e-4, 0.05),
     gyro_noise_factor: 3.0,
-    slip: LastingError::new(2e-4, 0.3),
+    slip: LastingError::new(2e-4, 0.5),
     observer_time: 0.05,
-    creep: 0.015,
-    creep_sigma: 0.003,
+    creep: 0.030,
+    creep_sigma: 0.040,
+    common_creep: 0.9,
+    greatest_creep: 0.3,
     least_creep: 5e-4,
     offset_walk: 1e-3,
     friction_walk: 2e-3,
-    creep_walk: 2e-4,
+    creep_walk: 6e-3,
+    common_creep_walk: 0.5,
     parity: LastingError::new(0.1, 0.03),
-    slope: 0.145,
-    slope_length: 0.06,
+    slope: 0.4,
+    slope_length: 1.0,
     unread_angle_walk: 0.5,
+    steepest: 1.4,
+    sliding_gate: 6.0,
+    sticking_ratio: 0.15,
+    sliding_time: 0.1,
+    sliding: LastingError::new(1.0, 1.0),
     least_angle: 1e-3,
     gate: 5.0,
-    suspect_gate: 6.0,
+    suspect_gate: 4.0,
     suspect_time: 0.2,
     suspect: LastingError::new(0.1, 0.1),
+    edge: LastingError::new(0.003, 0.1),
     explained: 2.0,
     unexplained_decay: 0.02,
     unexplained_floor: 1e-6,

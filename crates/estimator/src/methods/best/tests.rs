@@ -39,7 +39,11 @@ proptest! {
         let at = |filters: &BestFilters| {
             let arms = Arms::new(&nominal.robot.geometry, theta[0], theta[1]).expect("inside the stops");
             let equations = filters.equations(&nominal, &inputs, arms, theta).expect("regular");
-            let right = filters.right_side(&nominal, &equations);
+            let mut about = filters.smooth_forces;
+            let value = filters.right_side(&nominal, &equations, &about).value;
+            about.normal = equations.inverse.solve(&value);
+            about.traction = filters.tractions(&nominal).map(|t| t.value);
+            let right = filters.right_side(&nominal, &equations, &about);
             (equations, right)
         };
         let (equations, right) = at(&filters);

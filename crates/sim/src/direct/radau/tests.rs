@@ -34,7 +34,7 @@ where
         *y
     }
 
-    fn longest_step(&self, _: &SVector<f64, N>) -> f64 {
+    fn longest_step(&self, _: f64, _: &SVector<f64, N>) -> f64 {
         self.longest_step
     }
 }

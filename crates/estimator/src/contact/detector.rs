@@ -1,0 +1,270 @@
+//! Detection of the contact state of one wheel from its normal force and the residuals of its rolling constraints.
+
+use super::state::{ContactEstimate, ContactState};
+use crate::visit::visit_fields;
+
+/// Residuals of the rolling constraints of one wheel at one sample, before they correct any state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct RollingResiduals {
+    /// Speed of the wheel's centre away from the ground, m/s.
+    pub away: f64,
+    /// Standard deviation of `away` at a single sample, m/s.
+    pub away_sigma: f64,
+    /// Slip of the wheel. `None` without a rim speed.
+    pub slip: Option<SlipResidual>,
+}
+
+/// Slip of a wheel at one sample: rim speed less the speed of the centre along the ground, in two parts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct SlipResidual {
+    /// The part that creep does not explain, m/s.
+    pub beyond_creep: f64,
+    /// The part that creep explains: creep speed times T/N, m/s.
+    pub creep: f64,
+    /// Standard deviation of the slip from the gyroscope alone, m/s.
+    pub noise: f64,
+}
+
+/// What shows the contact state of a wheel at one sample.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ContactEvidence {
+    /// N, before the bound N >= 0, over the mean wheel load, -.
+    pub load: f64,
+    /// T/N, -.
+    pub ratio: f64,
+    /// `None` where the constraints do not apply: the wheel carries no load, or no time has passed.
+    pub rolling: Option<RollingResiduals>,
+}
+
+/// Detects the contact state of one wheel.
+///
+/// - In the air: N is below a twentieth of the mean load.
+/// - Two contacts: the wheel's centre leaves the direction of its contact angle, as it does only while riser and tread
+///   share the load.
+/// - Sliding: the slip is [`Self::SLIDING`] times the creep of its T/N, and in its direction.
+///
+/// Each state begins and ends when its condition has held for some time, and ends at another threshold than it begins
+/// (hysteresis). The values are engineering choices for sensors of the typical grade; `docs/estimators.md` has what
+/// they reach.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct ContactDetector {
+    air: Switch,
+    two: Switch,
+    sliding: Switch,
+    /// Low-pass filtered slip beyond creep, m/s.
+    beyond_creep: f64,
+}
+
+visit_fields!(ContactDetector: air, two, sliding, beyond_creep);
+
+impl ContactDetector {
+    /// Load over the mean wheel load below which a wheel is in the air, and above which it has landed, -.
+    const UNLOADED: [f64; 2] = [0.05, 0.10];
+    /// Time for which the load has to be there, s.
+    const AIR_TIME: f64 = 0.002;
+    /// Size of the speed away from the ground, in standard deviations, beyond which a wheel has two contacts, and below
+    /// which it has one again.
+    const AWAY: [f64; 2] = [6.0, 3.0];
+    /// Time for which it has to be below, s.
+    const ONE_CONTACT_TIME: f64 = 0.02;
+    /// Slip over creep above which a wheel slides, and below which it grips again, -. With ADAMS's friction law the
+    /// slip at the peak of T/N is 1.5 times the creep at that T/N.
+    const SLIDING: [f64; 2] = [1.5, 1.4];
+    /// Least slip beyond creep of a wheel that begins to slide, and of one that slides, m/s: the error of the estimated
+    /// speed.
+    const LEAST_SLIP: [f64; 2] = [0.005, 0.004];
+    /// The same in standard deviations of the gyroscope's part.
+    const LEAST_SIGMAS: f64 = 3.0;
+    /// T/N below which no wheel counts as sliding, -: ground with less friction carries no robot. A slip that shows
+    /// there comes from a wrong velocity, as after an impact.
+    const LEAST_RATIO: f64 = 0.15;
+    /// Times for which the slip has to be there, and to be gone, s.
+    const SLIDING_TIME: [f64; 2] = [0.005, 0.008];
+    /// Time constant of the slip's low pass, s.
+    const SMOOTHING: f64 = 0.003;
+
+    /// Takes the evidence of one sample, `dt` seconds after the last.
+    pub fn update(&mut self, evidence: &ContactEvidence, dt: f64) -> ContactEstimate {
+        let in_air = self.air.on;
+        let load = Self::UNLOADED[usize::from(in_air)];
+        let change = (evidence.load < load) != in_air;
+        self.air.update(change, Self::AIR_TIME, dt);
+
+        match &evidence.rolling {
+            Some(rolling) if !self.air.on => {
+                self.update_two(rolling, dt);
+                self.update_sliding(rolling.slip.as_ref(), evidence.ratio, dt);
+            }
+            _ => {
+                self.two = Switch::default();
+                self.sliding = Switch::default();
+                self.beyond_creep = 0.0;
+            }
+        }
+        ContactEstimate {
+            state: match (self.air.on, self.two.on) {
+                (true, _) => ContactState::InAir,
+                (false, true) => ContactState::TwoContacts,
+                (false, false) => ContactState::OneContact,
+            },
+            sliding: self.sliding.on,
+        }
+    }
+
+    fn update_two(&mut self, rolling: &RollingResiduals, dt: f64) {
+        let away = rolling.away.abs();
+        let [begins, ends] = Self::AWAY.map(|gate| gate * rolling.away_sigma);
+        if self.two.on {
+            self.two.update(away < ends, Self::ONE_CONTACT_TIME, dt);
+        } else {
+            self.two.update(away > begins, 0.0, dt);
+        }
+    }
+
+    fn update_sliding(&mut self, slip: Option<&SlipResidual>, ratio: f64, dt: f64) {
+        let Some(slip) = slip.filter(|slip| slip.beyond_creep.is_finite()) else {
+            self.sliding = Switch::default();
+            self.beyond_creep = 0.0;
+            return;
+        };
+        let weight = dt / (Self::SMOOTHING + dt);
+        self.beyond_creep += weight * (slip.beyond_creep - self.beyond_creep);
+        let (beyond, creep) = (self.beyond_creep, slip.creep);
+        let k = usize::from(self.sliding.on);
+        let least = Self::LEAST_SLIP[k].max(Self::LEAST_SIGMAS * slip.noise);
+        // In these forms a NaN does not slide.
+        let slides = (beyond + creep).abs() > Self::SLIDING[k] * creep.abs()
+            && beyond.abs() > least
+            && beyond * creep > 0.0
+            && ratio.abs() > Self::LEAST_RATIO;
+        self.sliding
+            .update(slides != self.sliding.on, Self::SLIDING_TIME[k], dt);
+    }
+}
+
+/// A condition that changes when its opposite has held for some time without a break.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Switch {
+    on: bool,
+    /// Time for which the opposite has held, s.
+    time: f64,
+}
+
+visit_fields!(Switch: on, time);
+
+impl Switch {
+    /// Rounding of the times between samples, s.
+    const ROUNDING: f64 = 1e-9;
+
+    /// `opposite`: whether the opposite of the present condition holds at this sample, `dt` seconds after the last. It
+    /// changes after `hold`, s.
+    fn update(&mut self, opposite: bool, hold: f64, dt: f64) {
+        if !opposite {
+            self.time = 0.0;
+            return;
+        }
+        self.time += dt;
+        if self.time >= hold - Self::ROUNDING {
+            self.on = !self.on;
+            self.time = 0.0;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DT: f64 = 1e-3;
+
+    /// A wheel that rolls with a load, a slip beyond creep (m/s) and a speed away from the ground in standard
+    /// deviations.
+    fn rolling(load: f64, beyond_creep: f64, away: f64) -> ContactEvidence {
+        ContactEvidence {
+            load,
+            ratio: 0.5,
+            rolling: Some(RollingResiduals {
+                away: 1e-3 * away,
+                away_sigma: 1e-3,
+                slip: Some(SlipResidual {
+                    beyond_creep,
+                    creep: 0.0075,
+                    noise: 5e-4,
+                }),
+            }),
+        }
+    }
+
+    /// The time (ms) from which on the state satisfies `reached`, over 100 ms.
+    fn time_until(
+        detector: &mut ContactDetector,
+        evidence: ContactEvidence,
+        reached: impl Fn(ContactEstimate) -> bool,
+    ) -> Option<usize> {
+        (1..=100).find(|_| reached(detector.update(&evidence, DT)))
+    }
+
+    /// Each state begins and ends within 20 ms of its condition: two contacts begin at the first sample, no other
+    /// change is made at a single one.
+    #[test]
+    fn states_begin_and_end_after_their_times() {
+        let mut detector = ContactDetector::default();
+        let normal = rolling(1.0, 0.0, 0.5);
+        let one = |e: ContactEstimate| e == ContactEstimate::default();
+        assert_eq!(time_until(&mut detector, normal, one), Some(1));
+        let air = ContactEvidence {
+            rolling: None,
+            ..rolling(0.01, 0.0, 0.0)
+        };
+        let in_air = |e: ContactEstimate| e.state == ContactState::InAir;
+        assert_eq!(time_until(&mut detector, air, in_air), Some(2));
+        assert_eq!(time_until(&mut detector, normal, one), Some(2));
+        let leaves = rolling(1.0, 0.0, 7.0);
+        let two = |e: ContactEstimate| e.state == ContactState::TwoContacts;
+        assert_eq!(time_until(&mut detector, leaves, two), Some(1));
+        assert_eq!(time_until(&mut detector, normal, one), Some(20));
+        // A step of 30 mm/s passes 5 mm/s in the low pass at the first sample.
+        let slips = rolling(1.0, 0.03, 0.5);
+        let sliding = |e: ContactEstimate| e.sliding;
+        assert_eq!(time_until(&mut detector, slips, sliding), Some(5));
+        // It is below 4 mm/s from the seventh sample on, and has to stay there for 8.
+        assert_eq!(time_until(&mut detector, normal, one), Some(14));
+    }
+
+    /// Between the two thresholds the state stays what it was.
+    #[test]
+    fn between_its_thresholds_a_state_stays() {
+        let between = rolling(0.07, 0.0045, 4.0);
+        let mut detector = ContactDetector::default();
+        for _ in 0..100 {
+            assert_eq!(detector.update(&between, DT), ContactEstimate::default());
+        }
+        let on = rolling(1.0, 0.03, 9.0);
+        for _ in 0..10 {
+            detector.update(&on, DT);
+        }
+        for _ in 0..100 {
+            let found = detector.update(&between, DT);
+            assert!(found.sliding && found.state == ContactState::TwoContacts);
+        }
+    }
+
+    /// Slip against the traction and slip without traction are no sliding; and a NaN changes nothing.
+    #[test]
+    fn what_is_no_sliding() {
+        let mut without_traction = rolling(1.0, 0.03, 0.5);
+        without_traction.ratio = 0.1;
+        for evidence in [rolling(1.0, -0.03, 0.5), without_traction] {
+            let mut detector = ContactDetector::default();
+            for _ in 0..100 {
+                assert!(!detector.update(&evidence, DT).sliding);
+            }
+        }
+        let nan = rolling(f64::NAN, f64::NAN, f64::NAN);
+        let mut detector = ContactDetector::default();
+        for _ in 0..100 {
+            assert_eq!(detector.update(&nan, DT), ContactEstimate::default());
+        }
+        assert_eq!(detector, ContactDetector::default());
+    }
+}
