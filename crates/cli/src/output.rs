@@ -280,7 +280,9 @@ fn is_of_a_run(name: &str, scene: &str) -> bool {
 
 /// The estimator of a table.
 fn estimator(table: &str) -> Option<&str> {
-    let name = table.strip_prefix("estimate-")?;
+    let name = ["estimate-", "ground-"]
+        .into_iter()
+        .find_map(|start| table.strip_prefix(start))?;
     let name = TABLE_ENDS.iter().find_map(|end| name.strip_suffix(end))?;
     // Labels have no dot.
     (!name.is_empty() && !name.contains('.')).then_some(name)

@@ -3,6 +3,7 @@
 use crate::estimate::{Estimate, EstimateError};
 use crate::flags::Flags;
 use crate::frame::{Inputs, Instant, LONGEST_GAP, SHORTEST_STEP, SensorFrame};
+use crate::ground::{GroundMemory, GroundPoint};
 use crate::methods::{BestFilters, PaperFilters};
 use crate::nominal::Nominal;
 use crate::saved::{NUMBERS, RestoreError, SavedState};
@@ -40,10 +41,25 @@ enum FilterState {
 }
 
 impl FilterState {
-    /// The robot may be moving: for a start after a gap. The paper's filters do not assume rest.
-    fn forget_motion(&mut self) {
-        if let Self::Best(filters) = self {
+    /// For a start after a gap: the robot may be moving, and the section of the ground of `before` ends. The paper's filters do
+    /// not assume rest.
+    fn start_after(&mut self, before: &Self) {
+        if let (Self::Best(filters), Self::Best(before)) = (self, before) {
             filters.forget_motion();
+            filters.end_ground(before);
+        }
+    }
+
+    fn forget_left_ground(&mut self) {
+        if let Self::Best(filters) = self {
+            filters.forget_left_ground();
+        }
+    }
+
+    fn ground(&self) -> Option<&GroundMemory> {
+        match self {
+            Self::Paper(_) => None,
+            Self::Best(filters) => Some(filters.ground()),
         }
     }
 }
@@ -153,8 +169,9 @@ impl Estimator {
             dt = 0.0;
         }
         if dt > LONGEST_GAP {
-            self.state.filters = filters(&self.nominal.robot, &self.nominal.settings);
-            self.state.filters.forget_motion();
+            let mut fresh = filters(&self.nominal.robot, &self.nominal.settings);
+            fresh.start_after(&self.state.filters);
+            self.state.filters = fresh;
             flags |= Flags::SENSOR_STALE;
             dt = 0.0;
         }
@@ -176,6 +193,38 @@ impl Estimator {
         }
     }
 
+    /// The ground in memory, from rear to front: what the wheels have passed since they were about as far apart as they are
+    /// now, a little more than the robot's length. A point is there as soon as the first wheel has passed it. Later wheels
+    /// correct it until it leaves the memory: see [`Self::completed_ground`]. The paper's methods have none.
+    ///
+    /// Points are at equal distances along x, 10 mm for the default robot. Places that no wheel has touched, such as the foot of
+    /// a kerb, have none.
+    pub fn ground(&self) -> impl Iterator<Item = GroundPoint> + '_ {
+        let memory = self.state.filters.ground();
+        memory.into_iter().flat_map(GroundMemory::points)
+    }
+
+    /// The points of the ground that left the memory with the last update, in their final form. All wheels have passed them. To
+    /// keep the whole profile, append them after every update, and [`Self::ground`] at the end.
+    ///
+    /// A robot that comes back to a place gives its points again.
+    pub fn completed_ground(&self) -> impl Iterator<Item = GroundPoint> + '_ {
+        let memory = self.state.filters.ground();
+        memory.into_iter().flat_map(GroundMemory::completed)
+    }
+
+    /// Angle of the ground at a place along the path (m), rad, and its standard deviation for a wheel that comes to that place
+    /// now. `None` where the ground is not in memory.
+    pub fn ground_slope(&self, x: f64) -> Option<(f64, f64)> {
+        self.state.filters.ground()?.slope_at(x)
+    }
+
+    /// Places of the contacts of front, middle and rear wheel along the path, m, in the frame of [`Self::ground`]. `None` before
+    /// the robot has moved, and from the paper's methods.
+    pub fn wheel_places(&self) -> Option<[f64; 3]> {
+        self.state.filters.ground()?.wheel_places()
+    }
+
     /// Sets the time of a frame, s. Returns the time since the last frame (s; 0 at the first), and the flag of a clock that
     /// was set back.
     fn advance_clock(&mut self, now: f64) -> Result<(f64, Flags), EstimateError> {
@@ -183,14 +232,18 @@ impl Estimator {
         let mut dt = if self.state.started { now - last } else { 0.0 };
         let mut flags = Flags::NONE;
         if dt < -LONGEST_GAP && now.is_finite() {
-            self.state = State::new(&self.nominal.robot, &self.nominal.settings);
-            self.state.filters.forget_motion();
+            let mut fresh = State::new(&self.nominal.robot, &self.nominal.settings);
+            fresh.filters.start_after(&self.state.filters);
+            self.state = fresh;
             flags = Flags::SENSOR_STALE;
             dt = 0.0;
         }
         // Written so that a NaN fails too.
         if !(now.is_finite() && (dt >= SHORTEST_STEP || !self.state.started)) {
             return Err(EstimateError::Time { last, now });
+        }
+        if self.state.started {
+            self.state.filters.forget_left_ground();
         }
         self.state.time = now;
         self.state.started = true;

@@ -32,6 +32,7 @@
 //! | top | [`Estimator`], frames, settings, estimates, flags, saved states |
 //! | [`statics`] | eqs. (1) to (8), arms, loads, least squares, sensitivity |
 //! | [`filters`] | from readings over time to angles, torques, motion and errors |
+//! | `ground/` | memory of the ground |
 //! | `contact/` | velocity of a wheel relative to the ground, creep, contact state |
 //! | `methods/` | the paper's method and `best`: filters and statics put together |
 //!
@@ -74,6 +75,7 @@ mod estimator;
 pub mod filters;
 mod flags;
 mod frame;
+mod ground;
 mod methods;
 mod nominal;
 mod saved;
@@ -88,6 +90,7 @@ pub use estimate::{Estimate, EstimateError, Parity, ReadingErrors};
 pub use estimator::Estimator;
 pub use flags::Flags;
 pub use frame::{LinkReading, SensorFrame};
+pub use ground::GroundPoint;
 pub use saved::{RestoreError, SavedState};
 pub use settings::{
     ContactAngles, EstimatorSettings, Filters, KalmanMethod, Masses, Method, NoiseBudget,

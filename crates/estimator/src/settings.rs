@@ -173,6 +173,9 @@ pub struct EstimatorSettings {
     pub method: Method,
     /// Nominal viscous damping B of the wheel module, N m s.
     pub viscous_damping: f64,
+    /// Nominal compression of wheel and ground at the mean wheel load, m: a wheel rolls with its radius less this. Measured by
+    /// driving a known distance. Only the places of the ground use it ([`crate::Estimator::ground`]).
+    pub compression: f64,
     /// Row scaling of eq. (8): moments count as forces at this lever, m. 1 m leaves N and N m as they are, as the paper
     /// does. The result of an unweighted least squares depends on it.
     pub moment_lever: f64,
@@ -209,6 +212,7 @@ impl EstimatorSettings {
             masses: Masses::True,
             method: Method::Paper(PaperMethod::DEFAULT),
             viscous_damping: 0.15,
+            compression: 0.0,
             moment_lever: 1.0,
             nonnegative: false,
             budget: NoiseBudget::typical(),

@@ -20,6 +20,18 @@ impl Visit for bool {
     }
 }
 
+/// Whole numbers up to 2^53 are exact.
+impl Visit for i64 {
+    fn visit(&mut self, f: &mut impl FnMut(&mut f64)) {
+        #[expect(clippy::cast_precision_loss, reason = "stated above")]
+        let mut number = *self as f64;
+        f(&mut number);
+        #[expect(clippy::cast_possible_truncation, reason = "stated above")]
+        let whole = number as i64;
+        *self = whole;
+    }
+}
+
 impl<T: Visit, const N: usize> Visit for [T; N] {
     fn visit(&mut self, f: &mut impl FnMut(&mut f64)) {
         for item in self {

@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | tables of truth, readings and estimates | `truth`, `sensors`, `estimate-NAME`, `.parquet` or `.csv` | [`TableSink`] |
 //! | the ground | `terrain`, `.parquet` or `.csv` | [`TableSink`] |
+//! | the ground that an estimator has found | `ground-NAME`, `.parquet` or `.csv` | [`TableSink`] |
 //! | the tables of a run that is going on or was killed | `.arrows` in place of `.parquet` | [`TableSink`], [`recover`] |
 //! | errors of each estimator | `summary.json` | [`SummarySink`], [`Summary`] |
 //! | Figs. 5 to 8 of the paper, all estimators, the path | `fig5_linkage.svg`, `fig5_linkage.pdf`, ... | [`FigureSink`] |
@@ -16,9 +17,12 @@ mod append;
 mod columns;
 mod csv_table;
 mod error;
+mod felt_ground;
 mod figures;
 mod format;
+mod ground_table;
 mod parquet_table;
+mod point_table;
 mod report;
 mod stream_table;
 mod summary;
@@ -44,6 +48,58 @@ mod tests {
     use super::*;
     use crate::testing::scene;
     use robhaz_run::RunError;
+
+    /// A robot that drives leaves the ground in table, figure and summary. On level ground with exact readings the profile is level:
+    /// 1 mm is ten times what was found.
+    #[test]
+    fn a_moving_run_leaves_its_ground() -> Result<(), RunError> {
+        let mut scene = scene();
+        scene.record.duration = 4.0;
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut tables = TableSink::new(folder.path(), TableFormat::Csv);
+        let mut figures = FigureSink::new(folder.path());
+        let mut summary = SummarySink::new();
+        robhaz_run::run(&scene, &mut [&mut tables, &mut figures, &mut summary])?;
+        let summary = summary.summary().expect("a finished run");
+        let ground = |k: usize| summary.estimators[k].ground;
+        assert_eq!((ground(0), ground(1)), (None, None));
+        let errors = ground(2).expect("the last one finds ground");
+        assert!(
+            errors.points > 80 && errors.height_rmse_m < 1e-3,
+            "{errors:?}"
+        );
+
+        let mut table =
+            csv::Reader::from_path(folder.path().join("ground-mine.csv")).expect("a table");
+        let names = table.headers().expect("names").clone();
+        let rows: Vec<Vec<f64>> = table
+            .records()
+            .map(|row| {
+                row.expect("a row")
+                    .iter()
+                    .map(|cell| cell.parse().expect("a number"))
+                    .collect()
+            })
+            .collect();
+        assert_eq!(rows.len() as u64, errors.points);
+        let column = |name: &str| names.iter().position(|n| n == name).expect("a column");
+        let (y, sigma, truth) = (column("y"), column("sigma_y"), column("true_y"));
+        assert!(
+            rows.iter()
+                .all(|row| row[truth] == 0.0 && row[y].abs() < 2.0 * row[sigma] + 1e-3)
+        );
+        let columns = std::fs::read_to_string(folder.path().join("columns.csv")).expect("columns");
+        assert!(
+            columns.contains("ground-mine,sigma_slope,rad,"),
+            "{columns}"
+        );
+        for ending in ["svg", "pdf"] {
+            let name = format!("ground_mine.{ending}");
+            assert!(folder.path().join(&name).is_file(), "{name}");
+            assert!(FigureSink::can_write(&name, &["mine"]));
+        }
+        Ok(())
+    }
 
     /// All sinks on a run of the real loop: everything is there, and twice the same.
     #[test]

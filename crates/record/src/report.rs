@@ -225,6 +225,7 @@ mod tests {
             stated: None,
             coverage: None,
             nees: None,
+            ground: None,
             samples: 90,
             missing,
             two_contacts: 0,

@@ -3,7 +3,9 @@
 use crate::columns::Table;
 use crate::csv_table::{CsvTable, write_columns};
 use crate::error::{RecordError, check_name, io_error};
+use crate::felt_ground::FeltGrounds;
 use crate::format::TableFormat;
+use crate::ground_table::write_grounds;
 use crate::parquet_table::{TornEnd, write_parquet};
 use crate::stream_table::StreamTable;
 use crate::terrain_table::write_terrain;
@@ -17,8 +19,9 @@ enum Writer {
     Csv(CsvTable),
 }
 
-/// Writes the tables `truth`, `sensors`, `estimate-NAME` and `terrain` of a run into a folder. Recorded readings have neither
-/// `truth` nor `terrain`.
+/// Writes the tables `truth`, `sensors`, `estimate-NAME`, `ground-NAME` and `terrain` of a run into a folder. Recorded readings have
+/// neither `truth` nor `terrain`. An estimator that finds no ground has no table `ground-NAME`; it is written at the end of the
+/// run, because points change until the robot has left them.
 ///
 /// While the run goes on, a Parquet table is a stream of Arrow batches (`.arrows`), to which rows go at least every simulated
 /// second; the end of the run makes Parquet of it and removes the stream. CSV tables grow in the same steps. So a run that
@@ -27,6 +30,8 @@ pub struct TableSink {
     folder: PathBuf,
     format: TableFormat,
     writers: Vec<Writer>,
+    /// The ground that the estimators find: its tables are written at the end.
+    grounds: Option<(RunDescription, FeltGrounds)>,
     /// A row could not be written. The streams stay as they are.
     failed: bool,
 }
@@ -38,6 +43,7 @@ impl TableSink {
             folder: folder.to_path_buf(),
             format,
             writers: Vec::new(),
+            grounds: None,
             failed: false,
         }
     }
@@ -52,10 +58,8 @@ impl TableSink {
         if self.format == TableFormat::Csv {
             write_columns(folder, &tables)?;
         }
-        let metadata = [
-            ("scene", run.name.clone()),
-            ("robhaz_version", env!("CARGO_PKG_VERSION").to_owned()),
-        ];
+        let metadata = metadata(run);
+        self.grounds = Some((run.clone(), FeltGrounds::new(run)));
         write_terrain(folder, self.format, run, &metadata)?;
         self.writers = tables
             .into_iter()
@@ -69,6 +73,9 @@ impl TableSink {
     }
 
     fn push(&mut self, frame: &Frame<'_>) -> Result<(), RecordError> {
+        if let Some((_, grounds)) = &mut self.grounds {
+            grounds.add(frame);
+        }
         for writer in &mut self.writers {
             match writer {
                 Writer::Stream(table) => table.push(frame)?,
@@ -77,6 +84,22 @@ impl TableSink {
         }
         Ok(())
     }
+
+    fn write_grounds(&mut self, end: Option<&RunEnd>) -> Result<(), RecordError> {
+        let Some((run, mut grounds)) = self.grounds.take() else {
+            return Ok(());
+        };
+        grounds.finish(end);
+        write_grounds(&self.folder, self.format, &run, &grounds, &metadata(&run))
+    }
+}
+
+/// What a file says of its run.
+fn metadata(run: &RunDescription) -> [(&'static str, String); 2] {
+    [
+        ("scene", run.name.clone()),
+        ("robhaz_version", env!("CARGO_PKG_VERSION").to_owned()),
+    ]
 }
 
 impl Sink for TableSink {
@@ -90,7 +113,7 @@ impl Sink for TableSink {
         Ok(pushed?)
     }
 
-    fn end(&mut self, _: Option<&RunEnd>) -> Result<(), SinkError> {
+    fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
         // One table that cannot be closed must not keep the others open.
         let mut first_failure = None;
         let mut streams = Vec::new();
@@ -110,6 +133,9 @@ impl Sink for TableSink {
         // Where rows did not fit, their Parquet file would not either.
         if first_failure.is_none() && !self.failed {
             first_failure = convert(&streams, &self.folder).err();
+        }
+        if first_failure.is_none() && !self.failed {
+            first_failure = self.write_grounds(end).err();
         }
         match first_failure {
             Some(error) => Err(error.into()),

@@ -1,21 +1,11 @@
 //! The table `terrain`: the ground of a run.
 
-use crate::error::{RecordError, io_error};
+use crate::error::RecordError;
 use crate::format::TableFormat;
-use arrow_array::{ArrayRef, Float64Array, RecordBatch};
-use arrow_schema::{DataType, Field, Schema};
-use parquet::arrow::ArrowWriter;
-use parquet::basic::Compression;
-use parquet::errors::Result as ParquetResult;
-use parquet::file::metadata::KeyValue;
-use parquet::file::properties::WriterProperties;
+use crate::point_table::{PointColumn, write_points};
 use robhaz_run::{RunDescription, World};
 use robhaz_terrain::{Profile, Surveyed};
-use std::collections::HashMap;
-use std::fs::{File, OpenOptions};
-use std::io::{self, BufWriter, Write};
 use std::path::Path;
-use std::sync::Arc;
 
 const NAME: &str = "terrain";
 /// Largest distance of rows on a curve, m: a twentieth of a wheel's radius.
@@ -25,29 +15,35 @@ const MOST: f64 = 1e6;
 /// Ground before and behind the reach of the run and the profile, m.
 const MARGIN: f64 = 1.0;
 
-/// A column: name, unit, description, and its value.
-type Column = (
-    &'static str,
-    &'static str,
-    &'static str,
-    fn(&Surveyed) -> Option<f64>,
-);
-
-const COLUMNS: [Column; 4] = [
-    ("x", "m", "position along the ground", |p| Some(p.x)),
-    ("height", "m", "height of the ground", |p| Some(p.height)),
-    (
-        "slope",
-        "1",
-        "dy/dx; two rows at one x where it jumps, empty on a riser",
-        |p| p.slope,
-    ),
-    (
-        "curvature",
-        "1/m",
-        "y''/(1 + y'^2)^(3/2), positive in hollows; empty on a riser",
-        |p| p.curvature,
-    ),
+const COLUMNS: [PointColumn<Surveyed>; 4] = [
+    PointColumn {
+        name: "x",
+        unit: "m",
+        description: "position along the ground",
+        nullable: false,
+        get: |p| Some(p.x),
+    },
+    PointColumn {
+        name: "height",
+        unit: "m",
+        description: "height of the ground",
+        nullable: false,
+        get: |p| Some(p.height),
+    },
+    PointColumn {
+        name: "slope",
+        unit: "1",
+        description: "dy/dx; two rows at one x where it jumps, empty on a riser",
+        nullable: true,
+        get: |p| p.slope,
+    },
+    PointColumn {
+        name: "curvature",
+        unit: "1/m",
+        description: "y''/(1 + y'^2)^(3/2), positive in hollows; empty on a riser",
+        nullable: true,
+        get: |p| p.curvature,
+    },
 ];
 
 /// Writes the table, and with CSV its lines of `columns.csv`, which is there already. Recorded readings have no ground.
@@ -61,22 +57,7 @@ pub fn write_terrain(
         return Ok(());
     };
     let points = survey(run, world);
-    match format {
-        TableFormat::Parquet => {
-            let path = folder.join(format!("{NAME}.parquet"));
-            let file = File::create(&path).map_err(io_error("create", &path))?;
-            write_parquet(file, &points, metadata).map_err(|source| RecordError::Parquet {
-                path: path.clone(),
-                source,
-            })
-        }
-        TableFormat::Csv => {
-            let path = folder.join(format!("{NAME}.csv"));
-            write_csv(&path, &points).map_err(io_error("write", &path))?;
-            let path = folder.join("columns.csv");
-            add_columns(&path).map_err(io_error("write", &path))
-        }
-    }
+    write_points(folder, format, NAME, &COLUMNS, &points, metadata)
 }
 
 /// The ground of the profile and as far as the wheels can come at the set speed.
@@ -102,67 +83,23 @@ fn survey(run: &RunDescription, world: &World) -> Vec<Surveyed> {
     terrain.survey(from, to, SPACING.max((to - from) / MOST))
 }
 
-fn write_parquet(
-    file: File,
-    points: &[Surveyed],
-    metadata: &[(&str, String)],
-) -> ParquetResult<()> {
-    let field = |(name, unit, description, _): &Column| {
-        let nullable = ["slope", "curvature"].contains(name);
-        Field::new(*name, DataType::Float64, nullable).with_metadata(HashMap::from([
-            ("unit".to_owned(), (*unit).to_owned()),
-            ("description".to_owned(), (*description).to_owned()),
-        ]))
-    };
-    let schema = Arc::new(Schema::new(COLUMNS.iter().map(field).collect::<Vec<_>>()));
-    let array = |(_, _, _, value): &Column| -> ArrayRef {
-        Arc::new(points.iter().map(value).collect::<Float64Array>())
-    };
-    let batch = RecordBatch::try_new(Arc::clone(&schema), COLUMNS.iter().map(array).collect())?;
-    let metadata = metadata
-        .iter()
-        .map(|(key, value)| KeyValue::new((*key).to_owned(), value.clone()));
-    let properties = WriterProperties::builder()
-        .set_compression(Compression::SNAPPY)
-        .set_key_value_metadata(Some(metadata.collect()))
-        .build();
-    let mut writer = ArrowWriter::try_new(file, schema, Some(properties))?;
-    writer.write(&batch)?;
-    writer.close()?;
-    Ok(())
-}
-
-fn write_csv(path: &Path, points: &[Surveyed]) -> io::Result<()> {
-    let mut out = BufWriter::new(File::create(path)?);
-    writeln!(out, "{}", COLUMNS.map(|c| c.0).join(","))?;
-    for point in points {
-        let cell = |c: Column| c.3(point).map_or(String::new(), |value| format!("{value:?}"));
-        writeln!(out, "{}", COLUMNS.map(cell).join(","))?;
-    }
-    out.flush()
-}
-
-fn add_columns(path: &Path) -> io::Result<()> {
-    let mut out = OpenOptions::new().append(true).open(path)?;
-    for (name, unit, description, _) in COLUMNS {
-        writeln!(out, "{NAME},{name},{unit},\"{description}\"")?;
-    }
-    Ok(())
-}
-
 /// The lines of `columns.csv` on this table.
 #[cfg(test)]
 pub fn rows_of_columns() -> impl Iterator<Item = Vec<String>> {
-    COLUMNS.into_iter().map(|(name, unit, description, _)| {
-        [NAME, name, unit, description].map(str::to_owned).to_vec()
+    COLUMNS.iter().map(|c| {
+        [NAME, c.name, c.unit, c.description]
+            .map(str::to_owned)
+            .to_vec()
     })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use arrow_array::Array;
     use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
     use robhaz_terrain::Terrain;
+    use std::fs::File;
 
     /// Both formats hold the same ground, a riser without slope, and reach as far as the run.
     #[test]
@@ -189,14 +126,19 @@ mod tests {
             .records()
             .map(|r| r.expect("a row").iter().map(|c| c.parse().ok()).collect())
             .collect();
-        let row = |p: &Surveyed| COLUMNS.map(|c| c.3(p)).to_vec();
-        assert_eq!(rows, expected.iter().map(row).collect::<Vec<_>>());
+        let row = |p: &Surveyed| COLUMNS.iter().map(|c| (c.get)(p)).collect();
+        let expected_rows: Vec<Vec<_>> = expected.iter().map(row).collect();
+        assert_eq!(rows, expected_rows);
 
         let file = File::open(folder.path().join("terrain.parquet")).expect("the table");
         let builder = ParquetRecordBatchReaderBuilder::try_new(file).expect("a footer");
-        for (name, unit, _, _) in COLUMNS {
-            let field = builder.schema().field_with_name(name).expect("a field");
-            assert_eq!(field.metadata().get("unit").map(String::as_str), Some(unit));
+        for column in &COLUMNS {
+            let field = builder
+                .schema()
+                .field_with_name(column.name)
+                .expect("a field");
+            let unit = field.metadata().get("unit").map(String::as_str);
+            assert_eq!(unit, Some(column.unit));
         }
         let batches: Vec<_> = builder.build().expect("a reader").collect();
         let batch = batches[0].as_ref().expect("rows");

@@ -4,7 +4,7 @@ use robhaz_estimator::{
     Estimate, EstimateError, EstimatorSettings, Flags, LinkReading, SensorFrame,
 };
 use robhaz_model::{Pin, Posture, Vec2};
-use robhaz_run::{Frame, RunDescription};
+use robhaz_run::{FeltGround, Frame, RunDescription};
 use robhaz_scene::{EstimatorChoice, RecordChoice, Scene, TerrainChoice};
 use robhaz_sim::{BarTruth, ContactList, ContactTruth, PinTruth, Truth, WheelTruth};
 use robhaz_terrain::Profile;
@@ -23,6 +23,7 @@ impl Record {
             truth: Some(&self.truth),
             sensors: &self.sensors,
             estimates: &self.estimates,
+            ground: FeltGround::default(),
         }
     }
 

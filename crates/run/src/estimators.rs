@@ -1,7 +1,9 @@
 //! The estimators of a run, side by side on the same readings.
 
 use crate::source::sensor_frame;
-use robhaz_estimator::{Estimate, EstimateError, Estimator, EstimatorSettings, SensorFrame};
+use robhaz_estimator::{
+    Estimate, EstimateError, Estimator, EstimatorSettings, GroundPoint, SensorFrame,
+};
 use robhaz_model::Robot;
 use robhaz_scene::{ModelErrorTooLarge, Scene};
 use robhaz_sim::Truth;
@@ -11,6 +13,28 @@ use robhaz_sim::sensors::Sensors;
 pub struct Estimators {
     estimators: Vec<Estimator>,
     estimates: Vec<Result<Estimate, EstimateError>>,
+    completed: Vec<Vec<GroundPoint>>,
+}
+
+/// The ground as the estimators of a run know it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct FeltGround<'a> {
+    estimators: &'a [Estimator],
+    completed: &'a [Vec<GroundPoint>],
+}
+
+impl<'a> FeltGround<'a> {
+    /// Points that left the memory of an estimator since the last record, in their final form: see
+    /// [`Estimator::completed_ground`].
+    pub fn completed(&self, estimator: usize) -> &'a [GroundPoint] {
+        self.completed.get(estimator).map_or(&[], Vec::as_slice)
+    }
+
+    /// Points in the memory of an estimator: see [`Estimator::ground`].
+    pub fn in_memory(&self, estimator: usize) -> impl Iterator<Item = GroundPoint> + 'a {
+        let estimator = self.estimators.get(estimator);
+        estimator.into_iter().flat_map(Estimator::ground)
+    }
 }
 
 impl Estimators {
@@ -20,6 +44,7 @@ impl Estimators {
         let estimators: Vec<_> = settings.map(|s| Estimator::new(robot, s)).collect();
         Self {
             estimates: Vec::with_capacity(estimators.len()),
+            completed: vec![Vec::new(); estimators.len()],
             estimators,
         }
     }
@@ -27,9 +52,35 @@ impl Estimators {
     /// Updates every estimator with the readings of one sample. Returns the estimates in the order of the settings.
     pub fn update(&mut self, frame: &SensorFrame) -> &[Result<Estimate, EstimateError>] {
         self.estimates.clear();
-        let updates = self.estimators.iter_mut().map(|e| e.update(frame));
-        self.estimates.extend(updates);
+        for (estimator, completed) in self.estimators.iter_mut().zip(&mut self.completed) {
+            let estimate = estimator.update(frame);
+            // A refused frame leaves the estimator as it was, with the points of the last one.
+            if !matches!(estimate, Err(EstimateError::Time { .. })) {
+                completed.extend(estimator.completed_ground());
+            }
+            self.estimates.push(estimate);
+        }
         &self.estimates
+    }
+
+    /// The estimates of the last sample.
+    pub fn estimates(&self) -> &[Result<Estimate, EstimateError>] {
+        &self.estimates
+    }
+
+    /// The ground as the estimators know it now.
+    pub fn ground(&self) -> FeltGround<'_> {
+        FeltGround {
+            estimators: &self.estimators,
+            completed: &self.completed,
+        }
+    }
+
+    /// Forgets the completed points of the ground, which a record has given.
+    pub(crate) fn forget_completed(&mut self) {
+        for completed in &mut self.completed {
+            completed.clear();
+        }
     }
 }
 
@@ -58,5 +109,10 @@ impl Observers {
     pub fn observe(&mut self, truth: &Truth) -> (&SensorFrame, &[Result<Estimate, EstimateError>]) {
         let frame = self.frame.insert(sensor_frame(&self.sensors.read(truth)));
         (frame, self.estimators.update(frame))
+    }
+
+    /// The ground as the estimators know it now. Completed points are those since the start.
+    pub fn ground(&self) -> FeltGround<'_> {
+        self.estimators.ground()
     }
 }

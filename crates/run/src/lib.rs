@@ -17,7 +17,7 @@ mod source;
 
 pub use description::{EstimatorDescription, RunDescription, World};
 pub use error::RunError;
-pub use estimators::{Estimators, Observers};
+pub use estimators::{Estimators, FeltGround, Observers};
 pub use sink::{Frame, RunEnd, Sink, SinkError};
 pub use source::{Sample, Simulation, Source, sensor_frame};
 
@@ -120,7 +120,7 @@ impl Run {
             let Some(sample) = self.source.next_sample()? else {
                 return Ok(());
             };
-            let estimates = self.estimators.update(&sample.sensors);
+            self.estimators.update(&sample.sensors);
             self.wall += start.elapsed();
             if !sample.is_record {
                 continue;
@@ -129,11 +129,13 @@ impl Run {
                 time: sample.time,
                 truth: sample.truth.as_ref(),
                 sensors: &sample.sensors,
-                estimates,
+                estimates: self.estimators.estimates(),
+                ground: self.estimators.ground(),
             };
             for sink in sinks.iter_mut() {
                 sink.frame(&frame).map_err(RunError::Sink)?;
             }
+            self.estimators.forget_completed();
             self.time = Some(sample.time);
         }
     }
@@ -141,7 +143,14 @@ impl Run {
     /// How the run ended. `None` without a record.
     fn end(&self, error: Option<&RunError>) -> Option<RunEnd> {
         let last = self.time?;
+        let ground = self.estimators.ground();
+        let remaining = |k: usize| {
+            let completed = ground.completed(k).iter().copied();
+            completed.chain(ground.in_memory(k)).collect()
+        };
+        let count = self.description.estimators.len();
         Some(RunEnd {
+            ground: (0..count).map(remaining).collect(),
             duration: match error {
                 None => self.description.record.duration,
                 Some(_) => last,

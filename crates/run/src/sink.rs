@@ -1,7 +1,8 @@
 //! Receivers of a run's records.
 
 use crate::description::RunDescription;
-use robhaz_estimator::{Estimate, EstimateError, SensorFrame};
+use crate::estimators::FeltGround;
+use robhaz_estimator::{Estimate, EstimateError, GroundPoint, SensorFrame};
 use robhaz_sim::Truth;
 
 /// One record of a run.
@@ -15,6 +16,8 @@ pub struct Frame<'a> {
     pub sensors: &'a SensorFrame,
     /// The estimate of each estimator, in the order of [`RunDescription::estimators`].
     pub estimates: &'a [Result<Estimate, EstimateError>],
+    /// The ground as each estimator knows it, in the same order.
+    pub ground: FeltGround<'a>,
 }
 
 /// How a run ended.
@@ -26,6 +29,9 @@ pub struct RunEnd {
     pub wall: f64,
     /// Mean integration step of the simulation, s. `None` for recorded readings.
     pub step: Option<f64>,
+    /// The ground of each estimator that no record has completed: the rest of the profile, in the order of
+    /// [`RunDescription::estimators`].
+    pub ground: Vec<Vec<GroundPoint>>,
     /// Why the run ended before its source did, for the user. `None` for a complete run.
     pub broken_off: Option<String>,
 }

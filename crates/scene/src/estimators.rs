@@ -68,6 +68,7 @@ impl Keys {
             viscous_damping: self.viscous_damping,
             moment_lever: self.moment_lever,
             nonnegative: self.nonnegative,
+            compression: preset.compression,
             budget: preset.budget,
         }
     }

@@ -247,6 +247,9 @@ impl Scene {
         let settings = estimator.settings;
         EstimatorSettings {
             viscous_damping: self.model_error.nominal_damping(settings.viscous_damping),
+            compression: self
+                .contact
+                .static_penetration(self.robot.robot.mean_wheel_load()),
             budget: self.noise_budget(),
             ..settings
         }

@@ -10,6 +10,7 @@
 //! | NIS | `(r/sigma_r)^2`, r = parity residual before correction | [`Statistics::nis`] |
 //! | coverage | share of errors of N within two stated standard deviations | [`Statistics::coverage`] |
 //! | mu_n | T/N, where N is at least [`LEAST_LOAD`] | [`needed_friction`] |
+//! | errors of the ground | RMSE and coverage of height and slope over the points found | [`GroundErrors`] |
 //! | progress | way, stuck since, spinning time | [`ProgressMeter`] |
 //! | contact states | share of events found within 20 ms, shares of false and missed flags | [`contact`] |
 //! | events | contact lost, two contacts, slip, end stop | [`events`] |
@@ -18,6 +19,7 @@ pub mod contact;
 mod errors;
 pub mod events;
 mod friction;
+mod ground;
 mod progress;
 mod rule;
 mod score;
@@ -26,6 +28,7 @@ mod sum;
 
 pub use errors::{ForceErrors, rms_over_wheels};
 pub use friction::{LEAST_LOAD, needed_friction};
+pub use ground::{GroundErrors, TrueGround, ground_origin};
 pub use progress::{Progress, ProgressMeter};
 pub use rule::{Compared, Inclusion, Rule};
 pub use score::Score;

@@ -1,6 +1,7 @@
 //! Events and state changes of a run, in the form in which the viewer shows them.
 
 use crate::colours::{Colour, NEUTRAL, WHEELS, by_index};
+use crate::felt::FeltFrame;
 use crate::series::WHEEL_NAMES;
 use rerun::components::TextLogLevel;
 use robhaz_estimator::{ContactEstimate, ContactState, Estimate, EstimateError, Flags};
@@ -129,6 +130,8 @@ pub(crate) struct Found {
     pub(crate) contacts: Vec<Change<WheelLane>>,
     /// Changes of the states of estimators.
     pub(crate) estimators: Vec<Change<Confidence>>,
+    /// The ground that the estimator of the animation has found.
+    pub(crate) felt: Vec<FeltFrame>,
 }
 
 impl Found {
@@ -138,6 +141,7 @@ impl Found {
         self.wheels.append(&mut later.wheels);
         self.contacts.append(&mut later.contacts);
         self.estimators.append(&mut later.estimators);
+        self.felt.append(&mut later.felt);
     }
 
     /// Whether there are no events and no changes.
@@ -146,6 +150,7 @@ impl Found {
             && self.wheels.is_empty()
             && self.contacts.is_empty()
             && self.estimators.is_empty()
+            && self.felt.is_empty()
     }
 }
 

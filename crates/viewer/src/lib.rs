@@ -8,6 +8,7 @@
 //! |---|---|
 //! | `world` | the 2-D scene in metres, x forward, y up |
 //! | `world/ground` | the terrain; `stretches`: friction stretches |
+//! | `world/felt/...` | the ground that one estimator has found; `two_sigma`: two standard deviations |
 //! | `world/robot/...` | bars, wheels with spokes, pins P, Q, R, S, the end stops, contact points |
 //! | `world/forces/true/...` | true N and T, as arrows at each contact |
 //! | `world/forces/estimated/...` | N and T of one estimator, as arrows; `two_sigma`: bars |
@@ -35,6 +36,7 @@ mod convert;
 mod error;
 mod event_log;
 mod events;
+mod felt;
 mod forces;
 mod ground;
 mod key;

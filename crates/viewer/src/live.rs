@@ -14,7 +14,7 @@ use rerun::external::re_uri::ProxyUri;
 use rerun::grpc_server::GrpcServerSink;
 use rerun::sink::GrpcSink;
 use robhaz_estimator::{Estimate, EstimateError, SensorFrame};
-use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
+use robhaz_run::{FeltGround, Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_sim::Truth;
 use std::ffi::OsStr;
 use std::net::{SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
@@ -342,6 +342,8 @@ fn show(
                     truth: item.truth.as_ref(),
                     sensors: &item.sensors,
                     estimates: &item.estimates,
+                    // The queue has the ground among what was found.
+                    ground: FeltGround::default(),
                 };
                 recorder.push(&frame, item.due);
                 found.append(item.found);

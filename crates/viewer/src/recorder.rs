@@ -4,6 +4,7 @@ use crate::ViewerError;
 use crate::about;
 use crate::event_log::EventLog;
 use crate::events::{Found, Watch};
+use crate::felt::{self, FeltCollector};
 use crate::key;
 use crate::layout::{self, Playing};
 use crate::scene_view::SceneView;
@@ -16,6 +17,8 @@ use robhaz_run::{EstimatorDescription, Frame, RunDescription};
 
 /// Rate of the animation, Hz of simulated time.
 const FRAME_RATE: f64 = 60.0;
+/// Rate at which the ground that was found is drawn, Hz of simulated time.
+const GROUND_RATE: f64 = 5.0;
 /// Rate of the time series, Hz of simulated time: every eighth record at 1 kHz.
 const SERIES_RATE: f64 = 125.0;
 
@@ -40,8 +43,10 @@ pub(crate) struct Due {
 /// Selects the records to keep, and detects events at every record.
 pub(crate) struct Sampler {
     watch: Watch,
+    felt: FeltCollector,
     next_frame: Ticker,
     next_row: Ticker,
+    next_ground: Ticker,
 }
 
 impl Sampler {
@@ -49,8 +54,10 @@ impl Sampler {
     pub(crate) fn new(run: &RunDescription) -> Self {
         Self {
             watch: Watch::new(run),
+            felt: FeltCollector::new(run, chosen(run)),
             next_frame: Ticker::new(1.0 / FRAME_RATE),
             next_row: Ticker::new(1.0 / SERIES_RATE),
+            next_ground: Ticker::new(1.0 / GROUND_RATE),
         }
     }
 
@@ -58,6 +65,7 @@ impl Sampler {
     pub(crate) fn select(&mut self, frame: &Frame<'_>) -> Option<Due> {
         self.watch.sample(frame);
         let time = frame.time;
+        self.felt.sample(frame, self.next_ground.is_due(time));
         let due = Due {
             view: self.next_frame.is_due(time),
             series: self.next_row.is_due(time),
@@ -67,7 +75,10 @@ impl Sampler {
 
     /// Takes the events since the last call.
     pub(crate) fn take(&mut self) -> Found {
-        self.watch.take()
+        Found {
+            felt: self.felt.take(),
+            ..self.watch.take()
+        }
     }
 
     /// Takes the remaining events at the end of the run. `complete` is false if the run broke off.
@@ -115,6 +126,11 @@ impl Recorder {
         key::log(&mut out, "key", &key::of_run(run))?;
         if let Some(view) = &view {
             view.declare(&mut out)?;
+            if let Some(estimator) =
+                chosen.filter(|k| run.estimators[*k].settings.states_covariance())
+            {
+                felt::declare(&mut out, estimator)?;
+            }
         }
         log.declare(&mut out)?;
         Ok(Self {
@@ -141,6 +157,7 @@ impl Recorder {
             view.flush(&mut self.out)?;
         }
         self.series.flush(&mut self.out)?;
+        felt::log(&mut self.out, &found.felt)?;
         self.log.log(found, &mut self.out)
     }
 

@@ -11,6 +11,7 @@ use crate::filters::motion::{MeasuredAccelerations, MotionFilter, ParityResidual
 use crate::filters::{LinkAngleKalman, LinkReadings};
 use crate::flags::Flags;
 use crate::frame::{Inputs, Instant, SHORTEST_STEP};
+use crate::ground::{GroundMemory, GroundMotion};
 use crate::nominal::Nominal;
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, NoiseBudget};
 use crate::statics::{
@@ -28,6 +29,7 @@ pub(crate) struct BestFilters {
     links: [LinkAngleKalman; 2],
     wheels: [Wheel; 3],
     motion: MotionFilter,
+    ground: GroundMemory,
     /// Normal forces of the last estimate, before the bound N >= 0, N.
     last_normal_force: [f64; 3],
     /// Tractions of the last estimate, before the bound N >= 0, N.
@@ -61,6 +63,7 @@ impl Visit for BestFilters {
         self.smooth_forces.visit(f);
         self.time_beyond_gate.visit(f);
         self.contact.visit(f);
+        self.ground.visit(f);
     }
 }
 
@@ -81,6 +84,7 @@ impl BestFilters {
             links: [LinkAngleKalman::new(budget); 2],
             wheels: [Wheel::new(); 3],
             motion: MotionFilter::new(budget, method.contact_angles),
+            ground: GroundMemory::new(&robot.geometry),
             last_normal_force: [robot.mean_wheel_load(); 3],
             last_traction: [0.0; 3],
             smooth_forces: SmoothForces {
@@ -98,6 +102,23 @@ impl BestFilters {
             wheel.forget_speed();
         }
         self.motion.forget_velocity();
+    }
+
+    /// The memory of the ground.
+    pub fn ground(&self) -> &GroundMemory {
+        &self.ground
+    }
+
+    /// See [`GroundMemory::forget_left`].
+    pub fn forget_left_ground(&mut self) {
+        self.ground.forget_left();
+    }
+
+    /// Takes over the memory of the ground from `before`, and ends its section.
+    pub fn end_ground(&mut self, before: &Self) {
+        self.ground = before.ground;
+        self.ground.forget_left();
+        self.ground.end_section();
     }
 
     /// The filter of motion and errors.
@@ -120,6 +141,7 @@ impl BestFilters {
         let arms = Arms::new(&nominal.robot.geometry, link_angles[0], link_angles[1])
             .map_err(EstimateError::Linkage)?;
         let rolling = self.update_motion(nominal, instant, &arms);
+        self.update_ground(nominal, instant, &arms);
 
         let equations = self.equations(nominal, instant.inputs, arms, link_angles)?;
         let mut right = self.right_side(nominal, &equations, &self.smooth_forces);
@@ -227,6 +249,30 @@ impl BestFilters {
             found[i] = self.contact[i].update(&evidence, dt);
         }
         found
+    }
+
+    /// Advances the memory of the ground, in the posture of `arms`.
+    fn update_ground(&mut self, nominal: &Nominal, instant: &Instant<'_>, arms: &Arms) {
+        let (robot, budget) = (&nominal.robot, &nominal.settings.budget);
+        let least = EstimatorSettings::UNLOADED * robot.mean_wheel_load();
+        let touches = |i: usize| self.last_normal_force[i] > least && !self.motion.is_suspect(i);
+        let angle = |i: usize| {
+            let (_, sigma) = self.motion.contact_angle_error(i);
+            (self.contact_angle(i, instant.inputs), sigma)
+        };
+        let compression = nominal.settings.compression;
+        // The motion filter takes wheels to roll with their unloaded radius.
+        let scale = 1.0 - compression / robot.geometry.wheel_radius;
+        let motion = GroundMotion {
+            dt: instant.dt,
+            velocity: self.motion.velocity() * scale,
+            velocity_covariance: self.motion.velocity_covariance(),
+            axles: arms.axles,
+            contact_angle: [angle(0), angle(1), angle(2)],
+            touches: [touches(0), touches(1), touches(2)],
+        };
+        let tilt = budget.inclination_bias;
+        self.ground.update(&robot.geometry, tilt, &motion);
     }
 
     /// Accelerations that the last readings show.
@@ -417,11 +463,13 @@ impl BestFilters {
         Some((parity, flags))
     }
 
-    /// Starts the motion filter anew when the parity residual has been beyond its gate for too long.
+    /// Starts the motion filter anew when the parity residual has been beyond its gate for too long. The places of the ground
+    /// were computed from its velocity: a new section starts.
     fn discard_wrong_states(&mut self, budget: &NoiseBudget) {
         if self.time_beyond_gate > Self::LONGEST_BEYOND_GATE {
             self.motion = MotionFilter::new(budget, self.method.contact_angles);
             self.motion.forget_velocity();
+            self.ground.end_section();
             self.time_beyond_gate = 0.0;
         }
     }

@@ -3,6 +3,7 @@
 mod clip;
 mod comparison;
 mod files;
+mod ground;
 mod header;
 mod helvetica;
 mod kind;
@@ -18,6 +19,7 @@ mod trace;
 
 use crate::error::{RecordError, check_name, io_error};
 use files::Picture;
+use ground::GroundTraces;
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use run::RunTraces;
 use std::path::{Path, PathBuf};
@@ -31,6 +33,7 @@ use std::path::{Path, PathBuf};
 /// | `fig7_NAME`, `fig8_NAME` | N of every wheel, true and estimated by the presets `paper-body`, `paper-wheels` |
 /// | `normal_force_NAME` | the same of any other estimator; with a covariance also the error, and two standard deviations |
 /// | `comparison` | errors of N of all estimators |
+/// | `ground_NAME` | the ground that an estimator has found, its errors, and two standard deviations |
 /// | `path` | the robot on the ground, and N over the position of the wheels |
 ///
 /// Figs. 5 and 6 show the preset `true-mass`, if the run has it, otherwise the last estimator. A run that breaks off
@@ -56,16 +59,16 @@ impl FigureSink {
             return false;
         };
         let of_all = ["fig5_linkage", "fig6_forces", "comparison", "path"];
-        let of_one = ["fig7_", "fig8_", "normal_force_"];
+        let of_one = ["fig7_", "fig8_", "normal_force_", "ground_"];
         let estimator = of_one.iter().find_map(|start| stem.strip_prefix(start));
         of_all.contains(&stem) || estimator.is_some_and(|e| estimators.contains(&e))
     }
 
-    fn draw(&mut self) -> Result<(), RecordError> {
+    fn draw(&mut self, end: Option<&RunEnd>) -> Result<(), RecordError> {
         let Some(mut run) = self.run.take().filter(|run| run.end > 0.0) else {
             return Ok(());
         };
-        run.finish();
+        run.finish(end);
         if run.has_truth() || run.shown.is_some() {
             self.write("fig5_linkage", &paper::linkage(&run))?;
             self.write("fig6_forces", &paper::forces(&run))?;
@@ -76,6 +79,12 @@ impl FigureSink {
         }
         if run.has_truth() && !run.estimators.is_empty() {
             self.write("comparison", &comparison::comparison(&run))?;
+        }
+        for (k, estimator) in run.estimators.iter().enumerate() {
+            let points = run.felt.compared(k, run.ground.as_ref());
+            if let Some(traces) = GroundTraces::new(&estimator.name, &points) {
+                self.write(&traces.stem(), &traces.page(&run))?;
+            }
         }
         if let Some(path) = path::path(&run) {
             self.write("path", &path)?;
@@ -114,8 +123,8 @@ impl Sink for FigureSink {
         Ok(())
     }
 
-    fn end(&mut self, _: Option<&RunEnd>) -> Result<(), SinkError> {
-        Ok(self.draw()?)
+    fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
+        Ok(self.draw(end)?)
     }
 }
 

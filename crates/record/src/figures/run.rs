@@ -2,10 +2,11 @@
 
 use super::kind::Kind;
 use super::trace::{Band, Trace};
+use crate::felt_ground::FeltGrounds;
 use crate::summary::EstimatorSummary;
 use robhaz_estimator::Estimate;
 use robhaz_model::{Geometry, Pin, Vec2};
-use robhaz_run::{EstimatorDescription, Frame, RunDescription};
+use robhaz_run::{EstimatorDescription, Frame, RunDescription, RunEnd};
 use robhaz_score::{Compared, Rms, Rule, Score, rms_over_wheels};
 use robhaz_sim::Truth;
 use robhaz_terrain::Terrain;
@@ -41,6 +42,8 @@ pub struct RunTraces {
     last: Option<Truth>,
     /// The ground; `None` for recorded readings.
     pub ground: Option<Terrain>,
+    /// The ground that the estimators have found.
+    pub felt: FeltGrounds,
     pub geometry: Geometry,
     /// Mean static load of a wheel, N.
     pub mean_load: f64,
@@ -111,6 +114,7 @@ impl RunTraces {
             records: 0,
             last: None,
             ground: run.world.as_ref().map(|w| w.terrain.build(robot)),
+            felt: FeltGrounds::new(run),
             geometry: robot.geometry.clone(),
             mean_load: robot.mean_wheel_load(),
         }
@@ -134,6 +138,7 @@ impl RunTraces {
         if let Some(shown) = &mut self.shown {
             shown.add(frame, compared);
         }
+        self.felt.add(frame);
         self.records += 1;
     }
 
@@ -155,8 +160,9 @@ impl RunTraces {
         self.last = Some(*truth);
     }
 
-    /// The run has ended: the last pose is kept too.
-    pub fn finish(&mut self) {
+    /// The run has ended: the last pose and the rest of the ground are kept too.
+    pub fn finish(&mut self, end: Option<&RunEnd>) {
+        self.felt.finish(end);
         self.poses.extend(self.last.take());
     }
 }

@@ -94,6 +94,12 @@ impl Trace {
         }
     }
 
+    /// Ends the current piece: between the records before and after there is no value.
+    pub fn interrupt(&mut self) {
+        self.close_interval();
+        self.joined = false;
+    }
+
     /// Pieces of the line through the extremes of every interval.
     pub fn extremes(&self) -> Vec<Vec<Point>> {
         self.map_pieces(|piece| {
@@ -170,6 +176,12 @@ impl Band {
     pub fn add(&mut self, at: f64, band: Option<(f64, f64)>) {
         self.lower.add(at, band.map(|(centre, half)| centre - half));
         self.upper.add(at, band.map(|(centre, half)| centre + half));
+    }
+
+    /// Ends the current piece, as [`Trace::interrupt`].
+    pub fn interrupt(&mut self) {
+        self.lower.interrupt();
+        self.upper.interrupt();
     }
 
     /// Whether it never had a width.

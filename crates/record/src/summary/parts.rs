@@ -3,7 +3,7 @@
 use robhaz_model::{Pin, Robot};
 use robhaz_run::{RunDescription, World};
 use robhaz_score::contact::FlagScores;
-use robhaz_score::{ForceErrors, Progress, Score};
+use robhaz_score::{ForceErrors, GroundErrors, Progress, Score};
 use robhaz_sim::friction::FrictionKind;
 use robhaz_sim::sensors::DrawnErrors;
 use serde::{Deserialize, Serialize};
@@ -172,6 +172,10 @@ pub struct EstimatorSummary {
     /// Mean NEES of the three N: 3 if the stated covariance is right. `None` if the estimator states none.
     #[serde(default)]
     pub nees: Option<f64>,
+    /// Errors of the ground that the estimator has found. `None` if it finds none, for recorded readings, and in the summaries of
+    /// earlier versions.
+    #[serde(default)]
+    pub ground: Option<GroundErrors>,
     /// Number of records compared.
     pub samples: u64,
     /// Number of records that should have been compared, but had no estimate.
@@ -258,6 +262,7 @@ impl EstimatorSummary {
             stated: score.stated(),
             coverage: score.coverage(),
             nees: score.nees(),
+            ground: None,
             samples: score.samples(),
             missing: score.missing(),
             two_contacts: score.two_contacts(),
@@ -291,9 +296,11 @@ impl EstimatorSummary {
             .iter()
             .find(|(_, value)| value.is_some_and(|v| !v.is_finite()));
         let contacts = self.contacts.is_some_and(|c| !c.is_finite());
+        let ground = self.ground.is_some_and(|errors| !errors.is_finite());
         of_forces
             .map(|(force, _)| *force)
             .or(contacts.then_some("contacts"))
+            .or(ground.then_some("ground"))
             .or(of_stated.map(|(key, _)| *key))
             .map(|key| format!("estimators.{name}.{key}"))
             .or_else(|| {

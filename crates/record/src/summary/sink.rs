@@ -3,6 +3,7 @@
 use super::file::Summary;
 use super::parts::{BrokenOff, EstimatorSummary, FrictionSummary, NominalRobot, SensorErrors};
 use crate::error::RecordError;
+use crate::felt_ground::FeltGrounds;
 use robhaz_estimator::{Estimate, EstimateError};
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_score::contact::ContactScore;
@@ -10,7 +11,7 @@ use robhaz_score::events::{EventCounts, EventDetector};
 use robhaz_score::{ProgressMeter, Rule, Score};
 use robhaz_sim::Truth;
 
-/// Sums up a run. It keeps sums alone, no records.
+/// Sums up a run. It keeps sums and the points of the ground, no records.
 #[derive(Debug, Default)]
 pub struct SummarySink {
     run: Option<RunDescription>,
@@ -19,6 +20,7 @@ pub struct SummarySink {
     /// Progress and events of a simulation.
     progress: Option<ProgressMeter>,
     events: Option<(EventDetector, EventCounts)>,
+    grounds: FeltGrounds,
     end: Option<RunEnd>,
 }
 
@@ -37,7 +39,8 @@ impl SummarySink {
             return Err(RecordError::Unfinished);
         };
         let world = run.world.as_ref();
-        let estimators = run.estimators.iter().zip(&self.scores);
+        let terrain = world.map(|w| w.terrain.build(&run.robot.robot));
+        let estimators = run.estimators.iter().zip(&self.scores).enumerate();
         Ok(Summary {
             scene: run.name.clone(),
             engine: world.map(|w| w.engine.name().to_owned()),
@@ -59,8 +62,9 @@ impl SummarySink {
             sensors: world.map(SensorErrors::of),
             nominal: NominalRobot::of(run),
             estimators: estimators
-                .map(|(e, (score, contacts))| {
-                    EstimatorSummary::new(&e.label, score, contacts.scores())
+                .map(|(k, (e, (score, contacts)))| EstimatorSummary {
+                    ground: self.grounds.errors(k, terrain.as_ref()),
+                    ..EstimatorSummary::new(&e.label, score, contacts.scores())
                 })
                 .collect(),
         })
@@ -96,6 +100,7 @@ impl Sink for SummarySink {
             scores: vec![(Score::new(rule), ContactScore::new(rule)); run.estimators.len()],
             progress: world.map(|w| ProgressMeter::new(&w.drive, geometry.wheel_radius)),
             events: world.map(|_| (EventDetector::new(geometry.stop), EventCounts::default())),
+            grounds: FeltGrounds::new(run),
             end: None,
         };
         Ok(())
@@ -105,10 +110,12 @@ impl Sink for SummarySink {
         if let Some(truth) = frame.truth {
             self.compare(truth, frame.estimates);
         }
+        self.grounds.add(frame);
         Ok(())
     }
 
     fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
+        self.grounds.finish(end);
         self.end = end.cloned();
         Ok(())
     }

@@ -12,6 +12,7 @@ use robhaz_score::events::EventCounts;
 use robhaz_sim::{Truth, WheelTruth};
 
 const END: RunEnd = RunEnd {
+    ground: Vec::new(),
     duration: 2.0,
     wall: 0.1,
     step: Some(1e-4),

@@ -3,6 +3,7 @@
 
 use super::{ContainerKind, Layout, Part};
 use crate::ViewerError;
+use crate::felt::{LEFT, bounds_of};
 use crate::ground::Ground;
 use crate::key::PLACE;
 use crate::scale::ROOM;
@@ -30,8 +31,15 @@ pub(crate) fn overview(
     // The view has y down. The robot is above the ground; the arrows of N and the axis are below it.
     let bounds = [[from, to], [-(high + 0.45), ROOM - low]];
     let view = layout.spatial(name, root, &contents, bounds)?;
-    layout.show_past(view, &format!("{root}world/trails"))?;
+    show_paths(layout, view, root)?;
     Ok(view)
+}
+
+/// Makes a view show the paths of the pins and the ground that was found, up to the cursor.
+fn show_paths(layout: &mut Layout<'_>, view: Part, root: &str) -> Result<(), ViewerError> {
+    layout.show_past(view, &format!("{root}world/trails"))?;
+    layout.show_past(view, &format!("{root}{LEFT}"))?;
+    layout.show_past(view, &format!("{root}{}", bounds_of(LEFT)))
 }
 
 /// The robot in a view that moves with its body. A `legend` of the arrows needs a large view.
@@ -56,7 +64,7 @@ pub(crate) fn following(
         &contents,
         [[-half_width, half_width], [-above, below]],
     )?;
-    layout.show_past(view, &format!("{root}world/trails"))?;
+    show_paths(layout, view, root)?;
     Ok(view)
 }
 

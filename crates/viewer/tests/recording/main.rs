@@ -115,6 +115,39 @@ fn twenty_seconds_take_less_than_five_megabytes() {
     assert!((recording_end(&path).expect("a recording").expect("rows") - 20.0).abs() < 1e-9);
 }
 
+/// The ground that `best` has found is drawn where the true ground is, level here: from behind the rear wheel to the front wheel, with
+/// both bounds beside it. Exact readings leave less than 1 mm.
+#[test]
+fn the_ground_that_was_found_is_drawn() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.rrd");
+    let mut scene = common::with_best(4.0);
+    scene.terrain.profile = robhaz_terrain::Profile::Flat;
+    scene.engine.kind = robhaz_scene::EngineKind::Direct;
+    record(&scene, &path);
+    let chunks = chunks(&path);
+    let component = LineStrips2D::descriptor_strips().component;
+    let strips = |entity: &str| rows::<LineStrip2D>(&chunks, entity, component);
+    let memory = strips("/world/felt/memory");
+    // Five a second, after the robot has started at 0.8 s.
+    assert!((10..=17).contains(&memory.len()), "{}", memory.len());
+    assert_eq!(strips("/world/felt/memory/two_sigma").len(), memory.len());
+    let (time, last) = &memory[memory.len() - 1];
+    let points: Vec<_> = last.iter().flat_map(|strip| strip.0.clone()).collect();
+    assert!(
+        points.iter().all(|p| p.y().abs() < 1e-3),
+        "{time} {points:?}"
+    );
+    let front = points.iter().map(|p| p.x()).fold(f32::MIN, f32::max);
+    let travel = 0.2 * (time - 0.8 - 0.3);
+    assert!(
+        (f64::from(front) - (0.3 + travel)).abs() < 0.03,
+        "{front} {travel}"
+    );
+    let left = strips("/world/felt/left");
+    assert!(left.len() > 3, "{}", left.len());
+}
+
 /// Equivalence of animation and time series: the arrow of the true N has the length of the plotted N, at 0.15 m for the
 /// mean wheel load.
 #[test]

@@ -87,6 +87,18 @@ impl MotionFilter {
         Vec2::new(self.filter.x[VELOCITY], self.filter.x[VELOCITY + 1])
     }
 
+    /// Covariance of the velocity of Q, m^2/s^2: xx, xy, yy.
+    pub fn velocity_covariance(&self) -> [f64; 3] {
+        let p = &self.filter.p;
+        let (x, y) = (VELOCITY, VELOCITY + 1);
+        [p[x][x], p[x][y], p[y][y]]
+    }
+
+    /// Whether wheel `i` is suspect: see `TUNING.suspect_gate`.
+    pub fn is_suspect(&self, i: usize) -> bool {
+        self.suspect[i] > 0.0
+    }
+
     /// Acceleration of Q, m/s^2.
     pub fn acceleration(&self) -> Vec2 {
         Vec2::new(self.filter.x[ACCELERATION], self.filter.x[ACCELERATION + 1])

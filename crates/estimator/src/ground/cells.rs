@@ -1,0 +1,185 @@
+//! The stored points: a ring of cells at equal distances, and the window of those that the wheels can reach.
+
+use super::drift::Between;
+use crate::visit::visit_fields;
+use core::ops::Range;
+
+/// Points in memory.
+const CELLS: i64 = 96;
+/// Points that the wheels can reach, from the rearmost to the foremost contact. The others have just been left.
+const WINDOW: i64 = 88;
+/// Points over which wheelbase and wheels extend.
+const REACH: f64 = 80.0;
+/// Points that can be left, or passed by one wheel, in one sample.
+pub const MOST_AT_ONCE: i64 = CELLS - WINDOW;
+/// Points from one node of the drift to the next: [`CELLS`] points have at most `drift::NODE_COUNT` nodes.
+pub const NODE_EVERY: i64 = 6;
+/// Largest number of a point: at a spacing of 10 mm ten million kilometres.
+const LARGEST: f64 = 1e12;
+
+/// A stored point.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cell {
+    /// Height by dead reckoning, m: its error is that of the nodes beside it.
+    pub height: f64,
+    /// Contact angle of the first wheel, rad.
+    pub slope: f64,
+    /// Variance of the part of that angle's error that only this wheel has, rad^2.
+    pub slope_variance: f64,
+    /// Variance of the place when the point was stored, m^2.
+    pub place_variance: f64,
+}
+
+visit_fields!(Cell: height, slope, slope_variance, place_variance);
+
+/// See the module. Points have numbers: their place is that number times the spacing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cells {
+    /// Distance between points, m. Not part of the state.
+    spacing: f64,
+    /// Number of the first point in the window.
+    first: i64,
+    /// The same at the last sample.
+    last_first: i64,
+    /// Which of the cells hold a point.
+    known: [bool; CELLS as usize],
+    cells: [Cell; CELLS as usize],
+}
+
+visit_fields!(Cells: first, last_first, known, cells);
+
+impl Cells {
+    /// No points, for a robot of the length (m) from the rear edge of its rear wheel to the front edge of its front wheel.
+    pub fn new(length: f64) -> Self {
+        // `Geometry::check` refuses a robot without length. Without that check it must not fail either.
+        Self::empty((length / REACH).clamp(1e-4, 1.0))
+    }
+
+    /// No points, at a distance of `spacing` (m).
+    fn empty(spacing: f64) -> Self {
+        Self {
+            spacing,
+            first: 0,
+            last_first: 0,
+            known: [false; CELLS as usize],
+            cells: [Cell::default(); CELLS as usize],
+        }
+    }
+
+    /// Forgets all points.
+    pub fn clear(&mut self) {
+        *self = Self::empty(self.spacing);
+    }
+
+    /// Distance between points, m.
+    pub fn spacing(&self) -> f64 {
+        self.spacing
+    }
+
+    /// Distance between nodes, m.
+    pub fn node_spacing(&self) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "a small number")]
+        let every = NODE_EVERY as f64;
+        every * self.spacing
+    }
+
+    /// Number of the last point at or before a place (m).
+    pub fn number(&self, x: f64) -> i64 {
+        #[expect(clippy::cast_possible_truncation, reason = "within the bounds")]
+        let number = libm::floor(x / self.spacing).clamp(-LARGEST, LARGEST) as i64;
+        number
+    }
+
+    /// Place of a point, m.
+    pub fn place(&self, number: i64) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "below 2^53")]
+        let number = number as f64;
+        number * self.spacing
+    }
+
+    /// A point relative to the nodes.
+    pub fn between(number: i64) -> Between {
+        #[expect(clippy::cast_precision_loss, reason = "below NODE_EVERY")]
+        let share = number.rem_euclid(NODE_EVERY) as f64 / NODE_EVERY as f64;
+        Between {
+            node: number.div_euclid(NODE_EVERY),
+            share,
+        }
+    }
+
+    /// Puts an empty window around a place (m).
+    pub fn centre(&mut self, x: f64) {
+        self.first = self.number(x) - WINDOW / 2;
+        self.last_first = self.first;
+    }
+
+    /// Moves the window so that it contains all places from `low` to `high` (m), as far as one sample can. The points that it
+    /// leaves stay readable until [`Self::forget_left`].
+    pub fn follow(&mut self, low: f64, high: f64) {
+        let ahead = self.number(high) + 1 - (self.first + WINDOW - 1);
+        let behind = self.number(low) - self.first;
+        self.first += if ahead > 0 {
+            ahead.min(MOST_AT_ONCE)
+        } else {
+            behind.clamp(-MOST_AT_ONCE, 0)
+        };
+    }
+
+    /// Points that the last sample left.
+    pub fn left(&self) -> Range<i64> {
+        let (from, to) = (self.last_first, self.first);
+        if to >= from {
+            from..to
+        } else {
+            to + WINDOW..from + WINDOW
+        }
+    }
+
+    /// Forgets the points that the last sample left.
+    pub fn forget_left(&mut self) {
+        for number in self.left() {
+            if let Some(known) = self.known.get_mut(Self::slot(number)) {
+                *known = false;
+            }
+        }
+        self.last_first = self.first;
+    }
+
+    /// The window.
+    pub fn window(&self) -> Range<i64> {
+        self.first..self.first + WINDOW
+    }
+
+    /// The window and the points that the last sample left.
+    pub fn all(&self) -> Range<i64> {
+        let first = self.first.min(self.last_first);
+        first..first + CELLS
+    }
+
+    fn slot(number: i64) -> usize {
+        // The remainder lies between 0 and CELLS.
+        number.rem_euclid(CELLS) as usize
+    }
+
+    /// A point in the window, or one that the last sample left.
+    pub fn stored(&self, number: i64) -> Option<&Cell> {
+        let slot = Self::slot(number);
+        let known = self.known.get(slot).copied().unwrap_or(false);
+        self.cells.get(slot).filter(|_| known)
+    }
+
+    /// A point in the window.
+    pub fn known(&self, number: i64) -> Option<&Cell> {
+        let inside = self.window().contains(&number);
+        self.stored(number).filter(|_| inside)
+    }
+
+    /// Stores a point of the window.
+    pub fn store(&mut self, number: i64, cell: Cell) {
+        let slot = Self::slot(number);
+        if let (Some(place), Some(known)) = (self.cells.get_mut(slot), self.known.get_mut(slot)) {
+            *place = cell;
+            *known = true;
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! The errors of dead reckoning and of the stored heights: one Kalman filter.
+
+use crate::filters::Kalman;
+use crate::visit::visit_fields;
+
+/// Error of the height of Q, m.
+const DRIFT: usize = 0;
+/// Fluctuating error of the direction of the velocity: of dy/dx.
+const SLOPE: usize = 1;
+/// Lasting error of that direction.
+const LASTING_SLOPE: usize = 2;
+/// Errors of the angles of links 1 and 2, rad.
+const TILT: usize = 3;
+/// Errors of the stored heights at the nodes, m: node `j` is in the state `NODES + j mod NODE_COUNT`.
+const NODES: usize = 5;
+/// Nodes in memory.
+pub const NODE_COUNT: usize = 18;
+const COUNT: usize = NODES + NODE_COUNT;
+
+/// Correlation length of the fluctuating direction error, m.
+const SLOPE_LENGTH: f64 = 0.1;
+/// Standard deviation of the lasting one, as dy/dx: 0.6 deg. Offsets of torques and gains leave such an error in the motion
+/// filter for as long as they are not found.
+const LASTING: f64 = 0.01;
+/// Random walk of the lasting one, 1/sqrt(m).
+const LASTING_WALK: f64 = 2e-3;
+/// Random walk of a link angle's error, rad/sqrt(m).
+const TILT_WALK: f64 = 2e-4;
+/// Heights that differ by more standard deviations than this are not of one place.
+const GATE: f64 = 4.0;
+
+/// The height of a contact relative to Q, and how it errs.
+#[derive(Clone, Copy, Debug)]
+pub struct Lever {
+    /// Link of the wheel, 0 or 1.
+    pub link: usize,
+    /// Horizontal distance of the axle from Q, m: the derivative of the height with respect to the link's angle.
+    pub arm: f64,
+}
+
+/// A place between two nodes.
+#[derive(Clone, Copy, Debug)]
+pub struct Between {
+    /// The node behind.
+    pub node: i64,
+    /// Share of the way from it to the next one, 0 to 1.
+    pub share: f64,
+}
+
+/// See the module.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drift {
+    filter: Kalman<COUNT>,
+}
+
+visit_fields!(Drift: filter);
+
+/// State of a node.
+fn state_of(node: i64) -> usize {
+    // The remainder lies between 0 and NODE_COUNT.
+    NODES + node.rem_euclid(NODE_COUNT as i64) as usize
+}
+
+impl Drift {
+    /// At the start of a section. `tilt`: standard deviation of a link angle, rad. The height of the contact with `origin` is
+    /// exact: it defines the datum.
+    pub fn new(tilt: f64, origin: Lever) -> Self {
+        let mut filter = Kalman::new([0.0; COUNT], [0.0; COUNT]);
+        let variance = tilt * tilt;
+        for state in [TILT, TILT + 1] {
+            filter.p[state][state] = variance;
+        }
+        let state = TILT + origin.link.min(1);
+        filter.p[DRIFT][DRIFT] = origin.arm * origin.arm * variance;
+        filter.p[DRIFT][state] = -origin.arm * variance;
+        filter.p[state][DRIFT] = -origin.arm * variance;
+        filter.p[LASTING_SLOPE][LASTING_SLOPE] = LASTING * LASTING;
+        Self { filter }
+    }
+
+    /// Advances along the path by `forward` (m, horizontal, negative backwards) over the length `length` (m). `sigma`: standard
+    /// deviation of the direction's error.
+    pub fn advance(&mut self, forward: f64, length: f64, sigma: f64) {
+        let Kalman { x, p } = &mut self.filter;
+        x[DRIFT] += forward * (x[SLOPE] + x[LASTING_SLOPE]);
+        for k in 0..COUNT {
+            p[DRIFT][k] += forward * (p[SLOPE][k] + p[LASTING_SLOPE][k]);
+        }
+        for k in 0..COUNT {
+            p[k][DRIFT] += forward * (p[k][SLOPE] + p[k][LASTING_SLOPE]);
+        }
+        let keep = libm::exp(-length / SLOPE_LENGTH);
+        x[SLOPE] *= keep;
+        for k in 0..COUNT {
+            p[SLOPE][k] *= keep;
+            p[k][SLOPE] *= keep;
+        }
+        p[SLOPE][SLOPE] += sigma * sigma * (1.0 - keep * keep);
+        p[LASTING_SLOPE][LASTING_SLOPE] += LASTING_WALK * LASTING_WALK * length;
+        for state in [TILT, TILT + 1] {
+            p[state][state] += TILT_WALK * TILT_WALK * length;
+        }
+    }
+
+    /// Sets a node as seen by a wheel at a distance of `ahead` (m) behind it: `c = d + arm b + ahead s`.
+    pub fn open(&mut self, node: i64, lever: Lever, ahead: f64) {
+        let h = [
+            (DRIFT, 1.0),
+            (TILT + lever.link.min(1), lever.arm),
+            (SLOPE, ahead),
+            (LASTING_SLOPE, ahead),
+        ];
+        let ph = self.filter.covariance_times(&h);
+        let variance = Kalman::<COUNT>::along(&ph, &h);
+        let value = Kalman::<COUNT>::along(&self.filter.x, &h);
+        let n = state_of(node);
+        let Kalman { x, p } = &mut self.filter;
+        if let Some(state) = x.get_mut(n) {
+            *state = value;
+        }
+        for (k, covariance) in ph.iter().enumerate() {
+            let covariance = if k == n { variance } else { *covariance };
+            for (i, j) in [(n, k), (k, n)] {
+                if let Some(entry) = p.get_mut(i).and_then(|row| row.get_mut(j)) {
+                    *entry = covariance;
+                }
+            }
+        }
+    }
+
+    /// Estimated error of the height of a contact, m.
+    pub fn of_contact(&self, lever: Lever) -> f64 {
+        let h = [(DRIFT, 1.0), (TILT + lever.link.min(1), lever.arm)];
+        Kalman::<COUNT>::along(&self.filter.x, &h)
+    }
+
+    /// Estimated error of the direction of the velocity, as dy/dx.
+    pub fn of_direction(&self) -> f64 {
+        let h = [(SLOPE, 1.0), (LASTING_SLOPE, 1.0)];
+        Kalman::<COUNT>::along(&self.filter.x, &h)
+    }
+
+    fn weights(place: Between) -> [(usize, f64); 2] {
+        [
+            (state_of(place.node), 1.0 - place.share),
+            (state_of(place.node.saturating_add(1)), place.share),
+        ]
+    }
+
+    /// Error of the stored height at a place, m, and its variance, m^2.
+    pub fn at(&self, place: Between) -> (f64, f64) {
+        self.combination(&Self::weights(place))
+    }
+
+    /// Error of the stored slope dy/dx at a place, for nodes at a distance of `spacing` (m), and its variance.
+    pub fn slope_at(&self, place: Between, spacing: f64) -> (f64, f64) {
+        let [(behind, _), (ahead, _)] = Self::weights(place);
+        self.combination(&[(behind, -1.0 / spacing), (ahead, 1.0 / spacing)])
+    }
+
+    fn combination(&self, h: &[(usize, f64); 2]) -> (f64, f64) {
+        let ph = self.filter.covariance_times(h);
+        (
+            Kalman::<COUNT>::along(&self.filter.x, h),
+            Kalman::<COUNT>::along(&ph, h).max(0.0),
+        )
+    }
+
+    /// Corrects all errors by a contact on known ground: `difference` (m) is its height minus the stored one, `variance` (m^2)
+    /// that of the measurement.
+    pub fn correct(&mut self, lever: Lever, place: Between, difference: f64, variance: f64) {
+        let [(behind, share_behind), (ahead, share_ahead)] = Self::weights(place);
+        let tilt = TILT + lever.link.min(1);
+        let h = [
+            (DRIFT, 1.0),
+            (tilt, lever.arm),
+            (behind, -share_behind),
+            (ahead, -share_ahead),
+        ];
+        let expected = Kalman::<COUNT>::along(&self.filter.x, &h);
+        self.filter
+            .update(&h, difference - expected, variance, GATE);
+    }
+
+    /// Whether a number has left the range of sensible ones.
+    pub fn is_lost(&self) -> bool {
+        const LIMIT: f64 = 1e6;
+        let Kalman { x, p } = &self.filter;
+        let mut numbers = x.iter().chain(p.iter().flatten());
+        // Written so that a NaN is lost, too.
+        !numbers.all(|number| number.abs() < LIMIT)
+    }
+}

@@ -1,0 +1,301 @@
+//! What the wheels do at a point: the first one stores it, later ones measure it.
+
+use super::cells::{Cell, Cells, MOST_AT_ONCE, NODE_EVERY};
+use super::drift::{Drift, Lever};
+use super::motion::{Contact, GroundMotion, level, tangent};
+use crate::visit::visit_fields;
+use robhaz_model::{Geometry, Vec2};
+
+/// Deviation between the heights that two wheels find at one place, m, beyond the errors of dead reckoning: the penetration
+/// depends on the load; the link angles lag.
+pub(super) const UNEVEN: f64 = 3e-4;
+/// Length along the ground over which that deviation lasts, m.
+const UNEVEN_LENGTH: f64 = 0.03;
+/// Correlation time of the error of the speed, s.
+const SPEED_TIME: f64 = 1.0;
+/// Relative error of the travelled length that the motion filter does not state, and the length over which it lasts, m: the
+/// compression changes with the load.
+const SCALE_ERROR: f64 = 5e-4;
+const SCALE_LENGTH: f64 = 0.5;
+/// Least error of the direction of the velocity, as dy/dx.
+const LEAST_SLOPE_ERROR: f64 = 5e-4;
+/// Speed at which a section starts, m/s. Before, the robot rests: the filters settle, and there is nothing to store.
+const MOVING: f64 = 0.005;
+/// Bound of places and speeds, SI. Beyond it they are not those of a robot.
+const LARGEST: f64 = 1e9;
+
+/// The last contact of a wheel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct LastContact {
+    /// Whether the wheel touched the ground.
+    touches: bool,
+    /// Place, height (m) and contact angle (rad).
+    at: [f64; 3],
+    /// The point that it passed last.
+    passed: i64,
+    /// Whether the wheel came from known ground, which ties its height to that of the points there.
+    tied: bool,
+}
+
+visit_fields!(LastContact: touches, at, passed, tied);
+
+/// See the module.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct GroundMemory {
+    started: bool,
+    /// The section has ended: all its points leave the memory, and with the next sample a new one starts.
+    ended: bool,
+    section: i64,
+    /// Place of Q by dead reckoning, m.
+    place: [f64; 2],
+    /// Velocity at the last sample, m/s.
+    velocity: [f64; 2],
+    /// Variance of the place along the path, m^2.
+    pub(super) place_variance: f64,
+    /// Way since the drift was last advanced, m: horizontal, with its sign; and its length.
+    way: [f64; 2],
+    contacts: [LastContact; 3],
+    pub(super) cells: Cells,
+    pub(super) drift: Drift,
+}
+
+visit_fields!(
+    GroundMemory: started, ended, section, place, velocity, place_variance, way, contacts, cells, drift
+);
+
+impl GroundMemory {
+    /// An empty memory.
+    pub fn new(geometry: &Geometry) -> Self {
+        let [front, _, rear] = geometry.axles;
+        let length = front.x - rear.x + 2.0 * geometry.wheel_radius;
+        Self::empty(Cells::new(length), 0)
+    }
+
+    fn empty(cells: Cells, section: i64) -> Self {
+        Self {
+            started: false,
+            ended: false,
+            section,
+            place: [0.0; 2],
+            velocity: [0.0; 2],
+            place_variance: 0.0,
+            way: [0.0; 2],
+            contacts: Default::default(),
+            cells,
+            drift: Drift::new(0.0, Lever { link: 0, arm: 0.0 }),
+        }
+    }
+
+    /// Number of the section.
+    pub fn section(&self) -> u32 {
+        u32::try_from(self.section).unwrap_or(u32::MAX)
+    }
+
+    /// Whether the section has ended with this sample.
+    pub(super) fn has_ended(&self) -> bool {
+        self.ended
+    }
+
+    /// Ends the section: all points leave the memory with this sample, and the next one starts a new section.
+    pub fn end_section(&mut self) {
+        self.ended = self.started;
+    }
+
+    /// Forgets the points that left the memory with the last sample. To be called before each sample.
+    pub fn forget_left(&mut self) {
+        if self.ended {
+            self.start_anew();
+        } else {
+            self.cells.forget_left();
+        }
+    }
+
+    fn start_anew(&mut self) {
+        let mut cells = self.cells;
+        cells.clear();
+        *self = Self::empty(cells, self.section.saturating_add(1));
+    }
+
+    /// Takes one sample. `tilt`: bias of the inclinometers, rad. A sample with an impossible number changes nothing; when
+    /// the numbers grow beyond all bounds, a new section starts.
+    pub fn update(&mut self, geometry: &Geometry, tilt: f64, motion: &GroundMotion) {
+        if self.ended || !motion.is_possible() {
+            return;
+        }
+        if !self.started && motion.velocity.norm_squared() < MOVING * MOVING {
+            return;
+        }
+        let slope_sigma = self.reckon(motion);
+        let contacts = [0, 1, 2].map(|i| motion.contact(geometry, slope_sigma, i));
+        if !self.started {
+            self.start(tilt, motion.axles, &contacts);
+        }
+        let contacts = contacts.map(|contact| contact.moved(self.place));
+        let places = contacts.map(|contact| contact.x);
+        let low = places.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = places.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        self.cells.follow(low, high);
+        for (i, (contact, touches)) in contacts.iter().zip(motion.touches).enumerate() {
+            self.pass(i, touches, contact, slope_sigma);
+        }
+        if self.is_lost() {
+            self.start_anew();
+        }
+    }
+
+    /// Integrates the velocity by the trapezoidal rule. Returns the standard deviation of its direction, as dy/dx.
+    fn reckon(&mut self, motion: &GroundMotion) -> f64 {
+        let (slope_sigma, speed_sigma) = motion.velocity_sigma();
+        let velocity = [motion.velocity.x, motion.velocity.y];
+        if self.started {
+            let way = [0, 1].map(|i| 0.5 * motion.dt * (velocity[i] + self.velocity[i]));
+            let length = libm::hypot(way[0], way[1]);
+            self.place = [self.place[0] + way[0], self.place[1] + way[1]];
+            self.way = [self.way[0] + way[0], self.way[1] + length];
+            // White noise of the same effect as errors that last: `sigma^2 2 T dt`.
+            let of_speed = 2.0 * SPEED_TIME * speed_sigma * speed_sigma * motion.dt;
+            let of_scale = 2.0 * SCALE_LENGTH * SCALE_ERROR * SCALE_ERROR * length;
+            self.place_variance += of_speed + of_scale;
+        }
+        self.velocity = velocity;
+        slope_sigma.max(LEAST_SLOPE_ERROR)
+    }
+
+    /// Puts the origin under the middle axle, at the height of that wheel's contact. The axle's place is known exactly; that of
+    /// the contact depends on the contact angle.
+    fn start(&mut self, tilt: f64, axles: [Vec2; 3], contacts: &[Contact; 3]) {
+        let [front, axle, rear] = axles;
+        let [_, middle, _] = contacts;
+        self.started = true;
+        self.place = [-axle.x, -middle.y];
+        self.drift = Drift::new(tilt, middle.lever);
+        self.cells.centre(self.place[0] + 0.5 * (front.x + rear.x));
+    }
+
+    /// Passes wheel `i` on to its contact.
+    fn pass(&mut self, i: usize, touches: bool, contact: &Contact, slope_sigma: f64) {
+        let Some(last) = self.contacts.get(i).copied() else {
+            return;
+        };
+        let (from, to) = (self.cells.number(last.at[0]), self.cells.number(contact.x));
+        let steps = to.saturating_sub(from);
+        let mut now = LastContact {
+            touches,
+            at: [contact.x, contact.y, contact.slope],
+            tied: last.tied && last.touches && steps.abs() <= MOST_AT_ONCE,
+            ..last
+        };
+        // A wheel that came from elsewhere passes its next point first.
+        if touches && last.touches && steps.abs() <= MOST_AT_ONCE {
+            for k in 0..steps.abs() {
+                let number = if steps > 0 { from + 1 + k } else { from - k };
+                // A wheel that rests on a point passes it once.
+                if number != now.passed {
+                    let at = contact.since(last.at, self.cells.place(number));
+                    self.visit_point(number, steps > 0, &at, slope_sigma, &mut now);
+                }
+            }
+        }
+        if let Some(last) = self.contacts.get_mut(i) {
+            *last = now;
+        }
+    }
+
+    /// A wheel at a point.
+    fn visit_point(
+        &mut self,
+        number: i64,
+        forward: bool,
+        contact: &Contact,
+        slope_sigma: f64,
+        wheel: &mut LastContact,
+    ) {
+        wheel.passed = number;
+        if !self.cells.window().contains(&number) {
+            return;
+        }
+        let [way, length] = core::mem::take(&mut self.way);
+        self.drift.advance(way, length, slope_sigma);
+        if let Some(cell) = self.cells.known(number).copied() {
+            self.measure(number, &cell, contact);
+            wheel.tied = true;
+        } else {
+            self.store(number, forward, contact, wheel);
+        }
+    }
+
+    /// Stores a new point.
+    ///
+    /// Where a wheel comes to the first points of another one, the node ahead belongs to those: the heights of both agree only
+    /// after the wheel has measured one of them. The points up to there are left to later wheels.
+    fn store(&mut self, number: i64, forward: bool, contact: &Contact, wheel: &mut LastContact) {
+        let place = Cells::between(number);
+        let nodes = [place.node, place.node + 1];
+        let [behind, ahead] = if forward { nodes } else { [nodes[1], nodes[0]] };
+        let beyond = |other: i64| (other > number) == forward;
+        if !self.is_used(ahead, beyond) {
+            self.open(ahead, number, contact.lever);
+            wheel.tied = false;
+        } else if !wheel.tied {
+            return;
+        }
+        if !self.is_used(behind, |_| true) {
+            self.open(behind, number, contact.lever);
+        }
+        // What is stored errs as the nodes say. The best values of now are these:
+        let height = contact.y - self.drift.of_contact(contact.lever);
+        let level = level(contact.slope);
+        let slope = contact.slope - level * self.drift.of_direction();
+        let of_nodes = self.drift.slope_at(place, self.cells.node_spacing()).0;
+        let cell = Cell {
+            height: height + self.drift.at(place).0,
+            slope: slope + level * of_nodes,
+            slope_variance: contact.slope_variance,
+            place_variance: self.place_variance,
+        };
+        self.cells.store(number, cell);
+    }
+
+    /// Whether the height of a known point that `counts` depends on a node.
+    fn is_used(&self, node: i64, counts: impl Fn(i64) -> bool) -> bool {
+        let position = node * NODE_EVERY;
+        let mut beside = position - NODE_EVERY + 1..position + NODE_EVERY;
+        beside.any(|other| counts(other) && self.cells.known(other).is_some())
+    }
+
+    /// Sets a node as a wheel at a point sees it.
+    fn open(&mut self, node: i64, number: i64, lever: Lever) {
+        let distance = self.cells.place(node * NODE_EVERY) - self.cells.place(number);
+        self.drift.open(node, lever, distance);
+    }
+
+    /// Measures a known point.
+    fn measure(&mut self, number: i64, cell: &Cell, contact: &Contact) {
+        let between_passes = (self.place_variance - cell.place_variance).max(0.0);
+        let slope = tangent(cell.slope);
+        let single = UNEVEN * UNEVEN + slope * slope * between_passes;
+        // White noise of the same effect: `sigma^2 2 L/spacing`.
+        let variance = single * (2.0 * UNEVEN_LENGTH / self.cells.spacing()).max(1.0);
+        let difference = contact.y - cell.height;
+        let place = Cells::between(number);
+        self.drift
+            .correct(contact.lever, place, difference, variance);
+    }
+
+    /// Whether a number is not that of a robot.
+    fn is_lost(&self) -> bool {
+        let numbers = self.place.iter().chain(&self.velocity);
+        let mut numbers = numbers.chain([&self.place_variance]);
+        // Written so that a NaN is lost, too.
+        !numbers.all(|number| number.abs() < LARGEST) || self.drift.is_lost()
+    }
+
+    /// Places of the contacts at the last sample, m; `None` before the section has started.
+    pub fn wheel_places(&self) -> Option<[f64; 3]> {
+        let running = self.started && !self.ended;
+        running.then(|| self.contacts.map(|last| last.at[0]))
+    }
+}
+
+#[cfg(test)]
+mod tests;

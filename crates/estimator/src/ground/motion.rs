@@ -1,0 +1,129 @@
+//! What the memory takes of one sample, and the contacts that follow from it.
+
+use super::drift::Lever;
+use robhaz_model::{Carrier, Geometry, Vec2};
+
+/// What the memory takes of one sample.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct GroundMotion {
+    /// Time since the last sample, s.
+    pub dt: f64,
+    /// Velocity of Q, m/s.
+    pub velocity: Vec2,
+    /// Its covariance, m^2/s^2: xx, xy, yy.
+    pub velocity_covariance: [f64; 3],
+    /// Positions of the axles relative to Q, m.
+    pub axles: [Vec2; 3],
+    /// Contact angles, rad, and their standard deviations.
+    pub contact_angle: [(f64, f64); 3],
+    /// Whether each wheel touches the ground at one place: it is loaded and not suspect.
+    pub touches: [bool; 3],
+}
+
+/// A contact of a wheel.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Contact {
+    /// Relative to Q, or in the section's frame, m.
+    pub x: f64,
+    /// The same.
+    pub y: f64,
+    /// Contact angle, rad.
+    pub slope: f64,
+    /// Variance of the part of that angle's error that the wheels do not have in common, rad^2.
+    pub slope_variance: f64,
+    /// How the height errs with the link's angle.
+    pub lever: Lever,
+}
+
+impl GroundMotion {
+    /// Whether all numbers are finite and can be those of a robot.
+    pub fn is_possible(&self) -> bool {
+        /// Bound of all quantities, SI.
+        const LARGEST: f64 = 1e6;
+        let vectors = self.axles.iter().chain([&self.velocity]);
+        let angles = self.contact_angle.iter().flat_map(|(a, s)| [a, s]);
+        let mut numbers = vectors
+            .flat_map(|v| [&v.x, &v.y])
+            .chain(angles)
+            .chain(&self.velocity_covariance)
+            .chain([&self.dt]);
+        numbers.all(|number| number.abs() < LARGEST)
+    }
+
+    /// Standard deviations of the velocity: across its direction, as an error of dy/dx, at most 1; and along it, m/s.
+    pub fn velocity_sigma(&self) -> (f64, f64) {
+        /// Speed below which a velocity has no direction, m/s.
+        const LEAST_SPEED: f64 = 1e-6;
+        let [xx, xy, yy] = self.velocity_covariance;
+        let v = self.velocity;
+        let square = v.norm_squared().max(LEAST_SPEED * LEAST_SPEED);
+        let across = (v.x * v.x * yy - 2.0 * v.x * v.y * xy + v.y * v.y * xx).max(0.0);
+        let along = (v.x * v.x * xx + 2.0 * v.x * v.y * xy + v.y * v.y * yy).max(0.0);
+        // dy/dx changes with the angle by 1/cos^2.
+        let level = (v.x * v.x / square).max(0.1);
+        let across = libm::sqrt(across) / square / level;
+        (across.min(1.0), libm::sqrt(along / square))
+    }
+
+    /// The contact of wheel `i` relative to Q. `shared`: standard deviation of the direction of the velocity, as dy/dx, which
+    /// all wheels have in common.
+    pub(super) fn contact(&self, geometry: &Geometry, shared: f64, i: usize) -> Contact {
+        let (slope, sigma) = self.contact_angle[i];
+        let (sin, cos) = libm::sincos(slope);
+        let axle = self.axles[i];
+        let shared = shared * level(slope);
+        Contact {
+            x: axle.x + geometry.wheel_radius * sin,
+            y: axle.y - geometry.wheel_radius * cos,
+            slope,
+            slope_variance: (sigma * sigma - shared * shared).max(0.0),
+            lever: Lever {
+                link: match geometry.carriers[i] {
+                    Carrier::Link1 => 0,
+                    Carrier::Link2 => 1,
+                },
+                arm: axle.x,
+            },
+        }
+    }
+}
+
+impl Contact {
+    /// The same contact, moved with Q to `place` (m).
+    pub fn moved(self, place: [f64; 2]) -> Self {
+        Self {
+            x: self.x + place[0],
+            y: self.y + place[1],
+            ..self
+        }
+    }
+
+    /// The contact at the place `x` (m) on the way from `last` (x, y, angle) to here.
+    pub fn since(&self, last: [f64; 3], x: f64) -> Self {
+        let [x0, y0, slope0] = last;
+        let way = self.x - x0;
+        let share = if way.abs() > 0.0 {
+            ((x - x0) / way).clamp(0.0, 1.0)
+        } else {
+            1.0
+        };
+        Self {
+            x,
+            y: y0 + share * (self.y - y0),
+            slope: slope0 + share * (self.slope - slope0),
+            ..*self
+        }
+    }
+}
+
+/// Change of the angle (rad) per change of dy/dx.
+pub(super) fn level(slope: f64) -> f64 {
+    let cos = libm::cos(slope);
+    cos * cos
+}
+
+/// dy/dx for an angle (rad), at most 5 upwards or downwards: a riser has none.
+pub(super) fn tangent(slope: f64) -> f64 {
+    let (sin, cos) = libm::sincos(slope);
+    sin / cos.max(0.2)
+}

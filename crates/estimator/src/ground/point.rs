@@ -1,0 +1,24 @@
+//! A point of the ground.
+
+/// A point of the ground as the wheels have found it.
+///
+/// The origin is the contact point of the middle wheel where the section started: `x = 0`, `height = 0`. The robot knows
+/// neither its place in the world nor that place's height.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GroundPoint {
+    /// Place along the path, m, horizontal, forward positive.
+    pub x: f64,
+    /// Standard deviation of `x`, m.
+    pub sigma_x: f64,
+    /// Height over the origin, m.
+    pub height: f64,
+    /// Standard deviation of the height at `x`, m. It includes that of `x`, times the slope.
+    pub sigma_height: f64,
+    /// Angle of the tangent, rad, positive where the ground rises forward.
+    pub slope: f64,
+    /// Standard deviation of the angle, rad.
+    pub sigma_slope: f64,
+    /// Number of the section, from 0. A new section with an origin of its own starts when the filters start anew: after a gap
+    /// of the readings, or when the motion was estimated wrongly.
+    pub section: u32,
+}

@@ -1,0 +1,88 @@
+//! What the memory knows of the ground.
+
+use super::cells::{Cell, Cells};
+use super::memory::{GroundMemory, UNEVEN};
+use super::motion::{level, tangent};
+use super::point::GroundPoint;
+
+impl GroundMemory {
+    /// All points in memory, in order of x.
+    pub fn points(&self) -> impl Iterator<Item = GroundPoint> + '_ {
+        let window = self.cells.window();
+        let window = if self.has_ended() { 0..0 } else { window };
+        window.filter_map(|number| self.point(number))
+    }
+
+    /// The points that the last sample left, in order of x.
+    pub fn completed(&self) -> impl Iterator<Item = GroundPoint> + '_ {
+        let left = if self.has_ended() {
+            self.cells.all()
+        } else {
+            self.cells.left()
+        };
+        left.filter_map(|number| self.point(number))
+    }
+
+    /// Angle of the ground at a place (m) as a wheel stored it, rad, and its standard deviation for a wheel that comes to
+    /// that place now. The deviation includes the error of the place relative to the stored one, times the curvature. `None`
+    /// where the ground is not known.
+    ///
+    /// The angle is an earlier estimate of the motion filter. As far as its errors last, it says nothing new to that filter.
+    pub fn slope_at(&self, x: f64) -> Option<(f64, f64)> {
+        let number = self.cells.number(x);
+        let (behind, ahead) = (self.cells.known(number)?, self.cells.known(number + 1)?);
+        let (slope, variance) = self.slope_of(number, behind);
+        let (next, next_variance) = self.slope_of(number + 1, ahead);
+        let share = (x - self.cells.place(number)) / self.cells.spacing();
+        let curvature = (next - slope) / self.cells.spacing();
+        let place = (self.place_variance - behind.place_variance).max(0.0);
+        let by_place = curvature * curvature * place;
+        Some((
+            slope + share * (next - slope),
+            libm::sqrt(variance.max(next_variance) + by_place),
+        ))
+    }
+
+    /// A stored point as it is known now.
+    fn point(&self, number: i64) -> Option<GroundPoint> {
+        let cell = self.cells.stored(number)?;
+        let (error, variance) = self.drift.at(Cells::between(number));
+        let (slope, slope_variance) = self.slope_of(number, cell);
+        let (rise, bend) = (tangent(slope), self.curvature(number));
+        let place = cell.place_variance;
+        Some(GroundPoint {
+            x: self.cells.place(number),
+            sigma_x: libm::sqrt(place),
+            height: cell.height - error,
+            sigma_height: libm::sqrt(variance + UNEVEN * UNEVEN + rise * rise * place),
+            slope,
+            sigma_slope: libm::sqrt(slope_variance + bend * bend * place),
+            section: self.section(),
+        })
+    }
+
+    /// Angle of the ground at a stored point, rad, and its variance, rad^2.
+    fn slope_of(&self, number: i64, cell: &Cell) -> (f64, f64) {
+        let spacing = self.cells.node_spacing();
+        let (error, variance) = self.drift.slope_at(Cells::between(number), spacing);
+        let level = level(cell.slope);
+        (
+            cell.slope - level * error,
+            level * level * variance + cell.slope_variance,
+        )
+    }
+
+    /// Change of the stored angle along x, rad/m, over up to three points on both sides; 0 where no neighbour is known.
+    fn curvature(&self, number: i64) -> f64 {
+        const FAR: i64 = 3;
+        let slope = |other: i64| Some((other, self.cells.stored(other)?.slope));
+        let behind = (number - FAR..=number).find_map(slope);
+        let ahead = (number..=number + FAR).rev().find_map(slope);
+        match (behind, ahead) {
+            (Some((from, first)), Some((to, last))) if to > from => {
+                (last - first) / (self.cells.place(to) - self.cells.place(from))
+            }
+            _ => 0.0,
+        }
+    }
+}

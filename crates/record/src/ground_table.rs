@@ -1,0 +1,101 @@
+//! The table `ground-NAME`: the ground as an estimator has found it.
+
+use crate::error::RecordError;
+use crate::felt_ground::{ComparedPoint, FeltGrounds};
+use crate::format::TableFormat;
+use crate::point_table::{PointColumn, write_points};
+use robhaz_run::RunDescription;
+use std::path::Path;
+
+const COLUMNS: [PointColumn<ComparedPoint>; 9] = [
+    column(
+        "section",
+        "1",
+        "number of the section: places of different sections have different origins",
+        |(p, _)| Some(f64::from(p.section)),
+    ),
+    column(
+        "x",
+        "m",
+        "place along the path, from the middle axle's place at the start",
+        |(p, _)| Some(p.x),
+    ),
+    column(
+        "y",
+        "m",
+        "height over the middle wheel's contact at the start",
+        |(p, _)| Some(p.height),
+    ),
+    column("slope", "rad", "angle of the tangent", |(p, _)| {
+        Some(p.slope)
+    }),
+    column("sigma_x", "m", "standard deviation of x", |(p, _)| {
+        Some(p.sigma_x)
+    }),
+    column(
+        "sigma_y",
+        "m",
+        "standard deviation of y at x, with that of x times the slope",
+        |(p, _)| Some(p.sigma_height),
+    ),
+    column(
+        "sigma_slope",
+        "rad",
+        "standard deviation of the slope at x",
+        |(p, _)| Some(p.sigma_slope),
+    ),
+    PointColumn {
+        nullable: true,
+        ..column(
+            "true_y",
+            "m",
+            "true height at x, from the same origin; empty in later sections",
+            |(_, t)| t.map(|t| t.height),
+        )
+    },
+    PointColumn {
+        nullable: true,
+        ..column(
+            "true_slope",
+            "rad",
+            "true angle at x; empty on a riser and in later sections",
+            |(_, t)| (*t)?.slope,
+        )
+    },
+];
+
+const fn column(
+    name: &'static str,
+    unit: &'static str,
+    description: &'static str,
+    get: fn(&ComparedPoint) -> Option<f64>,
+) -> PointColumn<ComparedPoint> {
+    PointColumn {
+        name,
+        unit,
+        description,
+        nullable: false,
+        get,
+    }
+}
+
+/// Writes the table of each estimator that has found ground.
+pub fn write_grounds(
+    folder: &Path,
+    format: TableFormat,
+    run: &RunDescription,
+    grounds: &FeltGrounds,
+    metadata: &[(&str, String)],
+) -> Result<(), RecordError> {
+    let robot = &run.robot.robot;
+    let terrain = run.world.as_ref().map(|w| w.terrain.build(robot));
+    for (k, estimator) in run.estimators.iter().enumerate() {
+        let points = grounds.compared(k, terrain.as_ref());
+        if points.is_empty() {
+            continue;
+        }
+        let name = format!("ground-{}", estimator.label);
+        write_points(folder, format, &name, &COLUMNS, &points, metadata)?;
+    }
+    Ok(())
+}

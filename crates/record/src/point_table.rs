@@ -1,0 +1,111 @@
+//! Tables of points, which are written at once: the ground and the ground that was found.
+
+use crate::error::{RecordError, io_error};
+use crate::format::TableFormat;
+use arrow_array::{ArrayRef, Float64Array, RecordBatch};
+use arrow_schema::{DataType, Field, Schema};
+use parquet::arrow::ArrowWriter;
+use parquet::basic::Compression;
+use parquet::errors::Result as ParquetResult;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use std::collections::HashMap;
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+use std::sync::Arc;
+
+/// A column of a table of points.
+pub struct PointColumn<T> {
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit; `1` where it has none.
+    pub unit: &'static str,
+    /// Its content.
+    pub description: &'static str,
+    /// Whether a value can be missing.
+    pub nullable: bool,
+    /// Its value at a point.
+    pub get: fn(&T) -> Option<f64>,
+}
+
+/// Writes the table `name` into a folder, and with CSV its lines of `columns.csv`, which is there already.
+pub fn write_points<T>(
+    folder: &Path,
+    format: TableFormat,
+    name: &str,
+    columns: &[PointColumn<T>],
+    points: &[T],
+    metadata: &[(&str, String)],
+) -> Result<(), RecordError> {
+    match format {
+        TableFormat::Parquet => {
+            let path = folder.join(format!("{name}.parquet"));
+            let file = File::create(&path).map_err(io_error("create", &path))?;
+            write_parquet(file, columns, points, metadata).map_err(|source| RecordError::Parquet {
+                path: path.clone(),
+                source,
+            })
+        }
+        TableFormat::Csv => {
+            let path = folder.join(format!("{name}.csv"));
+            write_csv(&path, columns, points).map_err(io_error("write", &path))?;
+            let path = folder.join("columns.csv");
+            add_columns(&path, name, columns).map_err(io_error("write", &path))
+        }
+    }
+}
+
+fn write_parquet<T>(
+    file: File,
+    columns: &[PointColumn<T>],
+    points: &[T],
+    metadata: &[(&str, String)],
+) -> ParquetResult<()> {
+    let field = |column: &PointColumn<T>| {
+        Field::new(column.name, DataType::Float64, column.nullable).with_metadata(HashMap::from([
+            ("unit".to_owned(), column.unit.to_owned()),
+            ("description".to_owned(), column.description.to_owned()),
+        ]))
+    };
+    let schema = Arc::new(Schema::new(columns.iter().map(field).collect::<Vec<_>>()));
+    let array = |column: &PointColumn<T>| -> ArrayRef {
+        Arc::new(points.iter().map(column.get).collect::<Float64Array>())
+    };
+    let batch = RecordBatch::try_new(Arc::clone(&schema), columns.iter().map(array).collect())?;
+    let metadata = metadata
+        .iter()
+        .map(|(key, value)| KeyValue::new((*key).to_owned(), value.clone()));
+    let properties = WriterProperties::builder()
+        .set_compression(Compression::SNAPPY)
+        .set_key_value_metadata(Some(metadata.collect()))
+        .build();
+    let mut writer = ArrowWriter::try_new(file, schema, Some(properties))?;
+    writer.write(&batch)?;
+    writer.close()?;
+    Ok(())
+}
+
+fn write_csv<T>(path: &Path, columns: &[PointColumn<T>], points: &[T]) -> io::Result<()> {
+    let mut out = BufWriter::new(File::create(path)?);
+    let names: Vec<_> = columns.iter().map(|column| column.name).collect();
+    writeln!(out, "{}", names.join(","))?;
+    for point in points {
+        let cell = |column: &PointColumn<T>| {
+            let value = (column.get)(point);
+            value.map_or(String::new(), |value| format!("{value:?}"))
+        };
+        let cells: Vec<_> = columns.iter().map(cell).collect();
+        writeln!(out, "{}", cells.join(","))?;
+    }
+    out.flush()
+}
+
+fn add_columns<T>(path: &Path, name: &str, columns: &[PointColumn<T>]) -> io::Result<()> {
+    let mut out = OpenOptions::new().append(true).open(path)?;
+    for column in columns {
+        let (unit, description) = (column.unit, column.description);
+        writeln!(out, "{name},{},{unit},\"{description}\"", column.name)?;
+    }
+    Ok(())
+}
