@@ -1,5 +1,6 @@
 //! The estimators of a run, side by side on the same readings.
 
+use crate::ground::FeltGround;
 use crate::source::sensor_frame;
 use robhaz_estimator::{
     Estimate, EstimateError, Estimator, EstimatorSettings, GroundPoint, SensorFrame,
@@ -14,27 +15,6 @@ pub struct Estimators {
     estimators: Vec<Estimator>,
     estimates: Vec<Result<Estimate, EstimateError>>,
     completed: Vec<Vec<GroundPoint>>,
-}
-
-/// The ground as the estimators of a run know it.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct FeltGround<'a> {
-    estimators: &'a [Estimator],
-    completed: &'a [Vec<GroundPoint>],
-}
-
-impl<'a> FeltGround<'a> {
-    /// Points that left the memory of an estimator since the last record, in their final form: see
-    /// [`Estimator::completed_ground`].
-    pub fn completed(&self, estimator: usize) -> &'a [GroundPoint] {
-        self.completed.get(estimator).map_or(&[], Vec::as_slice)
-    }
-
-    /// Points in the memory of an estimator: see [`Estimator::ground`].
-    pub fn in_memory(&self, estimator: usize) -> impl Iterator<Item = GroundPoint> + 'a {
-        let estimator = self.estimators.get(estimator);
-        estimator.into_iter().flat_map(Estimator::ground)
-    }
 }
 
 impl Estimators {
@@ -70,10 +50,7 @@ impl Estimators {
 
     /// The ground as the estimators know it now.
     pub fn ground(&self) -> FeltGround<'_> {
-        FeltGround {
-            estimators: &self.estimators,
-            completed: &self.completed,
-        }
+        FeltGround::new(&self.estimators, &self.completed)
     }
 
     /// Forgets the completed points of the ground, which a record has given.

@@ -12,12 +12,14 @@
 mod description;
 mod error;
 mod estimators;
+mod ground;
 mod sink;
 mod source;
 
 pub use description::{EstimatorDescription, RunDescription, World};
 pub use error::RunError;
-pub use estimators::{Estimators, FeltGround, Observers};
+pub use estimators::{Estimators, Observers};
+pub use ground::FeltGround;
 pub use sink::{Frame, RunEnd, Sink, SinkError};
 pub use source::{Sample, Simulation, Source, sensor_frame};
 

@@ -1,7 +1,7 @@
 //! Receivers of a run's records.
 
 use crate::description::RunDescription;
-use crate::estimators::FeltGround;
+use crate::ground::FeltGround;
 use robhaz_estimator::{Estimate, EstimateError, GroundPoint, SensorFrame};
 use robhaz_sim::Truth;
 

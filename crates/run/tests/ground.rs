@@ -3,6 +3,9 @@
 //! The engine is `direct`; one truth serves all seeds. Points count from the origin to 3 m. Heights are compared at the place that
 //! the robot has found, from the common origin at the start. Nothing is fitted.
 
+// A test may panic.
+#![allow(clippy::expect_used)]
+
 use robhaz_estimator::GroundPoint;
 use robhaz_run::{Observers, RunDescription, RunError, run};
 use robhaz_scene::Scene;
