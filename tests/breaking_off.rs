@@ -241,8 +241,8 @@ fn a_killed_run_keeps_its_records() {
             .unwrap();
         assert!(recovered.status.success(), "{}", said(&recovered));
         let shown = String::from_utf8_lossy(&recovered.stdout).into_owned();
-        // Truth, readings, four estimators.
-        assert_eq!(shown.lines().count(), 6, "{shown}");
+        // Truth, readings, five estimators.
+        assert_eq!(shown.lines().count(), 7, "{shown}");
         for line in shown.lines() {
             let (_, end) = line.split_once("rows, up to ").expect(line);
             let end: f64 = end.trim_end_matches(" s").parse().unwrap();

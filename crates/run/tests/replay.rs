@@ -102,7 +102,7 @@ fn a_replayed_run_gives_the_same_estimates_to_the_bit() -> Result<(), RunError> 
     assert_eq!(simulated.truths, 501);
     assert_eq!(replayed.truths, 0);
     assert_eq!(replayed.estimates.len(), 501);
-    assert!(replayed.estimates.iter().all(|row| row.len() == 4));
+    assert!(replayed.estimates.iter().all(|row| row.len() == 5));
     // The text of a double is different for different bits, and NaN equals NaN.
     for (a, b) in simulated.estimates.iter().zip(&replayed.estimates) {
         assert_eq!(format!("{a:?}"), format!("{b:?}"));

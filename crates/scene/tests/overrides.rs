@@ -60,7 +60,7 @@ fn estimators_are_reached_by_index_written_or_not() {
     };
     assert!(close(pole(&scene), 30.0));
     assert_eq!(scene.estimators[2].name, "mine");
-    assert_eq!(scene.estimators.len(), 4);
+    assert_eq!(scene.estimators.len(), 5);
     let text = "[[estimator]]\nname = 'true-mass'";
     let scene = good(text, &["estimator.0.observer_pole=30 rad/s"]);
     assert_eq!(scene.estimators.len(), 1);

@@ -204,10 +204,13 @@ impl MotionFilter {
         let by_offset = -creep.speed / wheel.moment_of_load;
         let rolls = velocity.rolls();
         let on = if sample.correct && rolls { 1.0 } else { 0.0 };
+        let ratio_sigma = self.ratio_sigma(i, wheel);
+        let pulls = wheel.ratio.abs() > TUNING.pulling * ratio_sigma;
+        let of_creep = if pulls { on } else { 0.0 };
         let h = [
             (VELOCITY, velocity.direction.x),
             (VELOCITY + 1, velocity.direction.y),
-            (CREEP + i, on * wheel.ratio),
+            (CREEP + i, of_creep * wheel.ratio),
             (TORQUE_OFFSET + i, on * by_offset),
             (GEAR_FRICTION, on * by_offset * wheel.friction_share),
             (TORQUE_GAIN + i, on * by_offset * wheel.torque),
@@ -223,7 +226,11 @@ impl MotionFilter {
         };
         let unexplained = TUNING.slip.at_speed(sample.speed_ratio);
         let factor = creep.variance_factor();
-        let mut lasting = self.creep_product(i, wheel);
+        let creep_sigma = libm::sqrt(self.filter.p[CREEP + i][CREEP + i]);
+        let mut lasting = creep_sigma * ratio_sigma;
+        if !pulls {
+            lasting = libm::hypot(lasting, creep_sigma * wheel.ratio);
+        }
         if !rolls {
             // At rest a wheel bears its traction with any slip between 0 and c T/N: the slip itself is noise.
             lasting = libm::hypot(lasting, slip);
@@ -266,16 +273,14 @@ impl MotionFilter {
         residual
     }
 
-    /// Standard deviation of the slip of wheel `i`, m/s, that the linear filter leaves out: creep and T/N are both
-    /// uncertain, and the slip is their product.
-    fn creep_product(&self, i: usize, wheel: &RollingWheel) -> f64 {
+    /// Standard deviation of T/N of wheel `i` from the errors of its torque, -.
+    fn ratio_sigma(&self, i: usize, wheel: &RollingWheel) -> f64 {
         let p = &self.filter.p;
         let (offset, gain) = (TORQUE_OFFSET + i, TORQUE_GAIN + i);
-        let ratio_variance = (p[offset][offset]
+        let torque_variance = p[offset][offset]
             + p[GEAR_FRICTION][GEAR_FRICTION]
-            + p[gain][gain] * wheel.torque * wheel.torque)
-            / (wheel.moment_of_load * wheel.moment_of_load);
-        libm::sqrt(p[CREEP + i][CREEP + i] * ratio_variance)
+            + p[gain][gain] * wheel.torque * wheel.torque;
+        libm::sqrt(torque_variance) / wheel.moment_of_load
     }
 
     /// Adds 0.25 m^2/s^2 times dt to the velocity's variances after a rejected rim speed. So a wrong velocity estimate cannot

@@ -56,6 +56,9 @@ pub struct Tuning {
     pub greatest_creep: f64,
     /// Lower limit of the creep speed, m/s: a driven wheel does not creep backwards, and harder wheels act as rigid ones.
     pub least_creep: f64,
+    /// T/N beyond this many of its standard deviations corrects the creep speed. Below, slip that is missing shows a torque offset, not a
+    /// hard wheel: a creep of zero would explain any offset.
+    pub pulling: f64,
     /// Random walk of a torque offset, N m/sqrt(s).
     pub offset_walk: f64,
     /// Random walk of the gear friction, N m/sqrt(s).
@@ -132,9 +135,10 @@ pub const TUNING: Tuning = Tuning {
     common_creep: 0.9,
     greatest_creep: 0.3,
     least_creep: 5e-4,
+    pulling: 4.0,
     offset_walk: 1e-3,
     friction_walk: 2e-3,
-    creep_walk: 6e-3,
+    creep_walk: 4e-3,
     common_creep_walk: 0.5,
     parity: LastingError::new(0.1, 0.03),
     slope: 0.2,
