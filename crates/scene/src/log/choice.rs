@@ -5,7 +5,7 @@ use crate::model_error::ModelErrorTooLarge;
 use crate::robot::RobotChoice;
 use crate::scene::Scene;
 use crate::suggest::nearest;
-use robhaz_estimator::{EstimatorSettings, NoiseBudget};
+use robhaz_estimator::{ContactAngles, EstimatorSettings, Method, NoiseBudget};
 
 /// What is known of a log beside its readings. SI throughout.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,6 +43,14 @@ pub struct UnknownEstimator {
     pub allowed: String,
     hint: String,
 }
+
+/// Estimators that need contact angles, where there are none.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{0} cannot estimate without contact angles; allowed: estimators with filters = \"kalman\" and rolling = \"on\", such as \
+     --estimator best"
+)]
+pub struct NeedsContactAngles(pub String);
 
 impl Default for LogChoice {
     /// Robot A, sensors of the budget [`NoiseBudget::typical`], all presets.
@@ -125,6 +133,44 @@ impl LogChoice {
         }
         self.estimators = selected;
         Ok(())
+    }
+
+    /// Estimates without contact angles. Estimators that need them are left out, or, if `convert`, get the key
+    /// `contact_angles = "none"`. Returns the names of those that were left out.
+    ///
+    /// # Errors
+    /// [`NeedsContactAngles`] where an estimator cannot be converted, or none is left.
+    pub fn without_contact_angles(
+        &mut self,
+        convert: bool,
+    ) -> Result<Vec<String>, NeedsContactAngles> {
+        let mut left_out = Vec::new();
+        for mut estimator in std::mem::take(&mut self.estimators) {
+            let settings = &mut estimator.choice.settings;
+            if let (true, Method::Kalman(method)) = (convert, &mut settings.method)
+                && method.rolling
+            {
+                method.contact_angles = ContactAngles::Unknown;
+            }
+            if !settings.needs_contact_angles() {
+                self.estimators.push(estimator);
+            } else if convert {
+                return Err(NeedsContactAngles(estimator.choice.name));
+            } else {
+                left_out.push(estimator.choice.name);
+            }
+        }
+        match (self.estimators.as_slice(), left_out.as_slice()) {
+            ([], [_, ..]) => Err(NeedsContactAngles(left_out.join(", "))),
+            _ => Ok(left_out),
+        }
+    }
+
+    /// Names of the estimators that need contact angles.
+    pub fn needing_contact_angles(&self) -> Vec<&str> {
+        let needs = |e: &&LogEstimator| e.choice.settings.needs_contact_angles();
+        let names = self.estimators.iter().filter(needs);
+        names.map(|e| e.choice.name.as_str()).collect()
     }
 
     fn named(&self, name: &str) -> Result<LogEstimator, UnknownEstimator> {

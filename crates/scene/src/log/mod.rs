@@ -12,4 +12,4 @@ mod keys;
 mod load;
 mod write;
 
-pub use choice::{LogChoice, LogEstimator, UnknownEstimator};
+pub use choice::{LogChoice, LogEstimator, NeedsContactAngles, UnknownEstimator};

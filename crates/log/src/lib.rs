@@ -1,0 +1,39 @@
+//! Recorded logs as a source of readings: Parquet, CSV and Arrow streams; folders of runs.
+//!
+//! ```text
+//! files -> Rows of each channel -> Frames on one time -> SensorFrame -> (the loop of crate `run`)
+//! ```
+//!
+//! | modules | job |
+//! |---|---|
+//! | `rows`, `csv_table`, `batch_table` | rows of a table, whatever its format |
+//! | `stamp`, `order` | time stamps and their order |
+//! | `readings`, `truth` | readings and truth by the names of columns |
+//! | `own_names`, `plan` | which column is which reading |
+//! | `events`, `survey`, `frames` | rows of all channels; a first reading; frames on one time |
+//! | `place`, `log`, `source` | from a path to a run |
+//!
+//! A log is read twice: a first time for duration, rates and order of the time stamps, so that a log that cannot be used
+//! is refused before anything is written.
+
+mod batch_table;
+mod csv_table;
+mod error;
+mod events;
+mod frames;
+mod log;
+mod order;
+mod own_names;
+mod place;
+mod plan;
+mod readings;
+mod rows;
+mod source;
+mod stamp;
+mod survey;
+mod truth;
+
+pub use error::LogError;
+pub use log::{Log, LogOptions};
+pub use place::{LogPlace, PlaceError};
+pub use truth::is_column as is_truth_column;

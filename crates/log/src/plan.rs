@@ -1,0 +1,199 @@
+//! What is read from which channel, and how a reading follows from the cells of a row.
+
+use crate::batch_table::{BatchFormat, BatchRows};
+use crate::csv_table::CsvRows;
+use crate::error::LogError;
+use crate::events::{Events, Tables};
+use crate::readings::{Reading, Values};
+use crate::rows::{ColumnInfo, Rows, TimeColumn};
+use crate::truth;
+use crate::{batch_table, csv_table};
+use robhaz_sim::Truth;
+use std::path::{Path, PathBuf};
+
+/// Format of a table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TableFormat {
+    /// Text.
+    Csv,
+    /// Arrow batches.
+    Batches(BatchFormat),
+}
+
+impl TableFormat {
+    /// Formats by the extension of a file.
+    pub const ALL: [(&'static str, Self); 5] = [
+        ("parquet", Self::Batches(BatchFormat::Parquet)),
+        ("csv", Self::Csv),
+        ("tsv", Self::Csv),
+        ("txt", Self::Csv),
+        ("arrows", Self::Batches(BatchFormat::Stream)),
+    ];
+
+    /// The format of a file, by its extension; `None` for another one.
+    pub fn of(path: &Path) -> Option<Self> {
+        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+        let found = Self::ALL.iter().find(|(e, _)| *e == extension);
+        found.map(|(_, format)| *format)
+    }
+
+    /// The columns of a file.
+    pub fn columns(self, path: &Path) -> Result<Vec<ColumnInfo>, LogError> {
+        match self {
+            Self::Csv => csv_table::columns(path),
+            Self::Batches(format) => batch_table::columns(path, format),
+        }
+    }
+}
+
+/// Where the rows of a channel come from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TablePlace {
+    /// The file.
+    pub path: PathBuf,
+    /// Its format.
+    pub format: TableFormat,
+    /// Its time.
+    pub time: TimeColumn,
+}
+
+impl TablePlace {
+    fn open(&self, columns: &[String]) -> Result<Box<dyn Rows>, LogError> {
+        Ok(match self.format {
+            TableFormat::Csv => Box::new(CsvRows::open(&self.path, &self.time, columns)?),
+            TableFormat::Batches(format) => {
+                Box::new(BatchRows::open(&self.path, format, &self.time, columns)?)
+            }
+        })
+    }
+}
+
+/// How a reading follows from a cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Formula {
+    /// Index of the cell in the row.
+    pub cell: usize,
+    /// Factor from the cell to the reading. 1 keeps the bits.
+    pub factor: f64,
+    /// Subtracted after the factor. 0 keeps the bits.
+    pub offset: f64,
+}
+
+impl Formula {
+    /// A cell as it is.
+    pub fn of_cell(cell: usize) -> Self {
+        Self {
+            cell,
+            factor: 1.0,
+            offset: 0.0,
+        }
+    }
+
+    /// The reading of a row's cells; `None` where it is missing.
+    pub fn value(&self, cells: &[Option<f64>]) -> Option<f64> {
+        let cell = *cells.get(self.cell)?;
+        let value = cell? * self.factor;
+        // Subtracting zero would change the sign of a zero.
+        let is_shifted = self.offset != 0.0;
+        Some(if is_shifted {
+            value - self.offset
+        } else {
+            value
+        })
+    }
+}
+
+/// A channel of a log: rows with time stamps of one clock.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChannelPlan {
+    /// Its name in messages.
+    pub name: String,
+    /// Where its rows come from.
+    pub place: TablePlace,
+    /// Added to its time stamps, s.
+    pub offset: f64,
+    /// Names of the columns that are read.
+    pub columns: Vec<String>,
+    /// The readings that follow from them.
+    pub readings: Vec<(Reading, Formula)>,
+    /// Whether the columns are those of the truth.
+    pub is_truth: bool,
+}
+
+/// What the rows of a channel give.
+#[derive(Clone, Debug)]
+pub enum Content {
+    /// Readings.
+    Readings(Values),
+    /// Truth.
+    Truth(Box<Truth>),
+}
+
+impl ChannelPlan {
+    /// What a row's cells give.
+    pub fn content(&self, cells: &[Option<f64>]) -> Content {
+        if self.is_truth {
+            let mut truth = truth::unknown();
+            for (name, cell) in self.columns.iter().zip(cells) {
+                if let Some(value) = cell {
+                    truth::set(&mut truth, name, *value);
+                }
+            }
+            let forces = truth
+                .wheels
+                .iter()
+                .flat_map(|w| [w.normal_force, w.traction]);
+            // Without a force there is nothing to compare with.
+            return match forces.into_iter().all(f64::is_finite) {
+                true => Content::Truth(Box::new(truth)),
+                false => Content::Readings(Values::default()),
+            };
+        }
+        let mut values = Values::default();
+        for (reading, formula) in &self.readings {
+            values[reading.index()] = formula.value(cells);
+        }
+        Content::Readings(values)
+    }
+}
+
+/// All channels of a log; the first is the time base.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// The file or folder, as the user named it.
+    pub source: PathBuf,
+    /// The channels.
+    pub channels: Vec<ChannelPlan>,
+    /// Files that are read.
+    pub files: Vec<PathBuf>,
+}
+
+impl Plan {
+    /// Opens the log at its start. Without `cells` only the time stamps are read.
+    pub fn open(&self, cells: bool) -> Result<Box<dyn Events>, LogError> {
+        let open = |channel: &ChannelPlan| {
+            let columns: &[String] = if cells { &channel.columns } else { &[] };
+            channel.place.open(columns)
+        };
+        let tables = self.channels.iter().map(open);
+        Ok(Box::new(Tables(tables.collect::<Result<_, _>>()?)))
+    }
+
+    /// Whether a channel has a reading.
+    pub fn has(&self, reading: Reading) -> bool {
+        let mut readings = self.channels.iter().flat_map(|c| &c.readings);
+        readings.any(|(r, _)| *r == reading)
+    }
+
+    /// Leaves out the contact angles.
+    pub fn forget_contact_angles(&mut self) {
+        for channel in &mut self.channels {
+            channel.readings.retain(|(r, _)| !r.is_contact_angle());
+        }
+    }
+
+    /// The readings that no channel has.
+    pub fn absent(&self) -> Vec<Reading> {
+        Reading::all().filter(|r| !self.has(*r)).collect()
+    }
+}
