@@ -6,7 +6,7 @@ use crate::terminal::warn_of;
 use miette::{IntoDiagnostic, Report, Result, WrapErr};
 use robhaz_log::{Log, LogOptions, LogPlace, PlaceError};
 use robhaz_scene::{LogChoice, RobotChoice};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Arguments of `robhaz estimate`.
@@ -60,13 +60,16 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     log.warnings.iter().for_each(|w| warn_of(&log.name, w));
     let version = format!("robhaz {}", env!("CARGO_PKG_VERSION"));
     let resolved = log.choice.to_toml(&version);
+    let sensors = copy(args.sensors.as_deref())?;
     let name = log.name.clone();
     let job = Job {
         start,
         name: &name,
         folder,
         work: "reading and estimation",
-        files: vec![(LogPlace::DESCRIPTION.to_owned(), resolved.into())],
+        files: std::iter::once((LogPlace::DESCRIPTION.to_owned(), resolved.into()))
+            .chain(sensors)
+            .collect(),
     };
     let run = log
         .into_run()
@@ -87,6 +90,16 @@ fn describe(choice: &mut LogChoice, args: &Args) -> Result<()> {
         choice.select(&args.estimator).into_diagnostic()?;
     }
     Ok(())
+}
+
+/// The copy of the user's description for the folder of results, as it is.
+fn copy(path: Option<&Path>) -> Result<Option<(String, Vec<u8>)>> {
+    let read = |path: &Path| {
+        let content = std::fs::read(path).into_diagnostic();
+        content.wrap_err_with(|| format!("cannot read {}", path.display()))
+    };
+    let content = path.map(read).transpose()?;
+    Ok(content.map(|content| (LogPlace::SENSORS.to_owned(), content)))
 }
 
 /// The error with the excerpt of the scene that it is about.

@@ -266,6 +266,7 @@ fn is_of_a_run(name: &str, scene: &str) -> bool {
     let fixed = [
         "scene.toml",
         LogPlace::DESCRIPTION,
+        LogPlace::SENSORS,
         "summary.json",
         "summary.json.partial",
         "run.rrd",

@@ -9,7 +9,7 @@
 //! | `rows`, `csv_table`, `batch_table` | rows of a table, whatever its format |
 //! | `stamp`, `order` | time stamps and their order |
 //! | `readings`, `truth` | readings and truth by the names of columns |
-//! | `own_names`, `plan` | which column is which reading |
+//! | `own_names`, `mapped`, `formula`, `plan` | which column is which reading |
 //! | `events`, `survey`, `frames` | rows of all channels; a first reading; frames on one time |
 //! | `place`, `log`, `source` | from a path to a run |
 //!
@@ -20,8 +20,10 @@ mod batch_table;
 mod csv_table;
 mod error;
 mod events;
+mod formula;
 mod frames;
 mod log;
+mod mapped;
 mod order;
 mod own_names;
 mod place;

@@ -2,8 +2,9 @@
 
 use crate::error::LogError;
 use crate::frames::Frames;
+use crate::mapped;
 use crate::own_names;
-use crate::place::LogPlace;
+use crate::place::{LogPlace, no_table};
 use crate::plan::Plan;
 use crate::readings::Reading;
 use crate::source::LogSource;
@@ -56,10 +57,21 @@ impl Log {
             mut warnings,
             file_name: _,
         } = place;
+        let channels = match (&choice.mapping, &table) {
+            (Some(mapping), table) => mapped::channels(&path, table.as_deref(), mapping)?,
+            (None, Some(table)) => vec![own_names::readings(table)?],
+            (None, None) => return Err(no_table(&path)),
+        };
+        let mut files: Vec<PathBuf> = Vec::new();
+        for channel in &channels {
+            if !files.contains(&channel.place.path) {
+                files.push(channel.place.path.clone());
+            }
+        }
         let mut plan = Plan {
             source: path,
-            channels: vec![own_names::readings(&table)?],
-            files: vec![table],
+            channels,
+            files,
         };
         warnings.extend(use_contact_angles(&mut plan, &mut choice, options)?);
         if let Some(truth) = &options.truth {
@@ -104,6 +116,13 @@ fn use_contact_angles(
     options: &LogOptions,
 ) -> Result<Option<String>, LogError> {
     let absent = plan.absent();
+    if let Some(reading) = absent.iter().find(|r| !r.is_contact_angle()) {
+        let message = format!(
+            "has no {}: every estimator needs it; allowed to be missing: contact angles",
+            reading.name()
+        );
+        return Err(LogError::whole(&plan.source, message));
+    }
     let absent: Vec<&str> = absent
         .iter()
         .filter(|r| r.is_contact_angle())

@@ -1,7 +1,8 @@
 //! Tables with the column names that a run writes.
 
 use crate::error::LogError;
-use crate::plan::{ChannelPlan, Formula, TableFormat, TablePlace};
+use crate::formula::Formula;
+use crate::plan::{ChannelPlan, TableFormat, TablePlace};
 use crate::readings::Reading;
 use crate::rows::{ColumnInfo, TimeColumn};
 use crate::stamp::TimeUnit;
@@ -79,14 +80,7 @@ pub fn truth(path: &Path) -> Result<ChannelPlan, LogError> {
 }
 
 fn open(path: &Path) -> Result<(TableFormat, Vec<ColumnInfo>), LogError> {
-    let format = TableFormat::of(path).ok_or_else(|| {
-        let endings: Vec<_> = TableFormat::ALL
-            .iter()
-            .map(|(e, _)| format!(".{e}"))
-            .collect();
-        let message = format!("is no table, allowed endings: {}", endings.join(", "));
-        LogError::whole(path, message)
-    })?;
+    let format = TableFormat::of(path).ok_or_else(|| TableFormat::refusal(path))?;
     Ok((format, format.columns(path)?))
 }
 
@@ -120,19 +114,13 @@ fn time(columns: &[ColumnInfo], problems: &mut Vec<String>) -> TimeColumn {
 }
 
 fn check(path: &Path, found: &[ColumnInfo], problems: Vec<String>) -> Result<(), LogError> {
-    const SHOWN: usize = 40;
     if problems.is_empty() {
         return Ok(());
     }
-    let names: Vec<&str> = found.iter().map(|c| c.name.as_str()).take(SHOWN).collect();
-    let more = match found.len().saturating_sub(SHOWN) {
-        0 => String::new(),
-        more => format!(" and {more} more"),
-    };
     let message = format!(
-        "{}; found the columns {}{more}; {REMEDY}",
+        "{}; found {}; {REMEDY}",
         problems.join("; "),
-        names.join(", "),
+        ColumnInfo::list(found)
     );
     Err(LogError::whole(path, message))
 }

@@ -19,8 +19,8 @@ pub struct LogPlace {
     pub name: String,
     /// The name of its file or folder, as a name of runs.
     pub file_name: String,
-    /// The table of readings.
-    pub(crate) table: PathBuf,
+    /// The table of readings. `None` for a folder without a table of that name.
+    pub(crate) table: Option<PathBuf>,
     /// What is known: from the folder of a run, else the defaults.
     pub choice: LogChoice,
     /// What the user should know, one line each.
@@ -44,6 +44,8 @@ pub enum PlaceError {
 impl LogPlace {
     /// Name of the resolved description in the folder of an estimate.
     pub const DESCRIPTION: &str = "log.toml";
+    /// Name of the copy of the user's description, in the same folder.
+    pub const SENSORS: &str = "sensors.toml";
 
     /// Finds the log at a path.
     ///
@@ -51,9 +53,9 @@ impl LogPlace {
     /// [`PlaceError`]: no such file or folder, a folder without readings, or a scene in it that cannot be read.
     pub fn find(path: &Path) -> Result<Self, PlaceError> {
         let (table, folder) = if path.is_dir() {
-            (table_in(path)?, Some(path))
+            (table_in(path), Some(path))
         } else if path.exists() {
-            (path.to_path_buf(), None)
+            (Some(path.to_path_buf()), None)
         } else {
             let message = "there is no such file or folder";
             return Err(LogError::whole(path, message).into());
@@ -97,16 +99,26 @@ impl LogPlace {
 }
 
 /// The table of readings in a folder.
-fn table_in(folder: &Path) -> Result<PathBuf, LogError> {
-    let names = TableFormat::ALL.map(|(extension, _)| format!("{TABLE}.{extension}"));
-    let mut paths = names.iter().map(|name| folder.join(name));
-    paths.find(|path| path.is_file()).ok_or_else(|| {
-        let message = format!(
-            "holds no table of readings; allowed: the folder of a run or of an estimate, with one of {}; or name the file itself",
-            names.join(", ")
-        );
-        LogError::whole(folder, message)
-    })
+fn table_in(folder: &Path) -> Option<PathBuf> {
+    let mut paths = table_names().into_iter().map(|name| folder.join(name));
+    paths.find(|path| path.is_file())
+}
+
+fn table_names() -> Vec<String> {
+    let formats = TableFormat::ALL.iter();
+    formats
+        .map(|(extension, _)| format!("{TABLE}.{extension}"))
+        .collect()
+}
+
+/// The error of a folder without a table of readings.
+pub(crate) fn no_table(folder: &Path) -> LogError {
+    let message = format!(
+        "holds no table of readings; allowed: the folder of a run or of an estimate, with one of {}; or name the file itself, or \
+         state the tables of the folder with --sensors SENSORS.toml (docs/logs.md)",
+        table_names().join(", ")
+    );
+    LogError::whole(folder, message)
 }
 
 /// The name of a file or folder without extension, as a name of runs.

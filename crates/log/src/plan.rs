@@ -4,6 +4,7 @@ use crate::batch_table::{BatchFormat, BatchRows};
 use crate::csv_table::CsvRows;
 use crate::error::LogError;
 use crate::events::{Events, Tables};
+use crate::formula::Formula;
 use crate::readings::{Reading, Values};
 use crate::rows::{ColumnInfo, Rows, TimeColumn};
 use crate::truth;
@@ -37,6 +38,13 @@ impl TableFormat {
         found.map(|(_, format)| *format)
     }
 
+    /// The error of a file without such an extension.
+    pub fn refusal(path: &Path) -> LogError {
+        let endings = Self::ALL.map(|(extension, _)| format!(".{extension}"));
+        let message = format!("is no table, allowed endings: {}", endings.join(", "));
+        LogError::whole(path, message)
+    }
+
     /// The columns of a file.
     pub fn columns(self, path: &Path) -> Result<Vec<ColumnInfo>, LogError> {
         match self {
@@ -64,41 +72,6 @@ impl TablePlace {
             TableFormat::Batches(format) => {
                 Box::new(BatchRows::open(&self.path, format, &self.time, columns)?)
             }
-        })
-    }
-}
-
-/// How a reading follows from a cell.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Formula {
-    /// Index of the cell in the row.
-    pub cell: usize,
-    /// Factor from the cell to the reading. 1 keeps the bits.
-    pub factor: f64,
-    /// Subtracted after the factor. 0 keeps the bits.
-    pub offset: f64,
-}
-
-impl Formula {
-    /// A cell as it is.
-    pub fn of_cell(cell: usize) -> Self {
-        Self {
-            cell,
-            factor: 1.0,
-            offset: 0.0,
-        }
-    }
-
-    /// The reading of a row's cells; `None` where it is missing.
-    pub fn value(&self, cells: &[Option<f64>]) -> Option<f64> {
-        let cell = *cells.get(self.cell)?;
-        let value = cell? * self.factor;
-        // Subtracting zero would change the sign of a zero.
-        let is_shifted = self.offset != 0.0;
-        Some(if is_shifted {
-            value - self.offset
-        } else {
-            value
         })
     }
 }

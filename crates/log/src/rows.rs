@@ -53,6 +53,23 @@ pub struct ColumnInfo {
     pub unit: Option<String>,
 }
 
+impl ColumnInfo {
+    /// The names of columns for messages, of many the first.
+    pub fn list(columns: &[Self]) -> String {
+        const SHOWN: usize = 40;
+        let names: Vec<&str> = columns
+            .iter()
+            .map(|c| c.name.as_str())
+            .take(SHOWN)
+            .collect();
+        let more = match columns.len().saturating_sub(SHOWN) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        format!("the columns {}{more}", names.join(", "))
+    }
+}
+
 /// The time column of a table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TimeColumn {

@@ -50,7 +50,10 @@ mod write;
 pub use error::{Problem, SceneError};
 pub use estimators::EstimatorChoice;
 pub use excerpt::harmless;
-pub use log::{LogChoice, LogEstimator, NeedsContactAngles, UnknownEstimator};
+pub use log::{
+    ChannelChoice, ImuChoice, InclinationSource, LogChoice, LogEstimator, Mapping,
+    NeedsContactAngles, ReadingChoice, UnknownEstimator, log_reference,
+};
 pub use model_error::{ModelError, ModelErrorTooLarge};
 pub use name::from_stem;
 pub use plant_failure::PlantFailure;

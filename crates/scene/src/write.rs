@@ -252,6 +252,7 @@ pub(crate) fn value<T>(field: &Field<T>, of: &mut T) -> Option<String> {
         Field::Switch(at) => text(SWITCH[usize::from(*at(of))]),
         Field::Word(words, get, _) => text(words[get(of)]),
         Field::ThreeWords(words, get, _) => array(get(of).map(|i| text(words[i]))),
+        Field::Text(at) => text(at(of)),
         Field::Table(_) | Field::Own { .. } | Field::OwnWord { .. } => return None,
     })
 }

@@ -1,5 +1,6 @@
 //! A log description with every choice made.
 
+use super::mapping::Mapping;
 use crate::estimators::{self, EstimatorChoice, PRESETS};
 use crate::model_error::ModelErrorTooLarge;
 use crate::robot::RobotChoice;
@@ -22,6 +23,9 @@ pub struct LogChoice {
     pub compare_from: f64,
     /// `[[estimator]]`, in order; names are unique.
     pub estimators: Vec<LogEstimator>,
+    /// Which column is which reading. `None` for the names that a run writes. Not written into a resolved description:
+    /// the table beside it has those names.
+    pub mapping: Option<Mapping>,
 }
 
 /// An estimator to run on a log.
@@ -70,6 +74,7 @@ impl Default for LogChoice {
                     viscous_damping: damping,
                 })
                 .collect(),
+            mapping: None,
         }
     }
 }
@@ -106,6 +111,7 @@ impl LogChoice {
             budget: scene.noise_budget(),
             compare_from: scene.record.compare_from,
             estimators: scene.estimators.iter().map(estimator).collect(),
+            mapping: None,
         })
     }
 

@@ -2,6 +2,7 @@
 
 use super::choice::{LogChoice, LogEstimator};
 use super::keys::SECTIONS;
+use super::mapping;
 use crate::error::SceneError;
 use crate::reader::Reader;
 use crate::robot::RobotChoice;
@@ -94,6 +95,9 @@ fn read(reader: &mut Reader, root: &Node, base: LogChoice) -> LogChoice {
         let listed = choice.estimators.iter_mut();
         listed.for_each(|e| e.viscous_damping = damping);
     }
+    if let Some(mapping) = mapping::read(reader, root) {
+        choice.mapping = Some(mapping);
+    }
     choice
 }
 
@@ -120,8 +124,16 @@ fn read_estimators(reader: &mut Reader, root: &Node, damping: f64) -> Vec<LogEst
 /// Adds a problem for every entry that is neither a top-level key nor a section.
 fn top_level(reader: &mut Reader, root: &Node) {
     let own = ["name", "robot", estimators::PATH];
+    let of_mapping = [
+        mapping::TIME_BASE,
+        mapping::MISSING,
+        mapping::CHANNEL,
+        mapping::READING,
+        mapping::IMU,
+    ];
     let allowed: Vec<&str> = own
         .into_iter()
+        .chain(of_mapping)
         .chain(SECTIONS.iter().map(|s| s.name))
         .collect();
     for entry in reader.entries(root, "") {

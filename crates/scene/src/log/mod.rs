@@ -4,12 +4,17 @@
 //! | modules | job |
 //! |---|---|
 //! | `choice` | the result of reading a description |
-//! | `keys` | declarations of its keys |
+//! | `keys`, `mapping` | declarations of its keys; columns and the readings that follow from them |
+//! | `reference` | all keys |
 //! | `load`, `write` | from a file; as a file |
 
 mod choice;
 mod keys;
 mod load;
+mod mapping;
+mod reference;
 mod write;
 
 pub use choice::{LogChoice, LogEstimator, NeedsContactAngles, UnknownEstimator};
+pub use mapping::{ChannelChoice, ImuChoice, InclinationSource, Mapping, ReadingChoice};
+pub use reference::log_reference;
