@@ -12,12 +12,13 @@ use std::time::Instant;
 /// Arguments of `robhaz estimate`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The log: a table of readings (.parquet, .csv), or the folder of a run or of an estimate.
+    /// The log: a table of readings (.parquet, .csv), an MCAP file, or the folder of a run or of an estimate.
     log: PathBuf,
     /// The robot: a file with the section [robot] of a scene; by default that of the log's folder, else robot A.
     #[arg(long, value_name = "ROBOT.toml")]
     robot: Option<PathBuf>,
-    /// Description of the log: noise budget, nominal damping, estimators. See docs/logs.md.
+    /// Description of the log: columns and units of the readings, clocks, noise budget, nominal damping, estimators. See
+    /// docs/logs.md.
     #[arg(long, value_name = "SENSORS.toml")]
     sensors: Option<PathBuf>,
     /// An estimator of the description, or a preset; can be repeated. By default all of the description.

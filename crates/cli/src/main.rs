@@ -2,6 +2,7 @@
 
 mod compare;
 mod estimate;
+mod export;
 mod interrupt;
 mod live;
 mod output;
@@ -36,6 +37,8 @@ enum Command {
     Run(run::Args),
     /// Run the estimators on a recorded log: a table of readings, or the folder of a run.
     Estimate(estimate::Args),
+    /// Write a run or an estimate as a log that other tools open: MCAP or CSV.
+    Export(export::Args),
     /// Print the table of errors of one or several finished runs.
     Compare(compare::Args),
     /// Make tables from the records of a run that was killed or whose disk was full.
@@ -56,6 +59,7 @@ fn main() -> ExitCode {
     let done = match cli.command {
         Command::Run(args) => run::run(&args, &interrupt),
         Command::Estimate(args) => estimate::run(&args, &interrupt),
+        Command::Export(args) => export::run(&args),
         Command::Compare(args) => compare::compare(&args),
         Command::Recover(args) => recover::recover(&args),
         Command::Verify(args) => verify::run(&args, &interrupt),

@@ -25,22 +25,37 @@ pub trait Events {
     fn cut_off(&self, channel: usize) -> Option<&str>;
 }
 
-/// Channels with a table each.
-pub struct Tables(pub Vec<Box<dyn Rows>>);
+/// Channels with a table each, and channels that share a file of topics.
+pub struct Sources {
+    /// The table of each channel; `None` for a topic.
+    pub tables: Vec<Option<Box<dyn Rows>>>,
+    /// The file of topics, and the channels of its topics.
+    pub topics: Option<(Box<dyn Events>, Vec<usize>)>,
+}
 
-impl Events for Tables {
+impl Events for Sources {
     fn next_event(&mut self, wanted: usize) -> Result<Option<Event>, LogError> {
-        let Some(rows) = self.0.get_mut(wanted) else {
+        if let Some(Some(rows)) = self.tables.get_mut(wanted) {
+            let row = rows.next_row()?;
+            return Ok(row.map(|row| Event {
+                channel: wanted,
+                row,
+            }));
+        }
+        let Some((events, channels)) = &mut self.topics else {
             return Ok(None);
         };
-        let row = rows.next_row()?;
-        Ok(row.map(|row| Event {
-            channel: wanted,
-            row,
+        let event = events.next_event(wanted)?;
+        Ok(event.map(|event| Event {
+            channel: channels[event.channel],
+            ..event
         }))
     }
 
     fn cut_off(&self, channel: usize) -> Option<&str> {
-        self.0.get(channel)?.cut_off()
+        match self.tables.get(channel)? {
+            Some(rows) => rows.cut_off(),
+            None => self.topics.as_ref()?.0.cut_off(channel),
+        }
     }
 }

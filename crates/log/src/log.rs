@@ -59,13 +59,15 @@ impl Log {
         } = place;
         let channels = match (&choice.mapping, &table) {
             (Some(mapping), table) => mapped::channels(&path, table.as_deref(), mapping)?,
+            (None, Some(table)) if mapped::is_mcap(table) => vec![own_names::topic(table)?],
             (None, Some(table)) => vec![own_names::readings(table)?],
             (None, None) => return Err(no_table(&path)),
         };
         let mut files: Vec<PathBuf> = Vec::new();
         for channel in &channels {
-            if !files.contains(&channel.place.path) {
-                files.push(channel.place.path.clone());
+            let file = channel.place.path().to_path_buf();
+            if !files.contains(&file) {
+                files.push(file);
             }
         }
         let mut plan = Plan {
@@ -75,7 +77,9 @@ impl Log {
         };
         warnings.extend(use_contact_angles(&mut plan, &mut choice, options)?);
         if let Some(truth) = &options.truth {
-            plan.channels.push(own_names::truth(truth)?);
+            let channels = choice.mapping.iter().flat_map(|m| &m.channels);
+            let clock = channels.into_iter().find(|c| c.name == mapped::TRUTH);
+            plan.channels.push(own_names::truth(truth, clock)?);
             plan.files.push(truth.clone());
         }
         let survey = survey(&plan)?;

@@ -2,13 +2,16 @@
 
 use crate::error::LogError;
 use crate::formula::{Formula, Upward, across};
-use crate::own_names::stem;
-use crate::plan::{ChannelPlan, TableFormat, TablePlace};
+use crate::mcap_events::{self, Clock, TopicPlace};
+use crate::plan::{ChannelPlace, ChannelPlan, TableFormat, TablePlace};
 use crate::readings::Reading;
 use crate::rows::{ColumnInfo, TimeColumn};
 use crate::stamp::TimeUnit;
 use robhaz_scene::{ChannelChoice, ImuChoice, InclinationSource, Mapping};
 use std::path::{Path, PathBuf};
+
+/// Name of the channel that states the clock of the table of the truth.
+pub const TRUTH: &str = "truth";
 
 /// The channels of a log; the first is the time base.
 ///
@@ -25,9 +28,10 @@ pub fn channels(
             let message = "is a folder: state its tables, [[channel]] with name and table, in the description";
             return Err(LogError::whole(log, message));
         };
-        channels.push(empty(table, stem(table), None)?);
+        channels.push(empty(table, TablePlace::stem(table), None)?);
     }
-    for choice in &mapping.channels {
+    // The channel of this name states the clock of the truth.
+    for choice in mapping.channels.iter().filter(|c| c.name != TRUTH) {
         let path = file(log, table, choice)?;
         channels.push(empty(&path, choice.name.clone(), Some(choice))?);
     }
@@ -45,9 +49,7 @@ pub fn channels(
         wanted.add_imu(imu);
     }
     let mut channels = wanted.channels;
-    for channel in &mut channels {
-        check(channel)?;
-    }
+    check(&channels)?;
     if let Some(base) = &mapping.time_base
         && let Some(i) = channels.iter().position(|c| c.name == *base)
     {
@@ -62,14 +64,6 @@ pub fn channels(
 
 /// The file of a channel: the log itself, or a file beside it or in its folder.
 fn file(log: &Path, table: Option<&Path>, choice: &ChannelChoice) -> Result<PathBuf, LogError> {
-    let place = || format!("channel {}", choice.name);
-    if !choice.topic.is_empty() {
-        let message = format!(
-            "topic {} needs an MCAP file (.mcap); a table has no topics",
-            choice.topic
-        );
-        return Err(LogError::place(log, place(), message));
-    }
     if !choice.table.is_empty() {
         let folder = if log.is_dir() {
             Some(log)
@@ -81,7 +75,7 @@ fn file(log: &Path, table: Option<&Path>, choice: &ChannelChoice) -> Result<Path
     let own = table.filter(|_| !log.is_dir());
     own.map(Path::to_path_buf).ok_or_else(|| {
         let message = "the log is a folder: state the channel's `table`, a file in it";
-        LogError::place(log, place(), message)
+        LogError::place(log, format!("channel {}", choice.name), message)
     })
 }
 
@@ -91,29 +85,69 @@ fn empty(
     name: String,
     choice: Option<&ChannelChoice>,
 ) -> Result<ChannelPlan, LogError> {
-    let format = TableFormat::of(path).ok_or_else(|| TableFormat::refusal(path))?;
-    let time = choice.map_or("", |c| c.time.as_str());
-    let unit = match choice.map(ChannelChoice::time_units_per_second) {
-        Some(1_000) => TimeUnit::MILLISECOND,
-        Some(1_000_000) => TimeUnit::MICROSECOND,
-        Some(1_000_000_000) => TimeUnit::NANOSECOND,
-        _ => TimeUnit::SECOND,
+    let place = match choice.filter(|c| !c.topic.is_empty()) {
+        Some(choice) => ChannelPlace::Topic(topic(path, choice)?),
+        None if is_mcap(path) => {
+            let message =
+                "state the `topic` of each channel of an MCAP file, [[channel]] in the description";
+            return Err(LogError::place(path, format!("channel {name}"), message));
+        }
+        None => ChannelPlace::Table(TablePlace {
+            path: path.to_path_buf(),
+            format: TableFormat::of(path).ok_or_else(|| TableFormat::refusal(path))?,
+            time: time(choice),
+        }),
     };
     Ok(ChannelPlan {
         name,
-        place: TablePlace {
-            path: path.to_path_buf(),
-            format,
-            time: TimeColumn {
-                name: if time.is_empty() { "time" } else { time }.to_owned(),
-                unit,
-            },
-        },
+        place,
         offset: choice.map_or(0.0, |c| c.offset),
         columns: Vec::new(),
         readings: Vec::new(),
         is_truth: false,
     })
+}
+
+/// The time column of a table as its channel states it; by default `time` in seconds.
+pub fn time(choice: Option<&ChannelChoice>) -> TimeColumn {
+    let name = choice.map_or("", |c| c.time.as_str());
+    TimeColumn {
+        name: if name.is_empty() { "time" } else { name }.to_owned(),
+        unit: match choice.map(ChannelChoice::time_units_per_second) {
+            Some(1_000) => TimeUnit::MILLISECOND,
+            Some(1_000_000) => TimeUnit::MICROSECOND,
+            Some(1_000_000_000) => TimeUnit::NANOSECOND,
+            _ => TimeUnit::SECOND,
+        },
+    }
+}
+
+fn topic(path: &Path, choice: &ChannelChoice) -> Result<TopicPlace, LogError> {
+    let problem =
+        |message: String| LogError::place(path, format!("channel {}", choice.name), message);
+    if !is_mcap(path) {
+        let message = format!("topic {} needs an MCAP file (.mcap)", choice.topic);
+        return Err(problem(message));
+    }
+    Ok(TopicPlace {
+        path: path.to_path_buf(),
+        topic: choice.topic.clone(),
+        clock: match choice.time.as_str() {
+            "" | "header" => Clock::Header,
+            "log" => Clock::Log,
+            other => {
+                return Err(problem(format!(
+                    "time: found {other:?}, allowed: \"header\", \"log\""
+                )));
+            }
+        },
+    })
+}
+
+/// Whether a file is of topics, by its extension.
+pub fn is_mcap(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("mcap"))
 }
 
 /// Channels while their columns are gathered.
@@ -174,12 +208,34 @@ impl Wanted {
     }
 }
 
-/// Checks that the file of a channel has its columns.
-fn check(channel: &ChannelPlan) -> Result<(), LogError> {
-    let place = &channel.place;
-    let found = place.format.columns(&place.path)?;
+/// Checks that the files of all channels have their columns.
+fn check(channels: &[ChannelPlan]) -> Result<(), LogError> {
+    let topics: Vec<(&ChannelPlan, &TopicPlace)> = channels
+        .iter()
+        .filter_map(|channel| match &channel.place {
+            ChannelPlace::Topic(topic) => Some((channel, topic)),
+            ChannelPlace::Table(_) => None,
+        })
+        .collect();
+    if let Some((_, first)) = topics.first() {
+        let names: Vec<String> = topics.iter().map(|(_, t)| t.topic.clone()).collect();
+        let found = mcap_events::columns(&first.path, &names)?;
+        for ((channel, _), found) in topics.iter().zip(&found) {
+            check_one(channel, found, &[])?;
+        }
+    }
+    for channel in channels {
+        if let ChannelPlace::Table(table) = &channel.place {
+            let found = table.format.columns(&table.path)?;
+            check_one(channel, &found, std::slice::from_ref(&table.time.name))?;
+        }
+    }
+    Ok(())
+}
+
+fn check_one(channel: &ChannelPlan, found: &[ColumnInfo], more: &[String]) -> Result<(), LogError> {
     let has = |name: &String| found.iter().any(|c| c.name == *name);
-    let wanted = std::iter::once(&place.time.name).chain(&channel.columns);
+    let wanted = more.iter().chain(&channel.columns);
     let missing: Vec<&str> = wanted
         .filter(|name| !has(name))
         .map(String::as_str)
@@ -191,7 +247,7 @@ fn check(channel: &ChannelPlan) -> Result<(), LogError> {
         "has no column {}, which the description names for channel {}; found {}",
         missing.join(", "),
         channel.name,
-        ColumnInfo::list(&found),
+        ColumnInfo::list(found),
     );
-    Err(LogError::whole(&place.path, message))
+    Err(LogError::whole(channel.place.path(), message))
 }

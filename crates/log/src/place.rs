@@ -99,7 +99,7 @@ impl LogPlace {
 }
 
 /// The table of readings in a folder.
-fn table_in(folder: &Path) -> Option<PathBuf> {
+pub(crate) fn table_in(folder: &Path) -> Option<PathBuf> {
     let mut paths = table_names().into_iter().map(|name| folder.join(name));
     paths.find(|path| path.is_file())
 }

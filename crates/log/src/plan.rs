@@ -3,8 +3,9 @@
 use crate::batch_table::{BatchFormat, BatchRows};
 use crate::csv_table::CsvRows;
 use crate::error::LogError;
-use crate::events::{Events, Tables};
+use crate::events::{Events, Sources};
 use crate::formula::Formula;
+use crate::mcap_events::{McapEvents, TopicPlace};
 use crate::readings::{Reading, Values};
 use crate::rows::{ColumnInfo, Rows, TimeColumn};
 use crate::truth;
@@ -54,7 +55,7 @@ impl TableFormat {
     }
 }
 
-/// Where the rows of a channel come from.
+/// A table and its time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TablePlace {
     /// The file.
@@ -66,7 +67,14 @@ pub struct TablePlace {
 }
 
 impl TablePlace {
-    fn open(&self, columns: &[String]) -> Result<Box<dyn Rows>, LogError> {
+    /// The name of a table: that of its file without extension.
+    pub fn stem(path: &Path) -> String {
+        let stem = path.file_stem().unwrap_or_default();
+        stem.to_string_lossy().into_owned()
+    }
+
+    /// Opens the table at its start, with chosen columns.
+    pub fn open(&self, columns: &[String]) -> Result<Box<dyn Rows>, LogError> {
         Ok(match self.format {
             TableFormat::Csv => Box::new(CsvRows::open(&self.path, &self.time, columns)?),
             TableFormat::Batches(format) => {
@@ -76,13 +84,32 @@ impl TablePlace {
     }
 }
 
+/// Where the rows of a channel come from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ChannelPlace {
+    /// A table.
+    Table(TablePlace),
+    /// A topic.
+    Topic(TopicPlace),
+}
+
+impl ChannelPlace {
+    /// The file.
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::Table(table) => &table.path,
+            Self::Topic(topic) => &topic.path,
+        }
+    }
+}
+
 /// A channel of a log: rows with time stamps of one clock.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChannelPlan {
     /// Its name in messages.
     pub name: String,
     /// Where its rows come from.
-    pub place: TablePlace,
+    pub place: ChannelPlace,
     /// Added to its time stamps, s.
     pub offset: f64,
     /// Names of the columns that are read.
@@ -144,12 +171,28 @@ pub struct Plan {
 impl Plan {
     /// Opens the log at its start. Without `cells` only the time stamps are read.
     pub fn open(&self, cells: bool) -> Result<Box<dyn Events>, LogError> {
-        let open = |channel: &ChannelPlan| {
-            let columns: &[String] = if cells { &channel.columns } else { &[] };
-            channel.place.open(columns)
+        let mut sources = Sources {
+            tables: Vec::new(),
+            topics: None,
         };
-        let tables = self.channels.iter().map(open);
-        Ok(Box::new(Tables(tables.collect::<Result<_, _>>()?)))
+        let (mut topics, mut channels) = (Vec::new(), Vec::new());
+        for (i, channel) in self.channels.iter().enumerate() {
+            let columns: &[String] = if cells { &channel.columns } else { &[] };
+            sources.tables.push(match &channel.place {
+                ChannelPlace::Table(table) => Some(table.open(columns)?),
+                ChannelPlace::Topic(topic) => {
+                    topics.push((topic.clone(), columns.to_vec()));
+                    channels.push(i);
+                    None
+                }
+            });
+        }
+        // Topics are of one file: that of the log.
+        if let Some((first, _)) = topics.first() {
+            let events = McapEvents::open(&first.path.clone(), topics)?;
+            sources.topics = Some((Box::new(events), channels));
+        }
+        Ok(Box::new(sources))
     }
 
     /// Whether a channel has a reading.

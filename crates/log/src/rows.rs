@@ -21,6 +21,8 @@ pub enum Place {
     Line(u64),
     /// Row of a table without lines.
     Row(u64),
+    /// Message of a topic.
+    Message(u64),
 }
 
 impl std::fmt::Display for Place {
@@ -28,6 +30,7 @@ impl std::fmt::Display for Place {
         match self {
             Self::Line(n) => write!(f, "line {n}"),
             Self::Row(n) => write!(f, "row {n}"),
+            Self::Message(n) => write!(f, "message {n}"),
         }
     }
 }

@@ -86,7 +86,7 @@ fn add(plan: &Plan, courses: &mut [Course], event: &Event) -> Result<(), LogErro
             let message = format!(
                 "the time jumps back by {by:.3} s{before}: a clock that was set, or two recordings in one; split the log there"
             );
-            let path = &plan.channels[event.channel].place.path;
+            let path = plan.channels[event.channel].place.path();
             return Err(LogError::place(path, row.place.to_string(), message));
         }
         Accept::Use(step) => {
@@ -109,7 +109,7 @@ fn empty(plan: &Plan, channel: usize, events: &dyn Events) -> LogError {
 fn problem(plan: &Plan, channel: usize, message: impl Into<String>) -> LogError {
     let channel = &plan.channels[channel];
     LogError::place(
-        &channel.place.path,
+        channel.place.path(),
         format!("channel {}", channel.name),
         message,
     )
