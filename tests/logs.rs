@@ -567,7 +567,34 @@ fn every_column_of_the_truth_is_read() {
     }
 }
 
-/// docs/logs.md describes every key as the reader implements it, and its shell commands run.
+/// The commands of docs/logs.md work one after another, as in the folder of the repository.
+#[test]
+fn the_commands_of_the_document_work() {
+    let document = std::fs::read_to_string(root().join("docs/logs.md")).unwrap();
+    let block = document.split("```sh\n").nth(1).unwrap();
+    let commands = block.split("```").next().unwrap().lines();
+    let folder = tempfile::tempdir().unwrap();
+    let scenes = folder.path().join("scenes");
+    std::fs::create_dir(&scenes).unwrap();
+    let scene = root().join("scenes/smooth.toml");
+    std::fs::copy(scene, scenes.join("smooth.toml")).unwrap();
+    let mut count = 0;
+    for line in commands {
+        let mut words = line.split_whitespace();
+        assert_eq!(words.next(), Some("robhaz"));
+        let mut command = robhaz(folder.path());
+        command.args(words);
+        if !line.contains("export") {
+            command.args(["--rerun", "off"]);
+        }
+        let output = command.output().unwrap();
+        assert!(output.status.success(), "{line}\n{}", text(&output.stderr));
+        count += 1;
+    }
+    assert!(count >= 5, "{count}");
+}
+
+/// docs/logs.md describes every key as the reader implements it.
 #[test]
 fn the_document_has_every_key() {
     let document = std::fs::read_to_string(root().join("docs/logs.md")).unwrap();
