@@ -51,6 +51,10 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     if let Some(name) = &place.choice.name {
         place.name.clone_from(name);
     }
+    if !place.is_described && place.choice.robot == RobotChoice::default() {
+        let warning = "no robot is stated, so it is robot A: --robot ROBOT.toml states yours";
+        place.warnings.push(warning.to_owned());
+    }
     let folder = format!("{}-estimate", place.file_name);
     let options = LogOptions {
         truth: args.truth.clone(),

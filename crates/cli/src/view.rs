@@ -211,7 +211,7 @@ fn description_file(run: &Path) -> Result<PathBuf> {
     let mut paths = names.iter().map(|name| run.join(name));
     let Some(path) = paths.find(|path| path.is_file()) else {
         bail!(
-            "{} has neither {SCENE} nor {}: a comparison takes the folders of runs",
+            "{} has no {SCENE} or {}: a comparison takes the folders of runs",
             run.display(),
             LogPlace::DESCRIPTION
         );

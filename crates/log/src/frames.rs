@@ -54,7 +54,7 @@ pub struct Frames {
 impl Frames {
     /// Opens the log at its start.
     pub fn new(plan: Plan, survey: Survey) -> Result<Self, LogError> {
-        let events = plan.open(true)?;
+        let events = plan.open()?;
         let channel = |(plan, period): (&crate::plan::ChannelPlan, &f64)| Channel {
             order: Order::default(),
             waiting: VecDeque::new(),

@@ -15,8 +15,8 @@
 //! | `place`, `log`, `source` | from a path to a run |
 //! | `export` | a run as a log for other tools |
 //!
-//! A log is read twice: a first time for duration, rates and order of the time stamps, so that a log that cannot be used
-//! is refused before anything is written.
+//! A log is read twice: a first time for duration, rates, order of the time stamps, and cells that are no numbers, so that
+//! a log that cannot be used is refused before anything is written.
 
 mod batch_table;
 mod cdr;

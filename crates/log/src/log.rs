@@ -56,6 +56,7 @@ impl Log {
             mut choice,
             mut warnings,
             file_name: _,
+            is_described: _,
         } = place;
         let channels = match (&choice.mapping, &table) {
             (Some(mapping), table) => mapped::channels(&path, table.as_deref(), mapping)?,

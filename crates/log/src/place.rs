@@ -23,6 +23,8 @@ pub struct LogPlace {
     pub(crate) table: Option<PathBuf>,
     /// What is known: from the folder of a run, else the defaults.
     pub choice: LogChoice,
+    /// Whether its folder states robot and noise budget.
+    pub is_described: bool,
     /// What the user should know, one line each.
     pub warnings: Vec<String>,
 }
@@ -66,6 +68,7 @@ impl LogPlace {
             path: path.to_path_buf(),
             table,
             choice: LogChoice::default(),
+            is_described: false,
             warnings: Vec::new(),
         };
         if let Some(folder) = folder {
@@ -91,6 +94,7 @@ impl LogPlace {
                 ));
             }
         }
+        self.is_described = description.is_file() || scene.is_file();
         if let Some(name) = &self.choice.name {
             self.name.clone_from(name);
         }

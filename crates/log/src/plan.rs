@@ -169,19 +169,19 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Opens the log at its start. Without `cells` only the time stamps are read.
-    pub fn open(&self, cells: bool) -> Result<Box<dyn Events>, LogError> {
+    /// Opens the log at its start.
+    pub fn open(&self) -> Result<Box<dyn Events>, LogError> {
         let mut sources = Sources {
             tables: Vec::new(),
             topics: None,
         };
         let (mut topics, mut channels) = (Vec::new(), Vec::new());
         for (i, channel) in self.channels.iter().enumerate() {
-            let columns: &[String] = if cells { &channel.columns } else { &[] };
+            let columns = &channel.columns;
             sources.tables.push(match &channel.place {
                 ChannelPlace::Table(table) => Some(table.open(columns)?),
                 ChannelPlace::Topic(topic) => {
-                    topics.push((topic.clone(), columns.to_vec()));
+                    topics.push((topic.clone(), columns.clone()));
                     channels.push(i);
                     None
                 }

@@ -27,13 +27,13 @@ struct Course {
     steps: MedianStep,
 }
 
-/// Reads the time stamps of all channels.
+/// Reads all channels once: their time stamps, and whether every cell is a number.
 ///
 /// # Errors
 /// [`LogError`]: a file that cannot be read, a time that jumps back, a channel without rows, or channels whose times
 /// have nothing in common.
 pub fn survey(plan: &Plan) -> Result<Survey, LogError> {
-    let mut events = plan.open(false)?;
+    let mut events = plan.open()?;
     let mut courses: Vec<Course> = plan.channels.iter().map(|_| Course::default()).collect();
     for channel in 0..plan.channels.len() {
         while let Some(event) = events.next_event(channel)? {

@@ -39,8 +39,8 @@ pub use format::TableFormat;
 pub use parquet_table::{RecoveredTable, recover};
 pub use report::comparison_table;
 pub use summary::{
-    BrokenOff, ChannelSummary, EstimatorSummary, FrictionSummary, LogSummary, MeanForces, NominalRobot,
-    ProgressSummary, SensorErrors, Summary, SummarySink,
+    BrokenOff, ChannelSummary, EstimatorSummary, FrictionSummary, LogSummary, MeanForces,
+    NominalRobot, ProgressSummary, SensorErrors, Summary, SummarySink,
 };
 pub use table::TableSink;
 
