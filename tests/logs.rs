@@ -246,7 +246,7 @@ fn exported_logs_give_the_same_estimates() {
 }
 
 /// The standard messages in an exported file, read with the example's description: time stamps are whole nanoseconds and
-/// inclinations pass through a quaternion, which changes N by less than a hundredth of a millinewton.
+/// inclinations pass through a quaternion, which changes N by less than 10 nN.
 #[test]
 fn standard_messages_give_nearly_the_same_estimates() {
     let (folder, _) = recorded("csv", &["sensors.dropped=0"]);
@@ -299,7 +299,8 @@ fn standard_messages_give_nearly_the_same_estimates() {
     );
     let [a, b] = ["direct", "mcap"].map(|f| folder.path().join(f).join("estimate-best.csv"));
     let largest = difference(&a, &b, "normal_force", 0.0);
-    assert!(largest < 1e-5, "{largest} N");
+    // Ten times what was found over 20 s; a wrong sign or a lost reading changes N by 0.01 N and more.
+    assert!(largest < 1e-8, "{largest} N");
     assert!(largest > 0.0, "nothing was rounded: the files are the same");
 }
 

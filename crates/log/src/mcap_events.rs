@@ -2,7 +2,7 @@
 
 use crate::error::LogError;
 use crate::events::{Event, Events};
-use crate::messages::MessageKind;
+use crate::messages::{MessageKind, Number};
 use crate::rows::{ColumnInfo, Place, Row};
 use crate::stamp::{Stamp, TimeUnit};
 use mcap::McapError;
@@ -45,6 +45,22 @@ struct Message<'a> {
     data: &'a [u8],
 }
 
+impl<'a> Message<'a> {
+    /// The message of a record: number of its channel, sequence, log time, publish time, data. Parsed here, since the general
+    /// parser takes most of the time of a log.
+    fn of(record: &'a [u8]) -> Option<Self> {
+        let (channel, rest) = record.split_first_chunk()?;
+        let (_sequence, rest) = rest.split_first_chunk::<4>()?;
+        let (log_time, rest) = rest.split_first_chunk()?;
+        let (_publish_time, data) = rest.split_first_chunk::<8>()?;
+        Some(Self {
+            channel: u16::from_le_bytes(*channel),
+            log_time: u64::from_le_bytes(*log_time),
+            data,
+        })
+    }
+}
+
 /// Messages of a file from its start to its end, also of one without an end.
 struct Messages {
     path: PathBuf,
@@ -55,6 +71,8 @@ struct Messages {
     /// Channels by number: topic and name of the schema.
     topics: HashMap<u16, (String, String)>,
     cut_off: Option<String>,
+    /// The last record.
+    record: Vec<u8>,
     count: u64,
     ended: bool,
 }
@@ -69,6 +87,7 @@ impl Messages {
             schemas: HashMap::new(),
             topics: HashMap::new(),
             cut_off: None,
+            record: Vec::new(),
             count: 0,
             ended: false,
         })
@@ -77,7 +96,7 @@ impl Messages {
     /// Hands the next message to `of`; `None` at the end.
     fn next<T>(&mut self, of: impl FnOnce(&Self, Message<'_>) -> T) -> Result<Option<T>, LogError> {
         while !self.ended {
-            let (opcode, data) = match self.reader.next_event() {
+            let opcode = match self.reader.next_event() {
                 None => break,
                 Some(Ok(LinearReadEvent::ReadRequest(size))) => {
                     let buffer = self.reader.insert(size.clamp(1, BLOCK));
@@ -86,7 +105,11 @@ impl Messages {
                     continue;
                 }
                 // Copied, because the topics are changed.
-                Some(Ok(LinearReadEvent::Record { opcode, data })) => (opcode, data.to_vec()),
+                Some(Ok(LinearReadEvent::Record { opcode, data })) => {
+                    self.record.clear();
+                    self.record.extend_from_slice(data);
+                    opcode
+                }
                 Some(Err(McapError::UnexpectedEof)) => {
                     let count = self.count;
                     self.cut_off = Some(format!(
@@ -96,8 +119,17 @@ impl Messages {
                 }
                 Some(Err(error)) => return Err(self.damaged(&error)),
             };
-            let record = mcap::parse_record(opcode, &data).map_err(|e| self.damaged(&e))?;
-            match record {
+            if opcode == mcap::records::op::MESSAGE {
+                self.count += 1;
+                let record = std::mem::take(&mut self.record);
+                let message =
+                    Message::of(&record).ok_or_else(|| self.damaged(&McapError::UnexpectedEof))?;
+                let result = of(self, message);
+                self.record = record;
+                return Ok(Some(result));
+            }
+            let record = mcap::parse_record(opcode, &self.record);
+            match record.map_err(|e| self.damaged(&e))? {
                 Record::Schema { header, .. } => {
                     self.schemas.insert(header.id, header.name);
                 }
@@ -105,15 +137,6 @@ impl Messages {
                     let schema = self.schemas.get(&channel.schema_id).cloned();
                     let found = (channel.topic, schema.unwrap_or_default());
                     self.topics.insert(channel.id, found);
-                }
-                Record::Message { header, data } => {
-                    self.count += 1;
-                    let message = Message {
-                        channel: header.channel_id,
-                        log_time: header.log_time,
-                        data: &data,
-                    };
-                    return Ok(Some(of(self, message)));
                 }
                 _ => {}
             }
@@ -180,8 +203,11 @@ fn columns_of(
     let decoded = kind
         .decode(data)
         .ok_or_else(|| not_of_kind(path, topic, kind))?;
-    let column = |(name, _): (String, f64)| ColumnInfo { name, unit: None };
-    Ok(decoded.columns.into_iter().map(column).collect())
+    let column = |number: &Number<'_>| ColumnInfo {
+        name: number.column(),
+        unit: None,
+    };
+    Ok(decoded.numbers.iter().map(column).collect())
 }
 
 fn kind(path: &Path, topic: &str, schema: &str) -> Result<MessageKind, LogError> {
@@ -260,8 +286,8 @@ fn row(wanted: &mut Wanted, schema: &str, message: &Message<'_>) -> Result<Row, 
     wanted.count += 1;
     let log_time = i64::try_from(message.log_time).unwrap_or(i64::MAX);
     let cell = |name: &String| {
-        let found = decoded.columns.iter().find(|(column, _)| column == name);
-        found.map(|(_, value)| *value).filter(|v| v.is_finite())
+        let found = decoded.numbers.iter().find(|number| number.is(name));
+        found.map(|number| number.value).filter(|v| v.is_finite())
     };
     Ok(Row {
         place: Place::Message(wanted.count),

@@ -16,11 +16,40 @@ pub enum MessageKind {
 }
 
 /// A message, decoded.
-pub struct Decoded {
+pub struct Decoded<'a> {
     /// Its time in the header, or, of `Readings`, its exact time.
     pub stamp: Stamp,
-    /// Its numbers by column.
-    pub columns: Vec<(String, f64)>,
+    /// Its numbers.
+    pub numbers: Vec<Number<'a>>,
+}
+
+/// A number of a message. Its column is `name`, or `name.part` where it has a part. Names are not joined for each message.
+pub struct Number<'a> {
+    name: &'a str,
+    part: &'static str,
+    /// The number.
+    pub value: f64,
+}
+
+impl Number<'_> {
+    /// The name of its column.
+    pub fn column(&self) -> String {
+        match self.part {
+            "" => self.name.to_owned(),
+            part => format!("{}.{part}", self.name),
+        }
+    }
+
+    /// Whether it is the number of a column.
+    pub fn is(&self, column: &str) -> bool {
+        match self.part {
+            "" => column == self.name,
+            part => {
+                let name = column.strip_suffix(part).and_then(|c| c.strip_suffix('.'));
+                name == Some(self.name)
+            }
+        }
+    }
 }
 
 const IMU_COLUMNS: [&str; 10] = [
@@ -64,7 +93,7 @@ impl MessageKind {
     }
 
     /// Decodes a message; `None` if it is not of this kind.
-    pub fn decode(self, message: &[u8]) -> Option<Decoded> {
+    pub fn decode(self, message: &[u8]) -> Option<Decoded<'_>> {
         let mut reader = CdrReader::new(message)?;
         let header = header(&mut reader)?;
         match self {
@@ -83,40 +112,51 @@ fn header(reader: &mut CdrReader<'_>) -> Option<Stamp> {
     TimeUnit::NANOSECOND.of_whole(whole.checked_add(i64::from(nanoseconds))?)
 }
 
-fn joint_state(reader: &mut CdrReader<'_>, stamp: Stamp) -> Option<Decoded> {
+fn joint_state<'a>(reader: &mut CdrReader<'a>, stamp: Stamp) -> Option<Decoded<'a>> {
     let count = reader.u32()?;
     let names: Vec<&str> = (0..count).map(|_| reader.text()).collect::<Option<_>>()?;
-    let mut columns = Vec::with_capacity(3 * names.len());
+    let mut numbers = Vec::with_capacity(3 * names.len());
     for part in ["position", "velocity", "effort"] {
         // A sequence may be empty.
         let values = reader.doubles()?;
         let named = names.iter().zip(values);
-        columns.extend(named.map(|(name, value)| (format!("{name}.{part}"), value)));
+        numbers.extend(named.map(|(name, value)| Number { name, part, value }));
     }
-    Some(Decoded { stamp, columns })
+    Some(Decoded { stamp, numbers })
 }
 
-fn imu(reader: &mut CdrReader<'_>, stamp: Stamp) -> Option<Decoded> {
-    let mut columns = Vec::with_capacity(IMU_COLUMNS.len());
+fn imu<'a>(reader: &mut CdrReader<'a>, stamp: Stamp) -> Option<Decoded<'a>> {
+    let mut numbers = Vec::with_capacity(IMU_COLUMNS.len());
     let mut names = IMU_COLUMNS.into_iter();
     for length in [4, 3, 3] {
         for name in names.by_ref().take(length) {
-            columns.push((name.to_owned(), reader.f64()?));
+            let value = reader.f64()?;
+            numbers.push(Number {
+                name,
+                part: "",
+                value,
+            });
         }
         // Its covariance.
         for _ in 0..9 {
             reader.f64()?;
         }
     }
-    Some(Decoded { stamp, columns })
+    Some(Decoded { stamp, numbers })
 }
 
-fn readings(reader: &mut CdrReader<'_>) -> Option<Decoded> {
+fn readings<'a>(reader: &mut CdrReader<'a>) -> Option<Decoded<'a>> {
     let stamp = TimeUnit::SECOND.of_float(reader.f64()?)?;
-    let columns = Reading::all().map(|r| Some((r.name().to_owned(), reader.f64()?)));
+    let numbers = Reading::all().map(|reading| {
+        Some(Number {
+            name: reading.name(),
+            part: "",
+            value: reader.f64()?,
+        })
+    });
     Some(Decoded {
         stamp,
-        columns: columns.collect::<Option<_>>()?,
+        numbers: numbers.collect::<Option<_>>()?,
     })
 }
 
