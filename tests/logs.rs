@@ -553,6 +553,7 @@ fn stream_of(run: &Path) -> Vec<u8> {
             truth: Some(truth),
             sensors,
             estimates: &estimates,
+            ground: robhaz_run::FeltGround::default(),
         };
         sink.frame(&frame).unwrap();
     }
@@ -560,10 +561,14 @@ fn stream_of(run: &Path) -> Vec<u8> {
     bytes[..bytes.len() - 1000].to_vec()
 }
 
-/// Every column of the truth that a run writes has its place when it is read.
+/// Every column of the truth that a run writes has its place when it is read, but for the contacts of a wheel one by one.
 #[test]
 fn every_column_of_the_truth_is_read() {
-    for column in robhaz_record::Table::truth().columns.iter().skip(1) {
+    let table = robhaz_record::Table::truth();
+    let is_read = |name: &str| !name.contains("_contact1_") && !name.contains("_contact2_");
+    let columns: Vec<_> = table.columns.iter().filter(|c| is_read(&c.name)).collect();
+    assert!(columns.len() > 70, "{}", columns.len());
+    for column in columns.iter().skip(1) {
         assert!(robhaz_log::is_truth_column(&column.name), "{}", column.name);
     }
 }

@@ -133,20 +133,9 @@ impl ChannelPlan {
     /// What a row's cells give.
     pub fn content(&self, cells: &[Option<f64>]) -> Content {
         if self.is_truth {
-            let mut truth = truth::unknown();
-            for (name, cell) in self.columns.iter().zip(cells) {
-                if let Some(value) = cell {
-                    truth::set(&mut truth, name, *value);
-                }
-            }
-            let forces = truth
-                .wheels
-                .iter()
-                .flat_map(|w| [w.normal_force, w.traction]);
-            // Without a force there is nothing to compare with.
-            return match forces.into_iter().all(f64::is_finite) {
-                true => Content::Truth(Box::new(truth)),
-                false => Content::Readings(Values::default()),
+            return match truth::of_row(&self.columns, cells) {
+                Some(truth) => Content::Truth(Box::new(truth)),
+                None => Content::Readings(Values::default()),
             };
         }
         let mut values = Values::default();

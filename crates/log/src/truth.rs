@@ -10,13 +10,52 @@ pub fn required() -> Vec<String> {
     wheels.collect()
 }
 
-/// Whether a column belongs to the truth.
+/// Whether a column belongs to the truth. The contacts of a wheel one by one do not: nothing that a log leaves shows them.
 pub fn is_column(name: &str) -> bool {
-    set(&mut Truth::default(), name, 0.0)
+    equivalent_part(name).is_some() || set(&mut Truth::default(), name, 0.0)
+}
+
+/// The truth of a row's cells; `None` where N or T of a wheel is missing: there is nothing to compare with then.
+pub fn of_row(columns: &[String], cells: &[Option<f64>]) -> Option<Truth> {
+    let mut truth = unknown();
+    // N and angle of the equivalent contact of each wheel.
+    let mut equivalent = [[f64::NAN; 2]; 3];
+    for (name, cell) in columns.iter().zip(cells) {
+        let Some(value) = *cell else {
+            continue;
+        };
+        if let Some((wheel, part)) = equivalent_part(name) {
+            equivalent[wheel][part] = value;
+        } else {
+            set(&mut truth, name, value);
+        }
+    }
+    for (wheel, [normal_force, angle]) in truth.wheels.iter_mut().zip(equivalent) {
+        if !(wheel.normal_force.is_finite() && wheel.traction.is_finite()) {
+            return None;
+        }
+        // With two contacts and no equivalent one the force stays unknown, and the record is left out.
+        let (sin, cos) = angle.sin_cos();
+        let (normal, tangent) = (Vec2::new(-sin, cos), Vec2::new(cos, sin));
+        wheel.force = normal * normal_force + tangent * wheel.traction;
+    }
+    Some(truth)
+}
+
+/// Wheel and quantity of a column of an equivalent contact: N 0, angle 1.
+fn equivalent_part(column: &str) -> Option<(usize, usize)> {
+    let (wheel, part) = column.split_once("_equivalent_")?;
+    let wheel = ["wheel1", "wheel2", "wheel3"]
+        .iter()
+        .position(|w| *w == wheel)?;
+    let part = ["normal_force", "contact_angle"]
+        .iter()
+        .position(|p| *p == part)?;
+    Some((wheel, part))
 }
 
 /// A truth that nothing is known of: not a number, and one contact a wheel.
-pub fn unknown() -> Truth {
+fn unknown() -> Truth {
     let nan = f64::NAN;
     let point = Vec2::new(nan, nan);
     let bar = BarTruth {
@@ -55,7 +94,7 @@ pub fn unknown() -> Truth {
 }
 
 /// Sets the quantity that a column of the table `truth` holds; false for another column.
-pub fn set(truth: &mut Truth, column: &str, value: f64) -> bool {
+fn set(truth: &mut Truth, column: &str, value: f64) -> bool {
     let place = match column {
         "stop_torque" => Some(&mut truth.stop_torque),
         "loop_error" => Some(&mut truth.loop_error),
@@ -98,6 +137,10 @@ fn set_wheel(wheel: &mut WheelTruth, part: &str, value: f64) -> bool {
         "contact_angle" => &mut wheel.contact_angle,
         "penetration" => &mut wheel.penetration,
         "slip_speed" => &mut wheel.slip_speed,
+        "sliding" => {
+            wheel.slides = value > 0.0;
+            return true;
+        }
         "contacts" => {
             #[expect(
                 clippy::cast_possible_truncation,

@@ -2,8 +2,8 @@
 
 use crate::description::RunDescription;
 use crate::ground::FeltGround;
-use robhaz_estimator::{Estimate, EstimateError, GroundPoint, SensorFrame};
 use crate::log_report::LogReport;
+use robhaz_estimator::{Estimate, EstimateError, GroundPoint, SensorFrame};
 use robhaz_sim::Truth;
 
 /// One record of a run.
