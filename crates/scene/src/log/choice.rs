@@ -17,6 +17,8 @@ pub struct LogChoice {
     pub robot: RobotChoice,
     /// `[drive]`: nominal viscous damping B of estimators without a value of their own, N m s.
     pub viscous_damping: f64,
+    /// `[contact]`: nominal compression of wheel and ground at the mean wheel load, m.
+    pub compression: f64,
     /// `[budget]`: standard deviations of all sensor errors.
     pub budget: NoiseBudget,
     /// `[record]`: errors and means count from this time on, s.
@@ -65,6 +67,7 @@ impl Default for LogChoice {
             name: None,
             robot: scene.robot,
             viscous_damping: damping,
+            compression: EstimatorSettings::best().compression,
             budget: NoiseBudget::typical(),
             compare_from: scene.record.compare_from,
             estimators: estimators::defaults()
@@ -108,6 +111,9 @@ impl LogChoice {
             viscous_damping: scene
                 .model_error
                 .nominal_damping(scene.drive.viscous_damping),
+            compression: scene
+                .contact
+                .static_penetration(scene.robot.robot.mean_wheel_load()),
             budget: scene.noise_budget(),
             compare_from: scene.record.compare_from,
             estimators: scene.estimators.iter().map(estimator).collect(),
@@ -119,6 +125,7 @@ impl LogChoice {
     pub fn settings(&self, estimator: &LogEstimator) -> EstimatorSettings {
         EstimatorSettings {
             viscous_damping: estimator.viscous_damping,
+            compression: self.compression,
             budget: self.budget,
             ..estimator.choice.settings
         }

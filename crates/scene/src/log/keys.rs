@@ -1,9 +1,11 @@
 //! The keys of a log description that set numbers and words.
 
 use super::choice::LogChoice;
-use crate::key::{Key, Words};
-use crate::range::at_least;
+use crate::key::{Field, Key, Words};
+use crate::range::{Range, at_least};
+use crate::reader::join;
 use crate::units::{ANGLE, ANGULAR_RATE, LENGTH, NONE, RATE_WALK, ROTARY_DAMPING, TIME, TORQUE};
+use crate::write::value;
 
 /// A section whose keys set fields of the description.
 pub(super) struct Section {
@@ -11,6 +13,9 @@ pub(super) struct Section {
     pub meaning: &'static str,
     pub keys: &'static [Key<LogChoice>],
 }
+
+/// Any number that is not absurd.
+pub(super) const ANY: Range = at_least(-1e12).at_most(1e12);
 
 /// What inclinometers measure: [`robhaz_estimator::NoiseBudget::specific_force`] off and on.
 const MEASURED: Words = &["gravity", "specific-force"];
@@ -21,6 +26,11 @@ pub(super) const SECTIONS: &[Section] = &[
         name: "drive",
         meaning: "eq. (2)",
         keys: DRIVE,
+    },
+    Section {
+        name: "contact",
+        meaning: "wheel and ground",
+        keys: CONTACT,
     },
     Section {
         name: "budget",
@@ -40,6 +50,14 @@ const DRIVE: &[Key<LogChoice>] = &[Key::number(
     at_least(0.0).at_most(1e3),
     |l| &mut l.viscous_damping,
     "nominal damping B of the wheel module, at the wheel",
+)];
+
+const CONTACT: &[Key<LogChoice>] = &[Key::number(
+    "compression",
+    LENGTH,
+    at_least(0.0).at_most(0.1),
+    |l| &mut l.compression,
+    "compression of wheel and ground at the mean wheel load: a wheel rolls with its radius less this",
 )];
 
 const RECORD: &[Key<LogChoice>] = &[Key::number(
@@ -164,3 +182,22 @@ const BUDGET: &[Key<LogChoice>] = &[
         "relative error of the masses of links 1 to 3",
     ),
 ];
+
+/// The rows of the keys of a table: key, SI unit, default, allowed values, meaning.
+pub(super) fn rows<T>(path: &str, keys: &[Key<T>], defaults: &mut T) -> Vec<[String; 5]> {
+    let mut row = |key: &Key<T>| {
+        let default = match &key.field {
+            _ if key.required => "required".to_owned(),
+            Field::Own { default, .. } => (*default).to_owned(),
+            field => value(field, defaults).unwrap_or_default(),
+        };
+        [
+            join(path, key.name),
+            key.field.unit().to_owned(),
+            default.trim_matches('"').to_owned(),
+            key.field.allowed_values(),
+            key.meaning.to_owned(),
+        ]
+    };
+    keys.iter().map(&mut row).collect()
+}

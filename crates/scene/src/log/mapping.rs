@@ -1,12 +1,12 @@
 //! Which column of which channel is which reading: `[[channel]]`, `[reading.NAME]`, `[imu.LINK]`.
 
-use crate::key::{Field, Key, Number, Words, quoted};
-use crate::range::{above, at_least};
+use super::imu::{self, ImuChoice};
+use super::keys::{ANY, rows};
+use super::reading::{self, READINGS, ReadingChoice};
+use crate::key::{Key, Words, quoted};
 use crate::reader::{Reader, join};
-use crate::source::{Entry, Node, Value};
-use crate::units::{ANGLE, ANGULAR_RATE, Dimension, NONE, TIME, TORQUE};
-use crate::write::value;
-use std::f64::consts::TAU;
+use crate::source::{Node, Value};
+use crate::units::TIME;
 
 /// The columns of a log and the readings that follow from them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -43,74 +43,6 @@ pub struct ChannelChoice {
 /// Units of a time column: `s`, `ms`, `us`, `ns`.
 const TIME_UNITS: Words = &["s", "ms", "us", "ns"];
 
-/// A reading that is a number in a column.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ReadingChoice {
-    /// The reading.
-    pub name: &'static str,
-    /// Its channel. Empty for the first.
-    pub channel: String,
-    /// Its column.
-    pub column: String,
-    /// Factor from the column to the reading in SI.
-    pub factor: f64,
-    /// Subtracted after that, SI.
-    pub offset: f64,
-}
-
-/// An inertial measurement unit on a link.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ImuChoice {
-    /// `link1` or `link2`.
-    pub link: &'static str,
-    /// Its channel. Empty for the first.
-    pub channel: String,
-    /// Its axis that points forward in the nominal pose, as a unit vector.
-    pub forward: [f64; 3],
-    /// Its axis that points up in the nominal pose, as a unit vector.
-    pub up: [f64; 3],
-    /// What the inclination follows from.
-    pub inclination: InclinationSource,
-    /// Columns of the specific force, x y z.
-    pub acceleration: [String; 3],
-    /// Columns of the orientation as a quaternion, x y z w.
-    pub orientation: [String; 4],
-    /// Columns of the angular velocity, x y z.
-    pub angular_velocity: [String; 3],
-    /// Factor from these columns to rad/s.
-    pub rate_factor: f64,
-    /// Subtracted from the inclination, rad.
-    pub inclination_offset: f64,
-    /// Subtracted from the rate, rad/s.
-    pub rate_offset: f64,
-}
-
-/// What the inclination of a link follows from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum InclinationSource {
-    /// Direction of the specific force.
-    Acceleration,
-    /// Orientation.
-    Orientation,
-}
-
-/// The readings of a frame, by the columns of the table `sensors`, and their dimensions.
-pub const READINGS: [&str; 13] = [
-    "wheel1_angle",
-    "wheel1_motor_torque",
-    "wheel1_contact_angle",
-    "wheel2_angle",
-    "wheel2_motor_torque",
-    "wheel2_contact_angle",
-    "wheel3_angle",
-    "wheel3_motor_torque",
-    "wheel3_contact_angle",
-    "link1_inclination",
-    "link1_rate",
-    "link2_inclination",
-    "link2_rate",
-];
-
 impl ChannelChoice {
     fn standard() -> Self {
         Self {
@@ -133,11 +65,8 @@ impl ChannelChoice {
 pub(super) const TIME_BASE: &str = "time_base";
 pub(super) const MISSING: &str = "missing";
 pub(super) const CHANNEL: &str = "channel";
-pub(super) const READING: &str = "reading";
-pub(super) const IMU: &str = "imu";
-
-/// Any number that is not absurd.
-const ANY: crate::range::Range = at_least(-1e12).at_most(1e12);
+pub(super) use super::imu::IMU;
+pub(super) use super::reading::READING;
 
 /// The keys of a channel.
 pub(super) const CHANNEL_KEYS: &[Key<ChannelChoice>] = &[
@@ -169,220 +98,12 @@ pub(super) const CHANNEL_KEYS: &[Key<ChannelChoice>] = &[
     ),
 ];
 
-/// The values of the keys of a reading.
-struct ReadingKeys {
-    channel: String,
-    column: String,
-    sign: usize,
-    scale: f64,
-    gear_ratio: f64,
-    counts: f64,
-    torque_constant: f64,
-}
-
-impl ReadingKeys {
-    fn standard() -> Self {
-        Self {
-            channel: String::new(),
-            column: String::new(),
-            sign: 0,
-            scale: 1.0,
-            gear_ratio: 1.0,
-            counts: 0.0,
-            torque_constant: 0.0,
-        }
-    }
-}
-
-const SIGNS: Words = &["+", "-"];
-
-const READING_KEYS: &[Key<ReadingKeys>] = &[
-    Key::text(
-        "channel",
-        |r| &mut r.channel,
-        "name of its channel; the first by default",
-    ),
-    Key::<ReadingKeys>::text(
-        "column",
-        |r| &mut r.column,
-        "its column; of a topic NAME.position, NAME.effort of a joint",
-    )
-    .required(),
-    Key::own(
-        "unit",
-        "SI",
-        "of an angle rad, deg, turns, counts; of a torque N m, mN m, A, mA; of a rate rad/s, deg/s",
-        "unit of the column",
-    ),
-    Key::word(
-        "sign",
-        SIGNS,
-        |r| r.sign,
-        |r, i| r.sign = i,
-        "minus where the column counts backwards",
-    ),
-    Key::number(
-        "scale",
-        NONE,
-        above(0.0).at_most(1e12),
-        |r| &mut r.scale,
-        "further factor",
-    ),
-    Key::number(
-        "gear_ratio",
-        NONE,
-        above(0.0).at_most(1e6),
-        |r| &mut r.gear_ratio,
-        "turns of the motor in a turn of the wheel, where the column is of the motor: divides an angle, multiplies a torque",
-    ),
-    Key::number(
-        "counts",
-        NONE,
-        at_least(0.0).at_most(1e12),
-        |r| &mut r.counts,
-        "counts in a turn; needed with unit = \"counts\"",
-    ),
-    Key::number(
-        "torque_constant",
-        NONE,
-        at_least(0.0).at_most(1e6),
-        |r| &mut r.torque_constant,
-        "torque of the motor for a current, N m/A; needed with unit = \"A\" or \"mA\"",
-    ),
-    Key::own(
-        "offset",
-        "0",
-        "a number, or a text with a unit",
-        "value of the reading where it should be 0, in its SI unit: subtracted last",
-    ),
-];
-
-/// The values of the keys of an IMU, as words.
-struct ImuKeys {
-    channel: String,
-    forward: usize,
-    up: usize,
-    inclination: usize,
-    rate_unit: usize,
-    inclination_offset: f64,
-    rate_offset: f64,
-}
-
-impl ImuKeys {
-    /// As in ROS: x forward, z up.
-    fn standard() -> Self {
-        Self {
-            channel: String::new(),
-            forward: 0,
-            up: 4,
-            inclination: 0,
-            rate_unit: 0,
-            inclination_offset: 0.0,
-            rate_offset: 0.0,
-        }
-    }
-}
-
-const AXES: Words = &["+x", "-x", "+y", "-y", "+z", "-z"];
-const RATE_UNITS: Words = &["rad/s", "deg/s"];
-
-const IMU_KEYS: &[Key<ImuKeys>] = &[
-    Key::text(
-        "channel",
-        |i| &mut i.channel,
-        "name of its channel; the first by default",
-    ),
-    Key::word(
-        "forward",
-        AXES,
-        |i| i.forward,
-        |i, w| i.forward = w,
-        "its axis that points forward in the nominal pose",
-    ),
-    Key::word(
-        "up",
-        AXES,
-        |i| i.up,
-        |i, w| i.up = w,
-        "its axis that points up in the nominal pose",
-    ),
-    Key::word(
-        "inclination",
-        &["acceleration", "orientation"],
-        |i| i.inclination,
-        |i, w| i.inclination = w,
-        "what the inclination follows from: the direction of the specific force, or the orientation",
-    ),
-    Key::own(
-        "acceleration",
-        "linear_acceleration.x .y .z",
-        "three columns",
-        "columns of the specific force: at rest the axis that points up reads +g; any unit",
-    ),
-    Key::own(
-        "orientation",
-        "orientation.x .y .z .w",
-        "four columns",
-        "columns of the orientation: quaternion from the sensor to a world whose z axis points up",
-    ),
-    Key::own(
-        "angular_velocity",
-        "angular_velocity.x .y .z",
-        "three columns",
-        "columns of the angular velocity",
-    ),
-    Key::word(
-        "rate_unit",
-        RATE_UNITS,
-        |i| i.rate_unit,
-        |i, w| i.rate_unit = w,
-        "unit of the angular velocity",
-    ),
-    Key::number(
-        "inclination_offset",
-        ANGLE,
-        at_least(-3.2).at_most(3.2),
-        |i| &mut i.inclination_offset,
-        "inclination that the sensor shows in the nominal pose: subtracted",
-    ),
-    Key::number(
-        "rate_offset",
-        ANGULAR_RATE,
-        at_least(-1e2).at_most(1e2),
-        |i| &mut i.rate_offset,
-        "rate that the sensor shows at rest: subtracted",
-    ),
-];
-
 /// The rows of the keys of the mapping, as in [`super::reference`].
 pub(super) fn keys() -> Vec<[String; 5]> {
     let mut all = rows("channel[]", CHANNEL_KEYS, &mut ChannelChoice::standard());
-    all.extend(rows(
-        "reading.NAME",
-        READING_KEYS,
-        &mut ReadingKeys::standard(),
-    ));
-    all.extend(rows("imu.LINK", IMU_KEYS, &mut ImuKeys::standard()));
+    all.extend(reading::keys());
+    all.extend(imu::keys());
     all
-}
-
-/// The rows of the keys of a table: key, SI unit, default, allowed values, meaning.
-pub(super) fn rows<T>(path: &str, keys: &[Key<T>], defaults: &mut T) -> Vec<[String; 5]> {
-    let mut row = |key: &Key<T>| {
-        let default = match &key.field {
-            _ if key.required => "required".to_owned(),
-            Field::Own { default, .. } => (*default).to_owned(),
-            field => value(field, defaults).unwrap_or_default(),
-        };
-        [
-            join(path, key.name),
-            key.field.unit().to_owned(),
-            default.trim_matches('"').to_owned(),
-            key.field.allowed_values(),
-            key.meaning.to_owned(),
-        ]
-    };
-    keys.iter().map(&mut row).collect()
 }
 
 /// Reads the mapping; `None` where the file has none.
@@ -396,8 +117,8 @@ pub(super) fn read(reader: &mut Reader, root: &Node) -> Option<Mapping> {
         time_base: root.get(TIME_BASE).and_then(|n| reader.text(n, TIME_BASE)),
         missing: missing(reader, root),
         channels: channels(reader, root),
-        readings: readings(reader, root),
-        imus: imus(reader, root),
+        readings: reading::read(reader, root),
+        imus: imu::read(reader, root),
     };
     check(reader, root, &mapping);
     Some(mapping)
@@ -447,180 +168,6 @@ fn channels(reader: &mut Reader, root: &Node) -> Vec<ChannelChoice> {
         channels.push(channel);
     }
     channels
-}
-
-fn readings(reader: &mut Reader, root: &Node) -> Vec<ReadingChoice> {
-    let Some(node) = root.get(READING) else {
-        return Vec::new();
-    };
-    let mut readings = Vec::new();
-    for entry in reader.entries(node, READING) {
-        match READINGS.iter().find(|name| **name == entry.key) {
-            Some(name) => readings.push(reading(reader, name, entry)),
-            None => reader.unknown(entry, READING, &READINGS),
-        }
-    }
-    readings
-}
-
-/// Dimension of a reading, and its further units with their factors.
-fn dimension(name: &str) -> (&'static Dimension, Words) {
-    match name {
-        name if name.ends_with("_motor_torque") => (TORQUE, &["N m", "mN m", "A", "mA"]),
-        name if name.ends_with("_rate") => (ANGULAR_RATE, &["rad/s", "deg/s"]),
-        _ => (ANGLE, &["rad", "deg", "turns", "counts"]),
-    }
-}
-
-fn reading(reader: &mut Reader, name: &'static str, entry: &Entry) -> ReadingChoice {
-    let (node, path) = (&entry.node, format!("{READING}.{name}"));
-    let mut keys = ReadingKeys::standard();
-    reader.table(READING_KEYS, node, &path, &mut keys);
-    let (dimension, units) = dimension(name);
-    let unit = node
-        .get("unit")
-        .and_then(|n| reader.word(units, n, &join(&path, "unit")));
-    let unit = units[unit.unwrap_or(0)];
-    let number = Number {
-        unit: dimension,
-        range: ANY,
-    };
-    let offset = node
-        .get("offset")
-        .and_then(|n| reader.number(&number, n, &join(&path, "offset")));
-    let mut needs = |key: &str, value: f64, needed: bool| {
-        if needed && value <= 0.0 {
-            let at = node.get(key).or(node.get("unit")).unwrap_or(node);
-            let allowed = format!("{key} above 0, which unit = \"{unit}\" needs");
-            reader.refuse(at, &join(&path, key), &allowed);
-        } else if !needed && let Some(found) = node.get(key) {
-            let allowed = format!("no {key}: unit = \"{unit}\" does not need it");
-            reader.refuse(found, &join(&path, key), &allowed);
-        }
-    };
-    needs("counts", keys.counts, unit == "counts");
-    needs("torque_constant", keys.torque_constant, unit.ends_with('A'));
-    if unit.ends_with("/s")
-        && let Some(found) = node.get("gear_ratio")
-    {
-        reader.refuse(
-            found,
-            &join(&path, "gear_ratio"),
-            "no gear ratio: a link's rate has none",
-        );
-    }
-    ReadingChoice {
-        name,
-        factor: factor(unit, &keys),
-        offset: offset.unwrap_or(0.0),
-        channel: keys.channel,
-        column: keys.column,
-    }
-}
-
-fn factor(unit: &str, keys: &ReadingKeys) -> f64 {
-    let gear = keys.gear_ratio;
-    let of_unit = match unit {
-        "deg" => 1.0_f64.to_radians() / gear,
-        "turns" => TAU / gear,
-        "counts" => TAU / keys.counts / gear,
-        "rad" => 1.0 / gear,
-        "N m" => gear,
-        "mN m" => gear / 1e3,
-        "A" => keys.torque_constant * gear,
-        "mA" => keys.torque_constant * gear / 1e3,
-        "deg/s" => 1.0_f64.to_radians(),
-        _ => 1.0,
-    };
-    let sign = if keys.sign == 1 { -1.0 } else { 1.0 };
-    sign * keys.scale * of_unit
-}
-
-fn imus(reader: &mut Reader, root: &Node) -> Vec<ImuChoice> {
-    const LINKS: [&str; 2] = ["link1", "link2"];
-    let Some(node) = root.get(IMU) else {
-        return Vec::new();
-    };
-    let mut imus = Vec::new();
-    for entry in reader.entries(node, IMU) {
-        match LINKS.iter().find(|link| **link == entry.key) {
-            Some(link) => imus.push(imu(reader, link, &entry.node)),
-            None => reader.unknown(entry, IMU, &LINKS),
-        }
-    }
-    imus
-}
-
-fn imu(reader: &mut Reader, link: &'static str, node: &Node) -> ImuChoice {
-    let path = format!("{IMU}.{link}");
-    let mut keys = ImuKeys::standard();
-    reader.table(IMU_KEYS, node, &path, &mut keys);
-    if keys.forward / 2 == keys.up / 2 {
-        let at = node.get("up").or(node.get("forward")).unwrap_or(node);
-        reader.refuse(at, &join(&path, "up"), "another axis than forward");
-    }
-    let names = |start: &str, axes: &[&str]| -> Vec<String> {
-        axes.iter().map(|axis| format!("{start}.{axis}")).collect()
-    };
-    let xyz = ["x", "y", "z"];
-    let standard = (
-        names("linear_acceleration", &xyz),
-        names("orientation", &["x", "y", "z", "w"]),
-        names("angular_velocity", &xyz),
-    );
-    ImuChoice {
-        link,
-        forward: axis(keys.forward),
-        up: axis(keys.up),
-        inclination: match keys.inclination {
-            0 => InclinationSource::Acceleration,
-            _ => InclinationSource::Orientation,
-        },
-        acceleration: columns(reader, node, &path, "acceleration", standard.0),
-        orientation: columns(reader, node, &path, "orientation", standard.1),
-        angular_velocity: columns(reader, node, &path, "angular_velocity", standard.2),
-        rate_factor: match keys.rate_unit {
-            0 => 1.0,
-            _ => 1.0_f64.to_radians(),
-        },
-        inclination_offset: keys.inclination_offset,
-        rate_offset: keys.rate_offset,
-        channel: keys.channel,
-    }
-}
-
-/// Unit vector of an axis in [`AXES`].
-fn axis(index: usize) -> [f64; 3] {
-    let mut axis = [0.0; 3];
-    axis[index / 2] = if index.is_multiple_of(2) { 1.0 } else { -1.0 };
-    axis
-}
-
-/// The names of `N` columns, or the standard ones.
-fn columns<const N: usize>(
-    reader: &mut Reader,
-    node: &Node,
-    path: &str,
-    key: &str,
-    standard: Vec<String>,
-) -> [String; N] {
-    let path = join(path, key);
-    let mut names = standard;
-    if let Some(node) = node.get(key) {
-        match &node.value {
-            Value::Array(items) if items.len() == N => {
-                let items = items.iter().enumerate();
-                let texts: Vec<_> = items
-                    .filter_map(|(i, item)| reader.text(item, &format!("{path}[{i}]")))
-                    .collect();
-                names = texts;
-            }
-            _ => reader.refuse(node, &path, &format!("the names of {N} columns")),
-        }
-    }
-    let mut names = names.into_iter();
-    // Fewer only after a problem.
-    std::array::from_fn(|_| names.next().unwrap_or_default())
 }
 
 /// Every reading comes from one place, and every channel that is named exists.

@@ -4,17 +4,21 @@
 //! | modules | job |
 //! |---|---|
 //! | `choice` | the result of reading a description |
-//! | `keys`, `mapping` | declarations of its keys; columns and the readings that follow from them |
+//! | `keys`, `mapping`, `reading`, `imu` | declarations of its keys; columns and the readings that follow from them |
 //! | `reference` | all keys |
 //! | `load`, `write` | from a file; as a file |
 
 mod choice;
+mod imu;
 mod keys;
 mod load;
 mod mapping;
+mod reading;
 mod reference;
 mod write;
 
 pub use choice::{LogChoice, LogEstimator, NeedsContactAngles, UnknownEstimator};
-pub use mapping::{ChannelChoice, ImuChoice, InclinationSource, Mapping, ReadingChoice};
+pub use imu::{ImuChoice, InclinationSource};
+pub use mapping::{ChannelChoice, Mapping};
+pub use reading::ReadingChoice;
 pub use reference::log_reference;
