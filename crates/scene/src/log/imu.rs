@@ -1,6 +1,6 @@
 //! `[imu.LINK]`: inclination and rate from an inertial measurement unit.
 
-use super::keys::rows;
+use super::rows::rows;
 use crate::key::{Key, Words};
 use crate::range::at_least;
 use crate::reader::{Reader, join};

@@ -1,11 +1,9 @@
 //! The keys of a log description that set numbers and words.
 
 use super::choice::LogChoice;
-use crate::key::{Field, Key, Words};
-use crate::range::{Range, at_least};
-use crate::reader::join;
+use crate::key::{Key, Words};
+use crate::range::at_least;
 use crate::units::{ANGLE, ANGULAR_RATE, LENGTH, NONE, RATE_WALK, ROTARY_DAMPING, TIME, TORQUE};
-use crate::write::value;
 
 /// A section whose keys set fields of the description.
 pub(super) struct Section {
@@ -13,9 +11,6 @@ pub(super) struct Section {
     pub meaning: &'static str,
     pub keys: &'static [Key<LogChoice>],
 }
-
-/// Any number that is not absurd.
-pub(super) const ANY: Range = at_least(-1e12).at_most(1e12);
 
 /// What inclinometers measure: [`robhaz_estimator::NoiseBudget::specific_force`] off and on.
 const MEASURED: Words = &["gravity", "specific-force"];
@@ -182,22 +177,3 @@ const BUDGET: &[Key<LogChoice>] = &[
         "relative error of the masses of links 1 to 3",
     ),
 ];
-
-/// The rows of the keys of a table: key, SI unit, default, allowed values, meaning.
-pub(super) fn rows<T>(path: &str, keys: &[Key<T>], defaults: &mut T) -> Vec<[String; 5]> {
-    let mut row = |key: &Key<T>| {
-        let default = match &key.field {
-            _ if key.required => "required".to_owned(),
-            Field::Own { default, .. } => (*default).to_owned(),
-            field => value(field, defaults).unwrap_or_default(),
-        };
-        [
-            join(path, key.name),
-            key.field.unit().to_owned(),
-            default.trim_matches('"').to_owned(),
-            key.field.allowed_values(),
-            key.meaning.to_owned(),
-        ]
-    };
-    keys.iter().map(&mut row).collect()
-}

@@ -1,8 +1,8 @@
 //! Which column of which channel is which reading: `[[channel]]`, `[reading.NAME]`, `[imu.LINK]`.
 
 use super::imu::{self, ImuChoice};
-use super::keys::{ANY, rows};
 use super::reading::{self, READINGS, ReadingChoice};
+use super::rows::{ANY, rows};
 use crate::key::{Key, Words, quoted};
 use crate::reader::{Reader, join};
 use crate::source::{Node, Value};

@@ -5,7 +5,7 @@
 //! |---|---|
 //! | `choice` | the result of reading a description |
 //! | `keys`, `mapping`, `reading`, `imu` | declarations of its keys; columns and the readings that follow from them |
-//! | `reference` | all keys |
+//! | `rows`, `reference` | all keys |
 //! | `load`, `write` | from a file; as a file |
 
 mod choice;
@@ -15,6 +15,7 @@ mod load;
 mod mapping;
 mod reading;
 mod reference;
+mod rows;
 mod write;
 
 pub use choice::{LogChoice, LogEstimator, NeedsContactAngles, UnknownEstimator};

@@ -1,6 +1,6 @@
 //! `[reading.NAME]`: readings that are numbers in a column.
 
-use super::keys::{ANY, rows};
+use super::rows::{ANY, rows};
 use crate::key::{Key, Number, Words};
 use crate::range::{above, at_least};
 use crate::reader::{Reader, join};
