@@ -19,6 +19,7 @@ mod draws;
 mod estimator_is_isolated;
 mod friction_laws;
 mod invariance;
+mod logs;
 mod modules;
 mod output_folders;
 mod progress;

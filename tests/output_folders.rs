@@ -161,7 +161,7 @@ fn force_removes_only_what_a_run_wrote() {
     fs::write(dir.path().join("own/scene.toml"), "").unwrap();
     let said = run("own").1;
     assert!(
-        said.contains("own has no scene.toml that a run has written"),
+        said.contains("own has no scene.toml or log.toml that a run has written"),
         "{said}"
     );
     #[cfg(unix)]

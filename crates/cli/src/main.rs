@@ -1,6 +1,8 @@
 //! The `robhaz` command.
 
 mod compare;
+mod estimate;
+mod export;
 mod interrupt;
 mod live;
 mod output;
@@ -8,6 +10,7 @@ mod output_file;
 mod pace;
 mod progress;
 mod recover;
+mod results;
 mod run;
 mod study;
 mod terminal;
@@ -32,6 +35,10 @@ struct Cli {
 enum Command {
     /// Run a scene: simulate, estimate, write tables, figures and a recording, print the errors of the estimates.
     Run(run::Args),
+    /// Run the estimators on a recorded log: a table of readings, or the folder of a run.
+    Estimate(estimate::Args),
+    /// Write a run or an estimate as a log that other tools open: MCAP or CSV.
+    Export(export::Args),
     /// Print the table of errors of one or several finished runs.
     Compare(compare::Args),
     /// Make tables from the records of a run that was killed or whose disk was full.
@@ -51,6 +58,8 @@ fn main() -> ExitCode {
     let interrupt = Interrupt::default();
     let done = match cli.command {
         Command::Run(args) => run::run(&args, &interrupt),
+        Command::Estimate(args) => estimate::run(&args, &interrupt),
+        Command::Export(args) => export::run(&args),
         Command::Compare(args) => compare::compare(&args),
         Command::Recover(args) => recover::recover(&args),
         Command::Verify(args) => verify::run(&args, &interrupt),

@@ -4,6 +4,7 @@
 //! run, and a run that broke off leaves its files in `FOLDER.partial`. With `--force` files that a run wrote are
 //! removed, and no others.
 
+use robhaz_log::LogPlace;
 use robhaz_record::FigureSink;
 use robhaz_scene::harmless;
 use std::fs::{self, File};
@@ -34,7 +35,7 @@ pub enum OutputError {
     #[diagnostic(help("--out DIR writes elsewhere"))]
     NotAFolder(PathBuf),
     /// Not the folder of a run: never replaced.
-    #[error("{0} has no scene.toml that a run has written: it is left alone")]
+    #[error("{0} has no scene.toml or log.toml that a run has written: it is left alone")]
     #[diagnostic(help("--out DIR writes elsewhere"))]
     NotARun(PathBuf),
     /// A folder of a run with other files in it: never replaced.
@@ -204,7 +205,8 @@ fn check_replaceable(path: &Path) -> Result<(), OutputError> {
     if !path.is_dir() {
         return Err(OutputError::NotAFolder(path.to_path_buf()));
     }
-    let scene = fs::read_to_string(path.join("scene.toml")).unwrap_or_default();
+    let read = |name| fs::read_to_string(path.join(name)).unwrap_or_default();
+    let (scene, log) = (read("scene.toml"), read(LogPlace::DESCRIPTION));
     let names = names(path)?;
     let estimators: Vec<&str> = names.iter().filter_map(|n| estimator(n)).collect();
     // A run writes files, and the folder of its figures. A link to a folder elsewhere is not of a run.
@@ -233,7 +235,8 @@ fn check_replaceable(path: &Path) -> Result<(), OutputError> {
             found: harmless(&found),
         });
     }
-    if scene.lines().any(|line| line.starts_with("[resolved]")) {
+    let mut lines = scene.lines().chain(log.lines());
+    if lines.any(|line| line.starts_with("[resolved]")) {
         Ok(())
     } else {
         Err(OutputError::NotARun(path.to_path_buf()))
@@ -262,6 +265,8 @@ const TABLE_ENDS: [&str; 4] = [".parquet.partial", ".parquet", ".csv", ".arrows"
 fn is_of_a_run(name: &str, scene: &str) -> bool {
     let fixed = [
         "scene.toml",
+        LogPlace::DESCRIPTION,
+        LogPlace::SENSORS,
         "summary.json",
         "summary.json.partial",
         "run.rrd",

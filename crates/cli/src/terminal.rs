@@ -14,8 +14,12 @@ pub fn say(text: &str) -> Result<()> {
 
 /// Prints the warnings of a scene on standard error.
 pub fn warn(scene: &Scene) {
-    for warning in scene.warnings() {
-        // A closed or full standard error is no reason to stop.
-        let _ = writeln!(io::stderr().lock(), "Warning: {}: {warning}", scene.name);
-    }
+    let warnings = scene.warnings();
+    warnings.iter().for_each(|w| warn_of(&scene.name, w));
+}
+
+/// Prints a warning about a scene or log on standard error.
+pub fn warn_of(name: &str, warning: &str) {
+    // A closed or full standard error is no reason to stop.
+    let _ = writeln!(io::stderr().lock(), "Warning: {name}: {warning}");
 }

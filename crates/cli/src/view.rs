@@ -7,8 +7,10 @@ use crate::pace::{Pace, PaceSink};
 use crate::progress::Progress;
 use crate::terminal::{say, warn};
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
+use robhaz_log::LogPlace;
+use robhaz_record::Summary;
 use robhaz_run::{RunDescription, Sink};
-use robhaz_scene::Scene;
+use robhaz_scene::{LogChoice, RecordChoice, Scene};
 use robhaz_viewer::{ComparedRun, PictureOptions, Theme};
 use std::path::{Path, PathBuf};
 
@@ -53,6 +55,9 @@ enum Background {
     /// White.
     Light,
 }
+
+/// The resolved scene in the folder of a run.
+const SCENE: &str = "scene.toml";
 
 const PICTURE: Format = Format {
     what: "pictures",
@@ -175,9 +180,7 @@ fn compare(runs: &[PathBuf], file: &Path, interrupt: &Interrupt) -> Result<()> {
     let mut found = Vec::new();
     for run in runs {
         let label = run.display().to_string();
-        let scene = Scene::load(&scene_of(run)?, &[])?;
-        let description = RunDescription::of(&scene).into_diagnostic()?;
-        found.push((label, description, recording(run)?));
+        found.push((label, described(run)?, recording(run)?));
     }
     let runs: Vec<ComparedRun<'_>> = found
         .iter()
@@ -195,23 +198,42 @@ fn inputs(runs: &[PathBuf]) -> Result<Vec<PathBuf>> {
     let mut inputs = Vec::new();
     for run in runs {
         if runs.len() > 1 {
-            inputs.push(scene_of(run)?);
+            inputs.push(description_file(run)?);
         }
         inputs.push(recording_file(run)?);
     }
     Ok(inputs)
 }
 
-/// The scene of a run to be compared.
-fn scene_of(run: &Path) -> Result<PathBuf> {
-    let scene = run.join("scene.toml");
-    if !scene.is_file() {
+/// The resolved scene of a run to be compared, or the description of an estimated log.
+fn description_file(run: &Path) -> Result<PathBuf> {
+    let names = [SCENE, LogPlace::DESCRIPTION];
+    let mut paths = names.iter().map(|name| run.join(name));
+    let Some(path) = paths.find(|path| path.is_file()) else {
         bail!(
-            "{} has no scene.toml: a comparison takes the folders of runs",
-            run.display()
+            "{} has no {SCENE} or {}: a comparison takes the folders of runs",
+            run.display(),
+            LogPlace::DESCRIPTION
         );
+    };
+    Ok(path)
+}
+
+/// What was known of a run before its first record.
+fn described(run: &Path) -> Result<RunDescription> {
+    let file = description_file(run)?;
+    if file.ends_with(SCENE) {
+        return RunDescription::of(&Scene::load(&file, &[])?).into_diagnostic();
     }
-    Ok(scene)
+    let choice = LogChoice::load(&file, LogChoice::default())?;
+    let summary = Summary::read(run).into_diagnostic()?;
+    let record = RecordChoice {
+        duration: summary.duration_s,
+        rate: summary.record_rate_hz,
+        compare_from: summary.compare_from_s,
+    };
+    // A comparison has one recording of its own: no fingerprint tells runs apart.
+    Ok(RunDescription::of_log(&summary.scene, 0, record, &choice))
 }
 
 fn is_scene(path: &Path) -> bool {

@@ -21,6 +21,7 @@ mod felt_ground;
 mod figures;
 mod format;
 mod ground_table;
+mod log_lines;
 mod parquet_table;
 mod point_table;
 mod report;
@@ -38,8 +39,8 @@ pub use format::TableFormat;
 pub use parquet_table::{RecoveredTable, recover};
 pub use report::comparison_table;
 pub use summary::{
-    BrokenOff, EstimatorSummary, FrictionSummary, NominalRobot, ProgressSummary, SensorErrors,
-    Summary, SummarySink,
+    BrokenOff, ChannelSummary, EstimatorSummary, FrictionSummary, LogSummary, MeanForces,
+    NominalRobot, ProgressSummary, SensorErrors, Summary, SummarySink,
 };
 pub use table::TableSink;
 

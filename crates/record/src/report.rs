@@ -1,5 +1,6 @@
 //! The table that is printed at the end of a run, and that compares runs.
 
+use crate::log_lines::{log_lines, means_table};
 use crate::summary::{EstimatorSummary, FrictionSummary, ProgressSummary, Summary};
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Row, Table};
@@ -12,27 +13,23 @@ const LONG_SPIN: f64 = 2.0;
 
 /// Errors of the normal forces, estimators by wheels, of one run or several. Each run has a label.
 ///
-/// Errors are in N, and also in % of the mean true normal force of the three wheels.
+/// Errors are in N, and also in % of the mean true normal force of the three wheels. Recorded logs without truth have a
+/// table of their own, with means.
 pub fn comparison_table(runs: &[(&str, &Summary)]) -> String {
     let several = runs.len() > 1;
-    let mut table = Table::new();
-    table
-        .load_preset(UTF8_FULL_CONDENSED)
-        .set_content_arrangement(ContentArrangement::Dynamic)
-        .set_width(if several { WIDTH + 40 } else { WIDTH })
-        .set_header(header(several));
-    for (label, summary) in runs {
-        for (i, estimator) in summary.estimators.iter().enumerate() {
-            table.add_row(row(
-                several.then_some(if i == 0 { *label } else { "" }),
-                estimator,
-            ));
-        }
+    let without_truth =
+        |(_, summary): &&(&str, &Summary)| summary.log.is_some() && !is_compared(summary);
+    let of_logs: Vec<_> = runs.iter().filter(without_truth).copied().collect();
+    let compared = runs.iter().filter(|run| !without_truth(run)).copied();
+    let compared: Vec<_> = compared.collect();
+    let mut tables = Vec::new();
+    if !compared.is_empty() {
+        tables.push(errors_table(&compared, several));
     }
-    let mut text = String::from(
-        "RMSE of the normal force in N and in % of its mean over the wheels; last column: traction in N\n",
-    );
-    text.push_str(&table.trim_fmt());
+    if !of_logs.is_empty() {
+        tables.push(means_table(&of_logs, several));
+    }
+    let mut text = tables.join("\n");
     for (label, summary) in runs {
         text.push('\n');
         text.push_str(&speed(label, summary));
@@ -51,8 +48,36 @@ pub fn comparison_table(runs: &[(&str, &Summary)]) -> String {
                 text.push_str(&missing(estimator));
             }
         }
+        text.push_str(&log_lines(summary));
     }
     text
+}
+
+/// Whether there are errors of an estimator.
+fn is_compared(summary: &Summary) -> bool {
+    let mut estimators = summary.estimators.iter();
+    estimators.any(|e| e.normal_force.is_some())
+}
+
+fn errors_table(runs: &[(&str, &Summary)], several: bool) -> String {
+    let mut table = Table::new();
+    table
+        .load_preset(UTF8_FULL_CONDENSED)
+        .set_content_arrangement(ContentArrangement::Dynamic)
+        .set_width(if several { WIDTH + 40 } else { WIDTH })
+        .set_header(header(several));
+    for (label, summary) in runs {
+        for (i, estimator) in summary.estimators.iter().enumerate() {
+            table.add_row(row(
+                several.then_some(if i == 0 { *label } else { "" }),
+                estimator,
+            ));
+        }
+    }
+    format!(
+        "RMSE of the normal force in N and in % of its mean over the wheels; last column: traction in N\n{}",
+        table.trim_fmt()
+    )
 }
 
 fn header(several: bool) -> Row {
@@ -125,8 +150,13 @@ fn speed(label: &str, summary: &Summary) -> String {
             summary.compare_from_s,
         ),
         _ => format!(
-            "{label}: {seconds} s of recorded readings in {wall:.2} s, {factor:.1} times real time. Without truth there are no \
-             errors."
+            "{label}: {seconds:.3} s of recorded readings in {wall:.2} s, {factor:.1} times real time. {} count from {} s on.",
+            if is_compared(summary) {
+                "Errors"
+            } else {
+                "Without truth there are no errors; means"
+            },
+            summary.compare_from_s,
         ),
     }
 }
@@ -232,6 +262,7 @@ mod tests {
             no_equivalent: 0,
             normal_force_at_one_contact: None,
             contacts: None,
+            means: None,
         };
         let run = described(&scene());
         Summary {
@@ -255,6 +286,7 @@ mod tests {
             events: None,
             friction: run.world.as_ref().map(FrictionSummary::of),
             sensors: run.world.as_ref().map(SensorErrors::of),
+            log: None,
             nominal: NominalRobot::of(&run),
             estimators: vec![estimator("paper-body", 5.0), estimator("paper-wheels", 4.0)],
         }

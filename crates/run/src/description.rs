@@ -3,8 +3,8 @@
 use robhaz_estimator::EstimatorSettings;
 use robhaz_model::Robot;
 use robhaz_scene::{
-    EngineKind, EstimatorChoice, Grade, ModelErrorTooLarge, RecordChoice, RobotChoice, Scene,
-    TerrainChoice,
+    EngineKind, EstimatorChoice, Grade, LogChoice, LogEstimator, ModelErrorTooLarge, RecordChoice,
+    RobotChoice, Scene, TerrainChoice,
 };
 use robhaz_sim::drive::Drive;
 use robhaz_sim::friction::FrictionLaw;
@@ -97,6 +97,27 @@ impl RunDescription {
                 drawn: *scene.sensors().drawn(),
             }),
         })
+    }
+}
+
+impl RunDescription {
+    /// The description of a recorded log.
+    pub fn of_log(name: &str, fingerprint: u64, record: RecordChoice, choice: &LogChoice) -> Self {
+        let estimator = |e: &LogEstimator| EstimatorDescription {
+            label: e.choice.name.clone(),
+            listed: e.choice.settings,
+            settings: choice.settings(e),
+        };
+        Self {
+            name: name.to_owned(),
+            fingerprint,
+            record,
+            estimators: choice.estimators.iter().map(estimator).collect(),
+            robot: choice.robot.clone(),
+            nominal_robot: choice.robot.robot.clone(),
+            nominal_damping: choice.viscous_damping,
+            world: None,
+        }
     }
 }
 

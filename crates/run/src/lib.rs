@@ -13,6 +13,7 @@ mod description;
 mod error;
 mod estimators;
 mod ground;
+mod log_report;
 mod sink;
 mod source;
 
@@ -20,6 +21,7 @@ pub use description::{EstimatorDescription, RunDescription, World};
 pub use error::RunError;
 pub use estimators::{Estimators, Observers};
 pub use ground::FeltGround;
+pub use log_report::{ChannelReport, LogReport};
 pub use sink::{Frame, RunEnd, Sink, SinkError};
 pub use source::{Sample, Simulation, Source, sensor_frame};
 
@@ -160,6 +162,7 @@ impl Run {
             wall: self.wall.as_secs_f64(),
             step: self.source.mean_step(),
             broken_off: error.map(RunError::line),
+            log: self.source.log_report(),
         })
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::description::RunDescription;
 use crate::ground::FeltGround;
+use crate::log_report::LogReport;
 use robhaz_estimator::{Estimate, EstimateError, GroundPoint, SensorFrame};
 use robhaz_sim::Truth;
 
@@ -34,6 +35,8 @@ pub struct RunEnd {
     pub ground: Vec<Vec<GroundPoint>>,
     /// Why the run ended before its source did, for the user. `None` for a complete run.
     pub broken_off: Option<String>,
+    /// What became of the rows of a recorded log. `None` for a simulation.
+    pub log: Option<LogReport>,
 }
 
 impl RunEnd {

@@ -1,6 +1,7 @@
 //! Sources of readings.
 
 use crate::error::RunError;
+use crate::log_report::LogReport;
 use robhaz_estimator::{LinkReading, SensorFrame};
 use robhaz_scene::{PlantFailure, Scene};
 use robhaz_sim::sensors::{Readings, Sensors};
@@ -29,6 +30,11 @@ pub trait Source {
 
     /// Mean integration step so far, s. `None` where nothing is integrated.
     fn mean_step(&self) -> Option<f64>;
+
+    /// What became of the rows of a recorded log so far. `None` for a simulation.
+    fn log_report(&self) -> Option<LogReport> {
+        None
+    }
 }
 
 /// The simulation of a scene with its sensors.

@@ -1,7 +1,7 @@
 //! Reads tables by the declarations of their keys.
 
 use crate::error::Problem;
-use crate::key::{Field, Key, Number, SWITCH, Words, quoted};
+use crate::key::{Field, Key, Number, SWITCH, quoted};
 use crate::reader::{Reader, join, refusal};
 use crate::source::{Entry, Node, Value};
 use crate::suggest::nearest;
@@ -113,6 +113,11 @@ impl Reader {
                     );
                 }
             }
+            Field::Text(at) => {
+                if let Some(text) = self.text(node, path) {
+                    *at(into) = text;
+                }
+            }
             Field::Table(keys) => self.table(keys, node, path, into),
             Field::Own { .. } | Field::OwnWord { .. } => {}
         }
@@ -192,8 +197,19 @@ impl Reader {
         Some(Vec2::new(x?, y?))
     }
 
+    /// A text of at least one character.
+    pub fn text(&mut self, node: &Node, path: &str) -> Option<String> {
+        match &node.value {
+            Value::Text(text) if !text.trim().is_empty() => Some(text.clone()),
+            _ => {
+                self.refuse(node, path, "a text");
+                None
+            }
+        }
+    }
+
     /// The index of a word among those allowed.
-    pub fn word(&mut self, words: Words, node: &Node, path: &str) -> Option<usize> {
+    pub fn word(&mut self, words: &[&'static str], node: &Node, path: &str) -> Option<usize> {
         let text = match &node.value {
             Value::Text(text) => text.as_str(),
             // A switch also takes a boolean.

@@ -40,6 +40,8 @@ pub(crate) enum Field<T: 'static> {
     Word(Words, fn(&T) -> usize, fn(&mut T, usize)),
     /// `["word", "word", "word"]`
     ThreeWords(Words, fn(&T) -> [usize; 3], fn(&mut T, [usize; 3])),
+    /// A text of at least one character; empty where it is not given.
+    Text(fn(&mut T) -> &mut String),
     /// A table within the table.
     Table(&'static [Key<T>]),
     /// A value that the section reads itself; default and allowed values in words.
@@ -154,6 +156,14 @@ impl<T> Key<T> {
         Self::new(name, Field::ThreeWords(words, get, set), meaning)
     }
 
+    pub const fn text(
+        name: &'static str,
+        at: fn(&mut T) -> &mut String,
+        meaning: &'static str,
+    ) -> Self {
+        Self::new(name, Field::Text(at), meaning)
+    }
+
     pub const fn table(name: &'static str, keys: &'static [Key<T>], meaning: &'static str) -> Self {
         Self::new(name, Field::Table(keys), meaning)
     }
@@ -229,6 +239,7 @@ impl<T> Field<T> {
             Self::Switch(_) => quoted(SWITCH),
             Self::Word(words, ..) | Self::OwnWord { words, .. } => quoted(words),
             Self::ThreeWords(words, ..) => format!("three of {}", quoted(words)),
+            Self::Text(_) => "a text".to_owned(),
             Self::Table(_) => "a table".to_owned(),
             Self::Own { allowed, .. } => (*allowed).to_owned(),
         }

@@ -1,4 +1,4 @@
-//! Scene files: read, checked, written, and turned into plant, sensors and estimators.
+//! Scene files and descriptions of recorded logs: read, checked, written, and turned into plant, sensors and estimators.
 //!
 //! [`Scene::load`] reads a file and the overrides of the command line; [`Scene::to_toml`] writes the resolved scene. Each
 //! key is declared once, with its unit, range, meaning and the field that it sets. Reading, writing, defaults and
@@ -11,6 +11,7 @@
 //! | `reader`, `fields` | problems; values of a table by its declarations |
 //! | `terrain`, `robot`, `contact`, `drive`, `estimators`, `sensors`, `sections` | the sections of a scene and their keys |
 //! | `overrides`, `load`, `checks`, `explicit_step` | from a file and overrides to a checked [`Scene`] |
+//! | `log` | descriptions of recorded logs |
 //! | `write`, `reference` | the resolved scene; all keys |
 //! | `error`, `excerpt`, `suggest` | messages |
 
@@ -26,6 +27,7 @@ mod fields;
 mod file;
 mod key;
 mod load;
+mod log;
 mod model_error;
 mod name;
 mod overrides;
@@ -48,7 +50,12 @@ mod write;
 pub use error::{Problem, SceneError};
 pub use estimators::EstimatorChoice;
 pub use excerpt::harmless;
+pub use log::{
+    ChannelChoice, ImuChoice, InclinationSource, LogChoice, LogEstimator, Mapping,
+    NeedsContactAngles, ReadingChoice, UnknownEstimator, log_reference,
+};
 pub use model_error::{ModelError, ModelErrorTooLarge};
+pub use name::from_stem;
 pub use plant_failure::PlantFailure;
 pub use reference::{KeyReference, reference};
 pub use robhaz_sim::EngineKind;

@@ -29,7 +29,7 @@ pub(crate) fn read(reader: &mut Reader, node: &Node, path: &str) -> Option<Strin
 }
 
 /// A name from a file's stem: in lower case, with `-` for characters that are not allowed.
-pub(crate) fn from_stem(stem: &str) -> String {
+pub fn from_stem(stem: &str) -> String {
     let allow = |c: char| if is_allowed(c) { c } else { '-' };
     let name: String = stem
         .to_lowercase()

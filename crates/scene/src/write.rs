@@ -3,7 +3,7 @@
 use crate::drive;
 use crate::estimators;
 use crate::key::{Field, Key, SWITCH};
-use crate::robot;
+use crate::robot::{self, RobotChoice};
 use crate::robot_keys;
 use crate::scene::Scene;
 use crate::sections::{IGNORED, SECTIONS};
@@ -28,7 +28,7 @@ impl Scene {
         }
         out.head(&format!("[{IGNORED}]"), "what wrote this file; not read");
         out.key("version", &text(version), "");
-        write_robot(&mut out, self);
+        write_robot(&mut out, &self.robot);
         write_terrain(&mut out, self);
         write_stretches(&mut out, self);
         let mut scene = self.clone();
@@ -54,8 +54,8 @@ impl Scene {
     }
 }
 
-fn write_robot(out: &mut Out, scene: &Scene) {
-    let choice = &scene.robot;
+/// Writes `[robot]`, geometry and masses in full.
+pub(crate) fn write_robot(out: &mut Out, choice: &RobotChoice) {
     let mut robot = choice.robot.clone();
     let path = robot::GEOMETRY_PART.path;
     out.head(&format!("[{path}]"), "positions in the nominal pose");
@@ -175,26 +175,32 @@ fn bump_lines(bumps: &[Bump]) -> Vec<String> {
     lines
 }
 
+/// A TOML file being written.
 #[derive(Default)]
-struct Out(String);
+pub(crate) struct Out(String);
 
 impl Out {
-    fn line(&mut self, line: &str) {
+    /// The text of the file.
+    pub fn into_text(self) -> String {
+        self.0
+    }
+
+    pub fn line(&mut self, line: &str) {
         self.0.push_str(line);
         self.0.push('\n');
     }
 
-    fn head(&mut self, head: &str, comment: &str) {
+    pub fn head(&mut self, head: &str, comment: &str) {
         self.line("");
         self.line(&with_comment(head, comment));
     }
 
-    fn key(&mut self, name: &str, value: &str, comment: &str) {
+    pub fn key(&mut self, name: &str, value: &str, comment: &str) {
         self.line(&with_comment(&format!("{name} = {value}"), comment));
     }
 
     /// Writes a key with its unit and meaning.
-    fn field<T>(&mut self, key: &Key<T>, of: &mut T) {
+    pub fn field<T>(&mut self, key: &Key<T>, of: &mut T) {
         if let Some(value) = value(&key.field, of) {
             let unit = key.field.unit();
             let comment = match unit {
@@ -206,7 +212,7 @@ impl Out {
     }
 
     /// Writes the keys of a table whose heading is written, then the tables in it.
-    fn table<T>(&mut self, keys: &[Key<T>], of: &mut T, path: &str) {
+    pub fn table<T>(&mut self, keys: &[Key<T>], of: &mut T, path: &str) {
         for key in keys {
             self.field(key, of);
         }
@@ -246,6 +252,7 @@ pub(crate) fn value<T>(field: &Field<T>, of: &mut T) -> Option<String> {
         Field::Switch(at) => text(SWITCH[usize::from(*at(of))]),
         Field::Word(words, get, _) => text(words[get(of)]),
         Field::ThreeWords(words, get, _) => array(get(of).map(|i| text(words[i]))),
+        Field::Text(at) => text(at(of)),
         Field::Table(_) | Field::Own { .. } | Field::OwnWord { .. } => return None,
     })
 }
@@ -264,7 +271,7 @@ fn array(items: [String; 3]) -> String {
 }
 
 /// A text in quotes, as TOML writes it.
-fn text(value: &str) -> String {
+pub(crate) fn text(value: &str) -> String {
     let mut out = String::from('"');
     for c in value.chars() {
         match c {

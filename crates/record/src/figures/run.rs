@@ -120,9 +120,9 @@ impl RunTraces {
         }
     }
 
-    /// Whether the run is a simulation, so that there is a truth to draw.
+    /// Whether there is a truth to draw.
     pub fn has_truth(&self) -> bool {
-        self.ground.is_some()
+        self.last.is_some() || !self.poses.is_empty()
     }
 
     /// Adds one record.
@@ -227,8 +227,11 @@ impl Shown {
             self.pins[k][1].add(time, from_q.map(|v| v.y));
             if let (Some(from_q), Some(truth), true) = (from_q, frame.truth, compared) {
                 let error = from_q - true_from_q(truth, pin);
-                self.pin_errors[k][0].add(error.x);
-                self.pin_errors[k][1].add(error.y);
+                // A truth of a log may have forces alone.
+                if error.x.is_finite() && error.y.is_finite() {
+                    self.pin_errors[k][0].add(error.x);
+                    self.pin_errors[k][1].add(error.y);
+                }
             }
         }
     }

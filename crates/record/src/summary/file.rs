@@ -1,5 +1,6 @@
 //! The file `summary.json`: its content, written and read.
 
+use super::log::LogSummary;
 use super::parts::{
     BrokenOff, EstimatorSummary, FrictionSummary, NominalRobot, ProgressSummary, SensorErrors,
 };
@@ -50,6 +51,9 @@ pub struct Summary {
     pub friction: Option<FrictionSummary>,
     /// Sensor errors that were drawn for the run; no estimator knows them. `None` for recorded readings.
     pub sensors: Option<SensorErrors>,
+    /// What a recorded log held; `None` for simulations.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub log: Option<LogSummary>,
     /// The nominal robot, which the estimators were given.
     #[serde(alias = "told")]
     pub nominal: NominalRobot,

@@ -1,12 +1,14 @@
 //! `summary.json`: how a run went, and the errors of each estimator.
 
 mod file;
+mod log;
 mod parts;
 mod sink;
 #[cfg(test)]
 mod tests;
 
 pub use file::Summary;
+pub use log::{ChannelSummary, LogSummary, MeanForces};
 pub use parts::{
     BrokenOff, EstimatorSummary, FrictionSummary, NominalRobot, ProgressSummary, SensorErrors,
 };

@@ -1,5 +1,6 @@
 //! The parts of a summary, with their units.
 
+use super::log::{ForceSums, MeanForces};
 use robhaz_model::{Pin, Robot};
 use robhaz_run::{RunDescription, World};
 use robhaz_score::contact::FlagScores;
@@ -176,9 +177,9 @@ pub struct EstimatorSummary {
     /// earlier versions.
     #[serde(default)]
     pub ground: Option<GroundErrors>,
-    /// Number of records compared.
+    /// Number of records compared; without truth, of records with an estimate.
     pub samples: u64,
-    /// Number of records that should have been compared, but had no estimate.
+    /// Number of records that count but have no estimate.
     pub missing: u64,
     /// How many of the records compared have a wheel with two contacts. Its true N and T are those of the equivalent
     /// contact.
@@ -193,6 +194,9 @@ pub struct EstimatorSummary {
     /// How well contact states were found: in the air, two contacts, sliding. `None` if the estimator states none.
     #[serde(default)]
     pub contacts: Option<FlagScores>,
+    /// Means over the records that count; of a recorded log alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub means: Option<MeanForces>,
 }
 
 impl SensorErrors {
@@ -269,6 +273,17 @@ impl EstimatorSummary {
             no_equivalent: score.no_equivalent(),
             normal_force_at_one_contact: score.at_one_contact().normal_force(),
             contacts,
+            means: None,
+        }
+    }
+
+    /// With the means of a recorded log; `compared` where it had a truth.
+    pub(super) fn with_means(self, sums: &ForceSums, compared: bool) -> Self {
+        Self {
+            means: sums.means(),
+            samples: if compared { self.samples } else { sums.samples },
+            missing: if compared { self.missing } else { sums.missing },
+            ..self
         }
     }
 
@@ -297,11 +312,13 @@ impl EstimatorSummary {
             .find(|(_, value)| value.is_some_and(|v| !v.is_finite()));
         let contacts = self.contacts.is_some_and(|c| !c.is_finite());
         let ground = self.ground.is_some_and(|errors| !errors.is_finite());
+        let of_means = self.means.as_ref().is_some_and(|m| !m.is_finite());
         of_forces
             .map(|(force, _)| *force)
             .or(contacts.then_some("contacts"))
             .or(ground.then_some("ground"))
             .or(of_stated.map(|(key, _)| *key))
+            .or(of_means.then_some("means"))
             .map(|key| format!("estimators.{name}.{key}"))
             .or_else(|| {
                 load.copied()

@@ -1,6 +1,7 @@
 //! The sink that sums up a run.
 
 use super::file::Summary;
+use super::log::{ForceSums, LogSummary};
 use super::parts::{BrokenOff, EstimatorSummary, FrictionSummary, NominalRobot, SensorErrors};
 use crate::error::RecordError;
 use crate::felt_ground::FeltGrounds;
@@ -21,6 +22,11 @@ pub struct SummarySink {
     progress: Option<ProgressMeter>,
     events: Option<(EventDetector, EventCounts)>,
     grounds: FeltGrounds,
+    /// Sums over the estimates of a recorded log; empty for a simulation.
+    sums: Vec<ForceSums>,
+    rule: Option<Rule>,
+    /// Whether a record had a truth.
+    compared: bool,
     end: Option<RunEnd>,
 }
 
@@ -60,11 +66,18 @@ impl SummarySink {
             events: self.events.as_ref().map(|(_, counts)| *counts),
             friction: world.map(FrictionSummary::of),
             sensors: world.map(SensorErrors::of),
+            log: end.log.as_ref().map(LogSummary::from),
             nominal: NominalRobot::of(run),
             estimators: estimators
-                .map(|(k, (e, (score, contacts)))| EstimatorSummary {
-                    ground: self.grounds.errors(k, terrain.as_ref()),
-                    ..EstimatorSummary::new(&e.label, score, contacts.scores())
+                .map(|(k, (e, (score, contacts)))| {
+                    let estimator = EstimatorSummary {
+                        ground: self.grounds.errors(k, terrain.as_ref()),
+                        ..EstimatorSummary::new(&e.label, score, contacts.scores())
+                    };
+                    match self.sums.get(k) {
+                        Some(sums) => estimator.with_means(sums, self.compared),
+                        None => estimator,
+                    }
                 })
                 .collect(),
         })
@@ -101,6 +114,12 @@ impl Sink for SummarySink {
             progress: world.map(|w| ProgressMeter::new(&w.drive, geometry.wheel_radius)),
             events: world.map(|_| (EventDetector::new(geometry.stop), EventCounts::default())),
             grounds: FeltGrounds::new(run),
+            sums: match world {
+                Some(_) => Vec::new(),
+                None => vec![ForceSums::default(); run.estimators.len()],
+            },
+            rule: Some(rule),
+            compared: false,
             end: None,
         };
         Ok(())
@@ -108,9 +127,15 @@ impl Sink for SummarySink {
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
         if let Some(truth) = frame.truth {
+            self.compared = true;
             self.compare(truth, frame.estimates);
         }
         self.grounds.add(frame);
+        if self.rule.is_some_and(|rule| rule.compares(frame.time)) {
+            for (sums, estimate) in self.sums.iter_mut().zip(frame.estimates) {
+                sums.add(estimate.as_ref().ok());
+            }
+        }
         Ok(())
     }
 

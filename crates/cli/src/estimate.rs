@@ -1,0 +1,116 @@
+//! `robhaz estimate`: the estimators on a recorded log.
+
+use crate::interrupt::Interrupt;
+use crate::results::{self, Job};
+use crate::terminal::warn_of;
+use miette::{IntoDiagnostic, Report, Result, WrapErr};
+use robhaz_log::{Log, LogOptions, LogPlace, PlaceError};
+use robhaz_scene::{LogChoice, RobotChoice};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Arguments of `robhaz estimate`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// The log: a table of readings (.parquet, .csv), an MCAP file, or the folder of a run or of an estimate.
+    log: PathBuf,
+    /// The robot: a file with the section [robot] of a scene; by default that of the log's folder, else robot A.
+    #[arg(long, value_name = "ROBOT.toml")]
+    robot: Option<PathBuf>,
+    /// Description of the log: columns and units of the readings, clocks, noise budget, nominal damping, estimators. See
+    /// docs/logs.md.
+    #[arg(long, value_name = "SENSORS.toml")]
+    sensors: Option<PathBuf>,
+    /// An estimator of the description, or a preset; can be repeated. By default all of the description.
+    #[arg(long, value_name = "NAME")]
+    estimator: Vec<String>,
+    /// Whether contact angles of the log are used; by default where the log has them.
+    #[arg(long, value_enum)]
+    contact_angles: Option<ContactAngles>,
+    /// A table of true forces to compare with, such as the table `truth` of a run.
+    #[arg(long, value_name = "TABLE")]
+    truth: Option<PathBuf>,
+    #[command(flatten)]
+    results: results::Args,
+}
+
+/// Whether contact angles are used.
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum ContactAngles {
+    /// Those of the log.
+    Given,
+    /// None: only estimators that need none run.
+    None,
+}
+
+/// Runs the estimators on the log, writes the results, prints the table.
+pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
+    let start = Instant::now();
+    let mut place = LogPlace::find(&args.log).map_err(shown)?;
+    describe(&mut place.choice, args)?;
+    if let Some(name) = &place.choice.name {
+        place.name.clone_from(name);
+    }
+    if !place.is_described && place.choice.robot == RobotChoice::default() {
+        let warning = "no robot is stated, so it is robot A: --robot ROBOT.toml states yours";
+        place.warnings.push(warning.to_owned());
+    }
+    let folder = format!("{}-estimate", place.file_name);
+    let options = LogOptions {
+        truth: args.truth.clone(),
+        contact_angles: args.contact_angles.map(|c| c == ContactAngles::Given),
+        named_estimators: !args.estimator.is_empty(),
+    };
+    let log = Log::open(place, &options).into_diagnostic()?;
+    log.warnings.iter().for_each(|w| warn_of(&log.name, w));
+    let version = format!("robhaz {}", env!("CARGO_PKG_VERSION"));
+    let resolved = log.choice.to_toml(&version);
+    let sensors = copy(args.sensors.as_deref())?;
+    let name = log.name.clone();
+    let job = Job {
+        start,
+        name: &name,
+        folder,
+        work: "reading and estimation",
+        files: std::iter::once((LogPlace::DESCRIPTION.to_owned(), resolved.into()))
+            .chain(sensors)
+            .collect(),
+    };
+    let run = log
+        .into_run()
+        .into_diagnostic()
+        .wrap_err_with(|| format!("cannot start {name}"))?;
+    results::write(run, &job, &args.results, interrupt)
+}
+
+/// Applies what the arguments state of the log.
+fn describe(choice: &mut LogChoice, args: &Args) -> Result<()> {
+    if let Some(path) = &args.sensors {
+        *choice = LogChoice::load(path, choice.clone())?;
+    }
+    if let Some(path) = &args.robot {
+        choice.robot = RobotChoice::load(path)?;
+    }
+    if !args.estimator.is_empty() {
+        choice.select(&args.estimator).into_diagnostic()?;
+    }
+    Ok(())
+}
+
+/// The copy of the user's description for the folder of results, as it is.
+fn copy(path: Option<&Path>) -> Result<Option<(String, Vec<u8>)>> {
+    let read = |path: &Path| {
+        let content = std::fs::read(path).into_diagnostic();
+        content.wrap_err_with(|| format!("cannot read {}", path.display()))
+    };
+    let content = path.map(read).transpose()?;
+    Ok(content.map(|content| (LogPlace::SENSORS.to_owned(), content)))
+}
+
+/// The error with the excerpt of the scene that it is about.
+fn shown(error: PlaceError) -> Report {
+    match error {
+        PlaceError::Scene(error) => error.into(),
+        other => Report::from_err(other),
+    }
+}

@@ -1,0 +1,68 @@
+//! `robhaz export`: a run or an estimate as a log that other tools open.
+
+use crate::output_file::{Format, OutputFile};
+use crate::terminal::{say, warn_of};
+use miette::{IntoDiagnostic, Result, bail};
+use robhaz_log::{ExportFormat, export};
+use std::path::PathBuf;
+
+/// Arguments of `robhaz export`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Folder of a run or of an estimate.
+    #[arg(value_name = "RUN")]
+    run: PathBuf,
+    /// Format of the log.
+    #[arg(long, value_enum, value_name = "FORMAT")]
+    to: To,
+    /// The file; by default the folder's name with the extension of the format, beside the folder.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Replaces an existing file.
+    #[arg(long)]
+    force: bool,
+}
+
+/// Format of the log.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum To {
+    /// MCAP with messages of ROS 2: joint states, IMUs, readings, forces.
+    Mcap,
+    /// One table of readings and forces.
+    Csv,
+}
+
+/// Writes the log and prints what is in it.
+pub fn run(args: &Args) -> Result<()> {
+    let (format, extension) = match args.to {
+        To::Mcap => (ExportFormat::Mcap, "mcap"),
+        To::Csv => (ExportFormat::Csv, "csv"),
+    };
+    if !args.run.is_dir() {
+        bail!(
+            "there is no folder {}: export takes the folder of a run or of an estimate",
+            args.run.display()
+        );
+    }
+    let name = || {
+        // Without a slash at the end.
+        let folder: PathBuf = args.run.components().collect();
+        folder.with_added_extension(extension)
+    };
+    let target = args.out.clone().unwrap_or_else(name);
+    let format_of_file = Format {
+        what: "such logs",
+        extension,
+    };
+    let file = OutputFile::create(&target, format_of_file, &[], args.force)?;
+    let exported = export(&args.run, format, file.path()).into_diagnostic()?;
+    let path = file.finish()?;
+    let shown = args.run.display().to_string();
+    exported.warnings.iter().for_each(|w| warn_of(&shown, w));
+    say(&format!(
+        "{}: {} rows of {}",
+        path.display(),
+        exported.rows,
+        exported.parts.join(", ")
+    ))
+}

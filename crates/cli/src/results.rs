@@ -1,0 +1,148 @@
+//! A run, simulated or of a log, from its start to its folder and the table on the terminal.
+
+use crate::interrupt::Interrupt;
+use crate::live::{Rerun, Viewing};
+use crate::output::OutputFolder;
+use crate::pace::{Pace, PaceSink};
+use crate::progress::Progress;
+use crate::terminal::say;
+use miette::{IntoDiagnostic, Report, Result, WrapErr};
+use robhaz_record::{FigureSink, Summary, SummarySink, TableFormat, TableSink, comparison_table};
+use robhaz_run::{Run, RunEnd, RunError, Sink};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Arguments of every command that leaves the folder of a run.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Folder for the results; by default in `runs/`, with the name of the scene, or with that of the log and
+    /// `-estimate`.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Format of the tables.
+    #[arg(long, value_enum, default_value_t = Format::Parquet)]
+    format: Format,
+    /// Output for the Rerun viewer: `off` none; `save` the file run.rrd. With that file and live: `spawn` starts the
+    /// viewer on this machine, `connect=HOST:PORT` sends the run to a viewer that listens there, `serve` lets viewers
+    /// connect to this command.
+    #[arg(long, value_name = "HOW", value_parser = Rerun::parse, default_value = Rerun::DEFAULT)]
+    rerun: Rerun,
+    /// Speed of the run.
+    #[arg(long, value_enum, default_value_t = Pace::Fast)]
+    pace: Pace,
+    /// Replaces an earlier run in the output folder.
+    #[arg(long)]
+    force: bool,
+}
+
+/// Format of the tables.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Format {
+    /// Apache Parquet, units in the field metadata.
+    Parquet,
+    /// Comma-separated text.
+    Csv,
+}
+
+/// What a command writes beside the results of its run.
+pub struct Job<'a> {
+    /// Start of the command.
+    pub start: Instant,
+    /// Name of the run, for messages.
+    pub name: &'a str,
+    /// Name of the folder in `runs/`.
+    pub folder: String,
+    /// What took the time of the run, for the last line.
+    pub work: &'static str,
+    /// Files of the folder that exist before the run: names and contents.
+    pub files: Vec<(String, Vec<u8>)>,
+}
+
+impl Args {
+    /// The folder for the results.
+    pub fn target(&self, job: &Job<'_>) -> PathBuf {
+        let default = || Path::new("runs").join(&job.folder);
+        self.out.clone().unwrap_or_else(default)
+    }
+}
+
+/// Runs to the end, writes the results, prints the table.
+pub fn write(run: Run, job: &Job<'_>, args: &Args, interrupt: &Interrupt) -> Result<()> {
+    let target = args.target(job);
+    let mut viewing = Viewing::open(&args.rerun)?;
+    interrupt.listen()?;
+    let folder = OutputFolder::create(&target, args.force)?;
+    for (name, content) in &job.files {
+        folder.write(name, content)?;
+    }
+    viewing.record(folder.path())?;
+    let mut sink = SummarySink::new();
+    let done = record(run, args, &folder, &mut sink, &mut viewing, interrupt);
+    let table = |summary: &Summary| say(&comparison_table(&[(job.name, summary)]));
+    if let Err(error) = done {
+        // A run without a record has no summary. The first error is reported, not those that follow from it.
+        let is_stopped = matches!(error, RunError::Stopped { .. });
+        if is_stopped && sink.summary().is_err() {
+            folder.discard()?;
+            let title = format!("{} has no record yet; nothing was written", job.name);
+            return Err(error).into_diagnostic().wrap_err(title);
+        }
+        let mut title = format!("{} broke off", job.name);
+        if let Ok(summary) = sink.summary() {
+            title.push_str(&format!(" at {:.3} s", summary.duration_s));
+            if summary.write(folder.path()).is_ok() && is_stopped {
+                table(&summary)?;
+            }
+        }
+        title.push_str(&what_is_left(&folder));
+        folder.release();
+        return Err(error).into_diagnostic().wrap_err(title);
+    }
+    let summary = sink.summary().into_diagnostic()?;
+    summary.write(folder.path()).into_diagnostic()?;
+    table(&summary)?;
+    let complete = format!("the complete run is in {}", folder.path().display());
+    let path = folder.finish().map_err(Report::from).wrap_err(complete)?;
+    say(&format!(
+        "Results in {}; the whole command took {:.2} s, of which {} {:.2} s",
+        path.display(),
+        job.start.elapsed().as_secs_f64(),
+        job.work,
+        summary.wall_s,
+    ))?;
+    viewing.finish(interrupt)
+}
+
+fn record(
+    run: Run,
+    args: &Args,
+    folder: &OutputFolder,
+    summary: &mut SummarySink,
+    viewing: &mut Viewing,
+    interrupt: &Interrupt,
+) -> Result<RunEnd, RunError> {
+    let format = match args.format {
+        Format::Parquet => TableFormat::Parquet,
+        Format::Csv => TableFormat::Csv,
+    };
+    let mut tables = TableSink::new(folder.path(), format);
+    let mut figures = FigureSink::new(&folder.path().join("figures"));
+    let mut progress = Progress::new();
+    let mut pace = PaceSink::new(args.pace, interrupt);
+    let mut sinks: Vec<&mut dyn Sink> = vec![&mut tables, summary, &mut figures, &mut progress];
+    sinks.extend(viewing.sinks());
+    sinks.push(&mut pace);
+    run.until(&mut sinks, &|| interrupt.cause())
+}
+
+/// Names the folder with the records of a run that broke off.
+fn what_is_left(folder: &OutputFolder) -> String {
+    let path = folder.path().display();
+    let mut text = format!("; what it recorded is in {path}");
+    if folder.has_streams() {
+        text.push_str(&format!(
+            ", tables as .arrows: `robhaz recover {path}` makes Parquet of them"
+        ));
+    }
+    text
+}

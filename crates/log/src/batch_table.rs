@@ -1,0 +1,295 @@
+//! Parquet files, and streams of Arrow batches (`.arrows`), which a killed run leaves.
+
+use crate::error::LogError;
+use crate::rows::{ColumnInfo, Place, Row, Rows, TimeColumn};
+use crate::stamp::{Stamp, TimeUnit};
+use arrow_array::cast::AsArray as _;
+use arrow_array::types::{
+    Float32Type, Float64Type, Int8Type, Int16Type, Int32Type, Int64Type, TimestampMicrosecondType,
+    TimestampMillisecondType, TimestampNanosecondType, TimestampSecondType, UInt8Type, UInt16Type,
+    UInt32Type, UInt64Type,
+};
+use arrow_array::{Array, ArrayRef, RecordBatch};
+use arrow_ipc::reader::StreamReader;
+use arrow_schema::{ArrowError, DataType, Field, Schema, TimeUnit as ArrowTimeUnit};
+use parquet::arrow::ProjectionMask;
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+/// Rows that are decoded at once.
+const BATCH: usize = 4096;
+
+/// Which of the two formats.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BatchFormat {
+    /// Apache Parquet.
+    Parquet,
+    /// Arrow IPC stream.
+    Stream,
+}
+
+/// The columns of a file.
+pub fn columns(path: &Path, format: BatchFormat) -> Result<Vec<ColumnInfo>, LogError> {
+    let schema = match format {
+        BatchFormat::Parquet => parquet(path)?.schema().clone(),
+        BatchFormat::Stream => stream(path)?.schema(),
+    };
+    let column = |field: &std::sync::Arc<Field>| ColumnInfo {
+        name: field.name().clone(),
+        unit: field.metadata().get("unit").cloned(),
+    };
+    Ok(schema.fields().iter().map(column).collect())
+}
+
+fn parquet(path: &Path) -> Result<ParquetRecordBatchReaderBuilder<File>, LogError> {
+    let file = File::open(path).map_err(LogError::io(path))?;
+    ParquetRecordBatchReaderBuilder::try_new(file).map_err(|error| LogError::Format {
+        path: path.to_path_buf(),
+        what: "Parquet",
+        reason: format!(
+            "{error}; a Parquet file whose recording was killed has no footer and cannot be read: record as CSV or MCAP, or use \
+             what the recorder keeps beside it"
+        ),
+    })
+}
+
+fn stream(path: &Path) -> Result<StreamReader<BufReader<File>>, LogError> {
+    let file = File::open(path).map_err(LogError::io(path))?;
+    StreamReader::try_new(BufReader::new(file), None).map_err(|error| not_a_stream(path, &error))
+}
+
+fn not_a_stream(path: &Path, error: &ArrowError) -> LogError {
+    LogError::Format {
+        path: path.to_path_buf(),
+        what: "a stream of Arrow batches",
+        reason: error.to_string(),
+    }
+}
+
+/// The rows of a file of batches.
+pub struct BatchRows {
+    path: PathBuf,
+    batches: Box<dyn Iterator<Item = Result<RecordBatch, ArrowError>>>,
+    format: BatchFormat,
+    time: TimeColumn,
+    chosen: Vec<String>,
+    stamps: Vec<Stamp>,
+    cells: Vec<Vec<Option<f64>>>,
+    /// Next row of the batch.
+    next: usize,
+    /// Rows of earlier batches.
+    before: u64,
+    cut_off: Option<String>,
+}
+
+impl BatchRows {
+    /// Opens a file. Every name is the name of a column.
+    pub fn open(
+        path: &Path,
+        format: BatchFormat,
+        time: &TimeColumn,
+        chosen: &[String],
+    ) -> Result<Self, LogError> {
+        let batches: Box<dyn Iterator<Item = Result<RecordBatch, ArrowError>>> = match format {
+            BatchFormat::Parquet => {
+                let builder = parquet(path)?;
+                let wanted = indices(path, builder.schema(), time, chosen)?;
+                let mask = ProjectionMask::roots(builder.parquet_schema(), wanted);
+                let reader = builder.with_projection(mask).with_batch_size(BATCH).build();
+                Box::new(reader.map_err(|error| LogError::Format {
+                    path: path.to_path_buf(),
+                    what: "Parquet",
+                    reason: error.to_string(),
+                })?)
+            }
+            BatchFormat::Stream => {
+                let file = File::open(path).map_err(LogError::io(path))?;
+                let mut wanted = indices(path, &stream(path)?.schema(), time, chosen)?;
+                wanted.sort_unstable();
+                wanted.dedup();
+                let reader = StreamReader::try_new(BufReader::new(file), Some(wanted));
+                Box::new(reader.map_err(|error| not_a_stream(path, &error))?)
+            }
+        };
+        Ok(Self {
+            path: path.to_path_buf(),
+            batches,
+            format,
+            time: time.clone(),
+            chosen: chosen.to_vec(),
+            stamps: Vec::new(),
+            cells: Vec::new(),
+            next: 0,
+            before: 0,
+            cut_off: None,
+        })
+    }
+
+    /// Decodes the next batch; false at the end.
+    fn load(&mut self) -> Result<bool, LogError> {
+        self.before += self.stamps.len() as u64;
+        self.next = 0;
+        self.stamps.clear();
+        let batch = match self.batches.next() {
+            None => return Ok(false),
+            Some(Ok(batch)) => batch,
+            Some(Err(error)) if self.format == BatchFormat::Stream && is_torn(&error) => {
+                self.cut_off = Some(format!(
+                    "after row {}: the stream ends within a batch",
+                    self.before
+                ));
+                return Ok(false);
+            }
+            Some(Err(error)) => {
+                return Err(LogError::Format {
+                    path: self.path.clone(),
+                    what: "a table",
+                    reason: error.to_string(),
+                });
+            }
+        };
+        let time = self.column(&batch, &self.time.name)?;
+        self.stamps = self.stamps_of(time)?;
+        let cells = self.chosen.iter().map(|name| {
+            let column = self.column(&batch, name)?;
+            numbers(column).ok_or_else(|| self.not_numeric(name, column.data_type()))
+        });
+        self.cells = cells.collect::<Result<_, _>>()?;
+        Ok(true)
+    }
+
+    fn column<'a>(&self, batch: &'a RecordBatch, name: &str) -> Result<&'a ArrayRef, LogError> {
+        let column = batch.column_by_name(name);
+        column.ok_or_else(|| LogError::whole(&self.path, format!("has no column {name}")))
+    }
+
+    fn not_numeric(&self, name: &str, found: &DataType) -> LogError {
+        let message = format!("found the type {found}, allowed: a number");
+        LogError::place(&self.path, format!("column {name}"), message)
+    }
+
+    fn stamps_of(&self, column: &ArrayRef) -> Result<Vec<Stamp>, LogError> {
+        let unit = self.time.unit;
+        let whole = |values: Option<Vec<Option<i64>>>, unit: TimeUnit| -> Vec<Option<Stamp>> {
+            let values = values.unwrap_or_default().into_iter();
+            values.map(|v| unit.of_whole(v?)).collect()
+        };
+        let stamps = match column.data_type() {
+            DataType::Timestamp(of, _) => {
+                let (values, unit) = timestamps(column, *of);
+                whole(values, unit)
+            }
+            DataType::Int64 => {
+                let values = column.as_primitive_opt::<Int64Type>();
+                whole(values.map(|v| v.iter().collect()), unit)
+            }
+            other => {
+                let values = numbers(column);
+                let values = values.ok_or_else(|| self.not_numeric(&self.time.name, other))?;
+                values.into_iter().map(|v| unit.of_float(v?)).collect()
+            }
+        };
+        let check = |(i, stamp): (usize, Option<Stamp>)| {
+            stamp.ok_or_else(|| {
+                let row = self.before + i as u64 + 1;
+                let place = format!("row {row}, column {}", self.time.name);
+                let message = "found no finite number, allowed: every row has a time";
+                LogError::place(&self.path, place, message)
+            })
+        };
+        stamps.into_iter().enumerate().map(check).collect()
+    }
+}
+
+impl Rows for BatchRows {
+    fn next_row(&mut self) -> Result<Option<Row>, LogError> {
+        while self.next >= self.stamps.len() {
+            if self.cut_off.is_some() || !self.load()? {
+                return Ok(None);
+            }
+        }
+        let i = self.next;
+        self.next += 1;
+        Ok(Some(Row {
+            place: Place::Row(self.before + i as u64 + 1),
+            stamp: self.stamps[i],
+            cells: self.cells.iter().map(|column| column[i]).collect(),
+        }))
+    }
+
+    fn cut_off(&self) -> Option<&str> {
+        self.cut_off.as_deref()
+    }
+}
+
+/// Indices of the time and of the chosen columns.
+fn indices(
+    path: &Path,
+    schema: &Schema,
+    time: &TimeColumn,
+    chosen: &[String],
+) -> Result<Vec<usize>, LogError> {
+    let index = |name: &String| {
+        let found = schema.index_of(name);
+        found.map_err(|_| LogError::whole(path, format!("has no column {name}")))
+    };
+    std::iter::once(&time.name)
+        .chain(chosen)
+        .map(index)
+        .collect()
+}
+
+/// Whether a stream ends in the middle of a batch, and not because the disk cannot be read.
+fn is_torn(error: &ArrowError) -> bool {
+    match error {
+        ArrowError::IoError(_, cause) => cause.kind() == std::io::ErrorKind::UnexpectedEof,
+        _ => true,
+    }
+}
+
+fn timestamps(column: &ArrayRef, of: ArrowTimeUnit) -> (Option<Vec<Option<i64>>>, TimeUnit) {
+    macro_rules! values {
+        ($kind:ty) => {
+            column
+                .as_primitive_opt::<$kind>()
+                .map(|values| values.iter().collect())
+        };
+    }
+    match of {
+        ArrowTimeUnit::Second => (values!(TimestampSecondType), TimeUnit::SECOND),
+        ArrowTimeUnit::Millisecond => (values!(TimestampMillisecondType), TimeUnit::MILLISECOND),
+        ArrowTimeUnit::Microsecond => (values!(TimestampMicrosecondType), TimeUnit::MICROSECOND),
+        ArrowTimeUnit::Nanosecond => (values!(TimestampNanosecondType), TimeUnit::NANOSECOND),
+    }
+}
+
+/// The values of a column of numbers; `None` for another type.
+fn numbers(column: &ArrayRef) -> Option<Vec<Option<f64>>> {
+    macro_rules! values {
+        ($kind:ty) => {
+            column.as_primitive_opt::<$kind>().map(|values| {
+                let values = values.iter();
+                #[expect(clippy::allow_attributes, reason = "the lint depends on the type")]
+                #[allow(clippy::cast_precision_loss, clippy::cast_lossless)]
+                values.map(|v| v.map(|v| v as f64)).collect()
+            })
+        };
+    }
+    let values: Option<Vec<Option<f64>>> = match column.data_type() {
+        DataType::Float64 => values!(Float64Type),
+        DataType::Float32 => values!(Float32Type),
+        DataType::Int8 => values!(Int8Type),
+        DataType::Int16 => values!(Int16Type),
+        DataType::Int32 => values!(Int32Type),
+        DataType::Int64 => values!(Int64Type),
+        DataType::UInt8 => values!(UInt8Type),
+        DataType::UInt16 => values!(UInt16Type),
+        DataType::UInt32 => values!(UInt32Type),
+        DataType::UInt64 => values!(UInt64Type),
+        _ => None,
+    };
+    let finite = |v: Option<f64>| v.filter(|v| v.is_finite());
+    values.map(|values| values.into_iter().map(finite).collect())
+}

@@ -1,0 +1,379 @@
+//! A run or an estimate as a log that other tools open: MCAP with ROS 2 messages, or one CSV table.
+
+use crate::error::LogError;
+use crate::mapped;
+use crate::messages::{
+    FORCES, FORCES_DEFINITION, MessageKind, encode_forces, encode_imu, encode_joints,
+    encode_readings, nanoseconds,
+};
+use crate::own_names;
+use crate::place::{no_table, table_in};
+use crate::plan::{ChannelPlace, ChannelPlan, Content, TableFormat, TablePlace};
+use crate::readings::{Reading, Values, frame};
+use crate::rows::{Row, Rows};
+use mcap::records::MessageHeader;
+use mcap::{McapError, WriteOptions, Writer};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufWriter, Write as _};
+use std::path::{Path, PathBuf};
+
+/// Start of the names of tables of estimates.
+const ESTIMATE: &str = "estimate-";
+/// What a table of forces may have of each wheel, in the order of the message. The first two are required.
+const FORCE_COLUMNS: [&str; 5] = [
+    "normal_force",
+    "traction",
+    "normal_force_sigma",
+    "traction_sigma",
+    "contact_angle",
+];
+
+/// What a format holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ExportFormat {
+    /// Topics of ROS 2 messages.
+    Mcap,
+    /// One table of text.
+    Csv,
+}
+
+/// What was written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Exported {
+    /// Number of rows of readings.
+    pub rows: u64,
+    /// Topics, or tables whose columns were joined.
+    pub parts: Vec<String>,
+    /// What the user should know, one line each.
+    pub warnings: Vec<String>,
+}
+
+/// Forces of the wheels: truth or one estimator.
+struct Forces {
+    /// `truth`, or the estimator's name.
+    name: String,
+    path: PathBuf,
+    rows: Box<dyn Rows>,
+    /// Column of each number of [`FORCE_COLUMNS`] of each wheel, by wheel.
+    cells: [[Option<usize>; 3]; 5],
+    /// A row that is later than the last row of readings.
+    ahead: Option<Row>,
+    ended: bool,
+}
+
+/// The tables of a folder while they are read.
+struct Tables {
+    readings: ChannelPlan,
+    rows: Box<dyn Rows>,
+    forces: Vec<Forces>,
+}
+
+/// Writes the folder of a run or of an estimate into a file.
+///
+/// # Errors
+/// [`LogError`]: a folder without readings, tables that cannot be read, a file that cannot be written.
+pub fn export(folder: &Path, format: ExportFormat, out: &Path) -> Result<Exported, LogError> {
+    let mut tables = Tables::open(folder)?;
+    let mut exported = match format {
+        ExportFormat::Mcap => write_mcap(&mut tables, out)?,
+        ExportFormat::Csv => write_csv(&mut tables, out)?,
+    };
+    let cut = |path: &Path, why: Option<&str>| {
+        why.map(|why| format!("{} is cut off at {why}", path.display()))
+    };
+    exported
+        .warnings
+        .extend(cut(tables.readings.place.path(), tables.rows.cut_off()));
+    for forces in &tables.forces {
+        exported
+            .warnings
+            .extend(cut(&forces.path, forces.rows.cut_off()));
+    }
+    Ok(exported)
+}
+
+impl Tables {
+    fn open(folder: &Path) -> Result<Self, LogError> {
+        let table = table_in(folder).ok_or_else(|| no_table(folder))?;
+        let readings = own_names::readings(&table)?;
+        let rows = match &readings.place {
+            ChannelPlace::Table(place) => place.open(&readings.columns)?,
+            ChannelPlace::Topic(_) => return Err(no_table(folder)),
+        };
+        let forces = forces_in(folder)?.into_iter();
+        let forces = forces.map(|(name, path)| Forces::open(name, path));
+        Ok(Self {
+            readings,
+            rows,
+            forces: forces.collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// The next row of readings: time (s) and values.
+    fn next(&mut self) -> Result<Option<(f64, Values)>, LogError> {
+        let Some(row) = self.rows.next_row()? else {
+            return Ok(None);
+        };
+        let values = match self.readings.content(&row.cells) {
+            Content::Readings(values) => values,
+            Content::Truth(_) => Values::default(),
+        };
+        Ok(Some((row.stamp.seconds(), values)))
+    }
+}
+
+/// The tables of forces in a folder, in order of their names: the truth and the estimates.
+fn forces_in(folder: &Path) -> Result<Vec<(String, PathBuf)>, LogError> {
+    let mut found: BTreeMap<String, PathBuf> = BTreeMap::new();
+    let entries = std::fs::read_dir(folder).map_err(LogError::io(folder))?;
+    for entry in entries {
+        let path = entry.map_err(LogError::io(folder))?.path();
+        let stem = TablePlace::stem(&path);
+        let name = match stem.strip_prefix(ESTIMATE) {
+            Some(name) => name,
+            None if stem == "truth" => "truth",
+            None => continue,
+        };
+        // `estimate-best.parquet.partial` has another stem and no format.
+        if TableFormat::of(&path).is_some() {
+            found.entry(name.to_owned()).or_insert(path);
+        }
+    }
+    Ok(found.into_iter().collect())
+}
+
+impl Forces {
+    fn open(name: String, path: PathBuf) -> Result<Self, LogError> {
+        let format = TableFormat::of(&path).ok_or_else(|| TableFormat::refusal(&path))?;
+        let found = format.columns(&path)?;
+        let mut columns = Vec::new();
+        let mut cells = [[None; 3]; 5];
+        for (cells, part) in cells.iter_mut().zip(FORCE_COLUMNS) {
+            for (i, cell) in cells.iter_mut().enumerate() {
+                let column = format!("wheel{}_{part}", i + 1);
+                if found.iter().any(|c| c.name == column) {
+                    *cell = Some(columns.len());
+                    columns.push(column);
+                } else if FORCE_COLUMNS[..2].contains(&part) {
+                    return Err(LogError::whole(&path, format!("has no column {column}")));
+                }
+            }
+        }
+        let place = TablePlace {
+            path: path.clone(),
+            format,
+            time: mapped::time(None),
+        };
+        Ok(Self {
+            name,
+            rows: place.open(&columns)?,
+            path,
+            cells,
+            ahead: None,
+            ended: false,
+        })
+    }
+
+    /// The row of a time (s), in the order of [`FORCE_COLUMNS`]; `None` where the table has none.
+    fn at(&mut self, time: f64) -> Result<Option<[[f64; 3]; 5]>, LogError> {
+        // Times of one run are equal to the bit; those of its tables as text too.
+        const SAME: f64 = 1e-9;
+        loop {
+            if self.ahead.is_none() && !self.ended {
+                self.ahead = self.rows.next_row()?;
+                self.ended = self.ahead.is_none();
+            }
+            let Some(row) = self.ahead.take() else {
+                return Ok(None);
+            };
+            let difference = row.stamp.seconds() - time;
+            if difference > SAME {
+                self.ahead = Some(row);
+                return Ok(None);
+            }
+            if difference >= -SAME {
+                let number = |cell: Option<usize>| -> Option<f64> { *row.cells.get(cell?)? };
+                let numbers = self
+                    .cells
+                    .map(|c| c.map(|cell| number(cell).unwrap_or(f64::NAN)));
+                return Ok(Some(numbers));
+            }
+        }
+    }
+
+    fn topic(&self) -> String {
+        match self.name.as_str() {
+            "truth" => "/robhaz/truth".to_owned(),
+            // ROS 2 allows letters, digits and `_` in the names of topics.
+            name => format!("/robhaz/estimate/{}", name.replace('-', "_")),
+        }
+    }
+}
+
+/// Topics of an MCAP file being written.
+struct Topics<'a> {
+    path: &'a Path,
+    writer: Writer<BufWriter<File>>,
+    names: Vec<String>,
+    /// Number of messages of each topic.
+    counts: Vec<u32>,
+}
+
+impl Topics<'_> {
+    fn failed(path: &Path) -> impl FnOnce(McapError) -> LogError + '_ {
+        |error| LogError::Format {
+            path: path.to_path_buf(),
+            what: "MCAP (to be written)",
+            reason: error.to_string(),
+        }
+    }
+
+    /// Adds a topic; returns its number.
+    fn add(&mut self, topic: &str, schema: &str, definition: &str) -> Result<u16, LogError> {
+        let failed = || Self::failed(self.path);
+        let writer = &mut self.writer;
+        let schema = writer.add_schema(schema, "ros2msg", definition.as_bytes());
+        let schema = schema.map_err(failed())?;
+        let channel = writer.add_channel(schema, topic, "cdr", &BTreeMap::new());
+        self.names.push(topic.to_owned());
+        self.counts.push(0);
+        channel.map_err(failed())
+    }
+
+    /// Writes a message of a topic at a time, s.
+    fn write(&mut self, topic: usize, id: u16, time: f64, data: &[u8]) -> Result<(), LogError> {
+        let at = nanoseconds(time);
+        let header = MessageHeader {
+            channel_id: id,
+            sequence: self.counts[topic],
+            log_time: at,
+            publish_time: at,
+        };
+        self.counts[topic] += 1;
+        let written = self.writer.write_to_known_channel(&header, data);
+        written.map_err(Self::failed(self.path))
+    }
+}
+
+fn write_mcap(tables: &mut Tables, out: &Path) -> Result<Exported, LogError> {
+    let file = File::create(out).map_err(LogError::io(out))?;
+    let options = WriteOptions::new()
+        .profile("ros2")
+        .library(concat!("robhaz ", env!("CARGO_PKG_VERSION")));
+    let mut topics = Topics {
+        path: out,
+        writer: options
+            .create(BufWriter::new(file))
+            .map_err(Topics::failed(out))?,
+        names: Vec::new(),
+        counts: Vec::new(),
+    };
+    let of_kind = [
+        (own_names::TOPIC, MessageKind::Readings),
+        ("/joint_states", MessageKind::JointState),
+        ("/imu/link1", MessageKind::Imu),
+        ("/imu/link2", MessageKind::Imu),
+    ];
+    let mut ids = Vec::new();
+    for (topic, kind) in of_kind {
+        ids.push(topics.add(topic, kind.schema(), kind.definition())?);
+    }
+    for forces in &tables.forces {
+        ids.push(topics.add(&forces.topic(), FORCES, FORCES_DEFINITION)?);
+    }
+    let (mut rows, mut last) = (0, None);
+    while let Some((time, values)) = tables.next()? {
+        let messages = sensor_messages(time, &values, last);
+        last = Some((time, values));
+        for (i, message) in messages.iter().enumerate() {
+            topics.write(i, ids[i], time, message)?;
+        }
+        for (i, forces) in tables.forces.iter_mut().enumerate() {
+            if let Some(numbers) = forces.at(time)? {
+                let (i, message) = (i + messages.len(), encode_forces(time, &numbers));
+                topics.write(i, ids[i], time, &message)?;
+            }
+        }
+        rows += 1;
+    }
+    topics.writer.finish().map_err(Topics::failed(out))?;
+    let mut writer = topics.writer.into_inner();
+    writer.flush().map_err(LogError::io(out))?;
+    Ok(Exported {
+        rows,
+        parts: topics.names,
+        warnings: Vec::new(),
+    })
+}
+
+/// The messages of one frame: readings, joints, both IMUs. `last` is the frame before.
+fn sensor_messages(time: f64, values: &Values, last: Option<(f64, Values)>) -> [Vec<u8>; 4] {
+    let now = frame(time, values);
+    let or_nan = |values: [Option<f64>; 3]| values.map(|v| v.unwrap_or(f64::NAN));
+    let position = or_nan(now.wheel_angle);
+    // No sensor measures the speed: it is the difference of the last two angles.
+    let velocity = match last {
+        Some((before, values)) => {
+            let last = or_nan(frame(before, &values).wheel_angle);
+            [0, 1, 2].map(|i| (position[i] - last[i]) / (time - before))
+        }
+        None => [f64::NAN; 3],
+    };
+    let imu = |link: &str, reading: robhaz_estimator::LinkReading| {
+        let inclination = reading.inclination.unwrap_or(f64::NAN);
+        encode_imu(time, link, inclination, reading.rate.unwrap_or(f64::NAN))
+    };
+    [
+        encode_readings(time, values),
+        encode_joints(time, &position, &velocity, &or_nan(now.motor_torque)),
+        imu("link1", now.link1),
+        imu("link2", now.link2),
+    ]
+}
+
+fn write_csv(tables: &mut Tables, out: &Path) -> Result<Exported, LogError> {
+    let file = File::create(out).map_err(LogError::io(out))?;
+    let mut text = BufWriter::new(file);
+    let mut names = vec!["time".to_owned()];
+    names.extend(Reading::all().map(|r| r.name().to_owned()));
+    for forces in &tables.forces {
+        for (part, cells) in FORCE_COLUMNS.iter().zip(&forces.cells) {
+            for (i, _) in cells.iter().enumerate().filter(|(_, cell)| cell.is_some()) {
+                names.push(format!("{}.wheel{}_{part}", forces.name, i + 1));
+            }
+        }
+    }
+    writeln!(text, "{}", names.join(",")).map_err(LogError::io(out))?;
+    let mut rows = 0;
+    while let Some((time, values)) = tables.next()? {
+        let mut cells: Vec<Option<f64>> = std::iter::once(Some(time)).chain(values).collect();
+        for forces in &mut tables.forces {
+            let numbers = forces.at(time)?;
+            for (part, of_part) in forces.cells.iter().enumerate() {
+                let present = of_part
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, cell)| cell.is_some());
+                cells.extend(present.map(|(i, _)| numbers.map(|n| n[part][i])));
+            }
+        }
+        // The shortest text that reads back as the same number; nothing where there is none.
+        let cell = |v: Option<f64>| v.filter(|v| v.is_finite()).map(|v| format!("{v:?}"));
+        let cells: Vec<String> = cells
+            .into_iter()
+            .map(|v| cell(v).unwrap_or_default())
+            .collect();
+        writeln!(text, "{}", cells.join(",")).map_err(LogError::io(out))?;
+        rows += 1;
+    }
+    text.flush().map_err(LogError::io(out))?;
+    let forces = tables.forces.iter().map(|f| f.name.clone());
+    Ok(Exported {
+        rows,
+        parts: std::iter::once("readings".to_owned())
+            .chain(forces)
+            .collect(),
+        warnings: Vec::new(),
+    })
+}

@@ -1,0 +1,48 @@
+//! Recorded logs as a source of readings: Parquet, CSV, MCAP and Arrow streams; folders of runs.
+//!
+//! ```text
+//! files -> Rows of each channel -> Frames on one time -> SensorFrame -> (the loop of crate `run`)
+//! ```
+//!
+//! | modules | job |
+//! |---|---|
+//! | `rows`, `csv_table`, `batch_table` | rows of a table, whatever its format |
+//! | `mcap_events`, `messages`, `cdr` | topics of MCAP files; the ROS 2 messages in them |
+//! | `stamp`, `order` | time stamps and their order |
+//! | `readings`, `truth` | readings and truth by the names of columns |
+//! | `own_names`, `mapped`, `formula`, `plan` | which column is which reading |
+//! | `events`, `survey`, `frames` | rows of all channels; a first reading; frames on one time |
+//! | `place`, `log`, `source` | from a path to a run |
+//! | `export` | a run as a log for other tools |
+//!
+//! A log is read twice: a first time for duration, rates, order of the time stamps, and cells that are no numbers, so that
+//! a log that cannot be used is refused before anything is written.
+
+mod batch_table;
+mod cdr;
+mod csv_table;
+mod error;
+mod events;
+mod export;
+mod formula;
+mod frames;
+mod log;
+mod mapped;
+mod mcap_events;
+mod messages;
+mod order;
+mod own_names;
+mod place;
+mod plan;
+mod readings;
+mod rows;
+mod source;
+mod stamp;
+mod survey;
+mod truth;
+
+pub use error::LogError;
+pub use export::{ExportFormat, Exported, export};
+pub use log::{Log, LogOptions};
+pub use place::{LogPlace, PlaceError};
+pub use truth::is_column as is_truth_column;

@@ -1,0 +1,203 @@
+//! A log that is ready to be estimated.
+
+use crate::error::LogError;
+use crate::frames::Frames;
+use crate::mapped;
+use crate::own_names;
+use crate::place::{LogPlace, no_table};
+use crate::plan::Plan;
+use crate::readings::Reading;
+use crate::source::LogSource;
+use crate::survey::{Survey, survey};
+use robhaz_run::{Run, RunDescription};
+use robhaz_scene::{LogChoice, RecordChoice};
+use robhaz_sim::random::Fnv1a;
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+
+/// How a log is read.
+#[derive(Clone, Debug, Default)]
+pub struct LogOptions {
+    /// A table of the truth to compare with.
+    pub truth: Option<PathBuf>,
+    /// Whether contact angles are used; `None`: if the log has them.
+    pub contact_angles: Option<bool>,
+    /// Whether the estimators were named by the user: they then run without contact angles where there are none.
+    pub named_estimators: bool,
+}
+
+/// A log that is ready to be estimated.
+pub struct Log {
+    /// Its name.
+    pub name: String,
+    /// Robot, noise budget and estimators.
+    pub choice: LogChoice,
+    /// Duration, rate, and the time from which means count.
+    pub record: RecordChoice,
+    /// What the user should know, one line each.
+    pub warnings: Vec<String>,
+    plan: Plan,
+    survey: Survey,
+    fingerprint: u64,
+}
+
+impl Log {
+    /// Reads the time stamps of a log and checks all that can be checked before it is estimated.
+    ///
+    /// # Errors
+    /// [`LogError`]
+    pub fn open(place: LogPlace, options: &LogOptions) -> Result<Self, LogError> {
+        let LogPlace {
+            path,
+            name,
+            table,
+            mut choice,
+            mut warnings,
+            file_name: _,
+            is_described: _,
+        } = place;
+        let channels = match (&choice.mapping, &table) {
+            (Some(mapping), table) => mapped::channels(&path, table.as_deref(), mapping)?,
+            (None, Some(table)) if mapped::is_mcap(table) => vec![own_names::topic(table)?],
+            (None, Some(table)) => vec![own_names::readings(table)?],
+            (None, None) => return Err(no_table(&path)),
+        };
+        let mut files: Vec<PathBuf> = Vec::new();
+        for channel in &channels {
+            let file = channel.place.path().to_path_buf();
+            if !files.contains(&file) {
+                files.push(file);
+            }
+        }
+        let mut plan = Plan {
+            source: path,
+            channels,
+            files,
+        };
+        warnings.extend(use_contact_angles(&mut plan, &mut choice, options)?);
+        if let Some(truth) = &options.truth {
+            let channels = choice.mapping.iter().flat_map(|m| &m.channels);
+            let clock = channels.into_iter().find(|c| c.name == mapped::TRUTH);
+            plan.channels.push(own_names::truth(truth, clock)?);
+            plan.files.push(truth.clone());
+        }
+        let survey = survey(&plan)?;
+        let record = record(&survey, &choice, &mut warnings);
+        choice.compare_from = record.compare_from;
+        Ok(Self {
+            fingerprint: fingerprint(&plan.files, &choice)?,
+            name,
+            choice,
+            record,
+            warnings,
+            plan,
+            survey,
+        })
+    }
+
+    /// The files that are read.
+    pub fn files(&self) -> &[PathBuf] {
+        &self.plan.files
+    }
+
+    /// The run of its estimators.
+    ///
+    /// # Errors
+    /// [`LogError`] where a file cannot be read again.
+    pub fn into_run(self) -> Result<Run, LogError> {
+        let description =
+            RunDescription::of_log(&self.name, self.fingerprint, self.record, &self.choice);
+        let frames = Frames::new(self.plan, self.survey)?;
+        Ok(Run::of(description, Box::new(LogSource::new(frames))))
+    }
+}
+
+/// Leaves out contact angles, or the estimators that need them. Returns what the user should know.
+fn use_contact_angles(
+    plan: &mut Plan,
+    choice: &mut LogChoice,
+    options: &LogOptions,
+) -> Result<Option<String>, LogError> {
+    let absent = plan.absent();
+    if let Some(reading) = absent.iter().find(|r| !r.is_contact_angle()) {
+        let message = format!(
+            "has no {}: every estimator needs it; allowed to be missing: contact angles",
+            reading.name()
+        );
+        return Err(LogError::whole(&plan.source, message));
+    }
+    let absent: Vec<&str> = absent
+        .iter()
+        .filter(|r| r.is_contact_angle())
+        .map(|r| Reading::name(*r))
+        .collect();
+    if options.contact_angles == Some(true) && !absent.is_empty() {
+        let needing = choice.needing_contact_angles();
+        if !needing.is_empty() {
+            let message = format!(
+                "has no {}, which {} need; allowed: --contact-angles none, or a log with them",
+                absent.join(", "),
+                needing.join(", "),
+            );
+            return Err(LogError::whole(&plan.source, message));
+        }
+    }
+    if options.contact_angles.unwrap_or(absent.is_empty()) {
+        return Ok(None);
+    }
+    plan.forget_contact_angles();
+    let left_out = choice
+        .without_contact_angles(options.named_estimators)
+        .map_err(|error| LogError::whole(&plan.source, error.to_string()))?;
+    Ok((!left_out.is_empty()).then(|| {
+        format!(
+            "without contact angles {} cannot estimate and are left out",
+            left_out.join(", ")
+        )
+    }))
+}
+
+fn record(survey: &Survey, choice: &LogChoice, warnings: &mut Vec<String>) -> RecordChoice {
+    let mut compare_from = choice.compare_from;
+    if compare_from >= survey.duration {
+        warnings.push(format!(
+            "the log lasts {:.3} s, less than record.compare_from = {compare_from} s: all of it counts",
+            survey.duration
+        ));
+        compare_from = 0.0;
+    }
+    RecordChoice {
+        duration: survey.duration,
+        rate: rounded(1.0 / survey.periods[0]),
+        compare_from,
+    }
+}
+
+/// To six digits: steps between time stamps are rounded.
+fn rounded(rate: f64) -> f64 {
+    format!("{rate:.5e}").parse().unwrap_or(rate)
+}
+
+/// Hash of the files and of the description.
+fn fingerprint(files: &[PathBuf], choice: &LogChoice) -> Result<u64, LogError> {
+    let mut hash = Fnv1a::default();
+    for file in files {
+        add_file(&mut hash, file)?;
+    }
+    // Writing into the hash cannot fail.
+    let _ = write!(hash, "{choice:?}");
+    Ok(hash.value())
+}
+
+fn add_file(hash: &mut Fnv1a, path: &Path) -> Result<(), LogError> {
+    let mut file = File::open(path).map_err(LogError::io(path))?;
+    let mut buffer = vec![0; 1 << 18];
+    loop {
+        match file.read(&mut buffer).map_err(LogError::io(path))? {
+            0 => return Ok(()),
+            n => hash.add(&buffer[..n]),
+        }
+    }
+}

@@ -1,0 +1,253 @@
+//! Channels of a log whose description says which column is which reading.
+
+use crate::error::LogError;
+use crate::formula::{Formula, Upward, across};
+use crate::mcap_events::{self, Clock, TopicPlace};
+use crate::plan::{ChannelPlace, ChannelPlan, TableFormat, TablePlace};
+use crate::readings::Reading;
+use crate::rows::{ColumnInfo, TimeColumn};
+use crate::stamp::TimeUnit;
+use robhaz_scene::{ChannelChoice, ImuChoice, InclinationSource, Mapping};
+use std::path::{Path, PathBuf};
+
+/// Name of the channel that states the clock of the table of the truth.
+pub const TRUTH: &str = "truth";
+
+/// The channels of a log; the first is the time base.
+///
+/// # Errors
+/// [`LogError`] with all columns that a file does not have.
+pub fn channels(
+    log: &Path,
+    table: Option<&Path>,
+    mapping: &Mapping,
+) -> Result<Vec<ChannelPlan>, LogError> {
+    let mut channels = Vec::new();
+    if mapping.channels.is_empty() {
+        let Some(table) = table else {
+            let message = "is a folder: state its tables, [[channel]] with name and table, in the description";
+            return Err(LogError::whole(log, message));
+        };
+        channels.push(empty(table, TablePlace::stem(table), None)?);
+    }
+    // The channel of this name states the clock of the truth.
+    for choice in mapping.channels.iter().filter(|c| c.name != TRUTH) {
+        let path = file(log, table, choice)?;
+        channels.push(empty(&path, choice.name.clone(), Some(choice))?);
+    }
+    let mut wanted = Wanted { channels };
+    for reading in &mapping.readings {
+        let channel = wanted.channel(&reading.channel);
+        let formula = Formula::Cell {
+            cell: wanted.cell(channel, &reading.column),
+            factor: reading.factor,
+            offset: reading.offset,
+        };
+        wanted.add(channel, reading.name, formula);
+    }
+    for imu in &mapping.imus {
+        wanted.add_imu(imu);
+    }
+    let mut channels = wanted.channels;
+    check(&channels)?;
+    if let Some(base) = &mapping.time_base
+        && let Some(i) = channels.iter().position(|c| c.name == *base)
+    {
+        let base = channels.remove(i);
+        channels.insert(0, base);
+    }
+    // A channel without a reading would be read for nothing.
+    let mut is_first = true;
+    channels.retain(|c| std::mem::take(&mut is_first) || !c.readings.is_empty());
+    Ok(channels)
+}
+
+/// The file of a channel: the log itself, or a file beside it or in its folder.
+fn file(log: &Path, table: Option<&Path>, choice: &ChannelChoice) -> Result<PathBuf, LogError> {
+    if !choice.table.is_empty() {
+        let folder = if log.is_dir() {
+            Some(log)
+        } else {
+            log.parent()
+        };
+        return Ok(folder.unwrap_or(Path::new("")).join(&choice.table));
+    }
+    let own = table.filter(|_| !log.is_dir());
+    own.map(Path::to_path_buf).ok_or_else(|| {
+        let message = "the log is a folder: state the channel's `table`, a file in it";
+        LogError::place(log, format!("channel {}", choice.name), message)
+    })
+}
+
+/// A channel that reads nothing yet.
+fn empty(
+    path: &Path,
+    name: String,
+    choice: Option<&ChannelChoice>,
+) -> Result<ChannelPlan, LogError> {
+    let place = match choice.filter(|c| !c.topic.is_empty()) {
+        Some(choice) => ChannelPlace::Topic(topic(path, choice)?),
+        None if is_mcap(path) => {
+            let message =
+                "state the `topic` of each channel of an MCAP file, [[channel]] in the description";
+            return Err(LogError::place(path, format!("channel {name}"), message));
+        }
+        None => ChannelPlace::Table(TablePlace {
+            path: path.to_path_buf(),
+            format: TableFormat::of(path).ok_or_else(|| TableFormat::refusal(path))?,
+            time: time(choice),
+        }),
+    };
+    Ok(ChannelPlan {
+        name,
+        place,
+        offset: choice.map_or(0.0, |c| c.offset),
+        columns: Vec::new(),
+        readings: Vec::new(),
+        is_truth: false,
+    })
+}
+
+/// The time column of a table as its channel states it; by default `time` in seconds.
+pub fn time(choice: Option<&ChannelChoice>) -> TimeColumn {
+    let name = choice.map_or("", |c| c.time.as_str());
+    TimeColumn {
+        name: if name.is_empty() { "time" } else { name }.to_owned(),
+        unit: match choice.map(ChannelChoice::time_units_per_second) {
+            Some(1_000) => TimeUnit::MILLISECOND,
+            Some(1_000_000) => TimeUnit::MICROSECOND,
+            Some(1_000_000_000) => TimeUnit::NANOSECOND,
+            _ => TimeUnit::SECOND,
+        },
+    }
+}
+
+fn topic(path: &Path, choice: &ChannelChoice) -> Result<TopicPlace, LogError> {
+    let problem =
+        |message: String| LogError::place(path, format!("channel {}", choice.name), message);
+    if !is_mcap(path) {
+        let message = format!("topic {} needs an MCAP file (.mcap)", choice.topic);
+        return Err(problem(message));
+    }
+    Ok(TopicPlace {
+        path: path.to_path_buf(),
+        topic: choice.topic.clone(),
+        clock: match choice.time.as_str() {
+            "" | "header" => Clock::Header,
+            "log" => Clock::Log,
+            other => {
+                return Err(problem(format!(
+                    "time: found {other:?}, allowed: \"header\", \"log\""
+                )));
+            }
+        },
+    })
+}
+
+/// Whether a file is of topics, by its extension.
+pub fn is_mcap(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("mcap"))
+}
+
+/// Channels while their columns are gathered.
+struct Wanted {
+    channels: Vec<ChannelPlan>,
+}
+
+impl Wanted {
+    /// The channel of a name; the first for none. Names were checked when the description was read.
+    fn channel(&self, name: &str) -> usize {
+        let found = self.channels.iter().position(|c| c.name == name);
+        found.filter(|_| !name.is_empty()).unwrap_or(0)
+    }
+
+    /// The cell of a column.
+    fn cell(&mut self, channel: usize, column: &str) -> usize {
+        let columns = &mut self.channels[channel].columns;
+        if let Some(found) = columns.iter().position(|c| c == column) {
+            return found;
+        }
+        columns.push(column.to_owned());
+        columns.len() - 1
+    }
+
+    fn add(&mut self, channel: usize, name: &str, formula: Formula) {
+        if let Some(reading) = Reading::all().find(|r| r.name() == name) {
+            self.channels[channel].readings.push((reading, formula));
+        }
+    }
+
+    fn add_imu(&mut self, imu: &ImuChoice) {
+        let channel = self.channel(&imu.channel);
+        let up = match imu.inclination {
+            InclinationSource::Acceleration => {
+                let cells = imu.acceleration.each_ref();
+                Upward::SpecificForce(cells.map(|c| self.cell(channel, c)))
+            }
+            InclinationSource::Orientation => {
+                let cells = imu.orientation.each_ref();
+                Upward::Orientation(cells.map(|c| self.cell(channel, c)))
+            }
+        };
+        let inclination = Formula::Inclination {
+            up,
+            forward_axis: imu.forward,
+            up_axis: imu.up,
+            offset: imu.inclination_offset,
+        };
+        let cells = imu.angular_velocity.each_ref();
+        let rate = Formula::Rate {
+            cells: cells.map(|c| self.cell(channel, c)),
+            axis: across(imu.forward, imu.up),
+            factor: imu.rate_factor,
+            offset: imu.rate_offset,
+        };
+        self.add(channel, &format!("{}_inclination", imu.link), inclination);
+        self.add(channel, &format!("{}_rate", imu.link), rate);
+    }
+}
+
+/// Checks that the files of all channels have their columns.
+fn check(channels: &[ChannelPlan]) -> Result<(), LogError> {
+    let topics: Vec<(&ChannelPlan, &TopicPlace)> = channels
+        .iter()
+        .filter_map(|channel| match &channel.place {
+            ChannelPlace::Topic(topic) => Some((channel, topic)),
+            ChannelPlace::Table(_) => None,
+        })
+        .collect();
+    if let Some((_, first)) = topics.first() {
+        let names: Vec<String> = topics.iter().map(|(_, t)| t.topic.clone()).collect();
+        let found = mcap_events::columns(&first.path, &names)?;
+        for ((channel, _), found) in topics.iter().zip(&found) {
+            check_one(channel, found, &[])?;
+        }
+    }
+    for channel in channels {
+        if let ChannelPlace::Table(table) = &channel.place {
+            let found = table.format.columns(&table.path)?;
+            check_one(channel, &found, std::slice::from_ref(&table.time.name))?;
+        }
+    }
+    Ok(())
+}
+
+fn check_one(channel: &ChannelPlan, found: &[ColumnInfo], more: &[String]) -> Result<(), LogError> {
+    let has = |name: &String| found.iter().any(|c| c.name == *name);
+    let wanted = more.iter().chain(&channel.columns);
+    let missing: Vec<&str> = wanted
+        .filter(|name| !has(name))
+        .map(String::as_str)
+        .collect();
+    if missing.is_empty() {
+        return Ok(());
+    }
+    let message = format!(
+        "has no column {}, which the description names for channel {}; found {}",
+        missing.join(", "),
+        channel.name,
+        ColumnInfo::list(found),
+    );
+    Err(LogError::whole(channel.place.path(), message))
+}

@@ -1,0 +1,240 @@
+//! The ROS 2 messages that logs are made of: definitions, and their numbers by the names of columns.
+
+use crate::cdr::{CdrReader, CdrWriter};
+use crate::readings::{COUNT, Reading, Values};
+use crate::stamp::{Stamp, TimeUnit};
+
+/// A kind of message that holds readings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MessageKind {
+    /// `sensor_msgs/msg/JointState`
+    JointState,
+    /// `sensor_msgs/msg/Imu`
+    Imu,
+    /// `robhaz_msgs/msg/Readings`
+    Readings,
+}
+
+/// A message, decoded.
+pub struct Decoded<'a> {
+    /// Its time in the header, or, of `Readings`, its exact time.
+    pub stamp: Stamp,
+    /// Its numbers.
+    pub numbers: Vec<Number<'a>>,
+}
+
+/// A number of a message. Its column is `name`, or `name.part` where it has a part. Names are not joined for each message.
+pub struct Number<'a> {
+    name: &'a str,
+    part: &'static str,
+    /// The number.
+    pub value: f64,
+}
+
+impl Number<'_> {
+    /// The name of its column.
+    pub fn column(&self) -> String {
+        match self.part {
+            "" => self.name.to_owned(),
+            part => format!("{}.{part}", self.name),
+        }
+    }
+
+    /// Whether it is the number of a column.
+    pub fn is(&self, column: &str) -> bool {
+        match self.part {
+            "" => column == self.name,
+            part => {
+                let name = column.strip_suffix(part).and_then(|c| c.strip_suffix('.'));
+                name == Some(self.name)
+            }
+        }
+    }
+}
+
+const IMU_COLUMNS: [&str; 10] = [
+    "orientation.x",
+    "orientation.y",
+    "orientation.z",
+    "orientation.w",
+    "angular_velocity.x",
+    "angular_velocity.y",
+    "angular_velocity.z",
+    "linear_acceleration.x",
+    "linear_acceleration.y",
+    "linear_acceleration.z",
+];
+
+impl MessageKind {
+    /// All kinds.
+    pub const ALL: [Self; 3] = [Self::JointState, Self::Imu, Self::Readings];
+
+    /// The kind of a schema.
+    pub fn of_schema(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.schema() == name)
+    }
+
+    /// Name of its schema.
+    pub const fn schema(self) -> &'static str {
+        match self {
+            Self::JointState => "sensor_msgs/msg/JointState",
+            Self::Imu => "sensor_msgs/msg/Imu",
+            Self::Readings => "robhaz_msgs/msg/Readings",
+        }
+    }
+
+    /// Its definition in the language of ROS 2 (`ros2msg`).
+    pub const fn definition(self) -> &'static str {
+        match self {
+            Self::JointState => include_str!("definitions/JointState.msg"),
+            Self::Imu => include_str!("definitions/Imu.msg"),
+            Self::Readings => include_str!("definitions/Readings.msg"),
+        }
+    }
+
+    /// Decodes a message; `None` if it is not of this kind.
+    pub fn decode(self, message: &[u8]) -> Option<Decoded<'_>> {
+        let mut reader = CdrReader::new(message)?;
+        let header = header(&mut reader)?;
+        match self {
+            Self::JointState => joint_state(&mut reader, header),
+            Self::Imu => imu(&mut reader, header),
+            Self::Readings => readings(&mut reader),
+        }
+    }
+}
+
+/// Stamp of `std_msgs/Header`.
+fn header(reader: &mut CdrReader<'_>) -> Option<Stamp> {
+    let (seconds, nanoseconds) = (reader.i32()?, reader.u32()?);
+    reader.text()?;
+    let whole = i64::from(seconds).checked_mul(1_000_000_000)?;
+    TimeUnit::NANOSECOND.of_whole(whole.checked_add(i64::from(nanoseconds))?)
+}
+
+fn joint_state<'a>(reader: &mut CdrReader<'a>, stamp: Stamp) -> Option<Decoded<'a>> {
+    let count = reader.u32()?;
+    let names: Vec<&str> = (0..count).map(|_| reader.text()).collect::<Option<_>>()?;
+    let mut numbers = Vec::with_capacity(3 * names.len());
+    for part in ["position", "velocity", "effort"] {
+        // A sequence may be empty.
+        let values = reader.doubles()?;
+        let named = names.iter().zip(values);
+        numbers.extend(named.map(|(name, value)| Number { name, part, value }));
+    }
+    Some(Decoded { stamp, numbers })
+}
+
+fn imu<'a>(reader: &mut CdrReader<'a>, stamp: Stamp) -> Option<Decoded<'a>> {
+    let mut numbers = Vec::with_capacity(IMU_COLUMNS.len());
+    let mut names = IMU_COLUMNS.into_iter();
+    for length in [4, 3, 3] {
+        for name in names.by_ref().take(length) {
+            let value = reader.f64()?;
+            numbers.push(Number {
+                name,
+                part: "",
+                value,
+            });
+        }
+        // Its covariance.
+        for _ in 0..9 {
+            reader.f64()?;
+        }
+    }
+    Some(Decoded { stamp, numbers })
+}
+
+fn readings<'a>(reader: &mut CdrReader<'a>) -> Option<Decoded<'a>> {
+    let stamp = TimeUnit::SECOND.of_float(reader.f64()?)?;
+    let numbers = Reading::all().map(|reading| {
+        Some(Number {
+            name: reading.name(),
+            part: "",
+            value: reader.f64()?,
+        })
+    });
+    Some(Decoded {
+        stamp,
+        numbers: numbers.collect::<Option<_>>()?,
+    })
+}
+
+/// Time in whole nanoseconds, of times since the start.
+pub fn nanoseconds(time: f64) -> u64 {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the cast saturates; times start at 0"
+    )]
+    let whole = (time * 1e9).round() as u64;
+    whole
+}
+
+/// A message that starts with the header of a time (s).
+fn with_header(time: f64, frame: &str) -> CdrWriter {
+    const SECOND: u64 = 1_000_000_000;
+    let time = nanoseconds(time);
+    let mut writer = CdrWriter::new();
+    writer.i32(i32::try_from(time / SECOND).unwrap_or(i32::MAX));
+    writer.u32(u32::try_from(time % SECOND).unwrap_or(0));
+    writer.text(frame);
+    writer
+}
+
+/// `Readings`: all readings to the bit; not a number where one is missing.
+pub fn encode_readings(time: f64, values: &Values) -> Vec<u8> {
+    let mut writer = with_header(time, "");
+    writer.array(&[time]);
+    let values: [f64; COUNT] = values.map(|v| v.unwrap_or(f64::NAN));
+    writer.array(&values);
+    writer.into_bytes()
+}
+
+/// `JointState` of the wheels: `position` rad, `velocity` rad/s, `effort` N m.
+pub fn encode_joints(
+    time: f64,
+    position: &[f64; 3],
+    velocity: &[f64; 3],
+    effort: &[f64; 3],
+) -> Vec<u8> {
+    let mut writer = with_header(time, "");
+    writer.count(3);
+    ["wheel1", "wheel2", "wheel3"]
+        .iter()
+        .for_each(|name| writer.text(name));
+    for part in [position, velocity, effort] {
+        writer.sequence(part);
+    }
+    writer.into_bytes()
+}
+
+/// `Imu` of a link with x forward, y to the left, z up: inclination (rad) as orientation, rate (rad/s) about y.
+/// Acceleration was not measured, which -1 in its covariance states.
+pub fn encode_imu(time: f64, link: &str, inclination: f64, rate: f64) -> Vec<u8> {
+    const UNKNOWN: [f64; 9] = [0.0; 9];
+    let none = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    let mut writer = with_header(time, link);
+    // Nose up turns about y backwards.
+    let (sin, cos) = (-0.5 * inclination).sin_cos();
+    writer.array(&[0.0, sin, 0.0, cos]);
+    writer.array(&UNKNOWN);
+    writer.array(&[0.0, -rate, 0.0]);
+    writer.array(&UNKNOWN);
+    writer.array(&[0.0; 3]);
+    writer.array(&none);
+    writer.into_bytes()
+}
+
+/// Name of the schema of forces.
+pub const FORCES: &str = "robhaz_msgs/msg/WheelForces";
+/// Its definition.
+pub const FORCES_DEFINITION: &str = include_str!("definitions/WheelForces.msg");
+
+/// `WheelForces`: the numbers of each wheel, in the order of the definition.
+pub fn encode_forces(time: f64, of_wheels: &[[f64; 3]]) -> Vec<u8> {
+    let mut writer = with_header(time, "");
+    writer.array(&[time]);
+    of_wheels.iter().for_each(|values| writer.array(values));
+    writer.into_bytes()
+}

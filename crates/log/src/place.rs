@@ -1,0 +1,138 @@
+//! The path of a log: a table, or the folder of a run or of an estimate.
+
+use crate::error::LogError;
+use crate::plan::TableFormat;
+use robhaz_scene::{LogChoice, ModelErrorTooLarge, Scene, SceneError, from_stem};
+use std::path::{Path, PathBuf};
+
+/// Stem of the table of readings in the folder of a run.
+const TABLE: &str = "sensors";
+/// The resolved scene in the folder of a run.
+const SCENE: &str = "scene.toml";
+
+/// Where a log is, and what is known of it.
+#[derive(Clone, Debug)]
+pub struct LogPlace {
+    /// As the user named it.
+    pub path: PathBuf,
+    /// Its name: of the scene or description, else of the file.
+    pub name: String,
+    /// The name of its file or folder, as a name of runs.
+    pub file_name: String,
+    /// The table of readings. `None` for a folder without a table of that name.
+    pub(crate) table: Option<PathBuf>,
+    /// What is known: from the folder of a run, else the defaults.
+    pub choice: LogChoice,
+    /// Whether its folder states robot and noise budget.
+    pub is_described: bool,
+    /// What the user should know, one line each.
+    pub warnings: Vec<String>,
+}
+
+/// Why a log cannot be found or described.
+#[derive(Debug, thiserror::Error)]
+pub enum PlaceError {
+    /// The log itself.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// The scene or description in its folder.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The nominal robot of the scene in its folder.
+    #[error("model_error")]
+    ModelError(#[from] ModelErrorTooLarge),
+}
+
+impl LogPlace {
+    /// Name of the resolved description in the folder of an estimate.
+    pub const DESCRIPTION: &str = "log.toml";
+    /// Name of the copy of the user's description, in the same folder.
+    pub const SENSORS: &str = "sensors.toml";
+
+    /// Finds the log at a path.
+    ///
+    /// # Errors
+    /// [`PlaceError`]: no such file or folder, a folder without readings, or a scene in it that cannot be read.
+    pub fn find(path: &Path) -> Result<Self, PlaceError> {
+        let (table, folder) = if path.is_dir() {
+            (table_in(path), Some(path))
+        } else if path.exists() {
+            (Some(path.to_path_buf()), None)
+        } else {
+            let message = "there is no such file or folder";
+            return Err(LogError::whole(path, message).into());
+        };
+        let mut place = Self {
+            name: name_of(path),
+            file_name: name_of(path),
+            path: path.to_path_buf(),
+            table,
+            choice: LogChoice::default(),
+            is_described: false,
+            warnings: Vec::new(),
+        };
+        if let Some(folder) = folder {
+            place.describe(folder)?;
+        }
+        Ok(place)
+    }
+
+    /// Takes what the folder's scene or description states.
+    fn describe(&mut self, folder: &Path) -> Result<(), PlaceError> {
+        let (description, scene) = (folder.join(Self::DESCRIPTION), folder.join(SCENE));
+        if description.is_file() {
+            self.choice = LogChoice::load(&description, LogChoice::default())?;
+        } else if scene.is_file() {
+            let scene = Scene::load(&scene, &[])?;
+            self.choice = LogChoice::of_scene(&scene)?;
+            let every = scene.samples_per_record();
+            if every > 1 {
+                self.warnings.push(format!(
+                    "the run estimated at {} Hz and recorded every {every}th reading only: the estimate from its table differs \
+                     from its own; run it with record.rate = {} to keep all readings",
+                    scene.sensors.rate, scene.sensors.rate,
+                ));
+            }
+        }
+        self.is_described = description.is_file() || scene.is_file();
+        if let Some(name) = &self.choice.name {
+            self.name.clone_from(name);
+        }
+        Ok(())
+    }
+}
+
+/// The table of readings in a folder.
+pub(crate) fn table_in(folder: &Path) -> Option<PathBuf> {
+    let mut paths = table_names().into_iter().map(|name| folder.join(name));
+    paths.find(|path| path.is_file())
+}
+
+fn table_names() -> Vec<String> {
+    let formats = TableFormat::ALL.iter();
+    formats
+        .map(|(extension, _)| format!("{TABLE}.{extension}"))
+        .collect()
+}
+
+/// The error of a folder without a table of readings.
+pub(crate) fn no_table(folder: &Path) -> LogError {
+    let message = format!(
+        "holds no table of readings; allowed: the folder of a run or of an estimate, with one of {}; or name the file itself, or \
+         state the tables of the folder with --sensors SENSORS.toml (docs/logs.md)",
+        table_names().join(", ")
+    );
+    LogError::whole(folder, message)
+}
+
+/// The name of a file or folder without extension, as a name of runs.
+fn name_of(path: &Path) -> String {
+    // `.` and `..` have no name of their own.
+    let full = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    let name = if path.is_dir() {
+        full.file_name()
+    } else {
+        full.file_stem()
+    };
+    from_stem(&name.unwrap_or_default().to_string_lossy())
+}

@@ -1,0 +1,204 @@
+//! What is read from which channel, and how a reading follows from the cells of a row.
+
+use crate::batch_table::{BatchFormat, BatchRows};
+use crate::csv_table::CsvRows;
+use crate::error::LogError;
+use crate::events::{Events, Sources};
+use crate::formula::Formula;
+use crate::mcap_events::{McapEvents, TopicPlace};
+use crate::readings::{Reading, Values};
+use crate::rows::{ColumnInfo, Rows, TimeColumn};
+use crate::truth;
+use crate::{batch_table, csv_table};
+use robhaz_sim::Truth;
+use std::path::{Path, PathBuf};
+
+/// Format of a table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TableFormat {
+    /// Text.
+    Csv,
+    /// Arrow batches.
+    Batches(BatchFormat),
+}
+
+impl TableFormat {
+    /// Formats by the extension of a file.
+    pub const ALL: [(&'static str, Self); 5] = [
+        ("parquet", Self::Batches(BatchFormat::Parquet)),
+        ("csv", Self::Csv),
+        ("tsv", Self::Csv),
+        ("txt", Self::Csv),
+        ("arrows", Self::Batches(BatchFormat::Stream)),
+    ];
+
+    /// The format of a file, by its extension; `None` for another one.
+    pub fn of(path: &Path) -> Option<Self> {
+        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+        let found = Self::ALL.iter().find(|(e, _)| *e == extension);
+        found.map(|(_, format)| *format)
+    }
+
+    /// The error of a file without such an extension.
+    pub fn refusal(path: &Path) -> LogError {
+        let endings = Self::ALL.map(|(extension, _)| format!(".{extension}"));
+        let message = format!("is no table, allowed endings: {}", endings.join(", "));
+        LogError::whole(path, message)
+    }
+
+    /// The columns of a file.
+    pub fn columns(self, path: &Path) -> Result<Vec<ColumnInfo>, LogError> {
+        match self {
+            Self::Csv => csv_table::columns(path),
+            Self::Batches(format) => batch_table::columns(path, format),
+        }
+    }
+}
+
+/// A table and its time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TablePlace {
+    /// The file.
+    pub path: PathBuf,
+    /// Its format.
+    pub format: TableFormat,
+    /// Its time.
+    pub time: TimeColumn,
+}
+
+impl TablePlace {
+    /// The name of a table: that of its file without extension.
+    pub fn stem(path: &Path) -> String {
+        let stem = path.file_stem().unwrap_or_default();
+        stem.to_string_lossy().into_owned()
+    }
+
+    /// Opens the table at its start, with chosen columns.
+    pub fn open(&self, columns: &[String]) -> Result<Box<dyn Rows>, LogError> {
+        Ok(match self.format {
+            TableFormat::Csv => Box::new(CsvRows::open(&self.path, &self.time, columns)?),
+            TableFormat::Batches(format) => {
+                Box::new(BatchRows::open(&self.path, format, &self.time, columns)?)
+            }
+        })
+    }
+}
+
+/// Where the rows of a channel come from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ChannelPlace {
+    /// A table.
+    Table(TablePlace),
+    /// A topic.
+    Topic(TopicPlace),
+}
+
+impl ChannelPlace {
+    /// The file.
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::Table(table) => &table.path,
+            Self::Topic(topic) => &topic.path,
+        }
+    }
+}
+
+/// A channel of a log: rows with time stamps of one clock.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChannelPlan {
+    /// Its name in messages.
+    pub name: String,
+    /// Where its rows come from.
+    pub place: ChannelPlace,
+    /// Added to its time stamps, s.
+    pub offset: f64,
+    /// Names of the columns that are read.
+    pub columns: Vec<String>,
+    /// The readings that follow from them.
+    pub readings: Vec<(Reading, Formula)>,
+    /// Whether the columns are those of the truth.
+    pub is_truth: bool,
+}
+
+/// What the rows of a channel give.
+#[derive(Clone, Debug)]
+pub enum Content {
+    /// Readings.
+    Readings(Values),
+    /// Truth.
+    Truth(Box<Truth>),
+}
+
+impl ChannelPlan {
+    /// What a row's cells give.
+    pub fn content(&self, cells: &[Option<f64>]) -> Content {
+        if self.is_truth {
+            return match truth::of_row(&self.columns, cells) {
+                Some(truth) => Content::Truth(Box::new(truth)),
+                None => Content::Readings(Values::default()),
+            };
+        }
+        let mut values = Values::default();
+        for (reading, formula) in &self.readings {
+            values[reading.index()] = formula.value(cells);
+        }
+        Content::Readings(values)
+    }
+}
+
+/// All channels of a log; the first is the time base.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// The file or folder, as the user named it.
+    pub source: PathBuf,
+    /// The channels.
+    pub channels: Vec<ChannelPlan>,
+    /// Files that are read.
+    pub files: Vec<PathBuf>,
+}
+
+impl Plan {
+    /// Opens the log at its start.
+    pub fn open(&self) -> Result<Box<dyn Events>, LogError> {
+        let mut sources = Sources {
+            tables: Vec::new(),
+            topics: None,
+        };
+        let (mut topics, mut channels) = (Vec::new(), Vec::new());
+        for (i, channel) in self.channels.iter().enumerate() {
+            let columns = &channel.columns;
+            sources.tables.push(match &channel.place {
+                ChannelPlace::Table(table) => Some(table.open(columns)?),
+                ChannelPlace::Topic(topic) => {
+                    topics.push((topic.clone(), columns.clone()));
+                    channels.push(i);
+                    None
+                }
+            });
+        }
+        // Topics are of one file: that of the log.
+        if let Some((first, _)) = topics.first() {
+            let events = McapEvents::open(&first.path.clone(), topics)?;
+            sources.topics = Some((Box::new(events), channels));
+        }
+        Ok(Box::new(sources))
+    }
+
+    /// Whether a channel has a reading.
+    pub fn has(&self, reading: Reading) -> bool {
+        let mut readings = self.channels.iter().flat_map(|c| &c.readings);
+        readings.any(|(r, _)| *r == reading)
+    }
+
+    /// Leaves out the contact angles.
+    pub fn forget_contact_angles(&mut self) {
+        for channel in &mut self.channels {
+            channel.readings.retain(|(r, _)| !r.is_contact_angle());
+        }
+    }
+
+    /// The readings that no channel has.
+    pub fn absent(&self) -> Vec<Reading> {
+        Reading::all().filter(|r| !self.has(*r)).collect()
+    }
+}

@@ -1,0 +1,78 @@
+//! The readings of a frame by name.
+
+use robhaz_estimator::{LinkReading, SensorFrame};
+
+/// Number of readings of a frame.
+pub const COUNT: usize = 13;
+
+/// Values of all readings, in the order of [`Reading::ALL`]; `None` where a reading is missing.
+pub type Values = [Option<f64>; COUNT];
+
+/// A reading of a frame: its place in [`Values`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reading(usize);
+
+/// Names of the readings: the columns of the table `sensors` that a run writes.
+const NAMES: [&str; COUNT] = [
+    "wheel1_angle",
+    "wheel1_motor_torque",
+    "wheel1_contact_angle",
+    "wheel2_angle",
+    "wheel2_motor_torque",
+    "wheel2_contact_angle",
+    "wheel3_angle",
+    "wheel3_motor_torque",
+    "wheel3_contact_angle",
+    "link1_inclination",
+    "link1_rate",
+    "link2_inclination",
+    "link2_rate",
+];
+
+impl Reading {
+    /// All readings, in the order of the table `sensors`.
+    pub fn all() -> impl Iterator<Item = Self> {
+        (0..COUNT).map(Self)
+    }
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        NAMES[self.0]
+    }
+
+    /// Its SI unit.
+    pub fn unit(self) -> &'static str {
+        match self.name() {
+            name if name.ends_with("_motor_torque") => "N m",
+            name if name.ends_with("_rate") => "rad/s",
+            _ => "rad",
+        }
+    }
+
+    /// Whether it is a contact angle.
+    pub fn is_contact_angle(self) -> bool {
+        self.name().ends_with("_contact_angle")
+    }
+
+    /// Its index in [`Values`].
+    pub fn index(self) -> usize {
+        self.0
+    }
+}
+
+/// The frame of a time (s) and its readings.
+pub fn frame(time: f64, values: &Values) -> SensorFrame {
+    let wheel = |part: usize| [0, 1, 2].map(|i| values[3 * i + part]);
+    let link = |i: usize| LinkReading {
+        inclination: values[9 + 2 * i],
+        rate: values[10 + 2 * i],
+    };
+    SensorFrame {
+        time,
+        wheel_angle: wheel(0),
+        motor_torque: wheel(1),
+        link1: link(0),
+        link2: link(1),
+        contact_angle: wheel(2),
+    }
+}

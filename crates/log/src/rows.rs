@@ -1,0 +1,83 @@
+//! Rows of a table, whatever its format.
+
+use crate::error::LogError;
+use crate::stamp::{Stamp, TimeUnit};
+
+/// One row of a table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Where it is, for messages: `row 17`, `line 18`.
+    pub place: Place,
+    /// Its time stamp.
+    pub stamp: Stamp,
+    /// The cells of the chosen columns, in their order; `None` where a cell is empty or not a finite number.
+    pub cells: Vec<Option<f64>>,
+}
+
+/// The place of a row in its file, from 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// Line of a text.
+    Line(u64),
+    /// Row of a table without lines.
+    Row(u64),
+    /// Message of a topic.
+    Message(u64),
+}
+
+impl std::fmt::Display for Place {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Line(n) => write!(f, "line {n}"),
+            Self::Row(n) => write!(f, "row {n}"),
+            Self::Message(n) => write!(f, "message {n}"),
+        }
+    }
+}
+
+/// The rows of one table, in the order of the file.
+pub trait Rows {
+    /// The next row; `None` at the end.
+    ///
+    /// # Errors
+    /// [`LogError`] with file, row and column.
+    fn next_row(&mut self) -> Result<Option<Row>, LogError>;
+
+    /// Why the table ends before its end: it was cut off. Known at the end. `None` for a complete table.
+    fn cut_off(&self) -> Option<&str>;
+}
+
+/// A column of a table.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ColumnInfo {
+    /// Its name as in the file.
+    pub name: String,
+    /// Its unit, where the file states one: in the field metadata, or in brackets after the name.
+    pub unit: Option<String>,
+}
+
+impl ColumnInfo {
+    /// The names of columns for messages, of many the first.
+    pub fn list(columns: &[Self]) -> String {
+        const SHOWN: usize = 40;
+        let names: Vec<&str> = columns
+            .iter()
+            .map(|c| c.name.as_str())
+            .take(SHOWN)
+            .collect();
+        let more = match columns.len().saturating_sub(SHOWN) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        format!("the columns {}{more}", names.join(", "))
+    }
+}
+
+/// The time column of a table.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TimeColumn {
+    /// Its name as in the file.
+    pub name: String,
+    /// Unit of its numbers.
+    pub unit: TimeUnit,
+}

@@ -1,0 +1,103 @@
+//! Time stamps as a log has them.
+
+/// A time stamp. Whole nanoseconds stay exact: in seconds since 1970 a double resolves 0.24 us only.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stamp {
+    /// Seconds.
+    Seconds(f64),
+    /// Nanoseconds.
+    Nanoseconds(i64),
+}
+
+/// Unit of the numbers in a time column.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TimeUnit {
+    /// Units in a second.
+    per_second: i64,
+}
+
+impl TimeUnit {
+    /// Seconds.
+    pub const SECOND: Self = Self { per_second: 1 };
+    /// Milliseconds.
+    pub const MILLISECOND: Self = Self { per_second: 1_000 };
+    /// Microseconds.
+    pub const MICROSECOND: Self = Self {
+        per_second: 1_000_000,
+    };
+    /// Nanoseconds.
+    pub const NANOSECOND: Self = Self {
+        per_second: 1_000_000_000,
+    };
+
+    /// The stamp of a whole number; `None` beyond the range of nanoseconds, 292 years.
+    pub fn of_whole(self, number: i64) -> Option<Stamp> {
+        if self == Self::SECOND {
+            return Some(Stamp::Seconds(seconds(number)));
+        }
+        let nanoseconds = number.checked_mul(1_000_000_000 / self.per_second)?;
+        Some(Stamp::Nanoseconds(nanoseconds))
+    }
+
+    /// The stamp of a number; `None` where it is not finite.
+    pub fn of_float(self, number: f64) -> Option<Stamp> {
+        let stamp = match self {
+            // So a time in seconds keeps its bits.
+            Self::SECOND => number,
+            _ => number / seconds(self.per_second),
+        };
+        stamp.is_finite().then_some(Stamp::Seconds(stamp))
+    }
+}
+
+impl Stamp {
+    /// Time since another stamp, s.
+    pub fn since(self, origin: Self) -> f64 {
+        match (self, origin) {
+            (Self::Nanoseconds(a), Self::Nanoseconds(b)) => match a.checked_sub(b) {
+                Some(difference) => seconds(difference) / 1e9,
+                None => self.seconds() - origin.seconds(),
+            },
+            _ => self.seconds() - origin.seconds(),
+        }
+    }
+
+    /// In seconds, rounded to a double.
+    pub fn seconds(self) -> f64 {
+        match self {
+            Self::Seconds(seconds) => seconds,
+            Self::Nanoseconds(nanoseconds) => seconds(nanoseconds) / 1e9,
+        }
+    }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "a time is rounded to a double")]
+fn seconds(number: i64) -> f64 {
+    number as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Closed form: differences of nanoseconds are exact at any date, those of seconds keep the bits of a run's times.
+    #[test]
+    #[expect(clippy::float_cmp, reason = "exact numbers")]
+    fn differences_are_exact() {
+        let now = 1_719_912_345_123_456_789;
+        let (a, b) = (Stamp::Nanoseconds(now), Stamp::Nanoseconds(now + 1_000_001));
+        assert_eq!(b.since(a), 0.001_000_001);
+        let time = 0.1 + 0.2;
+        assert_eq!(Stamp::Seconds(time).since(Stamp::Seconds(0.0)), time);
+        assert_eq!(
+            TimeUnit::MILLISECOND.of_float(2500.0),
+            Some(Stamp::Seconds(2.5))
+        );
+        assert_eq!(
+            TimeUnit::MICROSECOND.of_whole(7),
+            Some(Stamp::Nanoseconds(7_000))
+        );
+        assert_eq!(TimeUnit::MICROSECOND.of_whole(i64::MAX), None);
+        assert_eq!(TimeUnit::SECOND.of_float(f64::NAN), None);
+    }
+}

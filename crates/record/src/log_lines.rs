@@ -1,0 +1,188 @@
+//! What is printed of recorded logs: means of the estimates, and what became of the rows.
+
+use crate::summary::{ChannelSummary, EstimatorSummary, LogSummary, MeanForces, Summary};
+use comfy_table::presets::UTF8_FULL_CONDENSED;
+use comfy_table::{Cell, CellAlignment, Row, Table};
+
+/// Share of the records with a flag from which on it is printed.
+const OFTEN: f64 = 0.001;
+/// Largest number of readings that are named.
+const FEW: usize = 4;
+
+/// The table of the means of runs that have nothing to compare with. Each run has a label.
+pub fn means_table(runs: &[(&str, &Summary)], several: bool) -> String {
+    let mut table = Table::new();
+    table
+        .load_preset(UTF8_FULL_CONDENSED)
+        .set_header(header(several));
+    for (label, summary) in runs {
+        for (i, estimator) in summary.estimators.iter().enumerate() {
+            table.add_row(row(
+                several.then_some(if i == 0 { *label } else { "" }),
+                estimator,
+            ));
+        }
+    }
+    let title = "Means of the estimates: N and its stated standard deviation, sum of N, sum of the tractions, in N.\n\
+                 Parity: RMS of the parity residual over its expected deviation, 1 for a right noise budget.\n";
+    format!("{title}{}", table.trim_fmt())
+}
+
+fn header(several: bool) -> Row {
+    let names = [
+        "wheel 1\nfront\nN   sigma",
+        "wheel 2\nmiddle\nN   sigma",
+        "wheel 3\nrear\nN   sigma",
+        "sum\nof N\nN",
+        "sum of\ntraction\nN",
+        "parity\n\n-",
+    ];
+    let mut row = Row::new();
+    if several {
+        row.add_cell(Cell::new("run"));
+    }
+    row.add_cell(Cell::new("estimator"));
+    for name in names {
+        row.add_cell(right(name));
+    }
+    row
+}
+
+fn row(label: Option<&str>, estimator: &EstimatorSummary) -> Row {
+    let mut row = Row::new();
+    if let Some(label) = label {
+        row.add_cell(Cell::new(label));
+    }
+    row.add_cell(Cell::new(&estimator.name));
+    let Some(means) = &estimator.means else {
+        for _ in 0..6 {
+            row.add_cell(right("-"));
+        }
+        return row;
+    };
+    for (i, mean) in means.normal_force.iter().enumerate() {
+        let sigma = means.normal_force_sigma.map(|sigma| sigma[i]);
+        row.add_cell(right(match sigma {
+            Some(sigma) => format!("{mean:.2} {sigma:>5.2}"),
+            None => format!("{mean:.2}     -"),
+        }));
+    }
+    let sum = |forces: &[f64; 3]| format!("{:.2}", forces.iter().sum::<f64>());
+    row.add_cell(right(sum(&means.normal_force)));
+    row.add_cell(right(sum(&means.traction)));
+    let parity = means.parity.map(|p| format!("{p:.2}"));
+    row.add_cell(right(parity.unwrap_or_else(|| "-".to_owned())));
+    row
+}
+
+fn right(text: impl ToString) -> Cell {
+    Cell::new(text).set_alignment(CellAlignment::Right)
+}
+
+/// Lines about a log: its channels, what was left out, readings that are missing, flags of the estimators.
+pub fn log_lines(summary: &Summary) -> String {
+    let Some(log) = &summary.log else {
+        return String::new();
+    };
+    let mut lines: Vec<String> = log.channels.iter().flat_map(channel_lines).collect();
+    lines.extend(missing_line(log));
+    if !log.absent.is_empty() {
+        lines.push(format!("not in the log: {}", log.absent.join(", ")));
+    }
+    let flags = |e: &EstimatorSummary| flags_line(e.means.as_ref()?, e);
+    lines.extend(summary.estimators.iter().filter_map(flags));
+    lines.iter().map(|line| format!("\n  {line}.")).collect()
+}
+
+fn channel_lines(channel: &ChannelSummary) -> Vec<String> {
+    let name = &channel.name;
+    let rate = if channel.period_s > 0.0 {
+        format!(" at {} Hz", digits(1.0 / channel.period_s))
+    } else {
+        String::new()
+    };
+    let offset = match channel.offset_s {
+        0.0 => String::new(),
+        offset => format!(", time stamps {offset:+} s"),
+    };
+    let mut lines = vec![format!("{name}: {} rows{rate}{offset}", channel.rows)];
+    if let (Some(longest), Some(at)) = (channel.longest_gap_s, channel.longest_gap_at_s) {
+        lines.push(format!(
+            "{name}: {} gaps, in which about {} rows are lost, the longest {longest:.3} s at {at:.3} s",
+            channel.gaps, channel.lost
+        ));
+    }
+    let counts = [
+        (
+            channel.duplicates,
+            "with the time of the row before are left out",
+        ),
+        (channel.late, "earlier than the row before are left out"),
+        (
+            channel.before_start,
+            "from before the first frame are left out",
+        ),
+        (
+            channel.superseded,
+            "give way to a newer one of the same frame",
+        ),
+    ];
+    for (count, what) in counts.iter().filter(|(count, _)| *count > 0) {
+        lines.push(format!("{name}: {count} rows {what}"));
+    }
+    if let Some(why) = &channel.cut_off {
+        lines.push(format!("{name}: CUT OFF, the last row is left out: {why}"));
+    }
+    lines
+}
+
+fn missing_line(log: &LogSummary) -> Option<String> {
+    let missing: Vec<String> = log
+        .missing
+        .iter()
+        .filter(|(_, count)| **count > 0)
+        .map(|(name, count)| format!("{name} {count}"))
+        .collect();
+    let counts = log.missing.values();
+    let (least, most) = (counts.clone().min()?, counts.max()?);
+    let text = match missing.len() {
+        0 => return None,
+        few if few <= FEW => missing.join(", "),
+        many => format!("{least} to {most} of each reading, {many} readings (summary.json)"),
+    };
+    Some(format!("frames without a new reading: {text}"))
+}
+
+fn flags_line(means: &MeanForces, estimator: &EstimatorSummary) -> Option<String> {
+    #[expect(clippy::cast_precision_loss, reason = "counts of records")]
+    let share = |count: u64| count as f64 / estimator.samples as f64;
+    let flags = [
+        (
+            means.reading_absurd,
+            "a reading beyond what the robot can do: check units and signs",
+        ),
+        (
+            means.reading_stale,
+            "a reading that has been missing for long",
+        ),
+        (
+            means.out_of_range,
+            "a parity residual beyond five deviations: check signs, zeros and the noise budget",
+        ),
+        (means.unloaded, "a wheel without load"),
+        (means.at_stop, "the linkage at an end stop"),
+    ];
+    let often = |(count, what): &(u64, &str)| {
+        let share = share(*count);
+        (share > OFTEN).then(|| format!("{:.1} % with {what}", 100.0 * share))
+    };
+    let found: Vec<String> = flags.iter().filter_map(often).collect();
+    let name = &estimator.name;
+    (!found.is_empty()).then(|| format!("{name}, of its records: {}", found.join("; ")))
+}
+
+/// A number with four digits at most.
+fn digits(value: f64) -> String {
+    let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
+    format!("{rounded}")
+}

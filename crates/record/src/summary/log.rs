@@ -1,0 +1,200 @@
+//! The parts of a summary that only a recorded log has.
+
+use robhaz_estimator::{Estimate, Flags};
+use robhaz_run::{ChannelReport, LogReport};
+use serde::{Deserialize, Serialize};
+
+/// What a log held, and what became of its rows.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LogSummary {
+    /// The file or folder, as the user named it.
+    pub source: String,
+    /// Time stamp of the log at time 0 of the run, s.
+    pub start_s: f64,
+    /// The channels; the first is the time base: its rows are the frames.
+    pub channels: Vec<ChannelSummary>,
+    /// Number of frames without each reading, of those that the log has.
+    pub missing: indexmap::IndexMap<String, u64>,
+    /// Readings that the log does not have.
+    pub absent: Vec<String>,
+}
+
+/// What a channel of a log held: [`ChannelReport`] with its units.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ChannelSummary {
+    /// Its name: the table or topic.
+    pub name: String,
+    /// Rows read.
+    pub rows: u64,
+    /// Median time between rows, s.
+    pub period_s: f64,
+    /// Offset that was added to its time stamps, s.
+    pub offset_s: f64,
+    /// Gaps of more than one and a half periods.
+    pub gaps: u64,
+    /// Rows that these gaps could hold.
+    pub lost: u64,
+    /// The longest gap, s; `None` without gaps.
+    pub longest_gap_s: Option<f64>,
+    /// Start of the longest gap, s.
+    pub longest_gap_at_s: Option<f64>,
+    /// Rows left out because they have the time of the row before.
+    pub duplicates: u64,
+    /// Rows left out because they are earlier than the row before.
+    pub late: u64,
+    /// Rows in whose place a newer one of the same frame counts.
+    pub superseded: u64,
+    /// Rows left out because they are earlier than the first frame.
+    pub before_start: u64,
+    /// Where and why the channel ends before its end.
+    pub cut_off: Option<String>,
+}
+
+impl From<&ChannelReport> for ChannelSummary {
+    fn from(report: &ChannelReport) -> Self {
+        Self {
+            name: report.name.clone(),
+            rows: report.rows,
+            period_s: report.period,
+            offset_s: report.offset,
+            gaps: report.gaps,
+            lost: report.lost,
+            longest_gap_s: report.longest_gap.map(|(length, _)| length),
+            longest_gap_at_s: report.longest_gap.map(|(_, start)| start),
+            duplicates: report.duplicates,
+            late: report.late,
+            superseded: report.superseded,
+            before_start: report.before_start,
+            cut_off: report.cut_off.clone(),
+        }
+    }
+}
+
+impl From<&LogReport> for LogSummary {
+    fn from(report: &LogReport) -> Self {
+        Self {
+            source: report.source.clone(),
+            start_s: report.start,
+            channels: report.channels.iter().map(ChannelSummary::from).collect(),
+            missing: report.missing.iter().cloned().collect(),
+            absent: report.absent.clone(),
+        }
+    }
+}
+
+/// Means of one estimator's forces, of records that count.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeanForces {
+    /// Mean N of each wheel, N.
+    pub normal_force: [f64; 3],
+    /// Mean T of each wheel, N.
+    pub traction: [f64; 3],
+    /// RMS of the stated standard deviation of N of each wheel, N. `None` if the estimator states none.
+    pub normal_force_sigma: Option<[f64; 3]>,
+    /// RMS of the parity residual over its expected standard deviation: 1 if the noise budget is right. `None` if the
+    /// estimator expects none.
+    pub parity: Option<f64>,
+    /// Records with a wheel without load.
+    pub unloaded: u64,
+    /// Records with the linkage at an end stop.
+    pub at_stop: u64,
+    /// Records with a reading that is missing.
+    pub reading_missing: u64,
+    /// Records with a reading that has been missing for long, or with a new start of the filters.
+    pub reading_stale: u64,
+    /// Records with a reading beyond what the robot can do.
+    pub reading_absurd: u64,
+    /// Records with a parity residual beyond five standard deviations.
+    pub out_of_range: u64,
+}
+
+/// Sums over the records of one estimator that count.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ForceSums {
+    /// Records with an estimate.
+    pub samples: u64,
+    /// Records without one.
+    pub missing: u64,
+    normal_force: [f64; 3],
+    traction: [f64; 3],
+    variance: [f64; 3],
+    variances: u64,
+    parity: f64,
+    parities: u64,
+    /// Unloaded, at a stop, missing, stale, absurd, out of range.
+    flags: [u64; 6],
+}
+
+impl ForceSums {
+    /// Adds a record.
+    pub fn add(&mut self, estimate: Option<&Estimate>) {
+        let usable = |e: &&Estimate| {
+            let mut forces = e.normal_force.iter().chain(&e.traction);
+            forces.all(|f| f.is_finite())
+        };
+        let Some(estimate) = estimate.filter(usable) else {
+            self.missing += 1;
+            return;
+        };
+        self.samples += 1;
+        for i in 0..3 {
+            self.normal_force[i] += estimate.normal_force[i];
+            self.traction[i] += estimate.traction[i];
+        }
+        let sigma = [0, 1, 2].map(|i| estimate.sigma_normal(i));
+        if let [Some(a), Some(b), Some(c)] = sigma {
+            self.variances += 1;
+            for (sum, sigma) in self.variance.iter_mut().zip([a, b, c]) {
+                *sum += sigma * sigma;
+            }
+        }
+        if let Some(parity) = estimate.parity.filter(|p| p.sigma > 0.0) {
+            self.parities += 1;
+            self.parity += (parity.value / parity.sigma).powi(2);
+        }
+        let has = |flag| estimate.flags.contains(flag);
+        let found = [
+            Flags::WHEEL_UNLOADED.into_iter().any(has),
+            has(Flags::AT_STOP),
+            has(Flags::SENSOR_MISSING),
+            has(Flags::SENSOR_STALE),
+            has(Flags::SENSOR_ABSURD),
+            has(Flags::OUT_OF_RANGE),
+        ];
+        for (count, found) in self.flags.iter_mut().zip(found) {
+            *count += u64::from(found);
+        }
+    }
+
+    /// The means; `None` without records.
+    pub fn means(&self) -> Option<MeanForces> {
+        #[expect(clippy::cast_precision_loss, reason = "counts of records")]
+        let mean = |sum: f64, of: u64| sum / of as f64;
+        if self.samples == 0 {
+            return None;
+        }
+        let [unloaded, at_stop, missing, stale, absurd, out_of_range] = self.flags;
+        Some(MeanForces {
+            normal_force: self.normal_force.map(|sum| mean(sum, self.samples)),
+            traction: self.traction.map(|sum| mean(sum, self.samples)),
+            normal_force_sigma: (self.variances > 0)
+                .then(|| self.variance.map(|sum| mean(sum, self.variances).sqrt())),
+            parity: (self.parities > 0).then(|| mean(self.parity, self.parities).sqrt()),
+            unloaded,
+            at_stop,
+            reading_missing: missing,
+            reading_stale: stale,
+            reading_absurd: absurd,
+            out_of_range,
+        })
+    }
+}
+
+impl MeanForces {
+    /// Whether every number is finite.
+    pub(super) fn is_finite(&self) -> bool {
+        let forces = self.normal_force.iter().chain(&self.traction);
+        let stated = self.normal_force_sigma.iter().flatten().chain(&self.parity);
+        forces.chain(stated).all(|v| v.is_finite())
+    }
+}

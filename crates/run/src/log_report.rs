@@ -1,0 +1,45 @@
+//! What a recorded log held, and what became of its rows.
+
+/// What a recorded log held, and what became of its rows.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LogReport {
+    /// The file or folder, as the user named it.
+    pub source: String,
+    /// Time stamp of the log at time 0 of the run, s.
+    pub start: f64,
+    /// The channels; the first is the time base: its rows are the frames.
+    pub channels: Vec<ChannelReport>,
+    /// Number of frames without each reading, by name; only readings that the log has.
+    pub missing: Vec<(String, u64)>,
+    /// Readings that the log does not have at all.
+    pub absent: Vec<String>,
+}
+
+/// What a channel of a log held.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ChannelReport {
+    /// Its name: the table or topic.
+    pub name: String,
+    /// Rows read.
+    pub rows: u64,
+    /// Median time between rows, s.
+    pub period: f64,
+    /// Offset that was added to its time stamps, s.
+    pub offset: f64,
+    /// Gaps of more than one and a half periods.
+    pub gaps: u64,
+    /// Rows that these gaps could hold.
+    pub lost: u64,
+    /// The longest gap, s, and the time of its start. `None` without gaps.
+    pub longest_gap: Option<(f64, f64)>,
+    /// Rows left out because they have the time of the row before.
+    pub duplicates: u64,
+    /// Rows left out because they are earlier than the row before.
+    pub late: u64,
+    /// Rows left out because a newer one of the same frame has all readings.
+    pub superseded: u64,
+    /// Rows left out because they are earlier than the first frame.
+    pub before_start: u64,
+    /// Why the channel ends before its end.
+    pub cut_off: Option<String>,
+}

@@ -1,0 +1,214 @@
+//! A log description with every choice made.
+
+use super::mapping::Mapping;
+use crate::estimators::{self, EstimatorChoice, PRESETS};
+use crate::model_error::ModelErrorTooLarge;
+use crate::robot::RobotChoice;
+use crate::scene::Scene;
+use crate::suggest::nearest;
+use robhaz_estimator::{ContactAngles, EstimatorSettings, Method, NoiseBudget};
+
+/// What is known of a log beside its readings. SI throughout.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LogChoice {
+    /// `name` of the description: the name of the default output folder. `None` for the name of the log.
+    pub name: Option<String>,
+    /// `[robot]`: the nominal robot.
+    pub robot: RobotChoice,
+    /// `[drive]`: nominal viscous damping B of estimators without a value of their own, N m s.
+    pub viscous_damping: f64,
+    /// `[contact]`: nominal compression of wheel and ground at the mean wheel load, m.
+    pub compression: f64,
+    /// `[budget]`: standard deviations of all sensor errors.
+    pub budget: NoiseBudget,
+    /// `[record]`: errors and means count from this time on, s.
+    pub compare_from: f64,
+    /// `[[estimator]]`, in order; names are unique.
+    pub estimators: Vec<LogEstimator>,
+    /// Which column is which reading. `None` for the names that a run writes. Not written into a resolved description:
+    /// the table beside it has those names.
+    pub mapping: Option<Mapping>,
+}
+
+/// An estimator to run on a log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LogEstimator {
+    /// Its name and the settings as listed.
+    pub choice: EstimatorChoice,
+    /// Nominal viscous damping, N m s.
+    pub viscous_damping: f64,
+}
+
+/// The name of an estimator that neither the description lists nor a preset has.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("estimator: found {found:?}, allowed: {allowed}{hint}")]
+pub struct UnknownEstimator {
+    /// The name.
+    pub found: String,
+    /// All names that are allowed.
+    pub allowed: String,
+    hint: String,
+}
+
+/// Estimators that need contact angles, where there are none.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{0} cannot estimate without contact angles; allowed: estimators with filters = \"kalman\" and rolling = \"on\", such as \
+     --estimator best"
+)]
+pub struct NeedsContactAngles(pub String);
+
+impl Default for LogChoice {
+    /// Robot A, sensors of the budget [`NoiseBudget::typical`], all presets.
+    fn default() -> Self {
+        let scene = Scene::default();
+        let damping = scene.drive.viscous_damping;
+        Self {
+            name: None,
+            robot: scene.robot,
+            viscous_damping: damping,
+            compression: EstimatorSettings::best().compression,
+            budget: NoiseBudget::typical(),
+            compare_from: scene.record.compare_from,
+            estimators: estimators::defaults()
+                .into_iter()
+                .map(|choice| LogEstimator {
+                    choice,
+                    viscous_damping: damping,
+                })
+                .collect(),
+            mapping: None,
+        }
+    }
+}
+
+impl LogChoice {
+    /// The description of the readings of a scene: its nominal robot and damping, its noise budget and estimators.
+    ///
+    /// # Errors
+    /// [`ModelErrorTooLarge`] when the nominal robot is not a valid robot.
+    pub fn of_scene(scene: &Scene) -> Result<Self, ModelErrorTooLarge> {
+        let robot = scene.nominal_robot()?;
+        let name = |name: &str, same: bool| match same {
+            true => name.to_owned(),
+            false => format!("{name}, nominal"),
+        };
+        let simulated = &scene.robot;
+        let estimator = |choice: &EstimatorChoice| LogEstimator {
+            choice: choice.clone(),
+            viscous_damping: scene.nominal_settings(choice).viscous_damping,
+        };
+        Ok(Self {
+            name: Some(scene.name.clone()),
+            robot: RobotChoice {
+                geometry_name: name(
+                    &simulated.geometry_name,
+                    robot.geometry == simulated.robot.geometry,
+                ),
+                mass_name: name(&simulated.mass_name, robot.mass == simulated.robot.mass),
+                robot,
+            },
+            viscous_damping: scene
+                .model_error
+                .nominal_damping(scene.drive.viscous_damping),
+            compression: scene
+                .contact
+                .static_penetration(scene.robot.robot.mean_wheel_load()),
+            budget: scene.noise_budget(),
+            compare_from: scene.record.compare_from,
+            estimators: scene.estimators.iter().map(estimator).collect(),
+            mapping: None,
+        })
+    }
+
+    /// The settings with which an estimator runs: as listed, with its nominal damping and the noise budget.
+    pub fn settings(&self, estimator: &LogEstimator) -> EstimatorSettings {
+        EstimatorSettings {
+            viscous_damping: estimator.viscous_damping,
+            compression: self.compression,
+            budget: self.budget,
+            ..estimator.choice.settings
+        }
+    }
+
+    /// Keeps the estimators of these names, in this order: those of the description, else presets.
+    ///
+    /// # Errors
+    /// [`UnknownEstimator`]
+    pub fn select(&mut self, names: &[String]) -> Result<(), UnknownEstimator> {
+        let mut selected: Vec<LogEstimator> = Vec::new();
+        for name in names {
+            let found = self.named(name)?;
+            // Named twice, it runs once.
+            if selected.iter().all(|e| e.choice.name != *name) {
+                selected.push(found);
+            }
+        }
+        self.estimators = selected;
+        Ok(())
+    }
+
+    /// Estimates without contact angles. Estimators that need them are left out, or, if `convert`, get the key
+    /// `contact_angles = "none"`. Returns the names of those that were left out.
+    ///
+    /// # Errors
+    /// [`NeedsContactAngles`] where an estimator cannot be converted, or none is left.
+    pub fn without_contact_angles(
+        &mut self,
+        convert: bool,
+    ) -> Result<Vec<String>, NeedsContactAngles> {
+        let mut left_out = Vec::new();
+        for mut estimator in std::mem::take(&mut self.estimators) {
+            let settings = &mut estimator.choice.settings;
+            if let (true, Method::Kalman(method)) = (convert, &mut settings.method)
+                && method.rolling
+            {
+                method.contact_angles = ContactAngles::Unknown;
+            }
+            if !settings.needs_contact_angles() {
+                self.estimators.push(estimator);
+            } else if convert {
+                return Err(NeedsContactAngles(estimator.choice.name));
+            } else {
+                left_out.push(estimator.choice.name);
+            }
+        }
+        match (self.estimators.as_slice(), left_out.as_slice()) {
+            ([], [_, ..]) => Err(NeedsContactAngles(left_out.join(", "))),
+            _ => Ok(left_out),
+        }
+    }
+
+    /// Names of the estimators that need contact angles.
+    pub fn needing_contact_angles(&self) -> Vec<&str> {
+        let needs = |e: &&LogEstimator| e.choice.settings.needs_contact_angles();
+        let names = self.estimators.iter().filter(needs);
+        names.map(|e| e.choice.name.as_str()).collect()
+    }
+
+    fn named(&self, name: &str) -> Result<LogEstimator, UnknownEstimator> {
+        if let Some(listed) = self.estimators.iter().find(|e| e.choice.name == name) {
+            return Ok(listed.clone());
+        }
+        let mut presets = estimators::defaults().into_iter();
+        if let Some(choice) = presets.find(|preset| preset.name == name) {
+            return Ok(LogEstimator {
+                choice,
+                viscous_damping: self.viscous_damping,
+            });
+        }
+        let listed = self.estimators.iter().map(|e| e.choice.name.as_str());
+        let mut allowed: Vec<&str> = listed.collect();
+        for preset in PRESETS {
+            if !allowed.contains(preset) {
+                allowed.push(preset);
+            }
+        }
+        let near = nearest(name, &allowed);
+        Err(UnknownEstimator {
+            found: name.to_owned(),
+            hint: near.map_or(String::new(), |near| format!("; did you mean {near}?")),
+            allowed: allowed.join(", "),
+        })
+    }
+}

@@ -1,0 +1,144 @@
+//! From a file to a [`LogChoice`].
+
+use super::choice::{LogChoice, LogEstimator};
+use super::keys::SECTIONS;
+use super::mapping;
+use crate::error::SceneError;
+use crate::reader::Reader;
+use crate::robot::RobotChoice;
+use crate::sections::IGNORED;
+use crate::source::{Node, Source, Value};
+use crate::{estimators, file, name, robot};
+use std::path::Path;
+
+/// Key of an estimator's own damping.
+const DAMPING: &str = "viscous_damping";
+
+impl LogChoice {
+    /// Reads a log description. What it does not state is as in `base`.
+    ///
+    /// # Errors
+    /// [`SceneError`] with all problems of the file and of robot files that it names.
+    pub fn load(path: &Path, base: Self) -> Result<Self, SceneError> {
+        let shown = path.display().to_string();
+        let text = read_text(path, "a log description in TOML, UTF-8")?;
+        let base_dir = path.parent().unwrap_or(Path::new(""));
+        Self::parse(&text, &shown, base_dir, base)
+    }
+
+    /// Reads the text of a log description. `source_name` is the file's name in messages; paths of robot files are
+    /// relative to `base_dir`.
+    ///
+    /// # Errors
+    /// As [`LogChoice::load`].
+    pub fn parse(
+        text: &str,
+        source_name: &str,
+        base_dir: &Path,
+        base: Self,
+    ) -> Result<Self, SceneError> {
+        file::check_toml(text).map_err(|error| SceneError::unread(source_name, error))?;
+        // Keys of one section do not exist in another.
+        let mut reader = Reader::new(base_dir.to_owned(), |_| None);
+        let root = reader.document(&Source::file(source_name, text));
+        let choice = read(&mut reader, &root, base);
+        reader.finish(choice)
+    }
+}
+
+impl RobotChoice {
+    /// The robot of a file with the section `[robot]`, such as a scene. Other sections have no effect.
+    ///
+    /// # Errors
+    /// [`SceneError`] with all problems of `[robot]`, or a file without that section.
+    pub fn load(path: &Path) -> Result<Self, SceneError> {
+        let allowed = "a file in TOML, UTF-8, with the section [robot] of a scene";
+        let shown = path.display().to_string();
+        let text = read_text(path, allowed)?;
+        let base_dir = path.parent().unwrap_or(Path::new(""));
+        let mut reader = Reader::new(base_dir.to_owned(), |_| None);
+        let root = reader.document(&Source::file(&shown, &text));
+        if root.get("robot").is_none() && reader.mark() == 0 {
+            let message = format!("has no section [robot]; allowed: {allowed}");
+            return Err(SceneError::unread(&shown, message));
+        }
+        let robot = robot::read(&mut reader, &root);
+        reader.finish(robot)
+    }
+}
+
+fn read_text(path: &Path, allowed: &str) -> Result<String, SceneError> {
+    file::read_toml(path).map_err(|error| {
+        let message = format!("{error}; allowed: {allowed}");
+        SceneError::unread(&path.display().to_string(), message)
+    })
+}
+
+fn read(reader: &mut Reader, root: &Node, base: LogChoice) -> LogChoice {
+    top_level(reader, root);
+    let mut choice = base;
+    if let Some(node) = root.get("name") {
+        choice.name = name::read(reader, node, "name");
+    }
+    if root.get("robot").is_some() {
+        choice.robot = robot::read(reader, root);
+    }
+    for section in SECTIONS {
+        if let Some(node) = root.get(section.name) {
+            reader.table(section.keys, node, section.name, &mut choice);
+        }
+    }
+    if root.get(estimators::PATH).is_some() {
+        choice.estimators = read_estimators(reader, root, choice.viscous_damping);
+    } else if root.find("drive.viscous_damping").is_some() {
+        let damping = choice.viscous_damping;
+        let listed = choice.estimators.iter_mut();
+        listed.for_each(|e| e.viscous_damping = damping);
+    }
+    if let Some(mapping) = mapping::read(reader, root) {
+        choice.mapping = Some(mapping);
+    }
+    choice
+}
+
+/// The list of estimators; those without a damping of their own get `damping`, N m s.
+fn read_estimators(reader: &mut Reader, root: &Node, damping: f64) -> Vec<LogEstimator> {
+    let items = match root.get(estimators::PATH).map(|n| &n.value) {
+        Some(Value::Array(items)) => items.as_slice(),
+        _ => &[],
+    };
+    let choices = estimators::read(reader, root).into_iter().enumerate();
+    let of_choice = |(i, choice): (usize, estimators::EstimatorChoice)| {
+        let has_own = items.get(i).is_some_and(|item| item.get(DAMPING).is_some());
+        LogEstimator {
+            viscous_damping: match has_own {
+                true => choice.settings.viscous_damping,
+                false => damping,
+            },
+            choice,
+        }
+    };
+    choices.map(of_choice).collect()
+}
+
+/// Adds a problem for every entry that is neither a top-level key nor a section.
+fn top_level(reader: &mut Reader, root: &Node) {
+    let own = ["name", "robot", estimators::PATH];
+    let of_mapping = [
+        mapping::TIME_BASE,
+        mapping::MISSING,
+        mapping::CHANNEL,
+        mapping::READING,
+        mapping::IMU,
+    ];
+    let allowed: Vec<&str> = own
+        .into_iter()
+        .chain(of_mapping)
+        .chain(SECTIONS.iter().map(|s| s.name))
+        .collect();
+    for entry in reader.entries(root, "") {
+        if entry.key != IGNORED && !allowed.contains(&entry.key.as_str()) {
+            reader.unknown(entry, "", &allowed);
+        }
+    }
+}

@@ -1,0 +1,25 @@
+//! Log descriptions: what is known of a recorded log beside its readings. Robot, nominal damping, noise budget and
+//! estimators.
+//!
+//! | modules | job |
+//! |---|---|
+//! | `choice` | the result of reading a description |
+//! | `keys`, `mapping`, `reading`, `imu` | declarations of its keys; columns and the readings that follow from them |
+//! | `rows`, `reference` | all keys |
+//! | `load`, `write` | from a file; as a file |
+
+mod choice;
+mod imu;
+mod keys;
+mod load;
+mod mapping;
+mod reading;
+mod reference;
+mod rows;
+mod write;
+
+pub use choice::{LogChoice, LogEstimator, NeedsContactAngles, UnknownEstimator};
+pub use imu::{ImuChoice, InclinationSource};
+pub use mapping::{ChannelChoice, Mapping};
+pub use reading::ReadingChoice;
+pub use reference::log_reference;

@@ -1,0 +1,145 @@
+//! Descriptions of logs: what they state, and their problems with line, key, what was found and what is allowed.
+#![allow(
+    clippy::unwrap_used,
+    reason = "helpers of tests may stop at the first surprise"
+)]
+
+use robhaz_scene::{LogChoice, RobotChoice, Scene, SceneError};
+use std::path::Path;
+
+fn parse(text: &str) -> Result<LogChoice, SceneError> {
+    LogChoice::parse(text, "s.toml", Path::new(""), LogChoice::default())
+}
+
+fn problems(text: &str) -> Vec<String> {
+    let error = parse(text).unwrap_err();
+    error.problems().map(ToString::to_string).collect()
+}
+
+/// Round trip: the resolved description of a scene's readings reads back as the same, with model errors, an estimator of
+/// its own damping and one without contact angles.
+#[test]
+fn resolved_descriptions_read_back() {
+    let text = "[sensors]\ngrade = \"typical\"\n[model_error]\npins = 0.002\n[[estimator]]\nname = \"best\"\n\
+                contact_angles = \"none\"\n[[estimator]]\nname = \"true-mass\"\nviscous_damping = 0.2\n";
+    let scene = Scene::parse(text, "s.toml", Path::new(""), &[]).unwrap();
+    let choice = LogChoice::of_scene(&scene).unwrap();
+    assert_eq!(choice.robot.robot, scene.nominal_robot().unwrap());
+    for (found, listed) in choice.estimators.iter().zip(&scene.estimators) {
+        assert_eq!(choice.settings(found), scene.nominal_settings(listed));
+    }
+    let read = parse(&choice.to_toml("test")).unwrap();
+    for (a, b) in read.estimators.iter().zip(&choice.estimators) {
+        assert_eq!(read.settings(a), choice.settings(b));
+    }
+    assert_eq!(read.robot, choice.robot);
+    assert_eq!(
+        read.to_toml("test"),
+        parse(&read.to_toml("test")).unwrap().to_toml("test")
+    );
+    // What a file does not state stays as in the base.
+    let none = LogChoice::parse("", "s.toml", Path::new(""), choice.clone()).unwrap();
+    assert_eq!(none, choice);
+}
+
+/// Closed form: units, sign, gear and constants of a motor make one factor.
+#[test]
+fn factors_follow_from_units() {
+    let missing: Vec<String> = [
+        "wheel1_contact_angle",
+        "wheel2_angle",
+        "wheel2_motor_torque",
+    ]
+    .iter()
+    .chain(&[
+        "wheel2_contact_angle",
+        "wheel3_angle",
+        "wheel3_motor_torque",
+    ])
+    .chain(&["wheel3_contact_angle", "link2_inclination", "link2_rate"])
+    .map(|name| format!("\"{name}\""))
+    .collect();
+    let text = format!(
+        "missing = [{}]\n[reading]\n\
+         wheel1_angle = {{ column = \"a\", unit = \"counts\", counts = 2000, gear_ratio = 80, sign = \"-\" }}\n\
+         wheel1_motor_torque = {{ column = \"b\", unit = \"mA\", torque_constant = 0.05, gear_ratio = 80, offset = \"20 mN m\" }}\n\
+         link1_inclination = {{ column = \"c\" }}\nlink1_rate = {{ column = \"d\", unit = \"deg/s\" }}\n",
+        missing.join(", ")
+    );
+    let mapping = parse(&text).unwrap().mapping.unwrap();
+    let factors: Vec<f64> = mapping.readings.iter().map(|r| r.factor).collect();
+    let expected = [
+        -std::f64::consts::TAU / 160_000.0,
+        0.004,
+        1.0,
+        1.0_f64.to_radians(),
+    ];
+    for (found, expected) in factors.iter().zip(expected) {
+        assert!(
+            (found - expected).abs() <= 1e-15 * expected.abs(),
+            "{found}"
+        );
+    }
+    assert!((mapping.readings[1].offset - 0.02).abs() < 1e-17);
+    assert_eq!(mapping.missing.len(), 9);
+}
+
+/// Every problem of a description is told at its line.
+#[test]
+fn problems_name_line_key_and_remedy() {
+    let text = "[[channel]]\nname = \"a\"\n[reading]\n\
+                wheel1_angle = { column = \"x\", unit = \"counts\" }\n\
+                wheel2_angle = { column = \"x\", unit = \"A\" }\n\
+                wheel1_motor_torque = { channel = \"b\", column = \"y\", counts = 3 }\n\
+                wheel9_angle = { column = \"x\" }\n\
+                link1_rate = { column = \"z\" }\n[imu.link1]\nup = \"+x\"\n[budget]\ntorque_nois = 1\n";
+    let found = problems(text);
+    for expected in [
+        "s.toml:4: reading.wheel1_angle.counts: found",
+        "counts above 0, which unit = \"counts\" needs",
+        "s.toml:5: reading.wheel2_angle.unit: found \"A\", allowed: \"rad\", \"deg\", \"turns\", \"counts\"",
+        "s.toml:6: reading.wheel1_motor_torque.channel: found \"b\", allowed: \"a\"",
+        "s.toml:6: reading.wheel1_motor_torque.counts: found 3, allowed: no counts",
+        "s.toml:7: reading.wheel9_angle: unknown key",
+        "link1_rate is in reading.link1_rate and imu.link1, allowed: one of them",
+        "s.toml:10: imu.link1.up: found \"+x\", allowed: another axis than forward",
+        "did you mean torque_noise?",
+        "no column for wheel1_contact_angle",
+    ] {
+        assert!(
+            found.iter().any(|line| line.contains(expected)),
+            "{expected}\n{found:#?}"
+        );
+    }
+}
+
+/// Estimators are chosen by name; those that need contact angles are left out or converted.
+#[test]
+fn estimators_are_chosen_by_name() {
+    let mut choice = LogChoice::default();
+    let error = choice.select(&["bets".to_owned()]).unwrap_err().to_string();
+    assert!(error.contains("did you mean best?"), "{error}");
+    choice
+        .select(&["best".to_owned(), "paper-body".to_owned()])
+        .unwrap();
+    let mut given = choice.clone();
+    assert!(given.without_contact_angles(false).is_err());
+    let error = choice.without_contact_angles(true).unwrap_err();
+    assert!(error.to_string().contains("paper-body"), "{error}");
+    let mut best = LogChoice::default();
+    best.select(&["best".to_owned()]).unwrap();
+    assert_eq!(best.without_contact_angles(true), Ok(Vec::new()));
+    assert!(best.needing_contact_angles().is_empty());
+}
+
+/// A robot file is any file with `[robot]`; one without it is refused.
+#[test]
+fn robots_come_from_files_with_their_section() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("r.toml");
+    std::fs::write(&path, "[robot]\ngeometry = \"B\"\n[drive]\nspeed = 1\n").unwrap();
+    assert_eq!(RobotChoice::load(&path).unwrap().geometry_name, "B");
+    std::fs::write(&path, "[drive]\nspeed = 1\n").unwrap();
+    let error = RobotChoice::load(&path).unwrap_err().to_string();
+    assert!(error.contains("has no section [robot]"), "{error}");
+}
