@@ -1,0 +1,322 @@
+//! Acceptance of `best` without any contact angle: other grounds, friction laws, speeds, lasting slip.
+//!
+//! The study behind the tables in `docs/estimators.md`:
+//! `cargo test --release -p robhaz-study --test no_angles study_of_all -- --ignored --nocapture`. It runs ten seeds of every case with
+//! both drives. The variable `ROBHAZ_CASES` selects the cases whose name contains one of its words, divided by commas.
+
+use rayon::prelude::*;
+use robhaz_run::Observers;
+use robhaz_scene::Scene;
+use robhaz_score::{Rule, Score};
+use robhaz_study::TruthRun;
+use std::path::Path;
+
+const DRIVES: [(&str, &[&str]); 2] = [("PI", &[]), ("soft", &["drive.kp=2", "drive.ki=0"])];
+
+/// A shipped scene with overrides, and the limits for both drives (PI, soft).
+struct Case {
+    name: &'static str,
+    scene: &'static str,
+    overrides: &'static [&'static str],
+    /// Largest error of N over the seeds of the test, % of its mean, samples with two contacts left out: a third above that of ten
+    /// seeds. `None` in the study only.
+    limits: Option<[f64; 2]>,
+}
+
+const fn case(
+    name: &'static str,
+    scene: &'static str,
+    overrides: &'static [&'static str],
+    limits: Option<[f64; 2]>,
+) -> Case {
+    Case {
+        name,
+        scene,
+        overrides,
+        limits,
+    }
+}
+
+const POOR_GROUND: [&str; 2] = ["contact.mu_s=0.5", "contact.mu_d=0.45"];
+const SLOPE: [&str; 4] = [
+    "terrain.kind=ramp",
+    "terrain.start=-1.5",
+    "terrain.length=3.5",
+    "record.duration=16",
+];
+const FRONT_FASTER: &str = "drive.scaling=[{wheels=[1],from=4,to=14,factor=1.5}]";
+
+const CASES: &[Case] = &[
+    case("smooth", "smooth", &[], Some([1.1, 0.9])),
+    case("sine", "sine", &[], None),
+    case("rough", "rough", &[], None),
+    case("heights", "heights", &[], None),
+    case("robot B", "smooth", &["robot.geometry=B"], None),
+    case("cosbump", "cosbump", &[], None),
+    case("flat", "flat", &[], None),
+    case("ramp", "ramp", &[], None),
+    case("course", "course", &[], Some([2.0, 2.1])),
+    case("step", "step", &[], Some([4.4, 3.7])),
+    case("ditch", "ditch", &[], None),
+    case("stairs", "stairs", &[], None),
+    case(
+        "v_s 0.6 mm/s",
+        "smooth",
+        &["contact.v_s=6e-4"],
+        Some([1.8, 1.1]),
+    ),
+    case("v_s 2 mm/s", "smooth", &["contact.v_s=2e-3"], None),
+    case("v_s 6 mm/s", "smooth", &["contact.v_s=6e-3"], None),
+    case("v_s 40 mm/s", "smooth", &["contact.v_s=0.04"], None),
+    case("v_s 80 mm/s", "smooth", &["contact.v_s=0.08"], None),
+    case(
+        "v_s 120 mm/s",
+        "smooth",
+        &["contact.v_s=0.12", "contact.v_d=0.3"],
+        Some([0.9, 1.0]),
+    ),
+    case(
+        "brush, C = 5",
+        "smooth",
+        &["contact.friction=brush", "contact.slip_stiffness=5"],
+        Some([1.0, 1.0]),
+    ),
+    case("brush, C = 20", "smooth", &["contact.friction=brush"], None),
+    case(
+        "brush, C = 50",
+        "smooth",
+        &["contact.friction=brush", "contact.slip_stiffness=50"],
+        None,
+    ),
+    case(
+        "rigid, v_s 1 mm/s",
+        "smooth",
+        &["contact.friction=rigid"],
+        None,
+    ),
+    case(
+        "rigid, v_s 0.2 mm/s",
+        "smooth",
+        &["contact.friction=rigid", "contact.v_s=2e-4"],
+        None,
+    ),
+    case(
+        "mu 0.3 on stretches",
+        "smooth",
+        &[
+            "terrain.stretch=[{from=0.8,to=1.6,mu_s=0.3,mu_d=0.25},{from=2.2,to=2.6,mu_s=0.3,mu_d=0.25}]",
+        ],
+        None,
+    ),
+    case(
+        "mu 0.3",
+        "smooth",
+        &["contact.mu_s=0.3", "contact.mu_d=0.25"],
+        None,
+    ),
+    case(
+        "rolling resistance 0.02",
+        "smooth",
+        &["contact.rolling_resistance=0.02"],
+        None,
+    ),
+    case(
+        "0.05 m/s",
+        "smooth",
+        &["drive.speed=0.05", "record.duration=60"],
+        None,
+    ),
+    case(
+        "0.1 m/s",
+        "smooth",
+        &["drive.speed=0.1", "record.duration=36"],
+        None,
+    ),
+    case(
+        "0.3 m/s",
+        "smooth",
+        &["drive.speed=0.3", "record.duration=14"],
+        None,
+    ),
+    case(
+        "0.5 m/s",
+        "smooth",
+        &["drive.speed=0.5", "record.duration=9"],
+        None,
+    ),
+    case(
+        "start on a slope of 0.1",
+        "ramp",
+        &[SLOPE[0], SLOPE[1], SLOPE[2], SLOPE[3], "terrain.angle=0.1"],
+        Some([1.8, 2.0]),
+    ),
+    case(
+        "start on a slope of -0.1",
+        "ramp",
+        &[SLOPE[0], SLOPE[1], SLOPE[2], SLOPE[3], "terrain.angle=-0.1"],
+        None,
+    ),
+    case(
+        "front wheel slips, level",
+        "flat",
+        &[
+            POOR_GROUND[0],
+            POOR_GROUND[1],
+            FRONT_FASTER,
+            "record.duration=18",
+        ],
+        None,
+    ),
+    case(
+        "middle wheel slips, level",
+        "flat",
+        &[
+            POOR_GROUND[0],
+            POOR_GROUND[1],
+            "drive.scaling=[{wheels=[2],from=4,to=14,factor=1.5}]",
+            "record.duration=18",
+        ],
+        None,
+    ),
+    case(
+        "front wheel slips",
+        "smooth",
+        &[POOR_GROUND[0], POOR_GROUND[1], FRONT_FASTER],
+        Some([1.3, 1.1]),
+    ),
+    case(
+        "rear wheel drags",
+        "smooth",
+        &[
+            POOR_GROUND[0],
+            POOR_GROUND[1],
+            "drive.scaling=[{wheels=[3],from=4,to=14,factor=0.3}]",
+        ],
+        None,
+    ),
+    case(
+        "forth and back",
+        "smooth",
+        &["drive.scaling=[{wheels=[1,2,3],from=10,to=19,factor=-1}]"],
+        None,
+    ),
+    case(
+        "backwards over bumps",
+        "smooth",
+        &[
+            "terrain.kind=bumps",
+            "drive.speed=-0.2",
+            "terrain.bumps=[{height=0.05,centre=-1.0,width=0.22},{height=-0.035,centre=-1.45,width=0.2},{height=0.04,centre=-1.9,width=0.17},{height=0.06,centre=-2.5,width=0.28},{height=-0.03,centre=-2.95,width=0.16}]",
+        ],
+        None,
+    ),
+];
+
+fn load(case: &Case, drive: &[&str]) -> Scene {
+    let fixed = [
+        "engine.kind=direct",
+        "sensors.grade=typical",
+        "estimator=[{name='best',contact_angles='none'}]",
+    ];
+    let all = [&fixed, case.overrides, drive].concat();
+    let overrides: Vec<String> = all.iter().map(|s| (*s).to_owned()).collect();
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let path = scenes.join(format!("{}.toml", case.scene));
+    Scene::load(&path, &overrides).unwrap_or_else(|e| panic!("{}: {e}", case.name))
+}
+
+/// What one seed shows.
+struct Seed {
+    score: Score,
+    /// Square error of the contact angles of loaded wheels, rad^2, against the equivalent contact.
+    angle: f64,
+}
+
+fn observe(scene: &Scene, truth: &TruthRun) -> Seed {
+    let rule = Rule {
+        compare_from: scene.record.compare_from,
+    };
+    let mut observers = Observers::new(scene).expect("a valid nominal robot");
+    let mut score = Score::new(rule);
+    let (mut angle, mut count) = (0.0, 0.0);
+    for t in truth.samples() {
+        let (_, estimates) = observers.observe(t);
+        let estimate = estimates[0].as_ref().ok();
+        score.add(t, estimate);
+        let Some(e) = estimate.filter(|_| rule.compares(t.time)) else {
+            continue;
+        };
+        for (found, wheel) in e.contact_angle.iter().zip(&t.wheels) {
+            if let Some(contact) = wheel.equivalent_contact().filter(|c| c.normal_force > 2.0) {
+                angle += (found - contact.angle).powi(2);
+                count += 1.0;
+            }
+        }
+    }
+    Seed {
+        score,
+        angle: angle / count,
+    }
+}
+
+/// Runs the seeds of a case, prints a row and returns error (%) and share within two sigma (%), both at one contact a wheel.
+fn measure(case: &Case, drive: (&str, &[&str]), seeds: u64) -> (f64, f64) {
+    let scene = load(case, drive.1);
+    let truth = TruthRun::of(&scene).unwrap_or_else(|e| panic!("{}: {e}", case.name));
+    let with_seed = |seed: u64| {
+        let scene = Scene {
+            seed,
+            ..scene.clone()
+        };
+        observe(&scene, &truth)
+    };
+    let seeds: Vec<Seed> = (0..seeds).into_par_iter().map(with_seed).collect();
+    let mean = |f: &dyn Fn(&Seed) -> Option<f64>| {
+        let values: Vec<f64> = seeds.iter().filter_map(f).collect();
+        values.iter().sum::<f64>() / values.len() as f64
+    };
+    let error = 100.0 * mean(&|s| s.score.at_one_contact().nrmse());
+    let inside = 100.0 * mean(&|s| s.score.at_one_contact().coverage());
+    println!(
+        "| {} | {} | {error:.2} | {:.2} | {inside:.1} | {:.2} | {:.2} | {:.2} |",
+        case.name,
+        drive.0,
+        100.0 * mean(&|s| s.score.at_one_contact().stated()),
+        mean(&|s| s.score.at_one_contact().nees()),
+        mean(&|s| Some(s.score.at_one_contact().traction()?.rmse_all)),
+        mean(&|s| Some(s.angle)).sqrt().to_degrees(),
+    );
+    (error, inside)
+}
+
+/// The error stays within a third above that of ten seeds, and at least 85 % of the errors within two sigma: of four seeds one may have
+/// drawn offsets of two sigma, which last for the whole run. Over ten seeds it is at least 90 %, but for the cases that the documents
+/// name.
+#[test]
+fn errors_without_contact_angles() {
+    for case in CASES {
+        let Some(limits) = case.limits else { continue };
+        for (drive, limit) in DRIVES.into_iter().zip(limits) {
+            let (error, inside) = measure(case, drive, 4);
+            assert!(error <= limit, "{} {}: {error} %", case.name, drive.0);
+            assert!(inside >= 85.0, "{} {}: {inside} %", case.name, drive.0);
+        }
+    }
+}
+
+#[test]
+#[ignore = "a study of some minutes"]
+fn study_of_all() {
+    println!(
+        "| case | drive | N, % | stated, % | within two sigma, % | NEES | T, N | angle, deg |"
+    );
+    println!("|---|---|---|---|---|---|---|---|");
+    let words = std::env::var("ROBHAZ_CASES").unwrap_or_default();
+    for case in CASES {
+        if words.split(',').any(|word| case.name.contains(word)) {
+            for drive in DRIVES {
+                measure(case, drive, 10);
+            }
+        }
+    }
+}
