@@ -124,6 +124,7 @@ impl Estimator {
         });
         SavedState {
             filters: self.nominal.settings.method.filters(),
+            contact_angles: self.nominal.settings.contact_angles(),
             numbers,
         }
     }
@@ -131,12 +132,19 @@ impl Estimator {
     /// Continues from a saved state. With the same robot and settings, all later estimates have the same bits.
     ///
     /// # Errors
-    /// [`RestoreError::OtherFilters`]; the estimator is then unchanged.
+    /// [`RestoreError::OtherFilters`], [`RestoreError::OtherContactAngles`]; the estimator is then unchanged.
     pub fn restore(&mut self, saved: &SavedState) -> Result<(), RestoreError> {
         let own = self.nominal.settings.method.filters();
         if saved.filters != own {
             return Err(RestoreError::OtherFilters {
                 saved: saved.filters,
+                own,
+            });
+        }
+        let own = self.nominal.settings.contact_angles();
+        if saved.contact_angles != own {
+            return Err(RestoreError::OtherContactAngles {
+                saved: saved.contact_angles,
                 own,
             });
         }
@@ -265,7 +273,7 @@ fn filters(robot: &Robot, settings: &EstimatorSettings) -> FilterState {
 mod tests {
     use super::*;
     use crate::frame::LinkReading;
-    use crate::settings::Filters;
+    use crate::settings::{ContactAngles, Filters};
     use crate::testing::Random;
 
     /// Frames in which all readings change, and some are missing, implausible or count from a new zero.
@@ -300,7 +308,8 @@ mod tests {
     #[test]
     fn a_restored_estimator_continues_with_the_same_bits() {
         let robot = Robot::default_a();
-        for settings in settings() {
+        let [paper, best] = settings();
+        for settings in [paper, best, EstimatorSettings::best_without_angles()] {
             let mut original = Estimator::new(&robot, settings);
             let mut restored = None;
             for (k, frame) in frames(600).enumerate() {
@@ -343,6 +352,16 @@ mod tests {
             Err(RestoreError::OtherFilters {
                 saved: Filters::Paper,
                 own: Filters::Kalman
+            })
+        );
+        assert_eq!(other.state, best.state);
+        let unknown = EstimatorSettings::best_without_angles();
+        let without = Estimator::new(&Robot::default_a(), unknown);
+        assert_eq!(
+            other.restore(&without.save()),
+            Err(RestoreError::OtherContactAngles {
+                saved: ContactAngles::Unknown,
+                own: ContactAngles::Given
             })
         );
         assert_eq!(other.state, best.state);

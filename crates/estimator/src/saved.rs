@@ -1,11 +1,13 @@
 //! A state as bytes, to continue after a restart of the program.
 
-use crate::settings::Filters;
+use crate::settings::{ContactAngles, Filters};
 
 /// The state of an [`Estimator`](crate::Estimator) from one frame to the next, without robot and settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SavedState {
     pub(crate) filters: Filters,
+    /// An unknown contact angle and the error of a given one are different states.
+    pub(crate) contact_angles: ContactAngles,
     /// In the order of [`crate::visit::Visit`]; zero beyond what the filters need.
     pub(crate) numbers: [f64; NUMBERS],
 }
@@ -16,7 +18,7 @@ pub(crate) const NUMBERS: usize = 1554;
 const MAGIC: [u8; 4] = *b"RHES";
 /// Changes with the numbers of a state or their order.
 const VERSION: u16 = 3;
-/// Magic, version, filters, a spare byte.
+/// Magic, version, filters, contact angles.
 const HEADER: usize = 8;
 const CHECKSUM: usize = 4;
 
@@ -39,6 +41,13 @@ pub enum RestoreError {
     },
     /// The checksum is wrong, or a number is not finite.
     Corrupted,
+    /// Saved by an estimator whose contact angles come from elsewhere.
+    OtherContactAngles {
+        /// Those of the saved state.
+        saved: ContactAngles,
+        /// Those of the estimator.
+        own: ContactAngles,
+    },
     /// Saved with other [`Filters`] than the estimator's.
     OtherFilters {
         /// Those of the saved state.
@@ -62,6 +71,10 @@ impl core::fmt::Display for RestoreError {
                 "the state was saved in version {found}; only version {readable} can be read"
             ),
             Self::Corrupted => write!(f, "the saved state is corrupted"),
+            Self::OtherContactAngles { saved, own } => write!(
+                f,
+                "the state was saved for contact angles {saved:?}, the estimator is for contact angles {own:?}"
+            ),
             Self::OtherFilters { saved, own } => write!(
                 f,
                 "the state was saved with the filters {saved:?}, the estimator has the filters {own:?}"
@@ -76,12 +89,15 @@ impl SavedState {
     /// Length of [`Self::to_bytes`].
     pub const BYTES: usize = HEADER + 8 * NUMBERS + CHECKSUM;
 
-    /// Little-endian: `RHES`, version (2 bytes), filters (0 paper, 1 Kalman), 0, the numbers as f64, CRC-32 of all before.
+    /// Little-endian: `RHES`, version (2 bytes), filters (0 paper, 1 Kalman), contact angles (0 given, 1 unknown), the
+    /// numbers as f64, CRC-32 of all before.
     pub fn to_bytes(&self) -> [u8; Self::BYTES] {
         let mut bytes = [0; Self::BYTES];
         let [v0, v1] = VERSION.to_le_bytes();
         let [m0, m1, m2, m3] = MAGIC;
-        let header = [m0, m1, m2, m3, v0, v1, code(self.filters), 0];
+        let filters = code(self.filters);
+        let angles = u8::from(self.contact_angles == ContactAngles::Unknown);
+        let header = [m0, m1, m2, m3, v0, v1, filters, angles];
         let body = header
             .into_iter()
             .chain(self.numbers.iter().flat_map(|number| number.to_le_bytes()));
@@ -97,7 +113,7 @@ impl SavedState {
     /// Reads what [`Self::to_bytes`] wrote.
     ///
     /// # Errors
-    /// All of [`RestoreError`] but [`RestoreError::OtherFilters`].
+    /// All of [`RestoreError`] but [`RestoreError::OtherFilters`] and [`RestoreError::OtherContactAngles`].
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, RestoreError> {
         let length = RestoreError::Length { found: bytes.len() };
         if bytes.len() != Self::BYTES {
@@ -105,7 +121,7 @@ impl SavedState {
         }
         let (before, checksum) = bytes.split_last_chunk::<CHECKSUM>().ok_or(length)?;
         let (header, body) = before.split_first_chunk::<HEADER>().ok_or(length)?;
-        let [m0, m1, m2, m3, v0, v1, code, _] = *header;
+        let [m0, m1, m2, m3, v0, v1, code, angles] = *header;
         if [m0, m1, m2, m3] != MAGIC {
             return Err(RestoreError::NotASavedState);
         }
@@ -124,6 +140,11 @@ impl SavedState {
             1 => Filters::Kalman,
             _ => return Err(RestoreError::Corrupted),
         };
+        let contact_angles = match angles {
+            0 => ContactAngles::Given,
+            1 => ContactAngles::Unknown,
+            _ => return Err(RestoreError::Corrupted),
+        };
         let mut numbers = [0.0; NUMBERS];
         for (number, chunk) in numbers.iter_mut().zip(body.as_chunks::<8>().0) {
             *number = f64::from_le_bytes(*chunk);
@@ -131,7 +152,11 @@ impl SavedState {
                 return Err(RestoreError::Corrupted);
             }
         }
-        Ok(Self { filters, numbers })
+        Ok(Self {
+            filters,
+            contact_angles,
+            numbers,
+        })
     }
 }
 
@@ -166,6 +191,7 @@ mod tests {
         }
         SavedState {
             filters: Filters::Kalman,
+            contact_angles: ContactAngles::Unknown,
             numbers,
         }
     }

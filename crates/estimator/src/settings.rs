@@ -240,12 +240,17 @@ impl EstimatorSettings {
         }
     }
 
+    /// Where the contact angles come from.
+    pub const fn contact_angles(&self) -> ContactAngles {
+        match self.method {
+            Method::Paper(_) => ContactAngles::Given,
+            Method::Kalman(method) => method.contact_angles,
+        }
+    }
+
     /// Whether frames must have contact angles.
     pub const fn needs_contact_angles(&self) -> bool {
-        match self.method {
-            Method::Paper(_) => true,
-            Method::Kalman(method) => matches!(method.contact_angles, ContactAngles::Given),
-        }
+        matches!(self.contact_angles(), ContactAngles::Given)
     }
 
     /// Whether estimates carry contact states.

@@ -4,7 +4,7 @@ use super::filter::MotionFilter;
 use super::parity::{ParityCheck, ParityResidual};
 use super::prediction::MeasuredAccelerations;
 use super::rolling::RollingWheel;
-use super::states::{CONTACT_ANGLE, COUNT, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY};
+use super::states::{CONTACT_ANGLE, COUNT, CREEP, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY};
 use super::tuning::TUNING;
 use crate::settings::{ContactAngles, NoiseBudget};
 use crate::statics::input;
@@ -59,8 +59,13 @@ fn defects(motion: &MotionFilter) -> (bool, f64) {
 /// start nothing is known, then states differ in certainty by up to 1e4: rounding in the scaled matrix is 1e-12.
 #[test]
 fn covariance_stays_symmetric_and_positive() {
+    covariance_stays_right(ContactAngles::Given);
+    covariance_stays_right(ContactAngles::Unknown);
+}
+
+fn covariance_stays_right(angles: ContactAngles) {
     let budget = NoiseBudget::typical();
-    let mut motion = MotionFilter::new(&budget, ContactAngles::Given);
+    let mut motion = MotionFilter::new(&budget, angles);
     let mut random = Random::new();
     let mut least = f64::INFINITY;
     for k in 0..20_000_u32 {
@@ -283,4 +288,107 @@ fn parity_corrects_the_states_that_explain_it() {
     };
     motion.check_parity(&residual, DT, false);
     assert_eq!(motion.filter, new.filter);
+}
+
+/// A filter without contact angles that moves at 0.2 m/s on level ground and is sure of it, and a wheel whose readings agree.
+fn rolling_without_angles() -> (MotionFilter, RollingWheel) {
+    let mut motion = MotionFilter::new(&NoiseBudget::typical(), ContactAngles::Unknown);
+    motion.filter.x[VELOCITY] = 0.2;
+    for i in 0..3 {
+        motion.filter.p[CONTACT_ANGLE + i][CONTACT_ANGLE + i] = 1e-4;
+    }
+    for v in [VELOCITY, VELOCITY + 1] {
+        motion.filter.p[v][v] = 1e-6;
+    }
+    let mut random = Random::new();
+    let wheel = RollingWheel {
+        relative: Vec2::zeros(),
+        angle: 0.0,
+        rim_speed: Some(0.2),
+        ratio: 0.0,
+        ..wheel(&mut random)
+    };
+    (motion, wheel)
+}
+
+/// A wheel that meets a kerb moves away from its ground: its contact angle becomes as uncertain as the change of direction, and the
+/// velocity stays. A wheel that seems to enter the ground shows a wrong velocity, and its contact angle stays.
+#[test]
+fn only_a_velocity_away_from_the_ground_shows_an_edge() {
+    let budget = NoiseBudget::typical();
+    for upwards in [true, false] {
+        let (mut motion, mut wheel) = rolling_without_angles();
+        let lift = if upwards { 0.1 } else { -0.1 };
+        wheel.relative = Vec2::new(0.0, lift);
+        wheel.smooth_relative = wheel.relative;
+        wheel.rim_speed = None;
+        let velocity = motion.filter.p[VELOCITY + 1][VELOCITY + 1];
+        motion.roll(&budget, 0, &wheel, DT, true);
+        let (angle, sigma) = motion.contact_angle_error(0);
+        let change = libm::atan(0.5);
+        if upwards {
+            assert!(sigma > 0.3 * change, "{sigma}");
+            assert!(angle < 0.0, "{angle}");
+        } else {
+            assert!(sigma < 0.05 * change, "{sigma}");
+            let opened = motion.filter.p[VELOCITY + 1][VELOCITY + 1];
+            assert!(opened > 10.0 * velocity, "{opened}");
+        }
+        assert!(motion.suspect.iter().all(|time| *time > 0.0));
+    }
+}
+
+/// Torque errors are only considered while a wheel is suspect: a parity residual then changes no torque offset.
+#[test]
+fn an_impact_changes_no_torque_offset() {
+    let mut h = [0.0; input::COUNT];
+    h[input::TORQUE_OFFSET] = 10.0;
+    h[input::CONTACT_ANGLE] = 10.0;
+    for is_suspect in [false, true] {
+        let mut motion = MotionFilter::new(&NoiseBudget::typical(), ContactAngles::Unknown);
+        if is_suspect {
+            motion.suspect = [TUNING.suspect_time; 3];
+        }
+        let before = motion.estimated(TORQUE_OFFSET);
+        assert!(check(&mut motion, &h, 0.5, 1e-4, DT).within_gate);
+        let after = motion.estimated(TORQUE_OFFSET);
+        let unchanged = before.0.to_bits() == after.0.to_bits();
+        assert_eq!(unchanged, is_suspect);
+        assert!(motion.contact_angle_error(0).0.abs() > 1e-6);
+    }
+}
+
+/// A wheel that turns without slip under a small T/N tells nothing of its creep: the T/N may be a torque offset. Under a T/N well
+/// beyond the offset's reach it does.
+#[test]
+fn creep_is_learned_from_wheels_that_surely_pull() {
+    let budget = NoiseBudget::typical();
+    for (ratio, learns) in [(0.05, false), (0.4, true)] {
+        let (mut motion, mut wheel) = rolling_without_angles();
+        wheel.ratio = ratio;
+        let before = motion.filter.x[CREEP];
+        for _ in 0..100 {
+            motion.roll(&budget, 0, &wheel, DT, true);
+        }
+        let change = (motion.filter.x[CREEP] - before).abs();
+        assert_eq!(change > 1e-3, learns, "{ratio}: {change}");
+    }
+}
+
+/// Closed form: without measurements an unknown contact angle reverts to the slope that the posture shows, by `exp(-distance/length)`.
+#[test]
+fn unknown_contact_angles_revert_along_the_ground() {
+    let (mut motion, _) = rolling_without_angles();
+    let steps = 400;
+    for _ in 0..steps {
+        let still = MeasuredAccelerations::default();
+        motion.predict(&NoiseBudget::typical(), DT, [false; 3], &[0.1; 3], still);
+    }
+    let distance = 0.2 * DT * f64::from(steps);
+    let expected = 0.1 * (1.0 - libm::exp(-distance / TUNING.slope_length));
+    for i in 0..3 {
+        let angle = -motion.contact_angle_error(i).0;
+        // Rounding of 400 steps.
+        assert!((angle - expected).abs() < 1e-12, "{angle} {expected}");
+    }
 }
