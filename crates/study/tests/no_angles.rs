@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 use robhaz_run::Observers;
-use robhaz_scene::Scene;
+use robhaz_scene::{ModelErrorTooLarge, Scene};
 use robhaz_score::{Rule, Score};
 use robhaz_study::TruthRun;
 use std::path::Path;
@@ -232,11 +232,11 @@ struct Seed {
     angle: f64,
 }
 
-fn observe(scene: &Scene, truth: &TruthRun) -> Seed {
+fn observe(scene: &Scene, truth: &TruthRun) -> Result<Seed, ModelErrorTooLarge> {
     let rule = Rule {
         compare_from: scene.record.compare_from,
     };
-    let mut observers = Observers::new(scene).expect("a valid nominal robot");
+    let mut observers = Observers::new(scene)?;
     let mut score = Score::new(rule);
     let (mut angle, mut count) = (0.0, 0.0);
     for t in truth.samples() {
@@ -253,10 +253,10 @@ fn observe(scene: &Scene, truth: &TruthRun) -> Seed {
             }
         }
     }
-    Seed {
+    Ok(Seed {
         score,
         angle: angle / count,
-    }
+    })
 }
 
 /// Runs the seeds of a case, prints a row and returns error (%) and share within two sigma (%), both at one contact a wheel.
@@ -268,7 +268,7 @@ fn measure(case: &Case, drive: (&str, &[&str]), seeds: u64) -> (f64, f64) {
             seed,
             ..scene.clone()
         };
-        observe(&scene, &truth)
+        observe(&scene, &truth).unwrap_or_else(|e| panic!("{}: {e}", case.name))
     };
     let seeds: Vec<Seed> = (0..seeds).into_par_iter().map(with_seed).collect();
     let mean = |f: &dyn Fn(&Seed) -> Option<f64>| {
