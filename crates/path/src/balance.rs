@@ -28,8 +28,8 @@ const LARGEST: f64 = 1e4;
 const CONVERGED: f64 = 1e-9;
 /// Least weight of a contact, N: one that carries next to nothing still counts.
 const LEAST_WEIGHT: f64 = 1e-3;
-/// Largest N of a contact over the weight of the robot. Two contacts of a wheel can press against each other without
-/// bound, which balances nothing more.
+/// Largest N and |T| of a contact over the weight of the robot. Two contacts of a wheel can press against each other
+/// without bound, which balances nothing more; and a traction without moment would get one by rounding.
 const LARGEST_LOAD: f64 = 10.0;
 /// Largest number of linear programs for one e.
 const MOST_PROGRAMS: u32 = 60;
@@ -276,8 +276,9 @@ impl Balance {
             let one = |_| problem.add_var(0.0, range);
             self.contacts.iter().map(one).collect()
         };
-        let normal = variables((least, LARGEST_LOAD * self.right[1].abs()));
-        let traction = variables((f64::NEG_INFINITY, f64::INFINITY));
+        let largest = LARGEST_LOAD * self.right[1].abs();
+        let normal = variables((least, largest));
+        let traction = variables((-largest, largest));
         let objective = problem.add_var(1.0, range);
         for i in 0..4 {
             let columns = self.columns.iter().zip(normal.iter().zip(&traction));

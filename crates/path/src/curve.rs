@@ -200,20 +200,26 @@ impl Ground<'_> {
         best
     }
 
-    /// The bound that the ground below x gives.
+    /// The bound that the ground near x gives. Above a trench the nearest point can be farther than the radius in x: the
+    /// centre is lowered by the free distance until it is not.
     fn below(&self, x: f64) -> Sample {
-        let height = self.terrain.profile().eval(x)[0];
-        let nearest = self.terrain.nearest(Vec2::new(x, height + self.radius));
-        let lowest = Sample {
-            centre: Vec2::new(x, f64::NEG_INFINITY),
+        let mut height = self.terrain.profile().eval(x)[0] + self.radius;
+        for _ in 0..MOST_QUERIES {
+            let Some(nearest) = self.terrain.nearest(Vec2::new(x, height)) else {
+                break;
+            };
+            if (nearest.point.x - x).abs() < self.radius {
+                let lowest = Sample {
+                    centre: Vec2::new(x, f64::NEG_INFINITY),
+                    tangent: Vec2::x(),
+                };
+                return self.higher(lowest, x, &nearest);
+            }
+            height -= (nearest.distance - self.radius).max(1e-3 * self.radius);
+        }
+        Sample {
+            centre: Vec2::new(x, height),
             tangent: Vec2::x(),
-        };
-        match nearest {
-            Some(contact) => self.higher(lowest, x, &contact),
-            None => Sample {
-                centre: Vec2::new(x, height + self.radius),
-                ..lowest
-            },
         }
     }
 

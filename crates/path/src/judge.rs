@@ -12,6 +12,8 @@ use robhaz_model::Vec2;
 const BESIDE: f64 = 0.6;
 /// The walk ends when the middle wheel has gone back by this share of the wheelbase: the robot turns round in a hole.
 const BACK: f64 = 0.5;
+/// Largest mean number of steps per metre; on rough ground 200 to 400 are needed, on stairs 500.
+const STEPS_PER_METRE: f64 = 20_000.0;
 /// Number of places at which the search of mu_n starts anew: independent of the number of threads.
 const CHUNK: usize = 64;
 /// First guess of the needed friction, -.
@@ -69,7 +71,7 @@ fn walk(setup: &PathSetup) -> Result<(Vec<Posed>, Option<Failure>), PathError> {
     let mut walk = Walk::new(&mechanism, &curve, wheels).ok_or(no_start)?;
     let mut posed = vec![pose(setup, &mechanism, &curve, &walk, None)];
     let mut farthest = start;
-    loop {
+    for _ in 0..most_steps(setup.distance) {
         let before = walk.wheels;
         let reached = walk.step();
         let alone = match reached {
@@ -95,6 +97,19 @@ fn walk(setup: &PathSetup) -> Result<(Vec<Posed>, Option<Failure>), PathError> {
             return Ok((posed, Some(Failure::new(x, Reason::Posture, None))));
         }
     }
+    let x = mechanism.on_ground(&curve, &walk.wheels).axles[1].x;
+    Ok((posed, Some(Failure::new(x, Reason::Posture, None))))
+}
+
+/// Largest number of steps for a distance (m): a walk that needs more does not get ahead.
+fn most_steps(distance: f64) -> usize {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a checked distance"
+    )]
+    let steps = (distance * STEPS_PER_METRE) as usize;
+    steps + 10_000
 }
 
 fn check_stops(setup: &PathSetup, x: f64, opening: f64) -> Result<(), PathError> {

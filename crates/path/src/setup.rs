@@ -53,7 +53,7 @@ pub enum PathError {
     )]
     MuSigma(f64),
     /// A distance is out of range.
-    #[error("the distance (--distance) is {0} m; it must be above 0 and at most 10000 m")]
+    #[error("the distance (--distance) is {0} m; it must be above 0 and at most 1000 m")]
     Distance(f64),
     /// The profile ends behind the robot, or is level ground.
     #[error(
@@ -114,7 +114,7 @@ const BEHIND: f64 = 2.0;
 /// Largest friction coefficient and standard deviation, -.
 const LARGEST_MU: f64 = 5.0;
 /// Longest path, m.
-const LONGEST: f64 = 1e4;
+const LONGEST: f64 = 1e3;
 
 impl PathSetup {
     /// The path of a scene.

@@ -19,14 +19,14 @@ impl PathReport {
         for place in self.shown() {
             table.add_row(cells(place).map(right));
         }
+        let tractions = if self.drive == "ideal" {
+            "the best"
+        } else {
+            "equal"
+        };
         format!(
-            "Largest needed friction mu_n in each tenth of the path, available friction mu, and the forces of {} tractions; \
-             x is that of the middle wheel\n{}\n{}",
-            if self.drive == "ideal" {
-                "the best"
-            } else {
-                "equal"
-            },
+            "Place of the least margin in each tenth of the path, with {tractions} tractions; x is that of the middle wheel\n\
+             {}\n{}",
             table.trim_fmt(),
             self.verdict()
         )
