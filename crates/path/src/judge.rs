@@ -207,10 +207,7 @@ fn judged(setup: &PathSetup, posed: &Posed, guess: &mut f64) -> Place {
                 place.failure = Some(Failure::new(x, Reason::Friction, Some(-margin)));
             }
         }
-        Err(Unsolved::Infeasible) => place.failure = Some(without_balance(setup, x, &balance)),
-        Err(Unsolved::Numerical(_)) => {
-            place.failure = Some(Failure::new(x, Reason::Solver, None));
-        }
+        Err(_) => place.failure = Some(without_balance(setup, x, &balance)),
     }
     let stop = &robot.geometry.stop;
     let beyond = (opening - stop.upper).max(stop.lower - opening);
@@ -240,18 +237,21 @@ fn forces(
     Ok((needed.excess, best))
 }
 
-/// Why no forces balance the robot with enough friction.
+/// Why no allowed forces balance the robot, with any friction.
 fn without_balance(setup: &PathSetup, x: f64, balance: &Balance) -> Failure {
+    let unknown = Failure::new(x, Reason::Solver, None);
+    let Ok(load) = balance.largest_least_load() else {
+        return unknown;
+    };
+    if load < 0.0 {
+        return Failure::new(x, Reason::Tipping, Some(-load));
+    }
     let radius = setup.robot.geometry.wheel_radius;
-    match balance.least_traction() {
-        Ok(traction) => {
-            let by = traction * radius - setup.torque_limit;
-            Failure::new(x, Reason::Torque, Some(by))
+    let torque = balance.least_traction().map(|traction| traction * radius);
+    match torque {
+        Ok(torque) if torque > setup.torque_limit => {
+            Failure::new(x, Reason::Torque, Some(torque - setup.torque_limit))
         }
-        Err(Unsolved::Infeasible) => {
-            let load = balance.largest_least_load().ok();
-            Failure::new(x, Reason::Tipping, load.map(|n| -n))
-        }
-        Err(Unsolved::Numerical(_)) => Failure::new(x, Reason::Solver, None),
+        _ => unknown,
     }
 }
