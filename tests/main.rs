@@ -21,7 +21,6 @@ mod friction_laws;
 mod invariance;
 mod modules;
 mod output_folders;
-mod path_judgement;
 mod progress;
 mod properties;
 mod random_scenes;
