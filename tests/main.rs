@@ -22,6 +22,7 @@ mod invariance;
 mod logs;
 mod modules;
 mod output_folders;
+mod path_judgement;
 mod progress;
 mod properties;
 mod random_scenes;

@@ -8,6 +8,7 @@ mod live;
 mod output;
 mod output_file;
 mod pace;
+mod path;
 mod progress;
 mod recover;
 mod results;
@@ -48,6 +49,9 @@ enum Command {
     /// Show runs in the Rerun viewer, one or several side by side, or a scene while it is simulated.
     #[cfg(feature = "viewer")]
     View(view::Args),
+    /// Judge the path of a scene from its geometry before it is driven: needed friction, go or no-go. Exit code 0 for go,
+    /// 1 for no-go and for errors.
+    Path(path::Args),
     /// Repeat a scene with many seeds: errors of its estimators and consistency of their covariance; with --ladder, the
     /// effect of each method.
     Study(study::Args),
@@ -65,6 +69,7 @@ fn main() -> ExitCode {
         Command::Verify(args) => verify::run(&args, &interrupt),
         #[cfg(feature = "viewer")]
         Command::View(args) => view::run(&args, &interrupt),
+        Command::Path(args) => path::run(&args),
         Command::Study(args) => study::run(&args, &interrupt),
     };
     match done {

@@ -6,6 +6,7 @@
 //! | the ground | `terrain`, `.parquet` or `.csv` | [`TableSink`] |
 //! | the ground that an estimator has found | `ground-NAME`, `.parquet` or `.csv` | [`TableSink`] |
 //! | the tables of a run that is going on or was killed | `.arrows` in place of `.parquet` | [`TableSink`], [`recover`] |
+//! | a path judged before it is driven | `path`, `.parquet` or `.csv`, `figures/needed_friction` | [`write_path`] |
 //! | errors of each estimator | `summary.json` | [`SummarySink`], [`Summary`] |
 //! | Figs. 5 to 8 of the paper, all estimators, the path | `fig5_linkage.svg`, `fig5_linkage.pdf`, ... | [`FigureSink`] |
 //! | runs and estimators side by side | the terminal | [`comparison_table`] |
@@ -21,6 +22,7 @@ mod felt_ground;
 mod figures;
 mod format;
 mod ground_table;
+mod judged_path;
 mod log_lines;
 mod parquet_table;
 mod point_table;
@@ -36,6 +38,7 @@ pub use columns::{Column, Kind, Table, Value};
 pub use error::RecordError;
 pub use figures::FigureSink;
 pub use format::TableFormat;
+pub use judged_path::{path_files, write_path};
 pub use parquet_table::{RecoveredTable, recover};
 pub use report::comparison_table;
 pub use summary::{

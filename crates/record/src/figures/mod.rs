@@ -7,6 +7,7 @@ mod ground;
 mod header;
 mod helvetica;
 mod kind;
+mod needed_friction;
 mod page;
 mod panel;
 mod paper;
@@ -20,6 +21,8 @@ mod trace;
 use crate::error::{RecordError, check_name, io_error};
 use files::Picture;
 use ground::GroundTraces;
+use needed_friction::NeededFriction;
+use robhaz_path::{PathReport, PathSetup};
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use run::RunTraces;
 use std::path::{Path, PathBuf};
@@ -94,15 +97,32 @@ impl FigureSink {
 
     /// Writes a figure as SVG and as PDF.
     fn write(&self, stem: &str, picture: &impl Picture) -> Result<(), RecordError> {
-        for (ending, drawn) in [("svg", files::svg(picture)), ("pdf", files::pdf(picture))] {
-            let path = self.folder.join(format!("{stem}.{ending}"));
-            let bytes = drawn.map_err(|reason| RecordError::Figure {
-                path: path.clone(),
-                reason,
-            })?;
-            std::fs::write(&path, bytes).map_err(io_error("write", &path))?;
-        }
-        Ok(())
+        write_picture(&self.folder, stem, picture)
+    }
+}
+
+/// Writes a figure into a folder as SVG and as PDF.
+fn write_picture(folder: &Path, stem: &str, picture: &impl Picture) -> Result<(), RecordError> {
+    for (ending, drawn) in [("svg", files::svg(picture)), ("pdf", files::pdf(picture))] {
+        let path = folder.join(format!("{stem}.{ending}"));
+        let bytes = drawn.map_err(|reason| RecordError::Figure {
+            path: path.clone(),
+            reason,
+        })?;
+        std::fs::write(&path, bytes).map_err(io_error("write", &path))?;
+    }
+    Ok(())
+}
+
+/// Writes the figure `needed_friction` of a judged path into an existing folder. Without a place there is none.
+pub fn write_needed_friction(
+    folder: &Path,
+    setup: &PathSetup,
+    report: &PathReport,
+) -> Result<(), RecordError> {
+    match NeededFriction::new(setup, report) {
+        Some(picture) => write_picture(folder, "needed_friction", &picture),
+        None => Ok(()),
     }
 }
 

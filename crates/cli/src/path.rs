@@ -1,0 +1,120 @@
+//! `robhaz path`: a path judged from its geometry before it is driven.
+
+use crate::terminal::{say, warn};
+use miette::{IntoDiagnostic, Result, WrapErr, bail};
+use robhaz_path::{DriveKind, Options, PathSetup, judge};
+use robhaz_record::{TableFormat, path_files, write_path};
+use robhaz_scene::Scene;
+use std::path::{Path, PathBuf};
+
+/// Arguments of `robhaz path`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Scene file (TOML): robot, ground, friction and torque limit.
+    scene: PathBuf,
+    /// Mean of the available friction coefficient; by default contact.mu_s of the scene and of its stretches.
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    mu: Option<f64>,
+    /// Standard deviation of the available friction coefficient, for the probability of go.
+    #[arg(
+        long,
+        value_name = "S",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    mu_sigma: f64,
+    /// How the tractions are distributed over the wheels.
+    #[arg(long, value_enum, default_value_t = Drive::Ideal)]
+    drive: Drive,
+    /// Distance that the middle wheel travels, m; by default until the rear wheel has passed the profile.
+    #[arg(long, value_name = "D", allow_negative_numbers = true)]
+    distance: Option<f64>,
+    /// Sets a key of the scene, in place of the file's value. Can be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Also writes the table `path` and the figure `needed_friction` into a folder.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Format of the table.
+    #[arg(long, value_enum, default_value_t = Format::Parquet)]
+    format: Format,
+    /// Replaces the files of an earlier judgement in the folder.
+    #[arg(long)]
+    force: bool,
+    /// Prints the result with all places as JSON in place of the table.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Distribution of the tractions.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Drive {
+    /// The best one: with the least needed friction.
+    Ideal,
+    /// The same traction at each wheel.
+    Speed,
+}
+
+/// Format of the table.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Format {
+    /// Apache Parquet, units in the field metadata.
+    Parquet,
+    /// Comma-separated text.
+    Csv,
+}
+
+/// Judges the path and prints the result. An error if the robot cannot pass.
+pub fn run(args: &Args) -> Result<()> {
+    let scene = Scene::load(&args.scene, &args.set)?;
+    warn(&scene);
+    let options = Options {
+        mu: args.mu,
+        mu_sigma: args.mu_sigma,
+        drive: match args.drive {
+            Drive::Ideal => DriveKind::Ideal,
+            Drive::Speed => DriveKind::Speed,
+        },
+        distance: args.distance,
+    };
+    let format = match args.format {
+        Format::Parquet => TableFormat::Parquet,
+        Format::Csv => TableFormat::Csv,
+    };
+    if let Some(folder) = &args.out {
+        check_folder(folder, format, args.force)?;
+    }
+    let cannot = || format!("cannot judge the path of {}", args.scene.display());
+    let setup = PathSetup::new(&scene, options)
+        .into_diagnostic()
+        .wrap_err_with(cannot)?;
+    let report = judge(&setup).into_diagnostic().wrap_err_with(cannot)?;
+    if let Some(folder) = &args.out {
+        write_path(folder, format, &setup, &report).into_diagnostic()?;
+    }
+    if args.json {
+        say(&serde_json::to_string_pretty(&report).into_diagnostic()?)?;
+    } else {
+        say(&report.text())?;
+    }
+    if report.go {
+        Ok(())
+    } else {
+        bail!("{}: no-go", scene.name)
+    }
+}
+
+/// Refuses a folder that holds other files of the same names.
+fn check_folder(folder: &Path, format: TableFormat, force: bool) -> Result<()> {
+    if folder.symlink_metadata().is_ok() && !folder.is_dir() {
+        bail!(
+            "{} is not a folder: --out needs the name of a folder",
+            folder.display()
+        );
+    }
+    let files = path_files(folder, format);
+    match files.iter().find(|file| file.symlink_metadata().is_ok()) {
+        Some(file) if !force => bail!(help = "--force replaces it", "{} exists", file.display()),
+        _ => Ok(()),
+    }
+}

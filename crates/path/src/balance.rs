@@ -1,0 +1,465 @@
+//! The best distribution of tractions at one place, by linear programs.
+//!
+//! Equilibrium is eq. (8), `H x' = F'`, with a column for N and one for T of every contact, two contacts of a wheel
+//! included. Eq. (8) has four rows, so with one contact a wheel two of the six forces can be chosen. The needed friction is
+//! the least m with `|T_k| <= m N_k` and `N_k >= 0` at every contact k and `|sum of T_k|` of each wheel at most the torque
+//! limit over the wheel radius.
+//!
+//! More generally `|T_k| <= (mu_k + e) N_k` is solved for the least e: with mu_k = 0 it is the needed friction, with the
+//! available mu_k it is minus the margin. For a fixed e
+//!
+//! ```text
+//! min t   subject to   H x' = F',   |T_k| - (mu_k + e) N_k <= t w_k,   N_k >= 0
+//! ```
+//!
+//! is a linear program, and e is allowed where t <= 0. From an allowed e the largest `|T_k|/N_k - mu_k` of its solution is
+//! a smaller allowed e, and so on down to the least one (Dinkelbach's method for ratios, with the N_k of the last solution
+//! as weights w_k; Crouzeix, Ferland and Schaible 1985). Three to five programs suffice.
+
+use crate::vertex::vertex;
+use microlp::{ComparisonOp, Error, OptimizationDirection, Problem, Variable};
+use nalgebra::{SVector, Vector4};
+use robhaz_estimator::statics::full_system::{BlockForm, FullSystem, ReducedSystem, Singular};
+use robhaz_model::{Geometry, PointMasses, Posture, Vec2, cross};
+
+/// An e that is allowed wherever the robot can be balanced at all: a contact that nearly slides along its own normal.
+const LARGEST: f64 = 1e4;
+/// The search has converged when e falls by less.
+const CONVERGED: f64 = 1e-9;
+/// Least weight of a contact, N: one that carries next to nothing still counts.
+const LEAST_WEIGHT: f64 = 1e-3;
+/// Largest N and |T| of a contact over the weight of the robot. Two contacts of a wheel can press against each other
+/// without bound, which balances nothing more; and a traction without moment would get one by rounding.
+const LARGEST_LOAD: f64 = 10.0;
+/// Largest number of linear programs for one e.
+const MOST_PROGRAMS: u32 = 60;
+
+/// A contact of a wheel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GroundContact {
+    /// Wheel: 0 front, 1 middle, 2 rear.
+    pub wheel: usize,
+    /// Point on the ground, m.
+    pub point: Vec2,
+    /// Unit tangent, pointing forward.
+    pub tangent: Vec2,
+    /// Available friction coefficient there, -.
+    pub mu: f64,
+}
+
+impl GroundContact {
+    /// Unit normal, pointing out of the ground.
+    pub fn normal(&self) -> Vec2 {
+        Vec2::new(-self.tangent.y, self.tangent.x)
+    }
+}
+
+/// What bounds the forces at all places.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Largest traction of a wheel, N: the torque limit over the wheel radius.
+    pub traction: f64,
+    /// Whether all wheels have the same traction.
+    pub equal: bool,
+}
+
+/// Eq. (8) at one place.
+#[derive(Clone, Debug)]
+pub struct Balance {
+    contacts: Vec<GroundContact>,
+    /// Columns of N and T of each contact: two rows of forces (N), moments of links 1 and 2 about Q over the wheel
+    /// radius (N).
+    columns: Vec<[Vector4<f64>; 2]>,
+    right: Vector4<f64>,
+    limits: Limits,
+}
+
+/// Forces that balance the robot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Distribution {
+    /// Least e, -.
+    pub excess: f64,
+    /// Sum of N over the contacts of each wheel, N.
+    pub normal_force: [f64; 3],
+    /// Sum of T over the contacts of each wheel, N.
+    pub traction: [f64; 3],
+}
+
+/// Why a linear program has no answer.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Unsolved {
+    /// No forces fulfil the conditions.
+    #[error("no forces fulfil the conditions")]
+    Infeasible,
+    /// A numerical failure.
+    #[error("the linear program of the forces failed: {0}")]
+    Numerical(String),
+}
+
+/// A linear program in N_k and T_k.
+struct Program {
+    problem: Problem,
+    normal: Vec<Variable>,
+    traction: Vec<Variable>,
+    /// The variable that is minimised.
+    objective: Variable,
+}
+
+impl Balance {
+    /// Eq. (8) with `contacts`, whose wheels sit on the links in this posture; `q` is the position of pin Q, m.
+    ///
+    /// # Errors
+    /// [`Singular`] where P lies on the line RS.
+    pub fn new(
+        geometry: &Geometry,
+        masses: &PointMasses,
+        posture: &Posture,
+        q: Vec2,
+        contacts: Vec<GroundContact>,
+        limits: Limits,
+    ) -> Result<Self, Singular> {
+        // The right-hand side has the weights alone: the contact angles do not matter.
+        let block = BlockForm::new(&FullSystem::new(geometry, masses, posture, &[0.0; 3]));
+        let reduced = ReducedSystem::new(&block, &block.pin_forces()?);
+        let scale = Vector4::new(
+            1.0,
+            1.0,
+            1.0 / geometry.wheel_radius,
+            1.0 / geometry.wheel_radius,
+        );
+        let column = |contact: &GroundContact, force: Vec2| {
+            let mut rows = Vector4::new(force.x, force.y, 0.0, 0.0);
+            rows[2 + geometry.carriers[contact.wheel].index()] = cross(contact.point - q, force);
+            rows.component_mul(&scale)
+        };
+        let columns = contacts
+            .iter()
+            .map(|c| [column(c, c.normal()), column(c, c.tangent)])
+            .collect();
+        Ok(Self {
+            columns,
+            contacts,
+            right: SVector::from(reduced.f).component_mul(&scale),
+            limits,
+        })
+    }
+
+    /// The least e with `|T_k| <= (mu_k + e) N_k`, searched from `guess`. Without `available` all
+    /// mu_k are 0, so e is the needed friction.
+    ///
+    /// # Errors
+    /// [`Unsolved`]
+    pub fn least_excess(&self, available: bool, guess: f64) -> Result<Distribution, Unsolved> {
+        let proven = (!available && !self.limits.equal)
+            .then(|| self.at_vertex(guess))
+            .flatten();
+        match proven {
+            Some(found) => Ok(found),
+            None => self.by_programs(available, guess),
+        }
+    }
+
+    /// The needed friction without a linear program, where that is proven.
+    fn at_vertex(&self, guess: f64) -> Option<Distribution> {
+        let columns: &[[Vector4<f64>; 2]; 3] = self.columns.as_slice().try_into().ok()?;
+        let signs = [
+            [1.0; 3],
+            [-1.0, 1.0, 1.0],
+            [1.0, -1.0, 1.0],
+            [1.0, 1.0, -1.0],
+        ];
+        let mut tries = signs
+            .iter()
+            .filter_map(|s| vertex(columns, &self.right, *s, guess));
+        let found = tries.next()?;
+        let within = |t: &f64| t.abs() <= self.limits.traction;
+        found
+            .traction
+            .iter()
+            .all(within)
+            .then(|| self.distribution(found.m, &found.normal, &found.traction))
+    }
+
+    /// The least e by linear programs.
+    fn by_programs(&self, available: bool, guess: f64) -> Result<Distribution, Unsolved> {
+        let mu: Vec<f64> = self
+            .contacts
+            .iter()
+            .map(|c| if available { c.mu } else { 0.0 })
+            .collect();
+        let mut best = match self.improve(guess, &mu, None)? {
+            Some(first) => first,
+            None => self
+                .improve(LARGEST, &mu, None)?
+                .ok_or(Unsolved::Infeasible)?,
+        };
+        for _ in 0..MOST_PROGRAMS {
+            let weights = best.1.clone();
+            let Some(next) = self.improve(best.0.excess, &mu, Some(&weights))? else {
+                break;
+            };
+            let fall = best.0.excess - next.0.excess;
+            if fall > 0.0 {
+                best = next;
+            }
+            if fall < CONVERGED {
+                break;
+            }
+        }
+        Ok(best.0)
+    }
+
+    /// The solution for e = `excess` and the N_k; `None` if that e is not allowed.
+    fn improve(
+        &self,
+        excess: f64,
+        mu: &[f64],
+        weights: Option<&[f64]>,
+    ) -> Result<Option<(Distribution, Vec<f64>)>, Unsolved> {
+        let mut program = self.program((f64::NEG_INFINITY, f64::INFINITY), 0.0);
+        let t = program.objective;
+        for (k, (mu, pair)) in mu.iter().zip(program.pairs()).enumerate() {
+            let weight = weights.map_or(1.0, |w| w[k].max(LEAST_WEIGHT));
+            for sign in [1.0, -1.0] {
+                let row = [(pair.1, sign), (pair.0, -(mu + excess)), (t, -weight)];
+                program.problem.add_constraint(&row, ComparisonOp::Le, 0.0);
+            }
+        }
+        self.limit_tractions(&mut program, None);
+        let (normal, traction, t) = match program.solve() {
+            Err(Unsolved::Infeasible) => return Ok(None),
+            other => other?,
+        };
+        let ratios = normal.iter().zip(&traction).zip(mu);
+        let ratios = ratios.map(|((n, t), mu)| if *n > 1e-9 { t.abs() / n - mu } else { -mu });
+        let found = ratios.fold(f64::NEG_INFINITY, f64::max);
+        // An e that is allowed only within the tolerance of the solver is the least one.
+        if t > 1e-9 * self.right.norm() {
+            return Ok(None);
+        }
+        Ok(Some((self.distribution(found, &normal, &traction), normal)))
+    }
+
+    /// The smallest possible largest |T| of a wheel without a limit of the torque, N.
+    ///
+    /// # Errors
+    /// [`Unsolved::Infeasible`] where no N >= 0 balance the robot with any tractions.
+    pub fn least_traction(&self) -> Result<f64, Unsolved> {
+        let mut program = self.program((0.0, f64::INFINITY), 0.0);
+        let largest = program.objective;
+        self.limit_tractions(&mut program, Some(largest));
+        program.solve().map(|(_, _, value)| value)
+    }
+
+    /// The N of the wheel with the least load, N, at the tractions that make it largest; below 0 where a wheel lifts.
+    ///
+    /// # Errors
+    /// [`Unsolved`]
+    pub fn largest_least_load(&self) -> Result<f64, Unsolved> {
+        let mut program = self.program((f64::NEG_INFINITY, f64::INFINITY), f64::NEG_INFINITY);
+        let lack = program.objective;
+        for variable in program.normal.clone() {
+            // N_k >= -lack
+            let row = [(variable, 1.0), (lack, 1.0)];
+            program.problem.add_constraint(&row, ComparisonOp::Ge, 0.0);
+        }
+        if self.limits.equal {
+            self.equal_tractions(&mut program);
+        }
+        program.solve().map(|(_, _, lack)| -lack)
+    }
+
+    /// Variables and eq. (8). The objective has the given range, N_k a lower bound.
+    fn program(&self, range: (f64, f64), least: f64) -> Program {
+        let mut problem = Problem::new(OptimizationDirection::Minimize);
+        let mut variables = |range: (f64, f64)| -> Vec<Variable> {
+            let one = |_| problem.add_var(0.0, range);
+            self.contacts.iter().map(one).collect()
+        };
+        let largest = LARGEST_LOAD * self.right[1].abs();
+        let normal = variables((least, largest));
+        let traction = variables((-largest, largest));
+        let objective = problem.add_var(1.0, range);
+        for i in 0..4 {
+            let columns = self.columns.iter().zip(normal.iter().zip(&traction));
+            let row: Vec<(Variable, f64)> = columns
+                .flat_map(|(c, (n, t))| [(*n, c[0][i]), (*t, c[1][i])])
+                .filter(|(_, value)| *value != 0.0)
+                .collect();
+            problem.add_constraint(&row, ComparisonOp::Eq, self.right[i]);
+        }
+        Program {
+            problem,
+            normal,
+            traction,
+            objective,
+        }
+    }
+
+    /// The tractions of a wheel's contacts, each times `sign`.
+    fn of_wheel(&self, program: &Program, wheel: usize, sign: f64) -> Vec<(Variable, f64)> {
+        let pairs = self.contacts.iter().zip(&program.traction);
+        pairs
+            .filter(|(c, _)| c.wheel == wheel)
+            .map(|(_, t)| (*t, sign))
+            .collect()
+    }
+
+    /// |sum of T| of each wheel at most a variable, or the limit; equal sums where asked for.
+    fn limit_tractions(&self, program: &mut Program, most: Option<Variable>) {
+        for wheel in 0..3 {
+            for sign in [1.0, -1.0] {
+                let mut row = self.of_wheel(program, wheel, sign);
+                row.extend(most.map(|m| (m, -1.0)));
+                let limit = most.map_or(self.limits.traction, |_| 0.0);
+                program
+                    .problem
+                    .add_constraint(&row, ComparisonOp::Le, limit);
+            }
+        }
+        if self.limits.equal {
+            self.equal_tractions(program);
+        }
+    }
+
+    fn equal_tractions(&self, program: &mut Program) {
+        for wheel in [1, 2] {
+            let mut row = self.of_wheel(program, 0, 1.0);
+            row.extend(self.of_wheel(program, wheel, -1.0));
+            program.problem.add_constraint(&row, ComparisonOp::Eq, 0.0);
+        }
+    }
+
+    fn distribution(&self, excess: f64, normal: &[f64], traction: &[f64]) -> Distribution {
+        let mut sums = Distribution {
+            excess,
+            normal_force: [0.0; 3],
+            traction: [0.0; 3],
+        };
+        for ((contact, n), t) in self.contacts.iter().zip(normal).zip(traction) {
+            sums.normal_force[contact.wheel] += n;
+            sums.traction[contact.wheel] += t;
+        }
+        sums
+    }
+}
+
+/// N_k, T_k and the objective.
+type Values = (Vec<f64>, Vec<f64>, f64);
+
+impl Program {
+    fn pairs(&self) -> Vec<(Variable, Variable)> {
+        let traction = self.traction.iter().copied();
+        self.normal.iter().copied().zip(traction).collect()
+    }
+
+    fn solve(&self) -> Result<Values, Unsolved> {
+        let outcome = match self.problem.solve() {
+            Ok(outcome) => outcome,
+            Err(Error::Infeasible) => return Err(Unsolved::Infeasible),
+            Err(other) => return Err(Unsolved::Numerical(other.to_string())),
+        };
+        let solution = outcome
+            .into_solution()
+            .map_err(|_| Unsolved::Numerical("interrupted".to_owned()))?;
+        let values = |variables: &[Variable]| -> Vec<f64> {
+            let one = |v: &Variable| solution.var_value(*v);
+            variables.iter().map(one).collect()
+        };
+        let objective = solution.var_value(self.objective);
+        Ok((values(&self.normal), values(&self.traction), objective))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use robhaz_model::Robot;
+
+    /// A posture of robot A with one contact a wheel at given angles, and no limit of the torque.
+    fn balance(theta: [f64; 2], angles: &[f64; 3]) -> (Balance, ReducedSystem) {
+        let robot = Robot::default_a();
+        let (geometry, masses) = (&robot.geometry, robot.mass.true_points());
+        let posture = Posture::close(geometry, theta[0], theta[1]).expect("inside the stops");
+        let contact = |wheel: usize| {
+            let tangent = Vec2::new(angles[wheel].cos(), angles[wheel].sin());
+            let normal = Vec2::new(-tangent.y, tangent.x);
+            GroundContact {
+                wheel,
+                point: posture.axle_from_q(geometry, wheel) - normal * geometry.wheel_radius,
+                tangent,
+                mu: 0.8,
+            }
+        };
+        let contacts = [0, 1, 2].map(contact).to_vec();
+        let limits = Limits {
+            traction: 1e4,
+            equal: false,
+        };
+        let q = Vec2::zeros();
+        let balance =
+            Balance::new(geometry, &masses, &posture, q, contacts, limits).expect("regular");
+        let block = BlockForm::new(&FullSystem::new(geometry, &masses, &posture, angles));
+        let x_u = block.pin_forces().expect("regular");
+        (balance, ReducedSystem::new(&block, &x_u))
+    }
+
+    proptest! {
+        /// Equivalence: with one contact a wheel, columns and right side are those of eq. (8) in the estimator, to
+        /// rounding.
+        #[test]
+        fn columns_are_those_of_eq_8(
+            t1 in -0.3_f64..0.3, t2 in -0.3_f64..0.3, a in -0.6_f64..0.6, b in -0.6_f64..0.6, c in -0.6_f64..0.6,
+        ) {
+            let (balance, reduced) = balance([t1, t2], &[a, b, c]);
+            for wheel in 0..3 {
+                for (kind, column) in [2 * wheel + 1, 2 * wheel].into_iter().enumerate() {
+                    for row in 0..4 {
+                        let scale = if row < 2 { 1.0 } else { 0.1 };
+                        let found = scale * balance.columns[wheel][kind][row];
+                        prop_assert!((found - reduced.h[(row, column)]).abs() < 1e-12);
+                    }
+                }
+            }
+            prop_assert!((balance.right[0] - reduced.f[0]).abs() < 1e-12);
+            prop_assert!((balance.right[1] - reduced.f[1]).abs() < 1e-9);
+        }
+
+        /// Equivalence: the closed form and the linear programs give the same needed friction; 1e-6 is the tolerance of the
+        /// solver, 1e-7 N, over a load of 0.1 N. Its forces meet the condition and eq. (8).
+        #[test]
+        fn closed_form_and_programs_agree(
+            t1 in -0.3_f64..0.3, t2 in -0.3_f64..0.3, a in -0.6_f64..0.6, b in -0.6_f64..0.6, c in -0.6_f64..0.6,
+        ) {
+            let (balance, _) = balance([t1, t2], &[a, b, c]);
+            let programs = balance.by_programs(false, 0.5);
+            if let Some(found) = balance.at_vertex(0.5) {
+                let programs = programs.expect("the closed form has a solution");
+                prop_assert!((found.excess - programs.excess).abs() < 1e-6, "{found:?} {programs:?}");
+                let mut sum = -balance.right;
+                for i in 0..3 {
+                    let (n, t) = (found.normal_force[i], found.traction[i]);
+                    prop_assert!(t.abs() <= found.excess * n * (1.0 + 1e-9));
+                    sum += balance.columns[i][0] * n + balance.columns[i][1] * t;
+                }
+                prop_assert!(sum.amax() < 1e-8);
+            }
+        }
+    }
+
+    /// Sensitivity: the closed form is found in most postures, so the test above compares something.
+    #[test]
+    fn the_closed_form_is_the_usual_case() {
+        let mut found = 0;
+        for k in 0..100 {
+            let angle = |j: f64| (f64::from(k) * 0.37 + j).sin() * 0.4;
+            let (balance, _) = balance(
+                [angle(1.0) * 0.5, angle(2.0) * 0.5],
+                &[angle(3.0), angle(4.0), angle(5.0)],
+            );
+            found += u32::from(balance.at_vertex(0.5).is_some());
+        }
+        assert!(found > 70, "{found}");
+    }
+}

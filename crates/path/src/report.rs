@@ -1,0 +1,199 @@
+//! The result: places along the path, the first failure, go or no-go.
+
+use serde::Serialize;
+
+/// Why the robot cannot pass a place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Reason {
+    /// The needed friction is above the available friction.
+    Friction,
+    /// A motor torque would have to be above its limit.
+    Torque,
+    /// No tractions and N >= 0 balance the robot: a wheel lifts, or the robot tips over.
+    Tipping,
+    /// All wheels touch the ground only beyond an end stop of pin Q.
+    EndStop,
+    /// There is no posture in which all wheels touch the ground.
+    Posture,
+    /// The linear program failed, which is no statement on the robot.
+    Solver,
+}
+
+impl Reason {
+    /// In words.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Friction => "the needed friction is above the available friction",
+            Self::Torque => "a motor torque would be above its limit",
+            Self::Tipping => {
+                "no tractions and N >= 0 balance the robot: it tips over or a wheel lifts"
+            }
+            Self::EndStop => "pin Q would be beyond an end stop",
+            Self::Posture => "there is no posture in which all wheels touch the ground",
+            Self::Solver => "the linear program failed, so nothing is known",
+        }
+    }
+
+    /// Unit of the amount of the failure.
+    pub const fn unit(self) -> &'static str {
+        match self {
+            Self::Friction => "1",
+            Self::Torque => "N m",
+            Self::Tipping => "N",
+            Self::EndStop => "rad",
+            Self::Posture | Self::Solver => "",
+        }
+    }
+}
+
+/// A failure at a place.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Failure {
+    /// x of the middle wheel's centre, m.
+    pub x: f64,
+    /// The reason.
+    pub reason: Reason,
+    /// By how much: needed minus available friction (-), torque above its limit (N m), load that the least loaded wheel
+    /// lacks (N), angle beyond the stop (rad). `None` without a measure.
+    pub by: Option<f64>,
+    /// Unit of `by`.
+    pub unit: &'static str,
+}
+
+impl Failure {
+    pub(crate) fn new(x: f64, reason: Reason, by: Option<f64>) -> Self {
+        let unit = reason.unit();
+        Self {
+            x,
+            reason,
+            by,
+            unit,
+        }
+    }
+}
+
+/// One place of the path. Positions are those of the wheels' centres.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Place {
+    /// x of each wheel's centre, front to rear, m.
+    pub wheel_x: [f64; 3],
+    /// y of each wheel's centre, m.
+    pub wheel_y: [f64; 3],
+    /// Number of contacts of each wheel.
+    pub contacts: [usize; 3],
+    /// Angle of pin Q, theta_1 - theta_2, rad.
+    pub opening: f64,
+    /// The needed friction mu_n, -; `None` where no allowed forces balance the robot.
+    pub needed_mu: Option<f64>,
+    /// How much the available friction coefficients can all fall, -; below 0 they must rise.
+    pub margin: Option<f64>,
+    /// Sum of N over the contacts of each wheel at the largest margin, N.
+    pub normal_force: Option<[f64; 3]>,
+    /// Sum of T over the contacts of each wheel at the largest margin, N.
+    pub traction: Option<[f64; 3]>,
+    /// Why the robot cannot pass.
+    pub failure: Option<Failure>,
+}
+
+impl Place {
+    /// x of the middle wheel's centre, m.
+    pub fn x(&self) -> f64 {
+        self.wheel_x[1]
+    }
+
+    /// The available friction that belongs to mu_n and margin: where contacts differ in mu, the equal coefficient with
+    /// the same margin. -
+    pub fn available_mu(&self) -> Option<f64> {
+        Some(self.needed_mu? + self.margin?)
+    }
+}
+
+/// Judgement of a path.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PathReport {
+    /// Name of the scene.
+    pub scene: String,
+    /// Distribution of the tractions.
+    pub drive: &'static str,
+    /// Whether the robot can pass the whole path at the mean friction coefficients.
+    pub go: bool,
+    /// Probability of that when all friction coefficients have the same normally distributed deviation from their means.
+    pub probability: f64,
+    /// The given mean of the friction coefficient, -; `None` if it is that of the scene, place by place.
+    pub mu: Option<f64>,
+    /// Its standard deviation, -.
+    pub mu_sigma: f64,
+    /// Largest needed friction of all places that have one, -.
+    pub needed_mu: Option<f64>,
+    /// Least margin of all places that have one, -.
+    pub margin: Option<f64>,
+    /// x of the middle wheel at the least margin, m.
+    pub margin_x: Option<f64>,
+    /// First place that the robot cannot pass.
+    pub first_failure: Option<Failure>,
+    /// Distance that the middle wheel was to travel, m.
+    pub distance: f64,
+    /// The places from the start on.
+    pub places: Vec<Place>,
+}
+
+impl PathReport {
+    /// The judgement from its places, and from the reason why there are no further ones.
+    pub(crate) fn new(
+        scene: String,
+        drive: &'static str,
+        (mu, mu_sigma): (Option<f64>, f64),
+        distance: f64,
+        places: Vec<Place>,
+        end: Option<Failure>,
+    ) -> Self {
+        let failures = || places.iter().filter_map(|p| p.failure).chain(end);
+        let least = places
+            .iter()
+            .filter_map(|p| p.margin.map(|m| (m, p.x())))
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        let needed = places.iter().filter_map(|p| p.needed_mu);
+        let first_failure = failures().next();
+        // Friction alone depends on mu.
+        let lasting = failures().any(|f| f.reason != Reason::Friction);
+        let probability = match least {
+            _ if lasting => 0.0,
+            Some((margin, _)) if mu_sigma > 0.0 => normal_distribution(margin / mu_sigma),
+            _ if first_failure.is_none() => 1.0,
+            _ => 0.0,
+        };
+        Self {
+            go: first_failure.is_none(),
+            probability,
+            needed_mu: needed.max_by(f64::total_cmp),
+            margin: least.map(|l| l.0),
+            margin_x: least.map(|l| l.1),
+            first_failure,
+            scene,
+            drive,
+            mu,
+            mu_sigma,
+            distance,
+            places,
+        }
+    }
+}
+
+/// Standard normal distribution function.
+fn normal_distribution(z: f64) -> f64 {
+    0.5 * libm::erfc(-z / std::f64::consts::SQRT_2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Closed form: values of the standard normal distribution from tables of four digits.
+    #[test]
+    fn the_normal_distribution_is_that_of_the_tables() {
+        for (z, p) in [(0.0, 0.5), (1.0, 0.8413), (-1.645, 0.05), (2.0, 0.9772)] {
+            assert!((normal_distribution(z) - p).abs() < 6e-5, "{z}");
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! What is judged: robot, ground, available friction and drive, from a scene.
+
+use crate::balance::Limits;
+use robhaz_model::Robot;
+use robhaz_scene::Scene;
+use robhaz_terrain::{Profile, Terrain};
+
+/// How the tractions are distributed over the wheels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DriveKind {
+    /// The best distribution: the one with the least needed friction.
+    #[default]
+    Ideal,
+    /// The same traction at each wheel: what speed controls of equal gains come to when their set speeds agree.
+    Speed,
+}
+
+impl DriveKind {
+    /// All kinds.
+    pub const ALL: [Self; 2] = [Self::Ideal, Self::Speed];
+
+    /// Name on the command line and in results.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ideal => "ideal",
+            Self::Speed => "speed",
+        }
+    }
+}
+
+/// Options of a judgement.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Options {
+    /// Mean of the available friction coefficient, -; `None` takes the scene's mu_s, place by place.
+    pub mu: Option<f64>,
+    /// Standard deviation of the available friction coefficient, -.
+    pub mu_sigma: f64,
+    /// Distribution of the tractions.
+    pub drive: DriveKind,
+    /// Distance that the middle wheel travels, m; `None` goes on until the rear wheel has passed the profile.
+    pub distance: Option<f64>,
+}
+
+/// Reason why a path cannot be judged.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum PathError {
+    /// A friction coefficient is out of range.
+    #[error("the mean of the friction coefficient (--mu) is {0}; it must be above 0 and at most 5")]
+    Mu(f64),
+    /// A standard deviation is out of range.
+    #[error(
+        "the standard deviation of the friction coefficient (--mu-sigma) is {0}; it must be 0 to 5"
+    )]
+    MuSigma(f64),
+    /// A distance is out of range.
+    #[error("the distance (--distance) is {0} m; it must be above 0 and at most 1000 m")]
+    Distance(f64),
+    /// The profile ends behind the robot, or is level ground.
+    #[error(
+        "there is no path ahead: [terrain] is level from x = {from:.3} m on; --distance judges level ground, too"
+    )]
+    NoPath {
+        /// x of the rear wheel at the start, m.
+        from: f64,
+    },
+    /// The robot cannot stand at its start.
+    #[error(
+        "at the start, with the middle wheel at x = {x} m, there is no posture in which all wheels touch the ground: \
+         [terrain] must be smooth and not too steep there"
+    )]
+    Start {
+        /// x of the middle wheel, m.
+        x: f64,
+    },
+    /// The robot starts in a posture beyond its end stops.
+    #[error(
+        "at the start, with the middle wheel at x = {x} m, pin Q would have to be at {angle:.1} deg; its end stops allow \
+         {lower:.1} to {upper:.1} deg: [terrain] must be flatter there"
+    )]
+    StartStops {
+        /// x of the middle wheel, m.
+        x: f64,
+        /// theta_1 - theta_2, deg.
+        angle: f64,
+        /// Lower end stop, deg.
+        lower: f64,
+        /// Upper end stop, deg.
+        upper: f64,
+    },
+}
+
+/// Robot, ground and limits of a path.
+#[derive(Clone)]
+pub struct PathSetup {
+    /// Name of the scene.
+    pub name: String,
+    /// The robot: true geometry and masses.
+    pub robot: Robot,
+    /// The ground.
+    pub terrain: Terrain,
+    /// Friction of the scene.
+    scene_mu: f64,
+    stretches: Vec<(f64, f64, f64)>,
+    /// Options.
+    pub options: Options,
+    /// Largest motor torque at the wheel, N m.
+    pub torque_limit: f64,
+    /// Distance that the middle wheel travels, m.
+    pub distance: f64,
+}
+
+/// Distance behind the profile that the rear wheel travels, over the wheel radius.
+const BEHIND: f64 = 2.0;
+/// Largest friction coefficient and standard deviation, -.
+const LARGEST_MU: f64 = 5.0;
+/// Longest path, m.
+const LONGEST: f64 = 1e3;
+
+impl PathSetup {
+    /// The path of a scene.
+    ///
+    /// # Errors
+    /// [`PathError`] when an option is out of range or no path lies ahead.
+    pub fn new(scene: &Scene, options: Options) -> Result<Self, PathError> {
+        // In this form the conditions refuse NaN as well.
+        if let Some(mu) = options.mu
+            && !(mu > 0.0 && mu <= LARGEST_MU)
+        {
+            return Err(PathError::Mu(mu));
+        }
+        let sigma = options.mu_sigma;
+        if !(0.0..=LARGEST_MU).contains(&sigma) {
+            return Err(PathError::MuSigma(sigma));
+        }
+        let robot = scene.robot.robot.clone();
+        let terrain = scene.terrain.build(&robot);
+        let distance = match options.distance {
+            Some(distance) if distance > 0.0 && distance <= LONGEST => distance,
+            Some(distance) => return Err(PathError::Distance(distance)),
+            None => to_the_end(&robot, &terrain, &scene.terrain.profile)?,
+        };
+        let stretches = scene.terrain.stretches.iter();
+        Ok(Self {
+            name: scene.name.clone(),
+            scene_mu: scene.friction.mu_s,
+            stretches: stretches.map(|s| (s.from, s.to, s.mu_s)).collect(),
+            torque_limit: scene.drive.torque_limit,
+            robot,
+            terrain,
+            options,
+            distance,
+        })
+    }
+
+    /// Mean of the available friction coefficient at x (m), -.
+    pub fn mu_at(&self, x: f64) -> f64 {
+        let stretch = self.stretches.iter().find(|s| s.0 <= x && x < s.1);
+        let of_scene = stretch.map_or(self.scene_mu, |s| s.2);
+        self.options.mu.unwrap_or(of_scene)
+    }
+
+    /// Limits of the tractions.
+    pub(crate) fn limits(&self) -> Limits {
+        Limits {
+            traction: self.torque_limit / self.robot.geometry.wheel_radius,
+            equal: self.options.drive == DriveKind::Speed,
+        }
+    }
+}
+
+/// Distance until the rear wheel has passed the profile, m.
+fn to_the_end(robot: &Robot, terrain: &Terrain, profile: &Profile) -> Result<f64, PathError> {
+    let rear = robot.geometry.axles[2].x;
+    let (_, end) = terrain.extent();
+    let distance = end - rear + BEHIND * robot.geometry.wheel_radius;
+    if matches!(profile, Profile::Flat) || end <= rear {
+        return Err(PathError::NoPath { from: rear });
+    }
+    if distance > LONGEST {
+        return Err(PathError::Distance(distance));
+    }
+    Ok(distance)
+}

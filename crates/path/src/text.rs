@@ -1,0 +1,110 @@
+//! The report as text for the terminal.
+
+use crate::report::{Failure, PathReport, Place, Reason};
+use comfy_table::presets::UTF8_FULL_CONDENSED;
+use comfy_table::{Cell, CellAlignment, Table};
+
+/// Number of stretches of the path in the table.
+const ROWS: usize = 10;
+
+impl PathReport {
+    /// The verdict, and a table with the place of the least margin in each tenth of the path.
+    pub fn text(&self) -> String {
+        let mut table = Table::new();
+        table.load_preset(UTF8_FULL_CONDENSED);
+        let header = [
+            "x, m", "mu_n", "mu", "margin", "N1, N", "N2, N", "N3, N", "T1, N", "T2, N", "T3, N",
+        ];
+        table.set_header(header.map(right));
+        for place in self.shown() {
+            table.add_row(cells(place).map(right));
+        }
+        let tractions = if self.drive == "ideal" {
+            "the best"
+        } else {
+            "equal"
+        };
+        format!(
+            "Place of the least margin in each tenth of the path, with {tractions} tractions; x is that of the middle wheel\n\
+             {}\n{}",
+            table.trim_fmt(),
+            self.verdict()
+        )
+    }
+
+    /// The place with the least margin in each of ten equal parts of the path; one that fails without a margin first.
+    fn shown(&self) -> Vec<&Place> {
+        let size = self.places.len().div_ceil(ROWS).max(1);
+        let least = |part: &'_ [Place]| -> usize {
+            let key = |p: &Place| p.margin.unwrap_or(f64::NEG_INFINITY);
+            let order = |a: &usize, b: &usize| key(&part[*a]).total_cmp(&key(&part[*b]));
+            (0..part.len()).min_by(order).unwrap_or(0)
+        };
+        let parts = self.places.chunks(size);
+        parts.map(|part| &part[least(part)]).collect()
+    }
+
+    /// One line: go or no-go, and why.
+    fn verdict(&self) -> String {
+        let sigma = match self.mu_sigma {
+            s if s > 0.0 => format!(
+                "; probability of go {:.3} at a standard deviation of {s}",
+                self.probability
+            ),
+            _ => String::new(),
+        };
+        match (&self.first_failure, self.margin, self.margin_x) {
+            (None, Some(margin), Some(x)) => format!(
+                "{}: GO over {:.2} m. Needed friction {:.3}, least margin {margin:.3} at x = {x:.3} m{sigma}.",
+                self.scene,
+                self.distance,
+                self.needed_mu.unwrap_or(0.0),
+            ),
+            (Some(failure), ..) => format!(
+                "{}: NO-GO at x = {:.3} m: {}{sigma}.",
+                self.scene,
+                failure.x,
+                words(failure)
+            ),
+            (None, ..) => format!("{}: GO{sigma}.", self.scene),
+        }
+    }
+}
+
+/// Reason and amount of a failure.
+fn words(failure: &Failure) -> String {
+    let reason = failure.reason.words();
+    match (failure.reason, failure.by) {
+        (Reason::Friction, Some(by)) => format!("{reason} by {by:.3}"),
+        (Reason::Torque, Some(by)) => format!("{reason} by {by:.2} N m"),
+        (Reason::Tipping, Some(by)) => format!("{reason}; the least loaded wheel lacks {by:.1} N"),
+        (Reason::EndStop, Some(by)) => format!("{reason} by {:.1} deg", by.to_degrees()),
+        _ => reason.to_owned(),
+    }
+}
+
+fn cells(place: &Place) -> [String; 10] {
+    let number = |value: Option<f64>, digits: usize| match value {
+        // Adding 0 turns -0 into 0.
+        Some(value) => format!("{:.digits$}", value + 0.0),
+        None => "-".to_owned(),
+    };
+    let n = |i: usize| number(place.normal_force.map(|n| n[i]), 1);
+    let t = |i: usize| number(place.traction.map(|t| t[i]), 1);
+    [
+        number(Some(place.x()), 3),
+        number(place.needed_mu, 3),
+        number(place.available_mu(), 3),
+        number(place.margin, 3),
+        n(0),
+        n(1),
+        n(2),
+        t(0),
+        t(1),
+        t(2),
+    ]
+}
+
+fn right(text: impl ToString) -> Cell {
+    Cell::new(text).set_alignment(CellAlignment::Right)
+}

@@ -1,0 +1,305 @@
+//! Needed friction against closed forms.
+
+// A test may panic.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use robhaz_model::{Bar, GRAVITY, Robot};
+use robhaz_path::{DriveKind, Options, PathError, PathReport, PathSetup, Place, Reason, judge};
+use robhaz_scene::Scene;
+use std::path::Path;
+
+fn setup(text: &str, set: &[&str], options: Options) -> Result<PathSetup, PathError> {
+    let set: Vec<String> = set.iter().map(|s| (*s).to_owned()).collect();
+    let scene = Scene::parse(text, "trial", Path::new(""), &set).unwrap();
+    PathSetup::new(&scene, options)
+}
+
+fn judged(text: &str, set: &[&str], options: Options) -> PathReport {
+    judge(&setup(text, set, options).unwrap()).unwrap()
+}
+
+/// A slope that starts at x = 0.7 m and goes on for 3 m.
+fn ramp(degrees: f64) -> String {
+    format!("[terrain]\nkind = \"ramp\"\nangle = \"{degrees} deg\"\nstart = 0.7\nlength = 3.0\n")
+}
+
+fn kerb(rise: f64) -> String {
+    format!("[terrain]\nkind = \"step\"\nkerb = {rise}\nstart = 0.7\n")
+}
+
+/// The places at which all wheels are on the slope alone.
+fn on_slope(report: &PathReport) -> Vec<&Place> {
+    let is_on = |p: &&Place| p.wheel_x[2] > 1.0 && p.wheel_x[0] < 2.1;
+    let found: Vec<_> = report.places.iter().filter(is_on).collect();
+    assert!(found.len() > 20, "{}", found.len());
+    found
+}
+
+/// Options with a friction coefficient.
+fn with_mu(mu: f64) -> Options {
+    Options {
+        mu: Some(mu),
+        ..Options::default()
+    }
+}
+
+/// Closed form: on a uniform slope mu_n = tan(slope) for any robot, since the ground's force must be vertical as a whole.
+/// 1e-8: the accuracy of the curve of the centres, and that of the linear programs, 1e-7 N over a load of 44 N.
+#[test]
+fn a_uniform_slope_needs_its_tangent() {
+    for geometry in ["A", "B"] {
+        for degrees in [5.0_f64, 15.0, 25.0, -10.0] {
+            let set = format!("robot.geometry={geometry}");
+            let report = judged(&ramp(degrees), &[&set], with_mu(0.8));
+            for place in on_slope(&report) {
+                let needed = place.needed_mu.unwrap();
+                let expected = degrees.to_radians().tan().abs();
+                assert!((needed - expected).abs() < 1e-8, "{degrees}: {needed}");
+                assert!((place.margin.unwrap() - (0.8 - expected)).abs() < 1e-8);
+            }
+        }
+    }
+}
+
+/// Closed form: level ground needs no friction, also with equal tractions. 1e-8: tolerance of the linear programs over a
+/// load of 44 N.
+#[test]
+fn level_ground_needs_none() {
+    for drive in DriveKind::ALL {
+        let options = Options {
+            distance: Some(0.5),
+            drive,
+            ..Options::default()
+        };
+        let report = judged("[terrain]\nkind = \"flat\"\n", &[], options);
+        assert!(report.go && report.probability == 1.0);
+        assert!(report.needed_mu.unwrap().abs() < 1e-8, "{report:?}");
+        assert!(report.places.last().unwrap().x() >= 0.5);
+    }
+}
+
+/// Closed form: the front wheel of robot A against the edge of a kerb, the others on the level.
+///
+/// The edge is at the contact angle g, cos g = (r - h)/r. The best tractions use the same share m of N at all wheels. The
+/// forces in x and y give `m W = N1 sin g (1 + m^2)`. The moments of link 1 about Q, from which the axle is at (a, b), give
+/// `N1 (a cos g + b sin g + m (a sin g - b cos g + r)) = a N1_level`. With N1 eliminated a quadratic equation in m is left.
+#[test]
+fn a_kerb_under_the_front_wheel() {
+    let robot = Robot::default_a();
+    let g = &robot.geometry;
+    let (radius, axle) = (g.wheel_radius, g.axles[0] - g.pins.q);
+    let (a, b) = (axle.x, axle.y);
+    let weight = robot.mass.total() * GRAVITY;
+    let level = Options {
+        distance: Some(0.01),
+        ..Options::default()
+    };
+    let at_rest = judged("[terrain]\nkind = \"flat\"\n", &[], level);
+    let n1_level = at_rest.places[0].normal_force.unwrap()[0];
+    assert!((n1_level - 43.58).abs() < 0.006, "{n1_level}");
+    for height in [0.02, 0.05, 0.07] {
+        let cos = (radius - height) / radius;
+        let sin = (1.0 - cos * cos).sqrt();
+        let square = weight * (a * sin - b * cos + radius) - a * n1_level * sin;
+        let linear = weight * (a * cos + b * sin);
+        let constant = -a * n1_level * sin;
+        let root = (linear * linear - 4.0 * square * constant).sqrt();
+        let expected = (root - linear) / (2.0 * square);
+        let report = judged(&kerb(height), &[], Options::default());
+        // The place at which the wheel is on the edge alone is the one after that with both contacts.
+        let two = |p: &Place| p.contacts[0] == 2;
+        let both = report.places.iter().position(two).unwrap();
+        let behind = &report.places[both..];
+        let place = behind.iter().find(|p| !two(p)).unwrap();
+        assert_eq!(place.contacts, [1; 3]);
+        let needed = place.needed_mu.unwrap();
+        // The kink is found within 1e-10 m, and the angle changes by 10 rad/m there.
+        assert!(
+            (needed - expected).abs() < 1e-7,
+            "{height}: {needed} {expected}"
+        );
+        // With both contacts less friction is needed, and none before: the tread carries the load.
+        let with_both = report.places[both].needed_mu.unwrap();
+        // The search of the linear programs is coarse where a contact carries next to nothing.
+        assert!(with_both < 1e-4, "{height}: {with_both}");
+    }
+}
+
+/// Closed form: on a uniform slope the robot tips backwards where its centre of mass is above the rear contact. Tractions
+/// along the slope have no moment about that contact.
+#[test]
+fn a_steep_slope_tips_the_robot_at_the_exact_angle() {
+    let robot = Robot::default_a();
+    let (g, m) = (&robot.geometry, &robot.mass);
+    let bars = Bar::ALL.iter().map(|bar| (m.of(*bar).0, g.cg(*bar)));
+    let parts = bars.chain(g.axles.iter().map(|axle| (m.wheel, *axle)));
+    let centre = parts
+        .map(|(mass, at)| at * (mass / m.total()))
+        .sum::<robhaz_model::Vec2>();
+    let angle = ((centre.x - g.axles[2].x) / centre.y).atan().to_degrees();
+    for (offset, tips) in [(-0.02, false), (0.02, true)] {
+        // Enough friction and torque, so that nothing else fails.
+        let report = judged(
+            &ramp(angle + offset),
+            &["drive.torque_limit=100"],
+            with_mu(5.0),
+        );
+        for place in on_slope(&report) {
+            let found = place.failure.filter(|f| f.reason == Reason::Tipping);
+            assert_eq!(found.is_some(), tips, "{:?}", place.failure);
+            assert!(
+                found.is_none_or(|f| f.by.is_some_and(|by| by > 0.0 && by < 1.0)),
+                "{found:?}"
+            );
+        }
+        assert!(!tips || report.probability == 0.0);
+    }
+}
+
+/// Closed form: on a slope the three tractions sum up to W sin(slope). A torque limit below a third of that fails, by the
+/// difference; one above it passes.
+#[test]
+fn the_torque_limit_bounds_the_slope() {
+    let robot = Robot::default_a();
+    let third = robot.mass.total() * GRAVITY * 20.0_f64.to_radians().sin() / 3.0 * 0.1;
+    let judged_with = |limit: f64| {
+        let set = format!("drive.torque_limit={limit}");
+        judged(&ramp(20.0), &[&set], with_mu(2.0))
+    };
+    for place in on_slope(&judged_with(third - 0.01)) {
+        let failure = place.failure.unwrap();
+        assert_eq!(failure.reason, Reason::Torque);
+        // Tolerance of the linear programs: 1e-7 N.
+        assert!((failure.by.unwrap() - 0.01).abs() < 1e-6, "{failure:?}");
+    }
+    for place in on_slope(&judged_with(third + 0.01)) {
+        assert_eq!(place.failure, None);
+        let most = place.traction.unwrap().into_iter().fold(0.0, f64::max);
+        assert!(most * 0.1 <= third + 0.01 + 1e-7);
+        // Nearly equal tractions need more friction than the best ones.
+        assert!(place.needed_mu.unwrap() > 20.0_f64.to_radians().tan() + 0.01);
+    }
+}
+
+/// Closed form: a stretch with its own friction coefficient has its own margin. Property: at its ends, where wheels have
+/// different coefficients, the margin lies between.
+#[test]
+fn a_stretch_has_its_own_margin() {
+    let text = ramp(15.0) + "[[terrain.stretch]]\nfrom = 1.5\nto = 9.0\nmu_s = 0.4\nmu_d = 0.3\n";
+    let report = judged(&text, &[], Options::default());
+    let tan = 15.0_f64.to_radians().tan();
+    let mut mixed = 0;
+    for place in on_slope(&report) {
+        let margin = place.margin.unwrap();
+        if place.wheel_x[0] < 1.45 {
+            assert!((margin - (0.8 - tan)).abs() < 1e-9);
+        } else if place.wheel_x[2] > 1.55 {
+            assert!((margin - (0.4 - tan)).abs() < 1e-9);
+        } else if place.wheel_x[0] > 1.55 && place.wheel_x[2] < 1.45 {
+            assert!(
+                margin > 0.4 - tan + 0.01 && margin < 0.8 - tan - 0.01,
+                "{margin}"
+            );
+            assert!((place.needed_mu.unwrap() - tan).abs() < 1e-9);
+            mixed += 1;
+        }
+    }
+    assert!(mixed > 10, "{mixed}");
+}
+
+/// Property: more friction never turns go into no-go; the step is at the needed friction. Probability: one half at the
+/// needed friction, 0.8413 one standard deviation above.
+#[test]
+fn go_is_monotone_in_mu() {
+    let needed = judged(&kerb(0.05), &[], Options::default())
+        .needed_mu
+        .unwrap();
+    for (factor, go) in [(0.5, false), (0.999, false), (1.001, true), (2.0, true)] {
+        assert_eq!(
+            judged(&kerb(0.05), &[], with_mu(factor * needed)).go,
+            go,
+            "{factor}"
+        );
+    }
+    for (mu, probability) in [(needed, 0.5), (needed + 0.1, 0.8413)] {
+        let options = Options {
+            mu_sigma: 0.1,
+            ..with_mu(mu)
+        };
+        let found = judged(&kerb(0.05), &[], options).probability;
+        assert!((found - probability).abs() < 1e-4, "{found}");
+    }
+}
+
+/// Property: equal tractions need at least the friction of the best ones, at each place.
+#[test]
+fn equal_tractions_need_no_less_than_the_best() {
+    for text in [ramp(15.0), kerb(0.05), String::new()] {
+        let of = |drive| {
+            let options = Options {
+                drive,
+                ..Options::default()
+            };
+            judged(&text, &[], options)
+        };
+        let (best, equal) = (of(DriveKind::Ideal), of(DriveKind::Speed));
+        assert_eq!(best.places.len(), equal.places.len());
+        for (a, b) in best.places.iter().zip(&equal.places) {
+            if let Some(needed) = b.needed_mu {
+                // Tolerance of the linear programs.
+                assert!(needed > a.needed_mu.unwrap() - 1e-7);
+            }
+        }
+    }
+}
+
+/// A crest as sharp as the end stop allows no further: pin Q would be beyond its stop.
+#[test]
+fn a_sharp_crest_meets_the_end_stop() {
+    let text = "[terrain]\nkind = \"cosbump\"\n";
+    let free = judged(text, &[], with_mu(5.0));
+    let largest = free
+        .places
+        .iter()
+        .map(|p| p.opening)
+        .fold(f64::NEG_INFINITY, f64::max);
+    let mut narrow = setup(text, &[], with_mu(5.0)).unwrap();
+    narrow.robot.geometry.stop.upper = largest - 0.01;
+    let report = judge(&narrow).unwrap();
+    let failure = report.first_failure.unwrap();
+    assert_eq!(failure.reason, Reason::EndStop);
+    assert!(failure.by.unwrap() > 0.0 && failure.by.unwrap() <= 0.01 && !report.go);
+}
+
+/// Bad options are refused.
+#[test]
+fn bad_options_are_refused() {
+    let error = |text: &str, options| setup(text, &[], options).err().unwrap();
+    assert_eq!(error("", with_mu(0.0)), PathError::Mu(0.0));
+    assert_eq!(error("", with_mu(-0.3)), PathError::Mu(-0.3));
+    assert!(matches!(error("", with_mu(f64::NAN)), PathError::Mu(_)));
+    let sigma = Options {
+        mu_sigma: -1.0,
+        ..Options::default()
+    };
+    assert_eq!(error("", sigma), PathError::MuSigma(-1.0));
+    let distance = Options {
+        distance: Some(0.0),
+        ..Options::default()
+    };
+    assert_eq!(error("", distance), PathError::Distance(0.0));
+    let flat = "[terrain]\nkind = \"flat\"\n";
+    assert!(matches!(
+        error(flat, Options::default()),
+        PathError::NoPath { .. }
+    ));
+    let behind = "[terrain]\nkind = \"step\"\nkerb = 0.05\nstart = -2.0\n";
+    assert!(matches!(
+        error(behind, Options::default()),
+        PathError::NoPath { .. }
+    ));
+    // The middle wheel starts inside a deep trench.
+    let trench = "[terrain]\nkind = \"ditch\"\nstart = -0.25\nwidth = 0.5\ndepth = 2.0\n";
+    let found = judge(&setup(trench, &[], Options::default()).unwrap());
+    assert!(found.is_err(), "{:?}", found.unwrap().places[0]);
+}

@@ -1,0 +1,154 @@
+//! `robhaz path`: agreement with driving in the simulator, and the command.
+
+use crate::support::{robhaz, root, text};
+use rayon::prelude::*;
+use robhaz_path::{DriveKind, Options, PathSetup, judge};
+use robhaz_scene::Scene;
+use robhaz_sim::Plant;
+use std::path::Path;
+
+const RAMP: &str = "[terrain]\nkind = \"ramp\"\nangle = \"15 deg\"\nstart = 0.5\nlength = 1.5\n";
+const STEEP: &str = "[terrain]\nkind = \"ramp\"\nangle = \"22 deg\"\nstart = 0.5\nlength = 1.5\n";
+const LOW_KERB: &str = "[terrain]\nkind = \"step\"\nkerb = 0.03\nstart = 0.5\n";
+const KERB: &str = "[terrain]\nkind = \"step\"\nkerb = 0.05\nstart = 0.5\n";
+
+/// A scene with the soft drive, slow enough for statics, and a friction coefficient.
+fn scene(ground: &str, mu: f64) -> Scene {
+    let set = [
+        "drive.kp=10".to_owned(),
+        "drive.ki=0".to_owned(),
+        "drive.speed=0.1".to_owned(),
+        "engine.kind=direct".to_owned(),
+        format!("contact.mu_s={mu}"),
+        format!("contact.mu_d={mu}"),
+    ];
+    Scene::parse(ground, "trial", Path::new(""), &set).unwrap()
+}
+
+fn needed(ground: &str, drive: DriveKind) -> f64 {
+    let options = Options {
+        drive,
+        ..Options::default()
+    };
+    let setup = PathSetup::new(&scene(ground, 0.8), options).unwrap();
+    judge(&setup).unwrap().needed_mu.unwrap()
+}
+
+/// x of the middle wheel at the end of 20 s, m.
+fn driven(ground: &str, mu: f64) -> f64 {
+    let mut plant = Plant::new(&scene(ground, mu).plant_setup()).unwrap();
+    let mut x = 0.0;
+    for _ in 0..20_000 {
+        x = plant.next_truth().unwrap().wheels[1].position.x;
+    }
+    x
+}
+
+/// Acceptance: the simulated robot does not pass with less friction than the best tractions need, and passes with more
+/// than equal tractions need. 0.85 and 1.25 leave room for what statics leaves out: the momentum of 0.1 m/s, unequal
+/// tractions, and slip.
+#[test]
+fn the_simulated_robot_passes_as_judged() {
+    let grounds = [RAMP, STEEP, LOW_KERB, KERB];
+    let runs: Vec<_> = grounds
+        .par_iter()
+        .map(|ground| {
+            let best = 0.85 * needed(ground, DriveKind::Ideal);
+            let equal = 1.25 * needed(ground, DriveKind::Speed);
+            (best, driven(ground, best), equal, driven(ground, equal))
+        })
+        .collect();
+    for (ground, (below, stuck, above, passed)) in grounds.iter().zip(runs) {
+        println!("{below:.3}: {stuck:.3} m; {above:.3}: {passed:.3} m");
+        // The rear wheel meets the kerb or the slope when the middle one is at 0.7 m; 20 s at 0.1 m/s are 1.9 m.
+        assert!(stuck < 0.9, "{ground}: {stuck} m with mu = {below}");
+        assert!(passed > 1.2, "{ground}: {passed} m with mu = {above}");
+    }
+}
+
+/// The commands of docs/paths.md run, and leave the files that it names.
+#[test]
+fn the_documented_commands_run() {
+    let document = std::fs::read_to_string(root().join("docs/paths.md")).unwrap();
+    let block = document.split("```sh\n").nth(1).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let scenes = root().join("scenes");
+    let mut count = 0;
+    for line in block.split("```").next().unwrap().lines() {
+        let line = line.strip_prefix("cargo run --release -- ").unwrap();
+        let words = line.split(' ').map(|w| match w.strip_prefix("scenes/") {
+            Some(name) => scenes.join(name).display().to_string(),
+            None => w.to_owned(),
+        });
+        let output = robhaz(folder.path()).args(words).output().unwrap();
+        assert!(output.status.success(), "{line}: {}", text(&output.stderr));
+        if line.ends_with("--json") {
+            let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+            for key in [
+                "go",
+                "probability",
+                "needed_mu",
+                "margin",
+                "margin_x",
+                "first_failure",
+                "places",
+            ] {
+                assert!(report.get(key).is_some(), "{key}");
+            }
+        } else {
+            assert!(text(&output.stdout).contains(": GO over"), "{line}");
+        }
+        count += 1;
+    }
+    assert_eq!(count, 3);
+    for name in [
+        "path.parquet",
+        "figures/needed_friction.svg",
+        "figures/needed_friction.pdf",
+    ] {
+        assert!(
+            folder.path().join("runs/path-smooth").join(name).is_file(),
+            "{name}"
+        );
+    }
+}
+
+/// No-go has the exit code 1 and says where and why; files are replaced only with `--force`; bad options are named.
+#[test]
+fn the_command_says_why() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| {
+        let stairs = root().join("scenes/stairs.toml");
+        let output = robhaz(folder.path())
+            .arg("path")
+            .arg(stairs)
+            .args(arguments)
+            .output();
+        let output = output.unwrap();
+        let code = output.status.code();
+        (code, text(&output.stdout), text(&output.stderr))
+    };
+    let out = ["--out", "judged", "--format", "csv"];
+    let (code, stdout, _) = run(&out);
+    assert_eq!(code, Some(1));
+    assert!(stdout.contains("NO-GO at x = 0.9"), "{stdout}");
+    let columns = std::fs::read_to_string(folder.path().join("judged/columns.csv")).unwrap();
+    assert!(columns.contains("path,needed_mu,1,"), "{columns}");
+    let (_, _, stderr) = run(&out);
+    assert!(
+        stderr.contains("path.csv exists") && stderr.contains("--force"),
+        "{stderr}"
+    );
+    let (_, stdout, _) = run(&[out.as_slice(), &["--force"]].concat());
+    assert!(stdout.contains("NO-GO"), "{stdout}");
+    for (arguments, expected) in [
+        (["--mu", "0"], "--mu) is 0"),
+        (["--mu-sigma", "-1"], "--mu-sigma) is -1"),
+        (["--distance", "-1"], "--distance) is -1"),
+        (["--set", "terrain.kind=flat"], "there is no path ahead"),
+    ] {
+        let (code, _, stderr) = run(&arguments);
+        assert_eq!(code, Some(1), "{arguments:?}");
+        assert!(stderr.contains(expected), "{stderr}");
+    }
+}
