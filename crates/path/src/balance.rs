@@ -14,7 +14,7 @@
 //!
 //! is a linear program, and e is allowed where t <= 0. From an allowed e the largest `|T_k|/N_k - mu_k` of its solution is
 //! a smaller allowed e, and so on down to the least one (Dinkelbach's method for ratios, with the N_k of the last solution
-//! as weights w_k; Crouzeix, Ferland and Schaible 1985). Three to five programs suffice.
+//! as weights w_k; Crouzeix, Ferland and Schaible 1985).
 
 use crate::vertex::vertex;
 use microlp::{ComparisonOp, Error, OptimizationDirection, Problem, Variable};
@@ -222,7 +222,7 @@ impl Balance {
             let weight = weights.map_or(1.0, |w| w[k].max(LEAST_WEIGHT));
             for sign in [1.0, -1.0] {
                 let row = [(pair.1, sign), (pair.0, -(mu + excess)), (t, -weight)];
-                program.problem.add_constraint(&row, ComparisonOp::Le, 0.0);
+                program.problem.add_constraint(row, ComparisonOp::Le, 0.0);
             }
         }
         self.limit_tractions(&mut program, None);
@@ -261,7 +261,7 @@ impl Balance {
         for variable in program.normal.clone() {
             // N_k >= -lack
             let row = [(variable, 1.0), (lack, 1.0)];
-            program.problem.add_constraint(&row, ComparisonOp::Ge, 0.0);
+            program.problem.add_constraint(row, ComparisonOp::Ge, 0.0);
         }
         if self.limits.equal {
             self.equal_tractions(&mut program);

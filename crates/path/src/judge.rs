@@ -12,7 +12,7 @@ use robhaz_model::Vec2;
 const BESIDE: f64 = 0.6;
 /// The walk ends when the middle wheel has gone back by this share of the wheelbase: the robot turns round in a hole.
 const BACK: f64 = 0.5;
-/// Largest mean number of steps per metre; on rough ground 200 to 400 are needed, on stairs 500.
+/// Largest mean number of steps per metre: several times what the shipped grounds need.
 const STEPS_PER_METRE: f64 = 20_000.0;
 /// Number of places at which the search of mu_n starts anew: independent of the number of threads.
 const CHUNK: usize = 64;

@@ -72,7 +72,7 @@ fn level_ground_needs_none() {
             ..Options::default()
         };
         let report = judged("[terrain]\nkind = \"flat\"\n", &[], options);
-        assert!(report.go && report.probability == 1.0);
+        assert!(report.go && report.probability >= 1.0);
         assert!(report.needed_mu.unwrap().abs() < 1e-8, "{report:?}");
         assert!(report.places.last().unwrap().x() >= 0.5);
     }
