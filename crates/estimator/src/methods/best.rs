@@ -381,7 +381,7 @@ impl BestFilters {
         let most = Self::LARGEST_LAG * nominal.robot.mean_wheel_load();
         let follow = |smooth: &mut f64, last: f64| {
             let lag = (1.0 - weight) * (last - *smooth);
-            *smooth = last - lag.clamp(-most, most);
+            *smooth = last - lag.max(-most).min(most);
         };
         for i in 0..3 {
             follow(&mut self.smooth_forces.normal[i], self.last_normal_force[i]);
