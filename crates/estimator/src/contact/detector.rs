@@ -1,6 +1,7 @@
 //! Detection of the contact state of one wheel from its normal force and the residuals of its rolling constraints.
 
 use super::state::{ContactEstimate, ContactState};
+use crate::settings::EstimatorSettings;
 use crate::visit::visit_fields;
 
 /// Residuals of the rolling constraints of one wheel at one sample, before they correct any state.
@@ -59,7 +60,7 @@ visit_fields!(ContactDetector: air, two, sliding, beyond_creep);
 
 impl ContactDetector {
     /// Load over the mean wheel load below which a wheel is in the air, and above which it has landed, -.
-    const UNLOADED: [f64; 2] = [0.05, 0.10];
+    const UNLOADED: [f64; 2] = [EstimatorSettings::UNLOADED, 0.10];
     /// Time for which the load has to be there, s.
     const AIR_TIME: f64 = 0.002;
     /// Size of the speed away from the ground, in standard deviations, beyond which a wheel has two contacts, and below
@@ -77,7 +78,7 @@ impl ContactDetector {
     const LEAST_SIGMAS: f64 = 3.0;
     /// T/N below which no wheel counts as sliding, -: ground with less friction carries no robot. A slip that shows
     /// there comes from a wrong velocity, as after an impact.
-    const LEAST_RATIO: f64 = 0.15;
+    pub const LEAST_RATIO: f64 = 0.15;
     /// Times for which the slip has to be there, and to be gone, s.
     const SLIDING_TIME: [f64; 2] = [0.005, 0.008];
     /// Time constant of the slip's low pass, s.

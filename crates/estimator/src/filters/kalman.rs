@@ -87,11 +87,6 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         )
     }
 
-    /// Variance `h' P h` of the prediction of a measurement with the row `h`.
-    pub fn predicted_variance<const K: usize>(&self, h: &[(usize, f64); K]) -> f64 {
-        Self::along(&self.covariance_times(h), h)
-    }
-
     /// [`Self::apply_to`], unless the innovation lies beyond `gate` standard deviations. Returns whether it was used.
     pub fn apply_within(
         &mut self,

@@ -59,8 +59,8 @@ impl LinkAngleKalman {
     const ACCELERATION_ERROR: f64 = 0.5;
     /// Least noise of an inclinometer, rad. With a budget of zero the gyroscope would count for nothing.
     const LEAST_NOISE: f64 = 5e-4;
-    /// Angular acceleration from which a change of the rate is an impact, rad/s^2: ten times that of a link on ground with a
-    /// radius of 0.1 m at 0.2 m/s.
+    /// Angular acceleration from which a change of the rate is an impact, rad/s^2: 15 times `v^2/(R l)`, that of a link with l = 0.3 m
+    /// whose wheel follows ground with a radius of R = 0.1 m at 0.2 m/s.
     const IMPACT: f64 = 20.0;
     /// The change must also be this many standard deviations of the gyroscope's noise in a difference of two readings.
     const IMPACT_GATE: f64 = 6.0;

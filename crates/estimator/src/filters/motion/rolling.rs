@@ -113,7 +113,8 @@ impl MotionFilter {
         let x = (VELOCITY, -velocity.direction.y);
         let y = (VELOCITY + 1, velocity.direction.x);
         let h = [x, y, (CONTACT_ANGLE + i, velocity.speed)];
-        let of_states = self.filter.predicted_variance(&h);
+        let mut ph = self.filter.covariance_times(&h);
+        let mut of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
 
         let given = self.angles == ContactAngles::Given;
         // Below the speed at which a velocity has a direction, noise would pass for slopes.
@@ -127,6 +128,8 @@ impl MotionFilter {
             self.suspect[i] = TUNING.suspect_time;
         } else if leaves && correct {
             self.meet_edge(i, &velocity);
+            ph = self.filter.covariance_times(&h);
+            of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
         }
 
         let noise = TUNING.gyro_noise_factor * noise;
@@ -137,8 +140,7 @@ impl MotionFilter {
         }
         let r = penetration.white(dt) + shared;
         if correct {
-            let ph = self.filter.covariance_times(&h);
-            let variance = Kalman::<COUNT, CONSIDERED>::along(&ph, &h) + r;
+            let variance = of_states + r;
             let estimated = self.estimated_states();
             self.filter
                 .apply_within(estimated, &ph, -velocity.away, variance, TUNING.gate);

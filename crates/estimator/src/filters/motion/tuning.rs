@@ -4,6 +4,7 @@
 //! errors and the consistency that this tuning reaches.
 
 use super::noise::LastingError;
+use crate::contact::ContactDetector;
 
 /// Constants of the motion filter. A [`LastingError`] is a standard deviation and a correlation time.
 pub struct Tuning {
@@ -146,7 +147,7 @@ pub const TUNING: Tuning = Tuning {
     unread_angle_walk: 0.5,
     steepest: 1.4,
     sliding_gate: 6.0,
-    sticking_ratio: 0.15,
+    sticking_ratio: ContactDetector::LEAST_RATIO,
     sliding_time: 0.1,
     sliding: LastingError::new(1.0, 1.0),
     least_angle: 1e-3,
