@@ -99,7 +99,7 @@ impl MedianStep {
 mod tests {
     use super::*;
 
-    /// Rows in order are used, equal times and late rows left out, a clock that was set is told.
+    /// Rows in order are used, equal times and late rows left out, a clock that was set is reported.
     #[test]
     fn rows_are_judged_by_their_times() {
         let mut order = Order::default();

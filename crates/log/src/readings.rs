@@ -1,9 +1,10 @@
 //! The readings of a frame by name.
 
 use robhaz_estimator::{LinkReading, SensorFrame};
+use robhaz_scene::READINGS;
 
 /// Number of readings of a frame.
-pub const COUNT: usize = 13;
+pub const COUNT: usize = READINGS.len();
 
 /// Values of all readings, in the order of [`Reading::ALL`]; `None` where a reading is missing.
 pub type Values = [Option<f64>; COUNT];
@@ -11,23 +12,6 @@ pub type Values = [Option<f64>; COUNT];
 /// A reading of a frame: its place in [`Values`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reading(usize);
-
-/// Names of the readings: the columns of the table `sensors` that a run writes.
-const NAMES: [&str; COUNT] = [
-    "wheel1_angle",
-    "wheel1_motor_torque",
-    "wheel1_contact_angle",
-    "wheel2_angle",
-    "wheel2_motor_torque",
-    "wheel2_contact_angle",
-    "wheel3_angle",
-    "wheel3_motor_torque",
-    "wheel3_contact_angle",
-    "link1_inclination",
-    "link1_rate",
-    "link2_inclination",
-    "link2_rate",
-];
 
 impl Reading {
     /// All readings, in the order of the table `sensors`.
@@ -37,7 +21,7 @@ impl Reading {
 
     /// Its name.
     pub fn name(self) -> &'static str {
-        NAMES[self.0]
+        READINGS[self.0]
     }
 
     /// Its SI unit.

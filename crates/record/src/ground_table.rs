@@ -8,37 +8,37 @@ use robhaz_run::RunDescription;
 use std::path::Path;
 
 const COLUMNS: [PointColumn<ComparedPoint>; 9] = [
-    column(
+    PointColumn::always(
         "section",
         "1",
         "number of the section: places of different sections have different origins",
         |(p, _)| Some(f64::from(p.section)),
     ),
-    column(
+    PointColumn::always(
         "x",
         "m",
         "place along the path, from the middle axle's place at the start",
         |(p, _)| Some(p.x),
     ),
-    column(
+    PointColumn::always(
         "y",
         "m",
         "height over the middle wheel's contact at the start",
         |(p, _)| Some(p.height),
     ),
-    column("slope", "rad", "angle of the tangent", |(p, _)| {
+    PointColumn::always("slope", "rad", "angle of the tangent", |(p, _)| {
         Some(p.slope)
     }),
-    column("sigma_x", "m", "standard deviation of x", |(p, _)| {
+    PointColumn::always("sigma_x", "m", "standard deviation of x", |(p, _)| {
         Some(p.sigma_x)
     }),
-    column(
+    PointColumn::always(
         "sigma_y",
         "m",
         "standard deviation of y at x, with that of x times the slope",
         |(p, _)| Some(p.sigma_height),
     ),
-    column(
+    PointColumn::always(
         "sigma_slope",
         "rad",
         "standard deviation of the slope at x",
@@ -46,7 +46,7 @@ const COLUMNS: [PointColumn<ComparedPoint>; 9] = [
     ),
     PointColumn {
         nullable: true,
-        ..column(
+        ..PointColumn::always(
             "true_y",
             "m",
             "true height at x, from the same origin; empty in later sections",
@@ -55,7 +55,7 @@ const COLUMNS: [PointColumn<ComparedPoint>; 9] = [
     },
     PointColumn {
         nullable: true,
-        ..column(
+        ..PointColumn::always(
             "true_slope",
             "rad",
             "true angle at x; empty on a riser and in later sections",
@@ -63,21 +63,6 @@ const COLUMNS: [PointColumn<ComparedPoint>; 9] = [
         )
     },
 ];
-
-const fn column(
-    name: &'static str,
-    unit: &'static str,
-    description: &'static str,
-    get: fn(&ComparedPoint) -> Option<f64>,
-) -> PointColumn<ComparedPoint> {
-    PointColumn {
-        name,
-        unit,
-        description,
-        nullable: false,
-        get,
-    }
-}
 
 /// Writes the table of each estimator that has found ground.
 pub fn write_grounds(

@@ -12,37 +12,37 @@ use std::path::{Path, PathBuf};
 const NAME: &str = "path";
 
 const COLUMNS: [PointColumn<Place>; 19] = [
-    always("x", "m", "centre of the middle wheel", |p| {
+    PointColumn::always("x", "m", "centre of the middle wheel", |p| {
         Some(p.wheel_x[1])
     }),
-    always("y", "m", "centre of the middle wheel", |p| {
+    PointColumn::always("y", "m", "centre of the middle wheel", |p| {
         Some(p.wheel_y[1])
     }),
-    always("wheel1_x", "m", "centre of the front wheel", |p| {
+    PointColumn::always("wheel1_x", "m", "centre of the front wheel", |p| {
         Some(p.wheel_x[0])
     }),
-    always("wheel1_y", "m", "centre of the front wheel", |p| {
+    PointColumn::always("wheel1_y", "m", "centre of the front wheel", |p| {
         Some(p.wheel_y[0])
     }),
-    always("wheel3_x", "m", "centre of the rear wheel", |p| {
+    PointColumn::always("wheel3_x", "m", "centre of the rear wheel", |p| {
         Some(p.wheel_x[2])
     }),
-    always("wheel3_y", "m", "centre of the rear wheel", |p| {
+    PointColumn::always("wheel3_y", "m", "centre of the rear wheel", |p| {
         Some(p.wheel_y[2])
     }),
-    always("opening", "rad", "angle of pin Q, theta_1 - theta_2", |p| {
+    PointColumn::always("opening", "rad", "angle of pin Q, theta_1 - theta_2", |p| {
         Some(p.opening)
     }),
-    always("wheel1_contacts", "1", "contacts of the front wheel", |p| {
+    PointColumn::always("wheel1_contacts", "1", "contacts of the front wheel", |p| {
         Some(count(p.contacts[0]))
     }),
-    always(
+    PointColumn::always(
         "wheel2_contacts",
         "1",
         "contacts of the middle wheel",
         |p| Some(count(p.contacts[1])),
     ),
-    always("wheel3_contacts", "1", "contacts of the rear wheel", |p| {
+    PointColumn::always("wheel3_contacts", "1", "contacts of the rear wheel", |p| {
         Some(count(p.contacts[2]))
     }),
     PointColumn {
@@ -85,21 +85,6 @@ const COLUMNS: [PointColumn<Place>; 19] = [
         Some(p.traction?[2])
     }),
 ];
-
-const fn always(
-    name: &'static str,
-    unit: &'static str,
-    description: &'static str,
-    get: fn(&Place) -> Option<f64>,
-) -> PointColumn<Place> {
-    PointColumn {
-        name,
-        unit,
-        description,
-        nullable: false,
-        get,
-    }
-}
 
 const fn force(
     name: &'static str,

@@ -18,6 +18,7 @@ mod append;
 mod columns;
 mod csv_table;
 mod error;
+mod estimator_rows;
 mod felt_ground;
 mod figures;
 mod format;

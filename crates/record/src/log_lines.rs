@@ -1,8 +1,9 @@
 //! What is printed of recorded logs: means of the estimates, and what became of the rows.
 
+use crate::estimator_rows::{first_cells, heading, right};
 use crate::summary::{ChannelSummary, EstimatorSummary, LogSummary, MeanForces, Summary};
 use comfy_table::presets::UTF8_FULL_CONDENSED;
-use comfy_table::{Cell, CellAlignment, Row, Table};
+use comfy_table::{Row, Table};
 
 /// Share of the records with a flag from which on it is printed.
 const OFTEN: f64 = 0.001;
@@ -37,23 +38,11 @@ fn header(several: bool) -> Row {
         "sum of\ntraction\nN",
         "parity\n\n-",
     ];
-    let mut row = Row::new();
-    if several {
-        row.add_cell(Cell::new("run"));
-    }
-    row.add_cell(Cell::new("estimator"));
-    for name in names {
-        row.add_cell(right(name));
-    }
-    row
+    heading(&names, several)
 }
 
 fn row(label: Option<&str>, estimator: &EstimatorSummary) -> Row {
-    let mut row = Row::new();
-    if let Some(label) = label {
-        row.add_cell(Cell::new(label));
-    }
-    row.add_cell(Cell::new(&estimator.name));
+    let mut row = first_cells(label, &estimator.name);
     let Some(means) = &estimator.means else {
         for _ in 0..6 {
             row.add_cell(right("-"));
@@ -73,10 +62,6 @@ fn row(label: Option<&str>, estimator: &EstimatorSummary) -> Row {
     let parity = means.parity.map(|p| format!("{p:.2}"));
     row.add_cell(right(parity.unwrap_or_else(|| "-".to_owned())));
     row
-}
-
-fn right(text: impl ToString) -> Cell {
-    Cell::new(text).set_alignment(CellAlignment::Right)
 }
 
 /// Lines about a log: its channels, what was left out, readings that are missing, flags of the estimators.

@@ -29,6 +29,24 @@ pub struct PointColumn<T> {
     pub get: fn(&T) -> Option<f64>,
 }
 
+impl<T> PointColumn<T> {
+    /// A column in which no value is missing by its nature.
+    pub const fn always(
+        name: &'static str,
+        unit: &'static str,
+        description: &'static str,
+        get: fn(&T) -> Option<f64>,
+    ) -> Self {
+        Self {
+            name,
+            unit,
+            description,
+            nullable: false,
+            get,
+        }
+    }
+}
+
 /// Writes the table `name` into a folder, and with CSV its lines of `columns.csv`, which is there already.
 pub fn write_points<T>(
     folder: &Path,

@@ -1,9 +1,10 @@
 //! The table that is printed at the end of a run, and that compares runs.
 
+use crate::estimator_rows::{first_cells, heading, right};
 use crate::log_lines::{log_lines, means_table};
 use crate::summary::{EstimatorSummary, FrictionSummary, ProgressSummary, Summary};
 use comfy_table::presets::UTF8_FULL_CONDENSED;
-use comfy_table::{Cell, CellAlignment, ContentArrangement, Row, Table};
+use comfy_table::{ContentArrangement, Row, Table};
 
 /// Width of the table, columns of text.
 const WIDTH: u16 = 100;
@@ -89,23 +90,11 @@ fn header(several: bool) -> Row {
         "largest\nerror\nN",
         "traction,\nall wheels\nN",
     ];
-    let mut row = Row::new();
-    if several {
-        row.add_cell(Cell::new("run"));
-    }
-    row.add_cell(Cell::new("estimator"));
-    for name in names {
-        row.add_cell(right(name));
-    }
-    row
+    heading(&names, several)
 }
 
 fn row(label: Option<&str>, estimator: &EstimatorSummary) -> Row {
-    let mut row = Row::new();
-    if let Some(label) = label {
-        row.add_cell(Cell::new(label));
-    }
-    row.add_cell(Cell::new(&estimator.name));
+    let mut row = first_cells(label, &estimator.name);
     let Some((normal, traction)) = estimator.normal_force.zip(estimator.traction) else {
         for _ in 0..6 {
             row.add_cell(right("-"));
@@ -121,10 +110,6 @@ fn row(label: Option<&str>, estimator: &EstimatorSummary) -> Row {
     row.add_cell(right(force(normal.max_abs, None)));
     row.add_cell(right(force(traction.rmse_all, None)));
     row
-}
-
-fn right(text: impl ToString) -> Cell {
-    Cell::new(text).set_alignment(CellAlignment::Right)
 }
 
 /// Newtons and, under the header's `%`, the share.

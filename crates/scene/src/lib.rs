@@ -52,7 +52,7 @@ pub use estimators::EstimatorChoice;
 pub use excerpt::harmless;
 pub use log::{
     ChannelChoice, ImuChoice, InclinationSource, LogChoice, LogEstimator, Mapping,
-    NeedsContactAngles, ReadingChoice, UnknownEstimator, log_reference,
+    NeedsContactAngles, READINGS, ReadingChoice, UnknownEstimator, log_reference,
 };
 pub use model_error::{ModelError, ModelErrorTooLarge};
 pub use name::from_stem;

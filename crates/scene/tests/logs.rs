@@ -84,7 +84,7 @@ fn factors_follow_from_units() {
     assert_eq!(mapping.missing.len(), 9);
 }
 
-/// Every problem of a description is told at its line.
+/// Every problem of a description is reported at its line.
 #[test]
 fn problems_name_line_key_and_remedy() {
     let text = "[[channel]]\nname = \"a\"\n[reading]\n\

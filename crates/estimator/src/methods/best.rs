@@ -3,6 +3,7 @@
 #[cfg(test)]
 mod tests;
 
+use super::smooth_forces::SmoothForces;
 use super::wheel::{Wheel, visit_observers, visit_wheels};
 use crate::assembly::{Solution, Uncertainty, assemble};
 use crate::contact::{ContactDetector, ContactEstimate, ContactEvidence, RollingResiduals};
@@ -17,7 +18,7 @@ use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, NoiseBudge
 use crate::statics::{
     Arms, Equations, LinkageMotion, Loads, RightSide, Sensitivity, Traction, solve,
 };
-use crate::visit::{Visit, visit_fields};
+use crate::visit::Visit;
 use nalgebra::Matrix4;
 use robhaz_model::{Robot, perp};
 
@@ -34,23 +35,13 @@ pub(crate) struct BestFilters {
     last_normal_force: [f64; 3],
     /// Tractions of the last estimate, before the bound N >= 0, N.
     last_traction: [f64; 3],
-    /// Low-pass filtered forces, about which the sensitivity is linearised: the noise of a torque must not be in both a residual
-    /// and its gradient. The product would be a bias, and contact angles and torque offsets would drift together.
+    /// Forces about which the sensitivity is linearised.
     smooth_forces: SmoothForces,
     /// Time for which the parity residual has been beyond its gate without a break, s.
     time_beyond_gate: f64,
     /// Contact state of each wheel.
     contact: [ContactDetector; 3],
 }
-
-/// Low-pass filtered forces of the three wheels, N.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct SmoothForces {
-    normal: [f64; 3],
-    traction: [f64; 3],
-}
-
-visit_fields!(SmoothForces: normal, traction);
 
 impl Visit for BestFilters {
     fn visit(&mut self, f: &mut impl FnMut(&mut f64)) {
@@ -72,11 +63,6 @@ impl BestFilters {
     /// Errors that were estimated from false readings would otherwise make the gate reject correct readings for ever.
     const LONGEST_BEYOND_GATE: f64 = 1.0;
 
-    /// Time constant of the low-pass filtered forces, s: longer than the noise of the torque observer is correlated.
-    const FORCE_SMOOTHING: f64 = 0.2;
-    /// Largest distance of the filtered forces from the last ones, as a part of the mean wheel load.
-    const LARGEST_LAG: f64 = 0.1;
-
     /// Creates the filters of a robot at rest.
     pub fn new(robot: &Robot, method: KalmanMethod, budget: &NoiseBudget) -> Self {
         Self {
@@ -87,10 +73,7 @@ impl BestFilters {
             ground: GroundMemory::new(&robot.geometry),
             last_normal_force: [robot.mean_wheel_load(); 3],
             last_traction: [0.0; 3],
-            smooth_forces: SmoothForces {
-                normal: [robot.mean_wheel_load(); 3],
-                traction: [0.0; 3],
-            },
+            smooth_forces: SmoothForces::at_rest(robot),
             time_beyond_gate: 0.0,
             contact: [ContactDetector::default(); 3],
         }
@@ -153,7 +136,8 @@ impl BestFilters {
         self.discard_wrong_states(&settings.budget);
         self.last_normal_force = forces.normal;
         self.last_traction = forces.traction;
-        self.smooth_forces(nominal, instant.dt);
+        self.smooth_forces
+            .follow(&nominal.robot, &forces.normal, &forces.traction, instant.dt);
         let contact = self.detect_contacts(&nominal.robot, &rolling, instant.dt);
 
         let mut flags = instant.flags | nominal.unloaded(&forces.normal);
@@ -373,20 +357,6 @@ impl BestFilters {
             wheel.traction(settings, error, radius)
         };
         [traction(0), traction(1), traction(2)]
-    }
-
-    /// Advances the low-pass filtered forces by `dt` (s). They stay within a tenth of the mean wheel load of the last ones.
-    fn smooth_forces(&mut self, nominal: &Nominal, dt: f64) {
-        let weight = dt / (Self::FORCE_SMOOTHING + dt);
-        let most = Self::LARGEST_LAG * nominal.robot.mean_wheel_load();
-        let follow = |smooth: &mut f64, last: f64| {
-            let lag = (1.0 - weight) * (last - *smooth);
-            *smooth = last - lag.max(-most).min(most);
-        };
-        for i in 0..3 {
-            follow(&mut self.smooth_forces.normal[i], self.last_normal_force[i]);
-            follow(&mut self.smooth_forces.traction[i], self.last_traction[i]);
-        }
     }
 
     /// Right-hand side of eq. (8) for the estimated tractions, with its sensitivity at the forces `about`.

@@ -2,6 +2,7 @@
 
 mod best;
 mod paper;
+mod smooth_forces;
 mod wheel;
 
 pub(crate) use best::BestFilters;

@@ -21,5 +21,5 @@ mod write;
 pub use choice::{LogChoice, LogEstimator, NeedsContactAngles, UnknownEstimator};
 pub use imu::{ImuChoice, InclinationSource};
 pub use mapping::{ChannelChoice, Mapping};
-pub use reading::ReadingChoice;
+pub use reading::{READINGS, ReadingChoice};
 pub use reference::log_reference;
