@@ -13,10 +13,12 @@
 #![no_std]
 
 mod controller;
+mod input;
 mod kind;
 pub mod shared;
 mod wheel_speed;
 
-pub use controller::{ControlInput, ControlSettings, Controller};
+pub use controller::Controller;
+pub use input::{ControlInput, ControlSettings};
 pub use kind::ControlKind;
 pub use robhaz_model::WheelCommand;

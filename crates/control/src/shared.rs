@@ -23,7 +23,7 @@
 //! N_i is the estimated normal force, drawn to the mean load where its standard deviation is large, and smoothed. Without
 //! an estimate, and where its readings are stale or the linkage is at a stop, all shares become equal.
 
-use crate::controller::{ControlInput, ControlSettings};
+use crate::input::{ControlInput, ControlSettings};
 use crate::wheel_speed::WheelSpeed;
 use robhaz_estimator::{Estimate, Flags};
 
@@ -173,3 +173,6 @@ fn reference(speeds: [f64; 3], allowed: f64) -> f64 {
     let near = |speed: f64| (speed - median).max(-allowed).min(allowed);
     median + (near(a) + near(b) + near(c)) / 3.0
 }
+
+#[cfg(test)]
+mod tests;
