@@ -12,24 +12,26 @@
 //! `B omega_i` keeps a wheel turning without traction, so `T_i = s_i (tau - sum B omega_j)/r`: T/N is the same for all
 //! wheels. The torque is then corrected and limited, in this order:
 //!
-//! - slip: a wheel that turns faster than `omega_ref` by more than the allowed difference loses Kp times the excess, down
-//!   to no torque;
+//! - slip: a wheel whose speed along the robot, `u_i = omega_i cos(gamma_i)`, differs from the others by more than the
+//!   allowed difference gets Kp times the excess against it. One that spins gets less, one that stays behind more;
 //! - load: a wheel without load gets `Kp (omega_ref - omega_i)` in addition, which holds its speed;
 //! - `|tau_i|` is at most the torque limit.
 //!
 //! `omega_ref` is the mean of the speeds, each within the allowed difference of their median: a wheel that spins or stands
-//! has little influence.
+//! has little influence. The reference of `u_i` is the same mean of the `u_i`.
 //!
-//! N_i is the estimated normal force, drawn to the mean load where its standard deviation is large, and smoothed. Without
-//! an estimate, and where its readings are stale or the linkage is at a stop, all shares become equal.
+//! N_i and gamma_i are those of the estimate, smoothed; N_i is drawn to the mean load where its standard deviation is
+//! large. Without an estimate, and where its readings are stale or the linkage is at a stop, all shares become equal.
 
 use crate::input::{ControlInput, ControlSettings};
 use crate::wheel_speed::WheelSpeed;
 use robhaz_estimator::{Estimate, Flags};
 
-/// Allowed difference of a wheel speed from the others: a share of the set speed, -, and a part for standstill, rad/s. A
-/// wheel on a slope of 40 deg turns 30 % faster than wheels on level ground.
-const DIFFERENCE: (f64, f64) = (0.3, 0.1);
+/// Allowed difference of a wheel speed from the others: a share of the set speed, -, and a part for standstill, rad/s.
+/// Creep at T = N is 5 to 10 % of the speed, the turning of the links adds as much.
+const DIFFERENCE: (f64, f64) = (0.15, 0.05);
+/// Smallest cos(gamma) that is counted, -: a wheel on the edge of a kerb turns on the spot.
+const STEEPEST: f64 = 0.5;
 /// Standard deviation of N over wheels and time without any reading, as a share of the mean load: on rough ground loads
 /// vary by about half.
 const LOAD_SPREAD: f64 = 0.5;
@@ -52,6 +54,8 @@ pub struct Shared {
     speeds: [WheelSpeed; 3],
     /// Smoothed normal forces that decide the shares, N.
     loads: [f64; 3],
+    /// Smoothed cosines of the contact angles, -.
+    cosines: [f64; 3],
     /// Integral of the speed error, rad; `None` before the first sample.
     integral: Option<f64>,
     /// Time of the last sample, s.
@@ -71,6 +75,7 @@ impl Shared {
             mean_load,
             speeds: Default::default(),
             loads: [mean_load; 3],
+            cosines: [1.0; 3],
             integral: None,
             time: 0.0,
         }
@@ -90,7 +95,7 @@ impl Shared {
         }
         self.update_loads(input.estimate, dt);
         let allowed = DIFFERENCE.0 * input.set_speed.abs() + DIFFERENCE.1;
-        let reference = reference(speeds, allowed);
+        let reference = mean_near_median(speeds, allowed);
         let error = input.set_speed - reference;
         // The first torques are those that the drives have.
         let held: f64 = frame.motor_torque.iter().flatten().sum();
@@ -109,21 +114,24 @@ impl Shared {
         torques
     }
 
-    /// Moves the loads towards those of the estimate over `dt` (s).
+    /// Moves loads and cosines towards those of the estimate over `dt` (s).
     fn update_loads(&mut self, estimate: Option<&Estimate>, dt: f64) {
         let trusted = estimate.filter(|e| {
             let bits = e.flags.bits();
             bits & (Flags::SENSOR_STALE.bits() | Flags::AT_STOP.bits()) == 0
         });
         let spread = LOAD_SPREAD * self.mean_load;
+        let step = dt / (dt + SHARE_TIME);
         for i in 0..3 {
-            let found = trusted.map_or(self.mean_load, |estimate| {
+            let (load, cosine) = trusted.map_or((self.mean_load, 1.0), |estimate| {
                 let sigma = estimate.sigma_normal(i).unwrap_or(0.0);
                 let trust = spread * spread / (spread * spread + sigma * sigma);
-                self.mean_load + trust * (estimate.normal_force[i] - self.mean_load)
+                let load = self.mean_load + trust * (estimate.normal_force[i] - self.mean_load);
+                (load, libm::cos(estimate.contact_angle[i]))
             });
-            if found.is_finite() {
-                self.loads[i] += (found.max(0.0) - self.loads[i]) * dt / (dt + SHARE_TIME);
+            if load.is_finite() && cosine.is_finite() {
+                self.loads[i] += (load.max(0.0) - self.loads[i]) * step;
+                self.cosines[i] += (cosine.max(STEEPEST) - self.cosines[i]) * step;
             }
         }
     }
@@ -134,6 +142,11 @@ impl Shared {
         let losses = speeds.map(|speed| self.viscous_damping * speed);
         let traction = wanted - losses.iter().sum::<f64>();
         let total: f64 = self.loads.iter().sum();
+        let mut along = [0.0; 3];
+        for i in 0..3 {
+            along[i] = speeds[i] * self.cosines[i];
+        }
+        let reference_along = mean_near_median(along, allowed);
         let mut torques = [0.0; 3];
         for i in 0..3 {
             let share = if total > 0.0 {
@@ -141,23 +154,13 @@ impl Shared {
             } else {
                 1.0 / 3.0
             };
-            let ahead = speeds[i] - reference;
-            let torque = losses[i] + share * traction;
+            let slip = beyond(along[i] - reference_along, allowed);
             let unloaded = (1.0 - self.loads[i] / (UNLOADED * self.mean_load)).max(0.0);
-            let torque =
-                without_slip(torque, self.kp * beyond(ahead, allowed)) - unloaded * self.kp * ahead;
+            let held = unloaded * (reference - speeds[i]);
+            let torque = losses[i] + share * traction + self.kp * (held - slip);
             torques[i] = torque.max(-self.torque_limit).min(self.torque_limit);
         }
         torques
-    }
-}
-
-/// A torque less its reduction for slip, N m. The reduction acts against the torque only, and at most to zero.
-fn without_slip(torque: f64, reduction: f64) -> f64 {
-    if torque > 0.0 {
-        (torque - reduction.max(0.0)).max(0.0)
-    } else {
-        (torque - reduction.min(0.0)).min(0.0)
     }
 }
 
@@ -167,7 +170,7 @@ fn beyond(value: f64, limit: f64) -> f64 {
 }
 
 /// Mean of the speeds, each within `allowed` of their median, rad/s.
-fn reference(speeds: [f64; 3], allowed: f64) -> f64 {
+fn mean_near_median(speeds: [f64; 3], allowed: f64) -> f64 {
     let [a, b, c] = speeds;
     let median = a.max(b).min(a.min(b).max(c));
     let near = |speed: f64| (speed - median).max(-allowed).min(allowed);
