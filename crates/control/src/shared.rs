@@ -3,7 +3,7 @@
 //! With the wheel speeds `omega_i`, their reference `omega_ref`, the set speed `omega_set` and the gains of one wheel:
 //!
 //! ```text
-//! e       = omega_set - omega_ref
+//! e       = p omega_set - omega_ref                          p: pace, 1 unless a wheel slides
 //! tau     = 3 (Kp e + Ki I)                                  torque of all wheels
 //! dI/dt   = e - (tau - sum tau_i)/(3 Ki T_t)                 anti-windup by back-calculation
 //! tau_i   = B omega_i + s_i (tau - sum B omega_j)            s_i = N_i/sum N_j
@@ -20,6 +20,10 @@
 //! `omega_ref` is the mean of the speeds, each within the allowed difference of their median: a wheel that spins or stands
 //! has little influence. The reference of `u_i` is the same mean of the `u_i`.
 //!
+//! While a wheel slides the pace falls to a quarter, and then recovers in seconds: most grounds bear more at a small slip
+//! speed. A wheel slides where the estimate says so, or where its `u_i` differs from the others by more than twice the allowed
+//! difference. That difference grows with the paced set speed.
+//!
 //! N_i and gamma_i are those of the estimate, smoothed; N_i is drawn to the mean load where its standard deviation is
 //! large. Without an estimate, and where its readings are stale or the linkage is at a stop, all shares become equal.
 
@@ -30,6 +34,12 @@ use robhaz_estimator::{Estimate, Flags};
 /// Allowed difference of a wheel speed from the others: a share of the set speed, -, and a part for standstill, rad/s.
 /// Creep at T = N is 5 to 10 % of the speed, the turning of the links adds as much.
 const DIFFERENCE: (f64, f64) = (0.15, 0.05);
+/// Pace while a wheel slides, -.
+const CRAWL: f64 = 0.25;
+/// Time constant of slowing down to it, s: ten times that of the speed control of a wheel.
+const SLOWING_TIME: f64 = 0.2;
+/// Time of recovery from it to full pace, s.
+const RECOVERY_TIME: f64 = 3.0;
 /// Smallest cos(gamma) that is counted, -: a wheel on the edge of a kerb turns on the spot.
 const STEEPEST: f64 = 0.5;
 /// Standard deviation of N over wheels and time without any reading, as a share of the mean load: on rough ground loads
@@ -56,6 +66,8 @@ pub struct Shared {
     loads: [f64; 3],
     /// Smoothed cosines of the contact angles, -.
     cosines: [f64; 3],
+    /// Share of the set speed, -.
+    pace: f64,
     /// Integral of the speed error, rad; `None` before the first sample.
     integral: Option<f64>,
     /// Time of the last sample, s.
@@ -76,6 +88,7 @@ impl Shared {
             speeds: Default::default(),
             loads: [mean_load; 3],
             cosines: [1.0; 3],
+            pace: 1.0,
             integral: None,
             time: 0.0,
         }
@@ -94,9 +107,10 @@ impl Shared {
             speeds[i] = self.speeds[i].update(frame.time, frame.wheel_angle[i]);
         }
         self.update_loads(input.estimate, dt);
-        let allowed = DIFFERENCE.0 * input.set_speed.abs() + DIFFERENCE.1;
-        let reference = mean_near_median(speeds, allowed);
-        let error = input.set_speed - reference;
+        let allowed = DIFFERENCE.0 * self.pace * input.set_speed.abs() + DIFFERENCE.1;
+        let motion = self.motion(speeds, allowed);
+        self.update_pace(slides(input.estimate) || motion.differs(allowed), dt);
+        let error = self.pace * input.set_speed - motion.reference;
         // The first torques are those that the drives have.
         let held: f64 = frame.motor_torque.iter().flatten().sum();
         let integral = *self.integral.get_or_insert(if self.ki > 0.0 {
@@ -105,7 +119,7 @@ impl Shared {
             0.0
         });
         let wanted = 3.0 * (self.kp * error + self.ki * integral);
-        let torques = self.shared(wanted, speeds, reference, allowed);
+        let torques = self.shared(wanted, &motion);
         if self.ki > 0.0 {
             let excess = wanted - torques.iter().sum::<f64>();
             let rate = error - excess / (3.0 * self.ki * self.tracking_time);
@@ -136,17 +150,34 @@ impl Shared {
         }
     }
 
-    /// The torques of the wheels, N m, for the torque of all (N m), wheel speeds and their reference (rad/s), and the
-    /// allowed difference (rad/s).
-    fn shared(&self, wanted: f64, speeds: [f64; 3], reference: f64, allowed: f64) -> [f64; 3] {
-        let losses = speeds.map(|speed| self.viscous_damping * speed);
-        let traction = wanted - losses.iter().sum::<f64>();
-        let total: f64 = self.loads.iter().sum();
+    /// Compares the wheel speeds (rad/s) with each other, for an allowed difference (rad/s).
+    fn motion(&self, speeds: [f64; 3], allowed: f64) -> Motion {
         let mut along = [0.0; 3];
         for i in 0..3 {
             along[i] = speeds[i] * self.cosines[i];
         }
         let reference_along = mean_near_median(along, allowed);
+        Motion {
+            speeds,
+            reference: mean_near_median(speeds, allowed),
+            excess: along.map(|speed| beyond(speed - reference_along, allowed)),
+        }
+    }
+
+    /// Slows down while a wheel slides, and recovers, over `dt` (s).
+    fn update_pace(&mut self, slides: bool, dt: f64) {
+        self.pace = if slides {
+            self.pace + (CRAWL - self.pace) * dt / (dt + SLOWING_TIME)
+        } else {
+            (self.pace + dt * (1.0 - CRAWL) / RECOVERY_TIME).min(1.0)
+        };
+    }
+
+    /// The torques of the wheels, N m, for the torque of all (N m).
+    fn shared(&self, wanted: f64, motion: &Motion) -> [f64; 3] {
+        let losses = motion.speeds.map(|speed| self.viscous_damping * speed);
+        let traction = wanted - losses.iter().sum::<f64>();
+        let total: f64 = self.loads.iter().sum();
         let mut torques = [0.0; 3];
         for i in 0..3 {
             let share = if total > 0.0 {
@@ -154,14 +185,36 @@ impl Shared {
             } else {
                 1.0 / 3.0
             };
-            let slip = beyond(along[i] - reference_along, allowed);
             let unloaded = (1.0 - self.loads[i] / (UNLOADED * self.mean_load)).max(0.0);
-            let held = unloaded * (reference - speeds[i]);
-            let torque = losses[i] + share * traction + self.kp * (held - slip);
+            let held = unloaded * (motion.reference - motion.speeds[i]);
+            let torque = losses[i] + share * traction + self.kp * (held - motion.excess[i]);
             torques[i] = torque.max(-self.torque_limit).min(self.torque_limit);
         }
         torques
     }
+}
+
+/// The wheel speeds against each other.
+struct Motion {
+    /// rad/s
+    speeds: [f64; 3],
+    /// Mean near the median, rad/s.
+    reference: f64,
+    /// Parts of the speeds along the robot that differ from the others by more than allowed, rad/s.
+    excess: [f64; 3],
+}
+
+impl Motion {
+    /// Whether a wheel differs from the others by more than twice the allowed difference (rad/s).
+    fn differs(&self, allowed: f64) -> bool {
+        self.excess.iter().any(|excess| excess.abs() > allowed)
+    }
+}
+
+/// Whether the estimate says that a wheel slides.
+fn slides(estimate: Option<&Estimate>) -> bool {
+    let contacts = estimate.and_then(|e| e.contact);
+    contacts.is_some_and(|contacts| contacts.iter().any(|contact| contact.sliding))
 }
 
 /// The part of a value beyond +- a limit.
