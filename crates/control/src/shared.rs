@@ -30,6 +30,7 @@
 use crate::input::{ControlInput, ControlSettings};
 use crate::wheel_speed::WheelSpeed;
 use robhaz_estimator::{Estimate, Flags};
+use robhaz_model::Robot;
 
 /// Allowed difference of a wheel speed from the others: a share of the set speed, -, and a part for standstill, rad/s.
 /// Creep at T = N is 5 to 10 % of the speed, the turning of the links adds as much.
@@ -51,6 +52,24 @@ const UNLOADED: f64 = 0.1;
 const SHARE_TIME: f64 = 0.05;
 /// Longest time between samples that is integrated over, s.
 const LONGEST_STEP: f64 = 0.1;
+
+/// Time by which the control of a wheel's speed lags behind, s, at a rate of the samples (Hz): the filter of the speed, one
+/// sample until a command acts, half of one because it is held.
+pub fn lag(rate: f64) -> f64 {
+    WheelSpeed::TIME_CONSTANT + 1.5 / rate
+}
+
+/// Largest Kp of one wheel, N m s, at a rate of the samples (Hz): 0.7 J/lag. A wheel in the air, of inertia J, then has a
+/// phase margin of at least 90 deg - 0.7 rad = 50 deg without the integral.
+pub fn largest_proportional_gain(robot: &Robot, rate: f64) -> f64 {
+    0.7 * (robot.mass.wheel_inertia + robot.mass.rotor_inertia) / lag(rate)
+}
+
+/// Largest Ki/Kp, 1/s, at a rate of the samples (Hz): at the largest Kp the integral takes atan(0.25/0.7) = 20 deg of the
+/// phase margin.
+pub fn largest_integral_ratio(rate: f64) -> f64 {
+    0.25 / lag(rate)
+}
 
 /// The control with its state from sample to sample.
 #[derive(Clone, Debug)]
