@@ -12,11 +12,12 @@ use crate::filters::motion::{MeasuredAccelerations, MotionFilter, ParityResidual
 use crate::filters::{LinkAngleKalman, LinkReadings};
 use crate::flags::Flags;
 use crate::frame::{Inputs, Instant, SHORTEST_STEP};
+use crate::friction::{FrictionObserver, FrictionSample, JointForces, WheelFriction};
 use crate::ground::{GroundMemory, GroundMotion};
 use crate::nominal::Nominal;
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, NoiseBudget};
 use crate::statics::{
-    Arms, Equations, LinkageMotion, Loads, RightSide, Sensitivity, Traction, solve,
+    Arms, Equations, Forces, LinkageMotion, Loads, RightSide, Sensitivity, Traction, solve,
 };
 use crate::visit::Visit;
 use nalgebra::Matrix4;
@@ -41,6 +42,7 @@ pub(crate) struct BestFilters {
     time_beyond_gate: f64,
     /// Contact state of each wheel.
     contact: [ContactDetector; 3],
+    friction: FrictionObserver,
 }
 
 impl Visit for BestFilters {
@@ -55,6 +57,7 @@ impl Visit for BestFilters {
         self.time_beyond_gate.visit(f);
         self.contact.visit(f);
         self.ground.visit(f);
+        self.friction.visit(f);
     }
 }
 
@@ -76,6 +79,7 @@ impl BestFilters {
             smooth_forces: SmoothForces::at_rest(robot),
             time_beyond_gate: 0.0,
             contact: [ContactDetector::default(); 3],
+            friction: FrictionObserver::default(),
         }
     }
 
@@ -145,12 +149,16 @@ impl BestFilters {
         if settings.nonnegative {
             forces.bound();
         }
+        let contact_angle = [0, 1, 2].map(|i| self.contact_angle(i, instant.inputs));
+        let friction =
+            self.observe_friction(nominal, &forces, contact_angle, &contact, flags, instant.dt);
         let solution = Solution {
             forces: &forces,
             right_side: &right.value,
-            contact_angle: [0, 1, 2].map(|i| self.contact_angle(i, instant.inputs)),
+            contact_angle,
             parity: parity.map(|(parity, _)| parity),
             contact: Some(contact),
+            friction: Some(friction),
             uncertainty: Some(self.uncertainty(&settings.budget)),
             flags,
         };
@@ -257,6 +265,29 @@ impl BestFilters {
         };
         let tilt = budget.inclination_bias;
         self.ground.update(&robot.geometry, tilt, &motion);
+    }
+
+    /// Needed friction, onset of slip, bounds of the friction.
+    fn observe_friction(
+        &mut self,
+        nominal: &Nominal,
+        forces: &Forces,
+        contact_angle: [f64; 3],
+        contact: &[ContactEstimate; 3],
+        flags: Flags,
+        dt: f64,
+    ) -> [WheelFriction; 3] {
+        let doubts = [Flags::AT_STOP, Flags::SENSOR_STALE, Flags::OUT_OF_RANGE];
+        let doubtful = doubts.iter().any(|flag| flags.contains(*flag));
+        let sample = FrictionSample {
+            forces: JointForces::new(&forces.traction, &forces.normal, &forces.covariance),
+            contact_angle,
+            contact,
+            clear: [0, 1, 2].map(|i| !doubtful && !self.motion.is_suspect(i)),
+            mean_load: nominal.robot.mean_wheel_load(),
+            dt,
+        };
+        self.friction.update(&sample, &mut self.ground)
     }
 
     /// Accelerations that the last readings show.
