@@ -23,6 +23,7 @@ impl Record {
             truth: Some(&self.truth),
             sensors: &self.sensors,
             estimates: &self.estimates,
+            commands: None,
             ground: FeltGround::default(),
         }
     }

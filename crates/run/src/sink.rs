@@ -4,6 +4,7 @@ use crate::description::RunDescription;
 use crate::ground::FeltGround;
 use crate::log_report::LogReport;
 use robhaz_estimator::{Estimate, EstimateError, GroundPoint, SensorFrame};
+use robhaz_model::WheelCommand;
 use robhaz_sim::Truth;
 
 /// One record of a run.
@@ -17,6 +18,9 @@ pub struct Frame<'a> {
     pub sensors: &'a SensorFrame,
     /// The estimate of each estimator, in the order of [`RunDescription::estimators`].
     pub estimates: &'a [Result<Estimate, EstimateError>],
+    /// The commands that the control derives from these readings and estimates; they act from the next sample on. `None`
+    /// without a control that takes readings.
+    pub commands: Option<[WheelCommand; 3]>,
     /// The ground as each estimator knows it, in the same order.
     pub ground: FeltGround<'a>,
 }

@@ -1,5 +1,6 @@
 //! `[drive]`: eq. (2), motors and their speed control.
 
+use crate::control;
 use crate::key::Key;
 use crate::range::{LONGEST_RUN, above, at_least};
 use crate::reader::{Reader, join};
@@ -76,6 +77,8 @@ pub(crate) const KEYS: &[Key<Scene>] = &[
         |s| &mut s.drive.ramp_time,
         "duration of the smooth start and of each change of a scaling; 0 for a jump",
     ),
+    control::KIND,
+    control::ESTIMATOR,
     Key::own(
         SCALING,
         "none",

@@ -1,5 +1,6 @@
 //! The resolved scene as a file: every choice with its unit.
 
+use crate::control;
 use crate::drive;
 use crate::estimators;
 use crate::key::{Field, Key, SWITCH};
@@ -36,6 +37,9 @@ impl Scene {
             out.head(&format!("[{}]", section.name), section.meaning);
             out.table(section.keys, &mut scene, section.name);
             if section.name == drive::PATH {
+                if let Some(estimator) = &self.control.estimator {
+                    out.key(control::ESTIMATOR_NAME, &text(estimator), "");
+                }
                 write_scalings(&mut out, self);
             }
         }
