@@ -26,6 +26,7 @@
 //! | motion, errors of contact angles and torques, creep: one filter | `filters/motion/` |
 //! | sensitivity of eq. (8) to the filter's states | `statics/sensitivity.rs` |
 //! | mu_n and mu_max, section 5 | `friction/` |
+//! | the torque ramp of section 5 | [`FrictionTest`] |
 //! | normal forces with their covariance, N >= 0 | `statics/solve.rs`, `statics/forces.rs` |
 //!
 //! | folder | content |
@@ -78,6 +79,7 @@ pub mod filters;
 mod flags;
 mod frame;
 mod friction;
+mod friction_test;
 mod ground;
 mod methods;
 mod nominal;
@@ -94,6 +96,7 @@ pub use estimator::Estimator;
 pub use flags::Flags;
 pub use frame::{LinkReading, SensorFrame};
 pub use friction::{NeededFriction, SlipEvent, WheelFriction};
+pub use friction_test::{FrictionTest, FrictionTestEnd, FrictionTestPhase, FrictionTestResult};
 pub use ground::{FrictionBounds, GroundPoint};
 pub use saved::{RestoreError, SavedState};
 pub use settings::{

@@ -14,8 +14,9 @@ pub struct WheelFriction {
     /// Margin to the known friction, -: upper bound of mu_max less |T/N|. The bound is that of the wheel's place, else that of the last
     /// slip event. `None` before any wheel has slipped.
     pub margin: Option<f64>,
-    /// Whether the wheel slips: from the onset until it grips again.
-    pub slips: bool,
+    /// Distance that the rim has slid over the ground since the largest T/N, m. `None` while the wheel grips: there is a value from
+    /// the onset of slip until it grips again.
+    pub slid: Option<f64>,
     /// The onset of slip, at the sample at which it is found.
     pub slip_event: Option<SlipEvent>,
 }
@@ -82,10 +83,10 @@ impl FrictionObserver {
             };
             let event = self.watches[i].update(&wheel, sample.dt);
             found[i].slip_event = event;
-            found[i].slips = self.watches[i].slips();
+            found[i].slid = self.watches[i].slid();
             if let Some(event) = event {
                 self.learn_slip(&event, ground);
-            } else if !(contact.sliding || found[i].slips) {
+            } else if !(contact.sliding || found[i].slid.is_some()) {
                 let bound = needed.value.abs() - Self::BOUND * needed.sigma;
                 ground.friction_held(i, bound);
             }

@@ -46,10 +46,12 @@ pub(crate) struct SlipWatch {
     time: f64,
     /// Whether the wheel slips: the onset is over, and the wheel has not gripped again.
     slips: bool,
+    /// Distance that the rim has slid over the ground since the peak, m.
+    slid: f64,
     peak: Peak,
 }
 
-visit_fields!(SlipWatch: started, ratio, slip, time, slips, peak);
+visit_fields!(SlipWatch: started, ratio, slip, time, slips, slid, peak);
 
 /// The largest low-pass filtered |T/N| of the last [`SlipWatch::WINDOW`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -100,6 +102,7 @@ impl SlipWatch {
         let acceleration = (slip - self.slip) / Self::SLIP_SMOOTHING;
         self.slip += dt / (Self::SLIP_SMOOTHING + dt) * (slip - self.slip);
         let forward = libm::copysign(1.0, self.ratio);
+        self.slid += slip.abs() * dt;
         if self.slips {
             self.slips = slip * forward > Self::LEAST_SLIP;
             self.peak = Peak::default();
@@ -133,12 +136,13 @@ impl SlipWatch {
                 place: sample.place.unwrap_or(0.0),
                 has_place: sample.place.is_some(),
             };
+            self.slid = 0.0;
         }
     }
 
-    /// Whether the wheel slips.
-    pub fn slips(&self) -> bool {
-        self.slips
+    /// Distance that the rim has slid over the ground since the largest T/N, m, if the wheel slips.
+    pub fn slid(&self) -> Option<f64> {
+        self.slips.then_some(self.slid)
     }
 
     /// Forgets everything: the wheel's forces or its speed are not known.
@@ -227,7 +231,7 @@ mod tests {
             count += u32::from(watch.update(&sample(0.5, slip), DT).is_some());
         }
         assert_eq!(count, 2);
-        assert!(watch.slips());
+        assert!(watch.slid().is_some_and(|slid| slid > 0.09 && slid < 0.11));
         assert_eq!(watch.update(&sample(f64::NAN, 0.0), DT), None);
         assert_eq!(watch, SlipWatch::default());
     }

@@ -1,6 +1,5 @@
 //! What the wheels have shown of the friction at a place.
 
-use super::cells::Cells;
 use super::memory::GroundMemory;
 use crate::visit::visit_fields;
 
@@ -74,6 +73,7 @@ impl GroundMemory {
 
 #[cfg(test)]
 mod tests {
+    use super::super::cells::Cells;
     use super::*;
 
     /// Property: bounds are kept by place, the largest held one counts, a slip replaces both; places outside of the window keep none.
