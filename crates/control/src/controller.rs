@@ -1,8 +1,9 @@
 //! The control of any kind.
 
+use crate::friction_test::{FrictionTestPlan, FrictionTests};
 use crate::kind::ControlKind;
 use crate::shared::Shared;
-use robhaz_estimator::{Estimate, SensorFrame};
+use robhaz_estimator::{Estimate, FrictionTestResult, SensorFrame};
 use robhaz_model::{Robot, WheelCommand};
 
 /// What a control is designed for. SI.
@@ -22,6 +23,8 @@ pub struct ControlSettings {
     pub torque_limit: f64,
     /// Tracking time constant T_t of the anti-windup, s.
     pub tracking_time: f64,
+    /// What the kind `friction-test` does.
+    pub friction_test: FrictionTestPlan,
 }
 
 /// What a control gets at one sample.
@@ -45,6 +48,7 @@ pub struct Controller {
 enum State {
     Speed,
     Shared(Shared),
+    FrictionTest(FrictionTests),
 }
 
 impl Controller {
@@ -54,6 +58,9 @@ impl Controller {
             state: match settings.kind {
                 ControlKind::Speed => State::Speed,
                 ControlKind::Shared => State::Shared(Shared::new(settings)),
+                ControlKind::FrictionTest => {
+                    State::FrictionTest(FrictionTests::new(settings, &settings.friction_test))
+                }
             },
         }
     }
@@ -63,6 +70,15 @@ impl Controller {
         match &mut self.state {
             State::Speed => [WheelCommand::Planned; 3],
             State::Shared(shared) => shared.update(input).map(WheelCommand::Torque),
+            State::FrictionTest(tests) => tests.update(input),
+        }
+    }
+
+    /// Results of the friction tests so far, in their order; those of other kinds have none.
+    pub fn friction_tests(&self) -> [Option<FrictionTestResult>; 3] {
+        match &self.state {
+            State::FrictionTest(tests) => tests.results(),
+            State::Speed | State::Shared(_) => [None; 3],
         }
     }
 }

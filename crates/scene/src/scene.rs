@@ -4,7 +4,7 @@ use crate::estimators::{self, EstimatorChoice};
 use crate::model_error::{ModelError, ModelErrorTooLarge};
 use crate::robot::RobotChoice;
 use crate::terrain::TerrainChoice;
-use robhaz_control::{ControlKind, ControlSettings};
+use robhaz_control::{ControlKind, ControlSettings, FrictionTestPlan};
 use robhaz_estimator::{EstimatorSettings, NoiseBudget};
 use robhaz_model::Robot;
 use robhaz_sim::contact::ContactLaw;
@@ -68,6 +68,8 @@ pub struct ControlChoice {
     pub kind: ControlKind,
     /// Name of the estimator that the control gets, among [`Scene::estimators`]. Always there for a closed loop.
     pub estimator: Option<String>,
+    /// What the kind `friction-test` does.
+    pub friction_test: FrictionTestPlan,
 }
 
 /// The engine that computes the truth.
@@ -221,6 +223,13 @@ impl Scene {
         let mut warnings: Vec<String> = parts.iter().filter_map(overshoot).collect();
         let scalings = self.drive.scalings.iter().enumerate();
         warnings.extend(scalings.filter_map(|(i, s)| self.warning_of_scaling(i, s)));
+        let planned = self.control.friction_test != FrictionTestPlan::default();
+        if planned && self.control.kind != ControlKind::FrictionTest {
+            let kind = ControlKind::FrictionTest.name();
+            warnings.push(format!(
+                "drive.friction_test has no effect without drive.kind = \"{kind}\""
+            ));
+        }
         warnings
     }
 
@@ -277,6 +286,7 @@ impl Scene {
             ki: drive.ki,
             torque_limit: drive.torque_limit,
             tracking_time: drive.tracking_time,
+            friction_test: self.control.friction_test,
         })
     }
 
