@@ -15,11 +15,12 @@ use crate::filters::motion::{MotionFilter, ParityResidual, TORQUE_ERRORS};
 use crate::filters::{LinkAngleKalman, LinkReadings};
 use crate::flags::Flags;
 use crate::frame::{Inputs, Instant, SHORTEST_STEP};
+use crate::friction::{FrictionObserver, FrictionSample, JointForces, WheelFriction};
 use crate::ground::{GroundMemory, GroundMotion};
 use crate::nominal::Nominal;
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, NoiseBudget};
 use crate::statics::{
-    Arms, Equations, LinkageMotion, Loads, RightSide, Sensitivity, Traction, solve,
+    Arms, Equations, Forces, LinkageMotion, Loads, RightSide, Sensitivity, Traction, solve,
 };
 use crate::visit::Visit;
 use nalgebra::Matrix4;
@@ -47,6 +48,7 @@ pub(crate) struct BestFilters {
     standing: StandingDetector,
     /// Estimated errors of the torque readings when the robot was last seen to move: see [`MotionFilter::discard_motion`].
     torque_errors: [f64; TORQUE_ERRORS],
+    friction: FrictionObserver,
 }
 
 impl Visit for BestFilters {
@@ -63,6 +65,7 @@ impl Visit for BestFilters {
         self.standing.visit(f);
         self.torque_errors.visit(f);
         self.ground.visit(f);
+        self.friction.visit(f);
     }
 }
 
@@ -86,6 +89,7 @@ impl BestFilters {
             contact: [ContactDetector::default(); 3],
             standing: StandingDetector::default(),
             torque_errors: [0.0; TORQUE_ERRORS],
+            friction: FrictionObserver::default(),
         }
     }
 
@@ -159,12 +163,16 @@ impl BestFilters {
         if settings.nonnegative {
             forces.bound();
         }
+        let contact_angle = [0, 1, 2].map(|i| self.contact_angle(i, instant.inputs));
+        let friction =
+            self.observe_friction(nominal, &forces, contact_angle, &contact, flags, instant.dt);
         let solution = Solution {
             forces: &forces,
             right_side: &right.value,
-            contact_angle: [0, 1, 2].map(|i| self.contact_angle(i, instant.inputs)),
+            contact_angle,
             parity: parity.map(|(parity, _)| parity),
             contact: Some(contact),
+            friction: Some(friction),
             uncertainty: Some(self.uncertainty(&settings.budget)),
             flags,
         };
@@ -235,6 +243,29 @@ impl BestFilters {
         };
         let tilt = budget.inclination_bias;
         self.ground.update(&robot.geometry, tilt, &motion);
+    }
+
+    /// Needed friction, onset of slip, bounds of the friction.
+    fn observe_friction(
+        &mut self,
+        nominal: &Nominal,
+        forces: &Forces,
+        contact_angle: [f64; 3],
+        contact: &[ContactEstimate; 3],
+        flags: Flags,
+        dt: f64,
+    ) -> [WheelFriction; 3] {
+        let doubts = [Flags::AT_STOP, Flags::SENSOR_STALE, Flags::OUT_OF_RANGE];
+        let doubtful = doubts.iter().any(|flag| flags.contains(*flag));
+        let sample = FrictionSample {
+            forces: JointForces::new(&forces.traction, &forces.normal, &forces.covariance),
+            contact_angle,
+            contact,
+            clear: [0, 1, 2].map(|i| !doubtful && !self.motion.is_suspect(i)),
+            mean_load: nominal.robot.mean_wheel_load(),
+            dt,
+        };
+        self.friction.update(&sample, &mut self.ground)
     }
 
     /// Eq. (8) for the estimated loads and contact angles.
