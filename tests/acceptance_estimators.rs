@@ -253,7 +253,7 @@ fn gear_friction_is_not_estimated_at_standstill() {
                 last = observers.observe(sample).1[0].as_ref().ok().copied();
             }
             let (found, sigma) = last.unwrap().reading_errors.unwrap().gear_friction;
-            let prior = scene.noise_budget().gear_friction;
+            let prior = scene.noise_budget().unwrap().gear_friction;
             assert!(sigma > 0.99 * prior, "{name}, seed {seed}: {sigma}");
             assert!(found.abs() < 0.01, "{name}, seed {seed}: {found} ± {sigma}");
         }
