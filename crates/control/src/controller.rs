@@ -1,8 +1,10 @@
 //! The control of any kind.
 
+use crate::friction_test::FrictionTests;
 use crate::input::{ControlInput, ControlSettings};
 use crate::kind::ControlKind;
 use crate::shared::Shared;
+use robhaz_estimator::FrictionTestResult;
 use robhaz_model::WheelCommand;
 
 /// A control with its state from sample to sample.
@@ -15,6 +17,7 @@ pub struct Controller {
 enum State {
     Speed,
     Shared(Shared),
+    FrictionTest(FrictionTests),
 }
 
 impl Controller {
@@ -24,6 +27,9 @@ impl Controller {
             state: match settings.kind {
                 ControlKind::Speed => State::Speed,
                 ControlKind::Shared => State::Shared(Shared::new(settings)),
+                ControlKind::FrictionTest => {
+                    State::FrictionTest(FrictionTests::new(settings, &settings.friction_test))
+                }
             },
         }
     }
@@ -33,6 +39,15 @@ impl Controller {
         match &mut self.state {
             State::Speed => [WheelCommand::Planned; 3],
             State::Shared(shared) => shared.update(input).map(WheelCommand::Torque),
+            State::FrictionTest(tests) => tests.update(input),
+        }
+    }
+
+    /// Results of the friction tests so far, in their order; those of other kinds have none.
+    pub fn friction_tests(&self) -> [Option<FrictionTestResult>; 3] {
+        match &self.state {
+            State::FrictionTest(tests) => tests.results(),
+            State::Speed | State::Shared(_) => [None; 3],
         }
     }
 }

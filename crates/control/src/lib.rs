@@ -7,18 +7,20 @@
 //! |---|---|
 //! | `speed`: every drive follows its own plan with its continuous PI control | [`Controller`] |
 //! | `shared`: one speed control, its torque shared so that every wheel needs the same T/N | [`shared`] |
+//! | `friction-test`: torque ramps on one wheel after the other | [`friction_test`] |
 //!
 //! The crate is `no_std`, allocates nothing, and depends on the estimator and on the robot's drawings alone: it runs on a
 //! robot and cannot reach the simulator.
 #![no_std]
 
 mod controller;
+pub mod friction_test;
 mod input;
 mod kind;
 pub mod shared;
 mod wheel_speed;
 
 pub use controller::Controller;
-pub use input::{ControlInput, ControlSettings};
+pub use input::{ControlInput, ControlSettings, FrictionTestPlan};
 pub use kind::ControlKind;
 pub use robhaz_model::WheelCommand;

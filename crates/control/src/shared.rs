@@ -150,8 +150,7 @@ impl Shared {
     /// Moves loads and cosines towards those of the estimate over `dt` (s).
     fn update_loads(&mut self, estimate: Option<&Estimate>, dt: f64) {
         let trusted = estimate.filter(|e| {
-            let bits = e.flags.bits();
-            bits & (Flags::SENSOR_STALE.bits() | Flags::AT_STOP.bits()) == 0
+            !e.flags.contains(Flags::SENSOR_STALE) && !e.flags.contains(Flags::AT_STOP)
         });
         let spread = LOAD_SPREAD * self.mean_load;
         let step = dt / (dt + SHARE_TIME);
@@ -230,10 +229,12 @@ impl Motion {
     }
 }
 
-/// Whether the estimate says that a wheel slides.
+/// Whether the estimate says that a wheel slides, or that the wheels spin in place.
 fn slides(estimate: Option<&Estimate>) -> bool {
-    let contacts = estimate.and_then(|e| e.contact);
-    contacts.is_some_and(|contacts| contacts.iter().any(|contact| contact.sliding))
+    estimate.is_some_and(|e| {
+        let contacts = e.contact.iter().flatten();
+        e.flags.contains(Flags::SPINS_IN_PLACE) || contacts.into_iter().any(|c| c.sliding)
+    })
 }
 
 /// The part of a value beyond +- a limit.

@@ -154,6 +154,7 @@ pub fn good_estimate(truth: &Truth, error: f64) -> Estimate {
         parity: None,
         reading_errors: None,
         contact: None,
+        friction: None,
         flags: Flags::NONE,
     }
 }

@@ -1,7 +1,7 @@
 //! The control of a scene: from readings and estimates to the commands of the wheels.
 
 use robhaz_control::{ControlInput, Controller};
-use robhaz_estimator::{Estimate, EstimateError, SensorFrame};
+use robhaz_estimator::{Estimate, EstimateError, FrictionTestResult, SensorFrame};
 use robhaz_model::WheelCommand;
 use robhaz_scene::{ModelErrorTooLarge, Scene};
 use robhaz_sim::drive::Drive;
@@ -33,6 +33,11 @@ impl Driver {
             wheel_radius: settings.robot.geometry.wheel_radius,
             estimator: scene.control_estimator(),
         }))
+    }
+
+    /// Results of the friction tests so far, in their order.
+    pub fn friction_tests(&self) -> impl Iterator<Item = FrictionTestResult> {
+        self.controller.friction_tests().into_iter().flatten()
     }
 
     /// The commands that follow from readings and estimates of one sample, for the time from the next sample on.

@@ -181,6 +181,11 @@ impl Run {
             wall: self.wall.as_secs_f64(),
             step: self.source.mean_step(),
             broken_off: error.map(RunError::line),
+            friction_tests: self
+                .driver
+                .iter()
+                .flat_map(Driver::friction_tests)
+                .collect(),
             log: self.source.log_report(),
         })
     }

@@ -3,7 +3,7 @@
 use crate::description::RunDescription;
 use crate::ground::FeltGround;
 use crate::log_report::LogReport;
-use robhaz_estimator::{Estimate, EstimateError, GroundPoint, SensorFrame};
+use robhaz_estimator::{Estimate, EstimateError, FrictionTestResult, GroundPoint, SensorFrame};
 use robhaz_model::WheelCommand;
 use robhaz_sim::Truth;
 
@@ -39,6 +39,8 @@ pub struct RunEnd {
     pub ground: Vec<Vec<GroundPoint>>,
     /// Why the run ended before its source did, for the user. `None` for a complete run.
     pub broken_off: Option<String>,
+    /// Results of the friction tests, in their order.
+    pub friction_tests: Vec<FrictionTestResult>,
     /// What became of the rows of a recorded log. `None` for a simulation.
     pub log: Option<LogReport>,
 }

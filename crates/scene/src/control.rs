@@ -1,15 +1,17 @@
-//! `[drive]`: control of the wheels, and the estimator that it gets.
+//! `[drive]`: control of the wheels, the estimator that it gets, and its friction tests.
 
 use crate::conflict::{Conflict, number, word};
 use crate::estimators;
 use crate::key::Key;
-use crate::range::short;
+use crate::range::{LONGEST_RUN, above, at_least, short};
 use crate::reader::Reader;
 use crate::scene::Scene;
 use crate::source::{Node, Value};
 use crate::suggest::nearest;
-use robhaz_control::ControlKind;
+use crate::units::{TIME, TORQUE_RATE};
+use crate::wheels::{self, WHEELS, WHEELS_ALLOWED};
 use robhaz_control::shared::{largest_integral_ratio, largest_proportional_gain};
+use robhaz_control::{ControlKind, FrictionTestPlan};
 
 /// Name of the key of the estimator.
 pub(crate) const ESTIMATOR_NAME: &str = "estimator";
@@ -18,10 +20,14 @@ const ESTIMATOR_PATH: &str = "drive.estimator";
 /// Kind of control.
 pub(crate) const KIND: Key<Scene> = Key::word(
     "kind",
-    &[ControlKind::Speed.name(), ControlKind::Shared.name()],
+    &[
+        ControlKind::Speed.name(),
+        ControlKind::Shared.name(),
+        ControlKind::FrictionTest.name(),
+    ],
     |s| s.control.kind as usize,
     |s, i| s.control.kind = ControlKind::ALL[i],
-    "every drive keeps its own set speed; or one speed control shares its torque by the estimated normal forces",
+    "every drive keeps its own set speed; one speed control shares its torque by the estimated normal forces; or torque ramps on one wheel after the other find mu_max",
 );
 
 /// The estimator that the control gets.
@@ -31,6 +37,57 @@ pub(crate) const ESTIMATOR: Key<Scene> = Key::own(
     "the label of one of the scene's estimators",
     "the estimator that a control with readings gets",
 );
+
+/// Name of the table of the friction tests.
+pub(crate) const FRICTION_TEST_NAME: &str = "friction_test";
+/// Where it is in the file.
+pub(crate) const FRICTION_TEST_PATH: &str = "drive.friction_test";
+
+/// The friction tests.
+pub(crate) const FRICTION_TEST: Key<Scene> = Key::own(
+    FRICTION_TEST_NAME,
+    "each wheel in turn",
+    "a table {wheels, start, rate}",
+    "what kind friction-test does",
+);
+
+/// The keys of the friction tests.
+pub(crate) const FRICTION_TESTS: &[Key<FrictionTestPlan>] = &[
+    Key::<FrictionTestPlan>::own(
+        WHEELS,
+        "[1, 2, 3]",
+        WHEELS_ALLOWED,
+        "the tested wheels, in this order",
+    ),
+    Key::<FrictionTestPlan>::number(
+        "start",
+        TIME,
+        at_least(0.0).at_most(LONGEST_RUN),
+        |plan| &mut plan.start,
+        "time at which the first torque begins to rise, before the end of the run",
+    ),
+    Key::<FrictionTestPlan>::number(
+        "rate",
+        TORQUE_RATE,
+        above(0.0).at_most(1.0),
+        |plan| &mut plan.rate,
+        "rate of the torque; at higher rates the wheel runs away before its slip is found",
+    ),
+];
+
+/// Reads the friction tests.
+pub(crate) fn read_friction_test(reader: &mut Reader, root: &Node) -> FrictionTestPlan {
+    let mut plan = FrictionTestPlan::default();
+    let Some(node) = root.find(FRICTION_TEST_PATH) else {
+        return plan;
+    };
+    reader.table(FRICTION_TESTS, node, FRICTION_TEST_PATH, &mut plan);
+    if node.get(WHEELS).is_some() {
+        let wheels = wheels::read(reader, node, FRICTION_TEST_PATH);
+        plan.wheels = core::array::from_fn(|k| wheels.get(k).copied());
+    }
+    plan
+}
 
 /// The estimators that a control gets if none is named, the first one that the scene has.
 const DEFAULTS: [&str; 2] = [
@@ -79,7 +136,7 @@ pub(crate) fn read_estimator(reader: &mut Reader, root: &Node, scene: &Scene) ->
 /// Keys that do not go together with the kind of control.
 pub(crate) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     match scene.control.kind {
-        ControlKind::Speed => Vec::new(),
+        ControlKind::Speed | ControlKind::FrictionTest => Vec::new(),
         ControlKind::Shared => conflicts_of_shared(scene),
     }
 }

@@ -46,6 +46,7 @@ mod source;
 mod suggest;
 mod terrain;
 mod units;
+mod wheels;
 mod write;
 
 pub use error::{Problem, SceneError};

@@ -81,6 +81,7 @@ fn read(reader: &mut Reader, root: &Node, source_name: &str) -> Scene {
         }
     }
     scene.drive.scalings = drive::read_scalings(reader, root);
+    scene.control.friction_test = control::read_friction_test(reader, root);
     scene.control.estimator = control::read_estimator(reader, root, &scene);
     checks::check(reader, root, &scene);
     scene

@@ -1,4 +1,5 @@
 use super::*;
+use crate::input::FrictionTestPlan;
 use crate::kind::ControlKind;
 use robhaz_estimator::{
     ContactEstimate, EstimateError, Estimator, EstimatorSettings, LinkReading, SensorFrame,
@@ -14,6 +15,7 @@ fn settings() -> ControlSettings {
         ki: 50.0,
         torque_limit: 10.0,
         tracking_time: 0.1,
+        friction_test: FrictionTestPlan::default(),
     }
 }
 
