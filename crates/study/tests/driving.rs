@@ -209,6 +209,28 @@ fn shared_traction_halves_needed_friction_and_slip() {
     assert!(shared.travel > 3.4, "{shared:?}");
 }
 
+/// Acceptance: shared traction climbs every ramp up to a share of the friction angle, not only some of them.
+#[test]
+fn shared_traction_climbs_up_to_the_friction_angle() {
+    let shares: Vec<f64> = match std::env::var("ROBHAZ_SHARES") {
+        Ok(text) => text.split(',').map(|t| t.parse().unwrap()).collect(),
+        Err(_) => vec![0.6, 0.8, 0.9, 0.95],
+    };
+    let cases: Vec<(f64, f64)> = [0.3, 0.5, 0.8]
+        .into_iter()
+        .flat_map(|mu: f64| {
+            shares
+                .iter()
+                .map(move |share| (mu, share * mu.atan().to_degrees()))
+        })
+        .collect();
+    let failed: Vec<&(f64, f64)> = cases
+        .par_iter()
+        .filter(|(mu, degrees)| !climbs_ramp(SHARED, *mu, *degrees))
+        .collect();
+    assert!(failed.is_empty(), "mu, degrees: {failed:?}");
+}
+
 /// Determinism and equivalence: two runs of the loop have the same bits.
 #[test]
 fn a_closed_loop_repeats_to_the_bit() {
