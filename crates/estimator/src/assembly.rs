@@ -3,6 +3,7 @@
 use crate::contact::ContactEstimate;
 use crate::estimate::{Estimate, Parity, ReadingErrors};
 use crate::flags::Flags;
+use crate::health::Health;
 use crate::nominal::Nominal;
 use crate::statics::{Equations, Forces};
 use nalgebra::Vector4;
@@ -31,6 +32,7 @@ pub(crate) struct Uncertainty {
     /// Standard deviations of the contact angles, rad.
     pub contact_angle_sigma: [f64; 3],
     pub reading_errors: ReadingErrors,
+    pub health: Health,
 }
 
 /// The estimate at `time` (s).
@@ -75,6 +77,7 @@ pub(crate) fn assemble(
         parity: solution.parity,
         reading_errors: uncertainty.as_ref().map(|u| u.reading_errors),
         contact: solution.contact,
+        health: uncertainty.as_ref().map(|u| u.health),
         flags: solution.flags,
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::contact::ContactEstimate;
 use crate::flags::Flags;
+use crate::health::Health;
 use robhaz_model::{Posture, PostureError, Vec2};
 
 /// Wheel forces of one instant, with covariance and flags.
@@ -35,6 +36,8 @@ pub struct Estimate {
     pub reading_errors: Option<ReadingErrors>,
     /// Contact state of each wheel; `None` from the paper's filters.
     pub contact: Option<[ContactEstimate; 3]>,
+    /// Whether the readings agree with each other; `None` from the paper's filters.
+    pub health: Option<Health>,
     /// Warnings.
     pub flags: Flags,
 }
@@ -64,6 +67,13 @@ pub struct Parity {
     pub value: f64,
     /// Predicted standard deviation, N. 0 from the paper's filters, which predict none.
     pub sigma: f64,
+}
+
+impl Parity {
+    /// Normalised innovation squared. Not finite where no deviation is predicted.
+    pub(crate) fn nis(&self) -> f64 {
+        self.value * self.value / (self.sigma * self.sigma)
+    }
 }
 
 /// Errors of the readings as `best` estimates them: pairs of value and standard deviation.

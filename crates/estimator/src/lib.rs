@@ -33,6 +33,7 @@
 //! | [`statics`] | eqs. (1) to (8), arms, loads, least squares, sensitivity |
 //! | [`filters`] | from readings over time to angles, torques, motion and errors |
 //! | `ground/` | memory of the ground |
+//! | `health/` | whether the readings agree with each other |
 //! | `contact/` | velocity of a wheel relative to the ground, creep, contact state |
 //! | `methods/` | the paper's method and `best`: filters and statics put together |
 //!
@@ -76,6 +77,7 @@ pub mod filters;
 mod flags;
 mod frame;
 mod ground;
+mod health;
 mod methods;
 mod nominal;
 mod saved;
@@ -91,6 +93,7 @@ pub use estimator::Estimator;
 pub use flags::Flags;
 pub use frame::{LinkReading, SensorFrame};
 pub use ground::GroundPoint;
+pub use health::{Channels, Health};
 pub use saved::{RestoreError, SavedState};
 pub use settings::{
     ContactAngles, EstimatorSettings, Filters, KalmanMethod, Masses, Method, NoiseBudget,

@@ -153,6 +153,7 @@ pub fn good_estimate(truth: &Truth, error: f64) -> Estimate {
         parity: None,
         reading_errors: None,
         contact: None,
+        health: None,
         flags: Flags::NONE,
     }
 }

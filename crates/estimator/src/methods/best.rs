@@ -6,13 +6,16 @@ mod tests;
 use super::smooth_forces::SmoothForces;
 use super::wheel::{Wheel, visit_observers, visit_wheels};
 use crate::assembly::{Solution, Uncertainty, assemble};
-use crate::contact::{ContactDetector, ContactEstimate, ContactEvidence, RollingResiduals};
+use crate::contact::{
+    ContactDetector, ContactEstimate, ContactEvidence, ContactState, RollingResiduals, SlipResidual,
+};
 use crate::estimate::{Estimate, EstimateError, Parity, ReadingErrors};
 use crate::filters::motion::{MeasuredAccelerations, MotionFilter, ParityResidual, RollingWheel};
-use crate::filters::{LinkAngleKalman, LinkReadings};
+use crate::filters::{Innovation, LinkAngleKalman, LinkReadings};
 use crate::flags::Flags;
 use crate::frame::{Inputs, Instant, SHORTEST_STEP};
 use crate::ground::{GroundMemory, GroundMotion};
+use crate::health::{Health, HealthMonitor, Innovations, TorqueReading};
 use crate::nominal::Nominal;
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, NoiseBudget};
 use crate::statics::{
@@ -41,6 +44,7 @@ pub(crate) struct BestFilters {
     time_beyond_gate: f64,
     /// Contact state of each wheel.
     contact: [ContactDetector; 3],
+    health: HealthMonitor,
 }
 
 impl Visit for BestFilters {
@@ -55,6 +59,7 @@ impl Visit for BestFilters {
         self.time_beyond_gate.visit(f);
         self.contact.visit(f);
         self.ground.visit(f);
+        self.health.visit(f);
     }
 }
 
@@ -76,6 +81,7 @@ impl BestFilters {
             smooth_forces: SmoothForces::at_rest(robot),
             time_beyond_gate: 0.0,
             contact: [ContactDetector::default(); 3],
+            health: HealthMonitor::default(),
         }
     }
 
@@ -120,10 +126,11 @@ impl BestFilters {
         instant: &Instant<'_>,
     ) -> Result<Estimate, EstimateError> {
         let settings = &nominal.settings;
-        let link_angles = self.update_links(&settings.budget, instant);
+        let mut innovations = Innovations::default();
+        let link_angles = self.update_links(&settings.budget, instant, &mut innovations);
         let arms = Arms::new(&nominal.robot.geometry, link_angles[0], link_angles[1])
             .map_err(EstimateError::Linkage)?;
-        let rolling = self.update_motion(nominal, instant, &arms);
+        let rolling = self.update_motion(nominal, instant, &arms, &mut innovations);
         self.update_ground(nominal, instant, &arms);
 
         let equations = self.equations(nominal, instant.inputs, arms, link_angles)?;
@@ -139,9 +146,14 @@ impl BestFilters {
         self.smooth_forces
             .follow(&nominal.robot, &forces.normal, &forces.traction, instant.dt);
         let contact = self.detect_contacts(&nominal.robot, &rolling, instant.dt);
+        innovations.parity = parity.map(|(parity, _)| parity.nis());
+        let health = self.check_health(nominal, instant, &innovations, &contact);
 
         let mut flags = instant.flags | nominal.unloaded(&forces.normal);
         flags |= nominal.at_stop(link_angles) | parity.map_or(Flags::NONE, |(_, flags)| flags);
+        if !health.suspect.is_empty() {
+            flags |= Flags::CONTRADICTION;
+        }
         if settings.nonnegative {
             forces.bound();
         }
@@ -151,14 +163,19 @@ impl BestFilters {
             contact_angle: [0, 1, 2].map(|i| self.contact_angle(i, instant.inputs)),
             parity: parity.map(|(parity, _)| parity),
             contact: Some(contact),
-            uncertainty: Some(self.uncertainty(&settings.budget)),
+            uncertainty: Some(self.uncertainty(&settings.budget, health)),
             flags,
         };
         Ok(assemble(nominal, instant.time, &equations, &solution))
     }
 
     /// Advances the link angles, rad. A filter that has not started yet starts.
-    fn update_links(&mut self, budget: &NoiseBudget, instant: &Instant<'_>) -> [f64; 2] {
+    fn update_links(
+        &mut self,
+        budget: &NoiseBudget,
+        instant: &Instant<'_>,
+        innovations: &mut Innovations,
+    ) -> [f64; 2] {
         let forward = self.motion.acceleration().x;
         for i in 0..2 {
             let (rate, inclination) = (instant.inputs.rate[i], instant.inputs.inclination[i]);
@@ -169,7 +186,8 @@ impl BestFilters {
             };
             let link = &mut self.links[i];
             if link.started() {
-                link.update(budget, instant.dt, &readings);
+                let innovation = link.update(budget, instant.dt, &readings);
+                innovations.inclination[i] = innovation.as_ref().map(Innovation::nis);
             } else {
                 let rate = readings.rate.unwrap_or(0.0);
                 link.start(inclination.value, inclination.age, rate);
@@ -185,6 +203,7 @@ impl BestFilters {
         nominal: &Nominal,
         instant: &Instant<'_>,
         arms: &Arms,
+        innovations: &mut Innovations,
     ) -> [Option<RollingResiduals>; 3] {
         let (robot, settings) = (&nominal.robot, &nominal.settings);
         let (inputs, dt) = (instant.inputs, instant.dt);
@@ -199,7 +218,9 @@ impl BestFilters {
         }
         for i in 0..3 {
             let alpha = self.links[robot.geometry.carriers[i].index()].acceleration();
-            self.wheels[i].update(&robot.mass, settings, &inputs.wheel(i), alpha, dt);
+            let wheel = &mut self.wheels[i];
+            let innovation = wheel.update(&robot.mass, settings, &inputs.wheel(i), alpha, dt);
+            innovations.encoder[i] = innovation.as_ref().map(Innovation::nis);
         }
         let least = EstimatorSettings::UNLOADED * robot.mean_wheel_load();
         let mut residuals = [None; 3];
@@ -208,6 +229,8 @@ impl BestFilters {
                 let wheel = self.rolling_wheel(i, nominal, inputs, arms);
                 let correct = self.method.rolling;
                 let found = self.motion.roll(&settings.budget, i, &wheel, dt, correct);
+                innovations.direction[i] = Some(found.direction_nis());
+                innovations.slip[i] = found.slip.as_ref().map(SlipResidual::nis);
                 residuals[i] = Some(found);
             }
         }
@@ -233,6 +256,36 @@ impl BestFilters {
             found[i] = self.contact[i].update(&evidence, dt);
         }
         found
+    }
+
+    /// Health after the innovations of this sample. They count while the robot drives and every wheel rolls on one contact:
+    /// elsewhere the constraints do not hold.
+    fn check_health(
+        &mut self,
+        nominal: &Nominal,
+        instant: &Instant<'_>,
+        innovations: &Innovations,
+        contact: &[ContactEstimate; 3],
+    ) -> Health {
+        let rolls = |contact: &ContactEstimate| {
+            contact.state == ContactState::OneContact && !contact.sliding
+        };
+        let model_holds = contact.iter().all(rolls) && !self.motion.is_any_suspect();
+        let speed = self.motion.velocity().norm_squared();
+        let drives = speed > HealthMonitor::DRIVES * HealthMonitor::DRIVES;
+        let has_noise = nominal.settings.budget.torque_noise > 0.0;
+        let torque = |i: usize| {
+            let spin = self.wheels[i].settled_speed().unwrap_or(0.0);
+            let rim = nominal.robot.geometry.wheel_radius * spin;
+            TorqueReading {
+                value: instant.inputs.motor_torque[i].now(),
+                varies: has_noise && rim.abs() > HealthMonitor::DRIVES,
+            }
+        };
+        let torques = [torque(0), torque(1), torque(2)];
+        let count = drives && model_holds;
+        self.health.update(innovations, &torques, count, instant.dt);
+        self.health.health(&nominal.robot.geometry.carriers)
     }
 
     /// Advances the memory of the ground, in the posture of `arms`.
@@ -445,7 +498,7 @@ impl BestFilters {
     }
 
     /// Standard deviations and the estimated errors of the readings.
-    fn uncertainty(&self, budget: &NoiseBudget) -> Uncertainty {
+    fn uncertainty(&self, budget: &NoiseBudget, health: Health) -> Uncertainty {
         let motion = &self.motion;
         let contact_angle_error = [0, 1, 2].map(|i| motion.contact_angle_error(i));
         let given = self.method.contact_angles == ContactAngles::Given;
@@ -458,6 +511,7 @@ impl BestFilters {
                 contact_angle: given.then_some(contact_angle_error),
                 rate_bias: self.links.each_ref().map(LinkAngleKalman::rate_bias),
             },
+            health,
         }
     }
 }
