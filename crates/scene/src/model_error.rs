@@ -4,7 +4,9 @@ use robhaz_estimator::statics::LoadCovariance;
 use robhaz_model::{GeometryError, MassError, Pins, Robot, Vec2};
 use robhaz_sim::random::Stream;
 use robhaz_sim::sensors::Grade;
-use robhaz_weigh::{Accuracy, BlocksError, PlanError, Tolerances, WeighError, plan, simulate, weigh};
+use robhaz_weigh::{
+    Accuracy, BlocksError, PlanError, Tolerances, WeighError, plan, simulate, weigh,
+};
 use std::f64::consts::TAU;
 
 /// Size of the model errors. With all values 0 the nominal robot is the simulated one.
@@ -119,7 +121,9 @@ impl ModelError {
         let mut stream = Stream::new(seed, "model_error/scales");
         let measured = simulate(robot, &blocks, &accuracy, || stream.normal()).map_err(
             |(posture, reason)| ModelErrorTooLarge::Blocks {
-                blocks: blocks[posture].map(|h| format!("{:.0}", 1e3 * h)).join(", "),
+                blocks: blocks[posture]
+                    .map(|h| format!("{:.0}", 1e3 * h))
+                    .join(", "),
                 reason,
             },
         )?;
@@ -278,7 +282,17 @@ mod tests {
     #[test]
     fn weighing_corrects_the_loads() {
         let robot = Robot::default_a();
-        let (drawn, weighed) = (ModelError { wheel_radius: 0.0, ..CAD }, ModelError { wheel_radius: 0.0, scales: 0.2, ..CAD });
+        let (drawn, weighed) = (
+            ModelError {
+                wheel_radius: 0.0,
+                ..CAD
+            },
+            ModelError {
+                wheel_radius: 0.0,
+                scales: 0.2,
+                ..CAD
+            },
+        );
         let truth = robot.static_loads().expect("determined");
         let [mut before, mut after] = [0.0, 0.0];
         for seed in 0..20 {
