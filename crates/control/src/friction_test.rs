@@ -5,7 +5,7 @@
 //! smoothly to what turns it without traction, and its drive holds the set speed again. The next wheel follows after a
 //! pause. A robot at rest is tested in the same way.
 
-use crate::controller::{ControlInput, ControlSettings};
+use crate::input::{ControlInput, ControlSettings, FrictionTestPlan};
 use robhaz_estimator::{FrictionTest, FrictionTestEnd, FrictionTestPhase, FrictionTestResult};
 use robhaz_model::WheelCommand;
 
@@ -17,29 +17,6 @@ const PAUSE: f64 = 2.0;
 const TORQUE_SMOOTHING: f64 = 0.1;
 /// Longest time between samples that is integrated over, s.
 const LONGEST_STEP: f64 = 0.1;
-
-/// What a friction test is asked to do.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FrictionTestPlan {
-    /// The wheels (0 to 2) in the order of their tests; `None` where the list has ended.
-    pub wheels: [Option<usize>; 3],
-    /// Start of the first ramp, s.
-    pub start: f64,
-    /// Rate of the torque, N m/s.
-    pub rate: f64,
-}
-
-impl Default for FrictionTestPlan {
-    /// Each wheel in turn from 6 s on: the robot has rolled for a metre, by which the errors of the readings are found. 0.35 N m/s needs
-    /// at most 18 s for the 6 N m that the rear wheel bears at mu = 0.9.
-    fn default() -> Self {
-        Self {
-            wheels: [Some(0), Some(1), Some(2)],
-            start: 6.0,
-            rate: 0.35,
-        }
-    }
-}
 
 /// The tests with their state from sample to sample.
 #[derive(Clone, Debug)]

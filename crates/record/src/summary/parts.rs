@@ -55,6 +55,27 @@ impl ProgressSummary {
     }
 }
 
+/// The control of the wheels.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ControlSummary {
+    /// Name of the kind.
+    pub kind: String,
+    /// Name of the estimator that it got; `None` for a control without readings.
+    pub estimator: Option<String>,
+}
+
+impl ControlSummary {
+    /// `None` for recorded readings.
+    pub(super) fn of(run: &RunDescription) -> Option<Self> {
+        let control = run.world.as_ref()?.control;
+        let estimator = control.estimator.and_then(|k| run.estimators.get(k));
+        Some(Self {
+            kind: control.kind.name().to_owned(),
+            estimator: estimator.map(|e| e.label.clone()),
+        })
+    }
+}
+
 /// The friction of the ground outside of its stretches, and the rolling resistance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrictionSummary {

@@ -2,7 +2,9 @@
 
 use super::file::Summary;
 use super::log::{ForceSums, LogSummary};
-use super::parts::{BrokenOff, EstimatorSummary, FrictionSummary, NominalRobot, SensorErrors};
+use super::parts::{
+    BrokenOff, ControlSummary, EstimatorSummary, FrictionSummary, NominalRobot, SensorErrors,
+};
 use super::suspects::{Suspects, add_suspects};
 use crate::error::RecordError;
 use crate::felt_ground::FeltGrounds;
@@ -68,6 +70,7 @@ impl SummarySink {
             progress: self.progress.as_ref().map(|meter| meter.progress().into()),
             events: self.events.as_ref().map(|(_, counts)| *counts),
             friction: world.map(FrictionSummary::of),
+            control: ControlSummary::of(run),
             sensors: world.map(SensorErrors::of),
             log: end.log.as_ref().map(LogSummary::from),
             nominal: NominalRobot::of(run),
