@@ -2,10 +2,10 @@
 
 use crate::error::Problem;
 use crate::key::{Field, Key, Number, SWITCH, quoted};
+use crate::range::at_least;
 use crate::reader::{Reader, join, refusal};
 use crate::source::{Entry, Node, Value};
 use crate::suggest::nearest;
-use crate::range::at_least;
 use crate::units::{NONE, UnitError};
 use robhaz_estimator::statics::{LOAD_PARAMETERS, LoadCovariance};
 use robhaz_model::Vec2;
@@ -116,8 +116,7 @@ impl Reader {
                 }
             }
             Field::LoadCovariance(at) => {
-                if let Some(covariance) = self.load_covariance(node, path, &key.field.allowed())
-                {
+                if let Some(covariance) = self.load_covariance(node, path, &key.field.allowed()) {
                     *at(into) = Some(covariance);
                 }
             }

@@ -250,9 +250,9 @@ impl<T> Field<T> {
             Self::Switch(_) => quoted(SWITCH),
             Self::Word(words, ..) | Self::OwnWord { words, .. } => quoted(words),
             Self::ThreeWords(words, ..) => format!("three of {}", quoted(words)),
-            Self::LoadCovariance(_) => format!(
-                "{LOAD_PARAMETERS} rows of {LOAD_PARAMETERS} numbers, a covariance"
-            ),
+            Self::LoadCovariance(_) => {
+                format!("{LOAD_PARAMETERS} rows of {LOAD_PARAMETERS} numbers, a covariance")
+            }
             Self::Text(_) => "a text".to_owned(),
             Self::Table(_) => "a table".to_owned(),
             Self::Own { allowed, .. } => (*allowed).to_owned(),
