@@ -553,6 +553,7 @@ fn stream_of(run: &Path) -> Vec<u8> {
             truth: Some(truth),
             sensors,
             estimates: &estimates,
+            commands: None,
             ground: robhaz_run::FeltGround::default(),
         };
         sink.frame(&frame).unwrap();

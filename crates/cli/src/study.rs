@@ -31,7 +31,7 @@ pub struct Args {
     #[arg(long, value_name = "KIND")]
     engine: Option<String>,
     /// Studies the ablation ladder instead of the scene's estimators: from the paper's to `best`. From the fourth on
-    /// each has one method more than the one above.
+    /// each has one method more than the one above. The last two are given no contact angles.
     #[arg(long)]
     ladder: bool,
     /// Also writes the result to a JSON file.

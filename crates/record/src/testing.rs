@@ -23,6 +23,7 @@ impl Record {
             truth: Some(&self.truth),
             sensors: &self.sensors,
             estimates: &self.estimates,
+            commands: None,
             ground: FeltGround::default(),
         }
     }
@@ -153,6 +154,7 @@ pub fn good_estimate(truth: &Truth, error: f64) -> Estimate {
         parity: None,
         reading_errors: None,
         contact: None,
+        friction: None,
         flags: Flags::NONE,
     }
 }

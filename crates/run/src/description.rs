@@ -3,8 +3,8 @@
 use robhaz_estimator::EstimatorSettings;
 use robhaz_model::Robot;
 use robhaz_scene::{
-    EngineKind, EstimatorChoice, Grade, LogChoice, LogEstimator, ModelErrorTooLarge, RecordChoice,
-    RobotChoice, Scene, TerrainChoice,
+    ControlKind, EngineKind, EstimatorChoice, Grade, LogChoice, LogEstimator, ModelErrorTooLarge,
+    RecordChoice, RobotChoice, Scene, TerrainChoice,
 };
 use robhaz_sim::drive::Drive;
 use robhaz_sim::friction::FrictionLaw;
@@ -60,10 +60,21 @@ pub struct World {
     pub rolling: RollingResistance,
     /// The drive, eq. (2).
     pub drive: Drive,
+    /// The control of the wheels.
+    pub control: ControlDescription,
     /// Grade of the sensors.
     pub grade: Grade,
     /// Errors of the sensors that are drawn once per run. No estimator knows them.
     pub drawn: DrawnErrors,
+}
+
+/// The control of a simulation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ControlDescription {
+    /// Kind of control.
+    pub kind: ControlKind,
+    /// The estimator that it gets, as an index of [`RunDescription::estimators`]. `None` for a control without readings.
+    pub estimator: Option<usize>,
 }
 
 impl RunDescription {
@@ -97,6 +108,10 @@ impl RunDescription {
                 friction: scene.friction,
                 rolling: scene.rolling,
                 drive: scene.drive.clone(),
+                control: ControlDescription {
+                    kind: scene.control.kind,
+                    estimator: scene.control_estimator(),
+                },
                 grade: scene.sensors.grade,
                 drawn: *scene.sensors().drawn(),
             }),

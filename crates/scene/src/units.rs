@@ -59,6 +59,7 @@ dimension!(MASS: "kg", "g" => |v| v / 1e3);
 dimension!(INERTIA: "kg m^2", "kg cm^2" => |v| v / 1e4, "g cm^2" => |v| v / 1e7);
 dimension!(FORCE: "N", "mN" => |v| v / 1e3, "kN" => |v| v * 1e3);
 dimension!(TORQUE: "N m", "mN m" => |v| v / 1e3);
+dimension!(TORQUE_RATE: "N m/s", "mN m/s" => |v| v / 1e3);
 dimension!(DAMPING: "N s/m", "N s/mm" => |v| v * 1e3);
 dimension!(ROTARY_DAMPING: "N m s", "mN m s" => |v| v / 1e3);
 dimension!(STOP_STIFFNESS: "N m/rad", "N m/deg" => f64::to_degrees);

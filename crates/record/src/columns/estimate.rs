@@ -160,7 +160,7 @@ fn stated_errors(index: usize) -> Vec<Column> {
             "flags",
             "1",
             "warnings, a bit each: wheels 1 to 3 unloaded 1, 2, 4; linkage at a stop 8; reading missing 16, stale 32, absurd 64; \
-             out of the model's range 128",
+             out of the model's range 128, spins in place 256",
             |e| Some(f64::from(e.flags.bits())),
         ),
     ];

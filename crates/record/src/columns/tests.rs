@@ -247,7 +247,11 @@ fn contact_states_are_small_integers() {
         .map(|name| value(&table, name, &record.frame()))
     };
     assert_eq!(of(&record), [Value::Optional(None); 4]);
-    let state = |state, sliding| ContactEstimate { state, sliding };
+    let state = |state, sliding| ContactEstimate {
+        state,
+        sliding,
+        slip: 0.0,
+    };
     if let Some(Ok(estimate)) = record.estimates.first_mut() {
         estimate.contact = Some([
             state(ContactState::InAir, false),

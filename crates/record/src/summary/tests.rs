@@ -17,6 +17,7 @@ const END: RunEnd = RunEnd {
     wall: 0.1,
     step: Some(1e-4),
     broken_off: None,
+    friction_tests: Vec::new(),
     log: None,
 };
 

@@ -59,6 +59,7 @@ impl Sink for Eventful {
             truth: Some(&truth),
             sensors: frame.sensors,
             estimates: &estimates,
+            commands: frame.commands,
             ground: frame.ground,
         })
     }
