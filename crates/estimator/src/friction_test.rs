@@ -155,7 +155,14 @@ impl FrictionTest {
         let clear = estimate.is_some_and(|estimate| {
             let [front, middle, rear] = Flags::WHEEL_UNLOADED;
             let stale = Flags::SENSOR_STALE;
-            let doubts = [front, middle, rear, stale, Flags::AT_STOP, Flags::OUT_OF_RANGE];
+            let doubts = [
+                front,
+                middle,
+                rear,
+                stale,
+                Flags::AT_STOP,
+                Flags::OUT_OF_RANGE,
+            ];
             !doubts.iter().any(|flag| estimate.flags.contains(*flag))
         });
         match wheel.and_then(|wheel| wheel.needed).filter(|_| clear) {
