@@ -268,6 +268,7 @@ mod tests {
             normal_force_at_one_contact: None,
             contacts: None,
             means: None,
+            suspects: Default::default(),
         };
         let run = described(&scene());
         Summary {
@@ -290,6 +291,7 @@ mod tests {
             }),
             events: None,
             friction: run.world.as_ref().map(FrictionSummary::of),
+            control: None,
             sensors: run.world.as_ref().map(SensorErrors::of),
             log: None,
             nominal: NominalRobot::of(&run),
