@@ -32,18 +32,18 @@ pub struct FrictionTestPlan {
     pub wheels: [Option<usize>; 3],
     /// Start of the first ramp, s.
     pub start: f64,
-    /// Rate of the torque, N m/s.
+    /// Rate at which the torque grows, N m/s.
     pub rate: f64,
 }
 
 impl Default for FrictionTestPlan {
-    /// Each wheel in turn from 6 s on: the robot has rolled for a metre, by which the errors of the readings are found. 0.35 N m/s needs
-    /// at most 18 s for the 6 N m that the rear wheel bears at mu = 0.9.
+    /// Each wheel in turn from 6 s on: the robot has rolled for a metre, by which the errors of the readings are found. 0.25 N m/s
+    /// needs about 14 s for the 3.5 N m that a wheel bears at mu = 0.9.
     fn default() -> Self {
         Self {
             wheels: [Some(0), Some(1), Some(2)],
             start: 6.0,
-            rate: 0.35,
+            rate: 0.25,
         }
     }
 }

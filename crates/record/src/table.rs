@@ -95,7 +95,7 @@ impl TableSink {
 }
 
 /// What a file says of its run.
-fn metadata(run: &RunDescription) -> [(&'static str, String); 2] {
+pub fn metadata(run: &RunDescription) -> [(&'static str, String); 2] {
     [
         ("scene", run.name.clone()),
         ("robhaz_version", env!("CARGO_PKG_VERSION").to_owned()),

@@ -5,7 +5,8 @@ use robhaz_model::{GeometryError, MassError, Pins, Robot, Vec2};
 use robhaz_sim::random::Stream;
 use robhaz_sim::sensors::Grade;
 use robhaz_weigh::{
-    Accuracy, BlocksError, PlanError, Tolerances, WeighError, plan, simulate, weigh,
+    Accuracy, Blocks, BlocksError, Measurements, PlanError, Tolerances, WeighError, plan, simulate,
+    weigh,
 };
 use std::f64::consts::TAU;
 
@@ -118,15 +119,7 @@ impl ModelError {
         };
         let plan = plan(drawn, &tolerances, &accuracy, &BLOCKS, POSTURES)?;
         let blocks: Vec<_> = plan.postures.iter().map(|p| p.blocks).collect();
-        let mut stream = Stream::new(seed, "model_error/scales");
-        let measured = simulate(robot, &blocks, &accuracy, || stream.normal()).map_err(
-            |(posture, reason)| ModelErrorTooLarge::Blocks {
-                blocks: blocks[posture]
-                    .map(|h| format!("{:.0}", 1e3 * h))
-                    .join(", "),
-                reason,
-            },
-        )?;
+        let measured = simulated_weighing(robot, &blocks, &accuracy, seed)?;
         let weighed = weigh(drawn, &measured, &tolerances, &accuracy)?;
         Ok(NominalRobot {
             robot: weighed.robot,
@@ -173,6 +166,27 @@ impl ModelError {
     pub fn nominal_damping(&self, damping: f64) -> f64 {
         damping * (1.0 + self.viscous_damping)
     }
+}
+
+/// What scales show of a robot on blocks, m; errors of the stated accuracy are drawn from the seed.
+///
+/// # Errors
+/// [`ModelErrorTooLarge::Blocks`] when the robot cannot take one of the postures.
+pub fn simulated_weighing(
+    robot: &Robot,
+    blocks: &[Blocks],
+    accuracy: &Accuracy,
+    seed: u64,
+) -> Result<Measurements, ModelErrorTooLarge> {
+    let mut stream = Stream::new(seed, "model_error/scales");
+    simulate(robot, blocks, accuracy, || stream.normal()).map_err(|(posture, reason)| {
+        ModelErrorTooLarge::Blocks {
+            blocks: blocks[posture]
+                .map(|h| format!("{:.0}", 1e3 * h))
+                .join(", "),
+            reason,
+        }
+    })
 }
 
 #[cfg(test)]

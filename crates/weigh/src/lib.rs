@@ -12,6 +12,7 @@
 //! | least squares with a prior (Gauss and Newton) | `fit.rs` |
 //! | the covariance in the seven parameters that forces depend on | `loads.rs` |
 //! | postures on blocks, and those that tell most | `blocks.rs`, `plan.rs` |
+//! | the results in words | `text.rs` |
 //! | what the scales would show of a given robot | `simulate.rs` |
 //!
 //! On scales the wheels are free or on plates that give way, so that no traction acts: T = 0 but for a small rest
@@ -32,6 +33,7 @@ mod plan;
 mod simulate;
 mod statics;
 mod table;
+mod text;
 
 pub use blocks::{Blocks, BlocksError};
 pub use fit::{Misfit, WeighError, Weighed, weigh};
@@ -41,4 +43,4 @@ pub use parameters::{PARAMETERS, ParameterName, Tolerances, parameter_names};
 pub use plan::{Plan, PlanError, PlannedPosture, plan};
 pub use simulate::simulate;
 pub use statics::{PlateError, plate_forces};
-pub use table::{TableError, read_table, write_table};
+pub use table::{TableError, blank_table, read_table, write_table};

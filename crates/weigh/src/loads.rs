@@ -1,7 +1,8 @@
 //! The covariance of a weighing in the seven load parameters, and what it means for the normal forces.
 //!
-//! Masses and centres of mass act through the load parameters alone. Pins also act through the body's angle; their effect
-//! is projected on the load parameters by least squares over the postures of a drive.
+//! Masses and centres of mass act through the load parameters alone. Pins also act through the body's angle and through
+//! the arms of the wheels about Q; their effect on the balance of eq. (8), `F' - H_N N`, is projected on the load parameters
+//! by least squares over the postures of a drive at rest.
 
 use crate::fit::{Prior, WeighError};
 use crate::parameters::PARAMETERS;
@@ -124,7 +125,8 @@ fn projection(
         let arms = Arms::new(&robot.geometry, angles[0], angles[1])?;
         let columns = by_load_parameters(&arms, LEVER);
         let by_loads = SMatrix::<f64, 4, LOAD_PARAMETERS>::from_columns(&columns);
-        let by_unknowns = derivatives(prior, robot, |robot| load_side(robot, angles))?;
+        let forces = plate_forces(robot, angles, [0.0; 3])?;
+        let by_unknowns = derivatives(prior, robot, |robot| imbalance(robot, angles, &forces))?;
         normal += by_loads.transpose() * by_loads;
         right += by_loads.transpose() * by_unknowns;
     }
@@ -132,12 +134,20 @@ fn projection(
     Ok(inverse.solve(&right))
 }
 
-/// The weight's part of eq. (8), N.
-fn load_side(robot: &Robot, angles: [f64; 2]) -> Result<Vector4<f64>, PlateError> {
-    let arms = Arms::new(&robot.geometry, angles[0], angles[1])?;
+/// What is missing to the balance of eq. (8) at rest on plates with these normal forces (N): `F' - H_N N`, N.
+fn imbalance(
+    robot: &Robot,
+    angles: [f64; 2],
+    forces: &[f64; 3],
+) -> Result<Vector4<f64>, PlateError> {
+    let geometry = &robot.geometry;
+    let arms = Arms::new(geometry, angles[0], angles[1])?;
     let loads = Loads::at_rest(&robot.mass.true_points());
-    let carriers = &robot.geometry.carriers;
-    Ok(Equilibrium::load_side(&arms, carriers, &loads, LEVER).0)
+    let (carriers, radius) = (&geometry.carriers, geometry.wheel_radius);
+    let e = Equilibrium::new(&arms, carriers, radius, &loads, &[0.0; 3], LEVER)
+        .ok_or(PlateError::Undetermined)?;
+    let carried = e.h_n.iter().zip(forces);
+    Ok(e.f - carried.map(|(column, n)| column * *n).sum::<Vector4<f64>>())
 }
 
 /// Derivatives of the normal forces in the drive's postures by the unknowns over their prior deviations.

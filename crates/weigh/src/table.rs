@@ -93,7 +93,7 @@ pub fn read_table(path: &Path) -> Result<Measurements, TableError> {
     if measurements.readings.is_empty() && measurements.weight.is_none() {
         return Err(TableError::Header {
             path: shown,
-            message: "no line follows; allowed: at least one posture".to_owned(),
+            message: "no line with a reading of a scale follows; allowed: at least one".to_owned(),
         });
     }
     Ok(measurements)
@@ -235,18 +235,37 @@ fn row(
     }
 }
 
+/// The first line of a table with blocks.
+const WITH_BLOCKS: &str = "block1 [mm],block2 [mm],block3 [mm],";
+/// The first line of a table.
+const FIRST_LINE: &str = "link1 [deg],link2 [deg],wheel1 [N],wheel2 [N],wheel3 [N],weight [N]\n";
+
+/// The text of a table to fill in, for postures on blocks, m.
+pub fn blank_table(blocks: &[Blocks]) -> String {
+    let mut text = format!("{WITH_BLOCKS}{FIRST_LINE}");
+    for heights in blocks {
+        // Writing into a text cannot fail.
+        let _ = writeln!(text, "{},,,,,,", block_cells(heights).join(","));
+    }
+    text
+}
+
+fn block_cells(heights: &Blocks) -> [String; 3] {
+    heights.map(|h| format!("{:.0}", 1e3 * h))
+}
+
 /// The text of a table. `blocks` are the heights under the wheels, m, one for each posture, or none at all.
 pub fn write_table(measurements: &Measurements, blocks: &[Blocks]) -> String {
     let mut text = String::new();
     let is_on_blocks = blocks.len() == measurements.readings.len() && !blocks.is_empty();
     if is_on_blocks {
-        text += "block1 [mm],block2 [mm],block3 [mm],";
+        text += WITH_BLOCKS;
     }
-    text += "link1 [deg],link2 [deg],wheel1 [N],wheel2 [N],wheel3 [N],weight [N]\n";
+    text += FIRST_LINE;
     for (k, reading) in measurements.readings.iter().enumerate() {
         let mut cells: Vec<String> = Vec::new();
         if is_on_blocks {
-            cells.extend(blocks[k].map(|h| format!("{:.0}", 1e3 * h)));
+            cells.extend(block_cells(&blocks[k]));
         }
         cells.extend(
             reading

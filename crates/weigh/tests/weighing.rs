@@ -139,32 +139,31 @@ fn weighed_robots_have_the_forces_of_the_real_ones() {
     assert!(nees < 7.0 + 3.3 * 0.59 && nees > 2.0, "{nees}");
 }
 
-/// Squared error of the load parameters by their stated covariance: 7 on average if it is right. The parameters of the real
-/// robot are those with which the weighed robot's geometry gives the real forces, least squares over postures.
+/// Squared error of the load parameters by their stated covariance: 7 on average if it is right. Their error is the change
+/// that balances the weighed robot with the real forces, least squares over postures.
 fn nees_of(real: &Robot, weighed: &Weighed) -> f64 {
-    use nalgebra::{SMatrix, SVector};
+    use nalgebra::{SMatrix, SVector, Vector4};
     use robhaz_estimator::statics::{Arms, Equilibrium, Loads, by_load_parameters};
-    let side = |robot: &Robot, angles: [f64; 2]| {
-        let arms = Arms::new(&robot.geometry, angles[0], angles[1]).ok()?;
+    let missing = |robot: &Robot, angles: [f64; 2]| {
+        let forces = plate_forces(real, angles, [0.0; 3]).ok()?;
+        let (geometry, carriers) = (&robot.geometry, &robot.geometry.carriers);
+        let arms = Arms::new(geometry, angles[0], angles[1]).ok()?;
         let loads = Loads::at_rest(&robot.mass.true_points());
-        Some((
-            arms,
-            Equilibrium::load_side(&arms, &robot.geometry.carriers, &loads, 0.2).0,
-        ))
+        let e = Equilibrium::new(&arms, carriers, 0.1, &loads, &[0.0; 3], 0.2)?;
+        let carried: Vector4<f64> = e.h_n.iter().zip(forces).map(|(h, n)| h * n).sum();
+        Some((arms, carried - e.f))
     };
     let mut normal = SMatrix::<f64, 7, 7>::zeros();
     let mut right = SVector::<f64, 7>::zeros();
     for i in -2..=2 {
         for j in -2..=2 {
             let angles = [0.1 * f64::from(i + j), 0.1 * f64::from(i)];
-            let (Some((arms, now)), Some((_, truth))) =
-                (side(&weighed.robot, angles), side(real, angles))
-            else {
+            let Some((arms, missing)) = missing(&weighed.robot, angles) else {
                 return f64::NAN;
             };
             let by = SMatrix::<f64, 4, 7>::from_columns(&by_load_parameters(&arms, 0.2));
             normal += by.transpose() * by;
-            right += by.transpose() * (truth - now);
+            right += by.transpose() * missing;
         }
     }
     let covariance = SMatrix::<f64, 7, 7>::from_fn(|i, j| weighed.covariance.rows()[i][j]);
@@ -306,4 +305,35 @@ fn planned_postures_tell_most() {
         plan.candidates, plan.before
     );
     assert!(plan.candidates > 15 && last < 0.2 * plan.before);
+}
+
+/// Equivalence: the budget's covariance gives the same deviation of the normal forces on plates as masses, centres of mass
+/// and pins themselves, in the postures of a drive; and on slopes not much more.
+#[test]
+fn the_budget_states_what_the_weighing_left() {
+    use nalgebra::Matrix4;
+    use robhaz_estimator::statics::{Arms, Equilibrium, Loads};
+    let drawings = Robot::default_a();
+    let found = weighed(&drawings, &drawings, &mut Random(3)).unwrap();
+    let geometry = &found.robot.geometry;
+    let mut sums = [0.0; 2];
+    for (sum, slope) in sums.iter_mut().zip([0.0, 0.3]) {
+        for angles in POSTURES {
+            let arms = Arms::new(geometry, angles[0], angles[1]).unwrap();
+            let loads = Loads::at_rest(&found.robot.mass.true_points());
+            let slopes = [slope, 0.0, -slope];
+            let e = Equilibrium::new(&arms, &geometry.carriers, 0.1, &loads, &slopes, 0.2).unwrap();
+            let of_loads: Matrix4<f64> = found.covariance.of_loads(&arms, 0.2);
+            for row in e.least_squares().unwrap().rows {
+                *sum += row.dot(&(of_loads * row)) / 15.0;
+            }
+        }
+    }
+    let [level, sloped] = sums.map(|s: f64| s.sqrt());
+    println!(
+        "level {level:.3} N, slopes {sloped:.3} N; stated {:.3} N",
+        found.forces.after
+    );
+    assert!((level / found.forces.after - 1.0).abs() < 0.2);
+    assert!(sloped < 1.5 * level);
 }

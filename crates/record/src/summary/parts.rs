@@ -1,6 +1,7 @@
 //! The parts of a summary, with their units.
 
 use super::log::{ForceSums, MeanForces};
+use super::suspects::Suspects;
 use robhaz_model::{Pin, Robot};
 use robhaz_run::{RunDescription, World};
 use robhaz_score::contact::FlagScores;
@@ -215,6 +216,9 @@ pub struct EstimatorSummary {
     /// How well contact states were found: in the air, two contacts, sliding. `None` if the estimator states none.
     #[serde(default)]
     pub contacts: Option<FlagScores>,
+    /// Channels whose readings contradicted others, over all records.
+    #[serde(default, skip_serializing_if = "Suspects::is_empty")]
+    pub suspects: Suspects,
     /// Means over the records that count; of a recorded log alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub means: Option<MeanForces>,
@@ -294,6 +298,7 @@ impl EstimatorSummary {
             no_equivalent: score.no_equivalent(),
             normal_force_at_one_contact: score.at_one_contact().normal_force(),
             contacts,
+            suspects: Suspects::new(),
             means: None,
         }
     }

@@ -5,6 +5,7 @@ use super::log::{ForceSums, LogSummary};
 use super::parts::{
     BrokenOff, ControlSummary, EstimatorSummary, FrictionSummary, NominalRobot, SensorErrors,
 };
+use super::suspects::{Suspects, add_suspects};
 use crate::error::RecordError;
 use crate::felt_ground::FeltGrounds;
 use robhaz_estimator::{Estimate, EstimateError};
@@ -26,6 +27,8 @@ pub struct SummarySink {
     grounds: FeltGrounds,
     /// Sums over the estimates of a recorded log; empty for a simulation.
     sums: Vec<ForceSums>,
+    /// Suspect channels of each estimator.
+    suspects: Vec<Suspects>,
     rule: Option<Rule>,
     /// Whether a record had a truth.
     compared: bool,
@@ -75,6 +78,7 @@ impl SummarySink {
                 .map(|(k, (e, (score, contacts)))| {
                     let estimator = EstimatorSummary {
                         ground: self.grounds.errors(k, terrain.as_ref()),
+                        suspects: self.suspects.get(k).cloned().unwrap_or_default(),
                         ..EstimatorSummary::new(&e.label, score, contacts.scores())
                     };
                     match self.sums.get(k) {
@@ -121,6 +125,7 @@ impl Sink for SummarySink {
                 Some(_) => Vec::new(),
                 None => vec![ForceSums::default(); run.estimators.len()],
             },
+            suspects: vec![Suspects::new(); run.estimators.len()],
             rule: Some(rule),
             compared: false,
             end: None,
@@ -134,6 +139,11 @@ impl Sink for SummarySink {
             self.compare(truth, frame.estimates);
         }
         self.grounds.add(frame);
+        for (suspects, estimate) in self.suspects.iter_mut().zip(frame.estimates) {
+            if let Ok(estimate) = estimate {
+                add_suspects(suspects, frame.time, estimate);
+            }
+        }
         if self.rule.is_some_and(|rule| rule.compares(frame.time)) {
             for (sums, estimate) in self.sums.iter_mut().zip(frame.estimates) {
                 sums.add(estimate.as_ref().ok());
