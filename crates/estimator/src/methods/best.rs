@@ -7,7 +7,7 @@ use super::smooth_forces::SmoothForces;
 use super::wheel::{Wheel, visit_observers, visit_wheels};
 use crate::assembly::{Solution, Uncertainty, assemble};
 use crate::contact::{
-    ContactDetector, ContactEstimate, ContactEvidence, ContactState, RollingResiduals, SlipResidual,
+    ContactDetector, ContactEstimate, ContactEvidence, ContactState, RollingResiduals,
 };
 use crate::estimate::{Estimate, EstimateError, Parity, ReadingErrors};
 use crate::filters::motion::{MeasuredAccelerations, MotionFilter, ParityResidual, RollingWheel};
@@ -230,10 +230,10 @@ impl BestFilters {
                 let correct = self.method.rolling;
                 let found = self.motion.roll(&settings.budget, i, &wheel, dt, correct);
                 innovations.direction[i] = Some(found.direction_nis());
-                innovations.slip[i] = found.slip.as_ref().map(SlipResidual::nis);
                 residuals[i] = Some(found);
             }
         }
+        innovations.slip = slip_nis(&residuals);
         residuals
     }
 
@@ -514,6 +514,21 @@ impl BestFilters {
             health,
         }
     }
+}
+
+/// Normalised innovations squared of the speed constraints, each relative to the middle one of the three wheels: an error of the
+/// robot's speed is common to all and shows no wheel. `None` unless all three constraints apply.
+fn slip_nis(residuals: &[Option<RollingResiduals>; 3]) -> [Option<f64>; 3] {
+    let slip = |r: &Option<RollingResiduals>| r.and_then(|r| r.slip);
+    let [Some(a), Some(b), Some(c)] = residuals.each_ref().map(slip) else {
+        return [None; 3];
+    };
+    let (low, high) = (
+        a.beyond_creep.min(b.beyond_creep),
+        a.beyond_creep.max(b.beyond_creep),
+    );
+    let middle = c.beyond_creep.max(low).min(high);
+    [a, b, c].map(|slip| Some(slip.nis_from(middle)))
 }
 
 /// Slopes of the ground that the posture shows, rad: at the front and rear wheel that of the line to the middle wheel, at the middle
