@@ -267,6 +267,7 @@ mod tests {
             no_equivalent: 0,
             normal_force_at_one_contact: None,
             contacts: None,
+            suspects: indexmap::IndexMap::new(),
             means: None,
             suspects: Default::default(),
         };
