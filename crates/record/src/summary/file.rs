@@ -2,7 +2,8 @@
 
 use super::log::LogSummary;
 use super::parts::{
-    BrokenOff, EstimatorSummary, FrictionSummary, NominalRobot, ProgressSummary, SensorErrors,
+    BrokenOff, ClearanceSummary, EstimatorSummary, FrictionSummary, NominalRobot, ProgressSummary,
+    SensorErrors,
 };
 use crate::append::write_whole;
 use crate::error::{RecordError, io_error};
@@ -46,6 +47,9 @@ pub struct Summary {
     /// Numbers of events of wheels and end stops; `None` for recorded readings and in the summaries of earlier versions.
     #[serde(default)]
     pub events: Option<EventCounts>,
+    /// Clearance of body and links to the ground; `None` for recorded readings and in the summaries of earlier versions.
+    #[serde(default)]
+    pub clearance: Option<ClearanceSummary>,
     /// The friction of the ground; `None` for recorded readings and in the summaries of earlier versions.
     #[serde(default)]
     pub friction: Option<FrictionSummary>,

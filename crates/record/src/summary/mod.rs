@@ -10,6 +10,7 @@ mod tests;
 pub use file::Summary;
 pub use log::{ChannelSummary, LogSummary, MeanForces};
 pub use parts::{
-    BrokenOff, EstimatorSummary, FrictionSummary, NominalRobot, ProgressSummary, SensorErrors,
+    BrokenOff, ClearanceSummary, EstimatorSummary, FrictionSummary, NominalRobot, ProgressSummary,
+    SensorErrors,
 };
 pub use sink::SummarySink;
