@@ -1,7 +1,8 @@
 //! Distance of the robot's body and links to the ground, by parry2d.
 //!
 //! Contacts of wheels are the simulation's own. Body and links have an outline ([`robhaz_model::Outline`]) whose contact is
-//! not modelled: no force acts where a bar touches the ground. This crate tells how far they are from it.
+//! not modelled: no force acts where a bar touches the ground. This crate tells how far they are from it. What a link's own
+//! wheels cover does not count: there the wheel touches first.
 
 use parry2d::math::{Pose, Vector};
 use parry2d::query::distance;
@@ -117,9 +118,41 @@ fn outline(geometry: &Geometry, bar: Bar) -> Vec<Box<dyn Shape>> {
         }
     }
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    let axles = geometry.axles.iter().zip(&geometry.carriers);
+    let own = axles.filter(|(_, carrier)| carrier.bar() == bar);
+    let wheels: Vec<Vec2> = own.map(|(axle, _)| axle - cg).collect();
     let pairs = points.windows(2);
     pairs
-        .map(|pair| Box::new(Segment::new(vector(pair[0]), vector(pair[1]))) as Box<dyn Shape>)
+        .flat_map(|pair| outside([pair[0], pair[1]], &wheels, geometry.wheel_radius))
+        .map(|[a, b]| Box::new(Segment::new(vector(a), vector(b))) as Box<dyn Shape>)
+        .collect()
+}
+
+/// The pieces of a line that lie outside of wheels of a radius (m): what is inside cannot touch the ground before the wheel.
+fn outside(line: [Vec2; 2], wheels: &[Vec2], radius: f64) -> Vec<[Vec2; 2]> {
+    let [from, along] = [line[0], line[1] - line[0]];
+    let square = along.norm_squared();
+    if square <= 0.0 {
+        return Vec::new();
+    }
+    // Shares of the line at which it enters or leaves a wheel.
+    let mut ends = vec![0.0, 1.0];
+    for wheel in wheels {
+        let arm = from - wheel;
+        let middle = -arm.dot(&along) / square;
+        let half = middle * middle - (arm.norm_squared() - radius * radius) / square;
+        if half > 0.0 {
+            let crossings = [middle - half.sqrt(), middle + half.sqrt()];
+            ends.extend(crossings.into_iter().filter(|t| *t > 0.0 && *t < 1.0));
+        }
+    }
+    ends.sort_by(f64::total_cmp);
+    let pieces = ends.windows(2).filter(|piece| {
+        let middle = from + along * (0.5 * (piece[0] + piece[1]));
+        wheels.iter().all(|wheel| (middle - wheel).norm() > radius)
+    });
+    pieces
+        .map(|piece| [from + along * piece[0], from + along * piece[1]])
         .collect()
 }
 

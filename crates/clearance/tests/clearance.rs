@@ -17,24 +17,30 @@ fn places(geometry: &Geometry, angles: [f64; 2], q: Vec2) -> Option<[BarPlace; 4
 }
 
 /// Closed form: on level ground in the nominal pose the clearance is the height of the lowest point less the half width:
-/// axles for links 1 and 2, pin R for link 3, the lower of box and pins for the body. Raised, it grows by as much; turned
+/// pin Q for link 1, the line from R to Q where it enters the middle wheel for link 2, pin R for link 3, the lower of box and
+/// pins for the body. Raised, it grows by as much; turned
 /// with the robot, the lowest point goes down by its arm times the sine.
 #[test]
 fn level_ground_has_the_heights_of_the_drawings() {
     let geometry = Geometry::a();
     let half = geometry.outline.half_width;
     let lowest = geometry.pins.p.y.min(geometry.outline.body_lower.y);
+    // On the line from R to Q, at a share s of it: x = -0.25 + 0.2 s, y = 0.16 - 0.02 s, and 0.1 m from (0, 0.1). With
+    // a s^2 + b s + c = 0 the line enters the wheel at the smaller root.
+    let (a, b, c) = (0.0404_f64, -0.1024, 0.0561);
+    let entry = 0.16 - 0.02 * (-b - (b * b - 4.0 * a * c).sqrt()) / (2.0 * a);
     let mut meter = ClearanceMeter::new(&geometry, Terrain::new(Profile::Flat));
     for (raised, x) in [(0.0, 0.0), (0.3, 2.0), (-0.05, 40.0), (0.0, -7.0)] {
         let q = geometry.pins.q + Vec2::new(x, raised);
         let found = meter.measure(&places(&geometry, [0.0; 2], q).unwrap());
-        let expected = [lowest, 0.1, 0.1, geometry.pins.r.y].map(|y| y + raised - half);
+        let expected =
+            [lowest, geometry.pins.q.y, entry, geometry.pins.r.y].map(|y| y + raised - half);
         for (found, expected) in found.0.iter().zip(expected) {
             assert!((found - expected).abs() < 1e-9, "{found} {expected}");
         }
     }
-    // Sunk so deep that the links' axles are in the ground.
-    let sunk = places(&geometry, [0.0; 2], geometry.pins.q - Vec2::new(0.0, 0.09)).unwrap();
+    // Sunk so deep that pin Q is in the ground.
+    let sunk = places(&geometry, [0.0; 2], geometry.pins.q - Vec2::new(0.0, 0.135)).unwrap();
     let found = meter.measure(&sunk);
     assert!(found.touches() && found.least().0 != Bar::Body);
     // Nose up by 0.2 rad about Q: the lowest point of the body is its rear corner or pin S.
@@ -48,24 +54,30 @@ fn level_ground_has_the_heights_of_the_drawings() {
     assert!((found.0[0] - expected).abs() < 1e-9, "{found:?} {expected}");
 }
 
-/// Closed form: a robot that straddles a bump shaped as a kerb of 0.1 m touches with link 2 where the kerb's edge is under it.
+/// Closed form: ahead of a kerb's edge between the rear and the middle wheel, pin Q at 0.14 m is the lowest point; with the
+/// half width of 15 mm it is 5 mm above a kerb of 120 mm and touches one of 130 mm.
 #[test]
-fn a_kerb_between_the_wheels_is_seen() {
+fn a_kerb_under_the_linkage_is_seen() {
     let geometry = Geometry::a();
-    let step = Stairs {
-        start: -0.2,
-        rise: 0.11,
-        run: 10.0,
-        count: 1,
-    };
-    let mut meter = ClearanceMeter::new(&geometry, Terrain::new(Profile::Stairs(step)));
-    // The robot stands behind the kerb with its middle and front wheel where the upper level would be: they do not matter.
-    let found = meter.measure(&places(&geometry, [0.0; 2], geometry.pins.q).unwrap());
-    // The upper level starts at x = -0.2; link 2 goes from R (-0.25, 0.16) by Q (-0.05, 0.14) to the axle at (0, 0.10),
-    // which is 0.01 m under the level: it touches.
-    assert!(found.0[2] <= 0.0 && found.touches(), "{found:?}");
-    let (bar, _) = found.least();
-    assert!(bar != Bar::Link3 && found.0[3] > 0.0);
+    for (rise, touched) in [(0.12, false), (0.13, true)] {
+        let step = Stairs {
+            start: -0.2,
+            rise,
+            run: 10.0,
+            count: 1,
+        };
+        let terrain = Terrain::new(Profile::Stairs(step));
+        let mut meter = ClearanceMeter::new(&geometry, terrain);
+        let found = meter.measure(&places(&geometry, [0.0; 2], geometry.pins.q).unwrap());
+        let (bar, least) = found.least();
+        assert!(
+            bar == Bar::Link1 && (least - (0.125 - rise)).abs() < 1e-9,
+            "{found:?}"
+        );
+        assert_eq!(found.touches(), touched);
+        // The others are higher.
+        assert!(found.0[2] > least && found.0[3] > 0.03, "{found:?}");
+    }
 }
 
 /// Equivalence: parry2d's distance of a ball to the ground's polyline is that of the ground's own nearest contact, on smooth

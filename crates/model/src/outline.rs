@@ -3,7 +3,7 @@
 use crate::{Bar, Geometry, Pin, Vec2};
 
 /// Outline of the bars in the nominal pose: the body is the convex hull of a box and its pins, a link the line through its
-/// own pins and axles from rear to front; each is grown by the half width.
+/// own pins and axles from rear to front, outside of its wheels; each is grown by the half width.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outline {
     /// Lower rear corner of the body's box, m.
