@@ -1,11 +1,11 @@
 //! The friction test of section 5 of the paper: torque ramps on one wheel after the other.
 //!
-//! The torque of the tested wheel rises linearly from its present value, while the drives of the other wheels hold their
-//! set speeds. They bear the reaction. When the wheel slips ([`robhaz_estimator::FrictionTest`]), its torque goes back
+//! The torque of the tested wheel changes linearly from its present value, while the drives of the other wheels hold their
+//! set speeds. They bear the reaction. Front and middle wheel are driven, the rear wheel is braked ([`DIRECTION`]). When the wheel slips ([`robhaz_estimator::FrictionTest`]), its torque goes back
 //! smoothly to what turns it without traction, and its drive holds the set speed again. The next wheel follows after a
 //! pause. A robot at rest is tested in the same way.
 
-use crate::controller::{ControlInput, ControlSettings};
+use crate::input::{ControlInput, ControlSettings, FrictionTestPlan};
 use robhaz_estimator::{FrictionTest, FrictionTestEnd, FrictionTestPhase, FrictionTestResult};
 use robhaz_model::WheelCommand;
 
@@ -18,28 +18,12 @@ const TORQUE_SMOOTHING: f64 = 0.1;
 /// Longest time between samples that is integrated over, s.
 const LONGEST_STEP: f64 = 0.1;
 
-/// What a friction test is asked to do.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FrictionTestPlan {
-    /// The wheels (0 to 2) in the order of their tests; `None` where the list has ended.
-    pub wheels: [Option<usize>; 3],
-    /// Start of the first ramp, s.
-    pub start: f64,
-    /// Rate of the torque, N m/s.
-    pub rate: f64,
-}
-
-impl Default for FrictionTestPlan {
-    /// Each wheel in turn from 6 s on: the robot has rolled for a metre, by which the errors of the readings are found. 0.35 N m/s needs
-    /// at most 18 s for the 6 N m that the rear wheel bears at mu = 0.9.
-    fn default() -> Self {
-        Self {
-            wheels: [Some(0), Some(1), Some(2)],
-            start: 6.0,
-            rate: 0.35,
-        }
-    }
-}
+/// Direction of each wheel's torque.
+///
+/// A wheel is tested in the direction in which its own traction relieves it: forces of the ground act below the body, so driving
+/// raises the load of the rear wheel and braking lowers it. With mu = 0.9 on level ground, a driven rear wheel would need so much
+/// reaction that the middle wheel lifts off before it slips. A relieved wheel slips at half the torque.
+const DIRECTION: [f64; 3] = [1.0, 1.0, -1.0];
 
 /// The tests with their state from sample to sample.
 #[derive(Clone, Debug)]
@@ -164,15 +148,16 @@ impl FrictionTests {
             return None;
         };
         let wheel = test.result().wheel;
-        let wanted = *torque + self.plan.rate * (now - *from);
+        let direction = DIRECTION.get(wheel).copied().unwrap_or(1.0);
+        let wanted = *torque + direction * self.plan.rate * (now - *from);
         let mut phase = test.update(now, input.estimate);
-        if wanted >= limit {
+        if direction * wanted >= limit {
             phase = test.end(FrictionTestEnd::TorqueLimit);
         }
         if phase == FrictionTestPhase::Rising {
             return Some((wheel, wanted));
         }
-        let (from_torque, since) = *back_off.get_or_insert((wanted.min(limit), now));
+        let (from_torque, since) = *back_off.get_or_insert((wanted.max(-limit).min(limit), now));
         let passed = (now - since) / BACK_OFF;
         if passed < 1.0 {
             return Some((

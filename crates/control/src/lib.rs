@@ -15,11 +15,12 @@
 
 mod controller;
 pub mod friction_test;
+mod input;
 mod kind;
 pub mod shared;
 mod wheel_speed;
 
-pub use controller::{ControlInput, ControlSettings, Controller};
-pub use friction_test::FrictionTestPlan;
+pub use controller::Controller;
+pub use input::{ControlInput, ControlSettings, FrictionTestPlan};
 pub use kind::ControlKind;
 pub use robhaz_model::WheelCommand;

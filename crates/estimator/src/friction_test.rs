@@ -4,6 +4,7 @@
 //! the torque is not its business: on the simulated robot it is the control `friction-test`.
 
 use crate::estimate::Estimate;
+use crate::flags::Flags;
 
 /// How a friction test ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,7 +15,7 @@ pub enum FrictionTestEnd {
     TorqueLimit,
     /// Another wheel, 0 to 2, slipped first: the reaction was more than it can bear.
     OtherWheel(usize),
-    /// The wheel carries no load, its contact is not clear, or there is no estimate, for more than [`FrictionTest::PATIENCE`].
+    /// A wheel carries no load, the linkage is at a stop, readings are stale, or there is no estimate, for more than [`FrictionTest::PATIENCE`].
     NotClear,
     /// The run ended first.
     Unfinished,
@@ -81,7 +82,7 @@ pub struct FrictionTest {
 }
 
 impl FrictionTest {
-    /// Longest time without a clear contact or an estimate, s.
+    /// Longest time without a clear estimate, s.
     pub const PATIENCE: f64 = 0.5;
     /// Time constant of the low pass on T/N for the lower bound, s.
     const SMOOTHING: f64 = 0.1;
@@ -151,7 +152,20 @@ impl FrictionTest {
         if let Some((other, _)) = others.find(|(_, wheel)| wheel.slid.is_some()) {
             return self.end(FrictionTestEnd::OtherWheel(other));
         }
-        match wheel.and_then(|wheel| wheel.needed) {
+        let clear = estimate.is_some_and(|estimate| {
+            let [front, middle, rear] = Flags::WHEEL_UNLOADED;
+            let stale = Flags::SENSOR_STALE;
+            let doubts = [
+                front,
+                middle,
+                rear,
+                stale,
+                Flags::AT_STOP,
+                Flags::OUT_OF_RANGE,
+            ];
+            !doubts.iter().any(|flag| estimate.flags.contains(*flag))
+        });
+        match wheel.and_then(|wheel| wheel.needed).filter(|_| clear) {
             Some(needed) => {
                 self.unclear = 0.0;
                 self.hold(time, needed.value, needed.sigma, dt);

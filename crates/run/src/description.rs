@@ -120,6 +120,12 @@ impl RunDescription {
 }
 
 impl RunDescription {
+    /// Whether a control that takes readings gives the records commands: see [`crate::Frame::commands`].
+    pub fn takes_commands(&self) -> bool {
+        let world = self.world.as_ref();
+        world.is_some_and(|world| world.control.kind.is_closed_loop())
+    }
+
     /// The description of a recorded log.
     pub fn of_log(name: &str, fingerprint: u64, record: RecordChoice, choice: &LogChoice) -> Self {
         let estimator = |e: &LogEstimator| EstimatorDescription {

@@ -8,15 +8,17 @@ use super::smooth_forces::SmoothForces;
 use super::wheel::{Wheel, visit_observers, visit_wheels};
 use crate::assembly::{Solution, Uncertainty, assemble};
 use crate::contact::{
-    ContactDetector, ContactEstimate, ContactEvidence, RollingResiduals, StandingDetector,
+    ContactDetector, ContactEstimate, ContactEvidence, ContactState, RollingResiduals,
+    StandingDetector,
 };
 use crate::estimate::{Estimate, EstimateError, Parity, ReadingErrors};
 use crate::filters::motion::{MotionFilter, ParityResidual, TORQUE_ERRORS};
-use crate::filters::{LinkAngleKalman, LinkReadings};
+use crate::filters::{Innovation, LinkAngleKalman, LinkReadings};
 use crate::flags::Flags;
 use crate::frame::{Inputs, Instant, SHORTEST_STEP};
 use crate::friction::{FrictionObserver, FrictionSample, JointForces, WheelFriction};
 use crate::ground::{GroundMemory, GroundMotion};
+use crate::health::{Health, HealthMonitor, Innovations, TorqueReading};
 use crate::nominal::Nominal;
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, NoiseBudget};
 use crate::statics::{
@@ -49,6 +51,7 @@ pub(crate) struct BestFilters {
     /// Estimated errors of the torque readings when the robot was last seen to move: see [`MotionFilter::discard_motion`].
     torque_errors: [f64; TORQUE_ERRORS],
     friction: FrictionObserver,
+    health: HealthMonitor,
 }
 
 impl Visit for BestFilters {
@@ -66,6 +69,7 @@ impl Visit for BestFilters {
         self.torque_errors.visit(f);
         self.ground.visit(f);
         self.friction.visit(f);
+        self.health.visit(f);
     }
 }
 
@@ -90,6 +94,7 @@ impl BestFilters {
             standing: StandingDetector::default(),
             torque_errors: [0.0; TORQUE_ERRORS],
             friction: FrictionObserver::default(),
+            health: HealthMonitor::default(),
         }
     }
 
@@ -134,11 +139,12 @@ impl BestFilters {
         instant: &Instant<'_>,
     ) -> Result<Estimate, EstimateError> {
         let settings = &nominal.settings;
-        let link_angles = self.update_links(&settings.budget, instant);
+        let mut innovations = Innovations::default();
+        let link_angles = self.update_links(&settings.budget, instant, &mut innovations);
         let arms = Arms::new(&nominal.robot.geometry, link_angles[0], link_angles[1])
             .map_err(EstimateError::Linkage)?;
         self.detect_standing(nominal, instant, link_angles, &arms);
-        let rolling = self.update_motion(nominal, instant, &arms);
+        let rolling = self.update_motion(nominal, instant, &arms, &mut innovations);
         self.update_ground(nominal, instant, &arms);
 
         let equations = self.equations(nominal, instant.inputs, arms, link_angles)?;
@@ -154,12 +160,17 @@ impl BestFilters {
         self.smooth_forces
             .follow(&nominal.robot, &forces.normal, &forces.traction, instant.dt);
         let contact = self.detect_contacts(&nominal.robot, &rolling, instant.dt);
+        innovations.parity = parity.map(|(parity, _)| parity.nis());
+        let health = self.check_health(nominal, instant, &innovations, &contact);
 
         let mut flags = instant.flags | nominal.unloaded(&forces.normal);
         if self.standing.stands() {
             flags |= Flags::SPINS_IN_PLACE;
         }
         flags |= nominal.at_stop(link_angles) | parity.map_or(Flags::NONE, |(_, flags)| flags);
+        if !health.suspect.is_empty() {
+            flags |= Flags::CONTRADICTION;
+        }
         if settings.nonnegative {
             forces.bound();
         }
@@ -173,14 +184,19 @@ impl BestFilters {
             parity: parity.map(|(parity, _)| parity),
             contact: Some(contact),
             friction: Some(friction),
-            uncertainty: Some(self.uncertainty(&settings.budget)),
+            uncertainty: Some(self.uncertainty(&settings.budget, health)),
             flags,
         };
         Ok(assemble(nominal, instant.time, &equations, &solution))
     }
 
     /// Advances the link angles, rad. A filter that has not started yet starts.
-    fn update_links(&mut self, budget: &NoiseBudget, instant: &Instant<'_>) -> [f64; 2] {
+    fn update_links(
+        &mut self,
+        budget: &NoiseBudget,
+        instant: &Instant<'_>,
+        innovations: &mut Innovations,
+    ) -> [f64; 2] {
         let forward = self.motion.acceleration().x;
         for i in 0..2 {
             let (rate, inclination) = (instant.inputs.rate[i], instant.inputs.inclination[i]);
@@ -191,7 +207,8 @@ impl BestFilters {
             };
             let link = &mut self.links[i];
             if link.started() {
-                link.update(budget, instant.dt, &readings);
+                let innovation = link.update(budget, instant.dt, &readings);
+                innovations.inclination[i] = innovation.as_ref().map(Innovation::nis);
             } else {
                 let rate = readings.rate.unwrap_or(0.0);
                 link.start(inclination.value, inclination.age, rate);
@@ -219,6 +236,36 @@ impl BestFilters {
             found[i] = self.contact[i].update(&evidence, dt);
         }
         found
+    }
+
+    /// Health after the innovations of this sample. They count while the robot drives and every wheel rolls on one contact:
+    /// elsewhere the constraints do not hold.
+    fn check_health(
+        &mut self,
+        nominal: &Nominal,
+        instant: &Instant<'_>,
+        innovations: &Innovations,
+        contact: &[ContactEstimate; 3],
+    ) -> Health {
+        let rolls = |contact: &ContactEstimate| {
+            contact.state == ContactState::OneContact && !contact.sliding
+        };
+        let model_holds = contact.iter().all(rolls) && !self.motion.is_any_suspect();
+        let speed = self.motion.velocity().norm_squared();
+        let drives = speed > HealthMonitor::DRIVES * HealthMonitor::DRIVES;
+        let has_noise = nominal.settings.budget.torque_noise > 0.0;
+        let torque = |i: usize| {
+            let spin = self.wheels[i].settled_speed().unwrap_or(0.0);
+            let rim = nominal.robot.geometry.wheel_radius * spin;
+            TorqueReading {
+                value: instant.inputs.motor_torque[i].now(),
+                varies: has_noise && rim.abs() > HealthMonitor::DRIVES,
+            }
+        };
+        let torques = [torque(0), torque(1), torque(2)];
+        let count = drives && model_holds;
+        self.health.update(innovations, &torques, count, instant.dt);
+        self.health.health(&nominal.robot.geometry.carriers)
     }
 
     /// Advances the memory of the ground, in the posture of `arms`.
@@ -404,7 +451,7 @@ impl BestFilters {
     }
 
     /// Standard deviations and the estimated errors of the readings.
-    fn uncertainty(&self, budget: &NoiseBudget) -> Uncertainty {
+    fn uncertainty(&self, budget: &NoiseBudget, health: Health) -> Uncertainty {
         let motion = &self.motion;
         let contact_angle_error = [0, 1, 2].map(|i| motion.contact_angle_error(i));
         let given = self.method.contact_angles == ContactAngles::Given;
@@ -417,6 +464,7 @@ impl BestFilters {
                 contact_angle: given.then_some(contact_angle_error),
                 rate_bias: self.links.each_ref().map(LinkAngleKalman::rate_bias),
             },
+            health,
         }
     }
 }

@@ -1,16 +1,19 @@
 //! `summary.json`: how a run went, and the errors of each estimator.
 
+mod clearance;
 mod file;
 mod log;
 mod parts;
 mod sink;
+mod suspects;
 #[cfg(test)]
 mod tests;
 
+pub use clearance::ClearanceSummary;
 pub use file::Summary;
 pub use log::{ChannelSummary, LogSummary, MeanForces};
 pub use parts::{
-    BrokenOff, ClearanceSummary, EstimatorSummary, FrictionSummary, NominalRobot, ProgressSummary,
-    SensorErrors,
+    BrokenOff, EstimatorSummary, FrictionSummary, NominalRobot, ProgressSummary, SensorErrors,
 };
 pub use sink::SummarySink;
+pub use suspects::{Suspects, Suspicion};

@@ -1,7 +1,7 @@
 //! The parts of a summary, with their units.
 
 use super::log::{ForceSums, MeanForces};
-use robhaz_clearance::Clearances;
+use super::suspects::Suspects;
 use robhaz_model::{Pin, Robot};
 use robhaz_run::{RunDescription, World};
 use robhaz_score::contact::FlagScores;
@@ -55,52 +55,24 @@ impl ProgressSummary {
     }
 }
 
-/// Clearance of body and links to the ground over a run.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ClearanceSummary {
-    /// The least of all records, m; at 0 or below a bar touched the ground.
-    pub least_m: f64,
-    /// The bar that it belongs to: `body`, `link1` ...
-    pub bar: String,
-    /// Its time, s.
-    pub time_s: f64,
-    /// How often a bar began to touch the ground.
-    pub touches: u64,
-    /// Time of the first touch, s, and its bar. From then on forces are wrong: that of the touch is not modelled.
-    pub first_touch: Option<(f64, String)>,
+/// The control of the wheels.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ControlSummary {
+    /// Name of the kind.
+    pub kind: String,
+    /// Name of the estimator that it got; `None` for a control without readings.
+    pub estimator: Option<String>,
 }
 
-impl ClearanceSummary {
-    /// Adds a record to the summary so far.
-    pub(super) fn add(
-        so_far: &mut Option<Self>,
-        time: f64,
-        clearances: &Clearances,
-        touched: &mut bool,
-    ) {
-        let (bar, least) = clearances.least();
-        // A clearance that is not a number is that of no bar.
-        if !least.is_finite() {
-            return;
-        }
-        let found = so_far.get_or_insert_with(|| Self {
-            least_m: f64::INFINITY,
-            bar: String::new(),
-            time_s: time,
-            touches: 0,
-            first_touch: None,
-        });
-        if least < found.least_m {
-            (found.least_m, found.time_s) = (least, time);
-            bar.name().clone_into(&mut found.bar);
-        }
-        let touches = clearances.touches();
-        if touches && !*touched {
-            found.touches += 1;
-            let first = || (time, bar.name().to_owned());
-            found.first_touch.get_or_insert_with(first);
-        }
-        *touched = touches;
+impl ControlSummary {
+    /// `None` for recorded readings.
+    pub(super) fn of(run: &RunDescription) -> Option<Self> {
+        let control = run.world.as_ref()?.control;
+        let estimator = control.estimator.and_then(|k| run.estimators.get(k));
+        Some(Self {
+            kind: control.kind.name().to_owned(),
+            estimator: estimator.map(|e| e.label.clone()),
+        })
     }
 }
 
@@ -244,6 +216,9 @@ pub struct EstimatorSummary {
     /// How well contact states were found: in the air, two contacts, sliding. `None` if the estimator states none.
     #[serde(default)]
     pub contacts: Option<FlagScores>,
+    /// Channels whose readings contradicted others, over all records.
+    #[serde(default, skip_serializing_if = "Suspects::is_empty")]
+    pub suspects: Suspects,
     /// Means over the records that count; of a recorded log alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub means: Option<MeanForces>,
@@ -323,6 +298,7 @@ impl EstimatorSummary {
             no_equivalent: score.no_equivalent(),
             normal_force_at_one_contact: score.at_one_contact().normal_force(),
             contacts,
+            suspects: Suspects::new(),
             means: None,
         }
     }

@@ -1,10 +1,12 @@
 //! The sink that sums up a run.
 
+use super::clearance::ClearanceSummary;
 use super::file::Summary;
 use super::log::{ForceSums, LogSummary};
 use super::parts::{
-    BrokenOff, ClearanceSummary, EstimatorSummary, FrictionSummary, NominalRobot, SensorErrors,
+    BrokenOff, ControlSummary, EstimatorSummary, FrictionSummary, NominalRobot, SensorErrors,
 };
+use super::suspects::{Suspects, add_suspects};
 use crate::error::RecordError;
 use crate::felt_ground::FeltGrounds;
 use robhaz_estimator::{Estimate, EstimateError};
@@ -28,6 +30,8 @@ pub struct SummarySink {
     grounds: FeltGrounds,
     /// Sums over the estimates of a recorded log; empty for a simulation.
     sums: Vec<ForceSums>,
+    /// Suspect channels of each estimator.
+    suspects: Vec<Suspects>,
     rule: Option<Rule>,
     /// Whether a record had a truth.
     compared: bool,
@@ -70,6 +74,7 @@ impl SummarySink {
             events: self.events.as_ref().map(|(_, counts)| *counts),
             clearance: self.clearance.0.clone(),
             friction: world.map(FrictionSummary::of),
+            control: ControlSummary::of(run),
             sensors: world.map(SensorErrors::of),
             log: end.log.as_ref().map(LogSummary::from),
             nominal: NominalRobot::of(run),
@@ -77,6 +82,7 @@ impl SummarySink {
                 .map(|(k, (e, (score, contacts)))| {
                     let estimator = EstimatorSummary {
                         ground: self.grounds.errors(k, terrain.as_ref()),
+                        suspects: self.suspects.get(k).cloned().unwrap_or_default(),
                         ..EstimatorSummary::new(&e.label, score, contacts.scores())
                     };
                     match self.sums.get(k) {
@@ -124,6 +130,7 @@ impl Sink for SummarySink {
                 Some(_) => Vec::new(),
                 None => vec![ForceSums::default(); run.estimators.len()],
             },
+            suspects: vec![Suspects::new(); run.estimators.len()],
             rule: Some(rule),
             compared: false,
             end: None,
@@ -141,6 +148,11 @@ impl Sink for SummarySink {
             ClearanceSummary::add(so_far, frame.time, clearances, touched);
         }
         self.grounds.add(frame);
+        for (suspects, estimate) in self.suspects.iter_mut().zip(frame.estimates) {
+            if let Ok(estimate) = estimate {
+                add_suspects(suspects, frame.time, estimate);
+            }
+        }
         if self.rule.is_some_and(|rule| rule.compares(frame.time)) {
             for (sums, estimate) in self.sums.iter_mut().zip(frame.estimates) {
                 sums.add(estimate.as_ref().ok());

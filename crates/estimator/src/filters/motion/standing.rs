@@ -69,6 +69,7 @@ impl MotionFilter {
             slip: wheel.rim_speed.map(|rim_speed| SlipResidual {
                 beyond_creep: rim_speed - creep.slip(),
                 creep: creep.slip(),
+                variance: noise * noise,
                 noise,
             }),
         }

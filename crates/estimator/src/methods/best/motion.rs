@@ -1,9 +1,11 @@
 //! Motion of the robot from the rolling wheels, or its standstill.
 
 use super::BestFilters;
-use crate::contact::RollingResiduals;
+use crate::contact::{RollingResiduals, SlipResidual};
+use crate::filters::Innovation;
 use crate::filters::motion::{MeasuredAccelerations, RollingWheel};
 use crate::frame::{Inputs, Instant};
+use crate::health::Innovations;
 use crate::methods::wheel::Wheel;
 use crate::nominal::Nominal;
 use crate::settings::EstimatorSettings;
@@ -55,6 +57,7 @@ impl BestFilters {
         nominal: &Nominal,
         instant: &Instant<'_>,
         arms: &Arms,
+        innovations: &mut Innovations,
     ) -> [Option<RollingResiduals>; 3] {
         let (robot, settings) = (&nominal.robot, &nominal.settings);
         let (inputs, dt) = (instant.inputs, instant.dt);
@@ -69,7 +72,9 @@ impl BestFilters {
         }
         for i in 0..3 {
             let alpha = self.links[robot.geometry.carriers[i].index()].acceleration();
-            self.wheels[i].update(&robot.mass, settings, &inputs.wheel(i), alpha, dt);
+            let wheel = &mut self.wheels[i];
+            let innovation = wheel.update(&robot.mass, settings, &inputs.wheel(i), alpha, dt);
+            innovations.encoder[i] = innovation.as_ref().map(Innovation::nis);
         }
         let least = EstimatorSettings::UNLOADED * robot.mean_wheel_load();
         let mut residuals = [None; 3];
@@ -84,7 +89,10 @@ impl BestFilters {
                 residuals[i] = Some(if stands {
                     self.motion.spin_in_place(i, &wheel)
                 } else {
-                    self.motion.roll(&settings.budget, i, &wheel, dt, correct)
+                    let found = self.motion.roll(&settings.budget, i, &wheel, dt, correct);
+                    innovations.direction[i] = Some(found.direction_nis());
+                    innovations.slip[i] = found.slip.as_ref().map(SlipResidual::nis);
+                    found
                 });
             }
         }
