@@ -16,6 +16,7 @@
 mod controller;
 pub mod friction_test;
 mod kind;
+mod ramp;
 pub mod shared;
 mod wheel_speed;
 

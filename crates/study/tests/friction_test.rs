@@ -40,11 +40,14 @@ const GROUNDS: [(&str, &[&str]); 3] = [
 ];
 
 fn scene(law: &str, mu: f64, ground: &[&str], seed: u64) -> Outcome<Scene> {
-    // Long enough for three ramps of 0.25 N m/s.
-    let duration = (20.0 + 40.0 * mu).round();
+    let duration = (24.0 + 50.0 * mu).round();
     let fixed = [
         "engine.kind=direct",
-        if std::env::var("RH_IDEAL").is_ok() { "sensors.grade=ideal" } else { "sensors.grade=typical" },
+        if std::env::var("RH_IDEAL").is_ok() {
+            "sensors.grade=ideal"
+        } else {
+            "sensors.grade=typical"
+        },
         "estimator=[{name='best',label='no-angles',contact_angles='none'}]",
         "drive.kind=friction-test",
     ];
@@ -86,10 +89,36 @@ impl Sink for Ramps {
         let (Some(truth), Some(commands)) = (frame.truth, frame.commands) else {
             return Ok(());
         };
-        if std::env::var("RH_T").is_ok() && (truth.time * 1000.0).round() as i64 % 100 == 0 && truth.time > std::env::var("RH_T").unwrap().parse::<f64>().unwrap() {
+        if std::env::var("RH_T").is_ok()
+            && (truth.time * 1000.0).round() as i64 % 100 == 0
+            && truth.time > std::env::var("RH_T").unwrap().parse::<f64>().unwrap()
+        {
             let e = frame.estimates[0].as_ref().unwrap();
             let f = e.friction.unwrap();
             println!("{:.2} {:?} | {}", truth.time, e.flags.names().collect::<Vec<_>>(), (0..3).map(|i| format!("N {:.1} T/N {:+.3} slip {:+.4} {} | est N {:.1} {:+.3} slip {:+.4} slides {} slid {:?}   ", truth.wheels[i].normal_force, truth.wheels[i].traction / truth.wheels[i].normal_force, truth.wheels[i].slip_speed, truth.wheels[i].slides, e.normal_force[i], f[i].needed.map_or(9.0, |n| n.value), e.contact.unwrap()[i].slip, e.contact.unwrap()[i].sliding, f[i].slid)).collect::<String>());
+        }
+        if std::env::var("RH_E").is_ok() {
+            let e = frame.estimates[0].as_ref().unwrap();
+            for (i, w) in e.friction.unwrap().iter().enumerate() {
+                if let Some(v) = w.slip_event {
+                    println!(
+                        "EVENT {:.2} wheel {i} {} mu {:.4} sigma {:.4} load {:.1} age {:.3} | truth T/N {:.3} slip {:.4} N {:.1} mu_s?",
+                        truth.time,
+                        if matches!(commands[i], WheelCommand::Torque(_)) {
+                            "tested"
+                        } else {
+                            "OTHER"
+                        },
+                        v.mu_max,
+                        v.sigma,
+                        v.load,
+                        v.age,
+                        truth.wheels[i].traction / truth.wheels[i].normal_force,
+                        truth.wheels[i].slip_speed,
+                        truth.wheels[i].normal_force
+                    );
+                }
+            }
         }
         for (i, (wheel, command)) in truth.wheels.iter().zip(commands).enumerate() {
             if matches!(command, WheelCommand::Torque(_)) {
@@ -129,7 +158,9 @@ impl Row {
     fn add(&mut self, mu: f64, ramps: &Ramps) {
         self.failed += 3 - ramps.results.len();
         for result in &ramps.results {
-            if std::env::var("RH_V").is_ok() { println!("{result:?} err {:+.2} %", 100.0 * (result.mu / mu - 1.0)); }
+            if std::env::var("RH_V").is_ok() {
+                println!("{result:?} err {:+.2} %", 100.0 * (result.mu / mu - 1.0));
+            }
             if result.end != FrictionTestEnd::Slipped {
                 self.failed += 1;
                 continue;

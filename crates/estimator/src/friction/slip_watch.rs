@@ -11,6 +11,8 @@ pub struct SlipEvent {
     pub mu_max: f64,
     /// Its standard deviation, -.
     pub sigma: f64,
+    /// N at that T/N, N.
+    pub load: f64,
     /// Time since that T/N, s.
     pub age: f64,
     /// Place of the contact at that time along the path, m, in the frame of [`crate::Estimator::ground`]. `None` before the robot
@@ -23,6 +25,8 @@ pub struct SlipEvent {
 pub(crate) struct WheelSample {
     /// T/N.
     pub needed: NeededFriction,
+    /// N, N.
+    pub load: f64,
     /// Slip speed, m/s.
     pub slip: f64,
     /// Place of the contact, m.
@@ -58,13 +62,14 @@ visit_fields!(SlipWatch: started, ratio, slip, time, slips, slid, peak);
 struct Peak {
     value: f64,
     sigma: f64,
+    load: f64,
     age: f64,
     /// Place, m, and whether it is known.
     place: f64,
     has_place: bool,
 }
 
-visit_fields!(Peak: value, sigma, age, place, has_place);
+visit_fields!(Peak: value, sigma, load, age, place, has_place);
 
 impl SlipWatch {
     /// Time constant of the low pass on T/N, s. T/N is level for about twice as long: from the peak of friction until the wheel has
@@ -120,6 +125,7 @@ impl SlipWatch {
         Some(SlipEvent {
             mu_max: self.peak.value,
             sigma: self.peak.sigma,
+            load: self.peak.load,
             age: self.peak.age,
             place: self.peak.has_place.then_some(self.peak.place),
         })
@@ -132,6 +138,7 @@ impl SlipWatch {
             self.peak = Peak {
                 value,
                 sigma: sample.needed.sigma,
+                load: sample.load,
                 age: 0.0,
                 place: sample.place.unwrap_or(0.0),
                 has_place: sample.place.is_some(),
@@ -163,6 +170,7 @@ mod tests {
                 value: ratio,
                 sigma: 0.01,
             },
+            load: 45.0,
             slip,
             place: Some(1.0),
         }
