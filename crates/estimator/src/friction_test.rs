@@ -55,6 +55,8 @@ pub struct FrictionTestResult {
     pub mu: f64,
     /// Its standard deviation, -.
     pub sigma: f64,
+    /// Part of that deviation that comes from a lasting error of the torque reading, -; none after two ramps.
+    pub lasting: f64,
     /// N at the largest T/N, N.
     pub load: f64,
     /// Number of ramps that ended in slip: with two, `mu` is their mean.
@@ -87,7 +89,12 @@ impl FrictionTestResult {
             let weights = [self.load / loads, other.load / loads];
             let [a, b] = weights;
             both.mu = a * self.mu + b * other.mu;
-            both.sigma = libm::hypot(a * self.sigma, b * other.sigma);
+            let rest = |result: &Self| {
+                let square = result.sigma * result.sigma - result.lasting * result.lasting;
+                libm::sqrt(square.max(0.0))
+            };
+            both.sigma = libm::hypot(a * rest(self), b * rest(other));
+            both.lasting = 0.0;
             both.ramps = self.ramps + other.ramps;
         }
         both
@@ -135,6 +142,7 @@ impl FrictionTest {
                 place: None,
                 mu: 0.0,
                 sigma: 0.0,
+                lasting: 0.0,
                 load: 0.0,
                 ramps: 0,
                 slipped_distance: 0.0,
@@ -182,6 +190,7 @@ impl FrictionTest {
                 place: event.place,
                 mu: event.mu_max,
                 sigma: event.sigma,
+                lasting: event.lasting,
                 load: event.load,
                 ramps: 1,
                 ..self.result
@@ -319,6 +328,7 @@ mod tests {
                 wheels[1].slip_event = Some(SlipEvent {
                     mu_max: 0.29,
                     sigma: 0.01,
+                    lasting: 0.0,
                     load: 40.0,
                     age: 0.2,
                     place: Some(0.7),
@@ -345,7 +355,8 @@ mod tests {
         let ramp = |traction: f64, load: f64| FrictionTestResult {
             end: FrictionTestEnd::Slipped,
             mu: traction / load,
-            sigma: 0.03,
+            sigma: 0.05,
+            lasting: 0.04,
             load,
             ramps: 1,
             slipped_distance: 0.01,

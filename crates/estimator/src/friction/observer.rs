@@ -32,6 +32,8 @@ pub(crate) struct FrictionSample<'a> {
     pub contact: &'a [ContactEstimate; 3],
     /// Whether each wheel can be judged: no impact, no stop, no reading that has been missing for long.
     pub clear: [bool; 3],
+    /// Lasting error of a traction that no reading has shown: standard deviation, N.
+    pub lasting: f64,
     /// Mean wheel load, N.
     pub mean_load: f64,
     /// Time since the last sample, s.
@@ -83,6 +85,7 @@ impl FrictionObserver {
             let wheel = WheelSample {
                 needed,
                 load: forces.normal(i),
+                lasting: sample.lasting / forces.normal(i),
                 slip: contact.slip,
                 place: places.map(|places| places[i]),
             };
@@ -100,7 +103,8 @@ impl FrictionObserver {
             if let Some(event) = event {
                 self.learn_slip(&event, ground);
             } else if !(contact.sliding || found[i].slid.is_some()) {
-                let bound = needed.value.abs() - Self::BOUND * needed.sigma;
+                let doubt = libm::hypot(needed.sigma, wheel.lasting);
+                let bound = needed.value.abs() - Self::BOUND * doubt;
                 ground.friction_held(i, bound);
             }
         }
