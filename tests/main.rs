@@ -33,3 +33,4 @@ mod support;
 mod tracks;
 #[cfg(feature = "viewer")]
 mod viewing;
+mod weighing;

@@ -14,7 +14,8 @@ use std::time::Instant;
 pub struct Args {
     /// The log: a table of readings (.parquet, .csv), an MCAP file, or the folder of a run or of an estimate.
     log: PathBuf,
-    /// The robot: a file with the section robot of a scene; by default that of the log's folder, else robot A.
+    /// The robot: a file with the section robot of a scene, or a weighed robot; by default that of the log's folder, else
+    /// robot A.
     #[arg(long, value_name = "ROBOT.toml")]
     robot: Option<PathBuf>,
     /// Description of the log: columns and units of the readings, clocks, noise budget, nominal damping, estimators. See
@@ -89,7 +90,7 @@ fn describe(choice: &mut LogChoice, args: &Args) -> Result<()> {
         *choice = LogChoice::load(path, choice.clone())?;
     }
     if let Some(path) = &args.robot {
-        choice.robot = RobotChoice::load(path)?;
+        choice.take_robot(path)?;
     }
     if !args.estimator.is_empty() {
         choice.select(&args.estimator).into_diagnostic()?;

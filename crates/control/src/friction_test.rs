@@ -6,7 +6,7 @@
 //! the torque's reading and the friction in the gear add to one and subtract from the other
 //! ([`FrictionTestResult::combined`]). The next wheel follows after a pause. A robot at rest is tested in the same way.
 
-use crate::controller::{ControlInput, ControlSettings};
+use crate::input::{ControlInput, ControlSettings, FrictionTestPlan};
 use crate::ramp::Ramp;
 use robhaz_estimator::{FrictionTestEnd, FrictionTestResult};
 use robhaz_model::WheelCommand;
@@ -28,32 +28,6 @@ const LONGEST: f64 = 6.5;
 /// load of the rear wheel and braking lowers it. With mu = 0.9 on level ground, a driven rear wheel would need so much
 /// reaction that the middle wheel lifts off before it slips. A relieved wheel slips at half the torque.
 const DIRECTION: [f64; 3] = [1.0, 1.0, -1.0];
-
-/// What a friction test is asked to do.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FrictionTestPlan {
-    /// The wheels (0 to 2) in the order of their tests; `None` where the list has ended.
-    pub wheels: [Option<usize>; 3],
-    /// Start of the first ramp, s.
-    pub start: f64,
-    /// Rate at which the torque grows, N m/s.
-    pub rate: f64,
-    /// Whether each wheel is tested in both directions.
-    pub both_ways: bool,
-}
-
-impl Default for FrictionTestPlan {
-    /// Each wheel in turn from 6 s on, both ways: the robot has rolled for a metre, by which the errors of the readings are
-    /// found. At 0.35 N m/s a wheel slips within 10 s even at mu = 0.9, where it needs 3.5 N m.
-    fn default() -> Self {
-        Self {
-            wheels: [Some(0), Some(1), Some(2)],
-            start: 6.0,
-            rate: 0.35,
-            both_ways: true,
-        }
-    }
-}
 
 /// The tests with their state from sample to sample.
 #[derive(Clone, Debug)]

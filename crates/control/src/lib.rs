@@ -15,12 +15,13 @@
 
 mod controller;
 pub mod friction_test;
+mod input;
 mod kind;
 mod ramp;
 pub mod shared;
 mod wheel_speed;
 
-pub use controller::{ControlInput, ControlSettings, Controller};
-pub use friction_test::FrictionTestPlan;
+pub use controller::Controller;
+pub use input::{ControlInput, ControlSettings, FrictionTestPlan};
 pub use kind::ControlKind;
 pub use robhaz_model::WheelCommand;

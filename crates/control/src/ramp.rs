@@ -1,6 +1,6 @@
 //! A torque ramp on one wheel: approach, linear rise, back-off.
 
-use crate::controller::ControlInput;
+use crate::input::ControlInput;
 use robhaz_estimator::{FrictionTest, FrictionTestEnd, FrictionTestPhase, FrictionTestResult};
 
 /// Time over which the torque is taken back, s.

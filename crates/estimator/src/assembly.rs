@@ -4,6 +4,7 @@ use crate::contact::ContactEstimate;
 use crate::estimate::{Estimate, Parity, ReadingErrors};
 use crate::flags::Flags;
 use crate::friction::WheelFriction;
+use crate::health::Health;
 use crate::nominal::Nominal;
 use crate::statics::{Equations, Forces};
 use nalgebra::Vector4;
@@ -34,6 +35,7 @@ pub(crate) struct Uncertainty {
     /// Standard deviations of the contact angles, rad.
     pub contact_angle_sigma: [f64; 3],
     pub reading_errors: ReadingErrors,
+    pub health: Health,
 }
 
 /// The estimate at `time` (s).
@@ -79,6 +81,7 @@ pub(crate) fn assemble(
         reading_errors: uncertainty.as_ref().map(|u| u.reading_errors),
         contact: solution.contact,
         friction: solution.friction,
+        health: uncertainty.as_ref().map(|u| u.health),
         flags: solution.flags,
     }
 }

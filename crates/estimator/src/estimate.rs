@@ -3,6 +3,7 @@
 use crate::contact::ContactEstimate;
 use crate::flags::Flags;
 use crate::friction::WheelFriction;
+use crate::health::Health;
 use robhaz_model::{Posture, PostureError, Vec2};
 
 /// Wheel forces of one instant, with covariance and flags.
@@ -39,6 +40,8 @@ pub struct Estimate {
     /// Friction that each wheel needs, and what is known of the ground; `None` from the paper's filters. Its T/N can differ from that of
     /// `traction` and `normal_force`: it takes the slope from the memory of the ground, too.
     pub friction: Option<[WheelFriction; 3]>,
+    /// Whether the readings agree with each other; `None` from the paper's filters.
+    pub health: Option<Health>,
     /// Warnings.
     pub flags: Flags,
 }
@@ -75,6 +78,13 @@ pub struct Parity {
     pub value: f64,
     /// Predicted standard deviation, N. 0 from the paper's filters, which predict none.
     pub sigma: f64,
+}
+
+impl Parity {
+    /// Normalised innovation squared. Not finite where no deviation is predicted.
+    pub(crate) fn nis(&self) -> f64 {
+        self.value * self.value / (self.sigma * self.sigma)
+    }
 }
 
 /// Errors of the readings as `best` estimates them: pairs of value and standard deviation.

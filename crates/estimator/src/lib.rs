@@ -36,6 +36,7 @@
 //! | [`filters`] | from readings over time to angles, torques, motion and errors |
 //! | `ground/` | memory of the ground |
 //! | `friction/` | needed friction, onset of slip, bounds of the friction |
+//! | `health/` | whether the readings agree with each other |
 //! | `contact/` | velocity of a wheel relative to the ground, creep, contact state |
 //! | `methods/` | the paper's method and `best`: filters and statics put together |
 //!
@@ -81,6 +82,7 @@ mod frame;
 mod friction;
 mod friction_test;
 mod ground;
+mod health;
 mod methods;
 mod nominal;
 mod saved;
@@ -98,6 +100,7 @@ pub use frame::{LinkReading, SensorFrame};
 pub use friction::{NeededFriction, SlipEvent, WheelFriction};
 pub use friction_test::{FrictionTest, FrictionTestEnd, FrictionTestPhase, FrictionTestResult};
 pub use ground::{FrictionBounds, GroundPoint};
+pub use health::{Channels, Health};
 pub use saved::{RestoreError, SavedState};
 pub use settings::{
     ContactAngles, EstimatorSettings, Filters, KalmanMethod, Masses, Method, NoiseBudget,

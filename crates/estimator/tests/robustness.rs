@@ -13,6 +13,9 @@ fn clean(time: f64) -> SensorFrame {
     // Speed 2 (1 - exp(-t/T)) rad/s. Inertia of rotor and disc, and damping; the force that moves the robot is left out.
     let (speed, lag) = (2.0, 0.3);
     let fade = (-time / lag).exp();
+    // A torque that is constant to the bit counts as stuck.
+    let ripple = 1e-9 * (1e3 * time).sin();
+    let torque = 0.15 * speed * (1.0 - fade) + 0.0939 * speed * fade / lag + ripple;
     let link = LinkReading {
         inclination: Some(0.0),
         rate: Some(0.0),
@@ -20,7 +23,7 @@ fn clean(time: f64) -> SensorFrame {
     SensorFrame {
         time,
         wheel_angle: [Some(speed * (time - lag * (1.0 - fade))); 3],
-        motor_torque: [Some(0.15 * speed * (1.0 - fade) + 0.0939 * speed * fade / lag); 3],
+        motor_torque: [Some(torque); 3],
         link1: link,
         link2: link,
         contact_angle: [Some(0.0); 3],

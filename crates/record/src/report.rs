@@ -2,7 +2,7 @@
 
 use crate::estimator_rows::{first_cells, heading, right};
 use crate::log_lines::{log_lines, means_table};
-use crate::summary::{EstimatorSummary, FrictionSummary, ProgressSummary, Summary};
+use crate::summary::{EstimatorSummary, FrictionSummary, ProgressSummary, Summary, Suspicion};
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{ContentArrangement, Row, Table};
 
@@ -48,6 +48,7 @@ pub fn comparison_table(runs: &[(&str, &Summary)]) -> String {
             if estimator.missing > 0 {
                 text.push_str(&missing(estimator));
             }
+            text.push_str(&suspects(estimator));
         }
         text.push_str(&log_lines(summary));
     }
@@ -144,6 +145,25 @@ fn speed(label: &str, summary: &Summary) -> String {
             summary.compare_from_s,
         ),
     }
+}
+
+/// Channels whose readings contradicted others.
+fn suspects(estimator: &EstimatorSummary) -> String {
+    let channel = |(name, suspicion): (&String, &Suspicion)| {
+        format!(
+            "{name} from {:.1} s on ({} records)",
+            suspicion.first_s, suspicion.records
+        )
+    };
+    let channels: Vec<String> = estimator.suspects.iter().map(channel).collect();
+    if channels.is_empty() {
+        return String::new();
+    }
+    format!(
+        "\n  {}: READINGS CONTRADICT EACH OTHER: {}. `robhaz check` looks for the cause.",
+        estimator.name,
+        channels.join(", ")
+    )
 }
 
 /// How many records have a wheel with two contacts, and how many are left out, the same for all estimators of a run.

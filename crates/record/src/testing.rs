@@ -155,6 +155,7 @@ pub fn good_estimate(truth: &Truth, error: f64) -> Estimate {
         reading_errors: None,
         contact: None,
         friction: None,
+        health: None,
         flags: Flags::NONE,
     }
 }

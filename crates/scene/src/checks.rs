@@ -2,6 +2,7 @@
 
 use crate::conflict::{Conflict, Value, number, word};
 use crate::contact;
+use crate::control;
 use crate::error::Problem;
 use crate::explicit_step;
 use crate::range::short;
@@ -28,6 +29,9 @@ pub(crate) fn check(reader: &mut Reader, root: &Node, scene: &Scene) {
     }
     if reader.is_clean(&["record."]) {
         record(reader, root, scene);
+    }
+    if reader.is_clean(&["drive.", "sensors.", "robot."]) {
+        report_all(reader, root, &control::conflicts(scene));
     }
     if reader.is_clean(&["record.", "sensors."]) {
         sensors(reader, root, scene);

@@ -1,14 +1,16 @@
 //! `[drive]`: control of the wheels, the estimator that it gets, and its friction tests.
 
+use crate::conflict::{Conflict, number, word};
 use crate::estimators;
 use crate::key::Key;
-use crate::range::{LONGEST_RUN, above, at_least};
+use crate::range::{LONGEST_RUN, above, at_least, short};
 use crate::reader::Reader;
 use crate::scene::Scene;
 use crate::source::{Node, Value};
 use crate::suggest::nearest;
 use crate::units::{TIME, TORQUE_RATE};
 use crate::wheels::{self, WHEELS, WHEELS_ALLOWED};
+use robhaz_control::shared::{largest_integral_ratio, largest_proportional_gain};
 use robhaz_control::{ControlKind, FrictionTestPlan};
 
 /// Name of the key of the estimator.
@@ -134,6 +136,57 @@ pub(crate) fn read_estimator(reader: &mut Reader, root: &Node, scene: &Scene) ->
         reader.refuse(kind, "drive.kind", &allowed);
     }
     default.map(|label| (*label).to_owned())
+}
+
+/// Keys that do not go together with the kind of control.
+pub(crate) fn conflicts(scene: &Scene) -> Vec<Conflict> {
+    match scene.control.kind {
+        ControlKind::Speed | ControlKind::FrictionTest => Vec::new(),
+        ControlKind::Shared => conflicts_of_shared(scene),
+    }
+}
+
+/// One speed control has one set speed, and gains that the rate of its samples limits.
+fn conflicts_of_shared(scene: &Scene) -> Vec<Conflict> {
+    let (drive, rate) = (&scene.drive, scene.sensors.rate);
+    let kind = || word("drive.kind", scene.control.kind.name());
+    let mut found = Vec::new();
+    if !drive.scalings.is_empty() {
+        let count = drive.scalings.len().to_string();
+        found.push(Conflict {
+            keys: vec![("drive.scaling", count), kind()],
+            rule: "no [[drive.scaling]]: one speed control has one set speed for all wheels"
+                .to_owned(),
+        });
+    }
+    let most = largest_proportional_gain(&scene.robot.robot, rate);
+    if drive.kp > most {
+        let sensors = number("sensors.rate", rate);
+        found.push(Conflict {
+            keys: vec![number("drive.kp", drive.kp), sensors, kind()],
+            rule: format!(
+                "drive.kp at most {}, what the inertia of a wheel in the air bears at this rate",
+                short(floor(most))
+            ),
+        });
+    }
+    let most = largest_integral_ratio(rate) * drive.kp;
+    if drive.ki > most {
+        let sensors = number("sensors.rate", rate);
+        found.push(Conflict {
+            keys: vec![number("drive.ki", drive.ki), sensors, kind()],
+            rule: format!(
+                "drive.ki at most {}, what drive.kp damps at this rate",
+                short(floor(most))
+            ),
+        });
+    }
+    found
+}
+
+/// Rounded down to hundredths, so that what a message allows is allowed.
+fn floor(limit: f64) -> f64 {
+    (limit * 100.0).floor() / 100.0
 }
 
 /// The labels in words.

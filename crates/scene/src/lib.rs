@@ -56,7 +56,7 @@ pub use log::{
     ChannelChoice, ImuChoice, InclinationSource, LogChoice, LogEstimator, Mapping,
     NeedsContactAngles, READINGS, ReadingChoice, UnknownEstimator, log_reference,
 };
-pub use model_error::{ModelError, ModelErrorTooLarge};
+pub use model_error::{ModelError, ModelErrorTooLarge, NominalRobot, simulated_weighing};
 pub use name::from_stem;
 pub use plant_failure::PlantFailure;
 pub use reference::{KeyReference, reference};

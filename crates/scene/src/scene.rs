@@ -1,7 +1,7 @@
 //! A scene with every choice made: the result of reading a scene file.
 
 use crate::estimators::{self, EstimatorChoice};
-use crate::model_error::{ModelError, ModelErrorTooLarge};
+use crate::model_error::{ModelError, ModelErrorTooLarge, NominalRobot};
 use crate::robot::RobotChoice;
 use crate::terrain::TerrainChoice;
 use robhaz_control::{ControlKind, ControlSettings, FrictionTestPlan};
@@ -261,7 +261,11 @@ impl Scene {
     /// # Errors
     /// [`ModelErrorTooLarge`] when `[model_error]` draws an invalid robot. Scenes that were read from files are checked.
     pub fn nominal_robot(&self) -> Result<Robot, ModelErrorTooLarge> {
-        self.model_error.nominal_robot(&self.robot.robot, self.seed)
+        Ok(self.nominal()?.robot)
+    }
+
+    fn nominal(&self) -> Result<NominalRobot, ModelErrorTooLarge> {
+        self.model_error.nominal(&self.robot.robot, self.seed)
     }
 
     /// The estimator that the control gets, as an index of [`Scene::estimators`]. `None` for a control without readings.
@@ -291,23 +295,36 @@ impl Scene {
     }
 
     /// The settings of an estimator with the nominal damping and the noise budget.
-    pub fn nominal_settings(&self, estimator: &EstimatorChoice) -> EstimatorSettings {
+    ///
+    /// # Errors
+    /// As [`Scene::nominal_robot`].
+    pub fn nominal_settings(
+        &self,
+        estimator: &EstimatorChoice,
+    ) -> Result<EstimatorSettings, ModelErrorTooLarge> {
         let settings = estimator.settings;
-        EstimatorSettings {
+        Ok(EstimatorSettings {
             viscous_damping: self.model_error.nominal_damping(settings.viscous_damping),
             compression: self
                 .contact
                 .static_penetration(self.robot.robot.mean_wheel_load()),
-            budget: self.noise_budget(),
+            budget: self.noise_budget()?,
             ..settings
-        }
+        })
     }
 
     /// The noise budget from the sensors' data sheets and the drawings' tolerances. No data sheet states the gear
-    /// friction: it keeps the prior of [`NoiseBudget::typical`].
-    pub fn noise_budget(&self) -> NoiseBudget {
+    /// friction: it keeps the prior of [`NoiseBudget::typical`]. A weighing replaces the drawings' tolerances.
+    ///
+    /// # Errors
+    /// As [`Scene::nominal_robot`].
+    pub fn noise_budget(&self) -> Result<NoiseBudget, ModelErrorTooLarge> {
         let (spec, model) = (&self.sensors.spec, &self.model_error);
-        NoiseBudget {
+        let (body_cg, link_mass, load_covariance) = match model.scales > 0.0 {
+            true => (0.0, 0.0, self.nominal()?.loads),
+            false => (model.body_cg, model.link_masses, None),
+        };
+        Ok(NoiseBudget {
             encoder_counts: spec.encoder_counts,
             jitter: spec.jitter,
             torque_noise: spec.torque_noise,
@@ -321,10 +338,11 @@ impl Scene {
             rate_walk: spec.rate_walk,
             contact_angle: spec.contact_angle_error,
             contact_angle_time: spec.contact_angle_time,
-            body_cg: model.body_cg,
-            link_mass: model.link_masses,
+            body_cg,
+            link_mass,
+            load_covariance,
             ..NoiseBudget::typical()
-        }
+        })
     }
 
     /// Sensor samples between two records.

@@ -57,6 +57,7 @@ dimension!(ANGULAR_RATE: "rad/s", "deg/s" => f64::to_radians);
 dimension!(RATE_WALK: "rad/s/sqrt(s)", "deg/s/sqrt(s)" => f64::to_radians);
 dimension!(MASS: "kg", "g" => |v| v / 1e3);
 dimension!(INERTIA: "kg m^2", "kg cm^2" => |v| v / 1e4, "g cm^2" => |v| v / 1e7);
+dimension!(FORCE: "N", "mN" => |v| v / 1e3, "kN" => |v| v * 1e3);
 dimension!(TORQUE: "N m", "mN m" => |v| v / 1e3);
 dimension!(TORQUE_RATE: "N m/s", "mN m/s" => |v| v / 1e3);
 dimension!(DAMPING: "N s/m", "N s/mm" => |v| v * 1e3);

@@ -11,6 +11,7 @@ use crate::sections::{IGNORED, SECTIONS};
 use crate::terrain::{self, Column, Parameters, Track, Visitor};
 use crate::wheels::WHEELS;
 use robhaz_control::FrictionTestPlan;
+use robhaz_estimator::statics::{LOAD_PARAMETERS, LoadCovariance};
 use robhaz_model::Vec2;
 use robhaz_terrain::{Bump, Profile};
 use std::fmt::Write;
@@ -280,6 +281,7 @@ pub(crate) fn value<T>(field: &Field<T>, of: &mut T) -> Option<String> {
         Field::Switch(at) => text(SWITCH[usize::from(*at(of))]),
         Field::Word(words, get, _) => text(words[get(of)]),
         Field::ThreeWords(words, get, _) => array(get(of).map(|i| text(words[i]))),
+        Field::LoadCovariance(at) => covariance((*at(of))?),
         Field::Text(at) => text(at(of)),
         Field::Table(_) | Field::Own { .. } | Field::OwnWord { .. } => return None,
     })
@@ -288,6 +290,12 @@ pub(crate) fn value<T>(field: &Field<T>, of: &mut T) -> Option<String> {
 /// The shortest decimal that reads back as the same bits.
 fn number(value: f64) -> String {
     format!("{value:?}")
+}
+
+/// Rows of numbers, one a line.
+fn covariance(covariance: LoadCovariance) -> String {
+    let row = |row: [f64; LOAD_PARAMETERS]| format!("  [{}]", row.map(number).join(", "));
+    format!("[\n{}\n]", covariance.rows().map(row).join(",\n"))
 }
 
 fn point(point: Vec2) -> String {

@@ -26,7 +26,10 @@ fn resolved_descriptions_read_back() {
     let choice = LogChoice::of_scene(&scene).unwrap();
     assert_eq!(choice.robot.robot, scene.nominal_robot().unwrap());
     for (found, listed) in choice.estimators.iter().zip(&scene.estimators) {
-        assert_eq!(choice.settings(found), scene.nominal_settings(listed));
+        assert_eq!(
+            choice.settings(found),
+            scene.nominal_settings(listed).unwrap()
+        );
     }
     let read = parse(&choice.to_toml("test")).unwrap();
     for (a, b) in read.estimators.iter().zip(&choice.estimators) {

@@ -2,7 +2,7 @@
 //!
 //! The study behind the tables in `docs/friction.md`:
 //! `cargo test --release -p robhaz-study --test friction_test study_of_all -- --ignored --nocapture`. The variable `ROBHAZ_CASES` selects
-//! the cases whose name contains one of its words, divided by commas; `ROBHAZ_SEEDS` is the number of seeds.
+//! the cases whose name contains one of its words, divided by semicolons; `ROBHAZ_SEEDS` is the number of seeds.
 
 use rayon::prelude::*;
 use robhaz_estimator::{FrictionTestEnd, FrictionTestResult};
@@ -43,11 +43,7 @@ fn scene(law: &str, mu: f64, ground: &[&str], seed: u64) -> Outcome<Scene> {
     let duration = (24.0 + 50.0 * mu).round();
     let fixed = [
         "engine.kind=direct",
-        if std::env::var("RH_IDEAL").is_ok() {
-            "sensors.grade=ideal"
-        } else {
-            "sensors.grade=typical"
-        },
+        "sensors.grade=typical",
         "estimator=[{name='best',label='no-angles',contact_angles='none'}]",
         "drive.kind=friction-test",
     ];
@@ -76,16 +72,12 @@ struct Ramps {
     /// True slip of all kinds of each wheel under its ramp, m.
     slip: [f64; 3],
     step: f64,
-    seed: u64,
-    drawn: Vec<f64>,
     results: Vec<FrictionTestResult>,
 }
 
 impl Sink for Ramps {
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
         self.step = 1.0 / run.record.rate;
-        self.seed = run.world.as_ref().unwrap().seed;
-        self.drawn = run.world.as_ref().unwrap().drawn.torque_offset.to_vec();
         Ok(())
     }
 
@@ -93,80 +85,6 @@ impl Sink for Ramps {
         let (Some(truth), Some(commands)) = (frame.truth, frame.commands) else {
             return Ok(());
         };
-        if std::env::var("RH_T").is_ok()
-            && (truth.time * 1000.0).round() as i64 % 100 == 0
-            && truth.time > std::env::var("RH_T").unwrap().parse::<f64>().unwrap()
-        {
-            let e = frame.estimates[0].as_ref().unwrap();
-            let f = e.friction.unwrap();
-            println!("{:.2} {:?} | {}", truth.time, e.flags.names().collect::<Vec<_>>(), (0..3).map(|i| format!("N {:.1} T/N {:+.3} slip {:+.4} {} | est N {:.1} {:+.3} slip {:+.4} slides {} slid {:?}   ", truth.wheels[i].normal_force, truth.wheels[i].traction / truth.wheels[i].normal_force, truth.wheels[i].slip_speed, truth.wheels[i].slides, e.normal_force[i], f[i].needed.map_or(9.0, |n| n.value), e.contact.unwrap()[i].slip, e.contact.unwrap()[i].sliding, f[i].slid)).collect::<String>());
-        }
-        if std::env::var("RH_D").is_ok()
-            && [3.0, 6.0, 9.0, 12.0, 16.0]
-                .iter()
-                .any(|t| (truth.time - t).abs() < 1e-6)
-        {
-            let e = frame.estimates[0].as_ref().unwrap();
-            let f = e.friction.unwrap();
-            let o = e.reading_errors.unwrap().torque_offset;
-            let ang: f64 = (0..3)
-                .map(|i| e.contact_angle[i] - truth.wheels[i].contact_angle)
-                .sum::<f64>()
-                / 3.0;
-            let t: f64 = (0..3)
-                .map(|i| e.traction[i] - truth.wheels[i].traction)
-                .sum();
-            let dt: Vec<f64> = (0..3)
-                .map(|i| {
-                    f[i].needed.map_or(9.0, |n| n.value) * e.normal_force[i]
-                        - truth.wheels[i].traction
-                })
-                .collect();
-            println!(
-                "DIAG seed {} t {} mean angle err {:+.4} (sigma {:.4}) sum T err {:+.2}, after {:+.2}: {:+.2} {:+.2} {:+.2}; sigma ratio {:.4} {:.4} {:.4}, raw T err {:+.2} {:+.2} {:+.2} offset {:+.3}+-{:.3} drawn {:?}",
-                self.seed,
-                truth.time,
-                ang,
-                e.contact_angle_sigma.unwrap()[0],
-                t,
-                dt.iter().sum::<f64>(),
-                dt[0],
-                dt[1],
-                dt[2],
-                f[0].needed.unwrap().sigma,
-                f[1].needed.unwrap().sigma,
-                f[2].needed.unwrap().sigma,
-                e.traction[0] - truth.wheels[0].traction,
-                e.traction[1] - truth.wheels[1].traction,
-                e.traction[2] - truth.wheels[2].traction,
-                o[0].0,
-                o[0].1,
-                self.drawn
-            );
-        }
-        if std::env::var("RH_E").is_ok() {
-            let e = frame.estimates[0].as_ref().unwrap();
-            for (i, w) in e.friction.unwrap().iter().enumerate() {
-                if let Some(v) = w.slip_event {
-                    println!(
-                        "EVENT {:.2} wheel {i} {} mu {:.4} sigma {:.4} load {:.1} age {:.3} | truth T/N {:.3} slip {:.4} N {:.1} mu_s?",
-                        truth.time,
-                        if matches!(commands[i], WheelCommand::Torque(_)) {
-                            "tested"
-                        } else {
-                            "OTHER"
-                        },
-                        v.mu_max,
-                        v.sigma,
-                        v.load,
-                        v.age,
-                        truth.wheels[i].traction / truth.wheels[i].normal_force,
-                        truth.wheels[i].slip_speed,
-                        truth.wheels[i].normal_force
-                    );
-                }
-            }
-        }
         for (i, (wheel, command)) in truth.wheels.iter().zip(commands).enumerate() {
             if matches!(command, WheelCommand::Torque(_)) {
                 let slip = self.step * wheel.slip_speed.abs();
@@ -205,9 +123,6 @@ impl Row {
     fn add(&mut self, mu: f64, ramps: &Ramps) {
         self.failed += 3 - ramps.results.len();
         for result in &ramps.results {
-            if std::env::var("RH_V").is_ok() {
-                println!("{result:?} err {:+.2} %", 100.0 * (result.mu / mu - 1.0));
-            }
             if result.end != FrictionTestEnd::Slipped {
                 self.failed += 1;
                 continue;

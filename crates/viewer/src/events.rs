@@ -307,7 +307,13 @@ impl Watch {
                 (_, Ok(e)) if e.flags.is_empty() => {
                     Some(("no flag any more".to_owned(), TextLogLevel::INFO))
                 }
-                (_, Ok(_)) => Some((format!("flags: {}", now.name()), TextLogLevel::WARN)),
+                (_, Ok(e)) => {
+                    let suspects = suspects(e).unwrap_or_default();
+                    Some((
+                        format!("flags: {}{suspects}", now.name()),
+                        TextLogLevel::WARN,
+                    ))
+                }
             };
             if let Some((what, level)) = what {
                 let text = format!("{}: {what}", self.names[k]);
@@ -315,6 +321,12 @@ impl Watch {
             }
         }
     }
+}
+
+/// The channels whose readings contradict others, in words.
+fn suspects(estimate: &Estimate) -> Option<String> {
+    let names: Vec<&str> = estimate.health?.suspect.names().collect();
+    (!names.is_empty()).then(|| format!(" ({})", names.join(", ")))
 }
 
 /// Adds a change if the state of a wheel is known and differs from the last one.

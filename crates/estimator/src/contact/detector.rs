@@ -22,8 +22,24 @@ pub(crate) struct SlipResidual {
     pub beyond_creep: f64,
     /// The part that creep explains: creep speed times T/N, m/s.
     pub creep: f64,
+    /// Variance of `beyond_creep` at a single sample, m^2/s^2.
+    pub variance: f64,
     /// Standard deviation of the slip from the gyroscope alone, m/s.
     pub noise: f64,
+}
+
+impl RollingResiduals {
+    /// Normalised innovation squared of the direction constraint.
+    pub fn direction_nis(&self) -> f64 {
+        self.away * self.away / (self.away_sigma * self.away_sigma)
+    }
+}
+
+impl SlipResidual {
+    /// Normalised innovation squared of the speed constraint.
+    pub fn nis(&self) -> f64 {
+        self.beyond_creep * self.beyond_creep / self.variance
+    }
 }
 
 /// What shows the contact state of a wheel at one sample.
@@ -195,6 +211,7 @@ mod tests {
                 slip: Some(SlipResidual {
                     beyond_creep,
                     creep: 0.0075,
+                    variance: 1e-6,
                     noise: 5e-4,
                 }),
             }),

@@ -1,6 +1,6 @@
 //! Link angle by a Kalman filter of gyroscope and inclinometer.
 
-use super::kalman::Kalman;
+use super::kalman::{Innovation, Kalman};
 use crate::settings::NoiseBudget;
 use crate::visit::visit_fields;
 
@@ -95,13 +95,18 @@ impl LinkAngleKalman {
         self.filter.p[ANGLE][ANGLE] += turned * turned;
     }
 
-    /// Advances by `dt` (s) to the readings of one instant.
-    pub fn update(&mut self, budget: &NoiseBudget, dt: f64, readings: &LinkReadings) {
+    /// Advances by `dt` (s) to the readings of one instant. Returns the innovation of the inclination (rad), if there is one.
+    pub fn update(
+        &mut self,
+        budget: &NoiseBudget,
+        dt: f64,
+        readings: &LinkReadings,
+    ) -> Option<Innovation> {
         if !self.started {
             if let Some(angle) = readings.inclination {
                 self.start(angle, 0.0, readings.rate.unwrap_or(0.0));
             }
-            return;
+            return None;
         }
         let (last, held) = (self.rate, self.unread > 0.0);
         self.predict(budget, dt, readings.rate);
@@ -109,9 +114,9 @@ impl LinkAngleKalman {
             self.follow_impact(budget, dt, self.rate - last);
         }
         self.smooth(budget, dt);
-        if let Some(inclination) = readings.inclination {
-            self.correct(budget, inclination, readings.forward);
-        }
+        readings
+            .inclination
+            .map(|inclination| self.correct(budget, inclination, readings.forward))
     }
 
     /// Integrates the rate over `dt` (s) by the trapezoidal rule.
@@ -161,7 +166,7 @@ impl LinkAngleKalman {
     }
 
     /// Corrects the angle by an inclination (rad), at the horizontal acceleration `forward` (m/s^2).
-    fn correct(&mut self, budget: &NoiseBudget, inclination: f64, forward: f64) {
+    fn correct(&mut self, budget: &NoiseBudget, inclination: f64, forward: f64) -> Innovation {
         let felt = if budget.specific_force {
             forward / robhaz_model::GRAVITY
         } else {
@@ -172,8 +177,10 @@ impl LinkAngleKalman {
         let late = Self::LAG * self.smooth_rate;
         let r = noise * noise + uncertain * uncertain + late * late;
         let difference = inclination - felt - self.filter.x[ANGLE];
-        self.filter
+        let (innovation, _) = self
+            .filter
             .update(&[(ANGLE, 1.0)], difference, r, f64::INFINITY);
+        innovation
     }
 
     /// Angle, rad.

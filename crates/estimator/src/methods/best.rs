@@ -1,19 +1,24 @@
 //! The filters of `best`: Kalman filters for link angles, ground torques, and motion with the readings' errors.
 
+mod motion;
 #[cfg(test)]
 mod tests;
 
 use super::smooth_forces::SmoothForces;
 use super::wheel::{Wheel, visit_observers, visit_wheels};
 use crate::assembly::{Solution, Uncertainty, assemble};
-use crate::contact::{ContactDetector, ContactEstimate, ContactEvidence, RollingResiduals};
+use crate::contact::{
+    ContactDetector, ContactEstimate, ContactEvidence, ContactState, RollingResiduals,
+    StandingDetector,
+};
 use crate::estimate::{Estimate, EstimateError, Parity, ReadingErrors};
-use crate::filters::motion::{MeasuredAccelerations, MotionFilter, ParityResidual, RollingWheel};
-use crate::filters::{LinkAngleKalman, LinkReadings};
+use crate::filters::motion::{MotionFilter, ParityResidual, TORQUE_ERRORS};
+use crate::filters::{Innovation, LinkAngleKalman, LinkReadings};
 use crate::flags::Flags;
 use crate::frame::{Inputs, Instant, SHORTEST_STEP};
 use crate::friction::{FrictionObserver, FrictionSample, JointForces, WheelFriction};
 use crate::ground::{GroundMemory, GroundMotion};
+use crate::health::{Health, HealthMonitor, Innovations, TorqueReading};
 use crate::nominal::Nominal;
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, NoiseBudget};
 use crate::statics::{
@@ -21,7 +26,7 @@ use crate::statics::{
 };
 use crate::visit::Visit;
 use nalgebra::Matrix4;
-use robhaz_model::{Robot, perp};
+use robhaz_model::Robot;
 
 /// Filters of links, wheels and motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,7 +47,11 @@ pub(crate) struct BestFilters {
     time_beyond_gate: f64,
     /// Contact state of each wheel.
     contact: [ContactDetector; 3],
+    standing: StandingDetector,
+    /// Estimated errors of the torque readings when the robot was last seen to move: see [`MotionFilter::discard_motion`].
+    torque_errors: [f64; TORQUE_ERRORS],
     friction: FrictionObserver,
+    health: HealthMonitor,
 }
 
 impl Visit for BestFilters {
@@ -56,8 +65,11 @@ impl Visit for BestFilters {
         self.smooth_forces.visit(f);
         self.time_beyond_gate.visit(f);
         self.contact.visit(f);
+        self.standing.visit(f);
+        self.torque_errors.visit(f);
         self.ground.visit(f);
         self.friction.visit(f);
+        self.health.visit(f);
     }
 }
 
@@ -79,7 +91,10 @@ impl BestFilters {
             smooth_forces: SmoothForces::at_rest(robot),
             time_beyond_gate: 0.0,
             contact: [ContactDetector::default(); 3],
+            standing: StandingDetector::default(),
+            torque_errors: [0.0; TORQUE_ERRORS],
             friction: FrictionObserver::default(),
+            health: HealthMonitor::default(),
         }
     }
 
@@ -124,10 +139,12 @@ impl BestFilters {
         instant: &Instant<'_>,
     ) -> Result<Estimate, EstimateError> {
         let settings = &nominal.settings;
-        let link_angles = self.update_links(&settings.budget, instant);
+        let mut innovations = Innovations::default();
+        let link_angles = self.update_links(&settings.budget, instant, &mut innovations);
         let arms = Arms::new(&nominal.robot.geometry, link_angles[0], link_angles[1])
             .map_err(EstimateError::Linkage)?;
-        let rolling = self.update_motion(nominal, instant, &arms);
+        self.detect_standing(nominal, instant, link_angles, &arms);
+        let rolling = self.update_motion(nominal, instant, &arms, &mut innovations);
         self.update_ground(nominal, instant, &arms);
 
         let equations = self.equations(nominal, instant.inputs, arms, link_angles)?;
@@ -143,9 +160,17 @@ impl BestFilters {
         self.smooth_forces
             .follow(&nominal.robot, &forces.normal, &forces.traction, instant.dt);
         let contact = self.detect_contacts(&nominal.robot, &rolling, instant.dt);
+        innovations.parity = parity.map(|(parity, _)| parity.nis());
+        let health = self.check_health(nominal, instant, &innovations, &contact);
 
         let mut flags = instant.flags | nominal.unloaded(&forces.normal);
+        if self.standing.stands() {
+            flags |= Flags::SPINS_IN_PLACE;
+        }
         flags |= nominal.at_stop(link_angles) | parity.map_or(Flags::NONE, |(_, flags)| flags);
+        if !health.suspect.is_empty() {
+            flags |= Flags::CONTRADICTION;
+        }
         if settings.nonnegative {
             forces.bound();
         }
@@ -159,14 +184,19 @@ impl BestFilters {
             parity: parity.map(|(parity, _)| parity),
             contact: Some(contact),
             friction: Some(friction),
-            uncertainty: Some(self.uncertainty(&settings.budget)),
+            uncertainty: Some(self.uncertainty(&settings.budget, health)),
             flags,
         };
         Ok(assemble(nominal, instant.time, &equations, &solution))
     }
 
     /// Advances the link angles, rad. A filter that has not started yet starts.
-    fn update_links(&mut self, budget: &NoiseBudget, instant: &Instant<'_>) -> [f64; 2] {
+    fn update_links(
+        &mut self,
+        budget: &NoiseBudget,
+        instant: &Instant<'_>,
+        innovations: &mut Innovations,
+    ) -> [f64; 2] {
         let forward = self.motion.acceleration().x;
         for i in 0..2 {
             let (rate, inclination) = (instant.inputs.rate[i], instant.inputs.inclination[i]);
@@ -177,49 +207,14 @@ impl BestFilters {
             };
             let link = &mut self.links[i];
             if link.started() {
-                link.update(budget, instant.dt, &readings);
+                let innovation = link.update(budget, instant.dt, &readings);
+                innovations.inclination[i] = innovation.as_ref().map(Innovation::nis);
             } else {
                 let rate = readings.rate.unwrap_or(0.0);
                 link.start(inclination.value, inclination.age, rate);
             }
         }
         [self.links[0].angle(), self.links[1].angle()]
-    }
-
-    /// Advances motion and wheels, and applies the rolling constraints of loaded wheels, in the posture of `arms`.
-    /// Returns the residuals of these constraints.
-    fn update_motion(
-        &mut self,
-        nominal: &Nominal,
-        instant: &Instant<'_>,
-        arms: &Arms,
-    ) -> [Option<RollingResiduals>; 3] {
-        let (robot, settings) = (&nominal.robot, &nominal.settings);
-        let (inputs, dt) = (instant.inputs, instant.dt);
-        let slopes = expected_slopes(arms);
-        if dt > 0.0 {
-            let fresh = inputs.contact_angle.map(|angle| angle.fresh());
-            let measured = self.measured_accelerations(robot, arms);
-            self.motion
-                .predict(&settings.budget, dt, fresh, &slopes, measured);
-        } else {
-            self.motion.start_at(&slopes);
-        }
-        for i in 0..3 {
-            let alpha = self.links[robot.geometry.carriers[i].index()].acceleration();
-            self.wheels[i].update(&robot.mass, settings, &inputs.wheel(i), alpha, dt);
-        }
-        let least = EstimatorSettings::UNLOADED * robot.mean_wheel_load();
-        let mut residuals = [None; 3];
-        for i in 0..3 {
-            if dt > 0.0 && self.last_normal_force[i] > least {
-                let wheel = self.rolling_wheel(i, nominal, inputs, arms);
-                let correct = self.method.rolling;
-                let found = self.motion.roll(&settings.budget, i, &wheel, dt, correct);
-                residuals[i] = Some(found);
-            }
-        }
-        residuals
     }
 
     /// Contact states, from the forces of this estimate before the bound N >= 0 and the residuals of the rolling
@@ -241,6 +236,36 @@ impl BestFilters {
             found[i] = self.contact[i].update(&evidence, dt);
         }
         found
+    }
+
+    /// Health after the innovations of this sample. They count while the robot drives and every wheel rolls on one contact:
+    /// elsewhere the constraints do not hold.
+    fn check_health(
+        &mut self,
+        nominal: &Nominal,
+        instant: &Instant<'_>,
+        innovations: &Innovations,
+        contact: &[ContactEstimate; 3],
+    ) -> Health {
+        let rolls = |contact: &ContactEstimate| {
+            contact.state == ContactState::OneContact && !contact.sliding
+        };
+        let model_holds = contact.iter().all(rolls) && !self.motion.is_any_suspect();
+        let speed = self.motion.velocity().norm_squared();
+        let drives = speed > HealthMonitor::DRIVES * HealthMonitor::DRIVES;
+        let has_noise = nominal.settings.budget.torque_noise > 0.0;
+        let torque = |i: usize| {
+            let spin = self.wheels[i].settled_speed().unwrap_or(0.0);
+            let rim = nominal.robot.geometry.wheel_radius * spin;
+            TorqueReading {
+                value: instant.inputs.motor_torque[i].now(),
+                varies: has_noise && rim.abs() > HealthMonitor::DRIVES,
+            }
+        };
+        let torques = [torque(0), torque(1), torque(2)];
+        let count = drives && model_holds;
+        self.health.update(innovations, &torques, count, instant.dt);
+        self.health.health(&nominal.robot.geometry.carriers)
     }
 
     /// Advances the memory of the ground, in the posture of `arms`.
@@ -293,56 +318,6 @@ impl BestFilters {
             dt,
         };
         self.friction.update(&sample, &mut self.ground)
-    }
-
-    /// Accelerations that the last readings show.
-    fn measured_accelerations(&self, robot: &Robot, arms: &Arms) -> MeasuredAccelerations {
-        let geometry = &robot.geometry;
-        let spin: f64 = self.wheels.iter().map(Wheel::acceleration).sum();
-        let speed = libm::sqrt(self.motion.velocity().norm_squared());
-        let mut links = 0.0_f64;
-        for (carrier, axle) in geometry.carriers.iter().zip(&arms.axles) {
-            let link = &self.links[carrier.index()];
-            let tangential = libm::sqrt(axle.norm_squared()) * link.acceleration().abs();
-            links = links.max(tangential + speed * link.smooth_rate().abs());
-        }
-        MeasuredAccelerations {
-            rims: geometry.wheel_radius * spin / 3.0,
-            links,
-        }
-    }
-
-    /// Wheel `i` as the rolling constraints take it, with the forces of the last estimate.
-    fn rolling_wheel(
-        &self,
-        i: usize,
-        nominal: &Nominal,
-        inputs: &Inputs,
-        arms: &Arms,
-    ) -> RollingWheel {
-        let (geometry, settings) = (&nominal.robot.geometry, &nominal.settings);
-        let (link, wheel) = (&self.links[geometry.carriers[i].index()], &self.wheels[i]);
-        let (n, t) = (self.last_normal_force[i], self.last_traction[i]);
-        let r = geometry.wheel_radius;
-        let across = perp(arms.axles[i]);
-        let arm = libm::sqrt(across.norm_squared());
-        let read = inputs.wheel_angle[i].age <= Inputs::STALE_AFTER;
-        RollingWheel {
-            relative: across * link.rate(),
-            smooth_relative: across * link.smooth_rate(),
-            bias_sigma: arm * link.rate_bias().1,
-            noise_sigma: arm * settings.budget.rate_noise,
-            angle: inputs.contact_angle[i].value,
-            rim_speed: wheel
-                .settled_speed()
-                .filter(|_| read)
-                .map(|speed| r * (speed - link.rate())),
-            ratio: (t / n).clamp(-1.0, 1.0),
-            moment_of_load: r * n,
-            friction_share: wheel.friction_share(),
-            torque: wheel.steady_torque(settings.viscous_damping),
-            torque_sigma: wheel.ground_torque().1,
-        }
     }
 
     /// Eq. (8) for the estimated loads and contact angles.
@@ -481,7 +456,7 @@ impl BestFilters {
     }
 
     /// Standard deviations and the estimated errors of the readings.
-    fn uncertainty(&self, budget: &NoiseBudget) -> Uncertainty {
+    fn uncertainty(&self, budget: &NoiseBudget, health: Health) -> Uncertainty {
         let motion = &self.motion;
         let contact_angle_error = [0, 1, 2].map(|i| motion.contact_angle_error(i));
         let given = self.method.contact_angles == ContactAngles::Given;
@@ -494,17 +469,7 @@ impl BestFilters {
                 contact_angle: given.then_some(contact_angle_error),
                 rate_bias: self.links.each_ref().map(LinkAngleKalman::rate_bias),
             },
+            health,
         }
     }
-}
-
-/// Slopes of the ground that the posture shows, rad: at the front and rear wheel that of the line to the middle wheel, at the middle
-/// wheel that of the line between the others. The ground under a wheel deviates from it, but over a distance the mean slope of the
-/// ground is that of the robot.
-fn expected_slopes(arms: &Arms) -> [f64; 3] {
-    let slope = |front: usize, rear: usize| {
-        let line = arms.axles[front] - arms.axles[rear];
-        libm::atan2(line.y, line.x)
-    };
-    [slope(0, 1), slope(0, 2), slope(1, 2)]
 }

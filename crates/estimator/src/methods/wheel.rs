@@ -1,6 +1,6 @@
 //! Spin and ground torque of one wheel, and its gear friction.
 
-use crate::filters::{COUNT_SIGMA, TorqueObserver, TorqueObserverParameters};
+use crate::filters::{COUNT_SIGMA, Innovation, TorqueObserver, TorqueObserverParameters};
 use crate::frame::{LONGEST_GAP, WheelInputs};
 use crate::settings::{EstimatorSettings, NoiseBudget};
 use crate::statics::Traction;
@@ -64,7 +64,7 @@ impl Wheel {
     }
 
     /// Advances by `dt` (s) to the readings of one instant. `alpha_link` is the angular acceleration of the wheel's link,
-    /// rad/s^2.
+    /// rad/s^2. Returns the innovation of the encoder's angle (rad), if there is one.
     pub fn update(
         &mut self,
         mass: &MassSet,
@@ -72,7 +72,7 @@ impl Wheel {
         inputs: &WheelInputs,
         alpha_link: f64,
         dt: f64,
-    ) {
+    ) -> Option<Innovation> {
         let parameters = self.parameters(mass, settings, inputs);
         if inputs.new_zero {
             self.observer.forget_angle();
@@ -86,9 +86,11 @@ impl Wheel {
         }
         self.torque = torque;
         self.last_friction_share = self.friction_share;
-        if inputs.angle.fresh() {
-            self.observer.measure(&parameters, inputs.angle.value);
-        }
+        let innovation = if inputs.angle.fresh() {
+            self.observer.measure(&parameters, inputs.angle.value)
+        } else {
+            None
+        };
         let speed = self.observer.speed();
         if dt > 0.0 && self.observer.settled() {
             let smoothing = Self::SMOOTHING * (parameters.encoder_sigma / COUNT_SIGMA);
@@ -99,6 +101,7 @@ impl Wheel {
         }
         self.speed = speed;
         self.friction_share = Self::share_of_friction(speed, self.observer.speed_sigma());
+        innovation
     }
 
     fn parameters(

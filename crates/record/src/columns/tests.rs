@@ -1,10 +1,11 @@
 //! Names, order, units and sources of the columns, which scripts rely on.
 
 use super::*;
-use crate::testing::{failed_frame, frame_of, good_estimate};
+use crate::testing::{described, failed_frame, frame_of, good_estimate, scene};
 use robhaz_estimator::{ContactEstimate, ContactState};
-use robhaz_model::Vec2;
+use robhaz_model::{Vec2, WheelCommand};
 use robhaz_run::Frame;
+use robhaz_scene::{ControlChoice, ControlKind, Scene};
 use robhaz_sim::ContactTruth;
 use std::collections::HashSet;
 
@@ -88,6 +89,50 @@ fn names_of_the_readings_are_fixed() {
         names(&Table::sensors()),
         golden.split_whitespace().collect::<Vec<_>>()
     );
+}
+
+#[test]
+fn names_of_the_commands_are_fixed() {
+    let golden = "time wheel1_torque_command wheel1_speed_command wheel2_torque_command wheel2_speed_command \
+        wheel3_torque_command wheel3_speed_command";
+    assert_eq!(
+        names(&Table::commands()),
+        golden.split_whitespace().collect::<Vec<_>>()
+    );
+}
+
+/// Each command is in the column of its form, and in no other. Only runs whose control takes readings have the table.
+#[test]
+fn commands_have_one_form() {
+    let record = frame_of(0.5);
+    let frame = Frame {
+        commands: Some([
+            WheelCommand::Torque(1.5),
+            WheelCommand::Speed(2.5),
+            WheelCommand::Planned,
+        ]),
+        ..record.frame()
+    };
+    let values: Vec<Value> = Table::commands()
+        .columns
+        .iter()
+        .map(|c| c.value(&frame))
+        .collect();
+    let mut expected = vec![Value::Float(0.5)];
+    let wheels = [Some(1.5), None, None, Some(2.5), None, None];
+    expected.extend(wheels.map(Value::Optional));
+    assert_eq!(values, expected);
+    let mut scene = scene();
+    let has = |scene: &Scene| {
+        let tables = Table::all(&described(scene));
+        tables.iter().any(|t| t.name == "commands")
+    };
+    assert!(!has(&scene));
+    scene.control = ControlChoice {
+        kind: ControlKind::Shared,
+        estimator: Some("mine".to_owned()),
+    };
+    assert!(has(&scene));
 }
 
 #[test]

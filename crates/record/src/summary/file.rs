@@ -2,7 +2,8 @@
 
 use super::log::LogSummary;
 use super::parts::{
-    BrokenOff, EstimatorSummary, FrictionSummary, NominalRobot, ProgressSummary, SensorErrors,
+    BrokenOff, ControlSummary, EstimatorSummary, FrictionSummary, NominalRobot, ProgressSummary,
+    SensorErrors,
 };
 use crate::append::write_whole;
 use crate::error::{RecordError, io_error};
@@ -49,6 +50,9 @@ pub struct Summary {
     /// The friction of the ground; `None` for recorded readings and in the summaries of earlier versions.
     #[serde(default)]
     pub friction: Option<FrictionSummary>,
+    /// The control of the wheels; `None` for recorded readings and in the summaries of earlier versions.
+    #[serde(default)]
+    pub control: Option<ControlSummary>,
     /// Sensor errors that were drawn for the run; no estimator knows them. `None` for recorded readings.
     pub sensors: Option<SensorErrors>,
     /// What a recorded log held; `None` for simulations.

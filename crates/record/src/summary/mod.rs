@@ -4,6 +4,7 @@ mod file;
 mod log;
 mod parts;
 mod sink;
+mod suspects;
 #[cfg(test)]
 mod tests;
 
@@ -13,3 +14,4 @@ pub use parts::{
     BrokenOff, EstimatorSummary, FrictionSummary, NominalRobot, ProgressSummary, SensorErrors,
 };
 pub use sink::SummarySink;
+pub use suspects::{Suspects, Suspicion};

@@ -1,6 +1,7 @@
 //! The parts of a summary, with their units.
 
 use super::log::{ForceSums, MeanForces};
+use super::suspects::Suspects;
 use robhaz_model::{Pin, Robot};
 use robhaz_run::{RunDescription, World};
 use robhaz_score::contact::FlagScores;
@@ -51,6 +52,27 @@ impl ProgressSummary {
             .chain(&since)
             .chain(&self.spinning_s)
             .all(|v| v.is_finite())
+    }
+}
+
+/// The control of the wheels.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ControlSummary {
+    /// Name of the kind.
+    pub kind: String,
+    /// Name of the estimator that it got; `None` for a control without readings.
+    pub estimator: Option<String>,
+}
+
+impl ControlSummary {
+    /// `None` for recorded readings.
+    pub(super) fn of(run: &RunDescription) -> Option<Self> {
+        let control = run.world.as_ref()?.control;
+        let estimator = control.estimator.and_then(|k| run.estimators.get(k));
+        Some(Self {
+            kind: control.kind.name().to_owned(),
+            estimator: estimator.map(|e| e.label.clone()),
+        })
     }
 }
 
@@ -194,6 +216,9 @@ pub struct EstimatorSummary {
     /// How well contact states were found: in the air, two contacts, sliding. `None` if the estimator states none.
     #[serde(default)]
     pub contacts: Option<FlagScores>,
+    /// Channels whose readings contradicted others, over all records.
+    #[serde(default, skip_serializing_if = "Suspects::is_empty")]
+    pub suspects: Suspects,
     /// Means over the records that count; of a recorded log alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub means: Option<MeanForces>,
@@ -273,6 +298,7 @@ impl EstimatorSummary {
             no_equivalent: score.no_equivalent(),
             normal_force_at_one_contact: score.at_one_contact().normal_force(),
             contacts,
+            suspects: Suspects::new(),
             means: None,
         }
     }

@@ -2,7 +2,10 @@
 
 use super::file::Summary;
 use super::log::{ForceSums, LogSummary};
-use super::parts::{BrokenOff, EstimatorSummary, FrictionSummary, NominalRobot, SensorErrors};
+use super::parts::{
+    BrokenOff, ControlSummary, EstimatorSummary, FrictionSummary, NominalRobot, SensorErrors,
+};
+use super::suspects::{Suspects, add_suspects};
 use crate::error::RecordError;
 use crate::felt_ground::FeltGrounds;
 use robhaz_estimator::{Estimate, EstimateError};
@@ -24,6 +27,8 @@ pub struct SummarySink {
     grounds: FeltGrounds,
     /// Sums over the estimates of a recorded log; empty for a simulation.
     sums: Vec<ForceSums>,
+    /// Suspect channels of each estimator.
+    suspects: Vec<Suspects>,
     rule: Option<Rule>,
     /// Whether a record had a truth.
     compared: bool,
@@ -65,6 +70,7 @@ impl SummarySink {
             progress: self.progress.as_ref().map(|meter| meter.progress().into()),
             events: self.events.as_ref().map(|(_, counts)| *counts),
             friction: world.map(FrictionSummary::of),
+            control: ControlSummary::of(run),
             sensors: world.map(SensorErrors::of),
             log: end.log.as_ref().map(LogSummary::from),
             nominal: NominalRobot::of(run),
@@ -72,6 +78,7 @@ impl SummarySink {
                 .map(|(k, (e, (score, contacts)))| {
                     let estimator = EstimatorSummary {
                         ground: self.grounds.errors(k, terrain.as_ref()),
+                        suspects: self.suspects.get(k).cloned().unwrap_or_default(),
                         ..EstimatorSummary::new(&e.label, score, contacts.scores())
                     };
                     match self.sums.get(k) {
@@ -118,6 +125,7 @@ impl Sink for SummarySink {
                 Some(_) => Vec::new(),
                 None => vec![ForceSums::default(); run.estimators.len()],
             },
+            suspects: vec![Suspects::new(); run.estimators.len()],
             rule: Some(rule),
             compared: false,
             end: None,
@@ -131,6 +139,11 @@ impl Sink for SummarySink {
             self.compare(truth, frame.estimates);
         }
         self.grounds.add(frame);
+        for (suspects, estimate) in self.suspects.iter_mut().zip(frame.estimates) {
+            if let Ok(estimate) = estimate {
+                add_suspects(suspects, frame.time, estimate);
+            }
+        }
         if self.rule.is_some_and(|rule| rule.compares(frame.time)) {
             for (sums, estimate) in self.sums.iter_mut().zip(frame.estimates) {
                 sums.add(estimate.as_ref().ok());

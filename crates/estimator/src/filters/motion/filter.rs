@@ -99,6 +99,11 @@ impl MotionFilter {
         self.suspect[i] > 0.0
     }
 
+    /// Whether any wheel is suspect.
+    pub fn is_any_suspect(&self) -> bool {
+        self.suspect.iter().any(|time| *time > 0.0)
+    }
+
     /// Acceleration of Q, m/s^2.
     pub fn acceleration(&self) -> Vec2 {
         Vec2::new(self.filter.x[ACCELERATION], self.filter.x[ACCELERATION + 1])
@@ -144,7 +149,7 @@ impl MotionFilter {
     /// How many of the first states measurements correct. While a wheel is suspect, errors of the readings are only considered: what an
     /// impact or an edge does to the innovations would pass for a torque offset.
     pub(super) fn estimated_states(&self) -> usize {
-        if self.suspect.iter().any(|time| *time > 0.0) {
+        if self.is_any_suspect() {
             TORQUE_OFFSET
         } else {
             TORQUE_GAIN

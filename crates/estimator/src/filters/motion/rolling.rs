@@ -221,11 +221,6 @@ impl MotionFilter {
         let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
         let innovation = rim_speed - velocity.speed - slip;
 
-        let residual = SlipResidual {
-            beyond_creep: innovation,
-            creep: slip,
-            noise: libm::hypot(wheel.bias_sigma, wheel.noise_sigma),
-        };
         let unexplained = TUNING.slip.at_speed(sample.speed_ratio);
         let factor = creep.variance_factor();
         let creep_sigma = libm::sqrt(self.filter.p[CREEP + i][CREEP + i]);
@@ -245,6 +240,12 @@ impl MotionFilter {
             + square(of_torque)
             + square(wheel.bias_sigma)
             + square(wheel.noise_sigma);
+        let residual = SlipResidual {
+            beyond_creep: innovation,
+            creep: slip,
+            variance: sample_variance,
+            noise: libm::hypot(wheel.bias_sigma, wheel.noise_sigma),
+        };
         if square(innovation) > square(TUNING.sliding_gate) * sample_variance {
             if wheel.ratio.abs() > TUNING.sticking_ratio {
                 self.sliding[i] = TUNING.sliding_time;

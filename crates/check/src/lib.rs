@@ -1,0 +1,1 @@
+//! Is a recorded log what the estimators take it for?

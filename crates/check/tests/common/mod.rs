@@ -1,0 +1,36 @@
+//! Honest readings of shipped scenes, and faults made of them.
+
+pub mod faults;
+
+use robhaz_estimator::SensorFrame;
+use robhaz_run::sensor_frame;
+use robhaz_scene::Scene;
+use robhaz_study::TruthRun;
+use std::error::Error;
+use std::path::Path;
+
+pub type Failure = Box<dyn Error + Send + Sync>;
+
+/// The soft drive.
+pub const SOFT: [&str; 2] = ["drive.kp=2", "drive.ki=0"];
+
+/// A shipped scene with overrides.
+pub fn scene(name: &str, overrides: &[&str]) -> Result<Scene, Failure> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let fixed = [
+        "engine.kind=direct",
+        "estimator=[{name='best'},{name='best',label='no-angles',contact_angles='none'}]",
+    ];
+    let overrides = fixed.iter().chain(overrides);
+    let overrides: Vec<String> = overrides.map(|s| (*s).to_owned()).collect();
+    Ok(Scene::load(&path.join(format!("{name}.toml")), &overrides)?)
+}
+
+/// The readings of a scene whose truth is known, with the sensor errors of a seed.
+pub fn readings(scene: &Scene, truth: &TruthRun, seed: u64) -> Vec<SensorFrame> {
+    let mut scene = scene.clone();
+    scene.seed = seed;
+    let mut sensors = scene.sensors();
+    let samples = truth.samples();
+    samples.map(|t| sensor_frame(&sensors.read(t))).collect()
+}

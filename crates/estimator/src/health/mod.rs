@@ -1,0 +1,23 @@
+//! Whether the readings agree with each other, from the innovations of the filters of `best`.
+//!
+//! A filter whose model and noise budget are right has normalised innovations squared (NIS) with a mean of at most 1. A
+//! wrong sign, a wrong unit or exchanged channels make some of them lastingly larger. [`HealthMonitor`] averages the NIS
+//! of each test over the last seconds of driving.
+//!
+//! | test | compares | suspect channels |
+//! |---|---|---|
+//! | encoder of wheel i | its angle with that which the torque observer predicts | encoder i |
+//! | slip of wheel i | its rim speed with the robot's speed and the creep of its T/N | encoder i, torque i |
+//! | direction of wheel i | velocity of its centre with its contact angle | contact angle i |
+//! | inclination of link k | inclinometer with the integrated gyroscope | gyroscope k, inclinometer k |
+//! | parity | all torques, angles and loads, eq. (8) | parity |
+//! | change of torque i | is it exactly constant while its wheel turns | torque i |
+//!
+//! A wrong gyroscope disturbs the slip of the wheels on its link, too: then the link alone is suspect.
+
+mod channels;
+mod monitor;
+
+pub use channels::Channels;
+pub use monitor::Health;
+pub(crate) use monitor::{HealthMonitor, Innovations, TorqueReading};

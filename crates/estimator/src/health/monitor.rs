@@ -1,0 +1,302 @@
+//! Means of normalised innovations over the last seconds of driving.
+
+use super::channels::Channels;
+use crate::visit::visit_fields;
+use robhaz_model::Carrier;
+
+/// Whether the readings agree with each other and with the robot's model.
+///
+/// Each number is the mean over the last two seconds of driving of the normalised innovations squared of a test: at most
+/// about 1 when readings, drawings and noise budget are right. It stays as it is while the robot stands, and while a wheel
+/// slides, has left the ground or is at an edge, where the model of the innovations does not hold.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Health {
+    /// Channels whose readings contradict others. None: healthy.
+    pub suspect: Channels,
+    /// Encoder of each wheel against its torque observer.
+    pub encoder: [f64; 3],
+    /// Rim speed of each wheel against the robot's speed and the creep of its T/N.
+    pub slip: [f64; 3],
+    /// Velocity of each wheel's centre against its contact angle.
+    pub direction: [f64; 3],
+    /// Inclinometer against the gyroscope on links 1 and 2.
+    pub inclination: [f64; 2],
+    /// Parity residual of eq. (8).
+    pub parity: f64,
+}
+
+/// Normalised innovations squared of one sample. `None` where a test has no reading.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Innovations {
+    pub encoder: [Option<f64>; 3],
+    pub slip: [Option<f64>; 3],
+    pub direction: [Option<f64>; 3],
+    pub inclination: [Option<f64>; 2],
+    pub parity: Option<f64>,
+}
+
+/// A motor torque of one sample.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TorqueReading {
+    /// N m; `None` if it is not of this sample.
+    pub value: Option<f64>,
+    /// Whether it should change from sample to sample: its wheel turns, and it has noise.
+    pub varies: bool,
+}
+
+/// Averages the innovations, and says which channels are suspect.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct HealthMonitor {
+    encoder: [Mean; 3],
+    slip: [Mean; 3],
+    direction: [Mean; 3],
+    inclination: [Mean; 2],
+    parity: Mean,
+    torque: [Constancy; 3],
+}
+
+visit_fields!(HealthMonitor: encoder, slip, direction, inclination, parity, torque);
+
+impl HealthMonitor {
+    /// Least speed of a robot that drives, m/s.
+    pub const DRIVES: f64 = 0.02;
+
+    /// Takes the innovations and torques of one sample, `dt` seconds after the last. Innovations `count` while the robot
+    /// drives and the model holds.
+    pub fn update(
+        &mut self,
+        innovations: &Innovations,
+        torques: &[TorqueReading; 3],
+        count: bool,
+        dt: f64,
+    ) {
+        for (constancy, torque) in self.torque.iter_mut().zip(torques) {
+            constancy.update(torque, dt);
+        }
+        if !count {
+            return;
+        }
+        let weight = dt / (Mean::WINDOW + dt);
+        let Innovations {
+            encoder,
+            slip,
+            direction,
+            inclination,
+            parity,
+        } = innovations;
+        let wheels = self.encoder.iter_mut().zip(encoder);
+        let wheels = wheels.chain(self.slip.iter_mut().zip(slip));
+        let wheels = wheels.chain(self.direction.iter_mut().zip(direction));
+        let links = self.inclination.iter_mut().zip(inclination);
+        for (mean, nis) in wheels.chain(links) {
+            mean.update(*nis, weight);
+        }
+        self.parity.update(*parity, weight);
+    }
+
+    /// The present state. `carriers` names the link of each wheel.
+    pub fn health(&self, carriers: &[Carrier; 3]) -> Health {
+        let mut suspect = Channels::NONE;
+        for k in 0..2 {
+            if self.inclination[k].beyond {
+                suspect |= Channels::GYROSCOPE[k] | Channels::INCLINOMETER[k];
+            }
+        }
+        for i in 0..3 {
+            let explained = carriers
+                .get(i)
+                .and_then(|carrier| self.inclination.get(carrier.index()))
+                .is_some_and(|link| link.beyond);
+            if self.slip[i].beyond && !explained {
+                suspect |= Channels::ENCODER[i] | Channels::TORQUE[i];
+            }
+            if self.encoder[i].beyond {
+                suspect |= Channels::ENCODER[i];
+            }
+            if self.direction[i].beyond && !explained {
+                suspect |= Channels::CONTACT_ANGLE[i];
+            }
+            if self.torque[i].time > Constancy::LONGEST {
+                suspect |= Channels::TORQUE[i];
+            }
+        }
+        if self.parity.beyond {
+            suspect |= Channels::PARITY;
+        }
+        Health {
+            suspect,
+            encoder: self.encoder.map(|mean| mean.value),
+            slip: self.slip.map(|mean| mean.value),
+            direction: self.direction.map(|mean| mean.value),
+            inclination: self.inclination.map(|mean| mean.value),
+            parity: self.parity.value,
+        }
+    }
+}
+
+/// Mean of the normalised innovations squared of one test.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Mean {
+    value: f64,
+    /// Whether it is beyond its threshold.
+    beyond: bool,
+}
+
+visit_fields!(Mean: value, beyond);
+
+impl Mean {
+    /// Time constant, s: long against impacts and against the correlation times of the errors, which are at most 0.5 s;
+    /// short enough to report a fault within 5 s.
+    const WINDOW: f64 = 2.0;
+    /// Mean beyond which a test fails: innovations of twice their standard deviation throughout the window.
+    const FAILS: f64 = 4.0;
+    /// Mean below which it passes again.
+    const PASSES: f64 = 2.0;
+    /// Largest value of one sample, five standard deviations: a short outlier is no lasting fault.
+    const LARGEST: f64 = 25.0;
+
+    fn update(&mut self, nis: Option<f64>, weight: f64) {
+        if let Some(nis) = nis {
+            // In this order a NaN counts as the largest value.
+            let limited = Self::LARGEST.min(nis);
+            self.value += weight * (limited - self.value);
+            let threshold = if self.beyond {
+                Self::PASSES
+            } else {
+                Self::FAILS
+            };
+            self.beyond = self.value > threshold;
+        }
+    }
+}
+
+/// How long a torque has been the same to the bit while it should vary.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Constancy {
+    /// Last reading, N m.
+    last: f64,
+    /// s
+    time: f64,
+}
+
+visit_fields!(Constancy: last, time);
+
+impl Constancy {
+    /// Time from which on a torque is stuck, s. Quantisation alone does not repeat a reading for so long: the torque of a
+    /// wheel that rolls on real ground changes.
+    const LONGEST: f64 = 1.0;
+
+    fn update(&mut self, torque: &TorqueReading, dt: f64) {
+        let Some(value) = torque.value else {
+            return;
+        };
+        if value.to_bits() != self.last.to_bits() || !torque.varies {
+            self.time = 0.0;
+        } else {
+            self.time = (self.time + dt).min(2.0 * Self::LONGEST);
+        }
+        self.last = value;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DT: f64 = 1e-3;
+    const CARRIERS: [Carrier; 3] = [Carrier::Link1, Carrier::Link2, Carrier::Link2];
+
+    /// All tests with the same normalised innovation squared.
+    fn all(nis: f64) -> Innovations {
+        Innovations {
+            encoder: [Some(nis); 3],
+            slip: [Some(nis); 3],
+            direction: [Some(nis); 3],
+            inclination: [Some(nis); 2],
+            parity: Some(nis),
+        }
+    }
+
+    fn torques(value: f64) -> [TorqueReading; 3] {
+        [TorqueReading {
+            value: Some(value),
+            varies: true,
+        }; 3]
+    }
+
+    /// Feeds the same innovations for a time (s), with torques that change.
+    fn feed(monitor: &mut HealthMonitor, innovations: &Innovations, count: bool, time: f64) {
+        for k in 0..(time / DT) as u32 {
+            monitor.update(innovations, &torques(f64::from(k)), count, DT);
+        }
+    }
+
+    /// Closed form: the mean follows 1 - exp(-t/2 s). Innovations of three standard deviations (9) reach the threshold of 4
+    /// after 2 s ln(9/5) = 1.18 s; from there, innovations of 1 fall below 2 after 2 s ln(3) = 2.2 s.
+    #[test]
+    fn a_lasting_contradiction_is_told_and_forgotten() {
+        let mut monitor = HealthMonitor::default();
+        let mut fault = all(1.0);
+        fault.slip[1] = Some(9.0);
+        feed(&mut monitor, &fault, true, 1.1);
+        assert!(monitor.health(&CARRIERS).suspect.is_empty());
+        feed(&mut monitor, &fault, true, 0.2);
+        let health = monitor.health(&CARRIERS);
+        assert_eq!(health.suspect, Channels::ENCODER[1] | Channels::TORQUE[1]);
+        // The sampling of 1 ms over the window of 2 s.
+        assert!((health.slip[1] - 9.0 * (1.0 - libm::exp(-0.65))).abs() < 5e-3);
+        feed(&mut monitor, &all(1.0), true, 2.0);
+        assert!(!monitor.health(&CARRIERS).suspect.is_empty());
+        feed(&mut monitor, &all(1.0), true, 0.4);
+        assert!(monitor.health(&CARRIERS).suspect.is_empty());
+    }
+
+    /// Neither an outlier, however large, nor samples that do not count make a channel suspect.
+    #[test]
+    fn short_outliers_and_other_ground_do_not_count() {
+        let mut monitor = HealthMonitor::default();
+        feed(&mut monitor, &all(1.0), true, 10.0);
+        feed(&mut monitor, &all(1e9), true, 0.1);
+        feed(&mut monitor, &all(f64::NAN), true, 0.1);
+        feed(&mut monitor, &all(25.0), false, 10.0);
+        assert!(monitor.health(&CARRIERS).suspect.is_empty());
+        feed(&mut monitor, &Innovations::default(), true, 10.0);
+        assert!(monitor.health(&CARRIERS).suspect.is_empty());
+    }
+
+    /// A link whose inclination contradicts its gyroscope explains the slip of its wheels; not that of others.
+    #[test]
+    fn a_wrong_gyroscope_explains_the_slip_of_its_wheels() {
+        let mut monitor = HealthMonitor::default();
+        feed(&mut monitor, &all(25.0), true, 10.0);
+        let link = |k: usize| Channels::GYROSCOPE[k] | Channels::INCLINOMETER[k];
+        let encoders = Channels::ENCODER[0] | Channels::ENCODER[1] | Channels::ENCODER[2];
+        let expected = link(0) | link(1) | encoders | Channels::PARITY;
+        assert_eq!(monitor.health(&CARRIERS).suspect, expected);
+        let mut second = all(0.5);
+        second.inclination[1] = Some(25.0);
+        (second.slip, second.direction) = ([Some(25.0); 3], [Some(25.0); 3]);
+        let mut monitor = HealthMonitor::default();
+        feed(&mut monitor, &second, true, 10.0);
+        let first = Channels::ENCODER[0] | Channels::TORQUE[0] | Channels::CONTACT_ANGLE[0];
+        assert_eq!(monitor.health(&CARRIERS).suspect, link(1) | first);
+    }
+
+    /// A torque that repeats its bits for a second is stuck, unless its wheel stands; missing readings do not count.
+    #[test]
+    fn a_constant_torque_is_stuck() {
+        let mut monitor = HealthMonitor::default();
+        let mut run = |samples: u32, readings: [TorqueReading; 3]| {
+            for _ in 0..samples {
+                monitor.update(&Innovations::default(), &readings, false, DT);
+            }
+            monitor.health(&CARRIERS).suspect
+        };
+        let mut readings = torques(2.5);
+        readings[0].varies = false;
+        readings[2].value = None;
+        assert!(run(1000, readings).is_empty());
+        assert_eq!(run(10, readings), Channels::TORQUE[1]);
+        assert!(run(1, torques(2.6)).is_empty());
+    }
+}
