@@ -11,7 +11,8 @@ mod tests;
 pub use file::Summary;
 pub use log::{ChannelSummary, LogSummary, MeanForces};
 pub use parts::{
-    BrokenOff, EstimatorSummary, FrictionSummary, NominalRobot, ProgressSummary, SensorErrors,
+    BrokenOff, EstimatorSummary, FrictionSummary, FrictionTestSummary, NominalRobot,
+    ProgressSummary, SensorErrors,
 };
 pub use sink::SummarySink;
 pub use suspects::{Suspects, Suspicion};

@@ -3,7 +3,8 @@
 use super::file::Summary;
 use super::log::{ForceSums, LogSummary};
 use super::parts::{
-    BrokenOff, ControlSummary, EstimatorSummary, FrictionSummary, NominalRobot, SensorErrors,
+    BrokenOff, ControlSummary, EstimatorSummary, FrictionSummary, FrictionTestSummary,
+    NominalRobot, SensorErrors,
 };
 use super::suspects::{Suspects, add_suspects};
 use crate::error::RecordError;
@@ -71,6 +72,11 @@ impl SummarySink {
             events: self.events.as_ref().map(|(_, counts)| *counts),
             friction: world.map(FrictionSummary::of),
             control: ControlSummary::of(run),
+            friction_tests: end
+                .friction_tests
+                .iter()
+                .map(FrictionTestSummary::of)
+                .collect(),
             sensors: world.map(SensorErrors::of),
             log: end.log.as_ref().map(LogSummary::from),
             nominal: NominalRobot::of(run),
