@@ -14,6 +14,10 @@ pub struct Controller {
 }
 
 #[derive(Clone, Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "one control, one state: nothing is boxed without an allocator"
+)]
 enum State {
     Speed,
     Shared(Shared),

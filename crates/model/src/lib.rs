@@ -22,6 +22,7 @@
 mod command;
 mod geometry;
 mod mass;
+mod outline;
 mod plane;
 mod posture;
 mod stance;
@@ -29,6 +30,7 @@ mod stance;
 pub use command::WheelCommand;
 pub use geometry::{Bar, Carrier, Geometry, GeometryError, Pin, PinStop, Pins, mean_link_cgs};
 pub use mass::{MassError, MassSet, PointMasses};
+pub use outline::Outline;
 pub use plane::{cross, perp, rotate, turned};
 pub use posture::{Posture, PostureError, corner_s};
 pub use stance::StanceError;

@@ -19,6 +19,7 @@ pub struct Record {
 impl Record {
     pub fn frame(&self) -> Frame<'_> {
         Frame {
+            clearances: None,
             time: self.truth.time,
             truth: Some(&self.truth),
             sensors: &self.sensors,

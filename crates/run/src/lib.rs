@@ -14,6 +14,7 @@
 //! Where the scene's control takes readings, a [`Driver`] hands its commands to the source; they act from the next sample
 //! on. [`DrivenPlant`] is the same loop for those who need the truth alone.
 
+mod clearance;
 mod description;
 mod driven_plant;
 mod driver;
@@ -24,6 +25,7 @@ mod log_report;
 mod sink;
 mod source;
 
+pub use clearance::TruthClearance;
 pub use description::{ControlDescription, EstimatorDescription, RunDescription, World};
 pub use driven_plant::{DrivenPlant, StartError};
 pub use driver::Driver;
@@ -67,6 +69,8 @@ pub struct Run {
     estimators: Estimators,
     /// The control, where it takes readings.
     driver: Option<Driver>,
+    /// Off the hot path: at records alone. `None` for recorded readings.
+    clearance: Option<TruthClearance>,
     /// Time spent without the sinks.
     wall: Duration,
     /// Time of the last record, s. `None` before the first.
@@ -93,6 +97,7 @@ impl Run {
         let settings = description.estimators.iter().map(|e| e.settings);
         Self {
             estimators: Estimators::new(&description.nominal_robot, settings),
+            clearance: TruthClearance::of_run(&description),
             description,
             source,
             driver: None,
@@ -147,8 +152,11 @@ impl Run {
             if !sample.is_record {
                 continue;
             }
+            let truth = sample.truth.as_ref();
+            let clearances = self.clearance.as_mut().zip(truth).map(|(c, t)| c.at(t));
             let frame = Frame {
                 time: sample.time,
+                clearances,
                 truth: sample.truth.as_ref(),
                 sensors: &sample.sensors,
                 estimates: self.estimators.estimates(),

@@ -3,6 +3,7 @@
 use crate::description::RunDescription;
 use crate::ground::FeltGround;
 use crate::log_report::LogReport;
+use robhaz_clearance::Clearances;
 use robhaz_estimator::{Estimate, EstimateError, FrictionTestResult, GroundPoint, SensorFrame};
 use robhaz_model::WheelCommand;
 use robhaz_sim::Truth;
@@ -14,6 +15,8 @@ pub struct Frame<'a> {
     pub time: f64,
     /// The simulated truth. `None` for recorded readings.
     pub truth: Option<&'a Truth>,
+    /// Clearance of body and links to the ground, by the truth. `None` for recorded readings.
+    pub clearances: Option<Clearances>,
     /// The readings of the sensors.
     pub sensors: &'a SensorFrame,
     /// The estimate of each estimator, in the order of [`RunDescription::estimators`].

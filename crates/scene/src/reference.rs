@@ -103,6 +103,7 @@ fn row<T>(key: &Key<T>, defaults: &mut T, path: String) -> KeyReference {
             Field::Own { default, .. } | Field::OwnWord { default, .. } => (*default).to_owned(),
             // Computed from other keys of the same table.
             Field::ThreePoints(..) => "mean of own pins and axles".to_owned(),
+            Field::Point(..) => "from body_cg and wheelbase".to_owned(),
             Field::Number(_, at) => short(*at(defaults)),
             Field::Count(_, get, _) => get(defaults).to_string(),
             Field::Switch(at) => SWITCH[usize::from(*at(defaults))].to_owned(),

@@ -341,6 +341,7 @@ fn show(
         let closed = match items.recv_timeout(rest) {
             Ok(item) => {
                 let frame = Frame {
+                    clearances: None,
                     time: item.time,
                     truth: item.truth.as_ref(),
                     sensors: &item.sensors,

@@ -54,7 +54,7 @@ fn names_of_the_truth_are_fixed() {
             golden.push(format!("pin_{pin}_{part}"));
         }
     }
-    golden.extend(["stop_torque", "loop_error"].map(String::from));
+    golden.extend(["stop_torque", "loop_error", "clearance"].map(String::from));
     for n in 1..=3 {
         for part in [
             "equivalent_normal_force",
@@ -131,6 +131,7 @@ fn commands_have_one_form() {
     scene.control = ControlChoice {
         kind: ControlKind::Shared,
         estimator: Some("mine".to_owned()),
+        ..scene.control.clone()
     };
     assert!(has(&scene));
 }

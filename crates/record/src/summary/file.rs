@@ -1,5 +1,6 @@
 //! The file `summary.json`: its content, written and read.
 
+use super::clearance::ClearanceSummary;
 use super::log::LogSummary;
 use super::parts::{
     BrokenOff, ControlSummary, EstimatorSummary, FrictionSummary, FrictionTestSummary,
@@ -47,6 +48,9 @@ pub struct Summary {
     /// Numbers of events of wheels and end stops; `None` for recorded readings and in the summaries of earlier versions.
     #[serde(default)]
     pub events: Option<EventCounts>,
+    /// Clearance of body and links to the ground; `None` for recorded readings and in the summaries of earlier versions.
+    #[serde(default)]
+    pub clearance: Option<ClearanceSummary>,
     /// The friction of the ground; `None` for recorded readings and in the summaries of earlier versions.
     #[serde(default)]
     pub friction: Option<FrictionSummary>,

@@ -1,5 +1,6 @@
 //! `summary.json`: how a run went, and the errors of each estimator.
 
+mod clearance;
 mod file;
 mod log;
 mod parts;
@@ -8,6 +9,7 @@ mod suspects;
 #[cfg(test)]
 mod tests;
 
+pub use clearance::ClearanceSummary;
 pub use file::Summary;
 pub use log::{ChannelSummary, LogSummary, MeanForces};
 pub use parts::{
@@ -15,4 +17,4 @@ pub use parts::{
     ProgressSummary, SensorErrors,
 };
 pub use sink::SummarySink;
-pub use suspects::{Suspects, Suspicion};
+pub use suspects::Suspicion;
