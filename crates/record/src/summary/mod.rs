@@ -16,4 +16,4 @@ pub use parts::{
     BrokenOff, EstimatorSummary, FrictionSummary, NominalRobot, ProgressSummary, SensorErrors,
 };
 pub use sink::SummarySink;
-pub use suspects::{Suspects, Suspicion};
+pub use suspects::Suspicion;
