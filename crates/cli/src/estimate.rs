@@ -48,13 +48,12 @@ enum ContactAngles {
 pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let start = Instant::now();
     let mut place = LogPlace::find(&args.log).map_err(shown)?;
-    describe(&mut place.choice, args)?;
+    describe(&mut place, args.sensors.as_deref(), args.robot.as_deref())?;
+    if !args.estimator.is_empty() {
+        place.choice.select(&args.estimator).into_diagnostic()?;
+    }
     if let Some(name) = &place.choice.name {
         place.name.clone_from(name);
-    }
-    if !place.is_described && place.choice.robot == RobotChoice::default() {
-        let warning = "no robot is stated, so it is robot A: --robot ROBOT.toml states yours";
-        place.warnings.push(warning.to_owned());
     }
     let folder = format!("{}-estimate", place.file_name);
     let options = LogOptions {
@@ -84,16 +83,18 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     results::write(run, &job, &args.results, interrupt)
 }
 
-/// Applies what the arguments state of the log.
-fn describe(choice: &mut LogChoice, args: &Args) -> Result<()> {
-    if let Some(path) = &args.sensors {
+/// Applies descriptions of the sensors and of the robot to a log. Warns where the robot is not stated.
+pub fn describe(place: &mut LogPlace, sensors: Option<&Path>, robot: Option<&Path>) -> Result<()> {
+    let choice = &mut place.choice;
+    if let Some(path) = sensors {
         *choice = LogChoice::load(path, choice.clone())?;
     }
-    if let Some(path) = &args.robot {
+    if let Some(path) = robot {
         choice.take_robot(path)?;
     }
-    if !args.estimator.is_empty() {
-        choice.select(&args.estimator).into_diagnostic()?;
+    if !place.is_described && choice.robot == RobotChoice::default() {
+        let warning = "no robot is stated, so it is robot A: --robot ROBOT.toml states yours";
+        place.warnings.push(warning.to_owned());
     }
     Ok(())
 }
@@ -109,7 +110,7 @@ fn copy(path: Option<&Path>) -> Result<Option<(String, Vec<u8>)>> {
 }
 
 /// The error with the excerpt of the scene that it is about.
-fn shown(error: PlaceError) -> Report {
+pub fn shown(error: PlaceError) -> Report {
     match error {
         PlaceError::Scene(error) => error.into(),
         other => Report::from_err(other),

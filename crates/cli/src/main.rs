@@ -1,5 +1,6 @@
 //! The `robhaz` command.
 
+mod check;
 mod compare;
 mod estimate;
 mod export;
@@ -39,6 +40,9 @@ enum Command {
     Run(run::Args),
     /// Run the estimators on a recorded log: a table of readings, or the folder of a run.
     Estimate(estimate::Args),
+    /// Check whether a recorded log is what the estimators take it for: signs, units, wiring, delays, zeros, noise. Exit code
+    /// 0 without a fault, 1 with faults and for errors.
+    Check(check::Args),
     /// Write a run or an estimate as a log that other tools open: MCAP or CSV.
     Export(export::Args),
     /// Print the table of errors of one or several finished runs.
@@ -67,6 +71,7 @@ fn main() -> ExitCode {
     let done = match cli.command {
         Command::Run(args) => run::run(&args, &interrupt),
         Command::Estimate(args) => estimate::run(&args, &interrupt),
+        Command::Check(args) => check::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Compare(args) => compare::compare(&args),
         Command::Recover(args) => recover::recover(&args),

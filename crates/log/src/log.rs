@@ -9,7 +9,7 @@ use crate::plan::Plan;
 use crate::readings::Reading;
 use crate::source::LogSource;
 use crate::survey::{Survey, survey};
-use robhaz_run::{Run, RunDescription};
+use robhaz_run::{Run, RunDescription, Source};
 use robhaz_scene::{LogChoice, RecordChoice};
 use robhaz_sim::random::Fnv1a;
 use std::fmt::Write as _;
@@ -109,8 +109,16 @@ impl Log {
     pub fn into_run(self) -> Result<Run, LogError> {
         let description =
             RunDescription::of_log(&self.name, self.fingerprint, self.record, &self.choice);
+        Ok(Run::of(description, self.into_source()?))
+    }
+
+    /// Its readings alone.
+    ///
+    /// # Errors
+    /// [`LogError`] where a file cannot be read again.
+    pub fn into_source(self) -> Result<Box<dyn Source>, LogError> {
         let frames = Frames::new(self.plan, self.survey)?;
-        Ok(Run::of(description, Box::new(LogSource::new(frames))))
+        Ok(Box::new(LogSource::new(frames)))
     }
 }
 

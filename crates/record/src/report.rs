@@ -285,7 +285,9 @@ mod tests {
             no_equivalent: 0,
             normal_force_at_one_contact: None,
             contacts: None,
+            suspects: indexmap::IndexMap::new(),
             means: None,
+            suspects: Default::default(),
         };
         let run = described(&scene());
         Summary {
@@ -309,6 +311,7 @@ mod tests {
             }),
             events: None,
             friction: run.world.as_ref().map(FrictionSummary::of),
+            control: None,
             sensors: run.world.as_ref().map(SensorErrors::of),
             log: None,
             nominal: NominalRobot::of(&run),

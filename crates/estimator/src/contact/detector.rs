@@ -36,9 +36,10 @@ impl RollingResiduals {
 }
 
 impl SlipResidual {
-    /// Normalised innovation squared of the speed constraint.
-    pub fn nis(&self) -> f64 {
-        self.beyond_creep * self.beyond_creep / self.variance
+    /// Normalised innovation squared of the speed constraint, relative to a slip beyond creep `common` (m/s).
+    pub fn nis_from(&self, common: f64) -> f64 {
+        let own = self.beyond_creep - common;
+        own * own / self.variance
     }
 }
 

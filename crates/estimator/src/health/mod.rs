@@ -7,7 +7,7 @@
 //! | test | compares | suspect channels |
 //! |---|---|---|
 //! | encoder of wheel i | its angle with that which the torque observer predicts | encoder i |
-//! | slip of wheel i | its rim speed with the robot's speed and the creep of its T/N | encoder i, torque i |
+//! | slip of wheel i | its rim speed, less the creep of its T/N, with those of the other wheels | encoder i, torque i |
 //! | direction of wheel i | velocity of its centre with its contact angle | contact angle i |
 //! | inclination of link k | inclinometer with the integrated gyroscope | gyroscope k, inclinometer k |
 //! | parity | all torques, angles and loads, eq. (8) | parity |

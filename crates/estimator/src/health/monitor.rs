@@ -15,7 +15,7 @@ pub struct Health {
     pub suspect: Channels,
     /// Encoder of each wheel against its torque observer.
     pub encoder: [f64; 3],
-    /// Rim speed of each wheel against the robot's speed and the creep of its T/N.
+    /// Rim speed of each wheel, less the creep of its T/N, against those of the others.
     pub slip: [f64; 3],
     /// Velocity of each wheel's centre against its contact angle.
     pub direction: [f64; 3],

@@ -131,6 +131,7 @@ fn commands_have_one_form() {
     scene.control = ControlChoice {
         kind: ControlKind::Shared,
         estimator: Some("mine".to_owned()),
+        ..scene.control.clone()
     };
     assert!(has(&scene));
 }

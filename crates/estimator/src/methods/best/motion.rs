@@ -1,7 +1,7 @@
 //! Motion of the robot from the rolling wheels, or its standstill.
 
 use super::BestFilters;
-use crate::contact::{RollingResiduals, SlipResidual};
+use crate::contact::RollingResiduals;
 use crate::filters::Innovation;
 use crate::filters::motion::{MeasuredAccelerations, RollingWheel};
 use crate::frame::{Inputs, Instant};
@@ -91,10 +91,12 @@ impl BestFilters {
                 } else {
                     let found = self.motion.roll(&settings.budget, i, &wheel, dt, correct);
                     innovations.direction[i] = Some(found.direction_nis());
-                    innovations.slip[i] = found.slip.as_ref().map(SlipResidual::nis);
                     found
                 });
             }
+        }
+        if !stands {
+            innovations.slip = slip_nis(&residuals);
         }
         residuals
     }
@@ -159,4 +161,19 @@ fn expected_slopes(arms: &Arms) -> [f64; 3] {
         libm::atan2(line.y, line.x)
     };
     [slope(0, 1), slope(0, 2), slope(1, 2)]
+}
+
+/// Normalised innovations squared of the speed constraints, each relative to the middle one of the three wheels: an error of the
+/// robot's speed is common to all and shows no wheel. `None` unless all three constraints apply.
+fn slip_nis(residuals: &[Option<RollingResiduals>; 3]) -> [Option<f64>; 3] {
+    let slip = |r: &Option<RollingResiduals>| r.and_then(|r| r.slip);
+    let [Some(a), Some(b), Some(c)] = residuals.each_ref().map(slip) else {
+        return [None; 3];
+    };
+    let (low, high) = (
+        a.beyond_creep.min(b.beyond_creep),
+        a.beyond_creep.max(b.beyond_creep),
+    );
+    let middle = c.beyond_creep.max(low).min(high);
+    [a, b, c].map(|slip| Some(slip.nis_from(middle)))
 }

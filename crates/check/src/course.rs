@@ -1,0 +1,99 @@
+//! Readings along the path, and the curve of the axles that they show.
+
+use crate::motion::Motion;
+use crate::recording::Recording;
+use robhaz_model::{Robot, Vec2};
+
+/// Step of the path, m.
+pub const STEP: f64 = 0.002;
+/// Relative difference of the two distances between the axles up to which they count as equal.
+const EQUAL_SPACING: f64 = 0.02;
+
+/// Which inclinations are used for links 1 and 2: index of the link, and sign.
+pub type Links = [(usize, f64); 2];
+
+/// The inclinations of a log along the path of the robot.
+pub struct Course<'a> {
+    robot: &'a Robot,
+    /// Index of the sample at each step of the path.
+    pub samples: Vec<usize>,
+    /// Inclination of links 1 and 2 at each step, rad.
+    tilt: [Vec<f64>; 2],
+}
+
+impl<'a> Course<'a> {
+    /// The course of a robot whose axles have equal distances; `None` for others.
+    pub fn new(recording: &Recording, motion: &Motion, robot: &'a Robot) -> Option<Self> {
+        let axles = &robot.geometry.axles;
+        let (front, rear) = (axles[0].x - axles[1].x, axles[1].x - axles[2].x);
+        if (front - rear).abs() > EQUAL_SPACING * front {
+            return None;
+        }
+        let samples = samples(motion, robot);
+        let along = |x: &[f64]| mean_along(&samples, x);
+        let tilt = recording.inclination.each_ref().map(|x| along(x));
+        Some(Self {
+            robot,
+            samples,
+            tilt,
+        })
+    }
+
+    /// Number of steps.
+    pub fn len(&self) -> usize {
+        self.tilt[0].len()
+    }
+
+    /// Distance between two axles, m.
+    pub fn spacing(&self) -> f64 {
+        let axles = &self.robot.geometry.axles;
+        axles[0].x - axles[1].x
+    }
+
+    /// Heights of an axle above the next one behind it, m: front above middle, middle above rear, at each step.
+    pub fn heights(&self, links: &Links) -> [Vec<f64>; 2] {
+        let geometry = &self.robot.geometry;
+        let height = |i: usize, k: usize| {
+            let (link, sign) = links[geometry.carriers[i].index()];
+            let arm: Vec2 = geometry.axles[i] - geometry.pins.q;
+            let (sin, cos) = (sign * self.tilt[link][k]).sin_cos();
+            arm.x * sin + arm.y * cos
+        };
+        let steps = 0..self.len();
+        [
+            steps.clone().map(|k| height(0, k) - height(1, k)).collect(),
+            steps.map(|k| height(1, k) - height(2, k)).collect(),
+        ]
+    }
+}
+
+/// Index of the sample at each step of the path.
+#[expect(clippy::cast_precision_loss, reason = "steps of a path")]
+fn samples(motion: &Motion, robot: &Robot) -> Vec<usize> {
+    let radius = robot.geometry.wheel_radius;
+    let spin = motion.while_driving(robot, &motion.middle_spin);
+    // Most of the way decides the direction.
+    let net: f64 = spin.iter().filter(|s| s.is_finite()).sum();
+    let direction = if net < 0.0 { -1.0 } else { 1.0 };
+    let (mut samples, mut distance) = (Vec::new(), 0.0);
+    for (k, (spin, slope)) in spin.iter().zip(&motion.slope).enumerate() {
+        let advance = direction * radius * spin * slope.cos() * motion.step;
+        if advance.is_finite() {
+            distance += advance;
+        }
+        if distance >= STEP * samples.len() as f64 {
+            samples.push(k);
+        }
+    }
+    samples
+}
+
+/// Means of a signal over the steps of the path.
+pub fn mean_along(samples: &[usize], x: &[f64]) -> Vec<f64> {
+    let means = samples.windows(2).map(|w| {
+        let finite = || x[w[0]..w[1].max(w[0] + 1)].iter().filter(|v| v.is_finite());
+        let count = u32::try_from(finite().count()).unwrap_or(u32::MAX);
+        finite().sum::<f64>() / f64::from(count)
+    });
+    means.collect()
+}

@@ -1,0 +1,174 @@
+//! Least squares with few coefficients, and delays between signals.
+
+use crate::signal::{delayed, median};
+use nalgebra::{SMatrix, SVector};
+
+/// Coefficients of a least-squares fit.
+#[derive(Clone, Copy, Debug)]
+pub struct Fit<const K: usize> {
+    /// In the order of the regressors.
+    pub coefficients: [f64; K],
+    /// Share of the mean square of `y` that the fit explains: 0 to 1.
+    pub explained: f64,
+    /// Number of samples.
+    pub count: usize,
+}
+
+/// Fits `y` by a sum of the regressors `x`, over the samples where all are there. `None` where they do not determine the
+/// coefficients.
+pub fn fit<const K: usize>(y: &[f64], x: &[&[f64]; K]) -> Option<Fit<K>> {
+    let mut normal = SMatrix::<f64, K, K>::zeros();
+    let (mut right, mut square) = (SVector::<f64, K>::zeros(), 0.0);
+    let mut count = 0;
+    for (i, y) in y.iter().enumerate() {
+        let row = SVector::<f64, K>::from_fn(|k, _| x[k].get(i).copied().unwrap_or(f64::NAN));
+        if y.is_finite() && row.iter().all(|v| v.is_finite()) {
+            normal += row * row.transpose();
+            right += row * *y;
+            square += y * y;
+            count += 1;
+        }
+    }
+    if count <= K || square <= 0.0 {
+        return None;
+    }
+    // Scaled to ones on the diagonal, so that the limit does not depend on units.
+    let scale = SVector::<f64, K>::from_fn(|k, _| 1.0 / normal[(k, k)].sqrt());
+    let scaled = SMatrix::<f64, K, K>::from_fn(|i, j| normal[(i, j)] * scale[i] * scale[j]);
+    let factor = scaled.cholesky()?;
+    let inverse = factor.inverse();
+    if !inverse.iter().all(|v| v.is_finite() && v.abs() < 1e8) {
+        return None;
+    }
+    let coefficients = (inverse * right.component_mul(&scale)).component_mul(&scale);
+    let left = (square - coefficients.dot(&right)).max(0.0);
+    Some(Fit {
+        coefficients: core::array::from_fn(|k| coefficients[k]),
+        explained: 1.0 - left / square,
+        count,
+    })
+}
+
+/// As [`fit`], without the samples whose residuals are beyond five standard deviations of the middle ones: impacts.
+pub fn robust_fit<const K: usize>(y: &[f64], x: &[&[f64]; K]) -> Option<(Fit<K>, Vec<f64>)> {
+    let mut kept = y.to_vec();
+    let mut found = fit(&kept, x)?;
+    for _ in 0..3 {
+        let residuals = residuals(y, x, &found);
+        // 1.48 times the median of the magnitudes is the standard deviation of normal errors.
+        let sigma = 1.48 * median(residuals.iter().map(|r| r.abs()))?;
+        for ((kept, y), r) in kept.iter_mut().zip(y).zip(&residuals) {
+            *kept = if r.abs() <= 5.0 * sigma { *y } else { f64::NAN };
+        }
+        found = fit(&kept, x)?;
+    }
+    Some((found, kept))
+}
+
+fn residuals<const K: usize>(y: &[f64], x: &[&[f64]; K], fit: &Fit<K>) -> Vec<f64> {
+    let predicted = |i: usize| -> f64 { (0..K).map(|k| fit.coefficients[k] * x[k][i]).sum() };
+    y.iter()
+        .enumerate()
+        .map(|(i, y)| y - predicted(i))
+        .collect()
+}
+
+/// A delay between two signals.
+#[derive(Clone, Copy, Debug)]
+pub struct Delay {
+    /// By how much `y` is later than its regressors, s.
+    pub seconds: f64,
+    /// Standard deviation, s.
+    pub sigma: f64,
+    /// Share of the mean square of `y` that the fit at this delay explains.
+    pub explained: f64,
+}
+
+/// The delay, within `longest` steps of `dt` (s), at which the regressors explain `y` best; between steps by a parabola.
+/// `memory` is the number of samples over which residuals are correlated. `None` where the best is at an end.
+#[expect(
+    clippy::cast_precision_loss,
+    clippy::cast_possible_wrap,
+    reason = "the number of samples of a log"
+)]
+pub fn delay<const K: usize>(
+    y: &[f64],
+    x: &[&[f64]; K],
+    longest: usize,
+    memory: usize,
+    dt: f64,
+) -> Option<Delay> {
+    let left = |lag: isize| {
+        let late = x.map(|x| delayed(x, lag));
+        let refs: [&[f64]; K] = core::array::from_fn(|k| late[k].as_slice());
+        fit(y, &refs)
+    };
+    let longest = longest as isize;
+    // Coarse first: the explained share is smooth over the width of the filters.
+    let coarse = (longest / 25).max(1);
+    let best = |lags: &mut dyn Iterator<Item = isize>| {
+        let explained = |lag: isize| left(lag).map_or(f64::NEG_INFINITY, |f| f.explained);
+        lags.map(|lag| (lag, explained(lag)))
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+            .map(|(lag, _)| lag)
+    };
+    let near = best(&mut (-25..=25).map(|k| k * coarse))?;
+    let lag = best(&mut (near - coarse..=near + coarse))?;
+    if lag.abs() >= longest {
+        return None;
+    }
+    let (before, here, after) = (left(lag - 1)?, left(lag)?, left(lag + 1)?);
+    let cost = |f: &Fit<K>| 1.0 - f.explained;
+    let curvature = cost(&before) - 2.0 * cost(&here) + cost(&after);
+    if curvature <= 0.0 {
+        return None;
+    }
+    let shift = 0.5 * (cost(&before) - cost(&after)) / curvature;
+    let independent = here.count as f64 / memory as f64;
+    Some(Delay {
+        seconds: (lag as f64 + shift) * dt,
+        sigma: (2.0 * cost(&here) / (curvature * independent)).sqrt() * dt,
+        explained: here.explained,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wave(n: usize, shift: f64) -> Vec<f64> {
+        let at = |i: usize| {
+            let t = i as f64 - shift;
+            (0.05 * t).sin() + 0.5 * (0.013 * t).cos()
+        };
+        (0..n).map(at).collect()
+    }
+
+    /// Closed form: exact coefficients of an exact sum; an outlier does not count; a constant twice determines nothing.
+    #[test]
+    fn coefficients_of_a_sum() -> Result<(), &'static str> {
+        let (a, b) = (wave(500, 0.0), vec![1.0; 500]);
+        let mut y: Vec<f64> = a.iter().map(|a| 3.0 * a - 2.0).collect();
+        let found = fit(&y, &[&a, &b]).ok_or("fit")?;
+        assert!((found.coefficients[0] - 3.0).abs() < 1e-10);
+        assert!((found.coefficients[1] + 2.0).abs() < 1e-10 && found.explained > 1.0 - 1e-12);
+        assert!(fit(&y, &[&b, &b]).is_none());
+        y[100] = 1e6;
+        for (i, y) in y.iter_mut().enumerate() {
+            *y += 1e-3 * (1.7 * i as f64).sin();
+        }
+        let (found, kept) = robust_fit(&y, &[&a, &b]).ok_or("fit")?;
+        assert!((found.coefficients[0] - 3.0).abs() < 1e-3 && kept[100].is_nan());
+        Ok(())
+    }
+
+    /// Closed form: a delay of 7.4 steps is found to a hundredth of a step.
+    #[test]
+    fn a_delay_between_steps_is_found() -> Result<(), &'static str> {
+        let (x, y) = (wave(2000, 0.0), wave(2000, 7.4));
+        let found = delay(&y, &[&x], 50, 1, 1e-3).ok_or("delay")?;
+        assert!((found.seconds - 7.4e-3).abs() < 1e-5, "{found:?}");
+        assert!(delay(&wave(2000, 80.0), &[&x], 50, 1, 1e-3).is_none_or(|d| d.explained < 0.9));
+        Ok(())
+    }
+}

@@ -1,0 +1,136 @@
+//! Each wheel passes the ground that the wheel before it has passed: scale of the encoders, signs and exchange of the
+//! inclinometers.
+//!
+//! The axles of wheels of one radius run along one curve. With the heights y_1, y_2, y_3 of the axles relative to Q, which
+//! the link angles give, and the distance s from the encoders,
+//!
+//! ```text
+//! (y_2 - y_3)(s) = (y_1 - y_2)(s - lambda)
+//! ```
+//!
+//! where lambda is the distance of the axles. The lambda that fits best, over the true one, is the scale of the encoders.
+
+use crate::course::{Course, Links, STEP};
+use crate::fit::fit;
+use crate::report::Finding;
+use crate::signal::rms;
+use robhaz_model::Robot;
+
+/// Least RMS of the differences of height, m, that shows something: 2 mm.
+const LEAST_HEIGHT: f64 = 0.002;
+/// Share of the rear difference that the front one explains.
+const EXPLAINED: f64 = 0.7;
+/// Larger share with other signs that is a fault.
+const BETTER: f64 = 0.2;
+/// Error of the distance that is a fault: more than slip makes.
+const SCALE_ERROR: f64 = 0.06;
+/// Range of the scale that is looked for.
+const SCALES: std::ops::RangeInclusive<f64> = 0.4..=2.5;
+
+const SCALE: &str = "distance";
+const SIGNS: &str = "links on the ground";
+
+/// Wirings of the two inclinometers, and what to do for each.
+const WIRINGS: [(Links, &str); 4] = [
+    ([(0, 1.0), (1, 1.0)], ""),
+    ([(0, -1.0), (1, 1.0)], "change the sign of inclinometer 1"),
+    ([(0, 1.0), (1, -1.0)], "change the sign of inclinometer 2"),
+    (
+        [(1, 1.0), (0, 1.0)],
+        "exchange the sensors of link 1 and link 2",
+    ),
+];
+
+/// How well the curve of the front wheels explains that of the rear ones.
+#[derive(Clone, Copy)]
+struct Passing {
+    explained: f64,
+    /// Distance found over the true one.
+    scale: f64,
+}
+
+/// All findings. `course` is `None` for a robot whose axles have different distances.
+pub fn findings(course: Option<&Course<'_>>, robot: &Robot) -> Vec<Finding> {
+    let Some(course) = course else {
+        let [front, middle, rear] = robot.geometry.axles.map(|axle| axle.x);
+        let (front, rear) = (front - middle, middle - rear);
+        let remedy = "none: this test needs equal distances between the axles";
+        let figure = format!("axles are {front:.3} and {rear:.3} m apart");
+        return vec![Finding::cannot_tell(SIGNS, "inclinometers", figure, remedy)];
+    };
+    let passings = WIRINGS.map(|(links, _)| passing(course, &links));
+    vec![signs(&passings), scale(passings[0])]
+}
+
+fn signs(passings: &[Option<Passing>; 4]) -> Finding {
+    let channel = "inclinometers";
+    let share = |p: &Option<Passing>| p.map_or(0.0, |p| p.explained);
+    let own = share(&passings[0]);
+    let best = (0..4).max_by(|a, b| share(&passings[*a]).total_cmp(&share(&passings[*b])));
+    let best = best.unwrap_or(0);
+    let most = share(&passings[best]);
+    let figure = format!(
+        "the curve of the front wheels explains {:.0} % of that of the rear ones",
+        100.0 * own
+    );
+    if most > EXPLAINED && most > own + BETTER {
+        let figure = format!("{figure}, otherwise wired {:.0} %", 100.0 * most);
+        Finding::fault(SIGNS, channel, figure, WIRINGS[best].1)
+    } else if own > EXPLAINED {
+        Finding::ok(SIGNS, channel, figure)
+    } else {
+        let remedy = "drive with all wheels over an obstacle of some centimetres";
+        Finding::cannot_tell(SIGNS, channel, figure, remedy)
+    }
+}
+
+fn scale(own: Option<Passing>) -> Finding {
+    let channel = "encoders";
+    let Some(own) = own.filter(|p| p.explained > EXPLAINED) else {
+        let remedy = "drive with all wheels over an obstacle of some centimetres";
+        return Finding::cannot_tell(SCALE, channel, "the ground shows no distance", remedy);
+    };
+    let figure = format!(
+        "distance by the encoders over that by the ground {:.3}",
+        own.scale
+    );
+    if (own.scale - 1.0).abs() < SCALE_ERROR {
+        return Finding::ok(SCALE, channel, figure);
+    }
+    let remedy = format!(
+        "counts a turn are too few or the wheel radius is too large by the factor {:.3}; or the wheels slip that much",
+        own.scale
+    );
+    Finding::fault(SCALE, channel, figure, remedy)
+}
+
+/// The best passing with the angles of `links`. `None` where the ground shows nothing.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
+    clippy::cast_sign_loss,
+    reason = "steps of a path"
+)]
+fn passing(course: &Course<'_>, links: &Links) -> Option<Passing> {
+    let [front, rear] = course.heights(links);
+    let (count, spacing) = (course.len(), course.spacing());
+    let at = |scale: f64| (scale * spacing / STEP) as usize;
+    let constant = vec![1.0; count];
+    let explained = |shift: usize| {
+        let n = count.checked_sub(shift).filter(|n| *n > at(1.0) / 2)?;
+        let (y, x) = (&rear[shift..], &front[..n]);
+        let mean = fit(y, &[&constant[..n]])?.coefficients[0];
+        let y: Vec<f64> = y.iter().map(|y| y - mean).collect();
+        let found = fit(&y, &[x, &constant[..n]])?;
+        let varies = rms(&y) > LEAST_HEIGHT;
+        (varies && found.coefficients[0] > 0.0).then_some(found.explained)
+    };
+    let shifts = at(*SCALES.start())..=at(*SCALES.end());
+    let best = shifts
+        .filter_map(|shift| Some((shift, explained(shift)?)))
+        .max_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some(Passing {
+        explained: best.1,
+        scale: best.0 as f64 * STEP / spacing,
+    })
+}

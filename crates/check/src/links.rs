@@ -1,0 +1,206 @@
+//! Gyroscopes against inclinometers: sign, unit, exchange between the links, delay.
+//!
+//! Over half a second an inclination changes by the integral of its link's rate. The slope of one over the other is 1; -1
+//! shows a wrong sign, 57.3 degrees for radians, and a link that follows the other link's gyroscope exchanged channels.
+
+use crate::fit::{Delay, delay, robust_fit};
+use crate::motion::Motion;
+use crate::recording::Recording;
+use crate::report::Finding;
+use crate::signal::{derivative, difference, integral, rms, smooth, zip};
+use robhaz_estimator::NoiseBudget;
+use robhaz_model::{GRAVITY, Robot};
+
+/// Time over which changes are compared, s: the specific force of the robot's own motion changes less in it than the
+/// angles on uneven ground.
+const SPAN: f64 = 0.5;
+/// Time over which both are averaged, s.
+const SMOOTHING: f64 = 0.02;
+/// Time over which the robot's acceleration is averaged, s.
+const FORWARD: f64 = 0.1;
+/// Change of an angle within [`SPAN`] that shows something, rad: 0.3 deg, several times the noise of a smoothed inclinometer.
+const LEAST_CHANGE: f64 = 0.3 * DEGREE;
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+/// Share of the changes that the gyroscope must explain.
+const EXPLAINED: f64 = 0.6;
+/// Error of the slope that is a fault: several times the scale error of any gyroscope.
+const SCALE_ERROR: f64 = 0.15;
+/// Longest delay that is looked for, s.
+const LONGEST_DELAY: f64 = 0.15;
+/// Delay of an inclinometer that is its own lag, s: a low pass of 8 Hz has 20 ms.
+const INCLINOMETER_LAG: f64 = 0.025;
+/// Delay of a gyroscope behind the inclinometer that is a fault, s.
+const GYRO_DELAY: f64 = 0.005;
+
+const SIGN: &str = "sign and unit";
+const DELAY: &str = "delay";
+
+/// Changes of one angle of each link within [`SPAN`].
+struct Changes {
+    /// Of the inclinometers, rad.
+    inclination: [Vec<f64>; 2],
+    /// Of the integrated gyroscopes, rad.
+    rate: [Vec<f64>; 2],
+}
+
+impl Changes {
+    /// The changes of a recording. Inclinometers that measure the specific force also feel the robot's acceleration: that of
+    /// a speed along their link is subtracted.
+    fn of(recording: &Recording, motion: &Motion, radius: f64, budget: &NoiseBudget) -> Self {
+        let half = recording.steps(0.5 * SPAN);
+        let change = |x: &[f64]| difference(&smooth(x, recording.steps(0.5 * SMOOTHING)), half);
+        let felt = |k: usize| {
+            let tilt = smooth(&recording.inclination[k], recording.steps(0.5 * FORWARD));
+            let speed = zip(&motion.middle_spin, &tilt, |spin, tilt| {
+                radius * spin * tilt.cos()
+            });
+            derivative(&speed, recording.steps(0.5 * FORWARD), recording.dt)
+        };
+        let inclination = |k: usize| {
+            let read = &recording.inclination[k];
+            if budget.specific_force {
+                let felt = felt(k);
+                // Near the ends of the log no acceleration is known.
+                zip(read, &felt, |x, a| {
+                    x - if a.is_finite() { a / GRAVITY } else { 0.0 }
+                })
+            } else {
+                read.clone()
+            }
+        };
+        Self {
+            inclination: [0, 1].map(|k| change(&inclination(k))),
+            rate: [0, 1].map(|k| change(&integral(&recording.rate[k], recording.dt))),
+        }
+    }
+}
+
+/// All findings of the links.
+pub fn findings(
+    recording: &Recording,
+    motion: &Motion,
+    robot: &Robot,
+    budget: &NoiseBudget,
+) -> Vec<Finding> {
+    let radius = robot.geometry.wheel_radius;
+    let changes = Changes::of(recording, motion, radius, budget);
+    let mut findings = Vec::new();
+    if let Some(exchanged) = exchanged(&changes) {
+        findings.push(exchanged);
+        return findings;
+    }
+    for k in 0..2 {
+        findings.push(sign(&changes, k));
+        findings.push(delay_of(recording, &changes, k));
+    }
+    findings
+}
+
+/// Share of the change of inclination `k` that the gyroscope of link `j` explains, and the slope.
+fn explained(changes: &Changes, k: usize, j: usize) -> Option<(f64, f64)> {
+    let (fit, _) = robust_fit(&changes.inclination[k], &[&changes.rate[j]])?;
+    Some((fit.explained, fit.coefficients[0]))
+}
+
+fn exchanged(changes: &Changes) -> Option<Finding> {
+    let share = |k, j| explained(changes, k, j).map(|(share, _)| share);
+    let own = [share(0, 0)?, share(1, 1)?];
+    let other = [share(0, 1)?, share(1, 0)?];
+    let moves = |x: &[f64]| rms(x) > LEAST_CHANGE;
+    let all_move = changes.inclination.iter().all(|x| moves(x));
+    let crossed = (0..2).all(|k| other[k] > EXPLAINED && own[k] < 0.5 * other[k]);
+    (all_move && crossed).then(|| {
+        let figure = format!(
+            "each inclination follows the other link's rate: {:.0} and {:.0} % of its changes, its own {:.0} and {:.0} %",
+            100.0 * other[0],
+            100.0 * other[1],
+            100.0 * own[0],
+            100.0 * own[1],
+        );
+        let remedy = "exchange the gyroscopes, or the inclinometers, of link 1 and link 2";
+        Finding::fault("links exchanged", "links 1 and 2", figure, remedy)
+    })
+}
+
+fn sign(changes: &Changes, k: usize) -> Finding {
+    let channel = format!("link {}: gyro, inclinometer", k + 1);
+    let (tilt, turn) = (rms(&changes.inclination[k]), rms(&changes.rate[k]));
+    let degrees = |angle: f64| angle / DEGREE;
+    let sizes = format!(
+        "changes within {SPAN} s: inclinometer {:.2} deg, gyro {:.2} deg RMS",
+        degrees(tilt),
+        degrees(turn)
+    );
+    if tilt < LEAST_CHANGE && turn < LEAST_CHANGE {
+        let remedy = "drive over an obstacle that turns the links by a few degrees";
+        return Finding::cannot_tell(SIGN, channel, sizes, remedy);
+    }
+    let found = explained(changes, k, k).filter(|(share, _)| *share > EXPLAINED);
+    let Some((share, slope)) = found else {
+        let remedy = "one of the two is dead, of another link or in another unit: look at both readings while you turn the link by hand";
+        return Finding::fault(SIGN, channel, sizes, remedy);
+    };
+    let figure = format!(
+        "inclinometer over integrated gyro {slope:.3} (1 is right), {:.0} % explained",
+        100.0 * share
+    );
+    let is = |value: f64| (slope / value - 1.0).abs() < SCALE_ERROR;
+    let remedy = if is(1.0) {
+        return Finding::ok(SIGN, channel, figure);
+    } else if is(-1.0) {
+        "the sign of one of them is wrong: lifting the front of the link must make both positive"
+    } else if is(1.0 / DEGREE) || is(-1.0 / DEGREE) {
+        "the inclination is in degrees: state unit = \"deg\""
+    } else if is(DEGREE) || is(-DEGREE) {
+        "the rate is in degrees a second: state unit = \"deg/s\""
+    } else {
+        "one of them has a wrong scale: check units and ranges"
+    };
+    Finding::fault(SIGN, channel, figure, remedy)
+}
+
+fn delay_of(recording: &Recording, changes: &Changes, k: usize) -> Finding {
+    let channel = format!("inclinometer {} after gyro {}", k + 1, k + 1);
+    let found = robust_fit(&changes.inclination[k], &[&changes.rate[k]])
+        .filter(|_| rms(&changes.rate[k]) > LEAST_CHANGE)
+        .and_then(|(_, kept)| {
+            delay(
+                &kept,
+                &[&changes.rate[k]],
+                recording.steps(LONGEST_DELAY),
+                recording.steps(SPAN),
+                recording.dt,
+            )
+        })
+        .filter(|delay| delay.explained > EXPLAINED);
+    let Some(found) = found else {
+        let remedy = "drive over an obstacle that turns the links by a few degrees";
+        return Finding::cannot_tell(DELAY, channel, "no common motion", remedy);
+    };
+    let figure = in_words(&found);
+    let margin = 3.0 * found.sigma;
+    if found.seconds > INCLINOMETER_LAG + margin {
+        let remedy = format!(
+            "its readings arrive late: state offset = {:.4} of its channel, or read it directly",
+            -found.seconds
+        );
+        Finding::fault(DELAY, channel, figure, remedy)
+    } else if found.seconds < -GYRO_DELAY - margin {
+        let remedy = format!(
+            "the gyro's readings arrive late: state offset = {:.4} of its channel, or read it directly",
+            found.seconds
+        );
+        Finding::fault(DELAY, channel, figure, remedy)
+    } else {
+        Finding::ok(DELAY, channel, figure)
+    }
+}
+
+/// A delay in milliseconds.
+pub fn in_words(delay: &Delay) -> String {
+    format!(
+        "{:.1} +- {:.1} ms",
+        1e3 * delay.seconds,
+        1e3 * delay.sigma.max(1e-4)
+    )
+}

@@ -1,0 +1,62 @@
+//! Motion of the robot as encoders and inclinometers show it.
+
+use crate::recording::Recording;
+use crate::signal::{derivative, median, smooth, zip};
+use robhaz_model::{Robot, Vec2};
+
+/// Time over which speeds and angles are averaged, s.
+const SMOOTHING: f64 = 0.05;
+/// Rim speed of a robot that drives, m/s.
+pub const DRIVES: f64 = 0.02;
+
+/// Motion of the robot, from the readings alone.
+pub struct Motion {
+    /// Spin speed of each wheel, rad/s.
+    pub spin: [Vec<f64>; 3],
+    /// Middle one of the three spin speeds, rad/s.
+    pub middle_spin: Vec<f64>,
+    /// Step, s.
+    pub step: f64,
+    /// Slope of the line from the rear to the front axle, rad.
+    pub slope: Vec<f64>,
+}
+
+impl Motion {
+    /// The motion of a recording.
+    pub fn of(recording: &Recording, robot: &Robot) -> Self {
+        let half = recording.steps(0.5 * SMOOTHING);
+        let spin = recording
+            .wheel_angle
+            .each_ref()
+            .map(|angle| derivative(angle, half, recording.dt));
+        let middle = |k: usize| median(spin.each_ref().map(|s| s[k])).unwrap_or(f64::NAN);
+        let tilt = recording.inclination.each_ref().map(|x| smooth(x, half));
+        let geometry = &robot.geometry;
+        let axle = |i: usize| -> Vec<Vec2> {
+            let arm = geometry.axles[i] - geometry.pins.q;
+            let tilt = &tilt[geometry.carriers[i].index()];
+            tilt.iter().map(|angle| turned(arm, *angle)).collect()
+        };
+        let (front, rear) = (axle(0), axle(2));
+        let line = |(f, r): (&Vec2, &Vec2)| (f.y - r.y).atan2(f.x - r.x);
+        Self {
+            middle_spin: (0..recording.len()).map(middle).collect(),
+            slope: front.iter().zip(&rear).map(line).collect(),
+            spin,
+            step: recording.dt,
+        }
+    }
+
+    /// A signal where the robot drives, at rest a NaN.
+    pub fn while_driving(&self, robot: &Robot, x: &[f64]) -> Vec<f64> {
+        let least = DRIVES / robot.geometry.wheel_radius;
+        zip(x, &self.middle_spin, |x, spin| {
+            if spin.abs() > least { x } else { f64::NAN }
+        })
+    }
+}
+
+fn turned(arm: Vec2, angle: f64) -> Vec2 {
+    let (sin, cos) = angle.sin_cos();
+    Vec2::new(arm.x * cos - arm.y * sin, arm.x * sin + arm.y * cos)
+}

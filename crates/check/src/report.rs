@@ -1,0 +1,144 @@
+//! What the tests found.
+
+use serde::Serialize;
+use std::fmt::Write as _;
+
+/// Result of a test.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// The readings are what the estimator takes them for.
+    Ok,
+    /// The log does not show it.
+    CannotTell,
+    /// The readings are not what the estimator takes them for.
+    Fault,
+}
+
+impl Verdict {
+    /// In words.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Ok => "ok",
+            Self::CannotTell => "cannot tell",
+            Self::Fault => "FAULT",
+        }
+    }
+}
+
+/// What one test found of one channel or group of channels.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Finding {
+    /// The test, such as "sign and unit".
+    pub test: &'static str,
+    /// The channels.
+    pub channel: String,
+    /// Its verdict.
+    pub verdict: Verdict,
+    /// The figure behind the verdict, in words with its unit.
+    pub figure: String,
+    /// What to do; `None` where nothing is.
+    pub remedy: Option<String>,
+}
+
+impl Finding {
+    /// The readings are right.
+    pub fn ok(test: &'static str, channel: impl Into<String>, figure: impl Into<String>) -> Self {
+        Self {
+            test,
+            channel: channel.into(),
+            verdict: Verdict::Ok,
+            figure: figure.into(),
+            remedy: None,
+        }
+    }
+
+    /// The log does not show it. `remedy` says which log would.
+    pub fn cannot_tell(
+        test: &'static str,
+        channel: impl Into<String>,
+        figure: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
+        Self {
+            verdict: Verdict::CannotTell,
+            remedy: Some(remedy.into()),
+            ..Self::ok(test, channel, figure)
+        }
+    }
+
+    /// The readings are wrong.
+    pub fn fault(
+        test: &'static str,
+        channel: impl Into<String>,
+        figure: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
+        Self {
+            verdict: Verdict::Fault,
+            ..Self::cannot_tell(test, channel, figure, remedy)
+        }
+    }
+}
+
+/// All findings of a log.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Report {
+    /// The worst verdict, but for [`Verdict::CannotTell`]: a log without a fault is `Ok`.
+    pub verdict: Verdict,
+    /// In the order of the tests.
+    pub findings: Vec<Finding>,
+}
+
+impl Report {
+    /// The report of findings.
+    pub fn new(findings: Vec<Finding>) -> Self {
+        let fault = findings.iter().any(|f| f.verdict == Verdict::Fault);
+        Self {
+            verdict: if fault { Verdict::Fault } else { Verdict::Ok },
+            findings,
+        }
+    }
+
+    /// The findings that are faults.
+    pub fn faults(&self) -> impl Iterator<Item = &Finding> {
+        let is_fault = |f: &&Finding| f.verdict == Verdict::Fault;
+        self.findings.iter().filter(is_fault)
+    }
+
+    /// One line a finding; below it what to do.
+    pub fn text(&self) -> String {
+        let width = |of: fn(&Finding) -> usize| self.findings.iter().map(of).max().unwrap_or(0);
+        let (tests, channels) = (width(|f| f.test.len()), width(|f| f.channel.len()));
+        let mut text = String::new();
+        for finding in &self.findings {
+            // Writing into a text cannot fail.
+            let _ = writeln!(
+                text,
+                "{:<11}  {:<tests$}  {:<channels$}  {}",
+                finding.verdict.words(),
+                finding.test,
+                finding.channel,
+                finding.figure,
+            );
+            if let Some(remedy) = &finding.remedy {
+                let _ = writeln!(text, "{:<11}  -> {remedy}", "");
+            }
+        }
+        let count = |verdict| {
+            self.findings
+                .iter()
+                .filter(|f| f.verdict == verdict)
+                .count()
+        };
+        let _ = write!(
+            text,
+            "{} tests: {} ok, {} faults, {} that this log cannot tell",
+            self.findings.len(),
+            count(Verdict::Ok),
+            count(Verdict::Fault),
+            count(Verdict::CannotTell),
+        );
+        text
+    }
+}

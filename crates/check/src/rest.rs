@@ -1,0 +1,157 @@
+//! Zeros and noise while the robot stands, before it moves for the first time.
+
+use crate::recording::Recording;
+use crate::report::Finding;
+use crate::signal::rms;
+use robhaz_estimator::NoiseBudget;
+
+/// Shortest rest that is used, s.
+const SHORTEST: f64 = 0.3;
+/// Turn of a wheel within 50 ms that ends the rest, rad: a few counts of a coarse encoder, 0.2 mm at the rim.
+const STILL: f64 = 2e-3;
+/// Standard deviations of an offset that are a fault.
+const OFFSET_GATE: f64 = 5.0;
+/// Offset of a gyroscope that does no harm, rad/s: 0.05 deg/s.
+const SMALL_RATE: f64 = 0.05 * DEGREE;
+/// Noise over that of the budget that is a fault.
+const NOISE_RATIO: f64 = 2.0;
+/// Inclination up to which a robot stands without torques, rad.
+const LEVEL: f64 = 3.0 * DEGREE;
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+const ZERO: &str = "zero at rest";
+const NOISE: &str = "noise at rest";
+
+/// A channel at rest.
+struct AtRest<'a> {
+    name: String,
+    values: &'a [f64],
+    unit: &'static str,
+    /// From the SI unit to `unit`.
+    factor: f64,
+    /// White noise of the budget, SI.
+    noise: f64,
+}
+
+impl AtRest<'_> {
+    fn mean(&self) -> f64 {
+        let values = || self.values.iter().filter(|v| v.is_finite());
+        #[expect(clippy::cast_precision_loss, reason = "numbers of samples")]
+        let count = values().count().max(1) as f64;
+        values().sum::<f64>() / count
+    }
+
+    /// Standard deviation of white noise, from the differences of neighbours.
+    fn deviation(&self) -> f64 {
+        let steps: Vec<f64> = self.values.windows(2).map(|w| w[1] - w[0]).collect();
+        rms(&steps) / std::f64::consts::SQRT_2
+    }
+
+    fn shown(&self, value: f64) -> String {
+        format!("{:.3} {}", self.factor * value, self.unit)
+    }
+}
+
+/// All findings.
+pub fn findings(recording: &Recording, budget: &NoiseBudget) -> Vec<Finding> {
+    let end = rest(recording);
+    if end < recording.steps(SHORTEST) {
+        let remedy = "record a second at rest on level ground before the drive";
+        let figure = "the log begins in motion";
+        return vec![
+            Finding::cannot_tell(ZERO, "all", figure, remedy),
+            Finding::cannot_tell(NOISE, "all", figure, remedy),
+        ];
+    }
+    let torques = [0, 1, 2].map(|i| AtRest {
+        name: format!("torque {}", i + 1),
+        values: &recording.torque[i][..end],
+        unit: "N m",
+        factor: 1.0,
+        noise: budget.torque_noise,
+    });
+    let gyros = [0, 1].map(|k| AtRest {
+        name: format!("gyro {}", k + 1),
+        values: &recording.rate[k][..end],
+        unit: "deg/s",
+        factor: 1.0 / DEGREE,
+        noise: budget.rate_noise,
+    });
+    let inclinometers = [0, 1].map(|k| AtRest {
+        name: format!("inclinometer {}", k + 1),
+        values: &recording.inclination[k][..end],
+        unit: "deg",
+        factor: 1.0 / DEGREE,
+        noise: budget.inclination_noise,
+    });
+    let level = inclinometers.iter().all(|x| x.mean().abs() < LEVEL);
+    let torque_zero = OFFSET_GATE * budget.torque_offset + budget.gear_friction;
+    let rate_zero = SMALL_RATE + OFFSET_GATE * budget.rate_bias;
+    let mut findings: Vec<Finding> = gyros.iter().map(|x| gyro(x, rate_zero)).collect();
+    findings.extend(inclinometers.iter().map(|x| inclination(x, budget)));
+    findings.extend(torques.iter().map(|x| torque(x, torque_zero, level)));
+    let all = gyros.iter().chain(&inclinometers).chain(&torques);
+    findings.extend(all.map(noise));
+    findings
+}
+
+/// Number of samples before the first motion.
+fn rest(recording: &Recording) -> usize {
+    let step = recording.steps(0.05);
+    let moves = |i: usize| {
+        let mut angles = recording.wheel_angle.iter();
+        angles.any(|a| (a[i + step] - a[i]).abs() > STILL)
+    };
+    let last = recording.len().saturating_sub(step);
+    (0..last).find(|i| moves(*i)).unwrap_or(last)
+}
+
+fn gyro(x: &AtRest<'_>, limit: f64) -> Finding {
+    let mean = x.mean();
+    let figure = format!("mean {}", x.shown(mean));
+    if mean.abs() <= limit {
+        return Finding::ok(ZERO, &x.name, figure);
+    }
+    let remedy = format!("zero it at rest: state offset = {mean:.5} (rad/s)");
+    Finding::fault(ZERO, &x.name, figure, remedy)
+}
+
+fn inclination(x: &AtRest<'_>, budget: &NoiseBudget) -> Finding {
+    let mean = x.mean();
+    let figure = format!("mean {}", x.shown(mean));
+    // At rest the robot may stand on a slope.
+    if mean.abs() <= 3.0 * budget.inclination_bias + 1e-4 {
+        return Finding::ok(ZERO, &x.name, figure);
+    }
+    let remedy = format!(
+        "if the robot stood on level ground in its nominal pose, state offset = {mean:.5} (rad)"
+    );
+    Finding::cannot_tell(ZERO, &x.name, figure, remedy)
+}
+
+fn torque(x: &AtRest<'_>, limit: f64, level: bool) -> Finding {
+    let mean = x.mean();
+    let figure = format!("mean {}", x.shown(mean));
+    if mean.abs() <= limit {
+        return Finding::ok(ZERO, &x.name, figure);
+    }
+    if !level {
+        let remedy = "the robot stands on a slope: record a rest on level ground";
+        return Finding::cannot_tell(ZERO, &x.name, figure, remedy);
+    }
+    let remedy = format!(
+        "zero it with the motors off: state offset = {mean:.4} (N m), unless the drive held that torque"
+    );
+    Finding::fault(ZERO, &x.name, figure, remedy)
+}
+
+fn noise(x: &AtRest<'_>) -> Finding {
+    let deviation = x.deviation();
+    let figure = format!("{}, budget {}", x.shown(deviation), x.shown(x.noise));
+    // A budget of zero is that of an exact sensor.
+    if deviation <= NOISE_RATIO * x.noise || deviation < 1e-9 {
+        return Finding::ok(NOISE, &x.name, figure);
+    }
+    let remedy = "state the measured noise in the budget, or find its cause";
+    Finding::fault(NOISE, &x.name, figure, remedy)
+}

@@ -1,0 +1,151 @@
+//! Filters without delay on samples at equal steps. A NaN is a missing sample.
+
+/// Mean over the `2 half + 1` samples around each; a NaN near the ends, and where more than half of them are missing.
+pub fn smooth(x: &[f64], half: usize) -> Vec<f64> {
+    let mut sums = Vec::with_capacity(x.len() + 1);
+    let (mut sum, mut count) = (0.0, 0_u32);
+    sums.push((sum, count));
+    for value in x {
+        if value.is_finite() {
+            sum += value;
+            count += 1;
+        }
+        sums.push((sum, count));
+    }
+    let width = 2 * half + 1;
+    let mean = |i: usize| {
+        if i < half || i + half >= x.len() {
+            return f64::NAN;
+        }
+        let (from, to) = (sums[i - half], sums[i + half + 1]);
+        let count = to.1 - from.1;
+        if (count as usize) * 2 <= width {
+            return f64::NAN;
+        }
+        (to.0 - from.0) / f64::from(count)
+    };
+    (0..x.len()).map(mean).collect()
+}
+
+/// The samples less their mean over the `2 half + 1` samples around each.
+pub fn high_pass(x: &[f64], half: usize) -> Vec<f64> {
+    zip(x, &smooth(x, half), |a, b| a - b)
+}
+
+/// Difference over `2 half` samples around each.
+pub fn difference(x: &[f64], half: usize) -> Vec<f64> {
+    let at = |i: usize| {
+        if i < half || i + half >= x.len() {
+            f64::NAN
+        } else {
+            x[i + half] - x[i - half]
+        }
+    };
+    (0..x.len()).map(at).collect()
+}
+
+/// Derivative of smoothed samples: difference of the means of `2 half + 1` samples before and after, over the time
+/// between (`dt` is the step, s).
+#[expect(clippy::cast_precision_loss, reason = "widths of filters")]
+pub fn derivative(x: &[f64], half: usize, dt: f64) -> Vec<f64> {
+    let mut slope = difference(&smooth(x, half), half);
+    for value in &mut slope {
+        *value /= 2.0 * half as f64 * dt;
+    }
+    slope
+}
+
+/// Integral by the trapezoidal rule. A missing sample counts as 0, and is missing in the result.
+pub fn integral(x: &[f64], dt: f64) -> Vec<f64> {
+    let (mut sum, mut last) = (0.0, 0.0);
+    x.iter()
+        .map(|value| {
+            if value.is_finite() {
+                sum += 0.5 * dt * (last + value);
+                last = *value;
+                sum
+            } else {
+                last = 0.0;
+                f64::NAN
+            }
+        })
+        .collect()
+}
+
+/// The samples `lag` steps later (positive) or earlier: element i is `x[i - lag]`.
+pub fn delayed(x: &[f64], lag: isize) -> Vec<f64> {
+    let at = |i: usize| {
+        let from = i.checked_add_signed(-lag);
+        from.and_then(|from| x.get(from))
+            .copied()
+            .unwrap_or(f64::NAN)
+    };
+    (0..x.len()).map(at).collect()
+}
+
+/// A function of two signals, sample by sample.
+pub fn zip(a: &[f64], b: &[f64], of: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| of(*a, *b)).collect()
+}
+
+/// Root of the mean square of the samples that are there; 0 without any.
+pub fn rms(x: &[f64]) -> f64 {
+    let (mut sum, mut count) = (0.0, 0_u32);
+    for value in x.iter().filter(|v| v.is_finite()) {
+        sum += value * value;
+        count += 1;
+    }
+    if count == 0 {
+        0.0
+    } else {
+        (sum / f64::from(count)).sqrt()
+    }
+}
+
+/// Median of the samples that are there.
+pub fn median(x: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = x.into_iter().filter(|v| v.is_finite()).collect();
+    let middle = values.len() / 2;
+    if values.is_empty() {
+        return None;
+    }
+    let (_, median, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
+    Some(*median)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(n: usize) -> Vec<f64> {
+        (0..n).map(|i| 2.0 * i as f64).collect()
+    }
+
+    /// Closed form: on a straight line the mean is the line, the derivative its slope, and nothing passes the high pass.
+    #[test]
+    fn filters_keep_a_straight_line() {
+        let x = line(50);
+        for (i, mean) in smooth(&x, 4).iter().enumerate() {
+            assert_eq!(mean.is_nan(), !(4..46).contains(&i));
+            assert!(mean.is_nan() || (mean - x[i]).abs() < 1e-12);
+        }
+        let slopes = derivative(&x, 3, 0.5);
+        assert!(slopes[25] == 4.0 && slopes[0].is_nan());
+        assert!(high_pass(&x, 5)[20].abs() < 1e-12);
+        assert_eq!(delayed(&x, 3)[10], x[7]);
+        assert_eq!(delayed(&x, -3)[10], x[13]);
+    }
+
+    /// A missing sample is bridged by a mean; its integral goes on behind it.
+    #[test]
+    fn missing_samples_are_left_out() {
+        let mut x = vec![1.0; 20];
+        x[10] = f64::NAN;
+        assert!((smooth(&x, 2)[10] - 1.0).abs() < 1e-12);
+        let sum = integral(&x, 1.0);
+        assert!(sum[10].is_nan() && (sum[19] - 18.0).abs() < 1.1);
+        assert_eq!(median(x.iter().copied()), Some(1.0));
+        assert_eq!(median([]), None);
+        assert!((rms(&[3.0, -3.0, f64::NAN]) - 3.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,63 @@
+//! `robhaz check`: is a recorded log what the estimators take it for?
+
+use crate::estimate::{describe, shown};
+use crate::terminal::{say, warn_of};
+use miette::{IntoDiagnostic, Result, bail};
+use robhaz_check::{Stated, Verdict, check};
+use robhaz_log::{Log, LogOptions, LogPlace};
+use std::path::PathBuf;
+
+/// Arguments of `robhaz check`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// The log: a table of readings (.parquet, .csv), an MCAP file, or the folder of a run or of an estimate.
+    log: PathBuf,
+    /// The robot: a file with the section robot of a scene; by default that of the log's folder, else robot A.
+    #[arg(long, value_name = "ROBOT.toml")]
+    robot: Option<PathBuf>,
+    /// Description of the log, as for `robhaz estimate`.
+    #[arg(long, value_name = "SENSORS.toml")]
+    sensors: Option<PathBuf>,
+    /// Prints all findings as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// The estimator that runs on the log.
+const BEST: &str = "best";
+
+/// Checks the log and prints the findings. An error if one is a fault.
+pub fn run(args: &Args) -> Result<()> {
+    let mut place = LogPlace::find(&args.log).map_err(shown)?;
+    describe(&mut place, args.sensors.as_deref(), args.robot.as_deref())?;
+    // Others may need contact angles.
+    place.choice.select(&[BEST.to_owned()]).into_diagnostic()?;
+    let options = LogOptions {
+        named_estimators: true,
+        ..LogOptions::default()
+    };
+    let log = Log::open(place, &options).into_diagnostic()?;
+    log.warnings.iter().for_each(|w| warn_of(&log.name, w));
+    let (name, choice) = (log.name.clone(), log.choice.clone());
+    let mut source = log.into_source().into_diagnostic()?;
+    let mut frames = Vec::new();
+    while let Some(sample) = source.next_sample().into_diagnostic()? {
+        frames.push(sample.sensors);
+    }
+    let stated = Stated {
+        robot: &choice.robot.robot,
+        budget: choice.budget,
+        viscous_damping: choice.viscous_damping,
+        compression: choice.compression,
+    };
+    let report = check(&frames, &stated);
+    if args.json {
+        say(&serde_json::to_string_pretty(&report).into_diagnostic()?)?;
+    } else {
+        say(&report.text())?;
+    }
+    match report.verdict {
+        Verdict::Fault => bail!("{name}: {} faults", report.faults().count()),
+        Verdict::Ok | Verdict::CannotTell => Ok(()),
+    }
+}
