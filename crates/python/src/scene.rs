@@ -115,8 +115,11 @@ fn toml(key: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
         // A TOML string takes the escapes of JSON.
         return Ok(serde_json::Value::from(text).to_string());
     }
-    if value.cast::<PyInt>().is_ok() || value.cast::<PyFloat>().is_ok() {
-        return Ok(value.repr()?.to_string());
+    if value.cast::<PyInt>().is_ok() {
+        return Ok(value.str()?.to_string());
+    }
+    if value.cast::<PyFloat>().is_ok() {
+        return Ok(format!("{:?}", value.extract::<f64>()?));
     }
     // NumPy's numbers are neither, and its arrays are no sequences.
     if let Ok(plain) = value.call_method0("tolist") {
