@@ -31,9 +31,7 @@ impl Controller {
             state: match settings.kind {
                 ControlKind::Speed => State::Speed,
                 ControlKind::Shared => State::Shared(Shared::new(settings)),
-                ControlKind::FrictionTest => {
-                    State::FrictionTest(FrictionTests::new(settings, &settings.friction_test))
-                }
+                ControlKind::FrictionTest => State::FrictionTest(FrictionTests::new(settings)),
             },
         }
     }

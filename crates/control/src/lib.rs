@@ -25,6 +25,7 @@ mod controller;
 pub mod friction_test;
 mod input;
 mod kind;
+mod ramp;
 pub mod shared;
 mod wheel_speed;
 
