@@ -253,7 +253,7 @@ fn gear_friction_is_not_estimated_at_standstill() {
                 last = observers.observe(sample).1[0].as_ref().ok().copied();
             }
             let (found, sigma) = last.unwrap().reading_errors.unwrap().gear_friction;
-            let prior = scene.noise_budget().gear_friction;
+            let prior = scene.noise_budget().unwrap().gear_friction;
             assert!(sigma > 0.99 * prior, "{name}, seed {seed}: {sigma}");
             assert!(found.abs() < 0.01, "{name}, seed {seed}: {found} ± {sigma}");
         }
@@ -311,7 +311,8 @@ fn whitening_reaches_the_bound_of_one_sample_and_best_beats_it() {
 }
 
 /// Ablation: with typical sensors, every step of the ladder reduces the error or increases it by at most 2 % (the
-/// benefit of a step can depend on a later one), and the last error is less than a tenth of that of `paper-wheels`.
+/// benefit of a step can depend on a later one), and `best` errs by less than a tenth of `paper-wheels`. Without contact
+/// angles the parity residual reduces the error, too, below that of every rung that is given them but corrects nothing over time.
 #[test]
 fn every_rung_of_the_ladder_carries() {
     let mut scene = with_best("smooth", &[&["sensors.grade=typical"]]);
@@ -319,11 +320,18 @@ fn every_rung_of_the_ladder_carries() {
     let truth = TruthRun::of(&scene).unwrap();
     let summaries = study(&scene, &truth, &SEEDS[..5], &|| ()).unwrap();
     let errors: Vec<f64> = summaries.iter().map(|s| s.nrmse().unwrap().mean).collect();
-    for (pair, scores) in errors.windows(2).zip(&summaries[1..]) {
-        println!("{:12} {:.3} %", scores.name, 100.0 * pair[1]);
-        assert!(pair[1] <= 1.02 * pair[0], "{}: {pair:?}", scores.name);
+    let place = |name: &str| summaries.iter().position(|s| s.name == name).unwrap();
+    let (best, whitening) = (place("rolling"), place("whitening"));
+    for (k, scores) in summaries.iter().enumerate() {
+        println!("{:14} {:.3} %", scores.name, 100.0 * errors[k]);
+        let follows = k > 0 && k != place("unknown-angles");
+        if follows {
+            let pair = [errors[k - 1], errors[k]];
+            assert!(pair[1] <= 1.02 * pair[0], "{}: {pair:?}", scores.name);
+        }
     }
-    assert!(10.0 * errors[errors.len() - 1] < errors[1], "{errors:?}");
+    assert!(10.0 * errors[best] < errors[1], "{errors:?}");
+    assert!(errors[place("no-angles")] < errors[whitening], "{errors:?}");
 }
 
 /// Determinism: one thread and three give the same bits.

@@ -5,7 +5,7 @@
 //! N rises within microseconds, so a difference in the solver's steps around it changes the recorded values.
 
 use crate::support::scene;
-use robhaz_model::{Carrier, Geometry, PinStop, Pins, Vec2};
+use robhaz_model::{Carrier, Geometry, Outline, PinStop, Pins, Vec2};
 use robhaz_scene::{EngineKind, Scene};
 use robhaz_sim::Truth;
 use robhaz_terrain::{
@@ -104,6 +104,11 @@ fn mirrored_geometry(g: &Geometry) -> Geometry {
             lower: -g.stop.upper,
             upper: -g.stop.lower,
             ..g.stop
+        },
+        outline: Outline {
+            body_lower: Vec2::new(-g.outline.body_upper.x, g.outline.body_lower.y),
+            body_upper: Vec2::new(-g.outline.body_lower.x, g.outline.body_upper.y),
+            ..g.outline
         },
     }
 }

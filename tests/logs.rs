@@ -549,10 +549,12 @@ fn stream_of(run: &Path) -> Vec<u8> {
     for (i, (truth, sensors)) in kept.truth.iter().zip(&kept.sensors).enumerate().take(2001) {
         let estimates: Vec<_> = kept.estimates.iter().map(|list| list[i]).collect();
         let frame = Frame {
+            clearances: None,
             time: truth.time,
             truth: Some(truth),
             sensors,
             estimates: &estimates,
+            commands: None,
             ground: robhaz_run::FeltGround::default(),
         };
         sink.frame(&frame).unwrap();

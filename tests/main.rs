@@ -9,6 +9,7 @@ mod acceptance_fig5;
 mod acceptance_fig7_fig8;
 mod architecture;
 mod breaking_off;
+mod clearance;
 mod closed_form;
 mod command;
 mod conservation;
@@ -33,3 +34,4 @@ mod support;
 mod tracks;
 #[cfg(feature = "viewer")]
 mod viewing;
+mod weighing;

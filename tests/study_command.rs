@@ -33,7 +33,7 @@ fn study_prints_a_table_and_writes_json() {
     }
     let report: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!(report["samples"], 1001);
-    assert_eq!(report["estimators"].as_array().unwrap().len(), 10);
+    assert_eq!(report["estimators"].as_array().unwrap().len(), 12);
     let best = &report["estimators"][9];
     assert_eq!(best["nrmse"]["runs"], 5);
     // Of mean N, with errors of T of about 1 N of 46: at least a thousandth, at most the bound of one sample of some percent.

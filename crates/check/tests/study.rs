@@ -16,7 +16,7 @@ use robhaz_study::TruthRun;
 use std::collections::BTreeMap;
 
 fn report(scene: &Scene, frames: &[SensorFrame]) -> Result<Report, Failure> {
-    let settings = scene.nominal_settings(&scene.estimators[0]);
+    let settings = scene.nominal_settings(&scene.estimators[0])?;
     // Without contact angles: no robot knows them.
     let mut frames = frames.to_vec();
     frames.iter_mut().for_each(|f| f.contact_angle = [None; 3]);

@@ -14,7 +14,8 @@ use std::time::Instant;
 pub struct Args {
     /// The log: a table of readings (.parquet, .csv), an MCAP file, or the folder of a run or of an estimate.
     log: PathBuf,
-    /// The robot: a file with the section robot of a scene; by default that of the log's folder, else robot A.
+    /// The robot: a file with the section robot of a scene, or a weighed robot; by default that of the log's folder, else
+    /// robot A.
     #[arg(long, value_name = "ROBOT.toml")]
     robot: Option<PathBuf>,
     /// Description of the log: columns and units of the readings, clocks, noise budget, nominal damping, estimators. See
@@ -89,7 +90,7 @@ pub fn describe(place: &mut LogPlace, sensors: Option<&Path>, robot: Option<&Pat
         *choice = LogChoice::load(path, choice.clone())?;
     }
     if let Some(path) = robot {
-        choice.robot = RobotChoice::load(path)?;
+        choice.take_robot(path)?;
     }
     if !place.is_described && choice.robot == RobotChoice::default() {
         let warning = "no robot is stated, so it is robot A: --robot ROBOT.toml states yours";

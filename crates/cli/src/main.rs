@@ -19,6 +19,7 @@ mod terminal;
 mod verify;
 #[cfg(feature = "viewer")]
 mod view;
+mod weigh;
 
 use clap::{Parser, Subcommand};
 use interrupt::Interrupt;
@@ -59,6 +60,9 @@ enum Command {
     /// Repeat a scene with many seeds: errors of its estimators and consistency of their covariance; with --ladder, the
     /// effect of each method.
     Study(study::Args),
+    /// Masses and centres of mass of a robot from its wheels on scales, with the budget for the estimators; the postures that
+    /// tell most.
+    Weigh(weigh::Args),
 }
 
 fn main() -> ExitCode {
@@ -76,6 +80,7 @@ fn main() -> ExitCode {
         Command::View(args) => view::run(&args, &interrupt),
         Command::Path(args) => path::run(&args),
         Command::Study(args) => study::run(&args, &interrupt),
+        Command::Weigh(args) => weigh::run(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

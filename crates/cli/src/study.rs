@@ -31,7 +31,7 @@ pub struct Args {
     #[arg(long, value_name = "KIND")]
     engine: Option<String>,
     /// Studies the ablation ladder instead of the scene's estimators: from the paper's to `best`. From the fourth on
-    /// each has one method more than the one above.
+    /// each has one method more than the one above. The last two are given no contact angles.
     #[arg(long)]
     ladder: bool,
     /// Also writes the result to a JSON file.
@@ -48,6 +48,8 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     overrides.extend(args.engine.iter().map(|kind| format!("engine.kind={kind}")));
     let mut scene = Scene::load(&args.scene, &overrides)?;
     warn(&scene);
+    // Its control drives it, whatever is studied.
+    let driven = scene.clone();
     if args.ladder {
         scene.estimators = ladder();
     }
@@ -69,7 +71,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let create = |path: &PathBuf| OutputFile::create(path, JSON, &inputs, args.force);
     // Tried before the study is computed. Nothing is left of it: a signal may end the process meanwhile.
     args.json.as_ref().map(create).transpose()?;
-    let report = report(&scene, &seeds, interrupt)?;
+    let report = report(&driven, &scene, &seeds, interrupt)?;
     say(&report.text())?;
     if let Some(file) = args.json.as_ref().map(create).transpose()? {
         let text = serde_json::to_string_pretty(&report).into_diagnostic()?;
@@ -81,7 +83,8 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     Ok(())
 }
 
-fn report(scene: &Scene, seeds: &[u64], interrupt: &Interrupt) -> Result<Report> {
+/// Simulates `driven` once and studies the estimators of `scene` on its truth.
+fn report(driven: &Scene, scene: &Scene, seeds: &[u64], interrupt: &Interrupt) -> Result<Report> {
     let progress = ProgressBar::new(seeds.len() as u64);
     let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len}");
     progress.set_style(style.into_diagnostic()?);
@@ -90,7 +93,7 @@ fn report(scene: &Scene, seeds: &[u64], interrupt: &Interrupt) -> Result<Report>
     let shown = progress.clone();
     interrupt.end_process("study", move || shown.finish_and_clear())?;
     let cannot = || format!("cannot study {}", scene.name);
-    let truth = TruthRun::of(scene)
+    let truth = TruthRun::of(driven)
         .into_diagnostic()
         .wrap_err_with(cannot)?;
     progress.set_message("observing");

@@ -3,6 +3,7 @@
 use crate::contact::ContactEstimate;
 use crate::estimate::{Estimate, Parity, ReadingErrors};
 use crate::flags::Flags;
+use crate::friction::WheelFriction;
 use crate::health::Health;
 use crate::nominal::Nominal;
 use crate::statics::{Equations, Forces};
@@ -20,6 +21,8 @@ pub(crate) struct Solution<'a> {
     pub parity: Option<Parity>,
     /// `None` from filters that do not estimate it.
     pub contact: Option<[ContactEstimate; 3]>,
+    /// The same.
+    pub friction: Option<[WheelFriction; 3]>,
     /// `None` from filters that state no covariance.
     pub uncertainty: Option<Uncertainty>,
     pub flags: Flags,
@@ -77,6 +80,7 @@ pub(crate) fn assemble(
         parity: solution.parity,
         reading_errors: uncertainty.as_ref().map(|u| u.reading_errors),
         contact: solution.contact,
+        friction: solution.friction,
         health: uncertainty.as_ref().map(|u| u.health),
         flags: solution.flags,
     }

@@ -2,6 +2,7 @@
 
 use crate::contact::ContactEstimate;
 use crate::flags::Flags;
+use crate::friction::WheelFriction;
 use crate::health::Health;
 use robhaz_model::{Posture, PostureError, Vec2};
 
@@ -36,6 +37,9 @@ pub struct Estimate {
     pub reading_errors: Option<ReadingErrors>,
     /// Contact state of each wheel; `None` from the paper's filters.
     pub contact: Option<[ContactEstimate; 3]>,
+    /// Friction that each wheel needs, and what is known of the ground; `None` from the paper's filters. Its T/N can differ from that of
+    /// `traction` and `normal_force`: it takes the slope from the memory of the ground, too.
+    pub friction: Option<[WheelFriction; 3]>,
     /// Whether the readings agree with each other; `None` from the paper's filters.
     pub health: Option<Health>,
     /// Warnings.
@@ -51,6 +55,13 @@ impl Estimate {
     /// Standard deviation of T of wheel `i` (0 to 2), N.
     pub fn sigma_traction(&self, i: usize) -> Option<f64> {
         self.sigma(2 * i)
+    }
+
+    /// The wheel (0 to 2) that is nearest to the known friction, and its margin, -. `None` before any wheel has slipped.
+    pub fn least_friction_margin(&self) -> Option<(usize, f64)> {
+        let wheels = self.friction.as_ref()?.iter().enumerate();
+        let margins = wheels.filter_map(|(i, wheel)| Some((i, wheel.margin?)));
+        margins.reduce(|least, other| if other.1 < least.1 { other } else { least })
     }
 
     fn sigma(&self, k: usize) -> Option<f64> {

@@ -3,7 +3,7 @@
 use crate::estimate::{Estimate, EstimateError};
 use crate::flags::Flags;
 use crate::frame::{Inputs, Instant, LONGEST_GAP, SHORTEST_STEP, SensorFrame};
-use crate::ground::{GroundMemory, GroundPoint};
+use crate::ground::{FrictionBounds, GroundMemory, GroundPoint};
 use crate::methods::{BestFilters, PaperFilters};
 use crate::nominal::Nominal;
 use crate::saved::{NUMBERS, RestoreError, SavedState};
@@ -225,6 +225,11 @@ impl Estimator {
     /// now. `None` where the ground is not in memory.
     pub fn ground_slope(&self, x: f64) -> Option<(f64, f64)> {
         self.state.filters.ground()?.slope_at(x)
+    }
+
+    /// Bounds of the friction at a place along the path (m), in the frame of [`Self::ground`]. `None` from the paper's methods.
+    pub fn friction_at(&self, x: f64) -> Option<FrictionBounds> {
+        Some(self.state.filters.ground()?.friction_at(x))
     }
 
     /// Places of the contacts of front, middle and rear wheel along the path, m, in the frame of [`Self::ground`]. `None` before

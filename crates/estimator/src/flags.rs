@@ -21,12 +21,13 @@ impl Flags {
     pub const SENSOR_ABSURD: Self = Self(64);
     /// The parity residual is beyond five standard deviations: an impact, an unknown load, a wrong contact angle.
     pub const OUT_OF_RANGE: Self = Self(128);
-
+    /// The wheels turn, but the robot stands. Where its wheels touch the ground is then hardly known.
+    pub const SPINS_IN_PLACE: Self = Self(256);
     /// Readings contradict each other: see [`crate::Health::suspect`].
-    pub const CONTRADICTION: Self = Self(256);
+    pub const CONTRADICTION: Self = Self(512);
 
     /// All flags and their names.
-    const NAMES: [(Self, &'static str); 9] = [
+    const NAMES: [(Self, &'static str); 10] = [
         (Self::WHEEL_UNLOADED[0], "wheel 1 unloaded"),
         (Self::WHEEL_UNLOADED[1], "wheel 2 unloaded"),
         (Self::WHEEL_UNLOADED[2], "wheel 3 unloaded"),
@@ -35,6 +36,7 @@ impl Flags {
         (Self::SENSOR_STALE, "reading stale"),
         (Self::SENSOR_ABSURD, "reading absurd"),
         (Self::OUT_OF_RANGE, "out of the model's range"),
+        (Self::SPINS_IN_PLACE, "wheels spin in place"),
         (Self::CONTRADICTION, "readings contradict each other"),
     ];
 
@@ -48,8 +50,8 @@ impl Flags {
         self.0 & other.0 == other.0
     }
 
-    /// The set as a number, one bit a flag: wheels 1, 2, 4; stop 8; missing 16; stale 32; absurd 64; out of range 128;
-    /// contradiction 256.
+    /// The set as a number, one bit a flag: wheels 1, 2, 4; stop 8; missing 16; stale 32; absurd 64; out of range 128; spins in
+    /// place 256; contradiction 512.
     pub const fn bits(self) -> u16 {
         self.0
     }

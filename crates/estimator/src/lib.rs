@@ -25,6 +25,8 @@
 //! | the ground's torque on a wheel from the encoder's angle | [`filters::TorqueObserver`] |
 //! | motion, errors of contact angles and torques, creep: one filter | `filters/motion/` |
 //! | sensitivity of eq. (8) to the filter's states | `statics/sensitivity.rs` |
+//! | mu_n and mu_max, section 5 | `friction/` |
+//! | the torque ramp of section 5 | [`FrictionTest`] |
 //! | normal forces with their covariance, N >= 0 | `statics/solve.rs`, `statics/forces.rs` |
 //!
 //! | folder | content |
@@ -33,6 +35,7 @@
 //! | [`statics`] | eqs. (1) to (8), arms, loads, least squares, sensitivity |
 //! | [`filters`] | from readings over time to angles, torques, motion and errors |
 //! | `ground/` | memory of the ground |
+//! | `friction/` | needed friction, onset of slip, bounds of the friction |
 //! | `health/` | whether the readings agree with each other |
 //! | `contact/` | velocity of a wheel relative to the ground, creep, contact state |
 //! | `methods/` | the paper's method and `best`: filters and statics put together |
@@ -76,6 +79,8 @@ mod estimator;
 pub mod filters;
 mod flags;
 mod frame;
+mod friction;
+mod friction_test;
 mod ground;
 mod health;
 mod methods;
@@ -92,7 +97,9 @@ pub use estimate::{Estimate, EstimateError, Parity, ReadingErrors};
 pub use estimator::Estimator;
 pub use flags::Flags;
 pub use frame::{LinkReading, SensorFrame};
-pub use ground::GroundPoint;
+pub use friction::{NeededFriction, SlipEvent, WheelFriction};
+pub use friction_test::{FrictionTest, FrictionTestEnd, FrictionTestPhase, FrictionTestResult};
+pub use ground::{FrictionBounds, GroundPoint};
 pub use health::{Channels, Health};
 pub use saved::{RestoreError, SavedState};
 pub use settings::{

@@ -61,12 +61,12 @@ impl Nominal {
         let carriers = &self.robot.geometry.carriers;
         let lever = settings.moment_lever;
         let mut r = Matrix4::from_diagonal_element(LOAD_SIGMA * LOAD_SIGMA);
-        let mut add = |column: Vector4<f64>| r += column * column.transpose();
+        let square = |column: Vector4<f64>| column * column.transpose();
         if budget.body_cg > 0.0 {
             let mut part = Loads::default();
             part.bars[Bar::Body as usize].torque = budget.body_cg
                 * libm::sqrt(0.5 * loads.bars[Bar::Body as usize].force.norm_squared());
-            add(Equilibrium::load_side(arms, carriers, &part, lever).0);
+            r += square(Equilibrium::load_side(arms, carriers, &part, lever).0);
         }
         if budget.link_mass > 0.0 {
             for bar in Bar::LINKS {
@@ -75,12 +75,15 @@ impl Nominal {
                     0.0,
                     GRAVITY * budget.link_mass * self.masses.links[bar as usize - 1],
                 );
-                add(Equilibrium::load_side(arms, carriers, &part, lever).0);
+                r += square(Equilibrium::load_side(arms, carriers, &part, lever).0);
             }
+        }
+        if let Some(covariance) = &budget.load_covariance {
+            r += covariance.of_loads(arms, lever);
         }
         if !self.at_stop(equations.link_angles).is_empty() {
             let torque = STOP_TORQUE / lever;
-            add(Vector4::new(0.0, 0.0, torque, -torque));
+            r += square(Vector4::new(0.0, 0.0, torque, -torque));
         }
         r
     }

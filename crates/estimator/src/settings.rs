@@ -1,5 +1,7 @@
 //! The choices of an estimator, and the standard deviations of the sensors' errors.
 
+use crate::statics::LoadCovariance;
+
 /// Where the estimator takes the linkage's mass to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Masses {
@@ -137,6 +139,9 @@ pub struct NoiseBudget {
     pub body_cg: f64,
     /// Relative error of each link's mass.
     pub link_mass: f64,
+    /// Errors of masses, centres of mass and pins together, of a robot that was weighed. They count in addition to the
+    /// two above, which are 0 then.
+    pub load_covariance: Option<LoadCovariance>,
 }
 
 impl NoiseBudget {
@@ -160,6 +165,7 @@ impl NoiseBudget {
             contact_angle_time: 0.3,
             body_cg: 0.0,
             link_mass: 0.0,
+            load_covariance: None,
         }
     }
 }

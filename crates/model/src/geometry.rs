@@ -3,7 +3,7 @@
 //! The real dimensions of ROBHAZ-6WHEEL were never published. Geometries A and B are derived: a wheelbase of 0.60 m,
 //! static wheel loads equal within 5 %, and a reach of the front wheel of 0.18 m inside the end stops.
 
-use crate::Vec2;
+use crate::{Outline, Vec2};
 
 /// One of the four rigid bars of the loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -172,6 +172,8 @@ pub struct Geometry {
     pub link_cg: [Vec2; 3],
     /// End stops of pin Q.
     pub stop: PinStop,
+    /// Outline of body and links.
+    pub outline: Outline,
 }
 
 /// Reason why a geometry is refused.
@@ -256,6 +258,7 @@ impl Geometry {
         Self {
             wheel_radius: 0.10,
             link_cg: mean_link_cgs(&axles, &carriers, &pins),
+            outline: Outline::derived(&axles, body_cg),
             axles,
             carriers,
             pins,
@@ -280,6 +283,8 @@ impl Geometry {
             self.pins.r,
             self.pins.s,
             self.body_cg,
+            self.outline.body_lower,
+            self.outline.body_upper,
         ];
         if !points
             .iter()

@@ -13,19 +13,24 @@
 //! | W1 to W3 (front, middle, rear) | [`Geometry::axles`], [`Geometry::carriers`] |
 //! | theta_1, theta_2 given, theta_3 and theta_body found | [`Posture::close`] |
 //! | static loads on level ground | [`Robot::static_loads`], [`Robot::check_stance`] |
+//! | command of a wheel's drive | [`WheelCommand`] |
 //! | masses and inertias | [`MassSet`]; the masses in the static equilibrium: [`PointMasses`] |
 //!
 //! The crate is `no_std` and does not allocate, so that the estimator can use it on a robot.
 #![no_std]
 
+mod command;
 mod geometry;
 mod mass;
+mod outline;
 mod plane;
 mod posture;
 mod stance;
 
+pub use command::WheelCommand;
 pub use geometry::{Bar, Carrier, Geometry, GeometryError, Pin, PinStop, Pins, mean_link_cgs};
 pub use mass::{MassError, MassSet, PointMasses};
+pub use outline::Outline;
 pub use plane::{cross, perp, rotate, turned};
 pub use posture::{Posture, PostureError, corner_s};
 pub use stance::StanceError;

@@ -6,7 +6,8 @@ use crate::mechanism::{Mechanism, OnGround, Reached, Walk};
 use crate::report::{Failure, PathReport, Place, Reason};
 use crate::setup::{PathError, PathSetup};
 use rayon::prelude::*;
-use robhaz_model::Vec2;
+use robhaz_clearance::{BarPlace, ClearanceMeter, Clearances};
+use robhaz_model::{Bar, Vec2};
 
 /// Ground before and behind the path, over the wheelbase.
 const BESIDE: f64 = 0.6;
@@ -23,6 +24,7 @@ const GUESS: f64 = 0.5;
 struct Posed {
     on_ground: OnGround,
     contacts: Vec<GroundContact>,
+    clearances: Clearances,
 }
 
 /// Judges a path.
@@ -69,7 +71,10 @@ fn walk(setup: &PathSetup) -> Result<(Vec<Posed>, Option<Failure>), PathError> {
     let wheels = mechanism.start(&curve, start).ok_or(no_start)?;
     check_stops(setup, start, mechanism.on_ground(&curve, &wheels).opening())?;
     let mut walk = Walk::new(&mechanism, &curve, wheels).ok_or(no_start)?;
-    let mut posed = vec![pose(setup, &mechanism, &curve, &walk, None)];
+    let mut meter = ClearanceMeter::new(geometry, setup.terrain.clone());
+    let mut pose =
+        |walk: &Walk<'_>, alone| pose(setup, &mechanism, &curve, walk, alone, &mut meter);
+    let mut posed = vec![pose(&walk, None)];
     let mut farthest = start;
     for _ in 0..most_steps(setup.distance) {
         let before = walk.wheels;
@@ -82,11 +87,11 @@ fn walk(setup: &PathSetup) -> Result<(Vec<Posed>, Option<Failure>), PathError> {
             Reached::Place => None,
             Reached::Kink { wheel } => {
                 // The wheel rests on both contacts, before it goes on with the one in front alone.
-                posed.push(pose(setup, &mechanism, &curve, &walk, None));
+                posed.push(pose(&walk, None));
                 Some(wheel)
             }
         };
-        let place = pose(setup, &mechanism, &curve, &walk, alone);
+        let place = pose(&walk, alone);
         let x = place.on_ground.axles[1].x;
         posed.push(place);
         farthest = farthest.max(x);
@@ -132,6 +137,7 @@ fn pose(
     curve: &CentreCurve,
     walk: &Walk<'_>,
     alone: Option<usize>,
+    meter: &mut ClearanceMeter,
 ) -> Posed {
     let on_ground = mechanism.on_ground(curve, &walk.wheels);
     let radius = setup.robot.geometry.wheel_radius;
@@ -152,8 +158,21 @@ fn pose(
         }
     }
     Posed {
+        clearances: clearances(setup, &on_ground, meter),
         on_ground,
         contacts,
+    }
+}
+
+/// Clearance of the bars; not a number where the four-bar cannot close.
+fn clearances(setup: &PathSetup, on_ground: &OnGround, meter: &mut ClearanceMeter) -> Clearances {
+    let geometry = &setup.robot.geometry;
+    match on_ground.posture(geometry) {
+        Ok(posture) => meter.measure(&Bar::ALL.map(|bar| BarPlace {
+            centre: on_ground.q + posture.cg_from_q(geometry, bar),
+            angle: posture.angle(bar),
+        })),
+        Err(_) => Clearances([f64::NAN; 4]),
     }
 }
 
@@ -171,6 +190,8 @@ fn judged(setup: &PathSetup, posed: &Posed, guess: &mut f64) -> Place {
         margin: None,
         normal_force: None,
         traction: None,
+        clearance: posed.clearances.least().1,
+        nearest_bar: posed.clearances.least().0.name(),
         failure: None,
     };
     let x = place.x();
@@ -208,6 +229,9 @@ fn judged(setup: &PathSetup, posed: &Posed, guess: &mut f64) -> Place {
             }
         }
         Err(_) => place.failure = Some(without_balance(setup, x, &balance)),
+    }
+    if posed.clearances.touches() {
+        place.failure = Some(Failure::new(x, Reason::Clearance, None));
     }
     let stop = &robot.geometry.stop;
     let beyond = (opening - stop.upper).max(stop.lower - opening);

@@ -14,6 +14,8 @@ pub enum Reason {
     Tipping,
     /// All wheels touch the ground only beyond an end stop of pin Q.
     EndStop,
+    /// The body or a link touches the ground.
+    Clearance,
     /// There is no posture in which all wheels touch the ground.
     Posture,
     /// The linear program failed, which is no statement on the robot.
@@ -30,6 +32,7 @@ impl Reason {
                 "no tractions and N >= 0 balance the robot: it tips over or a wheel lifts"
             }
             Self::EndStop => "pin Q would be beyond an end stop",
+            Self::Clearance => "the body or a link touches the ground",
             Self::Posture => "there is no posture in which all wheels touch the ground",
             Self::Solver => "the linear program failed, so nothing is known",
         }
@@ -42,7 +45,7 @@ impl Reason {
             Self::Torque => "N m",
             Self::Tipping => "N",
             Self::EndStop => "rad",
-            Self::Posture | Self::Solver => "",
+            Self::Posture | Self::Clearance | Self::Solver => "",
         }
     }
 }
@@ -92,6 +95,10 @@ pub struct Place {
     pub normal_force: Option<[f64; 3]>,
     /// Sum of T over the contacts of each wheel at the largest margin, N.
     pub traction: Option<[f64; 3]>,
+    /// Least clearance of body and links, m; at 0 or below one of them touches the ground.
+    pub clearance: f64,
+    /// The bar with the least clearance: `body`, `link1` ...
+    pub nearest_bar: &'static str,
     /// Why the robot cannot pass.
     pub failure: Option<Failure>,
 }
@@ -130,6 +137,10 @@ pub struct PathReport {
     pub margin: Option<f64>,
     /// x of the middle wheel at the least margin, m.
     pub margin_x: Option<f64>,
+    /// Least clearance of body and links over the path, m; `None` without a place.
+    pub clearance: Option<f64>,
+    /// x of the middle wheel there, m.
+    pub clearance_x: Option<f64>,
     /// First place that the robot cannot pass.
     pub first_failure: Option<Failure>,
     /// Distance that the middle wheel was to travel, m.
@@ -153,6 +164,10 @@ impl PathReport {
             .iter()
             .filter_map(|p| p.margin.map(|m| (m, p.x())))
             .min_by(|a, b| a.0.total_cmp(&b.0));
+        let nearest = places
+            .iter()
+            .map(|p| (p.clearance, p.x()))
+            .min_by(|a, b| a.0.total_cmp(&b.0));
         let needed = places.iter().filter_map(|p| p.needed_mu);
         let first_failure = failures().next();
         // Friction alone depends on mu.
@@ -169,6 +184,8 @@ impl PathReport {
             needed_mu: needed.max_by(f64::total_cmp),
             margin: least.map(|l| l.0),
             margin_x: least.map(|l| l.1),
+            clearance: nearest.map(|n| n.0),
+            clearance_x: nearest.map(|n| n.1),
             first_failure,
             scene,
             drive,

@@ -24,9 +24,16 @@ impl PathReport {
         } else {
             "equal"
         };
+        let clearance = match (self.clearance, self.clearance_x) {
+            (Some(clearance), Some(x)) => format!(
+                "\nLeast clearance of body and links: {:.0} mm at x = {x:.3} m.",
+                1e3 * clearance
+            ),
+            _ => String::new(),
+        };
         format!(
             "Place of the least margin in each tenth of the path, with {tractions} tractions; x is that of the middle wheel\n\
-             {}\n{}",
+             {}\n{}{clearance}",
             table.trim_fmt(),
             self.verdict()
         )

@@ -104,6 +104,7 @@ fn true_at(surveyed: &[Surveyed], origin: Vec2, x: f64) -> Option<TrueGround> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use robhaz_estimator::FrictionBounds;
     use robhaz_terrain::Profile;
 
     /// Closed form: on the kerb of 50 mm at 0.7 m, with the origin at x = 0.2 m on the lower level, places from 0.5 m on are
@@ -116,6 +117,7 @@ mod tests {
             height: 0.05,
             sigma_height: 0.001,
             slope: 0.0,
+            friction: FrictionBounds::default(),
             sigma_slope: 0.01,
             section,
         };

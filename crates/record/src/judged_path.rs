@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 /// Name of the table.
 const NAME: &str = "path";
 
-const COLUMNS: [PointColumn<Place>; 19] = [
+const COLUMNS: [PointColumn<Place>; 20] = [
     PointColumn::always("x", "m", "centre of the middle wheel", |p| {
         Some(p.wheel_x[1])
     }),
@@ -66,6 +66,12 @@ const COLUMNS: [PointColumn<Place>; 19] = [
         nullable: true,
         get: |p| p.margin,
     },
+    PointColumn::always(
+        "clearance",
+        "m",
+        "least clearance of body and links to the ground; at 0 or below one touches it",
+        |p| Some(p.clearance),
+    ),
     force("wheel1_normal_force", "sum of N of the front wheel", |p| {
         Some(p.normal_force?[0])
     }),

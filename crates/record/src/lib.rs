@@ -7,6 +7,7 @@
 //! | the ground that an estimator has found | `ground-NAME`, `.parquet` or `.csv` | [`TableSink`] |
 //! | the tables of a run that is going on or was killed | `.arrows` in place of `.parquet` | [`TableSink`], [`recover`] |
 //! | a path judged before it is driven | `path`, `.parquet` or `.csv`, `figures/needed_friction` | [`write_path`] |
+//! | all tables, in memory | none | [`MemorySink`] |
 //! | errors of each estimator | `summary.json` | [`SummarySink`], [`Summary`] |
 //! | Figs. 5 to 8 of the paper, all estimators, the path | `fig5_linkage.svg`, `fig5_linkage.pdf`, ... | [`FigureSink`] |
 //! | runs and estimators side by side | the terminal | [`comparison_table`] |
@@ -15,6 +16,7 @@
 //! same bytes, except for the duration of the computation in the summary.
 
 mod append;
+mod batch;
 mod columns;
 mod csv_table;
 mod error;
@@ -25,6 +27,7 @@ mod format;
 mod ground_table;
 mod judged_path;
 mod log_lines;
+mod memory;
 mod parquet_table;
 mod point_table;
 mod report;
@@ -35,16 +38,18 @@ mod terrain_table;
 #[cfg(test)]
 mod testing;
 
+pub use batch::BatchBuilder;
 pub use columns::{Column, Kind, Table, Value};
 pub use error::RecordError;
 pub use figures::FigureSink;
 pub use format::TableFormat;
 pub use judged_path::{path_files, write_path};
+pub use memory::MemorySink;
 pub use parquet_table::{RecoveredTable, recover};
 pub use report::comparison_table;
 pub use summary::{
-    BrokenOff, ChannelSummary, EstimatorSummary, FrictionSummary, LogSummary, MeanForces,
-    NominalRobot, ProgressSummary, SensorErrors, Summary, SummarySink,
+    BrokenOff, ChannelSummary, EstimatorSummary, FrictionSummary, FrictionTestSummary, LogSummary,
+    MeanForces, NominalRobot, ProgressSummary, SensorErrors, Summary, SummarySink,
 };
 pub use table::TableSink;
 

@@ -3,7 +3,7 @@
 use crate::error::{RecordError, io_error};
 use crate::format::TableFormat;
 use arrow_array::{ArrayRef, Float64Array, RecordBatch};
-use arrow_schema::{DataType, Field, Schema};
+use arrow_schema::{ArrowError, DataType, Field, Schema};
 use parquet::arrow::ArrowWriter;
 use parquet::basic::Compression;
 use parquet::errors::Result as ParquetResult;
@@ -74,23 +74,35 @@ pub fn write_points<T>(
     }
 }
 
-fn write_parquet<T>(
-    file: File,
+/// The table as an Arrow batch. `metadata` are keys and values of the table as a whole.
+pub fn batch_of_points<T>(
     columns: &[PointColumn<T>],
     points: &[T],
     metadata: &[(&str, String)],
-) -> ParquetResult<()> {
+) -> Result<RecordBatch, ArrowError> {
     let field = |column: &PointColumn<T>| {
         Field::new(column.name, DataType::Float64, column.nullable).with_metadata(HashMap::from([
             ("unit".to_owned(), column.unit.to_owned()),
             ("description".to_owned(), column.description.to_owned()),
         ]))
     };
-    let schema = Arc::new(Schema::new(columns.iter().map(field).collect::<Vec<_>>()));
+    let fields: Vec<_> = columns.iter().map(field).collect();
+    let metadata = metadata.iter().map(|(k, v)| ((*k).to_owned(), v.clone()));
+    let schema = Schema::new_with_metadata(fields, metadata.collect());
     let array = |column: &PointColumn<T>| -> ArrayRef {
         Arc::new(points.iter().map(column.get).collect::<Float64Array>())
     };
-    let batch = RecordBatch::try_new(Arc::clone(&schema), columns.iter().map(array).collect())?;
+    RecordBatch::try_new(Arc::new(schema), columns.iter().map(array).collect())
+}
+
+fn write_parquet<T>(
+    file: File,
+    columns: &[PointColumn<T>],
+    points: &[T],
+    metadata: &[(&str, String)],
+) -> ParquetResult<()> {
+    // Metadata of the table as a whole belong to the file, not to Arrow's schema.
+    let batch = batch_of_points(columns, points, &[])?;
     let metadata = metadata
         .iter()
         .map(|(key, value)| KeyValue::new((*key).to_owned(), value.clone()));
@@ -98,7 +110,7 @@ fn write_parquet<T>(
         .set_compression(Compression::SNAPPY)
         .set_key_value_metadata(Some(metadata.collect()))
         .build();
-    let mut writer = ArrowWriter::try_new(file, schema, Some(properties))?;
+    let mut writer = ArrowWriter::try_new(file, batch.schema(), Some(properties))?;
     writer.write(&batch)?;
     writer.close()?;
     Ok(())

@@ -2,7 +2,9 @@
 
 use crate::estimator_rows::{first_cells, heading, right};
 use crate::log_lines::{log_lines, means_table};
-use crate::summary::{EstimatorSummary, FrictionSummary, ProgressSummary, Summary, Suspicion};
+use crate::summary::{
+    ClearanceSummary, EstimatorSummary, FrictionSummary, ProgressSummary, Summary, Suspicion,
+};
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{ContentArrangement, Row, Table};
 
@@ -43,6 +45,9 @@ pub fn comparison_table(runs: &[(&str, &Summary)]) -> String {
         text.push_str(&two_contacts(summary));
         if let Some(trouble) = summary.progress.as_ref().and_then(trouble) {
             text.push_str(&format!("\n{label}: {trouble}"));
+        }
+        if let Some(touch) = summary.clearance.as_ref().and_then(touch) {
+            text.push_str(&format!("\n{label}: {touch}"));
         }
         for estimator in &summary.estimators {
             if estimator.missing > 0 {
@@ -229,6 +234,19 @@ fn trouble(progress: &ProgressSummary) -> Option<String> {
     }
 }
 
+/// A sentence about bars that touched the ground.
+fn touch(clearance: &ClearanceSummary) -> Option<String> {
+    let (time, bar) = clearance.first_touch.as_ref()?;
+    let times = match clearance.touches {
+        1 => "once".to_owned(),
+        n => format!("{n} times"),
+    };
+    Some(format!(
+        "{bar} TOUCHED THE GROUND at {time:.2} s, body or links {times} in all: the force of such a contact is not modelled, so the \
+         truth is wrong from then on."
+    ))
+}
+
 fn missing(estimator: &EstimatorSummary) -> String {
     format!(
         "\n  {}: no estimate in {} of {} records; these do not count.",
@@ -269,6 +287,7 @@ mod tests {
             contacts: None,
             suspects: indexmap::IndexMap::new(),
             means: None,
+            suspects: Default::default(),
         };
         let run = described(&scene());
         Summary {
@@ -283,6 +302,7 @@ mod tests {
             compare_from_s: 2.0,
             version: "0.1.0".to_owned(),
             broken_off: None,
+            clearance: None,
             progress: Some(ProgressSummary {
                 distance_m: 3.72,
                 asked_m: 3.78,
@@ -291,6 +311,7 @@ mod tests {
             }),
             events: None,
             friction: run.world.as_ref().map(FrictionSummary::of),
+            control: None,
             sensors: run.world.as_ref().map(SensorErrors::of),
             log: None,
             nominal: NominalRobot::of(&run),
@@ -347,6 +368,27 @@ mod tests {
         let expected = "step 0.100 ms, friction brush with C = 5, rolling resistance 0.02).";
         assert!(found.contains(expected), "{found}");
         assert!(line("rigid", None, 0.0).contains("step 0.100 ms, friction rigid)."));
+    }
+
+    /// A run in which a bar touched the ground says so, with time and bar; one with clearance does not.
+    #[test]
+    fn a_bar_on_the_ground_is_reported() {
+        let line = |first_touch: Option<(f64, String)>| {
+            let clearance = ClearanceSummary {
+                least_m: 0.01,
+                bar: "link2".to_owned(),
+                time_s: 3.0,
+                touches: 2,
+                first_touch,
+            };
+            touch(&clearance)
+        };
+        assert_eq!(line(None), None);
+        let said = line(Some((4.25, "link2".to_owned()))).unwrap_or_default();
+        assert!(
+            said.starts_with("link2 TOUCHED THE GROUND at 4.25 s, body or links 2 times"),
+            "{said}"
+        );
     }
 
     /// A run that is stuck or spins says so, one that travels does not.

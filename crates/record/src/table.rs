@@ -19,8 +19,8 @@ enum Writer {
     Csv(CsvTable),
 }
 
-/// Writes the tables `truth`, `sensors`, `estimate-NAME`, `ground-NAME` and `terrain` of a run into a folder. Recorded readings have
-/// neither `truth` nor `terrain`. An estimator that finds no ground has no table `ground-NAME`; it is written at the end of the
+/// Writes the tables `truth`, `sensors`, `commands`, `estimate-NAME`, `ground-NAME` and `terrain` of a run into a folder. Recorded
+/// readings have neither `truth` nor `terrain`; only a control that takes readings has `commands`. An estimator that finds no ground has no table `ground-NAME`; it is written at the end of the
 /// run, because points change until the robot has left them.
 ///
 /// While the run goes on, a Parquet table is a stream of Arrow batches (`.arrows`), to which rows go at least every simulated
@@ -95,7 +95,7 @@ impl TableSink {
 }
 
 /// What a file says of its run.
-fn metadata(run: &RunDescription) -> [(&'static str, String); 2] {
+pub fn metadata(run: &RunDescription) -> [(&'static str, String); 2] {
     [
         ("scene", run.name.clone()),
         ("robhaz_version", env!("CARGO_PKG_VERSION").to_owned()),

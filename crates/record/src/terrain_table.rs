@@ -2,7 +2,9 @@
 
 use crate::error::RecordError;
 use crate::format::TableFormat;
-use crate::point_table::{PointColumn, write_points};
+use crate::point_table::{PointColumn, batch_of_points, write_points};
+use arrow_array::RecordBatch;
+use arrow_schema::ArrowError;
 use robhaz_run::{RunDescription, World};
 use robhaz_terrain::{Profile, Surveyed};
 use std::path::Path;
@@ -58,6 +60,18 @@ pub fn write_terrain(
     };
     let points = survey(run, world);
     write_points(folder, format, NAME, &COLUMNS, &points, metadata)
+}
+
+/// Name and content of the table, as an Arrow batch. Recorded readings have no ground.
+pub fn terrain_batch(
+    run: &RunDescription,
+    metadata: &[(&str, String)],
+) -> Result<Option<(String, RecordBatch)>, ArrowError> {
+    let Some(world) = &run.world else {
+        return Ok(None);
+    };
+    let batch = batch_of_points(&COLUMNS, &survey(run, world), metadata)?;
+    Ok(Some((NAME.to_owned(), batch)))
 }
 
 /// The ground of the profile and as far as the wheels can come at the set speed.

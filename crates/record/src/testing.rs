@@ -19,10 +19,12 @@ pub struct Record {
 impl Record {
     pub fn frame(&self) -> Frame<'_> {
         Frame {
+            clearances: None,
             time: self.truth.time,
             truth: Some(&self.truth),
             sensors: &self.sensors,
             estimates: &self.estimates,
+            commands: None,
             ground: FeltGround::default(),
         }
     }
@@ -153,6 +155,7 @@ pub fn good_estimate(truth: &Truth, error: f64) -> Estimate {
         parity: None,
         reading_errors: None,
         contact: None,
+        friction: None,
         health: None,
         flags: Flags::NONE,
     }

@@ -3,8 +3,8 @@
 use robhaz_estimator::EstimatorSettings;
 use robhaz_model::Robot;
 use robhaz_scene::{
-    EngineKind, EstimatorChoice, Grade, LogChoice, LogEstimator, ModelErrorTooLarge, RecordChoice,
-    RobotChoice, Scene, TerrainChoice,
+    ControlKind, EngineKind, EstimatorChoice, Grade, LogChoice, LogEstimator, ModelErrorTooLarge,
+    RecordChoice, RobotChoice, Scene, TerrainChoice,
 };
 use robhaz_sim::drive::Drive;
 use robhaz_sim::friction::FrictionLaw;
@@ -60,10 +60,21 @@ pub struct World {
     pub rolling: RollingResistance,
     /// The drive, eq. (2).
     pub drive: Drive,
+    /// The control of the wheels.
+    pub control: ControlDescription,
     /// Grade of the sensors.
     pub grade: Grade,
     /// Errors of the sensors that are drawn once per run. No estimator knows them.
     pub drawn: DrawnErrors,
+}
+
+/// The control of a simulation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ControlDescription {
+    /// Kind of control.
+    pub kind: ControlKind,
+    /// The estimator that it gets, as an index of [`RunDescription::estimators`]. `None` for a control without readings.
+    pub estimator: Option<usize>,
 }
 
 impl RunDescription {
@@ -72,17 +83,21 @@ impl RunDescription {
     /// # Errors
     /// [`ModelErrorTooLarge`] when the nominal robot is not a valid robot.
     pub fn of(scene: &Scene) -> Result<Self, ModelErrorTooLarge> {
-        let estimator = |choice: &EstimatorChoice| EstimatorDescription {
-            label: choice.name.clone(),
-            listed: choice.settings,
-            settings: scene.nominal_settings(choice),
+        let estimator = |choice: &EstimatorChoice| {
+            Ok(EstimatorDescription {
+                label: choice.name.clone(),
+                listed: choice.settings,
+                settings: scene.nominal_settings(choice)?,
+            })
         };
+        let estimators: Result<_, ModelErrorTooLarge> =
+            scene.estimators.iter().map(estimator).collect();
         let damping = scene.drive.viscous_damping;
         Ok(Self {
             name: scene.name.clone(),
             fingerprint: fingerprint(scene),
             record: scene.record,
-            estimators: scene.estimators.iter().map(estimator).collect(),
+            estimators: estimators?,
             robot: scene.robot.clone(),
             nominal_robot: scene.nominal_robot()?,
             nominal_damping: scene.model_error.nominal_damping(damping),
@@ -93,6 +108,10 @@ impl RunDescription {
                 friction: scene.friction,
                 rolling: scene.rolling,
                 drive: scene.drive.clone(),
+                control: ControlDescription {
+                    kind: scene.control.kind,
+                    estimator: scene.control_estimator(),
+                },
                 grade: scene.sensors.grade,
                 drawn: *scene.sensors().drawn(),
             }),
@@ -101,6 +120,12 @@ impl RunDescription {
 }
 
 impl RunDescription {
+    /// Whether a control that takes readings gives the records commands: see [`crate::Frame::commands`].
+    pub fn takes_commands(&self) -> bool {
+        let world = self.world.as_ref();
+        world.is_some_and(|world| world.control.kind.is_closed_loop())
+    }
+
     /// The description of a recorded log.
     pub fn of_log(name: &str, fingerprint: u64, record: RecordChoice, choice: &LogChoice) -> Self {
         let estimator = |e: &LogEstimator| EstimatorDescription {
@@ -142,7 +167,7 @@ mod tests {
         assert!((description.nominal_damping - 1.1 * scene.drive.viscous_damping).abs() < 1e-15);
         for (found, choice) in description.estimators.iter().zip(&scene.estimators) {
             assert_eq!(found.listed, choice.settings);
-            assert_eq!(found.settings, scene.nominal_settings(choice));
+            assert_eq!(found.settings, scene.nominal_settings(choice)?);
             assert_ne!(found.settings, found.listed);
         }
         Ok(())

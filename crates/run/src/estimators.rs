@@ -75,6 +75,7 @@ impl Observers {
     /// [`ModelErrorTooLarge`] when the nominal robot is not a valid robot.
     pub fn new(scene: &Scene) -> Result<Self, ModelErrorTooLarge> {
         let settings = scene.estimators.iter().map(|e| scene.nominal_settings(e));
+        let settings: Vec<_> = settings.collect::<Result<_, _>>()?;
         Ok(Self {
             sensors: scene.sensors(),
             estimators: Estimators::new(&scene.nominal_robot()?, settings),

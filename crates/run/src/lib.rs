@@ -2,14 +2,22 @@
 //!
 //! ```text
 //! source -> Truth -----------------------------> sinks
-//!       \-> SensorFrame -> estimators -> Estimate -^
+//!   ^   \-> SensorFrame -> estimators -> Estimate -^
+//!   |              |                        |
+//!   +- commands <- control <----------------+
 //! ```
 //!
 //! A [`Source`] gives readings, sample by sample. [`Simulation`] is the source of a scene; a recorded log is a source
 //! without truth. Several [`Estimators`] run side by side on the same readings. A [`Sink`] receives a
 //! [`RunDescription`] and every record, and never calls back.
+//!
+//! Where the scene's control takes readings, a [`Driver`] hands its commands to the source; they act from the next sample
+//! on. [`DrivenPlant`] is the same loop for those who need the truth alone.
 
+mod clearance;
 mod description;
+mod driven_plant;
+mod driver;
 mod error;
 mod estimators;
 mod ground;
@@ -17,7 +25,10 @@ mod log_report;
 mod sink;
 mod source;
 
-pub use description::{EstimatorDescription, RunDescription, World};
+pub use clearance::TruthClearance;
+pub use description::{ControlDescription, EstimatorDescription, RunDescription, World};
+pub use driven_plant::{DrivenPlant, StartError};
+pub use driver::Driver;
 pub use error::RunError;
 pub use estimators::{Estimators, Observers};
 pub use ground::FeltGround;
@@ -56,6 +67,10 @@ pub struct Run {
     description: RunDescription,
     source: Box<dyn Source>,
     estimators: Estimators,
+    /// The control, where it takes readings.
+    driver: Option<Driver>,
+    /// Off the hot path: at records alone. `None` for recorded readings.
+    clearance: Option<TruthClearance>,
     /// Time spent without the sinks.
     wall: Duration,
     /// Time of the last record, s. `None` before the first.
@@ -71,18 +86,21 @@ impl Run {
         let start = Instant::now();
         let source = Simulation::new(scene)?;
         let mut run = Self::of(RunDescription::of(scene)?, Box::new(source));
+        run.driver = Driver::of(scene)?;
         run.wall = start.elapsed();
         Ok(run)
     }
 
-    /// A run on any source of readings, with the estimators of its description.
+    /// A run on any source of readings, with the estimators of its description and without a control.
     pub fn of(description: RunDescription, source: Box<dyn Source>) -> Self {
         let start = Instant::now();
         let settings = description.estimators.iter().map(|e| e.settings);
         Self {
             estimators: Estimators::new(&description.nominal_robot, settings),
+            clearance: TruthClearance::of_run(&description),
             description,
             source,
+            driver: None,
             wall: start.elapsed(),
             time: None,
         }
@@ -124,16 +142,25 @@ impl Run {
             let Some(sample) = self.source.next_sample()? else {
                 return Ok(());
             };
-            self.estimators.update(&sample.sensors);
+            let estimates = self.estimators.update(&sample.sensors);
+            let driver = self.driver.as_mut();
+            let commands = driver.map(|driver| driver.commands(&sample.sensors, estimates));
+            if let Some(commands) = commands {
+                self.source.command(commands);
+            }
             self.wall += start.elapsed();
             if !sample.is_record {
                 continue;
             }
+            let truth = sample.truth.as_ref();
+            let clearances = self.clearance.as_mut().zip(truth).map(|(c, t)| c.at(t));
             let frame = Frame {
                 time: sample.time,
+                clearances,
                 truth: sample.truth.as_ref(),
                 sensors: &sample.sensors,
                 estimates: self.estimators.estimates(),
+                commands,
                 ground: self.estimators.ground(),
             };
             for sink in sinks.iter_mut() {
@@ -162,6 +189,11 @@ impl Run {
             wall: self.wall.as_secs_f64(),
             step: self.source.mean_step(),
             broken_off: error.map(RunError::line),
+            friction_tests: self
+                .driver
+                .iter()
+                .flat_map(Driver::friction_tests)
+                .collect(),
             log: self.source.log_report(),
         })
     }

@@ -3,7 +3,9 @@
 use crate::description::RunDescription;
 use crate::ground::FeltGround;
 use crate::log_report::LogReport;
-use robhaz_estimator::{Estimate, EstimateError, GroundPoint, SensorFrame};
+use robhaz_clearance::Clearances;
+use robhaz_estimator::{Estimate, EstimateError, FrictionTestResult, GroundPoint, SensorFrame};
+use robhaz_model::WheelCommand;
 use robhaz_sim::Truth;
 
 /// One record of a run.
@@ -13,10 +15,15 @@ pub struct Frame<'a> {
     pub time: f64,
     /// The simulated truth. `None` for recorded readings.
     pub truth: Option<&'a Truth>,
+    /// Clearance of body and links to the ground, by the truth. `None` for recorded readings.
+    pub clearances: Option<Clearances>,
     /// The readings of the sensors.
     pub sensors: &'a SensorFrame,
     /// The estimate of each estimator, in the order of [`RunDescription::estimators`].
     pub estimates: &'a [Result<Estimate, EstimateError>],
+    /// The commands that the control derives from these readings and estimates; they act from the next sample on. `None`
+    /// without a control that takes readings.
+    pub commands: Option<[WheelCommand; 3]>,
     /// The ground as each estimator knows it, in the same order.
     pub ground: FeltGround<'a>,
 }
@@ -35,6 +42,8 @@ pub struct RunEnd {
     pub ground: Vec<Vec<GroundPoint>>,
     /// Why the run ended before its source did, for the user. `None` for a complete run.
     pub broken_off: Option<String>,
+    /// Results of the friction tests, in their order.
+    pub friction_tests: Vec<FrictionTestResult>,
     /// What became of the rows of a recorded log. `None` for a simulation.
     pub log: Option<LogReport>,
 }

@@ -3,6 +3,7 @@
 use crate::error::RunError;
 use crate::log_report::LogReport;
 use robhaz_estimator::{LinkReading, SensorFrame};
+use robhaz_model::WheelCommand;
 use robhaz_scene::{PlantFailure, Scene};
 use robhaz_sim::sensors::{Readings, Sensors};
 use robhaz_sim::{Plant, Truth};
@@ -27,6 +28,9 @@ pub trait Source {
     /// # Errors
     /// [`RunError`] where the source cannot go on.
     fn next_sample(&mut self) -> Result<Option<Sample>, RunError>;
+
+    /// Takes the commands of the wheels, which act from the next sample on. Recorded readings ignore them.
+    fn command(&mut self, _commands: [WheelCommand; 3]) {}
 
     /// Mean integration step so far, s. `None` where nothing is integrated.
     fn mean_step(&self) -> Option<f64>;
@@ -81,6 +85,10 @@ impl Source for Simulation {
             sensors: sensor_frame(&self.sensors.read(&truth)),
             is_record,
         }))
+    }
+
+    fn command(&mut self, commands: [WheelCommand; 3]) {
+        self.plant.command(commands);
     }
 
     fn mean_step(&self) -> Option<f64> {

@@ -1,7 +1,8 @@
 //! Rules that involve several keys.
 
-use crate::conflict::{Conflict, Value, number};
+use crate::conflict::{Conflict, Value, number, word};
 use crate::contact;
+use crate::control;
 use crate::error::Problem;
 use crate::explicit_step;
 use crate::range::short;
@@ -9,6 +10,7 @@ use crate::reader::Reader;
 use crate::scene::Scene;
 use crate::sensors::MODEL_ERROR_PATH;
 use crate::source::Node;
+use robhaz_control::ControlKind;
 use robhaz_sim::EngineKind;
 
 /// Largest number of records of a run.
@@ -28,11 +30,17 @@ pub(crate) fn check(reader: &mut Reader, root: &Node, scene: &Scene) {
     if reader.is_clean(&["record."]) {
         record(reader, root, scene);
     }
+    if reader.is_clean(&["drive.", "sensors.", "robot."]) {
+        report_all(reader, root, &control::conflicts(scene));
+    }
     if reader.is_clean(&["record.", "sensors."]) {
         sensors(reader, root, scene);
     }
     if reader.is_clean(&["record.", "engine."]) {
         engine(reader, root, scene);
+    }
+    if reader.is_clean(&["record.", "drive."]) {
+        friction_test(reader, root, scene);
     }
     if reader.is_clean(&["robot.", "model_error."]) {
         model_error(reader, root, scene);
@@ -58,6 +66,31 @@ fn record(reader: &mut Reader, root: &Node, scene: &Scene) {
     } else if !is_whole(count) {
         let rule = "a whole number of records: record.duration times record.rate";
         conflict(reader, root, vec![duration(), rate()], rule);
+    }
+}
+
+/// A test that begins after the end of the run would never begin.
+fn friction_test(reader: &mut Reader, root: &Node, scene: &Scene) {
+    let tests = scene.control.kind == ControlKind::FrictionTest;
+    let (start, duration) = (scene.control.friction_test.start, scene.record.duration);
+    if tests && start >= duration {
+        let keys = vec![
+            number("drive.friction_test.start", start),
+            number("record.duration", duration),
+        ];
+        let rule = "drive.friction_test.start below record.duration";
+        conflict(reader, root, keys, rule);
+    }
+    let estimator = scene
+        .control_estimator()
+        .and_then(|i| scene.estimators.get(i));
+    if let Some(estimator) = estimator.filter(|e| tests && !e.settings.states_covariance()) {
+        let keys = vec![
+            word("drive.kind", scene.control.kind.name()),
+            word("drive.estimator", &estimator.name),
+        ];
+        let rule = "an estimator with Kalman filters: drive.estimator of the preset \"best\"";
+        conflict(reader, root, keys, rule);
     }
 }
 

@@ -1,11 +1,13 @@
 //! `[drive]`: eq. (2), motors and their speed control.
 
+use crate::control;
 use crate::key::Key;
 use crate::range::{LONGEST_RUN, above, at_least};
 use crate::reader::{Reader, join};
 use crate::scene::Scene;
 use crate::source::{Node, Value};
 use crate::units::{NONE, ROTARY_DAMPING, SPEED, TIME, TORQUE};
+use crate::wheels::{self, WHEELS, WHEELS_ALLOWED};
 use robhaz_sim::scaling::SpeedScaling;
 
 /// Where the section is in the file.
@@ -76,6 +78,9 @@ pub(crate) const KEYS: &[Key<Scene>] = &[
         |s| &mut s.drive.ramp_time,
         "duration of the smooth start and of each change of a scaling; 0 for a jump",
     ),
+    control::KIND,
+    control::ESTIMATOR,
+    control::FRICTION_TEST,
     Key::own(
         SCALING,
         "none",
@@ -88,11 +93,9 @@ pub(crate) const KEYS: &[Key<Scene>] = &[
 pub(crate) const SCALING_PATH: &str = "drive.scaling";
 
 const SCALING: &str = "scaling";
-const WHEELS: &str = "wheels";
 /// Largest number of scalings: each evaluation of the drive looks them up.
 const MOST_SCALINGS: usize = 100;
 const SCALINGS_ALLOWED: &str = "up to 100 tables, each headed [[drive.scaling]]";
-const WHEELS_ALLOWED: &str = "an array of 1 to 3 different wheels: 1 front, 2 middle, 3 rear";
 
 /// The keys of one scaling.
 pub(crate) const SCALINGS: &[Key<SpeedScaling>] = &[
@@ -149,45 +152,15 @@ pub(crate) fn read_scalings(reader: &mut Reader, root: &Node) -> Vec<SpeedScalin
         let mark = reader.mark();
         let mut scaling = NO_SCALING;
         reader.table(SCALINGS, item, &path, &mut scaling);
-        scaling.wheels = read_wheels(reader, item, &path);
+        for wheel in wheels::read(reader, item, &path) {
+            scaling.wheels[wheel] = true;
+        }
         if reader.mark() == mark {
             check_scaling(reader, item, &path, &scaling, &scalings);
             scalings.push(scaling);
         }
     }
     scalings
-}
-
-/// Reads a list of different wheels, counted from 1.
-fn read_wheels(reader: &mut Reader, node: &Node, path: &str) -> [bool; 3] {
-    let mut wheels = [false; 3];
-    let Some(node) = node.get(WHEELS) else {
-        return wheels;
-    };
-    let path = join(path, WHEELS);
-    let items = match &node.value {
-        Value::Array(items) if !items.is_empty() => items.as_slice(),
-        _ => {
-            reader.refuse(node, &path, WHEELS_ALLOWED);
-            &[]
-        }
-    };
-    for (i, item) in items.iter().enumerate() {
-        let path = format!("{path}[{i}]");
-        let index = match item.value {
-            Value::Integer(Some(1), _) => 0,
-            Value::Integer(Some(2), _) => 1,
-            Value::Integer(Some(3), _) => 2,
-            _ => {
-                reader.refuse(item, &path, "a wheel: 1 front, 2 middle, 3 rear");
-                continue;
-            }
-        };
-        if std::mem::replace(&mut wheels[index], true) {
-            reader.refuse(item, &path, "each wheel once");
-        }
-    }
-    wheels
 }
 
 fn check_scaling(

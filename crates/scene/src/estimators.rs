@@ -166,7 +166,7 @@ pub(crate) const KEYS: &[Key<Keys>] = &[
 ];
 
 /// Index of the preset `best`.
-const BEST: usize = 3;
+pub(crate) const BEST: usize = 3;
 
 /// The settings of a preset.
 pub(crate) fn settings(preset: usize) -> EstimatorSettings {
@@ -190,7 +190,7 @@ pub(crate) fn preset_of(found: &EstimatorSettings) -> &'static str {
 }
 
 /// Label of the default estimator that is given no contact angles.
-const WITHOUT_ANGLES: &str = "no-angles";
+pub(crate) const WITHOUT_ANGLES: &str = "no-angles";
 
 /// The estimators of a scene that lists none: all presets under their own names, and `best` without contact angles.
 pub(crate) fn defaults() -> Vec<EstimatorChoice> {

@@ -2,10 +2,12 @@
 
 use crate::error::Problem;
 use crate::key::{Field, Key, Number, SWITCH, quoted};
+use crate::range::at_least;
 use crate::reader::{Reader, join, refusal};
 use crate::source::{Entry, Node, Value};
 use crate::suggest::nearest;
-use crate::units::UnitError;
+use crate::units::{NONE, UnitError};
+use robhaz_estimator::statics::{LOAD_PARAMETERS, LoadCovariance};
 use robhaz_model::Vec2;
 
 impl Reader {
@@ -113,6 +115,11 @@ impl Reader {
                     );
                 }
             }
+            Field::LoadCovariance(at) => {
+                if let Some(covariance) = self.load_covariance(node, path, &key.field.allowed()) {
+                    *at(into) = Some(covariance);
+                }
+            }
             Field::Text(at) => {
                 if let Some(text) = self.text(node, path) {
                     *at(into) = text;
@@ -195,6 +202,42 @@ impl Reader {
             self.number(number, y, &format!("{path}[1]")),
         );
         Some(Vec2::new(x?, y?))
+    }
+
+    /// Rows of a covariance of the load parameters, SI.
+    fn load_covariance(
+        &mut self,
+        node: &Node,
+        path: &str,
+        allowed: &str,
+    ) -> Option<LoadCovariance> {
+        let number = Number {
+            unit: NONE,
+            range: at_least(-1e12).at_most(1e12),
+        };
+        let items: &[Node; LOAD_PARAMETERS] = self.items(node, path, allowed)?;
+        let mark = self.mark();
+        let mut rows = [[0.0; LOAD_PARAMETERS]; LOAD_PARAMETERS];
+        for (i, (row, item)) in rows.iter_mut().zip(items).enumerate() {
+            let path = format!("{path}[{i}]");
+            let cells: &[Node; LOAD_PARAMETERS] = self.items(item, &path, allowed)?;
+            for (j, (entry, cell)) in row.iter_mut().zip(cells).enumerate() {
+                *entry = self
+                    .number(&number, cell, &format!("{path}[{j}]"))
+                    .unwrap_or_default();
+            }
+        }
+        if self.mark() != mark {
+            return None;
+        }
+        match LoadCovariance::new(&rows) {
+            Ok(covariance) => Some(covariance),
+            Err(error) => {
+                let message = format!("it is no covariance: {error}; allowed: {allowed}");
+                self.push(Problem::at(&node.origin, path, message).whole());
+                None
+            }
+        }
     }
 
     /// A text of at least one character.

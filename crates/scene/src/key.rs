@@ -5,6 +5,7 @@
 
 use crate::range::{Range, at_least};
 use crate::units::{Dimension, NONE};
+use robhaz_estimator::statics::{LOAD_PARAMETERS, LoadCovariance};
 use robhaz_model::Vec2;
 
 /// A key of a table that sets a field of `T`.
@@ -40,6 +41,8 @@ pub(crate) enum Field<T: 'static> {
     Word(Words, fn(&T) -> usize, fn(&mut T, usize)),
     /// `["word", "word", "word"]`
     ThreeWords(Words, fn(&T) -> [usize; 3], fn(&mut T, [usize; 3])),
+    /// Rows of a covariance of the load parameters; not written where there is none.
+    LoadCovariance(fn(&mut T) -> &mut Option<LoadCovariance>),
     /// A text of at least one character; empty where it is not given.
     Text(fn(&mut T) -> &mut String),
     /// A table within the table.
@@ -156,6 +159,14 @@ impl<T> Key<T> {
         Self::new(name, Field::ThreeWords(words, get, set), meaning)
     }
 
+    pub const fn load_covariance(
+        name: &'static str,
+        at: fn(&mut T) -> &mut Option<LoadCovariance>,
+        meaning: &'static str,
+    ) -> Self {
+        Self::new(name, Field::LoadCovariance(at), meaning)
+    }
+
     pub const fn text(
         name: &'static str,
         at: fn(&mut T) -> &mut String,
@@ -239,6 +250,9 @@ impl<T> Field<T> {
             Self::Switch(_) => quoted(SWITCH),
             Self::Word(words, ..) | Self::OwnWord { words, .. } => quoted(words),
             Self::ThreeWords(words, ..) => format!("three of {}", quoted(words)),
+            Self::LoadCovariance(_) => {
+                format!("{LOAD_PARAMETERS} rows of {LOAD_PARAMETERS} numbers, a covariance")
+            }
             Self::Text(_) => "a text".to_owned(),
             Self::Table(_) => "a table".to_owned(),
             Self::Own { allowed, .. } => (*allowed).to_owned(),

@@ -9,7 +9,7 @@
 //! | `source` | a text as a tree of values with their places |
 //! | `key`, `range`, `units` | declarations of keys |
 //! | `reader`, `fields` | problems; values of a table by its declarations |
-//! | `terrain`, `robot`, `contact`, `drive`, `estimators`, `sensors`, `sections` | the sections of a scene and their keys |
+//! | `terrain`, `robot`, `contact`, `drive`, `control`, `estimators`, `sensors`, `sections` | the sections of a scene and their keys |
 //! | `overrides`, `load`, `checks`, `explicit_step` | from a file and overrides to a checked [`Scene`] |
 //! | `log` | descriptions of recorded logs |
 //! | `write`, `reference` | the resolved scene; all keys |
@@ -18,6 +18,7 @@
 mod checks;
 mod conflict;
 mod contact;
+mod control;
 mod drive;
 mod error;
 mod estimators;
@@ -45,6 +46,7 @@ mod source;
 mod suggest;
 mod terrain;
 mod units;
+mod wheels;
 mod write;
 
 pub use error::{Problem, SceneError};
@@ -54,12 +56,13 @@ pub use log::{
     ChannelChoice, ImuChoice, InclinationSource, LogChoice, LogEstimator, Mapping,
     NeedsContactAngles, READINGS, ReadingChoice, UnknownEstimator, log_reference,
 };
-pub use model_error::{ModelError, ModelErrorTooLarge};
+pub use model_error::{ModelError, ModelErrorTooLarge, NominalRobot, simulated_weighing};
 pub use name::from_stem;
 pub use plant_failure::PlantFailure;
 pub use reference::{KeyReference, reference};
+pub use robhaz_control::ControlKind;
 pub use robhaz_sim::EngineKind;
 pub use robhaz_sim::sensors::{Grade, SensorSpec};
 pub use robot::RobotChoice;
-pub use scene::{EngineChoice, RecordChoice, Scene, SensorChoice};
+pub use scene::{ControlChoice, EngineChoice, RecordChoice, Scene, SensorChoice};
 pub use terrain::{TerrainChoice, Track};

@@ -8,7 +8,8 @@ use crate::scene::{Scene, SensorChoice};
 use crate::sections::{IGNORED, SECTIONS, TOP};
 use crate::source::{Node, Source};
 use crate::{
-    checks, contact, drive, estimators, file, name, overrides, robot, seed, sensors, terrain,
+    checks, contact, control, drive, estimators, file, name, overrides, robot, seed, sensors,
+    terrain,
 };
 use std::path::Path;
 
@@ -80,6 +81,8 @@ fn read(reader: &mut Reader, root: &Node, source_name: &str) -> Scene {
         }
     }
     scene.drive.scalings = drive::read_scalings(reader, root);
+    scene.control.friction_test = control::read_friction_test(reader, root);
+    scene.control.estimator = control::read_estimator(reader, root, &scene);
     checks::check(reader, root, &scene);
     scene
 }

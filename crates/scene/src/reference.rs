@@ -6,7 +6,8 @@ use crate::reader::join;
 use crate::scene::Scene;
 use crate::sections::{SECTIONS, TOP};
 use crate::terrain::{self, Parameters, Visitor};
-use crate::{drive, estimators, robot, robot_keys, write};
+use crate::{control, drive, estimators, robot, robot_keys, write};
+use robhaz_control::FrictionTestPlan;
 use std::sync::LazyLock;
 
 /// A key of scene files.
@@ -52,6 +53,9 @@ pub fn reference() -> Vec<KeyReference> {
         if section.name == drive::PATH {
             let mut scaling = drive::NO_SCALING;
             list(&mut rows, drive::SCALINGS, &mut scaling, "drive.scaling[]");
+            let mut plan = FrictionTestPlan::default();
+            let path = control::FRICTION_TEST_PATH;
+            list(&mut rows, control::FRICTION_TESTS, &mut plan, path);
         }
     }
     let mut keys = estimators::Keys::of(&estimators::settings(0));
@@ -99,6 +103,7 @@ fn row<T>(key: &Key<T>, defaults: &mut T, path: String) -> KeyReference {
             Field::Own { default, .. } | Field::OwnWord { default, .. } => (*default).to_owned(),
             // Computed from other keys of the same table.
             Field::ThreePoints(..) => "mean of own pins and axles".to_owned(),
+            Field::Point(..) => "from body_cg and wheelbase".to_owned(),
             Field::Number(_, at) => short(*at(defaults)),
             Field::Count(_, get, _) => get(defaults).to_string(),
             Field::Switch(at) => SWITCH[usize::from(*at(defaults))].to_owned(),

@@ -4,11 +4,13 @@ use crate::error::Problem;
 use crate::file;
 use crate::key::{Key, quoted};
 use crate::reader::{Reader, join};
-use crate::robot_keys::{GEOMETRY, LINK_CG, MASSES};
+use crate::robot_keys::{
+    BODY_LOWER, BODY_UPPER, GEOMETRY, HALF_WIDTH, LINK_CG, MASSES, OUTLINE_PATH,
+};
 use crate::source::{Entry, Node, Origin, Source, Value};
 use crate::suggest::nearest;
 use robhaz_model::{
-    Bar, Geometry, GeometryError, MassSet, Pin, PinStop, Robot, StanceError, mean_link_cgs,
+    Bar, Geometry, GeometryError, MassSet, Outline, Pin, PinStop, Robot, StanceError, mean_link_cgs,
 };
 use std::path::Path;
 
@@ -324,6 +326,7 @@ fn read_geometry(reader: &mut Reader, node: &Node, path: &str) -> Option<Geometr
     if node.get(LINK_CG).is_none() {
         geometry.link_cg = mean_link_cgs(&geometry.axles, &geometry.carriers, &geometry.pins);
     }
+    complete_outline(&mut geometry, node);
     if let Err((key, message)) = check(&geometry) {
         let at = node.find(key).unwrap_or(node);
         let message = format!("found {}, but {message}", at.origin.found());
@@ -331,6 +334,22 @@ fn read_geometry(reader: &mut Reader, node: &Node, path: &str) -> Option<Geometr
         return None;
     }
     Some(geometry)
+}
+
+/// Keys of the outline that are not given follow from the other keys.
+fn complete_outline(geometry: &mut Geometry, node: &Node) {
+    let derived = Outline::derived(&geometry.axles, geometry.body_cg);
+    let outline = &mut geometry.outline;
+    let is_given = |key: &str| node.find(&join(OUTLINE_PATH, key)).is_some();
+    if !is_given(BODY_LOWER) {
+        outline.body_lower = derived.body_lower;
+    }
+    if !is_given(BODY_UPPER) {
+        outline.body_upper = derived.body_upper;
+    }
+    if !is_given(HALF_WIDTH) {
+        outline.half_width = derived.half_width;
+    }
 }
 
 /// The key at fault and why.
@@ -345,6 +364,12 @@ fn check(geometry: &Geometry) -> Result<(), (&'static str, String)> {
             GeometryError::Stop => "stop",
         };
         return Err((key, error.to_string()));
+    }
+    let outline = &geometry.outline;
+    if !(outline.body_upper.x > outline.body_lower.x && outline.body_upper.y > outline.body_lower.y)
+    {
+        let message = "the upper front corner of the body's box must be ahead of its lower rear corner and above it";
+        return Err((OUTLINE_PATH, message.to_owned()));
     }
     let radius = geometry.wheel_radius;
     if geometry.axles.iter().any(|a| (a.y - radius).abs() > LEVEL) {

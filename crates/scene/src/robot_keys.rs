@@ -60,6 +60,11 @@ pub(crate) const GEOMETRY: &[Key<Geometry>] = &[
     ),
     Key::<Geometry>::table("pins", PINS, "positions of the four pins").required(),
     Key::<Geometry>::table("stop", STOP, "end stops of pin Q, on theta_1 - theta_2"),
+    Key::<Geometry>::table(
+        OUTLINE_PATH,
+        OUTLINE,
+        "outline of body and links, for their clearance to the ground; it carries no force",
+    ),
 ];
 
 /// An optional key: by default it follows from the other keys.
@@ -98,6 +103,37 @@ const PINS: &[Key<Geometry>] = &[
         "between link 3 and body",
     )
     .required(),
+];
+
+/// An optional table: by default it follows from the other keys.
+pub(crate) const OUTLINE_PATH: &str = "outline";
+/// Names of its keys.
+pub(crate) const BODY_LOWER: &str = "body_lower";
+pub(crate) const BODY_UPPER: &str = "body_upper";
+pub(crate) const HALF_WIDTH: &str = "half_width";
+
+const OUTLINE: &[Key<Geometry>] = &[
+    Key::<Geometry>::point(
+        BODY_LOWER,
+        LENGTH,
+        at_least(-FARTHEST).at_most(FARTHEST),
+        |g| &mut g.outline.body_lower,
+        "lower rear corner of the body's box; by default 1/3 of the wheelbase behind body_cg and 0.117 of it below",
+    ),
+    Key::<Geometry>::point(
+        BODY_UPPER,
+        LENGTH,
+        at_least(-FARTHEST).at_most(FARTHEST),
+        |g| &mut g.outline.body_upper,
+        "upper front corner of the body's box; by default as far ahead of body_cg and above it",
+    ),
+    Key::<Geometry>::number(
+        HALF_WIDTH,
+        LENGTH,
+        at_least(0.0).at_most(FARTHEST),
+        |g| &mut g.outline.half_width,
+        "half of the width of links, and wall about the body's box and pins; by default 0.025 of the wheelbase",
+    ),
 ];
 
 const STOP: &[Key<Geometry>] = &[

@@ -1,9 +1,10 @@
 //! A scene with every choice made: the result of reading a scene file.
 
 use crate::estimators::{self, EstimatorChoice};
-use crate::model_error::{ModelError, ModelErrorTooLarge};
+use crate::model_error::{ModelError, ModelErrorTooLarge, NominalRobot};
 use crate::robot::RobotChoice;
 use crate::terrain::TerrainChoice;
+use robhaz_control::{ControlKind, ControlSettings, FrictionTestPlan};
 use robhaz_estimator::{EstimatorSettings, NoiseBudget};
 use robhaz_model::Robot;
 use robhaz_sim::contact::ContactLaw;
@@ -35,6 +36,8 @@ pub struct Scene {
     pub rolling: RollingResistance,
     /// `[drive]`, eq. (2)
     pub drive: Drive,
+    /// `[drive]`: control of the wheels
+    pub control: ControlChoice,
     /// `[sensors]`
     pub sensors: SensorChoice,
     /// `[model_error]`: differences between the nominal robot and the simulated one.
@@ -56,6 +59,17 @@ pub struct SensorChoice {
     pub spec: SensorSpec,
     /// Samples a second, Hz; a whole multiple of the record's rate.
     pub rate: f64,
+}
+
+/// The control of the wheels.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ControlChoice {
+    /// Kind of control.
+    pub kind: ControlKind,
+    /// Name of the estimator that the control gets, among [`Scene::estimators`]. Always there for a closed loop.
+    pub estimator: Option<String>,
+    /// What the kind `friction-test` does.
+    pub friction_test: FrictionTestPlan,
 }
 
 /// The engine that computes the truth.
@@ -152,6 +166,7 @@ impl Default for Scene {
             friction: FrictionLaw::default(),
             rolling: RollingResistance::default(),
             drive: Drive::default(),
+            control: ControlChoice::default(),
             sensors: SensorChoice::default(),
             model_error: ModelError::default(),
             estimators: estimators::defaults(),
@@ -208,6 +223,13 @@ impl Scene {
         let mut warnings: Vec<String> = parts.iter().filter_map(overshoot).collect();
         let scalings = self.drive.scalings.iter().enumerate();
         warnings.extend(scalings.filter_map(|(i, s)| self.warning_of_scaling(i, s)));
+        let planned = self.control.friction_test != FrictionTestPlan::default();
+        if planned && self.control.kind != ControlKind::FrictionTest {
+            let kind = ControlKind::FrictionTest.name();
+            warnings.push(format!(
+                "drive.friction_test has no effect without drive.kind = \"{kind}\""
+            ));
+        }
         warnings
     }
 
@@ -239,27 +261,70 @@ impl Scene {
     /// # Errors
     /// [`ModelErrorTooLarge`] when `[model_error]` draws an invalid robot. Scenes that were read from files are checked.
     pub fn nominal_robot(&self) -> Result<Robot, ModelErrorTooLarge> {
-        self.model_error.nominal_robot(&self.robot.robot, self.seed)
+        Ok(self.nominal()?.robot)
+    }
+
+    fn nominal(&self) -> Result<NominalRobot, ModelErrorTooLarge> {
+        self.model_error.nominal(&self.robot.robot, self.seed)
+    }
+
+    /// The estimator that the control gets, as an index of [`Scene::estimators`]. `None` for a control without readings.
+    pub fn control_estimator(&self) -> Option<usize> {
+        let name = self.control.estimator.as_deref()?;
+        let closed = self.control.kind.is_closed_loop();
+        let place = self.estimators.iter().position(|e| e.name == name);
+        place.filter(|_| closed)
+    }
+
+    /// What the control is designed for: the nominal robot and the gains of the drives.
+    ///
+    /// # Errors
+    /// As [`Scene::nominal_robot`].
+    pub fn control_settings(&self) -> Result<ControlSettings, ModelErrorTooLarge> {
+        let drive = &self.drive;
+        Ok(ControlSettings {
+            kind: self.control.kind,
+            robot: self.nominal_robot()?,
+            viscous_damping: self.model_error.nominal_damping(drive.viscous_damping),
+            kp: drive.kp,
+            ki: drive.ki,
+            torque_limit: drive.torque_limit,
+            tracking_time: drive.tracking_time,
+            friction_test: self.control.friction_test,
+        })
     }
 
     /// The settings of an estimator with the nominal damping and the noise budget.
-    pub fn nominal_settings(&self, estimator: &EstimatorChoice) -> EstimatorSettings {
+    ///
+    /// # Errors
+    /// As [`Scene::nominal_robot`].
+    pub fn nominal_settings(
+        &self,
+        estimator: &EstimatorChoice,
+    ) -> Result<EstimatorSettings, ModelErrorTooLarge> {
         let settings = estimator.settings;
-        EstimatorSettings {
+        Ok(EstimatorSettings {
             viscous_damping: self.model_error.nominal_damping(settings.viscous_damping),
             compression: self
                 .contact
                 .static_penetration(self.robot.robot.mean_wheel_load()),
-            budget: self.noise_budget(),
+            budget: self.noise_budget()?,
             ..settings
-        }
+        })
     }
 
     /// The noise budget from the sensors' data sheets and the drawings' tolerances. No data sheet states the gear
-    /// friction: it keeps the prior of [`NoiseBudget::typical`].
-    pub fn noise_budget(&self) -> NoiseBudget {
+    /// friction: it keeps the prior of [`NoiseBudget::typical`]. A weighing replaces the drawings' tolerances.
+    ///
+    /// # Errors
+    /// As [`Scene::nominal_robot`].
+    pub fn noise_budget(&self) -> Result<NoiseBudget, ModelErrorTooLarge> {
         let (spec, model) = (&self.sensors.spec, &self.model_error);
-        NoiseBudget {
+        let (body_cg, link_mass, load_covariance) = match model.scales > 0.0 {
+            true => (0.0, 0.0, self.nominal()?.loads),
+            false => (model.body_cg, model.link_masses, None),
+        };
+        Ok(NoiseBudget {
             encoder_counts: spec.encoder_counts,
             jitter: spec.jitter,
             torque_noise: spec.torque_noise,
@@ -273,10 +338,11 @@ impl Scene {
             rate_walk: spec.rate_walk,
             contact_angle: spec.contact_angle_error,
             contact_angle_time: spec.contact_angle_time,
-            body_cg: model.body_cg,
-            link_mass: model.link_masses,
+            body_cg,
+            link_mass,
+            load_covariance,
             ..NoiseBudget::typical()
-        }
+        })
     }
 
     /// Sensor samples between two records.

@@ -6,7 +6,7 @@ use crate::key::{Key, Words};
 use crate::range::{above, at_least};
 use crate::scene::Scene;
 use crate::source::{Node, Value};
-use crate::units::{ANGLE, ANGULAR_RATE, FREQUENCY, LENGTH, NONE, RATE_WALK, TIME, TORQUE};
+use crate::units::{ANGLE, ANGULAR_RATE, FORCE, FREQUENCY, LENGTH, NONE, RATE_WALK, TIME, TORQUE};
 use robhaz_sim::sensors::Grade;
 
 /// Name of the section of the sensors.
@@ -220,6 +220,13 @@ pub(crate) const MODEL_ERROR: &[Key<Scene>] = &[
         above(-1.0).at_most(10.0),
         |s| &mut s.model_error.wheel_radius,
         "relative error of the wheels' radius",
+    ),
+    Key::number(
+        "scales",
+        FORCE,
+        at_least(0.0).at_most(1e3),
+        |s| &mut s.model_error.scales,
+        "standard deviation of scales on which the simulated robot is weighed in six postures, which corrects the nominal one (weighing.md); 0: not weighed",
     ),
 ];
 

@@ -1,5 +1,6 @@
 //! The resolved scene as a file: every choice with its unit.
 
+use crate::control;
 use crate::drive;
 use crate::estimators;
 use crate::key::{Field, Key, SWITCH};
@@ -8,6 +9,9 @@ use crate::robot_keys;
 use crate::scene::Scene;
 use crate::sections::{IGNORED, SECTIONS};
 use crate::terrain::{self, Column, Parameters, Track, Visitor};
+use crate::wheels::WHEELS;
+use robhaz_control::FrictionTestPlan;
+use robhaz_estimator::statics::{LOAD_PARAMETERS, LoadCovariance};
 use robhaz_model::Vec2;
 use robhaz_terrain::{Bump, Profile};
 use std::fmt::Write;
@@ -36,6 +40,10 @@ impl Scene {
             out.head(&format!("[{}]", section.name), section.meaning);
             out.table(section.keys, &mut scene, section.name);
             if section.name == drive::PATH {
+                if let Some(estimator) = &self.control.estimator {
+                    out.key(control::ESTIMATOR_NAME, &text(estimator), "");
+                }
+                write_friction_test(&mut out, self);
                 write_scalings(&mut out, self);
             }
         }
@@ -149,6 +157,27 @@ fn write_stretches(out: &mut Out, scene: &Scene) {
     }
 }
 
+/// The friction tests, where they are not the default ones.
+fn write_friction_test(out: &mut Out, scene: &Scene) {
+    let mut plan = scene.control.friction_test;
+    if plan == FrictionTestPlan::default() {
+        return;
+    }
+    out.head(&format!("[{}]", control::FRICTION_TEST_PATH), "");
+    let wheels: Vec<String> = plan
+        .wheels
+        .iter()
+        .flatten()
+        .map(|i| (i + 1).to_string())
+        .collect();
+    out.key(WHEELS, &format!("[{}]", wheels.join(", ")), "");
+    out.table(
+        control::FRICTION_TESTS,
+        &mut plan,
+        control::FRICTION_TEST_PATH,
+    );
+}
+
 fn write_scalings(out: &mut Out, scene: &Scene) {
     for scaling in &scene.drive.scalings {
         let mut scaling = *scaling;
@@ -252,6 +281,7 @@ pub(crate) fn value<T>(field: &Field<T>, of: &mut T) -> Option<String> {
         Field::Switch(at) => text(SWITCH[usize::from(*at(of))]),
         Field::Word(words, get, _) => text(words[get(of)]),
         Field::ThreeWords(words, get, _) => array(get(of).map(|i| text(words[i]))),
+        Field::LoadCovariance(at) => covariance((*at(of))?),
         Field::Text(at) => text(at(of)),
         Field::Table(_) | Field::Own { .. } | Field::OwnWord { .. } => return None,
     })
@@ -260,6 +290,12 @@ pub(crate) fn value<T>(field: &Field<T>, of: &mut T) -> Option<String> {
 /// The shortest decimal that reads back as the same bits.
 fn number(value: f64) -> String {
     format!("{value:?}")
+}
+
+/// Rows of numbers, one a line.
+fn covariance(covariance: LoadCovariance) -> String {
+    let row = |row: [f64; LOAD_PARAMETERS]| format!("  [{}]", row.map(number).join(", "));
+    format!("[\n{}\n]", covariance.rows().map(row).join(",\n"))
 }
 
 fn point(point: Vec2) -> String {

@@ -94,7 +94,7 @@ fn unknown_keys_and_sections() {
     one(
         "[drive]\nkp = 3\ntorqe_limit = 3",
         "x.toml:3: drive.torqe_limit: unknown key, allowed: speed, kp, ki, torque_limit, tracking_time, \
-         viscous_damping, gear_friction, start_time, ramp_time, scaling; did you mean torque_limit?",
+         viscous_damping, gear_friction, start_time, ramp_time, kind, estimator, scaling; did you mean torque_limit?",
     );
     one(
         "[drives]\nkp = 3",
@@ -317,6 +317,58 @@ fn stiff_friction_is_refused_with_its_limit() {
 }
 
 /// Scalings of the set speed: wheels and times that do not exist, and times of one wheel that overlap.
+/// A control needs an estimator that the scene has, one set speed, and gains that its samples bear.
+#[test]
+fn wrong_controls_are_refused() {
+    one(
+        "drive.kind = 'shred'",
+        "x.toml:1: drive.kind: found 'shred', allowed: \"speed\", \"shared\"; did you mean \"shared\"?",
+    );
+    one(
+        "estimator = []\ndrive.kind = 'shared'",
+        "x.toml:2: drive.kind: found 'shared', allowed: \"speed\" without one of the estimators \"no-angles\", \"best\"; \
+         or drive.estimator: one of the scene's estimators, which has none",
+    );
+    one(
+        "drive.estimator = 'bset'",
+        "x.toml:1: drive.estimator: found 'bset', allowed: \"paper-body\", \"paper-wheels\", \"true-mass\", \"best\", \
+         \"no-angles\"; did you mean \"best\"?",
+    );
+    one(
+        "[drive]\nkind = 'shared'\n[[drive.scaling]]\nwheels = [1]\nfrom = 1\nto = 5\nfactor = 2",
+        "x.toml:3: drive.scaling: found drive.scaling = 1 and drive.kind = \"shared\", allowed: no [[drive.scaling]]: \
+         one speed control has one set speed for all wheels",
+    );
+    one(
+        "[drive]\nkind = 'shared'\nkp = 10.2",
+        "x.toml:3: drive.kp: found drive.kp = 10.2 and sensors.rate = 1000 and drive.kind = \"shared\", \
+         allowed: drive.kp at most 10.11, what the inertia of a wheel in the air bears at this rate",
+    );
+    one(
+        "[drive]\nkind = 'shared'\nki = 200",
+        "x.toml:3: drive.ki: found drive.ki = 200 and sensors.rate = 1000 and drive.kind = \"shared\", \
+         allowed: drive.ki at most 192.3, what drive.kp damps at this rate",
+    );
+}
+
+/// The control gets the estimator without contact angles, else `best`, else the one that is named.
+#[test]
+fn a_control_finds_its_estimator() {
+    let estimator = |text: &str| {
+        let scene = Scene::parse(text, "x.toml", Path::new(""), &[]).unwrap();
+        let index = scene.control_estimator();
+        index.map(|k| scene.estimators[k].name.clone())
+    };
+    assert_eq!(estimator(""), None);
+    assert_eq!(estimator("drive.estimator = 'best'"), None);
+    let found = estimator("drive.kind = 'shared'");
+    assert_eq!(found.as_deref(), Some("no-angles"));
+    let found = estimator("drive.kind = 'shared'\n[[estimator]]\nname = 'best'");
+    assert_eq!(found.as_deref(), Some("best"));
+    let found = estimator("[drive]\nkind = 'shared'\nestimator = 'true-mass'");
+    assert_eq!(found.as_deref(), Some("true-mass"));
+}
+
 #[test]
 fn wrong_scalings_are_refused() {
     let scaling = |keys: &str| format!("[[drive.scaling]]\n{keys}\n");

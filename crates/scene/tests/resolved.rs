@@ -56,6 +56,8 @@ fn choices_of_every_kind_come_back() {
             "robot.mass.links.0='1.9 kg'",
         ],
         vec!["terrain.kind=flat"],
+        vec!["drive.kind=shared"],
+        vec!["drive.kind=shared", "drive.estimator=true-mass"],
         vec![
             "terrain.kind=bumps",
             "terrain.bumps=[{height=0.1, centre=1, width=0.3}, {height=-0.1, centre=3, width=1}]",

@@ -92,6 +92,7 @@ impl GroundErrors {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use robhaz_estimator::FrictionBounds;
 
     /// Closed form: errors of 3 and 4 mm with deviations of 1 and 3 mm; one of the points is on a riser.
     #[test]
@@ -102,6 +103,7 @@ mod tests {
             height,
             sigma_height,
             slope: 0.1,
+            friction: FrictionBounds::default(),
             sigma_slope: 0.2,
             section: 0,
         };

@@ -1,6 +1,7 @@
 //! The drive of a wheel: eq. (2) with separate inertias of wheel and rotor, losses in the gear, and speed control.
 
 use crate::scaling::{SpeedScaling, quintic, ramp};
+use robhaz_model::WheelCommand;
 
 /// Speed control and losses of the three drives.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,6 +26,15 @@ pub struct Drive {
     pub ramp_time: f64,
     /// Times in which single wheels have another set speed. Those of one wheel do not overlap.
     pub scalings: Vec<SpeedScaling>,
+}
+
+/// What a drive does at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DriveResponse {
+    /// Motor torque at the wheel, N m.
+    pub torque: f64,
+    /// Rate of the integral of the speed error, rad/s.
+    pub integral_rate: f64,
 }
 
 impl Default for Drive {
@@ -123,6 +133,42 @@ impl Drive {
             error - excess / (self.ki * self.tracking_time)
         } else {
             error
+        }
+    }
+
+    /// What a drive does under a command: `planned` is its planned set speed, `omega` the wheel speed (rad/s), `integral`
+    /// that of the speed error (rad).
+    ///
+    /// Under a torque the integral follows it: `dI/dt = (tau - Ki I)/(Ki T_t)`, the back-calculation of
+    /// [`Self::integral_rate`] with the commanded torque as the limit and without an error.
+    pub fn response(
+        &self,
+        command: WheelCommand,
+        planned: f64,
+        omega: f64,
+        integral: f64,
+    ) -> DriveResponse {
+        let set_speed = match command {
+            WheelCommand::Planned => planned,
+            WheelCommand::Speed(speed) => speed,
+            WheelCommand::Torque(torque) => return self.response_to_torque(torque, integral),
+        };
+        let error = set_speed - omega;
+        DriveResponse {
+            torque: self.torque(error, integral),
+            integral_rate: self.integral_rate(error, integral),
+        }
+    }
+
+    fn response_to_torque(&self, torque: f64, integral: f64) -> DriveResponse {
+        let torque = torque.clamp(-self.torque_limit, self.torque_limit);
+        DriveResponse {
+            torque,
+            integral_rate: if self.ki > 0.0 {
+                (torque - self.ki * integral) / (self.ki * self.tracking_time)
+            } else {
+                0.0
+            },
         }
     }
 
@@ -324,6 +370,33 @@ mod tests {
         assert_eq!(soft.integral_rate(3.0, 0.0).to_bits(), 3.0_f64.to_bits());
         let rate = Drive::default().integral_rate(0.3, 0.1);
         assert_eq!(rate.to_bits(), 0.3_f64.to_bits());
+    }
+
+    /// Equivalence and closed form: planned and commanded set speeds give the bits of the PI control; under a torque the
+    /// integral approaches tau/Ki with exp(-t/T_t), so that a set speed at the wheel's speed then begins at this torque.
+    #[test]
+    fn commands_reach_the_drive() {
+        let drive = Drive::default();
+        let planned = drive.response(WheelCommand::Planned, 2.0, 1.7, 0.01);
+        let speed = drive.response(WheelCommand::Speed(2.0), 9.0, 1.7, 0.01);
+        assert_eq!(planned, speed);
+        assert_eq!(
+            planned.torque.to_bits(),
+            drive.torque(2.0 - 1.7, 0.01).to_bits()
+        );
+        let mut integral = 0.02;
+        for step in 1..=4000 {
+            let rate = |i: f64| drive.response(WheelCommand::Torque(3.0), 2.0, 1.7, i);
+            assert!((rate(integral).torque - 3.0).abs() < 1e-15);
+            let half = integral + 0.5e-4 * rate(integral).integral_rate;
+            integral += 1e-4 * rate(half).integral_rate;
+            let expected = 0.06 - 0.04 * (-1e-4 * f64::from(step) / drive.tracking_time).exp();
+            // Midpoint rule: (1e-4/0.1)^2 of the change.
+            assert!((integral - expected).abs() < 1e-7, "{integral} {expected}");
+        }
+        assert!((drive.torque(0.0, integral) - 3.0).abs() < 1e-12);
+        let beyond = drive.response(WheelCommand::Torque(-99.0), 2.0, 1.7, 0.0);
+        assert!((beyond.torque + drive.torque_limit).abs() < 1e-15);
     }
 
     /// Speed of a free wheel with 0.5 N m of gear friction and no damping, after `steps` steps of `dt` (s) from 2

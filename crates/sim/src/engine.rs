@@ -3,11 +3,15 @@
 use crate::balance::Balance;
 use crate::error::PlantError;
 use crate::truth::Truth;
+use robhaz_model::WheelCommand;
 
 /// An engine: it integrates the motion and evaluates the truth once per period.
 pub(crate) trait Engine {
     /// Mean integration step since the start, s.
     fn mean_step(&self) -> f64;
+
+    /// Sets the commands of the wheels from the next instant on.
+    fn command(&mut self, commands: [WheelCommand; 3]);
 
     /// Writes the truth at the current time to `instant`. The simulation then advances by one period. A return value
     /// would be copied several times, and it has 1.1 kB.

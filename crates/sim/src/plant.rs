@@ -9,7 +9,7 @@ use crate::rapier::RapierEngine;
 use crate::setup::{EngineKind, PlantSetup};
 use crate::start::Start;
 use crate::truth::Truth;
-use robhaz_model::{Bar, Robot};
+use robhaz_model::{Bar, Robot, WheelCommand};
 
 /// A running simulation.
 pub struct Plant {
@@ -47,6 +47,12 @@ impl Plant {
     /// Impulse and work up to the last truth; `None` if [`PlantSetup::balance`] is not set.
     pub fn balance(&self) -> Option<&Balance> {
         self.has_balance.then_some(&self.instant.balance)
+    }
+
+    /// Sets the commands of the wheels. They act from the time of the next truth on and are held until others do. The
+    /// motor torques of that truth are already theirs. Without any command the drives follow their plan.
+    pub fn command(&mut self, commands: [WheelCommand; 3]) {
+        self.engine.command(commands);
     }
 
     /// Mean integration step since the start, s.

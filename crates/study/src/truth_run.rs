@@ -1,8 +1,9 @@
 //! The truth of a scene at every sample of its sensors.
 
+use robhaz_run::{DrivenPlant, StartError};
 use robhaz_scene::{PlantFailure, Scene};
 use robhaz_score::{Compared, Inclusion, Rule};
-use robhaz_sim::{Plant, Truth};
+use robhaz_sim::Truth;
 
 /// Why a scene cannot be studied.
 #[derive(Debug, thiserror::Error)]
@@ -15,6 +16,9 @@ pub enum TruthRunError {
         /// Samples of the scene's sensors.
         found: u64,
     },
+    /// The simulation cannot start.
+    #[error(transparent)]
+    Start(#[from] StartError),
     /// The simulation left its range of validity.
     #[error("the simulation stopped")]
     Plant(#[from] PlantFailure),
@@ -40,7 +44,9 @@ pub(crate) fn rule(scene: &Scene) -> Rule {
 /// Largest number of samples of a run, about 0.5 GB.
 pub const MOST_SAMPLES: u64 = 500_000;
 
-/// The truth at every sample of a scene's sensors, kept in memory. It does not depend on sensor noise: one run serves all seeds.
+/// The truth at every sample of a scene's sensors, kept in memory. One run serves all seeds: without a
+/// control that takes readings it does not depend on sensor noise; with one it is the run of the scene's own seed, which
+/// other seeds observe without driving.
 #[derive(Clone, Debug)]
 pub struct TruthRun {
     truth: Vec<Truth>,
@@ -57,7 +63,7 @@ impl TruthRun {
         if found > MOST_SAMPLES {
             return Err(TruthRunError::TooLong { found });
         }
-        let mut plant = Plant::new(&scene.plant_setup()).map_err(PlantFailure::from)?;
+        let mut plant = DrivenPlant::new(scene, &scene.plant_setup())?;
         let truth: Vec<Truth> = (0..found)
             .map(|_| plant.next_truth())
             .collect::<Result<_, _>>()

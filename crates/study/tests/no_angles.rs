@@ -278,13 +278,17 @@ fn measure(case: &Case, drive: (&str, &[&str]), seeds: u64) -> (f64, f64) {
     let error = 100.0 * mean(&|s| s.score.at_one_contact().nrmse());
     let inside = 100.0 * mean(&|s| s.score.at_one_contact().coverage());
     println!(
-        "| {} | {} | {error:.2} | {:.2} | {inside:.1} | {:.2} | {:.2} | {:.2} |",
+        "| {} | {} | {error:.2} | {:.2} | {inside:.1} | {:.2} | {:.2} | {:.2} | {:.2} | {:.1} | {:.0} | {:.2} |",
         case.name,
         drive.0,
         100.0 * mean(&|s| s.score.at_one_contact().stated()),
         mean(&|s| s.score.at_one_contact().nees()),
         mean(&|s| Some(s.score.at_one_contact().traction()?.rmse_all)),
         mean(&|s| Some(s.angle)).sqrt().to_degrees(),
+        100.0 * mean(&|s| s.score.nrmse()),
+        100.0 * mean(&|s| s.score.coverage()),
+        mean(&|s| s.score.nees()),
+        mean(&|s| Some(s.score.traction()?.rmse_all)),
     );
     (error, inside)
 }
@@ -308,9 +312,9 @@ fn errors_without_contact_angles() {
 #[ignore = "a study of some minutes"]
 fn study_of_all() {
     println!(
-        "| case | drive | N, % | stated, % | within two sigma, % | NEES | T, N | angle, deg |"
+        "| case | drive | N, % | stated, % | within two sigma, % | NEES | T, N | angle, deg | all: N, % | within, % | NEES | T, N |"
     );
-    println!("|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
     let words = std::env::var("ROBHAZ_CASES").unwrap_or_default();
     for case in CASES {
         if words.split(',').any(|word| case.name.contains(word)) {

@@ -14,6 +14,8 @@ pub use agreement::{Agreement, agreement, impulse_difference};
 pub use balance::{Energy, energy, momentum_error};
 pub use run::{MOST_RECORDS, Run, VerifyError, truth_of};
 
+use robhaz_model::Bar;
+use robhaz_run::TruthClearance;
 use robhaz_scene::{EngineKind, PlantFailure, Scene};
 use robhaz_sim::Truth;
 
@@ -162,6 +164,11 @@ fn alone(scene: &Scene, run: &Run, has_corners: bool) -> Vec<Verdict> {
     }
     let gap = truth.iter().map(|t| t.loop_error).fold(0.0, f64::max);
     let beyond = beyond_the_laws(scene, truth);
+    let mut meter = TruthClearance::of(scene);
+    let clearances = truth.iter().map(|t| meter.at(t).least());
+    let (bar, clearance) = clearances.fold((Bar::Body, f64::INFINITY), |least, found| {
+        if found.1 < least.1 { found } else { least }
+    });
     let allowed_energy = if has_corners || leaves_the_ground(run) {
         ENERGY_OF_IMPACTS
     } else {
@@ -174,6 +181,11 @@ fn alone(scene: &Scene, run: &Run, has_corners: bool) -> Vec<Verdict> {
             gap_allowed(scene.engine.kind),
             "m",
         ),
+        Verdict {
+            check: format!("{engine}: body and links clear of the ground"),
+            finding: format!("at least {:.0} mm, {}", 1e3 * clearance, bar.name()),
+            outcome: outcome(clearance > 0.0),
+        },
         Verdict {
             check: format!("{engine}: N >= 0, |T| <= mu_s N"),
             finding: format!("{beyond} of {} records outside", truth.len()),

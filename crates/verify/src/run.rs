@@ -1,7 +1,8 @@
 //! A run of a scene, kept in memory.
 
+use robhaz_run::{DrivenPlant, StartError};
 use robhaz_scene::{PlantFailure, Scene};
-use robhaz_sim::{Balance, Plant, PlantError, Truth};
+use robhaz_sim::{Balance, PlantError, Truth};
 
 /// Largest number of records of a run that is verified. A record with its balance has 1.1 kB, and two runs are in
 /// memory at once.
@@ -20,7 +21,7 @@ pub enum VerifyError {
     },
     /// The robot cannot stand at its start. There is no run to judge.
     #[error(transparent)]
-    Start(PlantFailure),
+    Start(StartError),
     /// A run stopped before its end, but the whole run is needed.
     #[error("the run of engine {engine} stopped")]
     Stopped {
@@ -52,7 +53,7 @@ impl Run {
         if found > MOST_RECORDS {
             return Err(VerifyError::TooLong { found });
         }
-        let mut plant = plant(scene)?;
+        let mut plant = Records::of(scene)?;
         let mut run = Self {
             truth: Vec::new(),
             balance: Vec::new(),
@@ -78,7 +79,7 @@ impl Run {
     /// # Errors
     /// [`VerifyError::Start`]
     pub fn repeats(&self, scene: &Scene) -> Result<bool, VerifyError> {
-        let mut plant = plant(scene)?;
+        let mut plant = Records::of(scene)?;
         for (truth, balance) in self.truth.iter().zip(&self.balance) {
             if plant.next_truth() != Ok(*truth) || plant.balance() != Some(balance) {
                 return Ok(false);
@@ -90,12 +91,44 @@ impl Run {
     }
 }
 
-/// The plant of a scene, with one period per record, and with impulse and work.
-fn plant(scene: &Scene) -> Result<Plant, VerifyError> {
-    let mut setup = scene.plant_setup();
-    setup.period = 1.0 / scene.record.rate;
-    setup.balance = true;
-    Plant::new(&setup).map_err(|cause| VerifyError::Start(PlantFailure::from(cause)))
+/// The records of a scene, with impulse and work.
+struct Records {
+    plant: DrivenPlant,
+    samples_per_record: u64,
+    started: bool,
+}
+
+impl Records {
+    /// Before the first record. A control that takes readings needs every sample; else a period is a record.
+    fn of(scene: &Scene) -> Result<Self, VerifyError> {
+        let mut setup = scene.plant_setup();
+        setup.balance = true;
+        let mut samples_per_record = scene.samples_per_record();
+        if !scene.control.kind.is_closed_loop() {
+            setup.period = 1.0 / scene.record.rate;
+            samples_per_record = 1;
+        }
+        Ok(Self {
+            plant: DrivenPlant::new(scene, &setup).map_err(VerifyError::Start)?,
+            samples_per_record,
+            started: false,
+        })
+    }
+
+    /// The truth at the next record.
+    fn next_truth(&mut self) -> Result<Truth, PlantError> {
+        if std::mem::replace(&mut self.started, true) {
+            for _ in 1..self.samples_per_record {
+                self.plant.next_truth()?;
+            }
+        }
+        self.plant.next_truth()
+    }
+
+    /// Impulse and work up to the last record.
+    fn balance(&self) -> Option<&Balance> {
+        self.plant.balance()
+    }
 }
 
 /// The truth of a whole scene at each record.

@@ -171,6 +171,7 @@ fn strips<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use robhaz_estimator::FrictionBounds;
 
     /// Closed form: points 10 mm apart are one line, a gap of 50 mm makes two; the bounds are two deviations off.
     #[test]
@@ -181,6 +182,7 @@ mod tests {
             height: 0.1,
             sigma_height: 0.01,
             slope: 0.0,
+            friction: FrictionBounds::default(),
             sigma_slope: 0.0,
             section: 0,
         };

@@ -14,6 +14,7 @@ use rerun::external::re_uri::ProxyUri;
 use rerun::grpc_server::GrpcServerSink;
 use rerun::sink::GrpcSink;
 use robhaz_estimator::{Estimate, EstimateError, SensorFrame};
+use robhaz_model::WheelCommand;
 use robhaz_run::{FeltGround, Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_sim::Truth;
 use std::ffi::OsStr;
@@ -202,6 +203,7 @@ struct Item {
     truth: Option<Truth>,
     sensors: SensorFrame,
     estimates: Vec<Result<Estimate, EstimateError>>,
+    commands: Option<[WheelCommand; 3]>,
     due: Due,
     found: Found,
 }
@@ -266,6 +268,7 @@ impl Feed {
             truth: frame.truth.copied(),
             sensors: *frame.sensors,
             estimates: frame.estimates.to_vec(),
+            commands: frame.commands,
             due,
             found: std::mem::take(&mut self.pending),
         };
@@ -338,10 +341,12 @@ fn show(
         let closed = match items.recv_timeout(rest) {
             Ok(item) => {
                 let frame = Frame {
+                    clearances: None,
                     time: item.time,
                     truth: item.truth.as_ref(),
                     sensors: &item.sensors,
                     estimates: &item.estimates,
+                    commands: item.commands,
                     // The queue has the ground among what was found.
                     ground: FeltGround::default(),
                 };

@@ -6,6 +6,7 @@ use crate::contact::contact_point;
 use crate::plot::{Line, Plot};
 use crate::writer::Writer;
 use robhaz_estimator::{Estimate, EstimateError};
+use robhaz_model::WheelCommand;
 use robhaz_run::{Frame, RunDescription};
 use robhaz_score::{needed_friction, rms_over_wheels};
 use robhaz_sim::friction::{FrictionLaw, Stretch};
@@ -32,6 +33,8 @@ pub(crate) struct Series {
     contact_angle: Plot,
     friction: Plot,
     margin: Plot,
+    /// Commanded torques. `None` without a control that takes readings.
+    commanded: Option<Plot>,
     residual_force: Plot,
     residual_moment: Plot,
     /// By estimator.
@@ -114,6 +117,10 @@ impl Series {
                 "series/slip_margin",
                 of_all_wheels(truth_name, chosen_name, "-"),
             ),
+            commanded: run.takes_commands().then(|| {
+                let lines = of_all_wheels(Some("commanded"), None, "N m");
+                Plot::new("series/commanded_torque", lines)
+            }),
             residual_force: of_chosen(
                 "series/residual/force",
                 ["horizontal force", "vertical force"],
@@ -148,6 +155,14 @@ impl Series {
         let angles = angles.into_iter().flatten().chain(given);
         self.contact_angle.push(time, angles.map(f64::to_degrees));
         self.push_friction(frame, truth);
+        if let Some(commanded) = &mut self.commanded {
+            let torque = |command| match command {
+                WheelCommand::Torque(torque) => torque,
+                // A gap: the drive sets the torque.
+                WheelCommand::Planned | WheelCommand::Speed(_) => f64::NAN,
+            };
+            commanded.push(time, frame.commands.unwrap_or_default().map(torque));
+        }
         self.push_residuals(frame);
     }
 
@@ -168,6 +183,7 @@ impl Series {
             .chain(&mut self.error)
             .chain(self.bands.iter_mut().flatten())
             .chain(whole)
+            .chain(&mut self.commanded)
             .chain(&mut self.parity)
             .try_for_each(|plot| plot.flush(out))
     }

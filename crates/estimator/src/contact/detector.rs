@@ -108,8 +108,12 @@ impl ContactDetector {
         let change = (evidence.load < load) != in_air;
         self.air.update(change, Self::AIR_TIME, dt);
 
+        let mut slip = None;
         match &evidence.rolling {
             Some(rolling) if !self.air.on => {
+                slip = rolling
+                    .slip
+                    .filter(|slip| (slip.beyond_creep + slip.creep).is_finite());
                 self.update_two(rolling, dt);
                 self.update_sliding(rolling.slip.as_ref(), evidence.ratio, dt);
             }
@@ -126,6 +130,7 @@ impl ContactDetector {
                 (false, false) => ContactState::OneContact,
             },
             sliding: self.sliding.on,
+            slip: slip.map_or(0.0, |slip| self.beyond_creep + slip.creep),
         }
     }
 
@@ -229,7 +234,7 @@ mod tests {
     fn states_begin_and_end_after_their_times() {
         let mut detector = ContactDetector::default();
         let normal = rolling(1.0, 0.0, 0.5);
-        let one = |e: ContactEstimate| e == ContactEstimate::default();
+        let one = |e: ContactEstimate| e.state == ContactState::OneContact && !e.sliding;
         assert_eq!(time_until(&mut detector, normal, one), Some(1));
         let air = ContactEvidence {
             rolling: None,
@@ -250,13 +255,32 @@ mod tests {
         assert_eq!(time_until(&mut detector, normal, one), Some(14));
     }
 
+    /// Closed form: the slip is creep and what is beyond it, once the low pass has settled; none in the air.
+    #[test]
+    fn the_slip_is_that_of_the_rim() {
+        let mut detector = ContactDetector::default();
+        for _ in 0..100 {
+            detector.update(&rolling(1.0, 0.03, 0.5), DT);
+        }
+        let found = detector.update(&rolling(1.0, 0.03, 0.5), DT);
+        // exp(-100/4) of the step remains.
+        assert!((found.slip - 0.0375).abs() < 1e-9, "{found:?}");
+        let in_air = ContactEvidence {
+            rolling: None,
+            ..rolling(0.01, 0.0, 0.0)
+        };
+        let found = detector.update(&in_air, DT);
+        assert!(found.slip.abs() < 1e-300);
+    }
+
     /// Between the two thresholds the state stays what it was.
     #[test]
     fn between_its_thresholds_a_state_stays() {
         let between = rolling(0.07, 0.0045, 4.0);
         let mut detector = ContactDetector::default();
         for _ in 0..100 {
-            assert_eq!(detector.update(&between, DT), ContactEstimate::default());
+            let found = detector.update(&between, DT);
+            assert!(!found.sliding && found.state == ContactState::OneContact);
         }
         let on = rolling(1.0, 0.03, 9.0);
         for _ in 0..10 {

@@ -13,10 +13,13 @@ pub enum ContactState {
 }
 
 /// Estimated contact state of a wheel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactEstimate {
     /// How many contacts it has.
     pub state: ContactState,
     /// Whether it slides: its slip is beyond creep. Always `false` in the air.
     pub sliding: bool,
+    /// Slip speed, m/s: the rim's speed less that of the wheel's centre along the ground, positive when the rim outruns the ground.
+    /// Creep counts. 0 in the air, and before the wheel's speed is known.
+    pub slip: f64,
 }

@@ -41,6 +41,20 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         Self { x, p }
     }
 
+    /// Sets a state to a value with a standard deviation, independent of all others. A state of `N` or more changes nothing.
+    pub fn set(&mut self, state: usize, value: f64, sigma: f64) {
+        for (k, row) in self.p.iter_mut().enumerate() {
+            for (j, entry) in row.iter_mut().enumerate() {
+                if k == state || j == state {
+                    *entry = if k == j { sigma * sigma } else { 0.0 };
+                }
+            }
+        }
+        if let Some(x) = self.x.get_mut(state) {
+            *x = value;
+        }
+    }
+
     /// `P h` for a row `h` of a measurement matrix, given by its nonzero entries: pairs of state and value. A state of `N`
     /// or more counts for nothing.
     pub fn covariance_times<const K: usize>(&self, h: &[(usize, f64); K]) -> [f64; N] {
@@ -116,15 +130,15 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         let step = difference * inverse;
         // Products of two entries of one vector: P stays symmetric to the bit.
         let u = ph.map(|value| value * inverse);
-        for i in 0..estimated {
-            self.x[i] += u[i] * step;
-            for j in 0..N {
-                self.p[i][j] -= u[i] * u[j];
+        for ((x, row), ui) in self.x.iter_mut().zip(&mut self.p).zip(&u).take(estimated) {
+            *x += ui * step;
+            for (p, uj) in row.iter_mut().zip(&u) {
+                *p -= ui * uj;
             }
         }
-        for i in estimated..N {
-            for j in 0..estimated {
-                self.p[i][j] -= u[i] * u[j];
+        for (row, ui) in self.p.iter_mut().zip(&u).skip(estimated) {
+            for (p, uj) in row.iter_mut().zip(&u).take(estimated) {
+                *p -= ui * uj;
             }
         }
     }

@@ -1,6 +1,7 @@
 //! The stored points: a ring of cells at equal distances, and the window of those that the wheels can reach.
 
 use super::drift::Between;
+use super::friction::StoredBounds;
 use crate::visit::visit_fields;
 use core::ops::Range;
 
@@ -44,9 +45,11 @@ pub struct Cells {
     /// Which of the cells hold a point.
     known: [bool; CELLS as usize],
     cells: [Cell; CELLS as usize],
+    /// What is known of the friction at each place, stored point or not.
+    friction: [StoredBounds; CELLS as usize],
 }
 
-visit_fields!(Cells: first, last_first, known, cells);
+visit_fields!(Cells: first, last_first, known, cells, friction);
 
 impl Cells {
     /// No points, for a robot of the length (m) from the rear edge of its rear wheel to the front edge of its front wheel.
@@ -63,6 +66,7 @@ impl Cells {
             last_first: 0,
             known: [false; CELLS as usize],
             cells: [Cell::default(); CELLS as usize],
+            friction: [StoredBounds::default(); CELLS as usize],
         }
     }
 
@@ -141,6 +145,9 @@ impl Cells {
             if let Some(known) = self.known.get_mut(Self::slot(number)) {
                 *known = false;
             }
+            if let Some(friction) = self.friction.get_mut(Self::slot(number)) {
+                *friction = StoredBounds::default();
+            }
         }
         self.last_first = self.first;
     }
@@ -181,5 +188,17 @@ impl Cells {
             *place = cell;
             *known = true;
         }
+    }
+
+    /// What is known of the friction at a place in the window, or at one that the last sample left.
+    pub fn friction(&self, number: i64) -> StoredBounds {
+        let slot = Self::slot(number);
+        self.friction.get(slot).copied().unwrap_or_default()
+    }
+
+    /// The same at a place of the window, to be changed.
+    pub fn friction_mut(&mut self, number: i64) -> Option<&mut StoredBounds> {
+        let inside = self.window().contains(&number);
+        self.friction.get_mut(Self::slot(number)).filter(|_| inside)
     }
 }

@@ -26,6 +26,12 @@ const LASTING: f64 = 0.01;
 const LASTING_WALK: f64 = 2e-3;
 /// Random walk of a link angle's error, rad/sqrt(m).
 const TILT_WALK: f64 = 2e-4;
+/// Measurements over which the misfit is averaged: two wheels over about 0.2 m.
+const RECENT: f64 = 40.0;
+/// Greatest contribution of one measurement to the misfit.
+const LARGEST_MISFIT: f64 = 4.0;
+/// Least standard deviation of the direction that passes show, as dy/dx.
+const LEAST_DIRECTION: f64 = 1e-3;
 /// Heights that differ by more standard deviations than this are not of one place.
 const GATE: f64 = 4.0;
 
@@ -51,9 +57,11 @@ pub struct Between {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drift {
     filter: Kalman<COUNT>,
+    /// Mean of the normalised squared innovations of the last [`RECENT`] or so measurements.
+    misfit: f64,
 }
 
-visit_fields!(Drift: filter);
+visit_fields!(Drift: filter, misfit);
 
 /// State of a node.
 fn state_of(node: i64) -> usize {
@@ -75,7 +83,10 @@ impl Drift {
         filter.p[DRIFT][state] = -origin.arm * variance;
         filter.p[state][DRIFT] = -origin.arm * variance;
         filter.p[LASTING_SLOPE][LASTING_SLOPE] = LASTING * LASTING;
-        Self { filter }
+        Self {
+            filter,
+            misfit: 1.0,
+        }
     }
 
     /// Advances along the path by `forward` (m, horizontal, negative backwards) over the length `length` (m). `sigma`: standard
@@ -140,6 +151,20 @@ impl Drift {
         Kalman::<COUNT>::along(&self.filter.x, &h)
     }
 
+    /// That error and its variance.
+    ///
+    /// On even ground the passes agree far better than the stated errors of the velocity let expect. The variance is therefore that of
+    /// the filter times the mean of the normalised squared innovations (the variance factor of adjustment theory, at most 1), plus
+    /// what no pass shows: the common error of the link angles, and a floor.
+    pub fn direction(&self) -> (f64, f64) {
+        let (error, variance) = self.combination(&[(SLOPE, 1.0), (LASTING_SLOPE, 1.0)]);
+        let p = &self.filter.p;
+        let tilt =
+            0.25 * (p[TILT][TILT] + 2.0 * p[TILT][TILT + 1] + p[TILT + 1][TILT + 1]).max(0.0);
+        let least = LEAST_DIRECTION * LEAST_DIRECTION;
+        (error, self.misfit.min(1.0) * variance + tilt + least)
+    }
+
     fn weights(place: Between) -> [(usize, f64); 2] {
         [
             (state_of(place.node), 1.0 - place.share),
@@ -178,8 +203,11 @@ impl Drift {
             (ahead, -share_ahead),
         ];
         let expected = Kalman::<COUNT>::along(&self.filter.x, &h);
-        self.filter
+        let (innovation, _) = self
+            .filter
             .update(&h, difference - expected, variance, GATE);
+        let misfit = innovation.nis().min(LARGEST_MISFIT);
+        self.misfit += (misfit - self.misfit) / RECENT;
     }
 
     /// Whether a number has left the range of sensible ones.

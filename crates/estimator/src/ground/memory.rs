@@ -135,10 +135,11 @@ impl GroundMemory {
         let low = places.iter().copied().fold(f64::INFINITY, f64::min);
         let high = places.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         self.cells.follow(low, high);
+        let mut changed = false;
         for (i, (contact, touches)) in contacts.iter().zip(motion.touches).enumerate() {
-            self.pass(i, touches, contact, slope_sigma);
+            changed |= self.pass(i, touches, contact, slope_sigma);
         }
-        if self.is_lost() {
+        if self.is_lost() || (changed && self.drift.is_lost()) {
             self.start_anew();
         }
     }
@@ -172,10 +173,10 @@ impl GroundMemory {
         self.cells.centre(self.place[0] + 0.5 * (front.x + rear.x));
     }
 
-    /// Passes wheel `i` on to its contact.
-    fn pass(&mut self, i: usize, touches: bool, contact: &Contact, slope_sigma: f64) {
+    /// Passes wheel `i` on to its contact. Returns whether it has passed a point.
+    fn pass(&mut self, i: usize, touches: bool, contact: &Contact, slope_sigma: f64) -> bool {
         let Some(last) = self.contacts.get(i).copied() else {
-            return;
+            return false;
         };
         let (from, to) = (self.cells.number(last.at[0]), self.cells.number(contact.x));
         let steps = to.saturating_sub(from);
@@ -199,6 +200,7 @@ impl GroundMemory {
         if let Some(last) = self.contacts.get_mut(i) {
             *last = now;
         }
+        steps != 0
     }
 
     /// A wheel at a point.
@@ -282,12 +284,19 @@ impl GroundMemory {
             .correct(contact.lever, place, difference, variance);
     }
 
-    /// Whether a number is not that of a robot.
+    /// Whether a number of the dead reckoning is not that of a robot.
     fn is_lost(&self) -> bool {
         let numbers = self.place.iter().chain(&self.velocity);
         let mut numbers = numbers.chain([&self.place_variance]);
         // Written so that a NaN is lost, too.
-        !numbers.all(|number| number.abs() < LARGEST) || self.drift.is_lost()
+        !numbers.all(|number| number.abs() < LARGEST)
+    }
+
+    /// Estimated error of the direction of the velocity, as dy/dx, and its standard deviation. `None` before the section has started.
+    pub fn direction_error(&self) -> Option<(f64, f64)> {
+        let running = self.started && !self.ended;
+        let (error, variance) = self.drift.direction();
+        running.then(|| (error, libm::sqrt(variance)))
     }
 
     /// Places of the contacts at the last sample, m; `None` before the section has started.

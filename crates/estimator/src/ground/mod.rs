@@ -37,16 +37,21 @@
 //! The mean of `b_1` and `b_2` tilts the whole profile, and no pass of any wheel shows it. Their difference is observable. An
 //! error with the period of equal wheel spacings repeats from wheel to wheel; only the direction of the velocity reduces it.
 //!
+//! # Friction
+//! Beside height and slope a place holds what the wheels have shown of its friction: [`FrictionBounds`].
+//!
 //! # Place
 //! `x` is dead reckoning alone. It errs by the slip that the motion filter does not know. Its variance grows along the path.
 
 mod cells;
 mod drift;
+mod friction;
 mod memory;
 mod motion;
 mod point;
 mod readout;
 
+pub use friction::FrictionBounds;
 pub(crate) use memory::GroundMemory;
 pub(crate) use motion::GroundMotion;
 pub use point::GroundPoint;

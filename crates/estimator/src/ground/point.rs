@@ -1,5 +1,7 @@
 //! A point of the ground.
 
+use super::friction::FrictionBounds;
+
 /// A point of the ground as the wheels have found it.
 ///
 /// The origin is the contact point of the middle wheel where the section started: `x = 0`, `height = 0`. The robot knows
@@ -18,6 +20,8 @@ pub struct GroundPoint {
     pub slope: f64,
     /// Standard deviation of the angle, rad.
     pub sigma_slope: f64,
+    /// Bounds of the friction there.
+    pub friction: FrictionBounds,
     /// Number of the section, from 0. A new section with an origin of its own starts when the filters start anew: after a gap
     /// of the readings, or when the motion was estimated wrongly.
     pub section: u32,

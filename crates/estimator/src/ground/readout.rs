@@ -57,6 +57,7 @@ impl GroundMemory {
             sigma_height: libm::sqrt(variance + UNEVEN * UNEVEN + rise * rise * place),
             slope,
             sigma_slope: libm::sqrt(slope_variance + bend * bend * place),
+            friction: self.cells.friction(number).bounds(),
             section: self.section(),
         })
     }

@@ -1,5 +1,6 @@
 //! The filters of `best`: Kalman filters for link angles, ground torques, and motion with the readings' errors.
 
+mod motion;
 #[cfg(test)]
 mod tests;
 
@@ -8,22 +9,24 @@ use super::wheel::{Wheel, visit_observers, visit_wheels};
 use crate::assembly::{Solution, Uncertainty, assemble};
 use crate::contact::{
     ContactDetector, ContactEstimate, ContactEvidence, ContactState, RollingResiduals,
+    StandingDetector,
 };
 use crate::estimate::{Estimate, EstimateError, Parity, ReadingErrors};
-use crate::filters::motion::{MeasuredAccelerations, MotionFilter, ParityResidual, RollingWheel};
+use crate::filters::motion::{MotionFilter, ParityResidual, TORQUE_ERRORS};
 use crate::filters::{Innovation, LinkAngleKalman, LinkReadings};
 use crate::flags::Flags;
 use crate::frame::{Inputs, Instant, SHORTEST_STEP};
+use crate::friction::{FrictionObserver, FrictionSample, JointForces, WheelFriction};
 use crate::ground::{GroundMemory, GroundMotion};
 use crate::health::{Health, HealthMonitor, Innovations, TorqueReading};
 use crate::nominal::Nominal;
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, NoiseBudget};
 use crate::statics::{
-    Arms, Equations, LinkageMotion, Loads, RightSide, Sensitivity, Traction, solve,
+    Arms, Equations, Forces, LinkageMotion, Loads, RightSide, Sensitivity, Traction, solve,
 };
 use crate::visit::Visit;
 use nalgebra::Matrix4;
-use robhaz_model::{Robot, perp};
+use robhaz_model::Robot;
 
 /// Filters of links, wheels and motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,6 +47,10 @@ pub(crate) struct BestFilters {
     time_beyond_gate: f64,
     /// Contact state of each wheel.
     contact: [ContactDetector; 3],
+    standing: StandingDetector,
+    /// Estimated errors of the torque readings when the robot was last seen to move: see [`MotionFilter::discard_motion`].
+    torque_errors: [f64; TORQUE_ERRORS],
+    friction: FrictionObserver,
     health: HealthMonitor,
 }
 
@@ -58,7 +65,10 @@ impl Visit for BestFilters {
         self.smooth_forces.visit(f);
         self.time_beyond_gate.visit(f);
         self.contact.visit(f);
+        self.standing.visit(f);
+        self.torque_errors.visit(f);
         self.ground.visit(f);
+        self.friction.visit(f);
         self.health.visit(f);
     }
 }
@@ -81,6 +91,9 @@ impl BestFilters {
             smooth_forces: SmoothForces::at_rest(robot),
             time_beyond_gate: 0.0,
             contact: [ContactDetector::default(); 3],
+            standing: StandingDetector::default(),
+            torque_errors: [0.0; TORQUE_ERRORS],
+            friction: FrictionObserver::default(),
             health: HealthMonitor::default(),
         }
     }
@@ -130,6 +143,7 @@ impl BestFilters {
         let link_angles = self.update_links(&settings.budget, instant, &mut innovations);
         let arms = Arms::new(&nominal.robot.geometry, link_angles[0], link_angles[1])
             .map_err(EstimateError::Linkage)?;
+        self.detect_standing(nominal, instant, link_angles, &arms);
         let rolling = self.update_motion(nominal, instant, &arms, &mut innovations);
         self.update_ground(nominal, instant, &arms);
 
@@ -150,6 +164,9 @@ impl BestFilters {
         let health = self.check_health(nominal, instant, &innovations, &contact);
 
         let mut flags = instant.flags | nominal.unloaded(&forces.normal);
+        if self.standing.stands() {
+            flags |= Flags::SPINS_IN_PLACE;
+        }
         flags |= nominal.at_stop(link_angles) | parity.map_or(Flags::NONE, |(_, flags)| flags);
         if !health.suspect.is_empty() {
             flags |= Flags::CONTRADICTION;
@@ -157,12 +174,16 @@ impl BestFilters {
         if settings.nonnegative {
             forces.bound();
         }
+        let contact_angle = [0, 1, 2].map(|i| self.contact_angle(i, instant.inputs));
+        let friction =
+            self.observe_friction(nominal, &forces, contact_angle, &contact, flags, instant.dt);
         let solution = Solution {
             forces: &forces,
             right_side: &right.value,
-            contact_angle: [0, 1, 2].map(|i| self.contact_angle(i, instant.inputs)),
+            contact_angle,
             parity: parity.map(|(parity, _)| parity),
             contact: Some(contact),
+            friction: Some(friction),
             uncertainty: Some(self.uncertainty(&settings.budget, health)),
             flags,
         };
@@ -194,47 +215,6 @@ impl BestFilters {
             }
         }
         [self.links[0].angle(), self.links[1].angle()]
-    }
-
-    /// Advances motion and wheels, and applies the rolling constraints of loaded wheels, in the posture of `arms`.
-    /// Returns the residuals of these constraints.
-    fn update_motion(
-        &mut self,
-        nominal: &Nominal,
-        instant: &Instant<'_>,
-        arms: &Arms,
-        innovations: &mut Innovations,
-    ) -> [Option<RollingResiduals>; 3] {
-        let (robot, settings) = (&nominal.robot, &nominal.settings);
-        let (inputs, dt) = (instant.inputs, instant.dt);
-        let slopes = expected_slopes(arms);
-        if dt > 0.0 {
-            let fresh = inputs.contact_angle.map(|angle| angle.fresh());
-            let measured = self.measured_accelerations(robot, arms);
-            self.motion
-                .predict(&settings.budget, dt, fresh, &slopes, measured);
-        } else {
-            self.motion.start_at(&slopes);
-        }
-        for i in 0..3 {
-            let alpha = self.links[robot.geometry.carriers[i].index()].acceleration();
-            let wheel = &mut self.wheels[i];
-            let innovation = wheel.update(&robot.mass, settings, &inputs.wheel(i), alpha, dt);
-            innovations.encoder[i] = innovation.as_ref().map(Innovation::nis);
-        }
-        let least = EstimatorSettings::UNLOADED * robot.mean_wheel_load();
-        let mut residuals = [None; 3];
-        for i in 0..3 {
-            if dt > 0.0 && self.last_normal_force[i] > least {
-                let wheel = self.rolling_wheel(i, nominal, inputs, arms);
-                let correct = self.method.rolling;
-                let found = self.motion.roll(&settings.budget, i, &wheel, dt, correct);
-                innovations.direction[i] = Some(found.direction_nis());
-                residuals[i] = Some(found);
-            }
-        }
-        innovations.slip = slip_nis(&residuals);
-        residuals
     }
 
     /// Contact states, from the forces of this estimate before the bound N >= 0 and the residuals of the rolling
@@ -312,54 +292,32 @@ impl BestFilters {
         self.ground.update(&robot.geometry, tilt, &motion);
     }
 
-    /// Accelerations that the last readings show.
-    fn measured_accelerations(&self, robot: &Robot, arms: &Arms) -> MeasuredAccelerations {
-        let geometry = &robot.geometry;
-        let spin: f64 = self.wheels.iter().map(Wheel::acceleration).sum();
-        let speed = libm::sqrt(self.motion.velocity().norm_squared());
-        let mut links = 0.0_f64;
-        for (carrier, axle) in geometry.carriers.iter().zip(&arms.axles) {
-            let link = &self.links[carrier.index()];
-            let tangential = libm::sqrt(axle.norm_squared()) * link.acceleration().abs();
-            links = links.max(tangential + speed * link.smooth_rate().abs());
-        }
-        MeasuredAccelerations {
-            rims: geometry.wheel_radius * spin / 3.0,
-            links,
-        }
-    }
-
-    /// Wheel `i` as the rolling constraints take it, with the forces of the last estimate.
-    fn rolling_wheel(
-        &self,
-        i: usize,
+    /// Needed friction, onset of slip, bounds of the friction.
+    fn observe_friction(
+        &mut self,
         nominal: &Nominal,
-        inputs: &Inputs,
-        arms: &Arms,
-    ) -> RollingWheel {
-        let (geometry, settings) = (&nominal.robot.geometry, &nominal.settings);
-        let (link, wheel) = (&self.links[geometry.carriers[i].index()], &self.wheels[i]);
-        let (n, t) = (self.last_normal_force[i], self.last_traction[i]);
-        let r = geometry.wheel_radius;
-        let across = perp(arms.axles[i]);
-        let arm = libm::sqrt(across.norm_squared());
-        let read = inputs.wheel_angle[i].age <= Inputs::STALE_AFTER;
-        RollingWheel {
-            relative: across * link.rate(),
-            smooth_relative: across * link.smooth_rate(),
-            bias_sigma: arm * link.rate_bias().1,
-            noise_sigma: arm * settings.budget.rate_noise,
-            angle: inputs.contact_angle[i].value,
-            rim_speed: wheel
-                .settled_speed()
-                .filter(|_| read)
-                .map(|speed| r * (speed - link.rate())),
-            ratio: (t / n).clamp(-1.0, 1.0),
-            moment_of_load: r * n,
-            friction_share: wheel.friction_share(),
-            torque: wheel.steady_torque(settings.viscous_damping),
-            torque_sigma: wheel.ground_torque().1,
-        }
+        forces: &Forces,
+        contact_angle: [f64; 3],
+        contact: &[ContactEstimate; 3],
+        flags: Flags,
+        dt: f64,
+    ) -> [WheelFriction; 3] {
+        /// Part of the offsets' standard deviation in the differences of three offsets, sqrt(2/3). Their sum is known from the balance
+        /// of the robot. Their differences show in the slip of gripping wheels, but not where a hard wheel does not creep.
+        const DIFFERENCES: f64 = 0.816_496_580_927_726;
+        let budget = &nominal.settings.budget;
+        let doubts = [Flags::AT_STOP, Flags::SENSOR_STALE, Flags::OUT_OF_RANGE];
+        let doubtful = doubts.iter().any(|flag| flags.contains(*flag));
+        let sample = FrictionSample {
+            forces: JointForces::new(&forces.traction, &forces.normal, &forces.covariance),
+            contact_angle,
+            contact,
+            clear: [0, 1, 2].map(|i| !doubtful && !self.motion.is_suspect(i)),
+            lasting: DIFFERENCES * budget.torque_offset / nominal.robot.geometry.wheel_radius,
+            mean_load: nominal.robot.mean_wheel_load(),
+            dt,
+        };
+        self.friction.update(&sample, &mut self.ground)
     }
 
     /// Eq. (8) for the estimated loads and contact angles.
@@ -514,30 +472,4 @@ impl BestFilters {
             health,
         }
     }
-}
-
-/// Normalised innovations squared of the speed constraints, each relative to the middle one of the three wheels: an error of the
-/// robot's speed is common to all and shows no wheel. `None` unless all three constraints apply.
-fn slip_nis(residuals: &[Option<RollingResiduals>; 3]) -> [Option<f64>; 3] {
-    let slip = |r: &Option<RollingResiduals>| r.and_then(|r| r.slip);
-    let [Some(a), Some(b), Some(c)] = residuals.each_ref().map(slip) else {
-        return [None; 3];
-    };
-    let (low, high) = (
-        a.beyond_creep.min(b.beyond_creep),
-        a.beyond_creep.max(b.beyond_creep),
-    );
-    let middle = c.beyond_creep.max(low).min(high);
-    [a, b, c].map(|slip| Some(slip.nis_from(middle)))
-}
-
-/// Slopes of the ground that the posture shows, rad: at the front and rear wheel that of the line to the middle wheel, at the middle
-/// wheel that of the line between the others. The ground under a wheel deviates from it, but over a distance the mean slope of the
-/// ground is that of the robot.
-fn expected_slopes(arms: &Arms) -> [f64; 3] {
-    let slope = |front: usize, rear: usize| {
-        let line = arms.axles[front] - arms.axles[rear];
-        libm::atan2(line.y, line.x)
-    };
-    [slope(0, 1), slope(0, 2), slope(1, 2)]
 }

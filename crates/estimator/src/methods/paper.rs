@@ -110,6 +110,7 @@ impl PaperFilters {
                 sigma: 0.0,
             }),
             contact: None,
+            friction: None,
             uncertainty: None,
             flags,
         };

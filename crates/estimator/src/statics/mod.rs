@@ -8,6 +8,7 @@
 //! | eq. (8) written directly | `equilibrium.rs` |
 //! | eq. (8) at one instant: left inverse and parity direction | `equations.rs` |
 //! | sensitivity of the right-hand side to the uncertain inputs | `sensitivity.rs` |
+//! | what the loads' weights depend on, and its covariance | `load_parameters.rs` |
 //! | least squares for N, with covariance | `solve.rs` |
 //! | least squares bounded by N >= 0 | `forces.rs` |
 
@@ -16,6 +17,7 @@ mod equations;
 mod equilibrium;
 mod forces;
 pub mod full_system;
+mod load_parameters;
 mod loads;
 mod sensitivity;
 mod solve;
@@ -24,6 +26,10 @@ pub use arms::{Arms, Turning};
 pub(crate) use equations::Equations;
 pub use equilibrium::{Equilibrium, LeastSquaresInverse};
 pub(crate) use forces::Forces;
+pub use load_parameters::{
+    LOAD_PARAMETER_NAMES, LOAD_PARAMETERS, LoadCovariance, LoadCovarianceError, by_load_parameters,
+    load_parameters,
+};
 pub use loads::{LinkageMotion, Load, Loads};
 pub(crate) use sensitivity::{Sensitivity, Traction, input};
 pub(crate) use solve::{RightSide, solve};

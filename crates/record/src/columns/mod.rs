@@ -1,6 +1,7 @@
 //! The columns of every table, each declared once: name, unit, description, and the source of its values.
 
 mod column;
+mod commands;
 mod estimate;
 mod sensors;
 #[cfg(test)]
@@ -11,12 +12,14 @@ pub use column::{Column, Kind, Table, Value};
 use robhaz_run::RunDescription;
 
 impl Table {
-    /// All tables of a run: `truth` of a simulation, `sensors`, and one for each estimator.
+    /// All tables of a run: `truth` of a simulation, `sensors`, `commands` of a control that takes readings, and one for each
+    /// estimator.
     pub fn all(run: &RunDescription) -> Vec<Self> {
         let truth = run.world.as_ref().map(|_| Self::truth());
         let estimators = run.estimators.iter().enumerate();
         let estimates = estimators.map(|(index, e)| Self::estimate(index, &e.label));
         let tables = truth.into_iter().chain([Self::sensors()]);
-        tables.chain(estimates).collect()
+        let commands = run.takes_commands().then(Self::commands);
+        tables.chain(commands).chain(estimates).collect()
     }
 }

@@ -1,10 +1,11 @@
 //! Names, order, units and sources of the columns, which scripts rely on.
 
 use super::*;
-use crate::testing::{failed_frame, frame_of, good_estimate};
+use crate::testing::{described, failed_frame, frame_of, good_estimate, scene};
 use robhaz_estimator::{ContactEstimate, ContactState};
-use robhaz_model::Vec2;
+use robhaz_model::{Vec2, WheelCommand};
 use robhaz_run::Frame;
+use robhaz_scene::{ControlChoice, ControlKind, Scene};
 use robhaz_sim::ContactTruth;
 use std::collections::HashSet;
 
@@ -53,7 +54,7 @@ fn names_of_the_truth_are_fixed() {
             golden.push(format!("pin_{pin}_{part}"));
         }
     }
-    golden.extend(["stop_torque", "loop_error"].map(String::from));
+    golden.extend(["stop_torque", "loop_error", "clearance"].map(String::from));
     for n in 1..=3 {
         for part in [
             "equivalent_normal_force",
@@ -88,6 +89,51 @@ fn names_of_the_readings_are_fixed() {
         names(&Table::sensors()),
         golden.split_whitespace().collect::<Vec<_>>()
     );
+}
+
+#[test]
+fn names_of_the_commands_are_fixed() {
+    let golden = "time wheel1_torque_command wheel1_speed_command wheel2_torque_command wheel2_speed_command \
+        wheel3_torque_command wheel3_speed_command";
+    assert_eq!(
+        names(&Table::commands()),
+        golden.split_whitespace().collect::<Vec<_>>()
+    );
+}
+
+/// Each command is in the column of its form, and in no other. Only runs whose control takes readings have the table.
+#[test]
+fn commands_have_one_form() {
+    let record = frame_of(0.5);
+    let frame = Frame {
+        commands: Some([
+            WheelCommand::Torque(1.5),
+            WheelCommand::Speed(2.5),
+            WheelCommand::Planned,
+        ]),
+        ..record.frame()
+    };
+    let values: Vec<Value> = Table::commands()
+        .columns
+        .iter()
+        .map(|c| c.value(&frame))
+        .collect();
+    let mut expected = vec![Value::Float(0.5)];
+    let wheels = [Some(1.5), None, None, Some(2.5), None, None];
+    expected.extend(wheels.map(Value::Optional));
+    assert_eq!(values, expected);
+    let mut scene = scene();
+    let has = |scene: &Scene| {
+        let tables = Table::all(&described(scene));
+        tables.iter().any(|t| t.name == "commands")
+    };
+    assert!(!has(&scene));
+    scene.control = ControlChoice {
+        kind: ControlKind::Shared,
+        estimator: Some("mine".to_owned()),
+        ..scene.control.clone()
+    };
+    assert!(has(&scene));
 }
 
 #[test]
@@ -247,7 +293,11 @@ fn contact_states_are_small_integers() {
         .map(|name| value(&table, name, &record.frame()))
     };
     assert_eq!(of(&record), [Value::Optional(None); 4]);
-    let state = |state, sliding| ContactEstimate { state, sliding };
+    let state = |state, sliding| ContactEstimate {
+        state,
+        sliding,
+        slip: 0.0,
+    };
     if let Some(Ok(estimate)) = record.estimates.first_mut() {
         estimate.contact = Some([
             state(ContactState::InAir, false),

@@ -29,6 +29,12 @@ impl Table {
             "how far the four-bar's loop has drifted open in the simulation",
             |t| t.loop_error,
         ));
+        columns.push(column(
+            "clearance",
+            "m",
+            "least distance of body and links to the ground; at 0 or below one touches it, and its force is not modelled",
+            Source::Optional(Box::new(|f| Some(f.clearances?.least().1))),
+        ));
         (0..3).for_each(|i| columns.extend(contacts_truth(i)));
         Self {
             name: "truth".to_owned(),

@@ -1,5 +1,6 @@
 //! `summary.json`: how a run went, and the errors of each estimator.
 
+mod clearance;
 mod file;
 mod log;
 mod parts;
@@ -8,10 +9,12 @@ mod suspects;
 #[cfg(test)]
 mod tests;
 
+pub use clearance::ClearanceSummary;
 pub use file::Summary;
 pub use log::{ChannelSummary, LogSummary, MeanForces};
 pub use parts::{
-    BrokenOff, EstimatorSummary, FrictionSummary, NominalRobot, ProgressSummary, SensorErrors,
+    BrokenOff, EstimatorSummary, FrictionSummary, FrictionTestSummary, NominalRobot,
+    ProgressSummary, SensorErrors,
 };
 pub use sink::SummarySink;
 pub use suspects::Suspicion;

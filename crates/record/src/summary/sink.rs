@@ -1,8 +1,12 @@
 //! The sink that sums up a run.
 
+use super::clearance::ClearanceSummary;
 use super::file::Summary;
 use super::log::{ForceSums, LogSummary};
-use super::parts::{BrokenOff, EstimatorSummary, FrictionSummary, NominalRobot, SensorErrors};
+use super::parts::{
+    BrokenOff, ControlSummary, EstimatorSummary, FrictionSummary, FrictionTestSummary,
+    NominalRobot, SensorErrors,
+};
 use super::suspects::{Suspects, add_suspects};
 use crate::error::RecordError;
 use crate::felt_ground::FeltGrounds;
@@ -22,6 +26,8 @@ pub struct SummarySink {
     /// Progress and events of a simulation.
     progress: Option<ProgressMeter>,
     events: Option<(EventDetector, EventCounts)>,
+    /// Clearance so far, and whether a bar touched the ground at the last record.
+    clearance: (Option<ClearanceSummary>, bool),
     grounds: FeltGrounds,
     /// Sums over the estimates of a recorded log; empty for a simulation.
     sums: Vec<ForceSums>,
@@ -67,7 +73,14 @@ impl SummarySink {
             }),
             progress: self.progress.as_ref().map(|meter| meter.progress().into()),
             events: self.events.as_ref().map(|(_, counts)| *counts),
+            clearance: self.clearance.0.clone(),
             friction: world.map(FrictionSummary::of),
+            control: ControlSummary::of(run),
+            friction_tests: end
+                .friction_tests
+                .iter()
+                .map(FrictionTestSummary::of)
+                .collect(),
             sensors: world.map(SensorErrors::of),
             log: end.log.as_ref().map(LogSummary::from),
             nominal: NominalRobot::of(run),
@@ -117,6 +130,7 @@ impl Sink for SummarySink {
             scores: vec![(Score::new(rule), ContactScore::new(rule)); run.estimators.len()],
             progress: world.map(|w| ProgressMeter::new(&w.drive, geometry.wheel_radius)),
             events: world.map(|_| (EventDetector::new(geometry.stop), EventCounts::default())),
+            clearance: (None, false),
             grounds: FeltGrounds::new(run),
             sums: match world {
                 Some(_) => Vec::new(),
@@ -134,6 +148,10 @@ impl Sink for SummarySink {
         if let Some(truth) = frame.truth {
             self.compared = true;
             self.compare(truth, frame.estimates);
+        }
+        if let Some(clearances) = &frame.clearances {
+            let (so_far, touched) = &mut self.clearance;
+            ClearanceSummary::add(so_far, frame.time, clearances, touched);
         }
         self.grounds.add(frame);
         for (suspects, estimate) in self.suspects.iter_mut().zip(frame.estimates) {

@@ -17,6 +17,7 @@ const END: RunEnd = RunEnd {
     wall: 0.1,
     step: Some(1e-4),
     broken_off: None,
+    friction_tests: Vec::new(),
     log: None,
 };
 
@@ -237,6 +238,8 @@ fn json_has_the_keys_that_scripts_rely_on() {
     assert_eq!(value["friction"]["law"], "adams");
     assert_eq!(value["friction"]["mu_s"], 0.8);
     assert!(value["friction"]["slip_stiffness"].is_null());
+    assert_eq!(value["control"]["kind"], "speed");
+    assert!(value["control"]["estimator"].is_null());
     for force in ["normal_force", "traction"] {
         let errors = &value["estimators"]["paper-body"][force];
         assert_eq!(errors["rmse"].as_array().map(Vec::len), Some(3));

@@ -96,7 +96,9 @@ impl LogChoice {
         let simulated = &scene.robot;
         let estimator = |choice: &EstimatorChoice| LogEstimator {
             choice: choice.clone(),
-            viscous_damping: scene.nominal_settings(choice).viscous_damping,
+            viscous_damping: scene
+                .model_error
+                .nominal_damping(choice.settings.viscous_damping),
         };
         Ok(Self {
             name: Some(scene.name.clone()),
@@ -114,7 +116,7 @@ impl LogChoice {
             compression: scene
                 .contact
                 .static_penetration(scene.robot.robot.mean_wheel_load()),
-            budget: scene.noise_budget(),
+            budget: scene.noise_budget()?,
             compare_from: scene.record.compare_from,
             estimators: scene.estimators.iter().map(estimator).collect(),
             mapping: None,

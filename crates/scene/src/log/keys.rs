@@ -176,4 +176,9 @@ const BUDGET: &[Key<LogChoice>] = &[
         |l| &mut l.budget.link_mass,
         "relative error of the masses of links 1 to 3",
     ),
+    Key::load_covariance(
+        "load_covariance",
+        |l| &mut l.budget.load_covariance,
+        "covariance of masses, centres of mass and pins of a robot that was weighed, as `robhaz weigh` writes it (weighing.md); body_cg and link_masses are 0 then",
+    ),
 ];

@@ -9,7 +9,7 @@ use crate::robot::RobotChoice;
 use crate::sections::IGNORED;
 use crate::source::{Node, Source, Value};
 use crate::{estimators, file, name, robot};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Key of an estimator's own damping.
 const DAMPING: &str = "viscous_damping";
@@ -46,13 +46,43 @@ impl LogChoice {
     }
 }
 
+impl LogChoice {
+    /// Takes the robot of a file with the section `[robot]`, such as a scene or a weighed robot, and, where the file states
+    /// them, the keys of `[budget]` that belong to the robot: `body_cg`, `link_masses`, `load_covariance`. Other sections
+    /// and keys have no effect.
+    ///
+    /// # Errors
+    /// [`SceneError`] with all problems of these keys, or a file without the section.
+    pub fn take_robot(&mut self, path: &Path) -> Result<(), SceneError> {
+        self.robot = RobotChoice::load(path)?;
+        let text = read_text(path, ROBOT_FILE)?;
+        let mut reader = Reader::new(PathBuf::new(), |_| None);
+        let root = reader.document(&Source::file(&path.display().to_string(), &text));
+        let entries = root.get("budget").and_then(Node::entries);
+        let keys = SECTIONS.iter().find(|s| s.name == "budget");
+        if let (Some(entries), Some(section)) = (entries, keys) {
+            for entry in entries {
+                if ROBOTS_BUDGET.contains(&entry.key.as_str()) {
+                    reader.entry(section.keys, entry, section.name, self);
+                }
+            }
+        }
+        reader.finish(())
+    }
+}
+
+/// What a file of a robot is.
+const ROBOT_FILE: &str = "a file in TOML, UTF-8, with the section [robot] of a scene";
+/// The keys of `[budget]` that belong to the robot, not to its sensors.
+pub(super) const ROBOTS_BUDGET: [&str; 3] = ["body_cg", "link_masses", "load_covariance"];
+
 impl RobotChoice {
     /// The robot of a file with the section `[robot]`, such as a scene. Other sections have no effect.
     ///
     /// # Errors
     /// [`SceneError`] with all problems of `[robot]`, or a file without that section.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
-        let allowed = "a file in TOML, UTF-8, with the section [robot] of a scene";
+        let allowed = ROBOT_FILE;
         let shown = path.display().to_string();
         let text = read_text(path, allowed)?;
         let base_dir = path.parent().unwrap_or(Path::new(""));

@@ -2,11 +2,12 @@
 
 use super::radau::Model;
 use crate::balance::{Balance, WheelLoad};
+use crate::drive::DriveResponse;
 use crate::mechanics::{Contacts, Forces, Kinematics, Mechanics, NoForces, State};
 use crate::setup::PlantSetup;
 use crate::start::Start;
 use nalgebra::{SMatrix, SVector};
-use robhaz_model::Vec2;
+use robhaz_model::{Vec2, WheelCommand};
 
 /// Number of equations.
 pub(super) const SIZE: usize = 14;
@@ -33,12 +34,17 @@ const LONGEST_STEP: f64 = 0.1;
 /// edge.
 const LONGEST_WAY: f64 = 0.02;
 
-/// A change of the set speeds that is nearer than this does not limit a step, s: it has been reached, to rounding.
+/// A change of set speeds or commands that is nearer than this does not limit a step, s: it has been reached, to
+/// rounding.
 const SHORTEST_TO_CHANGE: f64 = 1e-9;
 
 /// The equations of motion of a run.
 pub(super) struct Equations {
     pub mechanics: Mechanics,
+    /// Commands of the wheels.
+    pub commands: [WheelCommand; 3],
+    /// Time at which the commands may change next, s: no step goes beyond it. Infinite for commands that are held.
+    pub next_command: f64,
     /// Whether all of [`Balance`] is integrated.
     balance: bool,
     /// Contacts at the state of the last Jacobian.
@@ -90,6 +96,8 @@ impl Equations {
     pub fn new(setup: &PlantSetup) -> Self {
         Self {
             mechanics: Mechanics::new(setup),
+            commands: Default::default(),
+            next_command: f64::INFINITY,
             balance: setup.balance,
             contacts: Default::default(),
             refusal: None,
@@ -108,15 +116,19 @@ impl Equations {
 
     /// Motor torques at the wheels, N m.
     pub fn motor_torques(&self, t: f64, y: &Y) -> [f64; 3] {
-        let (drive, set_speeds) = (&self.mechanics.drive, self.set_speeds(t));
-        [0, 1, 2].map(|i| drive.torque(set_speeds[i] - y[OMEGA + i], y[INTEGRAL + i]))
+        self.drives(t, y).map(|drive| drive.torque)
     }
 
-    /// Set speeds of the wheels, rad/s.
-    fn set_speeds(&self, t: f64) -> [f64; 3] {
+    /// What the drives of the wheels do.
+    fn drives(&self, t: f64, y: &Y) -> [DriveResponse; 3] {
         let mechanics = &self.mechanics;
         let radius = mechanics.robot.geometry.wheel_radius;
-        [0, 1, 2].map(|wheel| mechanics.drive.set_speed(wheel, t, radius))
+        [0, 1, 2].map(|i| {
+            let planned = mechanics.drive.set_speed(i, t, radius);
+            let (omega, integral) = (y[OMEGA + i], y[INTEGRAL + i]);
+            let command = self.commands[i];
+            mechanics.drive.response(command, planned, omega, integral)
+        })
     }
 
     /// The rates dy/dt.
@@ -141,7 +153,7 @@ impl Equations {
 
     /// The rates dy/dt from the accelerations.
     fn assembled(&self, t: f64, y: &Y, forces: &Forces) -> Y {
-        let set_speeds = self.set_speeds(t);
+        let drives = self.drives(t, y);
         let mut rates = Y::zeros();
         rates
             .fixed_rows_mut::<4>(0)
@@ -153,8 +165,7 @@ impl Equations {
             .fixed_rows_mut::<3>(OMEGA)
             .copy_from(&forces.omega_rates);
         for i in 0..3 {
-            let (error, integral) = (set_speeds[i] - y[OMEGA + i], y[INTEGRAL + i]);
-            rates[INTEGRAL + i] = self.mechanics.drive.integral_rate(error, integral);
+            rates[INTEGRAL + i] = drives[i].integral_rate;
         }
         rates
     }
@@ -259,6 +270,12 @@ impl Model<SIZE, INTEGRALS> for Equations {
     fn longest_step(&self, t: f64, y: &Y) -> f64 {
         let speed = y[RATES].hypot(y[RATES + 1]);
         let longest = LONGEST_STEP.min(LONGEST_WAY / speed.max(1e-9));
+        let to_command = self.next_command - t;
+        let longest = if to_command > SHORTEST_TO_CHANGE {
+            longest.min(to_command)
+        } else {
+            longest
+        };
         // A step does not skip a change of the set speeds.
         let change = self.mechanics.drive.next_change(t + SHORTEST_TO_CHANGE);
         change.map_or(longest, |change| longest.min(change - t))

@@ -21,7 +21,7 @@ use crate::start::Start;
 use crate::truth::PinTruth;
 use equations::{Equations, INTEGRALS, Integrals, SIZE, Y};
 use radau::Radau;
-use robhaz_model::Bar;
+use robhaz_model::{Bar, WheelCommand};
 
 /// Allowed local errors of a step per unit of tolerance: positions (m, rad), velocities (m/s, rad/s), wheel speeds
 /// (rad/s), integrals (rad). An error of 10 nm in a penetration is 2 mN of N.
@@ -55,6 +55,8 @@ pub struct DirectEngine {
     weights: Y,
     tolerance: f64,
     period: f64,
+    /// Commands from the next truth on.
+    commands: [WheelCommand; 3],
     /// Number of truths so far. Time is this number times the period, without accumulated rounding.
     records: u64,
 }
@@ -69,6 +71,7 @@ impl DirectEngine {
             weights: weights(&setup.drive),
             tolerance: setup.tolerance,
             period: setup.period,
+            commands: Default::default(),
             records: 0,
         }
     }
@@ -100,6 +103,24 @@ impl DirectEngine {
             equations.clear_refusal();
         }
         Ok(solver.at(time))
+    }
+
+    /// Lets the commands act from `time` (s) on, the time of the last call of [`Self::at`]. The forces jump there, so
+    /// the solver starts anew. Where commands changed they may change again at the next truth, `next` (s): steps end there.
+    fn take_commands(&mut self, time: f64, next: f64) -> Result<(), PlantError> {
+        let equations = &mut self.equations;
+        if equations.commands == self.commands {
+            equations.next_command = f64::INFINITY;
+            return Ok(());
+        }
+        equations.commands = self.commands;
+        equations.next_command = next;
+        match &mut self.solver {
+            Some(solver) => solver
+                .restart(equations, time)
+                .map_err(|_| refusal(time, equations.last_refusal())),
+            None => Ok(()),
+        }
     }
 
     /// Evaluates all forces at a state.
@@ -152,15 +173,26 @@ impl Engine for DirectEngine {
         })
     }
 
+    fn command(&mut self, commands: [WheelCommand; 3]) {
+        self.commands = commands;
+    }
+
     fn next_instant(&mut self, instant: &mut Instant) -> Result<(), PlantError> {
-        #[expect(clippy::cast_precision_loss, reason = "exact below 2^53 records")]
-        let time = self.records as f64 * self.period;
+        let time = time_of(self.records, self.period);
         let state = self.at(time)?;
         self.records += 1;
+        self.take_commands(time, time_of(self.records, self.period))?;
         instant.truth.time = time;
         self.evaluate(&state, instant)
             .map_err(|why| refusal(time, Some(why)))
     }
+}
+
+/// Time of a record, counted from 0, at a period (s), s.
+fn time_of(record: u64, period: f64) -> f64 {
+    #[expect(clippy::cast_precision_loss, reason = "exact below 2^53 records")]
+    let time = record as f64 * period;
+    time
 }
 
 /// Largest number of steps in one period (s): its length in steps of 1 us, at least 1000. An impact on an edge needs

@@ -245,6 +245,22 @@ where
         )
     }
 
+    /// Starts anew at a time within the last step, where f jumps. What was computed beyond it is dropped.
+    ///
+    /// # Errors
+    /// [`NoStep`] if f has no value there.
+    pub fn restart(&mut self, model: &mut impl Model<N, Q>, time: f64) -> Result<(), NoStep> {
+        if time < self.time {
+            (self.y, self.integrals) = self.at(time);
+            self.time = time;
+            self.begin = time;
+        }
+        self.rates = model.rates(self.time, &self.y).ok_or(NoStep)?;
+        self.work.rates += 1;
+        self.last = None;
+        Ok(())
+    }
+
     /// Advances by one step, as long as the error allows.
     ///
     /// # Errors

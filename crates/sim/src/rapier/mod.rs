@@ -24,7 +24,7 @@ use crate::truth::{BarTruth, PinTruth, Truth};
 use joints::Lump;
 use pins::PinArms;
 use rapier2d::prelude::*;
-use robhaz_model::{Bar, Pin, Robot, Vec2, cross, perp};
+use robhaz_model::{Bar, Pin, Robot, Vec2, WheelCommand, cross, perp};
 use step_control::{StepControl, WheelState};
 
 pub use step_control::MOST_PARTS;
@@ -41,6 +41,8 @@ pub struct RapierEngine {
     robot: Robot,
     ground: Ground,
     drive: Drive,
+    /// Commands of the wheels.
+    commands: [WheelCommand; 3],
     world: PhysicsWorld,
     bars: [RigidBodyHandle; 4],
     /// Each bar with its wheels, in the order of [`Bar::ALL`].
@@ -176,6 +178,7 @@ impl RapierEngine {
             robot: setup.robot.clone(),
             ground: Ground::new(setup),
             drive: setup.drive.clone(),
+            commands: Default::default(),
             world,
             bars,
             lumps,
@@ -303,8 +306,11 @@ impl RapierEngine {
             let motion = wheel_motion(link, geometry.axle_on_carrier(i), wheel.spin);
             let below = |error: BelowGround| error.at(time, i);
             let ground = self.ground.act(&motion).map_err(below)?;
-            let error = self.drive.set_speed(i, time, geometry.wheel_radius) - omega;
-            let torque = self.drive.torque(error, wheel.integral);
+            let planned = self.drive.set_speed(i, time, geometry.wheel_radius);
+            let drive = self
+                .drive
+                .response(self.commands[i], planned, omega, wheel.integral);
+            let torque = drive.torque;
             let gear_torque = self.drive.loss_torque(omega);
             let drive_torque = torque - gear_torque;
             if let Some(truth) = truth.as_deref_mut() {
@@ -325,7 +331,7 @@ impl RapierEngine {
                 mass.rotor_inertia,
             );
             let through_gear = drive_torque - mass.rotor_inertia * omega_rate;
-            loads.integral_rates[i] = self.drive.integral_rate(error, wheel.integral);
+            loads.integral_rates[i] = drive.integral_rate;
             loads.spin_rates[i] = (through_gear - ground.torque) / mass.wheel_inertia;
             loads.forces[carrier] += ground.force;
             // Torques are counter-clockwise; the forward spin is clockwise.
@@ -455,6 +461,10 @@ impl Engine for RapierEngine {
         #[expect(clippy::cast_precision_loss, reason = "exact below 2^53 steps")]
         let mean = self.time() / self.parts_taken.max(1) as f64;
         mean
+    }
+
+    fn command(&mut self, commands: [WheelCommand; 3]) {
+        self.commands = commands;
     }
 
     fn next_instant(&mut self, instant: &mut Instant) -> Result<(), PlantError> {

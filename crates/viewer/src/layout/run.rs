@@ -105,6 +105,9 @@ fn others(layout: &mut Layout<'_>, run: &RunDescription) -> Result<Part, ViewerE
         let left_over = Range1D::new(-0.25 * most, most);
         plot("Slip margin [-]", "slip_margin", Some(left_over))?;
     }
+    if run.takes_commands() {
+        plot("Commanded torque [N m]", "commanded_torque", None)?;
+    }
     plot("Residual [N]", "residual/force", None)?;
     plot("Residual [N m]", "residual/moment", None)?;
     plot("Parity [N]", "parity", None)?;

@@ -55,10 +55,12 @@ impl Sink for Eventful {
             }
         }
         self.0.frame(&Frame {
+            clearances: None,
             time: frame.time,
             truth: Some(&truth),
             sensors: frame.sensors,
             estimates: &estimates,
+            commands: frame.commands,
             ground: frame.ground,
         })
     }
@@ -201,6 +203,7 @@ fn estimated_contact_states_have_lanes() {
                 estimate.contact = Some(contact);
             }
             self.0.frame(&Frame {
+                clearances: None,
                 estimates: &estimates,
                 ..*frame
             })
@@ -282,6 +285,7 @@ fn bars_have_the_length_of_two_sigma_to_both_sides() {
                 estimate.covariance = Some(known_covariance());
             }
             self.0.frame(&Frame {
+                clearances: None,
                 estimates: &estimates,
                 ..*frame
             })

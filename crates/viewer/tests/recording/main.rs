@@ -190,6 +190,7 @@ fn each_contact_has_its_arrows() {
                 ..first
             });
             self.0.frame(&Frame {
+                clearances: None,
                 truth: Some(&truth),
                 ..*frame
             })
@@ -344,6 +345,7 @@ fn without_truth_the_estimates_are_recorded_alone() {
         }
         fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
             self.0.frame(&Frame {
+                clearances: None,
                 truth: None,
                 ..*frame
             })

@@ -21,6 +21,7 @@ mod noise;
 mod parity;
 mod prediction;
 mod rolling;
+mod standing;
 mod states;
 #[cfg(test)]
 mod tests;
@@ -30,3 +31,4 @@ pub(crate) use filter::MotionFilter;
 pub(crate) use parity::ParityResidual;
 pub(crate) use prediction::MeasuredAccelerations;
 pub(crate) use rolling::RollingWheel;
+pub(crate) use states::TORQUE_ERRORS;

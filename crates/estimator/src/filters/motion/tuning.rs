@@ -79,6 +79,9 @@ pub struct Tuning {
     pub unread_angle_walk: f64,
     /// Steepest contact angle, rad, where none is given.
     pub steepest: f64,
+    /// Contact angle of a wheel of a robot that is held by an edge, and its standard deviation, rad: anything between level ground and
+    /// a wall.
+    pub held_angle: f64,
     /// Innovations of the rim speed beyond this many standard deviations of a single sample show sliding.
     pub sliding_gate: f64,
     /// T/N below which a wheel grips on any ground, -.
@@ -146,6 +149,7 @@ pub const TUNING: Tuning = Tuning {
     slope_length: 0.08,
     unread_angle_walk: 0.5,
     steepest: 1.4,
+    held_angle: 0.6,
     sliding_gate: 6.0,
     sticking_ratio: ContactDetector::LEAST_RATIO,
     sliding_time: 0.1,

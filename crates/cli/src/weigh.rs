@@ -1,0 +1,171 @@
+//! `robhaz weigh`: masses and centres of mass from wheels on scales.
+
+use crate::output_file::{Format, OutputFile};
+use crate::terminal::say;
+use miette::{IntoDiagnostic, Result, WrapErr};
+use robhaz_scene::{RobotChoice, simulated_weighing};
+use robhaz_weigh::{
+    Accuracy, Blocks, Measurements, Plan, Tolerances, blank_table, plan, read_table, weigh,
+    write_table,
+};
+use std::path::{Path, PathBuf};
+
+/// Arguments of `robhaz weigh`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// The table of the weighing: inclinations of links 1 and 2 and forces of the wheels, a posture a line. See
+    /// docs/weighing.md.
+    #[arg(
+        value_name = "MEASUREMENTS.csv",
+        required_unless_present = "plan",
+        conflicts_with = "plan"
+    )]
+    measurements: Option<PathBuf>,
+    /// The drawings: a file with the section robot of a scene.
+    #[arg(long, value_name = "ROBOT.toml")]
+    robot: PathBuf,
+    /// Writes the weighed robot with its budget (.toml), or with --plan the table to fill in (.csv).
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Replaces an existing file.
+    #[arg(long)]
+    force: bool,
+    /// Prints the N postures on blocks that tell most about this robot.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=20))]
+    plan: Option<u8>,
+    /// Heights of the blocks that can stand under a wheel, mm; for --plan.
+    #[arg(long, value_name = "MM", value_delimiter = ',', default_values_t = [50.0, 100.0, 150.0])]
+    blocks: Vec<f64>,
+    /// With --plan: fills the table with what scales would show of this robot, to try the command.
+    #[arg(long, value_name = "ROBOT.toml", requires = "plan", requires = "out")]
+    simulate: Option<PathBuf>,
+    /// Seed of the errors of --simulate.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    #[command(flatten)]
+    errors: Errors,
+}
+
+/// Standard deviations of drawings and readings.
+#[derive(clap::Args)]
+struct Errors {
+    /// Relative error of each mass in the drawings.
+    #[arg(long, value_name = "SHARE", default_value_t = Tolerances::DRAWINGS.mass)]
+    mass_error: f64,
+    /// Distance of each centre of mass from the drawings, mm.
+    #[arg(long, value_name = "MM", default_value_t = 1e3 * Tolerances::DRAWINGS.centre)]
+    cg_error: f64,
+    /// Distance of each pin from the drawings, mm.
+    #[arg(long, value_name = "MM", default_value_t = 1e3 * Tolerances::DRAWINGS.pin)]
+    pin_error: f64,
+    /// Error of a scale's reading, N.
+    #[arg(long, value_name = "N", default_value_t = Accuracy::TYPICAL.scale)]
+    scale_error: f64,
+    /// Constant error of the inclinations of a link, deg.
+    #[arg(long, value_name = "DEG", default_value_t = 0.1)]
+    inclination_offset: f64,
+    /// Error of an inclination in one posture, deg.
+    #[arg(long, value_name = "DEG", default_value_t = 0.03)]
+    inclination_error: f64,
+    /// Horizontal force that is left between a wheel and its scale, N.
+    #[arg(long, value_name = "N", default_value_t = Accuracy::TYPICAL.horizontal_force)]
+    horizontal_force: f64,
+}
+
+impl Errors {
+    fn tolerances(&self) -> Tolerances {
+        Tolerances {
+            mass: self.mass_error,
+            centre: 1e-3 * self.cg_error,
+            pin: 1e-3 * self.pin_error,
+        }
+    }
+
+    fn accuracy(&self) -> Accuracy {
+        Accuracy {
+            scale: self.scale_error,
+            inclination_offset: self.inclination_offset.to_radians(),
+            inclination: self.inclination_error.to_radians(),
+            horizontal_force: self.horizontal_force,
+        }
+    }
+}
+
+const TABLES: Format = Format {
+    what: "tables of a weighing",
+    extension: "csv",
+};
+const ROBOTS: Format = Format {
+    what: "robots",
+    extension: "toml",
+};
+
+/// Weighs, or plans a weighing.
+pub fn run(args: &Args) -> Result<()> {
+    let drawings = RobotChoice::load(&args.robot)?;
+    match (&args.measurements, args.plan) {
+        (Some(measurements), _) => weigh_robot(args, &drawings, measurements),
+        (None, count) => plan_postures(args, &drawings, count.unwrap_or(1).into()),
+    }
+}
+
+fn weigh_robot(args: &Args, drawings: &RobotChoice, path: &Path) -> Result<()> {
+    let inputs = [args.robot.clone(), path.to_path_buf()];
+    let file = create(args, ROBOTS, &inputs)?;
+    let measurements = read_table(path).into_diagnostic()?;
+    let (tolerances, accuracy) = (args.errors.tolerances(), args.errors.accuracy());
+    let weighed = weigh(&drawings.robot, &measurements, &tolerances, &accuracy)
+        .into_diagnostic()
+        .wrap_err_with(|| format!("cannot weigh with {}", path.display()))?;
+    say(&weighed.text())?;
+    let robot = RobotChoice {
+        geometry_name: format!("{}, weighed", drawings.geometry_name),
+        mass_name: format!("{}, weighed", drawings.mass_name),
+        robot: weighed.robot,
+    };
+    let version = format!("robhaz {}", env!("CARGO_PKG_VERSION"));
+    let text = robot.weighed_to_toml(&weighed.covariance, &version);
+    write(file, &text, "the weighed robot and its budget")
+}
+
+fn plan_postures(args: &Args, drawings: &RobotChoice, count: usize) -> Result<()> {
+    let inputs: Vec<_> = [&args.robot]
+        .into_iter()
+        .chain(&args.simulate)
+        .cloned()
+        .collect();
+    let file = create(args, TABLES, &inputs)?;
+    let heights: Vec<f64> = args.blocks.iter().map(|mm| 1e-3 * mm).collect();
+    let (tolerances, accuracy) = (args.errors.tolerances(), args.errors.accuracy());
+    let plan = plan(&drawings.robot, &tolerances, &accuracy, &heights, count).into_diagnostic()?;
+    say(&plan.text())?;
+    let blocks: Vec<Blocks> = plan.postures.iter().map(|p| p.blocks).collect();
+    let text = match &args.simulate {
+        Some(path) => write_table(&simulated(args, path, &plan)?, &blocks),
+        None => blank_table(&blocks),
+    };
+    write(file, &text, "the table")
+}
+
+fn simulated(args: &Args, path: &Path, plan: &Plan) -> Result<Measurements> {
+    let real = RobotChoice::load(path)?;
+    let blocks: Vec<Blocks> = plan.postures.iter().map(|p| p.blocks).collect();
+    simulated_weighing(&real.robot, &blocks, &args.errors.accuracy(), args.seed).into_diagnostic()
+}
+
+fn create(args: &Args, format: Format, inputs: &[PathBuf]) -> Result<Option<OutputFile>> {
+    let create = |path: &PathBuf| OutputFile::create(path, format, inputs, args.force);
+    Ok(args.out.as_ref().map(create).transpose()?)
+}
+
+/// Writes the file if one was asked for, and says so.
+fn write(file: Option<OutputFile>, text: &str, what: &str) -> Result<()> {
+    let Some(file) = file else {
+        return Ok(());
+    };
+    std::fs::write(file.path(), text)
+        .into_diagnostic()
+        .wrap_err_with(|| format!("cannot write {what}"))?;
+    let path = file.finish()?;
+    say(&format!("{}: {what}", path.display()))
+}

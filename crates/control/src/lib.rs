@@ -1,0 +1,35 @@
+//! Control of the wheels: readings and estimates in, commands of the wheels out.
+//!
+//! A [`Controller`] takes the readings of one sample, the estimate of the same sample and the set speed, and returns a
+//! [`WheelCommand`] for each wheel. A command acts from the next sample on and is held until the one after it.
+//!
+//! | kind | module |
+//! |---|---|
+//! | `speed`: every drive follows its own plan with its continuous PI control | [`Controller`] |
+//! | `shared`: one speed control, its torque shared so that every wheel needs the same T/N | [`shared`] |
+//! | `friction-test`: torque ramps on one wheel after the other | [`friction_test`] |
+//!
+//! The crate is `no_std`, allocates nothing, and depends on the estimator and on the robot's drawings alone: it runs on a
+//! robot and cannot reach the simulator.
+#![no_std]
+#![allow(
+    clippy::needless_range_loop,
+    reason = "indices name wheels, and go through several arrays at once"
+)]
+#![allow(
+    clippy::manual_clamp,
+    reason = "max and min turn a NaN into a limit; clamp would keep it, or panic"
+)]
+
+mod controller;
+pub mod friction_test;
+mod input;
+mod kind;
+mod ramp;
+pub mod shared;
+mod wheel_speed;
+
+pub use controller::Controller;
+pub use input::{ControlInput, ControlSettings, FrictionTestPlan};
+pub use kind::ControlKind;
+pub use robhaz_model::WheelCommand;

@@ -1,0 +1,122 @@
+//! Detection of a robot that stands although its wheels turn.
+
+use crate::visit::visit_fields;
+use robhaz_model::{Vec2, perp};
+
+/// Finds a robot that does not move although its wheels turn.
+///
+/// A robot that moves without a change of its posture moves parallel to itself: after the distance between two axles a wheel is
+/// where the wheel in front of it was. Then all axles lie on one line along the ground. If they do not, and the wheels have turned
+/// by more than that distance, the wheels spin in place. Half of it is enough if the contact angles that the estimated motion
+/// shows deviate much from the lines between the axles: the ground would have to be a saw.
+///
+/// On even ground in front of a wall the axles lie on a line: that is not found.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct StandingDetector {
+    /// Link angles at which the posture was last seen to change, rad.
+    posture: [f64; 2],
+    /// Distance by which the wheels have turned since then, m.
+    turned: f64,
+    stands: bool,
+}
+
+visit_fields!(StandingDetector: posture, turned, stands);
+
+impl StandingDetector {
+    /// Change of a link angle that is a change of the posture, rad: five times the noise of an inclinometer that errs by 0.1 deg.
+    const CHANGE: f64 = 0.01;
+    /// Angle between the lines from axle to axle from which on they are not one line, rad. Drawings that err by 2 mm make 0.015.
+    const BEND: f64 = 0.05;
+    /// Distance by which the wheels have to turn, over the largest distance between neighbouring axles.
+    const DISTANCES: f64 = 1.05;
+    /// The same for contact angles that deviate by [`Self::STEEP`].
+    const STEEP_DISTANCES: f64 = 0.5;
+    /// Mean deviation of the contact angles from the lines between the axles that no robot meets while its posture stays, rad.
+    const STEEP: f64 = 0.35;
+
+    /// Whether the robot stands while its wheels turn, by the last sample.
+    pub fn stands(&self) -> bool {
+        self.stands
+    }
+
+    /// Whether the posture has changed since the wheels last turned: the robot has moved.
+    pub fn has_moved(&self) -> bool {
+        self.turned <= 0.0
+    }
+
+    /// Takes a sample. Returns whether the robot stands while its wheels turn. `link_angles`: rad. `axles`: positions relative to Q, m. `rim_speeds`: of
+    /// the wheels relative to the links, m/s. `dt`: time since the last sample, s.
+    pub fn update(
+        &mut self,
+        link_angles: [f64; 2],
+        axles: &[Vec2; 3],
+        rim_speeds: [f64; 3],
+        deviation: f64,
+        dt: f64,
+    ) -> bool {
+        let [front, middle, rear] = axles;
+        let change = |i: usize| (link_angles[i] - self.posture[i]).abs();
+        if change(0).max(change(1)) > Self::CHANGE {
+            *self = Self {
+                posture: link_angles,
+                ..Self::default()
+            };
+        } else {
+            // One wheel may spin while the others roll: the median counts.
+            let [a, b, c] = rim_speeds.map(f64::abs);
+            self.turned += dt * a.min(b).max(a.max(b).min(c));
+        }
+        let (ahead, behind) = (front - middle, middle - rear);
+        let lengths = [ahead, behind].map(|line| libm::sqrt(line.norm_squared()));
+        let bend = perp(behind).dot(&ahead).abs() / (lengths[0] * lengths[1]);
+        let distances = if deviation > Self::STEEP {
+            Self::STEEP_DISTANCES
+        } else {
+            Self::DISTANCES
+        };
+        let enough = distances * lengths[0].max(lengths[1]);
+        self.stands |= self.turned > enough && bend > Self::BEND;
+        self.stands
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const AXLES: [Vec2; 3] = [
+        Vec2::new(0.3, 0.0),
+        Vec2::new(0.0, 0.0),
+        Vec2::new(-0.3, 0.0),
+    ];
+
+    /// Time until it is found that the robot stands, s, over 10 s at rim speeds of 0.2 m/s.
+    fn found(axles: &[Vec2; 3], rate: f64, rim_speeds: [f64; 3], deviation: f64) -> Option<f64> {
+        let mut detector = StandingDetector::default();
+        let dt = 1e-3;
+        let mut times = (1..=10_000).map(|k| dt * f64::from(k));
+        times.find(|time| {
+            let angles = [rate * time, 0.3];
+            detector.update(angles, axles, rim_speeds, deviation, dt)
+        })
+    }
+
+    /// With a wheel above the line of the others it takes 1.05 times the distance of the axles, or half of it; on a line, with a posture that
+    /// changes by 0.01 rad on a shorter way, or with a single spinning wheel it is never found.
+    #[test]
+    fn wheels_that_turn_in_a_constant_posture_off_a_line_spin() {
+        let turning = [0.2; 3];
+        let mut bent = AXLES;
+        bent[0].y = 0.06;
+        let distance = libm::hypot(0.3, 0.06);
+        for (deviation, distances) in [(0.1, 1.05), (0.5, 0.5)] {
+            let expected = distances * distance / 0.2;
+            // A sample, and the first one at which the posture is taken.
+            let time = found(&bent, 0.0, turning, deviation).expect("it stands");
+            assert!((time - expected).abs() < 2e-3, "{time} {expected}");
+            assert_eq!(found(&AXLES, 0.0, turning, deviation), None);
+            assert_eq!(found(&bent, 0.02, turning, deviation), None);
+            assert_eq!(found(&bent, 0.0, [0.2, 0.0, 0.0], deviation), None);
+        }
+    }
+}

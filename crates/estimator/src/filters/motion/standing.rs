@@ -1,0 +1,77 @@
+//! A robot whose wheels spin in place: its velocity is zero, and rolling tells nothing of slopes and torques.
+
+use super::filter::MotionFilter;
+use super::rolling::RollingWheel;
+use super::states::{ACCELERATION, CONTACT_ANGLE, CREEP, TORQUE_ERRORS, TORQUE_OFFSET, VELOCITY};
+use super::tuning::TUNING;
+use crate::contact::{Creep, RollingResiduals, SlipResidual};
+use crate::settings::ContactAngles;
+
+impl MotionFilter {
+    /// Offsets of the torque readings and gear friction, N m.
+    pub fn torque_errors(&self) -> [f64; TORQUE_ERRORS] {
+        core::array::from_fn(|k| self.filter.x[TORQUE_OFFSET + k])
+    }
+
+    /// The robot has been found to stand: what was estimated from its motion since it stopped is discarded.
+    ///
+    /// - Unknown contact angles. What holds the robot is ahead of some of its wheels, in the direction `spin` of their rims (its sign
+    ///   counts): a contact angle lies between that of level ground and that of a wall.
+    /// - Errors of torques: they become those of `torque_errors`, N m, and as uncertain as they have changed since.
+    pub fn discard_motion(&mut self, spin: f64, torque_errors: &[f64; TORQUE_ERRORS]) {
+        for (k, before) in torque_errors.iter().enumerate() {
+            let (now, sigma) = self.estimated(TORQUE_OFFSET + k);
+            let sigma = libm::hypot(sigma, now - before);
+            self.filter.set(TORQUE_OFFSET + k, *before, sigma);
+        }
+        if self.angles == ContactAngles::Unknown {
+            let angle = libm::copysign(TUNING.held_angle, spin);
+            for x in &mut self.filter.x[CONTACT_ANGLE..CONTACT_ANGLE + 3] {
+                *x = -angle;
+            }
+        }
+    }
+
+    /// The robot stands at this sample: velocity and acceleration are zero, and torque errors are only considered.
+    ///
+    /// Unknown contact angles are as uncertain as at first, however long it stands: one parity residual a sample, always the same,
+    /// cannot tell three of them, and each linearisation of it about other angles would seem to tell more.
+    ///
+    /// A force F that errs in direction by an angle a errs by F a^2/2 along itself, which the linear covariance does not contain: for
+    /// the load `mean_load` of a wheel (N) that is added to the unexplained load.
+    pub fn stand(&mut self, mean_load: f64) {
+        for i in 0..2 {
+            self.filter.set(VELOCITY + i, 0.0, TUNING.velocity_at_rest);
+            self.filter
+                .set(ACCELERATION + i, 0.0, TUNING.acceleration.sigma);
+        }
+        if self.angles == ContactAngles::Unknown {
+            for state in CONTACT_ANGLE..CONTACT_ANGLE + 3 {
+                let angle = self.filter.x[state];
+                self.filter.set(state, angle, TUNING.held_angle);
+            }
+            let second_order = 0.5 * mean_load * TUNING.held_angle * TUNING.held_angle;
+            self.unexplained = self.unexplained.max(second_order * second_order);
+        }
+        self.suspect = [TUNING.suspect_time; 3];
+    }
+
+    /// Residuals of the rolling constraints of wheel `i` of a standing robot, which correct nothing: all of the rim's speed is slip.
+    pub fn spin_in_place(&self, i: usize, wheel: &RollingWheel) -> RollingResiduals {
+        let creep = Creep {
+            speed: self.filter.x[CREEP + i],
+            ratio: wheel.ratio,
+        };
+        let noise = libm::hypot(wheel.bias_sigma, wheel.noise_sigma);
+        RollingResiduals {
+            away: 0.0,
+            away_sigma: noise,
+            slip: wheel.rim_speed.map(|rim_speed| SlipResidual {
+                beyond_creep: rim_speed - creep.slip(),
+                creep: creep.slip(),
+                variance: noise * noise,
+                noise,
+            }),
+        }
+    }
+}

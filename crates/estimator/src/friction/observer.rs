@@ -1,0 +1,127 @@
+//! Needed friction and slip of the three wheels, and what they teach about the ground.
+
+use super::needed::{JointForces, NeededFriction};
+use super::slip_watch::{SlipEvent, SlipWatch, WheelSample};
+use crate::contact::{ContactEstimate, ContactState};
+use crate::ground::GroundMemory;
+use crate::visit::visit_fields;
+
+/// Friction of one wheel: what it needs, and what is known of the ground there.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WheelFriction {
+    /// Needed friction. `None` for a wheel without load.
+    pub needed: Option<NeededFriction>,
+    /// Margin to the known friction, -: upper bound of mu_max less |T/N|. The bound is that of the wheel's place, else that of the last
+    /// slip event. `None` before any wheel has slipped.
+    pub margin: Option<f64>,
+    /// Distance that the rim has slid over the ground since the largest T/N, m. `None` while the wheel grips: there is a value from
+    /// the onset of slip until it grips again.
+    pub slid: Option<f64>,
+    /// The onset of slip, at the sample at which it is found. `None` if another wheel needs about as much friction: it cannot be told
+    /// which of them slips.
+    pub slip_event: Option<SlipEvent>,
+}
+
+/// The robot at one sample, as the other filters see it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FrictionSample<'a> {
+    /// Forces and their covariance.
+    pub forces: JointForces,
+    /// Contact angles of the estimate, rad.
+    pub contact_angle: [f64; 3],
+    pub contact: &'a [ContactEstimate; 3],
+    /// Whether each wheel can be judged: no impact, no stop, no reading that has been missing for long.
+    pub clear: [bool; 3],
+    /// Lasting error of a traction that no reading has shown: standard deviation, N.
+    pub lasting: f64,
+    /// Mean wheel load, N.
+    pub mean_load: f64,
+    /// Time since the last sample, s.
+    pub dt: f64,
+}
+
+/// Watches the wheels, and passes what they show on to the memory of the ground.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct FrictionObserver {
+    watches: [SlipWatch; 3],
+    /// Upper bound of mu_max of the last slip event, and whether there has been one.
+    last_bound: f64,
+    has_slipped: bool,
+}
+
+visit_fields!(FrictionObserver: watches, last_bound, has_slipped);
+
+impl FrictionObserver {
+    /// Standard deviations between what was found and the bound.
+    const BOUND: f64 = 2.0;
+    /// Part of the mean wheel load from which T/N is exact enough to teach anything.
+    const LEAST_LOAD: f64 = 0.2;
+    /// Part of a slipping wheel's |T/N| from which another wheel may be the one that slips: the speed of the ground is that of the
+    /// other rims, less their creep.
+    const AMBIGUOUS: f64 = 0.9;
+
+    /// Takes a sample. What it teaches goes to the memory of the ground.
+    pub fn update(
+        &mut self,
+        sample: &FrictionSample<'_>,
+        ground: &mut GroundMemory,
+    ) -> [WheelFriction; 3] {
+        let mut forces = sample.forces;
+        if let Some(error) = ground.direction_error() {
+            forces.know_direction(&sample.contact_angle, error);
+        }
+        let places = ground.wheel_places();
+        let mut found = [WheelFriction::default(); 3];
+        for i in 0..3 {
+            let loaded = forces.normal(i) > Self::LEAST_LOAD * sample.mean_load;
+            let contact = &sample.contact[i];
+            let one = contact.state == ContactState::OneContact;
+            let needed = loaded.then(|| forces.needed_friction(i));
+            found[i].needed = needed;
+            let Some(needed) = needed.filter(|_| one && sample.clear[i]) else {
+                self.watches[i].reset();
+                continue;
+            };
+            let wheel = WheelSample {
+                needed,
+                load: forces.normal(i),
+                lasting: sample.lasting / forces.normal(i),
+                slip: contact.slip,
+                place: places.map(|places| places[i]),
+            };
+            let event = self.watches[i].update(&wheel, sample.dt);
+            let event = event.filter(|event| {
+                let most = Self::AMBIGUOUS * event.mu_max;
+                let needs_as_much = |j: usize| {
+                    let loaded = forces.normal(j) > Self::LEAST_LOAD * sample.mean_load;
+                    j != i && loaded && forces.needed_friction(j).value.abs() > most
+                };
+                !(0..3).any(needs_as_much)
+            });
+            found[i].slip_event = event;
+            found[i].slid = self.watches[i].slid();
+            if let Some(event) = event {
+                self.learn_slip(&event, ground);
+            } else if !(contact.sliding || found[i].slid.is_some()) {
+                let doubt = libm::hypot(needed.sigma, wheel.lasting);
+                let bound = needed.value.abs() - Self::BOUND * doubt;
+                ground.friction_held(i, bound);
+            }
+        }
+        for i in 0..3 {
+            let here = places.and_then(|places| ground.friction_at(places[i]).at_most);
+            let bound = here.or(self.has_slipped.then_some(self.last_bound));
+            let needed = found[i].needed.map(|needed| needed.value.abs());
+            found[i].margin = bound.zip(needed).map(|(bound, needed)| bound - needed);
+        }
+        found
+    }
+
+    fn learn_slip(&mut self, event: &SlipEvent, ground: &mut GroundMemory) {
+        let doubt = Self::BOUND * event.sigma;
+        (self.last_bound, self.has_slipped) = (event.mu_max + doubt, true);
+        if let Some(x) = event.place {
+            ground.friction_measured(x, event.mu_max - doubt, event.mu_max + doubt);
+        }
+    }
+}

@@ -1,0 +1,255 @@
+//! Onset of slip of one wheel, and the largest T/N just before.
+
+use super::needed::NeededFriction;
+use crate::contact::ContactDetector;
+use crate::visit::visit_fields;
+
+/// A wheel begins to slip: the ground bears no more than the largest T/N just before.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlipEvent {
+    /// Largest |T/N| before the slip: mu_max, -.
+    pub mu_max: f64,
+    /// Its standard deviation, -.
+    pub sigma: f64,
+    /// Part of that deviation that comes from a lasting error of the torque reading, -. A slip in the other direction has it with the
+    /// other sign.
+    pub lasting: f64,
+    /// N at that T/N, N.
+    pub load: f64,
+    /// Time since that T/N, s.
+    pub age: f64,
+    /// Place of the contact at that time along the path, m, in the frame of [`crate::Estimator::ground`]. `None` before the robot
+    /// has moved.
+    pub place: Option<f64>,
+}
+
+/// One wheel at one sample.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WheelSample {
+    /// T/N.
+    pub needed: NeededFriction,
+    /// N, N.
+    pub load: f64,
+    /// Standard deviation of T/N from lasting errors of the torque reading that no reading has shown, -.
+    pub lasting: f64,
+    /// Slip speed, m/s.
+    pub slip: f64,
+    /// Place of the contact, m.
+    pub place: Option<f64>,
+}
+
+/// Watches one wheel for the onset of slip.
+///
+/// While a wheel grips, its slip follows T/N and hardly accelerates. Once T/N is at the ground's limit, further torque accelerates the
+/// wheel: the slip speed grows faster and faster, because friction falls with slip. The onset is a slip acceleration beyond
+/// [`Self::ACCELERATION`] in the direction of the traction, for [`Self::HOLD`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct SlipWatch {
+    /// Whether there has been a sample since the last reset.
+    started: bool,
+    /// Low-pass filtered T/N, -.
+    ratio: f64,
+    /// Low-pass filtered slip speed, m/s.
+    slip: f64,
+    /// Time for which the slip has accelerated, s.
+    time: f64,
+    /// Whether the wheel slips: the onset is over, and the wheel has not gripped again.
+    slips: bool,
+    /// Distance that the rim has slid over the ground since the peak, m.
+    slid: f64,
+    peak: Peak,
+}
+
+visit_fields!(SlipWatch: started, ratio, slip, time, slips, slid, peak);
+
+/// The largest low-pass filtered |T/N| of the last [`SlipWatch::WINDOW`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Peak {
+    value: f64,
+    sigma: f64,
+    lasting: f64,
+    load: f64,
+    age: f64,
+    /// Place, m, and whether it is known.
+    place: f64,
+    has_place: bool,
+}
+
+visit_fields!(Peak: value, sigma, lasting, load, age, place, has_place);
+
+impl SlipWatch {
+    /// Time constant of the low pass on T/N, s. T/N is level for about four times as long: from the peak of friction until the wheel
+    /// has accelerated.
+    const RATIO_SMOOTHING: f64 = 0.05;
+    /// Time constant of the low pass by which the slip is differentiated, s. With typical encoders and gyroscopes the acceleration
+    /// of a gripping wheel then stays below 0.02 m/s^2.
+    const SLIP_SMOOTHING: f64 = 0.05;
+    /// Slip acceleration at the onset, m/s^2: for a rotor and wheel of 0.094 kg m^2 and a load of 46 N it is a torque of 1.6 % of r N
+    /// that the ground does not bear. A gripping wheel under a ramp of 0.25 N m/s stays below 0.02 m/s^2 up to 98 % of mu_max.
+    const ACCELERATION: f64 = 0.08;
+    /// Time for which it has to be beyond, s.
+    const HOLD: f64 = 0.03;
+    /// Least slip speed at the onset, m/s, and of a wheel that does not grip again: the error of the estimated speed.
+    const LEAST_SLIP: f64 = 0.005;
+    /// Age beyond which a peak is forgotten, s.
+    const WINDOW: f64 = 0.6;
+
+    /// Takes a sample, `dt` seconds after the last. Returns the event at the sample at which an onset is found.
+    pub fn update(&mut self, sample: &WheelSample, dt: f64) -> Option<SlipEvent> {
+        let (ratio, slip) = (sample.needed.value, sample.slip);
+        if !(ratio.is_finite() && slip.is_finite()) {
+            self.reset();
+            return None;
+        }
+        if !self.started {
+            *self = Self {
+                started: true,
+                ratio,
+                slip,
+                ..Self::default()
+            };
+        }
+        self.ratio += dt / (Self::RATIO_SMOOTHING + dt) * (ratio - self.ratio);
+        let acceleration = (slip - self.slip) / Self::SLIP_SMOOTHING;
+        self.slip += dt / (Self::SLIP_SMOOTHING + dt) * (slip - self.slip);
+        let forward = libm::copysign(1.0, self.ratio);
+        self.slid += slip.abs() * dt;
+        if self.slips {
+            self.slips = slip * forward > Self::LEAST_SLIP;
+            self.peak = Peak::default();
+            return None;
+        }
+        self.follow_peak(sample, dt);
+        let begins = acceleration * forward > Self::ACCELERATION
+            && slip * forward > Self::LEAST_SLIP
+            && self.peak.value > ContactDetector::LEAST_RATIO;
+        self.time = if begins { self.time + dt } else { 0.0 };
+        if self.time < Self::HOLD {
+            return None;
+        }
+        (self.slips, self.time) = (true, 0.0);
+        Some(SlipEvent {
+            mu_max: self.peak.value,
+            sigma: self.peak.sigma,
+            lasting: self.peak.lasting,
+            load: self.peak.load,
+            age: self.peak.age,
+            place: self.peak.has_place.then_some(self.peak.place),
+        })
+    }
+
+    fn follow_peak(&mut self, sample: &WheelSample, dt: f64) {
+        self.peak.age += dt;
+        let value = self.ratio.abs();
+        if value >= self.peak.value || self.peak.age > Self::WINDOW {
+            self.peak = Peak {
+                value,
+                sigma: libm::hypot(sample.needed.sigma, sample.lasting),
+                lasting: sample.lasting,
+                load: sample.load,
+                age: 0.0,
+                place: sample.place.unwrap_or(0.0),
+                has_place: sample.place.is_some(),
+            };
+            self.slid = 0.0;
+        }
+    }
+
+    /// Distance that the rim has slid over the ground since the largest T/N, m, if the wheel slips.
+    pub fn slid(&self) -> Option<f64> {
+        self.slips.then_some(self.slid)
+    }
+
+    /// Forgets everything: the wheel's forces or its speed are not known.
+    pub fn reset(&mut self) {
+        *self = Self::default();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DT: f64 = 1e-3;
+
+    fn sample(ratio: f64, slip: f64) -> WheelSample {
+        WheelSample {
+            needed: NeededFriction {
+                value: ratio,
+                sigma: 0.01,
+            },
+            load: 45.0,
+            lasting: 0.0,
+            slip,
+            place: Some(1.0),
+        }
+    }
+
+    /// A wheel under a ramp of T/N of 0.05/s up to `mu` with creep in proportion; then its slip accelerates by `growth` (1/s), from
+    /// 0.01 m/s^2 on. Returns the event and the time since the limit was reached.
+    fn ramp(mu: f64, growth: f64, forward: f64) -> Option<(SlipEvent, f64)> {
+        let mut watch = SlipWatch::default();
+        for k in 0..40_000 {
+            let t = DT * f64::from(k);
+            let after = t - mu / 0.05;
+            let (ratio, slip) = if after < 0.0 {
+                (0.05 * t, 0.02 * t * 0.05)
+            } else {
+                let slip = 0.02 * mu + 0.01 / growth * ((growth * after).exp() - 1.0);
+                (mu - (slip - 0.02 * mu).min(0.1), slip)
+            };
+            if let Some(event) = watch.update(&sample(forward * ratio, forward * slip), DT) {
+                return Some((event, after));
+            }
+        }
+        None
+    }
+
+    /// Closed form: the acceleration reaches 0.08 m/s^2 within ln(8)/growth, later by the low pass (0.05 s) and the hold (0.03 s).
+    /// The low pass lags the ramp by 0.1 s, 0.005; the time until the slip has accelerated catches up with half of it.
+    #[test]
+    fn the_onset_follows_the_limit() {
+        for forward in [1.0, -1.0] {
+            for mu in [0.2, 0.3, 0.6, 0.9] {
+                let (event, after) = ramp(mu, 8.0, forward).expect("it slips");
+                assert!(after > 0.2 && after < 0.45, "{after} s");
+                assert!((event.mu_max / mu - 1.0).abs() < 0.013, "{event:?}");
+                assert!(event.age > 0.0 && event.age < 0.35, "{event:?}");
+                assert_eq!(event.place, Some(1.0));
+            }
+        }
+    }
+
+    /// Property: creep in proportion to T/N is no slip; nor is slip against the traction, nor slip without traction.
+    #[test]
+    fn what_is_no_onset() {
+        assert_eq!(ramp(5.0, 8.0, 1.0), None);
+        for (ratio, sign) in [(0.4, -1.0), (0.1, 1.0)] {
+            let mut watch = SlipWatch::default();
+            for k in 0..1000 {
+                let slip = sign * 0.1 * DT * f64::from(k);
+                assert_eq!(watch.update(&sample(ratio, slip), DT), None);
+            }
+        }
+    }
+
+    /// Property: a wheel that slips has one onset; after it has gripped again it can have another. A NaN forgets all.
+    #[test]
+    fn one_onset_until_the_wheel_grips() {
+        let mut watch = SlipWatch::default();
+        let mut count = 0;
+        for k in 0..4000 {
+            let phase = DT * f64::from(k % 2000);
+            let slip = if phase < 1.0 {
+                0.0
+            } else {
+                0.2 * (phase - 1.0)
+            };
+            count += u32::from(watch.update(&sample(0.5, slip), DT).is_some());
+        }
+        assert_eq!(count, 2);
+        assert!(watch.slid().is_some_and(|slid| slid > 0.09 && slid < 0.11));
+        assert_eq!(watch.update(&sample(f64::NAN, 0.0), DT), None);
+        assert_eq!(watch, SlipWatch::default());
+    }
+}

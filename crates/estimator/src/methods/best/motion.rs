@@ -1,0 +1,179 @@
+//! Motion of the robot from the rolling wheels, or its standstill.
+
+use super::BestFilters;
+use crate::contact::RollingResiduals;
+use crate::filters::Innovation;
+use crate::filters::motion::{MeasuredAccelerations, RollingWheel};
+use crate::frame::{Inputs, Instant};
+use crate::health::Innovations;
+use crate::methods::wheel::Wheel;
+use crate::nominal::Nominal;
+use crate::settings::EstimatorSettings;
+use crate::statics::Arms;
+use robhaz_model::{Geometry, Robot, perp};
+
+impl BestFilters {
+    /// Finds out whether the wheels spin in place. When that begins, what the motion has shown of the ground is discarded; when it ends,
+    /// the robot may be moving.
+    pub(super) fn detect_standing(
+        &mut self,
+        nominal: &Nominal,
+        instant: &Instant<'_>,
+        link_angles: [f64; 2],
+        arms: &Arms,
+    ) {
+        let before = self.standing.stands();
+        let rim_speeds = [0, 1, 2].map(|i| self.rim_speed(i, &nominal.robot.geometry));
+        let slopes = expected_slopes(arms);
+        let deviation = |i: usize| (self.contact_angle(i, instant.inputs) - slopes[i]).abs();
+        let deviation = (deviation(0) + deviation(1) + deviation(2)) / 3.0;
+        let stands =
+            self.standing
+                .update(link_angles, &arms.axles, rim_speeds, deviation, instant.dt);
+        if stands && !before {
+            let [front, middle, rear] = rim_speeds;
+            let spin = front + middle + rear;
+            self.motion.discard_motion(spin, &self.torque_errors);
+            self.ground.end_section();
+        } else if before && !stands {
+            self.motion.forget_velocity();
+        }
+        if self.standing.has_moved() {
+            self.torque_errors = self.motion.torque_errors();
+        }
+    }
+
+    /// Speed of the rim of wheel `i` relative to its axle, m/s, forward positive; 0 before its observer has settled.
+    fn rim_speed(&self, i: usize, geometry: &Geometry) -> f64 {
+        let link_rate = self.links[geometry.carriers[i].index()].rate();
+        let spin = self.wheels[i].settled_speed();
+        spin.map_or(0.0, |spin| geometry.wheel_radius * (spin - link_rate))
+    }
+
+    /// Advances motion and wheels, and applies the rolling constraints of loaded wheels, in the posture of `arms`.
+    /// Returns the residuals of these constraints.
+    pub(super) fn update_motion(
+        &mut self,
+        nominal: &Nominal,
+        instant: &Instant<'_>,
+        arms: &Arms,
+        innovations: &mut Innovations,
+    ) -> [Option<RollingResiduals>; 3] {
+        let (robot, settings) = (&nominal.robot, &nominal.settings);
+        let (inputs, dt) = (instant.inputs, instant.dt);
+        let slopes = expected_slopes(arms);
+        if dt > 0.0 {
+            let fresh = inputs.contact_angle.map(|angle| angle.fresh());
+            let measured = self.measured_accelerations(robot, arms);
+            self.motion
+                .predict(&settings.budget, dt, fresh, &slopes, measured);
+        } else {
+            self.motion.start_at(&slopes);
+        }
+        for i in 0..3 {
+            let alpha = self.links[robot.geometry.carriers[i].index()].acceleration();
+            let wheel = &mut self.wheels[i];
+            let innovation = wheel.update(&robot.mass, settings, &inputs.wheel(i), alpha, dt);
+            innovations.encoder[i] = innovation.as_ref().map(Innovation::nis);
+        }
+        let least = EstimatorSettings::UNLOADED * robot.mean_wheel_load();
+        let mut residuals = [None; 3];
+        let stands = self.standing.stands();
+        if stands {
+            self.motion.stand(robot.mean_wheel_load());
+        }
+        for i in 0..3 {
+            if dt > 0.0 && self.last_normal_force[i] > least {
+                let wheel = self.rolling_wheel(i, nominal, inputs, arms);
+                let correct = self.method.rolling;
+                residuals[i] = Some(if stands {
+                    self.motion.spin_in_place(i, &wheel)
+                } else {
+                    let found = self.motion.roll(&settings.budget, i, &wheel, dt, correct);
+                    innovations.direction[i] = Some(found.direction_nis());
+                    found
+                });
+            }
+        }
+        if !stands {
+            innovations.slip = slip_nis(&residuals);
+        }
+        residuals
+    }
+
+    /// Accelerations that the last readings show.
+    fn measured_accelerations(&self, robot: &Robot, arms: &Arms) -> MeasuredAccelerations {
+        let geometry = &robot.geometry;
+        let spin: f64 = self.wheels.iter().map(Wheel::acceleration).sum();
+        let speed = libm::sqrt(self.motion.velocity().norm_squared());
+        let mut links = 0.0_f64;
+        for (carrier, axle) in geometry.carriers.iter().zip(&arms.axles) {
+            let link = &self.links[carrier.index()];
+            let tangential = libm::sqrt(axle.norm_squared()) * link.acceleration().abs();
+            links = links.max(tangential + speed * link.smooth_rate().abs());
+        }
+        MeasuredAccelerations {
+            rims: geometry.wheel_radius * spin / 3.0,
+            links,
+        }
+    }
+
+    /// Wheel `i` as the rolling constraints take it, with the forces of the last estimate.
+    fn rolling_wheel(
+        &self,
+        i: usize,
+        nominal: &Nominal,
+        inputs: &Inputs,
+        arms: &Arms,
+    ) -> RollingWheel {
+        let (geometry, settings) = (&nominal.robot.geometry, &nominal.settings);
+        let (link, wheel) = (&self.links[geometry.carriers[i].index()], &self.wheels[i]);
+        let (n, t) = (self.last_normal_force[i], self.last_traction[i]);
+        let r = geometry.wheel_radius;
+        let across = perp(arms.axles[i]);
+        let arm = libm::sqrt(across.norm_squared());
+        let read = inputs.wheel_angle[i].age <= Inputs::STALE_AFTER;
+        RollingWheel {
+            relative: across * link.rate(),
+            smooth_relative: across * link.smooth_rate(),
+            bias_sigma: arm * link.rate_bias().1,
+            noise_sigma: arm * settings.budget.rate_noise,
+            angle: inputs.contact_angle[i].value,
+            rim_speed: wheel
+                .settled_speed()
+                .filter(|_| read)
+                .map(|speed| r * (speed - link.rate())),
+            ratio: (t / n).clamp(-1.0, 1.0),
+            moment_of_load: r * n,
+            friction_share: wheel.friction_share(),
+            torque: wheel.steady_torque(settings.viscous_damping),
+            torque_sigma: wheel.ground_torque().1,
+        }
+    }
+}
+
+/// Slopes of the ground that the posture shows, rad: at the front and rear wheel that of the line to the middle wheel, at the middle
+/// wheel that of the line between the others. The ground under a wheel deviates from it, but over a distance the mean slope of the
+/// ground is that of the robot.
+fn expected_slopes(arms: &Arms) -> [f64; 3] {
+    let slope = |front: usize, rear: usize| {
+        let line = arms.axles[front] - arms.axles[rear];
+        libm::atan2(line.y, line.x)
+    };
+    [slope(0, 1), slope(0, 2), slope(1, 2)]
+}
+
+/// Normalised innovations squared of the speed constraints, each relative to the middle one of the three wheels: an error of the
+/// robot's speed is common to all and shows no wheel. `None` unless all three constraints apply.
+fn slip_nis(residuals: &[Option<RollingResiduals>; 3]) -> [Option<f64>; 3] {
+    let slip = |r: &Option<RollingResiduals>| r.and_then(|r| r.slip);
+    let [Some(a), Some(b), Some(c)] = residuals.each_ref().map(slip) else {
+        return [None; 3];
+    };
+    let (low, high) = (
+        a.beyond_creep.min(b.beyond_creep),
+        a.beyond_creep.max(b.beyond_creep),
+    );
+    let middle = c.beyond_creep.max(low).min(high);
+    [a, b, c].map(|slip| Some(slip.nis_from(middle)))
+}

@@ -1,0 +1,143 @@
+//! Rows of a table as Arrow batches.
+
+use crate::columns::{Column, Kind, Table, Value};
+use arrow_array::{ArrayRef, Float64Array, RecordBatch, UInt32Array};
+use arrow_buffer::NullBuffer;
+use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
+use robhaz_run::Frame;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// Values of one column that wait for their batch.
+enum Buffer {
+    Float(Vec<f64>),
+    Optional(Gappy),
+    Count(Vec<u32>),
+}
+
+/// Numbers with gaps. Most columns have none, and then there is nothing beside the numbers.
+#[derive(Default)]
+struct Gappy {
+    values: Vec<f64>,
+    /// Whether each value is there, from the first gap on; until then empty.
+    valid: Vec<bool>,
+}
+
+impl Gappy {
+    fn push(&mut self, value: Option<f64>) {
+        if value.is_none() && self.valid.is_empty() {
+            self.valid.resize(self.values.len(), true);
+        }
+        if value.is_none() || !self.valid.is_empty() {
+            self.valid.push(value.is_some());
+        }
+        self.values.push(value.unwrap_or_default());
+    }
+
+    fn take(&mut self) -> Float64Array {
+        let Self { values, valid } = std::mem::take(self);
+        let nulls = (!valid.is_empty()).then(|| NullBuffer::from(valid));
+        Float64Array::new(values.into(), nulls)
+    }
+}
+
+impl Buffer {
+    fn new(column: &Column) -> Self {
+        match column.kind() {
+            Kind::Float => Self::Float(Vec::new()),
+            Kind::Optional => Self::Optional(Gappy::default()),
+            Kind::Count => Self::Count(Vec::new()),
+        }
+    }
+
+    fn push(&mut self, value: Value) {
+        match (self, value) {
+            (Self::Float(buffer), Value::Float(value)) => buffer.push(value),
+            (Self::Optional(buffer), Value::Optional(value)) => buffer.push(value),
+            (Self::Count(buffer), Value::Count(value)) => buffer.push(value),
+            // A column has one kind. A value of another kind would make the lengths differ, and the batch an error.
+            _ => {}
+        }
+    }
+
+    fn take(&mut self) -> ArrayRef {
+        match self {
+            Self::Float(buffer) => Arc::new(Float64Array::from(std::mem::take(buffer))),
+            Self::Optional(buffer) => Arc::new(buffer.take()),
+            Self::Count(buffer) => Arc::new(UInt32Array::from(std::mem::take(buffer))),
+        }
+    }
+}
+
+/// Collects rows of a table and makes Arrow batches of them. Unit and description of a column are in the metadata of its
+/// field.
+pub struct BatchBuilder {
+    table: Table,
+    buffers: Vec<Buffer>,
+    rows: usize,
+    schema: SchemaRef,
+}
+
+impl BatchBuilder {
+    /// A table without rows. `metadata` are keys and values of the table as a whole.
+    pub fn new(table: Table, metadata: &[(&str, String)]) -> Self {
+        let fields: Vec<Field> = table.columns.iter().map(field).collect();
+        let metadata = metadata.iter().map(|(k, v)| ((*k).to_owned(), v.clone()));
+        Self {
+            buffers: table.columns.iter().map(Buffer::new).collect(),
+            table,
+            rows: 0,
+            schema: Arc::new(Schema::new_with_metadata(fields, metadata.collect())),
+        }
+    }
+
+    /// Adds the row of a record. Returns whether the table has one for it.
+    pub fn push(&mut self, frame: &Frame<'_>) -> bool {
+        if !self.table.has_row(frame) {
+            return false;
+        }
+        for (buffer, column) in self.buffers.iter_mut().zip(&self.table.columns) {
+            buffer.push(column.value(frame));
+        }
+        self.rows += 1;
+        true
+    }
+
+    /// Number of rows since the last batch.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Name of the table.
+    pub fn name(&self) -> &str {
+        &self.table.name
+    }
+
+    /// Names, types and metadata of the columns.
+    pub fn schema(&self) -> &SchemaRef {
+        &self.schema
+    }
+
+    /// The rows since the last batch.
+    ///
+    /// # Errors
+    /// [`ArrowError`] where a column gave a value of another kind than its own.
+    pub fn take(&mut self) -> Result<RecordBatch, ArrowError> {
+        self.rows = 0;
+        let arrays = self.buffers.iter_mut().map(Buffer::take).collect();
+        RecordBatch::try_new(Arc::clone(&self.schema), arrays)
+    }
+}
+
+fn field(column: &Column) -> Field {
+    let (kind, nullable) = match column.kind() {
+        // Only columns with gaps are nullable: validity bits cost time.
+        Kind::Float => (DataType::Float64, false),
+        Kind::Optional => (DataType::Float64, true),
+        Kind::Count => (DataType::UInt32, false),
+    };
+    Field::new(&column.name, kind, nullable).with_metadata(HashMap::from([
+        ("unit".to_owned(), column.unit.to_owned()),
+        ("description".to_owned(), column.description.clone()),
+    ]))
+}

@@ -1,0 +1,118 @@
+//! The posture of a robot with its wheels on blocks.
+
+use crate::statics::{PlateError, plate_forces};
+use robhaz_model::{Posture, PostureError, Robot, Vec2};
+
+/// Heights of the horizontal plates under the front, middle and rear wheel, m.
+pub type Blocks = [f64; 3];
+
+/// Why a robot does not stand on blocks.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum BlocksError {
+    /// The linkage reaches no posture with these heights.
+    #[error("the linkage cannot reach these heights")]
+    Unreachable,
+    /// Beyond the end stops of pin Q, where a stop would carry load.
+    #[error("theta_1 - theta_2 would be beyond or close to an end stop of pin Q")]
+    AtStop,
+    /// A wheel would bear too little.
+    #[error("wheel{wheel} would bear {force:.1} N only", wheel = .0 + 1, force = .1)]
+    Unloaded(usize, f64),
+    /// The statics.
+    #[error(transparent)]
+    Statics(#[from] PlateError),
+}
+
+impl From<PostureError> for BlocksError {
+    fn from(error: PostureError) -> Self {
+        Self::Statics(error.into())
+    }
+}
+
+/// Distance that a posture keeps from the stops, rad: 2 deg.
+const STOP_MARGIN: f64 = 0.035;
+/// Share of the mean wheel load that each wheel bears at least, so that the robot stands firmly.
+const LEAST_LOAD: f64 = 0.1;
+/// Most steps of Newton's method.
+const MOST_STEPS: usize = 50;
+
+/// Angles of links 1 and 2 with the wheels on blocks, rad: Newton's method from the nominal pose.
+///
+/// # Errors
+/// [`BlocksError`]
+pub fn posture_on(robot: &Robot, blocks: &Blocks) -> Result<[f64; 2], BlocksError> {
+    let geometry = &robot.geometry;
+    let error = |angles: [f64; 2]| -> Result<Vec2, PostureError> {
+        let posture = Posture::close(geometry, angles[0], angles[1])?;
+        let height = |i: usize| posture.axle_from_q(geometry, i).y - blocks[i];
+        Ok(Vec2::new(height(0) - height(1), height(1) - height(2)))
+    };
+    let mut angles = [0.0; 2];
+    for _ in 0..MOST_STEPS {
+        let now = error(angles)?;
+        if now.norm() < 1e-12 {
+            return check(robot, angles);
+        }
+        let step = 1e-6;
+        let by1 = (error([angles[0] + step, angles[1]])? - now) / step;
+        let by2 = (error([angles[0], angles[1] + step])? - now) / step;
+        let determinant = robhaz_model::cross(by1, by2);
+        if determinant.abs() < 1e-9 {
+            return Err(BlocksError::Unreachable);
+        }
+        let change = [
+            robhaz_model::cross(now, by2) / determinant,
+            robhaz_model::cross(by1, now) / determinant,
+        ];
+        for i in 0..2 {
+            // Half a radian is more than the way between the stops.
+            angles[i] -= change[i].clamp(-0.3, 0.3);
+        }
+    }
+    Err(BlocksError::Unreachable)
+}
+
+fn check(robot: &Robot, angles: [f64; 2]) -> Result<[f64; 2], BlocksError> {
+    let (stop, opening) = (&robot.geometry.stop, angles[0] - angles[1]);
+    if !(opening > stop.lower + STOP_MARGIN && opening < stop.upper - STOP_MARGIN) {
+        return Err(BlocksError::AtStop);
+    }
+    let forces = plate_forces(robot, angles, [0.0; 3])?;
+    let least = LEAST_LOAD * robot.mean_wheel_load();
+    match forces.iter().enumerate().find(|(_, n)| **n < least) {
+        Some((wheel, force)) => Err(BlocksError::Unloaded(wheel, *force)),
+        None => Ok(angles),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Closed form: the wheels' lowest points are at the blocks' heights, relative to each other; level ground is the
+    /// nominal pose; all blocks of one height as well.
+    #[test]
+    fn wheels_stand_on_their_blocks() {
+        let robot = Robot::default_a();
+        for blocks in [[0.1, 0.0, 0.05], [0.0, 0.1, 0.0], [0.05; 3]] {
+            let angles = posture_on(&robot, &blocks).expect("reachable");
+            let posture = Posture::close(&robot.geometry, angles[0], angles[1]).expect("closes");
+            let y = |i| posture.axle_from_q(&robot.geometry, i).y;
+            for i in 0..2 {
+                let expected = blocks[i] - blocks[i + 1];
+                assert!((y(i) - y(i + 1) - expected).abs() < 1e-11, "{blocks:?}");
+            }
+        }
+        assert_eq!(posture_on(&robot, &[0.05; 3]), Ok([0.0; 2]));
+    }
+
+    #[test]
+    fn blocks_that_are_too_high_are_refused() {
+        let robot = Robot::default_a();
+        assert!(posture_on(&robot, &[0.0, 2.0, 0.0]).is_err());
+        assert_eq!(
+            posture_on(&robot, &[0.28, 0.0, 0.0]),
+            Err(BlocksError::AtStop)
+        );
+    }
+}

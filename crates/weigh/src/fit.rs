@@ -1,0 +1,494 @@
+//! Least squares for the unknowns, with the drawings as prior: Gauss and Newton.
+//!
+//! Unknowns x are errors of the drawings and of the two inclination offsets, each over its prior standard deviation. With
+//! residuals r of the readings of covariance R and J = dh/dx the sum r' R^-1 r + x' x is minimised; the covariance of x is
+//! (I + sum J' R^-1 J)^-1. A reading's covariance R holds the scale's error, and the errors of inclinations and
+//! horizontal forces carried through the statics.
+
+use crate::loads::{self, ForceDeviation, LoadDeviation};
+use crate::measurements::{Accuracy, Measurements, Reading};
+use crate::parameters::{PARAMETERS, Tolerances, Values, values, with_values};
+use crate::statics::{PlateError, plate_forces};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use robhaz_estimator::statics::LoadCovariance;
+use robhaz_model::{GRAVITY, GeometryError, MassError, Robot, StanceError};
+
+/// Number of unknowns with the two offsets of inclinations.
+pub(crate) const UNKNOWNS: usize = PARAMETERS + 2;
+/// Most steps of Gauss and Newton; a few are enough for errors of drawings.
+const MOST_STEPS: usize = 30;
+/// A step below this, in prior standard deviations, ends the iteration.
+const CONVERGED: f64 = 1e-6;
+/// Step of the differences, in prior standard deviations: at most 0.1 mm.
+const DIFFERENCE: f64 = 1e-2;
+/// The misfit is refused beyond this many standard deviations of its chi-squared distribution.
+const MISFIT_LIMIT: f64 = 4.0;
+
+pub(crate) type Information = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
+pub(crate) type Unknowns = SVector<f64, UNKNOWNS>;
+
+/// A robot that was weighed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Weighed {
+    /// Its masses, centres of mass and pins: the most probable ones for drawings and scales together.
+    pub robot: Robot,
+    /// What they are in the drawings, kg and m, in the order of [`crate::parameter_names`].
+    pub drawn: [f64; PARAMETERS],
+    /// What they are now, kg and m.
+    pub found: [f64; PARAMETERS],
+    /// Their standard deviations by the drawings alone, kg and m.
+    pub prior: [f64; PARAMETERS],
+    /// Their standard deviations now, kg and m.
+    pub deviation: [f64; PARAMETERS],
+    /// Offsets of the inclinations of links 1 and 2 and their standard deviation, rad.
+    pub inclination_offsets: [(f64, f64); 2],
+    /// The seven parameters that forces depend on.
+    pub loads: Vec<LoadDeviation>,
+    /// Covariance of their errors, for the estimators' budget.
+    pub covariance: LoadCovariance,
+    /// Error of the normal forces that masses, centres of mass and pins cause on a driven ground.
+    pub forces: ForceDeviation,
+    /// How the readings fit the robot.
+    pub misfit: Misfit,
+}
+
+/// Weighted squares of what the readings and the drawings were changed by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Misfit {
+    /// The sum; distributed as chi-squared with `readings` degrees of freedom if the stated errors hold.
+    pub sum: f64,
+    /// Number of readings of scales.
+    pub readings: usize,
+    /// The reading with the largest residual: index of the posture, of the wheel (0 to 2), and the residual (measured
+    /// minus fitted, N) with its standard deviation (N). `None` if only the weight was read.
+    pub worst: Option<(usize, usize, f64, f64)>,
+}
+
+/// Why a robot cannot be weighed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum WeighError {
+    /// Nothing was measured.
+    #[error("there is no reading of a scale; allowed: at least one")]
+    Nothing,
+    /// A tolerance or an accuracy is not possible.
+    #[error("{name} is {found}; allowed: {allowed}")]
+    Deviation {
+        /// In words.
+        name: &'static str,
+        /// Its value.
+        found: f64,
+        /// The range.
+        allowed: &'static str,
+    },
+    /// The statics of a posture.
+    #[error("line {line}: {source}; check the inclinations and the robot's pins")]
+    Posture {
+        /// Line of the table.
+        line: u64,
+        /// The cause.
+        source: PlateError,
+    },
+    /// A posture beyond the end stops of pin Q.
+    #[error(
+        "line {line}: theta_1 - theta_2 is {found:.1} deg, beyond the end stops of pin Q; allowed: {lower:.1} to {upper:.1} deg; \
+         check signs and units"
+    )]
+    Stop {
+        /// Line of the table.
+        line: u64,
+        /// The angle, deg.
+        found: f64,
+        /// Limits, deg.
+        lower: f64,
+        /// Upper limit, deg.
+        upper: f64,
+    },
+    /// The iteration does not settle.
+    #[error(
+        "the least squares do not converge: the readings are far from what this robot can show"
+    )]
+    NotConverged,
+    /// The result is not a valid robot.
+    #[error("the readings lead to an impossible robot: {0}")]
+    Geometry(#[from] GeometryError),
+    /// The result is not a valid robot.
+    #[error("the readings lead to an impossible robot: {0}")]
+    Mass(#[from] MassError),
+    /// The result cannot stand.
+    #[error("the readings lead to an impossible robot: {0}")]
+    Stance(#[from] StanceError),
+    /// The readings contradict each other or the drawings.
+    #[error(
+        "the readings do not fit a robot within the stated errors: the weighted sum of squares is {sum:.1}, allowed: at most \
+         {most:.1} for {readings} readings{worst}"
+    )]
+    Misfit {
+        /// The sum.
+        sum: f64,
+        /// The limit.
+        most: f64,
+        /// Number of readings.
+        readings: usize,
+        /// The worst reading, in words.
+        worst: String,
+    },
+}
+
+/// Forces of one posture and their derivatives by the unknowns, over the wheels.
+pub(crate) struct Predicted {
+    /// Normal forces, N.
+    pub forces: Vector3<f64>,
+    /// By the unknowns, N a prior standard deviation.
+    pub by_unknowns: SMatrix<f64, 3, UNKNOWNS>,
+    /// Covariance of the readings of three scales, N^2.
+    pub covariance: Matrix3<f64>,
+}
+
+/// Drawings, tolerances and accuracy: what is known before the readings.
+pub(crate) struct Prior<'a> {
+    pub drawings: &'a Robot,
+    pub values: Values,
+    pub deviations: Values,
+    pub accuracy: Accuracy,
+}
+
+impl<'a> Prior<'a> {
+    pub fn new(
+        drawings: &'a Robot,
+        tolerances: &Tolerances,
+        accuracy: &Accuracy,
+    ) -> Result<Self, WeighError> {
+        let positive = [
+            ("the tolerance of masses", tolerances.mass, 1.0),
+            ("the tolerance of centres of mass", tolerances.centre, 1.0),
+            ("the tolerance of pins", tolerances.pin, 1.0),
+            ("the error of scales", accuracy.scale, 1e3),
+        ];
+        for (name, found, most) in positive {
+            if !(found > 0.0 && found <= most) {
+                let allowed = if most > 1.0 {
+                    "above 0 and at most 1000 N"
+                } else {
+                    "above 0 and at most 1"
+                };
+                return Err(WeighError::Deviation {
+                    name,
+                    found,
+                    allowed,
+                });
+            }
+        }
+        let others = [
+            ("the offset of inclinations", accuracy.inclination_offset),
+            ("the error of inclinations", accuracy.inclination),
+            ("the horizontal force", accuracy.horizontal_force),
+        ];
+        for (name, found) in others {
+            if !(0.0..=1e3).contains(&found) {
+                let allowed = "at least 0 and at most 1000";
+                return Err(WeighError::Deviation {
+                    name,
+                    found,
+                    allowed,
+                });
+            }
+        }
+        Ok(Self {
+            drawings,
+            values: values(drawings),
+            deviations: tolerances.deviations(drawings),
+            accuracy: *accuracy,
+        })
+    }
+
+    /// The robot for values of the unknowns.
+    pub fn robot(&self, unknowns: &Unknowns) -> Robot {
+        let errors = unknowns.fixed_rows::<PARAMETERS>(0);
+        let values = self.values + errors.component_mul(&self.deviations);
+        with_values(self.drawings, &values)
+    }
+
+    fn forces(
+        &self,
+        unknowns: &Unknowns,
+        inclinations: [f64; 2],
+    ) -> Result<Vector3<f64>, PlateError> {
+        let offset = self.accuracy.inclination_offset;
+        let angles = [0, 1].map(|i| inclinations[i] - offset * unknowns[PARAMETERS + i]);
+        plate_forces(&self.robot(unknowns), angles, [0.0; 3]).map(Vector3::from)
+    }
+
+    /// Forces of a posture that the inclinometers read as `inclinations`, rad.
+    pub fn predict(
+        &self,
+        unknowns: &Unknowns,
+        inclinations: [f64; 2],
+    ) -> Result<Predicted, PlateError> {
+        let mut by_unknowns = SMatrix::<f64, 3, UNKNOWNS>::zeros();
+        for i in 0..UNKNOWNS {
+            let at = |change: f64| {
+                let mut there = *unknowns;
+                there[i] += change;
+                self.forces(&there, inclinations)
+            };
+            let column = (at(DIFFERENCE)? - at(-DIFFERENCE)?) / (2.0 * DIFFERENCE);
+            by_unknowns.set_column(i, &column);
+        }
+        let forces = self.forces(unknowns, inclinations)?;
+        let accuracy = &self.accuracy;
+        let mut covariance = Matrix3::from_diagonal_element(accuracy.scale * accuracy.scale);
+        let mut add =
+            |by: Vector3<f64>, sigma: f64| covariance += by * by.transpose() * (sigma * sigma);
+        let step = 1e-5;
+        for i in 0..2 {
+            let at = |change: f64| {
+                let mut there = inclinations;
+                there[i] += change;
+                self.forces(unknowns, there)
+            };
+            add(
+                (at(step)? - at(-step)?) / (2.0 * step),
+                accuracy.inclination,
+            );
+        }
+        let robot = self.robot(unknowns);
+        for i in 0..3 {
+            // The part of a wheel's horizontal force that the others balance.
+            let mut balanced = [-1.0 / 3.0; 3];
+            balanced[i] += 1.0;
+            let with = plate_forces(&robot, inclinations, balanced)?;
+            let without = plate_forces(&robot, inclinations, [0.0; 3])?;
+            add(
+                Vector3::from(with) - Vector3::from(without),
+                accuracy.horizontal_force,
+            );
+        }
+        Ok(Predicted {
+            forces,
+            by_unknowns,
+            covariance,
+        })
+    }
+}
+
+/// Normal equations of Gauss and Newton: what the readings tell about the unknowns.
+pub(crate) struct Normal {
+    pub information: Information,
+    right: Unknowns,
+    sum: f64,
+}
+
+impl Normal {
+    /// The prior alone.
+    pub fn prior(unknowns: &Unknowns) -> Self {
+        Self {
+            information: Information::identity(),
+            right: -unknowns,
+            sum: unknowns.norm_squared(),
+        }
+    }
+
+    /// Adds the readings of a posture, N. Wheels without a scale do not count. `None` if the covariance is singular.
+    pub fn add(
+        &mut self,
+        predicted: &Predicted,
+        forces: &[Option<f64>; 3],
+    ) -> Option<Vector3<f64>> {
+        let (mut covariance, mut by) = (predicted.covariance, predicted.by_unknowns);
+        let mut residual = Vector3::zeros();
+        for i in 0..3 {
+            match forces[i] {
+                Some(force) => residual[i] = force - predicted.forces[i],
+                None => {
+                    covariance.fill_row(i, 0.0);
+                    covariance.fill_column(i, 0.0);
+                    covariance[(i, i)] = 1.0;
+                    by.fill_row(i, 0.0);
+                }
+            }
+        }
+        let weight = covariance.cholesky()?.inverse();
+        self.information += by.transpose() * weight * by;
+        self.right += by.transpose() * (weight * residual);
+        self.sum += residual.dot(&(weight * residual));
+        Some(residual)
+    }
+
+    /// Adds a reading of the whole weight: `residual` in N, `by` its derivatives, `sigma` in N.
+    fn add_weight(&mut self, residual: f64, by: &Unknowns, sigma: f64) {
+        let weight = 1.0 / (sigma * sigma);
+        self.information += by * by.transpose() * weight;
+        self.right += by * (residual * weight);
+        self.sum += residual * residual * weight;
+    }
+}
+
+/// Masses, centres of mass and pins from readings of scales, with the drawings as prior.
+///
+/// # Errors
+/// [`WeighError`]: impossible postures, readings that do not fit, impossible results.
+pub fn weigh(
+    drawings: &Robot,
+    measurements: &Measurements,
+    tolerances: &Tolerances,
+    accuracy: &Accuracy,
+) -> Result<Weighed, WeighError> {
+    if measurements.count() == 0 {
+        return Err(WeighError::Nothing);
+    }
+    check_stops(drawings, &measurements.readings)?;
+    let prior = Prior::new(drawings, tolerances, accuracy)?;
+    let mut unknowns = Unknowns::zeros();
+    for _ in 0..MOST_STEPS {
+        let (normal, _) = normal_equations(&prior, measurements, &unknowns)?;
+        let inverse = normal
+            .information
+            .cholesky()
+            .ok_or(WeighError::NotConverged)?;
+        let step = inverse.solve(&normal.right);
+        unknowns += step;
+        if !unknowns.iter().all(|x| x.is_finite()) {
+            return Err(WeighError::NotConverged);
+        }
+        if step.amax() < CONVERGED {
+            let (normal, residuals) = normal_equations(&prior, measurements, &unknowns)?;
+            return finish(&prior, measurements, &unknowns, &normal, &residuals);
+        }
+    }
+    Err(WeighError::NotConverged)
+}
+
+fn check_stops(drawings: &Robot, readings: &[Reading]) -> Result<(), WeighError> {
+    /// The stops are elastic, and inclinations have errors, rad.
+    const SLACK: f64 = 0.01;
+    let stop = &drawings.geometry.stop;
+    for reading in readings {
+        let opening = reading.inclinations[0] - reading.inclinations[1];
+        if !(opening > stop.lower - SLACK && opening < stop.upper + SLACK) {
+            return Err(WeighError::Stop {
+                line: reading.line,
+                found: opening.to_degrees(),
+                lower: stop.lower.to_degrees(),
+                upper: stop.upper.to_degrees(),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The normal equations at `unknowns`, and each posture's residuals (N) with their variances.
+fn normal_equations(
+    prior: &Prior<'_>,
+    measurements: &Measurements,
+    unknowns: &Unknowns,
+) -> Result<(Normal, Vec<[(f64, f64); 3]>), WeighError> {
+    let mut normal = Normal::prior(unknowns);
+    let mut residuals = Vec::with_capacity(measurements.readings.len());
+    for reading in &measurements.readings {
+        let predicted = prior.predict(unknowns, reading.inclinations);
+        let predicted = predicted.map_err(|source| WeighError::Posture {
+            line: reading.line,
+            source,
+        })?;
+        let residual = normal
+            .add(&predicted, &reading.forces)
+            .ok_or(WeighError::NotConverged)?;
+        residuals.push([0, 1, 2].map(|i| (residual[i], predicted.covariance[(i, i)])));
+    }
+    if let Some(weight) = measurements.weight {
+        let mut by = Unknowns::zeros();
+        for (i, parts) in [1.0, 1.0, 1.0, 1.0, 3.0].into_iter().enumerate() {
+            by[i] = GRAVITY * parts * prior.deviations[i];
+        }
+        let residual = weight - prior.robot(unknowns).mass.total() * GRAVITY;
+        normal.add_weight(residual, &by, prior.accuracy.scale);
+    }
+    Ok((normal, residuals))
+}
+
+fn finish(
+    prior: &Prior<'_>,
+    measurements: &Measurements,
+    unknowns: &Unknowns,
+    normal: &Normal,
+    residuals: &[[(f64, f64); 3]],
+) -> Result<Weighed, WeighError> {
+    let robot = prior.robot(unknowns);
+    robot.geometry.check()?;
+    robot.mass.check()?;
+    robot.check_stance()?;
+    let misfit = misfit(measurements, normal.sum, residuals)?;
+    let covariance = normal
+        .information
+        .cholesky()
+        .ok_or(WeighError::NotConverged)?
+        .inverse();
+    let part = covariance
+        .fixed_view::<PARAMETERS, PARAMETERS>(0, 0)
+        .into_owned();
+    let after = loads::Deviations::new(prior, &robot, &part)?;
+    let before = loads::Deviations::new(prior, &robot, &SMatrix::identity())?;
+    let deviation = Values::from_fn(|i, _| prior.deviations[i] * part[(i, i)].sqrt());
+    let offset = prior.accuracy.inclination_offset;
+    Ok(Weighed {
+        drawn: prior.values.into(),
+        found: values(&robot).into(),
+        prior: prior.deviations.into(),
+        deviation: deviation.into(),
+        inclination_offsets: [PARAMETERS, PARAMETERS + 1]
+            .map(|i| (offset * unknowns[i], offset * covariance[(i, i)].sqrt())),
+        loads: loads::compare(prior.drawings, &robot, &before, &after),
+        covariance: after.covariance,
+        forces: ForceDeviation {
+            before: before.force,
+            after: after.force,
+        },
+        misfit,
+        robot,
+    })
+}
+
+/// Whether the readings fit.
+fn misfit(
+    measurements: &Measurements,
+    sum: f64,
+    residuals: &[[(f64, f64); 3]],
+) -> Result<Misfit, WeighError> {
+    let readings = measurements.count();
+    let mut worst: Option<(usize, usize, f64, f64)> = None;
+    for (k, (reading, posture)) in measurements.readings.iter().zip(residuals).enumerate() {
+        for i in 0..3 {
+            let (residual, sigma) = (posture[i].0, posture[i].1.sqrt());
+            let larger = worst.is_none_or(|(_, _, r, s)| (residual / sigma).abs() > (r / s).abs());
+            if reading.forces[i].is_some() && larger {
+                worst = Some((k, i, residual, sigma));
+            }
+        }
+    }
+    // Wilson and Hilferty: the cube root of chi-squared over its degrees of freedom is nearly Gaussian.
+    #[expect(clippy::cast_precision_loss, reason = "a small count")]
+    let n = readings as f64;
+    let variance = 2.0 / (9.0 * n);
+    let most = n * (1.0 - variance + MISFIT_LIMIT * variance.sqrt()).powi(3);
+    if sum > most {
+        let worst = worst.map_or(String::new(), |(k, i, residual, sigma)| {
+            let line = measurements.readings[k].line;
+            format!(
+                "; the worst reading is that of wheel{} in line {line}: {residual:+.2} N beside the fit, its error is stated as \
+                 {sigma:.2} N; check this scale, and the order of wheels, signs and units",
+                i + 1
+            )
+        });
+        return Err(WeighError::Misfit {
+            sum,
+            most,
+            readings,
+            worst,
+        });
+    }
+    Ok(Misfit {
+        sum,
+        readings,
+        worst,
+    })
+}

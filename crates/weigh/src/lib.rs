@@ -1,0 +1,46 @@
+//! Masses and centres of mass of a robot from its wheels on scales.
+//!
+//! The robot stands with its wheels on horizontal plates at different heights: blocks, and scales under some or all
+//! wheels. The inclinations of links 1 and 2 and the scales' readings in a few postures, with the drawings as the prior,
+//! give masses, centres of mass and pins with their covariance by least squares.
+//!
+//! | step | file |
+//! |---|---|
+//! | the unknowns and what the drawings know of them | `parameters.rs` |
+//! | forces on the plates: eq. (8) with contact angles of 0 | `statics.rs` |
+//! | readings and their errors | `measurements.rs`, `table.rs` |
+//! | least squares with a prior (Gauss and Newton) | `fit.rs` |
+//! | the covariance in the seven parameters that forces depend on | `loads.rs` |
+//! | postures on blocks, and those that tell most | `blocks.rs`, `plan.rs` |
+//! | the results in words | `text.rs` |
+//! | what the scales would show of a given robot | `simulate.rs` |
+//!
+//! On scales the wheels are free or on plates that give way, so that no traction acts: T = 0 but for a small rest
+//! ([`Accuracy::horizontal_force`]). With one wheel each on links 1 and 2, eq. (8) then determines the three normal
+//! forces of a posture from the seven load parameters of [`robhaz_estimator::statics`]; scales see these, and single
+//! masses only as far as the drawings separate them.
+#![allow(
+    clippy::needless_range_loop,
+    reason = "indices name wheels and parameters, and go through several arrays at once"
+)]
+
+mod blocks;
+mod fit;
+mod loads;
+mod measurements;
+mod parameters;
+mod plan;
+mod simulate;
+mod statics;
+mod table;
+mod text;
+
+pub use blocks::{Blocks, BlocksError};
+pub use fit::{Misfit, WeighError, Weighed, weigh};
+pub use loads::{ForceDeviation, LoadDeviation};
+pub use measurements::{Accuracy, Measurements, Reading};
+pub use parameters::{PARAMETERS, ParameterName, Tolerances, parameter_names};
+pub use plan::{Plan, PlanError, PlannedPosture, plan};
+pub use simulate::simulate;
+pub use statics::{PlateError, plate_forces};
+pub use table::{TableError, blank_table, read_table, write_table};

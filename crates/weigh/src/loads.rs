@@ -1,0 +1,209 @@
+//! The covariance of a weighing in the seven load parameters, and what it means for the normal forces.
+//!
+//! Masses and centres of mass act through the load parameters alone. Pins also act through the body's angle and through
+//! the arms of the wheels about Q; their effect on the balance of eq. (8), `F' - H_N N`, is projected on the load parameters
+//! by least squares over the postures of a drive at rest.
+
+use crate::fit::{Prior, WeighError};
+use crate::parameters::PARAMETERS;
+use crate::statics::{PlateError, plate_forces};
+use nalgebra::{SMatrix, Vector4};
+use robhaz_estimator::statics::{
+    Arms, Equilibrium, LOAD_PARAMETER_NAMES, LOAD_PARAMETERS, LoadCovariance, Loads,
+    by_load_parameters, load_parameters,
+};
+use robhaz_model::Robot;
+
+/// One of the seven load parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoadDeviation {
+    /// In words.
+    pub name: &'static str,
+    /// `kg` or `kg m`.
+    pub unit: &'static str,
+    /// By the drawings, in its unit.
+    pub drawn: f64,
+    /// Now.
+    pub found: f64,
+    /// Standard deviation by the drawings alone.
+    pub prior: f64,
+    /// Standard deviation now.
+    pub deviation: f64,
+}
+
+/// Standard deviation of a normal force by errors of masses, centres of mass and pins: RMS over wheels and over the
+/// postures of a drive, N.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ForceDeviation {
+    /// By the drawings alone.
+    pub before: f64,
+    /// After weighing.
+    pub after: f64,
+}
+
+/// Moment rows over this length count as forces, m.
+const LEVER: f64 = 0.2;
+/// Step of the differences, in prior standard deviations.
+const DIFFERENCE: f64 = 1e-3;
+
+/// Angles of links 1 and 2 on a driven ground, rad: theta_2 within 0.2 rad, theta_1 - theta_2 within 0.3 rad or within 0.8 of
+/// the way to the stops.
+pub(crate) fn drive_postures(robot: &Robot) -> Vec<[f64; 2]> {
+    let stop = &robot.geometry.stop;
+    let (lower, upper) = ((0.8 * stop.lower).max(-0.3), (0.8 * stop.upper).min(0.3));
+    let mut postures = Vec::new();
+    for theta2 in [-0.2, 0.0, 0.2] {
+        for opening in [lower, 0.5 * lower, 0.0, 0.5 * upper, upper] {
+            postures.push([theta2 + opening, theta2]);
+        }
+    }
+    postures
+}
+
+type ByParameters<const ROWS: usize> = SMatrix<f64, ROWS, PARAMETERS>;
+
+/// Standard deviations for a covariance of the unknowns over their prior deviations.
+pub(crate) struct Deviations {
+    pub covariance: LoadCovariance,
+    /// See [`ForceDeviation`].
+    pub force: f64,
+}
+
+impl Deviations {
+    pub fn new(
+        prior: &Prior<'_>,
+        robot: &Robot,
+        covariance: &SMatrix<f64, PARAMETERS, PARAMETERS>,
+    ) -> Result<Self, WeighError> {
+        let projection = projection(prior, robot).map_err(undetermined)?;
+        let of_loads = projection * covariance * projection.transpose();
+        let of_loads = (of_loads + of_loads.transpose()) * 0.5;
+        let rows = std::array::from_fn(|i| std::array::from_fn(|j| of_loads[(i, j)]));
+        Ok(Self {
+            // A product A P A' is a covariance.
+            covariance: LoadCovariance::new(&rows).map_err(|_| WeighError::NotConverged)?,
+            force: force_variance(prior, robot, covariance)
+                .map_err(undetermined)?
+                .sqrt(),
+        })
+    }
+}
+
+fn undetermined(source: PlateError) -> WeighError {
+    WeighError::Posture { line: 0, source }
+}
+
+/// Derivatives of a function of the robot by the unknowns over their prior deviations, about `robot`.
+fn derivatives<const ROWS: usize>(
+    prior: &Prior<'_>,
+    robot: &Robot,
+    of: impl Fn(&Robot) -> Result<SMatrix<f64, ROWS, 1>, PlateError>,
+) -> Result<ByParameters<ROWS>, PlateError> {
+    let values = crate::parameters::values(robot);
+    let mut found = ByParameters::zeros();
+    for i in 0..PARAMETERS {
+        let at = |change: f64| {
+            let mut there = values;
+            there[i] += change * prior.deviations[i];
+            of(&crate::parameters::with_values(robot, &there))
+        };
+        let column = (at(DIFFERENCE)? - at(-DIFFERENCE)?) / (2.0 * DIFFERENCE);
+        found.set_column(i, &column);
+    }
+    Ok(found)
+}
+
+/// The load parameters' change for a change of each unknown: exact for masses and centres of mass, for pins the least
+/// squares over the drive's postures.
+fn projection(
+    prior: &Prior<'_>,
+    robot: &Robot,
+) -> Result<SMatrix<f64, LOAD_PARAMETERS, PARAMETERS>, PlateError> {
+    let mut normal = SMatrix::<f64, LOAD_PARAMETERS, LOAD_PARAMETERS>::zeros();
+    let mut right = SMatrix::<f64, LOAD_PARAMETERS, PARAMETERS>::zeros();
+    for angles in drive_postures(robot) {
+        let arms = Arms::new(&robot.geometry, angles[0], angles[1])?;
+        let columns = by_load_parameters(&arms, LEVER);
+        let by_loads = SMatrix::<f64, 4, LOAD_PARAMETERS>::from_columns(&columns);
+        let forces = plate_forces(robot, angles, [0.0; 3])?;
+        let by_unknowns = derivatives(prior, robot, |robot| imbalance(robot, angles, &forces))?;
+        normal += by_loads.transpose() * by_loads;
+        right += by_loads.transpose() * by_unknowns;
+    }
+    let inverse = normal.cholesky().ok_or(PlateError::Undetermined)?;
+    Ok(inverse.solve(&right))
+}
+
+/// What is missing to the balance of eq. (8) at rest on plates with these normal forces (N): `F' - H_N N`, N.
+fn imbalance(
+    robot: &Robot,
+    angles: [f64; 2],
+    forces: &[f64; 3],
+) -> Result<Vector4<f64>, PlateError> {
+    let geometry = &robot.geometry;
+    let arms = Arms::new(geometry, angles[0], angles[1])?;
+    let loads = Loads::at_rest(&robot.mass.true_points());
+    let (carriers, radius) = (&geometry.carriers, geometry.wheel_radius);
+    let e = Equilibrium::new(&arms, carriers, radius, &loads, &[0.0; 3], LEVER)
+        .ok_or(PlateError::Undetermined)?;
+    let carried = e.h_n.iter().zip(forces);
+    Ok(e.f - carried.map(|(column, n)| column * *n).sum::<Vector4<f64>>())
+}
+
+/// Derivatives of the normal forces in the drive's postures by the unknowns over their prior deviations.
+pub(crate) fn forces_by_unknowns(
+    prior: &Prior<'_>,
+    robot: &Robot,
+) -> Result<Vec<ByParameters<3>>, PlateError> {
+    let of = |angles| move |robot: &Robot| plate_forces(robot, angles, [0.0; 3]).map(Into::into);
+    let postures = drive_postures(robot);
+    let each = postures.iter();
+    each.map(|angles| derivatives(prior, robot, of(*angles)))
+        .collect()
+}
+
+/// Variance of a normal force, N^2: mean over wheels and the drive's postures.
+fn force_variance(
+    prior: &Prior<'_>,
+    robot: &Robot,
+    covariance: &SMatrix<f64, PARAMETERS, PARAMETERS>,
+) -> Result<f64, PlateError> {
+    let each = forces_by_unknowns(prior, robot)?;
+    Ok(mean_variance(&each, covariance))
+}
+
+/// The mean over wheels and postures of the variances that a covariance of the unknowns causes.
+pub(crate) fn mean_variance(
+    forces: &[ByParameters<3>],
+    covariance: &SMatrix<f64, PARAMETERS, PARAMETERS>,
+) -> f64 {
+    let sum: f64 = forces
+        .iter()
+        .map(|by| (by * covariance * by.transpose()).trace())
+        .sum();
+    #[expect(clippy::cast_precision_loss, reason = "a small count")]
+    let count = (3 * forces.len()) as f64;
+    sum / count
+}
+
+/// The load parameters before and after.
+pub(crate) fn compare(
+    drawings: &Robot,
+    robot: &Robot,
+    before: &Deviations,
+    after: &Deviations,
+) -> Vec<LoadDeviation> {
+    let (drawn, found) = (load_parameters(drawings), load_parameters(robot));
+    let (prior, deviation) = (before.covariance.rows(), after.covariance.rows());
+    let names = LOAD_PARAMETER_NAMES.iter().enumerate();
+    names
+        .map(|(i, (name, unit))| LoadDeviation {
+            name,
+            unit,
+            drawn: drawn[i],
+            found: found[i],
+            prior: prior[i][i].sqrt(),
+            deviation: deviation[i][i].sqrt(),
+        })
+        .collect()
+}

@@ -1,0 +1,149 @@
+//! The unknowns: masses, centres of mass and pins, with the tolerances of drawings as their prior.
+
+use nalgebra::SVector;
+use robhaz_model::{Bar, Robot, Vec2};
+
+/// Number of unknowns of the robot.
+pub const PARAMETERS: usize = 21;
+
+/// Values of the unknowns, or their errors, in the order of [`parameter_names`].
+pub(crate) type Values = SVector<f64, PARAMETERS>;
+
+/// Index of the first coordinate of a centre of mass, and of a pin.
+const CENTRES: usize = 5;
+const PINS: usize = 13;
+
+/// Name and SI unit of an unknown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ParameterName {
+    /// In words.
+    pub name: &'static str,
+    /// `kg` or `m`.
+    pub unit: &'static str,
+}
+
+/// Names of the unknowns in their order: five masses, then x and y of four centres of mass and of four pins.
+pub fn parameter_names() -> [ParameterName; PARAMETERS] {
+    const NAMES: [&str; PARAMETERS] = [
+        "mass of body",
+        "mass of link1",
+        "mass of link2",
+        "mass of link3",
+        "mass of a wheel",
+        "centre of body, x",
+        "centre of body, y",
+        "centre of link1, x",
+        "centre of link1, y",
+        "centre of link2, x",
+        "centre of link2, y",
+        "centre of link3, x",
+        "centre of link3, y",
+        "pin P, x",
+        "pin P, y",
+        "pin Q, x",
+        "pin Q, y",
+        "pin R, x",
+        "pin R, y",
+        "pin S, x",
+        "pin S, y",
+    ];
+    let mut index = 0;
+    NAMES.map(|name| {
+        let unit = if index < CENTRES { "kg" } else { "m" };
+        index += 1;
+        ParameterName { name, unit }
+    })
+}
+
+/// How far a robot may be from its drawings: standard deviations of the prior. Axles and wheel radius count as exact; a
+/// ruler measures them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerances {
+    /// Relative error of each mass.
+    pub mass: f64,
+    /// Distance of each centre of mass from its place in the drawings (RMS), m.
+    pub centre: f64,
+    /// Distance of each pin from its place in the drawings (RMS), m.
+    pub pin: f64,
+}
+
+impl Tolerances {
+    /// Drawings of a robot of this size: masses to 10 %, centres of mass to 10 mm, pins to 2 mm. Cables, connectors and
+    /// screws are not in a drawing's masses; plates that are bent or welded keep positions to 1 to 2 mm (ISO 2768-1, class
+    /// v: 1.5 mm up to 120 mm, 2.5 mm up to 400 mm).
+    pub const DRAWINGS: Self = Self {
+        mass: 0.10,
+        centre: 0.010,
+        pin: 0.002,
+    };
+
+    /// Standard deviations of the unknowns, kg and m.
+    pub(crate) fn deviations(&self, drawings: &Robot) -> Values {
+        // A distance has two coordinates.
+        let axis = std::f64::consts::FRAC_1_SQRT_2;
+        let mass = values(drawings) * self.mass;
+        Values::from_fn(|i, _| match i {
+            i if i < CENTRES => mass[i],
+            i if i < PINS => self.centre * axis,
+            _ => self.pin * axis,
+        })
+    }
+}
+
+/// The unknowns of a robot, kg and m.
+pub(crate) fn values(robot: &Robot) -> Values {
+    let (geometry, mass) = (&robot.geometry, &robot.mass);
+    let [l1, l2, l3] = mass.links;
+    let pins = &geometry.pins;
+    let points = Bar::ALL.map(|bar| geometry.cg(bar));
+    let points = points.iter().chain([&pins.p, &pins.q, &pins.r, &pins.s]);
+    let coordinates = points.flat_map(|p| [p.x, p.y]);
+    let masses = [mass.body, l1, l2, l3, mass.wheel];
+    Values::from_iterator(masses.into_iter().chain(coordinates))
+}
+
+/// The robot of the drawings with other values of the unknowns. A part's inertia changes with its mass: its radius of
+/// gyration stays.
+pub(crate) fn with_values(drawings: &Robot, values: &Values) -> Robot {
+    let mut robot = drawings.clone();
+    let (geometry, mass) = (&mut robot.geometry, &mut robot.mass);
+    let point =
+        |first: usize, i: usize| Vec2::new(values[first + 2 * i], values[first + 2 * i + 1]);
+    mass.body_inertia *= values[0] / mass.body;
+    mass.body = values[0];
+    for i in 0..3 {
+        mass.link_inertias[i] *= values[1 + i] / mass.links[i];
+        mass.links[i] = values[1 + i];
+        geometry.link_cg[i] = point(CENTRES, 1 + i);
+    }
+    // A wheel module is motor, gear and disc; only the disc's share is its inertia. It stays.
+    mass.wheel = values[4];
+    geometry.body_cg = point(CENTRES, 0);
+    let pins = &mut geometry.pins;
+    for (i, pin) in [&mut pins.p, &mut pins.q, &mut pins.r, &mut pins.s]
+        .into_iter()
+        .enumerate()
+    {
+        *pin = point(PINS, i);
+    }
+    robot
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Equivalence: values read from a robot give that robot again, and every value is used.
+    #[test]
+    fn values_are_those_of_the_robot() {
+        let robot = Robot::default_a();
+        let there = values(&robot);
+        assert_eq!(with_values(&robot, &there), robot);
+        for i in 0..PARAMETERS {
+            let mut changed = there;
+            changed[i] *= 1.125;
+            changed[i] += 0.125;
+            assert_eq!(values(&with_values(&robot, &changed)), changed);
+        }
+    }
+}

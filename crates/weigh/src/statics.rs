@@ -1,0 +1,87 @@
+//! Forces of a robot at rest on horizontal plates: eq. (8) with contact angles of 0.
+
+use robhaz_estimator::statics::{Arms, Equilibrium, Loads};
+use robhaz_model::{PostureError, Robot};
+
+/// Why there are no forces on plates.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum PlateError {
+    /// The four-bar cannot close.
+    #[error(transparent)]
+    Posture(#[from] PostureError),
+    /// The only axle of a link is above or below pin Q, or P, R and S lie on one line.
+    #[error("the static forces of the wheels are not determined in this posture")]
+    Undetermined,
+}
+
+/// Normal forces of the wheels at rest on horizontal plates, N, with links 1 and 2 turned by `angles` (rad, nose up
+/// positive) from the nominal pose, and horizontal forces of the plates on the wheels `horizontal` (N, forward positive).
+///
+/// At rest the horizontal forces sum to 0; that row of eq. (8) is then fulfilled, and three rows determine three forces.
+///
+/// # Errors
+/// [`PlateError`]
+pub fn plate_forces(
+    robot: &Robot,
+    angles: [f64; 2],
+    horizontal: [f64; 3],
+) -> Result<[f64; 3], PlateError> {
+    let geometry = &robot.geometry;
+    let arms = Arms::new(geometry, angles[0], angles[1])?;
+    let loads = Loads::at_rest(&robot.mass.true_points());
+    let (carriers, radius) = (&geometry.carriers, geometry.wheel_radius);
+    // The rows are consistent, so that their scale, the lever of 1 m, does not matter.
+    let found = Equilibrium::new(&arms, carriers, radius, &loads, &[0.0; 3], 1.0)
+        .and_then(|e| Some((e.least_squares()?, e.right_side(&horizontal))))
+        .map(|(inverse, right)| inverse.solve(&right))
+        .ok_or(PlateError::Undetermined)?;
+    match found.iter().all(|n| n.is_finite()) {
+        true => Ok(found),
+        false => Err(PlateError::Undetermined),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use robhaz_model::{GRAVITY, Geometry, MassSet, Posture, Vec2, cross};
+
+    /// Equivalence: on level ground in the nominal pose the forces are those that virtual work gives.
+    #[test]
+    fn level_ground_is_the_stance() {
+        for geometry in [Geometry::a(), Geometry::b()] {
+            let mass = MassSet::caption();
+            let robot = Robot { geometry, mass };
+            let found = plate_forces(&robot, [0.0; 2], [0.0; 3]).expect("determined");
+            let expected = robot.static_loads().expect("determined");
+            for (found, expected) in found.iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-9, "{found} {expected}");
+            }
+        }
+    }
+
+    /// Newton and Euler for the whole robot on blocks: forces carry the weight, and their moments about Q balance it.
+    /// Horizontal forces act at the rims' lowest points.
+    #[test]
+    fn forces_balance_the_weight_in_any_posture() {
+        let robot = Robot::default_a();
+        let (geometry, mass) = (&robot.geometry, &robot.mass);
+        for angles in [[0.2, -0.1], [-0.2, 0.15], [0.3, 0.3]] {
+            let horizontal = [3.0, -1.0, -2.0];
+            let found = plate_forces(&robot, angles, horizontal).expect("determined");
+            let posture = Posture::close(geometry, angles[0], angles[1]).expect("closes");
+            assert!((found.iter().sum::<f64>() - mass.total() * GRAVITY).abs() < 1e-9);
+            let mut moment = 0.0;
+            for i in 0..3 {
+                let axle = posture.axle_from_q(geometry, i);
+                let rim = axle - Vec2::new(0.0, geometry.wheel_radius);
+                moment += cross(rim, Vec2::new(horizontal[i], found[i]));
+                moment -= axle.x * mass.wheel * GRAVITY;
+            }
+            for bar in robhaz_model::Bar::ALL {
+                moment -= posture.cg_from_q(geometry, bar).x * mass.of(bar).0 * GRAVITY;
+            }
+            assert!(moment.abs() < 1e-9, "{moment}");
+        }
+    }
+}

@@ -1,0 +1,282 @@
+//! The table of a weighing as comma-separated text: one posture a line.
+
+use crate::blocks::Blocks;
+use crate::measurements::{Measurements, Reading};
+use csv::{ReaderBuilder, StringRecord, Trim};
+use robhaz_model::GRAVITY;
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// Why a table cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum TableError {
+    /// An error of the file system, or text that is no table.
+    #[error("cannot read {path}: {source}")]
+    Read {
+        /// The file.
+        path: String,
+        /// The cause.
+        source: csv::Error,
+    },
+    /// A column.
+    #[error("{path}, first line: {message}")]
+    Header {
+        /// The file.
+        path: String,
+        /// What was found, what is allowed.
+        message: String,
+    },
+    /// A cell or a line.
+    #[error("{path}, line {line}{column}: {message}")]
+    Cell {
+        /// The file.
+        path: String,
+        /// Its line.
+        line: u64,
+        /// `, column ...`; empty for the whole line.
+        column: String,
+        /// What was found, what is allowed.
+        message: String,
+    },
+}
+
+/// What a column is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Content {
+    Link(usize),
+    Wheel(usize),
+    Weight,
+    /// Height of a block: it follows from the inclinations, and is for the reader alone.
+    Block,
+}
+
+struct Column {
+    name: String,
+    content: Content,
+    to_si: f64,
+}
+
+const ALLOWED: &str = "link1 [deg], link2 [deg], wheel1 [N], wheel2 [N], wheel3 [N], weight [N]; also [rad], [kg], [g]; block1 [mm] \
+     to block3 [mm] are not read";
+/// Largest inclination, rad: beyond, it is in degrees.
+const STEEPEST: f64 = 1.6;
+/// Largest force, N.
+const LARGEST: f64 = 1e6;
+
+/// Reads a table.
+///
+/// The first line names the columns with their units: `link1 [deg]` and `link2 [deg]` (inclinations from the nominal pose,
+/// nose up positive, also `[rad]`), `wheel1 [N]` to `wheel3 [N]` (front, middle, rear; also `[kg]`, `[g]`: mass times 9.81
+/// m/s^2), and if it was measured `weight [N]` of the whole side in one line. A cell is empty where nothing was read. Lines
+/// that begin with `#` are comments.
+///
+/// # Errors
+/// [`TableError`] with file, line and column.
+pub fn read_table(path: &Path) -> Result<Measurements, TableError> {
+    let shown = path.display().to_string();
+    let read = |source| TableError::Read {
+        path: shown.clone(),
+        source,
+    };
+    let mut reader = ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .flexible(true)
+        .trim(Trim::All)
+        .from_path(path)
+        .map_err(read)?;
+    let columns = columns(&shown, reader.headers().map_err(read)?)?;
+    let mut measurements = Measurements::default();
+    for record in reader.records() {
+        let record = record.map_err(read)?;
+        row(&shown, &columns, &record, &mut measurements)?;
+    }
+    if measurements.readings.is_empty() && measurements.weight.is_none() {
+        return Err(TableError::Header {
+            path: shown,
+            message: "no line with a reading of a scale follows; allowed: at least one".to_owned(),
+        });
+    }
+    Ok(measurements)
+}
+
+fn columns(path: &str, header: &StringRecord) -> Result<Vec<Column>, TableError> {
+    let refuse = |message: String| TableError::Header {
+        path: path.to_owned(),
+        message,
+    };
+    let mut columns: Vec<Column> = Vec::new();
+    for text in header {
+        let text = text.trim_start_matches('\u{feff}');
+        let column = column(text)
+            .ok_or_else(|| refuse(format!("found column {text:?}, allowed: {ALLOWED}")))?;
+        let is_taken = |c: &Column| c.content == column.content && c.content != Content::Block;
+        if columns.iter().any(is_taken) {
+            return Err(refuse(format!("column {text:?} occurs twice")));
+        }
+        columns.push(column);
+    }
+    let has = |content: Content| columns.iter().any(|c| c.content == content);
+    let wheels = (0..3).any(|i| has(Content::Wheel(i)));
+    if wheels && !(has(Content::Link(0)) && has(Content::Link(1))) {
+        let message = "the inclinations link1 [deg] and link2 [deg] are missing";
+        return Err(refuse(message.to_owned()));
+    }
+    if !wheels && !has(Content::Weight) {
+        return Err(refuse(format!("no column of a scale; allowed: {ALLOWED}")));
+    }
+    Ok(columns)
+}
+
+/// `link1 [deg]` and the like.
+fn column(text: &str) -> Option<Column> {
+    let (name, unit) = text.strip_suffix(']')?.rsplit_once('[')?;
+    let (name, unit) = (name.trim(), unit.trim());
+    let indexed = |stem: &str, most: usize| {
+        let index: usize = name.strip_prefix(stem)?.parse().ok()?;
+        (1..=most).contains(&index).then(|| index - 1)
+    };
+    let angle = match unit {
+        "deg" => Some(1_f64.to_radians()),
+        "rad" => Some(1.0),
+        _ => None,
+    };
+    let force = match unit {
+        "N" => Some(1.0),
+        "kg" => Some(GRAVITY),
+        "g" => Some(GRAVITY / 1e3),
+        _ => None,
+    };
+    let (content, to_si) = if let Some(i) = indexed("link", 2) {
+        (Content::Link(i), angle?)
+    } else if let Some(i) = indexed("wheel", 3) {
+        (Content::Wheel(i), force?)
+    } else if name == "weight" {
+        (Content::Weight, force?)
+    } else {
+        indexed("block", 3)?;
+        (Content::Block, 1.0)
+    };
+    Some(Column {
+        name: text.to_owned(),
+        content,
+        to_si,
+    })
+}
+
+fn row(
+    path: &str,
+    columns: &[Column],
+    record: &StringRecord,
+    into: &mut Measurements,
+) -> Result<(), TableError> {
+    let line = record.position().map_or(0, csv::Position::line);
+    let refuse = |column: Option<&Column>, message: String| TableError::Cell {
+        path: path.to_owned(),
+        line,
+        column: column.map_or(String::new(), |c| format!(", column {:?}", c.name)),
+        message,
+    };
+    if record.len() != columns.len() {
+        let (found, allowed) = (record.len(), columns.len());
+        let message = format!("found {found} cells, allowed: {allowed}, as in the first line");
+        return Err(refuse(None, message));
+    }
+    let (mut angles, mut forces) = ([None; 2], [None; 3]);
+    for (column, cell) in columns.iter().zip(record) {
+        if cell.is_empty() || column.content == Content::Block {
+            continue;
+        }
+        let value = cell.parse::<f64>().ok().map(|v| v * column.to_si);
+        let checked = |range: std::ops::RangeInclusive<f64>, allowed: &str| match value {
+            Some(value) if range.contains(&value) => Ok(value),
+            _ => {
+                let message = format!("found {cell:?}, allowed: {allowed}, or an empty cell");
+                Err(refuse(Some(column), message))
+            }
+        };
+        match column.content {
+            Content::Link(i) => {
+                let allowed = "an inclination between -91 and 91 deg";
+                angles[i] = Some(checked(-STEEPEST..=STEEPEST, allowed)?);
+            }
+            Content::Wheel(i) => {
+                forces[i] = Some(checked(
+                    0.0..=LARGEST,
+                    "a force of at least 0 and at most 1e6 N",
+                )?);
+            }
+            Content::Weight if into.weight.is_some() => {
+                let message = "the weight stands in an earlier line; allowed: once";
+                return Err(refuse(Some(column), message.to_owned()));
+            }
+            Content::Weight => {
+                into.weight = Some(checked(
+                    0.0..=LARGEST,
+                    "a force of at least 0 and at most 1e6 N",
+                )?);
+            }
+            Content::Block => {}
+        }
+    }
+    match (angles, forces) {
+        (_, [None, None, None]) => Ok(()),
+        ([Some(a), Some(b)], forces) => {
+            into.readings.push(Reading {
+                line,
+                inclinations: [a, b],
+                forces,
+            });
+            Ok(())
+        }
+        _ => {
+            let message = "a scale was read, but an inclination is missing; allowed: both";
+            Err(refuse(None, message.to_owned()))
+        }
+    }
+}
+
+/// The first line of a table with blocks.
+const WITH_BLOCKS: &str = "block1 [mm],block2 [mm],block3 [mm],";
+/// The first line of a table.
+const FIRST_LINE: &str = "link1 [deg],link2 [deg],wheel1 [N],wheel2 [N],wheel3 [N],weight [N]\n";
+
+/// The text of a table to fill in, for postures on blocks, m.
+pub fn blank_table(blocks: &[Blocks]) -> String {
+    let mut text = format!("{WITH_BLOCKS}{FIRST_LINE}");
+    for heights in blocks {
+        // Writing into a text cannot fail.
+        let _ = writeln!(text, "{},,,,,,", block_cells(heights).join(","));
+    }
+    text
+}
+
+fn block_cells(heights: &Blocks) -> [String; 3] {
+    heights.map(|h| format!("{:.0}", 1e3 * h))
+}
+
+/// The text of a table. `blocks` are the heights under the wheels, m, one for each posture, or none at all.
+pub fn write_table(measurements: &Measurements, blocks: &[Blocks]) -> String {
+    let mut text = String::new();
+    let is_on_blocks = blocks.len() == measurements.readings.len() && !blocks.is_empty();
+    if is_on_blocks {
+        text += WITH_BLOCKS;
+    }
+    text += FIRST_LINE;
+    for (k, reading) in measurements.readings.iter().enumerate() {
+        let mut cells: Vec<String> = Vec::new();
+        if is_on_blocks {
+            cells.extend(block_cells(&blocks[k]));
+        }
+        cells.extend(
+            reading
+                .inclinations
+                .map(|a| format!("{:.3}", a.to_degrees())),
+        );
+        let force = |force: Option<f64>| force.map_or(String::new(), |n| format!("{n:.2}"));
+        cells.extend(reading.forces.map(force));
+        cells.push(force(measurements.weight.filter(|_| k == 0)));
+        // Writing into a text cannot fail.
+        let _ = writeln!(text, "{}", cells.join(","));
+    }
+    text
+}

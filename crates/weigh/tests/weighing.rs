@@ -1,0 +1,339 @@
+//! What a weighing brings: robots that differ from their drawings, weighed with scales of a stated error.
+
+use robhaz_estimator::statics::load_parameters;
+use robhaz_model::{Geometry, MassSet, Robot, Vec2};
+use robhaz_weigh::{
+    Accuracy, Measurements, Reading, Tolerances, WeighError, Weighed, plan, plate_forces, simulate,
+    weigh,
+};
+use std::error::Error;
+
+/// Draws from N(0, 1): a linear congruential generator (Knuth's MMIX) and the sum of twelve uniform numbers, which differs
+/// from a Gaussian beyond three standard deviations only.
+struct Random(u64);
+
+impl Random {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        f64::from(u32::try_from(self.0 >> 32).unwrap_or(0)) / 4_294_967_296.0
+    }
+
+    fn normal(&mut self) -> f64 {
+        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
+    }
+}
+
+/// A robot that differs from its drawings as `[model_error]` draws it: centre of mass by 10 mm, link masses by 10 %, pins by
+/// 2 mm; also the masses of body and wheels by `others` and the links' centres of mass by `centres`, m.
+fn real_robot(drawings: &Robot, random: &mut Random, others: f64, centres: f64) -> Robot {
+    let mut robot = drawings.clone();
+    let mut moved = |at: Vec2, by: f64| {
+        let (sin, cos) = (std::f64::consts::TAU * random.uniform()).sin_cos();
+        at + Vec2::new(cos, sin) * by
+    };
+    let geometry = &mut robot.geometry;
+    geometry.body_cg = moved(geometry.body_cg, 0.010);
+    let pins = &mut geometry.pins;
+    for pin in [&mut pins.p, &mut pins.q, &mut pins.r, &mut pins.s] {
+        *pin = moved(*pin, 0.002);
+    }
+    for cg in &mut geometry.link_cg {
+        *cg = moved(*cg, centres);
+    }
+    for mass in &mut robot.mass.links {
+        *mass *= 1.0 + 0.1 * random.normal();
+    }
+    robot.mass.body *= 1.0 + others * random.normal();
+    robot.mass.wheel *= 1.0 + others * random.normal();
+    robot
+}
+
+/// Heights of blocks as everybody has them, m.
+const HEIGHTS: [f64; 3] = [0.05, 0.10, 0.15];
+
+/// Weighs a robot in the six postures that tell most by its drawings.
+fn weighed(
+    drawings: &Robot,
+    robot: &Robot,
+    random: &mut Random,
+) -> Result<Weighed, Box<dyn Error>> {
+    let (tolerances, accuracy) = (Tolerances::DRAWINGS, Accuracy::TYPICAL);
+    let plan = plan(drawings, &tolerances, &accuracy, &HEIGHTS, 6)?;
+    let blocks: Vec<_> = plan.postures.iter().map(|p| p.blocks).collect();
+    let found = simulate(robot, &blocks, &accuracy, || random.normal());
+    let measurements = found.map_err(|(k, error)| format!("posture {k}: {error}"))?;
+    Ok(weigh(drawings, &measurements, &tolerances, &accuracy)?)
+}
+
+/// Postures that are none of those on the scales, rad.
+const POSTURES: [[f64; 2]; 5] = [
+    [0.0, 0.0],
+    [0.12, -0.08],
+    [-0.15, 0.05],
+    [0.05, 0.17],
+    [-0.1, -0.18],
+];
+
+/// Squared error of the forces in these postures, N^2, mean over wheels and postures, and that of the drawings.
+fn squared_errors(
+    real: &Robot,
+    drawings: &Robot,
+    weighed: &Robot,
+) -> Result<[f64; 2], Box<dyn Error>> {
+    let mut sums = [0.0; 2];
+    for angles in POSTURES {
+        let truth = plate_forces(real, angles, [0.0; 3])?;
+        for (sum, robot) in sums.iter_mut().zip([drawings, weighed]) {
+            let found = plate_forces(robot, angles, [0.0; 3])?;
+            for (a, b) in found.iter().zip(truth) {
+                *sum += (a - b) * (a - b) / 15.0;
+            }
+        }
+    }
+    Ok(sums)
+}
+
+/// Acceptance: forty robots, both geometries, differ from their drawings by 10 mm, 10 % and 2 mm (half of them also in the
+/// masses of body and wheels and the links' centres of mass). After six postures on scales good to 0.2 N, forces at rest err
+/// by at most 0.5 % (RMS), and the stated deviation is right: NEES of the seven load parameters within the 99.9 % bounds of
+/// chi-squared or below.
+#[test]
+fn weighed_robots_have_the_forces_of_the_real_ones() {
+    let mut random = Random(7);
+    let (mut before, mut after, mut stated, mut nees, mut worst) = (0.0, 0.0, 0.0, 0.0, 0.0_f64);
+    const ROBOTS: u32 = 40;
+    for k in 0..ROBOTS {
+        let geometry = if k % 2 == 0 {
+            Geometry::a()
+        } else {
+            Geometry::b()
+        };
+        let drawings = Robot {
+            geometry,
+            mass: MassSet::caption(),
+        };
+        let (others, centres) = if k % 4 < 2 { (0.0, 0.0) } else { (0.1, 0.01) };
+        let real = real_robot(&drawings, &mut random, others, centres);
+        let found = weighed(&drawings, &real, &mut random).unwrap();
+        let [drawn, now] = squared_errors(&real, &drawings, &found.robot).unwrap();
+        before += drawn / f64::from(ROBOTS);
+        after += now / f64::from(ROBOTS);
+        worst = worst.max(now);
+        stated += found.forces.after.powi(2) / f64::from(ROBOTS);
+        nees += nees_of(&real, &found) / f64::from(ROBOTS);
+    }
+    let percent = |square: f64| 100.0 * square.sqrt() / (14.0 * 9.81 / 3.0);
+    println!(
+        "N: drawings {:.2} %, weighed {:.3} % (stated {:.3} %, worst robot {:.3} %); NEES {nees:.2} of 7",
+        percent(before),
+        percent(after),
+        percent(stated),
+        percent(worst)
+    );
+    assert!(percent(before) > 1.5);
+    assert!(percent(after) < 0.5);
+    // chi-squared of 280: mean 7 a robot, standard deviation 0.59. The prior is wider than these robots, so it may be below.
+    assert!(nees < 7.0 + 3.3 * 0.59 && nees > 2.0, "{nees}");
+}
+
+/// Squared error of the load parameters by their stated covariance: 7 on average if it is right. Their error is the change
+/// that balances the weighed robot with the real forces, least squares over postures.
+fn nees_of(real: &Robot, weighed: &Weighed) -> f64 {
+    use nalgebra::{SMatrix, SVector, Vector4};
+    use robhaz_estimator::statics::{Arms, Equilibrium, Loads, by_load_parameters};
+    let missing = |robot: &Robot, angles: [f64; 2]| {
+        let forces = plate_forces(real, angles, [0.0; 3]).ok()?;
+        let (geometry, carriers) = (&robot.geometry, &robot.geometry.carriers);
+        let arms = Arms::new(geometry, angles[0], angles[1]).ok()?;
+        let loads = Loads::at_rest(&robot.mass.true_points());
+        let e = Equilibrium::new(&arms, carriers, 0.1, &loads, &[0.0; 3], 0.2)?;
+        let carried: Vector4<f64> = e.h_n.iter().zip(forces).map(|(h, n)| h * n).sum();
+        Some((arms, carried - e.f))
+    };
+    let mut normal = SMatrix::<f64, 7, 7>::zeros();
+    let mut right = SVector::<f64, 7>::zeros();
+    for i in -2..=2 {
+        for j in -2..=2 {
+            let angles = [0.1 * f64::from(i + j), 0.1 * f64::from(i)];
+            let Some((arms, missing)) = missing(&weighed.robot, angles) else {
+                return f64::NAN;
+            };
+            let by = SMatrix::<f64, 4, 7>::from_columns(&by_load_parameters(&arms, 0.2));
+            normal += by.transpose() * by;
+            right += by.transpose() * missing;
+        }
+    }
+    let covariance = SMatrix::<f64, 7, 7>::from_fn(|i, j| weighed.covariance.rows()[i][j]);
+    match (normal.cholesky(), covariance.cholesky()) {
+        (Some(normal), Some(covariance)) => {
+            let error = normal.solve(&right);
+            error.dot(&covariance.solve(&error))
+        }
+        _ => f64::NAN,
+    }
+}
+
+/// Closed form: exact scales in many postures give the load parameters of a robot whose pins are those of the drawings.
+#[test]
+fn exact_scales_give_the_load_parameters() {
+    let drawings = Robot::default_a();
+    let mut real = drawings.clone();
+    real.mass.body *= 1.07;
+    real.mass.links = [1.6, 2.4, 0.55];
+    real.geometry.body_cg += Vec2::new(0.008, -0.006);
+    let mut measurements = Measurements::default();
+    for i in -2..=2 {
+        for j in -2..=2 {
+            let inclinations = [0.08 * f64::from(i), 0.08 * f64::from(j)];
+            let forces = plate_forces(&real, inclinations, [0.0; 3])
+                .unwrap()
+                .map(Some);
+            measurements.readings.push(Reading {
+                line: 0,
+                inclinations,
+                forces,
+            });
+        }
+    }
+    let accuracy = Accuracy {
+        scale: 1e-5,
+        inclination_offset: 0.0,
+        inclination: 0.0,
+        horizontal_force: 0.0,
+    };
+    let tolerances = Tolerances {
+        pin: 1e-9,
+        ..Tolerances::DRAWINGS
+    };
+    let found = weigh(&drawings, &measurements, &tolerances, &accuracy).unwrap();
+    let (is, should) = (load_parameters(&found.robot), load_parameters(&real));
+    for (is, should) in is.iter().zip(should) {
+        // The prior pulls by (1e-5 N over its deviation)^2: below 1e-7.
+        assert!((is - should).abs() < 1e-6, "{is} {should}");
+    }
+}
+
+/// A scale that reads 3 N too much contradicts the others: an error names its line and wheel. Order of wheels reversed: an
+/// error as well.
+#[test]
+fn readings_that_do_not_fit_are_refused() {
+    let drawings = Robot::default_a();
+    let accuracy = Accuracy::TYPICAL;
+    let plan = plan(&drawings, &Tolerances::DRAWINGS, &accuracy, &HEIGHTS, 6).unwrap();
+    let blocks: Vec<_> = plan.postures.iter().map(|p| p.blocks).collect();
+    let mut sound = simulate(&drawings, &blocks, &accuracy, || 0.0).unwrap();
+    for (k, reading) in (2..).zip(&mut sound.readings) {
+        reading.line = k;
+    }
+    let fit = |m: &Measurements| weigh(&drawings, m, &Tolerances::DRAWINGS, &accuracy);
+    assert!(fit(&sound).is_ok());
+    let mut faulty = sound.clone();
+    faulty.readings[3].forces[1] = faulty.readings[3].forces[1].map(|n| n + 3.0);
+    let error = fit(&faulty).unwrap_err();
+    let text = error.to_string();
+    assert!(matches!(error, WeighError::Misfit { .. }), "{text}");
+    assert!(text.contains("wheel2 in line 5"), "{text}");
+    let mut swapped = sound.clone();
+    for reading in &mut swapped.readings {
+        reading.forces.reverse();
+    }
+    assert!(fit(&swapped).is_err());
+    let mut steep = sound.clone();
+    steep.readings[0].inclinations = [0.9, -0.5];
+    assert!(matches!(fit(&steep), Err(WeighError::Stop { line: 2, .. })));
+    assert_eq!(fit(&Measurements::default()), Err(WeighError::Nothing));
+}
+
+/// What scales do not see stays at the drawings: with the total weight alone the total mass is known, all else keeps its
+/// deviation to a few percent; two scales of three tell less than three.
+#[test]
+fn what_is_not_seen_keeps_its_prior() {
+    let drawings = Robot::default_a();
+    let fit =
+        |m: &Measurements| weigh(&drawings, m, &Tolerances::DRAWINGS, &Accuracy::TYPICAL).unwrap();
+    let weight = drawings.mass.total() * 9.81;
+    let alone = fit(&Measurements {
+        readings: Vec::new(),
+        weight: Some(weight),
+    });
+    assert!((alone.loads[0].deviation * 9.81 - 0.2).abs() < 0.001);
+    for i in 5..21 {
+        assert!(
+            (alone.deviation[i] / alone.prior[i] - 1.0).abs() < 1e-9,
+            "{i}"
+        );
+    }
+    let plan = plan(
+        &drawings,
+        &Tolerances::DRAWINGS,
+        &Accuracy::TYPICAL,
+        &HEIGHTS,
+        6,
+    )
+    .unwrap();
+    let blocks: Vec<_> = plan.postures.iter().map(|p| p.blocks).collect();
+    let three = simulate(&drawings, &blocks, &Accuracy::TYPICAL, || 0.0).unwrap();
+    let mut two = three.clone();
+    two.readings.iter_mut().for_each(|r| r.forces[2] = None);
+    let (three, two) = (fit(&three), fit(&two));
+    assert!(three.forces.after < two.forces.after && two.forces.after < two.forces.before);
+}
+
+/// The plan: each posture helps, and six chosen ones tell more than six in the order of the list of all.
+#[test]
+fn planned_postures_tell_most() {
+    let drawings = Robot::default_a();
+    let plan = plan(
+        &drawings,
+        &Tolerances::DRAWINGS,
+        &Accuracy::TYPICAL,
+        &HEIGHTS,
+        6,
+    )
+    .unwrap();
+    let mut last = plan.before;
+    for posture in &plan.postures {
+        println!("{:?} {:.3} N", posture.blocks, posture.after);
+        assert!(posture.after < last);
+        last = posture.after;
+    }
+    println!(
+        "{} candidates, before {:.3} N",
+        plan.candidates, plan.before
+    );
+    assert!(plan.candidates > 15 && last < 0.2 * plan.before);
+}
+
+/// Equivalence: the budget's covariance gives the same deviation of the normal forces on plates as masses, centres of mass
+/// and pins themselves, in the postures of a drive; and on slopes not much more.
+#[test]
+fn the_budget_states_what_the_weighing_left() {
+    use nalgebra::Matrix4;
+    use robhaz_estimator::statics::{Arms, Equilibrium, Loads};
+    let drawings = Robot::default_a();
+    let found = weighed(&drawings, &drawings, &mut Random(3)).unwrap();
+    let geometry = &found.robot.geometry;
+    let mut sums = [0.0; 2];
+    for (sum, slope) in sums.iter_mut().zip([0.0, 0.3]) {
+        for angles in POSTURES {
+            let arms = Arms::new(geometry, angles[0], angles[1]).unwrap();
+            let loads = Loads::at_rest(&found.robot.mass.true_points());
+            let slopes = [slope, 0.0, -slope];
+            let e = Equilibrium::new(&arms, &geometry.carriers, 0.1, &loads, &slopes, 0.2).unwrap();
+            let of_loads: Matrix4<f64> = found.covariance.of_loads(&arms, 0.2);
+            for row in e.least_squares().unwrap().rows {
+                *sum += row.dot(&(of_loads * row)) / 15.0;
+            }
+        }
+    }
+    let [level, sloped] = sums.map(|s: f64| s.sqrt());
+    println!(
+        "level {level:.3} N, slopes {sloped:.3} N; stated {:.3} N",
+        found.forces.after
+    );
+    assert!((level / found.forces.after - 1.0).abs() < 0.2);
+    assert!(sloped < 1.5 * level);
+}

@@ -1,0 +1,68 @@
+"""What the world of MuJoCo must keep, whatever its contact parameters: statics, the force balance, the closed loop."""
+
+import numpy as np
+import pytest
+
+from robot import GRAVITY, load
+from world import Contact, Drive, World
+
+STATIC = {"geometry-a": (43.58, 48.05, 45.71), "geometry-b": (46.21, 45.65, 45.48)}  # N, on level ground at T = 0
+
+
+@pytest.mark.parametrize("geometry", STATIC)
+def test_static_loads_on_level_ground(geometry):
+    """Closed form: the static normal forces of robots/*.toml. 0.1 %: the tyres' 0.3 mm tilt the robot by less than 1 mrad."""
+    free = Drive(kp=0, ki=0)
+    world = World(load(geometry), "flat", Contact(), free, 2.5e-4)
+    for _ in range(8000):
+        world.step()
+    truth = world.truth()
+    loads = [truth[f"wheel{i}_normal_force"] for i in (1, 2, 3)]
+    assert loads == pytest.approx(STATIC[geometry], rel=1e-3)
+    assert [truth[f"wheel{i}_traction"] for i in (1, 2, 3)] == pytest.approx([0, 0, 0], abs=0.01)
+
+
+@pytest.mark.parametrize("terrain", ["ramp", "smooth"])
+def test_forces_of_the_ground_carry_the_robot(terrain):
+    """Conservation: over 3 s of driving, the sum of the wheels' N n + T t, as the truth has them, is the change of momentum
+    plus weight times time. 0.5 % of the weight's impulse: one sample a millisecond of forces that vary between."""
+    robot = load()
+    world = World(robot, terrain, Contact(), Drive(start_time=0.0), 2.5e-4)
+    impulse, momentum, loops = np.zeros(2), [], []
+    for k in range(16001):
+        world.step()
+        if k % 4:
+            continue
+        truth = world.truth()
+        if k in (4000, 16000):
+            momentum.append(sum(_momentum(robot, world)))
+        if 4000 <= k < 16000:
+            impulse += 1e-3 * sum(_force(truth, i) for i in (1, 2, 3))
+        loops.append(truth["loop_error"])
+    weight = robot.total_mass * GRAVITY
+    change = momentum[1] - momentum[0] + np.array([0, weight * 3.0])
+    assert impulse == pytest.approx(change, abs=0.005 * weight * 3.0)
+    assert max(loops) < 1e-6
+
+
+def _force(truth, i):
+    angle = truth[f"wheel{i}_contact_angle"]
+    c, s = np.cos(angle), np.sin(angle)
+    return truth[f"wheel{i}_normal_force"] * np.array([-s, c]) + truth[f"wheel{i}_traction"] * np.array([c, s])
+
+
+def _momentum(robot, world):
+    masses = [*robot.mass.values(), *[robot.wheel_mass] * 3]
+    return [m * frame[1] for m, frame in zip(masses, world.frames, strict=True)]
+
+
+def test_the_same_seed_gives_the_same_log(tmp_path):
+    """Determinism: two simulations write equal files, and another seed another log."""
+    from simulate import record
+
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        record(World(load(), "smooth", Contact(), Drive(), 2.5e-4), [1, 2], 0.1, 1000, tmp_path / name)
+    files = [[(tmp_path / n / f).read_bytes() for f in ("log-1.csv", "log-2.csv", "truth.csv")] for n in ("a", "b")]
+    assert files[0] == files[1]
+    assert files[0][0] != files[0][1]
