@@ -285,7 +285,6 @@ mod tests {
             no_equivalent: 0,
             normal_force_at_one_contact: None,
             contacts: None,
-            suspects: indexmap::IndexMap::new(),
             means: None,
             suspects: Default::default(),
         };
@@ -312,6 +311,7 @@ mod tests {
             events: None,
             friction: run.world.as_ref().map(FrictionSummary::of),
             control: None,
+            friction_tests: Vec::new(),
             sensors: run.world.as_ref().map(SensorErrors::of),
             log: None,
             nominal: NominalRobot::of(&run),
