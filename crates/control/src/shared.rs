@@ -20,9 +20,9 @@
 //! `omega_ref` is the mean of the speeds, each within the allowed difference of their median: a wheel that spins or stands
 //! has little influence. The reference of `u_i` is the same mean of the `u_i`.
 //!
-//! While a wheel slides the pace falls to a quarter, and then recovers in seconds: most grounds bear more at a small slip
-//! speed. A wheel slides where the estimate says so, or where its `u_i` differs from the others by more than twice the allowed
-//! difference. That difference grows with the paced set speed.
+//! While a wheel slides the pace falls to a quarter, and then recovers in seconds: where the dynamic coefficient is below
+//! the static one, the ground bears more at a small slip speed. A wheel slides where the estimate says so, or where its
+//! `u_i` differs from the others by more than twice the allowed difference. That difference grows with the paced set speed.
 //!
 //! N_i and gamma_i are those of the estimate, smoothed; N_i is drawn to the mean load where its standard deviation is
 //! large. Without an estimate, and where its readings are stale or the linkage is at a stop, all shares become equal.
@@ -33,7 +33,7 @@ use robhaz_estimator::{Estimate, Flags};
 use robhaz_model::Robot;
 
 /// Allowed difference of a wheel speed from the others: a share of the set speed, -, and a part for standstill, rad/s.
-/// Creep at T = N is 5 to 10 % of the speed, the turning of the links adds as much.
+/// It leaves room for creep (5 % of the speed at T = N for a slip stiffness of 20) and for the turning of the links.
 const DIFFERENCE: (f64, f64) = (0.15, 0.05);
 /// Pace while a wheel slides, -.
 const CRAWL: f64 = 0.25;
@@ -43,8 +43,7 @@ const SLOWING_TIME: f64 = 0.2;
 const RECOVERY_TIME: f64 = 3.0;
 /// Smallest cos(gamma) that is counted, -: a wheel on the edge of a kerb turns on the spot.
 const STEEPEST: f64 = 0.5;
-/// Standard deviation of N over wheels and time without any reading, as a share of the mean load: on rough ground loads
-/// vary by about half.
+/// Prior standard deviation of N, as a share of the mean load: wide, since one wheel may carry the load of two.
 const LOAD_SPREAD: f64 = 0.5;
 /// Share of the mean load below which a wheel counts as unloaded, -; without load it counts fully.
 const UNLOADED: f64 = 0.1;
