@@ -23,8 +23,10 @@ const LEAST_CHANGE: f64 = 0.3 * DEGREE;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 /// Share of the changes that the gyroscope must explain.
 const EXPLAINED: f64 = 0.6;
-/// Error of the slope that is a fault: several times the scale error of any gyroscope.
-const SCALE_ERROR: f64 = 0.15;
+/// Share from which on a wrong scale is no matter of impacts.
+const CERTAIN: f64 = 0.95;
+/// Error of the slope that is a fault: ten times the scale error of a gyroscope, and more than impacts make.
+const SCALE_ERROR: f64 = 0.25;
 /// Longest delay that is looked for, s.
 const LONGEST_DELAY: f64 = 0.15;
 /// Delay of an inclinometer that is its own lag, s: a low pass of 8 Hz has 20 ms.
@@ -41,6 +43,8 @@ struct Changes {
     inclination: [Vec<f64>; 2],
     /// Of the integrated gyroscopes, rad.
     rate: [Vec<f64>; 2],
+    /// Delay that the acceleration of the robot can pass for, s: RMS of what the inclinometer feels of it over RMS of the rate.
+    felt: [f64; 2],
 }
 
 impl Changes {
@@ -71,6 +75,10 @@ impl Changes {
         Self {
             inclination: [0, 1].map(|k| change(&inclination(k))),
             rate: [0, 1].map(|k| change(&integral(&recording.rate[k], recording.dt))),
+            felt: [0, 1].map(|k| match budget.specific_force {
+                true => rms(&felt(k)) / GRAVITY / rms(&recording.rate[k]).max(1e-9),
+                false => 0.0,
+            }),
         }
     }
 }
@@ -137,8 +145,8 @@ fn sign(changes: &Changes, k: usize) -> Finding {
     }
     let found = explained(changes, k, k).filter(|(share, _)| *share > EXPLAINED);
     let Some((share, slope)) = found else {
-        let remedy = "one of the two is dead, of another link or in another unit: look at both readings while you turn the link by hand";
-        return Finding::fault(SIGN, channel, sizes, remedy);
+        let remedy = "one of the two may be dead, of another link, or shaken: look at both while you turn the link by hand";
+        return Finding::cannot_tell(SIGN, channel, sizes, remedy);
     };
     let figure = format!(
         "inclinometer over integrated gyro {slope:.3} (1 is right), {:.0} % explained",
@@ -156,6 +164,10 @@ fn sign(changes: &Changes, k: usize) -> Finding {
     } else {
         "one of them has a wrong scale: check units and ranges"
     };
+    // Impacts shake an inclinometer.
+    if share < CERTAIN {
+        return Finding::cannot_tell(SIGN, channel, figure, "record a drive over smooth ground");
+    }
     Finding::fault(SIGN, channel, figure, remedy)
 }
 
@@ -177,8 +189,13 @@ fn delay_of(recording: &Recording, changes: &Changes, k: usize) -> Finding {
         let remedy = "drive over an obstacle that turns the links by a few degrees";
         return Finding::cannot_tell(DELAY, channel, "no common motion", remedy);
     };
-    let figure = in_words(&found);
-    let margin = 3.0 * found.sigma;
+    let felt = changes.felt[k];
+    let figure = format!(
+        "{}, and {:.1} ms by accelerations",
+        in_words(&found),
+        1e3 * felt
+    );
+    let margin = (2.0 * found.sigma).hypot(felt);
     if found.seconds > INCLINOMETER_LAG + margin {
         let remedy = format!(
             "its readings arrive late: state offset = {:.4} of its channel, or read it directly",

@@ -25,7 +25,7 @@ struct Raised {
 }
 
 fn run(scene: &Scene, estimator: usize, frames: &[SensorFrame]) -> Result<Raised, Failure> {
-    let settings = scene.nominal_settings(&scene.estimators[estimator]);
+    let settings = scene.nominal_settings(&scene.estimators[estimator])?;
     let mut estimator = Estimator::new(&scene.nominal_robot()?, settings);
     let mut raised = Raised::default();
     for frame in frames {

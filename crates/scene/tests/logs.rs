@@ -146,3 +146,47 @@ fn robots_come_from_files_with_their_section() {
     let error = RobotChoice::load(&path).unwrap_err().to_string();
     assert!(error.contains("has no section [robot]"), "{error}");
 }
+
+/// The covariance of a weighed robot is read back to the bit; what is no covariance is refused with its line.
+#[test]
+fn budgets_take_the_covariance_of_a_weighed_robot() {
+    let rows = |changed: f64| {
+        let row = |i: usize| {
+            let entry = |j: usize| match (i, j) {
+                (2, 4) => changed,
+                (4, 2) => 1e-5,
+                _ if i == j => 1e-4,
+                _ => 0.0,
+            };
+            let cells: Vec<_> = (0..7).map(|j| format!("{:e}", entry(j))).collect();
+            format!("[{}]", cells.join(", "))
+        };
+        let rows: Vec<_> = (0..7).map(row).collect();
+        format!(
+            "[budget]\nbody_cg = 0\nload_covariance = [{}]\n",
+            rows.join(", ")
+        )
+    };
+    let parse = |text: &str| LogChoice::parse(text, "s.toml", Path::new(""), LogChoice::default());
+    let choice = parse(&rows(1e-5)).unwrap();
+    assert!(choice.budget.load_covariance.is_some());
+    let again = parse(&choice.to_toml("test")).unwrap();
+    assert_eq!(again.budget, choice.budget);
+    for (text, expected) in [
+        (
+            rows(2e-5),
+            "it is no covariance: row 3, column 5 differs from row 5, column 3",
+        ),
+        (rows(5e-3), "row 3, column 5 differs"),
+        (
+            "[budget]\nload_covariance = [[1.0]]\n".to_owned(),
+            "7 rows of 7 numbers",
+        ),
+    ] {
+        let error = parse(&text).unwrap_err().to_string();
+        assert!(
+            error.contains("s.toml:") && error.contains(expected),
+            "{error}"
+        );
+    }
+}
