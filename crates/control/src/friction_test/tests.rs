@@ -92,7 +92,10 @@ impl World {
 }
 
 /// Commands of `seconds` at 1 kHz.
-fn run(tests: &mut FrictionTests, seconds: u32) -> Option<impl Fn(f64, usize) -> Option<f64>> {
+fn run(
+    tests: &mut FrictionTests,
+    seconds: u32,
+) -> Option<impl Fn(f64, usize) -> Option<f64> + use<>> {
     let mut world = World::new()?;
     let mut all = std::vec::Vec::new();
     for k in 0..1000 * seconds {
