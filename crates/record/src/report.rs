@@ -287,7 +287,6 @@ mod tests {
             contacts: None,
             suspects: indexmap::IndexMap::new(),
             means: None,
-            suspects: Default::default(),
         };
         let run = described(&scene());
         Summary {
