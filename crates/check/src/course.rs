@@ -2,12 +2,26 @@
 
 use crate::motion::Motion;
 use crate::recording::Recording;
+use crate::signal::{integral, smooth, zip};
 use robhaz_model::{Robot, Vec2};
 
 /// Step of the path, m.
 pub const STEP: f64 = 0.002;
 /// Relative difference of the two distances between the axles up to which they count as equal.
 const EQUAL_SPACING: f64 = 0.02;
+
+/// Time over which inclinometers count in [`fused`], s: an acceleration of the robot does not last as long.
+const SLOW: f64 = 1.0;
+
+/// Angles of links 1 and 2, rad: inclinometers over long times, gyroscopes over short ones. For readings that agree.
+pub fn fused(recording: &Recording) -> [Vec<f64>; 2] {
+    [0, 1].map(|k| {
+        let turned = integral(&recording.rate[k], recording.dt);
+        let drift = zip(&recording.inclination[k], &turned, |a, b| a - b);
+        let drift = smooth(&drift, recording.steps(0.5 * SLOW));
+        zip(&turned, &drift, |a, b| a + b)
+    })
+}
 
 /// Which inclinations are used for links 1 and 2: index of the link, and sign.
 pub type Links = [(usize, f64); 2];
@@ -22,8 +36,8 @@ pub struct Course<'a> {
 }
 
 impl<'a> Course<'a> {
-    /// The course of a robot whose axles have equal distances; `None` for others.
-    pub fn new(recording: &Recording, motion: &Motion, robot: &'a Robot) -> Option<Self> {
+    /// The course of a robot whose axles have equal distances, for angles of links 1 and 2 (rad); `None` for others.
+    pub fn new(motion: &Motion, robot: &'a Robot, tilt: &[Vec<f64>; 2]) -> Option<Self> {
         let axles = &robot.geometry.axles;
         let (front, rear) = (axles[0].x - axles[1].x, axles[1].x - axles[2].x);
         if (front - rear).abs() > EQUAL_SPACING * front {
@@ -31,7 +45,7 @@ impl<'a> Course<'a> {
         }
         let samples = samples(motion, robot);
         let along = |x: &[f64]| mean_along(&samples, x);
-        let tilt = recording.inclination.each_ref().map(|x| along(x));
+        let tilt = tilt.each_ref().map(|x| along(x));
         Some(Self {
             robot,
             samples,

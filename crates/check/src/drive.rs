@@ -21,6 +21,8 @@ use crate::signal::{high_pass, rms, smooth, zip};
 const SMOOTHING: f64 = 0.05;
 /// Differences are those within this time, s.
 const SPAN: f64 = 2.0;
+/// RMS of the differences between the torques of the log, N m, that shows something.
+const LEAST_DIFFERENCE: f64 = 0.15;
 /// Share of the differences that a speed control explains.
 const EXPLAINED: f64 = 0.5;
 /// Larger share of another pairing that is a fault.
@@ -33,6 +35,7 @@ const LONGEST_DELAY: f64 = 0.1;
 const PAIRING: &str = "wiring of wheels";
 const DELAY: &str = "delay";
 const CHANNEL: &str = "torques and encoders";
+const LATE: &str = "torques after encoders";
 
 /// A wiring of the torques: the encoder to which torque i belongs, and the sign of torque i.
 type Wiring = ([usize; 3], [f64; 3]);
@@ -100,6 +103,16 @@ impl Differences {
 
 /// All findings.
 pub fn findings(recording: &Recording, motion: &Motion) -> Vec<Finding> {
+    let differences = Differences::of(recording, motion, &WIRINGS[0]);
+    let size = rms(&differences.torque);
+    if size < LEAST_DIFFERENCE {
+        let figure = format!("the torques differ by {size:.2} N m RMS only");
+        let remedy = "drive over an obstacle, so that the wheels' torques differ";
+        return vec![
+            Finding::cannot_tell(PAIRING, CHANNEL, &figure, remedy),
+            Finding::cannot_tell(DELAY, LATE, figure, remedy),
+        ];
+    }
     let shares = WIRINGS.map(|wiring| Differences::of(recording, motion, &wiring).explained());
     let own = shares[0];
     // The first of equal ones: exchanged wheels before wrong signs.
@@ -110,7 +123,6 @@ pub fn findings(recording: &Recording, motion: &Motion) -> Vec<Finding> {
         }
     }
     let differences = Differences::of(recording, motion, &WIRINGS[best]);
-    let size = rms(&differences.torque);
     let figure = format!(
         "own encoders explain {:.0} % of the differences between the torques ({size:.2} N m RMS)",
         100.0 * own
@@ -160,7 +172,7 @@ fn late(recording: &Recording, differences: &Differences) -> Finding {
         speed,
     } = differences;
     let found = delay(torque, &[angle, speed], longest, memory, recording.dt);
-    let channel = "torques after encoders";
+    let channel = LATE;
     let Some(found) = found.filter(|d| d.explained > EXPLAINED) else {
         let remedy =
             "drive under speed control over an obstacle, so that the wheels' torques differ";

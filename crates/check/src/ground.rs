@@ -22,8 +22,10 @@ const LEAST_HEIGHT: f64 = 0.002;
 const EXPLAINED: f64 = 0.7;
 /// Larger share with other signs that is a fault.
 const BETTER: f64 = 0.2;
-/// Error of the distance that is a fault: more than slip makes.
-const SCALE_ERROR: f64 = 0.06;
+/// Error of the distance that is a fault: more than slip makes, also at a kerb.
+const SCALE_ERROR: f64 = 0.09;
+/// Share of the rear curve that the front one explains where no wheel has spun in place.
+const CERTAIN: f64 = 0.9;
 /// Range of the scale that is looked for.
 const SCALES: std::ops::RangeInclusive<f64> = 0.4..=2.5;
 
@@ -47,6 +49,12 @@ struct Passing {
     explained: f64,
     /// Distance found over the true one.
     scale: f64,
+}
+
+/// Distance by the encoders over that by the ground; 1 where the ground shows none.
+pub fn scale_of(course: &Course<'_>) -> f64 {
+    let own = passing(course, &WIRINGS[0].0).filter(|p| p.explained > EXPLAINED);
+    own.map_or(1.0, |p| p.scale)
 }
 
 /// All findings. `course` is `None` for a robot whose axles have different distances.
@@ -91,8 +99,9 @@ fn scale(own: Option<Passing>) -> Finding {
         return Finding::cannot_tell(SCALE, channel, "the ground shows no distance", remedy);
     };
     let figure = format!(
-        "distance by the encoders over that by the ground {:.3}",
-        own.scale
+        "distance by the encoders over that by the ground {:.3}, {:.0} % explained",
+        own.scale,
+        100.0 * own.explained
     );
     if (own.scale - 1.0).abs() < SCALE_ERROR {
         return Finding::ok(SCALE, channel, figure);
@@ -101,6 +110,9 @@ fn scale(own: Option<Passing>) -> Finding {
         "counts a turn are too few or the wheel radius is too large by the factor {:.3}; or the wheels slip that much",
         own.scale
     );
+    if own.explained < CERTAIN {
+        return Finding::cannot_tell(SCALE, channel, figure, "drive without spinning wheels");
+    }
     Finding::fault(SCALE, channel, figure, remedy)
 }
 

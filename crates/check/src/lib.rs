@@ -77,20 +77,14 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
         return Report::new(vec![finding]);
     };
     let motion = Motion::of(&recording, robot);
-    let course = Course::new(&recording, &motion, robot);
+    let course = Course::new(&motion, robot, &recording.inclination);
     let mut findings = still::findings(frames, budget);
     findings.extend(rest::findings(&recording, budget));
     findings.extend(links::findings(&recording, &motion, robot, budget));
     findings.extend(wheels::findings(&motion, robot));
     findings.extend(ground::findings(course.as_ref(), robot));
     let damping = stated.viscous_damping;
-    findings.extend(balance::findings(
-        &recording,
-        &motion,
-        course.as_ref(),
-        robot,
-        damping,
-    ));
+    findings.extend(balance::findings(&recording, &motion, robot, damping));
     findings.extend(drive::findings(&recording, &motion));
     findings.push(agreement::finding(frames, robot, &stated.settings(frames)));
     Report::new(findings)

@@ -6,10 +6,10 @@
 use crate::fit::{Delay, delay, robust_fit};
 use crate::motion::Motion;
 use crate::recording::Recording;
-use crate::report::Finding;
+use crate::report::{Finding, Verdict};
 use crate::signal::{derivative, difference, integral, rms, smooth, zip};
 use robhaz_estimator::NoiseBudget;
-use robhaz_model::{GRAVITY, Robot};
+use robhaz_model::{Carrier, GRAVITY, Robot};
 
 /// Time over which changes are compared, s: the specific force of the robot's own motion changes less in it than the
 /// angles on uneven ground.
@@ -23,14 +23,18 @@ const LEAST_CHANGE: f64 = 0.3 * DEGREE;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 /// Share of the changes that the gyroscope must explain.
 const EXPLAINED: f64 = 0.6;
-/// Error of the slope that is a fault: several times the scale error of any gyroscope.
-const SCALE_ERROR: f64 = 0.15;
+/// Share from which on a wrong scale is no matter of impacts.
+const CERTAIN: f64 = 0.95;
+/// Error of the slope that is a fault: ten times the scale error of a gyroscope, and more than impacts make.
+const SCALE_ERROR: f64 = 0.25;
 /// Longest delay that is looked for, s.
 const LONGEST_DELAY: f64 = 0.15;
 /// Delay of an inclinometer that is its own lag, s: a low pass of 8 Hz has 20 ms.
 const INCLINOMETER_LAG: f64 = 0.025;
 /// Delay of a gyroscope behind the inclinometer that is a fault, s.
 const GYRO_DELAY: f64 = 0.005;
+/// Error of a delay by accelerations of the robot that the encoders do not show, s.
+const MARGIN: f64 = 0.005;
 
 const SIGN: &str = "sign and unit";
 const DELAY: &str = "delay";
@@ -44,35 +48,55 @@ struct Changes {
 }
 
 impl Changes {
-    /// The changes of a recording. Inclinometers that measure the specific force also feel the robot's acceleration: that of
-    /// a speed along their link is subtracted.
-    fn of(recording: &Recording, motion: &Motion, radius: f64, budget: &NoiseBudget) -> Self {
+    /// The changes of a recording, `felt` (rad) by the inclinometers in addition to the angles: left out.
+    fn of(recording: &Recording, felt: Option<&[f64]>) -> Self {
         let half = recording.steps(0.5 * SPAN);
         let change = |x: &[f64]| difference(&smooth(x, recording.steps(0.5 * SMOOTHING)), half);
-        let felt = |k: usize| {
-            let tilt = smooth(&recording.inclination[k], recording.steps(0.5 * FORWARD));
-            let speed = zip(&motion.middle_spin, &tilt, |spin, tilt| {
-                radius * spin * tilt.cos()
-            });
-            derivative(&speed, recording.steps(0.5 * FORWARD), recording.dt)
-        };
         let inclination = |k: usize| {
             let read = &recording.inclination[k];
-            if budget.specific_force {
-                let felt = felt(k);
-                // Near the ends of the log no acceleration is known.
-                zip(read, &felt, |x, a| {
-                    x - if a.is_finite() { a / GRAVITY } else { 0.0 }
-                })
-            } else {
-                read.clone()
-            }
+            felt.map_or_else(|| read.clone(), |felt| zip(read, felt, |x, felt| x - felt))
         };
         Self {
             inclination: [0, 1].map(|k| change(&inclination(k))),
             rate: [0, 1].map(|k| change(&integral(&recording.rate[k], recording.dt))),
         }
     }
+}
+
+/// What inclinometers that measure the specific force feel of the robot's acceleration, rad: that of Q. 0 near the ends of
+/// the log, where it is not known.
+fn felt(recording: &Recording, motion: &Motion, robot: &Robot) -> Vec<f64> {
+    let width = recording.steps(0.5 * FORWARD);
+    let speed = speed_of_q(recording, motion, robot, width);
+    let mut felt = derivative(&speed, width, recording.dt);
+    for value in &mut felt {
+        *value = if value.is_finite() {
+            *value / GRAVITY
+        } else {
+            0.0
+        };
+    }
+    felt
+}
+
+/// Horizontal speed of Q, m/s, averaged over `2 width` samples: the link with two wheels rolls along its own direction, with
+/// the absolute spin of its wheels, and turns Q about the middle of its axles.
+fn speed_of_q(recording: &Recording, motion: &Motion, robot: &Robot, width: usize) -> Vec<f64> {
+    let geometry = &robot.geometry;
+    let carriers = geometry.carriers.map(Carrier::index);
+    let link = usize::from(carriers.iter().sum::<usize>() > 1);
+    let (tilt, rate) = (
+        smooth(&recording.inclination[link], width),
+        smooth(&recording.rate[link], width),
+    );
+    let on_link = (0..3).filter(|i| carriers[*i] == link);
+    let height = on_link.map(|i| geometry.axles[i].y).sum::<f64>() / 2.0;
+    let (radius, arm) = (geometry.wheel_radius, geometry.pins.q.y - height);
+    let spins = motion.middle_spin.iter();
+    spins
+        .zip(tilt.iter().zip(&rate))
+        .map(|(spin, (tilt, rate))| (radius * (spin - rate) - arm * rate) * tilt.cos())
+        .collect()
 }
 
 /// All findings of the links.
@@ -82,17 +106,22 @@ pub fn findings(
     robot: &Robot,
     budget: &NoiseBudget,
 ) -> Vec<Finding> {
-    let radius = robot.geometry.wheel_radius;
-    let changes = Changes::of(recording, motion, radius, budget);
+    let changes = Changes::of(recording, None);
     let mut findings = Vec::new();
     if let Some(exchanged) = exchanged(&changes) {
         findings.push(exchanged);
         return findings;
     }
-    for k in 0..2 {
-        findings.push(sign(&changes, k));
-        findings.push(delay_of(recording, &changes, k));
+    findings.extend((0..2).map(|k| sign(&changes, k)));
+    // With wrong signs or units a delay has no meaning.
+    if findings.iter().any(|f| f.verdict == Verdict::Fault) {
+        return findings;
     }
+    let felt = budget
+        .specific_force
+        .then(|| felt(recording, motion, robot));
+    let changes = Changes::of(recording, felt.as_deref());
+    findings.extend((0..2).map(|k| delay_of(recording, &changes, k)));
     findings
 }
 
@@ -137,8 +166,8 @@ fn sign(changes: &Changes, k: usize) -> Finding {
     }
     let found = explained(changes, k, k).filter(|(share, _)| *share > EXPLAINED);
     let Some((share, slope)) = found else {
-        let remedy = "one of the two is dead, of another link or in another unit: look at both readings while you turn the link by hand";
-        return Finding::fault(SIGN, channel, sizes, remedy);
+        let remedy = "one of the two may be dead, of another link, or shaken: look at both while you turn the link by hand";
+        return Finding::cannot_tell(SIGN, channel, sizes, remedy);
     };
     let figure = format!(
         "inclinometer over integrated gyro {slope:.3} (1 is right), {:.0} % explained",
@@ -156,17 +185,22 @@ fn sign(changes: &Changes, k: usize) -> Finding {
     } else {
         "one of them has a wrong scale: check units and ranges"
     };
+    // Impacts shake an inclinometer.
+    if share < CERTAIN {
+        return Finding::cannot_tell(SIGN, channel, figure, "record a drive over smooth ground");
+    }
     Finding::fault(SIGN, channel, figure, remedy)
 }
 
 fn delay_of(recording: &Recording, changes: &Changes, k: usize) -> Finding {
     let channel = format!("inclinometer {} after gyro {}", k + 1, k + 1);
-    let found = robust_fit(&changes.inclination[k], &[&changes.rate[k]])
-        .filter(|_| rms(&changes.rate[k]) > LEAST_CHANGE)
-        .and_then(|(_, kept)| {
+    // All samples: those that fit best without a delay would hide it.
+    let found = Some(&changes.rate[k])
+        .filter(|rate| rms(rate) > LEAST_CHANGE)
+        .and_then(|rate| {
             delay(
-                &kept,
-                &[&changes.rate[k]],
+                &changes.inclination[k],
+                &[rate],
                 recording.steps(LONGEST_DELAY),
                 recording.steps(SPAN),
                 recording.dt,
@@ -177,8 +211,7 @@ fn delay_of(recording: &Recording, changes: &Changes, k: usize) -> Finding {
         let remedy = "drive over an obstacle that turns the links by a few degrees";
         return Finding::cannot_tell(DELAY, channel, "no common motion", remedy);
     };
-    let figure = in_words(&found);
-    let margin = 3.0 * found.sigma;
+    let (figure, margin) = (in_words(&found), MARGIN + 2.0 * found.sigma);
     if found.seconds > INCLINOMETER_LAG + margin {
         let remedy = format!(
             "its readings arrive late: state offset = {:.4} of its channel, or read it directly",

@@ -101,6 +101,9 @@ pub fn write(run: Run, job: &Job<'_>, args: &Args, interrupt: &Interrupt) -> Res
     let summary = sink.summary().into_diagnostic()?;
     summary.write(folder.path()).into_diagnostic()?;
     table(&summary)?;
+    for test in &summary.friction_tests {
+        say(&test.in_words())?;
+    }
     let complete = format!("the complete run is in {}", folder.path().display());
     let path = folder.finish().map_err(Report::from).wrap_err(complete)?;
     say(&format!(

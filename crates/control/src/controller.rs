@@ -14,6 +14,10 @@ pub struct Controller {
 }
 
 #[derive(Clone, Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "one control, one state: nothing is boxed without an allocator"
+)]
 enum State {
     Speed,
     Shared(Shared),
@@ -27,9 +31,7 @@ impl Controller {
             state: match settings.kind {
                 ControlKind::Speed => State::Speed,
                 ControlKind::Shared => State::Shared(Shared::new(settings)),
-                ControlKind::FrictionTest => {
-                    State::FrictionTest(FrictionTests::new(settings, &settings.friction_test))
-                }
+                ControlKind::FrictionTest => State::FrictionTest(FrictionTests::new(settings)),
             },
         }
     }

@@ -1,27 +1,31 @@
 //! The friction test of section 5 of the paper: torque ramps on one wheel after the other.
 //!
-//! The torque of the tested wheel changes linearly from its present value, while the drives of the other wheels hold their
-//! set speeds. They bear the reaction. Front and middle wheel are driven, the rear wheel is braked ([`DIRECTION`]). When the wheel slips ([`robhaz_estimator::FrictionTest`]), its torque goes back
-//! smoothly to what turns it without traction, and its drive holds the set speed again. The next wheel follows after a
-//! pause. A robot at rest is tested in the same way.
+//! The torque of the tested wheel grows linearly from its present value, while the drives of the other wheels hold their set
+//! speeds. They bear the reaction. When the wheel slips ([`robhaz_estimator::FrictionTest`]), its torque goes back
+//! smoothly to what turns it without traction. Then the same the other way, from three quarters of the torque found on: the offset of
+//! the torque's reading and the friction in the gear add to one and subtract from the other
+//! ([`FrictionTestResult::combined`]). The next wheel follows after a pause. A robot at rest is tested in the same way.
 
 use crate::input::{ControlInput, ControlSettings, FrictionTestPlan};
-use robhaz_estimator::{FrictionTest, FrictionTestEnd, FrictionTestPhase, FrictionTestResult};
+use crate::ramp::Ramp;
+use robhaz_estimator::{FrictionTestEnd, FrictionTestResult};
 use robhaz_model::WheelCommand;
 
-/// Time over which the torque is taken back, s.
-const BACK_OFF: f64 = 0.3;
 /// Pause between two wheels, s: the drives share the load again.
 const PAUSE: f64 = 2.0;
 /// Time constant of the low pass on the torque from which a ramp starts, s.
 const TORQUE_SMOOTHING: f64 = 0.1;
 /// Longest time between samples that is integrated over, s.
 const LONGEST_STEP: f64 = 0.1;
-
-/// Direction of each wheel's torque.
+/// Part of the torque that the first ramp and the load between the ramps let expect, from which the second ramp of a wheel
+/// starts, -. The load grows under the second ramp, and the wheel slips later.
+const SECOND_START: f64 = 0.75;
+/// Both ramps of a wheel together last at most as long as a rise by this torque takes, N m: 18.6 s at 0.35 N m/s.
+const LONGEST: f64 = 6.5;
+/// Direction of the first ramp of each wheel.
 ///
-/// A wheel is tested in the direction in which its own traction relieves it: forces of the ground act below the body, so driving
-/// raises the load of the rear wheel and braking lowers it. With mu = 0.9 on level ground, a driven rear wheel would need so much
+/// It is that in which the wheel's own traction relieves it: forces of the ground act below the body, so driving raises the
+/// load of the rear wheel and braking lowers it. With mu = 0.9 on level ground, a driven rear wheel would need so much
 /// reaction that the middle wheel lifts off before it slips. A relieved wheel slips at half the torque.
 const DIRECTION: [f64; 3] = [1.0, 1.0, -1.0];
 
@@ -31,47 +35,40 @@ pub struct FrictionTests {
     plan: FrictionTestPlan,
     torque_limit: f64,
     viscous_damping: f64,
+    wheel_radius: f64,
     /// Time of the last sample, s.
     time: Option<f64>,
     /// Low-pass filtered torques, N m.
     torques: [f64; 3],
     stage: Stage,
+    /// Number of the present or next test in the plan.
+    number: usize,
     /// Results in the order of the plan.
     results: [Option<FrictionTestResult>; 3],
 }
 
 #[derive(Clone, Debug)]
 enum Stage {
-    /// Test number `next` of the plan starts at `from` (s).
-    Waiting {
-        next: usize,
-        from: f64,
-    },
-    /// A ramp from a torque (N m) at a time (s).
-    Testing {
-        number: usize,
-        test: FrictionTest,
-        torque: f64,
-        from: f64,
-        /// The torque when the wheel slipped (N m), and that time (s).
-        back_off: Option<(f64, f64)>,
-    },
-    Over,
+    /// The next wheel follows at this time, s.
+    Waiting(f64),
+    /// The first ramp of a wheel.
+    First(Ramp),
+    /// The second one, the other way; the result of the first.
+    Second(Ramp, FrictionTestResult),
 }
 
 impl FrictionTests {
     /// Before the first sample.
-    pub fn new(settings: &ControlSettings, plan: &FrictionTestPlan) -> Self {
+    pub fn new(settings: &ControlSettings) -> Self {
         Self {
-            plan: *plan,
+            plan: settings.friction_test,
             torque_limit: settings.torque_limit,
             viscous_damping: settings.viscous_damping,
+            wheel_radius: settings.robot.geometry.wheel_radius,
             time: None,
             torques: [0.0; 3],
-            stage: Stage::Waiting {
-                next: 0,
-                from: plan.start,
-            },
+            stage: Stage::Waiting(settings.friction_test.start),
+            number: 0,
             results: [None; 3],
         }
     }
@@ -79,10 +76,13 @@ impl FrictionTests {
     /// The results so far, in the order of the plan. A test that has not ended counts as unfinished.
     pub fn results(&self) -> [Option<FrictionTestResult>; 3] {
         let mut results = self.results;
-        if let Stage::Testing { number, test, .. } = &self.stage
-            && let Some(result) = results.get_mut(*number)
-        {
-            *result = Some(test.result());
+        let present = match &self.stage {
+            Stage::Waiting(_) => None,
+            Stage::First(ramp) => Some(ramp.result()),
+            Stage::Second(ramp, first) => Some(first.combined(&ramp.result())),
+        };
+        if let (Some(place), Some(_)) = (results.get_mut(self.number), present) {
+            *place = present;
         }
         results
     }
@@ -90,27 +90,22 @@ impl FrictionTests {
     /// The commands of the wheels.
     pub fn update(&mut self, input: &ControlInput<'_>) -> [WheelCommand; 3] {
         let now = input.frame.time;
-        let dt = self
-            .time
-            .map_or(0.0, |last| (now - last).max(0.0).min(LONGEST_STEP));
-        for (smooth, found) in self.torques.iter_mut().zip(&input.frame.motor_torque) {
-            if let Some(found) = found {
-                let weight = if self.time.is_some() {
-                    dt / (TORQUE_SMOOTHING + dt)
-                } else {
-                    1.0
-                };
-                *smooth += weight * (found - *smooth);
-            }
-        }
-        self.time = Some(now);
-        if let Stage::Waiting { next, from } = self.stage
+        self.follow_torques(input);
+        if let Stage::Waiting(from) = self.stage
             && now >= from
+            && let Some(wheel) = self.wheel()
         {
-            self.start(next, now);
+            let present = self.torques.get(wheel).copied().unwrap_or(0.0);
+            let rate = direction(wheel) * self.plan.rate;
+            let idle = self.viscous_damping * input.set_speed;
+            // A wheel that is to be braked does not drive first, and the other way round.
+            let ahead = (present - idle) * rate < 0.0;
+            let torque = [present, if ahead { idle } else { present }];
+            self.stage = Stage::First(Ramp::new(wheel, now, torque, rate));
         }
         let mut commands = [WheelCommand::Planned; 3];
-        if let Some((wheel, torque)) = self.advance(input)
+        let torque = self.advance(input);
+        if let (Some(wheel), Some(torque)) = (self.wheel(), torque)
             && let Some(command) = commands.get_mut(wheel)
         {
             *command = WheelCommand::Torque(torque);
@@ -118,69 +113,75 @@ impl FrictionTests {
         commands
     }
 
-    fn start(&mut self, number: usize, now: f64) {
-        self.stage = match self.plan.wheels.get(number).copied().flatten() {
-            Some(wheel) => Stage::Testing {
-                number,
-                test: FrictionTest::new(wheel, now),
-                torque: self.torques.get(wheel).copied().unwrap_or(0.0),
-                from: now,
-                back_off: None,
-            },
-            None => Stage::Over,
-        };
+    /// The wheel of the present or next test.
+    fn wheel(&self) -> Option<usize> {
+        self.plan.wheels.get(self.number).copied().flatten()
     }
 
-    /// The wheel under test and its torque, N m.
-    fn advance(&mut self, input: &ControlInput<'_>) -> Option<(usize, f64)> {
+    fn follow_torques(&mut self, input: &ControlInput<'_>) {
         let now = input.frame.time;
-        // A wheel that rolls without traction.
-        let idle = self.viscous_damping * input.set_speed;
-        let limit = self.torque_limit;
-        let Stage::Testing {
-            number,
-            test,
-            torque,
-            from,
-            back_off,
-        } = &mut self.stage
-        else {
-            return None;
-        };
-        let wheel = test.result().wheel;
-        let direction = DIRECTION.get(wheel).copied().unwrap_or(1.0);
-        let wanted = *torque + direction * self.plan.rate * (now - *from);
-        let mut phase = test.update(now, input.estimate);
-        if direction * wanted >= limit {
-            phase = test.end(FrictionTestEnd::TorqueLimit);
-        }
-        if phase == FrictionTestPhase::Rising {
-            return Some((wheel, wanted));
-        }
-        let (from_torque, since) = *back_off.get_or_insert((wanted.max(-limit).min(limit), now));
-        let passed = (now - since) / BACK_OFF;
-        if passed < 1.0 {
-            return Some((
-                wheel,
-                from_torque + (idle - from_torque) * smooth_step(passed),
-            ));
-        }
-        if phase == FrictionTestPhase::Done {
-            let (number, result) = (*number, test.result());
-            if let Some(place) = self.results.get_mut(number) {
-                *place = Some(result);
+        let weight = self.time.map_or(1.0, |last| {
+            let dt = (now - last).max(0.0).min(LONGEST_STEP);
+            dt / (TORQUE_SMOOTHING + dt)
+        });
+        for (smooth, found) in self.torques.iter_mut().zip(&input.frame.motor_torque) {
+            if let Some(found) = found {
+                *smooth += weight * (found - *smooth);
             }
-            self.stage = Stage::Waiting {
-                next: number + 1,
-                from: now + PAUSE,
-            };
         }
-        // The drive brakes a wheel that still slips.
+        self.time = Some(now);
+    }
+
+    /// The torque of the tested wheel, N m. `None` between the tests.
+    fn advance(&mut self, input: &ControlInput<'_>) -> Option<f64> {
+        let now = input.frame.time;
+        let idle = self.viscous_damping * input.set_speed;
+        let longest = LONGEST / self.plan.rate;
+        let ramp = match &mut self.stage {
+            Stage::Waiting(_) => return None,
+            Stage::First(ramp) => ramp,
+            Stage::Second(ramp, first) => {
+                if first.duration + ramp.result().duration > longest {
+                    ramp.end(FrictionTestEnd::TimeLimit);
+                }
+                ramp
+            }
+        };
+        if let Some(torque) = ramp.update(input, idle, self.torque_limit) {
+            return Some(torque);
+        }
+        let result = ramp.result();
+        if self.plan.both_ways && matches!(self.stage, Stage::First(_)) {
+            let back = -direction(result.wheel);
+            let load = input
+                .estimate
+                .and_then(|estimate| estimate.normal_force.get(result.wheel).copied())
+                .unwrap_or(0.0);
+            // Without slip nothing is expected.
+            let slipped = f64::from(u8::from(result.end == FrictionTestEnd::Slipped));
+            let expected = slipped * result.mu * load * self.wheel_radius;
+            let torque = [idle, idle + SECOND_START * back * expected];
+            let ramp = Ramp::new(result.wheel, now, torque, back * self.plan.rate);
+            self.stage = Stage::Second(ramp, result);
+            return Some(idle);
+        }
+        let result = match &self.stage {
+            Stage::Second(_, first) => first.combined(&result),
+            _ => result,
+        };
+        if let Some(place) = self.results.get_mut(self.number) {
+            *place = Some(result);
+        }
+        self.number += 1;
+        self.stage = Stage::Waiting(now + PAUSE);
         None
     }
 }
 
-/// The quintic from 0 to 1 whose first two derivatives are zero at both ends.
-fn smooth_step(u: f64) -> f64 {
-    u * u * u * (10.0 + u * (-15.0 + 6.0 * u))
+/// Direction of the first ramp of a wheel.
+fn direction(wheel: usize) -> f64 {
+    DIRECTION.get(wheel).copied().unwrap_or(1.0)
 }
+
+#[cfg(test)]
+mod tests;

@@ -12,11 +12,23 @@
 //! The crate is `no_std`, allocates nothing, and depends on the estimator and on the robot's drawings alone: it runs on a
 //! robot and cannot reach the simulator.
 #![no_std]
+#![allow(
+    clippy::needless_range_loop,
+    reason = "indices name wheels, and go through several arrays at once"
+)]
+#![allow(
+    clippy::manual_clamp,
+    reason = "max and min turn a NaN into a limit; clamp would keep it, or panic"
+)]
+
+#[cfg(test)]
+extern crate std;
 
 mod controller;
 pub mod friction_test;
 mod input;
 mod kind;
+mod ramp;
 pub mod shared;
 mod wheel_speed;
 

@@ -27,7 +27,7 @@ impl WheelSpeed {
             let dt = time - last_time;
             let speed = (angle - last_angle) / dt;
             // Written so that a NaN fails.
-            if dt > 0.0 && speed >= -Self::LARGEST && speed <= Self::LARGEST {
+            if dt > 0.0 && speed.abs() <= Self::LARGEST {
                 self.speed += (speed - self.speed) * dt / (dt + Self::TIME_CONSTANT);
             }
         }

@@ -5,6 +5,7 @@
 
 use crate::estimate::Estimate;
 use crate::flags::Flags;
+use crate::friction::WheelFriction;
 
 /// How a friction test ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,7 +14,10 @@ pub enum FrictionTestEnd {
     Slipped,
     /// The torque reached its limit.
     TorqueLimit,
-    /// Another wheel, 0 to 2, slipped first: the reaction was more than it can bear.
+    /// The test took too long.
+    TimeLimit,
+    /// Another wheel, 0 to 2, slipped first, or needed about as much friction when the tested wheel seemed to slip: the reaction was more
+    /// than it can bear.
     OtherWheel(usize),
     /// A wheel carries no load, the linkage is at a stop, readings are stale, or there is no estimate, for more than [`FrictionTest::PATIENCE`].
     NotClear,
@@ -27,6 +31,7 @@ impl FrictionTestEnd {
         match self {
             Self::Slipped => "slipped",
             Self::TorqueLimit => "torque limit",
+            Self::TimeLimit => "time limit",
             Self::OtherWheel(_) => "other wheel slipped",
             Self::NotClear => "not clear",
             Self::Unfinished => "unfinished",
@@ -50,10 +55,50 @@ pub struct FrictionTestResult {
     pub mu: f64,
     /// Its standard deviation, -.
     pub sigma: f64,
+    /// Part of that deviation that comes from a lasting error of the torque reading, -; none after two ramps.
+    pub lasting: f64,
+    /// N at the largest T/N, N.
+    pub load: f64,
+    /// Number of ramps that ended in slip: with two, `mu` is their mean.
+    pub ramps: u32,
     /// Distance that the rim slid from the largest T/N until the wheel gripped again, m. Creep before it does not count.
     pub slipped_distance: f64,
     /// Time from the start of the ramp until the wheel gripped again, or until the ramp ended, s.
     pub duration: f64,
+}
+
+impl FrictionTestResult {
+    /// This result together with that of a ramp in the other direction, at about the same place.
+    ///
+    /// A lasting error e of the torque, such as its offset or friction in the gear, adds to one traction and subtracts from the other:
+    /// `T1 = mu N1 + e` and `-T2 = mu N2 - e`. So `mu = (T1 - T2)/(N1 + N2)`, the mean of both weighted by their loads. Of the stated
+    /// deviations the part of such errors cancels; the rest is common to both, as the torque's gain is, so the deviations add with the
+    /// same weights. If one ramp ended without slip, the other one counts alone; of two such ramps that with the larger bound.
+    pub fn combined(&self, other: &Self) -> Self {
+        let slipped = |result: &Self| result.end == FrictionTestEnd::Slipped;
+        let other_counts = match (slipped(self), slipped(other)) {
+            (true, _) => false,
+            (false, true) => true,
+            (false, false) => other.mu - other.sigma > self.mu - self.sigma,
+        };
+        let mut both = if other_counts { *other } else { *self };
+        both.duration = self.duration + other.duration;
+        both.slipped_distance = self.slipped_distance + other.slipped_distance;
+        let loads = self.load + other.load;
+        if slipped(self) && slipped(other) && loads > 0.0 {
+            let weights = [self.load / loads, other.load / loads];
+            let [a, b] = weights;
+            both.mu = a * self.mu + b * other.mu;
+            let rest = |result: &Self| {
+                let square = result.sigma * result.sigma - result.lasting * result.lasting;
+                libm::sqrt(square.max(0.0))
+            };
+            both.sigma = a * rest(self) + b * rest(other);
+            both.lasting = 0.0;
+            both.ramps = self.ramps + other.ramps;
+        }
+        both
+    }
 }
 
 /// What a test asks for.
@@ -97,6 +142,9 @@ impl FrictionTest {
                 place: None,
                 mu: 0.0,
                 sigma: 0.0,
+                lasting: 0.0,
+                load: 0.0,
+                ramps: 0,
                 slipped_distance: 0.0,
                 duration: 0.0,
             },
@@ -142,28 +190,25 @@ impl FrictionTest {
                 place: event.place,
                 mu: event.mu_max,
                 sigma: event.sigma,
+                lasting: event.lasting,
+                load: event.load,
+                ramps: 1,
                 ..self.result
             };
             self.phase = FrictionTestPhase::BackingOff;
             return self.phase;
         }
-        let others = wheels.into_iter().flatten().enumerate();
-        let mut others = others.filter(|(i, _)| *i != self.result.wheel);
-        if let Some((other, _)) = others.find(|(_, wheel)| wheel.slid.is_some()) {
+        if let Some(other) = wheels.and_then(|wheels| self.other_that_slips(wheels)) {
             return self.end(FrictionTestEnd::OtherWheel(other));
         }
         let clear = estimate.is_some_and(|estimate| {
-            let [front, middle, rear] = Flags::WHEEL_UNLOADED;
-            let stale = Flags::SENSOR_STALE;
-            let doubts = [
-                front,
-                middle,
-                rear,
-                stale,
-                Flags::AT_STOP,
-                Flags::OUT_OF_RANGE,
-            ];
-            !doubts.iter().any(|flag| estimate.flags.contains(*flag))
+            let doubts = [Flags::SENSOR_STALE, Flags::AT_STOP, Flags::OUT_OF_RANGE];
+            let loaded = estimate
+                .friction
+                .iter()
+                .flatten()
+                .all(|wheel| wheel.needed.is_some());
+            loaded && !doubts.iter().any(|flag| estimate.flags.contains(*flag))
         });
         match wheel.and_then(|wheel| wheel.needed).filter(|_| clear) {
             Some(needed) => {
@@ -187,6 +232,25 @@ impl FrictionTest {
         self.phase
     }
 
+    /// Another wheel that slips, or that may slip instead of the tested one: that which needs most.
+    fn other_that_slips(&self, wheels: &[WheelFriction; 3]) -> Option<usize> {
+        let need = |wheel: &WheelFriction| wheel.needed.map_or(0.0, |needed| needed.value.abs());
+        let others = wheels.iter().enumerate();
+        let mut others = others.filter(|(i, _)| *i != self.result.wheel);
+        let slips = others.clone().find(|(_, wheel)| wheel.slid.is_some());
+        let seems = wheels.get(self.result.wheel)?.slid.is_some();
+        let most = others.next().map(|first| {
+            others.fold(first, |most, other| {
+                if need(other.1) > need(most.1) {
+                    other
+                } else {
+                    most
+                }
+            })
+        });
+        slips.or(most.filter(|_| seems)).map(|(i, _)| i)
+    }
+
     /// The wheel bears a T/N.
     fn hold(&mut self, time: f64, ratio: f64, sigma: f64, dt: f64) {
         let smooth = self.ratio.get_or_insert(ratio);
@@ -205,7 +269,7 @@ impl FrictionTest {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::{NeededFriction, SlipEvent, WheelFriction};
+    use crate::friction::{NeededFriction, SlipEvent};
     use crate::{Estimator, EstimatorSettings, LinkReading, SensorFrame};
     use robhaz_model::Robot;
 
@@ -264,6 +328,8 @@ mod tests {
                 wheels[1].slip_event = Some(SlipEvent {
                     mu_max: 0.29,
                     sigma: 0.01,
+                    lasting: 0.0,
+                    load: 40.0,
                     age: 0.2,
                     place: Some(0.7),
                 });
@@ -281,6 +347,38 @@ mod tests {
         );
         assert!((result.slipped_distance - 0.006).abs() < 2e-5, "{result:?}");
         assert!((result.duration - t).abs() < 1e-9);
+    }
+
+    /// Closed form: an error of 2 N on both tractions at mu = 0.5 with loads of 30 and 50 N has no effect on the combined result.
+    #[test]
+    fn lasting_errors_cancel() {
+        let ramp = |traction: f64, load: f64| FrictionTestResult {
+            end: FrictionTestEnd::Slipped,
+            mu: traction / load,
+            sigma: 0.05,
+            lasting: 0.04,
+            load,
+            ramps: 1,
+            slipped_distance: 0.01,
+            duration: 8.0,
+            ..FrictionTest::new(0, 1.0).result()
+        };
+        let (first, second) = (ramp(15.0 + 2.0, 30.0), ramp(25.0 - 2.0, 50.0));
+        let both = first.combined(&second);
+        assert!((both.mu - 0.5).abs() < 1e-15 && both.ramps == 2, "{both:?}");
+        assert!((both.sigma - 0.03).abs() < 1e-15);
+        assert!(
+            (both.duration - 16.0).abs() < 1e-15 && (both.slipped_distance - 0.02).abs() < 1e-15
+        );
+        let without = FrictionTestResult {
+            end: FrictionTestEnd::OtherWheel(1),
+            ..second
+        };
+        let both = first.combined(&without);
+        assert_eq!(
+            (both.mu, both.sigma, both.ramps),
+            (first.mu, first.sigma, 1)
+        );
     }
 
     /// Without slip: the lower bound is the largest T/N, smoothed over 0.1 s, and the end says why.

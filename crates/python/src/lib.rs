@@ -1,1 +1,46 @@
+//! The Python package `robhaz`: scenes, runs, tables, estimators and studies.
+//!
+//! The classes here convert between Python and the crates of the workspace; they compute nothing. Docstrings for users are
+//! in `python/robhaz/_robhaz.pyi`. The crate is empty without the feature `extension-module`.
 
+#[cfg(feature = "extension-module")]
+mod error;
+#[cfg(feature = "extension-module")]
+mod estimate;
+#[cfg(feature = "extension-module")]
+mod estimator;
+#[cfg(feature = "extension-module")]
+mod readings;
+#[cfg(feature = "extension-module")]
+mod run;
+#[cfg(feature = "extension-module")]
+mod scene;
+#[cfg(feature = "extension-module")]
+mod study;
+#[cfg(feature = "extension-module")]
+mod table;
+
+#[cfg(feature = "extension-module")]
+#[pyo3::pymodule]
+mod _robhaz {
+    #[pymodule_export]
+    use crate::error::{EstimateError, RunError, SceneError};
+    #[pymodule_export]
+    use crate::estimate::Estimate;
+    #[pymodule_export]
+    use crate::estimator::Estimator;
+    #[pymodule_export]
+    use crate::run::Run;
+    #[pymodule_export]
+    use crate::scene::Scene;
+    #[pymodule_export]
+    use crate::study::{Study, study};
+    #[pymodule_export]
+    use crate::table::Table;
+    #[pymodule_export]
+    #[expect(
+        non_upper_case_globals,
+        reason = "Python's name of a package's version"
+    )]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
+}

@@ -2,6 +2,7 @@
 
 use crate::columns::{Column, Kind, Table, Value};
 use arrow_array::{ArrayRef, Float64Array, RecordBatch, UInt32Array};
+use arrow_buffer::NullBuffer;
 use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
 use robhaz_run::Frame;
 use std::collections::HashMap;
@@ -10,15 +11,41 @@ use std::sync::Arc;
 /// Values of one column that wait for their batch.
 enum Buffer {
     Float(Vec<f64>),
-    Optional(Vec<Option<f64>>),
+    Optional(Gappy),
     Count(Vec<u32>),
+}
+
+/// Numbers with gaps. Most columns have none, and then there is nothing beside the numbers.
+#[derive(Default)]
+struct Gappy {
+    values: Vec<f64>,
+    /// Whether each value is there, from the first gap on; until then empty.
+    valid: Vec<bool>,
+}
+
+impl Gappy {
+    fn push(&mut self, value: Option<f64>) {
+        if value.is_none() && self.valid.is_empty() {
+            self.valid.resize(self.values.len(), true);
+        }
+        if value.is_none() || !self.valid.is_empty() {
+            self.valid.push(value.is_some());
+        }
+        self.values.push(value.unwrap_or_default());
+    }
+
+    fn take(&mut self) -> Float64Array {
+        let Self { values, valid } = std::mem::take(self);
+        let nulls = (!valid.is_empty()).then(|| NullBuffer::from(valid));
+        Float64Array::new(values.into(), nulls)
+    }
 }
 
 impl Buffer {
     fn new(column: &Column) -> Self {
         match column.kind() {
             Kind::Float => Self::Float(Vec::new()),
-            Kind::Optional => Self::Optional(Vec::new()),
+            Kind::Optional => Self::Optional(Gappy::default()),
             Kind::Count => Self::Count(Vec::new()),
         }
     }
@@ -36,7 +63,7 @@ impl Buffer {
     fn take(&mut self) -> ArrayRef {
         match self {
             Self::Float(buffer) => Arc::new(Float64Array::from(std::mem::take(buffer))),
-            Self::Optional(buffer) => Arc::new(buffer.drain(..).collect::<Float64Array>()),
+            Self::Optional(buffer) => Arc::new(buffer.take()),
             Self::Count(buffer) => Arc::new(UInt32Array::from(std::mem::take(buffer))),
         }
     }
@@ -74,6 +101,17 @@ impl BatchBuilder {
         }
         self.rows += 1;
         true
+    }
+
+    /// Makes room for more rows, where their number is known.
+    pub fn reserve(&mut self, rows: usize) {
+        for buffer in &mut self.buffers {
+            match buffer {
+                Buffer::Float(values) => values.reserve(rows),
+                Buffer::Optional(gappy) => gappy.values.reserve(rows),
+                Buffer::Count(counts) => counts.reserve(rows),
+            }
+        }
     }
 
     /// Number of rows since the last batch.

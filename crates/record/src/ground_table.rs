@@ -9,7 +9,7 @@ use arrow_schema::ArrowError;
 use robhaz_run::RunDescription;
 use std::path::Path;
 
-const COLUMNS: [PointColumn<ComparedPoint>; 9] = [
+const COLUMNS: [PointColumn<ComparedPoint>; 11] = [
     PointColumn::always(
         "section",
         "1",
@@ -46,6 +46,21 @@ const COLUMNS: [PointColumn<ComparedPoint>; 9] = [
         "standard deviation of the slope at x",
         |(p, _)| Some(p.sigma_slope),
     ),
+    PointColumn::always(
+        "friction_at_least",
+        "1",
+        "lower bound of mu_max: the largest |T/N| that a wheel bore there, less two deviations; 0 without any",
+        |(p, _)| Some(p.friction.at_least),
+    ),
+    PointColumn {
+        nullable: true,
+        ..PointColumn::always(
+            "friction_at_most",
+            "1",
+            "upper bound of mu_max: |T/N| at which a wheel began to slip there, plus two deviations; empty where none did",
+            |(p, _)| p.friction.at_most,
+        )
+    },
     PointColumn {
         nullable: true,
         ..PointColumn::always(

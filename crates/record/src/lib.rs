@@ -48,8 +48,8 @@ pub use memory::MemorySink;
 pub use parquet_table::{RecoveredTable, recover};
 pub use report::comparison_table;
 pub use summary::{
-    BrokenOff, ChannelSummary, EstimatorSummary, FrictionSummary, LogSummary, MeanForces,
-    NominalRobot, ProgressSummary, SensorErrors, Summary, SummarySink,
+    BrokenOff, ChannelSummary, EstimatorSummary, FrictionSummary, FrictionTestSummary, LogSummary,
+    MeanForces, NominalRobot, ProgressSummary, SensorErrors, Summary, SummarySink,
 };
 pub use table::TableSink;
 

@@ -47,7 +47,7 @@ pub(crate) const FRICTION_TEST_PATH: &str = "drive.friction_test";
 pub(crate) const FRICTION_TEST: Key<Scene> = Key::own(
     FRICTION_TEST_NAME,
     "each wheel in turn",
-    "a table {wheels, start, rate}",
+    "a table {wheels, start, rate, both_ways}",
     "what kind friction-test does",
 );
 
@@ -72,6 +72,11 @@ pub(crate) const FRICTION_TESTS: &[Key<FrictionTestPlan>] = &[
         above(0.0).at_most(1.0),
         |plan| &mut plan.rate,
         "rate of the torque; at higher rates the wheel runs away before its slip is found",
+    ),
+    Key::<FrictionTestPlan>::switch(
+        "both_ways",
+        |plan| &mut plan.both_ways,
+        "whether each wheel is tested in both directions, by which errors of the torque cancel",
     ),
 ];
 

@@ -2,8 +2,23 @@
 
 use robhaz_estimator::SensorFrame;
 
-/// A fault: its name, and the change that it makes.
-pub type Fault = (&'static str, fn(&mut Vec<SensorFrame>));
+/// A fault.
+pub struct Fault {
+    pub name: &'static str,
+    /// Test of `check` that must find it.
+    #[allow(dead_code, reason = "of one of the tests that share this module")]
+    pub test: &'static str,
+    /// The change that it makes.
+    pub change: fn(&mut Vec<SensorFrame>),
+}
+
+const fn fault_of(
+    name: &'static str,
+    test: &'static str,
+    change: fn(&mut Vec<SensorFrame>),
+) -> Fault {
+    Fault { name, test, change }
+}
 
 fn each(frames: &mut [SensorFrame], change: impl Fn(&mut SensorFrame)) {
     frames.iter_mut().for_each(change);
@@ -49,108 +64,123 @@ fn stick(
 
 /// The faults of the list, of 20 kinds and more.
 pub const FAULTS: &[Fault] = &[
-    ("gyro 1 sign", |f| each(f, |f| negate(&mut f.link1.rate))),
-    ("gyro 2 sign", |f| each(f, |f| negate(&mut f.link2.rate))),
-    ("inclinometer 1 sign", |f| {
+    fault_of("gyro 1 sign", "sign and unit", |f| {
+        each(f, |f| negate(&mut f.link1.rate))
+    }),
+    fault_of("gyro 2 sign", "sign and unit", |f| {
+        each(f, |f| negate(&mut f.link2.rate))
+    }),
+    fault_of("inclinometer 1 sign", "sign and unit", |f| {
         each(f, |f| negate(&mut f.link1.inclination));
     }),
-    ("both inclinometers' signs", |f| {
+    fault_of("both inclinometers' signs", "sign and unit", |f| {
         each(f, |f| {
             negate(&mut f.link1.inclination);
             negate(&mut f.link2.inclination);
         });
     }),
-    ("inclinations in degrees", |f| {
+    fault_of("inclinations in degrees", "sign and unit", |f| {
         each(f, |f| {
             scale(&mut f.link1.inclination, 1f64.to_degrees());
             scale(&mut f.link2.inclination, 1f64.to_degrees());
         });
     }),
-    ("rates in degrees a second", |f| {
+    fault_of("rates in degrees a second", "sign and unit", |f| {
         each(f, |f| {
             scale(&mut f.link1.rate, 1f64.to_degrees());
             scale(&mut f.link2.rate, 1f64.to_degrees());
         });
     }),
-    ("sensors of the links exchanged", |f| {
-        each(f, |f| std::mem::swap(&mut f.link1, &mut f.link2));
-    }),
-    ("gyros exchanged", |f| {
+    fault_of(
+        "sensors of the links exchanged",
+        "links on the ground",
+        |f| {
+            each(f, |f| std::mem::swap(&mut f.link1, &mut f.link2));
+        },
+    ),
+    fault_of("gyros exchanged", "links exchanged", |f| {
         each(f, |f| std::mem::swap(&mut f.link1.rate, &mut f.link2.rate));
     }),
-    ("encoder 1 sign", |f| {
+    fault_of("encoder 1 sign", "sign and counts", |f| {
         each(f, |f| negate(&mut f.wheel_angle[0]))
     }),
-    ("encoder 2 counts doubled", |f| {
+    fault_of("encoder 2 counts doubled", "sign and counts", |f| {
         each(f, |f| scale(&mut f.wheel_angle[1], 2.0));
     }),
-    ("all counts 10 % too many", |f| {
+    fault_of("all counts 10 % too many", "distance", |f| {
         each(f, |f| {
             f.wheel_angle.iter_mut().for_each(|a| scale(a, 1.1));
         });
     }),
-    ("torque 1 sign", |f| {
+    fault_of("torque 1 sign", "wiring of wheels", |f| {
         each(f, |f| negate(&mut f.motor_torque[0]))
     }),
-    ("all torques' signs", |f| {
+    fault_of("all torques' signs", "wiring of wheels", |f| {
         each(f, |f| f.motor_torque.iter_mut().for_each(negate));
     }),
-    ("torques 1 and 2 exchanged", |f| {
+    fault_of("torques 1 and 2 exchanged", "wiring of wheels", |f| {
         each(f, |f| f.motor_torque.swap(0, 1));
     }),
-    ("torques 2 and 3 exchanged", |f| {
+    fault_of("torques 2 and 3 exchanged", "wiring of wheels", |f| {
         each(f, |f| f.motor_torque.swap(1, 2));
     }),
-    ("torque 1 stuck", |f| {
+    fault_of("torque 1 stuck", "stuck", |f| {
         stick(f, 3.0, |f| &mut f.motor_torque[0])
     }),
-    ("gyro 2 stuck", |f| stick(f, 3.0, |f| &mut f.link2.rate)),
-    ("encoder 3 stuck", |f| {
+    fault_of("gyro 2 stuck", "stuck", |f| {
+        stick(f, 3.0, |f| &mut f.link2.rate)
+    }),
+    fault_of("encoder 3 stuck", "stuck", |f| {
         stick(f, 3.0, |f| &mut f.wheel_angle[2])
     }),
-    ("torques 20 ms late", |f| {
+    fault_of("torques 20 ms late", "delay", |f| {
         delay(f, 20, |f| &mut f.motor_torque)
     }),
-    ("gyros 30 ms late", |f| {
+    fault_of("gyros 30 ms late", "delay", |f| {
         delay(f, 30, |f| &mut f.link1.rate);
         delay(f, 30, |f| &mut f.link2.rate);
     }),
-    ("inclinometer 1 50 ms late", |f| {
+    fault_of("inclinometer 1 50 ms late", "delay", |f| {
         delay(f, 50, |f| &mut f.link1.inclination);
     }),
-    ("gyro 1 offset 2 deg/s", |f| {
+    fault_of("gyro 1 offset 2 deg/s", "zero at rest", |f| {
         each(f, |f| shift(&mut f.link1.rate, 2f64.to_radians()));
     }),
-    ("torque 2 offset 1.5 N m", |f| {
+    fault_of("torque 2 offset 1.5 N m", "zero at rest", |f| {
         each(f, |f| shift(&mut f.motor_torque[1], 1.5));
     }),
-    ("gyro 1 saturated at 8 deg/s", |f| {
+    fault_of("gyro 1 saturated at 8 deg/s", "range", |f| {
         let limit = 8f64.to_radians();
         each(f, |f| {
             f.link1.rate = f.link1.rate.map(|r| r.clamp(-limit, limit));
         });
     }),
-    ("inclinometer 2 five times its noise", |f| {
-        // A fixed sequence with the standard deviation of 0.5 deg: sums of three uniform numbers.
-        let mut state = 1_u64;
-        for frame in f.iter_mut() {
-            let mut sum = -1.5;
-            for _ in 0..3 {
-                state = state
-                    .wrapping_mul(6_364_136_223_846_793_005)
-                    .wrapping_add(1_442_695_040_888_963_407);
-                sum += (state >> 11) as f64 / (1_u64 << 53) as f64;
+    fault_of(
+        "inclinometer 2 five times its noise",
+        "noise at rest",
+        |f| {
+            // A fixed sequence with the standard deviation of 0.5 deg: sums of three uniform numbers.
+            let mut state = 1_u64;
+            for frame in f.iter_mut() {
+                let mut sum = -1.5;
+                for _ in 0..3 {
+                    state = state
+                        .wrapping_mul(6_364_136_223_846_793_005)
+                        .wrapping_add(1_442_695_040_888_963_407);
+                    sum += (state >> 11) as f64 / (1_u64 << 53) as f64;
+                }
+                shift(
+                    &mut frame.link2.inclination,
+                    2.0 * sum * 0.5f64.to_radians(),
+                );
             }
-            shift(
-                &mut frame.link2.inclination,
-                2.0 * sum * 0.5f64.to_radians(),
-            );
-        }
-    }),
+        },
+    ),
 ];
 
 /// A fault by its name.
+#[allow(dead_code, reason = "of one of the tests that share this module")]
 pub fn fault(name: &str) -> Option<fn(&mut Vec<SensorFrame>)> {
-    let found = FAULTS.iter().find(|(n, _)| *n == name);
-    found.map(|(_, change)| *change)
+    let found = FAULTS.iter().find(|fault| fault.name == name);
+    found.map(|fault| fault.change)
 }

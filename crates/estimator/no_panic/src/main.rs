@@ -1,9 +1,12 @@
 //! A program without the standard library whose panic handler calls a function that does not exist: it links only if the
-//! optimiser has proven that neither update nor save nor restore can panic. It prints the stack that an update uses.
+//! optimiser has proven that neither update nor save nor restore of the estimator can panic, nor an update of the control. It prints the stack that an update uses.
 #![no_std]
 #![no_main]
 
 use core::hint::black_box;
+use robhaz_control::{
+    ControlInput, ControlKind, ControlSettings, Controller, FrictionTestPlan,
+};
 use robhaz_estimator::{Estimator, EstimatorSettings, LinkReading, SavedState, SensorFrame};
 use robhaz_model::Robot;
 
@@ -75,6 +78,32 @@ fn update(estimator: &mut Estimator, k: u32) {
     let _ = black_box(estimator.update(&frame(k)));
 }
 
+/// A few samples with a control of any kind: it gets every third estimate only.
+#[inline(never)]
+fn control(kind: ControlKind, robot: &Robot) {
+    let mut controller = Controller::new(&black_box(ControlSettings {
+        kind,
+        robot: robot.clone(),
+        viscous_damping: 0.15,
+        kp: 5.0,
+        ki: 50.0,
+        torque_limit: 10.0,
+        tracking_time: 0.1,
+        friction_test: FrictionTestPlan::default(),
+    }));
+    let mut estimator = Estimator::new(robot, black_box(EstimatorSettings::best()));
+    for k in 0..10 {
+        let frame = frame(k);
+        let estimate = estimator.update(&frame).ok().filter(|_| k % 3 == 0);
+        let commands = controller.update(&ControlInput {
+            frame: &frame,
+            estimate: black_box(estimate.as_ref()),
+            set_speed: black_box(2.0),
+        });
+        let _ = black_box((commands, controller.friction_tests()));
+    }
+}
+
 #[unsafe(no_mangle)]
 extern "C" fn main() -> core::ffi::c_int {
     for (name, settings) in [
@@ -103,6 +132,9 @@ extern "C" fn main() -> core::ffi::c_int {
                 bytes.len(),
             );
         }
+    }
+    for kind in ControlKind::ALL {
+        control(black_box(kind), &black_box(Robot::default_a()));
     }
     0
 }

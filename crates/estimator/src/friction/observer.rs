@@ -17,7 +17,8 @@ pub struct WheelFriction {
     /// Distance that the rim has slid over the ground since the largest T/N, m. `None` while the wheel grips: there is a value from
     /// the onset of slip until it grips again.
     pub slid: Option<f64>,
-    /// The onset of slip, at the sample at which it is found.
+    /// The onset of slip, at the sample at which it is found. `None` if another wheel needs about as much friction: it cannot be told
+    /// which of them slips.
     pub slip_event: Option<SlipEvent>,
 }
 
@@ -31,6 +32,8 @@ pub(crate) struct FrictionSample<'a> {
     pub contact: &'a [ContactEstimate; 3],
     /// Whether each wheel can be judged: no impact, no stop, no reading that has been missing for long.
     pub clear: [bool; 3],
+    /// Lasting error of a traction that no reading has shown: standard deviation, N.
+    pub lasting: f64,
     /// Mean wheel load, N.
     pub mean_load: f64,
     /// Time since the last sample, s.
@@ -53,6 +56,9 @@ impl FrictionObserver {
     const BOUND: f64 = 2.0;
     /// Part of the mean wheel load from which T/N is exact enough to teach anything.
     const LEAST_LOAD: f64 = 0.2;
+    /// Part of a slipping wheel's |T/N| from which another wheel may be the one that slips: the speed of the ground is that of the
+    /// other rims, less their creep.
+    const AMBIGUOUS: f64 = 0.9;
 
     /// Takes a sample. What it teaches goes to the memory of the ground.
     pub fn update(
@@ -78,16 +84,27 @@ impl FrictionObserver {
             };
             let wheel = WheelSample {
                 needed,
+                load: forces.normal(i),
+                lasting: sample.lasting / forces.normal(i),
                 slip: contact.slip,
                 place: places.map(|places| places[i]),
             };
             let event = self.watches[i].update(&wheel, sample.dt);
+            let event = event.filter(|event| {
+                let most = Self::AMBIGUOUS * event.mu_max;
+                let needs_as_much = |j: usize| {
+                    let loaded = forces.normal(j) > Self::LEAST_LOAD * sample.mean_load;
+                    j != i && loaded && forces.needed_friction(j).value.abs() > most
+                };
+                !(0..3).any(needs_as_much)
+            });
             found[i].slip_event = event;
             found[i].slid = self.watches[i].slid();
             if let Some(event) = event {
                 self.learn_slip(&event, ground);
             } else if !(contact.sliding || found[i].slid.is_some()) {
-                let bound = needed.value.abs() - Self::BOUND * needed.sigma;
+                let doubt = libm::hypot(needed.sigma, wheel.lasting);
+                let bound = needed.value.abs() - Self::BOUND * doubt;
                 ground.friction_held(i, bound);
             }
         }

@@ -11,6 +11,11 @@ pub struct SlipEvent {
     pub mu_max: f64,
     /// Its standard deviation, -.
     pub sigma: f64,
+    /// Part of that deviation that comes from a lasting error of the torque reading, -. A slip in the other direction has it with the
+    /// other sign.
+    pub lasting: f64,
+    /// N at that T/N, N.
+    pub load: f64,
     /// Time since that T/N, s.
     pub age: f64,
     /// Place of the contact at that time along the path, m, in the frame of [`crate::Estimator::ground`]. `None` before the robot
@@ -23,6 +28,10 @@ pub struct SlipEvent {
 pub(crate) struct WheelSample {
     /// T/N.
     pub needed: NeededFriction,
+    /// N, N.
+    pub load: f64,
+    /// Standard deviation of T/N from lasting errors of the torque reading that no reading has shown, -.
+    pub lasting: f64,
     /// Slip speed, m/s.
     pub slip: f64,
     /// Place of the contact, m.
@@ -58,18 +67,20 @@ visit_fields!(SlipWatch: started, ratio, slip, time, slips, slid, peak);
 struct Peak {
     value: f64,
     sigma: f64,
+    lasting: f64,
+    load: f64,
     age: f64,
     /// Place, m, and whether it is known.
     place: f64,
     has_place: bool,
 }
 
-visit_fields!(Peak: value, sigma, age, place, has_place);
+visit_fields!(Peak: value, sigma, lasting, load, age, place, has_place);
 
 impl SlipWatch {
-    /// Time constant of the low pass on T/N, s. T/N is level for about twice as long: from the peak of friction until the wheel has
-    /// accelerated.
-    const RATIO_SMOOTHING: f64 = 0.1;
+    /// Time constant of the low pass on T/N, s. T/N is level for about four times as long: from the peak of friction until the wheel
+    /// has accelerated.
+    const RATIO_SMOOTHING: f64 = 0.05;
     /// Time constant of the low pass by which the slip is differentiated, s. With typical encoders and gyroscopes the acceleration
     /// of a gripping wheel then stays below 0.02 m/s^2.
     const SLIP_SMOOTHING: f64 = 0.05;
@@ -120,6 +131,8 @@ impl SlipWatch {
         Some(SlipEvent {
             mu_max: self.peak.value,
             sigma: self.peak.sigma,
+            lasting: self.peak.lasting,
+            load: self.peak.load,
             age: self.peak.age,
             place: self.peak.has_place.then_some(self.peak.place),
         })
@@ -131,7 +144,9 @@ impl SlipWatch {
         if value >= self.peak.value || self.peak.age > Self::WINDOW {
             self.peak = Peak {
                 value,
-                sigma: sample.needed.sigma,
+                sigma: libm::hypot(sample.needed.sigma, sample.lasting),
+                lasting: sample.lasting,
+                load: sample.load,
                 age: 0.0,
                 place: sample.place.unwrap_or(0.0),
                 has_place: sample.place.is_some(),
@@ -163,6 +178,8 @@ mod tests {
                 value: ratio,
                 sigma: 0.01,
             },
+            load: 45.0,
+            lasting: 0.0,
             slip,
             place: Some(1.0),
         }

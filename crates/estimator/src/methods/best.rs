@@ -302,6 +302,10 @@ impl BestFilters {
         flags: Flags,
         dt: f64,
     ) -> [WheelFriction; 3] {
+        /// Part of the offsets' standard deviation in the differences of three offsets, sqrt(2/3). Their sum is known from the balance
+        /// of the robot. Their differences show in the slip of gripping wheels, but not where a hard wheel does not creep.
+        const DIFFERENCES: f64 = 0.816_496_580_927_726;
+        let budget = &nominal.settings.budget;
         let doubts = [Flags::AT_STOP, Flags::SENSOR_STALE, Flags::OUT_OF_RANGE];
         let doubtful = doubts.iter().any(|flag| flags.contains(*flag));
         let sample = FrictionSample {
@@ -309,6 +313,7 @@ impl BestFilters {
             contact_angle,
             contact,
             clear: [0, 1, 2].map(|i| !doubtful && !self.motion.is_suspect(i)),
+            lasting: DIFFERENCES * budget.torque_offset / nominal.robot.geometry.wheel_radius,
             mean_load: nominal.robot.mean_wheel_load(),
             dt,
         };

@@ -97,8 +97,12 @@ pub struct Table {
 impl Table {
     /// Whether the table has a row for a record: that of the truth needs one.
     pub fn has_row(&self, frame: &Frame<'_>) -> bool {
-        let mut columns = self.columns.iter();
-        frame.truth.is_some() || !columns.any(Column::is_truth)
+        frame.truth.is_some() || !self.is_of_truth()
+    }
+
+    /// Whether the table is that of the truth: its columns but the time are of the truth.
+    fn is_of_truth(&self) -> bool {
+        self.columns.last().is_some_and(Column::is_truth)
     }
 }
 

@@ -232,8 +232,8 @@ fn stated_errors(index: usize) -> Vec<Column> {
     columns
 }
 
-/// Estimated contact state of a wheel as small integers.
-fn contact_states(index: usize, i: usize) -> [Column; 2] {
+/// Estimated contact state of a wheel as small integers, its slip and its friction.
+fn contact_states(index: usize, i: usize) -> [Column; 6] {
     let (n, wheel) = (i + 1, WHEEL[i]);
     [
         of_estimate(
@@ -257,6 +257,40 @@ fn contact_states(index: usize, i: usize) -> [Column; 2] {
             "1",
             format!("{wheel}: 1 if it is found sliding, otherwise 0; empty without Kalman filters"),
             move |e| Some(f64::from(u8::from(e.contact?[i].sliding))),
+        ),
+        of_estimate(
+            index,
+            format!("wheel{n}_slip"),
+            "m/s",
+            format!(
+                "{wheel}: slip speed found, rim less ground, creep included; empty without Kalman filters"
+            ),
+            move |e| Some(e.contact?[i].slip),
+        ),
+        of_estimate(
+            index,
+            format!("wheel{n}_needed_friction"),
+            "1",
+            format!(
+                "{wheel}: needed friction mu_n with what the ground's memory knows of the slope; empty without load or Kalman filters"
+            ),
+            move |e| Some(e.friction?[i].needed?.value),
+        ),
+        of_estimate(
+            index,
+            format!("wheel{n}_needed_friction_sigma"),
+            "1",
+            format!("{wheel}: standard deviation of that needed friction"),
+            move |e| Some(e.friction?[i].needed?.sigma),
+        ),
+        of_estimate(
+            index,
+            format!("wheel{n}_friction_margin"),
+            "1",
+            format!(
+                "{wheel}: upper bound of the known mu_max less |mu_n|; empty before a wheel has slipped"
+            ),
+            move |e| e.friction?[i].margin,
         ),
     ]
 }

@@ -3,8 +3,8 @@
 use super::clearance::ClearanceSummary;
 use super::log::LogSummary;
 use super::parts::{
-    BrokenOff, ControlSummary, EstimatorSummary, FrictionSummary, NominalRobot, ProgressSummary,
-    SensorErrors,
+    BrokenOff, ControlSummary, EstimatorSummary, FrictionSummary, FrictionTestSummary,
+    NominalRobot, ProgressSummary, SensorErrors,
 };
 use crate::append::write_whole;
 use crate::error::{RecordError, io_error};
@@ -57,6 +57,9 @@ pub struct Summary {
     /// The control of the wheels; `None` for recorded readings and in the summaries of earlier versions.
     #[serde(default)]
     pub control: Option<ControlSummary>,
+    /// Results of the friction tests, in their order.
+    #[serde(default)]
+    pub friction_tests: Vec<FrictionTestSummary>,
     /// Sensor errors that were drawn for the run; no estimator knows them. `None` for recorded readings.
     pub sensors: Option<SensorErrors>,
     /// What a recorded log held; `None` for simulations.
@@ -143,6 +146,12 @@ impl Summary {
                 self.sensors.as_ref().is_none_or(SensorErrors::is_finite),
             ),
             ("nominal", self.nominal.is_finite()),
+            (
+                "friction_tests",
+                self.friction_tests
+                    .iter()
+                    .all(FrictionTestSummary::is_finite),
+            ),
         ];
         let of_parts = parts.iter().find(|(_, finite)| !finite);
         let of_run = of_run

@@ -13,7 +13,8 @@ pub use clearance::ClearanceSummary;
 pub use file::Summary;
 pub use log::{ChannelSummary, LogSummary, MeanForces};
 pub use parts::{
-    BrokenOff, EstimatorSummary, FrictionSummary, NominalRobot, ProgressSummary, SensorErrors,
+    BrokenOff, EstimatorSummary, FrictionSummary, FrictionTestSummary, NominalRobot,
+    ProgressSummary, SensorErrors,
 };
 pub use sink::SummarySink;
 pub use suspects::Suspicion;

@@ -2,6 +2,7 @@
 
 use super::log::{ForceSums, MeanForces};
 use super::suspects::Suspects;
+use robhaz_estimator::FrictionTestResult;
 use robhaz_model::{Pin, Robot};
 use robhaz_run::{RunDescription, World};
 use robhaz_score::contact::FlagScores;
@@ -52,6 +53,78 @@ impl ProgressSummary {
             .chain(&since)
             .chain(&self.spinning_s)
             .all(|v| v.is_finite())
+    }
+}
+
+/// The result of a friction test.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrictionTestSummary {
+    /// The tested wheel: 1 front, 2 middle, 3 rear.
+    pub wheel: usize,
+    /// How the test ended: `slipped` if mu_max was found, else why not. Then mu_max is at least `mu_max`.
+    pub end: String,
+    /// Time of the largest T/N, s.
+    pub time: f64,
+    /// Place of the contact at that time along the path, m; `None` before the robot has moved, and without slip.
+    pub x: Option<f64>,
+    /// Largest T/N, -; after two ramps their mean.
+    pub mu_max: f64,
+    /// Its standard deviation, -.
+    pub sigma: f64,
+    /// Number of ramps that ended in slip.
+    pub ramps: u32,
+    /// Distance that the rim slid, m.
+    pub slipped_distance: f64,
+    /// Duration of the test, s.
+    pub duration: f64,
+}
+
+impl FrictionTestSummary {
+    pub(crate) fn of(result: &FrictionTestResult) -> Self {
+        Self {
+            wheel: result.wheel + 1,
+            end: result.end.name().to_owned(),
+            time: result.time,
+            x: result.place,
+            mu_max: result.mu,
+            sigma: result.sigma,
+            ramps: result.ramps,
+            slipped_distance: result.slipped_distance,
+            duration: result.duration,
+        }
+    }
+
+    pub(super) fn is_finite(&self) -> bool {
+        let numbers = [
+            self.time,
+            self.mu_max,
+            self.sigma,
+            self.slipped_distance,
+            self.duration,
+        ];
+        numbers.iter().chain(&self.x).all(|v| v.is_finite())
+    }
+
+    /// The result in one line.
+    pub fn in_words(&self) -> String {
+        let wheel = self.wheel;
+        let (mu, doubt) = (self.mu_max, 2.0 * self.sigma);
+        let took = format!(
+            "slid {:.0} mm, took {:.1} s",
+            1e3 * self.slipped_distance,
+            self.duration
+        );
+        if self.ramps > 0 {
+            format!(
+                "Friction test, wheel {wheel}: mu_max = {mu:.3} +- {doubt:.3} (2 sigma), {took}"
+            )
+        } else {
+            let least = (mu - doubt).max(0.0);
+            format!(
+                "Friction test, wheel {wheel}: ended without slip ({}), mu_max is at least {least:.3}, {took}",
+                self.end
+            )
+        }
     }
 }
 

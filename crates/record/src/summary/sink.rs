@@ -4,7 +4,8 @@ use super::clearance::ClearanceSummary;
 use super::file::Summary;
 use super::log::{ForceSums, LogSummary};
 use super::parts::{
-    BrokenOff, ControlSummary, EstimatorSummary, FrictionSummary, NominalRobot, SensorErrors,
+    BrokenOff, ControlSummary, EstimatorSummary, FrictionSummary, FrictionTestSummary,
+    NominalRobot, SensorErrors,
 };
 use super::suspects::{Suspects, add_suspects};
 use crate::error::RecordError;
@@ -75,6 +76,11 @@ impl SummarySink {
             clearance: self.clearance.0.clone(),
             friction: world.map(FrictionSummary::of),
             control: ControlSummary::of(run),
+            friction_tests: end
+                .friction_tests
+                .iter()
+                .map(FrictionTestSummary::of)
+                .collect(),
             sensors: world.map(SensorErrors::of),
             log: end.log.as_ref().map(LogSummary::from),
             nominal: NominalRobot::of(run),

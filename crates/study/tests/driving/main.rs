@@ -1,11 +1,14 @@
 //! What shared traction is worth: needed friction, slip and energy on rolling ground; steepest ramp and highest kerb.
 //!
 //! The study behind the tables in `docs/friction.md`:
-//! `cargo test --release -p robhaz-study --test driving study -- --ignored --nocapture`.
+//! `cargo test --release -p robhaz-study --test driving study -- --ignored --nocapture`; its figure:
+//! `ROBHAZ_FIGURE=driving.svg cargo test --release -p robhaz-study --test driving figure -- --ignored`.
 #![allow(
     clippy::unwrap_used,
     reason = "helpers of tests may stop at the first surprise"
 )]
+
+mod figure;
 
 use rayon::prelude::*;
 use robhaz_run::DrivenPlant;
@@ -107,6 +110,8 @@ impl Course {
 struct Trip {
     /// Largest |T|/N of a loaded wheel.
     needed: f64,
+    /// The same at the last sample.
+    needed_now: f64,
     /// Distance that the rims slipped, sum of the three wheels, m.
     slip: f64,
     /// Work of the motors where they drive; braking gives nothing back, J.
@@ -118,15 +123,18 @@ struct Trip {
 impl Trip {
     /// Adds a sample of `dt` (s). Wheels with less than a twentieth of the mean load count as unloaded, as for the estimator.
     fn add(&mut self, truth: &Truth, least_load: f64, dt: f64) {
+        self.needed_now = 0.0;
         for wheel in &truth.wheels {
             self.energy += dt * (wheel.torque * wheel.omega).max(0.0);
             if wheel.contacts > 0 {
                 self.slip += dt * wheel.slip_speed.abs();
             }
             if wheel.normal_force > least_load {
-                self.needed = self.needed.max(wheel.traction.abs() / wheel.normal_force);
+                let ratio = wheel.traction.abs() / wheel.normal_force;
+                self.needed_now = self.needed_now.max(ratio);
             }
         }
+        self.needed = self.needed.max(self.needed_now);
         self.travel = truth.wheels[1].position.x;
     }
 }
@@ -134,12 +142,18 @@ impl Trip {
 /// Drives a scene until its end, until the middle wheel reaches `goal` (m), or until the robot has not come 5 mm closer to it
 /// in 3 s. A robot that overturns has not reached it.
 fn drive(scene: &Scene, goal: f64) -> Trip {
+    followed(scene, goal, &mut |_| {})
+}
+
+/// As [`drive`], with a look at the trip after every sample.
+fn followed(scene: &Scene, goal: f64, look: &mut dyn FnMut(&Trip)) -> Trip {
     let dt = 1.0 / scene.sensors.rate;
     let least_load = 0.05 * scene.robot.robot.mean_wheel_load();
     let mut plant = DrivenPlant::new(scene, &scene.plant_setup()).unwrap();
     let (mut trip, mut best, mut since) = (Trip::default(), f64::NEG_INFINITY, 0.0);
     while let Ok(truth) = plant.next_truth() {
         trip.add(&truth, least_load, dt);
+        look(&trip);
         if trip.travel > best + 0.005 {
             (best, since) = (trip.travel, truth.time);
         }
@@ -184,6 +198,11 @@ fn climbs_ramp(drive_keys: Drive, mu: f64, degrees: f64) -> bool {
     drive(&load("ramp", drive_keys, &keys), 1.4).travel >= 1.4
 }
 
+/// Steepest ramp that is climbed, deg.
+fn steepest_ramp(drive_keys: Drive, mu: f64) -> f64 {
+    largest(0.0, 44.0, 0.25, |a| climbs_ramp(drive_keys, mu, a.max(0.1)))
+}
+
 /// Climbs a kerb (mm) with all wheels.
 fn climbs_kerb(drive_keys: Drive, mu: f64, millimetres: f64) -> bool {
     let keys = [
@@ -207,6 +226,28 @@ fn shared_traction_halves_needed_friction_and_slip() {
     assert!(shared.slip <= 0.5 * pi.slip, "{shared:?} {pi:?}");
     // It still drives: 20 s at 0.2 m/s from 1.1 s on are 3.78 m along the ground.
     assert!(shared.travel > 3.4, "{shared:?}");
+}
+
+/// Acceptance: shared traction climbs every ramp up to a share of the friction angle, not only some of them.
+#[test]
+fn shared_traction_climbs_up_to_the_friction_angle() {
+    let shares: Vec<f64> = match std::env::var("ROBHAZ_SHARES") {
+        Ok(text) => text.split(',').map(|t| t.parse().unwrap()).collect(),
+        Err(_) => vec![0.6, 0.8, 0.9, 0.95],
+    };
+    let cases: Vec<(f64, f64)> = [0.3, 0.5, 0.8]
+        .into_iter()
+        .flat_map(|mu: f64| {
+            shares
+                .iter()
+                .map(move |share| (mu, share * mu.atan().to_degrees()))
+        })
+        .collect();
+    let failed: Vec<&(f64, f64)> = cases
+        .par_iter()
+        .filter(|(mu, degrees)| !climbs_ramp(SHARED, *mu, *degrees))
+        .collect();
+    assert!(failed.is_empty(), "mu, degrees: {failed:?}");
 }
 
 /// Determinism and equivalence: two runs of the loop have the same bits.

@@ -1,0 +1,80 @@
+//! A torque ramp on one wheel: approach, linear rise, back-off.
+
+use crate::input::ControlInput;
+use robhaz_estimator::{FrictionTest, FrictionTestEnd, FrictionTestPhase, FrictionTestResult};
+
+/// Time over which the torque is taken back, s.
+const BACK_OFF: f64 = 0.3;
+/// Duration of the approach, s.
+const APPROACH: f64 = 1.0;
+
+/// A ramp of the torque of one wheel. It goes smoothly to its first torque, grows linearly until the test ends, and goes back
+/// smoothly to the torque that turns the wheel without traction.
+#[derive(Clone, Debug)]
+pub(crate) struct Ramp {
+    test: FrictionTest,
+    /// Start, s.
+    start: f64,
+    /// Torque at the start and after the approach, N m. Without an approach both are the same.
+    torque: [f64; 2],
+    /// Rate with its direction, N m/s.
+    rate: f64,
+    /// The torque at the end of the rise (N m), and that time (s).
+    back_off: Option<(f64, f64)>,
+}
+
+impl Ramp {
+    /// A ramp of wheel `wheel` (0 to 2) from `time` (s) on: from one torque to another in the approach (N m), then with `rate`
+    /// (N m/s), negative to brake.
+    pub fn new(wheel: usize, time: f64, torque: [f64; 2], rate: f64) -> Self {
+        Self {
+            test: FrictionTest::new(wheel, time),
+            start: time,
+            torque,
+            rate,
+            back_off: None,
+        }
+    }
+
+    /// Ends the rise without slip.
+    pub fn end(&mut self, end: FrictionTestEnd) {
+        self.test.end(end);
+    }
+
+    /// The result as far as it is known.
+    pub fn result(&self) -> FrictionTestResult {
+        self.test.result()
+    }
+
+    /// The torque at the time of the input; `idle` turns the wheel without traction, `limit` is the largest torque, N m. `None` when
+    /// the ramp is over. A wheel that still slips then stays at `idle`.
+    pub fn update(&mut self, input: &ControlInput<'_>, idle: f64, limit: f64) -> Option<f64> {
+        let now = input.frame.time;
+        let wanted = self.wanted(now);
+        let mut phase = self.test.update(now, input.estimate);
+        if wanted.abs() >= limit && wanted * self.rate > 0.0 {
+            phase = self.test.end(FrictionTestEnd::TorqueLimit);
+        }
+        if phase == FrictionTestPhase::Rising {
+            return Some(wanted);
+        }
+        let limited = wanted.max(-limit).min(limit);
+        let (torque, since) = *self.back_off.get_or_insert((limited, now));
+        let passed = ((now - since) / BACK_OFF).min(1.0);
+        let over = passed >= 1.0 && phase == FrictionTestPhase::Done;
+        (!over).then(|| torque + (idle - torque) * smooth_step(passed))
+    }
+
+    fn wanted(&self, now: f64) -> f64 {
+        let [first, second] = self.torque;
+        let passed = now - self.start;
+        let approached = smooth_step((passed / APPROACH).max(0.0).min(1.0));
+        let approach = if first == second { 0.0 } else { APPROACH };
+        first + (second - first) * approached + self.rate * (passed - approach).max(0.0)
+    }
+}
+
+/// The quintic from 0 to 1 whose first two derivatives are zero at both ends.
+fn smooth_step(u: f64) -> f64 {
+    u * u * u * (10.0 + u * (-15.0 + 6.0 * u))
+}

@@ -1,0 +1,276 @@
+"""The compiled part of `robhaz`. Wheels are ordered front, middle, rear; x points forward, y up; angles turn
+counter-clockwise, so that nose up is positive. SI units."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from os import PathLike
+from typing import Any, Literal, Protocol, TypeAlias, final
+
+import numpy as np
+import numpy.typing as npt
+
+__version__: str
+
+_Path: TypeAlias = str | PathLike[str]
+_Three: TypeAlias = tuple[float, float, float]
+_Reading: TypeAlias = float | None
+_Angles: TypeAlias = Literal["given", "none"]
+_Overrides: TypeAlias = Mapping[str, Any] | Sequence[str]
+
+class _Columns(Protocol):
+    """A dictionary of arrays, or a table of robhaz, pandas, polars or pyarrow."""
+
+    def __getitem__(self, name: str, /) -> Any: ...
+
+class SceneError(ValueError):
+    """Problems of a scene, of a description of sensors or of a robot file, a line each: file, line, key, what was
+    found and what is allowed."""
+
+class RunError(RuntimeError):
+    """A run or a study that cannot start or has stopped, with its causes."""
+
+class EstimateError(ValueError):
+    """There is no estimate for a frame: a reading that was never there, a time that does not increase, a linkage that
+    cannot close."""
+
+@final
+class Scene:
+    """Everything that a run depends on: robot, ground, contact, drive, sensors, estimators, engine, records.
+
+    docs/scenes.md lists the keys, with their units and limits.
+    """
+
+    def __init__(self, overrides: _Overrides | None = None, *, text: str = "", base_dir: _Path = ".") -> None:
+        """The scene of a text in TOML; without one the main scene, `scenes/smooth.toml`.
+
+        `overrides`: a dictionary of keys and values, `{"drive.speed": 0.3, "sensors.grade": "typical"}`, or a list of
+        texts `key=value` as of `--set`. A value that is a text is read as `--set` reads it: `"30 cm/s"`. Paths in the
+        text are relative to `base_dir`.
+
+        Raises `SceneError` with all problems.
+        """
+
+    @staticmethod
+    def load(path: _Path, overrides: _Overrides | None = None) -> Scene:
+        """The scene of a file, with overrides. Raises `SceneError` with all problems."""
+
+    @property
+    def name(self) -> str:
+        """Name of the scene."""
+
+    @property
+    def seed(self) -> int:
+        """Seed of everything random."""
+
+    @property
+    def estimators(self) -> list[str]:
+        """Labels of the estimators, in the order of the scene."""
+
+    @property
+    def warnings(self) -> list[str]:
+        """What may not be as wanted, a sentence each. `run` and `study` raise them as Python warnings."""
+
+    def to_toml(self) -> str:
+        """The resolved scene: every key with its value, as `scene.toml` in the folder of a run."""
+
+    def run(self) -> Run:
+        """Runs the scene to its end and keeps all results in memory: about 1.5 kB a record with three estimators.
+
+        Other Python threads go on meanwhile; Ctrl-C stops it. Raises `RunError`.
+        """
+
+    def estimator(self, name: str = "best", *, contact_angles: _Angles | None = None) -> Estimator:
+        """An estimator of the scene or a preset, with the nominal robot and the noise budget of the scene."""
+
+@final
+class Run:
+    """A run and its results. `print(run)` shows the errors of each estimator."""
+
+    @property
+    def name(self) -> str:
+        """Name of the scene."""
+
+    @property
+    def tables(self) -> dict[str, Table]:
+        """All tables by the names that their files have in the folder of a run: `truth`, `sensors`, `estimate-NAME`,
+        `terrain`, `ground-NAME`."""
+
+    @property
+    def truth(self) -> Table:
+        """Motion and forces of the simulation, a row a record."""
+
+    @property
+    def sensors(self) -> Table:
+        """The readings, a row a record; NaN where one is lost."""
+
+    @property
+    def estimates(self) -> dict[str, Table]:
+        """Estimated forces with standard deviations, by the estimator's label, a row a record."""
+
+    @property
+    def terrain(self) -> Table:
+        """The ground: x, height, slope, curvature."""
+
+    @property
+    def ground(self) -> dict[str, Table]:
+        """The ground that each estimator found, by its label; without those that find none."""
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Errors of each estimator and what was run: the content of `summary.json`."""
+
+@final
+class Table:
+    """Columns of equal length, with units. Any library that takes Arrow takes a table: `pyarrow.table(table)`,
+    `polars.DataFrame(table)`, `pyarrow.table(table).to_pandas()`. Unit and description are in the metadata of each
+    field."""
+
+    @property
+    def name(self) -> str:
+        """Name of the table, such as `truth`."""
+
+    @property
+    def columns(self) -> list[str]:
+        """Names of the columns, in order; `keys()` is the same."""
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of each column: SI, `1` for a number without."""
+
+    @property
+    def descriptions(self) -> dict[str, str]:
+        """Content of each column, in a few words."""
+
+    def keys(self) -> list[str]: ...
+    def __len__(self) -> int:
+        """Number of rows."""
+
+    def __contains__(self, column: str) -> bool: ...
+    def __iter__(self) -> Iterator[str]: ...
+    def __getitem__(self, column: str) -> npt.NDArray[np.float64] | npt.NDArray[np.uint32]:
+        """A copy of a column, shape (rows,): NaN where it is empty; uint32 where it counts."""
+
+    def __arrow_c_schema__(self) -> object: ...
+    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
+
+@final
+class Estimator:
+    """Wheel forces from readings, one frame at a time or a whole table. It remembers the frames that it has seen."""
+
+    def __init__(
+        self,
+        name: str = "best",
+        *,
+        robot: _Path | None = None,
+        sensors: _Path | None = None,
+        contact_angles: _Angles | None = None,
+    ) -> None:
+        """As `robhaz estimate --estimator NAME --robot ROBOT.toml --sensors SENSORS.toml --contact-angles ...`.
+
+        `name`: a preset (`paper-body`, `paper-wheels`, `true-mass`, `best`) or an estimator that `sensors` lists.
+        `sensors` states the noise budget and the damping (docs/logs.md); its columns have no effect here. Without
+        `robot` it is robot A. With `contact_angles="none"` the estimator finds the contact angles itself.
+
+        Raises `SceneError` for a file, `ValueError` for an argument.
+        """
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+
+    @property
+    def needs_contact_angles(self) -> bool:
+        """Whether every frame must have the contact angles."""
+
+    def update(
+        self,
+        time: float,
+        wheel_angle: Sequence[_Reading],
+        motor_torque: Sequence[_Reading],
+        inclination: Sequence[_Reading],
+        rate: Sequence[_Reading],
+        contact_angle: Sequence[_Reading] | None = None,
+    ) -> Estimate:
+        """The estimate of the next frame.
+
+        `time`: s, increasing. `wheel_angle`: 3, rad, turn of each wheel relative to its link, forward positive.
+        `motor_torque`: 3, N m at the wheel after the gear, forward positive. `inclination`, `rate`: 2, links 1 and 2,
+        rad and rad/s, nose up positive. `contact_angle`: 3, rad. `None` or NaN is a missing reading: the last one is
+        held.
+
+        Raises `EstimateError`; the next frame may have an estimate again.
+        """
+
+    def estimate(self, readings: _Columns) -> Table:
+        """The estimates of all rows of a table of readings: the table `estimate-NAME` of a run.
+
+        `readings`: arrays of shape (rows,) by the names of the table `sensors`: `time`, `wheel1_angle`,
+        `wheel1_motor_torque`, `wheel1_contact_angle` (rad; not needed if `needs_contact_angles` is false), the same
+        for wheels 2 and 3, `link1_inclination`, `link1_rate`, the same for link 2. NaN is a missing reading. A row
+        without an estimate is empty. Other Python threads go on meanwhile.
+
+        Raises `EstimateError` with the row where the time does not increase, `KeyError` for a missing column.
+        """
+
+@final
+class Estimate:
+    """Wheel forces of one frame."""
+
+    @property
+    def time(self) -> float:
+        """Time of the readings, s."""
+
+    @property
+    def normal_force(self) -> _Three:
+        """Normal force N of each wheel, N."""
+
+    @property
+    def traction(self) -> _Three:
+        """Traction T of each wheel, N, driving forward positive."""
+
+    @property
+    def normal_force_sigma(self) -> _Three | None:
+        """Standard deviations of N, N. `None` from the paper's filters, which state none."""
+
+    @property
+    def traction_sigma(self) -> _Three | None:
+        """Standard deviations of T, N. `None` as above."""
+
+    @property
+    def covariance(self) -> list[list[float]] | None:
+        """Covariance of (T1, N1, T2, N2, T3, N3), 6 x 6, N^2. `None` as above."""
+
+    @property
+    def contact_angle(self) -> _Three:
+        """Contact angle of each wheel, rad."""
+
+    @property
+    def contact_angle_sigma(self) -> _Three | None:
+        """Standard deviations of the contact angles, rad. `None` as above."""
+
+    @property
+    def body_pitch(self) -> float:
+        """Pitch of the body from the nominal pose, rad."""
+
+    @property
+    def link_angle(self) -> _Three:
+        """Angles of links 1 to 3 from the nominal pose, rad."""
+
+    @property
+    def flags(self) -> list[str]:
+        """Warnings, such as `wheel 1 unloaded`."""
+
+@final
+class Study:
+    """The result of a study. `print(study)` shows the table of `robhaz study`."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """The content of `robhaz study --json`. Errors of N and standard deviations are fractions of the mean true
+        N."""
+
+def study(scene: Scene, seeds: int = 10, *, ladder: bool = False) -> Study:
+    """Errors of a scene's estimators and consistency of their covariance, over `seeds` seeds from the scene's on.
+
+    The scene is simulated once and observed with each seed, on all processors. `ladder` studies the ablation ladder
+    instead of the scene's estimators. Other Python threads go on meanwhile; Ctrl-C acts at the end. Raises `RunError`,
+    `ValueError`.
+    """

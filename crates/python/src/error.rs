@@ -1,0 +1,49 @@
+//! Exceptions, with the texts of the command.
+
+use pyo3::PyErr;
+use pyo3::create_exception;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use std::error::Error;
+
+create_exception!(
+    robhaz,
+    SceneError,
+    PyValueError,
+    "Problems of a scene, of a description of sensors or of a robot file, a line each: file, line, key, what was found and what is allowed."
+);
+create_exception!(
+    robhaz,
+    RunError,
+    PyRuntimeError,
+    "A run or a study that cannot start or has stopped, with its causes."
+);
+create_exception!(
+    robhaz,
+    EstimateError,
+    PyValueError,
+    "There is no estimate for a frame: a reading that was never there, a time that does not increase, a linkage that cannot close."
+);
+
+/// The exception of a scene or of a description of sensors.
+#[expect(clippy::needless_pass_by_value, reason = "an argument of map_err")]
+pub fn of_scene(error: robhaz_scene::SceneError) -> PyErr {
+    let lines: Vec<_> = error.problems().map(ToString::to_string).collect();
+    SceneError::new_err(lines.join("\n"))
+}
+
+/// The exception of a run or study, `title` first.
+pub fn of_run(title: &str, error: &dyn Error) -> PyErr {
+    RunError::new_err(format!("{title}: {}", line(error)))
+}
+
+/// An error with all its causes, in one line.
+pub fn line(error: &dyn Error) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        text.push_str(": ");
+        text.push_str(&error.to_string());
+        cause = error.source();
+    }
+    text
+}

@@ -1,0 +1,141 @@
+//! An estimator, for one frame at a time or a whole table.
+
+use crate::error::{EstimateError, of_scene};
+use crate::estimate::Estimate;
+use crate::readings::Readings;
+use crate::table::Table;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use robhaz_estimator::{LinkReading, SensorFrame};
+use robhaz_record::{BatchBuilder, Table as Columns};
+use robhaz_run::{FeltGround, Frame};
+use robhaz_scene::{LogChoice, RobotChoice};
+use std::path::PathBuf;
+
+/// See the stub `_robhaz.pyi`.
+#[pyclass(module = "robhaz")]
+pub struct Estimator {
+    #[pyo3(get)]
+    name: String,
+    #[pyo3(get)]
+    needs_contact_angles: bool,
+    inner: robhaz_estimator::Estimator,
+}
+
+impl Estimator {
+    /// The estimator of a name, in a description of sensors and robot.
+    pub fn of(mut choice: LogChoice, name: &str, angles: Option<&str>) -> PyResult<Self> {
+        let invalid = |e: &dyn ToString| PyValueError::new_err(e.to_string());
+        choice.select(&[name.to_owned()]).map_err(|e| invalid(&e))?;
+        match angles {
+            None | Some("given") => {}
+            Some("none") => {
+                choice
+                    .without_contact_angles(true)
+                    .map_err(|e| invalid(&e))?;
+            }
+            Some(other) => {
+                let text = format!("contact_angles: found {other:?}, allowed: \"given\", \"none\"");
+                return Err(PyValueError::new_err(text));
+            }
+        }
+        let Some(estimator) = choice.estimators.first() else {
+            return Err(PyValueError::new_err(format!("no estimator {name:?}")));
+        };
+        let settings = choice.settings(estimator);
+        Ok(Self {
+            name: name.to_owned(),
+            needs_contact_angles: settings.needs_contact_angles(),
+            inner: robhaz_estimator::Estimator::new(&choice.robot.robot, settings),
+        })
+    }
+}
+
+#[pymethods]
+impl Estimator {
+    #[new]
+    #[pyo3(signature = (name="best", *, robot=None, sensors=None, contact_angles=None))]
+    fn new(
+        name: &str,
+        robot: Option<PathBuf>,
+        sensors: Option<PathBuf>,
+        contact_angles: Option<&str>,
+    ) -> PyResult<Self> {
+        let mut choice = LogChoice::default();
+        if let Some(path) = sensors {
+            choice = LogChoice::load(&path, choice).map_err(of_scene)?;
+        }
+        if let Some(path) = robot {
+            choice.robot = RobotChoice::load(&path).map_err(of_scene)?;
+        }
+        Self::of(choice, name, contact_angles)
+    }
+
+    #[pyo3(signature = (time, wheel_angle, motor_torque, inclination, rate, contact_angle=None))]
+    fn update(
+        &mut self,
+        time: f64,
+        wheel_angle: [Option<f64>; 3],
+        motor_torque: [Option<f64>; 3],
+        inclination: [Option<f64>; 2],
+        rate: [Option<f64>; 2],
+        contact_angle: Option<[Option<f64>; 3]>,
+    ) -> PyResult<Estimate> {
+        let known = |value: Option<f64>| value.filter(|v| !v.is_nan());
+        let link = |i: usize| LinkReading {
+            inclination: known(inclination[i]),
+            rate: known(rate[i]),
+        };
+        let frame = SensorFrame {
+            time,
+            wheel_angle: wheel_angle.map(known),
+            motor_torque: motor_torque.map(known),
+            link1: link(0),
+            link2: link(1),
+            contact_angle: contact_angle.unwrap_or_default().map(known),
+        };
+        let estimate = self.inner.update(&frame);
+        let estimate = estimate.map_err(|e| EstimateError::new_err(e.to_string()))?;
+        Ok(estimate.into())
+    }
+
+    fn estimate(&mut self, py: Python<'_>, readings: &Bound<'_, PyAny>) -> PyResult<Table> {
+        let readings = Readings::of(readings, self.needs_contact_angles)?;
+        let table = Columns::estimate(0, &self.name);
+        let name = table.name.clone();
+        let mut rows = BatchBuilder::new(table, &[]);
+        rows.reserve(readings.len());
+        let inner = &mut self.inner;
+        py.detach(|| estimate_rows(inner, &readings, &mut rows))?;
+        let batch = rows.take();
+        let batch = batch.map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
+        Ok(Table::new(name, batch))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<robhaz.Estimator {}>", self.name)
+    }
+}
+
+/// Updates the estimator with every row. A row whose time does not increase is an error; one without an estimate is empty.
+fn estimate_rows(
+    estimator: &mut robhaz_estimator::Estimator,
+    readings: &Readings,
+    rows: &mut BatchBuilder,
+) -> PyResult<()> {
+    for row in 0..readings.len() {
+        let sensors = readings.frame(row);
+        let estimates = [estimator.update(&sensors)];
+        if let Err(error @ robhaz_estimator::EstimateError::Time { .. }) = estimates[0] {
+            return Err(EstimateError::new_err(format!("row {row}: {error}")));
+        }
+        rows.push(&Frame {
+            time: sensors.time,
+            truth: None,
+            sensors: &sensors,
+            estimates: &estimates,
+            ground: FeltGround::default(),
+        });
+    }
+    Ok(())
+}

@@ -1,0 +1,274 @@
+"""The package gives what the command gives: the same tables, the same errors, for every library of tables."""
+
+import ast
+import json
+import os
+import runpy
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import robhaz
+
+ROOT = Path(__file__).resolve().parents[3]
+SHORT = {"terrain.kind": "flat", "record.duration": 3, "sensors.grade": "typical"}
+
+SETTINGS = [f"--set={key}={value}" for key, value in SHORT.items()]
+
+
+def _command(folder, *arguments):
+    """Runs the command that the variable ROBHAZ names."""
+    command = os.environ.get("ROBHAZ")
+    if not command:
+        pytest.skip("the variable ROBHAZ does not name the command")
+    subprocess.run([command, *arguments], cwd=folder, check=True, capture_output=True)
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return robhaz.Scene(SHORT)
+
+
+@pytest.fixture(scope="module")
+def run(scene):
+    return scene.run()
+
+
+def test_static_forces_on_level_ground():
+    """Closed form: the static loads of robot A, 1e-4 N for what settles."""
+    estimate = robhaz.Estimator("true-mass").update(0.0, [0] * 3, [0] * 3, [0, 0], [0, 0], [0] * 3)
+    assert estimate.normal_force == pytest.approx((43.5835, 48.0458, 45.7107), abs=1e-3)
+    assert sum(estimate.normal_force) == pytest.approx(14 * 9.81, abs=1e-9)
+    assert estimate.covariance is None and estimate.flags == []
+
+
+def test_a_table_has_the_columns_and_units_of_a_run(run):
+    assert list(run.tables)[:2] == ["truth", "sensors"]
+    assert list(run.estimates) == ["paper-body", "paper-wheels", "true-mass", "best", "no-angles"]
+    assert set(run.ground) == {"best", "no-angles"}
+    truth = run.truth
+    assert truth.units["wheel1_normal_force"] == "N" and truth.units["time"] == "s"
+    assert len(truth) == len(truth["time"]) == 3001
+    assert truth["wheel1_contacts"].dtype == np.uint32
+    assert list(truth) == truth.columns and "time" in truth and "no" not in truth
+    with pytest.raises(KeyError, match='no column "no", allowed: time, '):
+        truth["no"]
+
+
+def test_the_summary_is_that_of_the_tables(run):
+    """Equivalence: RMS error of N of `best` from the tables against the summary. 1e-9: another order of summation."""
+    counted = run.truth["time"] >= 2.0 - 1e-9
+    estimate = run.estimates["best"]
+    names = [f"wheel{i}_normal_force" for i in (1, 2, 3)]
+    errors = np.array([(estimate[n] - run.truth[n])[counted] for n in names])
+    expected = run.summary["estimators"]["best"]["normal_force"]["rmse_all"]
+    assert np.sqrt(np.mean(errors**2)) == pytest.approx(expected, rel=1e-9)
+    assert "no-angles" in str(run)
+
+
+def test_the_table_is_that_of_the_command(run, tmp_path):
+    """Equivalence with `robhaz run`, as CSV with all digits: the same values to the bit."""
+    (tmp_path / "scene.toml").write_text("")
+    _command(tmp_path, "run", "scene.toml", *SETTINGS, "--out", "out", "--format", "csv", "--rerun", "off")
+    for name, table in run.tables.items():
+        read = np.genfromtxt(tmp_path / "out" / f"{name}.csv", delimiter=",", names=True)
+        assert list(read.dtype.names) == table.columns
+        for column in table.columns:
+            assert np.array_equal(read[column], table[column], equal_nan=True), (name, column)
+
+
+def _sources(table):
+    """The same readings as every kind of table."""
+    yield table
+    yield dict(table)
+    pyarrow = pytest.importorskip("pyarrow")
+    yield pyarrow.table(table)
+    pandas = pytest.importorskip("pandas")
+    yield pandas.DataFrame(dict(table))
+    polars = pytest.importorskip("polars")
+    yield polars.DataFrame(table)
+
+
+@pytest.mark.parametrize("name", ["best", "no-angles", "paper-wheels"])
+def test_a_whole_table_gives_the_estimates_of_the_run(scene, run, name):
+    """Equivalence: the estimator on the readings of the run, to the bit, whatever library holds them."""
+    expected = run.estimates[name]
+    for readings in _sources(run.sensors):
+        found = scene.estimator(name).estimate(readings)
+        assert found.columns == expected.columns and found.units == expected.units
+        for column in found.columns:
+            assert np.array_equal(found[column], expected[column], equal_nan=True), column
+
+
+def test_frame_by_frame_gives_the_same(scene, run):
+    """Equivalence: one frame at a time against the whole table, to the bit; NaN and None are both a missing reading."""
+    readings = {name: run.sensors[name].copy() for name in run.sensors}
+    readings["wheel2_motor_torque"][500:520] = np.nan
+    table = scene.estimator("best").estimate(readings)
+    estimator = scene.estimator("best")
+    wheels = [[readings[f"wheel{i}_{r}"] for i in (1, 2, 3)] for r in ("angle", "motor_torque", "contact_angle")]
+    links = [[readings[f"link{i}_{r}"] for i in (1, 2)] for r in ("inclination", "rate")]
+    for row in range(1000):
+        angle, torque, contact = ([c[row] for c in columns] for columns in wheels)
+        if row % 2 and np.isnan(torque[1]):
+            torque[1] = None
+        estimate = estimator.update(
+            readings["time"][row], angle, torque, *([c[row] for c in link] for link in links), contact
+        )
+        assert estimate.normal_force == tuple(table[f"wheel{i}_normal_force"][row] for i in (1, 2, 3))
+        assert ("reading missing" in estimate.flags) == (500 <= row < 520)
+    sigma = np.sqrt(np.diag(estimate.covariance))
+    assert sigma[1::2] == pytest.approx(estimate.normal_force_sigma)
+    assert sigma[0::2] == pytest.approx(estimate.traction_sigma)
+
+
+def test_arrow_carries_units(run):
+    pyarrow = pytest.importorskip("pyarrow")
+    for table in run.tables.values():
+        arrow = pyarrow.table(table)
+        assert arrow.num_rows == len(table)
+        for field in arrow.schema:
+            assert field.metadata[b"unit"].decode() == table.units[field.name]
+            assert field.metadata[b"description"].decode() == table.descriptions[field.name]
+            column = arrow[field.name].to_numpy()
+            assert np.array_equal(column, table[field.name], equal_nan=True)
+
+
+def test_arrow_outlives_the_table():
+    """A consumer keeps the data when the table is gone, and a capsule that nobody takes is freed."""
+    pyarrow = pytest.importorskip("pyarrow")
+    run = robhaz.Scene({**SHORT, "record.duration": 2.5}).run()
+    arrow, expected = pyarrow.table(run.truth), run.truth["body_x"]
+    run.truth.__arrow_c_stream__()
+    del run
+    assert np.array_equal(arrow["body_x"].to_numpy(), expected)
+
+
+def test_overrides_take_python_values():
+    values = {
+        "seed": 7,
+        "drive.speed": "30 cm/s",
+        "sensors.torque_noise": np.float64(0.25),
+        "drive.scaling": [{"wheels": [1, 3], "from": 1, "to": 2.5, "factor": 0.5}],
+    }
+    scene = robhaz.Scene(values)
+    text = scene.to_toml()
+    assert scene.seed == 7 and "speed = 0.3" in text and "torque_noise = 0.25" in text and "factor = 0.5" in text
+    assert robhaz.Scene(text=text).to_toml() == text
+    assert robhaz.Scene(["seed=7"]).seed == 7
+    with pytest.raises(TypeError, match="seed: found <object object at"):
+        robhaz.Scene({"seed": object()})
+
+
+def test_errors_have_the_text_of_the_command(tmp_path):
+    path = tmp_path / "x.toml"
+    path.write_text("[drive]\ntorque_limit = -3\nsped = 1\n")
+    with pytest.raises(robhaz.SceneError) as error:
+        robhaz.Scene.load(path)
+    lines = str(error.value).splitlines()
+    assert lines[0] == f"{path}:2: drive.torque_limit: found -3, allowed: a number above 0 and at most 1e6, in N m"
+    assert lines[1].startswith(f"{path}:3: drive.sped: unknown key, allowed: ") and lines[1].endswith(
+        "did you mean speed?"
+    )
+    assert issubclass(robhaz.SceneError, ValueError)
+    with pytest.raises(ValueError, match='^estimator: found "bset", allowed: .*did you mean best'):
+        robhaz.Estimator("bset")
+    with pytest.raises(ValueError, match='contact_angles: found "no", allowed: "given", "none"'):
+        robhaz.Estimator(contact_angles="no")
+    with pytest.raises(ValueError, match="paper-body cannot estimate without contact angles"):
+        robhaz.Estimator("paper-body", contact_angles="none")
+    with pytest.raises(robhaz.SceneError, match="no.toml"):
+        robhaz.Estimator(sensors=tmp_path / "no.toml")
+    steep = {"terrain.kind": "ramp", "terrain.start": -5, "terrain.angle": "60 deg", "terrain.length": 20}
+    with pytest.raises(robhaz.RunError, match="^cannot start scene: the robot cannot stand at its start: "):
+        robhaz.Scene(steep).run()
+
+
+def test_readings_that_cannot_be_taken(run):
+    readings = dict(run.sensors)
+    estimator = robhaz.Estimator("best", contact_angles="none")
+    with pytest.raises(KeyError, match='no column "link2_rate", found: time, '):
+        estimator.estimate({k: v for k, v in readings.items() if k != "link2_rate"})
+    with pytest.raises(ValueError, match="found a column of 10 rows, allowed: 3001"):
+        estimator.estimate({**readings, "link2_rate": np.zeros(10)})
+    with pytest.raises(ValueError, match="has 2 axes, allowed: 1"):
+        estimator.estimate({**readings, "link2_rate": np.zeros((3001, 2))})
+    twice = {**readings, "time": np.where(np.arange(3001) == 17, 0.016, readings["time"])}
+    with pytest.raises(robhaz.EstimateError, match="^row 17: time must increase by at least 0.5 us"):
+        estimator.estimate(twice)
+    without = {k: v for k, v in readings.items() if "contact" not in k}
+    assert len(robhaz.Estimator("best", contact_angles="none").estimate(without)) == 3001
+    with pytest.raises(robhaz.EstimateError, match="no frame so far has the reading wheel_angle"):
+        robhaz.Estimator("best").update(0, [None] * 3, [0] * 3, [0, 0], [0, 0], [0] * 3)
+
+
+def test_a_study_is_that_of_the_command(scene, tmp_path):
+    study = robhaz.study(scene, 2)
+    result = study.as_dict()
+    assert result["seeds"] == [0, 1]
+    assert [line["name"] for line in result["estimators"]] == scene.estimators
+    assert "within" in str(study)
+    with pytest.raises(ValueError, match="seeds: found 0, allowed: 1 to 10000"):
+        robhaz.study(scene, 0)
+    (tmp_path / "scene.toml").write_text("")
+    _command(tmp_path, "study", "scene.toml", *SETTINGS, "--seeds", "2", "--json", "study.json")
+    assert result == json.loads((tmp_path / "study.json").read_text())
+
+
+def test_other_threads_go_on(run):
+    """Python's lock is released: a thread counts while a table is estimated, and two tables give the same as one."""
+    count, done = 0, threading.Event()
+
+    def count_up():
+        nonlocal count
+        while not done.is_set():
+            count += 1
+            time.sleep(1e-4)
+
+    thread = threading.Thread(target=count_up)
+    thread.start()
+    before = count
+    robhaz.Estimator("best").estimate(run.sensors)
+    during = count - before
+    done.set()
+    thread.join()
+    assert during > 1
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_ctrl_c_stops_a_run():
+    timer = threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        robhaz.Scene({"record.duration": 10000}).run()
+
+
+def test_stub_and_module_have_the_same_names():
+    """Every class, method and property has a type and a docstring in the stub, and nothing else is there."""
+    stub = ast.parse((Path(robhaz.__file__).parent / "_robhaz.pyi").read_text())
+    classes = {
+        node.name: node for node in stub.body if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
+    }
+    assert set(classes) | {"study", "__version__"} == set(robhaz.__all__)
+    for name, node in classes.items():
+        found = {n for n in vars(getattr(robhaz, name)) if not n.startswith("_")}
+        stated = {n.name for n in node.body if isinstance(n, ast.FunctionDef) and not n.name.startswith("_")}
+        assert found == stated, name
+        assert ast.get_docstring(node), name
+
+
+def test_the_example_draws_fig_8(tmp_path, monkeypatch):
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    example = ROOT / "examples" / "python" / "fig8.py"
+    monkeypatch.chdir(tmp_path)
+    names = runpy.run_path(str(example))
+    assert (tmp_path / "fig8.png").stat().st_size > 10_000
+    error = names["run"].summary["estimators"]["paper-wheels"]["normal_force"]["nrmse"]
+    assert 0.05 < error < 0.12  # the paper's estimator of Fig. 8 on this course: 7.6 %
+    json.dumps(names["run"].summary)
