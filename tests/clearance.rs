@@ -106,6 +106,6 @@ fn verify_fails_where_a_bar_touches() {
     assert!(!low.status.success());
     for (high, low) in line(&high).iter().zip(line(&low)) {
         assert!(high.contains("passed"), "{high}");
-        assert!(low.contains("failed") && low.contains("body"), "{low}");
+        assert!(low.contains("FAILED") && low.contains("body"), "{low}");
     }
 }

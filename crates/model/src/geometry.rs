@@ -328,6 +328,28 @@ impl Geometry {
         self.axles[wheel] - self.cg(self.carriers[wheel].bar())
     }
 
+    /// Points that the outline of a bar goes through, in the nominal pose, m: for the body the corners of its box and its
+    /// pins in any order (their convex hull), for a link its own pins and axles.
+    pub fn outline_points(&self, bar: Bar) -> impl Iterator<Item = Vec2> + '_ {
+        let pins = Pin::ALL
+            .into_iter()
+            .filter(move |pin| pin.bars().0 == bar || pin.bars().1 == bar)
+            .map(|pin| self.pins.get(pin));
+        let axles = self.axles.iter().zip(&self.carriers);
+        let axles = axles
+            .filter(move |(_, carrier)| carrier.bar() == bar)
+            .map(|(axle, _)| *axle);
+        let (low, high) = (self.outline.body_lower, self.outline.body_upper);
+        let corners = [
+            low,
+            Vec2::new(high.x, low.y),
+            high,
+            Vec2::new(low.x, high.y),
+        ];
+        let corners = corners.into_iter().filter(move |_| bar == Bar::Body);
+        pins.chain(axles).chain(corners)
+    }
+
     /// Centre of mass of a bar without wheels, in the nominal pose, m.
     pub fn cg(&self, bar: Bar) -> Vec2 {
         match bar {

@@ -1,6 +1,6 @@
 //! The outline of body and links, for their clearance to the ground. It carries no force.
 
-use crate::{Bar, Geometry, Pin, Vec2};
+use crate::Vec2;
 
 /// Outline of the bars in the nominal pose: the body is the convex hull of a box and its pins, a link the line through its
 /// own pins and axles from rear to front, outside of its wheels; each is grown by the half width.
@@ -32,29 +32,5 @@ impl Outline {
             body_upper: body_cg + half,
             half_width: HALF_WIDTH * wheelbase,
         }
-    }
-}
-
-impl Geometry {
-    /// Points that the outline of a bar goes through, in the nominal pose, m: for the body the corners of its box and its
-    /// pins in any order (their convex hull), for a link its own pins and axles.
-    pub fn outline_points(&self, bar: Bar) -> impl Iterator<Item = Vec2> + '_ {
-        let pins = Pin::ALL
-            .into_iter()
-            .filter(move |pin| pin.bars().0 == bar || pin.bars().1 == bar)
-            .map(|pin| self.pins.get(pin));
-        let axles = self.axles.iter().zip(&self.carriers);
-        let axles = axles
-            .filter(move |(_, carrier)| carrier.bar() == bar)
-            .map(|(axle, _)| *axle);
-        let (low, high) = (self.outline.body_lower, self.outline.body_upper);
-        let corners = [
-            low,
-            Vec2::new(high.x, low.y),
-            high,
-            Vec2::new(low.x, high.y),
-        ];
-        let corners = corners.into_iter().filter(move |_| bar == Bar::Body);
-        pins.chain(axles).chain(corners)
     }
 }

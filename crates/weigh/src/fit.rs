@@ -11,7 +11,7 @@ use crate::parameters::{PARAMETERS, Tolerances, Values, values, with_values};
 use crate::statics::{PlateError, plate_forces};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use robhaz_estimator::statics::LoadCovariance;
-use robhaz_model::{GRAVITY, GeometryError, MassError, Robot, StanceError};
+use robhaz_model::{GRAVITY, Robot};
 
 /// Number of unknowns with the two offsets of inclinations.
 pub(crate) const UNKNOWNS: usize = PARAMETERS + 2;
@@ -108,15 +108,12 @@ pub enum WeighError {
         "the least squares do not converge: the readings are far from what this robot can show"
     )]
     NotConverged,
-    /// The result is not a valid robot.
-    #[error("the readings lead to an impossible robot: {0}")]
-    Geometry(#[from] GeometryError),
-    /// The result is not a valid robot.
-    #[error("the readings lead to an impossible robot: {0}")]
-    Mass(#[from] MassError),
-    /// The result cannot stand.
-    #[error("the readings lead to an impossible robot: {0}")]
-    Stance(#[from] StanceError),
+    /// The result is not a valid robot, or cannot stand.
+    #[error("the readings lead to an impossible robot: {reason}")]
+    Impossible {
+        /// In words.
+        reason: String,
+    },
     /// The readings contradict each other or the drawings.
     #[error(
         "the readings do not fit a robot within the stated errors: the weighted sum of squares is {sum:.1}, allowed: at most \
@@ -413,11 +410,9 @@ fn finish(
     normal: &Normal,
     residuals: &[[(f64, f64); 3]],
 ) -> Result<Weighed, WeighError> {
-    let robot = prior.robot(unknowns);
-    robot.geometry.check()?;
-    robot.mass.check()?;
-    robot.check_stance()?;
     let misfit = misfit(measurements, normal.sum, residuals)?;
+    let robot = prior.robot(unknowns);
+    check_robot(&robot).map_err(|reason| WeighError::Impossible { reason })?;
     let covariance = normal
         .information
         .cholesky()
@@ -446,6 +441,13 @@ fn finish(
         misfit,
         robot,
     })
+}
+
+/// Whether the robot can exist and stand; else why not.
+fn check_robot(robot: &Robot) -> Result<(), String> {
+    robot.geometry.check().map_err(|e| e.to_string())?;
+    robot.mass.check().map_err(|e| e.to_string())?;
+    robot.check_stance().map_err(|e| e.to_string())
 }
 
 /// Whether the readings fit.
