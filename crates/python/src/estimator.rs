@@ -30,7 +30,9 @@ impl Estimator {
         match angles {
             None | Some("given") => {}
             Some("none") => {
-                choice.without_contact_angles(true).map_err(|e| invalid(&e))?;
+                choice
+                    .without_contact_angles(true)
+                    .map_err(|e| invalid(&e))?;
             }
             Some(other) => {
                 let text = format!("contact_angles: found {other:?}, allowed: \"given\", \"none\"");
@@ -130,6 +132,8 @@ fn estimate_rows(
         rows.push(&Frame {
             time: sensors.time,
             truth: None,
+            clearances: None,
+            commands: None,
             sensors: &sensors,
             estimates: &estimates,
             ground: FeltGround::default(),
