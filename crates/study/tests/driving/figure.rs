@@ -7,10 +7,10 @@ use rayon::prelude::*;
 use std::error::Error;
 use std::path::Path;
 
-/// Colours of the drives: blue, orange and green of Okabe and Ito.
+/// Colours of the drives: vermilion, bluish green and blue of Okabe and Ito.
 const COLOURS: [RGBColor; 3] = [
     RGBColor(0xD5, 0x5E, 0x00),
-    RGBColor(0x8A, 0x8A, 0x8A),
+    RGBColor(0x00, 0x9E, 0x73),
     RGBColor(0x00, 0x72, 0xB2),
 ];
 const NAMES: [&str; 3] = ["speed, PI", "speed, soft", "shared"];
