@@ -13,7 +13,7 @@ for wheel, name, axis in zip((1, 2, 3), ("front", "middle", "rear"), axes):
     force = f"wheel{wheel}_normal_force"
     axis.plot(truth["time"], truth[force], label="truth")
     axis.plot(estimate["time"], estimate[force], label="estimate")
-    axis.set_ylabel(f"N, {name} wheel ({truth.units[force]})")
+    axis.set_ylabel(f"{name} wheel: N ({truth.units[force]})")
 axes[0].legend()
 axes[2].set_xlabel("time (s)")
 figure.savefig("fig8.png", dpi=150)

@@ -132,6 +132,8 @@ fn estimate_rows(
         rows.push(&Frame {
             time: sensors.time,
             truth: None,
+            clearances: None,
+            commands: None,
             sensors: &sensors,
             estimates: &estimates,
             ground: FeltGround::default(),

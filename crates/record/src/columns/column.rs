@@ -100,9 +100,9 @@ impl Table {
         frame.truth.is_some() || !self.is_of_truth()
     }
 
-    /// Whether the table is that of the truth: its columns but the time are of the truth.
+    /// Whether the table is that of the truth, by its first column after the time: this is asked at every record.
     fn is_of_truth(&self) -> bool {
-        self.columns.last().is_some_and(Column::is_truth)
+        self.columns.get(1).is_some_and(Column::is_truth)
     }
 }
 
