@@ -291,7 +291,7 @@ fn correct_runs_of_any_kind_verify() {
         for verdict in &verdicts {
             assert_eq!(verdict.outcome, Outcome::Passed, "{sets:?}: {verdict:?}");
         }
-        assert_eq!(verdicts.len(), 17);
+        assert_eq!(verdicts.len(), 19);
     }
 }
 

@@ -363,6 +363,6 @@ fn every_law_verifies() {
             };
             assert_eq!(verdict.outcome, expected, "{law:?}: {verdict:?}");
         }
-        assert_eq!(verdicts.len(), if stiff { 9 } else { 17 });
+        assert_eq!(verdicts.len(), if stiff { 10 } else { 19 });
     }
 }

@@ -5,27 +5,23 @@
 //! (I + sum J' R^-1 J)^-1. A reading's covariance R holds the scale's error, and the errors of inclinations and
 //! horizontal forces carried through the statics.
 
+use crate::error::WeighError;
 use crate::loads::{self, ForceDeviation, LoadDeviation};
 use crate::measurements::{Accuracy, Measurements, Reading};
-use crate::parameters::{PARAMETERS, Tolerances, Values, values, with_values};
-use crate::statics::{PlateError, plate_forces};
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use crate::parameters::{PARAMETERS, Tolerances, Values, values};
+use crate::prior::{Predicted, Prior, UNKNOWNS, Unknowns};
+use nalgebra::{SMatrix, Vector3};
 use robhaz_estimator::statics::LoadCovariance;
 use robhaz_model::{GRAVITY, Robot};
 
-/// Number of unknowns with the two offsets of inclinations.
-pub(crate) const UNKNOWNS: usize = PARAMETERS + 2;
 /// Most steps of Gauss and Newton; a few are enough for errors of drawings.
 const MOST_STEPS: usize = 30;
 /// A step below this, in prior standard deviations, ends the iteration.
 const CONVERGED: f64 = 1e-6;
-/// Step of the differences, in prior standard deviations: at most 0.1 mm.
-const DIFFERENCE: f64 = 1e-2;
 /// The misfit is refused beyond this many standard deviations of its chi-squared distribution.
 const MISFIT_LIMIT: f64 = 4.0;
 
 pub(crate) type Information = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
-pub(crate) type Unknowns = SVector<f64, UNKNOWNS>;
 
 /// A robot that was weighed.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,210 +58,6 @@ pub struct Misfit {
     /// The reading with the largest residual: index of the posture, of the wheel (0 to 2), and the residual (measured
     /// minus fitted, N) with its standard deviation (N). `None` if only the weight was read.
     pub worst: Option<(usize, usize, f64, f64)>,
-}
-
-/// Why a robot cannot be weighed.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum WeighError {
-    /// Nothing was measured.
-    #[error("there is no reading of a scale; allowed: at least one")]
-    Nothing,
-    /// A tolerance or an accuracy is not possible.
-    #[error("{name} is {found}; allowed: {allowed}")]
-    Deviation {
-        /// In words.
-        name: &'static str,
-        /// Its value.
-        found: f64,
-        /// The range.
-        allowed: &'static str,
-    },
-    /// The statics of a posture.
-    #[error("line {line}: {source}; check the inclinations and the robot's pins")]
-    Posture {
-        /// Line of the table.
-        line: u64,
-        /// The cause.
-        source: PlateError,
-    },
-    /// A posture beyond the end stops of pin Q.
-    #[error(
-        "line {line}: theta_1 - theta_2 is {found:.1} deg, beyond the end stops of pin Q; allowed: {lower:.1} to {upper:.1} deg; \
-         check signs and units"
-    )]
-    Stop {
-        /// Line of the table.
-        line: u64,
-        /// The angle, deg.
-        found: f64,
-        /// Limits, deg.
-        lower: f64,
-        /// Upper limit, deg.
-        upper: f64,
-    },
-    /// The iteration does not settle.
-    #[error(
-        "the least squares do not converge: the readings are far from what this robot can show"
-    )]
-    NotConverged,
-    /// The result is not a valid robot, or cannot stand.
-    #[error("the readings lead to an impossible robot: {reason}")]
-    Impossible {
-        /// In words.
-        reason: String,
-    },
-    /// The readings contradict each other or the drawings.
-    #[error(
-        "the readings do not fit a robot within the stated errors: the weighted sum of squares is {sum:.1}, allowed: at most \
-         {most:.1} for {readings} readings{worst}"
-    )]
-    Misfit {
-        /// The sum.
-        sum: f64,
-        /// The limit.
-        most: f64,
-        /// Number of readings.
-        readings: usize,
-        /// The worst reading, in words.
-        worst: String,
-    },
-}
-
-/// Forces of one posture and their derivatives by the unknowns, over the wheels.
-pub(crate) struct Predicted {
-    /// Normal forces, N.
-    pub forces: Vector3<f64>,
-    /// By the unknowns, N a prior standard deviation.
-    pub by_unknowns: SMatrix<f64, 3, UNKNOWNS>,
-    /// Covariance of the readings of three scales, N^2.
-    pub covariance: Matrix3<f64>,
-}
-
-/// Drawings, tolerances and accuracy: what is known before the readings.
-pub(crate) struct Prior<'a> {
-    pub drawings: &'a Robot,
-    pub values: Values,
-    pub deviations: Values,
-    pub accuracy: Accuracy,
-}
-
-impl<'a> Prior<'a> {
-    pub fn new(
-        drawings: &'a Robot,
-        tolerances: &Tolerances,
-        accuracy: &Accuracy,
-    ) -> Result<Self, WeighError> {
-        let positive = [
-            ("the tolerance of masses", tolerances.mass, 1.0),
-            ("the tolerance of centres of mass", tolerances.centre, 1.0),
-            ("the tolerance of pins", tolerances.pin, 1.0),
-            ("the error of scales", accuracy.scale, 1e3),
-        ];
-        for (name, found, most) in positive {
-            if !(found > 0.0 && found <= most) {
-                let allowed = if most > 1.0 {
-                    "above 0 and at most 1000 N"
-                } else {
-                    "above 0 and at most 1"
-                };
-                return Err(WeighError::Deviation {
-                    name,
-                    found,
-                    allowed,
-                });
-            }
-        }
-        let others = [
-            ("the offset of inclinations", accuracy.inclination_offset),
-            ("the error of inclinations", accuracy.inclination),
-            ("the horizontal force", accuracy.horizontal_force),
-        ];
-        for (name, found) in others {
-            if !(0.0..=1e3).contains(&found) {
-                let allowed = "at least 0 and at most 1000";
-                return Err(WeighError::Deviation {
-                    name,
-                    found,
-                    allowed,
-                });
-            }
-        }
-        Ok(Self {
-            drawings,
-            values: values(drawings),
-            deviations: tolerances.deviations(drawings),
-            accuracy: *accuracy,
-        })
-    }
-
-    /// The robot for values of the unknowns.
-    pub fn robot(&self, unknowns: &Unknowns) -> Robot {
-        let errors = unknowns.fixed_rows::<PARAMETERS>(0);
-        let values = self.values + errors.component_mul(&self.deviations);
-        with_values(self.drawings, &values)
-    }
-
-    fn forces(
-        &self,
-        unknowns: &Unknowns,
-        inclinations: [f64; 2],
-    ) -> Result<Vector3<f64>, PlateError> {
-        let offset = self.accuracy.inclination_offset;
-        let angles = [0, 1].map(|i| inclinations[i] - offset * unknowns[PARAMETERS + i]);
-        plate_forces(&self.robot(unknowns), angles, [0.0; 3]).map(Vector3::from)
-    }
-
-    /// Forces of a posture that the inclinometers read as `inclinations`, rad.
-    pub fn predict(
-        &self,
-        unknowns: &Unknowns,
-        inclinations: [f64; 2],
-    ) -> Result<Predicted, PlateError> {
-        let mut by_unknowns = SMatrix::<f64, 3, UNKNOWNS>::zeros();
-        for i in 0..UNKNOWNS {
-            let at = |change: f64| {
-                let mut there = *unknowns;
-                there[i] += change;
-                self.forces(&there, inclinations)
-            };
-            let column = (at(DIFFERENCE)? - at(-DIFFERENCE)?) / (2.0 * DIFFERENCE);
-            by_unknowns.set_column(i, &column);
-        }
-        let forces = self.forces(unknowns, inclinations)?;
-        let accuracy = &self.accuracy;
-        let mut covariance = Matrix3::from_diagonal_element(accuracy.scale * accuracy.scale);
-        let mut add =
-            |by: Vector3<f64>, sigma: f64| covariance += by * by.transpose() * (sigma * sigma);
-        let step = 1e-5;
-        for i in 0..2 {
-            let at = |change: f64| {
-                let mut there = inclinations;
-                there[i] += change;
-                self.forces(unknowns, there)
-            };
-            add(
-                (at(step)? - at(-step)?) / (2.0 * step),
-                accuracy.inclination,
-            );
-        }
-        let robot = self.robot(unknowns);
-        for i in 0..3 {
-            // The part of a wheel's horizontal force that the others balance.
-            let mut balanced = [-1.0 / 3.0; 3];
-            balanced[i] += 1.0;
-            let with = plate_forces(&robot, inclinations, balanced)?;
-            let without = plate_forces(&robot, inclinations, [0.0; 3])?;
-            add(
-                Vector3::from(with) - Vector3::from(without),
-                accuracy.horizontal_force,
-            );
-        }
-        Ok(Predicted {
-            forces,
-            by_unknowns,
-            covariance,
-        })
-    }
 }
 
 /// Normal equations of Gauss and Newton: what the readings tell about the unknowns.

@@ -9,7 +9,7 @@
 //! | the unknowns and what the drawings know of them | `parameters.rs` |
 //! | forces on the plates: eq. (8) with contact angles of 0 | `statics.rs` |
 //! | readings and their errors | `measurements.rs`, `table.rs` |
-//! | least squares with a prior (Gauss and Newton) | `fit.rs` |
+//! | least squares with a prior (Gauss and Newton) | `prior.rs`, `fit.rs` |
 //! | the covariance in the seven parameters that forces depend on | `loads.rs` |
 //! | postures on blocks, and those that tell most | `blocks.rs`, `plan.rs` |
 //! | the results in words | `text.rs` |
@@ -25,18 +25,21 @@
 )]
 
 mod blocks;
+mod error;
 mod fit;
 mod loads;
 mod measurements;
 mod parameters;
 mod plan;
+mod prior;
 mod simulate;
 mod statics;
 mod table;
 mod text;
 
 pub use blocks::{Blocks, BlocksError};
-pub use fit::{Misfit, WeighError, Weighed, weigh};
+pub use error::WeighError;
+pub use fit::{Misfit, Weighed, weigh};
 pub use loads::{ForceDeviation, LoadDeviation};
 pub use measurements::{Accuracy, Measurements, Reading};
 pub use parameters::{PARAMETERS, ParameterName, Tolerances, parameter_names};

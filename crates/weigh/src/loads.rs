@@ -4,8 +4,9 @@
 //! the arms of the wheels about Q; their effect on the balance of eq. (8), `F' - H_N N`, is projected on the load parameters
 //! by least squares over the postures of a drive at rest.
 
-use crate::fit::{Prior, WeighError};
+use crate::error::WeighError;
 use crate::parameters::PARAMETERS;
+use crate::prior::Prior;
 use crate::statics::{PlateError, plate_forces};
 use nalgebra::{SMatrix, Vector4};
 use robhaz_estimator::statics::{

@@ -5,10 +5,12 @@
 //! then exchanged until no exchange helps.
 
 use crate::blocks::{Blocks, posture_on};
-use crate::fit::{Information, Normal, Predicted, Prior, Unknowns, WeighError};
+use crate::error::WeighError;
+use crate::fit::{Information, Normal};
 use crate::loads::{forces_by_unknowns, mean_variance};
 use crate::measurements::Accuracy;
 use crate::parameters::{PARAMETERS, Tolerances};
+use crate::prior::{Predicted, Prior, Unknowns};
 use nalgebra::SMatrix;
 use robhaz_model::Robot;
 

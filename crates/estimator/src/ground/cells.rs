@@ -1,7 +1,7 @@
 //! The stored points: a ring of cells at equal distances, and the window of those that the wheels can reach.
 
+use super::bounds::StoredBounds;
 use super::drift::Between;
-use super::friction::StoredBounds;
 use crate::visit::visit_fields;
 use core::ops::Range;
 

@@ -1,37 +1,7 @@
 //! What the wheels have shown of the friction at a place.
 
+use super::bounds::{FrictionBounds, StoredBounds};
 use super::memory::GroundMemory;
-use crate::visit::visit_fields;
-
-/// Bounds of the available friction mu_max at a place, each two standard deviations away from what was found.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FrictionBounds {
-    /// mu_max is at least this: the largest |T/N| that a wheel has borne there without slip. 0 where nothing was borne.
-    pub at_least: f64,
-    /// mu_max is at most this: a wheel began to slip there. `None` where none has.
-    pub at_most: Option<f64>,
-}
-
-/// The bounds as they are stored.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct StoredBounds {
-    at_least: f64,
-    at_most: f64,
-    /// Whether a wheel began to slip there.
-    slipped: bool,
-}
-
-visit_fields!(StoredBounds: at_least, at_most, slipped);
-
-impl StoredBounds {
-    /// For a user.
-    pub fn bounds(&self) -> FrictionBounds {
-        FrictionBounds {
-            at_least: self.at_least,
-            at_most: self.slipped.then_some(self.at_most),
-        }
-    }
-}
 
 impl GroundMemory {
     /// Wheel `i` bears T/N without slip where it is now: mu_max is at least `bound`, -.
@@ -40,18 +10,14 @@ impl GroundMemory {
             .wheel_places()
             .and_then(|places| places.get(i).copied());
         if let Some(stored) = place.and_then(|x| self.stored_bounds(x)) {
-            stored.at_least = stored.at_least.max(bound);
+            stored.hold(bound);
         }
     }
 
     /// A wheel began to slip at a place (m): mu_max is between the bounds, -. They replace what was known there.
     pub fn friction_measured(&mut self, x: f64, at_least: f64, at_most: f64) {
         if let Some(stored) = self.stored_bounds(x) {
-            *stored = StoredBounds {
-                at_least: at_least.max(0.0),
-                at_most,
-                slipped: true,
-            };
+            *stored = StoredBounds::measured(at_least, at_most);
         }
     }
 
@@ -73,8 +39,8 @@ impl GroundMemory {
 
 #[cfg(test)]
 mod tests {
+    use super::super::bounds::FrictionBounds;
     use super::super::cells::Cells;
-    use super::*;
 
     /// Property: bounds are kept by place, the largest held one counts, a slip replaces both; places outside of the window keep none.
     #[test]
@@ -84,7 +50,7 @@ mod tests {
         let number = cells.number(0.1);
         for bound in [0.2, 0.5, 0.3] {
             let stored = cells.friction_mut(number).expect("in the window");
-            stored.at_least = stored.at_least.max(bound);
+            stored.hold(bound);
         }
         let expected = FrictionBounds {
             at_least: 0.5,

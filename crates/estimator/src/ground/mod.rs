@@ -43,6 +43,7 @@
 //! # Place
 //! `x` is dead reckoning alone. It errs by the slip that the motion filter does not know. Its variance grows along the path.
 
+mod bounds;
 mod cells;
 mod drift;
 mod friction;
@@ -51,7 +52,7 @@ mod motion;
 mod point;
 mod readout;
 
-pub use friction::FrictionBounds;
+pub use bounds::FrictionBounds;
 pub(crate) use memory::GroundMemory;
 pub(crate) use motion::GroundMotion;
 pub use point::GroundPoint;

@@ -1,6 +1,6 @@
 //! A point of the ground.
 
-use super::friction::FrictionBounds;
+use super::bounds::FrictionBounds;
 
 /// A point of the ground as the wheels have found it.
 ///
