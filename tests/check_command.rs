@@ -91,7 +91,7 @@ link2_rate = {{ column = "gyro2", sign = "{sign}" }}
 }
 
 /// The guide's commands lead from a log with foreign names, units and wiring to forces: missing names are told, then all
-/// three faults with what to do; corrected, there is none, and the forces add up to the weight.
+/// three faults with what to do; corrected, there is none, and the forces add up to about the weight.
 #[test]
 fn five_commands_lead_from_an_unknown_log_to_forces() {
     let guide = fs::read_to_string(root().join("docs/on-your-robot.md")).unwrap();
@@ -143,8 +143,8 @@ fn five_commands_lead_from_an_unknown_log_to_forces() {
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
     let means = &summary["estimators"]["best"]["means"]["normal_force"];
     let sum: f64 = (0..3).map(|i| means[i].as_f64().unwrap()).sum();
-    // 14 kg on rolling ground.
-    assert!((sum - 14.0 * 9.81).abs() < 3.0, "{sum}");
+    // 14 kg on slopes of up to 15 deg, on which the wheels also pull against each other: a few percent.
+    assert!((sum - 14.0 * 9.81).abs() < 10.0, "{sum}");
 }
 
 /// A contradiction is told at the end of an estimate and in its summary: the gyroscope with the wrong sign.

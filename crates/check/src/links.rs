@@ -127,7 +127,7 @@ pub fn findings(
 
 /// Share of the change of inclination `k` that the gyroscope of link `j` explains, and the slope.
 fn explained(changes: &Changes, k: usize, j: usize) -> Option<(f64, f64)> {
-    let (fit, _) = robust_fit(&changes.inclination[k], &[&changes.rate[j]])?;
+    let fit = robust_fit(&changes.inclination[k], &[&changes.rate[j]])?;
     Some((fit.explained, fit.coefficients[0]))
 }
 

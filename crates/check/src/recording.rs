@@ -97,3 +97,48 @@ fn on_steps(
     }
     samples
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use robhaz_estimator::LinkReading;
+
+    fn frame(time: f64, torque: Option<f64>) -> SensorFrame {
+        let link = LinkReading {
+            inclination: Some(0.0),
+            rate: None,
+        };
+        SensorFrame {
+            time,
+            wheel_angle: [Some(time); 3],
+            motor_torque: [torque; 3],
+            link1: link,
+            link2: link,
+            contact_angle: [None; 3],
+        }
+    }
+
+    /// Closed form: between readings the recording is a straight line; a lost frame is bridged; a gap of more than 0.1 s and
+    /// a channel without readings are missing.
+    #[test]
+    fn gaps_are_bridged_or_missing() -> Result<(), &'static str> {
+        let times = (0..300).filter(|k| *k != 50 && !(100..250).contains(k));
+        let frames: Vec<SensorFrame> = times
+            .map(|k| 1e-3 * f64::from(k))
+            .map(|t| {
+                frame(
+                    5.0 + t,
+                    (t * 1e3).rem_euclid(2.0).lt(&0.5).then_some(2.0 * t),
+                )
+            })
+            .collect();
+        let found = Recording::new(&frames).ok_or("recording")?;
+        assert!((found.dt - 1e-3).abs() < 1e-12 && found.len() == 300);
+        assert_eq!(found.steps(0.01), 10);
+        assert!((found.wheel_angle[0][50] - 5.05).abs() < 1e-9);
+        assert!((found.torque[1][21] - 0.042).abs() < 1e-9);
+        assert!(found.wheel_angle[0][180].is_nan() && found.rate[0][3].is_nan());
+        assert!(Recording::new(&frames[..2]).is_none());
+        Ok(())
+    }
+}

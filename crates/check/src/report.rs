@@ -142,3 +142,30 @@ impl Report {
         text
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One fault makes a report faulty; a test that cannot tell does not. Remedies stand below their lines.
+    #[test]
+    fn a_fault_decides() {
+        let mut findings = vec![
+            Finding::ok("stuck", "gyro 1", "0 s"),
+            Finding::cannot_tell("delay", "gyro 1", "no motion", "drive"),
+        ];
+        assert_eq!(Report::new(findings.clone()).verdict, Verdict::Ok);
+        findings.push(Finding::fault("sign", "torque 1", "-1", "turn it"));
+        let report = Report::new(findings);
+        assert_eq!(
+            (report.verdict, report.faults().count()),
+            (Verdict::Fault, 1)
+        );
+        let text = report.text();
+        assert!(
+            text.contains("FAULT        sign   torque 1  -1\n             -> turn it\n"),
+            "{text}"
+        );
+        assert!(text.ends_with("3 tests: 1 ok, 1 faults, 1 that this log cannot tell"));
+    }
+}

@@ -137,7 +137,7 @@ fn at_limit(frames: &[SensorFrame], channel: &Channel) -> Option<Finding> {
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| {
             (a.min(*v), b.max(*v))
         });
-    if channel.noise <= 0.0 || !(least < most) {
+    if channel.noise <= 0.0 || values.is_empty() || least >= most {
         return None;
     }
     let (mut elsewhere, mut at_end) = (0, 0);
@@ -149,7 +149,8 @@ fn at_limit(frames: &[SensorFrame], channel: &Channel) -> Option<Finding> {
             continue;
         }
         let run = i - start;
-        if values[start] == least || values[start] == most {
+        let is = |end: f64| values[start].to_bits() == end.to_bits();
+        if is(least) || is(most) {
             if run > at_end {
                 (at_end, limit) = (run, values[start]);
             }
