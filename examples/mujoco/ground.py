@@ -29,7 +29,7 @@ def _curve(height) -> np.ndarray:
     fine = np.arange(START, END, 1e-4)
     slope = np.arctan(np.gradient(height(fine), fine))
     turned = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(slope)))])
-    # A new point when turning over MAX_TURN plus way over 20 mm reaches 1: no segment is much shorter than its neighbours.
+    # A new point when turning over MAX_TURN plus way over 20 mm reaches 1, so that neighbours are of similar length.
     count = np.floor(turned / MAX_TURN + (fine - START) / 0.02)
     x = fine[np.concatenate([[True], np.diff(count) > 0])]
     return np.stack([x, height(x)], axis=1)
@@ -106,7 +106,8 @@ class Nearest:
         self.smooth = np.abs(turn) < 2 * MAX_TURN  # a joint within a curve, not a corner of the ground
 
     def touches(self, at: np.ndarray) -> np.ndarray:
-        """For each segment, whether it may touch a wheel at a point (x, z). A corner belongs to the segment after it."""
+        """For each segment, whether it may touch a wheel at a point (x, z). A corner belongs to the segment after
+        it."""
         to = at - self.start
         passed = np.einsum("ij,ij->i", to, self.tangent)
         touch = (passed >= 0) & (passed <= self.length)

@@ -5,11 +5,11 @@ joint angles have the signs of robhaz.
 """
 
 import math
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import tomllib
 
 ROBOTS = Path(__file__).resolve().parents[2] / "robots"
 GRAVITY = 9.81

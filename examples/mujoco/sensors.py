@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-
 from robot import GRAVITY
 
 DEG = math.pi / 180
@@ -21,7 +20,8 @@ DAMPING_ERROR = 0.1  # the estimator is told a damping B of the wheel modules th
 
 
 class Sensors:
-    """Encoders and motor torques of the wheels, inclinometers and gyros of links 1 and 2. The same seed, the same errors."""
+    """Encoders and motor torques of the wheels, inclinometers and gyros of links 1 and 2. The same seed, the same
+    errors."""
 
     def __init__(self, seed: int) -> None:
         self.random = np.random.default_rng(seed)

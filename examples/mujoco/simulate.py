@@ -48,7 +48,9 @@ def record(world: World, seeds: list[int], duration: float, rate: int, folder: P
     steps = round(1 / (rate * world.model.opt.timestep))
     sensors = {f"log-{seed}.csv": Sensors(seed) for seed in seeds}
     with ExitStack() as files:
-        tables = {n: csv.writer(files.enter_context((folder / n).open("w", newline=""))) for n in (*sensors, "truth.csv")}
+        tables = {
+            n: csv.writer(files.enter_context((folder / n).open("w", newline=""))) for n in (*sensors, "truth.csv")
+        }
         for sample in range(round(duration * rate)):
             world.step()
             truth = world.truth()
@@ -94,7 +96,9 @@ def arguments() -> argparse.Namespace:
     p.add_argument("--mu", type=float, default=contact.mu, help="friction coefficient (%(default)s)")
     p.add_argument("--solref", default=contact.solref, help="of the contacts (%(default)s)")
     p.add_argument("--solimp", default=contact.solimp, help="of the contacts (%(default)s)")
-    p.add_argument("--impratio", type=float, default=contact.impratio, help="friction over normal impedance (%(default)s)")
+    p.add_argument(
+        "--impratio", type=float, default=contact.impratio, help="friction over normal impedance (%(default)s)"
+    )
     p.add_argument("--out", type=Path, required=True, help="folder for the files")
     return p.parse_args()
 

@@ -3,10 +3,9 @@
 import math
 from dataclasses import dataclass, field
 
+import ground
 import mujoco
 import numpy as np
-
-import ground
 from robot import BARS, GRAVITY, WHEELS, Robot, bodies
 
 
@@ -53,8 +52,9 @@ class Drive:
 
 
 def mjcf(robot: Robot, points: np.ndarray, contact: Contact, damping: float, step: float) -> str:
-    """The model. Each wheel is a sphere: in the plane that is a disc, and MuJoCo's contact of a sphere with a box is exact."""
-    z = np.array([robot.pins["r"][0] - robot.pins["q"][0], robot.pins["r"][1] - robot.pins["q"][1]])
+    """The model. Each wheel is a sphere: in the plane that is a disc, and MuJoCo's contact of a sphere with a box is
+    exact."""
+    anchor = robot.pins["r"] - robot.pins["q"]  # R in the frame of link2
     stiff = f'solref="{2 * step:.17g} 1" solimp="0.999 0.9999 0.001 0.5 2"'
     motors = "".join(f'<motor name="{w}" joint="{w}"/>' for w in WHEELS)
     sensors = "".join(
@@ -71,7 +71,7 @@ def mjcf(robot: Robot, points: np.ndarray, contact: Contact, damping: float, ste
       solref="{contact.solref}" solimp="{contact.solimp}" mass="0"/></default>
   </default>
   <worldbody>{ground.boxes(points)}{bodies(robot, damping)}</worldbody>
-  <equality><connect body1="link2" body2="link3" anchor="{z[0]:.17g} 0 {z[1]:.17g}" {stiff}/></equality>
+  <equality><connect body1="link2" body2="link3" anchor="{anchor[0]:.17g} 0 {anchor[1]:.17g}" {stiff}/></equality>
   <actuator>{motors}</actuator>
   <sensor>{sensors}</sensor>
 </mujoco>"""

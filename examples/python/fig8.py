@@ -1,4 +1,4 @@
-"""Fig. 8 of the paper: true and estimated normal forces of the three wheels, the linkage's mass lumped to the wheels."""
+"""Fig. 8 of the paper: true and estimated normal forces, the linkage's mass lumped to the wheels."""
 
 from pathlib import Path
 

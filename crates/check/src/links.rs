@@ -6,10 +6,10 @@
 use crate::fit::{Delay, delay, robust_fit};
 use crate::motion::Motion;
 use crate::recording::Recording;
-use crate::report::Finding;
+use crate::report::{Finding, Verdict};
 use crate::signal::{derivative, difference, integral, rms, smooth, zip};
 use robhaz_estimator::NoiseBudget;
-use robhaz_model::{GRAVITY, Robot};
+use robhaz_model::{Carrier, GRAVITY, Robot};
 
 /// Time over which changes are compared, s: the specific force of the robot's own motion changes less in it than the
 /// angles on uneven ground.
@@ -33,6 +33,8 @@ const LONGEST_DELAY: f64 = 0.15;
 const INCLINOMETER_LAG: f64 = 0.025;
 /// Delay of a gyroscope behind the inclinometer that is a fault, s.
 const GYRO_DELAY: f64 = 0.005;
+/// Error of a delay by accelerations of the robot that the encoders do not show, s.
+const MARGIN: f64 = 0.005;
 
 const SIGN: &str = "sign and unit";
 const DELAY: &str = "delay";
@@ -43,44 +45,58 @@ struct Changes {
     inclination: [Vec<f64>; 2],
     /// Of the integrated gyroscopes, rad.
     rate: [Vec<f64>; 2],
-    /// Delay that the acceleration of the robot can pass for, s: RMS of what the inclinometer feels of it over RMS of the rate.
-    felt: [f64; 2],
 }
 
 impl Changes {
-    /// The changes of a recording. Inclinometers that measure the specific force also feel the robot's acceleration: that of
-    /// a speed along their link is subtracted.
-    fn of(recording: &Recording, motion: &Motion, radius: f64, budget: &NoiseBudget) -> Self {
+    /// The changes of a recording, `felt` (rad) by the inclinometers in addition to the angles: left out.
+    fn of(recording: &Recording, felt: Option<&[f64]>) -> Self {
         let half = recording.steps(0.5 * SPAN);
         let change = |x: &[f64]| difference(&smooth(x, recording.steps(0.5 * SMOOTHING)), half);
-        let felt = |k: usize| {
-            let tilt = smooth(&recording.inclination[k], recording.steps(0.5 * FORWARD));
-            let speed = zip(&motion.middle_spin, &tilt, |spin, tilt| {
-                radius * spin * tilt.cos()
-            });
-            derivative(&speed, recording.steps(0.5 * FORWARD), recording.dt)
-        };
         let inclination = |k: usize| {
             let read = &recording.inclination[k];
-            if budget.specific_force {
-                let felt = felt(k);
-                // Near the ends of the log no acceleration is known.
-                zip(read, &felt, |x, a| {
-                    x - if a.is_finite() { a / GRAVITY } else { 0.0 }
-                })
-            } else {
-                read.clone()
-            }
+            felt.map_or_else(|| read.clone(), |felt| zip(read, felt, |x, felt| x - felt))
         };
         Self {
             inclination: [0, 1].map(|k| change(&inclination(k))),
             rate: [0, 1].map(|k| change(&integral(&recording.rate[k], recording.dt))),
-            felt: [0, 1].map(|k| match budget.specific_force {
-                true => rms(&felt(k)) / GRAVITY / rms(&recording.rate[k]).max(1e-9),
-                false => 0.0,
-            }),
         }
     }
+}
+
+/// What inclinometers that measure the specific force feel of the robot's acceleration, rad: that of Q. 0 near the ends of
+/// the log, where it is not known.
+fn felt(recording: &Recording, motion: &Motion, robot: &Robot) -> Vec<f64> {
+    let width = recording.steps(0.5 * FORWARD);
+    let speed = speed_of_q(recording, motion, robot, width);
+    let mut felt = derivative(&speed, width, recording.dt);
+    for value in &mut felt {
+        *value = if value.is_finite() {
+            *value / GRAVITY
+        } else {
+            0.0
+        };
+    }
+    felt
+}
+
+/// Horizontal speed of Q, m/s, averaged over `2 width` samples: the link with two wheels rolls along its own direction, with
+/// the absolute spin of its wheels, and turns Q about the middle of its axles.
+fn speed_of_q(recording: &Recording, motion: &Motion, robot: &Robot, width: usize) -> Vec<f64> {
+    let geometry = &robot.geometry;
+    let carriers = geometry.carriers.map(Carrier::index);
+    let link = usize::from(carriers.iter().sum::<usize>() > 1);
+    let (tilt, rate) = (
+        smooth(&recording.inclination[link], width),
+        smooth(&recording.rate[link], width),
+    );
+    let on_link = (0..3).filter(|i| carriers[*i] == link);
+    let height = on_link.map(|i| geometry.axles[i].y).sum::<f64>() / 2.0;
+    let (radius, arm) = (geometry.wheel_radius, geometry.pins.q.y - height);
+    let spins = motion.middle_spin.iter();
+    spins
+        .zip(tilt.iter().zip(&rate))
+        .map(|(spin, (tilt, rate))| (radius * (spin - rate) - arm * rate) * tilt.cos())
+        .collect()
 }
 
 /// All findings of the links.
@@ -90,17 +106,22 @@ pub fn findings(
     robot: &Robot,
     budget: &NoiseBudget,
 ) -> Vec<Finding> {
-    let radius = robot.geometry.wheel_radius;
-    let changes = Changes::of(recording, motion, radius, budget);
+    let changes = Changes::of(recording, None);
     let mut findings = Vec::new();
     if let Some(exchanged) = exchanged(&changes) {
         findings.push(exchanged);
         return findings;
     }
-    for k in 0..2 {
-        findings.push(sign(&changes, k));
-        findings.push(delay_of(recording, &changes, k));
+    findings.extend((0..2).map(|k| sign(&changes, k)));
+    // With wrong signs or units a delay has no meaning.
+    if findings.iter().any(|f| f.verdict == Verdict::Fault) {
+        return findings;
     }
+    let felt = budget
+        .specific_force
+        .then(|| felt(recording, motion, robot));
+    let changes = Changes::of(recording, felt.as_deref());
+    findings.extend((0..2).map(|k| delay_of(recording, &changes, k)));
     findings
 }
 
@@ -173,12 +194,13 @@ fn sign(changes: &Changes, k: usize) -> Finding {
 
 fn delay_of(recording: &Recording, changes: &Changes, k: usize) -> Finding {
     let channel = format!("inclinometer {} after gyro {}", k + 1, k + 1);
-    let found = robust_fit(&changes.inclination[k], &[&changes.rate[k]])
-        .filter(|_| rms(&changes.rate[k]) > LEAST_CHANGE)
-        .and_then(|(_, kept)| {
+    // All samples: those that fit best without a delay would hide it.
+    let found = Some(&changes.rate[k])
+        .filter(|rate| rms(rate) > LEAST_CHANGE)
+        .and_then(|rate| {
             delay(
-                &kept,
-                &[&changes.rate[k]],
+                &changes.inclination[k],
+                &[rate],
                 recording.steps(LONGEST_DELAY),
                 recording.steps(SPAN),
                 recording.dt,
@@ -189,13 +211,7 @@ fn delay_of(recording: &Recording, changes: &Changes, k: usize) -> Finding {
         let remedy = "drive over an obstacle that turns the links by a few degrees";
         return Finding::cannot_tell(DELAY, channel, "no common motion", remedy);
     };
-    let felt = changes.felt[k];
-    let figure = format!(
-        "{}, and {:.1} ms by accelerations",
-        in_words(&found),
-        1e3 * felt
-    );
-    let margin = (2.0 * found.sigma).hypot(felt);
+    let (figure, margin) = (in_words(&found), MARGIN + 2.0 * found.sigma);
     if found.seconds > INCLINOMETER_LAG + margin {
         let remedy = format!(
             "its readings arrive late: state offset = {:.4} of its channel, or read it directly",

@@ -92,12 +92,18 @@ fn each_fault_is_found_and_honest_readings_have_none() -> Result<(), Failure> {
     Ok(())
 }
 
+/// Number of seeds of a study: 20, or of the environment variable SEEDS.
+fn seeds() -> u64 {
+    let stated = std::env::var("SEEDS").ok();
+    stated.and_then(|n| n.parse().ok()).unwrap_or(20)
+}
+
 /// The table of faults over 20 seeds: found by its test, found by any, false alarms. At least 20 kinds are always found on
 /// the main scene with typical sensors, and there is no false alarm.
 #[test]
 #[ignore = "ten minutes of two cores"]
 fn faults_over_twenty_seeds() -> Result<(), Failure> {
-    const SEEDS: u64 = 20;
+    let seeds = seeds();
     let cases: [(&str, &[&str]); 4] = [
         ("typical, PI", &["sensors.grade=typical"]),
         (
@@ -109,9 +115,9 @@ fn faults_over_twenty_seeds() -> Result<(), Failure> {
     ];
     let mut tables = Vec::new();
     for (_, overrides) in cases {
-        tables.push(table("smooth", overrides, SEEDS)?);
+        tables.push(table("smooth", overrides, seeds)?);
     }
-    println!("found by its test / by any, of {SEEDS} seeds");
+    println!("found by its test / by any, of {seeds} seeds");
     print!("| fault | test |");
     cases.iter().for_each(|(name, _)| print!(" {name} |"));
     println!();
@@ -131,7 +137,7 @@ fn faults_over_twenty_seeds() -> Result<(), Failure> {
     let always = tables[0]
         .found
         .iter()
-        .filter(|(n, _)| u64::from(*n) == SEEDS);
+        .filter(|(n, _)| u64::from(*n) == seeds);
     assert!(always.count() >= 20);
     assert!(tables.iter().all(|t| t.alarms.is_empty()));
     Ok(())
@@ -141,10 +147,7 @@ fn faults_over_twenty_seeds() -> Result<(), Failure> {
 #[test]
 #[ignore = "ten minutes of two cores"]
 fn honest_readings_of_all_scenes_have_no_fault() -> Result<(), Failure> {
-    let seeds = std::env::var("SEEDS")
-        .ok()
-        .and_then(|n| n.parse().ok())
-        .unwrap_or(20);
+    let seeds = seeds();
     let scenes = [
         "smooth", "flat", "cosbump", "sine", "rough", "heights", "course", "ramp", "ditch", "step",
         "stairs",

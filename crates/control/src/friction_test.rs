@@ -182,3 +182,6 @@ impl FrictionTests {
 fn direction(wheel: usize) -> f64 {
     DIRECTION.get(wheel).copied().unwrap_or(1.0)
 }
+
+#[cfg(test)]
+mod tests;

@@ -21,6 +21,9 @@
     reason = "max and min turn a NaN into a limit; clamp would keep it, or panic"
 )]
 
+#[cfg(test)]
+extern crate std;
+
 mod controller;
 pub mod friction_test;
 mod input;

@@ -84,6 +84,9 @@ impl Estimate {
     fn __repr__(&self) -> String {
         let list = |values: [f64; 3]| values.map(|v| format!("{v:.2}")).join(", ");
         let (n, t) = (list(self.inner.normal_force), list(self.inner.traction));
-        format!("<robhaz.Estimate {} s: N = [{n}] N, T = [{t}] N>", self.inner.time)
+        format!(
+            "<robhaz.Estimate {} s: N = [{n}] N, T = [{t}] N>",
+            self.inner.time
+        )
     }
 }

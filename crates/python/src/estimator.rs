@@ -30,7 +30,9 @@ impl Estimator {
         match angles {
             None | Some("given") => {}
             Some("none") => {
-                choice.without_contact_angles(true).map_err(|e| invalid(&e))?;
+                choice
+                    .without_contact_angles(true)
+                    .map_err(|e| invalid(&e))?;
             }
             Some(other) => {
                 let text = format!("contact_angles: found {other:?}, allowed: \"given\", \"none\"");
@@ -102,6 +104,7 @@ impl Estimator {
         let table = Columns::estimate(0, &self.name);
         let name = table.name.clone();
         let mut rows = BatchBuilder::new(table, &[]);
+        rows.reserve(readings.len());
         let inner = &mut self.inner;
         py.detach(|| estimate_rows(inner, &readings, &mut rows))?;
         let batch = rows.take();

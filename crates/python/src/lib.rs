@@ -38,6 +38,9 @@ mod _robhaz {
     #[pymodule_export]
     use crate::table::Table;
     #[pymodule_export]
-    #[expect(non_upper_case_globals, reason = "Python's name of a package's version")]
+    #[expect(
+        non_upper_case_globals,
+        reason = "Python's name of a package's version"
+    )]
     const __version__: &str = env!("CARGO_PKG_VERSION");
 }

@@ -26,7 +26,10 @@ impl Readings {
             Ok::<_, PyErr>([
                 column(format!("wheel{}_angle", i + 1))?,
                 column(format!("wheel{}_motor_torque", i + 1))?,
-                has_angle.then(|| column(angle)).transpose()?.unwrap_or_default(),
+                has_angle
+                    .then(|| column(angle))
+                    .transpose()?
+                    .unwrap_or_default(),
             ])
         };
         let link = |i: usize| {

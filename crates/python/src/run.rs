@@ -124,6 +124,9 @@ impl Run {
 
     fn __repr__(&self) -> String {
         let (name, seconds) = (&self.name, self.summary.duration_s);
-        format!("<robhaz.Run {name}: {seconds} s, {} tables>", self.tables.len())
+        format!(
+            "<robhaz.Run {name}: {seconds} s, {} tables>",
+            self.tables.len()
+        )
     }
 }

@@ -58,7 +58,8 @@ impl Scene {
     fn to_toml(&self) -> String {
         let version = env!("CARGO_PKG_VERSION");
         let library = self.checked.engine.kind.library();
-        self.checked.to_toml(&format!("robhaz {version}, {library}"))
+        self.checked
+            .to_toml(&format!("robhaz {version}, {library}"))
     }
 
     fn run(&self, py: Python<'_>) -> PyResult<Run> {

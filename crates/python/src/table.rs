@@ -70,7 +70,10 @@ impl Table {
     fn __getitem__<'py>(&self, py: Python<'py>, column: &str) -> PyResult<Bound<'py, PyAny>> {
         let Some(array) = self.batch.column_by_name(column) else {
             let names = self.columns().join(", ");
-            let text = format!("table {}: no column {column:?}, allowed: {names}", self.name);
+            let text = format!(
+                "table {}: no column {column:?}, allowed: {names}",
+                self.name
+            );
             return Err(PyKeyError::new_err(text));
         };
         if let Some(counts) = array.as_primitive_opt::<UInt32Type>() {
@@ -109,7 +112,10 @@ impl Table {
 
     fn __repr__(&self) -> String {
         let (rows, columns) = (self.batch.num_rows(), self.batch.num_columns());
-        format!("<robhaz.Table {}: {rows} rows, {columns} columns>", self.name)
+        format!(
+            "<robhaz.Table {}: {rows} rows, {columns} columns>",
+            self.name
+        )
     }
 }
 

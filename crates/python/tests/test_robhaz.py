@@ -117,7 +117,9 @@ def test_frame_by_frame_gives_the_same(scene, run):
         angle, torque, contact = ([c[row] for c in columns] for columns in wheels)
         if row % 2 and np.isnan(torque[1]):
             torque[1] = None
-        estimate = estimator.update(readings["time"][row], angle, torque, *([c[row] for c in link] for link in links), contact)
+        estimate = estimator.update(
+            readings["time"][row], angle, torque, *([c[row] for c in link] for link in links), contact
+        )
         assert estimate.normal_force == tuple(table[f"wheel{i}_normal_force"][row] for i in (1, 2, 3))
         assert ("reading missing" in estimate.flags) == (500 <= row < 520)
     sigma = np.sqrt(np.diag(estimate.covariance))
@@ -170,9 +172,11 @@ def test_errors_have_the_text_of_the_command(tmp_path):
         robhaz.Scene.load(path)
     lines = str(error.value).splitlines()
     assert lines[0] == f"{path}:2: drive.torque_limit: found -3, allowed: a number above 0 and at most 1e6, in N m"
-    assert lines[1].startswith(f"{path}:3: drive.sped: unknown key, allowed: ") and lines[1].endswith("did you mean speed?")
+    assert lines[1].startswith(f"{path}:3: drive.sped: unknown key, allowed: ") and lines[1].endswith(
+        "did you mean speed?"
+    )
     assert issubclass(robhaz.SceneError, ValueError)
-    with pytest.raises(ValueError, match="^estimator: found \"bset\", allowed: .*did you mean best"):
+    with pytest.raises(ValueError, match='^estimator: found "bset", allowed: .*did you mean best'):
         robhaz.Estimator("bset")
     with pytest.raises(ValueError, match='contact_angles: found "no", allowed: "given", "none"'):
         robhaz.Estimator(contact_angles="no")
@@ -188,7 +192,7 @@ def test_errors_have_the_text_of_the_command(tmp_path):
 def test_readings_that_cannot_be_taken(run):
     readings = dict(run.sensors)
     estimator = robhaz.Estimator("best", contact_angles="none")
-    with pytest.raises(KeyError, match="no column \"link2_rate\", found: time, "):
+    with pytest.raises(KeyError, match='no column "link2_rate", found: time, '):
         estimator.estimate({k: v for k, v in readings.items() if k != "link2_rate"})
     with pytest.raises(ValueError, match="found a column of 10 rows, allowed: 3001"):
         estimator.estimate({**readings, "link2_rate": np.zeros(10)})
@@ -247,7 +251,9 @@ def test_ctrl_c_stops_a_run():
 def test_stub_and_module_have_the_same_names():
     """Every class, method and property has a type and a docstring in the stub, and nothing else is there."""
     stub = ast.parse((Path(robhaz.__file__).parent / "_robhaz.pyi").read_text())
-    classes = {node.name: node for node in stub.body if isinstance(node, ast.ClassDef) and not node.name.startswith("_")}
+    classes = {
+        node.name: node for node in stub.body if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
+    }
     assert set(classes) | {"study", "__version__"} == set(robhaz.__all__)
     for name, node in classes.items():
         found = {n for n in vars(getattr(robhaz, name)) if not n.startswith("_")}

@@ -103,6 +103,17 @@ impl BatchBuilder {
         true
     }
 
+    /// Makes room for more rows, where their number is known.
+    pub fn reserve(&mut self, rows: usize) {
+        for buffer in &mut self.buffers {
+            match buffer {
+                Buffer::Float(values) => values.reserve(rows),
+                Buffer::Optional(gappy) => gappy.values.reserve(rows),
+                Buffer::Count(counts) => counts.reserve(rows),
+            }
+        }
+    }
+
     /// Number of rows since the last batch.
     pub fn rows(&self) -> usize {
         self.rows

@@ -285,8 +285,8 @@ mod tests {
             no_equivalent: 0,
             normal_force_at_one_contact: None,
             contacts: None,
-            means: None,
             suspects: Default::default(),
+            means: None,
         };
         let run = described(&scene());
         Summary {
@@ -309,9 +309,9 @@ mod tests {
                 spinning_s: [0.1, 0.0, 1.9],
             }),
             events: None,
+            friction_tests: Vec::new(),
             friction: run.world.as_ref().map(FrictionSummary::of),
             control: None,
-            friction_tests: Vec::new(),
             sensors: run.world.as_ref().map(SensorErrors::of),
             log: None,
             nominal: NominalRobot::of(&run),

@@ -22,15 +22,15 @@ class _Columns(Protocol):
     def __getitem__(self, name: str, /) -> Any: ...
 
 class SceneError(ValueError):
-    """Problems of a scene, of a description of sensors or of a robot file, a line each: file, line, key, what was found and
-    what is allowed."""
+    """Problems of a scene, of a description of sensors or of a robot file, a line each: file, line, key, what was
+    found and what is allowed."""
 
 class RunError(RuntimeError):
     """A run or a study that cannot start or has stopped, with its causes."""
 
 class EstimateError(ValueError):
-    """There is no estimate for a frame: a reading that was never there, a time that does not increase, a linkage that cannot
-    close."""
+    """There is no estimate for a frame: a reading that was never there, a time that does not increase, a linkage that
+    cannot close."""
 
 @final
 class Scene:
@@ -42,9 +42,9 @@ class Scene:
     def __init__(self, overrides: _Overrides | None = None, *, text: str = "", base_dir: _Path = ".") -> None:
         """The scene of a text in TOML; without one the main scene, `scenes/smooth.toml`.
 
-        `overrides`: a dictionary of keys and values, `{"drive.speed": 0.3, "sensors.grade": "typical"}`, or a list of texts
-        `key=value` as of `--set`. A value that is a text is read as `--set` reads it: `"30 cm/s"`. Paths in the text are
-        relative to `base_dir`.
+        `overrides`: a dictionary of keys and values, `{"drive.speed": 0.3, "sensors.grade": "typical"}`, or a list of
+        texts `key=value` as of `--set`. A value that is a text is read as `--set` reads it: `"30 cm/s"`. Paths in the
+        text are relative to `base_dir`.
 
         Raises `SceneError` with all problems.
         """
@@ -121,7 +121,8 @@ class Run:
 @final
 class Table:
     """Columns of equal length, with units. Any library that takes Arrow takes a table: `pyarrow.table(table)`,
-    `polars.DataFrame(table)`, `pyarrow.table(table).to_pandas()`. Unit and description are in the metadata of each field."""
+    `polars.DataFrame(table)`, `pyarrow.table(table).to_pandas()`. Unit and description are in the metadata of each
+    field."""
 
     @property
     def name(self) -> str:
@@ -165,9 +166,9 @@ class Estimator:
     ) -> None:
         """As `robhaz estimate --estimator NAME --robot ROBOT.toml --sensors SENSORS.toml --contact-angles ...`.
 
-        `name`: a preset (`paper-body`, `paper-wheels`, `true-mass`, `best`) or an estimator that `sensors` lists. `sensors`
-        states the noise budget and the damping (docs/logs.md); its columns have no effect here. Without `robot` it is robot
-        A. With `contact_angles="none"` the estimator finds the contact angles itself.
+        `name`: a preset (`paper-body`, `paper-wheels`, `true-mass`, `best`) or an estimator that `sensors` lists.
+        `sensors` states the noise budget and the damping (docs/logs.md); its columns have no effect here. Without
+        `robot` it is robot A. With `contact_angles="none"` the estimator finds the contact angles itself.
 
         Raises `SceneError` for a file, `ValueError` for an argument.
         """
@@ -192,8 +193,9 @@ class Estimator:
         """The estimate of the next frame.
 
         `time`: s, increasing. `wheel_angle`: 3, rad, turn of each wheel relative to its link, forward positive.
-        `motor_torque`: 3, N m at the wheel after the gear, forward positive. `inclination`, `rate`: 2, links 1 and 2, rad and
-        rad/s, nose up positive. `contact_angle`: 3, rad. `None` or NaN is a missing reading: the last one is held.
+        `motor_torque`: 3, N m at the wheel after the gear, forward positive. `inclination`, `rate`: 2, links 1 and 2,
+        rad and rad/s, nose up positive. `contact_angle`: 3, rad. `None` or NaN is a missing reading: the last one is
+        held.
 
         Raises `EstimateError`; the next frame may have an estimate again.
         """
@@ -202,9 +204,9 @@ class Estimator:
         """The estimates of all rows of a table of readings: the table `estimate-NAME` of a run.
 
         `readings`: arrays of shape (rows,) by the names of the table `sensors`: `time`, `wheel1_angle`,
-        `wheel1_motor_torque`, `wheel1_contact_angle` (rad; not needed if `needs_contact_angles` is false), the same for wheels
-        2 and 3, `link1_inclination`, `link1_rate`, the same for link 2. NaN is a missing reading. A row without an estimate
-        is empty. Other Python threads go on meanwhile.
+        `wheel1_motor_torque`, `wheel1_contact_angle` (rad; not needed if `needs_contact_angles` is false), the same
+        for wheels 2 and 3, `link1_inclination`, `link1_rate`, the same for link 2. NaN is a missing reading. A row
+        without an estimate is empty. Other Python threads go on meanwhile.
 
         Raises `EstimateError` with the row where the time does not increase, `KeyError` for a missing column.
         """
@@ -262,11 +264,13 @@ class Study:
     """The result of a study. `print(study)` shows the table of `robhaz study`."""
 
     def as_dict(self) -> dict[str, Any]:
-        """The content of `robhaz study --json`. Errors of N and standard deviations are fractions of the mean true N."""
+        """The content of `robhaz study --json`. Errors of N and standard deviations are fractions of the mean true
+        N."""
 
 def study(scene: Scene, seeds: int = 10, *, ladder: bool = False) -> Study:
     """Errors of a scene's estimators and consistency of their covariance, over `seeds` seeds from the scene's on.
 
-    The scene is simulated once and observed with each seed, on all processors. `ladder` studies the ablation ladder instead of
-    the scene's estimators. Other Python threads go on meanwhile; Ctrl-C acts at the end. Raises `RunError`, `ValueError`.
+    The scene is simulated once and observed with each seed, on all processors. `ladder` studies the ablation ladder
+    instead of the scene's estimators. Other Python threads go on meanwhile; Ctrl-C acts at the end. Raises `RunError`,
+    `ValueError`.
     """

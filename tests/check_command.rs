@@ -1,0 +1,165 @@
+//! `robhaz check`, and the way from an unknown log to forces in `docs/on-your-robot.md`.
+
+use crate::support::{robhaz, root, text};
+use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+/// The commands of `docs/on-your-robot.md`, in their order.
+const COMMANDS: [&str; 5] = [
+    "robhaz check drive.csv",
+    "robhaz check drive.csv --sensors mine.toml",
+    "robhaz check drive.csv --sensors mine.toml --json",
+    "robhaz estimate drive.csv --sensors mine.toml --estimator best",
+    "robhaz export runs/drive-estimate --to csv",
+];
+
+fn run(folder: &Path, command: &str) -> Output {
+    let arguments = command.split_whitespace().skip(1);
+    robhaz(folder).args(arguments).output().unwrap()
+}
+
+/// A log of a robot with names and units of its own: inclinations in degrees, the second gyroscope mounted the other way
+/// round, the first two motor torques exchanged. No contact angles.
+fn write_log(folder: &Path) {
+    let mut command = robhaz(folder);
+    command.arg("run").arg(root().join("scenes/smooth.toml"));
+    command.args(["--engine", "direct", "--rerun", "off", "--format", "csv"]);
+    for set in ["sensors.grade=typical", "record.duration=12"] {
+        command.args(["--set", set]);
+    }
+    let output = command.args(["--out", "run"]).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let mut reader = csv::Reader::from_path(folder.join("run/sensors.csv")).unwrap();
+    let names: Vec<String> = reader
+        .headers()
+        .unwrap()
+        .iter()
+        .map(str::to_owned)
+        .collect();
+    let column = |name: &str| names.iter().position(|n| n == name).unwrap();
+    let columns = [
+        ("t", "time", 1.0),
+        ("enc1", "wheel1_angle", 1.0),
+        ("enc2", "wheel2_angle", 1.0),
+        ("enc3", "wheel3_angle", 1.0),
+        ("tau1", "wheel2_motor_torque", 1.0),
+        ("tau2", "wheel1_motor_torque", 1.0),
+        ("tau3", "wheel3_motor_torque", 1.0),
+        ("tilt1", "link1_inclination", 1f64.to_degrees()),
+        ("tilt2", "link2_inclination", 1f64.to_degrees()),
+        ("gyro1", "link1_rate", 1.0),
+        ("gyro2", "link2_rate", -1.0),
+    ];
+    let mut writer = csv::Writer::from_path(folder.join("drive.csv")).unwrap();
+    writer.write_record(columns.map(|(name, ..)| name)).unwrap();
+    let places = columns.map(|(_, name, factor)| (column(name), factor));
+    for row in reader.records() {
+        let row = row.unwrap();
+        let cell = |(at, factor): (usize, f64)| {
+            let value: f64 = row[at].parse().unwrap();
+            (value * factor).to_string()
+        };
+        writer.write_record(places.map(cell)).unwrap();
+    }
+    writer.flush().unwrap();
+}
+
+/// A description with the torques of wheels 1 and 2 in these columns, a unit of the inclinations and a sign of gyro 2.
+fn write_description(folder: &Path, torques: [&str; 2], unit: &str, sign: &str) {
+    let [tau1, tau2] = torques;
+    let description = format!(
+        r#"
+missing = ["wheel1_contact_angle", "wheel2_contact_angle", "wheel3_contact_angle"]
+[[channel]]
+name = "drive"
+time = "t"
+[reading]
+wheel1_angle = {{ column = "enc1" }}
+wheel2_angle = {{ column = "enc2" }}
+wheel3_angle = {{ column = "enc3" }}
+wheel1_motor_torque = {{ column = "{tau1}" }}
+wheel2_motor_torque = {{ column = "{tau2}" }}
+wheel3_motor_torque = {{ column = "tau3" }}
+link1_inclination = {{ column = "tilt1", unit = "{unit}" }}
+link2_inclination = {{ column = "tilt2", unit = "{unit}" }}
+link1_rate = {{ column = "gyro1" }}
+link2_rate = {{ column = "gyro2", sign = "{sign}" }}
+"#
+    );
+    fs::write(folder.join("mine.toml"), description).unwrap();
+}
+
+/// The guide's commands lead from a log with foreign names, units and wiring to forces: missing names are told, then all
+/// three faults with what to do; corrected, there is none, and the forces add up to the weight.
+#[test]
+fn five_commands_lead_from_an_unknown_log_to_forces() {
+    let guide = fs::read_to_string(root().join("docs/on-your-robot.md")).unwrap();
+    for command in COMMANDS {
+        assert!(guide.lines().any(|line| line == command), "{command}");
+    }
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    write_log(folder);
+
+    let unnamed = run(folder, COMMANDS[0]);
+    let said = text(&unnamed.stderr);
+    assert!(
+        !unnamed.status.success() && said.contains("wheel1_angle"),
+        "{said}"
+    );
+
+    write_description(folder, ["tau1", "tau2"], "rad", "+");
+    let wrong = run(folder, COMMANDS[1]);
+    let said = text(&wrong.stdout);
+    assert_eq!(wrong.status.code(), Some(1), "{said}");
+    for told in [
+        "the inclination is in degrees: state unit = \"deg\"",
+        "torque 1 belongs to encoder 2, torque 2 belongs to encoder 1",
+    ] {
+        assert!(said.contains(told), "{told}: {said}");
+    }
+    // With the unit of the inclinations the sign of the gyroscope is left.
+    write_description(folder, ["tau2", "tau1"], "deg", "+");
+    let wrong = run(folder, COMMANDS[1]);
+    let said = text(&wrong.stdout);
+    assert!(said.contains("FAULT        sign and unit"), "{said}");
+    assert!(said.contains("the sign of one of them is wrong"), "{said}");
+
+    write_description(folder, ["tau2", "tau1"], "deg", "-");
+    let right = run(folder, COMMANDS[2]);
+    assert!(right.status.success(), "{}", text(&right.stdout));
+    let report: serde_json::Value = serde_json::from_str(&text(&right.stdout)).unwrap();
+    assert_eq!(report["verdict"], "ok");
+    assert!(report["findings"].as_array().unwrap().len() > 30);
+
+    let estimated = run(folder, COMMANDS[3]);
+    assert!(estimated.status.success(), "{}", text(&estimated.stderr));
+    let said = text(&estimated.stdout);
+    assert!(!said.contains("CONTRADICT"), "{said}");
+    let exported = run(folder, COMMANDS[4]);
+    assert!(exported.status.success(), "{}", text(&exported.stderr));
+    let summary = fs::read_to_string(folder.join("runs/drive-estimate/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    let means = &summary["estimators"]["best"]["means"]["normal_force"];
+    let sum: f64 = (0..3).map(|i| means[i].as_f64().unwrap()).sum();
+    // 14 kg on rolling ground.
+    assert!((sum - 14.0 * 9.81).abs() < 3.0, "{sum}");
+}
+
+/// A contradiction is told at the end of an estimate and in its summary: the gyroscope with the wrong sign.
+#[test]
+fn an_estimate_tells_a_contradiction() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    write_log(folder);
+    write_description(folder, ["tau2", "tau1"], "deg", "+");
+    let estimated = run(folder, COMMANDS[3]);
+    let said = text(&estimated.stdout);
+    assert!(said.contains("READINGS CONTRADICT EACH OTHER"), "{said}");
+    assert!(said.contains("gyroscope 2 from"), "{said}");
+    let summary = fs::read_to_string(folder.join("runs/drive-estimate/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    let suspect = &summary["estimators"]["best"]["suspects"]["gyroscope 2"];
+    assert!(suspect["records"].as_u64().unwrap() > 1000, "{suspect}");
+}
