@@ -90,6 +90,26 @@ link2_rate = {{ column = "gyro2", sign = "{sign}" }}
     fs::write(folder.join("mine.toml"), description).unwrap();
 }
 
+/// Sum over the wheels of the mean normal force, N.
+fn mean_force(path: &Path) -> f64 {
+    let mut reader = csv::Reader::from_path(path).unwrap();
+    let names = reader.headers().unwrap().clone();
+    let forces: Vec<usize> = (0..names.len())
+        .filter(|i| names[*i].ends_with("_equivalent_normal_force"))
+        .collect();
+    let (mut sum, mut rows) = (0.0, 0.0);
+    for row in reader.records() {
+        let row = row.unwrap();
+        sum += forces
+            .iter()
+            .map(|i| row[*i].parse::<f64>().unwrap())
+            .sum::<f64>();
+        rows += 1.0;
+    }
+    assert_eq!(forces.len(), 3);
+    sum / rows
+}
+
 /// The guide's commands lead from a log with foreign names, units and wiring to forces: missing names are told, then all
 /// three faults with what to do; corrected, there is none, and the forces add up to about the weight.
 #[test]

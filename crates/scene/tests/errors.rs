@@ -94,7 +94,7 @@ fn unknown_keys_and_sections() {
     one(
         "[drive]\nkp = 3\ntorqe_limit = 3",
         "x.toml:3: drive.torqe_limit: unknown key, allowed: speed, kp, ki, torque_limit, tracking_time, \
-         viscous_damping, gear_friction, start_time, ramp_time, kind, estimator, scaling; did you mean torque_limit?",
+         viscous_damping, gear_friction, start_time, ramp_time, kind, estimator, friction_test, scaling; did you mean torque_limit?",
     );
     one(
         "[drives]\nkp = 3",
@@ -322,7 +322,7 @@ fn stiff_friction_is_refused_with_its_limit() {
 fn wrong_controls_are_refused() {
     one(
         "drive.kind = 'shred'",
-        "x.toml:1: drive.kind: found 'shred', allowed: \"speed\", \"shared\"; did you mean \"shared\"?",
+        "x.toml:1: drive.kind: found 'shred', allowed: \"speed\", \"shared\", \"friction-test\"; did you mean \"shared\"?",
     );
     one(
         "estimator = []\ndrive.kind = 'shared'",

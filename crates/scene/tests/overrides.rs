@@ -151,7 +151,7 @@ fn errors_name_the_override() {
         "drive.kp = 3",
         &["drive.kq=3"],
         "--set drive.kq=3: drive.kq: unknown key, allowed: speed, kp, ki, torque_limit, tracking_time, \
-         viscous_damping, gear_friction, start_time, ramp_time, kind, estimator, scaling; did you mean kp?",
+         viscous_damping, gear_friction, start_time, ramp_time, kind, estimator, friction_test, scaling; did you mean kp?",
     );
     one(
         "record.compare_from = 1.5",

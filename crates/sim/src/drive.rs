@@ -394,7 +394,8 @@ mod tests {
             // Midpoint rule: (1e-4/0.1)^2 of the change.
             assert!((integral - expected).abs() < 1e-7, "{integral} {expected}");
         }
-        assert!((drive.torque(0.0, integral) - 3.0).abs() < 1e-12);
+        let left = drive.ki * 0.04 * (-0.4 / drive.tracking_time).exp();
+        assert!((drive.torque(0.0, integral) - (3.0 - left)).abs() < 1e-5);
         let beyond = drive.response(WheelCommand::Torque(-99.0), 2.0, 1.7, 0.0);
         assert!((beyond.torque + drive.torque_limit).abs() < 1e-15);
     }

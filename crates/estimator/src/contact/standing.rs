@@ -7,8 +7,8 @@ use robhaz_model::{Vec2, perp};
 ///
 /// A robot that moves without a change of its posture moves parallel to itself: after the distance between two axles a wheel is
 /// where the wheel in front of it was. Then all axles lie on one line along the ground. If they do not, and the wheels have turned
-/// by more than that distance, the wheels spin in place. Half of it is enough if the contact angles that the estimated motion
-/// shows deviate much from the lines between the axles: the ground would have to be a saw.
+/// by more than that distance, the wheels spin in place. A quarter of it is enough if all the while the contact angles that the
+/// estimated motion shows deviate much from the lines between the axles: the ground would have to be a saw.
 ///
 /// On even ground in front of a wall the axles lie on a line: that is not found.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -17,10 +17,12 @@ pub(crate) struct StandingDetector {
     posture: [f64; 2],
     /// Distance by which the wheels have turned since then, m.
     turned: f64,
+    /// The same since the contact angles deviate by [`Self::STEEP`].
+    turned_steep: f64,
     stands: bool,
 }
 
-visit_fields!(StandingDetector: posture, turned, stands);
+visit_fields!(StandingDetector: posture, turned, turned_steep, stands);
 
 impl StandingDetector {
     /// Change of a link angle that is a change of the posture, rad: five times the noise of an inclinometer that errs by 0.1 deg.
@@ -30,7 +32,7 @@ impl StandingDetector {
     /// Distance by which the wheels have to turn, over the largest distance between neighbouring axles.
     const DISTANCES: f64 = 1.05;
     /// The same for contact angles that deviate by [`Self::STEEP`].
-    const STEEP_DISTANCES: f64 = 0.5;
+    const STEEP_DISTANCES: f64 = 0.25;
     /// Mean deviation of the contact angles from the lines between the axles that no robot meets while its posture stays, rad.
     const STEEP: f64 = 0.35;
 
@@ -64,18 +66,21 @@ impl StandingDetector {
         } else {
             // One wheel may spin while the others roll: the median counts.
             let [a, b, c] = rim_speeds.map(f64::abs);
-            self.turned += dt * a.min(b).max(a.max(b).min(c));
+            let turned = dt * a.min(b).max(a.max(b).min(c));
+            self.turned += turned;
+            self.turned_steep = if deviation > Self::STEEP {
+                self.turned_steep + turned
+            } else {
+                0.0
+            };
         }
         let (ahead, behind) = (front - middle, middle - rear);
         let lengths = [ahead, behind].map(|line| libm::sqrt(line.norm_squared()));
         let bend = perp(behind).dot(&ahead).abs() / (lengths[0] * lengths[1]);
-        let distances = if deviation > Self::STEEP {
-            Self::STEEP_DISTANCES
-        } else {
-            Self::DISTANCES
-        };
-        let enough = distances * lengths[0].max(lengths[1]);
-        self.stands |= self.turned > enough && bend > Self::BEND;
+        let distance = lengths[0].max(lengths[1]);
+        let enough = self.turned > Self::DISTANCES * distance
+            || self.turned_steep > Self::STEEP_DISTANCES * distance;
+        self.stands |= enough && bend > Self::BEND;
         self.stands
     }
 }
@@ -101,7 +106,7 @@ mod tests {
         })
     }
 
-    /// With a wheel above the line of the others it takes 1.05 times the distance of the axles, or half of it; on a line, with a posture that
+    /// With a wheel above the line of the others it takes 1.05 times the distance of the axles, or a quarter of it; on a line, with a posture that
     /// changes by 0.01 rad on a shorter way, or with a single spinning wheel it is never found.
     #[test]
     fn wheels_that_turn_in_a_constant_posture_off_a_line_spin() {
@@ -109,13 +114,13 @@ mod tests {
         let mut bent = AXLES;
         bent[0].y = 0.06;
         let distance = libm::hypot(0.3, 0.06);
-        for (deviation, distances) in [(0.1, 1.05), (0.5, 0.5)] {
+        for (deviation, distances) in [(0.1, 1.05), (0.5, 0.25)] {
             let expected = distances * distance / 0.2;
             // A sample, and the first one at which the posture is taken.
             let time = found(&bent, 0.0, turning, deviation).expect("it stands");
             assert!((time - expected).abs() < 2e-3, "{time} {expected}");
             assert_eq!(found(&AXLES, 0.0, turning, deviation), None);
-            assert_eq!(found(&bent, 0.02, turning, deviation), None);
+            assert_eq!(found(&bent, 0.03, turning, deviation), None);
             assert_eq!(found(&bent, 0.0, [0.2, 0.0, 0.0], deviation), None);
         }
     }
