@@ -13,10 +13,13 @@ const TURNS: f64 = 0.2;
 const STUCK: &str = "stuck";
 const RANGE: &str = "range";
 
+/// Takes a reading out of a frame.
+type Reading = Box<dyn Fn(&SensorFrame) -> Option<f64>>;
+
 /// A channel of the frames.
 struct Channel {
     name: String,
-    value: Box<dyn Fn(&SensorFrame) -> Option<f64>>,
+    value: Reading,
     /// White noise of a sample by the budget, in the reading's unit; 0 for a channel that may be constant.
     noise: f64,
     /// Index of the wheel of an encoder.

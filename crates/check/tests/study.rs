@@ -15,6 +15,9 @@ use robhaz_scene::Scene;
 use robhaz_study::TruthRun;
 use std::collections::BTreeMap;
 
+/// Whether each fault was found by its own test, and by any.
+type Found = Vec<(bool, bool)>;
+
 fn report(scene: &Scene, frames: &[SensorFrame]) -> Result<Report, Failure> {
     let settings = scene.nominal_settings(&scene.estimators[0])?;
     // Without contact angles: no robot knows them.
@@ -46,7 +49,7 @@ struct Table {
 fn table(name: &str, overrides: &[&str], seeds: u64) -> Result<Table, Failure> {
     let scene = scene(name, overrides)?;
     let truth = TruthRun::of(&scene)?;
-    let of_seed = |seed: u64| -> Result<(Vec<(bool, bool)>, Vec<String>), Failure> {
+    let of_seed = |seed: u64| -> Result<(Found, Vec<String>), Failure> {
         let honest = readings(&scene, &truth, seed);
         let alarms = words(&report(&scene, &honest)?);
         let mut found = Vec::new();

@@ -69,7 +69,11 @@ impl Ramp {
         let [first, second] = self.torque;
         let passed = now - self.start;
         let approached = smooth_step((passed / APPROACH).max(0.0).min(1.0));
-        let approach = if first == second { 0.0 } else { APPROACH };
+        let approach = if (first - second).abs() > 0.0 {
+            APPROACH
+        } else {
+            0.0
+        };
         first + (second - first) * approached + self.rate * (passed - approach).max(0.0)
     }
 }

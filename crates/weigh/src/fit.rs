@@ -165,12 +165,15 @@ fn check_stops(drawings: &Robot, readings: &[Reading]) -> Result<(), WeighError>
     Ok(())
 }
 
-/// The normal equations at `unknowns`, and each posture's residuals (N) with their variances.
+/// Residuals of the scales of each posture, N, with their variances.
+type Residuals = Vec<[(f64, f64); 3]>;
+
+/// The normal equations at `unknowns`, and the residuals.
 fn normal_equations(
     prior: &Prior<'_>,
     measurements: &Measurements,
     unknowns: &Unknowns,
-) -> Result<(Normal, Vec<[(f64, f64); 3]>), WeighError> {
+) -> Result<(Normal, Residuals), WeighError> {
     let mut normal = Normal::prior(unknowns);
     let mut residuals = Vec::with_capacity(measurements.readings.len());
     for reading in &measurements.readings {

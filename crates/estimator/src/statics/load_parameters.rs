@@ -237,7 +237,6 @@ mod tests {
         assert_eq!(changed(2, 2, -1.0), Err(Entry(2, 0)));
         assert_eq!(changed(2, 3, f64::NAN), Err(Entry(2, 3)));
         assert_eq!(changed(0, 3, 1e-5), Err(Asymmetric(0, 3)));
-        let mut rows = rows;
         (rows[0][1], rows[1][0]) = (2e-4, 2e-4);
         assert_eq!(LoadCovariance::new(&rows), Err(Indefinite));
     }
