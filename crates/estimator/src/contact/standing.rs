@@ -10,7 +10,8 @@ use robhaz_model::{Vec2, perp};
 /// by more than that distance, the wheels spin in place. A quarter of it is enough if all the while the contact angles that the
 /// estimated motion shows deviate much from the lines between the axles: the ground would have to be a saw.
 ///
-/// On even ground in front of a wall the axles lie on a line: that is not found.
+/// In front of a wall on even ground the axles lie on a line. Then the deviation alone must show it, while the wheels push: what the
+/// filters take for a slope holds the robot.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct StandingDetector {
     /// Link angles at which the posture was last seen to change, rad.
@@ -27,6 +28,8 @@ visit_fields!(StandingDetector: posture, turned, turned_steep, stands);
 impl StandingDetector {
     /// Change of a link angle that is a change of the posture, rad: five times the noise of an inclinometer that errs by 0.1 deg.
     const CHANGE: f64 = 0.01;
+    /// Sum of the tractions over the weight from which on a robot pushes: that of a slope of 11 deg.
+    pub const PUSHES: f64 = 0.2;
     /// Angle between the lines from axle to axle from which on they are not one line, rad. Drawings that err by 2 mm make 0.015.
     const BEND: f64 = 0.05;
     /// Distance by which the wheels have to turn, over the largest distance between neighbouring axles.
@@ -46,14 +49,18 @@ impl StandingDetector {
         self.turned <= 0.0
     }
 
-    /// Takes a sample. Returns whether the robot stands while its wheels turn. `link_angles`: rad. `axles`: positions relative to Q, m. `rim_speeds`: of
-    /// the wheels relative to the links, m/s. `dt`: time since the last sample, s.
+    /// Takes a sample. Returns whether the robot stands while its wheels turn.
+    ///
+    /// `link_angles`: rad. `axles`: positions relative to Q, m. `rim_speeds`: of the wheels relative to the links, m/s. `deviation`:
+    /// mean over the wheels of the contact angle's deviation from the line between axles, rad, not negative. `pushes`: whether
+    /// the sum of the tractions is beyond [`Self::PUSHES`]. `dt`: time since the last sample, s.
     pub fn update(
         &mut self,
         link_angles: [f64; 2],
         axles: &[Vec2; 3],
         rim_speeds: [f64; 3],
         deviation: f64,
+        pushes: bool,
         dt: f64,
     ) -> bool {
         let [front, middle, rear] = axles;
@@ -78,9 +85,14 @@ impl StandingDetector {
         let lengths = [ahead, behind].map(|line| libm::sqrt(line.norm_squared()));
         let bend = perp(behind).dot(&ahead).abs() / (lengths[0] * lengths[1]);
         let distance = lengths[0].max(lengths[1]);
-        let enough = self.turned > Self::DISTANCES * distance
-            || self.turned_steep > Self::STEEP_DISTANCES * distance;
-        self.stands |= enough && bend > Self::BEND;
+        let off_a_line = bend > Self::BEND;
+        let far = self.turned > Self::DISTANCES * distance;
+        let steep = self.turned_steep > Self::STEEP_DISTANCES * distance;
+        self.stands |= (off_a_line && (far || steep)) || (steep && pushes);
+        if !off_a_line && !pushes {
+            // Nothing holds a robot on even ground that does not push.
+            (self.stands, self.turned_steep) = (false, 0.0);
+        }
         self.stands
     }
 }
@@ -102,7 +114,7 @@ mod tests {
         let mut times = (1..=10_000).map(|k| dt * f64::from(k));
         times.find(|time| {
             let angles = [rate * time, 0.3];
-            detector.update(angles, axles, rim_speeds, deviation, dt)
+            detector.update(angles, axles, rim_speeds, deviation, false, dt)
         })
     }
 
@@ -123,5 +135,24 @@ mod tests {
             assert_eq!(found(&bent, 0.03, turning, deviation), None);
             assert_eq!(found(&bent, 0.0, [0.2, 0.0, 0.0], deviation), None);
         }
+    }
+
+    /// On even ground only a robot that pushes against a slope that is not there stands, and only as long as it pushes.
+    #[test]
+    fn a_wall_on_even_ground_holds_a_robot_that_pushes() {
+        let mut detector = StandingDetector::default();
+        let mut stands = |deviation: f64, pushes: bool| {
+            let mut found = None;
+            for _ in 0..1000 {
+                let still = [0.0; 2];
+                found = Some(detector.update(still, &AXLES, [0.2; 3], deviation, pushes, 1e-3));
+            }
+            found
+        };
+        assert_eq!(stands(0.1, true), Some(false));
+        assert_eq!(stands(0.5, false), Some(false));
+        assert_eq!(stands(0.5, true), Some(true));
+        assert_eq!(stands(0.1, true), Some(true));
+        assert_eq!(stands(0.1, false), Some(false));
     }
 }

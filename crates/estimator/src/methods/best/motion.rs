@@ -1,7 +1,7 @@
 //! Motion of the robot from the rolling wheels, or its standstill.
 
 use super::BestFilters;
-use crate::contact::RollingResiduals;
+use crate::contact::{RollingResiduals, StandingDetector};
 use crate::filters::Innovation;
 use crate::filters::motion::{MeasuredAccelerations, RollingWheel};
 use crate::frame::{Inputs, Instant};
@@ -27,9 +27,12 @@ impl BestFilters {
         let slopes = expected_slopes(arms);
         let deviation = |i: usize| (self.contact_angle(i, instant.inputs) - slopes[i]).abs();
         let deviation = (deviation(0) + deviation(1) + deviation(2)) / 3.0;
-        let stands =
-            self.standing
-                .update(link_angles, &arms.axles, rim_speeds, deviation, instant.dt);
+        let [front, middle, rear] = self.last_traction;
+        let weight = 3.0 * nominal.robot.mean_wheel_load();
+        let pushes = (front + middle + rear).abs() > StandingDetector::PUSHES * weight;
+        let (axles, dt) = (&arms.axles, instant.dt);
+        let standing = &mut self.standing;
+        let stands = standing.update(link_angles, axles, rim_speeds, deviation, pushes, dt);
         if stands && !before {
             let [front, middle, rear] = rim_speeds;
             let spin = front + middle + rear;
