@@ -1,6 +1,6 @@
 //! `robhaz check`, and the way from an unknown log to forces in `docs/on-your-robot.md`.
 
-use crate::support::{robhaz, root, text};
+use crate::support::{columns, robhaz, root, text};
 use std::fs;
 use std::path::Path;
 use std::process::Output;
@@ -30,15 +30,8 @@ fn write_log(folder: &Path) {
     }
     let output = command.args(["--out", "run"]).output().unwrap();
     assert!(output.status.success(), "{}", text(&output.stderr));
-    let mut reader = csv::Reader::from_path(folder.join("run/sensors.csv")).unwrap();
-    let names: Vec<String> = reader
-        .headers()
-        .unwrap()
-        .iter()
-        .map(str::to_owned)
-        .collect();
-    let column = |name: &str| names.iter().position(|n| n == name).unwrap();
-    let columns = [
+    let sensors = columns(&folder.join("run/sensors.csv"));
+    let channels = [
         ("t", "time", 1.0),
         ("enc1", "wheel1_angle", 1.0),
         ("enc2", "wheel2_angle", 1.0),
@@ -52,15 +45,12 @@ fn write_log(folder: &Path) {
         ("gyro2", "link2_rate", -1.0),
     ];
     let mut writer = csv::Writer::from_path(folder.join("drive.csv")).unwrap();
-    writer.write_record(columns.map(|(name, ..)| name)).unwrap();
-    let places = columns.map(|(_, name, factor)| (column(name), factor));
-    for row in reader.records() {
-        let row = row.unwrap();
-        let cell = |(at, factor): (usize, f64)| {
-            let value: f64 = row[at].parse().unwrap();
-            (value * factor).to_string()
-        };
-        writer.write_record(places.map(cell)).unwrap();
+    writer
+        .write_record(channels.map(|(name, ..)| name))
+        .unwrap();
+    for row in 0..sensors["time"].len() {
+        let cell = |(_, name, factor): (_, &str, f64)| (sensors[name][row] * factor).to_string();
+        writer.write_record(channels.map(cell)).unwrap();
     }
     writer.flush().unwrap();
 }
@@ -90,27 +80,17 @@ link2_rate = {{ column = "gyro2", sign = "{sign}" }}
     fs::write(folder.join("mine.toml"), description).unwrap();
 }
 
-/// Sum over the wheels of the mean normal force, N.
+/// Sum over the wheels of the mean normal force in a table `truth`, N.
 fn mean_force(path: &Path) -> f64 {
-    let mut reader = csv::Reader::from_path(path).unwrap();
-    let names = reader.headers().unwrap().clone();
-    let forces: Vec<usize> = (0..names.len())
-        .filter(|i| names[*i].ends_with("_equivalent_normal_force"))
-        .collect();
-    let (mut sum, mut rows) = (0.0, 0.0);
-    for row in reader.records() {
-        let row = row.unwrap();
-        sum += forces
-            .iter()
-            .map(|i| row[*i].parse::<f64>().unwrap())
-            .sum::<f64>();
-        rows += 1.0;
-    }
-    assert_eq!(forces.len(), 3);
-    sum / rows
+    let truth = columns(path);
+    let mean = |wheel: u32| {
+        let forces = &truth[&format!("wheel{wheel}_equivalent_normal_force")];
+        forces.iter().sum::<f64>() / forces.len() as f64
+    };
+    mean(1) + mean(2) + mean(3)
 }
 
-/// The guide's commands lead from a log with foreign names, units and wiring to forces: missing names are told, then all
+/// The guide's commands lead from a log with foreign names, units and wiring to forces: missing names are named, then all
 /// three faults with what to do; corrected, there is none, and the forces add up to about the weight.
 #[test]
 fn five_commands_lead_from_an_unknown_log_to_forces() {
@@ -133,11 +113,11 @@ fn five_commands_lead_from_an_unknown_log_to_forces() {
     let wrong = run(folder, COMMANDS[1]);
     let said = text(&wrong.stdout);
     assert_eq!(wrong.status.code(), Some(1), "{said}");
-    for told in [
+    for expected in [
         "the inclination is in degrees: state unit = \"deg\"",
         "torque 1 belongs to encoder 2, torque 2 belongs to encoder 1",
     ] {
-        assert!(said.contains(told), "{told}: {said}");
+        assert!(said.contains(expected), "{expected}: {said}");
     }
     // With the unit of the inclinations the sign of the gyroscope is left.
     write_description(folder, ["tau2", "tau1"], "deg", "+");
@@ -168,7 +148,7 @@ fn five_commands_lead_from_an_unknown_log_to_forces() {
     assert!((sum - truth).abs() < 0.01 * truth, "{sum} {truth}");
 }
 
-/// A contradiction is told at the end of an estimate and in its summary: the gyroscope with the wrong sign.
+/// A contradiction is reported at the end of an estimate and in its summary: the gyroscope with the wrong sign.
 #[test]
 fn an_estimate_tells_a_contradiction() {
     let dir = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! `robhaz estimate` and `robhaz export`: recorded logs give the estimates of the run, and faults of logs are told.
+//! `robhaz estimate` and `robhaz export`: recorded logs give the estimates of the run, and faults of logs are reported.
 
 use crate::support::{robhaz, root, text};
 use std::fmt::Write as _;
@@ -191,7 +191,7 @@ fn truth_gives_the_errors_of_the_run() {
     assert!(found["log"]["missing"]["link1_rate"].as_u64().unwrap() > 0);
 }
 
-/// A run that records every tenth reading only cannot be repeated: it is told, and estimated from what there is.
+/// A run that records every tenth reading only cannot be repeated: it is reported, and estimated from what there is.
 #[test]
 fn a_run_with_unrecorded_readings_is_told() {
     let (folder, _) = recorded("parquet", &["record.rate=100"]);
@@ -387,7 +387,7 @@ fn lines(run: &Path) -> Vec<String> {
     text.lines().map(str::to_owned).collect()
 }
 
-/// Lost rows, repeated rows, late rows and a row that is cut are told and counted; the rest is estimated.
+/// Lost rows, repeated rows, late rows and a row that is cut are reported and counted; the rest is estimated.
 #[test]
 fn faults_that_leave_the_rest_usable_are_counted() {
     let (folder, run) = recorded("csv", &[]);
@@ -493,7 +493,7 @@ fn faults_are_told_with_their_place() {
 }
 
 /// Recordings that were killed: an Arrow stream in the folder of a run, and an MCAP file without its end. All that is
-/// there is estimated, and it is told.
+/// there is estimated, and it is reported.
 #[test]
 fn killed_recordings_are_recovered() {
     let (folder, run) = recorded("parquet", &[]);

@@ -97,6 +97,23 @@ impl Kept {
     }
 }
 
+/// The columns of a CSV table by name. An empty cell is a NaN.
+pub fn columns(path: &Path) -> HashMap<String, Vec<f64>> {
+    let mut reader = csv::Reader::from_path(path).unwrap();
+    let names = reader.headers().unwrap().clone();
+    let mut columns: HashMap<String, Vec<f64>> = HashMap::new();
+    for record in reader.records() {
+        for (name, field) in names.iter().zip(record.unwrap().iter()) {
+            let value = match field {
+                "" => f64::NAN,
+                number => number.parse().unwrap(),
+            };
+            columns.entry(name.to_owned()).or_default().push(value);
+        }
+    }
+    columns
+}
+
 /// A reference run at 50 Hz: columns by name.
 pub struct Reference {
     columns: HashMap<String, Vec<f64>>,
@@ -105,23 +122,9 @@ pub struct Reference {
 impl Reference {
     pub fn read(case: &str) -> Self {
         let path = root().join("tests/reference").join(format!("{case}.csv"));
-        let mut reader = csv::Reader::from_path(path).unwrap();
-        let names: Vec<String> = reader
-            .headers()
-            .unwrap()
-            .iter()
-            .map(str::to_owned)
-            .collect();
-        let mut columns: HashMap<String, Vec<f64>> = HashMap::new();
-        for record in reader.records() {
-            for (name, field) in names.iter().zip(record.unwrap().iter()) {
-                columns
-                    .entry(name.clone())
-                    .or_default()
-                    .push(field.parse().unwrap());
-            }
+        Self {
+            columns: columns(&path),
         }
-        Self { columns }
     }
 
     pub fn column(&self, name: &str) -> &[f64] {

@@ -172,7 +172,7 @@ fn bad_tables_are_refused() {
 }
 
 /// Acceptance: twelve robots that differ from their drawings by 10 mm (centre of mass), 10 % (link masses) and 2 mm (pins),
-/// typical sensors, friction that the estimator is not told of. Weighed on scales good to 0.2 N in six postures, `best` errs
+/// typical sensors, friction that the estimator does not know. Weighed on scales good to 0.2 N in six postures, `best` errs
 /// by at most 1.0 % of N, in place of more than 2 % with the drawings, and its covariance is not overconfident.
 #[test]
 fn weighing_brings_the_error_of_the_drawings_back() {

@@ -16,7 +16,7 @@ TYPICAL = {
     "inclination_noise": 0.1 * DEG,
     "rate_noise": 0.1 * DEG,  # rad/s
 }
-DAMPING_ERROR = 0.1  # the estimator is told a damping B of the wheel modules that is 10 % too high
+DAMPING_ERROR = 0.1  # the estimator's nominal damping B of the wheel modules is 10 % too high
 
 
 class Sensors:

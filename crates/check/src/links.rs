@@ -166,7 +166,7 @@ fn sign(changes: &Changes, k: usize) -> Finding {
     }
     let found = explained(changes, k, k).filter(|(share, _)| *share > EXPLAINED);
     let Some((share, slope)) = found else {
-        let remedy = "one of the two may be dead, of another link, or shaken: look at both while you turn the link by hand";
+        let remedy = "one of the two may be dead, of another link, or exposed to shocks: look at both while you turn the link by hand";
         return Finding::cannot_tell(SIGN, channel, sizes, remedy);
     };
     let figure = format!(
@@ -185,7 +185,7 @@ fn sign(changes: &Changes, k: usize) -> Finding {
     } else {
         "one of them has a wrong scale: check units and ranges"
     };
-    // Impacts shake an inclinometer.
+    // An inclinometer measures the accelerations of impacts.
     if share < CERTAIN {
         return Finding::cannot_tell(SIGN, channel, figure, "record a drive over smooth ground");
     }

@@ -1,4 +1,4 @@
-//! Health of `best` on honest and faulty readings: a contradiction must be told soon, and honest sensors must raise none.
+//! Health of `best` on honest and faulty readings: a contradiction must be reported soon, and honest sensors must raise none.
 //!
 //! A flag that honest sensors raise is soon ignored. `cargo test --release -p robhaz-check --test health -- --ignored
 //! --nocapture` repeats the study over 100 seeds of all scenes.
@@ -90,8 +90,8 @@ fn faults_are_told_within_five_seconds() -> Result<(), Failure> {
                     let raised = run(&scene, estimator, &frames)?;
                     let what = format!("{grade} {seed} {name} {estimator}");
                     println!("{what}: {:?} {}", raised.first, names(raised.channels));
-                    let told = raised.first.or(raised.refused);
-                    assert!(told.is_some_and(|t| t < begin + 5.0), "{what}");
+                    let reported = raised.first.or(raised.refused);
+                    assert!(reported.is_some_and(|t| t < begin + 5.0), "{what}");
                     assert!(
                         raised.refused.is_some() || raised.channels.contains(channels),
                         "{what}"

@@ -1,12 +1,14 @@
 //! Warnings of an estimate.
 
+use crate::bit_set::bit_set;
+
 /// A set of warnings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Flags(u16);
 
+bit_set!(Flags);
+
 impl Flags {
-    /// No warning.
-    pub const NONE: Self = Self(0);
     /// Wheel 1, 2 or 3 carries no load: its normal force came out negative and was set to zero, or it is below a
     /// twentieth of the mean load. Its traction and contact angle have no meaning.
     pub const WHEEL_UNLOADED: [Self; 3] = [Self(1), Self(2), Self(4)];
@@ -26,6 +28,10 @@ impl Flags {
     /// Readings contradict each other: see [`crate::Health::suspect`].
     pub const CONTRADICTION: Self = Self(512);
 
+    /// Warnings with which forces and motion say nothing of the friction: an unknown torque, old readings, an impact.
+    pub(crate) const DOUBTFUL: Self =
+        Self(Self::AT_STOP.0 | Self::SENSOR_STALE.0 | Self::OUT_OF_RANGE.0);
+
     /// All flags and their names.
     const NAMES: [(Self, &'static str); 10] = [
         (Self::WHEEL_UNLOADED[0], "wheel 1 unloaded"),
@@ -40,42 +46,10 @@ impl Flags {
         (Self::CONTRADICTION, "readings contradict each other"),
     ];
 
-    /// Whether there is none.
-    pub const fn is_empty(self) -> bool {
-        self.0 == 0
-    }
-
-    /// Whether all of `other` are in this set.
-    pub const fn contains(self, other: Self) -> bool {
-        self.0 & other.0 == other.0
-    }
-
     /// The set as a number, one bit a flag: wheels 1, 2, 4; stop 8; missing 16; stale 32; absurd 64; out of range 128; spins in
     /// place 256; contradiction 512.
     pub const fn bits(self) -> u16 {
         self.0
-    }
-
-    /// Names of the flags that are set.
-    pub fn names(self) -> impl Iterator<Item = &'static str> {
-        Self::NAMES
-            .into_iter()
-            .filter(move |(flag, _)| self.contains(*flag))
-            .map(|(_, name)| name)
-    }
-}
-
-impl core::ops::BitOr for Flags {
-    type Output = Self;
-
-    fn bitor(self, other: Self) -> Self {
-        Self(self.0 | other.0)
-    }
-}
-
-impl core::ops::BitOrAssign for Flags {
-    fn bitor_assign(&mut self, other: Self) {
-        self.0 |= other.0;
     }
 }
 

@@ -86,8 +86,7 @@ impl FrictionTestResult {
         both.slipped_distance = self.slipped_distance + other.slipped_distance;
         let loads = self.load + other.load;
         if slipped(self) && slipped(other) && loads > 0.0 {
-            let weights = [self.load / loads, other.load / loads];
-            let [a, b] = weights;
+            let (a, b) = (self.load / loads, other.load / loads);
             both.mu = a * self.mu + b * other.mu;
             let rest = |result: &Self| {
                 let square = result.sigma * result.sigma - result.lasting * result.lasting;
@@ -202,13 +201,12 @@ impl FrictionTest {
             return self.end(FrictionTestEnd::OtherWheel(other));
         }
         let clear = estimate.is_some_and(|estimate| {
-            let doubts = [Flags::SENSOR_STALE, Flags::AT_STOP, Flags::OUT_OF_RANGE];
             let loaded = estimate
                 .friction
                 .iter()
                 .flatten()
                 .all(|wheel| wheel.needed.is_some());
-            loaded && !doubts.iter().any(|flag| estimate.flags.contains(*flag))
+            loaded && !estimate.flags.intersects(Flags::DOUBTFUL)
         });
         match wheel.and_then(|wheel| wheel.needed).filter(|_| clear) {
             Some(needed) => {

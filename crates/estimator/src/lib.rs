@@ -73,6 +73,7 @@
 )]
 
 mod assembly;
+mod bit_set;
 mod contact;
 mod estimate;
 mod estimator;

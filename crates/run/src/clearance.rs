@@ -2,7 +2,8 @@
 
 use crate::description::RunDescription;
 use robhaz_clearance::{BarPlace, ClearanceMeter, Clearances};
-use robhaz_scene::Scene;
+use robhaz_model::Robot;
+use robhaz_scene::{Scene, TerrainChoice};
 use robhaz_sim::Truth;
 
 /// Where the bars are, in the order of [`robhaz_model::Bar::ALL`].
@@ -20,18 +21,18 @@ pub struct TruthClearance(ClearanceMeter);
 impl TruthClearance {
     /// For the robot and the ground of a scene.
     pub fn of(scene: &Scene) -> Self {
-        let robot = &scene.robot.robot;
-        Self(ClearanceMeter::new(
-            &robot.geometry,
-            scene.terrain.build(robot),
-        ))
+        Self::new(&scene.robot.robot, &scene.terrain)
     }
 
     /// For a run; `None` for recorded readings.
     pub(crate) fn of_run(run: &RunDescription) -> Option<Self> {
-        let robot = &run.robot.robot;
-        let terrain = run.world.as_ref()?.terrain.build(robot);
-        Some(Self(ClearanceMeter::new(&robot.geometry, terrain)))
+        let world = run.world.as_ref()?;
+        Some(Self::new(&run.robot.robot, &world.terrain))
+    }
+
+    fn new(robot: &Robot, terrain: &TerrainChoice) -> Self {
+        let terrain = terrain.build(robot);
+        Self(ClearanceMeter::new(&robot.geometry, terrain))
     }
 
     /// Clearance of body and links.

@@ -17,7 +17,7 @@ pub struct WheelFriction {
     /// Distance that the rim has slid over the ground since the largest T/N, m. `None` while the wheel grips: there is a value from
     /// the onset of slip until it grips again.
     pub slid: Option<f64>,
-    /// The onset of slip, at the sample at which it is found. `None` if another wheel needs about as much friction: it cannot be told
+    /// The onset of slip, at the sample at which it is found. `None` if another wheel needs about as much friction: it is unknown
     /// which of them slips.
     pub slip_event: Option<SlipEvent>,
 }

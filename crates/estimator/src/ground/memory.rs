@@ -295,8 +295,10 @@ impl GroundMemory {
     /// Estimated error of the direction of the velocity, as dy/dx, and its standard deviation. `None` before the section has started.
     pub fn direction_error(&self) -> Option<(f64, f64)> {
         let running = self.started && !self.ended;
-        let (error, variance) = self.drift.direction();
-        running.then(|| (error, libm::sqrt(variance)))
+        running.then(|| {
+            let (error, variance) = self.drift.direction();
+            (error, libm::sqrt(variance))
+        })
     }
 
     /// Places of the contacts at the last sample, m; `None` before the section has started.

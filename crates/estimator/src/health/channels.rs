@@ -1,12 +1,14 @@
 //! A set of channels of readings.
 
+use crate::bit_set::bit_set;
+
 /// A set of channels of readings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Channels(u16);
 
+bit_set!(Channels);
+
 impl Channels {
-    /// No channel.
-    pub const NONE: Self = Self(0);
     /// Encoders of wheels 1 to 3.
     pub const ENCODER: [Self; 3] = [Self(1), Self(2), Self(4)];
     /// Motor torques of wheels 1 to 3.
@@ -38,16 +40,6 @@ impl Channels {
         (Self::PARITY, "parity"),
     ];
 
-    /// Whether there is none.
-    pub const fn is_empty(self) -> bool {
-        self.0 == 0
-    }
-
-    /// Whether all of `other` are in this set.
-    pub const fn contains(self, other: Self) -> bool {
-        self.0 & other.0 == other.0
-    }
-
     /// The set as a number, one bit a channel: encoders 1, 2, 4; torques 8, 16, 32; contact angles 64, 128, 256; gyroscopes
     /// 512, 1024; inclinometers 2048, 4096; parity 8192.
     pub const fn bits(self) -> u16 {
@@ -57,28 +49,6 @@ impl Channels {
     /// The set of a number: the inverse of [`Self::bits`]. Other bits are ignored.
     pub const fn from_bits(bits: u16) -> Self {
         Self(bits & 0x3fff)
-    }
-
-    /// Names of the channels in this set.
-    pub fn names(self) -> impl Iterator<Item = &'static str> {
-        Self::NAMES
-            .into_iter()
-            .filter(move |(channel, _)| self.contains(*channel))
-            .map(|(_, name)| name)
-    }
-}
-
-impl core::ops::BitOr for Channels {
-    type Output = Self;
-
-    fn bitor(self, other: Self) -> Self {
-        Self(self.0 | other.0)
-    }
-}
-
-impl core::ops::BitOrAssign for Channels {
-    fn bitor_assign(&mut self, other: Self) {
-        self.0 |= other.0;
     }
 }
 

@@ -234,7 +234,7 @@ mod tests {
     /// Closed form: the mean follows 1 - exp(-t/2 s). Innovations of three standard deviations (9) reach the threshold of 4
     /// after 2 s ln(9/5) = 1.18 s; from there, innovations of 1 fall below 2 after 2 s ln(3) = 2.2 s.
     #[test]
-    fn a_lasting_contradiction_is_told_and_forgotten() {
+    fn a_lasting_contradiction_is_found_and_forgotten() {
         let mut monitor = HealthMonitor::default();
         let mut fault = all(1.0);
         fault.slip[1] = Some(9.0);

@@ -143,7 +143,6 @@ impl BestFilters {
         let link_angles = self.update_links(&settings.budget, instant, &mut innovations);
         let arms = Arms::new(&nominal.robot.geometry, link_angles[0], link_angles[1])
             .map_err(EstimateError::Linkage)?;
-        self.detect_standing(nominal, instant, link_angles, &arms);
         let rolling = self.update_motion(nominal, instant, &arms, &mut innovations);
         self.update_ground(nominal, instant, &arms);
 
@@ -306,8 +305,7 @@ impl BestFilters {
         /// of the robot. Their differences show in the slip of gripping wheels, but not where a hard wheel does not creep.
         const DIFFERENCES: f64 = 0.816_496_580_927_726;
         let budget = &nominal.settings.budget;
-        let doubts = [Flags::AT_STOP, Flags::SENSOR_STALE, Flags::OUT_OF_RANGE];
-        let doubtful = doubts.iter().any(|flag| flags.contains(*flag));
+        let doubtful = flags.intersects(Flags::DOUBTFUL);
         let sample = FrictionSample {
             forces: JointForces::new(&forces.traction, &forces.normal, &forces.covariance),
             contact_angle,

@@ -2,8 +2,8 @@
 
 use super::BestFilters;
 use crate::contact::{RollingResiduals, StandingDetector};
-use crate::filters::Innovation;
 use crate::filters::motion::{MeasuredAccelerations, RollingWheel};
+use crate::filters::{Innovation, LinkAngleKalman};
 use crate::frame::{Inputs, Instant};
 use crate::health::Innovations;
 use crate::methods::wheel::Wheel;
@@ -15,16 +15,17 @@ use robhaz_model::{Geometry, Robot, perp};
 impl BestFilters {
     /// Finds out whether the wheels spin in place. When that begins, what the motion has shown of the ground is discarded; when it ends,
     /// the robot may be moving.
-    pub(super) fn detect_standing(
+    fn detect_standing(
         &mut self,
         nominal: &Nominal,
         instant: &Instant<'_>,
-        link_angles: [f64; 2],
         arms: &Arms,
+        slopes: &[f64; 3],
     ) {
         let before = self.standing.stands();
-        let rim_speeds = [0, 1, 2].map(|i| self.rim_speed(i, &nominal.robot.geometry));
-        let slopes = expected_slopes(arms);
+        let link_angles = self.links.each_ref().map(LinkAngleKalman::angle);
+        let rim_speed = |i| self.rim_speed(i, &nominal.robot.geometry).unwrap_or(0.0);
+        let rim_speeds = [0, 1, 2].map(rim_speed);
         let deviation = |i: usize| (self.contact_angle(i, instant.inputs) - slopes[i]).abs();
         let deviation = (deviation(0) + deviation(1) + deviation(2)) / 3.0;
         let [front, middle, rear] = self.last_traction;
@@ -46,15 +47,15 @@ impl BestFilters {
         }
     }
 
-    /// Speed of the rim of wheel `i` relative to its axle, m/s, forward positive; 0 before its observer has settled.
-    fn rim_speed(&self, i: usize, geometry: &Geometry) -> f64 {
+    /// Speed of the rim of wheel `i` relative to its axle, m/s, forward positive. `None` before its observer has settled.
+    fn rim_speed(&self, i: usize, geometry: &Geometry) -> Option<f64> {
         let link_rate = self.links[geometry.carriers[i].index()].rate();
         let spin = self.wheels[i].settled_speed();
-        spin.map_or(0.0, |spin| geometry.wheel_radius * (spin - link_rate))
+        spin.map(|spin| geometry.wheel_radius * (spin - link_rate))
     }
 
-    /// Advances motion and wheels, and applies the rolling constraints of loaded wheels, in the posture of `arms`.
-    /// Returns the residuals of these constraints.
+    /// Advances motion and wheels, and applies the rolling constraints of loaded wheels, in the posture of `arms`, unless the wheels
+    /// spin in place. Returns the residuals of these constraints.
     pub(super) fn update_motion(
         &mut self,
         nominal: &Nominal,
@@ -65,6 +66,7 @@ impl BestFilters {
         let (robot, settings) = (&nominal.robot, &nominal.settings);
         let (inputs, dt) = (instant.inputs, instant.dt);
         let slopes = expected_slopes(arms);
+        self.detect_standing(nominal, instant, arms, &slopes);
         if dt > 0.0 {
             let fresh = inputs.contact_angle.map(|angle| angle.fresh());
             let measured = self.measured_accelerations(robot, arms);
@@ -142,10 +144,7 @@ impl BestFilters {
             bias_sigma: arm * link.rate_bias().1,
             noise_sigma: arm * settings.budget.rate_noise,
             angle: inputs.contact_angle[i].value,
-            rim_speed: wheel
-                .settled_speed()
-                .filter(|_| read)
-                .map(|speed| r * (speed - link.rate())),
+            rim_speed: self.rim_speed(i, geometry).filter(|_| read),
             ratio: (t / n).clamp(-1.0, 1.0),
             moment_of_load: r * n,
             friction_share: wheel.friction_share(),
