@@ -48,9 +48,10 @@ fn write_log(folder: &Path) {
     writer
         .write_record(channels.map(|(name, ..)| name))
         .unwrap();
-    for row in 0..sensors["time"].len() {
-        let cell = |(_, name, factor): (_, &str, f64)| (sensors[name][row] * factor).to_string();
-        writer.write_record(channels.map(cell)).unwrap();
+    let scaled = channels.map(|(_, name, factor)| (&sensors[name], factor));
+    for (row, _) in sensors["time"].iter().enumerate() {
+        let cell = |(values, factor): (&Vec<f64>, f64)| (values[row] * factor).to_string();
+        writer.write_record(scaled.map(cell)).unwrap();
     }
     writer.flush().unwrap();
 }
