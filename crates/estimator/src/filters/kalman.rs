@@ -128,17 +128,30 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         let estimated = estimated.min(N - CONSIDERED);
         let inverse = 1.0 / libm::sqrt(variance);
         let step = difference * inverse;
-        // Products of two entries of one vector: P stays symmetric to the bit.
         let u = ph.map(|value| value * inverse);
-        for ((x, row), ui) in self.x.iter_mut().zip(&mut self.p).zip(&u).take(estimated) {
+        for (x, ui) in self.x.iter_mut().zip(&u).take(estimated) {
             *x += ui * step;
-            for (p, uj) in row.iter_mut().zip(&u) {
-                *p -= ui * uj;
+        }
+        self.subtract_rows::<0>(&u, estimated);
+        self.subtract_rows::<4>(&u, estimated);
+        self.subtract_rows::<8>(&u, estimated);
+        self.subtract_rows::<12>(&u, estimated);
+        self.subtract_rows::<16>(&u, estimated);
+        self.subtract_rows::<20>(&u, estimated);
+        for i in 1..N {
+            for j in 0..i {
+                self.p[i][j] = self.p[j][i];
             }
         }
-        for (row, ui) in self.p.iter_mut().zip(&u).skip(estimated) {
-            for (p, uj) in row.iter_mut().zip(&u).take(estimated) {
-                *p -= ui * uj;
+    }
+
+    #[inline(always)]
+    fn subtract_rows<const FROM: usize>(&mut self, u: &[f64; N], estimated: usize) {
+        for i in FROM..(FROM + 4).min(N) {
+            if i < estimated {
+                for j in FROM..N {
+                    self.p[i][j] -= u[i] * u[j];
+                }
             }
         }
     }
