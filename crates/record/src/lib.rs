@@ -10,7 +10,7 @@
 //! | all tables, in memory | none | [`MemorySink`] |
 //! | errors of each estimator | `summary.json` | [`SummarySink`], [`Summary`] |
 //! | Figs. 5 to 8 of the paper, all estimators, the path | `fig5_linkage.svg`, `fig5_linkage.pdf`, ... | [`FigureSink`] |
-//! | runs and estimators side by side | the terminal | [`comparison_table`] |
+//! | runs and estimators side by side | the terminal | [`comparison_table`], [`comparison_json`], [`comparison_csv`], [`comparison_markdown`] |
 //!
 //! Every column of every table is declared once, with its unit, in [`Table`]. Everything is in SI; the same run leaves the
 //! same bytes, except for the duration of the computation in the summary.
@@ -18,6 +18,7 @@
 mod append;
 mod batch;
 mod columns;
+mod comparison;
 mod csv_table;
 mod error;
 mod estimator_rows;
@@ -40,6 +41,7 @@ mod testing;
 
 pub use batch::BatchBuilder;
 pub use columns::{Column, Kind, Table, Value};
+pub use comparison::{comparison_csv, comparison_json, comparison_markdown};
 pub use error::RecordError;
 pub use figures::FigureSink;
 pub use format::TableFormat;

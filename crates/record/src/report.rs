@@ -268,7 +268,9 @@ mod tests {
             rmse: [scale, 2.0 * scale, 3.0 * scale],
             rmse_all: 2.0 * scale,
             nrmse: Some(2.0 * scale / 50.0),
+            bias: Some([scale, -scale, 0.0]),
             max_abs: 20.0 * scale,
+            max_abs_time_s: Some(7.5),
         };
         let estimator = |name: &str, scale| EstimatorSummary {
             name: name.to_owned(),
@@ -278,6 +280,7 @@ mod tests {
             stated: None,
             coverage: None,
             nees: None,
+            lag_s: None,
             ground: None,
             samples: 90,
             missing,
