@@ -72,6 +72,28 @@ fn run_leaves_tables_figures_summary_and_scene() {
     assert!(text(&compared.stdout).contains("paper-wheels"));
 }
 
+/// The page of a run belongs to its folder: it is written once, and does not keep the run from being replaced.
+#[test]
+fn a_run_has_a_page() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    let done = |args: &[&str]| {
+        let output = robhaz(dir.path()).args(args).output().unwrap();
+        (output.status.success(), text(&output.stderr))
+    };
+    let run = ["run", "short.toml", "--out", "a", "--force"];
+    assert_eq!(done(&run), (true, String::new()));
+    assert!(done(&["report", "a"]).0);
+    let page = std::fs::read_to_string(dir.path().join("a/report.html")).unwrap();
+    assert!(page.starts_with("<!DOCTYPE html>") && page.ends_with("</html>"));
+    assert!(page.contains("compare_from = 0.5"));
+    let (again, message) = done(&["report", "a"]);
+    assert!(!again && message.contains("--force"), "{message}");
+    assert!(done(&["report", "a", "--force"]).0);
+    assert_eq!(done(&run), (true, String::new()));
+    assert!(!dir.path().join("a/report.html").exists());
+}
+
 /// The comparison in other forms: the numbers of `summary.json`, the same in all of them.
 #[test]
 fn runs_are_compared_in_the_form_that_is_asked_for() {

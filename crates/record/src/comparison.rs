@@ -105,36 +105,38 @@ pub fn comparison_csv(runs: &[(&str, &Summary)]) -> Result<String, csv::Error> {
     Ok(String::from_utf8_lossy(&bytes).trim_end().to_owned())
 }
 
-/// A table in Markdown, four significant digits, with units in its header.
-pub fn comparison_markdown(runs: &[(&str, &Summary)]) -> String {
+/// Titles with units, and the cells of each row with four significant digits.
+pub(crate) fn comparison_cells(runs: &[(&str, &Summary)]) -> (Vec<String>, Vec<Vec<String>>) {
     let title = |figure: &Figure| match figure.unit {
         "-" => figure.name.to_owned(),
         unit => format!("{}, {unit}", figure.name),
     };
-    let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
     let names = NAMES.map(str::to_owned).into_iter();
     let counts = COUNTS.map(|(name, _)| name.to_owned());
-    let mut text = line(
-        names
-            .chain(FIGURES.iter().map(title))
-            .chain(counts)
-            .collect(),
-    );
-    let left = NAMES.map(|_| "---".to_owned()).into_iter();
-    let right = vec!["---:".to_owned(); FIGURES.len() + COUNTS.len()];
-    text.push_str(&line(left.chain(right).collect()));
-    for (names, estimator) in rows(runs) {
-        let names = names.map(|name| name.replace('|', "\\|")).into_iter();
+    let titles = names.chain(FIGURES.iter().map(title)).chain(counts);
+    let row = |(names, estimator): ([&str; 3], &EstimatorSummary)| {
         let number = |f: &Figure| (f.of)(estimator).map_or_else(String::new, significant);
         let counts = COUNTS.map(|(_, of)| of(estimator).to_string());
-        text.push_str(&line(
-            names
-                .chain(FIGURES.iter().map(number))
-                .chain(counts)
-                .collect(),
-        ));
-    }
-    text.trim_end().to_owned()
+        let names = names.map(str::to_owned).into_iter();
+        names
+            .chain(FIGURES.iter().map(number))
+            .chain(counts)
+            .collect()
+    };
+    (titles.collect(), rows(runs).map(row).collect())
+}
+
+/// A table in Markdown, four significant digits, with units in its header.
+pub fn comparison_markdown(runs: &[(&str, &Summary)]) -> String {
+    let (titles, rows) = comparison_cells(runs);
+    let rule = |k: usize| if k < NAMES.len() { "---" } else { "---:" };
+    let rules = (0..titles.len()).map(|k| rule(k).to_owned()).collect();
+    let line = |cells: Vec<String>| {
+        let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
+        format!("| {} |", cells.join(" | "))
+    };
+    let lines: Vec<String> = [titles, rules].into_iter().chain(rows).map(line).collect();
+    lines.join("\n")
 }
 
 /// Four significant digits; whole numbers with all of theirs.

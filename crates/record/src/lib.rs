@@ -8,6 +8,7 @@
 //! | the tables of a run that is going on or was killed | `.arrows` in place of `.parquet` | [`TableSink`], [`recover`] |
 //! | a path judged before it is driven | `path`, `.parquet` or `.csv`, `figures/needed_friction` | [`write_path`] |
 //! | all tables, in memory | none | [`MemorySink`] |
+//! | all of it on one page | `report.html` | [`page`] |
 //! | errors of each estimator | `summary.json` | [`SummarySink`], [`Summary`] |
 //! | Figs. 5 to 8 of the paper, all estimators, the path | `fig5_linkage.svg`, `fig5_linkage.pdf`, ... | [`FigureSink`] |
 //! | runs and estimators side by side | the terminal | [`comparison_table`], [`comparison_json`], [`comparison_csv`], [`comparison_markdown`] |
@@ -29,6 +30,7 @@ mod ground_table;
 mod judged_path;
 mod log_lines;
 mod memory;
+mod page;
 mod parquet_table;
 mod point_table;
 mod report;
@@ -47,6 +49,7 @@ pub use figures::FigureSink;
 pub use format::TableFormat;
 pub use judged_path::{path_files, write_path};
 pub use memory::MemorySink;
+pub use page::page;
 pub use parquet_table::{RecoveredTable, recover};
 pub use report::comparison_table;
 pub use summary::{

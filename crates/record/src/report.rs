@@ -35,29 +35,35 @@ pub fn comparison_table(runs: &[(&str, &Summary)]) -> String {
     let mut text = tables.join("\n");
     for (label, summary) in runs {
         text.push('\n');
-        text.push_str(&speed(label, summary));
-        if let Some(broken_off) = &summary.broken_off {
-            text.push_str(&format!(
-                "\n  {label} broke off at {:.3} s: {}. The errors are of what was recorded.",
-                broken_off.time_s, broken_off.reason,
-            ));
-        }
-        text.push_str(&two_contacts(summary));
-        if let Some(trouble) = summary.progress.as_ref().and_then(trouble) {
-            text.push_str(&format!("\n{label}: {trouble}"));
-        }
-        if let Some(touch) = summary.clearance.as_ref().and_then(touch) {
-            text.push_str(&format!("\n{label}: {touch}"));
-        }
-        for estimator in &summary.estimators {
-            if estimator.missing > 0 {
-                text.push_str(&missing(estimator));
-            }
-            text.push_str(&suspects(estimator));
-        }
-        text.push_str(&log_lines(summary));
+        text.push_str(&remarks(label, summary).join("\n"));
     }
     text
+}
+
+/// What happened in a run, in sentences: its speed, its end, what the errors leave out, faults.
+pub(crate) fn remarks(label: &str, summary: &Summary) -> Vec<String> {
+    let mut text = speed(label, summary);
+    if let Some(broken_off) = &summary.broken_off {
+        text.push_str(&format!(
+            "\n  {label} broke off at {:.3} s: {}. The errors are of what was recorded.",
+            broken_off.time_s, broken_off.reason,
+        ));
+    }
+    text.push_str(&two_contacts(summary));
+    if let Some(trouble) = summary.progress.as_ref().and_then(trouble) {
+        text.push_str(&format!("\n{label}: {trouble}"));
+    }
+    if let Some(touch) = summary.clearance.as_ref().and_then(touch) {
+        text.push_str(&format!("\n{label}: {touch}"));
+    }
+    for estimator in &summary.estimators {
+        if estimator.missing > 0 {
+            text.push_str(&missing(estimator));
+        }
+        text.push_str(&suspects(estimator));
+    }
+    text.push_str(&log_lines(summary));
+    text.lines().map(str::to_owned).collect()
 }
 
 /// Whether there are errors of an estimator.
