@@ -72,6 +72,59 @@ fn run_leaves_tables_figures_summary_and_scene() {
     assert!(text(&compared.stdout).contains("paper-wheels"));
 }
 
+/// A new scene is that of the defaults with three of the five estimators; it is not written over another file.
+#[test]
+fn a_new_scene_runs_with_the_defaults() {
+    let dir = tempfile::tempdir().unwrap();
+    let new = |name: &str| robhaz(dir.path()).args(["new", name]).output().unwrap();
+    assert!(new("mine").status.success());
+    let again = new("mine.toml");
+    assert!(!again.status.success() && text(&again.stderr).contains("mine.toml exists"));
+    let made = robhaz_scene::Scene::load(&dir.path().join("mine.toml"), &[]).unwrap();
+    assert!(made.warnings().is_empty());
+    let labels: Vec<&str> = made.estimators.iter().map(|e| e.name.as_str()).collect();
+    assert_eq!(labels, ["paper-wheels", "best", "no-angles"]);
+    let default = robhaz_scene::Scene {
+        name: made.name.clone(),
+        estimators: made.estimators.clone(),
+        ..Default::default()
+    };
+    assert_eq!(made.to_toml("x"), default.to_toml("x"));
+}
+
+/// Every key is explained, by part of its name or meaning; a shell gets its completions and `man` its page.
+#[test]
+fn keys_completions_and_manual_are_printed() {
+    let dir = tempfile::tempdir().unwrap();
+    let done = |args: &[&str]| robhaz(dir.path()).args(args).output().unwrap();
+    let keys: Vec<serde_json::Value> =
+        serde_json::from_slice(&done(&["keys", "--json"]).stdout).unwrap();
+    let expected: Vec<String> = robhaz_scene::reference()
+        .into_iter()
+        .map(|k| k.key)
+        .collect();
+    assert_eq!(
+        keys.iter()
+            .map(|k| k["key"].as_str().unwrap())
+            .collect::<Vec<_>>(),
+        expected
+    );
+    let shown = text(&done(&["keys", "TORQUE_LIMIT"]).stdout);
+    assert!(
+        shown.contains("drive.torque_limit") && !shown.contains("mu_s"),
+        "{shown}"
+    );
+    let none = done(&["keys", "nosuchkey"]);
+    assert!(!none.status.success() && text(&none.stderr).contains("nosuchkey"));
+    for shell in ["bash", "zsh", "fish"] {
+        assert!(
+            text(&done(&["completions", shell]).stdout).contains("estimate"),
+            "{shell}"
+        );
+    }
+    assert!(text(&done(&["man"]).stdout).contains("ROBHAZ RUN"));
+}
+
 /// The page of a run belongs to its folder: it is written once, and does not keep the run from being replaced.
 #[test]
 fn a_run_has_a_page() {

@@ -5,7 +5,9 @@ mod compare;
 mod estimate;
 mod export;
 mod interrupt;
+mod keys;
 mod live;
+mod new;
 mod output;
 mod output_file;
 mod pace;
@@ -15,6 +17,7 @@ mod recover;
 mod report;
 mod results;
 mod run;
+mod shell;
 mod study;
 mod terminal;
 mod verify;
@@ -22,7 +25,7 @@ mod verify;
 mod view;
 mod weigh;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use interrupt::Interrupt;
 use std::io::Write;
 use std::process::ExitCode;
@@ -37,6 +40,10 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Write a scene to edit.
+    New(new::Args),
+    /// Explain the keys of scene files: unit, default, allowed values, meaning.
+    Keys(keys::Args),
     /// Run a scene: simulate, estimate, write tables, figures and a recording, print the errors of the estimates.
     Run(run::Args),
     /// Run the estimators on a recorded log: a table of readings, or the folder of a run.
@@ -66,12 +73,18 @@ enum Command {
     /// Masses and centres of mass of a robot from its wheels on scales, with the budget for the estimators; the postures that
     /// tell most.
     Weigh(weigh::Args),
+    /// Print the completions of a shell.
+    Completions(shell::Args),
+    /// Print the manual page.
+    Man,
 }
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
     let interrupt = Interrupt::default();
     let done = match cli.command {
+        Command::New(args) => new::run(&args),
+        Command::Keys(args) => keys::run(&args),
         Command::Run(args) => run::run(&args, &interrupt),
         Command::Estimate(args) => estimate::run(&args, &interrupt),
         Command::Check(args) => check::run(&args),
@@ -85,6 +98,8 @@ fn main() -> ExitCode {
         Command::Path(args) => path::run(&args),
         Command::Study(args) => study::run(&args, &interrupt),
         Command::Weigh(args) => weigh::run(&args),
+        Command::Completions(args) => shell::completions(&args, Cli::command()),
+        Command::Man => shell::man(Cli::command()),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
