@@ -125,6 +125,43 @@ fn keys_completions_and_manual_are_printed() {
     assert!(text(&done(&["man"]).stdout).contains("ROBHAZ RUN"));
 }
 
+/// Several scenes run one after the other, each into its folder; two with one name are refused before the first runs.
+#[test]
+fn several_scenes_run_one_after_the_other() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    let short = std::fs::read_to_string(dir.path().join("short.toml")).unwrap();
+    std::fs::write(dir.path().join("other.toml"), &short).unwrap();
+    let run = |files: [&str; 2]| {
+        let mut command = robhaz(dir.path());
+        command.arg("run").args(files).args(["--out", "both"]);
+        command.output().unwrap()
+    };
+    std::fs::write(
+        dir.path().join("same.toml"),
+        format!("name = \"short\"\n{short}"),
+    )
+    .unwrap();
+    let refused = run(["short.toml", "same.toml"]);
+    let message = text(&refused.stderr);
+    assert!(
+        !refused.status.success() && message.contains("the same name"),
+        "{message}"
+    );
+    assert!(!dir.path().join("both").exists());
+    let done = run(["short.toml", "other.toml"]);
+    assert!(done.status.success(), "{}", text(&done.stderr));
+    for name in ["short", "other"] {
+        assert!(
+            dir.path()
+                .join("both")
+                .join(name)
+                .join("summary.json")
+                .is_file()
+        );
+    }
+}
+
 /// The page of a run belongs to its folder: it is written once, and does not keep the run from being replaced.
 #[test]
 fn a_run_has_a_page() {
