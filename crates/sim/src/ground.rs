@@ -7,7 +7,7 @@ use crate::rolling::RollingResistance;
 use crate::setup::PlantSetup;
 use crate::truth::{ContactList, ContactTruth, WheelTruth};
 use robhaz_model::{Vec2, perp};
-use robhaz_terrain::{Contact, Terrain};
+use robhaz_terrain::{Contact, Hint, Terrain};
 
 /// The ground with its laws, for wheels of one radius.
 pub(crate) struct Ground {
@@ -17,8 +17,10 @@ pub(crate) struct Ground {
     stretches: Vec<Stretch>,
     rolling: RollingResistance,
     wheel_radius: f64,
-    /// Contacts of the last call; kept to reuse the storage.
-    found: Vec<Contact>,
+    /// Contacts of each wheel at the last call of [`Ground::act`].
+    found: [Vec<Contact>; 3],
+    /// Where each wheel was last.
+    hints: [Hint; 3],
 }
 
 /// Motion of a wheel.
@@ -80,46 +82,10 @@ pub(crate) struct GroundForces {
     pub approach: f64,
 }
 
-impl Ground {
-    pub fn new(setup: &PlantSetup) -> Self {
+impl Default for GroundForces {
+    /// No contact.
+    fn default() -> Self {
         Self {
-            terrain: setup.terrain.clone(),
-            contact: setup.contact,
-            friction: setup.friction,
-            stretches: setup.stretches.clone(),
-            rolling: setup.rolling,
-            wheel_radius: setup.robot.geometry.wheel_radius,
-            found: Vec::with_capacity(4),
-        }
-    }
-
-    /// Forces of all contacts of a wheel.
-    ///
-    /// # Errors
-    /// [`BelowGround`]
-    pub fn act(&mut self, wheel: &WheelMotion) -> Result<GroundForces, BelowGround> {
-        let mut found = std::mem::take(&mut self.found);
-        self.find(wheel.centre, &mut found);
-        let forces = self.act_at(&found, wheel);
-        self.found = found;
-        forces
-    }
-
-    /// Contacts of a wheel with its centre at `centre` (m). `found` is cleared first.
-    pub fn find(&self, centre: Vec2, found: &mut Vec<Contact>) {
-        self.terrain.contacts(centre, self.wheel_radius, found);
-    }
-
-    /// Forces of given contacts of a wheel.
-    ///
-    /// # Errors
-    /// [`BelowGround`]
-    pub fn act_at(
-        &self,
-        found: &[Contact],
-        wheel: &WheelMotion,
-    ) -> Result<GroundForces, BelowGround> {
-        let mut sum = GroundForces {
             force: Vec2::zeros(),
             torque: 0.0,
             normal_force: 0.0,
@@ -132,7 +98,59 @@ impl Ground {
             contacts: 0,
             energy: 0.0,
             approach: 0.0,
-        };
+        }
+    }
+}
+
+impl Ground {
+    pub fn new(setup: &PlantSetup) -> Self {
+        Self {
+            terrain: setup.terrain.clone(),
+            contact: setup.contact,
+            friction: setup.friction,
+            stretches: setup.stretches.clone(),
+            rolling: setup.rolling,
+            wheel_radius: setup.robot.geometry.wheel_radius,
+            found: Default::default(),
+            hints: Default::default(),
+        }
+    }
+
+    /// Forces of all contacts of a wheel (0 front, 1 middle, 2 rear).
+    ///
+    /// # Errors
+    /// [`BelowGround`]
+    pub fn act(
+        &mut self,
+        wheel: usize,
+        motion: &WheelMotion,
+        forces: &mut GroundForces,
+    ) -> Result<(), BelowGround> {
+        let mut found = std::mem::take(&mut self.found[wheel]);
+        self.find(wheel, motion.centre, &mut found);
+        let result = self.act_at(&found, motion, forces);
+        self.found[wheel] = found;
+        result
+    }
+
+    /// Contacts of a wheel with its centre at `centre` (m). `found` is cleared first.
+    pub fn find(&mut self, wheel: usize, centre: Vec2, found: &mut Vec<Contact>) {
+        let hint = &mut self.hints[wheel];
+        self.terrain
+            .contacts_near(centre, self.wheel_radius, hint, found);
+    }
+
+    /// Forces of given contacts of a wheel.
+    ///
+    /// # Errors
+    /// [`BelowGround`]
+    pub fn act_at(
+        &self,
+        found: &[Contact],
+        wheel: &WheelMotion,
+        sum: &mut GroundForces,
+    ) -> Result<(), BelowGround> {
+        *sum = GroundForces::default();
         let mut normal_sum = Vec2::zeros();
         for contact in found {
             if is_behind(contact, found) {
@@ -169,7 +187,7 @@ impl Ground {
         if sum.contacts > 1 && sum.normal_force > 0.0 {
             sum.tangent = Vec2::new(normal_sum.y, -normal_sum.x);
         }
-        Ok(sum)
+        Ok(())
     }
 
     /// Laws (10) and (11) at one contact.
@@ -201,19 +219,20 @@ impl Ground {
         })
     }
 
-    /// Truth of a wheel with the forces of [`Self::act`] at the same motion. A wheel without contact gets gap, slope
-    /// and slip speed at the nearest ground.
+    /// Writes the truth of a wheel (0 front, 1 middle, 2 rear), whose last call of [`Self::act`] gave `forces` at the same
+    /// motion. A wheel without contact gets gap, slope and slip speed at the nearest ground.
     ///
     /// # Errors
     /// [`BelowGround`]
-    #[inline]
-    pub fn truth(
-        &mut self,
-        forces: GroundForces,
+    pub fn write_truth(
+        &self,
+        index: usize,
+        forces: &GroundForces,
         wheel: &WheelMotion,
         axle: AxleState,
-    ) -> Result<WheelTruth, BelowGround> {
-        let mut truth = WheelTruth {
+        truth: &mut WheelTruth,
+    ) -> Result<(), BelowGround> {
+        *truth = WheelTruth {
             position: wheel.centre,
             angle: axle.angle,
             omega: axle.omega,
@@ -255,17 +274,15 @@ impl Ground {
                 });
             }
             _ => {
-                let mut found = std::mem::take(&mut self.found);
-                self.find(wheel.centre, &mut found);
-                for contact in found.iter().filter(|c| !is_behind(c, &found)) {
+                let found = &self.found[index];
+                for contact in found.iter().filter(|c| !is_behind(c, found)) {
                     truth
                         .contact_list
                         .push(self.one_contact(contact, wheel)?.truth);
                 }
-                self.found = found;
             }
         }
-        Ok(truth)
+        Ok(())
     }
 }
 
@@ -333,6 +350,23 @@ mod tests {
         })
     }
 
+    fn act(ground: &mut Ground, motion: &WheelMotion) -> Result<GroundForces, BelowGround> {
+        let mut forces = GroundForces::default();
+        ground.act(0, motion, &mut forces)?;
+        Ok(forces)
+    }
+
+    fn truth(
+        ground: &Ground,
+        forces: &GroundForces,
+        motion: &WheelMotion,
+        axle: AxleState,
+    ) -> Result<WheelTruth, BelowGround> {
+        let mut truth = WheelTruth::default();
+        ground.write_truth(0, forces, motion, axle, &mut truth)?;
+        Ok(truth)
+    }
+
     fn spinning(x: f64, y: f64) -> WheelMotion {
         WheelMotion {
             centre: Vec2::new(x, y),
@@ -352,7 +386,7 @@ mod tests {
             (2.0, 0.4),
             (3.0, 0.7),
         ] {
-            let forces = ground.act(&spinning(x, 0.0995)).unwrap();
+            let forces = act(&mut ground, &spinning(x, 0.0995)).unwrap();
             let ratio = forces.traction / forces.normal_force;
             assert!((ratio - mu).abs() < 1e-12, "{ratio} at {x}");
         }
@@ -377,13 +411,13 @@ mod tests {
         ));
         let mut ground = ground(wall, &[]);
         let mut found = Vec::new();
-        ground.find(Vec2::new(0.5005, 0.0995), &mut found);
+        ground.find(0, Vec2::new(0.5005, 0.0995), &mut found);
         assert!(found.iter().any(|c| c.distance < 0.0), "{found:?}");
-        let forces = ground.act(&spinning(0.5005, 0.0995)).unwrap();
+        let forces = act(&mut ground, &spinning(0.5005, 0.0995)).unwrap();
         assert_eq!(forces.contacts, 2);
         assert!(forces.force.x < 0.0 && forces.force.y > 0.0);
         // Within the wall, which is 80 um thick at this height.
-        assert!(ground.act(&spinning(0.600_05, 0.0995)).is_err());
+        assert!(act(&mut ground, &spinning(0.600_05, 0.0995)).is_err());
     }
 
     /// The x of the contact decides, not that of the wheel: a wheel at a riser is behind the stretch, but touches an
@@ -392,7 +426,7 @@ mod tests {
     fn each_contact_has_the_friction_of_its_place() {
         let mut ground = ground(Profile::step(), &[(0.7, 9.0, 0.0)]);
         let centre_x = 0.7 - (0.0995_f64.powi(2) - 0.0495_f64.powi(2)).sqrt();
-        let forces = ground.act(&spinning(centre_x, 0.0995)).unwrap();
+        let forces = act(&mut ground, &spinning(centre_x, 0.0995)).unwrap();
         assert_eq!(forces.contacts, 2);
         let tread = ground.contact.normal_force(0.0005, 0.0);
         assert!((forces.traction - 0.7 * tread).abs() < 1e-9 * tread);
@@ -404,7 +438,7 @@ mod tests {
             torque: 0.0,
         };
         let motion = spinning(centre_x, 0.0995);
-        let truth = ground.truth(forces, &motion, axle).unwrap();
+        let truth = truth(&ground, &forces, &motion, axle).unwrap();
         let [rear, front] = truth.contact_list[..] else {
             panic!("{:?}", truth.contact_list);
         };
@@ -424,8 +458,8 @@ mod tests {
 
         // Equivalence: with one contact the list has its law's values, at its point.
         let motion = spinning(0.3, 0.0995);
-        let forces = ground.act(&motion).unwrap();
-        let truth = ground.truth(forces, &motion, axle).unwrap();
+        let forces = act(&mut ground, &motion).unwrap();
+        let truth = truth(&ground, &forces, &motion, axle).unwrap();
         let [contact] = truth.contact_list[..] else {
             panic!("{:?}", truth.contact_list);
         };
@@ -436,8 +470,8 @@ mod tests {
 
         // In the air there is none.
         let motion = spinning(0.3, 0.2);
-        let forces = ground.act(&motion).unwrap();
-        let truth = ground.truth(forces, &motion, axle).unwrap();
+        let forces = act(&mut ground, &motion).unwrap();
+        let truth = truth(&ground, &forces, &motion, axle).unwrap();
         assert!(truth.contact_list.is_empty() && (truth.penetration + 0.1).abs() < 1e-10);
         assert!(!truth.slides && truth.force == Vec2::zeros());
     }
@@ -464,8 +498,8 @@ mod tests {
             velocity: tangent * 0.2,
             spin: 2.0,
         };
-        let forces = ground.act(&climbing).unwrap();
-        let truth = ground.truth(forces, &climbing, axle).unwrap();
+        let forces = act(&mut ground, &climbing).unwrap();
+        let truth = truth(&ground, &forces, &climbing, axle).unwrap();
         let [tread, edge] = truth.contact_list[..] else {
             panic!("{:?}", truth.contact_list);
         };

@@ -142,6 +142,11 @@ impl Edge {
         (low, high)
     }
 
+    /// Second derivative at `from`, 1/m.
+    pub fn second_derivative_at_from(&self) -> f64 {
+        self.second_derivatives[0]
+    }
+
     /// Tangents at both ends, directed along the edge; not unit vectors.
     pub fn tangents(&self) -> [Vec2; 2] {
         self.slopes.map(tangent)
@@ -199,14 +204,14 @@ impl Edge {
         if self.is_riser() {
             let point = Vec2::new(self.from.x, centre.y);
             let away = Vec2::new(-arm.x, 0.0);
-            return Contact::on_edge(point, tangent(self.slopes[0]), away);
+            return Contact::on_edge(point, tangent(self.slopes[0]), 0.0, away);
         }
         let at_from = self.distance_rate_at_from(centre);
         if self.is_line() {
             let slope = self.slopes[0];
             let s = -at_from / (1.0 + slope * slope);
             let foot = Vec2::new(s, s * slope);
-            return Contact::on_edge(self.from + foot, Vec2::new(1.0, slope), -(arm + foot));
+            return Contact::on_edge(self.from + foot, Vec2::new(1.0, slope), 0.0, -(arm + foot));
         }
         let (mut low, mut high) = (0.0, self.to.x - self.from.x);
         // The root of the secant is a start within some 10 um.
@@ -236,7 +241,12 @@ impl Edge {
             [y, slope, second] = self.rise(s);
         }
         let foot = Vec2::new(s, y);
-        Contact::on_edge(self.from + foot, Vec2::new(1.0, slope), -(arm + foot))
+        Contact::on_edge(
+            self.from + foot,
+            Vec2::new(1.0, slope),
+            second,
+            -(arm + foot),
+        )
     }
 }
 

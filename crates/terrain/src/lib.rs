@@ -38,7 +38,7 @@ pub use rough::{Rough, RoughClass, RoughSettings};
 pub use sine::Sine;
 pub use stairs::Stairs;
 pub use survey::Surveyed;
-pub use terrain::Terrain;
+pub use terrain::{Hint, Terrain};
 
 /// A point or direction in the plane (x forward, y up).
 pub type Vec2 = nalgebra::Vector2<f64>;

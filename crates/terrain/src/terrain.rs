@@ -18,6 +18,13 @@ const SAME_POINT: f64 = 1.0e-6;
 /// Newton steps from edge to edge before the search bisects instead; three usually suffice.
 const NEWTON_STEPS: u32 = 8;
 
+/// The place where the contact of one wheel was found last, for [`Terrain::contacts_near`].
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Hint {
+    /// Index of the edge.
+    edge: usize,
+}
+
 /// The ground: a chain of straight and curved edges, and a grid that finds the edges near a wheel.
 ///
 /// Clones share the data.
@@ -42,7 +49,7 @@ impl Terrain {
     /// corners, below 9 deg, are rounded with 1.25 times that radius.
     pub fn for_wheels(profile: Profile, wheel_radius: f64) -> Self {
         let edges = chain(&profile, wheel_radius);
-        let grid = Grid::new(&edges);
+        let grid = Grid::new(&edges, wheel_radius);
         Self {
             ground: Arc::new(Ground {
                 profile,
@@ -76,42 +83,64 @@ impl Terrain {
     /// On smooth ground there is one; a wheel that bridges a hollow has two. `out` is cleared first; its storage is
     /// reused from call to call. The result depends on the arguments alone.
     pub fn contacts(&self, centre: Vec2, radius: f64, out: &mut Vec<Contact>) {
+        self.contacts_near(centre, radius, &mut Hint::default(), out);
+    }
+
+    /// As [`Self::contacts`], faster for a wheel that moves on from its last place: `hint` remembers this place from call
+    /// to call. It has no influence on the result.
+    pub fn contacts_near(
+        &self,
+        centre: Vec2,
+        radius: f64,
+        hint: &mut Hint,
+        out: &mut Vec<Contact>,
+    ) {
         out.clear();
         let Ground { edges, grid, .. } = &*self.ground;
-        let Some(reach) = grid.within(centre, radius, edges) else {
-            return;
-        };
         let mut found = Found {
             centre,
             radius,
             out,
             last_run: None,
         };
-        // Let g = (x - cx) + (f - cy) f' be the derivative of half the squared distance along smooth ground below the
-        // centre. Its slope is 1 + f'^2 + (f - cy) f''. If that is positive everywhere, g has at most one zero between
-        // two breaks. Convex corners keep it so: there g jumps up.
-        if centre.y > reach.high && (centre.y - reach.low) * reach.max_second_derivative < 1.0 {
+        if let Some(range) = grid.single(centre, radius) {
+            self.add_single_minimum(range, Some(hint), &mut found);
+            return;
+        }
+        let Some(reach) = grid.within(centre, radius, edges) else {
+            return;
+        };
+        if reach.has_one_minimum(centre) {
             let mut first = *reach.edges.start();
             for last in grid.breaks(&reach.edges) {
-                self.add_single_minimum(first..=last, &mut found);
+                self.add_single_minimum(first..=last, None, &mut found);
                 found.add_joint(&edges[last], &edges[last + 1]);
                 first = last + 1;
             }
-            self.add_single_minimum(first..=*reach.edges.end(), &mut found);
+            self.add_single_minimum(first..=*reach.edges.end(), None, &mut found);
         } else {
             found.add_all_minima(&edges[reach.edges]);
         }
     }
 
-    /// Adds the local minimum of the distance on edges that have at most one.
-    fn add_single_minimum(&self, range: RangeInclusive<usize>, found: &mut Found) {
+    /// Adds the local minimum of the distance on edges that have at most one. The search starts at the edge of the hint,
+    /// or else below the centre.
+    fn add_single_minimum(
+        &self,
+        range: RangeInclusive<usize>,
+        hint: Option<&mut Hint>,
+        found: &mut Found,
+    ) {
         let Ground { edges, grid, .. } = &*self.ground;
         let centre = found.centre;
         let (mut first, mut last) = (*range.start(), *range.end());
         let mut guess = centre.x;
+        let mut hinted = hint.as_ref().map(|hint| hint.edge);
         let mut steps = 0;
         while first <= last {
-            let index = if steps < NEWTON_STEPS {
+            let index = if let Some(edge) = hinted.take().filter(|edge| range.contains(edge)) {
+                edge
+            } else if steps < NEWTON_STEPS {
                 grid.edge_at(edges, guess).clamp(first, last)
             } else {
                 first + (last - first) / 2
@@ -138,6 +167,9 @@ impl Terrain {
                 guess = edge.newton_x_to(centre);
             } else {
                 found.push(edge.foot(centre), Some(edge.run));
+                if let Some(hint) = hint {
+                    hint.edge = index;
+                }
                 return;
             }
         }
@@ -229,7 +261,8 @@ impl Found<'_> {
         }
         let arm = self.centre - at;
         if before.run == after.run {
-            let contact = Contact::on_edge(at, after.tangents()[0], arm);
+            let second = after.second_derivative_at_from();
+            let contact = Contact::on_edge(at, after.tangents()[0], second, arm);
             self.push(contact, Some(after.run));
         } else {
             self.push(Contact::on_corner(at, arm), None);

@@ -7,7 +7,9 @@
 mod forces;
 mod kinematics;
 mod model;
+mod tangents;
 
 pub(crate) use forces::{Forces, NoForces};
 pub(crate) use kinematics::{Kinematics, State};
-pub(crate) use model::{Contacts, Mechanics};
+pub(crate) use model::Mechanics;
+pub(crate) use tangents::Tangents;
