@@ -150,6 +150,9 @@ impl Ground {
         wheel: &WheelMotion,
         sum: &mut GroundForces,
     ) -> Result<(), BelowGround> {
+        if let [contact] = found {
+            return self.act_at_one(contact, wheel, sum);
+        }
         *sum = GroundForces::default();
         let mut normal_sum = Vec2::zeros();
         for contact in found {
@@ -190,6 +193,44 @@ impl Ground {
         Ok(())
     }
 
+    /// As [`Self::act_at`] for a wheel with one contact, the usual case.
+    fn act_at_one(
+        &self,
+        contact: &Contact,
+        wheel: &WheelMotion,
+        sum: &mut GroundForces,
+    ) -> Result<(), BelowGround> {
+        let OneContact {
+            truth,
+            energy,
+            approach,
+            slip_limit,
+        } = self.one_contact(contact, wheel)?;
+        let (normal_force, traction) = (truth.normal_force, truth.traction);
+        let mut torque = contact.distance * traction;
+        if self.rolling.coefficient > 0.0 {
+            let moment = self
+                .rolling
+                .moment(normal_force, self.wheel_radius, wheel.spin);
+            torque += moment;
+        }
+        *sum = GroundForces {
+            force: truth.normal * normal_force + contact.tangent * traction,
+            torque,
+            normal_force,
+            traction,
+            tangent: contact.tangent,
+            penetration: truth.penetration,
+            slip_speed: truth.slip_speed,
+            slip_limit,
+            grips: !truth.slides,
+            contacts: 1,
+            energy,
+            approach: approach.max(0.0),
+        };
+        Ok(())
+    }
+
     /// Laws (10) and (11) at one contact.
     #[inline(always)]
     fn one_contact(
@@ -203,6 +244,7 @@ impl Ground {
         let (normal_force, energy) = self.contact.normal_force_and_energy(penetration, approach);
         let slip = slip(wheel, t, arm);
         let friction = self.friction.at(&self.stretches, contact.point.x);
+        let slip_limit = friction.slip_limit(&slip);
         Ok(OneContact {
             truth: ContactTruth {
                 point: contact.point,
@@ -211,11 +253,11 @@ impl Ground {
                 traction: friction.coefficient(&slip) * normal_force,
                 penetration,
                 slip_speed: slip.speed(),
-                slides: friction.slides(&slip),
+                slides: slip.speed().abs() > slip_limit,
             },
             energy,
             approach,
-            slip_limit: friction.slip_limit(&slip),
+            slip_limit,
         })
     }
 

@@ -123,19 +123,21 @@ impl Equations {
 
     /// Motor torques at the wheels, N m.
     pub fn motor_torques(&self, t: f64, y: &Y) -> [f64; 3] {
-        self.drives(t, y).map(|drive| drive.torque)
+        let [front, middle, rear] = self.drives(t, y);
+        [front.torque, middle.torque, rear.torque]
     }
 
     /// What the drives of the wheels do.
     fn drives(&self, t: f64, y: &Y) -> [DriveResponse; 3] {
-        let mechanics = &self.mechanics;
-        let radius = mechanics.robot.geometry.wheel_radius;
-        [0, 1, 2].map(|i| {
-            let planned = mechanics.drive.set_speed(i, t, radius);
+        let drive = &self.mechanics.drive;
+        let radius = self.mechanics.robot.geometry.wheel_radius;
+        let start = drive.start_speed(t, radius);
+        let of_wheel = |i: usize| {
+            let planned = start * drive.factor(i, t);
             let (omega, integral) = (y[OMEGA + i], y[INTEGRAL + i]);
-            let command = self.commands[i];
-            mechanics.drive.response(command, planned, omega, integral)
-        })
+            drive.response(self.commands[i], planned, omega, integral)
+        };
+        [of_wheel(0), of_wheel(1), of_wheel(2)]
     }
 
     /// Evaluates [`Self::kinematics`] and [`Self::forces`] at a state with these motor torques (N m).

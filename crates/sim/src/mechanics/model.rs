@@ -66,7 +66,8 @@ impl Mechanics {
 
     /// Motor torques less the losses of the gears, N m.
     pub(super) fn drive_torque(&self, state: &State, torques: [f64; 3]) -> [f64; 3] {
-        [0, 1, 2].map(|i| torques[i] - self.drive.loss_torque(state.omega[i]))
+        let of_wheel = |i: usize| torques[i] - self.drive.loss_torque(state.omega[i]);
+        [of_wheel(0), of_wheel(1), of_wheel(2)]
     }
 
     /// See [`Ground::write_truth`].
