@@ -133,8 +133,13 @@ impl Ground {
         result
     }
 
+    /// Contacts of a wheel (0 front, 1 middle, 2 rear) at the last call of [`Self::act`].
+    pub fn contacts(&self, wheel: usize) -> &[Contact] {
+        &self.found[wheel]
+    }
+
     /// Contacts of a wheel with its centre at `centre` (m). `found` is cleared first.
-    pub fn find(&mut self, wheel: usize, centre: Vec2, found: &mut Vec<Contact>) {
+    fn find(&mut self, wheel: usize, centre: Vec2, found: &mut Vec<Contact>) {
         let hint = &mut self.hints[wheel];
         self.terrain
             .contacts_near(centre, self.wheel_radius, hint, found);
@@ -330,7 +335,7 @@ impl Ground {
 
 /// Slope of a tangent of any length, rad.
 fn slope(tangent: Vec2) -> f64 {
-    tangent.y.atan2(tangent.x)
+    libm::atan2(tangent.y, tangent.x)
 }
 
 /// Whether a contact is on the far side of a thin wall that the wheel penetrates from the near side: the centre is

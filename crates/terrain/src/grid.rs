@@ -11,6 +11,9 @@ const MOST: f64 = 1.0e6;
 /// Allowance for rounding in a cell's bounds, m.
 const MARGIN: f64 = 1e-9;
 
+/// Number of edges that are searched one by one sooner than sorted out: as on stairs, where each is straight.
+const FEW: u32 = 8;
+
 /// Cells of equal width over x, and one more on either side for the level ground.
 pub(crate) struct Grid {
     /// x of the start of cell 1, m.
@@ -50,6 +53,16 @@ struct Below {
     edges: [u32; 2],
     /// Heights between which the distance from the centre has one minimum at most, m. None if the first is the greater one.
     single: [f64; 2],
+}
+
+/// The edges that a wheel can touch.
+pub(crate) enum Near {
+    /// On them the distance from its centre has one minimum at most.
+    Single(RangeInclusive<usize>),
+    /// They are few.
+    Few(RangeInclusive<usize>),
+    /// They must be searched for.
+    Unknown,
 }
 
 /// The ground that a circle can touch.
@@ -131,13 +144,21 @@ impl Grid {
         Below { edges, single }
     }
 
-    /// The edges that a wheel of the grid's radius can touch, if the distance from its centre has one minimum at most on
-    /// them. `None` does not say that there are several.
+    /// How the contacts of a wheel are found best.
     #[inline]
-    pub fn single(&self, centre: Vec2, radius: f64) -> Option<RangeInclusive<usize>> {
+    pub fn near(&self, centre: Vec2, radius: f64) -> Near {
         let Below { edges, single } = &self.below[self.cell(centre.x)];
-        let one = radius <= self.wheel_radius && centre.y > single[0] && centre.y < single[1];
-        one.then_some(edges[0] as usize..=edges[1] as usize)
+        if radius > self.wheel_radius {
+            return Near::Unknown;
+        }
+        let range = edges[0] as usize..=edges[1] as usize;
+        if centre.y > single[0] && centre.y < single[1] {
+            Near::Single(range)
+        } else if edges[1] - edges[0] < FEW {
+            Near::Few(range)
+        } else {
+            Near::Unknown
+        }
     }
 
     /// Adds an edge to the cells into which it reaches.

@@ -3,7 +3,7 @@
 use crate::chain::{REACH, chain};
 use crate::contact::Contact;
 use crate::edge::Edge;
-use crate::grid::Grid;
+use crate::grid::{Grid, Near};
 use crate::{Profile, Vec2};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -103,9 +103,16 @@ impl Terrain {
             out,
             last_run: None,
         };
-        if let Some(range) = grid.single(centre, radius) {
-            self.add_single_minimum(range, Some(hint), &mut found);
-            return;
+        match grid.near(centre, radius) {
+            Near::Single(range) => {
+                found.extend(self.single_minimum(range, centre, Some(hint)));
+                return;
+            }
+            Near::Few(range) => {
+                found.add_all_minima(&edges[range]);
+                return;
+            }
+            Near::Unknown => {}
         }
         let Some(reach) = grid.within(centre, radius, edges) else {
             return;
@@ -113,65 +120,72 @@ impl Terrain {
         if reach.has_one_minimum(centre) {
             let mut first = *reach.edges.start();
             for last in grid.breaks(&reach.edges) {
-                self.add_single_minimum(first..=last, None, &mut found);
-                found.add_joint(&edges[last], &edges[last + 1]);
+                found.extend(self.single_minimum(first..=last, centre, None));
+                found.extend(Place::joint(&edges[last], &edges[last + 1], centre));
                 first = last + 1;
             }
-            self.add_single_minimum(first..=*reach.edges.end(), None, &mut found);
+            found.extend(self.single_minimum(first..=*reach.edges.end(), centre, None));
         } else {
             found.add_all_minima(&edges[reach.edges]);
         }
     }
 
-    /// Adds the local minimum of the distance on edges that have at most one. The search starts at the edge of the hint,
-    /// or else below the centre.
-    fn add_single_minimum(
+    /// The local minimum of the distance on edges that have at most one. The search starts at the edge of the hint, or else
+    /// below the centre.
+    #[inline(always)]
+    fn single_minimum(
         &self,
         range: RangeInclusive<usize>,
+        centre: Vec2,
         hint: Option<&mut Hint>,
-        found: &mut Found,
-    ) {
+    ) -> Option<Place> {
         let Ground { edges, grid, .. } = &*self.ground;
-        let centre = found.centre;
         let (mut first, mut last) = (*range.start(), *range.end());
-        let mut guess = centre.x;
-        let mut hinted = hint.as_ref().map(|hint| hint.edge);
-        let mut steps = 0;
-        while first <= last {
-            let index = if let Some(edge) = hinted.take().filter(|edge| range.contains(edge)) {
-                edge
-            } else if steps < NEWTON_STEPS {
+        let mut index = match &hint {
+            Some(hint) if range.contains(&hint.edge) => hint.edge,
+            _ => grid.edge_at(edges, centre.x).clamp(first, last),
+        };
+        let mut steps = 1;
+        loop {
+            let edge = &edges[index];
+            let rates = edge.distance_rates(centre);
+            if rates[0] <= 0.0 && rates[1] >= 0.0 {
+                if let Some(hint) = hint {
+                    hint.edge = index;
+                }
+                return Some(Place {
+                    contact: edge.foot(centre, rates),
+                    run: Some(edge.run),
+                });
+            }
+            let guess = if rates[0] > 0.0 {
+                if index == first {
+                    return None;
+                }
+                if let Some(joint) = Place::joint(&edges[index - 1], edge, centre) {
+                    return Some(joint);
+                }
+                last = index - 1;
+                edge.newton_x_from(centre)
+            } else {
+                if index == last {
+                    return None;
+                }
+                if let Some(joint) = Place::joint(edge, &edges[index + 1], centre) {
+                    return Some(joint);
+                }
+                first = index + 1;
+                edge.newton_x_to(centre)
+            };
+            if first > last {
+                return None;
+            }
+            index = if steps < NEWTON_STEPS {
                 grid.edge_at(edges, guess).clamp(first, last)
             } else {
                 first + (last - first) / 2
             };
             steps += 1;
-            let edge = &edges[index];
-            if edge.distance_rate_at_from(centre) > 0.0 {
-                if index == first {
-                    return;
-                }
-                if found.add_joint(&edges[index - 1], edge) {
-                    return;
-                }
-                last = index - 1;
-                guess = edge.newton_x_from(centre);
-            } else if edge.distance_rate_at_to(centre) < 0.0 {
-                if index == last {
-                    return;
-                }
-                if found.add_joint(edge, &edges[index + 1]) {
-                    return;
-                }
-                first = index + 1;
-                guess = edge.newton_x_to(centre);
-            } else {
-                found.push(edge.foot(centre), Some(edge.run));
-                if let Some(hint) = hint {
-                    hint.edge = index;
-                }
-                return;
-            }
         }
     }
 
@@ -228,9 +242,46 @@ struct Found<'a> {
     last_run: Option<u32>,
 }
 
+/// A local minimum of the distance.
+struct Place {
+    contact: Contact,
+    /// [`Edge::run`] of its edge; `None` at a corner.
+    run: Option<u32>,
+}
+
+impl Place {
+    /// The joint of two edges if the distance from `centre` has a local minimum there.
+    fn joint(before: &Edge, after: &Edge, centre: Vec2) -> Option<Self> {
+        let (falls, rises) = (
+            before.distance_rates(centre)[1],
+            after.distance_rates(centre)[0],
+        );
+        (falls <= 0.0 && rises >= 0.0).then(|| Self::at_joint(before, after, centre))
+    }
+
+    /// A local minimum at the joint of two edges.
+    fn at_joint(before: &Edge, after: &Edge, centre: Vec2) -> Self {
+        let at = after.from;
+        let arm = centre - at;
+        if before.run == after.run {
+            let second = after.second_derivative_at_from();
+            Self {
+                contact: Contact::on_edge(at, after.tangents()[0], second, arm),
+                run: Some(after.run),
+            }
+        } else {
+            Self {
+                contact: Contact::on_corner(at, arm),
+                run: None,
+            }
+        }
+    }
+}
+
 impl Found<'_> {
     /// Adds a contact within the radius, unless it is the same as the last one.
-    fn push(&mut self, contact: Contact, run: Option<u32>) {
+    #[inline(always)]
+    fn push(&mut self, Place { contact, run }: Place) {
         if (self.centre - contact.point).norm_squared() >= self.radius * self.radius {
             return;
         }
@@ -251,35 +302,32 @@ impl Found<'_> {
         self.last_run = run;
     }
 
-    /// Adds the joint of two edges if the distance has a local minimum there, and returns whether it has.
-    fn add_joint(&mut self, before: &Edge, after: &Edge) -> bool {
-        let at = after.from;
-        if before.distance_rate_at_to(self.centre) > 0.0
-            || after.distance_rate_at_from(self.centre) < 0.0
-        {
-            return false;
+    /// Adds a place, if there is one.
+    fn extend(&mut self, place: Option<Place>) {
+        if let Some(place) = place {
+            self.push(place);
         }
-        let arm = self.centre - at;
-        if before.run == after.run {
-            let second = after.second_derivative_at_from();
-            let contact = Contact::on_edge(at, after.tangents()[0], second, arm);
-            self.push(contact, Some(after.run));
-        } else {
-            self.push(Contact::on_corner(at, arm), None);
-        }
-        true
     }
 
     /// Adds all local minima of the distance, by a search of every edge.
     fn add_all_minima(&mut self, edges: &[Edge]) {
         let centre = self.centre;
-        for (i, edge) in edges.iter().enumerate() {
-            if i > 0 {
-                self.add_joint(&edges[i - 1], edge);
+        let mut before: Option<(&Edge, f64)> = None;
+        for edge in edges {
+            let rates = edge.distance_rates(centre);
+            if let Some((before, falls)) = before
+                && falls <= 0.0
+                && rates[0] >= 0.0
+            {
+                self.push(Place::at_joint(before, edge, centre));
             }
-            if edge.distance_rate_at_from(centre) < 0.0 && edge.distance_rate_at_to(centre) > 0.0 {
-                self.push(edge.foot(centre), Some(edge.run));
+            if rates[0] < 0.0 && rates[1] > 0.0 {
+                self.push(Place {
+                    contact: edge.foot(centre, rates),
+                    run: Some(edge.run),
+                });
             }
+            before = Some((edge, rates[1]));
         }
     }
 }

@@ -1,20 +1,15 @@
 //! The equations of motion in the form of the solver: `dy/dt = f(t, y)`, with Jacobian and integrals.
 
+use super::layout::{INTEGRAL, OMEGA, RATES, SIZE, Y, state};
 use super::radau::Model;
 use super::system::{Factors, Jacobian};
 use crate::balance::{Balance, WheelLoad};
 use crate::drive::DriveResponse;
 use crate::mechanics::{Forces, Kinematics, Mechanics, NoForces, State, Tangents};
 use crate::setup::PlantSetup;
-use crate::start::Start;
 use nalgebra::SVector;
 use robhaz_model::{Vec2, WheelCommand};
 
-/// Number of equations.
-pub(super) const SIZE: usize = 14;
-/// Solver state: Q (m), angles of links 1 and 2 (rad), velocity of Q (m/s), rates of links 1 and 2 (rad/s), wheel spin
-/// speeds (rad/s), integrals of the speed errors (rad).
-pub(super) type Y = SVector<f64, SIZE>;
 /// Number of integrals: quantities that are integrated with the motion but do not influence it.
 pub(super) const INTEGRALS: usize = 13;
 /// Wheel spins relative to the links (rad), work of the motors (J). Then the rest of [`Balance`], if it is asked for:
@@ -25,11 +20,6 @@ const IMPULSE: usize = 4;
 const GEAR: usize = 10;
 const GROUND: usize = 11;
 const STOP: usize = 12;
-/// Index of the first rate, and of the first integral of a speed error.
-pub(super) const RATES: usize = 4;
-const OMEGA: usize = 8;
-pub(super) const INTEGRAL: usize = 11;
-
 /// Longest step, s.
 const LONGEST_STEP: f64 = 0.1;
 /// Longest distance that the robot travels in a step, m: a fifth of a wheel's radius, so that a step cannot skip an
@@ -56,33 +46,6 @@ pub(super) struct Equations {
     tangents: Tangents,
     /// See [`Self::last_refusal`].
     refusal: Option<NoForces>,
-}
-
-/// The solver's state at time zero.
-pub(super) fn start(start: &Start) -> Y {
-    let state = &start.state;
-    let mut y = Y::zeros();
-    y.fixed_rows_mut::<4>(0).copy_from_slice(&[
-        state.q.x,
-        state.q.y,
-        state.angles[0],
-        state.angles[1],
-    ]);
-    y.fixed_rows_mut::<4>(RATES).copy_from(&state.rates);
-    y.fixed_rows_mut::<3>(OMEGA).copy_from_slice(&state.omega);
-    y.fixed_rows_mut::<3>(INTEGRAL)
-        .copy_from_slice(&start.integrals);
-    y
-}
-
-/// Coordinates and rates in the solver's state.
-pub(super) fn state(y: &Y) -> State {
-    State {
-        q: Vec2::new(y[0], y[1]),
-        angles: [y[2], y[3]],
-        rates: y.fixed_rows::<4>(RATES).into_owned(),
-        omega: [y[OMEGA], y[OMEGA + 1], y[OMEGA + 2]],
-    }
 }
 
 /// Impulse and work among the integrals.

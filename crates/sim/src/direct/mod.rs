@@ -9,6 +9,7 @@
 //! output, and all forces are evaluated from this state.
 
 mod equations;
+mod layout;
 mod method;
 mod radau;
 mod system;
@@ -21,7 +22,8 @@ use crate::mechanics::NoForces;
 use crate::setup::PlantSetup;
 use crate::start::Start;
 use crate::truth::PinTruth;
-use equations::{Equations, INTEGRALS, Integrals, SIZE, Y};
+use equations::{Equations, INTEGRALS, Integrals};
+use layout::{SIZE, Y};
 use radau::Radau;
 use robhaz_model::{Bar, WheelCommand};
 use system::Factors;
@@ -70,7 +72,7 @@ impl DirectEngine {
         Self {
             equations: Equations::new(setup),
             solver: None,
-            start: equations::start(start),
+            start: layout::start(start),
             weights: weights(&setup.drive),
             tolerance: setup.tolerance,
             period: setup.period,
@@ -134,7 +136,7 @@ impl DirectEngine {
     ) -> Result<(), NoForces> {
         let time = instant.truth.time;
         let equations = &mut self.equations;
-        let state = equations::state(y);
+        let state = layout::state(y);
         let torques = equations.motor_torques(time, y);
         equations.evaluate(&state, torques)?;
         let Equations {

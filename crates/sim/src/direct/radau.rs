@@ -103,6 +103,8 @@ pub(super) struct Radau<const N: usize, const Q: usize, S: System<N>> {
     last: Option<(f64, f64)>,
     jacobian: Option<S::Jacobian>,
     factors: Option<Factors<S>>,
+    /// Error after the first iteration of Newton's method over the change in it, as expected from earlier steps.
+    expected_contraction: f64,
     work: Work,
 }
 
@@ -141,6 +143,7 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
             last: None,
             jacobian: None,
             factors: None,
+            expected_contraction: 1.0,
             work: Work::default(),
         })
     }
@@ -238,6 +241,9 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
         };
         let error = self.error(model, &factors, h, &z, retried || self.last.is_none());
         self.factors = Some(factors);
+        if iterations > 1 {
+            self.expected_contraction = contraction / (1.0 - contraction);
+        }
         let longest_iteration = f64::from(1 + 2 * ITERATIONS);
         let safety = SAFETY * (longest_iteration / f64::from(iterations + 2 * ITERATIONS)).min(1.0);
         let factor = (safety * error.powf(-0.25)).clamp(0.125, 5.0);
@@ -298,6 +304,8 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
         });
         let mut w = combined(&T_INVERSE, &z);
         let (mut before, mut contraction) = (0.0, 0.0);
+        // What was learned in an earlier step counts less from step to step.
+        self.expected_contraction = self.expected_contraction.max(1e-16).powf(0.8);
         for iteration in 1..=ITERATIONS {
             let mut f = [SVector::zeros(); 3];
             for i in 0..3 {
@@ -351,8 +359,8 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
                 if left <= NEWTON {
                     return Newton::Converged(z, iteration, contraction);
                 }
-            } else if change <= 1e-3 * NEWTON {
-                return Newton::Converged(z, iteration, contraction);
+            } else if self.expected_contraction * change <= NEWTON {
+                return Newton::Converged(z, iteration, 0.0);
             }
             before = change;
         }

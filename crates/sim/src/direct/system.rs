@@ -4,7 +4,7 @@
 //! wheel depends on itself and on the wheel's speed alone. What is left are seven equations for the rates v and the wheel
 //! speeds, instead of fourteen: an eighth of the work of a factorisation.
 
-use super::equations::{INTEGRAL, RATES, SIZE};
+use super::layout::{INTEGRAL, RATES, SIZE};
 use super::radau::System;
 use nalgebra::{Complex, ComplexField, LU, SMatrix, SVector, U7};
 

@@ -4,6 +4,7 @@
 //! [`super::kinematics`]. The wheel spins relative to the links follow from eq. (2) and are eliminated from these
 //! equations. Pin forces follow from Newton's and Euler's equations of single bars.
 
+use super::carriers::Carriers;
 use super::kinematics::{Kinematics, Motion, State};
 use crate::drive::wheel_acceleration;
 use crate::error::BelowGround;
@@ -53,9 +54,9 @@ impl Forces {
     /// # Errors
     /// [`NoForces`]
     #[inline]
-    pub fn solve(
+    pub(super) fn solve(
         &mut self,
-        robot: &Robot,
+        (robot, carriers): (&Robot, &Carriers),
         kinematics: &Kinematics,
         state: &State,
         drive_torque: [f64; 3],
@@ -63,23 +64,23 @@ impl Forces {
     ) -> Result<(), NoForces> {
         let (geometry, mass) = (&robot.geometry, &robot.mass);
         let (mut m, mut right) = (Matrix4::zeros(), Vector4::zeros());
-        for bar in Bar::ALL {
+        carriers.add(kinematics, &mut m, &mut right);
+        for bar in [Bar::Body, Bar::Link3] {
             let ((own, inertia), i) = (mass.of(bar), bar as usize);
             kinematics.centres[i].add_mass(own, &mut m, &mut right);
             kinematics.turns[i].add_inertia(inertia, &mut m, &mut right);
         }
         let (jw, jr) = (mass.wheel_inertia, mass.rotor_inertia);
+        let share = jw / (jw + jr);
         for i in 0..3 {
             let motion = kinematics.wheel(robot, i, state);
             let ground = &mut self.ground[i];
             act(i, &motion, ground).map_err(|source| NoForces::BelowGround { wheel: i, source })?;
             let (axle, row) = (&kinematics.axles[i], 2 + geometry.carriers[i].index());
-            axle.add_mass(mass.wheel, &mut m, &mut right);
             axle.add_force(ground.force, &mut right);
-            // Eq. (2), solved for the spin's acceleration and substituted in the link's equation, adds the inertia
-            // J_w J_r/(J_w + J_r), and the share J_w/(J_w + J_r) of the torques.
-            m[(row, row)] += jw * jr / (jw + jr);
-            right[row] += ground.torque + jw / (jw + jr) * (drive_torque[i] - ground.torque);
+            // Eq. (2), solved for the spin's acceleration and substituted in the link's equation, adds an inertia (see
+            // `Carriers`), and the share J_w/(J_w + J_r) of the torques.
+            right[row] += ground.torque + share * (drive_torque[i] - ground.torque);
         }
         self.stop_torque = stop_torque_at(robot, state);
         right[2] += self.stop_torque;

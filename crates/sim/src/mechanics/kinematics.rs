@@ -51,7 +51,7 @@ pub(super) struct Turning {
 #[derive(Clone, Default)]
 pub(crate) struct Kinematics {
     /// Unit vectors along the turned x axis of each bar, in the order of [`Bar::ALL`].
-    axes: [Vec2; 4],
+    pub(super) axes: [Vec2; 4],
     /// Rotations of the bars, in the order of [`Bar::ALL`].
     pub(super) turns: [Turning; 4],
     /// Centres of mass of the bars, in the order of [`Bar::ALL`].
@@ -186,7 +186,7 @@ impl Kinematics {
             angle: match bar {
                 Bar::Link1 => state.angles[0],
                 Bar::Link2 => state.angles[1],
-                Bar::Body | Bar::Link3 => axis.y.atan2(axis.x),
+                Bar::Body | Bar::Link3 => libm::atan2(axis.y, axis.x),
             },
             velocity: self.centres[i].velocity(state),
             rate: self.turns[i].rate,
@@ -303,6 +303,11 @@ impl Motion {
 }
 
 impl Turning {
+    /// Angular rate, rad/s.
+    pub fn rate(&self) -> f64 {
+        self.rate
+    }
+
     /// Adds the inertia (kg m^2) of a bar, as [`Motion::add_mass`] adds a mass.
     pub fn add_inertia(&self, inertia: f64, m: &mut Matrix4<f64>, right: &mut Vector4<f64>) {
         let (k1, k2) = (inertia * self.k1, inertia * self.k2);

@@ -4,6 +4,7 @@
 //! both engines start, and [`crate::stability`] takes the mass matrix. The motion of [`crate::rapier`] does not depend
 //! on them.
 
+mod carriers;
 mod forces;
 mod kinematics;
 mod model;

@@ -1,5 +1,6 @@
 //! The robot with its drives on its ground: forces from a state and the motor torques.
 
+use super::carriers::Carriers;
 use super::forces::{Forces, NoForces};
 use super::kinematics::{Kinematics, State};
 use crate::drive::Drive;
@@ -7,13 +8,14 @@ use crate::error::BelowGround;
 use crate::ground::{AxleState, Ground, GroundForces, WheelMotion};
 use crate::setup::PlantSetup;
 use crate::truth::WheelTruth;
-use robhaz_model::{Robot, Vec2};
+use robhaz_model::Robot;
 use robhaz_terrain::Contact;
 
 /// The equations of motion with all laws that act on the robot.
 pub(crate) struct Mechanics {
     pub robot: Robot,
     pub drive: Drive,
+    carriers: Carriers,
     ground: Ground,
 }
 
@@ -22,6 +24,7 @@ impl Mechanics {
         Self {
             robot: setup.robot.clone(),
             drive: setup.drive.clone(),
+            carriers: Carriers::new(&setup.robot),
             ground: Ground::new(setup),
         }
     }
@@ -42,12 +45,18 @@ impl Mechanics {
         let ground = &mut self.ground;
         let act =
             |i: usize, wheel: &WheelMotion, forces: &mut GroundForces| ground.act(i, wheel, forces);
-        forces.solve(&self.robot, kinematics, state, drive_torque, act)
+        forces.solve(
+            (&self.robot, &self.carriers),
+            kinematics,
+            state,
+            drive_torque,
+            act,
+        )
     }
 
-    /// The contacts of a wheel (0 front, 1 middle, 2 rear) whose centre is at `centre` (m). `found` is cleared first.
-    pub(super) fn find_contacts(&mut self, wheel: usize, centre: Vec2, found: &mut Vec<Contact>) {
-        self.ground.find(wheel, centre, found);
+    /// The contacts of a wheel (0 front, 1 middle, 2 rear) at the last [`Self::solve`].
+    pub(super) fn contacts(&self, wheel: usize) -> &[Contact] {
+        self.ground.contacts(wheel)
     }
 
     /// Forces of given contacts on a wheel.

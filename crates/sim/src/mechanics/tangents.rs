@@ -33,7 +33,6 @@ pub(crate) struct Tangents {
     pub matrix: SMatrix<f64, 7, COLUMNS>,
     forces: Forces,
     moved: Kinematics,
-    contacts: Vec<Contact>,
     displaced: Vec<Contact>,
 }
 
@@ -77,15 +76,19 @@ impl Tangents {
     /// Adds what a wheel's motion and torque change: generalised forces, and torques on the spins.
     fn add_wheel(
         &mut self,
-        mechanics: &mut Mechanics,
+        mechanics: &Mechanics,
         kinematics: &Kinematics,
         state: &State,
         wheel: usize,
         (loads, spins): (&mut SMatrix<f64, 4, COLUMNS>, &mut SMatrix<f64, 3, COLUMNS>),
     ) -> Result<(), BelowGround> {
         let motion = kinematics.wheel(&mechanics.robot, wheel, state);
-        mechanics.find_contacts(wheel, motion.centre, &mut self.contacts);
-        let slopes = slopes(mechanics, &self.contacts, &mut self.displaced, &motion)?;
+        let slopes = slopes(
+            mechanics,
+            mechanics.contacts(wheel),
+            &mut self.displaced,
+            &motion,
+        )?;
         let link = mechanics.robot.geometry.carriers[wheel].index();
         let mass = &mechanics.robot.mass;
         let share = mass.wheel_inertia / (mass.wheel_inertia + mass.rotor_inertia);
