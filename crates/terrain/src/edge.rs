@@ -149,6 +149,11 @@ impl Edge {
         self.second_derivatives[0]
     }
 
+    /// Second derivative at `to`, 1/m.
+    pub fn second_derivative_at_to(&self) -> f64 {
+        self.second_derivatives[1]
+    }
+
     /// Tangents at both ends, directed along the edge; not unit vectors.
     pub fn tangents(&self) -> [Vec2; 2] {
         self.slopes.map(tangent)

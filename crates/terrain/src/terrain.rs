@@ -4,6 +4,7 @@ use crate::chain::{REACH, chain};
 use crate::contact::Contact;
 use crate::edge::Edge;
 use crate::grid::{Grid, Near};
+use crate::jump::Jump;
 use crate::{Profile, Vec2};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -187,6 +188,29 @@ impl Terrain {
             };
             steps += 1;
         }
+    }
+
+    /// Places where the curvature jumps by more than `least` (1/m) and the tangent does not, from rear to front: the ends of
+    /// bumps and parts, and knots of curves that are not smooth enough.
+    pub fn curvature_jumps(&self, least: f64) -> Vec<Jump> {
+        let pairs = self.ground.edges.windows(2);
+        pairs
+            .filter(|pair| pair[0].run == pair[1].run && !pair[0].is_riser())
+            .map(|pair| Jump::at_joint(&pair[0], &pair[1]))
+            .filter(|jump| jump.curvature > least)
+            .collect()
+    }
+
+    /// The place at x (m), as one where everything can jump: the end of a friction stretch. `None` on a riser.
+    pub fn jump_at(&self, x: f64) -> Option<Jump> {
+        let Ground { edges, grid, .. } = &*self.ground;
+        let edge = &edges[grid.edge_at(edges, x)];
+        let [height, slope, _] = edge.eval(x);
+        slope.is_finite().then(|| Jump {
+            point: Vec2::new(x, height),
+            tangent: Vec2::new(1.0, slope).normalize(),
+            curvature: f64::INFINITY,
+        })
     }
 
     /// The point of the ground nearest to `centre` (m), at any distance.

@@ -1,5 +1,6 @@
 //! The equations of motion in the form of the solver: `dy/dt = f(t, y)`, with Jacobian and integrals.
 
+use super::jumps::Jumps;
 use super::layout::{INTEGRAL, OMEGA, RATES, SIZE, Y, state};
 use super::radau::Model;
 use super::system::{Factors, Jacobian};
@@ -30,6 +31,9 @@ const LONGEST_WAY: f64 = 0.02;
 /// rounding.
 const SHORTEST_TO_CHANGE: f64 = 1e-9;
 
+/// First step after a jump on the ground, s: less than the time constant of a bare wheel on the contact's damping (75 us).
+const STEP_AFTER_JUMP: f64 = 5e-5;
+
 /// The equations of motion of a run.
 pub(super) struct Equations {
     pub mechanics: Mechanics,
@@ -37,6 +41,9 @@ pub(super) struct Equations {
     pub commands: [WheelCommand; 3],
     /// Time at which the commands may change next, s: no step goes beyond it. Infinite for commands that are held.
     pub next_command: f64,
+    jumps: Jumps,
+    /// Time at which the step ends at one of [`Self::jumps`], s; infinite if it does not.
+    jump_at: f64,
     /// Whether all of [`Balance`] is integrated.
     balance: bool,
     /// At the state of the last evaluation.
@@ -66,6 +73,8 @@ impl Equations {
             mechanics: Mechanics::new(setup),
             commands: Default::default(),
             next_command: f64::INFINITY,
+            jumps: Jumps::new(setup),
+            jump_at: f64::INFINITY,
             balance: setup.balance,
             kinematics: Kinematics::default(),
             forces: Forces::default(),
@@ -244,7 +253,12 @@ impl Model<SIZE, INTEGRALS> for Equations {
         rates
     }
 
-    fn longest_step(&self, t: f64, y: &Y) -> f64 {
+    fn longest_step(&mut self, t: f64, y: &Y, rates: &Y) -> f64 {
+        if t >= self.jump_at {
+            self.jump_at = f64::INFINITY;
+            return STEP_AFTER_JUMP;
+        }
+        self.jump_at = f64::INFINITY;
         let speed = y[RATES].hypot(y[RATES + 1]);
         let longest = LONGEST_STEP.min(LONGEST_WAY / speed.max(1e-9));
         let to_command = self.next_command - t;
@@ -255,6 +269,21 @@ impl Model<SIZE, INTEGRALS> for Equations {
         };
         // A step does not skip a change of the set speeds.
         let change = self.mechanics.drive.next_change(t + SHORTEST_TO_CHANGE);
-        change.map_or(longest, |change| longest.min(change - t))
+        let longest = change.map_or(longest, |change| longest.min(change - t));
+        if self.jumps.is_empty() {
+            return longest;
+        }
+        let state = state(y);
+        let robot = &self.mechanics.robot;
+        if self.kinematics.set(robot, &state).is_err() {
+            return longest;
+        }
+        let accelerations = rates.fixed_rows::<4>(RATES).into_owned();
+        let motion = (&state, &accelerations);
+        let next = self.jumps.next(robot, &self.kinematics, motion, longest);
+        if next.arrives {
+            self.jump_at = t + next.longest;
+        }
+        next.longest
     }
 }

@@ -9,6 +9,7 @@
 //! output, and all forces are evaluated from this state.
 
 mod equations;
+mod jumps;
 mod layout;
 mod method;
 mod radau;

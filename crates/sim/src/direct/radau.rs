@@ -28,8 +28,8 @@ pub(super) trait Model<const N: usize, const Q: usize> {
     /// Rates of the integrals.
     fn integrands(&mut self, t: f64, y: &SVector<f64, N>) -> SVector<f64, Q>;
 
-    /// Longest step from here.
-    fn longest_step(&self, t: f64, y: &SVector<f64, N>) -> f64;
+    /// Longest step from a state with known rates. It is called once for each step.
+    fn longest_step(&mut self, t: f64, y: &SVector<f64, N>, rates: &SVector<f64, N>) -> f64;
 }
 
 /// Factorised matrices `s 1 - df/dy` for a real s and a complex one.
@@ -197,7 +197,7 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
     /// # Errors
     /// [`NoStep`] if no step is short enough.
     pub fn advance(&mut self, model: &mut impl Model<N, Q, System = S>) -> Result<(), NoStep> {
-        let longest = model.longest_step(self.time, &self.y);
+        let longest = model.longest_step(self.time, &self.y, &self.rates);
         // Whether the Jacobian was evaluated at the start of this step.
         let mut fresh = self.jacobian.is_none();
         for attempt in 0..MOST_ATTEMPTS {
@@ -207,7 +207,7 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
             if self.time + self.step <= self.time {
                 return Err(NoStep);
             }
-            match self.attempt(model, attempt > 0, longest) {
+            match self.attempt(model, attempt > 0) {
                 Ok(()) => return Ok(()),
                 Err(Shorter(factor)) => {
                     self.work.rejected += 1;
@@ -227,7 +227,6 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
         &mut self,
         model: &mut impl Model<N, Q, System = S>,
         retried: bool,
-        longest: f64,
     ) -> Result<(), Shorter> {
         let h = self.step;
         let factors = self.factors(model, h).ok_or(Shorter(0.5))?;
@@ -258,7 +257,7 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
         let rates = model.rates(self.time + h, &y).ok_or(Shorter(0.5))?;
         self.work.rates += 1;
         self.accept(model, h, &z, y, rates);
-        self.plan(h, error, factor, contraction, longest);
+        self.plan(h, error, factor, contraction);
         Ok(())
     }
 
@@ -417,7 +416,7 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
     }
 
     /// Chooses the length of the next step and what it reuses.
-    fn plan(&mut self, h: f64, error: f64, factor: f64, contraction: f64, longest: f64) {
+    fn plan(&mut self, h: f64, error: f64, factor: f64, contraction: f64) {
         let mut factor = factor;
         if let Some((last_step, last_error)) = self.last {
             // Gustafsson's predictive control: a growing error is expected to continue to grow.
@@ -430,7 +429,7 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
         } else if (1.0..=KEEP_STEP).contains(&factor) {
             factor = 1.0;
         }
-        self.step = (h * factor).min(longest);
+        self.step = h * factor;
     }
 }
 

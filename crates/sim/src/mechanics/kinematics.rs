@@ -210,6 +210,11 @@ impl Kinematics {
         -self.axles[wheel].arm * rate
     }
 
+    /// Acceleration of a wheel's centre (m/s^2) at the accelerations of the four coordinates.
+    pub fn axle_acceleration(&self, wheel: usize, accelerations: &Vector4<f64>) -> Vec2 {
+        self.axles[wheel].acceleration(accelerations)
+    }
+
     /// Centre of a wheel, m.
     pub fn axle(&self, wheel: usize, state: &State) -> Vec2 {
         state.q + self.axles[wheel].arm

@@ -72,7 +72,7 @@ where
         *y
     }
 
-    fn longest_step(&self, _: f64, _: &SVector<f64, N>) -> f64 {
+    fn longest_step(&mut self, _: f64, _: &SVector<f64, N>, _: &SVector<f64, N>) -> f64 {
         self.longest_step
     }
 }
