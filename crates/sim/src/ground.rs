@@ -126,23 +126,16 @@ impl Ground {
         motion: &WheelMotion,
         forces: &mut GroundForces,
     ) -> Result<(), BelowGround> {
-        let mut found = std::mem::take(&mut self.found[wheel]);
-        self.find(wheel, motion.centre, &mut found);
-        let result = self.act_at(&found, motion, forces);
-        self.found[wheel] = found;
-        result
+        let found = &mut self.found[wheel];
+        let hint = &mut self.hints[wheel];
+        self.terrain
+            .contacts_near(motion.centre, self.wheel_radius, hint, found);
+        self.act_at(&self.found[wheel], motion, forces)
     }
 
     /// Contacts of a wheel (0 front, 1 middle, 2 rear) at the last call of [`Self::act`].
     pub fn contacts(&self, wheel: usize) -> &[Contact] {
         &self.found[wheel]
-    }
-
-    /// Contacts of a wheel with its centre at `centre` (m). `found` is cleared first.
-    fn find(&mut self, wheel: usize, centre: Vec2, found: &mut Vec<Contact>) {
-        let hint = &mut self.hints[wheel];
-        self.terrain
-            .contacts_near(centre, self.wheel_radius, hint, found);
     }
 
     /// Forces of given contacts of a wheel.
@@ -279,22 +272,20 @@ impl Ground {
         axle: AxleState,
         truth: &mut WheelTruth,
     ) -> Result<(), BelowGround> {
-        *truth = WheelTruth {
-            position: wheel.centre,
-            angle: axle.angle,
-            omega: axle.omega,
-            torque: axle.torque,
-            normal_force: forces.normal_force,
-            traction: forces.traction,
-            contact_angle: slope(forces.tangent),
-            penetration: forces.penetration,
-            slip_speed: forces.slip_speed,
-            slip_limit: forces.slip_limit,
-            contacts: forces.contacts,
-            force: forces.force,
-            slides: forces.contacts > 0 && !forces.grips,
-            contact_list: ContactList::default(),
-        };
+        truth.position = wheel.centre;
+        truth.angle = axle.angle;
+        truth.omega = axle.omega;
+        truth.torque = axle.torque;
+        truth.normal_force = forces.normal_force;
+        truth.traction = forces.traction;
+        truth.contact_angle = slope(forces.tangent);
+        truth.penetration = forces.penetration;
+        truth.slip_speed = forces.slip_speed;
+        truth.slip_limit = forces.slip_limit;
+        truth.contacts = forces.contacts;
+        truth.force = forces.force;
+        truth.slides = forces.contacts > 0 && !forces.grips;
+        truth.contact_list = ContactList::default();
         match forces.contacts {
             0 => {
                 if let Some(nearest) = self.terrain.nearest(wheel.centre) {
@@ -458,7 +449,9 @@ mod tests {
         ));
         let mut ground = ground(wall, &[]);
         let mut found = Vec::new();
-        ground.find(0, Vec2::new(0.5005, 0.0995), &mut found);
+        ground
+            .terrain
+            .contacts(Vec2::new(0.5005, 0.0995), 0.1, &mut found);
         assert!(found.iter().any(|c| c.distance < 0.0), "{found:?}");
         let forces = act(&mut ground, &spinning(0.5005, 0.0995)).unwrap();
         assert_eq!(forces.contacts, 2);
