@@ -49,7 +49,9 @@ fn loop_time() -> f64 {
 pub fn table(setup: impl Fn(EngineKind, &Terrain) -> PlantSetup, duration: f64) {
     let unit = loop_time();
     println!("speed: loop of floating-point work {:.1} ms", 1e3 * unit);
-    println!("speed: engine  scene   simulated s/s  error of N (99 %)  simulated s per loop  with impulse and work");
+    println!(
+        "speed: engine  scene   simulated s/s  error of N (99 %)  simulated s per loop  with impulse and work"
+    );
     for (name, profile) in [("smooth", Profile::smooth()), ("stairs", Profile::stairs())] {
         let terrain = Terrain::new(profile);
         let exact = PlantSetup {

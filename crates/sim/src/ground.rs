@@ -21,6 +21,9 @@ pub(crate) struct Ground {
     found: [Vec<Contact>; 3],
     /// Where each wheel was last.
     hints: [Hint; 3],
+    /// Number of searches for contacts so far.
+    #[cfg(test)]
+    queries: u64,
 }
 
 /// Motion of a wheel.
@@ -113,6 +116,8 @@ impl Ground {
             wheel_radius: setup.robot.geometry.wheel_radius,
             found: Default::default(),
             hints: Default::default(),
+            #[cfg(test)]
+            queries: 0,
         }
     }
 
@@ -128,9 +133,19 @@ impl Ground {
     ) -> Result<(), BelowGround> {
         let found = &mut self.found[wheel];
         let hint = &mut self.hints[wheel];
+        #[cfg(test)]
+        {
+            self.queries += 1;
+        }
         self.terrain
             .contacts_near(motion.centre, self.wheel_radius, hint, found);
         self.act_at(&self.found[wheel], motion, forces)
+    }
+
+    /// Number of searches for contacts so far.
+    #[cfg(test)]
+    pub fn queries(&self) -> u64 {
+        self.queries
     }
 
     /// Contacts of a wheel (0 front, 1 middle, 2 rear) at the last call of [`Self::act`].
@@ -394,7 +409,7 @@ mod tests {
         Ok(forces)
     }
 
-    fn truth(
+    fn truth_of(
         ground: &Ground,
         forces: &GroundForces,
         motion: &WheelMotion,
@@ -478,7 +493,7 @@ mod tests {
             torque: 0.0,
         };
         let motion = spinning(centre_x, 0.0995);
-        let truth = truth(&ground, &forces, &motion, axle).unwrap();
+        let truth = truth_of(&ground, &forces, &motion, axle).unwrap();
         let [rear, front] = truth.contact_list[..] else {
             panic!("{:?}", truth.contact_list);
         };
@@ -499,7 +514,7 @@ mod tests {
         // Equivalence: with one contact the list has its law's values, at its point.
         let motion = spinning(0.3, 0.0995);
         let forces = act(&mut ground, &motion).unwrap();
-        let truth = truth(&ground, &forces, &motion, axle).unwrap();
+        let truth = truth_of(&ground, &forces, &motion, axle).unwrap();
         let [contact] = truth.contact_list[..] else {
             panic!("{:?}", truth.contact_list);
         };
@@ -511,7 +526,7 @@ mod tests {
         // In the air there is none.
         let motion = spinning(0.3, 0.2);
         let forces = act(&mut ground, &motion).unwrap();
-        let truth = truth(&ground, &forces, &motion, axle).unwrap();
+        let truth = truth_of(&ground, &forces, &motion, axle).unwrap();
         assert!(truth.contact_list.is_empty() && (truth.penetration + 0.1).abs() < 1e-10);
         assert!(!truth.slides && truth.force == Vec2::zeros());
     }
@@ -539,7 +554,7 @@ mod tests {
             spin: 2.0,
         };
         let forces = act(&mut ground, &climbing).unwrap();
-        let truth = truth(&ground, &forces, &climbing, axle).unwrap();
+        let truth = truth_of(&ground, &forces, &climbing, axle).unwrap();
         let [tread, edge] = truth.contact_list[..] else {
             panic!("{:?}", truth.contact_list);
         };

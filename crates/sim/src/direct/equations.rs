@@ -2,7 +2,7 @@
 
 use super::jumps::Jumps;
 use super::layout::{INTEGRAL, OMEGA, RATES, SIZE, Y, state};
-use super::radau::Model;
+use super::problem::Model;
 use super::system::{Factors, Jacobian};
 use crate::balance::{Balance, WheelLoad};
 use crate::drive::DriveResponse;

@@ -12,6 +12,7 @@ mod equations;
 mod jumps;
 mod layout;
 mod method;
+mod problem;
 mod radau;
 mod system;
 
@@ -226,3 +227,7 @@ fn refusal(time: f64, why: Option<NoForces>) -> PlantError {
         _ => PlantError::NoStep { time },
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+mod tests;

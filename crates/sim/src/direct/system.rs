@@ -5,7 +5,7 @@
 //! speeds, instead of fourteen: an eighth of the work of a factorisation.
 
 use super::layout::{INTEGRAL, RATES, SIZE};
-use super::radau::System;
+use super::problem::System;
 use nalgebra::{Complex, ComplexField, LU, SMatrix, SVector, U7};
 
 /// Number of equations that are left.

@@ -54,6 +54,12 @@ impl Mechanics {
         )
     }
 
+    /// See [`Ground::queries`].
+    #[cfg(test)]
+    pub fn terrain_queries(&self) -> u64 {
+        self.ground.queries()
+    }
+
     /// The contacts of a wheel (0 front, 1 middle, 2 rear) at the last [`Self::solve`].
     pub(super) fn contacts(&self, wheel: usize) -> &[Contact] {
         self.ground.contacts(wheel)
