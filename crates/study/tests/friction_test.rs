@@ -124,7 +124,7 @@ impl Row {
     fn add(&mut self, mu: f64, ramps: &Ramps) {
         self.failed += 3 - ramps.results.len();
         for result in &ramps.results {
-            if result.end != FrictionTestEnd::Slipped {
+            if result.ramps == 0 {
                 self.failed += 1;
                 continue;
             }

@@ -55,12 +55,14 @@ pub(crate) struct SlipWatch {
     time: f64,
     /// Whether the wheel slips: the onset is over, and the wheel has not gripped again.
     slips: bool,
+    /// Slip speed in the direction of the traction below which it grips again, m/s: with as much it has borne the peak.
+    gripping: f64,
     /// Distance that the rim has slid over the ground since the peak, m.
     slid: f64,
     peak: Peak,
 }
 
-visit_fields!(SlipWatch: started, ratio, slip, time, slips, slid, peak);
+visit_fields!(SlipWatch: started, ratio, slip, time, slips, gripping, slid, peak);
 
 /// The largest low-pass filtered |T/N| of the last [`SlipWatch::WINDOW`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -69,13 +71,15 @@ struct Peak {
     sigma: f64,
     lasting: f64,
     load: f64,
+    /// Low-pass filtered slip speed in the direction of the traction, m/s.
+    slip: f64,
     age: f64,
     /// Place, m, and whether it is known.
     place: f64,
     has_place: bool,
 }
 
-visit_fields!(Peak: value, sigma, lasting, load, age, place, has_place);
+visit_fields!(Peak: value, sigma, lasting, load, slip, age, place, has_place);
 
 impl SlipWatch {
     /// Time constant of the low pass on T/N, s. T/N is level for about four times as long: from the peak of friction until the wheel
@@ -89,7 +93,7 @@ impl SlipWatch {
     const ACCELERATION: f64 = 0.08;
     /// Time for which it has to be beyond, s.
     const HOLD: f64 = 0.03;
-    /// Least slip speed at the onset, m/s, and of a wheel that does not grip again: the error of the estimated speed.
+    /// Least slip speed at the onset, m/s: the error of the estimated speed. A wheel with less grips.
     const LEAST_SLIP: f64 = 0.005;
     /// Age beyond which a peak is forgotten, s.
     const WINDOW: f64 = 0.6;
@@ -115,7 +119,7 @@ impl SlipWatch {
         let forward = libm::copysign(1.0, self.ratio);
         self.slid += slip.abs() * dt;
         if self.slips {
-            self.slips = slip * forward > Self::LEAST_SLIP;
+            self.slips = slip * forward > self.gripping;
             self.peak = Peak::default();
             return None;
         }
@@ -128,6 +132,7 @@ impl SlipWatch {
             return None;
         }
         (self.slips, self.time) = (true, 0.0);
+        self.gripping = self.peak.slip.max(Self::LEAST_SLIP);
         Some(SlipEvent {
             mu_max: self.peak.value,
             sigma: self.peak.sigma,
@@ -147,6 +152,7 @@ impl SlipWatch {
                 sigma: libm::hypot(sample.needed.sigma, sample.lasting),
                 lasting: sample.lasting,
                 load: sample.load,
+                slip: self.slip * libm::copysign(1.0, self.ratio),
                 age: 0.0,
                 place: sample.place.unwrap_or(0.0),
                 has_place: sample.place.is_some(),

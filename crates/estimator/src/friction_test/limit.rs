@@ -42,6 +42,16 @@ impl RampLimit {
     /// The same where another wheel slipped: the ground under it, and its tyre, are not quite those of the tested wheel.
     const OTHER_WHEEL: f64 = 0.04;
 
+    /// Part of the largest |T/N| from which a wheel may be the one that slips.
+    const NEAR: f64 = 0.9;
+
+    /// Whether the tested wheel may be the one that slips.
+    pub(super) fn is_near(&self) -> bool {
+        let most = self.friction(&[0.0; 3]).mu;
+        let tested = self.wheels.get(self.tested);
+        tested.is_some_and(|wheel| wheel.ratio.abs() > Self::NEAR * most)
+    }
+
     /// mu_max if the torque offsets of the wheels, less their mean, are `offsets` of their standard deviations.
     pub(super) fn friction(&self, offsets: &[f64; 3]) -> RampFriction {
         let (mut most, mut at, mut rest) = (0.0, self.tested, 0.0);

@@ -40,6 +40,8 @@ pub struct FrictionTest {
     /// Low-pass filtered T/N, -.
     ratio: Option<f64>,
     limits: LimitWatch,
+    /// Whether each wheel has gripped since the start: what slipped before says nothing of the ramp.
+    gripped: [bool; 3],
     /// Time for which nothing was clear, s.
     unclear: f64,
 }
@@ -61,7 +63,6 @@ impl FrictionTest {
                 mu: 0.0,
                 sigma: 0.0,
                 lasting: 0.0,
-                load: 0.0,
                 ramps: 0,
                 limits: [None; 2],
                 slipped_distance: 0.0,
@@ -72,6 +73,7 @@ impl FrictionTest {
             last: time,
             ratio: None,
             limits: LimitWatch::default(),
+            gripped: [false; 3],
             unclear: 0.0,
         }
     }
@@ -105,6 +107,9 @@ impl FrictionTest {
         }
         if let Some(wheels) = wheels {
             self.limits.update(wheels, dt);
+            for (gripped, wheel) in self.gripped.iter_mut().zip(wheels) {
+                *gripped |= wheel.slid.is_none();
+            }
         }
         let limit = self.limits.limit(self.result.wheel);
         if let Some(event) = wheel.and_then(|wheel| wheel.slip_event) {
@@ -115,7 +120,6 @@ impl FrictionTest {
                 mu: event.mu_max,
                 sigma: event.sigma,
                 lasting: event.lasting,
-                load: event.load,
                 ramps: 1,
                 limits: [Some(limit), None],
                 ..self.result
@@ -124,8 +128,7 @@ impl FrictionTest {
             return self.phase;
         }
         if let Some(other) = wheels.and_then(|wheels| self.other_that_slips(wheels)) {
-            self.result.limits = [Some(limit), None];
-            return self.end(FrictionTestEnd::OtherWheel(other));
+            return self.end_with(other, limit);
         }
         let clear = estimate.is_some_and(|estimate| {
             let loaded = estimate
@@ -148,6 +151,19 @@ impl FrictionTest {
         self.phase
     }
 
+    /// Wheel `other` slips, or may slip instead of the tested one.
+    fn end_with(&mut self, other: usize, limit: RampLimit) -> FrictionTestPhase {
+        self.result.limits = [Some(limit), None];
+        if !limit.is_near() {
+            return self.end(FrictionTestEnd::OtherWheel(other));
+        }
+        self.result.end = FrictionTestEnd::EitherWheel(other);
+        self.result.mu = limit.friction(&[0.0; 3]).mu;
+        self.result.ramps = 1;
+        self.phase = FrictionTestPhase::BackingOff;
+        self.phase
+    }
+
     /// Ends a rising test without slip.
     pub fn end(&mut self, end: FrictionTestEnd) -> FrictionTestPhase {
         if self.phase == FrictionTestPhase::Rising {
@@ -160,10 +176,13 @@ impl FrictionTest {
     /// Another wheel that slips, or that may slip instead of the tested one: that which needs most.
     fn other_that_slips(&self, wheels: &[WheelFriction; 3]) -> Option<usize> {
         let need = |wheel: &WheelFriction| wheel.needed.map_or(0.0, |needed| needed.value.abs());
-        let others = wheels.iter().enumerate();
-        let mut others = others.filter(|(i, _)| *i != self.result.wheel);
-        let slips = others.clone().find(|(_, wheel)| wheel.slid.is_some());
-        let seems = wheels.get(self.result.wheel)?.slid.is_some();
+        let slips = |i: usize, wheel: &WheelFriction| {
+            wheel.slid.is_some() && self.gripped.get(i).is_some_and(|gripped| *gripped)
+        };
+        let tested = self.result.wheel;
+        let seems = slips(tested, wheels.get(tested)?);
+        let mut others = wheels.iter().enumerate().filter(|(i, _)| *i != tested);
+        let first = others.clone().find(|(i, wheel)| slips(*i, wheel));
         let most = others.next().map(|first| {
             others.fold(first, |most, other| {
                 if need(other.1) > need(most.1) {
@@ -173,7 +192,7 @@ impl FrictionTest {
                 }
             })
         });
-        slips.or(most.filter(|_| seems)).map(|(i, _)| i)
+        first.or(most.filter(|_| seems)).map(|(i, _)| i)
     }
 
     /// The wheel bears a T/N.

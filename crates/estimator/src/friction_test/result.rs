@@ -1,18 +1,21 @@
 //! What a friction test has found.
 
 use super::limit::RampLimit;
+use core::cmp::Ordering;
 
 /// How a friction test ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrictionTestEnd {
     /// The wheel slipped: mu_max was found.
     Slipped,
+    /// The tested wheel slipped, or another one (0 to 2), which needed about as much friction. mu_max was found, if the ground is the
+    /// same under both.
+    EitherWheel(usize),
     /// The torque reached its limit.
     TorqueLimit,
     /// The test took too long.
     TimeLimit,
-    /// Another wheel, 0 to 2, slipped first, or needed about as much friction when the tested wheel seemed to slip: the reaction was more
-    /// than it can bear.
+    /// Another wheel, 0 to 2, slipped first: the reaction was more than it can bear.
     OtherWheel(usize),
     /// A wheel carries no load, the linkage is at a stop, readings are stale, or there is no estimate, for more than [`FrictionTest::PATIENCE`].
     NotClear,
@@ -25,6 +28,7 @@ impl FrictionTestEnd {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Slipped => "slipped",
+            Self::EitherWheel(_) => "slipped, or another wheel",
             Self::TorqueLimit => "torque limit",
             Self::TimeLimit => "time limit",
             Self::OtherWheel(_) => "other wheel slipped",
@@ -46,15 +50,13 @@ pub struct FrictionTestResult {
     /// Place of the wheel's contact at that time along the path, m, in the frame of [`crate::Estimator::ground`]. `None` before the robot
     /// has moved, and without slip.
     pub place: Option<f64>,
-    /// Largest |T/N|, -. After a slip it is mu_max; without one mu_max is at least this.
+    /// mu_max, -, if a ramp ended in slip. Else the largest |T/N|: mu_max is at least this.
     pub mu: f64,
     /// Its standard deviation, -.
     pub sigma: f64,
     /// Part of that deviation that comes from the torque offsets, -.
     pub lasting: f64,
-    /// N at the largest T/N, N.
-    pub load: f64,
-    /// Number of ramps that ended in slip of the tested wheel.
+    /// Number of ramps that ended in slip of the tested wheel ([`FrictionTestEnd::Slipped`], [`FrictionTestEnd::EitherWheel`]).
     pub ramps: u32,
     /// The ramps that ended because a wheel slipped, the tested one or another.
     pub limits: [Option<RampLimit>; 2],
@@ -67,13 +69,19 @@ pub struct FrictionTestResult {
 impl FrictionTestResult {
     /// This result together with that of a ramp in the other direction, at about the same place.
     ///
-    /// If neither ended in slip of the tested wheel, that with the larger bound counts. mu_max follows from both by [`super::together`].
+    /// Time, place and end are those of the surer one. If neither ended in slip, it is that with the larger bound. mu_max follows from
+    /// both by [`together`](super::together()).
     pub fn combined(&self, other: &Self) -> Self {
-        let slipped = |result: &Self| result.end == FrictionTestEnd::Slipped;
-        let other_counts = match (slipped(self), slipped(other)) {
-            (true, _) => false,
-            (false, true) => true,
-            (false, false) => other.mu - other.sigma > self.mu - self.sigma,
+        let rank = |result: &Self| match result.end {
+            FrictionTestEnd::Slipped => 2,
+            FrictionTestEnd::EitherWheel(_) => 1,
+            _ => 0,
+        };
+        let bound = |result: &Self| result.mu - result.sigma;
+        let other_counts = match rank(other).cmp(&rank(self)) {
+            Ordering::Less => false,
+            Ordering::Greater => true,
+            Ordering::Equal => rank(self) == 0 && bound(other) > bound(self),
         };
         let counts = if other_counts { other } else { self };
         let [first, _] = self.limits;

@@ -1,7 +1,7 @@
 //! Several ramps together: the torque offsets are common to them.
 
 use super::limit::RampFriction;
-use super::result::{FrictionTestEnd, FrictionTestResult};
+use super::result::FrictionTestResult;
 
 /// Steps of the grid from the middle to each side, and its reach in standard deviations.
 const STEPS: i16 = 24;
@@ -125,7 +125,7 @@ impl Sum {
     }
 
     fn give(&self, test: &mut FrictionTestResult) {
-        if test.end != FrictionTestEnd::Slipped || !(self.weight > 0.0) {
+        if test.ramps == 0 || !(self.weight > 0.0) {
             return;
         }
         let mean = |sum: f64| sum / self.weight;
