@@ -42,14 +42,16 @@ impl RampLimit {
     /// The same where another wheel slipped: the ground under it, and its tyre, are not quite those of the tested wheel.
     const OTHER_WHEEL: f64 = 0.04;
 
-    /// Part of the largest |T/N| from which a wheel may be the one that slips.
-    const NEAR: f64 = 0.9;
+    /// Standard deviations by which a wheel that slips may seem to need less than another.
+    const GATE: f64 = 2.0;
 
-    /// Whether the tested wheel may be the one that slips.
-    pub(super) fn is_near(&self) -> bool {
+    /// Whether wheel `i` may be the one that slips: its |T/N| is the largest within its deviation.
+    pub(super) fn may_slip(&self, i: usize) -> bool {
         let most = self.friction(&[0.0; 3]).mu;
-        let tested = self.wheels.get(self.tested);
-        tested.is_some_and(|wheel| wheel.ratio.abs() > Self::NEAR * most)
+        self.wheels.get(i).is_some_and(|wheel| {
+            let sigma = libm::hypot(wheel.offset_sigma, wheel.sigma);
+            wheel.ratio.abs() + Self::GATE * sigma > most
+        })
     }
 
     /// mu_max if the torque offsets of the wheels, less their mean, are `offsets` of their standard deviations.

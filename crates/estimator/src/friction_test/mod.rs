@@ -127,8 +127,8 @@ impl FrictionTest {
             self.phase = FrictionTestPhase::BackingOff;
             return self.phase;
         }
-        if let Some(other) = wheels.and_then(|wheels| self.other_that_slips(wheels)) {
-            return self.end_with(other, limit);
+        if let Some((other, slips)) = wheels.and_then(|wheels| self.other_that_slips(wheels)) {
+            return self.end_with(other, slips, limit);
         }
         let clear = estimate.is_some_and(|estimate| {
             let loaded = estimate
@@ -151,10 +151,14 @@ impl FrictionTest {
         self.phase
     }
 
-    /// Wheel `other` slips, or may slip instead of the tested one.
-    fn end_with(&mut self, other: usize, limit: RampLimit) -> FrictionTestPhase {
+    /// Wheel `other` slips, or may slip instead of the tested one. A wheel that `slips` with less T/N than another one bears stands on
+    /// ground of its own: it says nothing of mu_max.
+    fn end_with(&mut self, other: usize, slips: bool, limit: RampLimit) -> FrictionTestPhase {
+        if slips && !limit.may_slip(other) {
+            return self.end(FrictionTestEnd::OtherWheel(other));
+        }
         self.result.limits = [Some(limit), None];
-        if !limit.is_near() {
+        if !limit.may_slip(self.result.wheel) {
             return self.end(FrictionTestEnd::OtherWheel(other));
         }
         self.result.end = FrictionTestEnd::EitherWheel(other);
@@ -173,8 +177,8 @@ impl FrictionTest {
         self.phase
     }
 
-    /// Another wheel that slips, or that may slip instead of the tested one: that which needs most.
-    fn other_that_slips(&self, wheels: &[WheelFriction; 3]) -> Option<usize> {
+    /// Another wheel that slips; or, if the tested one seems to slip, the other one that needs most. And whether it is the first case.
+    fn other_that_slips(&self, wheels: &[WheelFriction; 3]) -> Option<(usize, bool)> {
         let need = |wheel: &WheelFriction| wheel.needed.map_or(0.0, |needed| needed.value.abs());
         let slips = |i: usize, wheel: &WheelFriction| {
             wheel.slid.is_some() && self.gripped.get(i).is_some_and(|gripped| *gripped)
@@ -192,7 +196,8 @@ impl FrictionTest {
                 }
             })
         });
-        first.or(most.filter(|_| seems)).map(|(i, _)| i)
+        let found = first.or(most.filter(|_| seems));
+        found.map(|(i, _)| (i, first.is_some()))
     }
 
     /// The wheel bears a T/N.

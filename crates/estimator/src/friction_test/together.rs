@@ -39,16 +39,15 @@ pub fn together(tests: &[Option<FrictionTestResult>; 3]) -> [Option<FrictionTest
 fn add_point(tests: &[Option<FrictionTestResult>; 3], [a, b]: [f64; 2], sums: &mut [Sum; 3]) {
     const HALF_ROOT_3: f64 = 0.866_025_403_784_438_6;
     // Each has the deviation 1, and their sum is zero.
-    let offsets = [
-        HALF_ROOT_3 * a + 0.5 * b,
-        -HALF_ROOT_3 * a + 0.5 * b,
-        -b,
-    ];
+    let offsets = [HALF_ROOT_3 * a + 0.5 * b, -HALF_ROOT_3 * a + 0.5 * b, -b];
     let mut weight = libm::exp(-0.5 * (a * a + b * b));
     let mut found = [None; 3];
     for (found, test) in found.iter_mut().zip(tests) {
         let limits = test.as_ref().map_or([None; 2], |test| test.limits);
-        let mut ramps = limits.iter().flatten().map(|limit| limit.friction(&offsets));
+        let mut ramps = limits
+            .iter()
+            .flatten()
+            .map(|limit| limit.friction(&offsets));
         let Some(first) = ramps.next() else {
             continue;
         };
