@@ -237,5 +237,5 @@ fn the_other_wheels_show_the_offset() {
     );
     let elsewhere = limit(0, [-0.9, 0.0, 0.0], [40.0; 3], 1.0);
     let apart = alone(result(0, [Some(first), Some(elsewhere)]));
-    assert!(apart.sigma > 0.2, "{apart:?}");
+    assert!(apart.sigma > 0.15, "{apart:?}");
 }
