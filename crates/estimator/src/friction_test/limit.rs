@@ -1,6 +1,7 @@
 //! The forces at which a ramp of a friction test ended in slip.
 
 use crate::friction::WheelFriction;
+use crate::quadrature::root_sum_square;
 
 /// One wheel at the end of a ramp.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -49,7 +50,7 @@ impl RampLimit {
     pub(super) fn may_slip(&self, i: usize) -> bool {
         let most = self.friction(&[0.0; 3]).mu;
         self.wheels.get(i).is_some_and(|wheel| {
-            let sigma = libm::hypot(wheel.offset_sigma, wheel.sigma);
+            let sigma = root_sum_square(wheel.offset_sigma, wheel.sigma);
             wheel.ratio.abs() + Self::GATE * sigma > most
         })
     }
