@@ -61,13 +61,13 @@ impl ProgressSummary {
 pub struct FrictionTestSummary {
     /// The tested wheel: 1 front, 2 middle, 3 rear.
     pub wheel: usize,
-    /// How the test ended: `slipped` if mu_max was found, else why not. Then mu_max is at least `mu_max`.
+    /// How the test ended: `slipped`, or `slipped, or another wheel`, if mu_max was found, else why not. Then it is at least `mu_max`.
     pub end: String,
     /// Time of the largest T/N, s.
     pub time: f64,
     /// Place of the contact at that time along the path, m; `None` before the robot has moved, and without slip.
     pub x: Option<f64>,
-    /// Largest T/N, -; after two ramps their mean.
+    /// mu_max, -; without slip the largest T/N.
     pub mu_max: f64,
     /// Its standard deviation, -.
     pub sigma: f64,
