@@ -145,6 +145,11 @@ impl SceneError {
         self.count
     }
 
+    /// Whether every problem is about several keys, each of which is allowed alone.
+    pub fn is_conflict(&self) -> bool {
+        self.problems().all(|problem| problem.whole)
+    }
+
     /// The problems that are shown: file by file in the order of their lines, those of overrides last. Of a file with
     /// more than 20, the first 20 and a last one with the number of the others.
     pub fn problems(&self) -> impl Iterator<Item = &Problem> {

@@ -201,3 +201,106 @@ fn properties(identity: &Identity) -> WriterProperties {
         .set_key_value_metadata(Some(metadata))
         .build()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Job, ScoreColumn, Shard, Sweep, Watch, compute};
+    use arrow_array::cast::AsArray as _;
+    use arrow_array::types::{Float64Type, Int64Type, UInt64Type};
+    use arrow_array::{Array as _, RecordBatch};
+    use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+    use robhaz_record::SummarySink;
+
+    const SCENE: &str = "[terrain]\nkind = \"flat\"\n[sensors]\ngrade = \"typical\"\n[record]\nduration = 0.1\n\
+        compare_from = 0.05\n[[estimator]]\nname = \"paper-wheels\"\n[[estimator]]\nname = \"best\"\n";
+    const STUDY: &str = "scene = \"scene.toml\"\n[[axis]]\nkey = \"record.duration\"\nvalues = [0.1, 0.04]\n\
+        [[axis]]\nkeys = [\"drive.speed\", \"drive.kp\"]\nvalues = [[\"20 cm/s\", 2], [0.3, 2.5]]\n\
+        [[axis]]\nkey = \"seed\"\nfirst = 4\ncount = 2\n";
+
+    /// Equivalence: a row holds the scores of its run, to the bit, with the types and units of its columns; a run that
+    /// cannot be holds its reason alone; the metadata hold the texts.
+    #[test]
+    fn rows_are_the_scores_of_single_runs() -> Result<(), Box<dyn std::error::Error>> {
+        let dir = tempfile::tempdir()?;
+        fs::write(dir.path().join("scene.toml"), SCENE)?;
+        fs::write(dir.path().join("study.toml"), STUDY)?;
+        let sweep = Sweep::load(&dir.path().join("study.toml"))?;
+        let job = Job {
+            folder: &dir.path().join("out"),
+            shard: Shard::ALL,
+            jobs: 2,
+        };
+        let watch = Watch {
+            begin: &|_, _| {},
+            finished: &|_| {},
+            stop: &|| None,
+        };
+        let done = compute(&sweep, &job, &watch)?;
+        let file = File::open(done.dataset.ok_or("no dataset")?)?;
+        let reader = ParquetRecordBatchReaderBuilder::try_new(file)?;
+        let metadata = reader.metadata().file_metadata().key_value_metadata();
+        let metadata = metadata.ok_or("no metadata")?;
+        let text = |key: &str| metadata.iter().find(|e| e.key == key)?.value.clone();
+        assert_eq!(text("robhaz.study").as_deref(), Some(STUDY));
+        assert_eq!(text("robhaz.scene").as_deref(), Some(SCENE));
+        assert_eq!(text("robhaz.runs").as_deref(), Some("8"));
+        let batch: RecordBatch = reader.build()?.next().ok_or("no rows")??;
+        // Four runs of two estimators, and four that end before `compare_from`.
+        assert_eq!(batch.num_rows(), 4 * 2 + 4);
+        let schema = batch.schema();
+        let unit = |name: &str| {
+            schema
+                .field_with_name(name)
+                .map(|f| f.metadata()["unit"].clone())
+        };
+        assert_eq!(unit("record.duration")?, "s");
+        assert_eq!(unit("rmse")?, "N");
+        let column = |name: &str| batch.column_by_name(name).ok_or(format!("no {name}"));
+        let index = column("index")?.as_primitive::<UInt64Type>();
+        assert_eq!(index.values()[..], [0, 0, 1, 1, 2, 2, 3, 3, 4, 5, 6, 7]);
+        // A text and a number make texts, numbers and whole numbers make numbers.
+        let speeds = column("drive.speed")?.as_string::<i32>();
+        assert_eq!((speeds.value(0), speeds.value(4)), ("20 cm/s", "0.3"));
+        let gains = column("drive.kp")?.as_primitive::<Float64Type>();
+        assert_eq!((gains.value(0), gains.value(4)), (2.0, 2.5));
+        let seeds = column("seed")?.as_primitive::<Int64Type>();
+        assert_eq!((seeds.value(0), seeds.value(2)), (4, 5));
+        let (estimators, errors) = (column("estimator")?.as_string::<i32>(), column("error")?);
+        let errors = errors.as_string::<i32>();
+        for row in 0..8 {
+            let mut summary = SummarySink::new();
+            robhaz_run::run(&sweep.scene(index.value(row))?, &mut [&mut summary])?;
+            let summary = summary.summary()?;
+            let estimator = &summary.estimators[row % 2];
+            assert_eq!(estimators.value(row), estimator.name);
+            for score in ScoreColumn::all() {
+                let expected = score.value(&summary, Some(estimator));
+                let found = column(score.name)?;
+                let found = match found.as_primitive_opt::<Float64Type>() {
+                    Some(numbers) => numbers.is_valid(row).then(|| numbers.value(row)),
+                    None => {
+                        let counts = found.as_primitive::<UInt64Type>();
+                        counts.is_valid(row).then(|| counts.value(row) as f64)
+                    }
+                };
+                assert_eq!(
+                    found.map(f64::to_bits),
+                    expected.map(f64::to_bits),
+                    "{}",
+                    score.name
+                );
+            }
+            assert!(errors.is_null(row));
+        }
+        for row in 8..12 {
+            assert!(estimators.is_null(row) && column("nrmse")?.is_null(row));
+            assert!(
+                errors.value(row).contains("below record.duration"),
+                "{}",
+                errors.value(row)
+            );
+        }
+        Ok(())
+    }
+}

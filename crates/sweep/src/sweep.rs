@@ -48,7 +48,8 @@ pub struct Sweep {
 
 impl Sweep {
     /// Reads a study file and its base scene, and checks every value of every list in a scene of its own; of whole numbers
-    /// and draws the least and the largest.
+    /// and draws the least and the largest. Values that are allowed alone and do not go together are no error as long as one
+    /// of these scenes is right: their runs are rows with the reason.
     ///
     /// # Errors
     /// [`SweepError::Study`] with all problems of one of these scenes.
@@ -62,14 +63,26 @@ impl Sweep {
             hash.update(text);
         }
         let mut warnings = Vec::new();
+        let (mut is_right, mut conflict) = (false, None);
         for run in plan.representatives() {
-            let scene = base.scene(&study, &plan.settings(run))?;
+            let scene = match base.scene(&study, &plan.settings(run)) {
+                Ok(scene) => scene,
+                Err(error) if error.is_conflict() => {
+                    conflict.get_or_insert(error);
+                    continue;
+                }
+                Err(error) => return Err(error.into()),
+            };
+            is_right = true;
             hash.update(scene.to_toml(""));
             for warning in scene.warnings() {
                 if !warnings.contains(&warning) {
                     warnings.push(warning);
                 }
             }
+        }
+        if let Some(conflict) = conflict.filter(|_| !is_right) {
+            return Err(conflict.into());
         }
         let identity = Identity {
             name: study.name.clone(),
