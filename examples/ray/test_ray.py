@@ -13,6 +13,8 @@ from pathlib import Path
 
 import pytest
 
+# A loaded machine takes longer to start Ray than its default of 30 s.
+os.environ.setdefault("RAY_raylet_start_wait_time_s", "240")
 ray = pytest.importorskip("ray", reason="Ray is not installed: pip install ray")
 
 from sweep import finished_runs, sweep  # noqa: E402

@@ -46,6 +46,14 @@ impl Problem {
         }
     }
 
+    /// The same problem at another place.
+    pub(crate) fn moved_to(&self, origin: &Origin) -> Self {
+        Self {
+            whole: self.whole,
+            ..Self::at(origin, &self.key, self.message.clone())
+        }
+    }
+
     pub(crate) fn whole(self) -> Self {
         Self {
             whole: true,

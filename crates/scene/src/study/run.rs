@@ -67,10 +67,7 @@ impl BaseScene {
         let shown = self.path.display().to_string();
         Scene::parse(&self.text, &shown, folder, &overrides).map_err(|error| {
             let moved = error.problems().map(|p| match place(study, settings, p) {
-                Some(origin) => Problem {
-                    whole: p.whole,
-                    ..Problem::at(origin, p.key(), p.message().to_owned())
-                },
+                Some(origin) => p.moved_to(origin),
                 None => p.clone(),
             });
             let mut moved: Vec<Problem> = moved.collect();
