@@ -47,39 +47,39 @@ const MANY: &str = "tables = [3]\n[[axis]]\nkey = \"drive.speed\"\nvalues = [0.1
 #[test]
 fn kills_and_shards_leave_the_same_dataset() {
     let dir = study(MANY);
-    let alone = std::time::Instant::now();
     succeed(
         dir.path(),
         &["sweep", "study.toml", "--out", "alone", "--jobs", "2"],
     );
-    let alone = alone.elapsed();
     let whole = dataset(dir.path(), "alone");
 
     let journal = dir.path().join("killed/runs.jsonl");
-    let mut lines = Vec::new();
-    let mut random = 12345_u64;
-    for _ in 0..20 {
+    let finished =
+        || fs::read(&journal).map_or(0, |text| text.iter().filter(|b| **b == b'\n').count());
+    let (mut lines, mut random) = (vec![0], 12345_u64);
+    for kill in 0..20 {
         let mut child = robhaz(dir.path())
             .args(["sweep", "study.toml", "--out", "killed", "--jobs", "2"])
             .stdout(Stdio::null())
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
-        // Up to a tenth of the whole, in steps of a congruential generator. Some hit before the first run, some in a line.
+        // Up to 15 runs more than at the last kill and up to 16 ms later, by a congruential generator: before the first run,
+        // in a run, in a line. The last kill is far from the end.
         random = random
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1);
-        std::thread::sleep(alone.mul_f64((random >> 40) as f64 / f64::from(1 << 24) / 10.0));
+        let least = 15 * kill + (random >> 60) as usize;
+        while kill > 2 && finished() < least {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        std::thread::sleep(Duration::from_micros(random >> 50));
         child.kill().unwrap();
         child.wait().unwrap();
-        let text = fs::read_to_string(&journal).unwrap_or_default();
-        lines.push(text.lines().count());
+        lines.push(finished());
     }
     assert!(lines.is_sorted(), "finished runs were lost: {lines:?}");
-    assert!(
-        lines.first() < lines.last(),
-        "no kill hit a sweep that computes: {lines:?}"
-    );
+    assert!(*lines.last().unwrap() >= 15 * 19, "{lines:?}");
     let said = succeed(
         dir.path(),
         &["sweep", "study.toml", "--out", "killed", "--jobs", "3"],

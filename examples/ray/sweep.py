@@ -74,7 +74,10 @@ def main():
     parser.add_argument("--robhaz", default=os.environ.get("ROBHAZ", "robhaz"), help="the command")
     parser.add_argument("--address", help="address of a cluster; without it Ray starts here")
     arguments = parser.parse_args()
-    ray.init(address=arguments.address)
+    if arguments.address:
+        ray.init(address=arguments.address)
+    else:
+        ray.init(include_dashboard=False)
     sweep(arguments.robhaz, arguments.study, arguments.shards, arguments.threads, arguments.out)
 
 

@@ -33,7 +33,7 @@ impl Plan {
             axes: study.axes.clone(),
             sample_count,
             // The study file was checked: no overflow.
-            runs: study.axes.iter().filter_map(Axis::len).product::<u64>() * sample_count,
+            runs: study.axes.iter().filter_map(Axis::length).product::<u64>() * sample_count,
         }
     }
 
@@ -53,7 +53,7 @@ impl Plan {
         let mut rest = run / self.sample_count;
         let mut items = vec![0; self.axes.len()];
         for (item, axis) in items.iter_mut().zip(&self.axes).rev() {
-            if let Some(length) = axis.len() {
+            if let Some(length) = axis.length() {
                 (*item, rest) = (rest % length, rest / length);
             }
         }
@@ -96,7 +96,7 @@ impl Plan {
             if let Some(samples) = samples {
                 runs.extend(samples.extremes());
             }
-            let Some(length) = axis.len() else {
+            let Some(length) = axis.length() else {
                 continue;
             };
             match axis.values {

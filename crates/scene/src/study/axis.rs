@@ -100,7 +100,7 @@ impl fmt::Display for AxisValue {
 
 impl Axis {
     /// Number of values; `None` for a drawn axis.
-    pub fn len(&self) -> Option<u64> {
+    pub fn length(&self) -> Option<u64> {
         match &self.values {
             AxisValues::List(items) => Some(items.len() as u64),
             AxisValues::Whole { count, .. } => Some(*count),

@@ -436,7 +436,7 @@ fn whole(reader: &mut Reader, node: &Node, path: &str) -> Option<i64> {
 
 /// A message where a study has too many runs, or keeps tables of runs that it does not have.
 fn too_many(study: &StudyChoice) -> Option<String> {
-    let lengths = study.axes.iter().filter_map(Axis::len);
+    let lengths = study.axes.iter().filter_map(Axis::length);
     let samples = study.draws.iter().map(|draws| draws.count);
     let runs = lengths
         .chain(samples)
