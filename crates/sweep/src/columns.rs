@@ -74,7 +74,7 @@ macro_rules! of_run {
     };
 }
 
-static COLUMNS: [ScoreColumn; 35] = [
+static COLUMNS: [ScoreColumn; 40] = [
     score!(
         "nrmse",
         "",
@@ -112,6 +112,30 @@ static COLUMNS: [ScoreColumn; 35] = [
         |e| Some(e.normal_force?.max_abs)
     ),
     score!(
+        "max_error_time",
+        "s",
+        "time of the largest error of N",
+        |e| e.normal_force?.max_abs_time_s
+    ),
+    score!(
+        "bias_front",
+        "N",
+        "mean error of N of the front wheel, estimate minus truth",
+        |e| Some(e.normal_force?.bias?[0])
+    ),
+    score!(
+        "bias_middle",
+        "N",
+        "mean error of N of the middle wheel, estimate minus truth",
+        |e| Some(e.normal_force?.bias?[1])
+    ),
+    score!(
+        "bias_rear",
+        "N",
+        "mean error of N of the rear wheel, estimate minus truth",
+        |e| Some(e.normal_force?.bias?[2])
+    ),
+    score!(
         "traction_rmse",
         "N",
         "RMS error of T over wheels and samples",
@@ -146,6 +170,12 @@ static COLUMNS: [ScoreColumn; 35] = [
         "",
         "mean NEES of the three N: 3 if the stated covariance is right",
         |e| e.nees
+    ),
+    score!(
+        "lag",
+        "s",
+        "time by which the estimated N follow the true ones; null where the truth hardly changes",
+        |e| e.lag_s
     ),
     score!(
         "ground_height_rmse",
