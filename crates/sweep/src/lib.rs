@@ -11,7 +11,7 @@
 //! | `plan`, `draw` | the settings of every run; drawn values |
 //! | `sweep` | study file and base scene, checked; what identifies them |
 //! | `single` | one run and its scores |
-//! | `columns` | columns of the dataset |
+//! | `scores`, `columns` | columns of scores; all columns of the dataset |
 //! | `journal`, `folder`, `files` | finished runs on disk; the folder of a sweep; files that are complete or not there |
 //! | `compute` | the runs of a shard, on several threads |
 //! | `dataset` | the dataset from journals |
@@ -25,13 +25,14 @@ mod files;
 mod folder;
 mod journal;
 mod plan;
+mod scores;
 mod single;
 mod sweep;
 
-pub use columns::ScoreColumn;
 pub use compute::{Done, Job, Shard, Watch, compute};
 pub use dataset::{merge, merge_shards};
 pub use error::SweepError;
 pub use folder::{DATASET, JOURNAL};
 pub use journal::{Row, RunRecord};
+pub use scores::ScoreColumn;
 pub use sweep::{Identity, Sweep};

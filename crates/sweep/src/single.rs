@@ -1,9 +1,9 @@
 //! One run and its scores.
 
-use crate::columns::ScoreColumn;
 use crate::error::{SweepError, io_error};
 use crate::files;
 use crate::journal::{Row, RunRecord};
+use crate::scores::ScoreColumn;
 use crate::sweep::Sweep;
 use robhaz_record::{EstimatorSummary, Summary, SummarySink, TableFormat, TableSink};
 use robhaz_run::{RunError, Stop, run_until};

@@ -4,9 +4,10 @@
 //! |---|---|
 //! | `choice` | the result of reading a study file |
 //! | `axis` | one axis: its keys and values |
-//! | `load` | from a file |
+//! | `load`, `axes` | from a file |
 //! | `run` | the scene of one run; problems at the place in the study file that causes them |
 
+mod axes;
 mod axis;
 mod choice;
 mod load;
