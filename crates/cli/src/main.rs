@@ -7,6 +7,7 @@ mod export;
 mod interrupt;
 mod keys;
 mod live;
+mod merge;
 mod new;
 mod output;
 mod output_file;
@@ -19,6 +20,7 @@ mod results;
 mod run;
 mod shell;
 mod study;
+mod sweep;
 mod terminal;
 mod verify;
 #[cfg(feature = "viewer")]
@@ -70,6 +72,11 @@ enum Command {
     /// Repeat a scene with many seeds: errors of its estimators and consistency of their covariance; with --ladder, the
     /// effect of each method.
     Study(study::Args),
+    /// Run a study file: one base scene with anything varied, on all cores or many machines; one table of scores. Stopped at
+    /// any instant, the same command goes on.
+    Sweep(sweep::Args),
+    /// Make one dataset of the shards of a sweep.
+    Merge(merge::Args),
     /// Masses and centres of mass of a robot from its wheels on scales, with the budget for the estimators; the postures that
     /// tell most.
     Weigh(weigh::Args),
@@ -97,6 +104,8 @@ fn main() -> ExitCode {
         Command::View(args) => view::run(&args, &interrupt),
         Command::Path(args) => path::run(&args),
         Command::Study(args) => study::run(&args, &interrupt),
+        Command::Sweep(args) => sweep::run(&args, &interrupt),
+        Command::Merge(args) => merge::run(&args),
         Command::Weigh(args) => weigh::run(&args),
         Command::Completions(args) => shell::completions(&args, Cli::command()),
         Command::Man => shell::man(Cli::command()),
