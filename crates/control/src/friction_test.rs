@@ -48,6 +48,10 @@ pub struct FrictionTests {
 }
 
 #[derive(Clone, Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "one test at a time: nothing is boxed without an allocator"
+)]
 enum Stage {
     /// The next wheel follows at this time, s.
     Waiting(f64),
