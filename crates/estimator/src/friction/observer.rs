@@ -12,7 +12,7 @@ use crate::visit::visit_fields;
 pub struct WheelFriction {
     /// Needed friction. `None` for a wheel without load.
     pub needed: Option<NeededFriction>,
-    /// What the offset of the torque reading has to do with it.
+    /// What the offset of the torque reading has to do with it; zero for a wheel without load.
     pub offset: OffsetShare,
     /// Margin to the known friction, -: upper bound of mu_max less |T/N|. The bound is that of the wheel's place, else that of the last
     /// slip event. `None` before any wheel has slipped.
@@ -95,10 +95,12 @@ impl FrictionObserver {
             let one = contact.state == ContactState::OneContact;
             let needed = loaded.then(|| forces.needed_friction(i));
             found[i].needed = needed;
-            found[i].offset = OffsetShare {
-                removed: sample.removed[i] / forces.normal(i),
-                sigma: sample.lasting / forces.normal(i),
-            };
+            if loaded {
+                found[i].offset = OffsetShare {
+                    removed: sample.removed[i] / forces.normal(i),
+                    sigma: sample.lasting / forces.normal(i),
+                };
+            }
             let Some(needed) = needed.filter(|_| one && sample.clear[i]) else {
                 self.watches[i].reset();
                 continue;
