@@ -45,9 +45,21 @@ fn run(setup: &PlantSetup, records: u64) -> Result<(Vec<[f64; 3]>, Work, u64), P
 fn the_work_is_known() {
     let mut failures = Vec::new();
     for (name, profile, expected) in [
-        ("smooth", Profile::smooth(), [0; 6]),
-        ("stairs", Profile::stairs(), [0; 6]),
-        ("cosbump", Profile::cosbump(), [0; 6]),
+        (
+            "smooth",
+            Profile::smooth(),
+            [280, 63, 2639, 200, 304, 38_523],
+        ),
+        (
+            "stairs",
+            Profile::stairs(),
+            [936, 323, 8363, 635, 1123, 57_000],
+        ),
+        (
+            "cosbump",
+            Profile::cosbump(),
+            [340, 55, 2725, 205, 342, 38_796],
+        ),
     ] {
         let (_, work, queries) = run(&setup(profile), 10_001).unwrap();
         let found = [
@@ -125,7 +137,8 @@ fn no_record_errs_where_the_ground_jumps() {
 }
 
 /// Closed form: a reduced system of seven equations gives the solution of all fourteen with the Jacobian by difference
-/// quotients of the rates, within the error of the quotients; for a real and a complex shift, on a slope in motion.
+/// central difference quotients of the rates. The mechanics take one-sided quotients over 10 nm, which err by 1e-5 at a
+/// penetration of 0.57 mm; ten times that is allowed; for a real and a complex shift, on a slope in motion.
 #[test]
 fn the_jacobian_is_that_of_the_rates() {
     let setup = setup(Profile::smooth());
@@ -156,7 +169,7 @@ fn the_jacobian_is_that_of_the_rates() {
             let error = x * real - matrix * x - unit;
             // Relative to the terms of the product, some of which cancel.
             let scale = (matrix.abs() * x.abs()).amax().max(1.0);
-            assert!(error.amax() < 1e-5 * scale, "{time} {column}: {error}");
+            assert!(error.amax() < 1e-4 * scale, "{time} {column}: {error}");
             let mut x = unit.map(nalgebra::Complex::from);
             factors.solve_pair(&mut x);
             let product = matrix.map(nalgebra::Complex::from) * x;
@@ -167,7 +180,7 @@ fn the_jacobian_is_that_of_the_rates() {
                 .fold(0.0, f64::max);
             let magnitudes = x.map(|x| x.norm_sqr().sqrt());
             let scale = (matrix.abs() * magnitudes).amax().max(1.0);
-            assert!(largest < 1e-5 * scale, "{time} {column}: {largest}");
+            assert!(largest < 1e-4 * scale, "{time} {column}: {largest}");
         }
     }
 }

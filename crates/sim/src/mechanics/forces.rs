@@ -72,7 +72,7 @@ impl Forces {
         }
         let (jw, jr) = (mass.wheel_inertia, mass.rotor_inertia);
         let share = jw / (jw + jr);
-        for i in 0..3 {
+        for (i, drive) in drive_torque.into_iter().enumerate() {
             let motion = kinematics.wheel(robot, i, state);
             let ground = &mut self.ground[i];
             act(i, &motion, ground).map_err(|source| NoForces::BelowGround { wheel: i, source })?;
@@ -80,7 +80,7 @@ impl Forces {
             axle.add_force(ground.force, &mut right);
             // Eq. (2), solved for the spin's acceleration and substituted in the link's equation, adds an inertia (see
             // `Carriers`), and the share J_w/(J_w + J_r) of the torques.
-            right[row] += ground.torque + share * (drive_torque[i] - ground.torque);
+            right[row] += ground.torque + share * (drive - ground.torque);
         }
         self.stop_torque = stop_torque_at(robot, state);
         right[2] += self.stop_torque;
@@ -89,10 +89,10 @@ impl Forces {
         let factorised = m.cholesky().ok_or(NoForces::Singular)?;
         self.accelerations = factorised.solve(&right);
         self.mass_matrix = Some(factorised);
-        for i in 0..3 {
+        for (i, drive) in drive_torque.into_iter().enumerate() {
             let alpha_link = self.accelerations[2 + geometry.carriers[i].index()];
             self.omega_rates[i] =
-                wheel_acceleration(drive_torque[i], self.ground[i].torque, alpha_link, jw, jr);
+                wheel_acceleration(drive, self.ground[i].torque, alpha_link, jw, jr);
         }
         Ok(())
     }
