@@ -4,6 +4,8 @@
 
 #![allow(clippy::expect_used, reason = "a bench may stop at an error")]
 
+mod speed;
+
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use robhaz_estimator::{Estimator, EstimatorSettings, SavedState, SensorFrame};
 use robhaz_model::Robot;
@@ -38,70 +40,10 @@ fn one_second(plant: &mut Plant) {
     }
 }
 
-/// Speed and error of both engines: simulated seconds per second for complete scenes on one core, with truth at 1 kHz,
-/// and the error of N relative to `direct` at a tolerance of 1e-8, as the 99th percentile over wheels and records
-/// divided by the mean of N.
+/// Speed and error of both engines. In criterion's test mode a short run suffices.
 fn speed_and_accuracy(_: &mut Criterion) {
-    // In criterion's test mode a short run suffices.
-    let duration = if std::env::args().any(|a| a == "--test") {
-        1.0
-    } else {
-        20.0
-    };
-    for (name, profile) in [("smooth", Profile::smooth()), ("stairs", Profile::stairs())] {
-        let terrain = Terrain::new(profile);
-        let exact = PlantSetup {
-            tolerance: 1e-8,
-            ..setup(EngineKind::Direct, &terrain)
-        };
-        let (exact, _) = timed(&exact, duration);
-        for engine in EngineKind::ALL {
-            let setup = setup(engine, &terrain);
-            // The shortest of three times: other work on the machine can only add to them.
-            let runs = [(); 3].map(|()| timed(&setup, duration));
-            let best = |runs: &[(Vec<Truth>, f64); 3]| {
-                runs.iter().map(|r| r.1).fold(f64::INFINITY, f64::min)
-            };
-            let seconds = best(&runs);
-            let balanced = PlantSetup {
-                balance: true,
-                ..setup
-            };
-            let balanced = best(&[(); 3].map(|()| timed(&balanced, duration)));
-            println!(
-                "{name}, {}: {:.0} simulated seconds per second, error of N {:.4} % (99th percentile); {:.3} of the time with impulse and work",
-                engine.name(),
-                duration / seconds,
-                100.0 * error_of_n(&runs[0].0, &exact),
-                balanced / seconds,
-            );
-        }
-    }
-}
-
-/// A run, and its duration in real time, s.
-fn timed(setup: &PlantSetup, duration: f64) -> (Vec<Truth>, f64) {
-    let start = Instant::now();
-    let mut plant = Plant::new(setup).expect("the robot stands");
-    let records = (duration / setup.period).round() as usize;
-    let truth = (0..=records)
-        .map_while(|_| plant.next_truth().ok())
-        .collect();
-    (truth, start.elapsed().as_secs_f64())
-}
-
-/// 99th percentile of the error of N over wheels and records, divided by the mean of N.
-fn error_of_n(truth: &[Truth], exact: &[Truth]) -> f64 {
-    assert_eq!(truth.len(), exact.len());
-    let forces = |t: &Truth| t.wheels.map(|w| w.normal_force);
-    let pairs = truth
-        .iter()
-        .flat_map(forces)
-        .zip(exact.iter().flat_map(forces));
-    let mut errors: Vec<f64> = pairs.map(|(n, exact)| (n - exact).abs()).collect();
-    errors.sort_by(f64::total_cmp);
-    let mean = exact.iter().flat_map(forces).sum::<f64>() / errors.len() as f64;
-    errors[errors.len() * 99 / 100] / mean
+    let testing = std::env::args().any(|a| a == "--test");
+    speed::table(setup, if testing { 1.0 } else { 20.0 });
 }
 
 /// The third simulated second of `smooth`, with truth at 1 kHz. The real-time factor is 1 s divided by the time.
@@ -247,14 +189,7 @@ fn estimate(c: &mut Criterion) {
 fn viewing(c: &mut Criterion) {
     use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
     use robhaz_viewer::{LiveSink, RecordingSink};
-
-    /// CPU time of this thread if the system provides it, otherwise elapsed time.
-    fn thread_time() -> Duration {
-        static START: std::sync::LazyLock<Instant> = std::sync::LazyLock::new(Instant::now);
-        let known = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
-        let nanoseconds = known.and_then(|text| text.split(' ').next()?.parse().ok());
-        nanoseconds.map_or_else(|| START.elapsed(), Duration::from_nanos)
-    }
+    use speed::thread_time;
 
     /// Times the third and fourth second of a run through another sink, if any.
     struct Timed<'a> {

@@ -32,6 +32,7 @@ mod reference;
 mod sensors;
 mod study_command;
 mod support;
+mod sweep_command;
 mod tracks;
 #[cfg(feature = "viewer")]
 mod viewing;

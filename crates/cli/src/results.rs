@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Arguments of every command that leaves the folder of a run.
-#[derive(clap::Args)]
+#[derive(Clone, clap::Args)]
 pub struct Args {
     /// Folder for the results; by default in `runs/`, with the name of the scene, or with that of the log and
     /// `-estimate`.
@@ -59,6 +59,15 @@ pub struct Job<'a> {
 }
 
 impl Args {
+    /// The same for one of several runs: its folder is in that of `--out`.
+    pub fn below(&self, folder: &str) -> Self {
+        let out = self.out.as_ref().map(|out| out.join(folder));
+        Self {
+            out,
+            ..self.clone()
+        }
+    }
+
     /// The folder for the results.
     pub fn target(&self, job: &Job<'_>) -> PathBuf {
         let default = || Path::new("runs").join(&job.folder);

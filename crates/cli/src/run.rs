@@ -1,9 +1,9 @@
-//! `robhaz run`: one scene from its file to its results.
+//! `robhaz run`: scenes from their files to their results.
 
 use crate::interrupt::Interrupt;
 use crate::results::{self, Job};
 use crate::terminal::warn;
-use miette::{IntoDiagnostic, Result, WrapErr};
+use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use robhaz_run::Run;
 use robhaz_scene::Scene;
 use std::path::PathBuf;
@@ -12,8 +12,9 @@ use std::time::Instant;
 /// Arguments of `robhaz run`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Scene file (TOML).
-    scene: PathBuf,
+    /// Scene files (TOML), run one after the other. With several, --out is the folder of their folders.
+    #[arg(required = true, value_name = "SCENE")]
+    scenes: Vec<PathBuf>,
     /// Sets a key of the scene, in place of the file's value: `--set drive.speed=0.3`. Can be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -27,16 +28,48 @@ pub struct Args {
     results: results::Args,
 }
 
-/// Runs the scene, writes the results, prints the table.
+/// Runs each scene, writes its results, prints its table. All scenes are read before the first runs; the first run that fails is
+/// the last one.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
-    let start = Instant::now();
+    let mut start = Instant::now();
     let mut overrides = args.set.clone();
     overrides.extend(args.engine.iter().map(|kind| format!("engine.kind={kind}")));
     overrides.extend(args.seed.map(|seed| format!("seed={seed}")));
-    let scene = Scene::load(&args.scene, &overrides)?;
-    warn(&scene);
+    let mut scenes: Vec<Scene> = Vec::new();
+    for file in &args.scenes {
+        let scene = Scene::load(file, &overrides)?;
+        if let Some(other) = scenes.iter().position(|s| s.name == scene.name) {
+            return Err(miette!(
+                help = "give one of them another `name`",
+                "{} and {} have the same name, {}: they would write the same folder",
+                args.scenes[other].display(),
+                file.display(),
+                scene.name
+            ));
+        }
+        scenes.push(scene);
+    }
+    for scene in &scenes {
+        let results = if scenes.len() > 1 {
+            args.results.below(&scene.name)
+        } else {
+            args.results.clone()
+        };
+        run_one(scene, start, &results, interrupt)?;
+        start = Instant::now();
+    }
+    Ok(())
+}
+
+fn run_one(
+    scene: &Scene,
+    start: Instant,
+    results: &results::Args,
+    interrupt: &Interrupt,
+) -> Result<()> {
+    warn(scene);
     // Before anything is written, so that a robot that cannot stand leaves no folder.
-    let run = Run::new(&scene)
+    let run = Run::new(scene)
         .into_diagnostic()
         .wrap_err_with(|| format!("cannot start {}", scene.name))?;
     let version = format!(
@@ -54,5 +87,5 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
         work: "simulation and estimation",
         files: std::iter::once(resolved).chain(tracks).collect(),
     };
-    results::write(run, &job, &args.results, interrupt)
+    results::write(run, &job, results, interrupt)
 }

@@ -8,7 +8,7 @@
 
 use crate::input::{ControlInput, ControlSettings, FrictionTestPlan};
 use crate::ramp::Ramp;
-use robhaz_estimator::{FrictionTestEnd, FrictionTestResult};
+use robhaz_estimator::{FrictionTestEnd, FrictionTestResult, together};
 use robhaz_model::WheelCommand;
 
 /// Pause between two wheels, s: the drives share the load again.
@@ -73,7 +73,8 @@ impl FrictionTests {
         }
     }
 
-    /// The results so far, in the order of the plan. A test that has not ended counts as unfinished.
+    /// The results so far, in the order of the plan. A test that has not ended counts as unfinished. A later test can change an
+    /// earlier result: it shows more of the torque offsets ([`together`]).
     pub fn results(&self) -> [Option<FrictionTestResult>; 3] {
         let mut results = self.results;
         let present = match &self.stage {
@@ -84,7 +85,7 @@ impl FrictionTests {
         if let (Some(place), Some(_)) = (results.get_mut(self.number), present) {
             *place = present;
         }
-        results
+        together(&results)
     }
 
     /// The commands of the wheels.
@@ -157,8 +158,9 @@ impl FrictionTests {
                 .estimate
                 .and_then(|estimate| estimate.normal_force.get(result.wheel).copied())
                 .unwrap_or(0.0);
-            // Without slip nothing is expected.
-            let slipped = f64::from(u8::from(result.end == FrictionTestEnd::Slipped));
+            // Where no wheel slipped nothing is expected.
+            let [limit, _] = result.limits;
+            let slipped = f64::from(u8::from(limit.is_some()));
             let expected = slipped * result.mu * load * self.wheel_radius;
             let torque = [idle, idle + SECOND_START * back * expected];
             let ramp = Ramp::new(result.wheel, now, torque, back * self.plan.rate);

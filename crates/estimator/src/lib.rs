@@ -86,6 +86,7 @@ mod ground;
 mod health;
 mod methods;
 mod nominal;
+mod quadrature;
 mod saved;
 mod settings;
 pub mod statics;
@@ -98,8 +99,10 @@ pub use estimate::{Estimate, EstimateError, Parity, ReadingErrors};
 pub use estimator::Estimator;
 pub use flags::Flags;
 pub use frame::{LinkReading, SensorFrame};
-pub use friction::{NeededFriction, SlipEvent, WheelFriction};
-pub use friction_test::{FrictionTest, FrictionTestEnd, FrictionTestPhase, FrictionTestResult};
+pub use friction::{NeededFriction, OffsetShare, SlipEvent, WheelFriction};
+pub use friction_test::{
+    FrictionTest, FrictionTestEnd, FrictionTestPhase, FrictionTestResult, RampLimit, together,
+};
 pub use ground::{FrictionBounds, GroundPoint};
 pub use health::{Channels, Health};
 pub use saved::{RestoreError, SavedState};

@@ -46,6 +46,14 @@ impl Problem {
         }
     }
 
+    /// The same problem at another place.
+    pub(crate) fn moved_to(&self, origin: &Origin) -> Self {
+        Self {
+            whole: self.whole,
+            ..Self::at(origin, &self.key, self.message.clone())
+        }
+    }
+
     pub(crate) fn whole(self) -> Self {
         Self {
             whole: true,
@@ -143,6 +151,11 @@ impl SceneError {
     /// Number of all problems.
     pub fn count(&self) -> usize {
         self.count
+    }
+
+    /// Whether every problem is about several keys, each of which is allowed alone.
+    pub fn is_conflict(&self) -> bool {
+        self.problems().all(|problem| problem.whole)
     }
 
     /// The problems that are shown: file by file in the order of their lines, those of overrides last. Of a file with

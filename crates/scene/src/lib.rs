@@ -1,4 +1,5 @@
-//! Scene files and descriptions of recorded logs: read, checked, written, and turned into plant, sensors and estimators.
+//! Scene files, study files and descriptions of recorded logs: read, checked, written, and turned into plant, sensors and
+//! estimators.
 //!
 //! [`Scene::load`] reads a file and the overrides of the command line; [`Scene::to_toml`] writes the resolved scene. Each
 //! key is declared once, with its unit, range, meaning and the field that it sets. Reading, writing, defaults and
@@ -12,6 +13,7 @@
 //! | `terrain`, `robot`, `contact`, `drive`, `control`, `estimators`, `sensors`, `sections` | the sections of a scene and their keys |
 //! | `overrides`, `load`, `checks`, `explicit_step` | from a file and overrides to a checked [`Scene`] |
 //! | `log` | descriptions of recorded logs |
+//! | `study` | study files: what is varied in which scene |
 //! | `write`, `reference` | the resolved scene; all keys |
 //! | `error`, `excerpt`, `suggest` | messages |
 
@@ -43,6 +45,7 @@ mod sections;
 mod seed;
 mod sensors;
 mod source;
+mod study;
 mod suggest;
 mod terrain;
 mod units;
@@ -65,4 +68,8 @@ pub use robhaz_sim::EngineKind;
 pub use robhaz_sim::sensors::{Grade, SensorSpec};
 pub use robot::RobotChoice;
 pub use scene::{ControlChoice, EngineChoice, RecordChoice, Scene, SensorChoice};
+pub use study::{
+    Axis, AxisValue, AxisValues, BaseScene, Distribution, DrawMethod, Draws, Setting, StudyChoice,
+    StudyTables,
+};
 pub use terrain::{TerrainChoice, Track};

@@ -65,7 +65,7 @@ impl Drive {
 
     /// Set wheel speed without scalings at time `t` (s), rad/s: rest until the start, then a quintic ramp (no jump in
     /// acceleration).
-    fn start_speed(&self, t: f64, wheel_radius: f64) -> f64 {
+    pub(crate) fn start_speed(&self, t: f64, wheel_radius: f64) -> f64 {
         quintic(
             self.speed / wheel_radius,
             ramp(t, self.start_time, self.ramp_time),
@@ -73,7 +73,7 @@ impl Drive {
     }
 
     /// Factor of a wheel's set speed at time `t` (s), -.
-    fn factor(&self, wheel: usize, t: f64) -> f64 {
+    pub(crate) fn factor(&self, wheel: usize, t: f64) -> f64 {
         let of_wheel = self.scalings.iter().filter(|s| s.wheels[wheel]);
         of_wheel.fold(1.0, |sum, s| sum + s.change(t, self.ramp_time))
     }
@@ -175,7 +175,12 @@ impl Drive {
     /// Torque of viscous damping and Coulomb friction, N m: `B omega + F sign(omega)`, with the sign smoothed by
     /// [`coulomb_sign`].
     pub fn loss_torque(&self, omega: f64) -> f64 {
-        self.viscous_damping * omega + self.gear_friction * coulomb_sign(omega)
+        let viscous = self.viscous_damping * omega;
+        if self.gear_friction > 0.0 {
+            viscous + self.gear_friction * coulomb_sign(omega)
+        } else {
+            viscous
+        }
     }
 
     /// Largest slope of motor torque less losses over the wheel speed, N m s: `Kp + B + F/FRICTION_SPEED`.

@@ -120,6 +120,7 @@ impl FrictionLaw {
     }
 
     /// T/N, -, with the sign of the slip.
+    #[inline]
     pub fn coefficient(&self, slip: &Slip) -> f64 {
         let v = slip.speed();
         match self.kind {
@@ -146,6 +147,7 @@ impl FrictionLaw {
 
     /// Coefficient mu of a contact that slides at the slip speed `v` (m/s, any sign), -: mu_s up to v_s, mu_d from v_d on,
     /// a cubic between them.
+    #[inline]
     pub fn sliding_coefficient(&self, v: f64) -> f64 {
         cubic_step(v.abs(), self.v_s, self.mu_s, self.v_d, self.mu_d)
     }
@@ -153,6 +155,7 @@ impl FrictionLaw {
     /// Slip speed beyond which the contact slides, m/s, at this slip: there T/N is at the limit of friction.
     ///
     /// In ADAMS's form it is v_s. In the brush model it is where a = 1, `3 mu max(|u|, |w|, v_0)/C`.
+    #[inline]
     pub fn slip_limit(&self, slip: &Slip) -> f64 {
         match self.kind {
             FrictionKind::Adams | FrictionKind::Rigid => self.v_s,
@@ -194,6 +197,7 @@ pub struct Stretch {
 impl FrictionLaw {
     /// The law at x (m). The first stretch that contains x replaces the coefficients; form, slip speeds and slip stiffness
     /// stay.
+    #[inline]
     pub fn at(&self, stretches: &[Stretch], x: f64) -> Self {
         match stretches.iter().find(|s| s.from <= x && x < s.to) {
             Some(stretch) => Self {

@@ -7,7 +7,7 @@ use crate::rolling::RollingResistance;
 use crate::setup::PlantSetup;
 use crate::truth::{ContactList, ContactTruth, WheelTruth};
 use robhaz_model::{Vec2, perp};
-use robhaz_terrain::{Contact, Terrain};
+use robhaz_terrain::{Contact, Hint, Terrain};
 
 /// The ground with its laws, for wheels of one radius.
 pub(crate) struct Ground {
@@ -17,8 +17,13 @@ pub(crate) struct Ground {
     stretches: Vec<Stretch>,
     rolling: RollingResistance,
     wheel_radius: f64,
-    /// Contacts of the last call; kept to reuse the storage.
-    found: Vec<Contact>,
+    /// Contacts of each wheel at the last call of [`Ground::act`].
+    found: [Vec<Contact>; 3],
+    /// Where each wheel was last.
+    hints: [Hint; 3],
+    /// Number of searches for contacts so far.
+    #[cfg(test)]
+    queries: u64,
 }
 
 /// Motion of a wheel.
@@ -80,46 +85,10 @@ pub(crate) struct GroundForces {
     pub approach: f64,
 }
 
-impl Ground {
-    pub fn new(setup: &PlantSetup) -> Self {
+impl Default for GroundForces {
+    /// No contact.
+    fn default() -> Self {
         Self {
-            terrain: setup.terrain.clone(),
-            contact: setup.contact,
-            friction: setup.friction,
-            stretches: setup.stretches.clone(),
-            rolling: setup.rolling,
-            wheel_radius: setup.robot.geometry.wheel_radius,
-            found: Vec::with_capacity(4),
-        }
-    }
-
-    /// Forces of all contacts of a wheel.
-    ///
-    /// # Errors
-    /// [`BelowGround`]
-    pub fn act(&mut self, wheel: &WheelMotion) -> Result<GroundForces, BelowGround> {
-        let mut found = std::mem::take(&mut self.found);
-        self.find(wheel.centre, &mut found);
-        let forces = self.act_at(&found, wheel);
-        self.found = found;
-        forces
-    }
-
-    /// Contacts of a wheel with its centre at `centre` (m). `found` is cleared first.
-    pub fn find(&self, centre: Vec2, found: &mut Vec<Contact>) {
-        self.terrain.contacts(centre, self.wheel_radius, found);
-    }
-
-    /// Forces of given contacts of a wheel.
-    ///
-    /// # Errors
-    /// [`BelowGround`]
-    pub fn act_at(
-        &self,
-        found: &[Contact],
-        wheel: &WheelMotion,
-    ) -> Result<GroundForces, BelowGround> {
-        let mut sum = GroundForces {
             force: Vec2::zeros(),
             torque: 0.0,
             normal_force: 0.0,
@@ -132,7 +101,72 @@ impl Ground {
             contacts: 0,
             energy: 0.0,
             approach: 0.0,
-        };
+        }
+    }
+}
+
+impl Ground {
+    pub fn new(setup: &PlantSetup) -> Self {
+        Self {
+            terrain: setup.terrain.clone(),
+            contact: setup.contact,
+            friction: setup.friction,
+            stretches: setup.stretches.clone(),
+            rolling: setup.rolling,
+            wheel_radius: setup.robot.geometry.wheel_radius,
+            found: Default::default(),
+            hints: Default::default(),
+            #[cfg(test)]
+            queries: 0,
+        }
+    }
+
+    /// Forces of all contacts of a wheel (0 front, 1 middle, 2 rear).
+    ///
+    /// # Errors
+    /// [`BelowGround`]
+    pub fn act(
+        &mut self,
+        wheel: usize,
+        motion: &WheelMotion,
+        forces: &mut GroundForces,
+    ) -> Result<(), BelowGround> {
+        let found = &mut self.found[wheel];
+        let hint = &mut self.hints[wheel];
+        #[cfg(test)]
+        {
+            self.queries += 1;
+        }
+        self.terrain
+            .contacts_near(motion.centre, self.wheel_radius, hint, found);
+        self.act_at(&self.found[wheel], motion, forces)
+    }
+
+    /// Number of searches for contacts so far.
+    #[cfg(test)]
+    pub fn queries(&self) -> u64 {
+        self.queries
+    }
+
+    /// Contacts of a wheel (0 front, 1 middle, 2 rear) at the last call of [`Self::act`].
+    pub fn contacts(&self, wheel: usize) -> &[Contact] {
+        &self.found[wheel]
+    }
+
+    /// Forces of given contacts of a wheel.
+    ///
+    /// # Errors
+    /// [`BelowGround`]
+    pub fn act_at(
+        &self,
+        found: &[Contact],
+        wheel: &WheelMotion,
+        sum: &mut GroundForces,
+    ) -> Result<(), BelowGround> {
+        if let [contact] = found {
+            return self.act_at_one(contact, wheel, sum);
+        }
+        *sum = GroundForces::default();
         let mut normal_sum = Vec2::zeros();
         for contact in found {
             if is_behind(contact, found) {
@@ -169,7 +203,45 @@ impl Ground {
         if sum.contacts > 1 && sum.normal_force > 0.0 {
             sum.tangent = Vec2::new(normal_sum.y, -normal_sum.x);
         }
-        Ok(sum)
+        Ok(())
+    }
+
+    /// As [`Self::act_at`] for a wheel with one contact, the usual case.
+    fn act_at_one(
+        &self,
+        contact: &Contact,
+        wheel: &WheelMotion,
+        sum: &mut GroundForces,
+    ) -> Result<(), BelowGround> {
+        let OneContact {
+            truth,
+            energy,
+            approach,
+            slip_limit,
+        } = self.one_contact(contact, wheel)?;
+        let (normal_force, traction) = (truth.normal_force, truth.traction);
+        let mut torque = contact.distance * traction;
+        if self.rolling.coefficient > 0.0 {
+            let moment = self
+                .rolling
+                .moment(normal_force, self.wheel_radius, wheel.spin);
+            torque += moment;
+        }
+        *sum = GroundForces {
+            force: truth.normal * normal_force + contact.tangent * traction,
+            torque,
+            normal_force,
+            traction,
+            tangent: contact.tangent,
+            penetration: truth.penetration,
+            slip_speed: truth.slip_speed,
+            slip_limit,
+            grips: !truth.slides,
+            contacts: 1,
+            energy,
+            approach: approach.max(0.0),
+        };
+        Ok(())
     }
 
     /// Laws (10) and (11) at one contact.
@@ -185,6 +257,7 @@ impl Ground {
         let (normal_force, energy) = self.contact.normal_force_and_energy(penetration, approach);
         let slip = slip(wheel, t, arm);
         let friction = self.friction.at(&self.stretches, contact.point.x);
+        let slip_limit = friction.slip_limit(&slip);
         Ok(OneContact {
             truth: ContactTruth {
                 point: contact.point,
@@ -193,42 +266,41 @@ impl Ground {
                 traction: friction.coefficient(&slip) * normal_force,
                 penetration,
                 slip_speed: slip.speed(),
-                slides: friction.slides(&slip),
+                slides: slip.speed().abs() > slip_limit,
             },
             energy,
             approach,
-            slip_limit: friction.slip_limit(&slip),
+            slip_limit,
         })
     }
 
-    /// Truth of a wheel with the forces of [`Self::act`] at the same motion. A wheel without contact gets gap, slope
-    /// and slip speed at the nearest ground.
+    /// Writes the truth of a wheel (0 front, 1 middle, 2 rear), whose last call of [`Self::act`] gave `forces` at the same
+    /// motion. A wheel without contact gets gap, slope and slip speed at the nearest ground.
     ///
     /// # Errors
     /// [`BelowGround`]
-    #[inline]
-    pub fn truth(
-        &mut self,
-        forces: GroundForces,
+    pub fn write_truth(
+        &self,
+        index: usize,
+        forces: &GroundForces,
         wheel: &WheelMotion,
         axle: AxleState,
-    ) -> Result<WheelTruth, BelowGround> {
-        let mut truth = WheelTruth {
-            position: wheel.centre,
-            angle: axle.angle,
-            omega: axle.omega,
-            torque: axle.torque,
-            normal_force: forces.normal_force,
-            traction: forces.traction,
-            contact_angle: slope(forces.tangent),
-            penetration: forces.penetration,
-            slip_speed: forces.slip_speed,
-            slip_limit: forces.slip_limit,
-            contacts: forces.contacts,
-            force: forces.force,
-            slides: forces.contacts > 0 && !forces.grips,
-            contact_list: ContactList::default(),
-        };
+        truth: &mut WheelTruth,
+    ) -> Result<(), BelowGround> {
+        truth.position = wheel.centre;
+        truth.angle = axle.angle;
+        truth.omega = axle.omega;
+        truth.torque = axle.torque;
+        truth.normal_force = forces.normal_force;
+        truth.traction = forces.traction;
+        truth.contact_angle = slope(forces.tangent);
+        truth.penetration = forces.penetration;
+        truth.slip_speed = forces.slip_speed;
+        truth.slip_limit = forces.slip_limit;
+        truth.contacts = forces.contacts;
+        truth.force = forces.force;
+        truth.slides = forces.contacts > 0 && !forces.grips;
+        truth.contact_list = ContactList::default();
         match forces.contacts {
             0 => {
                 if let Some(nearest) = self.terrain.nearest(wheel.centre) {
@@ -255,23 +327,21 @@ impl Ground {
                 });
             }
             _ => {
-                let mut found = std::mem::take(&mut self.found);
-                self.find(wheel.centre, &mut found);
-                for contact in found.iter().filter(|c| !is_behind(c, &found)) {
+                let found = &self.found[index];
+                for contact in found.iter().filter(|c| !is_behind(c, found)) {
                     truth
                         .contact_list
                         .push(self.one_contact(contact, wheel)?.truth);
                 }
-                self.found = found;
             }
         }
-        Ok(truth)
+        Ok(())
     }
 }
 
 /// Slope of a tangent of any length, rad.
 fn slope(tangent: Vec2) -> f64 {
-    tangent.y.atan2(tangent.x)
+    libm::atan2(tangent.y, tangent.x)
 }
 
 /// Whether a contact is on the far side of a thin wall that the wheel penetrates from the near side: the centre is
@@ -333,6 +403,23 @@ mod tests {
         })
     }
 
+    fn act(ground: &mut Ground, motion: &WheelMotion) -> Result<GroundForces, BelowGround> {
+        let mut forces = GroundForces::default();
+        ground.act(0, motion, &mut forces)?;
+        Ok(forces)
+    }
+
+    fn truth_of(
+        ground: &Ground,
+        forces: &GroundForces,
+        motion: &WheelMotion,
+        axle: AxleState,
+    ) -> Result<WheelTruth, BelowGround> {
+        let mut truth = WheelTruth::default();
+        ground.write_truth(0, forces, motion, axle, &mut truth)?;
+        Ok(truth)
+    }
+
     fn spinning(x: f64, y: f64) -> WheelMotion {
         WheelMotion {
             centre: Vec2::new(x, y),
@@ -352,7 +439,7 @@ mod tests {
             (2.0, 0.4),
             (3.0, 0.7),
         ] {
-            let forces = ground.act(&spinning(x, 0.0995)).unwrap();
+            let forces = act(&mut ground, &spinning(x, 0.0995)).unwrap();
             let ratio = forces.traction / forces.normal_force;
             assert!((ratio - mu).abs() < 1e-12, "{ratio} at {x}");
         }
@@ -377,13 +464,15 @@ mod tests {
         ));
         let mut ground = ground(wall, &[]);
         let mut found = Vec::new();
-        ground.find(Vec2::new(0.5005, 0.0995), &mut found);
+        ground
+            .terrain
+            .contacts(Vec2::new(0.5005, 0.0995), 0.1, &mut found);
         assert!(found.iter().any(|c| c.distance < 0.0), "{found:?}");
-        let forces = ground.act(&spinning(0.5005, 0.0995)).unwrap();
+        let forces = act(&mut ground, &spinning(0.5005, 0.0995)).unwrap();
         assert_eq!(forces.contacts, 2);
         assert!(forces.force.x < 0.0 && forces.force.y > 0.0);
         // Within the wall, which is 80 um thick at this height.
-        assert!(ground.act(&spinning(0.600_05, 0.0995)).is_err());
+        assert!(act(&mut ground, &spinning(0.600_05, 0.0995)).is_err());
     }
 
     /// The x of the contact decides, not that of the wheel: a wheel at a riser is behind the stretch, but touches an
@@ -392,7 +481,7 @@ mod tests {
     fn each_contact_has_the_friction_of_its_place() {
         let mut ground = ground(Profile::step(), &[(0.7, 9.0, 0.0)]);
         let centre_x = 0.7 - (0.0995_f64.powi(2) - 0.0495_f64.powi(2)).sqrt();
-        let forces = ground.act(&spinning(centre_x, 0.0995)).unwrap();
+        let forces = act(&mut ground, &spinning(centre_x, 0.0995)).unwrap();
         assert_eq!(forces.contacts, 2);
         let tread = ground.contact.normal_force(0.0005, 0.0);
         assert!((forces.traction - 0.7 * tread).abs() < 1e-9 * tread);
@@ -404,7 +493,7 @@ mod tests {
             torque: 0.0,
         };
         let motion = spinning(centre_x, 0.0995);
-        let truth = ground.truth(forces, &motion, axle).unwrap();
+        let truth = truth_of(&ground, &forces, &motion, axle).unwrap();
         let [rear, front] = truth.contact_list[..] else {
             panic!("{:?}", truth.contact_list);
         };
@@ -424,8 +513,8 @@ mod tests {
 
         // Equivalence: with one contact the list has its law's values, at its point.
         let motion = spinning(0.3, 0.0995);
-        let forces = ground.act(&motion).unwrap();
-        let truth = ground.truth(forces, &motion, axle).unwrap();
+        let forces = act(&mut ground, &motion).unwrap();
+        let truth = truth_of(&ground, &forces, &motion, axle).unwrap();
         let [contact] = truth.contact_list[..] else {
             panic!("{:?}", truth.contact_list);
         };
@@ -436,8 +525,8 @@ mod tests {
 
         // In the air there is none.
         let motion = spinning(0.3, 0.2);
-        let forces = ground.act(&motion).unwrap();
-        let truth = ground.truth(forces, &motion, axle).unwrap();
+        let forces = act(&mut ground, &motion).unwrap();
+        let truth = truth_of(&ground, &forces, &motion, axle).unwrap();
         assert!(truth.contact_list.is_empty() && (truth.penetration + 0.1).abs() < 1e-10);
         assert!(!truth.slides && truth.force == Vec2::zeros());
     }
@@ -464,8 +553,8 @@ mod tests {
             velocity: tangent * 0.2,
             spin: 2.0,
         };
-        let forces = ground.act(&climbing).unwrap();
-        let truth = ground.truth(forces, &climbing, axle).unwrap();
+        let forces = act(&mut ground, &climbing).unwrap();
+        let truth = truth_of(&ground, &forces, &climbing, axle).unwrap();
         let [tread, edge] = truth.contact_list[..] else {
             panic!("{:?}", truth.contact_list);
         };

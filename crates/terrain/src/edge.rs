@@ -3,8 +3,9 @@
 use crate::Vec2;
 use crate::contact::Contact;
 
-/// Newton's method stops after a step shorter than this, m: the next step would be of the order of its square, 1e-11 m.
-const LAST_STEP: f64 = 3.0e-6;
+/// Chebyshev's method stops after a step shorter than this, m: the next step would be of the order of its cube, below
+/// 1e-10 m on the tightest curves.
+const LAST_STEP: f64 = 2.0e-5;
 /// Sine of the angle between two tangents below which a joint is smooth, -: an allowance for rounding.
 const SMOOTH: f64 = 1e-9;
 
@@ -90,6 +91,7 @@ impl Edge {
     }
 
     /// Height above `from` (m), slope (-) and second derivative (1/m) at the distance `s` in x from `from` (m).
+    #[inline]
     fn rise(&self, s: f64) -> [f64; 3] {
         let [c3, c4, c5] = self.higher;
         let [m, b] = [self.slopes[0], self.second_derivatives[0]];
@@ -142,6 +144,16 @@ impl Edge {
         (low, high)
     }
 
+    /// Second derivative at `from`, 1/m.
+    pub fn second_derivative_at_from(&self) -> f64 {
+        self.second_derivatives[0]
+    }
+
+    /// Second derivative at `to`, 1/m.
+    pub fn second_derivative_at_to(&self) -> f64 {
+        self.second_derivatives[1]
+    }
+
     /// Tangents at both ends, directed along the edge; not unit vectors.
     pub fn tangents(&self) -> [Vec2; 2] {
         self.slopes.map(tangent)
@@ -163,15 +175,15 @@ impl Edge {
         self.turn_to(next) >= SMOOTH
     }
 
-    /// Derivative of half the squared distance from `centre` along the edge, at `from`; negative if the distance falls.
-    /// With respect to x (m), on a riser to y (m).
-    pub fn distance_rate_at_from(&self, centre: Vec2) -> f64 {
-        distance_rate(self.from - centre, self.slopes[0])
-    }
-
-    /// The same at `to`.
-    pub fn distance_rate_at_to(&self, centre: Vec2) -> f64 {
-        distance_rate(self.to - centre, self.slopes[1])
+    /// Derivatives of half the squared distance from `centre` along the edge, at `from` and at `to`; negative if the
+    /// distance falls. With respect to x (m), on a riser to y (m).
+    #[inline]
+    pub fn distance_rates(&self, centre: Vec2) -> [f64; 2] {
+        let [from, to] = self.slopes;
+        [
+            distance_rate(self.from - centre, from),
+            distance_rate(self.to - centre, to),
+        ]
     }
 
     /// x after one Newton step from `from` towards the point nearest to `centre`, m. Not for risers.
@@ -189,54 +201,88 @@ impl Edge {
         newton(self.to, centre, self.slopes[1], self.second_derivatives[1])
     }
 
-    /// The point of the edge nearest to `centre`. The distance must fall at `from` and rise at `to`, or be stationary
-    /// there.
+    /// The point of the edge nearest to `centre`, from the derivatives of [`Self::distance_rates`]. The distance must fall
+    /// at `from` and rise at `to`, or be stationary there.
     ///
-    /// Newton's method on `(x - cx) + (f - cy) f' = 0` inside a bracket; a step that leaves the bracket is replaced by
-    /// a bisection.
-    pub fn foot(&self, centre: Vec2) -> Contact {
+    /// Chebyshev's method, of third order, on `(x - cx) + (f - cy) f' = 0` inside a bracket; a step that leaves the bracket
+    /// is replaced by a bisection.
+    #[inline(always)]
+    pub fn foot(&self, centre: Vec2, rates: [f64; 2]) -> Contact {
         let arm = self.from - centre;
-        if self.is_riser() {
-            let point = Vec2::new(self.from.x, centre.y);
-            let away = Vec2::new(-arm.x, 0.0);
-            return Contact::on_edge(point, tangent(self.slopes[0]), away);
-        }
-        let at_from = self.distance_rate_at_from(centre);
+        let slope = self.slopes[0];
         if self.is_line() {
-            let slope = self.slopes[0];
-            let s = -at_from / (1.0 + slope * slope);
+            if self.is_riser() {
+                let point = Vec2::new(self.from.x, centre.y);
+                let away = Vec2::new(-arm.x, 0.0);
+                return Contact::on_edge(point, tangent(slope), 0.0, away);
+            }
+            let s = -rates[0] / (1.0 + slope * slope);
             let foot = Vec2::new(s, s * slope);
-            return Contact::on_edge(self.from + foot, Vec2::new(1.0, slope), -(arm + foot));
+            return Contact::on_edge(self.from + foot, Vec2::new(1.0, slope), 0.0, -(arm + foot));
         }
+        self.foot_on_curve(arm, rates)
+    }
+
+    /// [`Self::foot`] on a curve; `arm` goes from the centre to `from`, m.
+    #[inline(always)]
+    fn foot_on_curve(&self, arm: Vec2, [at_from, at_to]: [f64; 2]) -> Contact {
         let (mut low, mut high) = (0.0, self.to.x - self.from.x);
-        // The root of the secant is a start within some 10 um.
-        let mut s = high * (at_from / (at_from - self.distance_rate_at_to(centre)));
+        let mut s = self.first_guess(arm, [at_from, at_to]);
+        let [c3, c4, c5] = self.higher;
         let [mut y, mut slope, mut second] = self.rise(s);
-        // Convergence is quadratic: two steps usually suffice. 60 bisections would exhaust the precision.
+        // One step usually suffices. 60 bisections would exhaust the precision.
         for _ in 0..60 {
-            let residual = (arm.x + s) + (arm.y + y) * slope;
+            let above = arm.y + y;
+            let residual = (arm.x + s) + above * slope;
             if residual > 0.0 {
                 high = s;
             } else {
                 low = s;
             }
-            let mut next = s - residual / (1.0 + slope * slope + (arm.y + y) * second);
+            let third = 6.0 * c3 + s * (24.0 * c4 + s * 60.0 * c5);
+            let per_rate = 1.0 / (1.0 + slope * slope + above * second);
+            let bend = 3.0 * slope * second + above * third;
+            let newton = residual * per_rate;
+            let mut next = s - newton * (1.0 + 0.5 * newton * bend * per_rate);
             // The bracket includes its ends: at a zero residual the step is zero and stays inside.
             if !(next >= low && next <= high) {
                 next = 0.5 * (low + high);
             }
             let moved = next - s;
             s = next;
-            // Over so short a step the error of Taylor's series is f''' 1e-17/2 m: no further evaluation is needed.
+            // Over so short a step Taylor's series is exact: no further evaluation is needed.
             if moved.abs() < LAST_STEP {
-                y += moved * (slope + 0.5 * moved * second);
-                slope += moved * second;
+                y += moved * (slope + moved * (0.5 * second + moved * third / 6.0));
+                slope += moved * (second + 0.5 * moved * third);
                 break;
             }
             [y, slope, second] = self.rise(s);
         }
         let foot = Vec2::new(s, y);
-        Contact::on_edge(self.from + foot, Vec2::new(1.0, slope), -(arm + foot))
+        Contact::on_edge(
+            self.from + foot,
+            Vec2::new(1.0, slope),
+            second,
+            -(arm + foot),
+        )
+    }
+
+    /// A place within some micrometres of the foot on a curve, as distance in x from `from`, m: a Newton step from the root
+    /// of the secant, on the parabola with the derivatives at both ends and the second derivative at `from`.
+    #[inline(always)]
+    fn first_guess(&self, arm: Vec2, [at_from, at_to]: [f64; 2]) -> f64 {
+        let length = self.to.x - self.from.x;
+        let (slope, second) = (self.slopes[0], self.second_derivatives[0]);
+        let rate = 1.0 + slope * slope + arm.y * second;
+        let quadratic = (at_to - at_from - rate * length) / (length * length);
+        let secant = length * (at_from / (at_from - at_to));
+        let value = at_from + secant * (rate + quadratic * secant);
+        let guess = secant - value / (rate + 2.0 * quadratic * secant);
+        if guess >= 0.0 && guess <= length {
+            guess
+        } else {
+            secant
+        }
     }
 }
 

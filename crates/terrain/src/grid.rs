@@ -11,6 +11,9 @@ const MOST: f64 = 1.0e6;
 /// Allowance for rounding in a cell's bounds, m.
 const MARGIN: f64 = 1e-9;
 
+/// Number of edges that are searched one by one sooner than sorted out: as on stairs, where each is straight.
+const FEW: u32 = 8;
+
 /// Cells of equal width over x, and one more on either side for the level ground.
 pub(crate) struct Grid {
     /// x of the start of cell 1, m.
@@ -20,6 +23,10 @@ pub(crate) struct Grid {
     /// Cells per metre.
     per_metre: f64,
     cells: Vec<Cell>,
+    /// What a wheel over each cell can touch.
+    below: Vec<Below>,
+    /// Radius of these wheels, m.
+    wheel_radius: f64,
     /// Edges whose front end can lie between two local minima of the distance: risers, the edges before them, and edges
     /// that end in a concave corner.
     breaks: Vec<u32>,
@@ -38,6 +45,26 @@ struct Cell {
     max_second_derivative: f64,
 }
 
+/// The ground that a wheel can touch whose centre is anywhere over one cell, and the heights of the centre at which it
+/// touches at one place at most.
+#[derive(Clone, Copy)]
+struct Below {
+    /// First and last edge.
+    edges: [u32; 2],
+    /// Heights between which the distance from the centre has one minimum at most, m. None if the first is the greater one.
+    single: [f64; 2],
+}
+
+/// The edges that a wheel can touch.
+pub(crate) enum Near {
+    /// On them the distance from its centre has one minimum at most.
+    Single(RangeInclusive<usize>),
+    /// They are few.
+    Few(RangeInclusive<usize>),
+    /// They must be searched for.
+    Unknown,
+}
+
 /// The ground that a circle can touch.
 pub(crate) struct Reach {
     /// Its edges.
@@ -50,9 +77,20 @@ pub(crate) struct Reach {
     pub max_second_derivative: f64,
 }
 
+impl Reach {
+    /// Whether the distance from `centre` has one minimum at most between two breaks.
+    ///
+    /// Let g = (x - cx) + (f - cy) f' be the derivative of half the squared distance along smooth ground below the
+    /// centre. Its slope is 1 + f'^2 + (f - cy) f''. If that is positive everywhere, g has at most one zero. Convex corners
+    /// keep it so: there g jumps up.
+    pub fn has_one_minimum(&self, centre: Vec2) -> bool {
+        centre.y > self.high && (centre.y - self.low) * self.max_second_derivative < 1.0
+    }
+}
+
 impl Grid {
-    /// The grid of a chain whose first and last edge are level ground.
-    pub fn new(edges: &[Edge]) -> Self {
+    /// The grid of a chain whose first and last edge are level ground, for wheels of a radius (m) and smaller ones.
+    pub fn new(edges: &[Edge], wheel_radius: f64) -> Self {
         let start = edges.first().map_or(0.0, |e| e.to.x);
         let end = edges.last().map_or(0.0, |e| e.from.x);
         let count = ((end - start) / WIDTH).ceil().clamp(1.0, MOST);
@@ -75,12 +113,52 @@ impl Grid {
             width,
             per_metre: 1.0 / width,
             cells,
+            below: Vec::new(),
+            wheel_radius,
             breaks: Vec::new(),
         };
         for (i, edge) in edges.iter().enumerate() {
             grid.add(i, edge, edges.get(i + 1));
         }
+        grid.below = (0..grid.cells.len())
+            .map(|cell| grid.below(cell, edges))
+            .collect();
         grid
+    }
+
+    /// What a wheel can touch whose centre is over a cell.
+    fn below(&self, cell: usize, edges: &[Edge]) -> Below {
+        let (from, to) = self.ends(cell);
+        let reach = self.wheel_radius + MARGIN;
+        let (first, last) = (self.cell(from - reach), self.cell(to + reach));
+        let reach = self.reach(first, last, edges);
+        let (from, to) = (*reach.edges.start(), *reach.edges.end());
+        let single = if self.breaks(&reach.edges).next().is_none() {
+            // See `Reach::has_one_minimum`.
+            [reach.high, reach.low + 1.0 / reach.max_second_derivative]
+        } else {
+            [f64::INFINITY, f64::NEG_INFINITY]
+        };
+        #[expect(clippy::cast_possible_truncation, reason = "edges fit into memory")]
+        let edges = [from as u32, to as u32];
+        Below { edges, single }
+    }
+
+    /// How the contacts of a wheel are found best.
+    #[inline]
+    pub fn near(&self, centre: Vec2, radius: f64) -> Near {
+        let Below { edges, single } = &self.below[self.cell(centre.x)];
+        if radius > self.wheel_radius {
+            return Near::Unknown;
+        }
+        let range = edges[0] as usize..=edges[1] as usize;
+        if centre.y > single[0] && centre.y < single[1] {
+            Near::Single(range)
+        } else if edges[1] - edges[0] < FEW {
+            Near::Few(range)
+        } else {
+            Near::Unknown
+        }
     }
 
     /// Adds an edge to the cells into which it reaches.
@@ -182,6 +260,11 @@ impl Grid {
         let mut cells = self.cell(centre.x - radius)..=self.cell(centre.x + radius);
         let first = cells.find(reached)?;
         let last = cells.rev().find(reached).unwrap_or(first);
+        Some(self.reach(first, last, edges))
+    }
+
+    /// The ground over the cells `first` to `last`.
+    fn reach(&self, first: usize, last: usize, edges: &[Edge]) -> Reach {
         let none = Reach {
             edges: self.edges(first, last, edges),
             low: f64::INFINITY,
@@ -194,7 +277,7 @@ impl Grid {
             max_second_derivative: all.max_second_derivative.max(c.max_second_derivative),
             ..all
         };
-        Some(self.cells[first..=last].iter().fold(none, add))
+        self.cells[first..=last].iter().fold(none, add)
     }
 
     /// Those of `edges`, without the last, whose front end can lie between two local minima of the distance.

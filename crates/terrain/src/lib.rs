@@ -16,6 +16,7 @@ mod edge;
 mod error;
 mod grid;
 mod heights;
+mod jump;
 mod presets;
 mod profile;
 mod ramp;
@@ -32,13 +33,14 @@ pub use cosbump::CosBump;
 pub use ditch::Ditch;
 pub use error::ProfileError;
 pub use heights::{Heights, Interpolation, Overshoot};
+pub use jump::Jump;
 pub use profile::{Course, Profile};
 pub use ramp::Ramp;
 pub use rough::{Rough, RoughClass, RoughSettings};
 pub use sine::Sine;
 pub use stairs::Stairs;
 pub use survey::Surveyed;
-pub use terrain::Terrain;
+pub use terrain::{Hint, Terrain};
 
 /// A point or direction in the plane (x forward, y up).
 pub type Vec2 = nalgebra::Vector2<f64>;

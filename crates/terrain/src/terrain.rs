@@ -3,7 +3,8 @@
 use crate::chain::{REACH, chain};
 use crate::contact::Contact;
 use crate::edge::Edge;
-use crate::grid::Grid;
+use crate::grid::{Grid, Near};
+use crate::jump::Jump;
 use crate::{Profile, Vec2};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -17,6 +18,13 @@ const SAME_NORMAL: f64 = 0.14;
 const SAME_POINT: f64 = 1.0e-6;
 /// Newton steps from edge to edge before the search bisects instead; three usually suffice.
 const NEWTON_STEPS: u32 = 8;
+
+/// The place where the contact of one wheel was found last, for [`Terrain::contacts_near`].
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Hint {
+    /// Index of the edge.
+    edge: usize,
+}
 
 /// The ground: a chain of straight and curved edges, and a grid that finds the edges near a wheel.
 ///
@@ -42,7 +50,7 @@ impl Terrain {
     /// corners, below 9 deg, are rounded with 1.25 times that radius.
     pub fn for_wheels(profile: Profile, wheel_radius: f64) -> Self {
         let edges = chain(&profile, wheel_radius);
-        let grid = Grid::new(&edges);
+        let grid = Grid::new(&edges, wheel_radius);
         Self {
             ground: Arc::new(Ground {
                 profile,
@@ -76,71 +84,133 @@ impl Terrain {
     /// On smooth ground there is one; a wheel that bridges a hollow has two. `out` is cleared first; its storage is
     /// reused from call to call. The result depends on the arguments alone.
     pub fn contacts(&self, centre: Vec2, radius: f64, out: &mut Vec<Contact>) {
+        self.contacts_near(centre, radius, &mut Hint::default(), out);
+    }
+
+    /// As [`Self::contacts`], faster for a wheel that moves on from its last place: `hint` remembers this place from call
+    /// to call. It has no influence on the result.
+    pub fn contacts_near(
+        &self,
+        centre: Vec2,
+        radius: f64,
+        hint: &mut Hint,
+        out: &mut Vec<Contact>,
+    ) {
         out.clear();
         let Ground { edges, grid, .. } = &*self.ground;
-        let Some(reach) = grid.within(centre, radius, edges) else {
-            return;
-        };
         let mut found = Found {
             centre,
             radius,
             out,
             last_run: None,
         };
-        // Let g = (x - cx) + (f - cy) f' be the derivative of half the squared distance along smooth ground below the
-        // centre. Its slope is 1 + f'^2 + (f - cy) f''. If that is positive everywhere, g has at most one zero between
-        // two breaks. Convex corners keep it so: there g jumps up.
-        if centre.y > reach.high && (centre.y - reach.low) * reach.max_second_derivative < 1.0 {
+        match grid.near(centre, radius) {
+            Near::Single(range) => {
+                found.extend(self.single_minimum(range, centre, Some(hint)));
+                return;
+            }
+            Near::Few(range) => {
+                found.add_all_minima(&edges[range]);
+                return;
+            }
+            Near::Unknown => {}
+        }
+        let Some(reach) = grid.within(centre, radius, edges) else {
+            return;
+        };
+        if reach.has_one_minimum(centre) {
             let mut first = *reach.edges.start();
             for last in grid.breaks(&reach.edges) {
-                self.add_single_minimum(first..=last, &mut found);
-                found.add_joint(&edges[last], &edges[last + 1]);
+                found.extend(self.single_minimum(first..=last, centre, None));
+                found.extend(Place::joint(&edges[last], &edges[last + 1], centre));
                 first = last + 1;
             }
-            self.add_single_minimum(first..=*reach.edges.end(), &mut found);
+            found.extend(self.single_minimum(first..=*reach.edges.end(), centre, None));
         } else {
             found.add_all_minima(&edges[reach.edges]);
         }
     }
 
-    /// Adds the local minimum of the distance on edges that have at most one.
-    fn add_single_minimum(&self, range: RangeInclusive<usize>, found: &mut Found) {
+    /// The local minimum of the distance on edges that have at most one. The search starts at the edge of the hint, or else
+    /// below the centre.
+    #[inline(always)]
+    fn single_minimum(
+        &self,
+        range: RangeInclusive<usize>,
+        centre: Vec2,
+        hint: Option<&mut Hint>,
+    ) -> Option<Place> {
         let Ground { edges, grid, .. } = &*self.ground;
-        let centre = found.centre;
         let (mut first, mut last) = (*range.start(), *range.end());
-        let mut guess = centre.x;
-        let mut steps = 0;
-        while first <= last {
-            let index = if steps < NEWTON_STEPS {
+        let mut index = match &hint {
+            Some(hint) if range.contains(&hint.edge) => hint.edge,
+            _ => grid.edge_at(edges, centre.x).clamp(first, last),
+        };
+        let mut steps = 1;
+        loop {
+            let edge = &edges[index];
+            let rates = edge.distance_rates(centre);
+            if rates[0] <= 0.0 && rates[1] >= 0.0 {
+                if let Some(hint) = hint {
+                    hint.edge = index;
+                }
+                return Some(Place {
+                    contact: edge.foot(centre, rates),
+                    run: Some(edge.run),
+                });
+            }
+            let guess = if rates[0] > 0.0 {
+                if index == first {
+                    return None;
+                }
+                if let Some(joint) = Place::joint(&edges[index - 1], edge, centre) {
+                    return Some(joint);
+                }
+                last = index - 1;
+                edge.newton_x_from(centre)
+            } else {
+                if index == last {
+                    return None;
+                }
+                if let Some(joint) = Place::joint(edge, &edges[index + 1], centre) {
+                    return Some(joint);
+                }
+                first = index + 1;
+                edge.newton_x_to(centre)
+            };
+            if first > last {
+                return None;
+            }
+            index = if steps < NEWTON_STEPS {
                 grid.edge_at(edges, guess).clamp(first, last)
             } else {
                 first + (last - first) / 2
             };
             steps += 1;
-            let edge = &edges[index];
-            if edge.distance_rate_at_from(centre) > 0.0 {
-                if index == first {
-                    return;
-                }
-                if found.add_joint(&edges[index - 1], edge) {
-                    return;
-                }
-                last = index - 1;
-                guess = edge.newton_x_from(centre);
-            } else if edge.distance_rate_at_to(centre) < 0.0 {
-                if index == last {
-                    return;
-                }
-                if found.add_joint(edge, &edges[index + 1]) {
-                    return;
-                }
-                first = index + 1;
-                guess = edge.newton_x_to(centre);
-            } else {
-                found.push(edge.foot(centre), Some(edge.run));
-                return;
-            }
         }
+    }
+
+    /// Places where the curvature jumps by more than `least` (1/m) and the tangent does not, from rear to front: the ends of
+    /// bumps and parts, and knots of curves that are not smooth enough.
+    pub fn curvature_jumps(&self, least: f64) -> Vec<Jump> {
+        let pairs = self.ground.edges.windows(2);
+        pairs
+            .filter(|pair| pair[0].run == pair[1].run && !pair[0].is_riser())
+            .map(|pair| Jump::at_joint(&pair[0], &pair[1]))
+            .filter(|jump| jump.curvature > least)
+            .collect()
+    }
+
+    /// The place at x (m), as one where everything can jump: the end of a friction stretch. `None` on a riser.
+    pub fn jump_at(&self, x: f64) -> Option<Jump> {
+        let Ground { edges, grid, .. } = &*self.ground;
+        let edge = &edges[grid.edge_at(edges, x)];
+        let [height, slope, _] = edge.eval(x);
+        slope.is_finite().then(|| Jump {
+            point: Vec2::new(x, height),
+            tangent: Vec2::new(1.0, slope).normalize(),
+            curvature: f64::INFINITY,
+        })
     }
 
     /// The point of the ground nearest to `centre` (m), at any distance.
@@ -196,9 +266,46 @@ struct Found<'a> {
     last_run: Option<u32>,
 }
 
+/// A local minimum of the distance.
+struct Place {
+    contact: Contact,
+    /// [`Edge::run`] of its edge; `None` at a corner.
+    run: Option<u32>,
+}
+
+impl Place {
+    /// The joint of two edges if the distance from `centre` has a local minimum there.
+    fn joint(before: &Edge, after: &Edge, centre: Vec2) -> Option<Self> {
+        let (falls, rises) = (
+            before.distance_rates(centre)[1],
+            after.distance_rates(centre)[0],
+        );
+        (falls <= 0.0 && rises >= 0.0).then(|| Self::at_joint(before, after, centre))
+    }
+
+    /// A local minimum at the joint of two edges.
+    fn at_joint(before: &Edge, after: &Edge, centre: Vec2) -> Self {
+        let at = after.from;
+        let arm = centre - at;
+        if before.run == after.run {
+            let second = after.second_derivative_at_from();
+            Self {
+                contact: Contact::on_edge(at, after.tangents()[0], second, arm),
+                run: Some(after.run),
+            }
+        } else {
+            Self {
+                contact: Contact::on_corner(at, arm),
+                run: None,
+            }
+        }
+    }
+}
+
 impl Found<'_> {
     /// Adds a contact within the radius, unless it is the same as the last one.
-    fn push(&mut self, contact: Contact, run: Option<u32>) {
+    #[inline(always)]
+    fn push(&mut self, Place { contact, run }: Place) {
         if (self.centre - contact.point).norm_squared() >= self.radius * self.radius {
             return;
         }
@@ -219,34 +326,32 @@ impl Found<'_> {
         self.last_run = run;
     }
 
-    /// Adds the joint of two edges if the distance has a local minimum there, and returns whether it has.
-    fn add_joint(&mut self, before: &Edge, after: &Edge) -> bool {
-        let at = after.from;
-        if before.distance_rate_at_to(self.centre) > 0.0
-            || after.distance_rate_at_from(self.centre) < 0.0
-        {
-            return false;
+    /// Adds a place, if there is one.
+    fn extend(&mut self, place: Option<Place>) {
+        if let Some(place) = place {
+            self.push(place);
         }
-        let arm = self.centre - at;
-        if before.run == after.run {
-            let contact = Contact::on_edge(at, after.tangents()[0], arm);
-            self.push(contact, Some(after.run));
-        } else {
-            self.push(Contact::on_corner(at, arm), None);
-        }
-        true
     }
 
     /// Adds all local minima of the distance, by a search of every edge.
     fn add_all_minima(&mut self, edges: &[Edge]) {
         let centre = self.centre;
-        for (i, edge) in edges.iter().enumerate() {
-            if i > 0 {
-                self.add_joint(&edges[i - 1], edge);
+        let mut before: Option<(&Edge, f64)> = None;
+        for edge in edges {
+            let rates = edge.distance_rates(centre);
+            if let Some((before, falls)) = before
+                && falls <= 0.0
+                && rates[0] >= 0.0
+            {
+                self.push(Place::at_joint(before, edge, centre));
             }
-            if edge.distance_rate_at_from(centre) < 0.0 && edge.distance_rate_at_to(centre) > 0.0 {
-                self.push(edge.foot(centre), Some(edge.run));
+            if rates[0] < 0.0 && rates[1] > 0.0 {
+                self.push(Place {
+                    contact: edge.foot(centre, rates),
+                    run: Some(edge.run),
+                });
             }
+            before = Some((edge, rates[1]));
         }
     }
 }

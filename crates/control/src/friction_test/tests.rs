@@ -148,7 +148,8 @@ fn ramps_follow_each_other() {
         (front.wheel, front.end, front.ramps),
         (0, FrictionTestEnd::Slipped, 2)
     );
-    assert!((front.mu - 0.5).abs() < 1e-12);
+    // The low pass of 50 ms lags the T/N of the ramps, 0.11/s.
+    assert!((front.mu - 0.5).abs() < 0.006, "{front:?}");
     let rear = results[1].expect("a result");
     assert_eq!((rear.wheel, rear.ramps, results[2]), (2, 2, None));
     // The rear wheel is braked first.

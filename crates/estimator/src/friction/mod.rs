@@ -13,6 +13,6 @@ mod slip_watch;
 
 pub(crate) use needed::JointForces;
 pub use needed::NeededFriction;
-pub use observer::WheelFriction;
 pub(crate) use observer::{FrictionObserver, FrictionSample};
+pub use observer::{OffsetShare, WheelFriction};
 pub use slip_watch::SlipEvent;

@@ -4,6 +4,7 @@ use super::needed::{JointForces, NeededFriction};
 use super::slip_watch::{SlipEvent, SlipWatch, WheelSample};
 use crate::contact::{ContactEstimate, ContactState};
 use crate::ground::GroundMemory;
+use crate::quadrature::root_sum_square;
 use crate::visit::visit_fields;
 
 /// Friction of one wheel: what it needs, and what is known of the ground there.
@@ -11,6 +12,8 @@ use crate::visit::visit_fields;
 pub struct WheelFriction {
     /// Needed friction. `None` for a wheel without load.
     pub needed: Option<NeededFriction>,
+    /// What the offset of the torque reading has to do with it.
+    pub offset: OffsetShare,
     /// Margin to the known friction, -: upper bound of mu_max less |T/N|. The bound is that of the wheel's place, else that of the last
     /// slip event. `None` before any wheel has slipped.
     pub margin: Option<f64>,
@@ -20,6 +23,18 @@ pub struct WheelFriction {
     /// The onset of slip, at the sample at which it is found. `None` if another wheel needs about as much friction: it is unknown
     /// which of them slips.
     pub slip_event: Option<SlipEvent>,
+}
+
+/// Part of T/N of a wheel that comes from its own torque offset: from the difference to the mean of the three offsets.
+///
+/// The balance of the robot shows the sum of the offsets; nothing shows their differences where wheels do not creep.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OffsetShare {
+    /// What the estimated difference has taken from T/N, -. The sum of [`WheelFriction::needed`] and this errs by a force that stays the
+    /// same while the offsets do.
+    pub removed: f64,
+    /// Standard deviation of the true difference's part by the data sheet, -.
+    pub sigma: f64,
 }
 
 /// The robot at one sample, as the other filters see it.
@@ -32,7 +47,9 @@ pub(crate) struct FrictionSample<'a> {
     pub contact: &'a [ContactEstimate; 3],
     /// Whether each wheel can be judged: no impact, no stop, no reading that has been missing for long.
     pub clear: [bool; 3],
-    /// Lasting error of a traction that no reading has shown: standard deviation, N.
+    /// What the estimated differences of the torque offsets have taken from the tractions, N; their sum is zero.
+    pub removed: [f64; 3],
+    /// Standard deviation of such a difference by the data sheet, N.
     pub lasting: f64,
     /// Mean wheel load, N.
     pub mean_load: f64,
@@ -78,6 +95,10 @@ impl FrictionObserver {
             let one = contact.state == ContactState::OneContact;
             let needed = loaded.then(|| forces.needed_friction(i));
             found[i].needed = needed;
+            found[i].offset = OffsetShare {
+                removed: sample.removed[i] / forces.normal(i),
+                sigma: sample.lasting / forces.normal(i),
+            };
             let Some(needed) = needed.filter(|_| one && sample.clear[i]) else {
                 self.watches[i].reset();
                 continue;
@@ -85,7 +106,7 @@ impl FrictionObserver {
             let wheel = WheelSample {
                 needed,
                 load: forces.normal(i),
-                lasting: sample.lasting / forces.normal(i),
+                lasting: found[i].offset.sigma,
                 slip: contact.slip,
                 place: places.map(|places| places[i]),
             };
@@ -103,7 +124,7 @@ impl FrictionObserver {
             if let Some(event) = event {
                 self.learn_slip(&event, ground);
             } else if !(contact.sliding || found[i].slid.is_some()) {
-                let doubt = libm::hypot(needed.sigma, wheel.lasting);
+                let doubt = root_sum_square(needed.sigma, wheel.lasting);
                 let bound = needed.value.abs() - Self::BOUND * doubt;
                 ground.friction_held(i, bound);
             }

@@ -2,6 +2,7 @@
 
 use super::needed::NeededFriction;
 use crate::contact::ContactDetector;
+use crate::quadrature::root_sum_square;
 use crate::visit::visit_fields;
 
 /// A wheel begins to slip: the ground bears no more than the largest T/N just before.
@@ -42,25 +43,32 @@ pub(crate) struct WheelSample {
 ///
 /// While a wheel grips, its slip follows T/N and hardly accelerates. Once T/N is at the ground's limit, further torque accelerates the
 /// wheel: the slip speed grows faster and faster, because friction falls with slip. The onset is a slip acceleration beyond
-/// [`Self::ACCELERATION`] in the direction of the traction, for [`Self::HOLD`].
+/// [`Self::ACCELERATION`] in the direction of the traction, for [`Self::HOLD`], in which T/N hardly rises: where it rises fast, creep
+/// accelerates the slip of a wheel that grips.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct SlipWatch {
     /// Whether there has been a sample since the last reset.
     started: bool,
     /// Low-pass filtered T/N, -.
     ratio: f64,
+    /// T/N through a faster low pass, -.
+    fast_ratio: f64,
+    /// The same when the slip began to accelerate, -.
+    first_ratio: f64,
     /// Low-pass filtered slip speed, m/s.
     slip: f64,
     /// Time for which the slip has accelerated, s.
     time: f64,
     /// Whether the wheel slips: the onset is over, and the wheel has not gripped again.
     slips: bool,
+    /// Slip speed in the direction of the traction below which it grips again, m/s: with as much it has borne the peak.
+    gripping: f64,
     /// Distance that the rim has slid over the ground since the peak, m.
     slid: f64,
     peak: Peak,
 }
 
-visit_fields!(SlipWatch: started, ratio, slip, time, slips, slid, peak);
+visit_fields!(SlipWatch: started, ratio, fast_ratio, first_ratio, slip, time, slips, gripping, slid, peak);
 
 /// The largest low-pass filtered |T/N| of the last [`SlipWatch::WINDOW`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -69,18 +77,25 @@ struct Peak {
     sigma: f64,
     lasting: f64,
     load: f64,
+    /// Low-pass filtered slip speed in the direction of the traction, m/s.
+    slip: f64,
     age: f64,
     /// Place, m, and whether it is known.
     place: f64,
     has_place: bool,
 }
 
-visit_fields!(Peak: value, sigma, lasting, load, age, place, has_place);
+visit_fields!(Peak: value, sigma, lasting, load, slip, age, place, has_place);
 
 impl SlipWatch {
     /// Time constant of the low pass on T/N, s. T/N is level for about four times as long: from the peak of friction until the wheel
     /// has accelerated.
     const RATIO_SMOOTHING: f64 = 0.05;
+    /// Time constant of the faster low pass on T/N, s.
+    const FAST_SMOOTHING: f64 = 0.01;
+    /// Increase of |T/N| in that time with which the wheel still grips, -: at 0.5/s or faster the creep alone accelerates the slip as
+    /// much.
+    const RISE: f64 = 0.015;
     /// Time constant of the low pass by which the slip is differentiated, s. With typical encoders and gyroscopes the acceleration
     /// of a gripping wheel then stays below 0.02 m/s^2.
     const SLIP_SMOOTHING: f64 = 0.05;
@@ -89,7 +104,7 @@ impl SlipWatch {
     const ACCELERATION: f64 = 0.08;
     /// Time for which it has to be beyond, s.
     const HOLD: f64 = 0.03;
-    /// Least slip speed at the onset, m/s, and of a wheel that does not grip again: the error of the estimated speed.
+    /// Least slip speed at the onset, m/s: the error of the estimated speed. A wheel with less grips.
     const LEAST_SLIP: f64 = 0.005;
     /// Age beyond which a peak is forgotten, s.
     const WINDOW: f64 = 0.6;
@@ -105,17 +120,19 @@ impl SlipWatch {
             *self = Self {
                 started: true,
                 ratio,
+                fast_ratio: ratio,
                 slip,
                 ..Self::default()
             };
         }
         self.ratio += dt / (Self::RATIO_SMOOTHING + dt) * (ratio - self.ratio);
+        self.fast_ratio += dt / (Self::FAST_SMOOTHING + dt) * (ratio - self.fast_ratio);
         let acceleration = (slip - self.slip) / Self::SLIP_SMOOTHING;
         self.slip += dt / (Self::SLIP_SMOOTHING + dt) * (slip - self.slip);
         let forward = libm::copysign(1.0, self.ratio);
         self.slid += slip.abs() * dt;
         if self.slips {
-            self.slips = slip * forward > Self::LEAST_SLIP;
+            self.slips = slip * forward > self.gripping;
             self.peak = Peak::default();
             return None;
         }
@@ -124,10 +141,18 @@ impl SlipWatch {
             && slip * forward > Self::LEAST_SLIP
             && self.peak.value > ContactDetector::LEAST_RATIO;
         self.time = if begins { self.time + dt } else { 0.0 };
+        if self.time <= dt {
+            self.first_ratio = self.fast_ratio;
+        }
         if self.time < Self::HOLD {
             return None;
         }
+        if (self.fast_ratio - self.first_ratio) * forward > Self::RISE {
+            self.time = 0.0;
+            return None;
+        }
         (self.slips, self.time) = (true, 0.0);
+        self.gripping = self.peak.slip.max(Self::LEAST_SLIP);
         Some(SlipEvent {
             mu_max: self.peak.value,
             sigma: self.peak.sigma,
@@ -144,9 +169,10 @@ impl SlipWatch {
         if value >= self.peak.value || self.peak.age > Self::WINDOW {
             self.peak = Peak {
                 value,
-                sigma: libm::hypot(sample.needed.sigma, sample.lasting),
+                sigma: root_sum_square(sample.needed.sigma, sample.lasting),
                 lasting: sample.lasting,
                 load: sample.load,
+                slip: self.slip * libm::copysign(1.0, self.ratio),
                 age: 0.0,
                 place: sample.place.unwrap_or(0.0),
                 has_place: sample.place.is_some(),
@@ -231,6 +257,39 @@ mod tests {
                 assert_eq!(watch.update(&sample(ratio, slip), DT), None);
             }
         }
+    }
+
+    /// Property: T/N that rises by 3/s takes its creep with it, 0.03 m/s at T = N: 0.09 m/s^2, no onset. Once T/N stays and the slip
+    /// accelerates on, there is one within 0.1 s.
+    #[test]
+    fn fast_creep_is_no_onset() {
+        let mut watch = SlipWatch::default();
+        let mut found = None;
+        for k in 0..400 {
+            let t = DT * f64::from(k);
+            let ratio = (3.0 * t).min(0.75);
+            let slip = 0.03 * ratio + 0.2 * (t - 0.25).max(0.0);
+            if let Some(event) = watch.update(&sample(ratio, slip), DT) {
+                found.get_or_insert((t, event));
+            }
+        }
+        let (t, event) = found.expect("it slips");
+        assert!(t > 0.25 && t < 0.35, "{t}");
+        assert!((event.mu_max - 0.75).abs() < 0.15, "{event:?}");
+    }
+
+    /// Property: a wheel grips again at the slip with which it bore the peak, here a creep of 15 mm/s.
+    #[test]
+    fn a_creeping_wheel_grips_again() {
+        let mut watch = SlipWatch::default();
+        let mut slips = [false; 1500];
+        for (k, slips) in (0..1500).zip(&mut slips) {
+            let t = DT * f64::from(k);
+            let slip = 0.015 + 0.2 * (t - 0.5).max(0.0).min((1.0 - t).max(0.0));
+            watch.update(&sample(0.5, slip), DT);
+            *slips = watch.slid().is_some();
+        }
+        assert!(slips[700] && slips[950] && !slips[499] && !slips[1100]);
     }
 
     /// Property: a wheel that slips has one onset; after it has gripped again it can have another. A NaN forgets all.

@@ -306,12 +306,16 @@ impl BestFilters {
         const DIFFERENCES: f64 = 0.816_496_580_927_726;
         let budget = &nominal.settings.budget;
         let doubtful = flags.intersects(Flags::DOUBTFUL);
+        let radius = nominal.robot.geometry.wheel_radius;
+        let offsets = [0, 1, 2].map(|i| self.motion.torque_offset(i).0);
+        let mean = offsets.iter().sum::<f64>() / 3.0;
         let sample = FrictionSample {
             forces: JointForces::new(&forces.traction, &forces.normal, &forces.covariance),
             contact_angle,
             contact,
             clear: [0, 1, 2].map(|i| !doubtful && !self.motion.is_suspect(i)),
-            lasting: DIFFERENCES * budget.torque_offset / nominal.robot.geometry.wheel_radius,
+            removed: offsets.map(|offset| (offset - mean) / radius),
+            lasting: DIFFERENCES * budget.torque_offset / radius,
             mean_load: nominal.robot.mean_wheel_load(),
             dt,
         };
@@ -411,11 +415,10 @@ impl BestFilters {
         right: &mut RightSide,
     ) -> Option<(Parity, Flags)> {
         let w = equations.parity_direction?;
-        let noise = right.noise(&equations.equilibrium);
         let residual = ParityResidual {
             value: w.dot(&right.value),
             gradient: right.sensitivity.along(&w),
-            variance: w.dot(&(noise * w)),
+            variance: right.noise_along(&equations.equilibrium, &w),
         };
         let before = self.motion.inputs();
         let correct = self.method.parity && instant.dt > 0.0;

@@ -1,19 +1,16 @@
 //! The equations of motion in the form of the solver: `dy/dt = f(t, y)`, with Jacobian and integrals.
 
-use super::radau::Model;
+use super::jumps::Jumps;
+use super::layout::{INTEGRAL, OMEGA, RATES, SIZE, Y, state};
+use super::problem::Model;
+use super::system::{Factors, Jacobian};
 use crate::balance::{Balance, WheelLoad};
 use crate::drive::DriveResponse;
-use crate::mechanics::{Contacts, Forces, Kinematics, Mechanics, NoForces, State};
+use crate::mechanics::{Forces, Kinematics, Mechanics, NoForces, State, Tangents};
 use crate::setup::PlantSetup;
-use crate::start::Start;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 use robhaz_model::{Vec2, WheelCommand};
 
-/// Number of equations.
-pub(super) const SIZE: usize = 14;
-/// Solver state: Q (m), angles of links 1 and 2 (rad), velocity of Q (m/s), rates of links 1 and 2 (rad/s), wheel spin
-/// speeds (rad/s), integrals of the speed errors (rad).
-pub(super) type Y = SVector<f64, SIZE>;
 /// Number of integrals: quantities that are integrated with the motion but do not influence it.
 pub(super) const INTEGRALS: usize = 13;
 /// Wheel spins relative to the links (rad), work of the motors (J). Then the rest of [`Balance`], if it is asked for:
@@ -24,10 +21,6 @@ const IMPULSE: usize = 4;
 const GEAR: usize = 10;
 const GROUND: usize = 11;
 const STOP: usize = 12;
-const RATES: usize = 4;
-const OMEGA: usize = 8;
-const INTEGRAL: usize = 11;
-
 /// Longest step, s.
 const LONGEST_STEP: f64 = 0.1;
 /// Longest distance that the robot travels in a step, m: a fifth of a wheel's radius, so that a step cannot skip an
@@ -38,6 +31,9 @@ const LONGEST_WAY: f64 = 0.02;
 /// rounding.
 const SHORTEST_TO_CHANGE: f64 = 1e-9;
 
+/// First step after a jump on the ground, s: less than the time constant of a bare wheel on the contact's damping (75 us).
+const STEP_AFTER_JUMP: f64 = 5e-5;
+
 /// The equations of motion of a run.
 pub(super) struct Equations {
     pub mechanics: Mechanics,
@@ -45,39 +41,18 @@ pub(super) struct Equations {
     pub commands: [WheelCommand; 3],
     /// Time at which the commands may change next, s: no step goes beyond it. Infinite for commands that are held.
     pub next_command: f64,
+    jumps: Jumps,
+    /// Time at which the step ends at one of [`Self::jumps`], s; infinite if it does not.
+    jump_at: f64,
     /// Whether all of [`Balance`] is integrated.
     balance: bool,
-    /// Contacts at the state of the last Jacobian.
-    contacts: Contacts,
+    /// At the state of the last evaluation.
+    pub kinematics: Kinematics,
+    /// At the state of the last evaluation.
+    pub forces: Forces,
+    tangents: Tangents,
     /// See [`Self::last_refusal`].
     refusal: Option<NoForces>,
-}
-
-/// The solver's state at time zero.
-pub(super) fn start(start: &Start) -> Y {
-    let state = &start.state;
-    let mut y = Y::zeros();
-    y.fixed_rows_mut::<4>(0).copy_from_slice(&[
-        state.q.x,
-        state.q.y,
-        state.angles[0],
-        state.angles[1],
-    ]);
-    y.fixed_rows_mut::<4>(RATES).copy_from(&state.rates);
-    y.fixed_rows_mut::<3>(OMEGA).copy_from_slice(&state.omega);
-    y.fixed_rows_mut::<3>(INTEGRAL)
-        .copy_from_slice(&start.integrals);
-    y
-}
-
-/// Coordinates and rates in the solver's state.
-pub(super) fn state(y: &Y) -> State {
-    State {
-        q: Vec2::new(y[0], y[1]),
-        angles: [y[2], y[3]],
-        rates: y.fixed_rows::<4>(RATES).into_owned(),
-        omega: [y[OMEGA], y[OMEGA + 1], y[OMEGA + 2]],
-    }
 }
 
 /// Impulse and work among the integrals.
@@ -98,8 +73,12 @@ impl Equations {
             mechanics: Mechanics::new(setup),
             commands: Default::default(),
             next_command: f64::INFINITY,
+            jumps: Jumps::new(setup),
+            jump_at: f64::INFINITY,
             balance: setup.balance,
-            contacts: Default::default(),
+            kinematics: Kinematics::default(),
+            forces: Forces::default(),
+            tangents: Tangents::default(),
             refusal: None,
         }
     }
@@ -116,67 +95,57 @@ impl Equations {
 
     /// Motor torques at the wheels, N m.
     pub fn motor_torques(&self, t: f64, y: &Y) -> [f64; 3] {
-        self.drives(t, y).map(|drive| drive.torque)
+        let [front, middle, rear] = self.drives(t, y);
+        [front.torque, middle.torque, rear.torque]
     }
 
     /// What the drives of the wheels do.
     fn drives(&self, t: f64, y: &Y) -> [DriveResponse; 3] {
-        let mechanics = &self.mechanics;
-        let radius = mechanics.robot.geometry.wheel_radius;
-        [0, 1, 2].map(|i| {
-            let planned = mechanics.drive.set_speed(i, t, radius);
+        let drive = &self.mechanics.drive;
+        let radius = self.mechanics.robot.geometry.wheel_radius;
+        let start = drive.start_speed(t, radius);
+        let of_wheel = |i: usize| {
+            let planned = start * drive.factor(i, t);
             let (omega, integral) = (y[OMEGA + i], y[INTEGRAL + i]);
-            let command = self.commands[i];
-            mechanics.drive.response(command, planned, omega, integral)
-        })
+            drive.response(self.commands[i], planned, omega, integral)
+        };
+        [of_wheel(0), of_wheel(1), of_wheel(2)]
+    }
+
+    /// Evaluates [`Self::kinematics`] and [`Self::forces`] at a state with these motor torques (N m).
+    #[inline]
+    pub fn evaluate(&mut self, state: &State, torques: [f64; 3]) -> Result<(), NoForces> {
+        self.kinematics.set(&self.mechanics.robot, state)?;
+        self.mechanics
+            .solve(&self.kinematics, state, torques, &mut self.forces)
     }
 
     /// The rates dy/dt.
     fn try_rates(&mut self, t: f64, y: &Y) -> Result<Y, NoForces> {
-        let state = state(y);
-        let torques = self.motor_torques(t, y);
-        let kinematics = Kinematics::new(&self.mechanics.robot, &state)?;
-        let forces = self.mechanics.forces(&kinematics, &state, torques)?;
-        Ok(self.assembled(t, y, &forces))
-    }
-
-    /// The rates dy/dt with the contacts at [`Self::contacts`].
-    fn try_rates_at_contacts(&self, t: f64, y: &Y) -> Result<Y, NoForces> {
-        let state = state(y);
-        let torques = self.motor_torques(t, y);
-        let kinematics = Kinematics::new(&self.mechanics.robot, &state)?;
-        let forces = self
-            .mechanics
-            .forces_at(&self.contacts, &kinematics, &state, torques)?;
-        Ok(self.assembled(t, y, &forces))
-    }
-
-    /// The rates dy/dt from the accelerations.
-    fn assembled(&self, t: f64, y: &Y, forces: &Forces) -> Y {
         let drives = self.drives(t, y);
+        self.evaluate(&state(y), drives.map(|drive| drive.torque))?;
         let mut rates = Y::zeros();
         rates
             .fixed_rows_mut::<4>(0)
             .copy_from(&y.fixed_rows::<4>(RATES));
         rates
             .fixed_rows_mut::<4>(RATES)
-            .copy_from(&forces.accelerations);
+            .copy_from(&self.forces.accelerations);
         rates
             .fixed_rows_mut::<3>(OMEGA)
-            .copy_from(&forces.omega_rates);
-        for i in 0..3 {
-            rates[INTEGRAL + i] = drives[i].integral_rate;
+            .copy_from(&self.forces.omega_rates);
+        for (i, drive) in drives.iter().enumerate() {
+            rates[INTEGRAL + i] = drive.integral_rate;
         }
-        rates
+        Ok(rates)
     }
 
     /// Rates of [`Balance`], without the work of the motors.
     fn balance_rates(&mut self, t: f64, y: &Y) -> Result<Balance, NoForces> {
         let state = state(y);
         let torques = self.motor_torques(t, y);
-        let mechanics = &mut self.mechanics;
-        let kinematics = Kinematics::new(&mechanics.robot, &state)?;
-        let forces = mechanics.forces(&kinematics, &state, torques)?;
+        self.evaluate(&state, torques)?;
+        let (mechanics, kinematics, forces) = (&self.mechanics, &self.kinematics, &self.forces);
         let mut rates = Balance {
             stop_work: forces.stop_torque * (state.rates[2] - state.rates[3]),
             ..Balance::default()
@@ -190,50 +159,67 @@ impl Equations {
         Ok(rates)
     }
 
-    /// The Jacobian by difference quotients; `here` are the rates at `y`.
-    fn try_jacobian(
-        &mut self,
-        t: f64,
-        y: &Y,
-        here: &Y,
-    ) -> Result<SMatrix<f64, SIZE, SIZE>, NoForces> {
+    /// The Jacobian: that of the mechanics, with the drives by difference quotients.
+    fn try_jacobian(&mut self, t: f64, y: &Y) -> Result<Jacobian, NoForces> {
         let state = state(y);
-        let kinematics = Kinematics::new(&self.mechanics.robot, &state)?;
-        for (i, contacts) in self.contacts.iter_mut().enumerate() {
-            let centre = kinematics.axle(i, &state);
-            self.mechanics.find_contacts(centre, contacts);
+        let here = self.drives(t, y);
+        self.kinematics.set(&self.mechanics.robot, &state)?;
+        let torques = here.map(|drive| drive.torque);
+        self.tangents
+            .evaluate(&mut self.mechanics, &self.kinematics, &state, torques)?;
+        let matrix = &self.tangents.matrix;
+        let mut jacobian = Jacobian {
+            by_position: matrix.fixed_columns::<4>(0).into_owned(),
+            by_velocity: matrix.fixed_columns::<7>(4).into_owned(),
+            by_integral: Default::default(),
+            integrals: Default::default(),
+        };
+        let mut moved = *y;
+        for i in 0..3 {
+            moved[OMEGA + i] += DRIVE_STEP;
         }
-        let mut jacobian = SMatrix::<f64, SIZE, SIZE>::zeros();
-        for column in 0..SIZE {
-            let mut moved = *y;
-            let (step, there) = if column < RATES {
-                moved[column] += POSITION_STEP;
-                (POSITION_STEP, self.try_rates(t, &moved)?)
-            } else {
-                // The contacts do not depend on the velocities.
-                moved[column] += VELOCITY_STEP;
-                (VELOCITY_STEP, self.try_rates_at_contacts(t, &moved)?)
+        let by_speed = self.drives(t, &moved);
+        moved = *y;
+        for i in 0..3 {
+            moved[INTEGRAL + i] += DRIVE_STEP;
+        }
+        let by_integral = self.drives(t, &moved);
+        for i in 0..3 {
+            let torque =
+                |there: &[DriveResponse; 3]| (there[i].torque - here[i].torque) / DRIVE_STEP;
+            let rate = |there: &[DriveResponse; 3]| {
+                (there[i].integral_rate - here[i].integral_rate) / DRIVE_STEP
             };
-            jacobian.set_column(column, &((there - here) / step));
+            let loss = |omega: f64| self.mechanics.drive.loss_torque(omega);
+            let omega = state.omega[i];
+            let loss = (loss(omega + DRIVE_STEP) - loss(omega)) / DRIVE_STEP;
+            let response = matrix.column(11 + i);
+            let mut column = jacobian.by_velocity.column_mut(4 + i);
+            column += response * (torque(&by_speed) - loss);
+            jacobian
+                .by_integral
+                .set_column(i, &(response * torque(&by_integral)));
+            jacobian.integrals[i] = [rate(&by_speed), rate(&by_integral)];
         }
         Ok(jacobian)
     }
 }
 
-/// Steps of the difference quotients: 10 nm and 10 nrad of position (2 mN of N), 1 um/s and 1 urad/s of velocity.
-const POSITION_STEP: f64 = 1e-8;
-const VELOCITY_STEP: f64 = 1e-6;
+/// Step of the difference quotients of the drives, rad/s and rad.
+const DRIVE_STEP: f64 = 1e-6;
 
 impl Model<SIZE, INTEGRALS> for Equations {
+    type System = Factors;
+
     fn rates(&mut self, t: f64, y: &Y) -> Option<Y> {
         let rates = self.try_rates(t, y);
         self.refusal = rates.err().or(self.refusal);
         rates.ok()
     }
 
-    fn jacobian(&mut self, t: f64, y: &Y, rates: &Y) -> Option<SMatrix<f64, SIZE, SIZE>> {
-        let jacobian = self.try_jacobian(t, y, rates);
-        self.refusal = jacobian.err().or(self.refusal);
+    fn jacobian(&mut self, t: f64, y: &Y, _: &Y) -> Option<Jacobian> {
+        let jacobian = self.try_jacobian(t, y);
+        self.refusal = jacobian.as_ref().err().copied().or(self.refusal);
         jacobian.ok()
     }
 
@@ -267,7 +253,12 @@ impl Model<SIZE, INTEGRALS> for Equations {
         rates
     }
 
-    fn longest_step(&self, t: f64, y: &Y) -> f64 {
+    fn longest_step(&mut self, t: f64, y: &Y, rates: &Y) -> f64 {
+        if t >= self.jump_at {
+            self.jump_at = f64::INFINITY;
+            return STEP_AFTER_JUMP;
+        }
+        self.jump_at = f64::INFINITY;
         let speed = y[RATES].hypot(y[RATES + 1]);
         let longest = LONGEST_STEP.min(LONGEST_WAY / speed.max(1e-9));
         let to_command = self.next_command - t;
@@ -278,6 +269,21 @@ impl Model<SIZE, INTEGRALS> for Equations {
         };
         // A step does not skip a change of the set speeds.
         let change = self.mechanics.drive.next_change(t + SHORTEST_TO_CHANGE);
-        change.map_or(longest, |change| longest.min(change - t))
+        let longest = change.map_or(longest, |change| longest.min(change - t));
+        if self.jumps.is_empty() {
+            return longest;
+        }
+        let state = state(y);
+        let robot = &self.mechanics.robot;
+        if self.kinematics.set(robot, &state).is_err() {
+            return longest;
+        }
+        let accelerations = rates.fixed_rows::<4>(RATES).into_owned();
+        let motion = (&state, &accelerations);
+        let next = self.jumps.next(robot, &self.kinematics, motion, longest);
+        if next.arrives {
+            self.jump_at = t + next.longest;
+        }
+        next.longest
     }
 }

@@ -9,19 +9,26 @@
 //! output, and all forces are evaluated from this state.
 
 mod equations;
+mod jumps;
+mod layout;
+mod method;
+mod problem;
 mod radau;
+mod system;
 
 use crate::drive::Drive;
 use crate::engine::{Engine, Instant};
 use crate::error::PlantError;
 use crate::ground::AxleState;
-use crate::mechanics::{Kinematics, NoForces};
+use crate::mechanics::NoForces;
 use crate::setup::PlantSetup;
 use crate::start::Start;
 use crate::truth::PinTruth;
-use equations::{Equations, INTEGRALS, Integrals, SIZE, Y};
+use equations::{Equations, INTEGRALS, Integrals};
+use layout::{SIZE, Y};
 use radau::Radau;
 use robhaz_model::{Bar, WheelCommand};
+use system::Factors;
 
 /// Allowed local errors of a step per unit of tolerance: positions (m, rad), velocities (m/s, rad/s), wheel speeds
 /// (rad/s), integrals (rad). An error of 10 nm in a penetration is 2 mN of N.
@@ -50,7 +57,7 @@ const FIRST_STEP: f64 = 1e-5;
 pub struct DirectEngine {
     equations: Equations,
     /// `None` before the first truth.
-    solver: Option<Radau<SIZE, INTEGRALS>>,
+    solver: Option<Radau<SIZE, INTEGRALS, Factors>>,
     start: Y,
     weights: Y,
     tolerance: f64,
@@ -67,7 +74,7 @@ impl DirectEngine {
         Self {
             equations: Equations::new(setup),
             solver: None,
-            start: equations::start(start),
+            start: layout::start(start),
             weights: weights(&setup.drive),
             tolerance: setup.tolerance,
             period: setup.period,
@@ -131,11 +138,15 @@ impl DirectEngine {
     ) -> Result<(), NoForces> {
         let time = instant.truth.time;
         let equations = &mut self.equations;
-        let state = equations::state(y);
+        let state = layout::state(y);
         let torques = equations.motor_torques(time, y);
-        let mechanics = &mut equations.mechanics;
-        let kinematics = Kinematics::new(&mechanics.robot, &state)?;
-        let forces = mechanics.forces(&kinematics, &state, torques)?;
+        equations.evaluate(&state, torques)?;
+        let Equations {
+            mechanics,
+            kinematics,
+            forces,
+            ..
+        } = equations;
         let truth = &mut instant.truth;
         truth.body = kinematics.bar(Bar::Body, &state);
         truth.links = Bar::LINKS.map(|bar| kinematics.bar(bar, &state));
@@ -148,10 +159,11 @@ impl DirectEngine {
                 omega: state.omega[i],
                 torque: torques[i],
             };
-            truth.wheels[i] = mechanics.wheel_truth(i, forces.ground[i], &motion, axle)?;
+            let wheel = &mut truth.wheels[i];
+            mechanics.write_wheel_truth(i, &forces.ground[i], &motion, axle, wheel)?;
         }
         let positions = kinematics.pins(&state);
-        let pin_forces = forces.pin_forces(&mechanics.robot, &kinematics);
+        let pin_forces = forces.pin_forces(&mechanics.robot, kinematics);
         for (i, force) in pin_forces.into_iter().enumerate() {
             truth.pins[i] = PinTruth {
                 position: positions[i],
@@ -215,3 +227,7 @@ fn refusal(time: f64, why: Option<NoForces>) -> PlantError {
         _ => PlantError::NoStep { time },
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+mod tests;

@@ -6,85 +6,9 @@
 //! reuse of the Jacobian and of the factorisations. Sizes are fixed and errors are absolute. If `f` has no value at a
 //! state, the step becomes shorter.
 
-use nalgebra::{Complex, Const, DimMin, LU, SMatrix, SVector, ToTypenum};
-
-/// The problem: `N` equations, and `Q` integrals that do not influence the solution.
-pub(super) trait Model<const N: usize, const Q: usize> {
-    /// f(t, y); `None` if it has no value.
-    fn rates(&mut self, t: f64, y: &SVector<f64, N>) -> Option<SVector<f64, N>>;
-
-    /// df/dy at a state with known rates. It may be approximate; only the speed of convergence depends on it.
-    fn jacobian(
-        &mut self,
-        t: f64,
-        y: &SVector<f64, N>,
-        rates: &SVector<f64, N>,
-    ) -> Option<SMatrix<f64, N, N>>;
-
-    /// Rates of the integrals.
-    fn integrands(&mut self, t: f64, y: &SVector<f64, N>) -> SVector<f64, Q>;
-
-    /// Longest step from here.
-    fn longest_step(&self, t: f64, y: &SVector<f64, N>) -> f64;
-}
-
-/// Nodes of the method besides 1: (4 -+ sqrt 6)/10.
-const C1: f64 = 0.155_051_025_721_682_2;
-const C2: f64 = 0.644_948_974_278_317_8;
-/// Weights of the method: integrals from the start of a step to each node.
-const A: [[f64; 3]; 3] = [
-    [
-        0.196_815_477_223_660_44,
-        -0.065_535_425_850_198_39,
-        0.023_770_974_348_220_15,
-    ],
-    [
-        0.394_424_314_739_087_3,
-        0.292_073_411_665_228_45,
-        -0.041_548_752_125_997_93,
-    ],
-    [
-        0.376_403_062_700_467_3,
-        0.512_485_826_188_421_6,
-        0.111_111_111_111_111_1,
-    ],
-];
-/// Eigenvalues of the inverse of the weights: one real, one pair.
-const REAL: f64 = 3.637_834_252_744_496;
-const PAIR: Complex<f64> = Complex::new(2.681_082_873_627_752_3, 3.050_430_199_247_410_5);
-/// From transformed stages to stages, and back.
-const T: [[f64; 3]; 3] = [
-    [
-        9.123_239_487_089_295e-2,
-        -0.141_255_295_020_954_2,
-        -3.002_919_410_514_742_4e-2,
-    ],
-    [
-        0.241_717_932_707_107,
-        0.204_129_352_293_799_93,
-        0.382_942_112_757_262,
-    ],
-    [0.966_048_182_615_093, 1.0, 0.0],
-];
-const T_INVERSE: [[f64; 3]; 3] = [
-    [
-        4.325_579_890_063_155,
-        0.339_199_251_815_809_9,
-        0.541_770_539_935_874_9,
-    ],
-    [
-        -4.178_718_591_551_905,
-        -0.327_682_820_761_062_4,
-        0.476_623_554_500_550_44,
-    ],
-    [
-        -0.502_872_634_945_786_9,
-        2.571_926_949_855_605,
-        -0.596_039_204_828_224_9,
-    ],
-];
-/// Weights of the stages in the error estimate, which is the difference to a formula of order 3.
-const ERROR: [f64; 3] = [-10.048_809_399_827_416, 1.382_142_733_160_749, -1.0 / 3.0];
+use super::method::{A, C1, C2, Cubic, ERROR, PAIR, REAL, T, T_INVERSE, combined};
+use super::problem::{Model, System};
+use nalgebra::{Complex, SVector};
 
 /// Largest number of Newton iterations. After these, a shorter step is tried.
 const ITERATIONS: u32 = 7;
@@ -118,48 +42,14 @@ pub(super) struct Work {
     pub factorisations: u64,
 }
 
-/// Cubic polynomial over a step, as divided differences from the end of the step.
-#[derive(Clone, Copy)]
-struct Cubic<const M: usize>([SVector<f64, M>; 3]);
-
-impl<const M: usize> Default for Cubic<M> {
-    fn default() -> Self {
-        Self([SVector::zeros(); 3])
-    }
-}
-
-impl<const M: usize> Cubic<M> {
-    /// From the increments at the three nodes.
-    fn new(z: &[SVector<f64, M>; 3]) -> Self {
-        let b = (z[1] - z[2]) / (C2 - 1.0);
-        let ak = (z[0] - z[1]) / (C1 - C2);
-        let c = (ak - b) / (C1 - 1.0);
-        let d = c - (ak - z[0] / C1) / C2;
-        Self([b, c, d])
-    }
-
-    /// Increment from the step's end to `s` steps beyond it; negative within the step.
-    fn beyond(&self, s: f64) -> SVector<f64, M> {
-        let [b, c, d] = self.0;
-        (b + (c + d * (s - (C1 - 1.0))) * (s - (C2 - 1.0))) * s
-    }
-}
-
-/// Factorised matrices of the Newton iteration for one step.
-struct Factors<const N: usize>
-where
-    Const<N>: ToTypenum + DimMin<Const<N>, Output = Const<N>>,
-{
+/// Factorised matrices of the Newton iteration for one step length.
+struct Factors<S> {
     step: f64,
-    real: LU<f64, Const<N>, Const<N>>,
-    pair: LU<Complex<f64>, Const<N>, Const<N>>,
+    system: S,
 }
 
 /// A solution that advances step by step.
-pub(super) struct Radau<const N: usize, const Q: usize>
-where
-    Const<N>: ToTypenum + DimMin<Const<N>, Output = Const<N>>,
-{
+pub(super) struct Radau<const N: usize, const Q: usize, S: System<N>> {
     /// Allowed error of a step for each component.
     scale: SVector<f64, N>,
     time: f64,
@@ -174,8 +64,10 @@ where
     step: f64,
     /// Last step and its error, for the step control.
     last: Option<(f64, f64)>,
-    jacobian: Option<SMatrix<f64, N, N>>,
-    factors: Option<Factors<N>>,
+    jacobian: Option<S::Jacobian>,
+    factors: Option<Factors<S>>,
+    /// Error after the first iteration of Newton's method over the change in it, as expected from earlier steps.
+    expected_contraction: f64,
     work: Work,
 }
 
@@ -190,16 +82,13 @@ enum Newton<const N: usize> {
 /// The attempt failed; the next one has the step times this factor.
 struct Shorter(f64);
 
-impl<const N: usize, const Q: usize> Radau<N, Q>
-where
-    Const<N>: ToTypenum + DimMin<Const<N>, Output = Const<N>>,
-{
+impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
     /// Starts at time 0 with all integrals at zero. `scale` is the allowed error of a step for each component.
     ///
     /// # Errors
     /// [`NoStep`] if f has no value at the start.
     pub fn new(
-        model: &mut impl Model<N, Q>,
+        model: &mut impl Model<N, Q, System = S>,
         start: &SVector<f64, N>,
         scale: SVector<f64, N>,
         first_step: f64,
@@ -217,6 +106,7 @@ where
             last: None,
             jacobian: None,
             factors: None,
+            expected_contraction: 1.0,
             work: Work::default(),
         })
     }
@@ -249,7 +139,11 @@ where
     ///
     /// # Errors
     /// [`NoStep`] if f has no value there.
-    pub fn restart(&mut self, model: &mut impl Model<N, Q>, time: f64) -> Result<(), NoStep> {
+    pub fn restart(
+        &mut self,
+        model: &mut impl Model<N, Q, System = S>,
+        time: f64,
+    ) -> Result<(), NoStep> {
         if time < self.time {
             (self.y, self.integrals) = self.at(time);
             self.time = time;
@@ -265,8 +159,8 @@ where
     ///
     /// # Errors
     /// [`NoStep`] if no step is short enough.
-    pub fn advance(&mut self, model: &mut impl Model<N, Q>) -> Result<(), NoStep> {
-        let longest = model.longest_step(self.time, &self.y);
+    pub fn advance(&mut self, model: &mut impl Model<N, Q, System = S>) -> Result<(), NoStep> {
+        let longest = model.longest_step(self.time, &self.y, &self.rates);
         // Whether the Jacobian was evaluated at the start of this step.
         let mut fresh = self.jacobian.is_none();
         for attempt in 0..MOST_ATTEMPTS {
@@ -276,7 +170,7 @@ where
             if self.time + self.step <= self.time {
                 return Err(NoStep);
             }
-            match self.attempt(model, attempt > 0, longest) {
+            match self.attempt(model, attempt > 0) {
                 Ok(()) => return Ok(()),
                 Err(Shorter(factor)) => {
                     self.work.rejected += 1;
@@ -294,9 +188,8 @@ where
     /// One attempt at a step of the planned length.
     fn attempt(
         &mut self,
-        model: &mut impl Model<N, Q>,
+        model: &mut impl Model<N, Q, System = S>,
         retried: bool,
-        longest: f64,
     ) -> Result<(), Shorter> {
         let h = self.step;
         let factors = self.factors(model, h).ok_or(Shorter(0.5))?;
@@ -310,6 +203,9 @@ where
         };
         let error = self.error(model, &factors, h, &z, retried || self.last.is_none());
         self.factors = Some(factors);
+        if iterations > 1 {
+            self.expected_contraction = contraction / (1.0 - contraction);
+        }
         let longest_iteration = f64::from(1 + 2 * ITERATIONS);
         let safety = SAFETY * (longest_iteration / f64::from(iterations + 2 * ITERATIONS)).min(1.0);
         let factor = (safety * error.powf(-0.25)).clamp(0.125, 5.0);
@@ -324,38 +220,25 @@ where
         let rates = model.rates(self.time + h, &y).ok_or(Shorter(0.5))?;
         self.work.rates += 1;
         self.accept(model, h, &z, y, rates);
-        self.plan(h, error, factor, contraction, longest);
+        self.plan(h, error, factor, contraction);
         Ok(())
     }
 
     /// The factorised matrices for a step, reused from the last step if possible. `None` if one is singular.
-    fn factors(&mut self, model: &mut impl Model<N, Q>, h: f64) -> Option<Factors<N>> {
+    fn factors(&mut self, model: &mut impl Model<N, Q, System = S>, h: f64) -> Option<Factors<S>> {
         if let (Some(factors), Some(_)) = (self.factors.take(), &self.jacobian)
             && (factors.step - h).abs() <= 1e-12 * h
         {
             return Some(factors);
         }
-        let jacobian = match self.jacobian {
-            Some(jacobian) => jacobian,
-            None => {
-                self.work.jacobians += 1;
-                let jacobian = model.jacobian(self.time, &self.y, &self.rates)?;
-                *self.jacobian.insert(jacobian)
-            }
-        };
-        self.work.factorisations += 1;
-        let mut real = -jacobian;
-        let mut pair = jacobian.map(|entry| Complex::new(-entry, 0.0));
-        for i in 0..N {
-            real[(i, i)] += REAL / h;
-            pair[(i, i)] += PAIR / h;
+        if self.jacobian.is_none() {
+            self.work.jacobians += 1;
+            self.jacobian = Some(model.jacobian(self.time, &self.y, &self.rates)?);
         }
-        let factors = Factors {
-            step: h,
-            real: real.lu(),
-            pair: pair.lu(),
-        };
-        (factors.real.is_invertible() && factors.pair.is_invertible()).then_some(factors)
+        let jacobian = self.jacobian.as_ref()?;
+        self.work.factorisations += 1;
+        let system = S::factorise(jacobian, REAL / h, PAIR / h)?;
+        Some(Factors { step: h, system })
     }
 
     /// RMS over the components of an error relative to the allowed errors.
@@ -367,7 +250,12 @@ where
 
     /// Simplified Newton iterations for the increments of the stages, started from the extrapolated polynomial of the
     /// last step.
-    fn newton(&mut self, model: &mut impl Model<N, Q>, factors: &Factors<N>, h: f64) -> Newton<N> {
+    fn newton(
+        &mut self,
+        model: &mut impl Model<N, Q, System = S>,
+        factors: &Factors<S>,
+        h: f64,
+    ) -> Newton<N> {
         let length = self.time - self.begin;
         let mut z = [C1, C2, 1.0].map(|c| {
             if length > 0.0 {
@@ -378,6 +266,8 @@ where
         });
         let mut w = combined(&T_INVERSE, &z);
         let (mut before, mut contraction) = (0.0, 0.0);
+        // What was learned in an earlier step counts less from step to step.
+        self.expected_contraction = self.expected_contraction.max(1e-16).powf(0.8);
         for iteration in 1..=ITERATIONS {
             let mut f = [SVector::zeros(); 3];
             for i in 0..3 {
@@ -394,8 +284,8 @@ where
                 let w = Complex::new(w[1][i], w[2][i]);
                 Complex::new(f[1][i], f[2][i]) - PAIR / h * w
             });
-            factors.real.solve_mut(&mut real);
-            factors.pair.solve_mut(&mut pair);
+            factors.system.solve_real(&mut real);
+            factors.system.solve_pair(&mut pair);
             w[0] += real;
             w[1] += pair.map(|p| p.re);
             w[2] += pair.map(|p| p.im);
@@ -431,8 +321,8 @@ where
                 if left <= NEWTON {
                     return Newton::Converged(z, iteration, contraction);
                 }
-            } else if change <= 1e-3 * NEWTON {
-                return Newton::Converged(z, iteration, contraction);
+            } else if self.expected_contraction * change <= NEWTON {
+                return Newton::Converged(z, iteration, 0.0);
             }
             before = change;
         }
@@ -442,22 +332,22 @@ where
     /// Error of the step relative to the allowed one.
     fn error(
         &mut self,
-        model: &mut impl Model<N, Q>,
-        factors: &Factors<N>,
+        model: &mut impl Model<N, Q, System = S>,
+        factors: &Factors<S>,
         h: f64,
         z: &[SVector<f64, N>; 3],
         retried: bool,
     ) -> f64 {
         let stages = (z[0] * ERROR[0] + z[1] * ERROR[1] + z[2] * ERROR[2]) / h;
         let mut error = stages + self.rates;
-        factors.real.solve_mut(&mut error);
+        factors.system.solve_real(&mut error);
         let first = self.norm(&error);
         // The estimate is too large for errors of stiff components: it is filtered once more.
         if first >= 1.0 && retried {
             self.work.rates += 1;
             if let Some(rates) = model.rates(self.time, &(self.y + error)) {
                 let mut error = stages + rates;
-                factors.real.solve_mut(&mut error);
+                factors.system.solve_real(&mut error);
                 return self.norm(&error).max(1e-10);
             }
         }
@@ -467,7 +357,7 @@ where
     /// Accepts the step and integrates over it.
     fn accept(
         &mut self,
-        model: &mut impl Model<N, Q>,
+        model: &mut impl Model<N, Q, System = S>,
         h: f64,
         z: &[SVector<f64, N>; 3],
         y: SVector<f64, N>,
@@ -489,7 +379,7 @@ where
     }
 
     /// Chooses the length of the next step and what it reuses.
-    fn plan(&mut self, h: f64, error: f64, factor: f64, contraction: f64, longest: f64) {
+    fn plan(&mut self, h: f64, error: f64, factor: f64, contraction: f64) {
         let mut factor = factor;
         if let Some((last_step, last_error)) = self.last {
             // Gustafsson's predictive control: a growing error is expected to continue to grow.
@@ -502,16 +392,8 @@ where
         } else if (1.0..=KEEP_STEP).contains(&factor) {
             factor = 1.0;
         }
-        self.step = (h * factor).min(longest);
+        self.step = h * factor;
     }
-}
-
-/// Product of the matrix `rows` with three vectors.
-fn combined<const M: usize>(
-    rows: &[[f64; 3]; 3],
-    v: &[SVector<f64, M>; 3],
-) -> [SVector<f64, M>; 3] {
-    rows.map(|[a, b, c]| v[0] * a + v[1] * b + v[2] * c)
 }
 
 #[cfg(test)]

@@ -4,12 +4,13 @@
 //! [`super::kinematics`]. The wheel spins relative to the links follow from eq. (2) and are eliminated from these
 //! equations. Pin forces follow from Newton's and Euler's equations of single bars.
 
+use super::carriers::Carriers;
 use super::kinematics::{Kinematics, Motion, State};
 use crate::drive::wheel_acceleration;
 use crate::error::BelowGround;
 use crate::ground::{GroundForces, WheelMotion};
 use crate::stop::stop_torque;
-use nalgebra::{Matrix4, Vector3, Vector4};
+use nalgebra::{Cholesky, Matrix4, SMatrix, U4, Vector3, Vector4};
 use robhaz_model::{Bar, GRAVITY, PostureError, Robot, Vec2, cross};
 
 /// Reason why the forces at a state cannot be evaluated.
@@ -32,6 +33,7 @@ pub(crate) enum NoForces {
 }
 
 /// Accelerations at one state, and the forces that belong to them.
+#[derive(Clone, Default)]
 pub(crate) struct Forces {
     /// Time derivatives of [`State::rates`], m/s^2 and rad/s^2.
     pub accelerations: Vector4<f64>,
@@ -41,64 +43,66 @@ pub(crate) struct Forces {
     pub ground: [GroundForces; 3],
     /// Torque of the end stops on link 1, N m.
     pub stop_torque: f64,
+    /// Factorised mass matrix of the four rates.
+    mass_matrix: Option<Cholesky<f64, U4>>,
 }
 
 impl Forces {
-    /// Solves the equations of motion. `drive_torque` is that of [`wheel_acceleration`], N m; `act` evaluates the
-    /// forces of the ground on the wheel with the given index.
+    /// Solves the equations of motion. `drive_torque` is that of [`wheel_acceleration`], N m; `act` writes the forces of
+    /// the ground on the wheel with the given index.
     ///
     /// # Errors
     /// [`NoForces`]
-    pub fn new(
-        robot: &Robot,
+    #[inline]
+    pub(super) fn solve(
+        &mut self,
+        (robot, carriers): (&Robot, &Carriers),
         kinematics: &Kinematics,
         state: &State,
         drive_torque: [f64; 3],
-        mut act: impl FnMut(usize, &WheelMotion) -> Result<GroundForces, BelowGround>,
-    ) -> Result<Self, NoForces> {
+        mut act: impl FnMut(usize, &WheelMotion, &mut GroundForces) -> Result<(), BelowGround>,
+    ) -> Result<(), NoForces> {
         let (geometry, mass) = (&robot.geometry, &robot.mass);
         let (mut m, mut right) = (Matrix4::zeros(), Vector4::zeros());
-        for bar in Bar::ALL {
+        carriers.add(kinematics, &mut m, &mut right);
+        for bar in [Bar::Body, Bar::Link3] {
             let ((own, inertia), i) = (mass.of(bar), bar as usize);
             kinematics.centres[i].add_mass(own, &mut m, &mut right);
             kinematics.turns[i].add_inertia(inertia, &mut m, &mut right);
         }
         let (jw, jr) = (mass.wheel_inertia, mass.rotor_inertia);
-        let mut act = |i: usize| {
-            act(i, &kinematics.wheel(robot, i, state))
-                .map_err(|source| NoForces::BelowGround { wheel: i, source })
-        };
-        let ground = [act(0)?, act(1)?, act(2)?];
+        let share = jw / (jw + jr);
         for i in 0..3 {
+            let motion = kinematics.wheel(robot, i, state);
+            let ground = &mut self.ground[i];
+            act(i, &motion, ground).map_err(|source| NoForces::BelowGround { wheel: i, source })?;
             let (axle, row) = (&kinematics.axles[i], 2 + geometry.carriers[i].index());
-            axle.add_mass(mass.wheel, &mut m, &mut right);
-            axle.add_force(ground[i].force, &mut right);
-            // Eq. (2), solved for the spin's acceleration and substituted in the link's equation, adds the inertia
-            // J_w J_r/(J_w + J_r), and the share J_w/(J_w + J_r) of the torques.
-            m[(row, row)] += jw * jr / (jw + jr);
-            right[row] += ground[i].torque + jw / (jw + jr) * (drive_torque[i] - ground[i].torque);
+            axle.add_force(ground.force, &mut right);
+            // Eq. (2), solved for the spin's acceleration and substituted in the link's equation, adds an inertia (see
+            // `Carriers`), and the share J_w/(J_w + J_r) of the torques.
+            right[row] += ground.torque + share * (drive_torque[i] - ground.torque);
         }
-        let stop = stop_torque(
-            &geometry.stop,
-            state.angles[0] - state.angles[1],
-            state.rates[2] - state.rates[3],
-        );
-        right[2] += stop;
-        right[3] -= stop;
+        self.stop_torque = stop_torque_at(robot, state);
+        right[2] += self.stop_torque;
+        right[3] -= self.stop_torque;
         // The factorisation reads the lower triangle only.
-        let accelerations = m.cholesky().ok_or(NoForces::Singular)?.solve(&right);
-        let mut omega_rates = Vector3::zeros();
+        let factorised = m.cholesky().ok_or(NoForces::Singular)?;
+        self.accelerations = factorised.solve(&right);
+        self.mass_matrix = Some(factorised);
         for i in 0..3 {
-            let alpha_link = accelerations[2 + geometry.carriers[i].index()];
-            omega_rates[i] =
-                wheel_acceleration(drive_torque[i], ground[i].torque, alpha_link, jw, jr);
+            let alpha_link = self.accelerations[2 + geometry.carriers[i].index()];
+            self.omega_rates[i] =
+                wheel_acceleration(drive_torque[i], self.ground[i].torque, alpha_link, jw, jr);
         }
-        Ok(Self {
-            accelerations,
-            omega_rates,
-            ground,
-            stop_torque: stop,
-        })
+        Ok(())
+    }
+
+    /// Accelerations under a change of the generalised forces (N, N m), m/s^2 and rad/s^2, at the state of [`Self::solve`].
+    pub(super) fn response<const M: usize>(
+        &self,
+        loads: &SMatrix<f64, 4, M>,
+    ) -> Option<SMatrix<f64, 4, M>> {
+        self.mass_matrix.as_ref().map(|m| m.solve(loads))
     }
 
     /// Forces in P, Q, R, S on the first bar of `Pin::bars`, N, from Newton's and Euler's equations of body and link 3,
@@ -130,4 +134,13 @@ impl Forces {
         }
         [force_p, force_q, force_r, force_s]
     }
+}
+
+/// Torque of the end stops on link 1, N m.
+pub(super) fn stop_torque_at(robot: &Robot, state: &State) -> f64 {
+    stop_torque(
+        &robot.geometry.stop,
+        state.angles[0] - state.angles[1],
+        state.rates[2] - state.rates[3],
+    )
 }

@@ -48,9 +48,10 @@ pub(super) struct Turning {
 }
 
 /// Positions, velocities and Jacobians at one state.
+#[derive(Clone, Default)]
 pub(crate) struct Kinematics {
     /// Unit vectors along the turned x axis of each bar, in the order of [`Bar::ALL`].
-    axes: [Vec2; 4],
+    pub(super) axes: [Vec2; 4],
     /// Rotations of the bars, in the order of [`Bar::ALL`].
     pub(super) turns: [Turning; 4],
     /// Centres of mass of the bars, in the order of [`Bar::ALL`].
@@ -72,6 +73,16 @@ impl Kinematics {
     /// # Errors
     /// [`PostureError`] if the four-bar cannot close at the angles of the links.
     pub fn new(robot: &Robot, state: &State) -> Result<Self, PostureError> {
+        let mut kinematics = Self::default();
+        kinematics.set(robot, state)?;
+        Ok(kinematics)
+    }
+
+    /// Becomes the kinematics at a state, without a copy of the result.
+    ///
+    /// # Errors
+    /// As [`Self::new`]. The kinematics are then those of no state.
+    pub fn set(&mut self, robot: &Robot, state: &State) -> Result<(), PostureError> {
         let geometry = &robot.geometry;
         let pins = &geometry.pins;
         let [w1, w2] = [state.rates[2], state.rates[3]];
@@ -88,15 +99,15 @@ impl Kinematics {
 
         // Velocity closure, with perp(.) dropped on both sides: wb c - w3 d = w2 r - w1 p.
         let (c, d) = (s - p, s - r);
-        let det = -cross(c, d);
+        let per_det = -1.0 / cross(c, d);
         let mut body = Turning {
-            k1: cross(p, d) / det,
-            k2: -cross(r, d) / det,
+            k1: cross(p, d) * per_det,
+            k2: -cross(r, d) * per_det,
             ..Turning::default()
         };
         let mut link3 = Turning {
-            k1: -cross(c, p) / det,
-            k2: cross(c, r) / det,
+            k1: -cross(c, p) * per_det,
+            k2: cross(c, r) * per_det,
             ..Turning::default()
         };
         body.rate = body.k1 * w1 + body.k2 * w2;
@@ -106,8 +117,8 @@ impl Kinematics {
             - r * (w2 * w2)
             - d * (link3.rate * link3.rate);
         let g = Vec2::new(g.y, -g.x);
-        body.bias = -cross(g, d) / det;
-        link3.bias = cross(c, g) / det;
+        body.bias = -cross(g, d) * per_det;
+        link3.bias = cross(c, g) * per_det;
 
         let on_link1 = |nominal: Vec2| {
             let arm = turned(axis1, nominal - pins.q);
@@ -134,7 +145,7 @@ impl Kinematics {
             j2: pin.j2 + perp(arm) * turning.k2,
             bias: pin.bias + perp(arm) * turning.bias - arm * (turning.rate * turning.rate),
         };
-        let centres = [
+        self.centres = [
             beyond(
                 on_link1(pins.p),
                 &body,
@@ -148,23 +159,22 @@ impl Kinematics {
                 turned(axis3, geometry.link_cg[2] - pins.r),
             ),
         ];
-        let axles = [0, 1, 2].map(|i| match geometry.carriers[i].bar() {
-            Bar::Link1 => on_link1(geometry.axles[i]),
-            _ => on_link2(geometry.axles[i]),
-        });
+        for (i, axle) in self.axles.iter_mut().enumerate() {
+            *axle = match geometry.carriers[i].bar() {
+                Bar::Link1 => on_link1(geometry.axles[i]),
+                _ => on_link2(geometry.axles[i]),
+            };
+        }
         let link = |k1: f64, k2: f64, rate| Turning {
             k1,
             k2,
             rate,
             bias: 0.0,
         };
-        Ok(Self {
-            axes: [axis_body, axis1, axis2, axis3],
-            turns: [body, link(1.0, 0.0, w1), link(0.0, 1.0, w2), link3],
-            centres,
-            axles,
-            pins: [p, r, s],
-        })
+        self.axes = [axis_body, axis1, axis2, axis3];
+        self.turns = [body, link(1.0, 0.0, w1), link(0.0, 1.0, w2), link3];
+        self.pins = [p, r, s];
+        Ok(())
     }
 
     /// Pose and rates of a bar.
@@ -176,11 +186,33 @@ impl Kinematics {
             angle: match bar {
                 Bar::Link1 => state.angles[0],
                 Bar::Link2 => state.angles[1],
-                Bar::Body | Bar::Link3 => axis.y.atan2(axis.x),
+                Bar::Body | Bar::Link3 => libm::atan2(axis.y, axis.x),
             },
             velocity: self.centres[i].velocity(state),
             rate: self.turns[i].rate,
         }
+    }
+
+    /// Derivative of the position of a wheel's centre by coordinate `k` of the four, and of its velocity (m/s) by the rate
+    /// of that coordinate: m/m or m/rad.
+    pub(super) fn axle_column(&self, wheel: usize, k: usize) -> Vec2 {
+        match k {
+            0 => Vec2::x(),
+            1 => Vec2::y(),
+            2 => self.axles[wheel].j1,
+            _ => self.axles[wheel].j2,
+        }
+    }
+
+    /// Derivative of the velocity of a wheel's centre (m/s) by the angle of the link that carries it, 1/s.
+    pub(super) fn axle_velocity_slope(&self, robot: &Robot, wheel: usize, state: &State) -> Vec2 {
+        let rate = state.rates[2 + robot.geometry.carriers[wheel].index()];
+        -self.axles[wheel].arm * rate
+    }
+
+    /// Acceleration of a wheel's centre (m/s^2) at the accelerations of the four coordinates.
+    pub fn axle_acceleration(&self, wheel: usize, accelerations: &Vector4<f64>) -> Vec2 {
+        self.axles[wheel].acceleration(accelerations)
     }
 
     /// Centre of a wheel, m.
@@ -276,6 +308,11 @@ impl Motion {
 }
 
 impl Turning {
+    /// Angular rate, rad/s.
+    pub fn rate(&self) -> f64 {
+        self.rate
+    }
+
     /// Adds the inertia (kg m^2) of a bar, as [`Motion::add_mass`] adds a mass.
     pub fn add_inertia(&self, inertia: f64, m: &mut Matrix4<f64>, right: &mut Vector4<f64>) {
         let (k1, k2) = (inertia * self.k1, inertia * self.k2);
@@ -284,6 +321,12 @@ impl Turning {
         m[(3, 3)] += k2 * self.k2;
         right[2] -= k1 * self.bias;
         right[3] -= k2 * self.bias;
+    }
+
+    /// Adds a torque (N m) on the bar to the right-hand side.
+    pub fn add_torque(&self, torque: f64, right: &mut Vector4<f64>) {
+        right[2] += self.k1 * torque;
+        right[3] += self.k2 * torque;
     }
 
     /// Angular acceleration of the bar (rad/s^2) at the accelerations `a` of the four coordinates.

@@ -1,21 +1,21 @@
 //! The robot with its drives on its ground: forces from a state and the motor torques.
 
+use super::carriers::Carriers;
 use super::forces::{Forces, NoForces};
 use super::kinematics::{Kinematics, State};
 use crate::drive::Drive;
+use crate::error::BelowGround;
 use crate::ground::{AxleState, Ground, GroundForces, WheelMotion};
 use crate::setup::PlantSetup;
 use crate::truth::WheelTruth;
-use robhaz_model::{Robot, Vec2};
+use robhaz_model::Robot;
 use robhaz_terrain::Contact;
-
-/// Contacts of the three wheels.
-pub(crate) type Contacts = [Vec<Contact>; 3];
 
 /// The equations of motion with all laws that act on the robot.
 pub(crate) struct Mechanics {
     pub robot: Robot,
     pub drive: Drive,
+    carriers: Carriers,
     ground: Ground,
 }
 
@@ -24,67 +24,81 @@ impl Mechanics {
         Self {
             robot: setup.robot.clone(),
             drive: setup.drive.clone(),
+            carriers: Carriers::new(&setup.robot),
             ground: Ground::new(setup),
         }
     }
 
-    /// Accelerations and forces for given motor torques at the wheels, N m.
+    /// Writes accelerations and forces for given motor torques at the wheels, N m.
     ///
     /// # Errors
     /// [`NoForces`]
-    pub fn forces(
+    #[inline]
+    pub fn solve(
         &mut self,
         kinematics: &Kinematics,
         state: &State,
         torques: [f64; 3],
-    ) -> Result<Forces, NoForces> {
+        forces: &mut Forces,
+    ) -> Result<(), NoForces> {
         let drive_torque = self.drive_torque(state, torques);
         let ground = &mut self.ground;
-        Forces::new(&self.robot, kinematics, state, drive_torque, |_, wheel| {
-            ground.act(wheel)
-        })
+        let act =
+            |i: usize, wheel: &WheelMotion, forces: &mut GroundForces| ground.act(i, wheel, forces);
+        forces.solve(
+            (&self.robot, &self.carriers),
+            kinematics,
+            state,
+            drive_torque,
+            act,
+        )
     }
 
-    /// As [`Self::forces`], with the contacts at given places of the ground.
+    /// See [`Ground::queries`].
+    #[cfg(test)]
+    pub fn terrain_queries(&self) -> u64 {
+        self.ground.queries()
+    }
+
+    /// The contacts of a wheel (0 front, 1 middle, 2 rear) at the last [`Self::solve`].
+    pub(super) fn contacts(&self, wheel: usize) -> &[Contact] {
+        self.ground.contacts(wheel)
+    }
+
+    /// Forces of given contacts on a wheel.
     ///
     /// # Errors
-    /// [`NoForces`]
-    pub fn forces_at(
+    /// [`BelowGround`]
+    pub(super) fn act_at(
         &self,
-        contacts: &Contacts,
-        kinematics: &Kinematics,
-        state: &State,
-        torques: [f64; 3],
-    ) -> Result<Forces, NoForces> {
-        let drive_torque = self.drive_torque(state, torques);
-        let act = |i: usize, wheel: &WheelMotion| self.ground.act_at(&contacts[i], wheel);
-        Forces::new(&self.robot, kinematics, state, drive_torque, act)
-    }
-
-    /// The contacts of a wheel whose centre is at `centre` (m). `found` is cleared first.
-    pub fn find_contacts(&self, centre: Vec2, found: &mut Vec<Contact>) {
-        self.ground.find(centre, found);
+        contacts: &[Contact],
+        wheel: &WheelMotion,
+    ) -> Result<GroundForces, BelowGround> {
+        let mut forces = GroundForces::default();
+        self.ground.act_at(contacts, wheel, &mut forces)?;
+        Ok(forces)
     }
 
     /// Motor torques less the losses of the gears, N m.
-    fn drive_torque(&self, state: &State, torques: [f64; 3]) -> [f64; 3] {
-        [0, 1, 2].map(|i| torques[i] - self.drive.loss_torque(state.omega[i]))
+    pub(super) fn drive_torque(&self, state: &State, torques: [f64; 3]) -> [f64; 3] {
+        let of_wheel = |i: usize| torques[i] - self.drive.loss_torque(state.omega[i]);
+        [of_wheel(0), of_wheel(1), of_wheel(2)]
     }
 
-    /// See [`Ground::truth`].
+    /// See [`Ground::write_truth`].
     ///
     /// # Errors
     /// [`NoForces::BelowGround`]
-    #[inline]
-    pub fn wheel_truth(
-        &mut self,
+    pub fn write_wheel_truth(
+        &self,
         wheel: usize,
-        forces: GroundForces,
+        forces: &GroundForces,
         motion: &WheelMotion,
         axle: AxleState,
-    ) -> Result<WheelTruth, NoForces> {
+        truth: &mut WheelTruth,
+    ) -> Result<(), NoForces> {
         self.ground
-            .truth(forces, motion, axle)
+            .write_truth(wheel, forces, motion, axle, truth)
             .map_err(|source| NoForces::BelowGround { wheel, source })
     }
 }

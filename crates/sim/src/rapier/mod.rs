@@ -16,7 +16,7 @@ use crate::balance::{Balance, WheelLoad};
 use crate::drive::{Drive, wheel_acceleration};
 use crate::engine::{Engine, Instant};
 use crate::error::{BelowGround, PlantError};
-use crate::ground::{AxleState, Ground, WheelMotion};
+use crate::ground::{AxleState, Ground, GroundForces, WheelMotion};
 use crate::setup::{PlantSetup, StartKind};
 use crate::start::Start;
 use crate::stop::stop_torque;
@@ -305,7 +305,8 @@ impl RapierEngine {
             let omega = wheel.spin + link_rate;
             let motion = wheel_motion(link, geometry.axle_on_carrier(i), wheel.spin);
             let below = |error: BelowGround| error.at(time, i);
-            let ground = self.ground.act(&motion).map_err(below)?;
+            let mut ground = GroundForces::default();
+            self.ground.act(i, &motion, &mut ground).map_err(below)?;
             let planned = self.drive.set_speed(i, time, geometry.wheel_radius);
             let drive = self
                 .drive
@@ -319,7 +320,9 @@ impl RapierEngine {
                     omega,
                     torque,
                 };
-                truth.wheels[i] = self.ground.truth(ground, &motion, axle).map_err(below)?;
+                self.ground
+                    .write_truth(i, &ground, &motion, axle, &mut truth.wheels[i])
+                    .map_err(below)?;
             }
             // The acceleration of the link is that of the last integration. Its weight J_wheel/(J_wheel + J_rotor) is 8
             // %.

@@ -148,9 +148,9 @@ impl Equilibrium<'_> {
         let robot = &self.setup.robot;
         let kinematics = Kinematics::new(robot, &start.state).map_err(|_| NoRest::Equilibrium)?;
         let torques = [z[5], z[6], z[7]];
-        let forces = self
-            .mechanics
-            .forces(&kinematics, &start.state, torques)
+        let mut forces = Forces::default();
+        self.mechanics
+            .solve(&kinematics, &start.state, torques, &mut forces)
             .map_err(|_| NoRest::Equilibrium)?;
         let mut residual = Unknowns::zeros();
         residual[0] = kinematics.axle(1, &start.state).x - robot.geometry.axles[1].x;

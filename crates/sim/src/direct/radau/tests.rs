@@ -1,4 +1,39 @@
 use super::*;
+use nalgebra::{Const, DimMin, LU, SMatrix, ToTypenum};
+
+/// Any system of equations, by factorisations of the whole matrices.
+struct Dense<const N: usize>
+where
+    Const<N>: ToTypenum + DimMin<Const<N>, Output = Const<N>>,
+{
+    real: LU<f64, Const<N>, Const<N>>,
+    pair: LU<Complex<f64>, Const<N>, Const<N>>,
+}
+
+impl<const N: usize> System<N> for Dense<N>
+where
+    Const<N>: ToTypenum + DimMin<Const<N>, Output = Const<N>>,
+{
+    type Jacobian = SMatrix<f64, N, N>;
+
+    fn factorise(jacobian: &Self::Jacobian, real: f64, pair: Complex<f64>) -> Option<Self> {
+        let of_pair = SMatrix::<Complex<f64>, N, N>::identity() * pair
+            - jacobian.map(|entry| Complex::new(entry, 0.0));
+        let factors = Self {
+            real: (SMatrix::identity() * real - jacobian).lu(),
+            pair: of_pair.lu(),
+        };
+        (factors.real.is_invertible() && factors.pair.is_invertible()).then_some(factors)
+    }
+
+    fn solve_real(&self, right: &mut SVector<f64, N>) {
+        self.real.solve_mut(right);
+    }
+
+    fn solve_pair(&self, right: &mut SVector<Complex<f64>, N>) {
+        self.pair.solve_mut(right);
+    }
+}
 
 /// Equations given by a function that may have no value. The integrals are those of the solution itself.
 struct Test<const N: usize, F> {
@@ -9,7 +44,10 @@ struct Test<const N: usize, F> {
 impl<const N: usize, F> Model<N, N> for Test<N, F>
 where
     F: Fn(f64, &SVector<f64, N>) -> Option<SVector<f64, N>>,
+    Const<N>: ToTypenum + DimMin<Const<N>, Output = Const<N>>,
 {
+    type System = Dense<N>;
+
     fn rates(&mut self, t: f64, y: &SVector<f64, N>) -> Option<SVector<f64, N>> {
         (self.f)(t, y)
     }
@@ -34,17 +72,17 @@ where
         *y
     }
 
-    fn longest_step(&self, _: f64, _: &SVector<f64, N>) -> f64 {
+    fn longest_step(&mut self, _: f64, _: &SVector<f64, N>, _: &SVector<f64, N>) -> f64 {
         self.longest_step
     }
 }
 
-impl<const N: usize> Radau<N, N>
+impl<const N: usize> Radau<N, N, Dense<N>>
 where
     Const<N>: ToTypenum + DimMin<Const<N>, Output = Const<N>>,
 {
     /// A step of fixed length, without error control.
-    fn forced_step(&mut self, model: &mut impl Model<N, N>, h: f64) {
+    fn forced_step(&mut self, model: &mut impl Model<N, N, System = Dense<N>>, h: f64) {
         let factors = self.factors(model, h).unwrap();
         let Newton::Converged(z, ..) = self.newton(model, &factors, h) else {
             panic!("no convergence");
@@ -56,7 +94,7 @@ where
     }
 }
 
-type Solution<const N: usize> = (Radau<N, N>, Result<(), NoStep>);
+type Solution<const N: usize> = (Radau<N, N, Dense<N>>, Result<(), NoStep>);
 
 /// Solves until `end`, or until no step is short enough.
 fn solve<const N: usize, F>(

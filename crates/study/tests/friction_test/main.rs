@@ -3,7 +3,9 @@
 //!
 //! The studies behind the tables in `docs/friction.md`:
 //! `cargo test --release -p robhaz-study --test friction_test study_of_ -- --ignored --nocapture`. The variable `ROBHAZ_CASES` selects
-//! the cases whose name contains one of its words, divided by semicolons; `ROBHAZ_SEEDS` is the number of seeds.
+//! the cases whose name contains one of its words, divided by semicolons; `ROBHAZ_SEEDS` is the number of seeds, 20 by default.
+
+mod parts;
 
 use rayon::prelude::*;
 use robhaz_estimator::{FrictionTestEnd, FrictionTestResult};
@@ -15,6 +17,8 @@ use std::path::Path;
 
 type Outcome<T> = Result<T, Box<dyn Error + Send + Sync>>;
 
+/// First seed of all tests and studies here: no constant was chosen by these seeds.
+const FIRST_SEED: u64 = 100;
 const LAWS: [&str; 3] = ["adams", "brush", "rigid"];
 const MU: [f64; 4] = [0.3, 0.5, 0.7, 0.9];
 /// Name, and the overrides of the ground and the drive.
@@ -124,7 +128,7 @@ impl Row {
     fn add(&mut self, mu: f64, ramps: &Ramps) {
         self.failed += 3 - ramps.results.len();
         for result in &ramps.results {
-            if result.end != FrictionTestEnd::Slipped {
+            if result.ramps == 0 {
                 self.failed += 1;
                 continue;
             }
@@ -169,7 +173,7 @@ impl Row {
 }
 
 fn row(law: &str, mu: f64, ground: &[&str], seeds: u64) -> Outcome<Row> {
-    let runs: Outcome<Vec<Ramps>> = (0..seeds)
+    let runs: Outcome<Vec<Ramps>> = (FIRST_SEED..FIRST_SEED + seeds)
         .into_par_iter()
         .map(|seed| ramps(&scene(law, mu, ground, seed)?))
         .collect();
@@ -233,7 +237,7 @@ const ROLLING: [&str; 7] = [
 
 /// Events and false events of a shipped scene over seeds.
 fn onsets(name: &str, drive: &[&str], seeds: u64) -> Outcome<(usize, usize)> {
-    let runs: Outcome<Vec<Onsets>> = (0..seeds)
+    let runs: Outcome<Vec<Onsets>> = (FIRST_SEED..FIRST_SEED + seeds)
         .into_par_iter()
         .map(|seed| {
             let seed = format!("seed={seed}");
@@ -257,24 +261,15 @@ fn onsets(name: &str, drive: &[&str], seeds: u64) -> Outcome<(usize, usize)> {
     Ok((events, runs.iter().map(|run| run.open.len()).sum()))
 }
 
-/// Limits: 4 % of mu where both ramps are possible (level ground); 50 mm and 20 s a wheel; no wheel fails. Two seeds of six cases.
-#[test]
-fn mu_max_on_level_ground() -> Outcome<()> {
-    let (_, ground) = GROUNDS[0];
+/// Limits of one ground: 4 % of mu; 90 % within two sigma; 50 mm and 20 s a wheel; no wheel fails. Two seeds of each case.
+fn check(ground: (&str, &[&str]), cases: &[(&str, f64)]) -> Outcome<()> {
     let mut all = Row::default();
-    for (law, mu) in [
-        ("adams", 0.3),
-        ("brush", 0.5),
-        ("rigid", 0.7),
-        ("adams", 0.9),
-        ("rigid", 0.3),
-        ("brush", 0.9),
-    ] {
-        for seed in 0..2 {
-            all.add(mu, &ramps(&scene(law, mu, ground, seed)?)?);
+    for (law, mu) in cases {
+        for seed in FIRST_SEED..FIRST_SEED + 2 {
+            all.add(*mu, &ramps(&scene(law, *mu, ground.1, seed)?)?);
         }
     }
-    all.print("level");
+    all.print(ground.0);
     assert_eq!(all.failed, 0);
     assert!(all.rms() < 0.04, "{}", all.rms());
     assert!(all.inside() >= 0.9, "{}", all.inside());
@@ -286,6 +281,28 @@ fn mu_max_on_level_ground() -> Outcome<()> {
     );
     assert!(all.longest < 20.0, "{}", all.longest);
     Ok(())
+}
+
+#[test]
+fn mu_max_on_level_ground() -> Outcome<()> {
+    let cases = [
+        ("adams", 0.3),
+        ("brush", 0.5),
+        ("rigid", 0.7),
+        ("adams", 0.9),
+        ("rigid", 0.3),
+        ("brush", 0.9),
+    ];
+    check(GROUNDS[0], &cases)
+}
+
+/// On a slope the other wheels hold the robot, and often slip before the tested one under its second ramp.
+#[test]
+fn mu_max_on_a_slope() -> Outcome<()> {
+    check(
+        GROUNDS[1],
+        &[("rigid", 0.3), ("adams", 0.5), ("brush", 0.7)],
+    )
 }
 
 /// A torque limit below what a wheel bears: the test ends without slip, and its lower bound holds.
@@ -306,12 +323,16 @@ fn a_test_without_slip_gives_a_lower_bound() -> Outcome<()> {
     Ok(())
 }
 
-/// On rolling ground at most a fifth of the slip events are found where the truth shows no sliding in the second before. Zero is required
-/// and not reached: see `docs/friction.md`.
+/// No slip event where the truth shows no sliding in the second before, on any rolling ground. On `smooth` wheels come to the limit of
+/// friction again and again under the PI drive, and their events are found: about ten a run, of which half may be missed here.
 #[test]
-fn few_false_onsets_on_rolling_ground() -> Outcome<()> {
-    let (events, wrong) = onsets("smooth", &[], 2)?;
-    assert!(5 * wrong <= events, "{wrong} of {events}");
+fn no_false_onsets_on_rolling_ground() -> Outcome<()> {
+    for name in ROLLING {
+        let seeds = if name == "smooth" { 3 } else { 1 };
+        let (events, wrong) = onsets(name, &[], seeds)?;
+        assert_eq!(wrong, 0, "{name}: {wrong} of {events}");
+        assert!(name != "smooth" || events >= 15, "{events}");
+    }
     Ok(())
 }
 

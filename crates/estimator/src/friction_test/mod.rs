@@ -1,0 +1,216 @@
+//! The test of section 5 of the paper: the torque of one wheel rises linearly until the wheel slips.
+//!
+//! A [`FrictionTest`] takes the estimates of such a ramp, tells when to take the torque back, and gives the result. Who raises
+//! the torque is not its business: on the simulated robot it is the control `friction-test`.
+
+mod limit;
+mod result;
+#[cfg(test)]
+mod tests;
+mod together;
+
+pub use limit::RampLimit;
+pub use result::{FrictionTestEnd, FrictionTestResult};
+pub use together::together;
+
+use crate::estimate::Estimate;
+use crate::flags::Flags;
+use crate::friction::WheelFriction;
+use limit::LimitWatch;
+
+/// What a test asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrictionTestPhase {
+    /// Raise the torque.
+    Rising,
+    /// Take the torque back: the wheel slips, or the test has ended without slip.
+    BackingOff,
+    /// The wheel grips: the result is there.
+    Done,
+}
+
+/// A test of one wheel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrictionTest {
+    result: FrictionTestResult,
+    phase: FrictionTestPhase,
+    /// Start of the ramp, and the last estimate, s.
+    start: f64,
+    last: f64,
+    /// Low-pass filtered T/N, -.
+    ratio: Option<f64>,
+    limits: LimitWatch,
+    /// Whether each wheel has gripped since the start: what slipped before says nothing of the ramp.
+    gripped: [bool; 3],
+    /// Time for which nothing was clear, s.
+    unclear: f64,
+}
+
+impl FrictionTest {
+    /// Longest time without a clear estimate, s.
+    pub const PATIENCE: f64 = 0.5;
+    /// Time constant of the low pass on T/N for the lower bound, s.
+    const SMOOTHING: f64 = 0.1;
+
+    /// A test of wheel `wheel` (0 to 2) whose ramp starts at `time` (s).
+    pub fn new(wheel: usize, time: f64) -> Self {
+        Self {
+            result: FrictionTestResult {
+                wheel,
+                end: FrictionTestEnd::Unfinished,
+                time,
+                place: None,
+                mu: 0.0,
+                sigma: 0.0,
+                lasting: 0.0,
+                ramps: 0,
+                limits: [None; 2],
+                slipped_distance: 0.0,
+                duration: 0.0,
+            },
+            phase: FrictionTestPhase::Rising,
+            start: time,
+            last: time,
+            ratio: None,
+            limits: LimitWatch::default(),
+            gripped: [false; 3],
+            unclear: 0.0,
+        }
+    }
+
+    /// What the test asks for now.
+    pub fn phase(&self) -> FrictionTestPhase {
+        self.phase
+    }
+
+    /// The result; before [`FrictionTestPhase::Done`] as far as it is known: mu_max is at least `mu`.
+    pub fn result(&self) -> FrictionTestResult {
+        self.result
+    }
+
+    /// Takes the estimate of a sample at `time` (s); `None` where there is none.
+    pub fn update(&mut self, time: f64, estimate: Option<&Estimate>) -> FrictionTestPhase {
+        let dt = (time - self.last).max(0.0);
+        self.last = time;
+        if self.phase == FrictionTestPhase::Done {
+            return self.phase;
+        }
+        self.result.duration = time - self.start;
+        let wheels = estimate.and_then(|estimate| estimate.friction.as_ref());
+        let wheel = wheels.and_then(|wheels| wheels.get(self.result.wheel));
+        if self.phase == FrictionTestPhase::BackingOff {
+            match wheel.and_then(|wheel| wheel.slid) {
+                Some(slid) => self.result.slipped_distance = slid,
+                None => self.phase = FrictionTestPhase::Done,
+            }
+            return self.phase;
+        }
+        if let Some(wheels) = wheels {
+            self.limits.update(wheels, dt);
+            for (gripped, wheel) in self.gripped.iter_mut().zip(wheels) {
+                *gripped |= wheel.slid.is_none();
+            }
+        }
+        let limit = self.limits.limit(self.result.wheel);
+        if let Some(event) = wheel.and_then(|wheel| wheel.slip_event) {
+            self.result = FrictionTestResult {
+                end: FrictionTestEnd::Slipped,
+                time: time - event.age,
+                place: event.place,
+                mu: event.mu_max,
+                sigma: event.sigma,
+                lasting: event.lasting,
+                ramps: 1,
+                limits: [Some(limit), None],
+                ..self.result
+            };
+            self.phase = FrictionTestPhase::BackingOff;
+            return self.phase;
+        }
+        if let Some((other, slips)) = wheels.and_then(|wheels| self.other_that_slips(wheels)) {
+            return self.end_with(other, slips, limit);
+        }
+        let clear = estimate.is_some_and(|estimate| {
+            let loaded = estimate
+                .friction
+                .iter()
+                .flatten()
+                .all(|wheel| wheel.needed.is_some());
+            loaded && !estimate.flags.intersects(Flags::DOUBTFUL)
+        });
+        match wheel.and_then(|wheel| wheel.needed).filter(|_| clear) {
+            Some(needed) => {
+                self.unclear = 0.0;
+                self.hold(time, needed.value, needed.sigma, dt);
+            }
+            None => self.unclear += dt,
+        }
+        if self.unclear > Self::PATIENCE {
+            return self.end(FrictionTestEnd::NotClear);
+        }
+        self.phase
+    }
+
+    /// Wheel `other` slips, or may slip instead of the tested one. A wheel that `slips` with less T/N than another one bears stands on
+    /// ground of its own: it says nothing of mu_max.
+    fn end_with(&mut self, other: usize, slips: bool, limit: RampLimit) -> FrictionTestPhase {
+        if slips && !limit.may_slip(other) {
+            return self.end(FrictionTestEnd::OtherWheel(other));
+        }
+        self.result.limits = [Some(limit), None];
+        if !limit.may_slip(self.result.wheel) {
+            return self.end(FrictionTestEnd::OtherWheel(other));
+        }
+        self.result.end = FrictionTestEnd::EitherWheel(other);
+        self.result.mu = limit.friction(&[0.0; 3]).mu;
+        self.result.ramps = 1;
+        self.phase = FrictionTestPhase::BackingOff;
+        self.phase
+    }
+
+    /// Ends a rising test without slip.
+    pub fn end(&mut self, end: FrictionTestEnd) -> FrictionTestPhase {
+        if self.phase == FrictionTestPhase::Rising {
+            self.result.end = end;
+            self.phase = FrictionTestPhase::Done;
+        }
+        self.phase
+    }
+
+    /// Another wheel that slips; or, if the tested one seems to slip, the other one that needs most. And whether it is the first case.
+    fn other_that_slips(&self, wheels: &[WheelFriction; 3]) -> Option<(usize, bool)> {
+        let need = |wheel: &WheelFriction| wheel.needed.map_or(0.0, |needed| needed.value.abs());
+        let slips = |i: usize, wheel: &WheelFriction| {
+            wheel.slid.is_some() && self.gripped.get(i).is_some_and(|gripped| *gripped)
+        };
+        let tested = self.result.wheel;
+        let seems = slips(tested, wheels.get(tested)?);
+        let mut others = wheels.iter().enumerate().filter(|(i, _)| *i != tested);
+        let first = others.clone().find(|(i, wheel)| slips(*i, wheel));
+        let most = others.next().map(|first| {
+            others.fold(first, |most, other| {
+                if need(other.1) > need(most.1) {
+                    other
+                } else {
+                    most
+                }
+            })
+        });
+        let found = first.or(most.filter(|_| seems));
+        found.map(|(i, _)| (i, first.is_some()))
+    }
+
+    /// The wheel bears a T/N.
+    fn hold(&mut self, time: f64, ratio: f64, sigma: f64, dt: f64) {
+        let smooth = self.ratio.get_or_insert(ratio);
+        *smooth += dt / (Self::SMOOTHING + dt) * (ratio - *smooth);
+        if smooth.abs() > self.result.mu {
+            self.result = FrictionTestResult {
+                mu: smooth.abs(),
+                sigma,
+                time,
+                ..self.result
+            };
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! Linear systems with the Jacobian of the equations of motion, `(s 1 - df/dy) x = b`.
+//!
+//! Coordinates and integrals of the speed errors are eliminated: `q' = v` gives `q = (b_q + v)/s`, and the integral of a
+//! wheel depends on itself and on the wheel's speed alone. What is left are seven equations for the rates v and the wheel
+//! speeds, instead of fourteen: an eighth of the work of a factorisation.
+
+use super::layout::{INTEGRAL, RATES, SIZE};
+use super::problem::System;
+use nalgebra::{Complex, ComplexField, LU, SMatrix, SVector, U7};
+
+/// Number of equations that are left.
+const LEFT: usize = 7;
+
+/// df/dy of the equations of motion without the rows that are known: `q' = v`.
+#[derive(Clone)]
+pub(super) struct Jacobian {
+    /// Derivatives of the accelerations of rates and wheel speeds by coordinates.
+    pub by_position: SMatrix<f64, LEFT, 4>,
+    /// By rates and wheel speeds.
+    pub by_velocity: SMatrix<f64, LEFT, LEFT>,
+    /// By the integrals of the speed errors.
+    pub by_integral: SMatrix<f64, LEFT, 3>,
+    /// Derivatives of the rate of each integral by its wheel's speed and by itself.
+    pub integrals: [[f64; 2]; 3],
+}
+
+/// Factorised for a real s and a complex one.
+pub(super) struct Factors {
+    real: Reduced<f64>,
+    pair: Reduced<Complex<f64>>,
+}
+
+impl System<SIZE> for Factors {
+    type Jacobian = Jacobian;
+
+    fn factorise(jacobian: &Jacobian, real: f64, pair: Complex<f64>) -> Option<Self> {
+        Some(Self {
+            real: Reduced::new(jacobian, real)?,
+            pair: Reduced::new(jacobian, pair)?,
+        })
+    }
+
+    fn solve_real(&self, right: &mut SVector<f64, SIZE>) {
+        self.real.solve(right);
+    }
+
+    fn solve_pair(&self, right: &mut SVector<Complex<f64>, SIZE>) {
+        self.pair.solve(right);
+    }
+}
+
+/// The seven equations for one s.
+struct Reduced<T: ComplexField<RealField = f64>> {
+    /// 1/s.
+    inverse: T,
+    by_position: SMatrix<f64, LEFT, 4>,
+    by_integral: SMatrix<f64, LEFT, 3>,
+    /// Slope of each integral's rate over its wheel's speed.
+    gain: [f64; 3],
+    /// 1/(s - slope of each integral's rate over itself).
+    integral: [T; 3],
+    lu: LU<T, U7, U7>,
+}
+
+impl<T: ComplexField<RealField = f64> + Copy> Reduced<T> {
+    /// `None` if the matrix is singular.
+    fn new(jacobian: &Jacobian, s: T) -> Option<Self> {
+        let inverse = T::one() / s;
+        let integral = jacobian
+            .integrals
+            .map(|[_, own]| T::one() / (s - T::from_real(own)));
+        let gain = jacobian.integrals.map(|[gain, _]| gain);
+        let mut matrix = jacobian.by_velocity.map(|entry| T::from_real(-entry));
+        for row in 0..LEFT {
+            matrix[(row, row)] += s;
+            for k in 0..4 {
+                matrix[(row, k)] -= inverse.scale(jacobian.by_position[(row, k)]);
+            }
+            for k in 0..3 {
+                let slope = jacobian.by_integral[(row, k)] * gain[k];
+                matrix[(row, 4 + k)] -= integral[k].scale(slope);
+            }
+        }
+        let lu = matrix.lu();
+        lu.is_invertible().then_some(Self {
+            inverse,
+            by_position: jacobian.by_position,
+            by_integral: jacobian.by_integral,
+            gain,
+            integral,
+            lu,
+        })
+    }
+
+    fn solve(&self, right: &mut SVector<T, SIZE>) {
+        let mut left = SVector::<T, LEFT>::zeros();
+        left.copy_from(&right.fixed_rows::<LEFT>(RATES));
+        for k in 0..4 {
+            let known = right[k] * self.inverse;
+            for row in 0..LEFT {
+                left[row] += known.scale(self.by_position[(row, k)]);
+            }
+        }
+        for k in 0..3 {
+            let known = right[INTEGRAL + k] * self.integral[k];
+            for row in 0..LEFT {
+                left[row] += known.scale(self.by_integral[(row, k)]);
+            }
+        }
+        self.lu.solve_mut(&mut left);
+        for k in 0..4 {
+            right[k] = (right[k] + left[k]) * self.inverse;
+        }
+        for k in 0..3 {
+            let from_speed = left[4 + k].scale(self.gain[k]);
+            right[INTEGRAL + k] = (right[INTEGRAL + k] + from_speed) * self.integral[k];
+        }
+        right.fixed_rows_mut::<LEFT>(RATES).copy_from(&left);
+    }
+}

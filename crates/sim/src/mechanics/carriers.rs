@@ -1,0 +1,71 @@
+//! Links 1 and 2 with the masses of their wheels: two rigid bodies that turn about Q.
+
+use super::kinematics::Kinematics;
+use nalgebra::{Matrix4, Vector4};
+use robhaz_model::{Bar, GRAVITY, Robot, Vec2, perp, turned};
+
+/// Inertia of links 1 and 2, each with its wheels as point masses on their axles, and with the inertia that wheel and
+/// rotor add to the link when the wheel spins are eliminated, J_w J_r/(J_w + J_r).
+#[derive(Clone, Copy)]
+pub(super) struct Carriers([Carrier; 2]);
+
+#[derive(Clone, Copy, Default)]
+struct Carrier {
+    /// Mass, kg.
+    mass: f64,
+    /// Sum of mass times nominal position relative to Q, kg m.
+    moment: Vec2,
+    /// Inertia about Q, kg m^2.
+    inertia: f64,
+}
+
+impl Carriers {
+    pub fn new(robot: &Robot) -> Self {
+        let (geometry, mass) = (&robot.geometry, &robot.mass);
+        let q = geometry.pins.q;
+        let mut carriers = [Carrier::default(); 2];
+        for (k, bar) in [Bar::Link1, Bar::Link2].into_iter().enumerate() {
+            let (own, inertia) = mass.of(bar);
+            carriers[k].add(own, geometry.link_cg[k] - q);
+            carriers[k].inertia += inertia;
+        }
+        let (jw, jr) = (mass.wheel_inertia, mass.rotor_inertia);
+        for (axle, link) in geometry.axles.iter().zip(geometry.carriers) {
+            let carrier = &mut carriers[link.index()];
+            carrier.add(mass.wheel, axle - q);
+            carrier.inertia += jw * jr / (jw + jr);
+        }
+        Self(carriers)
+    }
+
+    /// Adds both to the mass matrix (lower triangle only), and their weight and bias force to the right-hand side.
+    #[inline]
+    pub fn add(&self, kinematics: &Kinematics, m: &mut Matrix4<f64>, right: &mut Vector4<f64>) {
+        let axes = [kinematics.axes[1], kinematics.axes[2]];
+        for (k, (carrier, axis)) in self.0.iter().zip(axes).enumerate() {
+            let row = 2 + k;
+            let rate = kinematics.turns[1 + k].rate();
+            let moment = turned(axis, carrier.moment);
+            let lever = perp(moment);
+            m[(0, 0)] += carrier.mass;
+            m[(1, 1)] += carrier.mass;
+            m[(row, 0)] += lever.x;
+            m[(row, 1)] += lever.y;
+            m[(row, row)] += carrier.inertia;
+            // The centripetal accelerations have no moment about Q.
+            let bias = moment * (rate * rate);
+            right[0] += bias.x;
+            right[1] += bias.y - carrier.mass * GRAVITY;
+            right[row] -= lever.y * GRAVITY;
+        }
+    }
+}
+
+impl Carrier {
+    /// Adds a mass (kg) at an arm from Q, m.
+    fn add(&mut self, mass: f64, arm: Vec2) {
+        self.mass += mass;
+        self.moment += arm * mass;
+        self.inertia += mass * arm.norm_squared();
+    }
+}

@@ -1,0 +1,221 @@
+//! Derivatives of the accelerations by positions, velocities and torques.
+//!
+//! With the right-hand side Q of the equations of motion `M a = Q`, `M da = dQ - dM a`. Two parts of the change have
+//! very different sizes. The ground's forces change by 1e5 N/m and 1e4 N s/m with the motion of a wheel's centre, whose
+//! derivatives are the columns of the kinematics. At constant forces of the ground, the rest changes with the posture
+//! and its rates alone; four more evaluations of the kinematics give it.
+
+use super::forces::{Forces, NoForces, stop_torque_at};
+use super::kinematics::{Kinematics, State};
+use super::model::Mechanics;
+use crate::error::BelowGround;
+use crate::ground::WheelMotion;
+use nalgebra::{SMatrix, Vector4};
+use robhaz_model::{Bar, GRAVITY, Vec2};
+use robhaz_terrain::Contact;
+
+/// Steps of the difference quotients: 10 nm and 10 nrad of position (2 mN of N), 1 um/s and 1 urad/s of velocity.
+const POSITION_STEP: f64 = 1e-8;
+const VELOCITY_STEP: f64 = 1e-6;
+
+/// Number of columns.
+const COLUMNS: usize = 14;
+/// First column of the rates, of the spins, of the torques.
+const RATES: usize = 4;
+const SPINS: usize = 8;
+const TORQUES: usize = 11;
+
+/// Derivatives of the accelerations at one state: rows for the four rates and the three spins; columns for the four
+/// coordinates, their rates, the three spins, and the torques of the drives less their losses.
+#[derive(Default)]
+pub(crate) struct Tangents {
+    /// The derivatives.
+    pub matrix: SMatrix<f64, 7, COLUMNS>,
+    forces: Forces,
+    moved: Kinematics,
+    displaced: Vec<Contact>,
+}
+
+impl Tangents {
+    /// Evaluates the derivatives at a state with its kinematics and the motor torques, N m.
+    ///
+    /// # Errors
+    /// [`NoForces`]
+    pub fn evaluate(
+        &mut self,
+        mechanics: &mut Mechanics,
+        kinematics: &Kinematics,
+        state: &State,
+        torques: [f64; 3],
+    ) -> Result<(), NoForces> {
+        mechanics.solve(kinematics, state, torques, &mut self.forces)?;
+        let (mut loads, mut spins) = (SMatrix::<f64, 4, COLUMNS>::zeros(), SMatrix::zeros());
+        for wheel in 0..3 {
+            self.add_wheel(
+                mechanics,
+                kinematics,
+                state,
+                wheel,
+                (&mut loads, &mut spins),
+            )
+            .map_err(|source| NoForces::BelowGround { wheel, source })?;
+        }
+        self.add_posture(mechanics, kinematics, state, &mut loads)?;
+        let accelerations = self.forces.response(&loads).ok_or(NoForces::Singular)?;
+        let mass = &mechanics.robot.mass;
+        let (jw, jr) = (mass.wheel_inertia, mass.rotor_inertia);
+        self.matrix.fixed_rows_mut::<4>(0).copy_from(&accelerations);
+        for (i, carrier) in mechanics.robot.geometry.carriers.iter().enumerate() {
+            let link = accelerations.row(2 + carrier.index());
+            let row = (spins.row(i) + link * jw) / (jw + jr);
+            self.matrix.set_row(4 + i, &row);
+        }
+        Ok(())
+    }
+
+    /// Adds what a wheel's motion and torque change: generalised forces, and torques on the spins.
+    fn add_wheel(
+        &mut self,
+        mechanics: &Mechanics,
+        kinematics: &Kinematics,
+        state: &State,
+        wheel: usize,
+        (loads, spins): (&mut SMatrix<f64, 4, COLUMNS>, &mut SMatrix<f64, 3, COLUMNS>),
+    ) -> Result<(), BelowGround> {
+        let motion = kinematics.wheel(&mechanics.robot, wheel, state);
+        let slopes = slopes(
+            mechanics,
+            mechanics.contacts(wheel),
+            &mut self.displaced,
+            &motion,
+        )?;
+        let link = mechanics.robot.geometry.carriers[wheel].index();
+        let mass = &mechanics.robot.mass;
+        let share = mass.wheel_inertia / (mass.wheel_inertia + mass.rotor_inertia);
+        let mut add = |column: usize, change: SMatrix<f64, 5, 1>| {
+            let [x, y, torque] = (slopes * change).into();
+            let mut right = Vector4::zeros();
+            kinematics.axles[wheel].add_force(Vec2::new(x, y), &mut right);
+            right[2 + link] += (1.0 - share) * torque;
+            let mut sum = loads.column_mut(column);
+            sum += right;
+            spins[(wheel, column)] -= torque;
+        };
+        for k in 0..4 {
+            let direction = kinematics.axle_column(wheel, k);
+            let turns = k == 2 + link;
+            let velocity = if turns {
+                kinematics.axle_velocity_slope(&mechanics.robot, wheel, state)
+            } else {
+                Vec2::zeros()
+            };
+            add(
+                k,
+                [direction.x, direction.y, velocity.x, velocity.y, 0.0].into(),
+            );
+            // The absolute spin is that relative to the link less the rate of the link.
+            let spin = if turns { -1.0 } else { 0.0 };
+            add(RATES + k, [0.0, 0.0, direction.x, direction.y, spin].into());
+        }
+        add(SPINS + wheel, [0.0, 0.0, 0.0, 0.0, 1.0].into());
+        loads[(2 + link, TORQUES + wheel)] += share;
+        spins[(wheel, TORQUES + wheel)] += 1.0;
+        Ok(())
+    }
+
+    /// Adds what the posture and its rates change at constant forces of the ground and constant accelerations.
+    fn add_posture(
+        &mut self,
+        mechanics: &Mechanics,
+        kinematics: &Kinematics,
+        state: &State,
+        loads: &mut SMatrix<f64, 4, COLUMNS>,
+    ) -> Result<(), NoForces> {
+        let here = self.residual(mechanics, kinematics, state);
+        for link in 0..2 {
+            for (column, step) in [(2 + link, POSITION_STEP), (RATES + 2 + link, VELOCITY_STEP)] {
+                let mut there = *state;
+                if column < RATES {
+                    there.angles[link] += step;
+                } else {
+                    there.rates[2 + link] += step;
+                }
+                let mut moved = std::mem::take(&mut self.moved);
+                moved.set(&mechanics.robot, &there)?;
+                let residual = self.residual(mechanics, &moved, &there);
+                let mut sum = loads.column_mut(column);
+                sum += (residual - here) / step;
+                self.moved = moved;
+            }
+        }
+        Ok(())
+    }
+
+    /// Generalised forces of weight, inertia, ground and stops, without the constant ones, at [`Self::forces`].
+    fn residual(
+        &self,
+        mechanics: &Mechanics,
+        kinematics: &Kinematics,
+        state: &State,
+    ) -> Vector4<f64> {
+        let (robot, a) = (&mechanics.robot, &self.forces.accelerations);
+        let weight = Vec2::new(0.0, -GRAVITY);
+        let mut right = Vector4::zeros();
+        for bar in Bar::ALL {
+            let ((mass, inertia), i) = (robot.mass.of(bar), bar as usize);
+            let (centre, turn) = (&kinematics.centres[i], &kinematics.turns[i]);
+            centre.add_force((weight - centre.acceleration(a)) * mass, &mut right);
+            turn.add_torque(-inertia * turn.acceleration(a), &mut right);
+        }
+        for (axle, ground) in kinematics.axles.iter().zip(&self.forces.ground) {
+            let inertia = (weight - axle.acceleration(a)) * robot.mass.wheel;
+            axle.add_force(inertia + ground.force, &mut right);
+        }
+        let stop = stop_torque_at(robot, state);
+        right[2] += stop;
+        right[3] -= stop;
+        right
+    }
+}
+
+/// Derivatives of force (N) and torque (N m) of the ground on a wheel by its centre (m), velocity (m/s) and absolute spin
+/// (rad/s). The contacts follow the centre to first order.
+fn slopes(
+    mechanics: &Mechanics,
+    contacts: &[Contact],
+    displaced: &mut Vec<Contact>,
+    motion: &WheelMotion,
+) -> Result<SMatrix<f64, 3, 5>, BelowGround> {
+    let at = |contacts: &[Contact], motion: &WheelMotion| {
+        let forces = mechanics.act_at(contacts, motion)?;
+        Ok(nalgebra::Vector3::new(
+            forces.force.x,
+            forces.force.y,
+            forces.torque,
+        ))
+    };
+    let here = at(contacts, motion)?;
+    let mut slopes = SMatrix::<f64, 3, 5>::zeros();
+    for (k, axis) in [Vec2::x(), Vec2::y()].into_iter().enumerate() {
+        let by = axis * POSITION_STEP;
+        displaced.clear();
+        displaced.extend(contacts.iter().map(|contact| contact.displaced(by)));
+        let there = WheelMotion {
+            centre: motion.centre + by,
+            ..*motion
+        };
+        let there = at(displaced, &there)?;
+        slopes.set_column(k, &((there - here) / POSITION_STEP));
+        let there = WheelMotion {
+            velocity: motion.velocity + axis * VELOCITY_STEP,
+            ..*motion
+        };
+        slopes.set_column(2 + k, &((at(contacts, &there)? - here) / VELOCITY_STEP));
+    }
+    let there = WheelMotion {
+        spin: motion.spin + VELOCITY_STEP,
+        ..*motion
+    };
+    slopes.set_column(4, &((at(contacts, &there)? - here) / VELOCITY_STEP));
+    Ok(slopes)
+}

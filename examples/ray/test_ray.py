@@ -1,0 +1,78 @@
+"""A sweep on a real Ray on this machine: a worker is killed meanwhile, and the dataset is that of one process.
+
+    ROBHAZ=target/release/robhaz pytest examples/ray
+"""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("ray", reason="Ray is not installed: pip install ray")
+
+ROBHAZ = shutil.which(os.environ.get("ROBHAZ", "robhaz"))
+HERE = Path(__file__).parent
+
+SCENE = """
+[terrain]
+kind = "flat"
+[record]
+duration = 1
+compare_from = 0.5
+[[estimator]]
+name = "best"
+"""
+STUDY = """
+scene = "scene.toml"
+[[axis]]
+key = "drive.kp"
+values = [2, 5]
+[[axis]]
+key = "seed"
+count = 30
+"""
+
+
+def worker_of(folder: Path):
+    """Process of the Ray worker whose command computes the shard in this folder; None while there is none."""
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            words = (process / "cmdline").read_bytes().split(b"\0")
+            if b"sweep" in words and str(folder).encode() in words:
+                status = (process / "status").read_text()
+                return int(next(line for line in status.splitlines() if line.startswith("PPid:")).split()[1])
+        except (FileNotFoundError, ProcessLookupError):
+            continue
+    return None
+
+
+def test_a_lost_worker_leaves_the_dataset_of_one_process(tmp_path):
+    (tmp_path / "scene.toml").write_text(SCENE)
+    study = tmp_path / "study.toml"
+    study.write_text(STUDY)
+    subprocess.run([ROBHAZ, "sweep", study, "--out", tmp_path / "alone", "--quiet"], check=True)
+    out = tmp_path / "out"
+    command = [sys.executable, HERE / "sweep.py", study, "--shards", "3", "--out", out, "--robhaz", ROBHAZ]
+    # A loaded machine takes longer to start Ray than its default of 30 s.
+    environment = {"RAY_raylet_start_wait_time_s": "240"} | os.environ
+    log = tmp_path / "log"
+    with open(log, "w") as file:
+        driver = subprocess.Popen(command, env=environment, stdout=file, stderr=file)
+    killed = None
+    while driver.poll() is None:
+        worker = worker_of(out / "shard-1")
+        journal = out / "shard-1" / "runs.jsonl"
+        # In mid-work: some runs of the shard are done, others are not.
+        if killed is None and worker and journal.exists() and journal.stat().st_size > 0:
+            os.kill(worker, signal.SIGKILL)
+            killed = worker
+        time.sleep(0.02)
+    assert driver.returncode == 0, log.read_text()
+    assert killed, "no worker was killed in mid-work"
+    dataset = out / "merged" / "sweep.parquet"
+    assert dataset.read_bytes() == (tmp_path / "alone" / "sweep.parquet").read_bytes()

@@ -1,0 +1,415 @@
+//! The commands `robhaz sweep` and `robhaz merge`: the same dataset whatever happens on the way.
+#![cfg(unix)]
+
+use crate::support::{robhaz, root, text};
+use std::fs;
+use std::path::Path;
+use std::process::{Output, Stdio};
+use std::time::Duration;
+
+/// A scene of a few milliseconds of computing.
+const SCENE: &str = "[terrain]\nkind = \"flat\"\n[engine]\nkind = \"rapier\"\n[sensors]\ngrade = \"typical\"\n\
+    [record]\nduration = 0.04\ncompare_from = 0.02\n[[estimator]]\nname = \"paper-wheels\"\n[[estimator]]\nname = \"best\"\n";
+
+/// A folder with that scene and a study of it.
+fn study(axes: &str) -> tempfile::TempDir {
+    let dir = tempfile::tempdir().unwrap();
+    fs::write(dir.path().join("scene.toml"), SCENE).unwrap();
+    let text = format!("scene = \"scene.toml\"\n{axes}");
+    fs::write(dir.path().join("study.toml"), text).unwrap();
+    dir
+}
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    robhaz(folder).args(arguments).output().unwrap()
+}
+
+/// Runs a command that must succeed. Returns standard output.
+fn succeed(folder: &Path, arguments: &[&str]) -> String {
+    let output = run(folder, arguments);
+    let error = text(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {error}");
+    text(&output.stdout)
+}
+
+fn dataset(folder: &Path, name: &str) -> Vec<u8> {
+    fs::read(folder.join(name).join("sweep.parquet")).unwrap()
+}
+
+/// An axis of each kind; 500 runs.
+const MANY: &str = "tables = [3]\n[[axis]]\nkey = \"drive.speed\"\nvalues = [0.1, \"0.2 m/s\"]\n\
+    [[axis]]\nkeys = [\"drive.kp\", \"drive.ki\"]\nvalues = [[2, 0], [5, 50.5]]\n[[axis]]\nkey = \"seed\"\ncount = 5\n\
+    [[axis]]\nkey = \"robot.mass.body\"\nnormal = [5, 0.2]\n[[axis]]\nkey = \"contact.mu_s\"\nuniform = [0.75, 1]\n\
+    [draw]\ncount = 25\n";
+
+/// Kills at random instants, 20 of them, lose nothing: the dataset has the same bytes as that of a sweep that was left alone.
+/// So has the one of three shards, with other numbers of threads.
+#[test]
+fn kills_and_shards_leave_the_same_dataset() {
+    let dir = study(MANY);
+    succeed(
+        dir.path(),
+        &["sweep", "study.toml", "--out", "alone", "--jobs", "2"],
+    );
+    let whole = dataset(dir.path(), "alone");
+
+    let journal = dir.path().join("killed/runs.jsonl");
+    let finished =
+        || fs::read(&journal).map_or(0, |text| text.iter().filter(|b| **b == b'\n').count());
+    let (mut lines, mut random) = (vec![0], 12345_u64);
+    for kill in 0..20 {
+        let mut child = robhaz(dir.path())
+            .args(["sweep", "study.toml", "--out", "killed", "--jobs", "2"])
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        // Up to 15 runs more than at the last kill and up to 16 ms later, by a congruential generator: before the first run,
+        // in a run, in a line. The last kill is far from the end.
+        random = random
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        let least = 15 * kill + (random >> 60) as usize;
+        while kill > 2 && finished() < least {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        std::thread::sleep(Duration::from_micros(random >> 50));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        lines.push(finished());
+    }
+    assert!(lines.is_sorted(), "finished runs were lost: {lines:?}");
+    assert!(*lines.last().unwrap() >= 15 * 19, "{lines:?}");
+    let said = succeed(
+        dir.path(),
+        &["sweep", "study.toml", "--out", "killed", "--jobs", "3"],
+    );
+    assert!(said.contains(" of 500 runs computed in "), "{said}");
+    assert!(
+        !said.starts_with("500 of"),
+        "finished runs were repeated: {said}"
+    );
+    assert!(dataset(dir.path(), "killed") == whole);
+    assert!(!journal.exists());
+
+    for part in ["1", "2", "3"] {
+        let (shard, out) = (format!("{part}/3"), format!("part-{part}"));
+        let said = succeed(
+            dir.path(),
+            &[
+                "sweep",
+                "study.toml",
+                "--shard",
+                &shard,
+                "--out",
+                &out,
+                "--jobs",
+                part,
+            ],
+        );
+        assert!(said.contains("This part is complete"), "{said}");
+        if part == "2" {
+            let output = run(
+                dir.path(),
+                &["merge", "part-1", "part-2", "--out", "merged"],
+            );
+            let error = text(&output.stderr);
+            assert!(!output.status.success());
+            assert!(
+                error.contains("166 of 500 runs are missing, the first one is run 2"),
+                "{error}"
+            );
+            assert!(!dir.path().join("merged").exists());
+        }
+    }
+    succeed(
+        dir.path(),
+        &["merge", "part-3", "part-1", "part-2", "--out", "merged"],
+    );
+    assert!(dataset(dir.path(), "merged") == whole);
+    // The tables of run 3 came along.
+    for folder in ["alone", "killed", "merged"] {
+        let tables = dir.path().join(folder).join("tables/run-000003");
+        for name in ["scene.toml", "truth.parquet", "estimate-best.parquet"] {
+            assert!(tables.join(name).is_file(), "{folder}: {name}");
+        }
+        assert_eq!(
+            fs::read_dir(dir.path().join(folder).join("tables"))
+                .unwrap()
+                .count(),
+            1
+        );
+    }
+}
+
+/// A finished sweep computes nothing again. A changed study or base scene is refused, and what is there stays.
+#[test]
+fn a_changed_study_is_refused() {
+    let dir = study("[[axis]]\nkey = \"seed\"\ncount = 3\n");
+    let sweep = ["sweep", "study.toml", "--out", "out"];
+    let said = succeed(dir.path(), &sweep);
+    assert!(said.contains("3 of 3 runs computed"), "{said}");
+    let whole = dataset(dir.path(), "out");
+    assert!(succeed(dir.path(), &sweep).contains("All 3 runs are done."));
+    let edits = [
+        (
+            "study.toml",
+            "count = 3",
+            "count = 4",
+            "the study file has changed",
+        ),
+        ("scene.toml", "0.04", "0.05", "the base scene has changed"),
+    ];
+    for (file, old, new, reason) in edits {
+        let path = dir.path().join(file);
+        let before = fs::read_to_string(&path).unwrap();
+        fs::write(&path, before.replace(old, new)).unwrap();
+        let output = run(dir.path(), &sweep);
+        let error = text(&output.stderr);
+        assert!(
+            !output.status.success() && error.contains(reason),
+            "{error}"
+        );
+        fs::write(&path, before).unwrap();
+    }
+    assert!(dataset(dir.path(), "out") == whole);
+    // A folder with something else is left alone.
+    fs::create_dir(dir.path().join("mine")).unwrap();
+    fs::write(dir.path().join("mine/notes.txt"), "mine").unwrap();
+    let output = run(dir.path(), &["sweep", "study.toml", "--out", "mine"]);
+    assert!(text(&output.stderr).contains("holds no sweep"));
+}
+
+/// Ctrl-C ends a sweep in order: exit code 130, the number of finished runs, and the same command goes on.
+#[test]
+fn an_interrupted_sweep_goes_on() {
+    let dir = study("[[axis]]\nkey = \"seed\"\ncount = 3000\n");
+    let child = robhaz(dir.path())
+        .args(["sweep", "study.toml", "--out", "out"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let journal = dir.path().join("out/runs.jsonl");
+    while fs::metadata(&journal).map_or(0, |m| m.len()) == 0 {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let id = child.id().to_string();
+    let sent = std::process::Command::new("kill")
+        .args(["-INT", &id])
+        .status();
+    assert!(sent.unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    let error = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(130), "{error}");
+    assert!(
+        error.contains("stopped by Ctrl-C") && error.contains("of 3000 runs are done"),
+        "{error}"
+    );
+    let lines = fs::read_to_string(&journal).unwrap();
+    assert!(lines.ends_with('\n') && error.contains(&format!("{} of 3000", lines.lines().count())));
+}
+
+/// A full disk (here: a limit on the size of files) ends the sweep with its reason and keeps the finished runs.
+#[test]
+fn a_full_disk_keeps_finished_runs() {
+    let dir = study("[[axis]]\nkey = \"seed\"\ncount = 60\n");
+    let robhaz = env!("CARGO_BIN_EXE_robhaz");
+    // 16 blocks of 512 or 1024 bytes: some ten lines.
+    let script = format!("ulimit -f 16; exec '{robhaz}' sweep study.toml --out out");
+    let output = std::process::Command::new("sh")
+        .args(["-c", &script])
+        .current_dir(dir.path())
+        .output()
+        .unwrap();
+    let error = text(&output.stderr);
+    assert!(
+        !output.status.success() && error.contains("cannot write"),
+        "{error}"
+    );
+    let journal = fs::read_to_string(dir.path().join("out/runs.jsonl")).unwrap();
+    assert!(
+        journal.lines().count() > 3 && journal.ends_with('\n'),
+        "{journal}"
+    );
+    succeed(dir.path(), &["sweep", "study.toml", "--out", "out"]);
+    succeed(dir.path(), &["sweep", "study.toml", "--out", "undisturbed"]);
+    assert!(dataset(dir.path(), "out") == dataset(dir.path(), "undisturbed"));
+}
+
+/// Every mistake names file, line and key, what was found and what is allowed.
+#[test]
+fn mistakes_in_a_study_name_their_place() {
+    let mistakes = [
+        (
+            "[[axis]]\nkey = \"seed\"\n",
+            "study.toml:2",
+            "found nothing, allowed: one of values, count",
+        ),
+        (
+            "[[axis]]\nkey = \"seed\"\ncount = 0\n",
+            "study.toml:4: axis[0].count",
+            "found 0, allowed: a whole number from 1",
+        ),
+        (
+            "[[axis]]\nkey = \"drive.speed\"\nvalues = [0.2,\n 1e9]\n",
+            "study.toml:5: drive.speed",
+            "found 1e9, allowed: ",
+        ),
+        (
+            "[[axis]]\nkey = \"drive.sped\"\nvalues = [0.2]\n",
+            "study.toml:4: drive.sped",
+            "did you mean speed?",
+        ),
+        (
+            "[[axis]]\nkey = \"drive.kp\"\nnormal = [-50, 1]\n[draw]\ncount = 3\n",
+            "study.toml:4: drive.kp",
+            "allowed: a number",
+        ),
+        (
+            "[[axis]]\nkey = \"drive.kp\"\nuniform = [1, 2]\n",
+            "study.toml:4: draw",
+            "needs [draw]",
+        ),
+        (
+            "[[axis]]\nkey = \"drive.kp\"\nuniform = [2, 1]\n[draw]\ncount = 3\n",
+            "study.toml:4: axis[0].uniform",
+            "low below high",
+        ),
+        (
+            "[[axis]]\nkeys = [\"drive.kp\", \"drive.ki\"]\nvalues = [[1, 2], [3]]\n",
+            "study.toml:4: axis[0].values[1]",
+            "a list of 2 values",
+        ),
+        (
+            "set = [\"drive.kp=x\"]\n[[axis]]\nkey = \"seed\"\ncount = 2\n",
+            "study.toml:2: drive.kp",
+            "found x, allowed: ",
+        ),
+        (
+            "tables = [7]\n[[axis]]\nkey = \"seed\"\ncount = 2\n",
+            "study.toml:1",
+            "found run 7, allowed: 0 to 1",
+        ),
+        (
+            "[[axis]]\nkey = \"seed\"\ncount = 2\n[[axis]]\nkey = \"seed\"\ncount = 2\n",
+            "study.toml:5: axis[1]",
+            "varied by an axis above",
+        ),
+        (
+            "[[axis]]\nkey = \"estimator\"\nvalues = [[]]\n",
+            "study.toml:3: axis[0].key",
+            "a key below it",
+        ),
+        ("axes = 3\n", "study.toml:2: axes", "did you mean axis?"),
+    ];
+    for (axes, place, reason) in mistakes {
+        let dir = study(axes);
+        let output = run(dir.path(), &["sweep", "study.toml", "--out", "out"]);
+        let error = text(&output.stderr);
+        // The report wraps its lines.
+        let flat: String = error
+            .split_whitespace()
+            .collect::<Vec<_>>()
+            .join(" ")
+            .replace("│ ", "");
+        assert!(!output.status.success(), "{axes}");
+        assert!(
+            flat.contains(place) && flat.contains(reason),
+            "{axes}: {error}"
+        );
+        assert!(!dir.path().join("out").exists());
+    }
+    let dir = study("[[axis]]\nkey = \"seed\"\ncount = 2\n");
+    fs::remove_file(dir.path().join("scene.toml")).unwrap();
+    let output = run(dir.path(), &["sweep", "study.toml"]);
+    let error = text(&output.stderr);
+    assert!(
+        error.contains("study.toml:1: scene") && error.contains("cannot be read"),
+        "{error}"
+    );
+    let output = run(dir.path(), &["sweep", "study.toml", "--shard", "3/2"]);
+    assert!(text(&output.stderr).contains("I from 1 to N"));
+}
+
+/// Values that are allowed alone and not together are a row with the reason, and the other runs go on.
+#[test]
+fn a_failing_run_does_not_stop_the_others() {
+    let axes = |durations: &str| {
+        let key = "[[axis]]\nkey = \"record.";
+        format!(
+            "{key}duration\"\nvalues = {durations}\n{key}compare_from\"\nvalues = [0.02, 0.06]\n"
+        )
+    };
+    let dir = study(&axes("[0.04, 0.08]"));
+    let said = succeed(dir.path(), &["sweep", "study.toml", "--out", "out"]);
+    assert!(said.contains("4 of 4 runs computed"), "{said}");
+    assert!(
+        said.contains("1 of them failed: see the column error."),
+        "{said}"
+    );
+    // Where no run can succeed the study is refused.
+    let dir = study(&axes("[0.04, 0.05]").replace("[0.02, 0.06]", "[0.06, 0.07]"));
+    let output = run(dir.path(), &["sweep", "study.toml", "--out", "out"]);
+    let error = text(&output.stderr);
+    assert!(
+        !output.status.success() && error.contains("below record.duration"),
+        "{error}"
+    );
+}
+
+/// `--dry-run` lists the runs, estimates the time and writes nothing.
+#[test]
+fn a_dry_run_lists_the_runs() {
+    let dir = study(MANY);
+    let said = succeed(dir.path(), &["sweep", "study.toml", "--dry-run"]);
+    let words = [
+        "run 0: drive.speed=0.1 drive.kp=2 drive.ki=0 seed=0 robot.mass.body=",
+        "... and 480 more",
+        "500 runs, ",
+    ];
+    assert!(words.iter().all(|w| said.contains(w)), "{said}");
+    assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 2);
+}
+
+/// Every command of docs/studies.md runs, on the study that it shows, with fewer seeds and shorter runs.
+#[test]
+fn the_commands_of_the_page_on_studies_run() {
+    let page = fs::read_to_string(root().join("docs/studies.md")).unwrap();
+    let study = fs::read_to_string(root().join("studies/speed.toml")).unwrap();
+    let shown = page
+        .split("```toml\n")
+        .nth(1)
+        .unwrap()
+        .split("```")
+        .next()
+        .unwrap();
+    let axes = |text: &str| text[text.find("scene =").unwrap()..].trim().to_owned();
+    assert_eq!(axes(shown), axes(&study), "the page shows another study");
+
+    let dir = tempfile::tempdir().unwrap();
+    for folder in ["scenes", "studies"] {
+        fs::create_dir(dir.path().join(folder)).unwrap();
+    }
+    fs::copy(
+        root().join("scenes/smooth.toml"),
+        dir.path().join("scenes/smooth.toml"),
+    )
+    .unwrap();
+    let mut shorter = study.replace("count = 20", "count = 1");
+    for duration in ["50", "26", "14", "10", "8", "6.8", "6"] {
+        shorter = shorter.replace(&format!(", {duration}],"), ", 2.1],");
+    }
+    fs::write(dir.path().join("studies/speed.toml"), shorter).unwrap();
+    let mut commands = 0;
+    for block in page.split("```sh\n").skip(1) {
+        for line in block.split("```").next().unwrap().lines() {
+            let words: Vec<&str> = line.split_whitespace().collect();
+            assert_eq!(words[0], "robhaz", "{line}");
+            succeed(dir.path(), &words[1..]);
+            commands += 1;
+        }
+    }
+    assert_eq!(commands, 5);
+    assert!(dataset(dir.path(), "runs/speed") == dataset(dir.path(), "runs/speed-merged"));
+}
