@@ -14,6 +14,7 @@ use robhaz_estimator::SensorFrame;
 use robhaz_scene::Scene;
 use robhaz_study::TruthRun;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// Whether each fault was found by its own test, and by any.
 type Found = Vec<(bool, bool)>;
@@ -46,7 +47,7 @@ struct Table {
     alarms: BTreeMap<String, u32>,
 }
 
-fn table(name: &str, overrides: &[&str], seeds: u64) -> Result<Table, Failure> {
+fn table(name: &str, overrides: &[&str], seeds: Range<u64>) -> Result<Table, Failure> {
     let scene = scene(name, overrides)?;
     let truth = TruthRun::of(&scene)?;
     let of_seed = |seed: u64| -> Result<(Found, Vec<String>), Failure> {
@@ -62,7 +63,7 @@ fn table(name: &str, overrides: &[&str], seeds: u64) -> Result<Table, Failure> {
         }
         Ok((found, alarms))
     };
-    let results: Vec<_> = (0..seeds)
+    let results: Vec<_> = seeds
         .into_par_iter()
         .map(of_seed)
         .collect::<Result<_, Failure>>()?;
@@ -87,7 +88,7 @@ fn table(name: &str, overrides: &[&str], seeds: u64) -> Result<Table, Failure> {
 /// study below in small.
 #[test]
 fn each_fault_is_found_and_honest_readings_have_none() -> Result<(), Failure> {
-    let table = table("smooth", &["sensors.grade=typical"], 1)?;
+    let table = table("smooth", &["sensors.grade=typical"], 0..1)?;
     for (fault, (by_its_test, _)) in FAULTS.iter().zip(&table.found) {
         assert_eq!(*by_its_test, 1, "{}", fault.name);
     }
@@ -100,6 +101,9 @@ fn seeds() -> u64 {
     let stated = std::env::var("SEEDS").ok();
     stated.and_then(|n| n.parse().ok()).unwrap_or(20)
 }
+
+/// First seed of a study: no threshold of `check` was chosen with this or a later one.
+const FRESH: u64 = 1000;
 
 /// The table of faults over 20 seeds: found by its test, found by any, false alarms. At least 20 kinds are always found on
 /// the main scene with typical sensors, and there is no false alarm.
@@ -118,7 +122,7 @@ fn faults_over_twenty_seeds() -> Result<(), Failure> {
     ];
     let mut tables = Vec::new();
     for (_, overrides) in cases {
-        tables.push(table("smooth", overrides, seeds)?);
+        tables.push(table("smooth", overrides, FRESH..FRESH + seeds)?);
     }
     println!("found by its test / by any, of {seeds} seeds");
     print!("| fault | test |");
@@ -162,7 +166,7 @@ fn honest_readings_of_all_scenes_have_no_fault() -> Result<(), Failure> {
             for grade in ["typical", "poor"] {
                 let set = format!("sensors.grade={grade}");
                 let scene = scene(name, &[drive, &[&set]].concat())?;
-                let found: Vec<Vec<String>> = (0..seeds)
+                let found: Vec<Vec<String>> = (FRESH..FRESH + seeds)
                     .into_par_iter()
                     .map(|seed| Ok(words(&report(&scene, &readings(&scene, &truth, seed))?)))
                     .collect::<Result<_, Failure>>()?;

@@ -71,7 +71,7 @@ fn not_a_stream(path: &Path, error: &ArrowError) -> LogError {
 /// The rows of a file of batches.
 pub struct BatchRows {
     path: PathBuf,
-    batches: Box<dyn Iterator<Item = Result<RecordBatch, ArrowError>>>,
+    batches: Box<dyn Iterator<Item = Result<RecordBatch, ArrowError>> + Send>,
     format: BatchFormat,
     time: TimeColumn,
     chosen: Vec<String>,
@@ -92,7 +92,8 @@ impl BatchRows {
         time: &TimeColumn,
         chosen: &[String],
     ) -> Result<Self, LogError> {
-        let batches: Box<dyn Iterator<Item = Result<RecordBatch, ArrowError>>> = match format {
+        let batches: Box<dyn Iterator<Item = Result<RecordBatch, ArrowError>> + Send> = match format
+        {
             BatchFormat::Parquet => {
                 let builder = parquet(path)?;
                 let wanted = indices(path, builder.schema(), time, chosen)?;

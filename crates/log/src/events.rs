@@ -13,7 +13,7 @@ pub struct Event {
 }
 
 /// Rows of all channels, of each in the order of its file.
-pub trait Events {
+pub trait Events: Send {
     /// The next row of the `wanted` channel, or of another one that comes before it. `None`: the wanted channel has no
     /// more rows.
     ///

@@ -116,7 +116,7 @@ impl Log {
     ///
     /// # Errors
     /// [`LogError`] where a file cannot be read again.
-    pub fn into_source(self) -> Result<Box<dyn Source>, LogError> {
+    pub fn into_source(self) -> Result<Box<dyn Source + Send>, LogError> {
         let frames = Frames::new(self.plan, self.survey)?;
         Ok(Box::new(LogSource::new(frames)))
     }

@@ -36,7 +36,7 @@ impl std::fmt::Display for Place {
 }
 
 /// The rows of one table, in the order of the file.
-pub trait Rows {
+pub trait Rows: Send {
     /// The next row; `None` at the end.
     ///
     /// # Errors

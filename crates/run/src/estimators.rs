@@ -1,7 +1,7 @@
 //! The estimators of a run, side by side on the same readings.
 
 use crate::ground::FeltGround;
-use crate::source::sensor_frame;
+use crate::source::{Sample, sensor_frame};
 use robhaz_estimator::{
     Estimate, EstimateError, Estimator, EstimatorSettings, GroundPoint, SensorFrame,
 };
@@ -9,6 +9,7 @@ use robhaz_model::Robot;
 use robhaz_scene::{ModelErrorTooLarge, Scene};
 use robhaz_sim::Truth;
 use robhaz_sim::sensors::Sensors;
+use std::thread;
 
 /// The estimators of a run.
 pub struct Estimators {
@@ -33,14 +34,35 @@ impl Estimators {
     pub fn update(&mut self, frame: &SensorFrame) -> &[Result<Estimate, EstimateError>] {
         self.estimates.clear();
         for (estimator, completed) in self.estimators.iter_mut().zip(&mut self.completed) {
-            let estimate = estimator.update(frame);
-            // A refused frame leaves the estimator as it was, with the points of the last one.
-            if !matches!(estimate, Err(EstimateError::Time { .. })) {
-                completed.extend(estimator.completed_ground());
-            }
-            self.estimates.push(estimate);
+            self.estimates.push(update(estimator, completed, frame));
         }
         &self.estimates
+    }
+
+    /// Updates every estimator with the readings of several samples, each estimator on a thread of its own. Returns the
+    /// estimates of one sample after the other, each in the order of the settings.
+    pub(crate) fn update_all(
+        &mut self,
+        samples: &[Sample],
+    ) -> Vec<Result<Estimate, EstimateError>> {
+        let estimators = self.estimators.iter_mut().zip(&mut self.completed);
+        let of_each: Vec<Vec<_>> = thread::scope(|scope| {
+            let spawned: Vec<_> = estimators
+                .map(|(estimator, completed)| {
+                    scope.spawn(|| {
+                        let samples = samples.iter();
+                        let estimates = samples.map(|s| update(estimator, completed, &s.sensors));
+                        estimates.collect::<Vec<_>>()
+                    })
+                })
+                .collect();
+            let joined = spawned.into_iter().map(thread::ScopedJoinHandle::join);
+            joined
+                .map(|end| end.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+                .collect()
+        });
+        let rows = (0..samples.len()).flat_map(|k| of_each.iter().map(move |of| of[k]));
+        rows.collect()
     }
 
     /// The estimates of the last sample.
@@ -53,12 +75,42 @@ impl Estimators {
         FeltGround::new(&self.estimators, &self.completed)
     }
 
+    /// Number of the estimators.
+    pub(crate) fn count(&self) -> usize {
+        self.estimators.len()
+    }
+
+    /// Takes the completed points of the ground away.
+    pub(crate) fn take_completed(&mut self) -> Vec<Vec<GroundPoint>> {
+        let none = vec![Vec::new(); self.completed.len()];
+        std::mem::replace(&mut self.completed, none)
+    }
+
+    /// Gives completed points of the ground back, which no record has given.
+    pub(crate) fn set_completed(&mut self, points: Vec<Vec<GroundPoint>>) {
+        self.completed = points;
+    }
+
     /// Forgets the completed points of the ground, which a record has given.
     pub(crate) fn forget_completed(&mut self) {
         for completed in &mut self.completed {
             completed.clear();
         }
     }
+}
+
+/// The estimate of a frame, after which `completed` has the points of the ground that the estimator has left.
+fn update(
+    estimator: &mut Estimator,
+    completed: &mut Vec<GroundPoint>,
+    frame: &SensorFrame,
+) -> Result<Estimate, EstimateError> {
+    let estimate = estimator.update(frame);
+    // A refused frame leaves the estimator as it was, with the points of the last one.
+    if !matches!(estimate, Err(EstimateError::Time { .. })) {
+        completed.extend(estimator.completed_ground());
+    }
+    estimate
 }
 
 /// The sensors and estimators of a scene: they turn the truth into readings and the readings into estimates.

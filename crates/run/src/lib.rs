@@ -22,6 +22,7 @@ mod error;
 mod estimators;
 mod ground;
 mod log_report;
+mod pipeline;
 mod sink;
 mod source;
 
@@ -36,6 +37,7 @@ pub use log_report::{ChannelReport, LogReport};
 pub use sink::{Frame, RunEnd, Sink, SinkError};
 pub use source::{Sample, Simulation, Source, sensor_frame};
 
+use pipeline::Record;
 use robhaz_scene::Scene;
 use std::time::{Duration, Instant};
 
@@ -62,10 +64,18 @@ pub fn run_until(
     Run::new(scene)?.until(sinks, stop)
 }
 
+/// Where the readings of a run come from.
+enum Readings {
+    /// A simulation, which takes commands.
+    Simulated(Box<dyn Source>),
+    /// Readings that do not depend on the estimates.
+    Recorded(Box<dyn Source + Send>),
+}
+
 /// A run that is ready to start.
 pub struct Run {
     description: RunDescription,
-    source: Box<dyn Source>,
+    source: Readings,
     estimators: Estimators,
     /// The control, where it takes readings.
     driver: Option<Driver>,
@@ -84,15 +94,20 @@ impl Run {
     /// [`RunError::Start`] and [`RunError::ModelError`].
     pub fn new(scene: &Scene) -> Result<Self, RunError> {
         let start = Instant::now();
-        let source = Simulation::new(scene)?;
-        let mut run = Self::of(RunDescription::of(scene)?, Box::new(source));
+        let source = Readings::Simulated(Box::new(Simulation::new(scene)?));
+        let mut run = Self::ready(RunDescription::of(scene)?, source);
         run.driver = Driver::of(scene)?;
         run.wall = start.elapsed();
         Ok(run)
     }
 
-    /// A run on any source of readings, with the estimators of its description and without a control.
-    pub fn of(description: RunDescription, source: Box<dyn Source>) -> Self {
+    /// A run on recorded readings, with the estimators of its description and without a control. Reading, estimators and sinks
+    /// work on several threads; the estimates are those of one loop, to the bit.
+    pub fn of(description: RunDescription, source: Box<dyn Source + Send>) -> Self {
+        Self::ready(description, Readings::Recorded(source))
+    }
+
+    fn ready(description: RunDescription, source: Readings) -> Self {
         let start = Instant::now();
         let settings = description.estimators.iter().map(|e| e.settings);
         Self {
@@ -117,7 +132,10 @@ impl Run {
         stop: Stop<'_>,
     ) -> Result<RunEnd, RunError> {
         begin(&self.description, sinks)?;
-        let result = self.records(sinks, stop);
+        let result = match self.source {
+            Readings::Simulated(_) => self.simulated(sinks, stop),
+            Readings::Recorded(_) => self.recorded(sinks, stop),
+        };
         let end = self.end(result.as_ref().err());
         let mut first_failure = None;
         for sink in sinks.iter_mut() {
@@ -133,20 +151,55 @@ impl Run {
         }
     }
 
-    fn records(&mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result<(), RunError> {
+    fn recorded(&mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result<(), RunError> {
+        let Readings::Recorded(source) = &mut self.source else {
+            return Ok(());
+        };
+        let time = &mut self.time;
+        let record = |(sample, estimates, completed): Record<'_>| {
+            if let Some(cause) = stop() {
+                return Err(RunError::Stopped { cause });
+            }
+            let frame = Frame {
+                time: sample.time,
+                clearances: None,
+                truth: sample.truth.as_ref(),
+                sensors: &sample.sensors,
+                estimates,
+                commands: None,
+                ground: FeltGround::new(&[], completed),
+            };
+            for sink in sinks.iter_mut() {
+                sink.frame(&frame).map_err(RunError::Sink)?;
+            }
+            *time = Some(sample.time);
+            Ok(())
+        };
+        pipeline::run(
+            source.as_mut(),
+            &mut self.estimators,
+            &mut self.wall,
+            record,
+        )
+    }
+
+    fn simulated(&mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result<(), RunError> {
+        let Readings::Simulated(source) = &mut self.source else {
+            return Ok(());
+        };
         loop {
             if let Some(cause) = stop() {
                 return Err(RunError::Stopped { cause });
             }
             let start = Instant::now();
-            let Some(sample) = self.source.next_sample()? else {
+            let Some(sample) = source.next_sample()? else {
                 return Ok(());
             };
             let estimates = self.estimators.update(&sample.sensors);
             let driver = self.driver.as_mut();
             let commands = driver.map(|driver| driver.commands(&sample.sensors, estimates));
             if let Some(commands) = commands {
-                self.source.command(commands);
+                source.command(commands);
             }
             self.wall += start.elapsed();
             if !sample.is_record {
@@ -180,6 +233,10 @@ impl Run {
             completed.chain(ground.in_memory(k)).collect()
         };
         let count = self.description.estimators.len();
+        let source: &dyn Source = match &self.source {
+            Readings::Simulated(source) => source.as_ref(),
+            Readings::Recorded(source) => source.as_ref(),
+        };
         Some(RunEnd {
             ground: (0..count).map(remaining).collect(),
             duration: match error {
@@ -187,14 +244,14 @@ impl Run {
                 Some(_) => last,
             },
             wall: self.wall.as_secs_f64(),
-            step: self.source.mean_step(),
+            step: source.mean_step(),
             broken_off: error.map(RunError::line),
             friction_tests: self
                 .driver
                 .iter()
                 .flat_map(Driver::friction_tests)
                 .collect(),
-            log: self.source.log_report(),
+            log: source.log_report(),
         })
     }
 }

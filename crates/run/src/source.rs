@@ -17,7 +17,7 @@ pub struct Sample {
     pub truth: Option<Truth>,
     /// The readings of the sensors.
     pub sensors: SensorFrame,
-    /// Whether the sinks receive this sample. Estimators see every sample.
+    /// Whether the sinks receive this sample. Estimators see every sample; of recorded readings the sinks receive all.
     pub is_record: bool,
 }
 

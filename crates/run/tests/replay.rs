@@ -1,11 +1,12 @@
 //! Equivalence: recorded readings pass through the same loop as a simulation, and the estimates are equal to the bit. Without
 //! this a log and a simulation could not be compared.
 
-use robhaz_estimator::{Estimate, EstimateError, SensorFrame};
+use robhaz_estimator::{Estimate, EstimateError, GroundPoint, SensorFrame};
 use robhaz_run::{
     Frame, Run, RunDescription, RunEnd, RunError, Sample, Sink, SinkError, Source, run,
 };
 use robhaz_scene::{Grade, Scene, SensorChoice};
+use std::cell::Cell;
 
 /// Readings in memory, without truth.
 struct Log {
@@ -33,6 +34,8 @@ struct Kept {
     readings: Vec<(f64, SensorFrame)>,
     estimates: Vec<Vec<Result<Estimate, EstimateError>>>,
     truths: usize,
+    /// The completed points of the ground of each estimator, and those of the end.
+    ground: Vec<Vec<GroundPoint>>,
     ends: Vec<Option<RunEnd>>,
 }
 
@@ -45,10 +48,18 @@ impl Sink for Kept {
         self.readings.push((frame.time, *frame.sensors));
         self.estimates.push(frame.estimates.to_vec());
         self.truths += usize::from(frame.truth.is_some());
+        self.ground.resize(frame.estimates.len(), Vec::new());
+        for (k, points) in self.ground.iter_mut().enumerate() {
+            points.extend_from_slice(frame.ground.completed(k));
+        }
         Ok(())
     }
 
     fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
+        let rest = end.iter().flat_map(|end| &end.ground);
+        for (points, rest) in self.ground.iter_mut().zip(rest) {
+            points.extend_from_slice(rest);
+        }
         self.ends.push(end.cloned());
         Ok(())
     }
@@ -128,6 +139,46 @@ fn a_source_that_fails_ends_the_sinks() -> Result<(), RunError> {
         panic!("{:?}", replayed.ends);
     };
     assert_eq!(end.broken_off.as_deref(), Some("line 7 is cut off"));
+    Ok(())
+}
+
+/// A run on recorded readings that is stopped has exactly the records up to there, although its estimators are ahead.
+#[test]
+fn a_stopped_run_ends_where_it_was_stopped() -> Result<(), RunError> {
+    let scene = scene();
+    let mut simulated = Kept::default();
+    run(&scene, &mut [&mut simulated])?;
+    let asked = Cell::new(0);
+    let stop = || {
+        asked.set(asked.get() + 1);
+        (asked.get() > 300).then_some("the test")
+    };
+    let mut replayed = Kept::default();
+    let source = replay(&simulated, false);
+    let result = Run::of(description(&scene)?, source).until(&mut [&mut replayed], &stop);
+    assert!(matches!(
+        result,
+        Err(RunError::Stopped { cause: "the test" })
+    ));
+    assert_eq!(replayed.readings, simulated.readings[..300]);
+    Ok(())
+}
+
+/// The ground that the estimators find while they drive is the same, point by point.
+#[test]
+fn replayed_readings_give_the_same_ground() -> Result<(), RunError> {
+    let mut scene = scene();
+    scene.record.duration = 2.5;
+    let mut simulated = Kept::default();
+    run(&scene, &mut [&mut simulated])?;
+    let mut replayed = Kept::default();
+    let source = replay(&simulated, false);
+    Run::of(description(&scene)?, source).until(&mut [&mut replayed], &|| None)?;
+    assert!(simulated.ground.iter().any(|points| !points.is_empty()));
+    assert_eq!(
+        format!("{:?}", simulated.ground),
+        format!("{:?}", replayed.ground)
+    );
     Ok(())
 }
 

@@ -26,6 +26,9 @@ pub enum WeighError {
         /// The cause.
         source: PlateError,
     },
+    /// The statics of the robot itself, without a reading.
+    #[error("{0}, for the drawings in a posture of a drive; check the robot's pins")]
+    Statics(PlateError),
     /// A posture beyond the end stops of pin Q.
     #[error(
         "line {line}: theta_1 - theta_2 is {found:.1} deg, beyond the end stops of pin Q; allowed: {lower:.1} to {upper:.1} deg; \

@@ -76,7 +76,7 @@ impl Deviations {
         robot: &Robot,
         covariance: &SMatrix<f64, PARAMETERS, PARAMETERS>,
     ) -> Result<Self, WeighError> {
-        let projection = projection(prior, robot).map_err(undetermined)?;
+        let projection = projection(prior, robot).map_err(WeighError::Statics)?;
         let of_loads = projection * covariance * projection.transpose();
         let of_loads = (of_loads + of_loads.transpose()) * 0.5;
         let rows = std::array::from_fn(|i| std::array::from_fn(|j| of_loads[(i, j)]));
@@ -84,14 +84,10 @@ impl Deviations {
             // A product A P A' is a covariance.
             covariance: LoadCovariance::new(&rows).map_err(|_| WeighError::NotConverged)?,
             force: force_variance(prior, robot, covariance)
-                .map_err(undetermined)?
+                .map_err(WeighError::Statics)?
                 .sqrt(),
         })
     }
-}
-
-fn undetermined(source: PlateError) -> WeighError {
-    WeighError::Posture { line: 0, source }
 }
 
 /// Derivatives of a function of the robot by the unknowns over their prior deviations, about `robot`.

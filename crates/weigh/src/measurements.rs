@@ -3,7 +3,7 @@
 /// Readings of one posture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
-    /// Its line in the table, for messages; 0 without a table.
+    /// Its line in the table, for messages. Simulated readings have the line that they get in a table of their own.
     pub line: u64,
     /// Inclinations of links 1 and 2 from the nominal pose, rad, nose up positive.
     pub inclinations: [f64; 2],

@@ -85,8 +85,7 @@ pub fn plan(
         let (found, asked) = (candidates.len(), count);
         return Err(PlanError::TooFew { found, asked });
     }
-    let forces = forces_by_unknowns(&prior, drawings)
-        .map_err(|source| WeighError::Posture { line: 0, source })?;
+    let forces = forces_by_unknowns(&prior, drawings).map_err(WeighError::Statics)?;
     let variance = |chosen: &[usize]| {
         let mut information = Information::identity();
         for i in chosen {

@@ -25,7 +25,8 @@ pub fn simulate(
         let forces = plate_forces(robot, angles, horizontal);
         let forces = forces.map_err(|error| (k, error.into()))?;
         measurements.readings.push(Reading {
-            line: 0,
+            // As in the table of these readings: names in the first line, then a posture a line.
+            line: k as u64 + 2,
             inclinations: [0, 1].map(|i| angles[i] + offsets[i] + accuracy.inclination * normal()),
             forces: forces.map(|n| Some(n + accuracy.scale * normal())),
         });

@@ -1,0 +1,141 @@
+//! A recorded run gives the estimates and errors of the run, in every format.
+
+use super::recorded::{ESTIMATES, assert_same_files, estimate, estimated, recorded, summary};
+use crate::support::{robhaz, text};
+
+/// Equivalence: the folder of a run, its table alone, and the estimate's own folder give the run's estimates to the bit,
+/// as Parquet and as CSV, with lost readings and model errors.
+#[test]
+fn a_recorded_run_gives_its_own_estimates_to_the_bit() {
+    for format in ["parquet", "csv"] {
+        let (folder, run) = recorded(format, &[]);
+        let names: Vec<String> = ["sensors".to_owned()]
+            .into_iter()
+            .chain(ESTIMATES.map(|e| format!("estimate-{e}")))
+            .map(|name| format!("{name}.{format}"))
+            .collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let printed = estimated(folder.path(), &["run", "--format", format]);
+        assert!(
+            printed.contains("Results in runs/run-estimate"),
+            "{printed}"
+        );
+        let first = folder.path().join("runs/run-estimate");
+        assert_same_files(&run, &first, &names);
+        // The folder of an estimate is a log as well.
+        estimated(
+            folder.path(),
+            &["runs/run-estimate", "--format", format, "--out", "again"],
+        );
+        assert_same_files(&run, &folder.path().join("again"), &names);
+        // The table alone, with the description that the estimate left.
+        let alone = format!("run/sensors.{format}");
+        let args = [alone.as_str(), "--sensors", "runs/run-estimate/log.toml"];
+        let more = ["--format", format, "--out", "alone"];
+        estimated(folder.path(), &[&args[..], &more[..]].concat());
+        assert_same_files(&run, &folder.path().join("alone"), &names);
+        assert!(
+            folder
+                .path()
+                .join("alone/figures/fig7_paper-body.svg")
+                .is_file()
+        );
+        assert!(!folder.path().join("alone/figures/comparison.svg").exists());
+    }
+}
+
+/// Equivalence: with the truth of the run the summary has the run's errors, digit for digit; without it means, which add up
+/// to the weight of the robot, and counts of the records.
+#[test]
+fn truth_gives_the_errors_of_the_run() {
+    let (folder, run) = recorded("parquet", &[]);
+    estimated(folder.path(), &["run", "--truth", "run/truth.parquet"]);
+    let (expected, found) = (
+        summary(&run),
+        summary(&folder.path().join("runs/run-estimate")),
+    );
+    for name in ESTIMATES {
+        let (expected, found) = (&expected["estimators"][name], &found["estimators"][name]);
+        for key in [
+            "normal_force",
+            "traction",
+            "coverage",
+            "nees",
+            "samples",
+            "missing",
+        ] {
+            assert_eq!(expected[key], found[key], "{name} {key}");
+        }
+        assert!(found["normal_force"]["rmse_all"].as_f64().unwrap() > 0.0);
+    }
+    let figures = folder.path().join("runs/run-estimate/figures");
+    assert!(figures.join("comparison.svg").is_file());
+
+    estimated(folder.path(), &["run", "--force"]);
+    let found = summary(&folder.path().join("runs/run-estimate"));
+    let best = &found["estimators"]["best"];
+    assert!(best["normal_force"].is_null());
+    // 1 s to 2.5 s at 1 kHz.
+    assert_eq!(best["samples"], 1501);
+    let sum: f64 = (0..3)
+        .map(|i| best["means"]["normal_force"][i].as_f64().unwrap())
+        .sum();
+    // 14 kg on rolling ground: the vertical acceleration is small.
+    assert!((sum - 14.0 * 9.81).abs() < 3.0, "{sum}");
+    assert_eq!(found["log"]["channels"][0]["rows"], 2501);
+    assert!(found["log"]["missing"]["link1_rate"].as_u64().unwrap() > 0);
+}
+
+/// A run that records every tenth reading only cannot be repeated: it is reported, and estimated from what there is.
+#[test]
+fn a_run_with_unrecorded_readings_is_told() {
+    let (folder, _) = recorded("parquet", &["record.rate=100"]);
+    let output = estimate(folder.path(), &["run"]);
+    assert!(output.status.success());
+    let warning = text(&output.stderr);
+    assert!(
+        warning.contains("recorded every 10th reading only"),
+        "{warning}"
+    );
+}
+
+/// Equivalence: MCAP and CSV as exported give the run's estimates to the bit.
+#[test]
+fn exported_logs_give_the_same_estimates() {
+    let (folder, run) = recorded("parquet", &[]);
+    let names = ESTIMATES.map(|e| format!("estimate-{e}.parquet"));
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    for format in ["mcap", "csv"] {
+        let mut export = robhaz(folder.path());
+        let output = export
+            .args(["export", "run", "--to", format])
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        assert!(
+            text(&output.stdout).contains("2501 rows"),
+            "{}",
+            text(&output.stdout)
+        );
+        estimated(folder.path(), &["run", "--out", "direct", "--force"]);
+        let log = format!("run.{format}");
+        let args = [
+            log.as_str(),
+            "--sensors",
+            "direct/log.toml",
+            "--out",
+            format,
+        ];
+        estimated(folder.path(), &args);
+        assert_same_files(&run, &folder.path().join(format), &names);
+        let again = robhaz(folder.path())
+            .args(["export", "run", "--to", format])
+            .output()
+            .unwrap();
+        assert!(
+            text(&again.stderr).contains("exists"),
+            "{}",
+            text(&again.stderr)
+        );
+    }
+}

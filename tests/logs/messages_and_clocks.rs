@@ -1,0 +1,183 @@
+//! Logs of other sources: standard messages, and tables with clocks, rates and units of their own.
+
+use super::recorded::{estimated, recorded, refused, summary};
+use crate::support::{robhaz, root};
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// The numbers of a CSV table by columns; empty cells as not a number.
+fn table(path: &Path) -> (Vec<String>, Vec<Vec<f64>>) {
+    let mut reader = csv::Reader::from_path(path).unwrap();
+    let names = reader
+        .headers()
+        .unwrap()
+        .iter()
+        .map(str::to_owned)
+        .collect();
+    let rows = reader.records().map(|row| {
+        let row = row.unwrap();
+        row.iter()
+            .map(|cell| cell.parse().unwrap_or(f64::NAN))
+            .collect()
+    });
+    (names, rows.collect())
+}
+
+/// Largest difference of the columns of two tables whose names end like this, over rows from a time (s) on.
+fn difference(a: &Path, b: &Path, end: &str, from: f64) -> f64 {
+    let ((names, a), (other, b)) = (table(a), table(b));
+    assert_eq!((&names, a.len()), (&other, b.len()));
+    let columns: Vec<usize> = (0..names.len())
+        .filter(|i| names[*i].ends_with(end))
+        .collect();
+    assert!(!columns.is_empty());
+    let mut largest = 0.0_f64;
+    for (a, b) in a.iter().zip(&b).filter(|(a, _)| a[0] >= from) {
+        for i in &columns {
+            assert!(
+                a[*i].is_nan() == b[*i].is_nan(),
+                "{} at {}",
+                names[*i],
+                a[0]
+            );
+            largest = largest.max((a[*i] - b[*i]).abs());
+        }
+    }
+    largest
+}
+
+/// The standard messages in an exported file, read with the example's description: time stamps are whole nanoseconds and
+/// inclinations pass through a quaternion, which changes N by less than 10 nN.
+#[test]
+fn standard_messages_give_nearly_the_same_estimates() {
+    let (folder, _) = recorded("csv", &["sensors.dropped=0"]);
+    let mut export = robhaz(folder.path());
+    assert!(
+        export
+            .args(["export", "run", "--to", "mcap"])
+            .status()
+            .unwrap()
+            .success()
+    );
+    let example = std::fs::read_to_string(root().join("examples/logs/SENSORS.toml")).unwrap();
+    // The exported IMUs have no delay.
+    let sensors = folder.path().join("SENSORS.toml");
+    std::fs::write(&sensors, example.replace("\"-2 ms\"", "0")).unwrap();
+    let common = [
+        "--sensors",
+        "SENSORS.toml",
+        "--estimator",
+        "best",
+        "--format",
+        "csv",
+    ];
+    let direct = [
+        &[
+            "run/sensors.csv",
+            "--contact-angles",
+            "none",
+            "--out",
+            "direct",
+        ],
+        &common[2..],
+    ];
+    // The same budget for both: that of the example, without its columns.
+    let budget: String = example
+        .split("[[channel]]")
+        .next()
+        .unwrap()
+        .lines()
+        .filter(|line| !line.starts_with("missing") && !line.starts_with("time_base"))
+        .fold(String::new(), |text, line| text + line + "\n");
+    std::fs::write(folder.path().join("budget.toml"), budget).unwrap();
+    estimated(
+        folder.path(),
+        &[&direct.concat()[..], &["--sensors", "budget.toml"]].concat(),
+    );
+    estimated(
+        folder.path(),
+        &[&["run.mcap", "--out", "mcap"], &common[..]].concat(),
+    );
+    let [a, b] = ["direct", "mcap"].map(|f| folder.path().join(f).join("estimate-best.csv"));
+    let largest = difference(&a, &b, "normal_force", 0.0);
+    // Ten times what was found over 20 s; a wrong sign or a lost reading changes N by 0.01 N and more.
+    assert!(largest < 1e-8, "{largest} N");
+    assert!(largest > 0.0, "nothing was rounded: the files are the same");
+}
+
+/// Two tables with clocks, rates, units and signs of their own give estimates as accurate as the run's readings.
+#[test]
+fn two_clocks_are_brought_onto_one_time() {
+    let (folder, run) = recorded("csv", &["sensors.dropped=0"]);
+    let (names, rows) = table(&run.join("sensors.csv"));
+    let column = |name: &str| names.iter().position(|n| n == name).unwrap();
+    let log = folder.path().join("log");
+    std::fs::create_dir(&log).unwrap();
+    let mut joints = "stamp;encoder1;encoder2;encoder3;current1;current2;current3\n".to_owned();
+    let mut imus = "t,a1x,a1y,a1z,g1x,g1y,g1z,a2x,a2y,a2z,g2x,g2y,g2z\n".to_owned();
+    for (k, row) in rows.iter().enumerate() {
+        let stamp = 1_700_000_000_000_000 + (row[0] * 1e6).round() as i64;
+        let counts = |i: usize| {
+            (row[column(&format!("wheel{i}_angle"))] * 160_000.0 / std::f64::consts::TAU).round()
+        };
+        let current = |i: usize| {
+            format!(
+                "{:.9}",
+                row[column(&format!("wheel{i}_motor_torque"))] / 4.0
+            )
+            .replace('.', ",")
+        };
+        let (c1, c2, c3) = (counts(1), counts(2), -counts(3));
+        writeln!(
+            joints,
+            "{stamp};{c1};{c2};{c3};{};{};{}",
+            current(1),
+            current(2),
+            current(3)
+        )
+        .unwrap();
+        // Every second reading.
+        if k % 2 == 0 {
+            let imu = |link: usize| {
+                let (sin, cos) = row[column(&format!("link{link}_inclination"))].sin_cos();
+                let rate = row[column(&format!("link{link}_rate"))].to_degrees();
+                format!("{},0.1,{},0,{},0", 9.81 * sin, 9.81 * cos, -rate)
+            };
+            let time = 1_700_000_100.0 + row[0] - 1e-5;
+            writeln!(imus, "{time:?},{},{}", imu(1), imu(2)).unwrap();
+        }
+    }
+    std::fs::write(log.join("joints.csv"), joints).unwrap();
+    std::fs::write(log.join("imus.csv"), imus).unwrap();
+    let example = root().join("examples/logs/two-tables.toml");
+    let mut description = std::fs::read_to_string(example).unwrap();
+    description +=
+        "\n[[channel]]\nname = \"truth\"\noffset = 1700000000\n\n[record]\ncompare_from = 1\n";
+    std::fs::write(folder.path().join("two.toml"), description).unwrap();
+    let args = ["log", "--sensors", "two.toml", "--truth", "run/truth.csv"];
+    let printed = estimated(folder.path(), &args);
+    assert!(
+        printed.contains("joints: 2501 rows at 1000 Hz"),
+        "{printed}"
+    );
+    assert!(printed.contains("imus: 1251 rows at 500 Hz"), "{printed}");
+    let found = summary(&folder.path().join("runs/log-estimate"));
+    // Half of the frames have no new inclination.
+    assert_eq!(found["log"]["missing"]["link1_inclination"], 1250);
+    assert_eq!(found["log"]["missing"]["wheel1_angle"], 0);
+    let nrmse = found["estimators"]["no-angles"]["normal_force"]["nrmse"].as_f64();
+    // The run's own figure without contact angles is 2 to 4 % at the start of the course; wrong signs give 20 % and more.
+    assert!(nrmse.unwrap() < 0.06, "{nrmse:?}");
+    // An offset that is forgotten leaves no row in common.
+    let text = std::fs::read_to_string(folder.path().join("two.toml")).unwrap();
+    std::fs::write(
+        folder.path().join("bad.toml"),
+        text.replace("\"-100 s\"", "0"),
+    )
+    .unwrap();
+    let error = refused(folder.path(), &["log", "--sensors", "bad.toml"]);
+    assert!(
+        error.contains("imus") && error.contains("`offset`"),
+        "{error}"
+    );
+}

@@ -1,0 +1,67 @@
+//! Runs, their folders as logs, and the command `robhaz estimate` on them.
+
+use crate::support::{robhaz, root, text};
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+/// A folder with a run of 2.5 s on typical sensors, in a format, with further overrides.
+pub fn recorded(format: &str, set: &[&str]) -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = robhaz(folder.path());
+    command.arg("run").arg(root().join("scenes/smooth.toml"));
+    command.args(["--engine", "direct", "--rerun", "off", "--format", format]);
+    let fixed = [
+        "record.duration=2.5",
+        "record.compare_from=1",
+        "sensors.grade=typical",
+        "sensors.dropped=0.01",
+        "model_error.pins=0.001",
+    ];
+    for set in fixed.iter().chain(set) {
+        command.args(["--set", set]);
+    }
+    let output = command.args(["--out", "run"]).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let run = folder.path().join("run");
+    (folder, run)
+}
+
+/// `robhaz estimate` in a folder without recording.
+pub fn estimate(folder: &Path, args: &[&str]) -> Output {
+    let mut command = robhaz(folder);
+    command.arg("estimate").args(args).args(["--rerun", "off"]);
+    command.output().unwrap()
+}
+
+/// The same, which succeeds: what it printed.
+pub fn estimated(folder: &Path, args: &[&str]) -> String {
+    let output = estimate(folder, args);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+/// The same, which fails: the error on one line.
+pub fn refused(folder: &Path, args: &[&str]) -> String {
+    let output = estimate(folder, args);
+    assert!(!output.status.success(), "{}", text(&output.stdout));
+    let error = text(&output.stderr);
+    error
+        .split_whitespace()
+        .filter(|word| !matches!(*word, "│" | "×"))
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+pub fn summary(folder: &Path) -> serde_json::Value {
+    let json = std::fs::read_to_string(folder.join("summary.json")).unwrap();
+    serde_json::from_str(&json).unwrap()
+}
+
+pub fn assert_same_files(a: &Path, b: &Path, names: &[&str]) {
+    for name in names {
+        let [a, b] = [a, b].map(|folder| std::fs::read(folder.join(name)).unwrap());
+        assert!(a == b, "{name} differs");
+    }
+}
+
+pub const ESTIMATES: [&str; 3] = ["paper-body", "true-mass", "best"];
