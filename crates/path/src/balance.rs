@@ -151,9 +151,7 @@ impl Balance {
     /// # Errors
     /// [`Unsolved`]
     pub fn least_excess(&self, available: bool, guess: f64) -> Result<Distribution, Unsolved> {
-        let proven = (!available)
-            .then(|| self.at_vertex(guess))
-            .flatten();
+        let proven = (!available).then(|| self.at_vertex(guess)).flatten();
         match proven {
             Some(found) => Ok(found),
             None => self.by_programs(available, guess),
@@ -381,8 +379,7 @@ mod tests {
         };
         let contacts = [0, 1, 2].map(contact).to_vec();
         let q = Vec2::zeros();
-        let balance =
-            Balance::new(geometry, &masses, &posture, q, contacts, 1e4).expect("regular");
+        let balance = Balance::new(geometry, &masses, &posture, q, contacts, 1e4).expect("regular");
         let block = BlockForm::new(&FullSystem::new(geometry, &masses, &posture, angles));
         let x_u = block.pin_forces().expect("regular");
         (balance, ReducedSystem::new(&block, &x_u))

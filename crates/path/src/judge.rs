@@ -1,12 +1,15 @@
 //! Judges the places of the path, and the path as a whole.
 
 use crate::balance::{Balance, Distribution, GroundContact, Unsolved};
-use crate::follow::{DriveLimits, Passed, Stuck};
+use crate::follow::{DriveLimits, Pace, Passed, Stuck};
+use crate::motion::Motion;
 use crate::report::{Driven, Failure, PathReport, Place, Reason};
 use crate::route::{Posed, passed, walk};
 use crate::setup::{DriveKind, LARGEST_MU, PathError, PathSetup};
 use crate::tractions::{controlled, first_guess};
 use rayon::prelude::*;
+use robhaz_control::shared::{CRAWL, RECOVERY_TIME, SLOWING_TIME};
+use robhaz_model::Geometry;
 
 /// Number of places at which the search of mu_n starts anew: independent of the number of threads.
 const CHUNK: usize = 64;
@@ -44,11 +47,17 @@ pub fn judge(setup: &PathSetup) -> Result<PathReport, PathError> {
 
 /// Drives along the places: where the robot gets stuck, and how far the friction can fall before it does.
 fn drive(setup: &PathSetup, passed: &[Passed], places: &mut [Place]) -> Driven {
+    let pace = Pace {
+        crawl: CRAWL,
+        slowing_time: SLOWING_TIME,
+        recovery_time: RECOVERY_TIME,
+    };
     let sliding = |slip: f64| setup.sliding(slip);
     let limits = DriveLimits {
-        speed: setup.least_speed(),
+        speed: setup.speed,
         traction: setup.traction_limit(),
         sliding: &sliding,
+        pace: (setup.options.drive == DriveKind::Shared).then_some(pace),
     };
     let mut speeds = Vec::with_capacity(passed.len());
     let stuck = limits.follow(passed, 0.0, &mut speeds);
@@ -65,7 +74,8 @@ fn drive(setup: &PathSetup, passed: &[Passed], places: &mut [Place]) -> Driven {
                 fails = middle;
             }
         }
-        -holds
+        // Without friction there is nothing left to fall.
+        (-holds).min(largest_mu(passed))
     });
     let failure = stuck.map(|stuck| {
         let place = &mut places[stuck.place];
@@ -82,6 +92,12 @@ fn drive(setup: &PathSetup, passed: &[Passed], places: &mut [Place]) -> Driven {
         failure
     });
     Driven { failure, margin }
+}
+
+/// Largest mean of the friction coefficients along the path, -.
+fn largest_mu(passed: &[Passed]) -> f64 {
+    let motions = passed.iter().filter_map(|p| p.motion.as_ref());
+    motions.map(Motion::largest_mu).fold(0.0, f64::max)
 }
 
 /// A shift of all friction coefficients with which the robot is stuck, and a larger one with which it passes; `None` where no
@@ -170,7 +186,20 @@ fn with_control(
     if posed.clearances.touches() {
         place.failure = Some(Failure::new(place.x(), Reason::Clearance, None));
     }
+    let (geometry, opening) = (&setup.robot.geometry, place.opening);
+    let stop = &geometry.stop;
+    let beyond = (opening - stop.upper).max(stop.lower - opening);
+    // A wheel that hangs higher than its radius: the posture of three wheels on the ground says nothing any more.
+    if beyond * least_spacing(geometry) > geometry.wheel_radius {
+        place.failure = Some(Failure::new(place.x(), Reason::EndStop, Some(beyond)));
+    }
     place
+}
+
+/// Least distance of two axles, m.
+fn least_spacing(geometry: &Geometry) -> f64 {
+    let [front, middle, rear] = geometry.axles;
+    (front - middle).norm().min((middle - rear).norm())
 }
 
 /// Forces and failure at a place. `guess` is the needed friction of the place before.

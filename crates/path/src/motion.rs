@@ -115,6 +115,11 @@ impl Motion {
         self.contacts.len()
     }
 
+    /// Largest mean of the friction coefficients of the contacts, -.
+    pub fn largest_mu(&self) -> f64 {
+        self.contacts.iter().map(|c| c.mu).fold(0.0, f64::max)
+    }
+
     /// Forces at rest with the ratio T/N of each wheel as given, and no T above `traction` (N).
     pub fn at_rest(&self, ratios: [f64; 3], traction: f64) -> Option<Forced> {
         self.forced(ratios, &self.gravity, traction)
@@ -138,40 +143,36 @@ impl Motion {
         traction: f64,
     ) -> Option<f64> {
         let right = self.gravity + self.centripetal * (speed * speed);
-        self.all_slide(sign, mu, &right, traction)
+        match self.forced(self.ratios(sign, mu), &right, traction) {
+            Some(forced) => Some(forced.acceleration),
+            None => self.best(sign, mu, &right, traction),
+        }
     }
 
     /// sigma' behind an impact, m/s, by which a wheel changes to its contact at this place. `before` are the equations just
-    /// before it, at the speed `speed` (m/s). All wheels slide during the impact, and none rebounds.
+    /// before it, at the speed `speed` (m/s). All wheels slide during the impact, and none rebounds; where a wheel would be lifted by it,
+    /// no speed is counted on.
     pub fn after_impact(&self, before: &Self, speed: f64, mu: &dyn Fn(f64) -> f64) -> f64 {
         // Momentum in place of force: impulses of the contacts, F_a times sigma' on both sides.
         let right = before.inertia * -speed;
-        let found = self.without_stop().all_slide(1.0, mu, &right, f64::INFINITY);
-        found.map_or(0.0, |after| after.max(0.0).min(speed))
+        let ratios = self.ratios(1.0, mu);
+        let found = self.without_stop().forced(ratios, &right, f64::INFINITY);
+        found.map_or(0.0, |after| after.acceleration.max(0.0).min(speed))
+    }
+
+    /// T/N of each wheel that slides.
+    fn ratios(&self, sign: f64, mu: &dyn Fn(f64) -> f64) -> [f64; 3] {
+        let of_wheel = |i: usize| {
+            let contact = self.contacts.iter().find(|c| c.wheel == i);
+            contact.map_or(0.0, |c| sign * mu(c.mu))
+        };
+        [0, 1, 2].map(of_wheel)
     }
 
     fn without_stop(&self) -> Self {
         Self {
             stop: (Vector4::zeros(), 0.0),
             ..self.clone()
-        }
-    }
-
-    fn all_slide(
-        &self,
-        sign: f64,
-        mu: &dyn Fn(f64) -> f64,
-        right: &Vector4<f64>,
-        traction: f64,
-    ) -> Option<f64> {
-        let of_wheel = |i: usize| {
-            let contact = self.contacts.iter().find(|c| c.wheel == i);
-            contact.map_or(0.0, |c| sign * mu(c.mu))
-        };
-        let forced = self.forced([0, 1, 2].map(of_wheel), right, traction);
-        match forced {
-            Some(forced) => Some(forced.acceleration),
-            None => self.best(sign, mu, right, traction),
         }
     }
 

@@ -180,20 +180,11 @@ impl PathSetup {
 
     /// Friction of a wheel that slides at a slip speed (m/s) over the available friction, by the law of the scene, -.
     pub(crate) fn sliding(&self, slip: f64) -> f64 {
-        if std::env::var("ROBHAZ_NOF").is_ok() { return 1.0; }
         let law = &self.friction;
         if law.mu_s > 0.0 {
             law.sliding_coefficient(slip) / law.mu_s
         } else {
             1.0
-        }
-    }
-
-    /// Speed (m/s) that the control holds while wheels slide.
-    pub(crate) fn least_speed(&self) -> f64 {
-        match self.options.drive {
-            DriveKind::Shared => robhaz_control::shared::CRAWL * self.speed,
-            DriveKind::Ideal | DriveKind::Speed => self.speed,
         }
     }
 

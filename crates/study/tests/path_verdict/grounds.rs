@@ -67,7 +67,10 @@ const ON_SLOPE: f64 = 1.6;
 const SPACING: f64 = 0.005;
 
 /// The path of a number in a series of random paths: the same for the same two numbers.
-pub fn random_path(series: u64, number: u64) -> Result<RandomPath, Box<dyn std::error::Error + Send + Sync>> {
+pub fn random_path(
+    series: u64,
+    number: u64,
+) -> Result<RandomPath, Box<dyn std::error::Error + Send + Sync>> {
     let mut draw = Draw(Stream::new(series, &format!("path {number}")));
     let kind = Kind::ALL[(number % 7) as usize];
     let mu = draw.within(0.2, 0.9);
@@ -103,7 +106,9 @@ fn ground(kind: Kind, draw: &mut Draw, number: u64) -> Result<(String, String), 
         Kind::Ramp => {
             let angle = draw.within(-40.0, 40.0);
             let length = draw.within(0.8, 1.6);
-            let keys = format!("kind = \"ramp\"\nangle = \"{angle} deg\"\nlength = {length}\nstart = {START}");
+            let keys = format!(
+                "kind = \"ramp\"\nangle = \"{angle} deg\"\nlength = {length}\nstart = {START}"
+            );
             (table(&keys), format!("ramp {angle:.1} deg, {length:.2} m"))
         }
         Kind::Kerb => {
@@ -140,7 +145,9 @@ fn ground(kind: Kind, draw: &mut Draw, number: u64) -> Result<(String, String), 
             let (amplitude, wavelength, periods) = waves(draw);
             let length = wavelength * periods;
             let turn = std::f64::consts::TAU / wavelength;
-            let points = inclined(slope, length, |x| amplitude * 0.5 * (1.0 - (turn * x).cos()) * 2.0);
+            let points = inclined(slope, length, |x| {
+                amplitude * 0.5 * (1.0 - (turn * x).cos()) * 2.0
+            });
             let words = format!(
                 "waves +-{:.1} mm of {wavelength:.2} m on {angle:.1} deg",
                 1e3 * amplitude
@@ -154,7 +161,10 @@ fn ground(kind: Kind, draw: &mut Draw, number: u64) -> Result<(String, String), 
                 .map_err(|e| format!("{e:?}"))?;
             let profile = level.terrain.profile;
             let points = inclined(slope, 2.0, |x| profile.eval(START + x)[0]);
-            (heights(&points, "monotone"), format!("{words} on {angle:.1} deg"))
+            (
+                heights(&points, "monotone"),
+                format!("{words} on {angle:.1} deg"),
+            )
         }
     })
 }
@@ -196,9 +206,17 @@ fn inclined(slope: f64, length: f64, on_it: impl Fn(f64) -> f64) -> Vec<[f64; 2]
         let along = (x - START).min(end - START + 0.2);
         // The incline begins and ends over a short parabola.
         let smooth = |d: f64| {
-            if d < blend { d.max(0.0).powi(2) / (2.0 * blend) } else { d - 0.5 * blend }
+            if d < blend {
+                d.max(0.0).powi(2) / (2.0 * blend)
+            } else {
+                d - 0.5 * blend
+            }
         };
-        let feature = if x > ON_SLOPE && x < end { on_it(x - ON_SLOPE) } else { 0.0 };
+        let feature = if x > ON_SLOPE && x < end {
+            on_it(x - ON_SLOPE)
+        } else {
+            0.0
+        };
         let _ = along;
         let base = smooth(x - START) - smooth(x - end - 0.2);
         points.push([x, slope * base + feature]);

@@ -47,7 +47,11 @@ impl Trial {
         let verdict = match &self.report {
             Err(error) => error.clone(),
             Ok(r) => format!(
-                "{} p {:.3} margin {:?} at {:?}, {:?}",
+                "stop {:.3} {} p {:.3} margin {:?} at {:?}, {:?}",
+                r.places
+                    .iter()
+                    .map(|p| (p.opening - 0.6109).max(-0.6981 - p.opening))
+                    .fold(-9.0, f64::max),
                 if r.go { "GO" } else { "no-go" },
                 r.probability,
                 r.margin,
@@ -55,7 +59,10 @@ impl Trial {
                 r.first_failure.map(|f| (f.x, f.reason, f.by))
             ),
         };
-        format!("{}: {} at {:.3} of {:.3} m; {verdict}", self.words, self.end, self.x, self.goal)
+        format!(
+            "{}: {} at {:.3} of {:.3} m; {verdict}",
+            self.words, self.end, self.x, self.goal
+        )
     }
 }
 
@@ -81,7 +88,9 @@ fn drive(path: &RandomPath, goal: f64) -> Outcome<(f64, &'static str)> {
         if x >= goal {
             return Ok((x, "passed"));
         }
-        if truth.time > since.max(scene.drive.start_time) + 4.0 || truth.time >= scene.record.duration {
+        if truth.time > since.max(scene.drive.start_time) + 4.0
+            || truth.time >= scene.record.duration
+        {
             return Ok((x, "stuck"));
         }
     }
@@ -101,41 +110,87 @@ fn trial(series: u64, number: u64, known: Option<&str>) -> Outcome<Trial> {
             let mut words = line.split(' ').skip(1);
             let x: f64 = words.next().ok_or("x")?.parse()?;
             let end = words.next().ok_or("end")?;
-            (x, ["passed", "stuck", "touched", "overturned"].into_iter().find(|e| *e == end).ok_or("end")?)
+            (
+                x,
+                ["passed", "stuck", "touched", "overturned"]
+                    .into_iter()
+                    .find(|e| *e == end)
+                    .ok_or("end")?,
+            )
         }
         None => drive(&path, goal)?,
     };
     let report = judge(&setup).map_err(|e| e.to_string());
-    Ok(Trial { kind: path.kind, words: path.words, report, x, goal, end })
+    Ok(Trial {
+        kind: path.kind,
+        words: path.words,
+        report,
+        x,
+        goal,
+        end,
+    })
 }
 
 #[test]
 #[ignore = "a study of some minutes"]
 fn study() {
-    let number = |name: &str, default: u64| std::env::var(name).map_or(default, |t| t.parse().unwrap());
+    let number =
+        |name: &str, default: u64| std::env::var(name).map_or(default, |t| t.parse().unwrap());
     let (series, count) = (number("ROBHAZ_SERIES", 1), number("ROBHAZ_PATHS", 140));
     let file = std::env::var("ROBHAZ_OUTCOMES").ok();
-    let known = file.as_ref().and_then(|f| std::fs::read_to_string(f).ok()).unwrap_or_default();
+    let known = file
+        .as_ref()
+        .and_then(|f| std::fs::read_to_string(f).ok())
+        .unwrap_or_default();
     let known: Vec<&str> = known.lines().collect();
+    let only = std::env::var("ROBHAZ_ONLY").ok();
     let trials: Vec<Trial> = (0..count)
         .into_par_iter()
+        .filter(|n| {
+            only.as_ref()
+                .is_none_or(|o| o.split(',').any(|k| k.parse::<u64>().unwrap() == n % 7))
+        })
         .map(|n| trial(series, n, known.get(n as usize).copied()).unwrap())
         .collect();
-    if let Some(file) = file && known.is_empty() {
-        let lines: Vec<String> = trials.iter().enumerate().map(|(n, t)| format!("{n} {} {}", t.x, t.end)).collect();
+    if let Some(file) = file
+        && known.is_empty()
+    {
+        let lines: Vec<String> = trials
+            .iter()
+            .enumerate()
+            .map(|(n, t)| format!("{n} {} {}", t.x, t.end))
+            .collect();
         std::fs::write(file, lines.join("\n")).unwrap();
     }
     for t in trials.iter().filter(|t| t.go() != t.passed()) {
         println!("{}", t.line());
     }
-    println!("| ground | paths | go, passed | go, not passed | no-go, passed | no-go, not passed | agree |");
+    println!(
+        "| ground | paths | go, passed | go, not passed | no-go, passed | no-go, not passed | agree |"
+    );
     for kind in Kind::ALL {
         let of: Vec<_> = trials.iter().filter(|t| t.kind == kind).collect();
-        let n = |go, passed| of.iter().filter(|t| t.go() == go && t.passed() == passed).count();
-        println!("| {} | {} | {} | {} | {} | {} |", kind.name(), of.len(), n(true, true), n(true, false), n(false, true), n(false, false));
+        let n = |go, passed| {
+            of.iter()
+                .filter(|t| t.go() == go && t.passed() == passed)
+                .count()
+        };
+        println!(
+            "| {} | {} | {} | {} | {} | {} |",
+            kind.name(),
+            of.len(),
+            n(true, true),
+            n(true, false),
+            n(false, true),
+            n(false, false)
+        );
     }
     let agree = trials.iter().filter(|t| t.go() == t.passed()).count();
     let sure: Vec<_> = trials.iter().filter(|t| t.probability() >= 0.95).collect();
     let failed = sure.iter().filter(|t| !t.passed()).count();
-    println!("agree {agree} of {}; sure {}, of them not passed {failed}", trials.len(), sure.len());
+    println!(
+        "agree {agree} of {}; sure {}, of them not passed {failed}",
+        trials.len(),
+        sure.len()
+    );
 }
