@@ -12,6 +12,7 @@ mod pace;
 mod path;
 mod progress;
 mod recover;
+mod report;
 mod results;
 mod run;
 mod study;
@@ -47,6 +48,8 @@ enum Command {
     Export(export::Args),
     /// Print the table of errors of one or several finished runs.
     Compare(compare::Args),
+    /// Write a run or an estimate as one page of HTML that needs no other file: errors, figures, how it was made.
+    Report(report::Args),
     /// Make tables from the records of a run that was killed or whose disk was full.
     Recover(recover::Args),
     /// Check the simulated truth of a scene: both engines, conservation, half the step; one verdict a line.
@@ -74,6 +77,7 @@ fn main() -> ExitCode {
         Command::Check(args) => check::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Compare(args) => compare::compare(&args),
+        Command::Report(args) => report::run(&args),
         Command::Recover(args) => recover::recover(&args),
         Command::Verify(args) => verify::run(&args, &interrupt),
         #[cfg(feature = "viewer")]
