@@ -72,7 +72,10 @@ pub fn random_path(
     number: u64,
 ) -> Result<RandomPath, Box<dyn std::error::Error + Send + Sync>> {
     let mut draw = Draw(Stream::new(series, &format!("path {number}")));
-    let kind = Kind::ALL[(number % 7) as usize];
+    let mut kinds = Kind::ALL.into_iter().cycle();
+    let kind = kinds
+        .nth(usize::try_from(number)?)
+        .ok_or("no kind of ground")?;
     let mu = draw.within(0.2, 0.9);
     let (terrain, words) = ground(kind, &mut draw, number)?;
     let words = format!("{words}, mu {mu:.3}");
@@ -92,11 +95,6 @@ struct Draw(Stream);
 impl Draw {
     fn within(&mut self, from: f64, to: f64) -> f64 {
         from + (to - from) * self.0.uniform()
-    }
-
-    /// Rounded to whole numbers, -.
-    fn whole(&mut self, from: f64, to: f64) -> f64 {
-        self.within(from, to + 1.0).floor()
     }
 }
 
@@ -145,9 +143,7 @@ fn ground(kind: Kind, draw: &mut Draw, number: u64) -> Result<(String, String), 
             let (amplitude, wavelength, periods) = waves(draw);
             let length = wavelength * periods;
             let turn = std::f64::consts::TAU / wavelength;
-            let points = inclined(slope, length, |x| {
-                amplitude * 0.5 * (1.0 - (turn * x).cos()) * 2.0
-            });
+            let points = inclined(slope, length, |x| amplitude * (1.0 - (turn * x).cos()));
             let words = format!(
                 "waves +-{:.1} mm of {wavelength:.2} m on {angle:.1} deg",
                 1e3 * amplitude
@@ -182,7 +178,12 @@ fn waves(draw: &mut Draw) -> (f64, f64, f64) {
 }
 
 fn rough(draw: &mut Draw, number: u64) -> (String, String) {
-    let class = ["B", "C", "D", "E", "F"][draw.whole(0.0, 4.0) as usize];
+    let place = draw.within(0.0, 5.0);
+    let classes = ["B", "C", "D", "E", "F"].into_iter().zip(1..);
+    let class = classes
+        .filter(|(_, next)| place >= f64::from(*next) - 1.0)
+        .last()
+        .map_or("B", |(class, _)| class);
     let keys = format!(
         "kind = \"rough\"\nclass = \"{class}\"\nshortest = 0.2\nextent = 2.0\nfade = 0.3\nstart = {START}\nseed = {number}"
     );
@@ -203,7 +204,6 @@ fn inclined(slope: f64, length: f64, on_it: impl Fn(f64) -> f64) -> Vec<[f64; 2]
     let mut k = 0.0;
     while k <= count {
         let x = START + (end + 0.5 - START) * k / count;
-        let along = (x - START).min(end - START + 0.2);
         // The incline begins and ends over a short parabola.
         let smooth = |d: f64| {
             if d < blend {
@@ -217,7 +217,6 @@ fn inclined(slope: f64, length: f64, on_it: impl Fn(f64) -> f64) -> Vec<[f64; 2]
         } else {
             0.0
         };
-        let _ = along;
         let base = smooth(x - START) - smooth(x - end - 0.2);
         points.push([x, slope * base + feature]);
         k += 1.0;
