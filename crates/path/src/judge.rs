@@ -9,7 +9,6 @@ use crate::setup::{DriveKind, LARGEST_MU, PathError, PathSetup};
 use crate::tractions::{controlled, first_guess};
 use rayon::prelude::*;
 use robhaz_control::shared::{CRAWL, RECOVERY_TIME, SLOWING_TIME};
-use robhaz_model::Geometry;
 
 /// Number of places at which the search of mu_n starts anew: independent of the number of threads.
 const CHUNK: usize = 64;
@@ -186,20 +185,7 @@ fn with_control(
     if posed.clearances.touches() {
         place.failure = Some(Failure::new(place.x(), Reason::Clearance, None));
     }
-    let (geometry, opening) = (&setup.robot.geometry, place.opening);
-    let stop = &geometry.stop;
-    let beyond = (opening - stop.upper).max(stop.lower - opening);
-    // A wheel that hangs higher than its radius: the posture of three wheels on the ground says nothing any more.
-    if beyond * least_spacing(geometry) > geometry.wheel_radius {
-        place.failure = Some(Failure::new(place.x(), Reason::EndStop, Some(beyond)));
-    }
     place
-}
-
-/// Least distance of two axles, m.
-fn least_spacing(geometry: &Geometry) -> f64 {
-    let [front, middle, rear] = geometry.axles;
-    (front - middle).norm().min((middle - rear).norm())
 }
 
 /// Forces and failure at a place. `guess` is the needed friction of the place before.

@@ -150,14 +150,16 @@ impl Motion {
     }
 
     /// sigma' behind an impact, m/s, by which a wheel changes to its contact at this place. `before` are the equations just
-    /// before it, at the speed `speed` (m/s). All wheels slide during the impact, and none rebounds; where a wheel would be lifted by it,
-    /// no speed is counted on.
+    /// before it, at the speed `speed` (m/s). All wheels slide during the impact, and none rebounds.
     pub fn after_impact(&self, before: &Self, speed: f64, mu: &dyn Fn(f64) -> f64) -> f64 {
         // Momentum in place of force: impulses of the contacts, F_a times sigma' on both sides.
         let right = before.inertia * -speed;
-        let ratios = self.ratios(1.0, mu);
-        let found = self.without_stop().forced(ratios, &right, f64::INFINITY);
-        found.map_or(0.0, |after| after.acceleration.max(0.0).min(speed))
+        let free = self.without_stop();
+        let found = free
+            .forced(self.ratios(1.0, mu), &right, f64::INFINITY)
+            .map(|after| after.acceleration)
+            .or_else(|| free.best(1.0, mu, &right, f64::INFINITY));
+        found.map_or(0.0, |after| after.max(0.0).min(speed))
     }
 
     /// T/N of each wheel that slides.
