@@ -45,7 +45,7 @@ fn driven(ground: &str, mu: f64) -> f64 {
 }
 
 /// Acceptance: on ramps the simulated robot does not pass with less friction than the best tractions need; on ramps and kerbs it
-/// passes with more than equal tractions need. 0.85 and 1.25 leave room for what statics leaves out: momentum, unequal tractions,
+/// passes with more than equal T/N need. 0.85 and 1.25 leave room for what statics leaves out: momentum, unequal T/N,
 /// slip. A kerb of 30 mm it passes with less than statics asks for (docs/paths.md).
 #[test]
 fn the_simulated_robot_passes_as_judged() {
@@ -54,7 +54,7 @@ fn the_simulated_robot_passes_as_judged() {
         .par_iter()
         .map(|ground| {
             let best = 0.85 * needed(ground, DriveKind::Ideal);
-            let equal = 1.25 * needed(ground, DriveKind::Speed);
+            let equal = 1.25 * needed(ground, DriveKind::Shared);
             (best, driven(ground, best), equal, driven(ground, equal))
         })
         .collect();

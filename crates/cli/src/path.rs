@@ -51,7 +51,9 @@ pub struct Args {
 enum Drive {
     /// The best one: with the least needed friction.
     Ideal,
-    /// The same traction at each wheel.
+    /// That of drive.kind = "shared": the same T/N at every wheel; driven along the path.
+    Shared,
+    /// That of drive.kind = "speed": every wheel turns with the set speed; driven along the path.
     Speed,
 }
 
@@ -73,6 +75,7 @@ pub fn run(args: &Args) -> Result<()> {
         mu_sigma: args.mu_sigma,
         drive: match args.drive {
             Drive::Ideal => DriveKind::Ideal,
+            Drive::Shared => DriveKind::Shared,
             Drive::Speed => DriveKind::Speed,
         },
         distance: args.distance,

@@ -36,11 +36,11 @@ use robhaz_model::Robot;
 /// It leaves room for creep (5 % of the speed at T = N for a slip stiffness of 20) and for the turning of the links.
 const DIFFERENCE: (f64, f64) = (0.15, 0.05);
 /// Pace while a wheel slides, -.
-const CRAWL: f64 = 0.25;
+pub const CRAWL: f64 = 0.25;
 /// Time constant of slowing down to it, s: ten times that of the speed control of a wheel.
-const SLOWING_TIME: f64 = 0.2;
+pub const SLOWING_TIME: f64 = 0.2;
 /// Time of recovery from it to full pace, s.
-const RECOVERY_TIME: f64 = 3.0;
+pub const RECOVERY_TIME: f64 = 3.0;
 /// Smallest cos(gamma) that is counted, -: a wheel on the edge of a kerb turns on the spot.
 const STEEPEST: f64 = 0.5;
 /// Prior standard deviation of N, as a share of the mean load: wide, since one wheel may carry the load of two.

@@ -54,15 +54,6 @@ impl GroundContact {
     }
 }
 
-/// What bounds the forces at all places.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
-    /// Largest traction of a wheel, N: the torque limit over the wheel radius.
-    pub traction: f64,
-    /// Whether all wheels have the same traction.
-    pub equal: bool,
-}
-
 /// Eq. (8) at one place.
 #[derive(Clone, Debug)]
 pub struct Balance {
@@ -71,7 +62,8 @@ pub struct Balance {
     /// radius (N).
     columns: Vec<[Vector4<f64>; 2]>,
     right: Vector4<f64>,
-    limits: Limits,
+    /// Largest traction of a wheel, N.
+    most_traction: f64,
 }
 
 /// Forces that balance the robot.
@@ -96,6 +88,24 @@ pub enum Unsolved {
     Numerical(String),
 }
 
+/// Columns of N and T of each contact in eq. (8), with moments over the wheel radius; `q` is the position of pin Q, m.
+pub fn columns_of(
+    geometry: &Geometry,
+    q: Vec2,
+    contacts: &[GroundContact],
+) -> Vec<[Vector4<f64>; 2]> {
+    let column = |contact: &GroundContact, force: Vec2| {
+        let mut rows = Vector4::new(force.x, force.y, 0.0, 0.0);
+        let moment = cross(contact.point - q, force) / geometry.wheel_radius;
+        rows[2 + geometry.carriers[contact.wheel].index()] = moment;
+        rows
+    };
+    contacts
+        .iter()
+        .map(|c| [column(c, c.normal()), column(c, c.tangent)])
+        .collect()
+}
+
 /// A linear program in N_k and T_k.
 struct Program {
     problem: Problem,
@@ -116,7 +126,7 @@ impl Balance {
         posture: &Posture,
         q: Vec2,
         contacts: Vec<GroundContact>,
-        limits: Limits,
+        most_traction: f64,
     ) -> Result<Self, Singular> {
         // The right-hand side has the weights alone: the contact angles do not matter.
         let block = BlockForm::new(&FullSystem::new(geometry, masses, posture, &[0.0; 3]));
@@ -127,20 +137,11 @@ impl Balance {
             1.0 / geometry.wheel_radius,
             1.0 / geometry.wheel_radius,
         );
-        let column = |contact: &GroundContact, force: Vec2| {
-            let mut rows = Vector4::new(force.x, force.y, 0.0, 0.0);
-            rows[2 + geometry.carriers[contact.wheel].index()] = cross(contact.point - q, force);
-            rows.component_mul(&scale)
-        };
-        let columns = contacts
-            .iter()
-            .map(|c| [column(c, c.normal()), column(c, c.tangent)])
-            .collect();
         Ok(Self {
-            columns,
+            columns: columns_of(geometry, q, &contacts),
             contacts,
             right: SVector::from(reduced.f).component_mul(&scale),
-            limits,
+            most_traction,
         })
     }
 
@@ -150,9 +151,7 @@ impl Balance {
     /// # Errors
     /// [`Unsolved`]
     pub fn least_excess(&self, available: bool, guess: f64) -> Result<Distribution, Unsolved> {
-        let proven = (!available && !self.limits.equal)
-            .then(|| self.at_vertex(guess))
-            .flatten();
+        let proven = (!available).then(|| self.at_vertex(guess)).flatten();
         match proven {
             Some(found) => Ok(found),
             None => self.by_programs(available, guess),
@@ -172,7 +171,7 @@ impl Balance {
             .iter()
             .filter_map(|s| vertex(columns, &self.right, *s, guess));
         let found = tries.next()?;
-        let within = |t: &f64| t.abs() <= self.limits.traction;
+        let within = |t: &f64| t.abs() <= self.most_traction;
         found
             .traction
             .iter()
@@ -263,9 +262,6 @@ impl Balance {
             let row = [(variable, 1.0), (lack, 1.0)];
             program.problem.add_constraint(row, ComparisonOp::Ge, 0.0);
         }
-        if self.limits.equal {
-            self.equal_tractions(&mut program);
-        }
         program.solve().map(|(_, _, lack)| -lack)
     }
 
@@ -305,28 +301,17 @@ impl Balance {
             .collect()
     }
 
-    /// |sum of T| of each wheel at most a variable, or the limit; equal sums where asked for.
+    /// |sum of T| of each wheel at most a variable, or the limit.
     fn limit_tractions(&self, program: &mut Program, most: Option<Variable>) {
         for wheel in 0..3 {
             for sign in [1.0, -1.0] {
                 let mut row = self.of_wheel(program, wheel, sign);
                 row.extend(most.map(|m| (m, -1.0)));
-                let limit = most.map_or(self.limits.traction, |_| 0.0);
+                let limit = most.map_or(self.most_traction, |_| 0.0);
                 program
                     .problem
                     .add_constraint(&row, ComparisonOp::Le, limit);
             }
-        }
-        if self.limits.equal {
-            self.equal_tractions(program);
-        }
-    }
-
-    fn equal_tractions(&self, program: &mut Program) {
-        for wheel in [1, 2] {
-            let mut row = self.of_wheel(program, 0, 1.0);
-            row.extend(self.of_wheel(program, wheel, -1.0));
-            program.problem.add_constraint(&row, ComparisonOp::Eq, 0.0);
         }
     }
 
@@ -393,13 +378,8 @@ mod tests {
             }
         };
         let contacts = [0, 1, 2].map(contact).to_vec();
-        let limits = Limits {
-            traction: 1e4,
-            equal: false,
-        };
         let q = Vec2::zeros();
-        let balance =
-            Balance::new(geometry, &masses, &posture, q, contacts, limits).expect("regular");
+        let balance = Balance::new(geometry, &masses, &posture, q, contacts, 1e4).expect("regular");
         let block = BlockForm::new(&FullSystem::new(geometry, &masses, &posture, angles));
         let x_u = block.pin_forces().expect("regular");
         (balance, ReducedSystem::new(&block, &x_u))

@@ -1,31 +1,21 @@
-//! Follows the path and judges its places.
+//! Judges the places of the path, and the path as a whole.
 
 use crate::balance::{Balance, Distribution, GroundContact, Unsolved};
-use crate::curve::CentreCurve;
-use crate::mechanism::{Mechanism, OnGround, Reached, Walk};
-use crate::report::{Failure, PathReport, Place, Reason};
-use crate::setup::{PathError, PathSetup};
+use crate::follow::{DriveLimits, Pace, Passed, Stuck};
+use crate::motion::Motion;
+use crate::report::{Driven, Failure, PathReport, Place, Reason};
+use crate::route::{Posed, passed, walk};
+use crate::setup::{DriveKind, LARGEST_MU, PathError, PathSetup};
+use crate::tractions::{controlled, first_guess};
 use rayon::prelude::*;
-use robhaz_clearance::{BarPlace, ClearanceMeter, Clearances};
-use robhaz_model::{Bar, Vec2};
+use robhaz_control::shared::{CRAWL, RECOVERY_TIME, SLOWING_TIME};
 
-/// Ground before and behind the path, over the wheelbase.
-const BESIDE: f64 = 0.6;
-/// The walk ends when the middle wheel has gone back by this share of the wheelbase: the robot turns round in a hole.
-const BACK: f64 = 0.5;
-/// Largest mean number of steps per metre: several times what the shipped grounds need.
-const STEPS_PER_METRE: f64 = 20_000.0;
 /// Number of places at which the search of mu_n starts anew: independent of the number of threads.
 const CHUNK: usize = 64;
 /// First guess of the needed friction, -.
 const GUESS: f64 = 0.5;
-
-/// A posture with its contacts, before its forces are known.
-struct Posed {
-    on_ground: OnGround,
-    contacts: Vec<GroundContact>,
-    clearances: Clearances,
-}
+/// Accuracy of the margin of a driven robot, -.
+const MARGIN: f64 = 1e-4;
 
 /// Judges a path.
 ///
@@ -33,167 +23,175 @@ struct Posed {
 /// [`PathError`] when the robot cannot stand at the start.
 pub fn judge(setup: &PathSetup) -> Result<PathReport, PathError> {
     let (posed, end) = walk(setup)?;
-    let places: Vec<Place> = posed
+    let driven = match setup.options.drive {
+        DriveKind::Ideal => None,
+        DriveKind::Shared | DriveKind::Speed => Some(passed(setup, &posed)),
+    };
+    let numbered: Vec<usize> = (0..posed.len()).collect();
+    let mut places: Vec<Place> = numbered
         .par_chunks(CHUNK)
         .map(|chunk| {
-            let mut guess = GUESS;
-            let judged = chunk.iter().map(|place| judged(setup, place, &mut guess));
-            judged.collect::<Vec<_>>()
+            let mut guesses = (GUESS, first_guess(setup));
+            let place = |k: &usize| match &driven {
+                None => judged(setup, &posed[*k], &mut guesses.0),
+                Some(passed) => with_control(setup, &posed[*k], &passed[*k], &mut guesses),
+            };
+            chunk.iter().map(place).collect::<Vec<_>>()
         })
         .flatten()
         .collect();
-    let options = &setup.options;
-    Ok(PathReport::new(
-        setup.name.clone(),
-        options.drive.name(),
-        (options.mu, options.mu_sigma),
-        setup.distance,
-        places,
-        end,
-    ))
+    let driven = driven.map(|passed| drive(setup, &passed, &mut places));
+    Ok(PathReport::new(setup, places, end, driven))
 }
 
-/// All postures from the start on, and the reason why they end too early.
-fn walk(setup: &PathSetup) -> Result<(Vec<Posed>, Option<Failure>), PathError> {
-    let geometry = &setup.robot.geometry;
-    let axles = &geometry.axles;
-    let start = axles[1].x;
-    let wheelbase = axles[0].x - axles[2].x;
-    let (from, to) = (axles[2].x, axles[0].x + setup.distance);
-    let curve = CentreCurve::new(
-        &setup.terrain,
-        geometry.wheel_radius,
-        from - BESIDE * wheelbase,
-        to + BESIDE * wheelbase,
-    );
-    let mechanism = Mechanism::new(geometry);
-    let no_start = PathError::Start { x: start };
-    let wheels = mechanism.start(&curve, start).ok_or(no_start)?;
-    check_stops(setup, start, mechanism.on_ground(&curve, &wheels).opening())?;
-    let mut walk = Walk::new(&mechanism, &curve, wheels).ok_or(no_start)?;
-    let mut meter = ClearanceMeter::new(geometry, setup.terrain.clone());
-    let mut pose =
-        |walk: &Walk<'_>, alone| pose(setup, &mechanism, &curve, walk, alone, &mut meter);
-    let mut posed = vec![pose(&walk, None)];
-    let mut farthest = start;
-    for _ in 0..most_steps(setup.distance) {
-        let before = walk.wheels;
-        let reached = walk.step();
-        let alone = match reached {
-            Reached::End => {
-                let x = mechanism.on_ground(&curve, &before).axles[1].x;
-                return Ok((posed, Some(Failure::new(x, Reason::Posture, None))));
+/// Drives along the places: where the robot gets stuck, and how far the friction can fall before it does.
+fn drive(setup: &PathSetup, passed: &[Passed], places: &mut [Place]) -> Driven {
+    let pace = Pace {
+        crawl: CRAWL,
+        slowing_time: SLOWING_TIME,
+        recovery_time: RECOVERY_TIME,
+    };
+    let sliding = |slip: f64| setup.sliding(slip);
+    let limits = DriveLimits {
+        speed: setup.speed,
+        traction: setup.traction_limit(),
+        sliding: &sliding,
+        pace: (setup.options.drive == DriveKind::Shared).then_some(pace),
+    };
+    let mut speeds = Vec::with_capacity(passed.len());
+    let stuck = limits.follow(passed, 0.0, &mut speeds);
+    for (place, speed) in places.iter_mut().zip(&speeds) {
+        place.speed = Some(*speed);
+    }
+    let mut passes = |shift: f64| limits.follow(passed, shift, &mut speeds).is_none();
+    let margin = bracket(&mut passes).map(|(mut fails, mut holds)| {
+        while holds - fails > MARGIN {
+            let middle = 0.5 * (fails + holds);
+            if passes(middle) {
+                holds = middle;
+            } else {
+                fails = middle;
             }
-            Reached::Place => None,
-            Reached::Kink { wheel } => {
-                // The wheel rests on both contacts, before it goes on with the one in front alone.
-                posed.push(pose(&walk, None));
-                Some(wheel)
-            }
+        }
+        // Without friction there is nothing left to fall.
+        (-holds).min(largest_mu(passed))
+    });
+    let failure = stuck.map(|stuck| {
+        let place = &mut places[stuck.place];
+        let without_limit = DriveLimits {
+            traction: f64::INFINITY,
+            ..limits
         };
-        let place = pose(&walk, alone);
-        let x = place.on_ground.axles[1].x;
-        posed.push(place);
-        farthest = farthest.max(x);
-        if x >= start + setup.distance {
-            return Ok((posed, None));
+        let torque = || {
+            let stuck = without_limit.follow(passed, 0.0, &mut speeds);
+            stuck.is_none()
+        };
+        let failure = why(stuck, place.x(), margin, torque);
+        place.failure = Some(failure);
+        failure
+    });
+    Driven { failure, margin }
+}
+
+/// Largest mean of the friction coefficients along the path, -.
+fn largest_mu(passed: &[Passed]) -> f64 {
+    let motions = passed.iter().filter_map(|p| p.motion.as_ref());
+    motions.map(Motion::largest_mu).fold(0.0, f64::max)
+}
+
+/// A shift of all friction coefficients with which the robot is stuck, and a larger one with which it passes; `None` where no
+/// friction helps.
+fn bracket(passes: &mut dyn FnMut(f64) -> bool) -> Option<(f64, f64)> {
+    let (mut at, mut step) = (0.0, 0.125);
+    let sign = if passes(at) { -1.0 } else { 1.0 };
+    loop {
+        let next = at + sign * step;
+        if passes(next) != (sign < 0.0) {
+            return Some((at.min(next), at.max(next)));
         }
-        if x < farthest - BACK * wheelbase {
-            return Ok((posed, Some(Failure::new(x, Reason::Posture, None))));
+        // Without friction there is nothing to fall any more.
+        if next.abs() >= LARGEST_MU {
+            return (sign < 0.0).then_some((next, next));
         }
-    }
-    let x = mechanism.on_ground(&curve, &walk.wheels).axles[1].x;
-    Ok((posed, Some(Failure::new(x, Reason::Posture, None))))
-}
-
-/// Largest number of steps for a distance (m): a walk that needs more does not get ahead.
-fn most_steps(distance: f64) -> usize {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a checked distance"
-    )]
-    let steps = (distance * STEPS_PER_METRE) as usize;
-    steps + 10_000
-}
-
-fn check_stops(setup: &PathSetup, x: f64, opening: f64) -> Result<(), PathError> {
-    let stop = &setup.robot.geometry.stop;
-    if (stop.lower..=stop.upper).contains(&opening) {
-        return Ok(());
-    }
-    Err(PathError::StartStops {
-        x,
-        angle: opening.to_degrees(),
-        lower: stop.lower.to_degrees(),
-        upper: stop.upper.to_degrees(),
-    })
-}
-
-/// The present posture; the wheel `alone` has the contact of its own piece only.
-fn pose(
-    setup: &PathSetup,
-    mechanism: &Mechanism,
-    curve: &CentreCurve,
-    walk: &Walk<'_>,
-    alone: Option<usize>,
-    meter: &mut ClearanceMeter,
-) -> Posed {
-    let on_ground = mechanism.on_ground(curve, &walk.wheels);
-    let radius = setup.robot.geometry.wheel_radius;
-    let mut contacts = Vec::with_capacity(4);
-    for wheel in 0..3 {
-        let (piece, other) = walk.pieces_of(wheel);
-        let other = other.filter(|_| alone != Some(wheel));
-        for piece in [Some(piece), other].into_iter().flatten() {
-            let at = curve.at(piece, walk.wheels.s[wheel]);
-            let tangent = at.slope / at.slope.norm();
-            let point = on_ground.axles[wheel] - Vec2::new(-tangent.y, tangent.x) * radius;
-            contacts.push(GroundContact {
-                wheel,
-                point,
-                tangent,
-                mu: setup.mu_at(point.x),
-            });
-        }
-    }
-    Posed {
-        clearances: clearances(setup, &on_ground, meter),
-        on_ground,
-        contacts,
+        (at, step) = (next, 2.0 * step);
     }
 }
 
-/// Clearance of the bars; not a number where the four-bar cannot close.
-fn clearances(setup: &PathSetup, on_ground: &OnGround, meter: &mut ClearanceMeter) -> Clearances {
-    let geometry = &setup.robot.geometry;
-    match on_ground.posture(geometry) {
-        Ok(posture) => meter.measure(&Bar::ALL.map(|bar| BarPlace {
-            centre: on_ground.q + posture.cg_from_q(geometry, bar),
-            angle: posture.angle(bar),
-        })),
-        Err(_) => Clearances([f64::NAN; 4]),
+/// Why a driven robot is stuck at x (m).
+fn why(stuck: Stuck, x: f64, margin: Option<f64>, torque: impl FnOnce() -> bool) -> Failure {
+    if stuck.tips {
+        Failure::new(x, Reason::Tipping, None)
+    } else if torque() {
+        Failure::new(x, Reason::Torque, None)
+    } else {
+        Failure::new(x, Reason::Friction, margin.map(|m| -m))
     }
 }
 
-/// Forces and failure at a place. `guess` is the needed friction of the place before.
-fn judged(setup: &PathSetup, posed: &Posed, guess: &mut f64) -> Place {
-    let OnGround { axles, q, .. } = posed.on_ground;
-    let opening = posed.on_ground.opening();
+/// A place without forces.
+fn bare(posed: &Posed) -> Place {
+    let axles = posed.on_ground.axles;
     let count = |wheel| posed.contacts.iter().filter(|c| c.wheel == wheel).count();
-    let mut place = Place {
+    Place {
         wheel_x: axles.map(|a| a.x),
         wheel_y: axles.map(|a| a.y),
         contacts: [0, 1, 2].map(count),
-        opening,
+        opening: posed.on_ground.opening(),
         needed_mu: None,
         margin: None,
         normal_force: None,
         traction: None,
+        speed: None,
         clearance: posed.clearances.least().1,
         nearest_bar: posed.clearances.least().0.name(),
         failure: None,
+    }
+}
+
+/// A place with the tractions of a control. Where a wheel has two contacts statics leaves their shares open: the best
+/// distribution is taken.
+fn with_control(
+    setup: &PathSetup,
+    posed: &Posed,
+    passed: &Passed,
+    guesses: &mut (f64, f64),
+) -> Place {
+    let Some(motion) = &passed.motion else {
+        let mut place = bare(posed);
+        place.failure = Some(Failure::new(place.x(), Reason::Posture, None));
+        return place;
     };
+    if motion.contacts() > 3 {
+        let failure = None;
+        return Place {
+            failure,
+            ..judged(setup, posed, &mut guesses.0)
+        };
+    }
+    let mut place = bare(posed);
+    let mut from = guesses.1;
+    let found = controlled(setup, motion, &mut from).or_else(|| {
+        from = first_guess(setup);
+        controlled(setup, motion, &mut from)
+    });
+    if let Some(found) = found {
+        guesses.1 = from;
+        let least = posed.contacts.iter().map(|c| c.mu);
+        place.needed_mu = Some(found.needed);
+        place.margin = Some(least.fold(f64::INFINITY, f64::min) - found.needed);
+        place.normal_force = Some(found.forced.normal_force);
+        place.traction = Some(found.forced.traction);
+    }
+    if posed.clearances.touches() {
+        place.failure = Some(Failure::new(place.x(), Reason::Clearance, None));
+    }
+    place
+}
+
+/// Forces and failure at a place. `guess` is the needed friction of the place before.
+fn judged(setup: &PathSetup, posed: &Posed, guess: &mut f64) -> Place {
+    let mut place = bare(posed);
+    let (opening, q) = (place.opening, posed.on_ground.q);
     let x = place.x();
     let robot = &setup.robot;
     let balance = posed
@@ -209,7 +207,7 @@ fn judged(setup: &PathSetup, posed: &Posed, guess: &mut f64) -> Place {
                 &posture,
                 q,
                 contacts,
-                setup.limits(),
+                setup.traction_limit(),
             )
             .ok()
         });

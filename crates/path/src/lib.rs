@@ -1,6 +1,7 @@
 //! Judges a path from its geometry before it is driven: needed friction, go or no-go.
 //!
-//! The robot moves so slowly that inertia does not count. [`PathSetup`] takes robot, ground, friction and torque limit
+//! With the drive `ideal` the robot moves so slowly that inertia does not count; with `shared` and `speed` it is driven along the
+//! path at its set speed. [`PathSetup`] takes robot, ground, friction and torque limit
 //! from a scene, [`judge`] gives a [`PathReport`].
 //!
 //! | module | job |
@@ -9,17 +10,25 @@
 //! | `mechanism` | postures in which all wheels touch the ground, one after the other |
 //! | `balance` | eq. (8) with all contacts; the best tractions by linear programs |
 //! | `vertex` | the needed friction in closed form, with its proof, where three contacts limit it |
-//! | `judge` | follows the path and judges its places |
+//! | `route` | the places of the path with all contacts |
+//! | `motion` | equations of motion along the path at one place |
+//! | `tractions` | the tractions that a control comes to |
+//! | `follow` | the robot driven along the path: where it gets stuck |
+//! | `judge` | judges the places and the path |
 //! | `setup` | what is judged |
 //! | `report`, `text` | the result, and its words |
 
 mod balance;
 mod curve;
+mod follow;
 mod judge;
 mod mechanism;
+mod motion;
 mod report;
+mod route;
 mod setup;
 mod text;
+mod tractions;
 mod vertex;
 
 pub use judge::judge;

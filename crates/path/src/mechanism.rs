@@ -6,6 +6,7 @@
 //! A step ends at a kink of the curve, where a wheel touches two places.
 
 use crate::curve::{CentreCurve, OnCurve};
+use crate::motion::Tangent;
 use nalgebra::{Matrix3, Vector3};
 use robhaz_model::{Geometry, Posture, PostureError, Vec2, turned};
 
@@ -189,6 +190,32 @@ impl Mechanism {
         None
     }
 
+    /// Velocities of the links where the wheels move along the curve with the rates of `direction`, for a mean of 1.
+    pub fn velocities(
+        &self,
+        curve: &CentreCurve,
+        piece: [usize; 3],
+        s: [f64; 3],
+        direction: &Vector3<f64>,
+    ) -> Tangent {
+        let direction = direction / direction.abs().mean();
+        let at = [0, 1, 2].map(|i| curve.at(piece[i], s[i]));
+        let velocity = [0, 1, 2].map(|i| at[i].slope * direction[i]);
+        let ([a, b], c) = (self.pair, self.single);
+        let base = at[b].centre - at[a].centre;
+        let of_base = velocity[b] - velocity[a];
+        let q = velocity[a] + turned(self.q, of_base);
+        let leg = at[c].centre - self.pin_q(at[a].centre, at[b].centre);
+        let rate = |arm: Vec2, v: Vec2| robhaz_model::cross(arm, v) / arm.norm_squared();
+        let mut angles = [rate(base, of_base); 2];
+        angles[self.geometry.carriers[c].index()] = rate(leg, velocity[c] - q);
+        Tangent {
+            q,
+            angles,
+            centres: direction.into(),
+        }
+    }
+
     /// Direction of the line of postures, with its largest component 1.
     fn tangent(&self, curve: &CentreCurve, wheels: &Wheels) -> Option<Vector3<f64>> {
         let at = [0, 1, 2].map(|i| curve.at(wheels.piece[i], wheels.s[i]));
@@ -220,6 +247,8 @@ pub struct Walk<'a> {
     /// The present places.
     pub wheels: Wheels,
     direction: Vector3<f64>,
+    /// At a kink: velocities just before it.
+    approach: Option<Tangent>,
 }
 
 impl<'a> Walk<'a> {
@@ -231,6 +260,7 @@ impl<'a> Walk<'a> {
             curve,
             wheels,
             direction: direction * direction[1].signum(),
+            approach: None,
         })
     }
 
@@ -248,8 +278,21 @@ impl<'a> Walk<'a> {
         (piece, other)
     }
 
+    /// Velocities of the links onward from the present place.
+    pub fn tangent(&self) -> Tangent {
+        let Wheels { piece, s } = self.wheels;
+        self.mechanism
+            .velocities(self.curve, piece, s, &self.direction)
+    }
+
+    /// At a kink: velocities of the links just before it.
+    pub fn approach(&self) -> Option<Tangent> {
+        self.approach
+    }
+
     /// One step forward. At a kink the wheel is already on the piece behind it.
     pub fn step(&mut self) -> Reached {
+        self.approach = None;
         let mut length = LONGEST_STEP;
         while length >= SHORTEST_STEP {
             if let Some(found) = self.try_step(length) {
@@ -338,6 +381,13 @@ impl<'a> Walk<'a> {
             return Some(Reached::End);
         };
         self.wheels.s = s.into();
+        if let Some(tangent) = self.mechanism.tangent(self.curve, &self.wheels) {
+            let direction = tangent * tangent.dot(&self.direction).signum();
+            let tangent = self
+                .mechanism
+                .velocities(self.curve, piece, s.into(), &direction);
+            self.approach = Some(tangent);
+        }
         self.wheels.piece[wheel] = next;
         // The pieces meet within the accuracy to which a kink is found.
         let (low, high) = self.curve.ends(next);

@@ -1,5 +1,6 @@
 //! The result: places along the path, the first failure, go or no-go.
 
+use crate::setup::PathSetup;
 use serde::Serialize;
 
 /// Why the robot cannot pass a place.
@@ -95,6 +96,9 @@ pub struct Place {
     pub normal_force: Option<[f64; 3]>,
     /// Sum of T over the contacts of each wheel at the largest margin, N.
     pub traction: Option<[f64; 3]>,
+    /// Mean speed of the wheels' centres of the driven robot, m/s; `None` for the drive `ideal` and behind the place where it
+    /// gets stuck.
+    pub speed: Option<f64>,
     /// Least clearance of body and links, m; at 0 or below one of them touches the ground.
     pub clearance: f64,
     /// The bar with the least clearance: `body`, `link1` ...
@@ -133,7 +137,8 @@ pub struct PathReport {
     pub mu_sigma: f64,
     /// Largest needed friction of all places that have one, -.
     pub needed_mu: Option<f64>,
-    /// Least margin of all places that have one, -.
+    /// How far all friction coefficients can fall before the robot does not pass, -. With the drive `ideal` it is the least
+    /// margin of all places.
     pub margin: Option<f64>,
     /// x of the middle wheel at the least margin, m.
     pub margin_x: Option<f64>,
@@ -150,15 +155,14 @@ pub struct PathReport {
 }
 
 impl PathReport {
-    /// The judgement from its places, and from the reason why there are no further ones.
+    /// The judgement from its places, from the reason why there are no further ones, and from driving along them.
     pub(crate) fn new(
-        scene: String,
-        drive: &'static str,
-        (mu, mu_sigma): (Option<f64>, f64),
-        distance: f64,
+        setup: &PathSetup,
         places: Vec<Place>,
         end: Option<Failure>,
+        driven: Option<Driven>,
     ) -> Self {
+        let options = &setup.options;
         let failures = || places.iter().filter_map(|p| p.failure).chain(end);
         let least = places
             .iter()
@@ -172,9 +176,14 @@ impl PathReport {
         let first_failure = failures().next();
         // Friction alone depends on mu.
         let lasting = failures().any(|f| f.reason != Reason::Friction);
-        let probability = match least {
+        let margin = driven.map_or(least.map(|l| l.0), |d| d.margin);
+        let spread = driven.zip(least).map_or(0.0, |(_, (margin, x))| {
+            MODEL_SPREAD * (setup.mu_at(x) - margin).max(0.0)
+        });
+        let sigma = options.mu_sigma.hypot(spread);
+        let probability = match margin {
             _ if lasting => 0.0,
-            Some((margin, _)) if mu_sigma > 0.0 => normal_distribution(margin / mu_sigma),
+            Some(margin) if sigma > 0.0 => normal_distribution(margin / sigma),
             _ if first_failure.is_none() => 1.0,
             _ => 0.0,
         };
@@ -182,20 +191,33 @@ impl PathReport {
             go: first_failure.is_none(),
             probability,
             needed_mu: needed.max_by(f64::total_cmp),
-            margin: least.map(|l| l.0),
+            margin,
             margin_x: least.map(|l| l.1),
             clearance: nearest.map(|n| n.0),
             clearance_x: nearest.map(|n| n.1),
             first_failure,
-            scene,
-            drive,
-            mu,
-            mu_sigma,
-            distance,
+            scene: setup.name.clone(),
+            drive: options.drive.name(),
+            mu: options.mu,
+            mu_sigma: options.mu_sigma,
+            distance: setup.distance,
             places,
         }
     }
 }
+
+/// What driving along the places showed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Driven {
+    /// Where the robot gets stuck, and why.
+    pub failure: Option<Failure>,
+    /// How far all friction coefficients can fall before it does, -; `None` where no friction helps.
+    pub margin: Option<f64>,
+}
+
+/// Standard deviation of the needed friction of a driven robot, over its value: the shares of the tractions follow the estimated
+/// normal forces, which err by about 5 %.
+const MODEL_SPREAD: f64 = 0.05;
 
 /// Standard normal distribution function.
 fn normal_distribution(z: f64) -> f64 {

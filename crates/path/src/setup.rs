@@ -1,8 +1,8 @@
 //! What is judged: robot, ground, available friction and drive, from a scene.
 
-use crate::balance::Limits;
 use robhaz_model::Robot;
 use robhaz_scene::Scene;
+use robhaz_sim::friction::FrictionLaw;
 use robhaz_terrain::{Profile, Terrain};
 
 /// How the tractions are distributed over the wheels.
@@ -11,18 +11,21 @@ pub enum DriveKind {
     /// The best distribution: the one with the least needed friction.
     #[default]
     Ideal,
-    /// The same traction at each wheel: what speed controls of equal gains come to when their set speeds agree.
+    /// `drive.kind = "shared"`: the same T/N at every wheel. Driven along the path.
+    Shared,
+    /// `drive.kind = "speed"`: every wheel turns with the set speed, tractions by slip. Driven along the path.
     Speed,
 }
 
 impl DriveKind {
     /// All kinds.
-    pub const ALL: [Self; 2] = [Self::Ideal, Self::Speed];
+    pub const ALL: [Self; 3] = [Self::Ideal, Self::Shared, Self::Speed];
 
     /// Name on the command line and in results.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Ideal => "ideal",
+            Self::Shared => "shared",
             Self::Speed => "speed",
         }
     }
@@ -55,6 +58,11 @@ pub enum PathError {
     /// A distance is out of range.
     #[error("the distance (--distance) is {0} m; it must be above 0 and at most 1000 m")]
     Distance(f64),
+    /// A driven robot needs a speed.
+    #[error(
+        "drive.speed is {0} m/s; a robot that is driven along the path (--drive shared, --drive speed) needs one above 0"
+    )]
+    Speed(f64),
     /// The profile ends behind the robot, or is level ground.
     #[error(
         "there is no path ahead: [terrain] is level from x = {from:.3} m on; --distance judges level ground, too"
@@ -98,13 +106,18 @@ pub struct PathSetup {
     pub robot: Robot,
     /// The ground.
     pub terrain: Terrain,
-    /// Friction of the scene.
-    scene_mu: f64,
+    /// Friction stretches: from (m), to (m), mu_s.
     stretches: Vec<(f64, f64, f64)>,
     /// Options.
     pub options: Options,
     /// Largest motor torque at the wheel, N m.
     pub torque_limit: f64,
+    /// Set speed, m/s.
+    pub speed: f64,
+    /// Creep speed c of a wheel that grips, T/N = (slip speed)/c, m/s.
+    pub(crate) creep_speed: f64,
+    /// Friction law of the scene.
+    friction: FrictionLaw,
     /// Distance that the middle wheel travels, m.
     pub distance: f64,
 }
@@ -112,7 +125,7 @@ pub struct PathSetup {
 /// Distance behind the profile that the rear wheel travels, over the wheel radius.
 const BEHIND: f64 = 2.0;
 /// Largest friction coefficient and standard deviation, -.
-const LARGEST_MU: f64 = 5.0;
+pub(crate) const LARGEST_MU: f64 = 5.0;
 /// Longest path, m.
 const LONGEST: f64 = 1e3;
 
@@ -132,6 +145,10 @@ impl PathSetup {
         if !(0.0..=LARGEST_MU).contains(&sigma) {
             return Err(PathError::MuSigma(sigma));
         }
+        let speed = scene.drive.speed;
+        if options.drive != DriveKind::Ideal && !(speed > 0.0) {
+            return Err(PathError::Speed(speed));
+        }
         let robot = scene.robot.robot.clone();
         let terrain = scene.terrain.build(&robot);
         let distance = match options.distance {
@@ -142,9 +159,11 @@ impl PathSetup {
         let stretches = scene.terrain.stretches.iter();
         Ok(Self {
             name: scene.name.clone(),
-            scene_mu: scene.friction.mu_s,
             stretches: stretches.map(|s| (s.from, s.to, s.mu_s)).collect(),
             torque_limit: scene.drive.torque_limit,
+            speed: scene.drive.speed,
+            creep_speed: scene.friction.creep_speed(scene.drive.speed),
+            friction: scene.friction,
             robot,
             terrain,
             options,
@@ -155,16 +174,23 @@ impl PathSetup {
     /// Mean of the available friction coefficient at x (m), -.
     pub fn mu_at(&self, x: f64) -> f64 {
         let stretch = self.stretches.iter().find(|s| s.0 <= x && x < s.1);
-        let of_scene = stretch.map_or(self.scene_mu, |s| s.2);
+        let of_scene = stretch.map_or(self.friction.mu_s, |s| s.2);
         self.options.mu.unwrap_or(of_scene)
     }
 
-    /// Limits of the tractions.
-    pub(crate) fn limits(&self) -> Limits {
-        Limits {
-            traction: self.torque_limit / self.robot.geometry.wheel_radius,
-            equal: self.options.drive == DriveKind::Speed,
+    /// Friction of a wheel that slides at a slip speed (m/s) over the available friction, by the law of the scene, -.
+    pub(crate) fn sliding(&self, slip: f64) -> f64 {
+        let law = &self.friction;
+        if law.mu_s > 0.0 {
+            law.sliding_coefficient(slip) / law.mu_s
+        } else {
+            1.0
         }
+    }
+
+    /// Largest traction of a wheel, N: the torque limit over the wheel radius.
+    pub(crate) fn traction_limit(&self) -> f64 {
+        self.torque_limit / self.robot.geometry.wheel_radius
     }
 }
 

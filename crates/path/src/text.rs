@@ -19,10 +19,10 @@ impl PathReport {
         for place in self.shown() {
             table.add_row(cells(place).map(right));
         }
-        let tractions = if self.drive == "ideal" {
-            "the best"
-        } else {
-            "equal"
+        let tractions = match self.drive {
+            "ideal" => "the best tractions",
+            "shared" => "the tractions of shared control at rest",
+            _ => "the tractions of speed control at rest",
         };
         let clearance = match (self.clearance, self.clearance_x) {
             (Some(clearance), Some(x)) => format!(
@@ -32,7 +32,7 @@ impl PathReport {
             _ => String::new(),
         };
         format!(
-            "Place of the least margin in each tenth of the path, with {tractions} tractions; x is that of the middle wheel\n\
+            "Place of the least margin in each tenth of the path, with {tractions}; x is that of the middle wheel\n\
              {}\n{}{clearance}",
             table.trim_fmt(),
             self.verdict()
@@ -92,8 +92,14 @@ fn words(failure: &Failure) -> String {
 
 fn cells(place: &Place) -> [String; 10] {
     let number = |value: Option<f64>, digits: usize| match value {
-        // Adding 0 turns -0 into 0.
-        Some(value) => format!("{:.digits$}", value + 0.0),
+        Some(value) => {
+            let text = format!("{value:.digits$}");
+            // A value that rounds to zero has no sign.
+            match text.strip_prefix('-') {
+                Some(rest) if rest.chars().all(|c| matches!(c, '0' | '.')) => rest.to_owned(),
+                _ => text,
+            }
+        }
         None => "-".to_owned(),
     };
     let n = |i: usize| number(place.normal_force.map(|n| n[i]), 1);

@@ -61,7 +61,7 @@ fn a_uniform_slope_needs_its_tangent() {
     }
 }
 
-/// Closed form: level ground needs no friction, also with equal tractions. 1e-8: tolerance of the linear programs over a
+/// Closed form: level ground needs no friction, whatever the drive. 1e-8: tolerance of the linear programs over a
 /// load of 44 N.
 #[test]
 fn level_ground_needs_none() {
@@ -231,26 +231,99 @@ fn go_is_monotone_in_mu() {
     }
 }
 
-/// Property: equal tractions need at least the friction of the best ones, at each place.
+fn driven(drive: DriveKind, mu: f64) -> Options {
+    Options {
+        drive,
+        ..with_mu(mu)
+    }
+}
+
+/// Closed form: on a uniform slope both controls need its tangent at every wheel: equal T/N is the tangent, and all wheels creep
+/// alike. 1e-8: the accuracy of the curve of the centres.
 #[test]
-fn equal_tractions_need_no_less_than_the_best() {
+fn controls_need_the_tangent_of_a_slope() {
+    for drive in [DriveKind::Shared, DriveKind::Speed] {
+        let report = judged(&ramp(15.0), &[], driven(drive, 0.8));
+        for place in on_slope(&report) {
+            let needed = place.needed_mu.unwrap();
+            let expected = 15.0_f64.to_radians().tan();
+            assert!((needed - expected).abs() < 1e-8, "{drive:?}: {needed}");
+        }
+    }
+}
+
+/// Property: a control needs at least the friction of the best tractions, at each place. 1e-7: tolerance of the linear programs.
+#[test]
+fn controls_need_no_less_than_the_best() {
     for text in [ramp(15.0), kerb(0.05), String::new()] {
-        let of = |drive| {
-            let options = Options {
-                drive,
-                ..Options::default()
-            };
-            judged(&text, &[], options)
-        };
-        let (best, equal) = (of(DriveKind::Ideal), of(DriveKind::Speed));
-        assert_eq!(best.places.len(), equal.places.len());
-        for (a, b) in best.places.iter().zip(&equal.places) {
-            if let Some(needed) = b.needed_mu {
-                // Tolerance of the linear programs.
-                assert!(needed > a.needed_mu.unwrap() - 1e-7);
+        let best = judged(&text, &[], Options::default());
+        for drive in [DriveKind::Shared, DriveKind::Speed] {
+            let found = judged(&text, &[], driven(drive, 0.8));
+            assert_eq!(best.places.len(), found.places.len());
+            for (a, b) in best.places.iter().zip(&found.places) {
+                if let (Some(least), Some(needed)) = (a.needed_mu, b.needed_mu) {
+                    assert!(needed > least - 1e-7, "{drive:?}: {needed} {least}");
+                }
             }
         }
     }
+}
+
+/// Equivalence: a robot of 1 mm/s has no momentum (5e-8 m of height) and its wheels slide with the static coefficient. It passes
+/// with the largest T/N that equal ratios need at rest. 2e-3: the places are up to 5 mm apart, and mu_n changes by 0.1 a
+/// centimetre at a kerb; the margin is found to 1e-4.
+#[test]
+fn without_momentum_equal_ratios_decide() {
+    for text in [ramp(15.0), kerb(0.03), kerb(0.05)] {
+        let report = judged(
+            &text,
+            &["drive.speed=0.001"],
+            driven(DriveKind::Shared, 0.8),
+        );
+        let needed = report.needed_mu.unwrap();
+        let found = 0.8 - report.margin.unwrap();
+        assert!((found - needed).abs() < 2e-3, "{text}: {found} {needed}");
+    }
+}
+
+/// Sensitivity: momentum helps over a kerb, by more than the accuracy of the margin.
+#[test]
+fn momentum_helps_over_a_kerb() {
+    let margin = |speed: &str| {
+        let set = format!("drive.speed={speed}");
+        let report = judged(&kerb(0.04), &[&set], driven(DriveKind::Shared, 0.8));
+        report.margin.unwrap()
+    };
+    let (slow, fast) = (margin("0.001"), margin("0.2"));
+    assert!(fast > slow + 0.01, "{slow} {fast}");
+}
+
+/// Consistency: with the friction lowered by a little less than the margin a driven robot passes, with a little more it is stuck
+/// for want of friction.
+#[test]
+fn a_driven_robot_is_stuck_beyond_its_margin() {
+    for drive in [DriveKind::Shared, DriveKind::Speed] {
+        for text in [ramp(20.0), kerb(0.05)] {
+            let margin = judged(&text, &[], driven(drive, 0.8)).margin.unwrap();
+            let go = |mu: f64| judged(&text, &[], driven(drive, mu));
+            assert!(go(0.8 - margin + 1e-3).go, "{drive:?} {text}");
+            let stuck = go(0.8 - margin - 1e-3);
+            let reason = stuck.first_failure.map(|f| f.reason);
+            assert_eq!(reason, Some(Reason::Friction), "{drive:?} {text}");
+            assert!(stuck.margin.unwrap() < 0.0 && stuck.probability < 0.5);
+        }
+    }
+}
+
+/// A torque limit below what the slope needs stops a driven robot, whatever the friction.
+#[test]
+fn a_driven_robot_is_stuck_at_its_torque_limit() {
+    let third = Robot::default_a().mass.total() * GRAVITY * 20.0_f64.to_radians().sin() / 3.0 * 0.1;
+    let set = format!("drive.torque_limit={}", 0.95 * third);
+    let report = judged(&ramp(20.0), &[&set], driven(DriveKind::Shared, 2.0));
+    let failure = report.first_failure.unwrap();
+    assert_eq!(failure.reason, Reason::Torque);
+    assert!(report.probability == 0.0 && report.margin.is_none());
 }
 
 /// A crest as sharp as the end stop allows no further: pin Q would be beyond its stop.
@@ -293,6 +366,12 @@ fn bad_options_are_refused() {
         error(flat, Options::default()),
         PathError::NoPath { .. }
     ));
+    let still = setup(
+        &kerb(0.05),
+        &["drive.speed=0"],
+        driven(DriveKind::Shared, 0.8),
+    );
+    assert_eq!(still.err().unwrap(), PathError::Speed(0.0));
     let behind = "[terrain]\nkind = \"step\"\nkerb = 0.05\nstart = -2.0\n";
     assert!(matches!(
         error(behind, Options::default()),

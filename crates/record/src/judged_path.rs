@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 /// Name of the table.
 const NAME: &str = "path";
 
-const COLUMNS: [PointColumn<Place>; 20] = [
+const COLUMNS: [PointColumn<Place>; 21] = [
     PointColumn::always("x", "m", "centre of the middle wheel", |p| {
         Some(p.wheel_x[1])
     }),
@@ -65,6 +65,13 @@ const COLUMNS: [PointColumn<Place>; 20] = [
         description: "how far all friction coefficients can fall",
         nullable: true,
         get: |p| p.margin,
+    },
+    PointColumn {
+        name: "speed",
+        unit: "m/s",
+        description: "mean speed of the wheels' centres of the driven robot; empty with the drive ideal and where it is stuck",
+        nullable: true,
+        get: |p| p.speed,
     },
     PointColumn::always(
         "clearance",

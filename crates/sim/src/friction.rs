@@ -145,6 +145,16 @@ impl FrictionLaw {
         }
     }
 
+    /// Creep speed c of a contact that grips, m/s: T/N is the slip speed over c while the slip is small. `speed` is that of the
+    /// wheel's centre, m/s, on which c depends in the brush model.
+    pub fn creep_speed(&self, speed: f64) -> f64 {
+        match self.kind {
+            // Slope of the cubic at its middle.
+            FrictionKind::Adams | FrictionKind::Rigid => self.v_s / (1.5 * self.mu_s),
+            FrictionKind::Brush => speed.abs().max(Slip::SLOWEST) / self.slip_stiffness,
+        }
+    }
+
     /// Coefficient mu of a contact that slides at the slip speed `v` (m/s, any sign), -: mu_s up to v_s, mu_d from v_d on,
     /// a cubic between them.
     #[inline]

@@ -78,7 +78,7 @@ impl<'a> NeededFriction<'a> {
         };
         Some(Self {
             header: Header {
-                title: format!("Needed friction along the path, {} tractions", report.drive),
+                title: format!("Needed friction along the path, drive {}", report.drive),
                 subtitle: format!("{verdict}; equal scales of x and y"),
                 key: vec![
                     Entry::new(

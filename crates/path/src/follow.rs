@@ -1,0 +1,138 @@
+//! The robot driven along its path: where is it stuck?
+//!
+//! The control holds the set speed while it can. Where the traction does not suffice, all wheels slide, T = mu N, and the robot
+//! slows down; where it has lost all its speed it is stuck. Between two places d sigma apart
+//!
+//! ```text
+//! sigma'^2 <= sigma'^2 + 2 d sigma a_max,     sigma'^2 >= sigma'^2 + 2 d sigma a_min
+//! ```
+//!
+//! where a_max and a_min are the accelerations with all wheels sliding ([`Motion::thrust`]). When a wheel meets a second
+//! contact, such as the edge of a kerb, an impact takes some of the speed.
+//!
+//! The friction of a sliding wheel falls with its slip speed, which is the set speed less the speed of the robot. The shared
+//! control slows down to a crawl while wheels slide, and recovers in seconds ([`robhaz_control::shared`]).
+
+use crate::motion::Motion;
+
+/// A place of the path as the driven robot passes it.
+#[derive(Clone, Debug)]
+pub struct Passed {
+    /// Mean distance of the wheels' centres along their curve since the start, m.
+    pub sigma: f64,
+    /// Its equations; `None` where the four-bar cannot close.
+    pub motion: Option<Motion>,
+    /// Whether a wheel has just changed its contact. The place before has the same posture and the contact before.
+    pub impact: bool,
+}
+
+/// Slowing down while wheels slide: the shares of the set speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pace {
+    /// Least share, -.
+    pub crawl: f64,
+    /// Time constant of slowing down to it, s.
+    pub slowing_time: f64,
+    /// Time of recovery from it, s.
+    pub recovery_time: f64,
+}
+
+impl Pace {
+    /// The share of the set speed a time (s) after it was `share`.
+    fn after(&self, share: f64, slides: bool, time: f64) -> f64 {
+        if slides {
+            self.crawl + (share - self.crawl) * (-time / self.slowing_time).exp()
+        } else {
+            (share + time * (1.0 - self.crawl) / self.recovery_time).min(1.0)
+        }
+    }
+}
+
+/// Slowest speed with which the time between two places is computed, m/s.
+const SLOWEST: f64 = 1e-3;
+
+/// What bounds the drive.
+pub struct DriveLimits<'a> {
+    /// Set speed, m/s, above 0.
+    pub speed: f64,
+    /// Largest traction of a wheel, N.
+    pub traction: f64,
+    /// Friction at a slip speed (m/s) over the available friction, -.
+    pub sliding: &'a dyn Fn(f64) -> f64,
+    /// Slowing down, if the control does.
+    pub pace: Option<Pace>,
+}
+
+/// Where a robot gets stuck.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stuck {
+    /// Index of the place.
+    pub place: usize,
+    /// Whether no forces balance the robot there: a wheel lifts or it tips over.
+    pub tips: bool,
+}
+
+impl DriveLimits<'_> {
+    /// Drives along the places with `shift` added to every friction coefficient. Speeds (m/s) at the places go to `speeds`.
+    pub fn follow(&self, places: &[Passed], shift: f64, speeds: &mut Vec<f64>) -> Option<Stuck> {
+        speeds.clear();
+        let (mut speed, mut share) = (self.speed, 1.0);
+        speeds.push(speed);
+        for (place, pair) in places.windows(2).enumerate() {
+            let (from, to) = (&pair[0], &pair[1]);
+            let (Some(motion), Some(next)) = (&from.motion, &to.motion) else {
+                return Some(Stuck { place, tips: true });
+            };
+            let set = share * self.speed;
+            let friction = |slip: f64| {
+                let factor = (self.sliding)(slip);
+                move |mean: f64| ((mean + shift) * factor).max(0.0)
+            };
+            if to.impact {
+                // The rims keep their speed while the impact takes that of the robot.
+                speed = next.after_impact(motion, speed, &friction(set));
+                speeds.push(speed);
+                continue;
+            }
+            let mu = friction((set - speed).abs());
+            let square = |a: f64| speed * speed + 2.0 * (to.sigma - from.sigma) * a;
+            // A wheel that lifts at speed is no obstacle; one that lifts at rest is.
+            let most = motion
+                .thrust(1.0, &mu, speed, self.traction)
+                .or_else(|| motion.thrust(1.0, &mu, 0.0, self.traction));
+            let Some(most) = most.map(square) else {
+                return Some(Stuck { place, tips: true });
+            };
+            let slowest = self.slowest(motion, &mu, (speed, set), &square);
+            let reached = (set * set).max(slowest).min(most);
+            if reached <= 0.0 {
+                return Some(Stuck { place, tips: false });
+            }
+            if let Some(pace) = &self.pace {
+                let mean = 0.5 * (speed + reached.sqrt());
+                let time = (to.sigma - from.sigma) / mean.max(SLOWEST);
+                let slides = most < set * set || slowest > set * set;
+                share = pace.after(share, slides, time);
+            }
+            speed = reached.sqrt();
+            speeds.push(speed);
+        }
+        None
+    }
+
+    /// Square of the least speed at the next place; 0 where the robot does not get faster without brakes.
+    fn slowest(
+        &self,
+        motion: &Motion,
+        mu: &dyn Fn(f64) -> f64,
+        (speed, set): (f64, f64),
+        square: &dyn Fn(f64) -> f64,
+    ) -> f64 {
+        let coasts = motion.coasting(speed);
+        if coasts.is_some_and(|a| square(a) <= set * set) {
+            return 0.0;
+        }
+        let brakes = motion.thrust(-1.0, mu, speed, self.traction);
+        brakes.map_or(0.0, square)
+    }
+}

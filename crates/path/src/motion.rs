@@ -1,0 +1,304 @@
+//! Equations of motion of the robot along the path, at one place.
+//!
+//! While all wheels touch the ground the robot has one degree of freedom: its place sigma on the path, with the mean speed
+//! sigma' of the wheels' centres. With the tangent u = d(Q, theta_1, theta_2)/d sigma, eq. (8) with inertial loads is
+//!
+//! ```text
+//! sum over contacts of (N_k n_k + T_k t_k) + M e = F' + sigma'' F_a + sigma'^2 F_c
+//! ```
+//!
+//! F_a are the loads of the accelerations u, F_c those of du/d sigma and of the rates u at constant speed. M is the torque of an
+//! end stop, e its column: a spring, so M is known from the posture, until a wheel would be pulled to the ground. Then that
+//! wheel lifts, and M is what the others need. The posture is still taken as that of three wheels on the ground, which is
+//! exact where the wheel lifts by little. The spin of the wheels is left out: a disc has 8 % of the inertia of its mass.
+
+use crate::balance::{GroundContact, columns_of};
+use microlp::{ComparisonOp, OptimizationDirection, Problem};
+use nalgebra::{Matrix4, Vector4};
+use robhaz_estimator::statics::{Arms, Equilibrium, LinkageMotion, Loads};
+use robhaz_model::{Geometry, Robot, Vec2};
+
+/// Direction of the path at a posture: velocities for a mean speed of the wheels' centres of 1 m/s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tangent {
+    /// Velocity of Q, -.
+    pub q: Vec2,
+    /// Rates of links 1 and 2, rad/m.
+    pub angles: [f64; 2],
+    /// Speeds of the wheels' centres, forward positive, -.
+    pub centres: [f64; 3],
+}
+
+/// A place of the path as a moving robot passes it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stance {
+    /// Position of pin Q, m.
+    pub q: Vec2,
+    /// Angles of links 1 and 2, rad.
+    pub angles: [f64; 2],
+    /// Direction of the path.
+    pub tangent: Tangent,
+    /// Its derivative by sigma.
+    pub turn: Tangent,
+}
+
+/// Forces at given ratios T/N, and the acceleration that they give.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Forced {
+    /// sigma'', m/s^2.
+    pub acceleration: f64,
+    /// N of each wheel, N.
+    pub normal_force: [f64; 3],
+    /// T of each wheel, N.
+    pub traction: [f64; 3],
+}
+
+/// The equations at one place.
+#[derive(Clone, Debug)]
+pub struct Motion {
+    contacts: Vec<GroundContact>,
+    /// Columns of N and T of each contact.
+    columns: Vec<[Vector4<f64>; 2]>,
+    /// F', N.
+    gravity: Vector4<f64>,
+    /// F_a, kg.
+    inertia: Vector4<f64>,
+    /// F_c, kg/m.
+    centripetal: Vector4<f64>,
+    /// e, 1/m, and M, N m.
+    stop: (Vector4<f64>, f64),
+    /// Speed of each wheel's centre, and rate of the link that carries it times the wheel radius, for sigma' = 1 m/s, -.
+    pub rates: [(f64, f64); 3],
+}
+
+impl Motion {
+    /// The equations for a stance on its contacts. `None` where the four-bar cannot close.
+    pub fn new(robot: &Robot, stance: &Stance, contacts: &[GroundContact]) -> Option<Self> {
+        let geometry = &robot.geometry;
+        let Stance {
+            angles,
+            tangent,
+            turn,
+            ..
+        } = stance;
+        let arms = Arms::new(geometry, angles[0], angles[1]).ok()?;
+        let masses = robot.mass.true_points();
+        let link = |i: usize| geometry.carriers[i].index();
+        let load = |rates: [f64; 2], q: Vec2, accelerations: [f64; 2]| {
+            let motion = LinkageMotion {
+                q,
+                turning: arms.turning(rates, accelerations),
+                // So that the absolute spin, which is left out, is constant.
+                spin: [0, 1, 2].map(|i| accelerations[link(i)]),
+            };
+            let loads = Loads::moving(&robot.mass, &masses, &arms, &geometry.carriers, &motion);
+            Equilibrium::load_side(&arms, &geometry.carriers, &loads, geometry.wheel_radius).0
+        };
+        let gravity = load([0.0; 2], Vec2::zeros(), [0.0; 2]);
+        let found = Self {
+            columns: columns_of(geometry, stance.q, contacts),
+            contacts: contacts.to_vec(),
+            inertia: load([0.0; 2], tangent.q, tangent.angles) - gravity,
+            centripetal: load(tangent.angles, turn.q, turn.angles) - gravity,
+            stop: end_stop(geometry, angles[0] - angles[1]),
+            rates: [0, 1, 2].map(|i| {
+                let rate = tangent.angles[link(i)] * geometry.wheel_radius;
+                (tangent.centres[i], rate)
+            }),
+            gravity,
+        };
+        found.gravity.iter().all(|f| f.is_finite()).then_some(found)
+    }
+
+    /// Number of contacts.
+    pub fn contacts(&self) -> usize {
+        self.contacts.len()
+    }
+
+    /// Largest mean of the friction coefficients of the contacts, -.
+    pub fn largest_mu(&self) -> f64 {
+        self.contacts.iter().map(|c| c.mu).fold(0.0, f64::max)
+    }
+
+    /// Forces at rest with the ratio T/N of each wheel as given, and no T above `traction` (N).
+    pub fn at_rest(&self, ratios: [f64; 3], traction: f64) -> Option<Forced> {
+        self.forced(ratios, &self.gravity, traction)
+    }
+
+    /// Acceleration without tractions, m/s^2, at the speed sigma' (m/s).
+    pub fn coasting(&self, speed: f64) -> Option<f64> {
+        let right = self.gravity + self.centripetal * (speed * speed);
+        let forced = self.forced([0.0; 3], &right, f64::INFINITY)?;
+        Some(forced.acceleration)
+    }
+
+    /// The largest acceleration (`sign` 1) or deceleration (-1), m/s^2, at the speed sigma' (m/s): every wheel slides, or is at
+    /// the torque limit, `traction` (N). `mu` is the friction at a contact with a given mean. `None` where no N >= 0 balance
+    /// the robot.
+    pub fn thrust(
+        &self,
+        sign: f64,
+        mu: &dyn Fn(f64) -> f64,
+        speed: f64,
+        traction: f64,
+    ) -> Option<f64> {
+        let right = self.gravity + self.centripetal * (speed * speed);
+        match self.forced(self.ratios(sign, mu), &right, traction) {
+            Some(forced) => Some(forced.acceleration),
+            None => self.best(sign, mu, &right, traction),
+        }
+    }
+
+    /// sigma' behind an impact, m/s, by which a wheel changes to its contact at this place. `before` are the equations just
+    /// before it, at the speed `speed` (m/s). All wheels slide during the impact, and none rebounds.
+    pub fn after_impact(&self, before: &Self, speed: f64, mu: &dyn Fn(f64) -> f64) -> f64 {
+        // Momentum in place of force: impulses of the contacts, F_a times sigma' on both sides.
+        let right = before.inertia * -speed;
+        let free = self.without_stop();
+        let found = free
+            .forced(self.ratios(1.0, mu), &right, f64::INFINITY)
+            .map(|after| after.acceleration)
+            .or_else(|| free.best(1.0, mu, &right, f64::INFINITY));
+        found.map_or(0.0, |after| after.max(0.0).min(speed))
+    }
+
+    /// T/N of each wheel that slides.
+    fn ratios(&self, sign: f64, mu: &dyn Fn(f64) -> f64) -> [f64; 3] {
+        let of_wheel = |i: usize| {
+            let contact = self.contacts.iter().find(|c| c.wheel == i);
+            contact.map_or(0.0, |c| sign * mu(c.mu))
+        };
+        [0, 1, 2].map(of_wheel)
+    }
+
+    fn without_stop(&self) -> Self {
+        Self {
+            stop: (Vector4::zeros(), 0.0),
+            ..self.clone()
+        }
+    }
+
+    /// Four equations for three N and the acceleration, at given T/N. `None` with more than three contacts, or where a wheel
+    /// would be pulled down.
+    fn forced(&self, ratios: [f64; 3], right: &Vector4<f64>, traction: f64) -> Option<Forced> {
+        let columns: &[[Vector4<f64>; 2]; 3] = self.columns.as_slice().try_into().ok()?;
+        let (stop, torque) = self.stop;
+        let mut limited = [false; 3];
+        let mut lifted = None;
+        // Each pass finds one more wheel at a limit.
+        for _ in 0..5 {
+            let mut matrix = Matrix4::zeros();
+            let mut right = *right;
+            if lifted.is_none() {
+                right -= stop * torque;
+            }
+            for (k, [normal, tangent]) in columns.iter().enumerate() {
+                let column = match (lifted == Some(k), limited[k]) {
+                    (true, _) => stop,
+                    (false, true) => {
+                        right -= tangent * traction.copysign(ratios[k]);
+                        *normal
+                    }
+                    (false, false) => normal + tangent * ratios[k],
+                };
+                matrix.set_column(k, &column);
+            }
+            matrix.set_column(3, &-self.inertia);
+            let x = matrix.lu().solve(&right)?;
+            if !x.iter().all(|v| v.is_finite()) {
+                return None;
+            }
+            let pulled = (0..3).min_by(|a, b| x[*a].total_cmp(&x[*b]));
+            if let Some(k) = pulled.filter(|k| x[*k] < 0.0) {
+                if lifted.is_some() || torque <= 0.0 {
+                    return None;
+                }
+                lifted = Some(k);
+                continue;
+            }
+            let normal = [0, 1, 2].map(|k| if lifted == Some(k) { 0.0 } else { x[k] });
+            let beyond = |k: &usize| !limited[*k] && (ratios[*k] * normal[*k]).abs() > traction;
+            match (0..3).find(beyond) {
+                Some(k) => limited[k] = true,
+                None => {
+                    let traction = |k: usize| {
+                        let wanted = ratios[k] * normal[k];
+                        wanted.max(-traction).min(traction)
+                    };
+                    return Some(self.of_wheels(x[3], normal, [0, 1, 2].map(traction)));
+                }
+            }
+        }
+        None
+    }
+
+    /// N and T of the contacts as those of their wheels.
+    fn of_wheels(&self, acceleration: f64, normal: [f64; 3], traction: [f64; 3]) -> Forced {
+        let mut forced = Forced {
+            acceleration,
+            normal_force: [0.0; 3],
+            traction: [0.0; 3],
+        };
+        for (k, contact) in self.contacts.iter().take(3).enumerate() {
+            forced.normal_force[contact.wheel] += normal[k];
+            forced.traction[contact.wheel] += traction[k];
+        }
+        forced
+    }
+
+    /// The largest acceleration (`sign` 1) or the least one (-1) with the best distribution of tractions, by a linear program.
+    fn best(
+        &self,
+        sign: f64,
+        mu: &dyn Fn(f64) -> f64,
+        right: &Vector4<f64>,
+        traction: f64,
+    ) -> Option<f64> {
+        let mut problem = Problem::new(if sign > 0.0 {
+            OptimizationDirection::Maximize
+        } else {
+            OptimizationDirection::Minimize
+        });
+        let mut rows: [Vec<_>; 4] = Default::default();
+        let mut add = |variable, column: &Vector4<f64>| {
+            for (row, value) in rows.iter_mut().zip(column.iter()) {
+                if *value != 0.0 {
+                    row.push((variable, *value));
+                }
+            }
+        };
+        let along = problem.add_var(1.0, (f64::NEG_INFINITY, f64::INFINITY));
+        add(along, &-self.inertia);
+        for (contact, [normal, tangent]) in self.contacts.iter().zip(&self.columns) {
+            let n = problem.add_var(0.0, (0.0, f64::INFINITY));
+            let t = problem.add_var(0.0, (-traction, traction));
+            for side in [1.0, -1.0] {
+                let row = [(t, side), (n, -mu(contact.mu))];
+                problem.add_constraint(row, ComparisonOp::Le, 0.0);
+            }
+            add(n, normal);
+            add(t, tangent);
+        }
+        if self.stop.1 > 0.0 {
+            let torque = problem.add_var(0.0, (0.0, self.stop.1));
+            add(torque, &self.stop.0);
+        }
+        for (row, value) in rows.iter().zip(right.iter()) {
+            problem.add_constraint(row, ComparisonOp::Eq, *value);
+        }
+        let solution = problem.solve().ok()?.into_solution().ok()?;
+        Some(solution.var_value(along))
+    }
+}
+
+/// Column of the torque of an end stop in eq. (8), with moments over the wheel radius, 1/m, and the torque itself, N m, at an
+/// angle of pin Q (rad).
+pub fn end_stop(geometry: &Geometry, opening: f64) -> (Vector4<f64>, f64) {
+    let stop = &geometry.stop;
+    let (above, below) = (opening - stop.upper, stop.lower - opening);
+    // At the upper stop link 1 is pressed back, clockwise.
+    let sign = if above > 0.0 { -1.0 } else { 1.0 };
+    let arm = sign / geometry.wheel_radius;
+    let torque = stop.stiffness * above.max(below).max(0.0);
+    (Vector4::new(0.0, 0.0, arm, -arm), torque)
+}

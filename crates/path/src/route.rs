@@ -1,0 +1,209 @@
+//! The path's places: postures of the robot with all contacts, from the start on.
+
+use crate::balance::GroundContact;
+use crate::curve::CentreCurve;
+use crate::follow::Passed;
+use crate::mechanism::{Mechanism, OnGround, Reached, Walk};
+use crate::motion::{Motion, Stance, Tangent};
+use crate::report::{Failure, Reason};
+use crate::setup::{PathError, PathSetup};
+use robhaz_clearance::{BarPlace, ClearanceMeter, Clearances};
+use robhaz_model::{Bar, Vec2};
+
+/// Ground before and behind the path, over the wheelbase.
+const BESIDE: f64 = 0.6;
+/// The walk ends when the middle wheel has gone back by this share of the wheelbase: the robot turns round in a hole.
+const BACK: f64 = 0.5;
+/// Largest mean number of steps per metre: several times what the shipped grounds need.
+const STEPS_PER_METRE: f64 = 20_000.0;
+/// Least distance of two places whose tangents are compared, m: above it the accuracy of the curve does not count.
+const APART: f64 = 1e-4;
+
+/// A posture with its contacts, before its forces are known.
+pub struct Posed {
+    /// Where wheels and links are.
+    pub on_ground: OnGround,
+    /// All contacts.
+    pub contacts: Vec<GroundContact>,
+    /// Clearance of body and links.
+    pub clearances: Clearances,
+    /// Places of the wheels along their curve, m.
+    s: [f64; 3],
+    /// Direction in which the path comes to a kink, otherwise in which it goes on.
+    tangent: Tangent,
+    /// Whether a wheel has just changed its contact.
+    impact: bool,
+}
+
+/// All postures from the start on, and the reason why they end too early.
+pub fn walk(setup: &PathSetup) -> Result<(Vec<Posed>, Option<Failure>), PathError> {
+    let geometry = &setup.robot.geometry;
+    let axles = &geometry.axles;
+    let start = axles[1].x;
+    let wheelbase = axles[0].x - axles[2].x;
+    let (from, to) = (axles[2].x, axles[0].x + setup.distance);
+    let curve = CentreCurve::new(
+        &setup.terrain,
+        geometry.wheel_radius,
+        from - BESIDE * wheelbase,
+        to + BESIDE * wheelbase,
+    );
+    let mechanism = Mechanism::new(geometry);
+    let no_start = PathError::Start { x: start };
+    let wheels = mechanism.start(&curve, start).ok_or(no_start)?;
+    check_stops(setup, start, mechanism.on_ground(&curve, &wheels).opening())?;
+    let mut walk = Walk::new(&mechanism, &curve, wheels).ok_or(no_start)?;
+    let mut meter = ClearanceMeter::new(geometry, setup.terrain.clone());
+    let mut pose =
+        |walk: &Walk<'_>, alone| pose(setup, &mechanism, &curve, walk, alone, &mut meter);
+    let mut posed = vec![pose(&walk, None)];
+    let mut farthest = start;
+    for _ in 0..most_steps(setup.distance) {
+        let before = walk.wheels;
+        let reached = walk.step();
+        let alone = match reached {
+            Reached::End => {
+                let x = mechanism.on_ground(&curve, &before).axles[1].x;
+                return Ok((posed, Some(Failure::new(x, Reason::Posture, None))));
+            }
+            Reached::Place => None,
+            Reached::Kink { wheel } => {
+                // The wheel rests on both contacts, before it goes on with the one in front alone.
+                posed.push(pose(&walk, None));
+                Some(wheel)
+            }
+        };
+        let place = pose(&walk, alone);
+        let x = place.on_ground.axles[1].x;
+        posed.push(place);
+        farthest = farthest.max(x);
+        if x >= start + setup.distance {
+            return Ok((posed, None));
+        }
+        if x < farthest - BACK * wheelbase {
+            return Ok((posed, Some(Failure::new(x, Reason::Posture, None))));
+        }
+    }
+    let x = mechanism.on_ground(&curve, &walk.wheels).axles[1].x;
+    Ok((posed, Some(Failure::new(x, Reason::Posture, None))))
+}
+
+/// Largest number of steps for a distance (m): a walk that needs more does not get ahead.
+fn most_steps(distance: f64) -> usize {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a checked distance"
+    )]
+    let steps = (distance * STEPS_PER_METRE) as usize;
+    steps + 10_000
+}
+
+fn check_stops(setup: &PathSetup, x: f64, opening: f64) -> Result<(), PathError> {
+    let stop = &setup.robot.geometry.stop;
+    if (stop.lower..=stop.upper).contains(&opening) {
+        return Ok(());
+    }
+    Err(PathError::StartStops {
+        x,
+        angle: opening.to_degrees(),
+        lower: stop.lower.to_degrees(),
+        upper: stop.upper.to_degrees(),
+    })
+}
+
+/// The present posture; the wheel `alone` has the contact of its own piece only.
+fn pose(
+    setup: &PathSetup,
+    mechanism: &Mechanism,
+    curve: &CentreCurve,
+    walk: &Walk<'_>,
+    alone: Option<usize>,
+    meter: &mut ClearanceMeter,
+) -> Posed {
+    let on_ground = mechanism.on_ground(curve, &walk.wheels);
+    let radius = setup.robot.geometry.wheel_radius;
+    let mut contacts = Vec::with_capacity(4);
+    for wheel in 0..3 {
+        let (piece, other) = walk.pieces_of(wheel);
+        let other = other.filter(|_| alone != Some(wheel));
+        for piece in [Some(piece), other].into_iter().flatten() {
+            let at = curve.at(piece, walk.wheels.s[wheel]);
+            let tangent = at.slope / at.slope.norm();
+            let point = on_ground.axles[wheel] - Vec2::new(-tangent.y, tangent.x) * radius;
+            contacts.push(GroundContact {
+                wheel,
+                point,
+                tangent,
+                mu: setup.mu_at(point.x),
+            });
+        }
+    }
+    Posed {
+        s: walk.wheels.s,
+        tangent: match (alone, walk.approach()) {
+            (None, Some(approach)) => approach,
+            _ => walk.tangent(),
+        },
+        impact: alone.is_some(),
+        clearances: clearances(setup, &on_ground, meter),
+        on_ground,
+        contacts,
+    }
+}
+
+/// Clearance of the bars; not a number where the four-bar cannot close.
+fn clearances(setup: &PathSetup, on_ground: &OnGround, meter: &mut ClearanceMeter) -> Clearances {
+    let geometry = &setup.robot.geometry;
+    match on_ground.posture(geometry) {
+        Ok(posture) => meter.measure(&Bar::ALL.map(|bar| BarPlace {
+            centre: on_ground.q + posture.cg_from_q(geometry, bar),
+            angle: posture.angle(bar),
+        })),
+        Err(_) => Clearances([f64::NAN; 4]),
+    }
+}
+
+/// The places as a driven robot passes them.
+pub fn passed(setup: &PathSetup, posed: &[Posed]) -> Vec<Passed> {
+    let mut sigmas = Vec::with_capacity(posed.len());
+    let mut sigma = 0.0;
+    for (k, place) in posed.iter().enumerate() {
+        let before = &posed[k.saturating_sub(1)].s;
+        let moved = place.s.iter().zip(before).map(|(s, b)| (s - b).abs());
+        sigma += moved.sum::<f64>() / 3.0;
+        sigmas.push(sigma);
+    }
+    let at = |k: usize| {
+        let (place, on_ground) = (&posed[k], &posed[k].on_ground);
+        let stance = Stance {
+            q: on_ground.q,
+            angles: on_ground.angles,
+            tangent: place.tangent,
+            turn: turn(posed, &sigmas, k),
+        };
+        Passed {
+            sigma: sigmas[k],
+            motion: Motion::new(&setup.robot, &stance, &place.contacts),
+            impact: place.impact,
+        }
+    };
+    (0..posed.len()).map(at).collect()
+}
+
+/// Derivative of the tangent by sigma at place `k`, from its neighbours on the same smooth piece.
+fn turn(posed: &[Posed], sigmas: &[f64], k: usize) -> Tangent {
+    let starts = posed[k].impact || k == 0;
+    let ends = posed.get(k + 1).is_none_or(|next| next.impact);
+    let (before, after) = (k - usize::from(!starts), k + usize::from(!ends));
+    let step = sigmas[after] - sigmas[before];
+    if step < APART {
+        return Tangent::default();
+    }
+    let (a, b) = (&posed[before].tangent, &posed[after].tangent);
+    Tangent {
+        q: (b.q - a.q) / step,
+        angles: [0, 1].map(|i| (b.angles[i] - a.angles[i]) / step),
+        centres: [0, 1, 2].map(|i| (b.centres[i] - a.centres[i]) / step),
+    }
+}
