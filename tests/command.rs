@@ -72,6 +72,130 @@ fn run_leaves_tables_figures_summary_and_scene() {
     assert!(text(&compared.stdout).contains("paper-wheels"));
 }
 
+/// A new scene is that of the defaults with three of the five estimators; it is not written over another file.
+#[test]
+fn a_new_scene_runs_with_the_defaults() {
+    let dir = tempfile::tempdir().unwrap();
+    let new = |name: &str| robhaz(dir.path()).args(["new", name]).output().unwrap();
+    assert!(new("mine").status.success());
+    let again = new("mine.toml");
+    assert!(!again.status.success() && text(&again.stderr).contains("mine.toml exists"));
+    let made = robhaz_scene::Scene::load(&dir.path().join("mine.toml"), &[]).unwrap();
+    assert!(made.warnings().is_empty());
+    let labels: Vec<&str> = made.estimators.iter().map(|e| e.name.as_str()).collect();
+    assert_eq!(labels, ["paper-wheels", "best", "no-angles"]);
+    let default = robhaz_scene::Scene {
+        name: made.name.clone(),
+        estimators: made.estimators.clone(),
+        ..Default::default()
+    };
+    assert_eq!(made.to_toml("x"), default.to_toml("x"));
+}
+
+/// Every key is explained, by part of its name or meaning; a shell gets its completions and `man` its page.
+#[test]
+fn keys_completions_and_manual_are_printed() {
+    let dir = tempfile::tempdir().unwrap();
+    let done = |args: &[&str]| robhaz(dir.path()).args(args).output().unwrap();
+    let keys: Vec<serde_json::Value> =
+        serde_json::from_slice(&done(&["keys", "--json"]).stdout).unwrap();
+    let expected: Vec<String> = robhaz_scene::reference()
+        .into_iter()
+        .map(|k| k.key)
+        .collect();
+    assert_eq!(
+        keys.iter()
+            .map(|k| k["key"].as_str().unwrap())
+            .collect::<Vec<_>>(),
+        expected
+    );
+    let shown = text(&done(&["keys", "TORQUE_LIMIT"]).stdout);
+    assert!(
+        shown.contains("drive.torque_limit") && !shown.contains("mu_s"),
+        "{shown}"
+    );
+    let none = done(&["keys", "nosuchkey"]);
+    assert!(!none.status.success() && text(&none.stderr).contains("nosuchkey"));
+    for shell in ["bash", "zsh", "fish"] {
+        assert!(
+            text(&done(&["completions", shell]).stdout).contains("estimate"),
+            "{shell}"
+        );
+    }
+    assert!(text(&done(&["man"]).stdout).contains("ROBHAZ RUN"));
+}
+
+/// The page of a run belongs to its folder: it is written once, and does not keep the run from being replaced.
+#[test]
+fn a_run_has_a_page() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    let done = |args: &[&str]| {
+        let output = robhaz(dir.path()).args(args).output().unwrap();
+        (output.status.success(), text(&output.stderr))
+    };
+    let run = ["run", "short.toml", "--out", "a", "--force"];
+    assert_eq!(done(&run), (true, String::new()));
+    assert!(done(&["report", "a"]).0);
+    let page = std::fs::read_to_string(dir.path().join("a/report.html")).unwrap();
+    assert!(page.starts_with("<!DOCTYPE html>") && page.ends_with("</html>"));
+    assert!(page.contains("compare_from = 0.5"));
+    let (again, message) = done(&["report", "a"]);
+    assert!(!again && message.contains("--force"), "{message}");
+    assert!(done(&["report", "a", "--force"]).0);
+    assert_eq!(done(&run), (true, String::new()));
+    assert!(!dir.path().join("a/report.html").exists());
+}
+
+/// The comparison in other forms: the numbers of `summary.json`, the same in all of them.
+#[test]
+fn runs_are_compared_in_the_form_that_is_asked_for() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    let run = robhaz(dir.path())
+        .args(["run", "short.toml", "--out", "a|b"])
+        .output()
+        .unwrap();
+    assert!(run.status.success(), "{}", text(&run.stderr));
+    let shown = |format: &str| {
+        let output = robhaz(dir.path())
+            .args(["compare", "a|b", "--format", format])
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    let summary = std::fs::read_to_string(dir.path().join("a|b/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    let rows: Vec<serde_json::Value> = serde_json::from_str(&shown("json")).unwrap();
+    let csv = shown("csv");
+    let mut reader = csv::Reader::from_reader(csv.as_bytes());
+    let header = reader.headers().unwrap().clone();
+    let records: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    assert_eq!(rows.len(), records.len());
+    for (row, record) in rows.iter().zip(&records) {
+        assert_eq!(row["run"], "a|b");
+        let errors = &summary["estimators"][row["estimator"].as_str().unwrap()];
+        let force = &errors["normal_force"];
+        assert_eq!(row["rmse"], force["rmse_all"]);
+        assert_eq!(row["bias_wheel2"], force["bias"][1]);
+        assert_eq!(row["largest_error_time"], force["max_abs_time_s"]);
+        assert_eq!(row["coverage"], errors["coverage"]);
+        assert_eq!(row.as_object().unwrap().len(), header.len());
+        for (name, field) in header.iter().zip(record) {
+            match &row[name] {
+                serde_json::Value::Null => assert_eq!(field, "", "{name}"),
+                serde_json::Value::String(value) => assert_eq!(field, value),
+                number => assert_eq!(field.parse::<f64>().ok(), number.as_f64(), "{name}"),
+            }
+        }
+    }
+    let markdown = shown("markdown");
+    let columns = |line: &str| line.replace("\\|", "").matches('|').count();
+    let lines: Vec<usize> = markdown.lines().map(columns).collect();
+    assert_eq!(lines, vec![header.len() + 1; rows.len() + 2], "{markdown}");
+}
+
 /// What a run resolved can be run again, and gives the same tables to the bit; so does the scene itself.
 #[test]
 fn the_resolved_scene_runs_again_to_the_same_bits() {

@@ -1,8 +1,10 @@
-//! `robhaz compare`: the table of finished runs.
+//! `robhaz compare`: finished runs side by side.
 
 use crate::terminal::say;
 use miette::{IntoDiagnostic, Result};
-use robhaz_record::{Summary, comparison_table};
+use robhaz_record::{
+    Summary, comparison_csv, comparison_json, comparison_markdown, comparison_table,
+};
 use std::path::PathBuf;
 
 /// Arguments of `robhaz compare`.
@@ -11,9 +13,25 @@ pub struct Args {
     /// Folders of finished runs, as `robhaz run` leaves them.
     #[arg(required = true, value_name = "RUN")]
     runs: Vec<PathBuf>,
+    /// What to print. All but `table` also have bias, time of the largest error, lag, coverage and NEES.
+    #[arg(long, value_enum, default_value_t = Format::Table)]
+    format: Format,
 }
 
-/// Reads the summaries and prints one table over all of them.
+/// Form of the comparison.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Format {
+    /// The table of a run, to read on the terminal, with what happened in each run.
+    Table,
+    /// An array with an object for each run and estimator.
+    Json,
+    /// A line for each run and estimator.
+    Csv,
+    /// A table for documents.
+    Markdown,
+}
+
+/// Reads the summaries and prints one comparison of all of them.
 pub fn compare(args: &Args) -> Result<()> {
     let mut summaries = Vec::new();
     for run in &args.runs {
@@ -26,5 +44,10 @@ pub fn compare(args: &Args) -> Result<()> {
         .iter()
         .map(|(label, summary)| (label.as_str(), summary))
         .collect();
-    say(&comparison_table(&rows))
+    say(&match args.format {
+        Format::Table => comparison_table(&rows),
+        Format::Json => comparison_json(&rows).into_diagnostic()?,
+        Format::Csv => comparison_csv(&rows).into_diagnostic()?,
+        Format::Markdown => comparison_markdown(&rows),
+    })
 }

@@ -5,16 +5,20 @@ mod compare;
 mod estimate;
 mod export;
 mod interrupt;
+mod keys;
 mod live;
 mod merge;
+mod new;
 mod output;
 mod output_file;
 mod pace;
 mod path;
 mod progress;
 mod recover;
+mod report;
 mod results;
 mod run;
+mod shell;
 mod study;
 mod sweep;
 mod terminal;
@@ -23,7 +27,7 @@ mod verify;
 mod view;
 mod weigh;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use interrupt::Interrupt;
 use std::io::Write;
 use std::process::ExitCode;
@@ -38,6 +42,10 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Write a scene to edit.
+    New(new::Args),
+    /// Explain the keys of scene files: unit, default, allowed values, meaning.
+    Keys(keys::Args),
     /// Run a scene: simulate, estimate, write tables, figures and a recording, print the errors of the estimates.
     Run(run::Args),
     /// Run the estimators on a recorded log: a table of readings, or the folder of a run.
@@ -49,6 +57,8 @@ enum Command {
     Export(export::Args),
     /// Print the table of errors of one or several finished runs.
     Compare(compare::Args),
+    /// Write a run or an estimate as one page of HTML that needs no other file: errors, figures, how it was made.
+    Report(report::Args),
     /// Make tables from the records of a run that was killed or whose disk was full.
     Recover(recover::Args),
     /// Check the simulated truth of a scene: both engines, conservation, half the step; one verdict a line.
@@ -70,17 +80,24 @@ enum Command {
     /// Masses and centres of mass of a robot from its wheels on scales, with the budget for the estimators; the postures that
     /// tell most.
     Weigh(weigh::Args),
+    /// Print the completions of a shell.
+    Completions(shell::Args),
+    /// Print the manual page.
+    Man,
 }
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
     let interrupt = Interrupt::default();
     let done = match cli.command {
+        Command::New(args) => new::run(&args),
+        Command::Keys(args) => keys::run(&args),
         Command::Run(args) => run::run(&args, &interrupt),
         Command::Estimate(args) => estimate::run(&args, &interrupt),
         Command::Check(args) => check::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Compare(args) => compare::compare(&args),
+        Command::Report(args) => report::run(&args),
         Command::Recover(args) => recover::recover(&args),
         Command::Verify(args) => verify::run(&args, &interrupt),
         #[cfg(feature = "viewer")]
@@ -90,6 +107,8 @@ fn main() -> ExitCode {
         Command::Sweep(args) => sweep::run(&args, &interrupt),
         Command::Merge(args) => merge::run(&args),
         Command::Weigh(args) => weigh::run(&args),
+        Command::Completions(args) => shell::completions(&args, Cli::command()),
+        Command::Man => shell::man(Cli::command()),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -270,6 +270,7 @@ fn is_of_a_run(name: &str, scene: &str) -> bool {
         "summary.json",
         "summary.json.partial",
         "run.rrd",
+        "report.html",
         "columns.csv",
         LOCK,
     ];

@@ -38,7 +38,8 @@ pub(crate) struct Uncertainty {
     pub health: Health,
 }
 
-/// The estimate at `time` (s).
+/// The estimate at `time` (s). Inlined, so that it is made where it is returned: it has more than a kilobyte.
+#[inline(always)]
 pub(crate) fn assemble(
     nominal: &Nominal,
     time: f64,

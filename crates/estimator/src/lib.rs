@@ -86,6 +86,7 @@ mod ground;
 mod health;
 mod methods;
 mod nominal;
+mod quadrature;
 mod saved;
 mod settings;
 pub mod statics;

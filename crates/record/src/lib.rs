@@ -8,9 +8,10 @@
 //! | the tables of a run that is going on or was killed | `.arrows` in place of `.parquet` | [`TableSink`], [`recover`] |
 //! | a path judged before it is driven | `path`, `.parquet` or `.csv`, `figures/needed_friction` | [`write_path`] |
 //! | all tables, in memory | none | [`MemorySink`] |
+//! | all of it on one page | `report.html` | [`page`] |
 //! | errors of each estimator | `summary.json` | [`SummarySink`], [`Summary`] |
 //! | Figs. 5 to 8 of the paper, all estimators, the path | `fig5_linkage.svg`, `fig5_linkage.pdf`, ... | [`FigureSink`] |
-//! | runs and estimators side by side | the terminal | [`comparison_table`] |
+//! | runs and estimators side by side | the terminal | [`comparison_table`], [`comparison_json`], [`comparison_csv`], [`comparison_markdown`] |
 //!
 //! Every column of every table is declared once, with its unit, in [`Table`]. Everything is in SI; the same run leaves the
 //! same bytes, except for the duration of the computation in the summary.
@@ -18,6 +19,7 @@
 mod append;
 mod batch;
 mod columns;
+mod comparison;
 mod csv_table;
 mod error;
 mod estimator_rows;
@@ -28,6 +30,7 @@ mod ground_table;
 mod judged_path;
 mod log_lines;
 mod memory;
+mod page;
 mod parquet_table;
 mod point_table;
 mod report;
@@ -40,11 +43,13 @@ mod testing;
 
 pub use batch::BatchBuilder;
 pub use columns::{Column, Kind, Table, Value};
+pub use comparison::{comparison_csv, comparison_json, comparison_markdown};
 pub use error::RecordError;
 pub use figures::FigureSink;
 pub use format::TableFormat;
 pub use judged_path::{path_files, write_path};
 pub use memory::MemorySink;
+pub use page::page;
 pub use parquet_table::{RecoveredTable, recover};
 pub use report::comparison_table;
 pub use summary::{

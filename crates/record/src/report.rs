@@ -35,29 +35,35 @@ pub fn comparison_table(runs: &[(&str, &Summary)]) -> String {
     let mut text = tables.join("\n");
     for (label, summary) in runs {
         text.push('\n');
-        text.push_str(&speed(label, summary));
-        if let Some(broken_off) = &summary.broken_off {
-            text.push_str(&format!(
-                "\n  {label} broke off at {:.3} s: {}. The errors are of what was recorded.",
-                broken_off.time_s, broken_off.reason,
-            ));
-        }
-        text.push_str(&two_contacts(summary));
-        if let Some(trouble) = summary.progress.as_ref().and_then(trouble) {
-            text.push_str(&format!("\n{label}: {trouble}"));
-        }
-        if let Some(touch) = summary.clearance.as_ref().and_then(touch) {
-            text.push_str(&format!("\n{label}: {touch}"));
-        }
-        for estimator in &summary.estimators {
-            if estimator.missing > 0 {
-                text.push_str(&missing(estimator));
-            }
-            text.push_str(&suspects(estimator));
-        }
-        text.push_str(&log_lines(summary));
+        text.push_str(&remarks(label, summary).join("\n"));
     }
     text
+}
+
+/// What happened in a run, in sentences: its speed, its end, what the errors leave out, faults.
+pub(crate) fn remarks(label: &str, summary: &Summary) -> Vec<String> {
+    let mut text = speed(label, summary);
+    if let Some(broken_off) = &summary.broken_off {
+        text.push_str(&format!(
+            "\n  {label} broke off at {:.3} s: {}. The errors are of what was recorded.",
+            broken_off.time_s, broken_off.reason,
+        ));
+    }
+    text.push_str(&two_contacts(summary));
+    if let Some(trouble) = summary.progress.as_ref().and_then(trouble) {
+        text.push_str(&format!("\n{label}: {trouble}"));
+    }
+    if let Some(touch) = summary.clearance.as_ref().and_then(touch) {
+        text.push_str(&format!("\n{label}: {touch}"));
+    }
+    for estimator in &summary.estimators {
+        if estimator.missing > 0 {
+            text.push_str(&missing(estimator));
+        }
+        text.push_str(&suspects(estimator));
+    }
+    text.push_str(&log_lines(summary));
+    text.lines().map(str::to_owned).collect()
 }
 
 /// Whether there are errors of an estimator.
@@ -268,7 +274,9 @@ mod tests {
             rmse: [scale, 2.0 * scale, 3.0 * scale],
             rmse_all: 2.0 * scale,
             nrmse: Some(2.0 * scale / 50.0),
+            bias: Some([scale, -scale, 0.0]),
             max_abs: 20.0 * scale,
+            max_abs_time_s: Some(7.5),
         };
         let estimator = |name: &str, scale| EstimatorSummary {
             name: name.to_owned(),
@@ -278,6 +286,7 @@ mod tests {
             stated: None,
             coverage: None,
             nees: None,
+            lag_s: None,
             ground: None,
             samples: 90,
             missing,

@@ -15,14 +15,25 @@ pub struct ForceErrors {
     pub rmse_all: f64,
     /// `rmse_all` over the mean true normal force of the three wheels, -; `None` when no wheel ever carried load.
     pub nrmse: Option<f64>,
+    /// Mean error of each wheel, estimate minus truth, N; `None` in results of earlier versions.
+    #[serde(default)]
+    pub bias: Option<[f64; 3]>,
     /// Largest absolute error of any wheel, N.
     pub max_abs: f64,
+    /// Time of that error, s; `None` in results of earlier versions.
+    #[serde(default)]
+    pub max_abs_time_s: Option<f64>,
 }
 
 impl ForceErrors {
     /// Whether all numbers are finite.
     pub fn is_finite(&self) -> bool {
-        let mut numbers = self.rmse.iter().chain([&self.rmse_all, &self.max_abs]);
+        let bias = self.bias.iter().flatten().chain(&self.max_abs_time_s);
+        let mut numbers = self
+            .rmse
+            .iter()
+            .chain([&self.rmse_all, &self.max_abs])
+            .chain(bias);
         numbers.all(|v| v.is_finite()) && self.nrmse.is_none_or(f64::is_finite)
     }
 }
@@ -40,16 +51,21 @@ pub fn rms_over_wheels(estimate: &Estimate, truth: &Truth) -> Option<f64> {
 /// Running sums of the errors of one force.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct ErrorSums {
+    errors: [Sum; 3],
     squares: [Sum; 3],
     largest: f64,
+    largest_at: f64,
 }
 
 impl ErrorSums {
-    /// Adds the errors of the three wheels at one sample, N.
-    pub(crate) fn add(&mut self, errors: [f64; 3]) {
-        for (sum, error) in self.squares.iter_mut().zip(errors) {
-            sum.add(error * error);
-            self.largest = self.largest.max(error.abs());
+    /// Adds the errors of the three wheels (N) at the sample of a time (s).
+    pub(crate) fn add(&mut self, time: f64, errors: [f64; 3]) {
+        for (i, error) in errors.into_iter().enumerate() {
+            self.errors[i].add(error);
+            self.squares[i].add(error * error);
+            if error.abs() > self.largest {
+                (self.largest, self.largest_at) = (error.abs(), time);
+            }
         }
     }
 
@@ -57,12 +73,15 @@ impl ErrorSums {
     pub(crate) fn errors(&self, samples: u64, mean_load: Option<f64>) -> Option<ForceErrors> {
         let [front, middle, rear] = self.squares.map(|sum| sum.mean(samples));
         let mean_squares = [front?, middle?, rear?];
+        let [front, middle, rear] = self.errors.map(|sum| sum.mean(samples));
         let rmse_all = (mean_squares.iter().sum::<f64>() / 3.0).sqrt();
         Some(ForceErrors {
             rmse: mean_squares.map(f64::sqrt),
             rmse_all,
             nrmse: mean_load.map(|load| rmse_all / load),
+            bias: Some([front?, middle?, rear?]),
             max_abs: self.largest,
+            max_abs_time_s: Some(self.largest_at),
         })
     }
 }

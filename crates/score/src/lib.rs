@@ -8,6 +8,8 @@
 //! | NRMSE | RMSE over all wheels / mean of the true N over wheels and samples | [`ForceErrors::nrmse`] |
 //! | NEES | `e' P^-1 e`, e = error of the three N, P its stated covariance | [`Statistics::nees`] |
 //! | NIS | `(r/sigma_r)^2`, r = parity residual before correction | [`Statistics::nis`] |
+//! | bias | mean of `N_estimated - N_true`, per wheel | [`ForceErrors::bias`] |
+//! | lag | `-sum(e dN/dt)/sum((dN/dt)^2)`, e = error of N, over samples without impacts | [`Statistics::lag`] |
 //! | coverage | share of errors of N within two stated standard deviations | [`Statistics::coverage`] |
 //! | mu_n | T/N, where N is at least [`LEAST_LOAD`] | [`needed_friction`] |
 //! | errors of the ground | RMSE and coverage of height and slope over the points found | [`GroundErrors`] |
@@ -20,6 +22,7 @@ mod errors;
 pub mod events;
 mod friction;
 mod ground;
+mod lag;
 mod progress;
 mod rule;
 mod score;

@@ -55,9 +55,9 @@ impl Score {
             self.missing += 1;
             return;
         };
-        self.all.add(&compared, estimate);
+        self.all.add(truth.time, &compared, estimate);
         if !compared.two_contacts {
-            self.one_contact.add(&compared, estimate);
+            self.one_contact.add(truth.time, &compared, estimate);
         }
     }
 

@@ -1,6 +1,7 @@
 //! Statistics of errors over samples.
 
 use crate::errors::{ErrorSums, ForceErrors};
+use crate::lag::LagSums;
 use crate::rule::Compared;
 use crate::sum::Sum;
 use nalgebra::{Matrix3, Vector3};
@@ -13,6 +14,7 @@ pub struct Statistics {
     load: [Sum; 3],
     normal_force: ErrorSums,
     traction: ErrorSums,
+    lag: LagSums,
     stated: Stated,
 }
 
@@ -36,7 +38,7 @@ struct Stated {
 
 impl Statistics {
     /// Adds a sample with an estimate whose forces are finite.
-    pub(crate) fn add(&mut self, compared: &Compared, estimate: &Estimate) {
+    pub(crate) fn add(&mut self, time: f64, compared: &Compared, estimate: &Estimate) {
         let wheels = &compared.wheels;
         let normal_force = [0, 1, 2].map(|i| estimate.normal_force[i] - wheels[i].normal_force);
         let traction = [0, 1, 2].map(|i| estimate.traction[i] - wheels[i].traction);
@@ -44,8 +46,10 @@ impl Statistics {
         for (sum, wheel) in self.load.iter_mut().zip(wheels) {
             sum.add(wheel.normal_force);
         }
-        self.normal_force.add(normal_force);
-        self.traction.add(traction);
+        self.normal_force.add(time, normal_force);
+        self.traction.add(time, traction);
+        let truth = wheels.each_ref().map(|wheel| wheel.normal_force);
+        self.lag.add(time, truth, normal_force);
         self.stated.add(estimate, normal_force);
     }
 
@@ -62,6 +66,11 @@ impl Statistics {
     /// Errors of T; `None` without samples.
     pub fn traction(&self) -> Option<ForceErrors> {
         self.traction.errors(self.samples, self.mean_load())
+    }
+
+    /// Time by which the estimated N follow the true ones, s: see [`crate`]. `None` where the truth hardly changes.
+    pub fn lag(&self) -> Option<f64> {
+        self.lag.lag()
     }
 
     /// RMS error of N divided by the mean true N, dimensionless; `None` without samples or load.

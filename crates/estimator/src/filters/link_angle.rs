@@ -1,6 +1,7 @@
 //! Link angle by a Kalman filter of gyroscope and inclinometer.
 
 use super::kalman::{Innovation, Kalman};
+use crate::quadrature::root_sum_square;
 use crate::settings::NoiseBudget;
 use crate::visit::visit_fields;
 
@@ -69,7 +70,7 @@ impl LinkAngleKalman {
 
     /// A filter that waits for its first reading.
     pub fn new(budget: &NoiseBudget) -> Self {
-        let tilt = libm::hypot(budget.inclination_noise, Self::LEAST_NOISE);
+        let tilt = root_sum_square(budget.inclination_noise, Self::LEAST_NOISE);
         Self {
             filter: Kalman::new([0.0; 2], [tilt, budget.rate_bias]),
             rate: 0.0,
@@ -172,7 +173,7 @@ impl LinkAngleKalman {
         } else {
             0.0
         };
-        let noise = libm::hypot(budget.inclination_noise, Self::LEAST_NOISE);
+        let noise = root_sum_square(budget.inclination_noise, Self::LEAST_NOISE);
         let uncertain = Self::ACCELERATION_ERROR * felt;
         let late = Self::LAG * self.smooth_rate;
         let r = noise * noise + uncertain * uncertain + late * late;
@@ -190,7 +191,7 @@ impl LinkAngleKalman {
 
     /// Standard deviation of the angle, rad: the filter's, and the bias of the inclinometer, which is not observable.
     pub fn angle_sigma(&self, budget: &NoiseBudget) -> f64 {
-        libm::hypot(
+        root_sum_square(
             libm::sqrt(self.filter.p[ANGLE][ANGLE].max(0.0)),
             budget.inclination_bias,
         )

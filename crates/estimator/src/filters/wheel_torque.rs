@@ -107,19 +107,16 @@ impl TorqueObserver {
         self.filter.x[ANGLE] += omega * dt + acceleration * half;
         self.filter.x[SPEED] += acceleration * dt + jerk * half;
         self.filter.x[TORQUE] += rate * dt;
-        // F, of second order in dt.
-        let f = [
-            [1.0, dt - b * half, -j * half, 0.0],
-            [
-                0.0,
+        let transition = Transition {
+            angle: [dt - b * half, -j * half],
+            speed: [
                 1.0 - b * dt + b * b * half,
                 -j * dt + b * j * half,
                 -j * half,
             ],
-            [0.0, 0.0, 1.0, dt],
-            [0.0, 0.0, 0.0, 1.0],
-        ];
-        self.filter.p = propagated(&f, &self.filter.p);
+            torque: dt,
+        };
+        self.filter.p = transition.propagate(&self.filter.p);
         self.add_process_noise(parameters, dt, j);
     }
 
@@ -200,34 +197,55 @@ impl TorqueObserver {
     }
 }
 
-/// `F P F'` of an upper triangular F, symmetric to the bit.
-fn propagated(f: &[[f64; 4]; 4], p: &[[f64; 4]; 4]) -> [[f64; 4]; 4] {
-    let mut fp = [[0.0; 4]; 4];
-    for i in 0..4 {
-        for k in i..4 {
-            for m in 0..4 {
-                fp[i][m] += f[i][k] * p[k][m];
-            }
-        }
+/// Transition matrix F of a step, of second order in it. What is not listed is that of the identity.
+struct Transition {
+    /// Of the angle, by speed and torque.
+    angle: [f64; 2],
+    /// Of the speed, by speed, torque and its rate.
+    speed: [f64; 3],
+    /// Of the torque, by its rate.
+    torque: f64,
+}
+
+impl Transition {
+    /// `F P F'`, symmetric to the bit.
+    fn propagate(&self, p: &[[f64; 4]; 4]) -> [[f64; 4]; 4] {
+        let [by_speed, by_torque] = self.angle;
+        let [keep, from_torque, from_rate] = self.speed;
+        // Angle and speed of F x, for a row or column x of P or F P.
+        let angle = |x: [f64; 4]| x[ANGLE] + by_speed * x[SPEED] + by_torque * x[TORQUE];
+        let speed = |x: [f64; 4]| keep * x[SPEED] + from_torque * x[TORQUE] + from_rate * x[RATE];
+        let torque = |x: [f64; 4]| x[TORQUE] + self.torque * x[RATE];
+        let of_angle = p.map(angle);
+        let of_speed = p.map(speed);
+        let of_torque = p.map(torque);
+        let angle_speed = speed(of_angle);
+        let (angle_torque, speed_torque) = (torque(of_angle), torque(of_speed));
+        [
+            [angle(of_angle), angle_speed, angle_torque, of_angle[RATE]],
+            [angle_speed, speed(of_speed), speed_torque, of_speed[RATE]],
+            [
+                angle_torque,
+                speed_torque,
+                torque(of_torque),
+                of_torque[RATE],
+            ],
+            [
+                of_angle[RATE],
+                of_speed[RATE],
+                of_torque[RATE],
+                p[RATE][RATE],
+            ],
+        ]
     }
-    let mut next = [[0.0; 4]; 4];
-    for i in 0..4 {
-        for m in 0..=i {
-            let mut sum = 0.0;
-            for k in m..4 {
-                sum += fp[i][k] * f[m][k];
-            }
-            next[i][m] = sum;
-            next[m][i] = sum;
-        }
-    }
-    next
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::testing::Random;
+    use nalgebra::Matrix4;
+    use proptest::prelude::*;
 
     const PARAMETERS: TorqueObserverParameters = TorqueObserverParameters {
         wheel_inertia: 0.0075,
@@ -239,6 +257,33 @@ mod tests {
         unread_walk: 0.0,
     };
     const INERTIA: f64 = PARAMETERS.wheel_inertia + PARAMETERS.rotor_inertia;
+
+    proptest! {
+        /// Equivalence: the propagated covariance is the product of full matrices. Entries are of order 1: 1e-13 is their rounding.
+        #[test]
+        fn the_propagated_covariance_is_that_of_the_matrix_product(
+            root in prop::array::uniform16(-1.0_f64..1.0), f in prop::array::uniform6(-1.0_f64..1.0),
+        ) {
+            let root = Matrix4::from_row_slice(&root);
+            let p = root * root.transpose();
+            let [a1, a2, s1, s2, s3, t] = f;
+            let transition = Transition { angle: [a1, a2], speed: [s1, s2, s3], torque: t };
+            let found = transition.propagate(&core::array::from_fn(|i| core::array::from_fn(|j| p[(i, j)])));
+            let f = Matrix4::new(
+                1.0, a1, a2, 0.0, //
+                0.0, s1, s2, s3, //
+                0.0, 0.0, 1.0, t, //
+                0.0, 0.0, 0.0, 1.0,
+            );
+            let expected = f * p * f.transpose();
+            for i in 0..4 {
+                for j in 0..4 {
+                    prop_assert!((found[i][j] - expected[(i, j)]).abs() < 1e-13 * (1.0 + p.norm()), "{i} {j}");
+                    prop_assert!(found[i][j].to_bits() == found[j][i].to_bits(), "not symmetric");
+                }
+            }
+        }
+    }
 
     /// A wheel under constant torques, integrated exactly: `omega = rest + (omega - rest) exp(-B t/J)`.
     struct Wheel {

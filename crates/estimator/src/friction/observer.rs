@@ -4,6 +4,7 @@ use super::needed::{JointForces, NeededFriction};
 use super::slip_watch::{SlipEvent, SlipWatch, WheelSample};
 use crate::contact::{ContactEstimate, ContactState};
 use crate::ground::GroundMemory;
+use crate::quadrature::root_sum_square;
 use crate::visit::visit_fields;
 
 /// Friction of one wheel: what it needs, and what is known of the ground there.
@@ -103,7 +104,7 @@ impl FrictionObserver {
             if let Some(event) = event {
                 self.learn_slip(&event, ground);
             } else if !(contact.sliding || found[i].slid.is_some()) {
-                let doubt = libm::hypot(needed.sigma, wheel.lasting);
+                let doubt = root_sum_square(needed.sigma, wheel.lasting);
                 let bound = needed.value.abs() - Self::BOUND * doubt;
                 ground.friction_held(i, bound);
             }

@@ -2,6 +2,7 @@
 
 use super::needed::NeededFriction;
 use crate::contact::ContactDetector;
+use crate::quadrature::root_sum_square;
 use crate::visit::visit_fields;
 
 /// A wheel begins to slip: the ground bears no more than the largest T/N just before.
@@ -144,7 +145,7 @@ impl SlipWatch {
         if value >= self.peak.value || self.peak.age > Self::WINDOW {
             self.peak = Peak {
                 value,
-                sigma: libm::hypot(sample.needed.sigma, sample.lasting),
+                sigma: root_sum_square(sample.needed.sigma, sample.lasting),
                 lasting: sample.lasting,
                 load: sample.load,
                 age: 0.0,

@@ -89,9 +89,12 @@ impl Cells {
 
     /// Number of the last point at or before a place (m).
     pub fn number(&self, x: f64) -> i64 {
+        let exact = (x / self.spacing).clamp(-LARGEST, LARGEST);
         #[expect(clippy::cast_possible_truncation, reason = "within the bounds")]
-        let number = libm::floor(x / self.spacing).clamp(-LARGEST, LARGEST) as i64;
-        number
+        let towards_zero = exact as i64;
+        #[expect(clippy::cast_precision_loss, reason = "below 2^53")]
+        let beyond = towards_zero as f64 > exact;
+        towards_zero - i64::from(beyond)
     }
 
     /// Place of a point, m.

@@ -3,6 +3,7 @@
 use super::cells::{Cell, Cells, MOST_AT_ONCE, NODE_EVERY};
 use super::drift::{Drift, Lever};
 use super::motion::{Contact, GroundMotion, level, tangent};
+use crate::quadrature::root_sum_square;
 use crate::visit::visit_fields;
 use robhaz_model::{Geometry, Vec2};
 
@@ -150,7 +151,7 @@ impl GroundMemory {
         let velocity = [motion.velocity.x, motion.velocity.y];
         if self.started {
             let way = [0, 1].map(|i| 0.5 * motion.dt * (velocity[i] + self.velocity[i]));
-            let length = libm::hypot(way[0], way[1]);
+            let length = root_sum_square(way[0], way[1]);
             self.place = [self.place[0] + way[0], self.place[1] + way[1]];
             self.way = [self.way[0] + way[0], self.way[1] + length];
             // White noise of the same effect as errors that last: `sigma^2 2 T dt`.

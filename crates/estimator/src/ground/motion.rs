@@ -38,16 +38,16 @@ pub(super) struct Contact {
 impl GroundMotion {
     /// Whether all numbers are finite and can be those of a robot.
     pub fn is_possible(&self) -> bool {
-        /// Bound of all quantities, SI.
+        /// Bound of the root of the sum of all squares, SI.
         const LARGEST: f64 = 1e6;
-        let vectors = self.axles.iter().chain([&self.velocity]);
-        let angles = self.contact_angle.iter().flat_map(|(a, s)| [a, s]);
-        let mut numbers = vectors
-            .flat_map(|v| [&v.x, &v.y])
-            .chain(angles)
-            .chain(&self.velocity_covariance)
-            .chain([&self.dt]);
-        numbers.all(|number| number.abs() < LARGEST)
+        let [xx, xy, yy] = self.velocity_covariance;
+        let mut sum = self.velocity.norm_squared() + xx * xx + xy * xy + yy * yy;
+        sum += self.dt * self.dt;
+        for (axle, (angle, sigma)) in self.axles.iter().zip(self.contact_angle) {
+            sum += axle.norm_squared() + angle * angle + sigma * sigma;
+        }
+        // Written so that a NaN fails, too.
+        sum < LARGEST * LARGEST
     }
 
     /// Standard deviations of the velocity: across its direction, as an error of dy/dx, at most 1; and along it, m/s.
@@ -71,7 +71,7 @@ impl GroundMotion {
         let (slope, sigma) = self.contact_angle[i];
         let (sin, cos) = libm::sincos(slope);
         let axle = self.axles[i];
-        let shared = shared * level(slope);
+        let shared = shared * cos * cos;
         Contact {
             x: axle.x + geometry.wheel_radius * sin,
             y: axle.y - geometry.wheel_radius * cos,

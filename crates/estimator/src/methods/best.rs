@@ -411,11 +411,10 @@ impl BestFilters {
         right: &mut RightSide,
     ) -> Option<(Parity, Flags)> {
         let w = equations.parity_direction?;
-        let noise = right.noise(&equations.equilibrium);
         let residual = ParityResidual {
             value: w.dot(&right.value),
             gradient: right.sensitivity.along(&w),
-            variance: w.dot(&(noise * w)),
+            variance: right.noise_along(&equations.equilibrium, &w),
         };
         let before = self.motion.inputs();
         let correct = self.method.parity && instant.dt > 0.0;

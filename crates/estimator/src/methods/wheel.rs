@@ -2,6 +2,7 @@
 
 use crate::filters::{COUNT_SIGMA, Innovation, TorqueObserver, TorqueObserverParameters};
 use crate::frame::{LONGEST_GAP, WheelInputs};
+use crate::quadrature::root_sum_square;
 use crate::settings::{EstimatorSettings, NoiseBudget};
 use crate::statics::Traction;
 use crate::visit::Visit;
@@ -226,5 +227,5 @@ fn encoder_sigma(budget: &NoiseBudget, speed: f64) -> f64 {
     } else {
         0.0
     };
-    libm::hypot(count.max(LEAST), speed * budget.jitter)
+    root_sum_square(count.max(LEAST), speed * budget.jitter)
 }

@@ -19,14 +19,14 @@ pub(crate) struct RightSide {
 }
 
 impl RightSide {
-    /// Noise covariance in addition to that of the inputs: loads and torque observers, N^2.
-    pub fn noise(&self, equilibrium: &Equilibrium) -> Matrix4<f64> {
-        let mut r = self.loads;
-        for i in 0..3 {
-            let column = equilibrium.h_t[i] * self.tractions[i].sigma;
-            r += column * column.transpose();
+    /// Variance of the combination `w` of the rows from everything but the inputs: loads and torque observers, N^2.
+    pub fn noise_along(&self, equilibrium: &Equilibrium, w: &Vector4<f64>) -> f64 {
+        let mut variance = w.dot(&(self.loads * w));
+        for (column, traction) in equilibrium.h_t.iter().zip(&self.tractions) {
+            let along = column.dot(w) * traction.sigma;
+            variance += along * along;
         }
-        r
+        variance
     }
 }
 
@@ -71,32 +71,27 @@ impl Joint {
         right: &RightSide,
         inputs: &impl Fn(usize, usize) -> f64,
     ) -> Self {
-        let columns = &right.sensitivity.columns;
-        // P A', the covariance of the inputs with the equation error.
-        let mut input_y = [Vector4::zeros(); input::COUNT];
-        for (a, row) in input_y.iter_mut().enumerate() {
-            for (b, column) in columns.iter().enumerate() {
-                *row += column * inputs(a, b);
+        let causes = causes(&right.tractions, inputs);
+        let [t1, t2, t3] = equilibrium.h_t.map(|column| -column);
+        let [x, y, angle1, angle2, angle3, ..] = right.sensitivity.columns;
+        let columns = [x, y, angle1, angle2, angle3, t1, t2, t3];
+        // Covariance of each cause with the equation error.
+        let mut effects = [Vector4::zeros(); CAUSES];
+        for (effect, row) in effects.iter_mut().zip(&causes) {
+            for (column, covariance) in columns.iter().zip(row) {
+                *effect += column * *covariance;
             }
         }
-        let mut yy = right.noise(equilibrium);
-        for (column, row) in columns.iter().zip(&input_y) {
-            yy += column * row.transpose();
-        }
-        let mut ty = [Vector4::zeros(); 3];
-        for (i, covariance) in ty.iter_mut().enumerate() {
-            let t = &right.tractions[i];
-            let [offset, friction, gain] = t.gradient(i);
-            let by = |(k, derivative): (usize, f64)| input_y[k] * derivative;
-            *covariance =
-                by(offset) + by(friction) + by(gain) - equilibrium.h_t[i] * (t.sigma * t.sigma);
+        let mut yy = right.loads;
+        for (column, effect) in columns.iter().zip(&effects) {
+            yy += column * effect.transpose();
         }
         Self {
             y: right.value,
             traction: right.tractions.map(|t| t.value),
             yy,
-            ty,
-            tt: traction_covariance(&right.tractions, inputs),
+            ty: [0, 1, 2].map(|i| effects[DIRECT + i]),
+            tt: [0, 1, 2].map(|i| [0, 1, 2].map(|j| causes[DIRECT + i][DIRECT + j])),
         }
     }
 
@@ -142,23 +137,39 @@ impl Joint {
     }
 }
 
-/// Covariance of the tractions, N^2: the inputs' part and the observers' noise.
-fn traction_covariance(
+/// Inputs that act on the equations directly: accelerations and contact angles. The others act through the tractions.
+const DIRECT: usize = input::TORQUE_OFFSET;
+/// What errs in the equations: direct inputs and the three tractions.
+const CAUSES: usize = DIRECT + 3;
+
+/// Covariance of direct inputs and tractions, SI: the inputs' part, and the observers' noise of the tractions.
+fn causes(
     tractions: &[Traction; 3],
     inputs: &impl Fn(usize, usize) -> f64,
-) -> [[f64; 3]; 3] {
-    let mut covariance = [[0.0; 3]; 3];
-    for i in 0..3 {
-        for j in 0..=i {
-            let (ti, tj) = (&tractions[i], &tractions[j]);
+) -> [[f64; CAUSES]; CAUSES] {
+    let mut covariance = [[0.0; CAUSES]; CAUSES];
+    for a in 0..DIRECT {
+        for b in 0..DIRECT {
+            covariance[a][b] = inputs(a, b);
+        }
+    }
+    for (i, ti) in tractions.iter().enumerate() {
+        let [offset, friction, gain] = ti.gradient(i);
+        let with = |a: usize| {
+            let by = |(k, derivative): (usize, f64)| derivative * inputs(a, k);
+            by(offset) + by(friction) + by(gain)
+        };
+        for a in 0..DIRECT {
+            covariance[a][DIRECT + i] = with(a);
+            covariance[DIRECT + i][a] = covariance[a][DIRECT + i];
+        }
+        for (j, tj) in tractions.iter().enumerate().take(i + 1) {
             let mut sum = if i == j { ti.sigma * ti.sigma } else { 0.0 };
-            for (a, u) in ti.gradient(i) {
-                for (b, v) in tj.gradient(j) {
-                    sum += u * v * inputs(a, b);
-                }
+            for (k, derivative) in tj.gradient(j) {
+                sum += derivative * with(k);
             }
-            covariance[i][j] = sum;
-            covariance[j][i] = sum;
+            covariance[DIRECT + i][DIRECT + j] = sum;
+            covariance[DIRECT + j][DIRECT + i] = sum;
         }
     }
     covariance
@@ -204,7 +215,7 @@ mod tests {
         #[test]
         fn whitened_is_weighted_least_squares(
             theta1 in -0.3_f64..0.3, theta2 in -0.3_f64..0.3, slopes in prop::array::uniform3(-0.4_f64..0.4),
-            columns in prop::collection::vec(vector(), input::COUNT),
+            direct in prop::collection::vec(vector(), DIRECT),
             tractions in (traction(), traction(), traction()), root in prop::collection::vec(-0.5_f64..0.5, input::COUNT * input::COUNT),
         ) {
             let robot = Robot::default_a();
@@ -214,7 +225,13 @@ mod tests {
             let equations = Equations::new(geometry, arms, [theta1, theta2], loads, &slopes, 0.2).expect("regular");
             let e = &equations.equilibrium;
             let tractions = [tractions.0, tractions.1, tractions.2];
-            let sensitivity = Sensitivity { columns: core::array::from_fn(|k| columns[k]) };
+            let mut sensitivity = Sensitivity { columns: [Vector4::zeros(); INPUTS] };
+            sensitivity.columns[..DIRECT].copy_from_slice(&direct);
+            for (i, t) in tractions.iter().enumerate() {
+                for (k, derivative) in t.gradient(i) {
+                    sensitivity.columns[k] -= e.h_t[i] * derivative;
+                }
+            }
             let p: SMatrix<f64, INPUTS, INPUTS> = positive(&root);
             let inputs = |i, j| p[(i, j)];
             let right = RightSide {

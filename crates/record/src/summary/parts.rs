@@ -268,6 +268,10 @@ pub struct EstimatorSummary {
     /// Mean NEES of the three N: 3 if the stated covariance is right. `None` if the estimator states none.
     #[serde(default)]
     pub nees: Option<f64>,
+    /// Time by which the estimated N follow the true ones, s: [`robhaz_score::Statistics::lag`]. `None` where the truth hardly changes,
+    /// and in the summaries of earlier versions.
+    #[serde(default)]
+    pub lag_s: Option<f64>,
     /// Errors of the ground that the estimator has found. `None` if it finds none, for recorded readings, and in the summaries of
     /// earlier versions.
     #[serde(default)]
@@ -364,6 +368,7 @@ impl EstimatorSummary {
             stated: score.stated(),
             coverage: score.coverage(),
             nees: score.nees(),
+            lag_s: score.lag(),
             ground: None,
             samples: score.samples(),
             missing: score.missing(),
@@ -405,6 +410,7 @@ impl EstimatorSummary {
             ("stated", self.stated),
             ("coverage", self.coverage),
             ("nees", self.nees),
+            ("lag_s", self.lag_s),
         ];
         let of_stated = stated
             .iter()

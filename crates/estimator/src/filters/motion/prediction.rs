@@ -87,10 +87,9 @@ impl MotionFilter {
 
     /// `F x` and `F P F'`: accelerations add to velocities; accelerations and contact angles decay.
     ///
-    /// Only the states before [`TORQUE_OFFSET`] change. The upper triangle is copied to the lower, so P stays exactly
-    /// symmetric.
+    /// Velocity, acceleration and contact angles change. The upper triangle is copied to the lower, so P stays exactly symmetric.
     fn propagate(&mut self, dt: f64, decay: Decay) {
-        const CHANGING: usize = TORQUE_OFFSET;
+        const DECAYING: core::ops::Range<usize> = ACCELERATION..CONTACT_ANGLE + 3;
         let Kalman { x, p } = &mut self.filter;
         let mut keep = [1.0; COUNT];
         for i in 0..2 {
@@ -109,13 +108,18 @@ impl MotionFilter {
         for i in 0..3 {
             keep[CONTACT_ANGLE + i] = decay.contact_angle;
         }
-        for i in 0..CHANGING {
+        for i in DECAYING {
             x[i] *= keep[i];
-            for k in 0..COUNT {
+            for k in i..COUNT {
                 p[i][k] *= keep[i] * keep[k];
             }
         }
-        for i in 0..CHANGING {
+        for i in 0..DECAYING.start {
+            for k in DECAYING {
+                p[i][k] *= keep[k];
+            }
+        }
+        for i in 0..DECAYING.end {
             for k in i + 1..COUNT {
                 p[k][i] = p[i][k];
             }

@@ -8,6 +8,7 @@ use super::states::{
 use super::tuning::TUNING;
 use crate::contact::{ContactVelocity, Creep, RollingResiduals, SlipResidual};
 use crate::filters::Kalman;
+use crate::quadrature::root_sum_square;
 use crate::settings::{ContactAngles, NoiseBudget};
 use robhaz_model::{Vec2, perp};
 
@@ -226,11 +227,11 @@ impl MotionFilter {
         let creep_sigma = libm::sqrt(self.filter.p[CREEP + i][CREEP + i]);
         let mut lasting = creep_sigma * ratio_sigma;
         if !pulls {
-            lasting = libm::hypot(lasting, creep_sigma * wheel.ratio);
+            lasting = root_sum_square(lasting, creep_sigma * wheel.ratio);
         }
         if !rolls {
             // At rest a wheel bears its traction with any slip between 0 and c T/N: the slip itself is noise.
-            lasting = libm::hypot(lasting, slip);
+            lasting = root_sum_square(lasting, slip);
         }
         let of_torque = by_offset * wheel.torque_sigma;
         let square = |sigma: f64| sigma * sigma;
@@ -244,7 +245,7 @@ impl MotionFilter {
             beyond_creep: innovation,
             creep: slip,
             variance: sample_variance,
-            noise: libm::hypot(wheel.bias_sigma, wheel.noise_sigma),
+            noise: root_sum_square(wheel.bias_sigma, wheel.noise_sigma),
         };
         if square(innovation) > square(TUNING.sliding_gate) * sample_variance {
             if wheel.ratio.abs() > TUNING.sticking_ratio {

@@ -5,6 +5,7 @@ use super::rolling::RollingWheel;
 use super::states::{ACCELERATION, CONTACT_ANGLE, CREEP, TORQUE_ERRORS, TORQUE_OFFSET, VELOCITY};
 use super::tuning::TUNING;
 use crate::contact::{Creep, RollingResiduals, SlipResidual};
+use crate::quadrature::root_sum_square;
 use crate::settings::ContactAngles;
 
 impl MotionFilter {
@@ -21,7 +22,7 @@ impl MotionFilter {
     pub fn discard_motion(&mut self, spin: f64, torque_errors: &[f64; TORQUE_ERRORS]) {
         for (k, before) in torque_errors.iter().enumerate() {
             let (now, sigma) = self.estimated(TORQUE_OFFSET + k);
-            let sigma = libm::hypot(sigma, now - before);
+            let sigma = root_sum_square(sigma, now - before);
             self.filter.set(TORQUE_OFFSET + k, *before, sigma);
         }
         if self.angles == ContactAngles::Unknown {
@@ -62,7 +63,7 @@ impl MotionFilter {
             speed: self.filter.x[CREEP + i],
             ratio: wheel.ratio,
         };
-        let noise = libm::hypot(wheel.bias_sigma, wheel.noise_sigma);
+        let noise = root_sum_square(wheel.bias_sigma, wheel.noise_sigma);
         RollingResiduals {
             away: 0.0,
             away_sigma: noise,

@@ -1,0 +1,66 @@
+//! `robhaz keys`: the keys of scene files.
+
+use crate::terminal::say;
+use comfy_table::presets::UTF8_FULL_CONDENSED;
+use comfy_table::{ContentArrangement, Table};
+use miette::{IntoDiagnostic, Result, miette};
+use robhaz_scene::{KeyReference, reference};
+use serde_json::{Value, json};
+
+/// Arguments of `robhaz keys`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Part of a key's name or of its meaning, such as `drive` or `torque`; without it all keys.
+    pattern: Option<String>,
+    /// Prints an array of objects with `key`, `unit`, `other_units`, `default`, `allowed` and `meaning`.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Prints the keys that match.
+pub fn run(args: &Args) -> Result<()> {
+    let pattern = args.pattern.as_deref().unwrap_or_default().to_lowercase();
+    let matches = |key: &KeyReference| {
+        key.key.to_lowercase().contains(&pattern) || key.meaning.to_lowercase().contains(&pattern)
+    };
+    let keys: Vec<KeyReference> = reference().into_iter().filter(matches).collect();
+    if keys.is_empty() {
+        return Err(miette!(
+            help = "`robhaz keys` without a pattern prints all",
+            "no key has {pattern:?} in its name or meaning"
+        ));
+    }
+    say(&if args.json {
+        let keys: Vec<Value> = keys.iter().map(object).collect();
+        serde_json::to_string_pretty(&keys).into_diagnostic()?
+    } else {
+        table(&keys)
+    })
+}
+
+fn object(key: &KeyReference) -> Value {
+    json!({
+        "key": key.key,
+        "unit": key.unit,
+        "other_units": key.other_units,
+        "default": key.default,
+        "allowed": key.allowed,
+        "meaning": key.meaning,
+    })
+}
+
+fn table(keys: &[KeyReference]) -> String {
+    let mut table = Table::new();
+    table
+        .load_preset(UTF8_FULL_CONDENSED)
+        .set_content_arrangement(ContentArrangement::Dynamic)
+        .set_header(["key", "unit", "default", "allowed", "meaning"]);
+    for key in keys {
+        let unit = match (key.unit, key.other_units.as_str()) {
+            (unit, "") => unit.to_owned(),
+            (unit, others) => format!("{unit} ({others})"),
+        };
+        table.add_row([&key.key, &unit, &key.default, &key.allowed, key.meaning]);
+    }
+    table.trim_fmt()
+}

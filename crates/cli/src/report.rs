@@ -1,0 +1,35 @@
+//! `robhaz report`: a run on one page.
+
+use crate::output_file::{Format, OutputFile};
+use crate::terminal::say;
+use miette::{IntoDiagnostic, Result};
+use robhaz_record::page;
+use std::path::PathBuf;
+
+const PAGE: Format = Format {
+    what: "pages",
+    extension: "html",
+};
+
+/// Arguments of `robhaz report`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Folder of a finished run or estimate.
+    run: PathBuf,
+    /// The file; by default `report.html` in that folder.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Replaces an existing file.
+    #[arg(long)]
+    force: bool,
+}
+
+/// Writes the page.
+pub fn run(args: &Args) -> Result<()> {
+    let text = page(&args.run).into_diagnostic()?;
+    let default = || args.run.join("report.html");
+    let target = args.out.clone().unwrap_or_else(default);
+    let file = OutputFile::create(&target, PAGE, &[], args.force)?;
+    std::fs::write(file.path(), text).into_diagnostic()?;
+    say(&format!("Page: {}", file.finish()?.display()))
+}

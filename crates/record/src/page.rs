@@ -1,0 +1,270 @@
+//! The results of a run as one page of HTML that needs no other file.
+
+use crate::comparison::comparison_cells;
+use crate::error::{RecordError, io_error};
+use crate::report::remarks;
+use crate::summary::{EstimatorSummary, Summary};
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use std::io;
+use std::path::Path;
+
+/// Screen and print: system fonts, tables that scroll by themselves, no scripts.
+const STYLE: &str = "
+body { font: 15px/1.5 system-ui, sans-serif; color: #1a1a1a; background: #fff; max-width: 72rem; margin: 2rem auto; padding: 0 1rem; }
+h1 { font-size: 1.6rem; margin-bottom: 0; } h2 { font-size: 1.2rem; margin-top: 2.2rem; }
+.by { color: #555; margin-top: .2rem; }
+.wide { overflow-x: auto; }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
+th, td { padding: .25rem .6rem; border-bottom: 1px solid #ddd; text-align: right; white-space: nowrap; }
+th { border-bottom: 2px solid #888; font-weight: 600; } th:first-child, td:first-child { text-align: left; }
+pre { background: #f5f5f5; padding: .8rem; overflow-x: auto; font-size: 12.5px; line-height: 1.35; }
+figure { margin: 1rem 0; } img { max-width: 100%; height: auto; } figcaption { color: #555; }
+@media print { pre { white-space: pre-wrap; } figure, tr { break-inside: avoid; } }
+";
+
+/// What each figure shows, by the start of its file name, in the order of the page.
+const FIGURES: [(&str, &str); 10] = [
+    (
+        "comparison",
+        "Errors of the normal forces of all estimators.",
+    ),
+    (
+        "path",
+        "Ground, paths of the wheels' centres, and N of each wheel over its place.",
+    ),
+    (
+        "needed_friction",
+        "Friction that the path needs, before it is driven.",
+    ),
+    ("fig5_linkage", "Pins relative to Q (the paper's Fig. 5)."),
+    (
+        "fig6_forces",
+        "N and T of every wheel (the paper's Fig. 6).",
+    ),
+    (
+        "fig7_",
+        "N, linkage mass lumped to the body (the paper's Fig. 7).",
+    ),
+    (
+        "fig8_",
+        "N, linkage mass lumped to the wheels (the paper's Fig. 8).",
+    ),
+    (
+        "normal_force_",
+        "N by an estimator, with two standard deviations where it states them.",
+    ),
+    (
+        "ground_",
+        "The ground that an estimator has found, with two standard deviations.",
+    ),
+    ("", ""),
+];
+
+/// The page of a run, complete or broken off, or of an estimate, from its folder: what happened, errors of the estimators, all
+/// figures within the page, and the scene or description from which it was made.
+///
+/// # Errors
+/// [`RecordError`] if the summary or a figure cannot be read.
+pub fn page(folder: &Path) -> Result<String, RecordError> {
+    let summary = Summary::read(folder)?;
+    let figures = figures(&folder.join("figures"))?;
+    let scene = text_if_any(&folder.join("scene.toml"))?;
+    let title = &summary.scene;
+    let runs = [(title.as_str(), &summary)];
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (title) " - robhaz" }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                h1 { (title) }
+                p class="by" { (made_by(&summary)) }
+                @for remark in remarks(title, &summary) { p { (remark) } }
+                h2 { "Errors of the estimators" }
+                p { "Estimate minus truth. " code { "rmse" } ", " code { "bias" } " and " code { "largest_error" } " are of the normal force N; "
+                    code { "nrmse" } " and " code { "stated_sigma" } " are relative to the mean N; " code { "lag" } " is the time by which the \
+                     estimate follows the truth; " code { "coverage" } " is the share within two stated standard deviations (0.95 is right), "
+                    code { "nees" } " is 3 for a right covariance." }
+                (errors(&runs))
+                @if let Some(contacts) = contacts(&summary.estimators) { (contacts) }
+                @if !summary.friction_tests.is_empty() {
+                    h2 { "Friction tests" }
+                    @for test in &summary.friction_tests { p { (test.in_words()) } }
+                }
+                @if !figures.is_empty() {
+                    h2 { "Figures" }
+                    @for (name, caption, image) in &figures {
+                        figure {
+                            img alt=(name) src=(image);
+                            figcaption { code { (name) } " " (caption) }
+                        }
+                    }
+                }
+                @if let Some(scene) = scene {
+                    h2 { "How it was made" }
+                    p { "By robhaz " (summary.version) ", from this scene with every choice written out. Saved as " code { "scene.toml" }
+                        ", " code { "robhaz run scene.toml" } " makes the same run." }
+                    pre { (scene) }
+                }
+            }
+        }
+    };
+    Ok(page.into_string())
+}
+
+fn made_by(summary: &Summary) -> String {
+    let source = match (&summary.engine, summary.seed) {
+        (Some(engine), Some(seed)) => format!("simulated by the engine {engine}, seed {seed}"),
+        _ => "recorded readings".to_owned(),
+    };
+    format!(
+        "{} s at {} Hz, {source}; robhaz {}",
+        summary.duration_s, summary.record_rate_hz, summary.version
+    )
+}
+
+/// The comparison as a table with a column for each estimator.
+fn errors(runs: &[(&str, &Summary)]) -> Markup {
+    // Run and scene are the same in all columns.
+    const SAME: usize = 2;
+    let (titles, rows) = comparison_cells(runs);
+    let line = |k: usize| rows.iter().filter_map(move |row| row.get(k));
+    html! {
+        div class="wide" {
+            table {
+                @for (k, title) in titles.iter().enumerate().skip(SAME) {
+                    @if k == SAME {
+                        tr { th { (title) } @for cell in line(k) { th { (cell) } } }
+                    } @else {
+                        tr { td { (title) } @for cell in line(k) { td { (cell) } } }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// How well contact states were found; `None` if no estimator states any.
+fn contacts(estimators: &[EstimatorSummary]) -> Option<Markup> {
+    let stated = |e: &'_ EstimatorSummary| e.contacts.map(|scores| (e.name.clone(), scores));
+    let scores: Vec<_> = estimators.iter().filter_map(stated).collect();
+    let percent = |share: Option<f64>| share.map_or(String::new(), |s| format!("{:.2}", 100.0 * s));
+    let delay = |delay: Option<f64>| delay.map_or(String::new(), |d| format!("{:.1}", 1e3 * d));
+    (!scores.is_empty()).then(|| {
+        html! {
+            h2 { "Contact states" }
+            p { "Events found within 20 ms, and shares of the samples with a false and with a missed flag." }
+            table {
+                tr { @for title in ["estimator", "state", "events", "found", "delay, ms", "false, %", "missed, %"] { th { (title) } } }
+                @for (name, scores) in &scores {
+                    @for (state, score) in [("in the air", scores.air), ("two contacts", scores.two_contacts), ("sliding", scores.sliding)] {
+                        tr {
+                            td { (name) } td { (state) } td { (score.events) } td { (score.found) }
+                            td { (delay(score.delay_s)) } td { (percent(score.false_share)) } td { (percent(score.missed_share)) }
+                        }
+                    }
+                }
+            }
+        }
+    })
+}
+
+/// Name, caption and picture of each SVG in a folder, in the order of the page; none where there is no folder.
+fn figures(folder: &Path) -> Result<Vec<(String, &'static str, String)>, RecordError> {
+    let entries = match std::fs::read_dir(folder) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+        entries => entries.map_err(io_error("read", folder))?,
+    };
+    let mut found = Vec::new();
+    for entry in entries {
+        let path = entry.map_err(io_error("read", folder))?.path();
+        let stem = path
+            .file_stem()
+            .map(|stem| stem.to_string_lossy().into_owned());
+        let is_svg = path.extension().is_some_and(|e| e == "svg");
+        let Some(stem) = stem.filter(|_| is_svg) else {
+            continue;
+        };
+        let place = FIGURES
+            .iter()
+            .position(|(start, _)| stem.starts_with(start));
+        let place = place.unwrap_or(FIGURES.len() - 1);
+        let bytes = std::fs::read(&path).map_err(io_error("read", &path))?;
+        let image = format!("data:image/svg+xml;base64,{}", STANDARD.encode(bytes));
+        found.push((place, stem, image));
+    }
+    found.sort();
+    let captioned = |(place, stem, image): (usize, String, String)| (stem, FIGURES[place].1, image);
+    Ok(found.into_iter().map(captioned).collect())
+}
+
+/// The text of a file, `None` where it does not exist.
+fn text_if_any(path: &Path) -> Result<Option<String>, RecordError> {
+    match std::fs::read_to_string(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        text => text.map(Some).map_err(io_error("read", path)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figures::FigureSink;
+    use crate::summary::SummarySink;
+    use crate::testing::scene;
+    use robhaz_run::RunError;
+
+    /// A page has the numbers of the summary and every figure, and refers to nothing outside of it. Names are escaped.
+    #[test]
+    fn a_page_needs_no_other_file() -> Result<(), RunError> {
+        let mut scene = scene();
+        scene.name = "<b>steep</b>".to_owned();
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut figures = FigureSink::new(&folder.path().join("figures"));
+        let mut summary = SummarySink::new();
+        robhaz_run::run(&scene, &mut [&mut figures, &mut summary])?;
+        let summary = summary.summary().expect("a finished run");
+        summary.write(folder.path()).expect("a summary");
+        std::fs::write(folder.path().join("scene.toml"), "speed = \"<&>\"").expect("a scene");
+
+        let page = page(folder.path()).expect("a page");
+        let drawn = std::fs::read_dir(folder.path().join("figures")).expect("figures");
+        let is_svg = |e: &std::fs::DirEntry| e.path().extension().is_some_and(|e| e == "svg");
+        let drawn = drawn.filter(|e| e.as_ref().is_ok_and(is_svg)).count();
+        assert!(drawn > 3);
+        assert_eq!(page.matches("<img ").count(), drawn);
+        assert_eq!(
+            page.matches("src=\"data:image/svg+xml;base64,").count(),
+            drawn
+        );
+        assert!(!page.contains("http") && !page.contains("href") && !page.contains("<script"));
+        assert!(!page.contains("<b>") && page.contains("&lt;b&gt;steep"));
+        assert!(page.contains("&lt;&amp;&gt;"));
+        for estimator in &summary.estimators {
+            assert!(page.contains(&format!("<th>{}</th>", estimator.name)));
+        }
+        let (titles, rows) = comparison_cells(&[("run", &summary)]);
+        let rmse = titles.iter().position(|t| t == "rmse, N").expect("a row");
+        assert!(
+            rows.iter()
+                .all(|row| page.contains(&format!("<td>{}</td>", row[rmse])))
+        );
+        Ok(())
+    }
+
+    /// A folder without a summary has no page.
+    #[test]
+    fn a_folder_without_a_run_is_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        assert!(matches!(
+            page(folder.path()),
+            Err(RecordError::NoSummary { .. })
+        ));
+    }
+}
