@@ -124,6 +124,9 @@ fn coverage(selection: &Selection<'_>) -> Option<Chart> {
     let top = y.ends().1;
     let mut shapes = Vec::new();
     for ((number, _), counts) in selection.estimators.iter().zip(&counts) {
+        if counts.iter().all(|count| *count == 0) {
+            continue;
+        }
         let color = color_of(*number).0;
         // Bars of the first, outlines of all: those behind stay visible.
         if shapes.is_empty() {

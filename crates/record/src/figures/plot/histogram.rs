@@ -11,7 +11,7 @@ use crate::quantile::quantiles;
 use plotters::style::RGBColor;
 
 /// Least and largest number of intervals.
-const INTERVALS: (f64, f64) = (6.0, 40.0);
+const INTERVALS: (f64, f64) = (20.0, 40.0);
 const HEIGHT: f64 = 120.0;
 
 /// Equal intervals along an axis.
