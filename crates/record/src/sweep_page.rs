@@ -58,7 +58,7 @@ fn scores(dataset: &Dataset) -> Markup {
                             @for cell in cells {
                                 td { @if let Some([low, median, high]) = cell { (number(*median)) " (" (number(*low)) " to " (number(*high)) ")" } }
                             }
-                            td style="text-align: left" { (column.description) }
+                            td style="text-align: left; white-space: normal; min-width: 16rem" { (column.description) }
                         }
                     }
                 }
