@@ -1,6 +1,7 @@
 //! Means of normalised innovations over the last seconds of driving.
 
 use super::channels::Channels;
+use super::wiring::{WheelReadings, Wiring};
 use crate::visit::visit_fields;
 use robhaz_model::Carrier;
 
@@ -53,9 +54,10 @@ pub(crate) struct HealthMonitor {
     inclination: [Mean; 2],
     parity: Mean,
     torque: [Constancy; 3],
+    wiring: Wiring,
 }
 
-visit_fields!(HealthMonitor: encoder, slip, direction, inclination, parity, torque);
+visit_fields!(HealthMonitor: encoder, slip, direction, inclination, parity, torque, wiring);
 
 impl HealthMonitor {
     /// Least speed of a robot that drives, m/s.
@@ -94,6 +96,12 @@ impl HealthMonitor {
         self.parity.update(*parity, weight);
     }
 
+    /// Takes the torques and encoders of one sample, `dt` seconds after the last; `None` if one has been missing for long or
+    /// counts from a new zero.
+    pub fn update_wiring(&mut self, readings: Option<&WheelReadings>, dt: f64) {
+        self.wiring.update(readings, dt);
+    }
+
     /// The present state. `carriers` names the link of each wheel.
     pub fn health(&self, carriers: &[Carrier; 3]) -> Health {
         let mut suspect = Channels::NONE;
@@ -118,6 +126,11 @@ impl HealthMonitor {
             }
             if self.torque[i].time > Constancy::LONGEST {
                 suspect |= Channels::TORQUE[i];
+            }
+        }
+        for (exchanged, torque) in self.wiring.exchanged().iter().zip(Channels::TORQUE) {
+            if *exchanged {
+                suspect |= torque;
             }
         }
         if self.parity.beyond {

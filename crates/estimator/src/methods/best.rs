@@ -15,10 +15,10 @@ use crate::estimate::{Estimate, EstimateError, Parity, ReadingErrors};
 use crate::filters::motion::{MotionFilter, ParityResidual, TORQUE_ERRORS};
 use crate::filters::{Innovation, LinkAngleKalman, LinkReadings};
 use crate::flags::Flags;
-use crate::frame::{Inputs, Instant, SHORTEST_STEP};
+use crate::frame::{Held, Inputs, Instant, SHORTEST_STEP};
 use crate::friction::{FrictionObserver, FrictionSample, JointForces, WheelFriction};
 use crate::ground::{GroundMemory, GroundMotion};
-use crate::health::{Health, HealthMonitor, Innovations, TorqueReading};
+use crate::health::{Health, HealthMonitor, Innovations, TorqueReading, WheelReadings};
 use crate::nominal::Nominal;
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, NoiseBudget};
 use crate::statics::{
@@ -264,6 +264,8 @@ impl BestFilters {
         let torques = [torque(0), torque(1), torque(2)];
         let count = drives && model_holds;
         self.health.update(innovations, &torques, count, instant.dt);
+        let readings = wheel_readings(instant.inputs, drives);
+        self.health.update_wiring(readings.as_ref(), instant.dt);
         self.health.health(&nominal.robot.geometry.carriers)
     }
 
@@ -473,4 +475,18 @@ impl BestFilters {
             health,
         }
     }
+}
+
+/// Torques and encoders, with held readings; `None` if one is stale or counts from a new zero.
+fn wheel_readings(inputs: &Inputs, drives: bool) -> Option<WheelReadings> {
+    let (torque, angle) = (&inputs.motor_torque, &inputs.wheel_angle);
+    let stale = |held: &Held| held.age > Inputs::STALE_AFTER;
+    if inputs.new_zero.contains(&true) || torque.iter().chain(angle).any(stale) {
+        return None;
+    }
+    Some(WheelReadings {
+        torque: torque.map(|held| held.value),
+        angle: angle.map(|held| held.value),
+        drives,
+    })
 }
