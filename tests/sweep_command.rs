@@ -410,6 +410,9 @@ fn the_commands_of_the_page_on_studies_run() {
             commands += 1;
         }
     }
-    assert_eq!(commands, 5);
+    assert_eq!(commands, 8);
+    for file in ["bands.svg", "calibration.pdf", "report.html"] {
+        assert!(dir.path().join("runs/speed").join(file).is_file(), "{file}");
+    }
     assert!(dataset(dir.path(), "runs/speed") == dataset(dir.path(), "runs/speed-merged"));
 }

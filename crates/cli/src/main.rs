@@ -13,6 +13,7 @@ mod output;
 mod output_file;
 mod pace;
 mod path;
+mod plot;
 mod progress;
 mod recover;
 mod report;
@@ -57,7 +58,7 @@ enum Command {
     Export(export::Args),
     /// Print the table of errors of one or several finished runs.
     Compare(compare::Args),
-    /// Write a run or an estimate as one page of HTML that needs no other file: errors, figures, how it was made.
+    /// Write a run, an estimate or a sweep as one page of HTML that needs no other file: errors, figures, how it was made.
     Report(report::Args),
     /// Make tables from the records of a run that was killed or whose disk was full.
     Recover(recover::Args),
@@ -77,6 +78,9 @@ enum Command {
     Sweep(sweep::Args),
     /// Make one dataset of the shards of a sweep.
     Merge(merge::Args),
+    /// Draw a figure of a sweep: a score against what was varied with quantile bands, a map over two axes, calibration,
+    /// histogram.
+    Plot(plot::Args),
     /// Masses and centres of mass of a robot from its wheels on scales, with the budget for the estimators; the postures that
     /// tell most.
     Weigh(weigh::Args),
@@ -106,6 +110,7 @@ fn main() -> ExitCode {
         Command::Study(args) => study::run(&args, &interrupt),
         Command::Sweep(args) => sweep::run(&args, &interrupt),
         Command::Merge(args) => merge::run(&args),
+        Command::Plot(args) => plot::run(&args),
         Command::Weigh(args) => weigh::run(&args),
         Command::Completions(args) => shell::completions(&args, Cli::command()),
         Command::Man => shell::man(Cli::command()),

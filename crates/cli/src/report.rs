@@ -1,9 +1,10 @@
-//! `robhaz report`: a run on one page.
+//! `robhaz report`: a run or a sweep on one page.
 
 use crate::output_file::{Format, OutputFile};
 use crate::terminal::say;
 use miette::{IntoDiagnostic, Result};
-use robhaz_record::page;
+use robhaz_record::{Dataset, page, sweep_page};
+use robhaz_sweep::DATASET;
 use std::path::PathBuf;
 
 const PAGE: Format = Format {
@@ -14,7 +15,7 @@ const PAGE: Format = Format {
 /// Arguments of `robhaz report`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Folder of a finished run or estimate.
+    /// Folder of a finished run, estimate or sweep.
     run: PathBuf,
     /// The file; by default `report.html` in that folder.
     #[arg(long, value_name = "FILE")]
@@ -26,7 +27,12 @@ pub struct Args {
 
 /// Writes the page.
 pub fn run(args: &Args) -> Result<()> {
-    let text = page(&args.run).into_diagnostic()?;
+    let dataset = args.run.join(DATASET);
+    let text = if dataset.is_file() {
+        sweep_page(&Dataset::read(&dataset).into_diagnostic()?).into_diagnostic()?
+    } else {
+        page(&args.run).into_diagnostic()?
+    };
     let default = || args.run.join("report.html");
     let target = args.out.clone().unwrap_or_else(default);
     let file = OutputFile::create(&target, PAGE, &[], args.force)?;

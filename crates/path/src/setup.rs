@@ -146,7 +146,7 @@ impl PathSetup {
             return Err(PathError::MuSigma(sigma));
         }
         let speed = scene.drive.speed;
-        if options.drive != DriveKind::Ideal && !(speed > 0.0) {
+        if options.drive != DriveKind::Ideal && (speed.is_nan() || speed <= 0.0) {
             return Err(PathError::Speed(speed));
         }
         let robot = scene.robot.robot.clone();

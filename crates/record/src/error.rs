@@ -89,6 +89,14 @@ pub enum RecordError {
         /// The first difference.
         source: serde_json::Error,
     },
+    /// A file that is no dataset of a sweep.
+    #[error("{path} is not the dataset of a sweep: {reason}", path = path.display())]
+    NotADataset {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
     /// A summary was asked for before the run's end, or of a run without a record.
     #[error("the run has no summary: it goes on, or it has no record")]
     Unfinished,

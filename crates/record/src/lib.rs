@@ -8,9 +8,11 @@
 //! | the tables of a run that is going on or was killed | `.arrows` in place of `.parquet` | [`TableSink`], [`recover`] |
 //! | a path judged before it is driven | `path`, `.parquet` or `.csv`, `figures/needed_friction` | [`write_path`] |
 //! | all tables, in memory | none | [`MemorySink`] |
-//! | all of it on one page | `report.html` | [`page`] |
+//! | all of it on one page | `report.html` | [`page`], of a sweep [`sweep_page`] |
 //! | errors of each estimator | `summary.json` | [`SummarySink`], [`Summary`] |
 //! | Figs. 5 to 8 of the paper, all estimators, the path | `fig5_linkage.svg`, `fig5_linkage.pdf`, ... | [`FigureSink`] |
+//! | the dataset of a sweep, read back | `sweep.parquet` | [`Dataset`] |
+//! | its figures | SVG or PDF | [`plot()`] |
 //! | runs and estimators side by side | the terminal | [`comparison_table`], [`comparison_json`], [`comparison_csv`], [`comparison_markdown`] |
 //!
 //! Every column of every table is declared once, with its unit, in [`Table`]. Everything is in SI; the same run leaves the
@@ -21,6 +23,7 @@ mod batch;
 mod columns;
 mod comparison;
 mod csv_table;
+mod dataset;
 mod error;
 mod estimator_rows;
 mod felt_ground;
@@ -33,9 +36,11 @@ mod memory;
 mod page;
 mod parquet_table;
 mod point_table;
+mod quantile;
 mod report;
 mod stream_table;
 mod summary;
+mod sweep_page;
 mod table;
 mod terrain_table;
 #[cfg(test)]
@@ -44,8 +49,9 @@ mod testing;
 pub use batch::BatchBuilder;
 pub use columns::{Column, Kind, Table, Value};
 pub use comparison::{comparison_csv, comparison_json, comparison_markdown};
+pub use dataset::{Dataset, DatasetColumn, DatasetValues};
 pub use error::RecordError;
-pub use figures::FigureSink;
+pub use figures::{FigureFormat, FigureSink, PlotError, PlotKind, PlotRequest, Spacing, plot};
 pub use format::TableFormat;
 pub use judged_path::{path_files, write_path};
 pub use memory::MemorySink;
@@ -56,6 +62,7 @@ pub use summary::{
     BrokenOff, ChannelSummary, EstimatorSummary, FrictionSummary, FrictionTestSummary, LogSummary,
     MeanForces, NominalRobot, ProgressSummary, SensorErrors, Summary, SummarySink,
 };
+pub use sweep_page::sweep_page;
 pub use table::TableSink;
 
 #[cfg(test)]

@@ -73,6 +73,42 @@ pub fn page(folder: &Path) -> Result<String, RecordError> {
     let scene = text_if_any(&folder.join("scene.toml"))?;
     let title = &summary.scene;
     let runs = [(title.as_str(), &summary)];
+    let body = html! {
+        h1 { (title) }
+        p class="by" { (made_by(&summary)) }
+        @for remark in remarks(title, &summary) { p { (remark) } }
+        h2 { "Errors of the estimators" }
+        p { "Estimate minus truth. " code { "rmse" } ", " code { "bias" } " and " code { "largest_error" } " are of the normal force N; "
+            code { "nrmse" } " and " code { "stated_sigma" } " are relative to the mean N; " code { "lag" } " is the time by which the \
+             estimate follows the truth; " code { "coverage" } " is the share within two stated standard deviations (0.95 is right), "
+            code { "nees" } " is 3 for a right covariance." }
+        (errors(&runs))
+        @if let Some(contacts) = contacts(&summary.estimators) { (contacts) }
+        @if !summary.friction_tests.is_empty() {
+            h2 { "Friction tests" }
+            @for test in &summary.friction_tests { p { (test.in_words()) } }
+        }
+        @if !figures.is_empty() {
+            h2 { "Figures" }
+            @for (name, caption, image) in &figures {
+                figure {
+                    img alt=(name) src=(image);
+                    figcaption { code { (name) } " " (caption) }
+                }
+            }
+        }
+        @if let Some(scene) = scene {
+            h2 { "How it was made" }
+            p { "By robhaz " (summary.version) ", from this scene with every choice written out. Saved as " code { "scene.toml" }
+                ", " code { "robhaz run scene.toml" } " makes the same run." }
+            pre { (scene) }
+        }
+    };
+    Ok(document(title, &body))
+}
+
+/// A page of HTML with this body, which is complete in itself.
+pub(crate) fn document(title: &str, body: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -82,40 +118,15 @@ pub fn page(folder: &Path) -> Result<String, RecordError> {
                 title { (title) " - robhaz" }
                 style { (PreEscaped(STYLE)) }
             }
-            body {
-                h1 { (title) }
-                p class="by" { (made_by(&summary)) }
-                @for remark in remarks(title, &summary) { p { (remark) } }
-                h2 { "Errors of the estimators" }
-                p { "Estimate minus truth. " code { "rmse" } ", " code { "bias" } " and " code { "largest_error" } " are of the normal force N; "
-                    code { "nrmse" } " and " code { "stated_sigma" } " are relative to the mean N; " code { "lag" } " is the time by which the \
-                     estimate follows the truth; " code { "coverage" } " is the share within two stated standard deviations (0.95 is right), "
-                    code { "nees" } " is 3 for a right covariance." }
-                (errors(&runs))
-                @if let Some(contacts) = contacts(&summary.estimators) { (contacts) }
-                @if !summary.friction_tests.is_empty() {
-                    h2 { "Friction tests" }
-                    @for test in &summary.friction_tests { p { (test.in_words()) } }
-                }
-                @if !figures.is_empty() {
-                    h2 { "Figures" }
-                    @for (name, caption, image) in &figures {
-                        figure {
-                            img alt=(name) src=(image);
-                            figcaption { code { (name) } " " (caption) }
-                        }
-                    }
-                }
-                @if let Some(scene) = scene {
-                    h2 { "How it was made" }
-                    p { "By robhaz " (summary.version) ", from this scene with every choice written out. Saved as " code { "scene.toml" }
-                        ", " code { "robhaz run scene.toml" } " makes the same run." }
-                    pre { (scene) }
-                }
-            }
+            body { (body) }
         }
     };
-    Ok(page.into_string())
+    page.into_string()
+}
+
+/// An SVG as the source of an image within the page.
+pub(crate) fn image(svg: &[u8]) -> String {
+    format!("data:image/svg+xml;base64,{}", STANDARD.encode(svg))
 }
 
 fn made_by(summary: &Summary) -> String {
@@ -196,7 +207,7 @@ fn figures(folder: &Path) -> Result<Vec<(String, &'static str, String)>, RecordE
             .position(|(start, _)| stem.starts_with(start));
         let place = place.unwrap_or(FIGURES.len() - 1);
         let bytes = std::fs::read(&path).map_err(io_error("read", &path))?;
-        let image = format!("data:image/svg+xml;base64,{}", STANDARD.encode(bytes));
+        let image = image(&bytes);
         found.push((place, stem, image));
     }
     found.sort();

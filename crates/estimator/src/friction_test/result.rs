@@ -17,7 +17,8 @@ pub enum FrictionTestEnd {
     TimeLimit,
     /// Another wheel, 0 to 2, slipped first: the reaction was more than it can bear.
     OtherWheel(usize),
-    /// A wheel carries no load, the linkage is at a stop, readings are stale, or there is no estimate, for more than [`FrictionTest::PATIENCE`].
+    /// A wheel carries no load, the linkage is at a stop, readings are stale, or there is no estimate, for more than
+    /// [`PATIENCE`](crate::FrictionTest::PATIENCE).
     NotClear,
     /// The run ended first.
     Unfinished,

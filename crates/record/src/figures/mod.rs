@@ -13,10 +13,14 @@ mod panel;
 mod paper;
 mod path;
 mod pdf;
+mod plot;
 mod run;
 mod strips;
 mod style;
 mod trace;
+
+pub use plot::{FigureFormat, PlotError, PlotKind, PlotRequest, Spacing, plot};
+pub(crate) use plot::{number_label, overview, runs_in_words};
 
 use crate::error::{RecordError, check_name, io_error};
 use files::Picture;

@@ -1,0 +1,198 @@
+//! The dataset of a sweep, read back: one row a run and estimator.
+
+use crate::error::{RecordError, io_error};
+use arrow_array::cast::AsArray as _;
+use arrow_array::types::{Float64Type, Int64Type, UInt64Type};
+use arrow_array::{Array, RecordBatch};
+use arrow_schema::{DataType, Field, SchemaRef};
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use robhaz_scene::{AxisValues, Distribution, StudyChoice};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::path::Path;
+
+/// The dataset of a sweep, in memory: 8 bytes a number.
+#[derive(Clone, Debug)]
+pub struct Dataset {
+    /// All columns, each with one value a row.
+    pub columns: Vec<DatasetColumn>,
+    /// The study that it was made from.
+    pub study: StudyChoice,
+    /// Number of runs.
+    pub runs: u64,
+    /// The program and its engines.
+    pub version: String,
+    /// Text of the base scene.
+    pub scene: String,
+}
+
+/// A column of a dataset.
+#[derive(Clone, Debug)]
+pub struct DatasetColumn {
+    /// Its name: that of a score, or a key of the scene.
+    pub name: String,
+    /// SI unit; empty for counts, shares and words.
+    pub unit: String,
+    /// Its meaning.
+    pub description: String,
+    /// One value a row.
+    pub values: DatasetValues,
+}
+
+/// The values of a column; `None` where a row has none.
+#[derive(Clone, Debug)]
+pub enum DatasetValues {
+    /// Numbers, in the unit of the column.
+    Numbers(Vec<Option<f64>>),
+    /// Texts; true and false, too.
+    Words(Vec<Option<String>>),
+}
+
+impl Dataset {
+    /// Reads the Parquet file of a finished sweep.
+    ///
+    /// # Errors
+    /// [`RecordError`] if it cannot be read or is no dataset of a sweep.
+    pub fn read(path: &Path) -> Result<Self, RecordError> {
+        let file = File::open(path).map_err(io_error("read", path))?;
+        let not = |reason: &dyn std::fmt::Display| RecordError::NotADataset {
+            path: path.to_path_buf(),
+            reason: reason.to_string(),
+        };
+        let reader = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| not(&e))?;
+        let metadata = reader.metadata().file_metadata().key_value_metadata();
+        let text = |key: &str| {
+            let entry = metadata.and_then(|list| list.iter().find(|e| e.key == key));
+            let value = entry.and_then(|e| e.value.clone());
+            value.ok_or_else(|| not(&format!("its metadata have no {key}")))
+        };
+        let name = text("robhaz.name")?;
+        let study = text("robhaz.study")?;
+        let mut study = StudyChoice::parse(&study, "its study file").map_err(|e| not(&e))?;
+        study.name = name;
+        let runs = text("robhaz.runs")?.parse().map_err(|e| not(&e))?;
+        let (version, scene) = (text("robhaz.version")?, text("robhaz.scene")?);
+        let schema = reader.schema().clone();
+        let batches = reader.build().map_err(|e| not(&e))?;
+        let batches: Vec<RecordBatch> = batches.collect::<Result<_, _>>().map_err(|e| not(&e))?;
+        Ok(Self {
+            columns: columns(&schema, &batches).map_err(|e| not(&e))?,
+            study,
+            runs,
+            version,
+            scene,
+        })
+    }
+
+    /// A column by its name.
+    pub fn column(&self, name: &str) -> Option<&DatasetColumn> {
+        self.columns.iter().find(|column| column.name == name)
+    }
+
+    /// The numbers of a column; none if it holds words or does not exist.
+    pub fn numbers(&self, name: &str) -> &[Option<f64>] {
+        match self.column(name).map(|column| &column.values) {
+            Some(DatasetValues::Numbers(values)) => values,
+            _ => &[],
+        }
+    }
+
+    /// The words of a column; none if it holds numbers or does not exist.
+    pub fn words(&self, name: &str) -> &[Option<String>] {
+        match self.column(name).map(|column| &column.values) {
+            Some(DatasetValues::Words(values)) => values,
+            _ => &[],
+        }
+    }
+
+    /// The varied keys, in the order of the study file.
+    pub fn keys(&self) -> impl Iterator<Item = &str> {
+        let axes = self.study.axes.iter();
+        axes.flat_map(|axis| axis.keys.iter().map(String::as_str))
+    }
+
+    /// Whether the study drew a key from a distribution of its logarithm.
+    pub fn is_drawn_logarithmic(&self, key: &str) -> bool {
+        let mut axes = self.study.axes.iter();
+        axes.any(|axis| {
+            let log = matches!(
+                axis.values,
+                AxisValues::Drawn(Distribution::LogUniform(_, _))
+            );
+            log && axis.keys.iter().any(|k| k == key)
+        })
+    }
+
+    /// Labels of the estimators, in the order of the rows.
+    pub fn estimators(&self) -> Vec<&str> {
+        distinct(self.words("estimator").iter().flatten())
+    }
+
+    /// Reasons of failed runs, each with the number of its runs and the first of them, the most frequent first.
+    pub fn failures(&self) -> Vec<(&str, u64, u64)> {
+        let mut found: BTreeMap<&str, (u64, u64)> = BTreeMap::new();
+        for (error, index) in self.words("error").iter().zip(self.numbers("index")) {
+            if let (Some(error), Some(index)) = (error, index) {
+                found.entry(error).or_insert((0, *index as u64)).0 += 1;
+            }
+        }
+        let mut list: Vec<_> = found.into_iter().map(|(e, (n, i))| (e, n, i)).collect();
+        list.sort_by_key(|(_, count, first)| (u64::MAX - count, *first));
+        list
+    }
+}
+
+/// Each word once, in the order of first appearance.
+pub fn distinct<'a>(words: impl Iterator<Item = &'a String>) -> Vec<&'a str> {
+    let mut seen = indexmap::IndexSet::new();
+    seen.extend(words.map(String::as_str));
+    seen.into_iter().collect()
+}
+
+fn columns(schema: &SchemaRef, batches: &[RecordBatch]) -> Result<Vec<DatasetColumn>, String> {
+    let column = |(place, field): (usize, &std::sync::Arc<Field>)| {
+        let note = |key: &str| field.metadata().get(key).cloned().unwrap_or_default();
+        let arrays = batches
+            .iter()
+            .filter_map(|batch| batch.columns().get(place));
+        Ok(DatasetColumn {
+            name: field.name().clone(),
+            unit: note("unit"),
+            description: note("description"),
+            values: values(field, arrays.map(AsRef::as_ref))?,
+        })
+    };
+    schema.fields().iter().enumerate().map(column).collect()
+}
+
+fn values<'a>(
+    field: &Field,
+    arrays: impl Iterator<Item = &'a dyn Array>,
+) -> Result<DatasetValues, String> {
+    use DatasetValues::{Numbers, Words};
+    // Whole numbers up to 2^53 are exact: seeds of scenes are smaller.
+    Ok(match field.data_type() {
+        DataType::Float64 => Numbers(
+            arrays
+                .flat_map(|a| a.as_primitive::<Float64Type>())
+                .collect(),
+        ),
+        DataType::Int64 => {
+            let numbers = arrays.flat_map(|a| a.as_primitive::<Int64Type>());
+            Numbers(numbers.map(|n| n.map(|n| n as f64)).collect())
+        }
+        DataType::UInt64 => {
+            let numbers = arrays.flat_map(|a| a.as_primitive::<UInt64Type>());
+            Numbers(numbers.map(|n| n.map(|n| n as f64)).collect())
+        }
+        DataType::Boolean => {
+            let flags = arrays.flat_map(|a| a.as_boolean());
+            Words(flags.map(|f| f.map(|f| f.to_string())).collect())
+        }
+        DataType::Utf8 => {
+            let words = arrays.flat_map(|a| a.as_string::<i32>());
+            Words(words.map(|w| w.map(str::to_owned)).collect())
+        }
+        other => return Err(format!("column {} has the type {other}", field.name())),
+    })
+}
