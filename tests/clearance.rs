@@ -64,14 +64,18 @@ fn a_run_says_where_a_bar_touched() {
         assert!(output.status.success(), "{}", text(&output.stderr));
         let summary = std::fs::read(dir.path().join(out).join("summary.json")).unwrap();
         let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
-        (text(&output.stdout), summary["clearance"].clone())
+        (text(&output.stdout), summary)
     };
-    let (said, clearance) = run("high", &[]);
+    let (said, summary) = run("high", &[]);
+    let clearance = &summary["clearance"];
     assert!(!said.contains("TOUCHED"), "{said}");
     assert!(clearance["least_m"].as_f64().unwrap() > 0.0 && clearance["touches"] == 0);
-    let (said, clearance) = run("low", &["--set", LOW_BODY]);
+    assert_eq!(summary["events"]["touches"], 0);
+    let (said, summary) = run("low", &["--set", LOW_BODY]);
+    let clearance = &summary["clearance"];
     assert!(said.contains("body TOUCHED THE GROUND at"), "{said}");
     assert!(clearance["touches"].as_u64().unwrap() >= 1 && clearance["bar"] == "body");
+    assert_eq!(summary["events"]["touches"], clearance["touches"]);
     // The table has the same least value.
     let mut table = csv::Reader::from_path(dir.path().join("low/truth.csv")).unwrap();
     let index = table

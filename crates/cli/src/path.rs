@@ -1,6 +1,10 @@
 //! `robhaz path`: a path judged from its geometry before it is driven.
 
+#[cfg(feature = "viewer")]
+use crate::output_file::OutputFile;
 use crate::terminal::{say, warn};
+#[cfg(feature = "viewer")]
+use crate::view::RECORDING;
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
 use robhaz_path::{DriveKind, Options, PathSetup, judge};
 use robhaz_record::{TableFormat, path_files, write_path};
@@ -38,7 +42,11 @@ pub struct Args {
     /// Format of the table.
     #[arg(long, value_enum, default_value_t = Format::Parquet)]
     format: Format,
-    /// Replaces the files of an earlier judgement in the folder.
+    /// Also saves the path as a recording for the viewer: wheels on the ground, needed and available friction, margin.
+    #[cfg(feature = "viewer")]
+    #[arg(long, value_name = "FILE.rrd")]
+    save: Option<PathBuf>,
+    /// Replaces the files of an earlier judgement.
     #[arg(long)]
     force: bool,
     /// Prints the result with all places as JSON in place of the table.
@@ -87,6 +95,8 @@ pub fn run(args: &Args) -> Result<()> {
     if let Some(folder) = &args.out {
         check_folder(folder, format, args.force)?;
     }
+    #[cfg(feature = "viewer")]
+    let recording = recording(args)?;
     let cannot = || format!("cannot judge the path of {}", args.scene.display());
     let setup = PathSetup::new(&scene, options)
         .into_diagnostic()
@@ -94,6 +104,11 @@ pub fn run(args: &Args) -> Result<()> {
     let report = judge(&setup).into_diagnostic().wrap_err_with(cannot)?;
     if let Some(folder) = &args.out {
         write_path(folder, format, &setup, &report).into_diagnostic()?;
+    }
+    #[cfg(feature = "viewer")]
+    if let Some(file) = recording {
+        robhaz_viewer::save_path(&setup, &report, file.path()).into_diagnostic()?;
+        file.finish()?;
     }
     if args.json {
         say(&serde_json::to_string_pretty(&report).into_diagnostic()?)?;
@@ -105,6 +120,14 @@ pub fn run(args: &Args) -> Result<()> {
     } else {
         bail!("{}: no-go", scene.name)
     }
+}
+
+/// The file of `--save`. Checked before the work, so that a bad file name costs no time.
+#[cfg(feature = "viewer")]
+fn recording(args: &Args) -> Result<Option<OutputFile>> {
+    let inputs = std::slice::from_ref(&args.scene);
+    let create = |file: &PathBuf| OutputFile::create(file, RECORDING, inputs, args.force);
+    Ok(args.save.as_ref().map(create).transpose()?)
 }
 
 /// Refuses a folder that holds other files of the same names.

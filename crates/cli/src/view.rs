@@ -63,7 +63,8 @@ const PICTURE: Format = Format {
     what: "pictures",
     extension: "png",
 };
-const RECORDING: Format = Format {
+/// Recordings for the viewer.
+pub const RECORDING: Format = Format {
     what: "recordings",
     extension: "rrd",
 };

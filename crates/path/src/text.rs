@@ -91,17 +91,6 @@ fn words(failure: &Failure) -> String {
 }
 
 fn cells(place: &Place) -> [String; 10] {
-    let number = |value: Option<f64>, digits: usize| match value {
-        Some(value) => {
-            let text = format!("{value:.digits$}");
-            // A value that rounds to zero has no sign.
-            match text.strip_prefix('-') {
-                Some(rest) if rest.chars().all(|c| matches!(c, '0' | '.')) => rest.to_owned(),
-                _ => text,
-            }
-        }
-        None => "-".to_owned(),
-    };
     let n = |i: usize| number(place.normal_force.map(|n| n[i]), 1);
     let t = |i: usize| number(place.traction.map(|t| t[i]), 1);
     [
@@ -118,6 +107,39 @@ fn cells(place: &Place) -> [String; 10] {
     ]
 }
 
+/// A value with a number of digits behind the point, `-` without one. A value that rounds to zero has no sign.
+fn number(value: Option<f64>, digits: usize) -> String {
+    let Some(value) = value else {
+        return "-".to_owned();
+    };
+    let text = format!("{value:.digits$}");
+    match text.strip_prefix('-') {
+        Some(rest) if rest.chars().all(|c| matches!(c, '0' | '.')) => rest.to_owned(),
+        _ => text,
+    }
+}
+
 fn right(text: impl ToString) -> Cell {
     Cell::new(text).set_alignment(CellAlignment::Right)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By hand: what rounds to zero has no sign, all else keeps it, and no value is a dash.
+    #[test]
+    fn zero_has_no_sign() {
+        let values = [
+            (Some(-0.04), 1, "0.0"),
+            (Some(-0.0), 3, "0.000"),
+            (Some(-0.05001), 1, "-0.1"),
+            (Some(-10.0), 0, "-10"),
+            (Some(0.04), 1, "0.0"),
+            (None, 1, "-"),
+        ];
+        for (value, digits, expected) in values {
+            assert_eq!(number(value, digits), expected, "{value:?}");
+        }
+    }
 }

@@ -1,6 +1,7 @@
-//! Events of wheels and end stops, found by comparing each sample with the one before.
+//! Events of wheels, end stops and bars, found by comparing each sample with the one before.
 
-use robhaz_model::PinStop;
+use robhaz_clearance::Clearances;
+use robhaz_model::{Bar, PinStop};
 use robhaz_sim::{Truth, WheelTruth};
 use serde::{Deserialize, Serialize};
 
@@ -79,6 +80,11 @@ pub enum EventKind {
     StopReached(EndStop, f64),
     /// Pin Q leaves an end stop, at theta1 - theta2 in rad.
     StopLeft(EndStop, f64),
+    /// Body or a link begins to touch the ground. The force of this contact is not modelled: from here on all forces are
+    /// wrong.
+    BarTouches(Bar),
+    /// Body or a link is clear of the ground again.
+    BarClear(Bar),
 }
 
 /// An event at its time.
@@ -97,6 +103,8 @@ pub struct EventDetector {
     contacts: [u32; 3],
     wheels: [Option<WheelState>; 3],
     on_stop: bool,
+    /// Which bars touch the ground, in the order of [`Bar::ALL`].
+    touching: [bool; 4],
 }
 
 impl EventDetector {
@@ -104,14 +112,15 @@ impl EventDetector {
     /// sample.
     const HYSTERESIS: f64 = 0.5;
 
-    /// Creates a detector that assumes one contact per wheel and free end stops before the first sample; slip states are
-    /// unknown. A wheel slips beyond the slip limit of its truth, where T/N has its largest value.
+    /// Creates a detector that assumes one contact per wheel, free end stops and bars clear of the ground before the first
+    /// sample; slip states are unknown. A wheel slips beyond the slip limit of its truth, where T/N has its largest value.
     pub fn new(stop: PinStop) -> Self {
         Self {
             stop,
             contacts: [1; 3],
             wheels: [None; 3],
             on_stop: false,
+            touching: [false; 4],
         }
     }
 
@@ -120,8 +129,14 @@ impl EventDetector {
         self.wheels[wheel]
     }
 
-    /// Looks at the next sample and passes every event to `found`, in the order of the wheels.
-    pub fn sample(&mut self, truth: &Truth, found: &mut dyn FnMut(Event)) {
+    /// Looks at the next sample and passes every event to `found`: of the wheels in their order, of pin Q, of the bars in
+    /// their order. Without clearances there is no event of a bar.
+    pub fn sample(
+        &mut self,
+        truth: &Truth,
+        clearances: Option<&Clearances>,
+        found: &mut dyn FnMut(Event),
+    ) {
         let mut at = |kind| {
             found(Event {
                 time: truth.time,
@@ -138,6 +153,9 @@ impl EventDetector {
         }
         if let Some(kind) = self.stop_event(truth) {
             at(kind);
+        }
+        if let Some(clearances) = clearances {
+            self.bar_events(clearances).for_each(at);
         }
     }
 
@@ -187,9 +205,25 @@ impl EventDetector {
             EventKind::StopLeft(stop, angle)
         })
     }
+
+    fn bar_events(&mut self, clearances: &Clearances) -> impl Iterator<Item = EventKind> {
+        let bars = Bar::ALL.into_iter().zip(clearances.0);
+        bars.zip(&mut self.touching)
+            // A clearance that is not a number tells nothing.
+            .filter(|((_, clearance), _)| !clearance.is_nan())
+            .filter_map(|((bar, clearance), touching)| {
+                let touches = clearance <= 0.0;
+                let before = std::mem::replace(touching, touches);
+                (before != touches).then_some(if touches {
+                    EventKind::BarTouches(bar)
+                } else {
+                    EventKind::BarClear(bar)
+                })
+            })
+    }
 }
 
-/// Numbers of four kinds of events in a run.
+/// Numbers of five kinds of events in a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct EventCounts {
     /// A wheel lost its contact.
@@ -200,6 +234,10 @@ pub struct EventCounts {
     pub slips: u64,
     /// Pin Q reached an end stop.
     pub end_stops: u64,
+    /// Body or a link began to touch the ground; `None` where the clearance was not measured, and in the summaries of
+    /// earlier versions.
+    #[serde(default)]
+    pub touches: Option<u64>,
 }
 
 impl EventCounts {
@@ -210,10 +248,12 @@ impl EventCounts {
             EventKind::TwoContacts(_) => self.two_contacts += 1,
             EventKind::Spins(_) | EventKind::Slides(_) => self.slips += 1,
             EventKind::StopReached(..) => self.end_stops += 1,
+            EventKind::BarTouches(_) => *self.touches.get_or_insert(0) += 1,
             EventKind::ContactRegained(_)
             | EventKind::OneContact(_)
             | EventKind::Grips(_)
-            | EventKind::StopLeft(..) => {}
+            | EventKind::StopLeft(..)
+            | EventKind::BarClear(_) => {}
         }
     }
 }
@@ -261,7 +301,7 @@ mod tests {
             (1, 0.0, 0.0),
         ];
         for (k, (contacts, slip, stop)) in (0_u32..).zip(samples) {
-            detector.sample(&truth(f64::from(k), contacts, slip, stop), &mut |e| {
+            detector.sample(&truth(f64::from(k), contacts, slip, stop), None, &mut |e| {
                 found.push((e.time, e.kind));
             });
         }
@@ -286,5 +326,37 @@ mod tests {
             (counts.contact_lost, counts.slips, counts.end_stops),
             (1, 2, 1)
         );
+    }
+
+    /// By hand: the body touches twice, link 3 once meanwhile; a clearance that is not a number changes nothing.
+    #[test]
+    fn every_touch_of_a_bar_is_found_once() {
+        let mut detector = EventDetector::new(STOP);
+        let (mut found, mut counts) = (Vec::new(), EventCounts::default());
+        let samples = [
+            [0.1, 0.1],
+            [0.0, 0.1],
+            [f64::NAN, 0.1],
+            [0.0, -0.01],
+            [0.2, 0.0],
+            [-0.1, 0.1],
+        ];
+        for (k, [body, link3]) in (0_u32..).zip(samples) {
+            let clearances = Clearances([body, 0.3, 0.3, link3]);
+            let truth = truth(f64::from(k), 1, 0.0, 0.0);
+            detector.sample(&truth, Some(&clearances), &mut |event| {
+                counts.add(&event);
+                found.push((event.time, event.kind));
+            });
+        }
+        let expected = [
+            (1.0, EventKind::BarTouches(Bar::Body)),
+            (3.0, EventKind::BarTouches(Bar::Link3)),
+            (4.0, EventKind::BarClear(Bar::Body)),
+            (5.0, EventKind::BarTouches(Bar::Body)),
+            (5.0, EventKind::BarClear(Bar::Link3)),
+        ];
+        assert_eq!(found, expected);
+        assert_eq!(counts.touches, Some(3));
     }
 }

@@ -15,7 +15,7 @@
 //! | errors of the ground | RMSE and coverage of height and slope over the points found | [`GroundErrors`] |
 //! | progress | way, stuck since, spinning time | [`ProgressMeter`] |
 //! | contact states | share of events found within 20 ms, shares of false and missed flags | [`contact`] |
-//! | events | contact lost, two contacts, slip, end stop | [`events`] |
+//! | events | contact lost, two contacts, slip, end stop, body or a link touches the ground | [`events`] |
 
 pub mod contact;
 mod errors;

@@ -2,10 +2,13 @@
 
 use crate::colours::{Colour, NEUTRAL, WHEELS, by_index};
 use crate::felt::FeltFrame;
+use crate::friction_tests::{self, TestMark};
 use crate::series::WHEEL_NAMES;
 use rerun::components::TextLogLevel;
+use robhaz_clearance::Clearances;
 use robhaz_estimator::{ContactEstimate, ContactState, Estimate, EstimateError, Flags};
-use robhaz_run::{Frame, RunDescription};
+use robhaz_model::Bar;
+use robhaz_run::{Frame, RunDescription, RunEnd};
 use robhaz_score::events::{self, EventDetector, EventKind, WheelState};
 use robhaz_sim::Truth;
 
@@ -132,6 +135,8 @@ pub(crate) struct Found {
     pub(crate) estimators: Vec<Change<Confidence>>,
     /// The ground that the estimator of the animation has found.
     pub(crate) felt: Vec<FeltFrame>,
+    /// Results of friction tests.
+    pub(crate) tests: Vec<TestMark>,
 }
 
 impl Found {
@@ -142,6 +147,7 @@ impl Found {
         self.contacts.append(&mut later.contacts);
         self.estimators.append(&mut later.estimators);
         self.felt.append(&mut later.felt);
+        self.tests.append(&mut later.tests);
     }
 
     /// Whether there are no events and no changes.
@@ -151,6 +157,7 @@ impl Found {
             && self.contacts.is_empty()
             && self.estimators.is_empty()
             && self.felt.is_empty()
+            && self.tests.is_empty()
     }
 }
 
@@ -191,14 +198,19 @@ impl Watch {
     pub(crate) fn sample(&mut self, frame: &Frame<'_>) {
         self.last_time = frame.time;
         if let Some(truth) = frame.truth {
-            self.sample_robot(truth);
+            self.sample_robot(truth, frame.clearances.as_ref());
         }
         self.sample_estimates(frame);
     }
 
-    /// Adds the event of the end of the run. `complete` is false if the run broke off.
-    pub(crate) fn end(&mut self, complete: bool) {
-        let (text, level) = if complete {
+    /// Adds the results of the friction tests at their times, and the event of the end of the run.
+    pub(crate) fn end(&mut self, end: Option<&RunEnd>) {
+        for result in end.iter().flat_map(|end| &end.friction_tests) {
+            let text = friction_tests::in_words(result);
+            let colour = WHEELS[result.wheel];
+            self.add(result.time, text, TextLogLevel::INFO, colour);
+        }
+        let (text, level) = if end.is_some_and(RunEnd::is_complete) {
             ("end of the run", TextLogLevel::INFO)
         } else {
             (
@@ -207,6 +219,9 @@ impl Watch {
             )
         };
         self.add(self.last_time, text.to_owned(), level, NEUTRAL);
+        // The results are known at the end alone.
+        let events = &mut self.found.events;
+        events.sort_by(|a, b| a.time.total_cmp(&b.time));
     }
 
     /// Takes the events and changes since the last call.
@@ -223,12 +238,12 @@ impl Watch {
         });
     }
 
-    fn sample_robot(&mut self, truth: &Truth) {
+    fn sample_robot(&mut self, truth: &Truth, clearances: Option<&Clearances>) {
         let Some(detector) = &mut self.detector else {
             return;
         };
         let mut events = Vec::new();
-        detector.sample(truth, &mut |event| events.push(event));
+        detector.sample(truth, clearances, &mut |event| events.push(event));
         for (index, last) in self.wheels.iter_mut().enumerate() {
             let contacts = truth.wheels[index].contacts;
             let now = detector.wheel(index);
@@ -256,10 +271,28 @@ impl Watch {
             EventKind::StopLeft(stop, angle) => {
                 return self.add_stop(event.time, "leaves", stop, angle, TextLogLevel::INFO);
             }
+            EventKind::BarTouches(bar) => {
+                let what = "touches the ground, whose force on it is not modelled";
+                return self.add_bar(event.time, bar, what, truth, TextLogLevel::ERROR);
+            }
+            EventKind::BarClear(bar) => {
+                let what = "is clear of the ground again";
+                return self.add_bar(event.time, bar, what, truth, TextLogLevel::INFO);
+            }
         };
         let x = rounded(truth.wheels[wheel].position.x, 1e3);
         let text = format!("{} wheel {what} at x = {x:.3} m", WHEEL_NAMES[wheel]);
         self.add(event.time, text, level, WHEELS[wheel]);
+    }
+
+    /// Adds a message about body or a link, with the position of its centre of mass.
+    fn add_bar(&mut self, time: f64, bar: Bar, what: &str, truth: &Truth, level: &'static str) {
+        let x = rounded(truth.bar(bar).position.x, 1e3);
+        let text = format!(
+            "{} {what}, with its centre of mass at x = {x:.3} m",
+            bar.name()
+        );
+        self.add(time, text, level, NEUTRAL);
     }
 
     /// Adds a message about an end stop at theta1 - theta2 (rad).

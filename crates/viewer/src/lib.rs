@@ -2,6 +2,7 @@
 //!
 //! [`RecordingSink`] writes one `.rrd` file, with the layout of its views: `rerun run.rrd` shows everything.
 //! [`LiveSink`] shows a run while it is simulated. [`save_comparison`] copies several recorded runs into one recording.
+//! [`save_path`] writes a judged path.
 //! [`open`] shows recordings on the screen. [`picture()`] saves a picture of one as a PNG.
 //!
 //! | entity | what it holds |
@@ -14,10 +15,11 @@
 //! | `world/forces/estimated/...` | N and T of one estimator, as arrows; `two_sigma`: bars |
 //! | `world/trails` | paths of the pins (Fig. 5) |
 //! | `world/follow` | a frame that moves with the body, with scales of force and length |
+//! | `world/friction_tests/...` | results of friction tests at their places |
 //! | `world/scale` | an axis below the ground, and the scale of the arrows |
 //! | `series/...` | forces, errors, contact angles, friction and residuals over time |
 //! | `wheels/...`, `trust/...` | lanes: state of each wheel, true and as estimators state it; flags of each estimator |
-//! | `events` | contact lost or regained, slip, end stops reached, flags, missing estimates |
+//! | `events` | contact lost or regained, slip, end stops reached, bars on the ground, friction tests, flags, missing estimates |
 //! | `key` | the key to the plots |
 //! | `about` | how to read the recording |
 //!
@@ -38,10 +40,12 @@ mod event_log;
 mod events;
 mod felt;
 mod forces;
+mod friction_tests;
 mod ground;
 mod key;
 mod layout;
 mod live;
+mod path;
 mod picture;
 mod plot;
 mod print;
@@ -61,6 +65,7 @@ pub use compared::ComparedRun;
 pub use comparison::save_comparison;
 pub use error::{VIEWER_VERSION, ViewerError};
 pub use live::{LiveReport, LiveSink};
+pub use path::save_path;
 pub use picture::{PictureOptions, picture};
 pub use program::open;
 pub use reading::{recording_end, recording_is_closed};

@@ -191,7 +191,7 @@ impl Sink for LiveSink {
 
     fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
         if let Some(feed) = self.feed.take() {
-            self.report = feed.end(end.is_some_and(RunEnd::is_complete));
+            self.report = feed.end(end);
         }
         Ok(())
     }
@@ -283,8 +283,8 @@ impl Feed {
         }
     }
 
-    fn end(mut self, complete: bool) -> LiveReport {
-        self.pending.append(self.sampler.end(complete));
+    fn end(mut self, end: Option<&RunEnd>) -> LiveReport {
+        self.pending.append(self.sampler.end(end));
         let pending = std::mem::take(&mut self.pending);
         *self
             .shared

@@ -5,6 +5,7 @@ use crate::about;
 use crate::event_log::EventLog;
 use crate::events::{Found, Watch};
 use crate::felt::{self, FeltCollector};
+use crate::friction_tests::{self, TestPlaces};
 use crate::key;
 use crate::layout::{self, Playing};
 use crate::scene_view::SceneView;
@@ -13,7 +14,7 @@ use crate::writer::{Target, Writer};
 use rerun::EntityPath;
 use rerun::archetypes::{RecordingInfo, TextDocument};
 use rerun::components::MediaType;
-use robhaz_run::{EstimatorDescription, Frame, RunDescription};
+use robhaz_run::{EstimatorDescription, Frame, RunDescription, RunEnd};
 
 /// Rate of the animation, Hz of simulated time.
 const FRAME_RATE: f64 = 60.0;
@@ -44,6 +45,7 @@ pub(crate) struct Due {
 pub(crate) struct Sampler {
     watch: Watch,
     felt: FeltCollector,
+    tests: TestPlaces,
     next_frame: Ticker,
     next_row: Ticker,
     next_ground: Ticker,
@@ -55,6 +57,7 @@ impl Sampler {
         Self {
             watch: Watch::new(run),
             felt: FeltCollector::new(run, chosen(run)),
+            tests: TestPlaces::new(run),
             next_frame: Ticker::new(1.0 / FRAME_RATE),
             next_row: Ticker::new(1.0 / SERIES_RATE),
             next_ground: Ticker::new(1.0 / GROUND_RATE),
@@ -64,6 +67,9 @@ impl Sampler {
     /// Checks a record for events, and returns its uses. `None`: it is not kept.
     pub(crate) fn select(&mut self, frame: &Frame<'_>) -> Option<Due> {
         self.watch.sample(frame);
+        if let Some(truth) = frame.truth {
+            self.tests.sample(truth);
+        }
         let time = frame.time;
         self.felt.sample(frame, self.next_ground.is_due(time));
         let due = Due {
@@ -81,10 +87,14 @@ impl Sampler {
         }
     }
 
-    /// Takes the remaining events at the end of the run. `complete` is false if the run broke off.
-    pub(crate) fn end(&mut self, complete: bool) -> Found {
-        self.watch.end(complete);
-        self.take()
+    /// Takes the remaining events at the end of the run, and the results of the friction tests.
+    pub(crate) fn end(&mut self, end: Option<&RunEnd>) -> Found {
+        self.watch.end(end);
+        let results = end.map_or(&[][..], |end| &end.friction_tests);
+        Found {
+            tests: self.tests.marks(results),
+            ..self.take()
+        }
     }
 }
 
@@ -158,6 +168,7 @@ impl Recorder {
         }
         self.series.flush(&mut self.out)?;
         felt::log(&mut self.out, &found.felt)?;
+        friction_tests::log(&mut self.out, &found.tests)?;
         self.log.log(found, &mut self.out)
     }
 

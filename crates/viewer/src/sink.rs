@@ -57,7 +57,7 @@ impl Sink for RecordingSink {
     fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
         // A run that has not begun needs no end.
         match self.run.take() {
-            Some(run) => Ok(run.end(end.is_some_and(RunEnd::is_complete))?),
+            Some(run) => Ok(run.end(end)?),
             None => Ok(()),
         }
     }
@@ -91,8 +91,8 @@ impl Run {
         Ok(())
     }
 
-    fn end(mut self, complete: bool) -> Result<(), ViewerError> {
-        self.recorder.flush(self.sampler.end(complete))?;
+    fn end(mut self, end: Option<&RunEnd>) -> Result<(), ViewerError> {
+        self.recorder.flush(self.sampler.end(end))?;
         self.recorder.finish()
     }
 }

@@ -30,9 +30,55 @@ pub fn range<'a>(lines: impl Iterator<Item = &'a Point>, least_span: f64) -> Ran
     let bulk = (high - low).max(least_span);
     let low = first.max(low - REACH * bulk);
     let high = last.min(high + REACH * bulk);
+    with_margin(low, high, least_span)
+}
+
+/// Range of a panel with all values of these lines, at least `least_span` high.
+pub fn whole<'a>(lines: impl Iterator<Item = &'a Point>, least_span: f64) -> Range<f64> {
+    let extremes = lines.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| {
+        (low.min(p.1), high.max(p.1))
+    });
+    if extremes.0 > extremes.1 {
+        return 0.0..least_span;
+    }
+    with_margin(extremes.0, extremes.1, least_span)
+}
+
+fn with_margin(low: f64, high: f64, least_span: f64) -> Range<f64> {
     let middle = 0.5 * (low + high);
     let half = (0.5 + MARGIN) * (high - low).max(least_span);
     middle - half..middle + half
+}
+
+/// A note where a panel does not show all values.
+pub fn cut(points: impl Iterator<Item = Point>, range: &Range<f64>) -> Option<String> {
+    let mut extremes = (f64::INFINITY, f64::NEG_INFINITY);
+    for (_, value) in points {
+        extremes = (extremes.0.min(value), extremes.1.max(value));
+    }
+    let (low, high) = extremes;
+    let below = low < range.start;
+    let above = high > range.end;
+    let height = range.end - range.start;
+    let (low, high) = (rounded(low, height), rounded(high, height));
+    match (below, above) {
+        (true, true) => Some(format!("cut: {low} to {high}")),
+        (true, false) => Some(format!("cut: down to {low}")),
+        (false, true) => Some(format!("cut: up to {high}")),
+        (false, false) => None,
+    }
+}
+
+/// A value with two digits of the height of its axis, at most with units: 4.26 on an axis of 0.5 is not rounded to 4.
+fn rounded(value: f64, height: f64) -> f64 {
+    let unit = 10f64.powf((height.log10().floor() - 1.0).min(0.0));
+    tidy((value / unit).round() * unit)
+}
+
+/// A value without the rounding error of binary fractions.
+pub fn tidy(value: f64) -> f64 {
+    // Adding 0 turns -0 into 0.
+    (value * 1e6).round() / 1e6 + 0.0
 }
 
 /// The parts of a line that lie in the range.

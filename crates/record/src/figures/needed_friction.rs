@@ -219,8 +219,8 @@ impl Picture for NeededFriction<'_> {
             let last = k == 1;
             let labels = if last { X_LABELS } else { 0.0 };
             let area = part(PANEL_TITLE + PANEL + labels);
-            let range = Panel::shared_range(std::slice::from_ref(panel), &self.axis);
-            panel.draw(&area, &self.axis, &range, last)?;
+            // A single place decides: its peak is not cut.
+            panel.draw(&area, &self.axis, &panel.whole_range(), last)?;
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! One panel: lines and areas over time, or over the position on the ground.
 
-use super::clip::{clamp, clip, range};
+use super::clip::{clamp, clip, cut, range, tidy, whole};
 use super::files::Drawn;
 use super::header::{dashed, write};
 use super::style::{
@@ -107,6 +107,13 @@ impl Panel<'_> {
         } else {
             range(points.iter(), least_span)
         }
+    }
+
+    /// The range of the vertical axis that holds every value, single peaks included: for a panel whose extremes decide.
+    pub fn whole_range(&self) -> Range<f64> {
+        let layers = self.layers.iter();
+        let points: Vec<Point> = layers.flat_map(|l| l.points(f64::NEG_INFINITY)).collect();
+        whole(points.iter(), self.least_span)
     }
 
     /// Draws the panel; `labelled` when it is the last of its column.
@@ -304,27 +311,9 @@ fn decades(points: &[Point]) -> Range<f64> {
     0.999 * 10f64.powf(low.floor().max(high - 6.0))..10f64.powf(high)
 }
 
-/// A note where a panel does not show all values.
-fn cut(points: impl Iterator<Item = Point>, range: &Range<f64>) -> Option<String> {
-    let mut extremes = (f64::INFINITY, f64::NEG_INFINITY);
-    for (_, value) in points {
-        extremes = (extremes.0.min(value), extremes.1.max(value));
-    }
-    let (low, high) = extremes;
-    let below = low < range.start;
-    let above = high > range.end;
-    match (below, above) {
-        (true, true) => Some(format!("cut: {low:.0} to {high:.0}")),
-        (true, false) => Some(format!("cut: down to {low:.0}")),
-        (false, true) => Some(format!("cut: up to {high:.0}")),
-        (false, false) => None,
-    }
-}
-
 /// The label of a tick, without the rounding error of binary fractions.
 pub fn tick(value: &f64) -> String {
-    // Adding 0 turns -0 into 0.
-    format!("{}", (value * 1e6).round() / 1e6 + 0.0)
+    tidy(*value).to_string()
 }
 
 #[cfg(test)]
@@ -372,6 +361,35 @@ mod tests {
         assert!(Panel::shared_range(&panels, &axis(0.0)).end > 100.0);
         // Nothing is compared in a run of 2 s: all counts.
         assert!(Panel::shared_range(&panels, &axis(3.0)).end > 100.0);
+    }
+
+    /// Closed form: 1 at 400 places, and -0.26 at one. The common range cuts the peak and says to where, with the digits of
+    /// its axis; the whole range holds it, with the margin of 6 % of 1.26.
+    #[test]
+    fn a_cut_peak_is_named_with_the_digits_of_its_axis() {
+        let values = |k: u32| if k == 7 { -0.26 } else { 1.0 };
+        let mut trace = Trace::new(400);
+        for k in 0..400 {
+            trace.add(f64::from(k), Some(values(k)));
+        }
+        let panel = Panel {
+            least_span: 0.1,
+            ..panel(vec![Layer::Colored(&trace, BLACK)])
+        };
+        let axis = Axis {
+            label: "x (m)",
+            range: 0.0..400.0,
+            compare_from: 0.0,
+        };
+        let note = |range| cut(panel.layers[0].points(0.0).into_iter(), &range);
+        let common = Panel::shared_range(std::slice::from_ref(&panel), &axis);
+        assert_eq!(note(common).as_deref(), Some("cut: down to -0.26"));
+        let whole = panel.whole_range();
+        assert!((whole.start + 0.26 + 0.06 * 1.26).abs() < 1e-9);
+        assert_eq!(note(whole), None);
+        let one = |value| cut([(0.0, value)].into_iter(), &(10.0..90.0));
+        assert_eq!(one(-0.3).as_deref(), Some("cut: down to 0"));
+        assert_eq!(one(304.7).as_deref(), Some("cut: up to 305"));
     }
 
     /// Closed form: whole decades around the values, six at most.

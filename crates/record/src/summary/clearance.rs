@@ -1,6 +1,7 @@
 //! Clearance of body and links over a run.
 
 use robhaz_clearance::Clearances;
+use robhaz_score::events::{Event, EventKind};
 use serde::{Deserialize, Serialize};
 
 /// Clearance of body and links to the ground over a run.
@@ -20,12 +21,7 @@ pub struct ClearanceSummary {
 
 impl ClearanceSummary {
     /// Adds a record to the summary so far.
-    pub(super) fn add(
-        so_far: &mut Option<Self>,
-        time: f64,
-        clearances: &Clearances,
-        touched: &mut bool,
-    ) {
+    pub(super) fn add(so_far: &mut Option<Self>, time: f64, clearances: &Clearances) {
         let (bar, least) = clearances.least();
         // A clearance that is not a number is that of no bar.
         if !least.is_finite() {
@@ -42,12 +38,14 @@ impl ClearanceSummary {
             (found.least_m, found.time_s) = (least, time);
             bar.name().clone_into(&mut found.bar);
         }
-        let touches = clearances.touches();
-        if touches && !*touched {
-            found.touches += 1;
-            let first = || (time, bar.name().to_owned());
-            found.first_touch.get_or_insert_with(first);
+    }
+
+    /// Adds an event after its record.
+    pub(super) fn add_event(&mut self, event: &Event) {
+        if let EventKind::BarTouches(bar) = event.kind {
+            self.touches += 1;
+            let first = || (event.time, bar.name().to_owned());
+            self.first_touch.get_or_insert_with(first);
         }
-        *touched = touches;
     }
 }

@@ -45,7 +45,7 @@ pub struct Summary {
     /// Travel of the robot; `None` for recorded readings and in the summaries of earlier versions.
     #[serde(default)]
     pub progress: Option<ProgressSummary>,
-    /// Numbers of events of wheels and end stops; `None` for recorded readings and in the summaries of earlier versions.
+    /// Numbers of events of wheels, end stops and bars; `None` for recorded readings and in the summaries of earlier versions.
     #[serde(default)]
     pub events: Option<EventCounts>,
     /// Clearance of body and links to the ground; `None` for recorded readings and in the summaries of earlier versions.

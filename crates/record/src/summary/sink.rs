@@ -10,7 +10,6 @@ use super::parts::{
 use super::suspects::{Suspects, add_suspects};
 use crate::error::RecordError;
 use crate::felt_ground::FeltGrounds;
-use robhaz_estimator::{Estimate, EstimateError};
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_score::contact::ContactScore;
 use robhaz_score::events::{EventCounts, EventDetector};
@@ -26,8 +25,8 @@ pub struct SummarySink {
     /// Progress and events of a simulation.
     progress: Option<ProgressMeter>,
     events: Option<(EventDetector, EventCounts)>,
-    /// Clearance so far, and whether a bar touched the ground at the last record.
-    clearance: (Option<ClearanceSummary>, bool),
+    /// Clearance so far.
+    clearance: Option<ClearanceSummary>,
     grounds: FeltGrounds,
     /// Sums over the estimates of a recorded log; empty for a simulation.
     sums: Vec<ForceSums>,
@@ -73,7 +72,7 @@ impl SummarySink {
             }),
             progress: self.progress.as_ref().map(|meter| meter.progress().into()),
             events: self.events.as_ref().map(|(_, counts)| *counts),
-            clearance: self.clearance.0.clone(),
+            clearance: self.clearance.clone(),
             friction: world.map(FrictionSummary::of),
             control: ControlSummary::of(run),
             friction_tests: end
@@ -103,17 +102,28 @@ impl SummarySink {
 
 impl SummarySink {
     /// Adds a record with its truth.
-    fn compare(&mut self, truth: &Truth, estimates: &[Result<Estimate, EstimateError>]) {
+    fn compare(&mut self, truth: &Truth, frame: &Frame<'_>) {
         for (i, (score, contacts)) in self.scores.iter_mut().enumerate() {
-            let estimate = estimates.get(i).and_then(|e| e.as_ref().ok());
+            let estimate = frame.estimates.get(i).and_then(|e| e.as_ref().ok());
             score.add(truth, estimate);
             contacts.add(truth, estimate);
         }
         if let Some(progress) = &mut self.progress {
             progress.add(truth);
         }
+        if let Some(clearances) = &frame.clearances {
+            ClearanceSummary::add(&mut self.clearance, frame.time, clearances);
+        }
         if let Some((detector, counts)) = &mut self.events {
-            detector.sample(truth, &mut |event| counts.add(&event));
+            if self.clearance.is_some() {
+                counts.touches.get_or_insert(0);
+            }
+            detector.sample(truth, frame.clearances.as_ref(), &mut |event| {
+                counts.add(&event);
+                if let Some(clearance) = &mut self.clearance {
+                    clearance.add_event(&event);
+                }
+            });
         }
     }
 }
@@ -130,7 +140,7 @@ impl Sink for SummarySink {
             scores: vec![(Score::new(rule), ContactScore::new(rule)); run.estimators.len()],
             progress: world.map(|w| ProgressMeter::new(&w.drive, geometry.wheel_radius)),
             events: world.map(|_| (EventDetector::new(geometry.stop), EventCounts::default())),
-            clearance: (None, false),
+            clearance: None,
             grounds: FeltGrounds::new(run),
             sums: match world {
                 Some(_) => Vec::new(),
@@ -147,11 +157,7 @@ impl Sink for SummarySink {
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
         if let Some(truth) = frame.truth {
             self.compared = true;
-            self.compare(truth, frame.estimates);
-        }
-        if let Some(clearances) = &frame.clearances {
-            let (so_far, touched) = &mut self.clearance;
-            ClearanceSummary::add(so_far, frame.time, clearances, touched);
+            self.compare(truth, frame);
         }
         self.grounds.add(frame);
         for (suspects, estimate) in self.suspects.iter_mut().zip(frame.estimates) {

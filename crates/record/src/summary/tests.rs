@@ -184,6 +184,7 @@ fn events_are_counted() {
         two_contacts: 1,
         slips: 1,
         end_stops: 2,
+        touches: None,
     };
     let summary = summary_of(&records);
     assert_eq!(summary.events, Some(counts));

@@ -5,6 +5,7 @@
 
 pub(crate) mod comparison;
 pub(crate) mod parts;
+pub(crate) mod path;
 pub(crate) mod run;
 
 use crate::ViewerError;

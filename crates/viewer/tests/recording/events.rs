@@ -4,6 +4,7 @@ use crate::common;
 use crate::reading::{chunks, events, rows, scalars};
 use rerun::archetypes::{Arrows2D, LineStrips2D, StateChange};
 use rerun::components::{LineStrip2D, Text, Vector2D};
+use robhaz_clearance::Clearances;
 use robhaz_estimator::{ContactEstimate, ContactState, EstimateError, Flags, Parity};
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_viewer::RecordingSink;
@@ -54,8 +55,14 @@ impl Sink for Eventful {
                 estimate.flags = Flags::WHEEL_UNLOADED[0] | Flags::AT_STOP;
             }
         }
+        // The body is 50 mm above the ground, and 1 mm in it for 50 ms.
+        let body = if (350.0..400.0).contains(&ms) {
+            -0.001
+        } else {
+            0.05
+        };
         self.0.frame(&Frame {
-            clearances: None,
+            clearances: Some(Clearances([body, 0.1, 0.1, 0.1])),
             time: frame.time,
             truth: Some(&truth),
             sensors: frame.sensors,
@@ -96,8 +103,16 @@ fn events_and_gaps_are_shown_where_they_happen() {
             "pin Q reaches its upper stop: theta1 - theta2 = 35.5 deg",
         ),
         (
+            0.35,
+            "body touches the ground, whose force on it is not modelled, with its centre of mass at x = 0.030 m",
+        ),
+        (
             0.4,
             "pin Q leaves its upper stop: theta1 - theta2 = 35.5 deg",
+        ),
+        (
+            0.4,
+            "body is clear of the ground again, with its centre of mass at x = 0.030 m",
         ),
         (
             0.4,
