@@ -21,8 +21,8 @@ const TIMEOUT: Duration = Duration::from_secs(90);
 const MESSAGE_TIME: Duration = Duration::from_secs(7);
 /// Time between two pictures.
 const PERIOD: Duration = Duration::from_millis(500);
-/// Least share of a picture that each wheel's colour covers. A rim alone covers 0.001.
-const LEAST_SHARE: f64 = 5e-4;
+/// Least share of a picture that each wheel's colour covers. A rim alone covers 0.001, on a path of 5 m 0.0004.
+const LEAST_SHARE: f64 = 1e-4;
 
 /// Height of the bar at the top of the viewer's window, pixels. It cannot be hidden.
 const TITLE_BAR: u32 = 28;
