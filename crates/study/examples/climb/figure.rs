@@ -71,7 +71,13 @@ fn robot(
         if bar == Bar::Body {
             let pins = [Pin::P, Pin::S].map(|pin| geometry.pins.get(pin));
             let (low, high) = (geometry.outline.body_lower, geometry.outline.body_upper);
-            let frame = [low, Vec2::new(high.x, low.y), high, Vec2::new(low.x, high.y), low];
+            let frame = [
+                low,
+                Vec2::new(high.x, low.y),
+                high,
+                Vec2::new(low.x, high.y),
+                low,
+            ];
             let line = frame.map(|point| at(bar, point));
             chart.draw_series(LineSeries::new(line, colour.stroke_width(2)))?;
             points = pins.to_vec();
@@ -127,7 +133,12 @@ fn on_the_stairs(area: &Area<'_>, name: &str, geometry: &Geometry) -> Outcome<()
     let ground = Terrain::new(Profile::stairs()).outline(-0.5, 2.7, 0.01);
     let ground = ground.into_iter().map(|p| (p.x, p.y));
     chart.draw_series(LineSeries::new(ground, BLACK.stroke_width(2)))?;
-    let trial = Trial { control: Control::Pi, mu: MU, rise: RISER, run: TREAD };
+    let trial = Trial {
+        control: Control::Pi,
+        mu: MU,
+        rise: RISER,
+        run: TREAD,
+    };
     let (mut pictures, mut next) = (Vec::new(), 0.0);
     let mut last = None;
     trial.followed(geometry, &mut |truth| {
@@ -211,5 +222,6 @@ pub fn draw(file: &Path, names: &[&str]) -> Outcome<()> {
 /// Name of a geometry in the figure: `C` of `robots/geometry-c.toml`.
 fn short(name: &str) -> &str {
     let stem = Path::new(name).file_stem().and_then(|s| s.to_str());
-    stem.and_then(|s| s.strip_prefix("geometry-")).unwrap_or(name)
+    stem.and_then(|s| s.strip_prefix("geometry-"))
+        .unwrap_or(name)
 }
