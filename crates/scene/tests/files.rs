@@ -67,7 +67,8 @@ fn geometry_c_meets_its_constraints() {
     }
     let geometry = &robot.geometry;
     let heights = (0..=75).map(|k| {
-        let angle = geometry.stop.lower + (geometry.stop.upper - geometry.stop.lower) * f64::from(k) / 75.0;
+        let angle =
+            geometry.stop.lower + (geometry.stop.upper - geometry.stop.lower) * f64::from(k) / 75.0;
         let posture = Posture::close(geometry, angle, 0.0).unwrap();
         let height = |wheel| posture.axle_from_q(geometry, wheel).y;
         height(0) - height(1)

@@ -21,9 +21,9 @@ const GREY: RGBColor = RGBColor(0xB4, 0xB4, 0xB4);
 const FONT: &str = "Helvetica, Arial, sans-serif";
 const SIZE: (u32, u32) = (1320, 900);
 /// Risers of the lower right panel, m.
-const RISES: [f64; 6] = [0.04, 0.06, 0.08, 0.10, 0.12, 0.14];
+const RISES: [f64; 6] = [0.03, 0.04, 0.06, 0.08, 0.10, 0.12];
 /// Distance that the robot travels between two of its pictures, m.
-const APART: f64 = 0.42;
+const APART: f64 = 1.05;
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Chart<'a, 'b> = ChartContext<
@@ -119,6 +119,8 @@ fn to_scale<'a, 'b>(
         .light_line_style(TRANSPARENT)
         .bold_line_style(RGBColor(0xEE, 0xEE, 0xEE))
         .x_desc("x, m")
+        // Without the sign of a zero that is rounded.
+        .x_label_formatter(&|x| format!("{:.1}", (10.0 * x).round() / 10.0 + 0.0))
         .y_desc("y, m")
         .label_style((FONT, 16))
         .axis_desc_style((FONT, 17))
@@ -129,8 +131,8 @@ fn to_scale<'a, 'b>(
 /// Pictures of a robot on its way up the stairs.
 fn on_the_stairs(area: &Area<'_>, name: &str, geometry: &Geometry) -> Outcome<()> {
     let title = format!("Geometry {name} on stairs of 80 mm, mu = 0.8, speed control PI");
-    let mut chart = to_scale(area, &title, -0.5, 3.2)?;
-    let ground = Terrain::new(Profile::stairs()).outline(-0.5, 2.7, 0.01);
+    let mut chart = to_scale(area, &title, -0.55, 3.3)?;
+    let ground = Terrain::new(Profile::stairs()).outline(-0.55, 2.75, 0.01);
     let ground = ground.into_iter().map(|p| (p.x, p.y));
     chart.draw_series(LineSeries::new(ground, BLACK.stroke_width(2)))?;
     let trial = Trial {
@@ -140,16 +142,13 @@ fn on_the_stairs(area: &Area<'_>, name: &str, geometry: &Geometry) -> Outcome<()
         run: TREAD,
     };
     let (mut pictures, mut next) = (Vec::new(), 0.0);
-    let mut last = None;
     trial.followed(geometry, &mut |truth| {
         let x = truth.wheels[1].position.x;
         if x >= next {
             pictures.push(places(truth));
-            next = x + APART * 2.0;
+            next = x + APART;
         }
-        last = Some(places(truth));
     })?;
-    pictures.extend(last);
     for picture in pictures {
         robot(&mut chart, geometry, &picture, false)?;
     }
@@ -157,18 +156,19 @@ fn on_the_stairs(area: &Area<'_>, name: &str, geometry: &Geometry) -> Outcome<()
 }
 
 /// Least mu over the height of the riser.
-fn least_friction(area: &Area<'_>, robots: &[(&str, Geometry)]) -> Outcome<()> {
+fn least_friction(area: &Area<'_>, robots: &[(String, Geometry)]) -> Outcome<()> {
     let mut chart = ChartBuilder::on(area)
         .caption("Least friction coefficient that climbs", (FONT, 20))
         .margin(12)
         .x_label_area_size(44)
         .y_label_area_size(58)
-        .build_cartesian_2d(30.0..150.0, 0.0..1.25)?;
+        .build_cartesian_2d(20.0..130.0, 0.0..1.25)?;
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
         .bold_line_style(RGBColor(0xE0, 0xE0, 0xE0))
         .x_desc("riser, mm (tread 300 mm)")
+        .x_label_formatter(&|x| format!("{x:.0}"))
         .y_desc("mu_s")
         .label_style((FONT, 16))
         .axis_desc_style((FONT, 17))
@@ -189,7 +189,7 @@ fn least_friction(area: &Area<'_>, robots: &[(&str, Geometry)]) -> Outcome<()> {
     }
     chart
         .configure_series_labels()
-        .position(SeriesLabelPosition::UpperLeft)
+        .position(SeriesLabelPosition::LowerRight)
         .background_style(WHITE.mix(0.9))
         .border_style(RGBColor(0xE0, 0xE0, 0xE0))
         .label_font((FONT, 16))
@@ -199,7 +199,7 @@ fn least_friction(area: &Area<'_>, robots: &[(&str, Geometry)]) -> Outcome<()> {
 
 /// Draws the figure of geometries; the last one is shown on the stairs.
 pub fn draw(file: &Path, names: &[&str]) -> Outcome<()> {
-    let robots: Vec<(&str, Geometry)> = names
+    let robots: Vec<(String, Geometry)> = names
         .iter()
         .map(|name| Ok((short(name), load(name)?)))
         .collect::<Outcome<_>>()?;
@@ -220,8 +220,8 @@ pub fn draw(file: &Path, names: &[&str]) -> Outcome<()> {
 }
 
 /// Name of a geometry in the figure: `C` of `robots/geometry-c.toml`.
-fn short(name: &str) -> &str {
+fn short(name: &str) -> String {
     let stem = Path::new(name).file_stem().and_then(|s| s.to_str());
-    stem.and_then(|s| s.strip_prefix("geometry-"))
-        .unwrap_or(name)
+    let letter = stem.and_then(|s| s.strip_prefix("geometry-"));
+    letter.map_or_else(|| name.to_owned(), str::to_uppercase)
 }

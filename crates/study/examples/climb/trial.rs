@@ -113,11 +113,7 @@ impl Trial {
     }
 
     /// As [`Trial::drive`], with a look at the truth every 10 ms.
-    pub fn followed(
-        &self,
-        geometry: &Geometry,
-        look: &mut dyn FnMut(&Truth),
-    ) -> Outcome<Drove> {
+    pub fn followed(&self, geometry: &Geometry, look: &mut dyn FnMut(&Truth)) -> Outcome<Drove> {
         let scene = self.scene(geometry)?;
         let mut setup = scene.plant_setup();
         if self.control != Control::Shared {
