@@ -294,7 +294,7 @@ fn saturated_motors_do_not_stop_direct() {
         cases.push((name, change.to_owned()));
     }
     for (name, change) in &cases {
-        let keys = [change, "engine.kind=direct", "robot.geometry=A"];
+        let keys = [change.as_str(), "engine.kind=direct", "robot.geometry=A"];
         let mut scene = scene(name, &keys);
         let run = Run::of(&scene).unwrap();
         assert!(is_physical(&run), "{name}, {change}: {:?}", run.stopped);
