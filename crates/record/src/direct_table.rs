@@ -27,12 +27,15 @@ enum Piece {
     End,
 }
 
+/// The thread that writes, and what becomes of it.
+type Written = JoinHandle<Result<(), RecordError>>;
+
 /// A table being written. Its file has its name only when it is complete.
 pub struct DirectTable {
     rows: BatchBuilder,
     path: PathBuf,
     /// The thread that writes, until it ends.
-    thread: Option<(SyncSender<Piece>, JoinHandle<Result<(), RecordError>>)>,
+    thread: Option<(SyncSender<Piece>, Written)>,
 }
 
 impl DirectTable {
@@ -118,8 +121,9 @@ fn write(
                 writer.finish().map_err(parquet_error(path))?;
                 return std::fs::rename(&partial, path).map_err(io_error("rename", &partial));
             };
-            let batch = batch.with_schema(SchemaRef::clone(schema));
-            let batch = batch.map_err(stream_error(path))?;
+            // The same columns without the table's metadata.
+            let batch = RecordBatch::try_new(SchemaRef::clone(schema), batch.columns().to_vec())
+                .map_err(stream_error(path))?;
             writer.write(&batch).map_err(parquet_error(path))?;
         }
         // The sink has gone without an end.
