@@ -269,7 +269,7 @@ impl BestFilters {
         self.health.health(&nominal.robot.geometry.carriers)
     }
 
-    /// Advances the memory of the ground, in the posture of `arms`.
+    /// Advances the memory of the ground, in the posture of `arms`. What it shows of the direction of the velocity corrects the motion.
     fn update_ground(&mut self, nominal: &Nominal, instant: &Instant<'_>, arms: &Arms) {
         let (robot, budget) = (&nominal.robot, &nominal.settings.budget);
         let least = EstimatorSettings::UNLOADED * robot.mean_wheel_load();
@@ -291,6 +291,10 @@ impl BestFilters {
         };
         let tilt = budget.inclination_bias;
         self.ground.update(&robot.geometry, tilt, &motion);
+        if let Some((error, variance)) = self.ground.take_direction_error(tilt) {
+            let change = self.motion.correct_direction(error, variance);
+            self.ground.direction_corrected(change);
+        }
     }
 
     /// Needed friction, onset of slip, bounds of the friction.
