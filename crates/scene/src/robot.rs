@@ -50,6 +50,11 @@ pub(crate) const GEOMETRY_PART: Part = Part {
             file: "robots/geometry-b.toml",
             text: include_str!("../../../robots/geometry-b.toml"),
         },
+        BuiltIn {
+            name: "C",
+            file: "robots/geometry-c.toml",
+            text: include_str!("../../../robots/geometry-c.toml"),
+        },
     ],
     what: "geometry",
 };
@@ -77,7 +82,7 @@ pub(crate) const KEYS: &[Key<()>] = &[
     Key::own(
         "geometry",
         DEFAULT_GEOMETRY,
-        "\"A\", \"B\", the path of a .toml file, or a table",
+        "\"A\", \"B\", \"C\", the path of a .toml file, or a table",
         "dimensions of the robot; a path is relative to the scene file",
     ),
     Key::own(
@@ -91,7 +96,7 @@ pub(crate) const KEYS: &[Key<()>] = &[
 /// The robot, and the names under which its parts were chosen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotChoice {
-    /// `A`, `B`, the path of a geometry file, or `inline`; with `, changed` when an override changed a part of it.
+    /// `A`, `B`, `C`, the path of a geometry file, or `inline`; with `, changed` when an override changed a part of it.
     pub geometry_name: String,
     /// `caption`, `text`, the path of a mass file, or `inline`; with `, changed` as above.
     pub mass_name: String,
