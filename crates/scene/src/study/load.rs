@@ -11,9 +11,9 @@ use crate::{file, name, seed};
 use std::path::{Path, PathBuf};
 
 /// Keys of a study file.
-const TOP: [&str; 6] = ["name", "scene", "set", "tables", "axis", "draw"];
+pub(super) const TOP: [&str; 6] = ["name", "scene", "set", "tables", "axis", "draw"];
 /// Keys of `[draw]`.
-const DRAW: [&str; 3] = ["count", "seed", "method"];
+pub(super) const DRAW: [&str; 3] = ["count", "seed", "method"];
 impl StudyChoice {
     /// Reads a study file.
     ///
