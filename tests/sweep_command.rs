@@ -302,6 +302,21 @@ fn mistakes_in_a_study_name_their_place() {
             "study.toml:3: axis[0].key",
             "a key below it",
         ),
+        (
+            "[[axis]]\nkey = \"seed\"\ncount = 20000\n[[axis]]\nkey = \"drive.kp\"\nuniform = [1, 2]\n[draw]\ncount = 50000\n",
+            "study.toml:1",
+            "found 1000000000 runs, allowed: a product of the axes of at most 100000000 runs",
+        ),
+        (
+            "[[axis]]\nkey = \"seed\"\ncount = 2\nnames = [\"a\", \"b\"]\n",
+            "study.toml:5: axis[0].names",
+            "has no effect without values",
+        ),
+        (
+            "[[axis]]\nkey = \"drive.kp\"\nvalues = [1, 2]\nnames = [\"a\", \"a\"]\n",
+            "study.toml:5: axis[0].names",
+            "a list of 2 different texts, one a value",
+        ),
         ("axes = 3\n", "study.toml:2: axes", "did you mean axis?"),
     ];
     for (axes, place, reason) in mistakes {
@@ -446,7 +461,7 @@ fn the_commands_of_the_studies_pages_run() {
         (
             "ladder",
             vec![
-                ("count = 10", "count = 1"),
+                ("count = 4", "count = 1"),
                 (", 20]", ", 2.1]"),
                 (", 12]", ", 2.1]"),
                 (", 8]", ", 2.1]"),
@@ -455,7 +470,7 @@ fn the_commands_of_the_studies_pages_run() {
         (
             "noise-budget",
             vec![
-                ("count = 20", "count = 1"),
+                ("count = 10", "count = 1"),
                 ("set = [", "set = [\n  \"record.duration=2.1\","),
             ],
         ),

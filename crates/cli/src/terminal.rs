@@ -43,6 +43,7 @@ pub fn say(text: &str) -> Result<()> {
 }
 
 /// Prints what the user needs to know while the command runs: with `--json` on standard error.
+#[cfg(feature = "viewer")]
 pub fn note(text: &str) -> Result<()> {
     if Output::get().json {
         remark(text);

@@ -29,6 +29,9 @@ pub const WAYS: [&str; 6] = [
     "whole",
 ];
 
+/// Those that draw.
+pub const DISTRIBUTIONS: [&str; 4] = ["uniform", "log_uniform", "normal", "whole"];
+
 /// Largest number of runs of a study.
 pub const MOST_RUNS: u64 = 100_000_000;
 /// What a count may be.

@@ -59,14 +59,14 @@ pub fn ladder(selection: &Selection<'_>, request: &PlotRequest) -> Result<Sheet,
         .map(|(estimator, rungs)| chart(selection, *estimator, rungs, &score));
     let in_all = selection.rows.len() / rows.places().len().max(1) / charts.len().max(1);
     let points = dots.as_ref();
-    let points = points.map(|axis| format!("; points: its median at each {}", axis.name));
+    let points = points.map(|axis| format!("; points: its median at each value of {}", axis.name));
     let drawn = format!(
-        "Beside each {name} its median. Bar: median; box: 25 to 75 %; line: 5 to 95 % of {in_all} runs{}.",
+        "Beside each name its median. Bar: median; box: 25 to 75 %; line: 5 to 95 % of {in_all} runs{}.",
         points.unwrap_or_default()
     );
     Ok(Sheet {
         header: Header {
-            title: format!("Ladder of {name}: {}", selection.score.name),
+            title: format!("{} by {name}", selection.score.name),
             subtitle: String::new(),
             key: key(dots.as_ref()),
         },
@@ -81,7 +81,7 @@ fn chart(
     rungs: &[Rung],
     score: &Scale,
 ) -> Chart {
-    let label_of = |r: &Rung| format!("{}  {}", r.label, label(r.quantiles[2], 0.0));
+    let label_of = |r: &Rung| format!("{}  {}", r.label, three_digits(r.quantiles[2]));
     let name = estimator.and_then(|e| selection.estimators.get(e));
     Chart {
         title: name.map_or(String::new(), |(_, name)| (*name).to_owned()),
@@ -157,6 +157,12 @@ fn rungs(
     names.into_iter().filter_map(rung).collect()
 }
 
+/// A number in short, with three significant digits.
+fn three_digits(value: f64) -> String {
+    let rounded = format!("{value:.2e}").parse().unwrap_or(value);
+    label(rounded, 0.0)
+}
+
 fn colors() -> (RGBColor, RGBColor) {
     let (color, _) = color_of(NUMBER);
     (color, spread_color(color))
@@ -186,6 +192,11 @@ fn key(axis: Option<&Axis>) -> Vec<Entry> {
         entry(Mark::Area(pale), "25 to 75 %"),
         entry(Mark::Line(line(color, 1.2)), "5 to 95 %"),
     ];
-    key.extend(axis.map(|axis| entry(Mark::Dot(color), &format!("median at each {}", axis.name))));
+    key.extend(axis.map(|axis| {
+        entry(
+            Mark::Dot(color),
+            &format!("median at each value of {}", axis.name),
+        )
+    }));
     key
 }
