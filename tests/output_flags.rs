@@ -90,7 +90,10 @@ fn each_command_prints_one_document() {
         &document(at, &["export", "runs/short", "--to", "csv"]),
         &["log", "rows", "parts"],
     );
-    has(&document(at, &["path", "short.toml"]), &["go", "places"]);
+    has(
+        &document(at, &["path", "short.toml", "--distance", "1"]),
+        &["go", "places"],
+    );
     has(
         &document(at, &["schema", "scene"]),
         &["$schema", "properties"],
