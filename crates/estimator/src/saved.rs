@@ -17,7 +17,7 @@ pub(crate) const NUMBERS: usize = 1977;
 
 const MAGIC: [u8; 4] = *b"RHES";
 /// Changes with the numbers of a state or their order.
-const VERSION: u16 = 6;
+const VERSION: u16 = 7;
 /// Magic, version, filters, contact angles.
 const HEADER: usize = 8;
 const CHECKSUM: usize = 4;

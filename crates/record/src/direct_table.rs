@@ -107,34 +107,25 @@ impl DirectTable {
     }
 }
 
-/// Writes all pieces. Without an end, or after an error, no file is left.
+/// Writes all pieces. Without an end, or after an error, the file keeps the name of an incomplete one, as after a kill.
 fn write(
     path: &Path,
     mut writer: ArrowWriter<File>,
     schema: &SchemaRef,
     pieces: &Receiver<Piece>,
 ) -> Result<(), RecordError> {
-    let partial = path.with_extension(PARTIAL);
-    let mut write_all = || {
-        for piece in pieces {
-            let Piece::Rows(batch) = piece else {
-                writer.finish().map_err(parquet_error(path))?;
-                return std::fs::rename(&partial, path).map_err(io_error("rename", &partial));
-            };
-            // The same columns without the table's metadata.
-            let batch = RecordBatch::try_new(SchemaRef::clone(schema), batch.columns().to_vec())
-                .map_err(stream_error(path))?;
-            writer.write(&batch).map_err(parquet_error(path))?;
-        }
-        // The sink has gone without an end.
-        std::fs::remove_file(&partial).map_err(io_error("remove", &partial))
-    };
-    let written = write_all();
-    if written.is_err() {
-        // It may not exist. The first error is reported.
-        let _ = std::fs::remove_file(&partial);
+    for piece in pieces {
+        let Piece::Rows(batch) = piece else {
+            writer.finish().map_err(parquet_error(path))?;
+            let partial = path.with_extension(PARTIAL);
+            return std::fs::rename(&partial, path).map_err(io_error("rename", &partial));
+        };
+        // The same columns without the table's metadata.
+        let batch = RecordBatch::try_new(SchemaRef::clone(schema), batch.columns().to_vec())
+            .map_err(stream_error(path))?;
+        writer.write(&batch).map_err(parquet_error(path))?;
     }
-    written
+    Ok(())
 }
 
 #[cfg(test)]
@@ -178,7 +169,8 @@ mod tests {
         let (pieces, thread) = table.thread.take().expect("a thread");
         drop(pieces);
         thread.join().expect("no panic").expect("no error");
-        assert_eq!(fs::read_dir(folder.path()).expect("files").count(), 0);
+        let file = |extension| folder.path().join(format!("estimate-trial.{extension}"));
+        assert!(file(PARTIAL).is_file() && !file("parquet").exists());
         let mut table = create().expect("a table");
         fs::remove_dir_all(folder.path()).expect("removed");
         let error = table.close().expect_err("nowhere to put it");
