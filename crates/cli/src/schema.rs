@@ -13,7 +13,7 @@ pub struct Args {
 
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum Kind {
-    /// Scenes, and files with the section [robot] of a scene.
+    /// Scenes, and files with the section robot of a scene.
     Scene,
     /// Studies of `robhaz sweep`.
     Study,
