@@ -150,6 +150,11 @@ impl HealthMonitor {
                 .iter()
                 .for_each(|torque| suspect |= *torque);
         }
+        if self.wiring.late() {
+            Channels::TORQUE
+                .iter()
+                .for_each(|torque| suspect |= *torque);
+        }
         if self.parity.beyond {
             suspect |= Channels::PARITY;
         }
