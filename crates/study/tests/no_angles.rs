@@ -60,7 +60,7 @@ const CASES: &[Case] = &[
     case("course", "course", &[], Some([1.9, 1.9])),
     case("step", "step", &[], Some([4.3, 3.7])),
     case("ditch", "ditch", &[], None),
-    case("stairs", "stairs", &[], None),
+    case("stairs, robot A", "stairs", &["robot.geometry=A"], None),
     case(
         "v_s 0.6 mm/s",
         "smooth",
