@@ -262,8 +262,8 @@ impl BestFilters {
             }
         };
         let torques = [torque(0), torque(1), torque(2)];
-        let health = &mut self.health;
-        health.update(innovations, &torques, drives, model_holds, instant.dt);
+        let count = drives && model_holds;
+        self.health.update(innovations, &torques, count, instant.dt);
         let readings = wheel_readings(instant.inputs, drives);
         self.health.update_wiring(readings.as_ref(), instant.dt);
         self.health.health(&nominal.robot.geometry.carriers)
