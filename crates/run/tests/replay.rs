@@ -160,7 +160,10 @@ fn a_run_on_threads_has_the_records_of_one_loop() -> Result<(), RunError> {
     // Every 0.2 s from the start, and what the estimators knew then.
     assert_eq!(several.memory.len(), 13);
     for found in &several.memory {
-        let same = one.memory.iter().find(|of_one| of_one.0 == found.0);
+        let same = one
+            .memory
+            .iter()
+            .find(|of_one| of_one.0.total_cmp(&found.0).is_eq());
         assert_eq!(format!("{:?}", same), format!("{:?}", Some(found)));
     }
     Ok(())
