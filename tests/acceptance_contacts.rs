@@ -74,10 +74,16 @@ fn rolling_wheels_have_one_contact() {
                 if drive == "soft" {
                     assert_eq!(sliding.events, 0, "{what}");
                     assert!(sliding.false_share < Some(1e-3), "{what}: {sliding:?}");
-                } else if let Some(missed) = sliding.missed_share {
-                    // Wheels that the PI drive makes slide. Measured: 0.5 to 11 % missed, 0.2 to 3.1 % false.
-                    assert!(missed < 0.2, "{what}: {sliding:?}");
-                    assert!(sliding.false_share < Some(0.05), "{what}: {sliding:?}");
+                } else {
+                    // Measured: at most 0.12 % false.
+                    assert!(sliding.false_share <= Some(2e-3), "{what}: {sliding:?}");
+                    // Where the PI drive makes wheels slide for tenths of a second; on `sine` they hardly pass the peak of the friction
+                    // law. Measured: 9 to 15 % missed.
+                    if let Some(missed) = sliding.missed_share
+                        && name != "sine"
+                    {
+                        assert!(missed < 0.25, "{what}: {sliding:?}");
+                    }
                 }
             }
         }
@@ -102,7 +108,7 @@ fn two_contacts_are_found_at_corners() {
     }
 }
 
-/// Equivalence: on `stairs` the middle wheel stands on tread and edge for seconds. With exact readings `best` estimates
+/// Equivalence: on `stairs` the middle wheel of geometry A stands on tread and edge for seconds. With exact readings `best` estimates
 /// N and T of its equivalent contact, not the vector sum of its normal forces.
 #[test]
 fn an_estimate_at_two_contacts_is_that_of_the_equivalent_contact() {
@@ -112,6 +118,7 @@ fn an_estimate_at_two_contacts_is_that_of_the_equivalent_contact() {
         "estimator=[{name='best'}]",
         "record.duration=12",
         "record.rate=100",
+        "robot.geometry=A",
     ];
     let kept = keep(&scene("stairs", &overrides));
     let mut compared = 0;

@@ -331,7 +331,7 @@ fn study_and_verify_can_be_stopped() {
                 "10000",
                 "--set",
                 "record.duration=20",
-                "--json",
+                "--out",
                 "study.json",
             ] as &[&str],
             "-INT",

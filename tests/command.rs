@@ -438,6 +438,8 @@ fn a_stuck_robot_is_reported() {
             "out",
             "--set",
             "record.duration=10",
+            "--set",
+            "robot.geometry=A",
         ])
         .output()
         .unwrap();

@@ -23,6 +23,7 @@ mod friction_laws;
 mod invariance;
 mod logs;
 mod modules;
+mod output_flags;
 mod output_folders;
 mod path_judgement;
 mod progress;

@@ -124,6 +124,7 @@ fn the_command_says_why() {
         let output = robhaz(folder.path())
             .arg("path")
             .arg(stairs)
+            .args(["--set", "robot.geometry=A"])
             .args(arguments)
             .output();
         let output = output.unwrap();

@@ -294,7 +294,8 @@ fn saturated_motors_do_not_stop_direct() {
         cases.push((name, change.to_owned()));
     }
     for (name, change) in &cases {
-        let mut scene = scene(name, &[change, "engine.kind=direct"]);
+        let keys = [change.as_str(), "engine.kind=direct", "robot.geometry=A"];
+        let mut scene = scene(name, &keys);
         let run = Run::of(&scene).unwrap();
         assert!(is_physical(&run), "{name}, {change}: {:?}", run.stopped);
         // Three of those that found no step while the anti-windup was discontinuous; the rest is the study's.

@@ -12,7 +12,7 @@ fn study_prints_a_table_and_writes_json() {
         let output = robhaz(dir.path())
             .args(["study", "short.toml", "--ladder", "--engine", "direct"])
             .args(["--set", "sensors.grade=typical", "--seeds", "5"])
-            .args(["--json", json])
+            .args(["--out", json])
             .output()
             .unwrap();
         assert!(output.status.success(), "{}", text(&output.stderr));
@@ -49,7 +49,7 @@ fn study_prints_a_table_and_writes_json() {
         ("short.toml", "short.toml"),
     ] {
         let output = robhaz(dir.path())
-            .args(["study", "short.toml", "--json", json])
+            .args(["study", "short.toml", "--out", json])
             .output()
             .unwrap();
         assert!(!output.status.success());
@@ -79,7 +79,7 @@ fn study_refuses_what_it_cannot_do() {
             "10000001 samples",
         ),
         (vec!["--engine", "box2d"], "direct"),
-        (vec!["--json", "nowhere/out.json"], "nowhere/out.json"),
+        (vec!["--out", "nowhere/out.json"], "nowhere/out.json"),
     ];
     for (args, reason) in refused {
         let output = robhaz(dir.path())

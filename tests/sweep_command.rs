@@ -2,6 +2,7 @@
 #![cfg(unix)]
 
 use crate::support::{robhaz, root, text};
+use robhaz_scene::{BaseScene, StudyChoice};
 use std::fs;
 use std::path::Path;
 use std::process::{Output, Stdio};
@@ -301,6 +302,21 @@ fn mistakes_in_a_study_name_their_place() {
             "study.toml:3: axis[0].key",
             "a key below it",
         ),
+        (
+            "[[axis]]\nkey = \"seed\"\ncount = 20000\n[[axis]]\nkey = \"drive.kp\"\nuniform = [1, 2]\n[draw]\ncount = 50000\n",
+            "study.toml:1",
+            "found 1000000000 runs, allowed: a product of the axes of at most 100000000 runs",
+        ),
+        (
+            "[[axis]]\nkey = \"seed\"\ncount = 2\nnames = [\"a\", \"b\"]\n",
+            "study.toml:5: axis[0].names",
+            "has no effect without values",
+        ),
+        (
+            "[[axis]]\nkey = \"drive.kp\"\nvalues = [1, 2]\nnames = [\"a\", \"a\"]\n",
+            "study.toml:5: axis[0].names",
+            "a list of 2 different texts, one a value",
+        ),
         ("axes = 3\n", "study.toml:2: axes", "did you mean axis?"),
     ];
     for (axes, place, reason) in mistakes {
@@ -415,4 +431,71 @@ fn the_commands_of_the_page_on_studies_run() {
         assert!(dir.path().join("runs/speed").join(file).is_file(), "{file}");
     }
     assert!(dataset(dir.path(), "runs/speed") == dataset(dir.path(), "runs/speed-merged"));
+}
+
+/// The study of the ladder has the estimators of `robhaz study --ladder`.
+#[test]
+fn the_study_of_the_ladder_has_its_rungs() {
+    let study = StudyChoice::load(&root().join("studies/ladder.toml")).unwrap();
+    let base = BaseScene::load(&study, &root().join("studies")).unwrap();
+    let scene = base.scene(&study, &[]).unwrap();
+    assert_eq!(scene.estimators, robhaz_study::ladder());
+}
+
+/// The commands of the pages on the shipped studies run, with one seed and shorter runs.
+#[test]
+fn the_commands_of_the_studies_pages_run() {
+    let dir = tempfile::tempdir().unwrap();
+    for folder in ["scenes", "studies"] {
+        fs::create_dir(dir.path().join(folder)).unwrap();
+        for entry in fs::read_dir(root().join(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            fs::copy(
+                &path,
+                dir.path().join(folder).join(path.file_name().unwrap()),
+            )
+            .unwrap();
+        }
+    }
+    for (name, shorter) in [
+        (
+            "ladder",
+            vec![
+                ("count = 4", "count = 1"),
+                (", 20]", ", 2.1]"),
+                (", 12]", ", 2.1]"),
+                (", 8]", ", 2.1]"),
+            ],
+        ),
+        (
+            "noise-budget",
+            vec![
+                ("count = 10", "count = 1"),
+                ("set = [", "set = [\n  \"record.duration=2.1\","),
+            ],
+        ),
+    ] {
+        let path = dir.path().join(format!("studies/{name}.toml"));
+        let mut study = fs::read_to_string(&path).unwrap();
+        for (long, short) in shorter {
+            assert!(study.contains(long), "{name}: {long}");
+            study = study.replace(long, short);
+        }
+        fs::write(&path, study).unwrap();
+        let page = fs::read_to_string(root().join(format!("docs/{name}.md"))).unwrap();
+        let mut commands = 0;
+        for block in page.split("```sh\n").skip(1) {
+            for line in block.split("```").next().unwrap().lines() {
+                let words: Vec<&str> = line.split_whitespace().collect();
+                assert_eq!(words[0], "robhaz", "{line}");
+                let output = run(dir.path(), &words[1..]);
+                let error = text(&output.stderr);
+                // A machine may have no font for PNG, which is then an error that says so.
+                let no_font = line.ends_with(".png") && error.contains("none of the fonts");
+                assert!(output.status.success() || no_font, "{line}: {error}");
+                commands += 1;
+            }
+        }
+        assert!(commands >= 2, "{name}: {commands}");
+    }
 }

@@ -1,7 +1,7 @@
 //! `robhaz check`: is a recorded log what the estimators take it for?
 
 use crate::estimate::{describe, shown};
-use crate::terminal::{say, warn_of};
+use crate::terminal::{tell, warn_of};
 use miette::{IntoDiagnostic, Result, bail};
 use robhaz_check::{Stated, Verdict, check};
 use robhaz_log::{Log, LogOptions, LogPlace};
@@ -18,9 +18,6 @@ pub struct Args {
     /// Description of the log, as for `robhaz estimate`.
     #[arg(long, value_name = "SENSORS.toml")]
     sensors: Option<PathBuf>,
-    /// Prints all findings as JSON.
-    #[arg(long)]
-    json: bool,
 }
 
 /// The estimator that runs on the log.
@@ -51,11 +48,10 @@ pub fn run(args: &Args) -> Result<()> {
         compression: choice.compression,
     };
     let report = check(&frames, &stated);
-    if args.json {
-        say(&serde_json::to_string_pretty(&report).into_diagnostic()?)?;
-    } else {
-        say(&report.text())?;
-    }
+    tell(
+        &report.text(),
+        &serde_json::to_value(&report).into_diagnostic()?,
+    )?;
     match report.verdict {
         Verdict::Fault => bail!("{name}: {} faults", report.faults().count()),
         Verdict::Ok | Verdict::CannotTell => Ok(()),

@@ -1,6 +1,6 @@
 //! `robhaz compare`: finished runs side by side.
 
-use crate::terminal::say;
+use crate::terminal::{Output, print};
 use miette::{IntoDiagnostic, Result};
 use robhaz_record::{
     Summary, comparison_csv, comparison_json, comparison_markdown, comparison_table,
@@ -44,9 +44,11 @@ pub fn compare(args: &Args) -> Result<()> {
         .iter()
         .map(|(label, summary)| (label.as_str(), summary))
         .collect();
-    say(&match args.format {
+    let json = || comparison_json(&rows).into_diagnostic();
+    print(&match args.format {
+        Format::Table if Output::get().json => json()?,
         Format::Table => comparison_table(&rows),
-        Format::Json => comparison_json(&rows).into_diagnostic()?,
+        Format::Json => json()?,
         Format::Csv => comparison_csv(&rows).into_diagnostic()?,
         Format::Markdown => comparison_markdown(&rows),
     })

@@ -2,7 +2,7 @@
 
 use crate::interrupt::Interrupt;
 use crate::results::{self, Job};
-use crate::terminal::warn_of;
+use crate::terminal::{tell_json, warn_of};
 use miette::{IntoDiagnostic, Report, Result, WrapErr};
 use robhaz_log::{Log, LogOptions, LogPlace, PlaceError};
 use robhaz_scene::{LogChoice, RobotChoice};
@@ -80,7 +80,8 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
         .into_run()
         .into_diagnostic()
         .wrap_err_with(|| format!("cannot start {name}"))?;
-    results::write(run, &job, &args.results, interrupt)
+    let document = results::write(run, &job, &args.results, interrupt)?;
+    tell_json(|| Ok(document))
 }
 
 /// Applies descriptions of the sensors and of the robot to a log. Warns where the robot is not stated.

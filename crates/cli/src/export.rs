@@ -1,9 +1,10 @@
 //! `robhaz export`: a run or an estimate as a log that other tools open.
 
 use crate::output_file::{Format, OutputFile};
-use crate::terminal::{say, warn_of};
+use crate::terminal::{shown, tell, warn_of};
 use miette::{IntoDiagnostic, Result, bail};
 use robhaz_log::{ExportFormat, export};
+use serde_json::json;
 use std::path::PathBuf;
 
 /// Arguments of `robhaz export`.
@@ -57,12 +58,12 @@ pub fn run(args: &Args) -> Result<()> {
     let file = OutputFile::create(&target, format_of_file, &[], args.force)?;
     let exported = export(&args.run, format, file.path()).into_diagnostic()?;
     let path = file.finish()?;
-    let shown = args.run.display().to_string();
-    exported.warnings.iter().for_each(|w| warn_of(&shown, w));
-    say(&format!(
-        "{}: {} rows of {}",
-        path.display(),
-        exported.rows,
-        exported.parts.join(", ")
-    ))
+    let run = args.run.display().to_string();
+    exported.warnings.iter().for_each(|w| warn_of(&run, w));
+    let path = shown(&path);
+    let (rows, parts) = (exported.rows, &exported.parts);
+    tell(
+        &format!("{path}: {rows} rows of {}", parts.join(", ")),
+        &json!({"log": path, "rows": rows, "parts": parts}),
+    )
 }

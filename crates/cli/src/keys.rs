@@ -1,20 +1,18 @@
 //! `robhaz keys`: the keys of scene files.
 
-use crate::terminal::say;
+use crate::terminal::{Output, print, print_json};
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{ContentArrangement, Table};
-use miette::{IntoDiagnostic, Result, miette};
+use miette::{Result, miette};
 use robhaz_scene::{KeyReference, reference};
 use serde_json::{Value, json};
 
-/// Arguments of `robhaz keys`.
+/// Arguments of `robhaz keys`. With `--json` an array of objects with `key`, `unit`, `other_units`, `default`, `allowed` and
+/// `meaning`.
 #[derive(clap::Args)]
 pub struct Args {
     /// Part of a key's name or of its meaning, such as `drive` or `torque`; without it all keys.
     pattern: Option<String>,
-    /// Prints an array of objects with `key`, `unit`, `other_units`, `default`, `allowed` and `meaning`.
-    #[arg(long)]
-    json: bool,
 }
 
 /// Prints the keys that match.
@@ -30,12 +28,10 @@ pub fn run(args: &Args) -> Result<()> {
             "no key has {pattern:?} in its name or meaning"
         ));
     }
-    say(&if args.json {
-        let keys: Vec<Value> = keys.iter().map(object).collect();
-        serde_json::to_string_pretty(&keys).into_diagnostic()?
-    } else {
-        table(&keys)
-    })
+    match Output::get().json {
+        true => print_json(&keys.iter().map(object).collect()),
+        false => print(&table(&keys)),
+    }
 }
 
 fn object(key: &KeyReference) -> Value {

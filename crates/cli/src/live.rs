@@ -2,7 +2,7 @@
 
 use crate::interrupt::Interrupt;
 #[cfg(feature = "viewer")]
-use crate::terminal::say;
+use crate::terminal::{note, remark};
 #[cfg(feature = "viewer")]
 use miette::IntoDiagnostic;
 use miette::Result;
@@ -81,7 +81,7 @@ impl Viewing {
         let live = live.transpose().into_diagnostic()?;
         if let Some(live) = live.as_ref().filter(|live| live.is_serving()) {
             let address = live.address();
-            say(&format!("Watch with: rerun --connect {address}"))?;
+            note(&format!("Watch with: rerun --connect {address}"))?;
         }
         Ok(Self {
             choice: choice.clone(),
@@ -126,15 +126,15 @@ impl Viewing {
             } else {
                 "it was closed, or slower than the run"
             };
-            eprintln!(
+            remark(&format!(
                 "The viewer at {} did not get {} of {} records: {why}.",
                 live.address(),
                 report.dropped,
                 report.offered,
-            );
+            ));
         }
         if live.is_serving() {
-            say("The run is over and can still be watched; Ctrl-C ends.")?;
+            note("The run is over and can still be watched; Ctrl-C ends.")?;
             while interrupt.cause().is_none() {
                 std::thread::sleep(crate::interrupt::POLL_TIME);
             }

@@ -19,6 +19,7 @@ mod recover;
 mod report;
 mod results;
 mod run;
+mod schema;
 mod shell;
 mod study;
 mod sweep;
@@ -28,18 +29,49 @@ mod verify;
 mod view;
 mod weigh;
 
+use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 use interrupt::Interrupt;
 use std::io::Write;
 use std::process::ExitCode;
+use terminal::Output;
+use tracing_subscriber::filter::{LevelFilter, Targets};
+use tracing_subscriber::fmt::time::uptime;
+use tracing_subscriber::prelude::*;
 
 /// Wheel forces of ROBHAZ-6WHEEL on rough ground: simulation, estimation after Choi et al., comparison.
 #[derive(Parser)]
-#[command(version, about)]
+#[command(version, about, after_help = EXIT_CODES)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
+    #[command(flatten)]
+    output: OutputArgs,
 }
+
+/// Flags of all commands.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Output")]
+struct OutputArgs {
+    /// Prints no messages, warnings and progress: errors alone, and documents that were asked for.
+    #[arg(long, short, global = true)]
+    quiet: bool,
+    /// Prints the result as one JSON document on standard output in place of texts.
+    #[arg(long, global = true)]
+    json: bool,
+    /// Tells on standard error what the command does; -vv also each file and each run.
+    #[arg(long, short, global = true, action = clap::ArgAction::Count)]
+    verbose: u8,
+}
+
+/// The end of `--help`.
+const EXIT_CODES: &str = "\
+Exit codes:
+  0    done; of check, path and verify: the verdict is good
+  1    an error, or a bad verdict: check found a fault, path is no-go, a check of verify failed
+  2    the command line is wrong
+  130  stopped by Ctrl-C
+  143  stopped by SIGTERM";
 
 #[derive(Subcommand)]
 enum Command {
@@ -47,6 +79,8 @@ enum Command {
     New(new::Args),
     /// Explain the keys of scene files: unit, default, allowed values, meaning.
     Keys(keys::Args),
+    /// Print the JSON Schema of scene files, studies and others, by which an editor completes and checks them.
+    Schema(schema::Args),
     /// Run a scene: simulate, estimate, write tables, figures and a recording, print the errors of the estimates.
     Run(run::Args),
     /// Run the estimators on a recorded log: a table of readings, or the folder of a run.
@@ -79,7 +113,7 @@ enum Command {
     /// Make one dataset of the shards of a sweep.
     Merge(merge::Args),
     /// Draw a figure of a sweep: a score against what was varied with quantile bands, a map over two axes, calibration,
-    /// histogram.
+    /// histogram, ladder of estimators.
     Plot(plot::Args),
     /// Masses and centres of mass of a robot from its wheels on scales, with the budget for the estimators; the postures that
     /// tell most.
@@ -90,12 +124,57 @@ enum Command {
     Man,
 }
 
+impl Command {
+    /// Whether its result has a form in JSON.
+    const fn has_json(&self) -> bool {
+        match self {
+            Self::Weigh(_) | Self::Completions(_) | Self::Man => false,
+            #[cfg(feature = "viewer")]
+            Self::View(_) => false,
+            _ => true,
+        }
+    }
+}
+
+impl OutputArgs {
+    /// Sets what the process prints. Ends it where the command has no form in JSON.
+    fn apply(&self, command: &Command) {
+        if self.json && !command.has_json() {
+            let text = "this command has no result in JSON";
+            Cli::command()
+                .error(ErrorKind::ArgumentConflict, text)
+                .exit();
+        }
+        Output {
+            quiet: self.quiet,
+            json: self.json,
+        }
+        .set();
+        let level = match self.verbose {
+            0 => return,
+            1 => LevelFilter::INFO,
+            _ => LevelFilter::DEBUG,
+        };
+        // Lines for files as much as for terminals: no colours.
+        let lines = tracing_subscriber::fmt::layer()
+            .with_writer(std::io::stderr)
+            .with_ansi(false)
+            .with_timer(uptime());
+        let ours = Targets::new().with_target("robhaz", level);
+        tracing_subscriber::registry()
+            .with(lines.with_filter(ours))
+            .init();
+    }
+}
+
 fn main() -> ExitCode {
     let cli = Cli::parse();
+    cli.output.apply(&cli.command);
     let interrupt = Interrupt::default();
     let done = match cli.command {
         Command::New(args) => new::run(&args),
         Command::Keys(args) => keys::run(&args),
+        Command::Schema(args) => schema::run(&args),
         Command::Run(args) => run::run(&args, &interrupt),
         Command::Estimate(args) => estimate::run(&args, &interrupt),
         Command::Check(args) => check::run(&args),

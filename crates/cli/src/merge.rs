@@ -1,8 +1,9 @@
 //! `robhaz merge`: one dataset of the shards of a sweep.
 
-use crate::terminal::say;
+use crate::terminal::{shown, tell};
 use miette::Result;
 use robhaz_sweep::merge_shards;
+use serde_json::json;
 use std::path::PathBuf;
 
 /// Arguments of `robhaz merge`.
@@ -19,5 +20,9 @@ pub struct Args {
 /// Merges the shards and says where the dataset is.
 pub fn run(args: &Args) -> Result<()> {
     let (dataset, runs) = merge_shards(&args.shards, &args.out)?;
-    say(&format!("{}: {runs} runs", dataset.display()))
+    let dataset = shown(&dataset);
+    tell(
+        &format!("{dataset}: {runs} runs"),
+        &json!({"dataset": dataset, "runs": runs}),
+    )
 }

@@ -1,8 +1,9 @@
 //! `robhaz new`: a scene to edit.
 
 use crate::output_file::{Format, OutputFile};
-use crate::terminal::say;
+use crate::terminal::{shown, tell};
 use miette::{IntoDiagnostic, Result};
+use serde_json::json;
 use std::path::PathBuf;
 
 const SCENE: Format = Format {
@@ -31,8 +32,8 @@ pub fn run(args: &Args) -> Result<()> {
     let file = OutputFile::create(&target, SCENE, &[], args.force)?;
     std::fs::write(file.path(), TEXT).into_diagnostic()?;
     let path = file.finish()?;
-    let path = path.display();
-    say(&format!(
-        "{path}: edit it, then `robhaz run {path}`. `robhaz keys` explains its keys."
-    ))
+    let path = shown(&path);
+    let text =
+        format!("{path}: edit it, then `robhaz run {path}`. `robhaz keys` explains its keys.");
+    tell(&text, &json!({"scene": path}))
 }

@@ -2,7 +2,7 @@
 
 #[cfg(feature = "viewer")]
 use crate::output_file::OutputFile;
-use crate::terminal::{say, warn};
+use crate::terminal::{tell, warn};
 #[cfg(feature = "viewer")]
 use crate::view::RECORDING;
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
@@ -49,9 +49,6 @@ pub struct Args {
     /// Replaces the files of an earlier judgement.
     #[arg(long)]
     force: bool,
-    /// Prints the result with all places as JSON in place of the table.
-    #[arg(long)]
-    json: bool,
 }
 
 /// Distribution of the tractions.
@@ -110,11 +107,10 @@ pub fn run(args: &Args) -> Result<()> {
         robhaz_viewer::save_path(&setup, &report, file.path()).into_diagnostic()?;
         file.finish()?;
     }
-    if args.json {
-        say(&serde_json::to_string_pretty(&report).into_diagnostic()?)?;
-    } else {
-        say(&report.text())?;
-    }
+    tell(
+        &report.text(),
+        &serde_json::to_value(&report).into_diagnostic()?,
+    )?;
     if report.go {
         Ok(())
     } else {

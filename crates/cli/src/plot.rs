@@ -1,11 +1,12 @@
 //! `robhaz plot`: a figure of a sweep.
 
 use crate::output_file::{Format, OutputFile};
-use crate::terminal::say;
+use crate::terminal::{shown, tell};
 use clap::ValueEnum;
 use miette::{IntoDiagnostic, Result, miette};
 use robhaz_record::{Dataset, FigureFormat, PlotKind, PlotRequest, Spacing, plot};
 use robhaz_sweep::{DATASET, JOURNAL};
+use serde_json::json;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `robhaz plot`.
@@ -13,17 +14,20 @@ use std::path::{Path, PathBuf};
 pub struct Args {
     /// Folder of a finished sweep, or its dataset.
     sweep: PathBuf,
-    /// The file; without it KIND.svg or KIND.pdf in the folder. Its extension chooses the format.
+    /// The file; without it KIND.svg, KIND.pdf or KIND.png in the folder. Its extension chooses the format.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// `bands`: a score against an axis, median and quantiles of each estimator. `heat`: its median over two axes.
     /// `calibration`: error against the stated standard deviation. `histogram`: how often the score has which value.
+    /// `ladder`: the estimators one below the other, each with its median and quantiles over all runs.
     #[arg(long, default_value = "bands")]
     kind: Kind,
-    /// Column along the horizontal axis, such as `drive.speed` or `estimator`; without it the first key that varies.
+    /// Column along the horizontal axis, such as `drive.speed` or `estimator`; of `ladder` the column whose values have
+    /// points of their own. Without it the first key that varies.
     #[arg(long, value_name = "COLUMN")]
     x: Option<String>,
-    /// Column along the vertical axis of `heat`; without it the next key that varies.
+    /// Column along the vertical axis of `heat`, without it the next key that varies; column whose values are the
+    /// rungs of `ladder`, without it the estimators.
     #[arg(long, value_name = "COLUMN")]
     x2: Option<String>,
     /// Column of the score.
@@ -52,6 +56,7 @@ enum Kind {
     Heat,
     Calibration,
     Histogram,
+    Ladder,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -64,21 +69,25 @@ enum Scale {
 enum FileFormat {
     Svg,
     Pdf,
+    /// At 192 dots an inch; needs a font such as Liberation Sans on this machine.
+    Png,
 }
 
 impl FileFormat {
     /// The asked one, else that of the file's extension, else SVG.
     fn of(args: &Args) -> Self {
         let extension = args.out.as_ref().and_then(|out| out.extension());
-        let is_pdf = extension.is_some_and(|e| e.eq_ignore_ascii_case("pdf"));
-        args.format
-            .unwrap_or(if is_pdf { Self::Pdf } else { Self::Svg })
+        let is =
+            |format: &Self| extension.is_some_and(|e| e.eq_ignore_ascii_case(format.extension()));
+        let named = [Self::Pdf, Self::Png].into_iter().find(is);
+        args.format.or(named).unwrap_or(Self::Svg)
     }
 
     const fn extension(self) -> &'static str {
         match self {
             Self::Svg => "svg",
             Self::Pdf => "pdf",
+            Self::Png => "png",
         }
     }
 }
@@ -102,6 +111,7 @@ pub fn run(args: &Args) -> Result<()> {
             Kind::Heat => PlotKind::Heat,
             Kind::Calibration => PlotKind::Calibration,
             Kind::Histogram => PlotKind::Histogram,
+            Kind::Ladder => PlotKind::Ladder,
         },
         x: args.x.clone(),
         x2: args.x2.clone(),
@@ -114,6 +124,7 @@ pub fn run(args: &Args) -> Result<()> {
     let drawn = match format {
         FileFormat::Svg => FigureFormat::Svg,
         FileFormat::Pdf => FigureFormat::Pdf,
+        FileFormat::Png => FigureFormat::Png,
     };
     let bytes = plot(&dataset, &request, drawn).into_diagnostic()?;
     let file = format!("{}.{}", request.kind.name(), format.extension());
@@ -125,7 +136,8 @@ pub fn run(args: &Args) -> Result<()> {
     };
     let file = OutputFile::create(&target, kind, &[path], args.force)?;
     std::fs::write(file.path(), bytes).into_diagnostic()?;
-    say(&format!("Figure: {}", file.finish()?.display()))
+    let figure = shown(&file.finish()?);
+    tell(&format!("Figure: {figure}"), &json!({"figure": figure}))
 }
 
 /// The dataset of a folder, or the file itself.

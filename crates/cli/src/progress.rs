@@ -1,7 +1,16 @@
 //! The progress bar of a run, on a terminal only.
 
-use indicatif::{ProgressBar, ProgressStyle};
+use crate::terminal::Output;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
+
+/// The bar, hidden with `--quiet`.
+pub fn bar(bar: ProgressBar) -> ProgressBar {
+    if Output::get().quiet {
+        bar.set_draw_target(ProgressDrawTarget::hidden());
+    }
+    bar
+}
 
 /// A sink that shows the progress of the simulated time. Hidden if standard error is not a terminal.
 pub struct Progress {
@@ -26,7 +35,7 @@ impl Sink for Progress {
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
         let total = run.record.count();
         self.every = (total / 500).max(1);
-        self.bar = ProgressBar::new(total);
+        self.bar = bar(ProgressBar::new(total));
         let style = ProgressStyle::with_template("{msg} {wide_bar} {percent:>3} %  {eta} left")?;
         self.bar.set_style(style);
         self.bar.set_message(run.name.clone());

@@ -1,8 +1,9 @@
 //! `robhaz recover`: the tables of a run that was killed.
 
 use crate::output::is_being_written;
-use crate::terminal::say;
+use crate::terminal::{shown, tell};
 use miette::{IntoDiagnostic, Result, bail};
+use serde_json::json;
 use std::path::PathBuf;
 
 /// Arguments of `robhaz recover`.
@@ -29,12 +30,14 @@ pub fn recover(args: &Args) -> Result<()> {
         );
     }
     let tables = robhaz_record::recover(&args.folder, out, args.force).into_diagnostic()?;
+    let (mut lines, mut documents) = (Vec::new(), Vec::new());
     for table in tables {
-        let (path, rows) = (table.path.display(), table.rows);
-        match table.end {
-            Some(end) => say(&format!("{path}: {rows} rows, up to {end:.3} s"))?,
-            None => say(&format!("{path}: no rows"))?,
-        }
+        let (path, rows) = (shown(&table.path), table.rows);
+        lines.push(match table.end {
+            Some(end) => format!("{path}: {rows} rows, up to {end:.3} s"),
+            None => format!("{path}: no rows"),
+        });
+        documents.push(json!({"table": path, "rows": rows, "end_s": table.end}));
     }
-    Ok(())
+    tell(&lines.join("\n"), &json!({"tables": documents}))
 }

@@ -1,10 +1,11 @@
 //! `robhaz report`: a run or a sweep on one page.
 
 use crate::output_file::{Format, OutputFile};
-use crate::terminal::say;
+use crate::terminal::{shown, tell};
 use miette::{IntoDiagnostic, Result};
 use robhaz_record::{Dataset, page, sweep_page};
 use robhaz_sweep::DATASET;
+use serde_json::json;
 use std::path::PathBuf;
 
 const PAGE: Format = Format {
@@ -37,5 +38,6 @@ pub fn run(args: &Args) -> Result<()> {
     let target = args.out.clone().unwrap_or_else(default);
     let file = OutputFile::create(&target, PAGE, &[], args.force)?;
     std::fs::write(file.path(), text).into_diagnostic()?;
-    say(&format!("Page: {}", file.finish()?.display()))
+    let page = shown(&file.finish()?);
+    tell(&format!("Page: {page}"), &json!({"page": page}))
 }

@@ -5,12 +5,14 @@ use crate::live::{Rerun, Viewing};
 use crate::output::OutputFolder;
 use crate::pace::{Pace, PaceSink};
 use crate::progress::Progress;
-use crate::terminal::say;
+use crate::terminal::{say, shown};
 use miette::{IntoDiagnostic, Report, Result, WrapErr};
 use robhaz_record::{FigureSink, Summary, SummarySink, TableFormat, TableSink, comparison_table};
 use robhaz_run::{Run, RunEnd, RunError, Sink};
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use tracing::info;
 
 /// Arguments of every command that leaves the folder of a run.
 #[derive(Clone, clap::Args)]
@@ -75,8 +77,9 @@ impl Args {
     }
 }
 
-/// Runs to the end, writes the results, prints the table.
-pub fn write(run: Run, job: &Job<'_>, args: &Args, interrupt: &Interrupt) -> Result<()> {
+/// Runs to the end, writes the results, prints the table. Returns the document of the run for `--json`: `name`, `folder`,
+/// `command_s` (time of the command) and `summary`, the content of `summary.json`.
+pub fn write(run: Run, job: &Job<'_>, args: &Args, interrupt: &Interrupt) -> Result<Value> {
     let target = args.target(job);
     let mut viewing = Viewing::open(&args.rerun)?;
     interrupt.listen()?;
@@ -86,7 +89,11 @@ pub fn write(run: Run, job: &Job<'_>, args: &Args, interrupt: &Interrupt) -> Res
     }
     viewing.record(folder.path())?;
     let mut sink = SummarySink::new();
+    info!(folder = %folder.path().display(), "results go to");
+    let recording = Instant::now();
     let done = record(run, args, &folder, &mut sink, &mut viewing, interrupt);
+    let seconds = recording.elapsed().as_secs_f64();
+    info!(seconds, "simulated, estimated, wrote tables and figures");
     let table = |summary: &Summary| say(&comparison_table(&[(job.name, summary)]));
     if let Err(error) = done {
         // A run without a record has no summary. The first error is reported, not those that follow from it.
@@ -115,14 +122,20 @@ pub fn write(run: Run, job: &Job<'_>, args: &Args, interrupt: &Interrupt) -> Res
     }
     let complete = format!("the complete run is in {}", folder.path().display());
     let path = folder.finish().map_err(Report::from).wrap_err(complete)?;
+    let command_s = job.start.elapsed().as_secs_f64();
     say(&format!(
-        "Results in {}; the whole command took {:.2} s, of which {} {:.2} s",
+        "Results in {}; the whole command took {command_s:.2} s, of which {} {:.2} s",
         path.display(),
-        job.start.elapsed().as_secs_f64(),
         job.work,
         summary.wall_s,
     ))?;
-    viewing.finish(interrupt)
+    viewing.finish(interrupt)?;
+    Ok(json!({
+        "name": job.name,
+        "folder": shown(&path),
+        "command_s": command_s,
+        "summary": serde_json::to_value(&summary).into_diagnostic()?,
+    }))
 }
 
 fn record(

@@ -2,12 +2,14 @@
 
 use crate::interrupt::Interrupt;
 use crate::results::{self, Job};
-use crate::terminal::warn;
+use crate::terminal::{tell_json, warn};
 use miette::{IntoDiagnostic, Result, WrapErr, miette};
 use robhaz_run::Run;
 use robhaz_scene::Scene;
+use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::time::Instant;
+use tracing::info;
 
 /// Arguments of `robhaz run`.
 #[derive(clap::Args)]
@@ -38,6 +40,13 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let mut scenes: Vec<Scene> = Vec::new();
     for file in &args.scenes {
         let scene = Scene::load(file, &overrides)?;
+        info!(
+            file = %file.display(),
+            ground = scene.terrain.kind,
+            engine = scene.engine.kind.name(),
+            estimators = scene.estimators.len(),
+            "scene read"
+        );
         if let Some(other) = scenes.iter().position(|s| s.name == scene.name) {
             return Err(miette!(
                 help = "give one of them another `name`",
@@ -49,16 +58,17 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
         }
         scenes.push(scene);
     }
+    let mut documents = Vec::new();
     for scene in &scenes {
         let results = if scenes.len() > 1 {
             args.results.below(&scene.name)
         } else {
             args.results.clone()
         };
-        run_one(scene, start, &results, interrupt)?;
+        documents.push(run_one(scene, start, &results, interrupt)?);
         start = Instant::now();
     }
-    Ok(())
+    tell_json(|| Ok(json!({"runs": documents})))
 }
 
 fn run_one(
@@ -66,7 +76,7 @@ fn run_one(
     start: Instant,
     results: &results::Args,
     interrupt: &Interrupt,
-) -> Result<()> {
+) -> Result<Value> {
     warn(scene);
     // Before anything is written, so that a robot that cannot stand leaves no folder.
     let run = Run::new(scene)

@@ -2,7 +2,8 @@
 
 use crate::interrupt::Interrupt;
 use crate::output_file::{Format, OutputFile};
-use crate::terminal::{say, warn};
+use crate::progress::bar;
+use crate::terminal::{tell, warn};
 use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
 use robhaz_scene::Scene;
@@ -10,7 +11,7 @@ use robhaz_study::{Report, TruthRun, floor, ladder, study};
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// The format of `--json`.
+/// The format of `--out`.
 const JSON: Format = Format {
     what: "results of a study",
     extension: "json",
@@ -36,7 +37,7 @@ pub struct Args {
     ladder: bool,
     /// Also writes the result to a JSON file.
     #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    out: Option<PathBuf>,
     /// Replaces an existing JSON file.
     #[arg(long)]
     force: bool,
@@ -70,10 +71,13 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let inputs = [args.scene.clone()];
     let create = |path: &PathBuf| OutputFile::create(path, JSON, &inputs, args.force);
     // Tried before the study is computed. Nothing is left of it: a signal may end the process meanwhile.
-    args.json.as_ref().map(create).transpose()?;
+    args.out.as_ref().map(create).transpose()?;
     let report = report(&driven, &scene, &seeds, interrupt)?;
-    say(&report.text())?;
-    if let Some(file) = args.json.as_ref().map(create).transpose()? {
+    tell(
+        &report.text(),
+        &serde_json::to_value(&report).into_diagnostic()?,
+    )?;
+    if let Some(file) = args.out.as_ref().map(create).transpose()? {
         let text = serde_json::to_string_pretty(&report).into_diagnostic()?;
         std::fs::write(file.path(), text + "\n")
             .into_diagnostic()
@@ -85,7 +89,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
 
 /// Simulates `driven` once and studies the estimators of `scene` on its truth.
 fn report(driven: &Scene, scene: &Scene, seeds: &[u64], interrupt: &Interrupt) -> Result<Report> {
-    let progress = ProgressBar::new(seeds.len() as u64);
+    let progress = bar(ProgressBar::new(seeds.len() as u64));
     let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len}");
     progress.set_style(style.into_diagnostic()?);
     progress.enable_steady_tick(Duration::from_millis(100));

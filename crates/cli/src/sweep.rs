@@ -1,18 +1,20 @@
 //! `robhaz sweep`: a study file from its runs to its dataset.
 
 use crate::interrupt::Interrupt;
-use crate::terminal::{say, warn_of};
+use crate::terminal::{Output, shown, tell, warn_of};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::Result;
 use robhaz_run::Run;
 use robhaz_scene::Setting;
 use robhaz_sweep::{Done, Job, RunRecord, Shard, Sweep, Watch, compute};
+use serde_json::json;
 use std::fmt::Write as _;
 use std::io::IsTerminal as _;
 use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
+use tracing::{debug, info};
 
 /// Runs that `--dry-run` lists.
 const LISTED: u64 = 20;
@@ -38,9 +40,6 @@ pub struct Args {
     /// Lists the runs and estimates the time from a few of them. Writes nothing.
     #[arg(long)]
     dry_run: bool,
-    /// Shows no progress; prints nothing but errors.
-    #[arg(long, short)]
-    quiet: bool,
 }
 
 /// `2/8`
@@ -54,16 +53,20 @@ fn shard(text: &str) -> Result<Shard, String> {
 /// Computes the runs that are missing.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let sweep = Sweep::load(&args.study)?;
-    if !args.quiet {
-        let warnings = sweep.warnings().iter();
-        warnings.for_each(|warning| warn_of(&sweep.study().name, warning));
-    }
+    let warnings = sweep.warnings().iter();
+    warnings.for_each(|warning| warn_of(&sweep.study().name, warning));
     let cores = std::thread::available_parallelism();
     let jobs = args.jobs.or(cores.ok()).map_or(1, usize::from);
     let shard = args.shard.unwrap_or(Shard::ALL);
     if args.dry_run {
         return dry_run(&sweep, shard, jobs);
     }
+    info!(
+        study = sweep.study().name,
+        runs = sweep.runs(),
+        jobs,
+        "sweep"
+    );
     interrupt.listen()?;
     let named = || PathBuf::from("runs").join(&sweep.study().name);
     let folder = args.out.clone().unwrap_or_else(named);
@@ -72,7 +75,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
         shard,
         jobs,
     };
-    let progress = Progress::new(args.quiet);
+    let progress = Progress::new(Output::get().quiet);
     let watch = Watch {
         begin: &|done, runs| progress.begin(done, runs),
         finished: &|record| progress.finished(record),
@@ -82,11 +85,21 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let done = compute(&sweep, &job, &watch);
     progress.bar.finish_and_clear();
     let done = done?;
-    if args.quiet {
-        return Ok(());
-    }
     let wall = start.elapsed().as_secs_f64();
-    say(&summary(&done, &folder, progress.failures(), jobs, wall))
+    let failed = progress.failures();
+    tell(
+        &summary(&done, &folder, failed, jobs, wall),
+        &json!({
+            "name": sweep.study().name,
+            "folder": shown(&folder),
+            "dataset": done.dataset.as_deref().map(shown),
+            "runs": done.runs,
+            "computed": done.computed,
+            "failed": failed,
+            "jobs": jobs,
+            "wall_s": wall,
+        }),
+    )
 }
 
 /// What was computed, and where it is.
@@ -117,11 +130,13 @@ fn summary(done: &Done, folder: &std::path::Path, failed: u64, jobs: usize, wall
 /// Lists the runs and estimates the time.
 fn dry_run(sweep: &Sweep, shard: Shard, jobs: usize) -> Result<()> {
     let runs: Vec<u64> = (0..sweep.runs()).filter(|run| shard.has(*run)).collect();
+    let overrides = |run: u64| -> Vec<String> {
+        let settings = sweep.settings(run);
+        settings.iter().map(Setting::as_override).collect()
+    };
     let mut text = String::new();
     for run in runs.iter().take(LISTED as usize) {
-        let settings = sweep.settings(*run);
-        let settings: Vec<String> = settings.iter().map(Setting::as_override).collect();
-        let _ = writeln!(text, "run {run}: {}", settings.join(" "));
+        let _ = writeln!(text, "run {run}: {}", overrides(*run).join(" "));
     }
     let count = runs.len() as u64;
     if count > LISTED {
@@ -145,7 +160,14 @@ fn dry_run(sweep: &Sweep, shard: Shard, jobs: usize) -> Result<()> {
         timed.len(),
         duration(total)
     );
-    say(&text)
+    let listed = runs.iter().take(LISTED as usize);
+    let listed: Vec<_> = listed
+        .map(|run| json!({"run": run, "set": overrides(*run)}))
+        .collect();
+    tell(
+        &text,
+        &json!({"runs": count, "run_s": each, "total_s": total, "jobs": jobs, "first": listed}),
+    )
 }
 
 /// `12 s`, `3.4 min`, `5.6 h`, `7.8 d`
@@ -205,6 +227,10 @@ impl Progress {
 
     fn finished(&self, record: &RunRecord) {
         self.bar.inc(1);
+        match &record.error {
+            None => debug!(run = record.run, "run done"),
+            Some(error) => info!(run = record.run, error, "run failed"),
+        }
         if record.error.is_some() {
             self.failed.fetch_add(1, Ordering::Relaxed);
         }

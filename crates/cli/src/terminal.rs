@@ -2,13 +2,95 @@
 
 use miette::{IntoDiagnostic, Result};
 use robhaz_scene::Scene;
+use serde_json::Value;
 use std::io::{self, Write};
+use std::path::Path;
+use std::sync::OnceLock;
 
-/// Prints a line. A closed pipe is no error: its reader needs no more.
+/// What the command prints.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Output {
+    /// Errors, and documents that were asked for; no messages, warnings or progress.
+    pub quiet: bool,
+    /// One JSON document on standard output in place of texts.
+    pub json: bool,
+}
+
+/// Set once, before the command starts.
+static OUTPUT: OnceLock<Output> = OnceLock::new();
+
+impl Output {
+    /// Sets what this process prints. Only the first call has an effect.
+    pub fn set(self) {
+        let _ = OUTPUT.set(self);
+    }
+
+    /// What this process prints.
+    pub fn get() -> Self {
+        OUTPUT.get().copied().unwrap_or_default()
+    }
+}
+
+/// Prints a message. With `--json` the document says it; with `--quiet` nobody does.
 pub fn say(text: &str) -> Result<()> {
+    match Output::get() {
+        Output {
+            quiet: false,
+            json: false,
+        } => print(text),
+        _ => Ok(()),
+    }
+}
+
+/// Prints what the user needs to know while the command runs: with `--json` on standard error.
+#[cfg(feature = "viewer")]
+pub fn note(text: &str) -> Result<()> {
+    if Output::get().json {
+        remark(text);
+        return Ok(());
+    }
+    say(text)
+}
+
+/// Prints the result of a command: as text, or with `--json` as the document.
+pub fn tell(text: &str, document: &Value) -> Result<()> {
+    match Output::get().json {
+        true => print_json(document),
+        false => say(text),
+    }
+}
+
+/// Prints the document of `--json`; nothing without that flag.
+pub fn tell_json(document: impl FnOnce() -> Result<Value>) -> Result<()> {
+    match Output::get().json {
+        true => print_json(&document()?),
+        false => Ok(()),
+    }
+}
+
+/// Prints what was asked for, also with `--quiet`. A closed pipe is no error: its reader needs no more.
+pub fn print(text: &str) -> Result<()> {
     match writeln!(io::stdout().lock(), "{text}") {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error).into_diagnostic(),
         _ => Ok(()),
+    }
+}
+
+/// Prints a JSON document.
+pub fn print_json(document: &Value) -> Result<()> {
+    print(&serde_json::to_string_pretty(document).into_diagnostic()?)
+}
+
+/// A path in a document.
+pub fn shown(path: &Path) -> String {
+    path.display().to_string()
+}
+
+/// Prints a remark on standard error, not with `--quiet`.
+pub fn remark(text: &str) {
+    if !Output::get().quiet {
+        // A closed or full standard error is no reason to stop.
+        let _ = writeln!(io::stderr().lock(), "{text}");
     }
 }
 
@@ -20,6 +102,5 @@ pub fn warn(scene: &Scene) {
 
 /// Prints a warning about a scene or log on standard error.
 pub fn warn_of(name: &str, warning: &str) {
-    // A closed or full standard error is no reason to stop.
-    let _ = writeln!(io::stderr().lock(), "Warning: {name}: {warning}");
+    remark(&format!("Warning: {name}: {warning}"));
 }

@@ -1,11 +1,13 @@
 //! `robhaz verify`: checks of the simulated truth of a scene.
 
 use crate::interrupt::Interrupt;
-use crate::terminal::{say, warn};
+use crate::progress::bar;
+use crate::terminal::{say, tell_json, warn};
 use indicatif::ProgressBar;
 use miette::{IntoDiagnostic, Result, bail};
 use robhaz_scene::Scene;
-use robhaz_verify::{Outcome, verify};
+use robhaz_verify::{Outcome, Verdict, verify};
+use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -26,7 +28,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
         None => Scene::parse("", "smooth", &PathBuf::new(), &args.set)?,
     };
     warn(&scene);
-    let progress = ProgressBar::new_spinner();
+    let progress = bar(ProgressBar::new_spinner());
     progress.enable_steady_tick(Duration::from_millis(100));
     let shown = progress.clone();
     interrupt.end_process("verify", move || shown.finish_and_clear())?;
@@ -34,6 +36,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     progress.finish_and_clear();
     let verdicts = verdicts.into_diagnostic()?;
     let width = verdicts.iter().map(|v| v.check.chars().count()).max();
+    tell_json(|| Ok(document(&scene.name, &verdicts)))?;
     for verdict in &verdicts {
         let word = match verdict.outcome {
             Outcome::Passed => "passed    ",
@@ -61,4 +64,18 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
         "{}: the truth holds in every check that applies.",
         scene.name
     ))
+}
+
+/// The verdicts as a document; `passed` is null where a check was not judged.
+fn document(scene: &str, verdicts: &[Verdict]) -> Value {
+    let check = |v: &Verdict| {
+        let passed = match v.outcome {
+            Outcome::Passed => Some(true),
+            Outcome::Failed => Some(false),
+            Outcome::NotJudged => None,
+        };
+        json!({"check": v.check, "passed": passed, "finding": v.finding})
+    };
+    let checks: Vec<Value> = verdicts.iter().map(check).collect();
+    json!({"scene": scene, "checks": checks})
 }

@@ -5,7 +5,7 @@ use crate::live::{Rerun, Viewing};
 use crate::output_file::{Format, OutputFile};
 use crate::pace::{Pace, PaceSink};
 use crate::progress::Progress;
-use crate::terminal::{say, warn};
+use crate::terminal::{remark, say, warn};
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
 use robhaz_log::LogPlace;
 use robhaz_record::Summary;
@@ -252,11 +252,11 @@ fn recording(run: &Path) -> Result<PathBuf> {
                 file.display()
             );
         };
-        eprintln!(
+        remark(&format!(
             "Warning: {} is cut off at {end:.3} s: its run was killed or is still going on, or the file is damaged. \
              The data before that are shown.",
             file.display(),
-        );
+        ));
     }
     Ok(file)
 }

@@ -51,6 +51,12 @@ impl PathReport {
         parts.map(|part| &part[least(part)]).collect()
     }
 
+    /// Whether a wheel needs more than the available friction somewhere: a driven robot can pass all the same.
+    fn has_sliding_wheels(&self) -> bool {
+        let needs_more = |place: &Place| place.needed_mu > place.available_mu();
+        self.places.iter().any(needs_more)
+    }
+
     /// One line: go or no-go, and why.
     fn verdict(&self) -> String {
         let sigma = match self.mu_sigma {
@@ -62,10 +68,15 @@ impl PathReport {
         };
         match (&self.first_failure, self.margin, self.margin_x) {
             (None, Some(margin), Some(x)) => format!(
-                "{}: GO over {:.2} m. Needed friction {:.3}, least margin {margin:.3} at x = {x:.3} m{sigma}.",
+                "{}: GO over {:.2} m. Needed friction {:.3}, least margin {margin:.3} at x = {x:.3} m{sigma}.{}",
                 self.scene,
                 self.distance,
                 self.needed_mu.unwrap_or(0.0),
+                if self.has_sliding_wheels() {
+                    " At places a wheel needs more than there is: it slides, and the robot goes on."
+                } else {
+                    ""
+                },
             ),
             (Some(failure), ..) => format!(
                 "{}: NO-GO at x = {:.3} m: {}{sigma}.",

@@ -216,7 +216,7 @@ def test_a_study_is_that_of_the_command(scene, tmp_path):
     with pytest.raises(ValueError, match="seeds: found 0, allowed: 1 to 10000"):
         robhaz.study(scene, 0)
     (tmp_path / "scene.toml").write_text("")
-    _command(tmp_path, "study", "scene.toml", *SETTINGS, "--seeds", "2", "--json", "study.json")
+    _command(tmp_path, "study", "scene.toml", *SETTINGS, "--seeds", "2", "--out", "study.json")
     assert result == json.loads((tmp_path / "study.json").read_text())
 
 

@@ -34,7 +34,8 @@ pub enum RecordError {
     },
     /// A folder without streams.
     #[error(
-        "{path} holds no tables (.arrows) of a run that was killed; CSV tables can be read as they are",
+        "{path} holds no tables (.arrows) of a run that was killed; CSV tables can be read as they are, and an estimate of a \
+         log is repeated with --force",
         path = path.display()
     )]
     NoStreams {

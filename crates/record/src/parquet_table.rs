@@ -18,6 +18,8 @@ use std::sync::Arc;
 
 /// Rows in a row group: 16 s at 1 kHz, some 10 MB of memory a table.
 const GROUP_ROWS: usize = 16 * 1024;
+/// File name extension of a Parquet file that is not complete.
+pub const PARTIAL: &str = "parquet.partial";
 
 /// A table made of the rows that a run had written when it was killed.
 #[derive(Clone, Debug, PartialEq)]
@@ -96,7 +98,7 @@ pub fn write_parquet(
     torn: TornEnd,
 ) -> Result<RecoveredTable, RecordError> {
     let path = table_of(stream, folder);
-    let partial = path.with_extension("parquet.partial");
+    let partial = path.with_extension(PARTIAL);
     let done = convert(stream, &partial, torn).and_then(|(rows, end)| {
         std::fs::rename(&partial, &path).map_err(io_error("rename", &partial))?;
         Ok(RecoveredTable { path, rows, end })
@@ -112,18 +114,7 @@ pub fn write_parquet(
 fn convert(stream: &Path, out: &Path, torn: TornEnd) -> Result<(u64, Option<f64>), RecordError> {
     let file = File::open(stream).map_err(io_error("read", stream))?;
     let reader = StreamReader::try_new(BufReader::new(file), None).map_err(stream_error(stream))?;
-    // Metadata of the table as a whole belong to the file, not to Arrow's schema.
-    let metadata = reader.schema().metadata().clone();
-    let mut metadata: Vec<KeyValue> = metadata
-        .into_iter()
-        .map(|(k, v)| KeyValue::new(k, v))
-        .collect();
-    metadata.sort_by(|a, b| a.key.cmp(&b.key));
-    let schema: SchemaRef = Arc::new(Schema::new(reader.schema().fields().clone()));
-
-    let file = File::create(out).map_err(io_error("create", out))?;
-    let mut writer = ArrowWriter::try_new(file, Arc::clone(&schema), Some(properties(metadata)))
-        .map_err(parquet_error(out))?;
+    let (mut writer, schema) = writer(out, &reader.schema())?;
     let (mut rows, mut end) = (0, None);
     for batch in reader {
         let batch = match batch {
@@ -139,6 +130,23 @@ fn convert(stream: &Path, out: &Path, torn: TornEnd) -> Result<(u64, Option<f64>
     }
     writer.close().map_err(parquet_error(out))?;
     Ok((rows, end))
+}
+
+/// Creates a Parquet file for batches of a schema. Returns the schema of its batches, too: metadata of the table as a whole
+/// belong to the file, not to Arrow's schema.
+pub fn writer(
+    path: &Path,
+    schema: &SchemaRef,
+) -> Result<(ArrowWriter<File>, SchemaRef), RecordError> {
+    let metadata = schema.metadata().iter();
+    let mut metadata: Vec<KeyValue> = metadata
+        .map(|(k, v)| KeyValue::new(k.clone(), v.clone()))
+        .collect();
+    metadata.sort_by(|a, b| a.key.cmp(&b.key));
+    let schema: SchemaRef = Arc::new(Schema::new(schema.fields().clone()));
+    let file = File::create(path).map_err(io_error("create", path))?;
+    let writer = ArrowWriter::try_new(file, Arc::clone(&schema), Some(properties(metadata)));
+    Ok((writer.map_err(parquet_error(path))?, schema))
 }
 
 /// Whether a stream ends in the middle of a batch, and not because the disk cannot be read.

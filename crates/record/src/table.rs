@@ -2,6 +2,7 @@
 
 use crate::columns::Table;
 use crate::csv_table::{CsvTable, write_columns};
+use crate::direct_table::DirectTable;
 use crate::error::{RecordError, check_name, io_error};
 use crate::felt_ground::FeltGrounds;
 use crate::format::TableFormat;
@@ -16,16 +17,47 @@ use std::path::{Path, PathBuf};
 enum Writer {
     /// Becomes Parquet at the end.
     Stream(Box<StreamTable>),
+    /// Of recorded readings.
+    Direct(Box<DirectTable>),
     Csv(CsvTable),
+}
+
+impl Writer {
+    fn create(
+        folder: &Path,
+        format: TableFormat,
+        table: Table,
+        run: &RunDescription,
+    ) -> Result<Self, RecordError> {
+        let metadata = metadata(run);
+        Ok(match (format, &run.world) {
+            (TableFormat::Csv, _) => Self::Csv(CsvTable::create(folder, table)?),
+            (TableFormat::Parquet, Some(_)) => {
+                Self::Stream(Box::new(StreamTable::create(folder, table, &metadata)?))
+            }
+            (TableFormat::Parquet, None) => {
+                Self::Direct(Box::new(DirectTable::create(folder, table, &metadata)?))
+            }
+        })
+    }
+
+    fn push(&mut self, frame: &Frame<'_>) -> Result<(), RecordError> {
+        match self {
+            Self::Stream(table) => table.push(frame),
+            Self::Direct(table) => table.push(frame),
+            Self::Csv(table) => table.push(frame),
+        }
+    }
 }
 
 /// Writes the tables `truth`, `sensors`, `commands`, `estimate-NAME`, `ground-NAME` and `terrain` of a run into a folder. Recorded
 /// readings have neither `truth` nor `terrain`; only a control that takes readings has `commands`. An estimator that finds no ground has no table `ground-NAME`; it is written at the end of the
 /// run, because points change until the robot has left them.
 ///
-/// While the run goes on, a Parquet table is a stream of Arrow batches (`.arrows`), to which rows go at least every simulated
-/// second; the end of the run makes Parquet of it and removes the stream. CSV tables grow in the same steps. So a run that
-/// breaks off keeps every row, and one that is killed all but its last second: [`crate::recover`] makes tables of its streams.
+/// While a simulation goes on, a Parquet table is a stream of Arrow batches (`.arrows`), to which rows go at least every
+/// simulated second; the end of the run makes Parquet of it and removes the stream. CSV tables grow in the same steps. So a
+/// run that breaks off keeps every row, and one that is killed all but its last second: [`crate::recover`] makes tables of its
+/// streams. Parquet tables of recorded readings are written at once: killed, they are computed again from the readings.
 pub struct TableSink {
     folder: PathBuf,
     format: TableFormat,
@@ -58,17 +90,10 @@ impl TableSink {
         if self.format == TableFormat::Csv {
             write_columns(folder, &tables)?;
         }
-        let metadata = metadata(run);
         self.grounds = Some((run.clone(), FeltGrounds::new(run)));
-        write_terrain(folder, self.format, run, &metadata)?;
-        self.writers = tables
-            .into_iter()
-            .map(|table| match self.format {
-                TableFormat::Parquet => StreamTable::create(folder, table, &metadata)
-                    .map(|t| Writer::Stream(Box::new(t))),
-                TableFormat::Csv => CsvTable::create(folder, table).map(Writer::Csv),
-            })
-            .collect::<Result<_, _>>()?;
+        write_terrain(folder, self.format, run, &metadata(run))?;
+        let create = |table| Writer::create(folder, self.format, table, run);
+        self.writers = tables.into_iter().map(create).collect::<Result<_, _>>()?;
         Ok(())
     }
 
@@ -77,10 +102,7 @@ impl TableSink {
             grounds.add(frame);
         }
         for writer in &mut self.writers {
-            match writer {
-                Writer::Stream(table) => table.push(frame)?,
-                Writer::Csv(table) => table.push(frame)?,
-            }
+            writer.push(frame)?;
         }
         Ok(())
     }
@@ -124,6 +146,7 @@ impl Sink for TableSink {
                     streams.push(table.path().to_path_buf());
                     closed
                 }
+                Writer::Direct(mut table) => table.close(),
                 Writer::Csv(mut table) => table.close(),
             };
             if let Err(error) = closed {

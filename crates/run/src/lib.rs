@@ -42,6 +42,7 @@ pub use source::{Sample, Simulation, Source, sensor_frame};
 use pipeline::Record;
 use robhaz_scene::Scene;
 use std::time::{Duration, Instant};
+use tracing::debug;
 
 /// Asks whether the run has to stop: a short cause such as `Ctrl-C`, or `None` to go on. Asked at every sample.
 pub type Stop<'a> = &'a dyn Fn() -> Option<&'static str>;
@@ -143,6 +144,16 @@ impl Run {
             self.in_one_loop(sinks, stop)
         };
         let end = self.end(result.as_ref().err());
+        if let Some(end) = &end {
+            debug!(
+                name = self.description.name,
+                simulated_s = end.duration,
+                computing_s = end.wall,
+                mean_step_s = end.step,
+                broken_off = end.broken_off,
+                "run ended"
+            );
+        }
         let mut first_failure = None;
         for sink in sinks.iter_mut() {
             if let Err(error) = sink.end(end.as_ref()) {

@@ -2,14 +2,16 @@
 
 use crate::conflict::{Conflict, number, word};
 use crate::estimators;
-use crate::key::Key;
+use crate::json;
+use crate::key::{Form, Key};
+use crate::name;
 use crate::range::{LONGEST_RUN, above, at_least, short};
 use crate::reader::Reader;
 use crate::scene::Scene;
 use crate::source::{Node, Value};
 use crate::suggest::nearest;
 use crate::units::{TIME, TORQUE_RATE};
-use crate::wheels::{self, WHEELS, WHEELS_ALLOWED};
+use crate::wheels::{self, WHEELS};
 use robhaz_control::shared::{largest_integral_ratio, largest_proportional_gain};
 use robhaz_control::{ControlKind, FrictionTestPlan};
 
@@ -34,7 +36,10 @@ pub(crate) const KIND: Key<Scene> = Key::word(
 pub(crate) const ESTIMATOR: Key<Scene> = Key::own(
     ESTIMATOR_NAME,
     "no-angles if the scene has it, else best",
-    "the label of one of the scene's estimators",
+    Form {
+        words: "the label of one of the scene's estimators",
+        schema: name::FORM.schema,
+    },
     "the estimator that a control with readings gets",
 );
 
@@ -47,7 +52,10 @@ pub(crate) const FRICTION_TEST_PATH: &str = "drive.friction_test";
 pub(crate) const FRICTION_TEST: Key<Scene> = Key::own(
     FRICTION_TEST_NAME,
     "each wheel in turn",
-    "a table {wheels, start, rate, both_ways}",
+    Form {
+        words: "a table {wheels, start, rate, both_ways}",
+        schema: || json::table(FRICTION_TESTS, Some(&mut FrictionTestPlan::default())),
+    },
     "what kind friction-test does",
 );
 
@@ -56,7 +64,7 @@ pub(crate) const FRICTION_TESTS: &[Key<FrictionTestPlan>] = &[
     Key::<FrictionTestPlan>::own(
         WHEELS,
         "[1, 2, 3]",
-        WHEELS_ALLOWED,
+        wheels::FORM,
         "the tested wheels, in this order",
     ),
     Key::<FrictionTestPlan>::number(

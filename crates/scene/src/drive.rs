@@ -1,13 +1,14 @@
 //! `[drive]`: eq. (2), motors and their speed control.
 
 use crate::control;
-use crate::key::Key;
+use crate::json;
+use crate::key::{Form, Key};
 use crate::range::{LONGEST_RUN, above, at_least};
 use crate::reader::{Reader, join};
 use crate::scene::Scene;
 use crate::source::{Node, Value};
 use crate::units::{NONE, ROTARY_DAMPING, SPEED, TIME, TORQUE};
-use crate::wheels::{self, WHEELS, WHEELS_ALLOWED};
+use crate::wheels::{self, WHEELS};
 use robhaz_sim::scaling::SpeedScaling;
 
 /// Where the section is in the file.
@@ -84,7 +85,10 @@ pub(crate) const KEYS: &[Key<Scene>] = &[
     Key::own(
         SCALING,
         "none",
-        SCALINGS_ALLOWED,
+        Form {
+            words: SCALINGS_ALLOWED,
+            schema: || json::array(json::table(SCALINGS, None), 0, MOST_SCALINGS),
+        },
         "times in which single wheels have another set speed; those of one wheel must not overlap",
     ),
 ];
@@ -99,7 +103,7 @@ const SCALINGS_ALLOWED: &str = "up to 100 tables, each headed [[drive.scaling]]"
 
 /// The keys of one scaling.
 pub(crate) const SCALINGS: &[Key<SpeedScaling>] = &[
-    Key::<SpeedScaling>::own(WHEELS, "", WHEELS_ALLOWED, "the wheels that it acts on").required(),
+    Key::<SpeedScaling>::own(WHEELS, "", wheels::FORM, "the wheels that it acts on").required(),
     Key::<SpeedScaling>::number(
         "from",
         TIME,

@@ -1,5 +1,6 @@
 //! `[[estimator]]`: presets, and the keys that change them.
 
+use crate::json;
 use crate::key::{Key, Words};
 use crate::name;
 use crate::range::{above, at_least};
@@ -86,7 +87,7 @@ pub(crate) const KEYS: &[Key<Keys>] = &[
     Key::own(
         "label",
         "its name",
-        name::ALLOWED,
+        name::FORM,
         "unique name in tables, figures and file names",
     ),
     Key::number(
@@ -224,6 +225,11 @@ pub(crate) fn default_node(origin: &Origin) -> Node {
         origin: origin.clone(),
         value: Value::Array(PRESETS.iter().map(preset).chain([without_angles]).collect()),
     }
+}
+
+/// JSON Schema of the list. Defaults are those of the preset.
+pub(crate) fn schema() -> serde_json::Value {
+    json::array(json::table(KEYS, None), 0, MOST)
 }
 
 /// Reads the list; an empty one means no estimator.

@@ -4,6 +4,7 @@ use crate::reader::grouped;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
+use tracing::debug;
 
 /// Largest size of a scene or robot file, bytes: enough for 100 000 points of full precision.
 const MOST_TOML: usize = 6_000_000;
@@ -22,7 +23,10 @@ pub(crate) fn read(path: &Path, most: usize) -> Result<Vec<u8>, String> {
     file.read_to_end(&mut bytes).map_err(cannot)?;
     match bytes.len() > most {
         true => Err(too_large(most)),
-        false => Ok(bytes),
+        false => {
+            debug!(path = %path.display(), bytes = bytes.len(), "read");
+            Ok(bytes)
+        }
     }
 }
 

@@ -7,6 +7,7 @@ use crate::range::{Range, at_least};
 use crate::units::{Dimension, NONE};
 use robhaz_estimator::statics::{LOAD_PARAMETERS, LoadCovariance};
 use robhaz_model::Vec2;
+use serde_json::Value;
 
 /// A key of a table that sets a field of `T`.
 pub(crate) struct Key<T: 'static> {
@@ -47,16 +48,25 @@ pub(crate) enum Field<T: 'static> {
     Text(fn(&mut T) -> &mut String),
     /// A table within the table.
     Table(&'static [Key<T>]),
-    /// A value that the section reads itself; default and allowed values in words.
+    /// A value that the section reads itself; its default in words.
     Own {
         default: &'static str,
-        allowed: &'static str,
+        form: Form,
     },
     /// A word that the section reads itself, since other keys depend on it.
     OwnWord {
         default: &'static str,
         words: Words,
     },
+}
+
+/// Allowed values that a section reads itself.
+#[derive(Clone, Copy)]
+pub(crate) struct Form {
+    /// In words.
+    pub words: &'static str,
+    /// As JSON Schema.
+    pub schema: fn() -> Value,
 }
 
 /// Off and on.
@@ -182,10 +192,10 @@ impl<T> Key<T> {
     pub const fn own(
         name: &'static str,
         default: &'static str,
-        allowed: &'static str,
+        form: Form,
         meaning: &'static str,
     ) -> Self {
-        Self::new(name, Field::Own { default, allowed }, meaning)
+        Self::new(name, Field::Own { default, form }, meaning)
     }
 
     pub const fn own_word(
@@ -255,7 +265,7 @@ impl<T> Field<T> {
             }
             Self::Text(_) => "a text".to_owned(),
             Self::Table(_) => "a table".to_owned(),
-            Self::Own { allowed, .. } => (*allowed).to_owned(),
+            Self::Own { form, .. } => form.words.to_owned(),
         }
     }
 

@@ -15,6 +15,7 @@
 //! | `log` | descriptions of recorded logs |
 //! | `study` | study files: what is varied in which scene |
 //! | `write`, `reference` | the resolved scene; all keys |
+//! | `json`, `schema` | JSON Schema for editors |
 //! | `error`, `excerpt`, `suggest` | messages |
 
 mod checks;
@@ -28,6 +29,7 @@ mod excerpt;
 mod explicit_step;
 mod fields;
 mod file;
+mod json;
 mod key;
 mod load;
 mod log;
@@ -41,6 +43,7 @@ mod reference;
 mod robot;
 mod robot_keys;
 mod scene;
+mod schema;
 mod sections;
 mod seed;
 mod sensors;
@@ -68,8 +71,9 @@ pub use robhaz_sim::EngineKind;
 pub use robhaz_sim::sensors::{Grade, SensorSpec};
 pub use robot::RobotChoice;
 pub use scene::{ControlChoice, EngineChoice, RecordChoice, Scene, SensorChoice};
+pub use schema::{SchemaKind, schema};
 pub use study::{
-    Axis, AxisValue, AxisValues, BaseScene, Distribution, DrawMethod, Draws, Setting, StudyChoice,
-    StudyTables,
+    Axis, AxisItem, AxisValue, AxisValues, BaseScene, Distribution, DrawMethod, Draws, Setting,
+    StudyChoice, StudyTables,
 };
 pub use terrain::{TerrainChoice, Track};

@@ -1,11 +1,19 @@
 //! Names that become parts of file names.
 
+use crate::key::Form;
 use crate::reader::Reader;
 use crate::source::{Node, Value};
+use serde_json::json;
 
 /// The rule in words.
 pub(crate) const ALLOWED: &str =
     "a text of 1 to 64 lower-case letters a to z, digits, \"-\" and \"_\"";
+
+/// The rule as a value of a key.
+pub(crate) const FORM: Form = Form {
+    words: ALLOWED,
+    schema: || json!({"type": "string", "pattern": "^[a-z0-9_-]{1,64}$"}),
+};
 
 const LONGEST: usize = 64;
 

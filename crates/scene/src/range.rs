@@ -55,6 +55,15 @@ impl Range {
         }
     }
 
+    /// Lower and upper end, each with whether it belongs to the range; `None` where there is none.
+    pub fn ends(self) -> [Option<(f64, bool)>; 2] {
+        [self.low, self.high].map(|end| match end {
+            End::None => None,
+            End::Open(at) => Some((at, false)),
+            End::Closed(at) => Some((at, true)),
+        })
+    }
+
     /// Whether a number lies in it.
     pub fn contains(self, value: f64) -> bool {
         let low = match self.low {

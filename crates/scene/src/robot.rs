@@ -2,7 +2,8 @@
 
 use crate::error::Problem;
 use crate::file;
-use crate::key::{Key, quoted};
+use crate::json;
+use crate::key::{Form, Key, quoted};
 use crate::reader::{Reader, join};
 use crate::robot_keys::{
     BODY_LOWER, BODY_UPPER, GEOMETRY, HALF_WIDTH, LINK_CG, MASSES, OUTLINE_PATH,
@@ -12,6 +13,7 @@ use crate::suggest::nearest;
 use robhaz_model::{
     Bar, Geometry, GeometryError, MassSet, Outline, Pin, PinStop, Robot, StanceError, mean_link_cgs,
 };
+use serde_json::json;
 use std::path::Path;
 
 /// Largest deviation of an axle's height from the wheel radius in the nominal pose, m.
@@ -50,6 +52,11 @@ pub(crate) const GEOMETRY_PART: Part = Part {
             file: "robots/geometry-b.toml",
             text: include_str!("../../../robots/geometry-b.toml"),
         },
+        BuiltIn {
+            name: "C",
+            file: "robots/geometry-c.toml",
+            text: include_str!("../../../robots/geometry-c.toml"),
+        },
     ],
     what: "geometry",
 };
@@ -77,13 +84,19 @@ pub(crate) const KEYS: &[Key<()>] = &[
     Key::own(
         "geometry",
         DEFAULT_GEOMETRY,
-        "\"A\", \"B\", the path of a .toml file, or a table",
+        Form {
+            words: "\"A\", \"B\", \"C\", the path of a .toml file, or a table",
+            schema: || GEOMETRY_PART.schema(json::table(GEOMETRY, None)),
+        },
         "dimensions of the robot; a path is relative to the scene file",
     ),
     Key::own(
         "mass",
         DEFAULT_MASS,
-        "\"caption\", \"text\", the path of a .toml file, or a table",
+        Form {
+            words: "\"caption\", \"text\", the path of a .toml file, or a table",
+            schema: || MASS_PART.schema(json::table(MASSES, None)),
+        },
         "masses and inertias; a path is relative to the scene file",
     ),
 ];
@@ -91,7 +104,7 @@ pub(crate) const KEYS: &[Key<()>] = &[
 /// The robot, and the names under which its parts were chosen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotChoice {
-    /// `A`, `B`, the path of a geometry file, or `inline`; with `, changed` when an override changed a part of it.
+    /// `A`, `B`, `C`, the path of a geometry file, or `inline`; with `, changed` when an override changed a part of it.
     pub geometry_name: String,
     /// `caption`, `text`, the path of a mass file, or `inline`; with `, changed` as above.
     pub mass_name: String,
@@ -243,6 +256,11 @@ impl Part {
             quoted(&self.names()),
             self.what
         )
+    }
+
+    /// JSON Schema of its key: a name, a path, or a table.
+    fn schema(&self, table: serde_json::Value) -> serde_json::Value {
+        json!({"anyOf": [{"enum": self.names()}, {"type": "string", "pattern": r"\.toml$"}, table]})
     }
 
     fn builtin(&self, reader: &mut Reader, builtin: &BuiltIn) -> Node {

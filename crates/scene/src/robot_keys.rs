@@ -1,9 +1,10 @@
 //! The keys of geometry and mass files.
 
-use crate::key::Key;
+use crate::key::{Form, Key};
 use crate::range::{above, at_least};
 use crate::units::{ANGLE, INERTIA, LENGTH, MASS, STOP_DAMPING, STOP_STIFFNESS};
 use robhaz_model::{Carrier, Geometry, MassSet};
+use serde_json::json;
 use std::f64::consts::PI;
 
 const CARRIERS: [Carrier; 2] = [Carrier::Link1, Carrier::Link2];
@@ -11,12 +12,18 @@ const CARRIERS: [Carrier; 2] = [Carrier::Link1, Carrier::Link2];
 /// Largest coordinate of the robot, m.
 const FARTHEST: f64 = 10.0;
 
+/// Any text.
+const TEXT: Form = Form {
+    words: "a text",
+    schema: || json!({"type": "string"}),
+};
+
 /// The keys of a geometry file, and of `[robot.geometry]`.
 pub(crate) const GEOMETRY: &[Key<Geometry>] = &[
     Key::<Geometry>::own(
         "name",
         "the name or path by which it was chosen",
-        "a text",
+        TEXT,
         "name in summaries",
     ),
     Key::<Geometry>::number(
@@ -172,7 +179,7 @@ pub(crate) const MASSES: &[Key<MassSet>] = &[
     Key::<MassSet>::own(
         "name",
         "the name or path by which it was chosen",
-        "a text",
+        TEXT,
         "name in summaries",
     ),
     Key::<MassSet>::number(

@@ -27,13 +27,13 @@ pub(crate) const TOP: &[Key<Scene>] = &[
     Key::own(
         "name",
         "the file's name without `.toml`",
-        name::ALLOWED,
+        name::FORM,
         "name of the scene: names the default output folder",
     ),
     Key::own(
         "seed",
         "0",
-        seed::ALLOWED,
+        seed::FORM,
         "seed of everything random in the run",
     ),
 ];

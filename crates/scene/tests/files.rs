@@ -4,7 +4,7 @@
     reason = "helpers of tests may stop at the first surprise"
 )]
 
-use robhaz_model::{Geometry, MassSet};
+use robhaz_model::{Geometry, MassSet, Posture};
 use robhaz_scene::Scene;
 use std::path::{Path, PathBuf};
 
@@ -53,6 +53,28 @@ fn every_shipped_robot_file_loads() {
         assert!(opens_with_comment(&file), "{stem}");
         assert!(std::fs::read_to_string(&file).unwrap().contains("DERIVED"));
     }
+}
+
+/// Geometry C meets the constraints that it was searched with: it stands with loads equal within 15 %, and the front wheel has
+/// a reach of at least 0.18 m inside the stops, over which the loop closes.
+#[test]
+fn geometry_c_meets_its_constraints() {
+    let robot = parse("robot.geometry = 'C'").robot.robot;
+    let loads = robot.static_loads().unwrap();
+    let mean = robot.mean_wheel_load();
+    for load in loads {
+        assert!((load - mean).abs() < 0.075 * mean, "{loads:?}");
+    }
+    let geometry = &robot.geometry;
+    let heights = (0..=75).map(|k| {
+        let angle =
+            geometry.stop.lower + (geometry.stop.upper - geometry.stop.lower) * f64::from(k) / 75.0;
+        let posture = Posture::close(geometry, angle, 0.0).unwrap();
+        let height = |wheel| posture.axle_from_q(geometry, wheel).y;
+        height(0) - height(1)
+    });
+    let reach = heights.fold(0.0, f64::max);
+    assert!(reach >= 0.18, "{reach}");
 }
 
 /// The names A, B, caption and text are read from the shipped files; they have the model's values to a relative 1e-15.

@@ -8,7 +8,7 @@ use arrow_array::builder::{
 };
 use arrow_array::{ArrayRef, RecordBatch};
 use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
-use robhaz_scene::{Axis, AxisValue, AxisValues, Distribution, Setting};
+use robhaz_scene::{Axis, AxisItem, AxisValue, AxisValues, Distribution, Setting};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -21,8 +21,12 @@ enum Varied {
 }
 
 impl Varied {
-    /// The narrowest type that takes all values of the `i`-th key of an axis.
+    /// The narrowest type that takes all values of the `i`-th key of an axis, or their names.
     fn of(axis: &Axis, i: usize) -> Self {
+        let named = |items: &[AxisItem]| items.iter().any(|item| item.name.is_some());
+        if matches!(&axis.values, AxisValues::List(items) if i == 0 && named(items)) {
+            return Self::Text(StringBuilder::new());
+        }
         let all = |is_it: fn(&AxisValue) -> bool| match &axis.values {
             AxisValues::List(items) => items.iter().filter_map(|v| v.values.get(i)).all(is_it),
             AxisValues::Whole { .. } | AxisValues::Drawn(Distribution::Whole(..)) => {
@@ -181,7 +185,10 @@ impl RowBuilder {
         for row in &record.rows {
             self.index.append_value(record.run);
             for (column, setting) in self.varied.iter_mut().zip(settings) {
-                column.push(&setting.value);
+                match (column, &setting.name) {
+                    (Varied::Text(builder), Some(name)) => builder.append_value(name),
+                    (column, _) => column.push(&setting.value),
+                }
             }
             self.estimator.append_option(row.estimator.as_ref());
             for (i, column) in self.scores.iter_mut().enumerate() {

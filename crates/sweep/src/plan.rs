@@ -61,14 +61,25 @@ impl Plan {
         for (axis, item) in items.into_iter().enumerate() {
             let keys = self.axes[axis].keys.iter();
             let values = self.values(axis, item, sample);
+            let mut name = self.name(axis, item);
             settings.extend(keys.zip(values).map(|(key, value)| Setting {
                 axis,
                 item,
                 key: key.clone(),
                 value,
+                // That of the first key alone.
+                name: name.take(),
             }));
         }
         settings
+    }
+
+    /// The name of an item of a list.
+    fn name(&self, axis: usize, item: u64) -> Option<String> {
+        match &self.axes[axis].values {
+            AxisValues::List(items) => items.get(usize::try_from(item).ok()?)?.name.clone(),
+            _ => None,
+        }
     }
 
     fn values(&self, axis: usize, item: u64, sample: u64) -> Vec<AxisValue> {

@@ -108,6 +108,9 @@ impl SlipWatch {
     const LEAST_SLIP: f64 = 0.005;
     /// Age beyond which a peak is forgotten, s.
     const WINDOW: f64 = 0.6;
+    /// Part of the peak that a wheel in the onset still bears, -: sliding friction is more than half of mu_max on all common grounds.
+    /// A wheel that was relieved after the peak bears less, and is moved by others.
+    const STILL_BORNE: f64 = 0.5;
 
     /// Takes a sample, `dt` seconds after the last. Returns the event at the sample at which an onset is found.
     pub fn update(&mut self, sample: &WheelSample, dt: f64) -> Option<SlipEvent> {
@@ -139,7 +142,8 @@ impl SlipWatch {
         self.follow_peak(sample, dt);
         let begins = acceleration * forward > Self::ACCELERATION
             && slip * forward > Self::LEAST_SLIP
-            && self.peak.value > ContactDetector::LEAST_RATIO;
+            && self.peak.value > ContactDetector::LEAST_RATIO
+            && self.fast_ratio.abs() > Self::STILL_BORNE * self.peak.value;
         self.time = if begins { self.time + dt } else { 0.0 };
         if self.time <= dt {
             self.first_ratio = self.fast_ratio;
@@ -276,6 +280,24 @@ mod tests {
         let (t, event) = found.expect("it slips");
         assert!(t > 0.25 && t < 0.35, "{t}");
         assert!((event.mu_max - 0.75).abs() < 0.15, "{event:?}");
+    }
+
+    /// Property: a wheel that bore 0.3, is relieved to 0.05 and then moves, faster and faster, has not slipped: others move it. With
+    /// 0.2 left, as where sliding friction is two thirds of mu_max, it slips.
+    #[test]
+    fn a_relieved_wheel_has_no_onset() {
+        for (left, slips) in [(0.05, false), (0.2, true)] {
+            let mut watch = SlipWatch::default();
+            let mut count = 0;
+            for k in 0..700 {
+                let since = (DT * f64::from(k) - 0.3).max(0.0);
+                let ratio = 0.3 - (since / 0.2).min(1.0) * (0.3 - left);
+                let slip = (since - 0.15).max(0.0).powi(2);
+                let event = watch.update(&sample(ratio, slip), DT);
+                count += u32::from(event.is_some());
+            }
+            assert_eq!(count > 0, slips, "{left}");
+        }
     }
 
     /// Property: a wheel grips again at the slip with which it bore the peak, here a creep of 15 mm/s.

@@ -30,7 +30,7 @@ pub struct RampLimit {
 pub(super) struct RampFriction {
     /// mu_max, -.
     pub mu: f64,
-    /// Standard deviation of what the two ramps of a wheel do not have in common, -.
+    /// Part of mu_max by which the ramp differs from the other one of its wheel, as a standard deviation, -.
     pub own: f64,
     /// Standard deviation of the rest, -.
     pub rest: f64,
@@ -71,7 +71,7 @@ impl RampLimit {
         };
         RampFriction {
             mu: most,
-            own: part * most,
+            own: part,
             rest,
         }
     }

@@ -214,7 +214,8 @@ fn tests_of_other_wheels_show_offsets_too() {
 }
 
 /// Property: where both other wheels bear the reaction at the limit of friction, their tractions show the tested wheel's offset: mu = 0.3,
-/// an offset of 1.5 N on the tested wheel and -0.75 N on both others. Less than half of the error remains. And ramps that cannot agree leave a deviation of their difference.
+/// an offset of 1.5 N on the tested wheel and -0.75 N on both others. Less than half of the error remains. And of ramps that cannot agree, none counts more, and half their
+/// difference is within the deviation.
 #[test]
 fn the_other_wheels_show_the_offset() {
     let first = limit(0, [(12.0 + 1.5) / 40.0, 0.0, 0.0], [40.0; 3], 1.0);
@@ -235,7 +236,11 @@ fn the_other_wheels_show_the_offset() {
         both.sigma < one.sigma && (both.mu - 0.3).abs() < both.sigma,
         "{both:?}"
     );
-    let elsewhere = limit(0, [-0.9, 0.0, 0.0], [40.0; 3], 1.0);
-    let apart = alone(result(0, [Some(first), Some(elsewhere)]));
-    assert!(apart.sigma > 0.15, "{apart:?}");
+    for (other, middle) in [(0.9, 0.62), (0.05, 0.19)] {
+        let elsewhere = limit(0, [-other, 0.0, 0.0], [40.0; 3], 1.0);
+        let apart = alone(result(0, [Some(first), Some(elsewhere)]));
+        // The offsets can bring the ramps nearer by 0.1.
+        assert!((apart.mu - middle).abs() < 0.1, "{apart:?}");
+        assert!(apart.sigma > 0.5 * (other - middle).abs(), "{apart:?}");
+    }
 }

@@ -81,16 +81,18 @@ impl OfTest {
     fn one(ramp: &RampFriction) -> Self {
         Self {
             mu: ramp.mu,
-            variance: ramp.own * ramp.own,
+            variance: ramp.own * ramp.own * ramp.mu * ramp.mu,
             rest: ramp.rest,
             likelihood: 1.0,
         }
     }
 
-    /// Mean weighted by the inverse variances. Where the ramps differ by more than their deviations, the variance is that much larger
-    /// (Birge ratio).
+    /// Mean weighted by the inverse variances, which are parts of the larger mu_max: else the smaller of two that disagree would
+    /// count most. Where the ramps differ by more than their deviations, the variance is that much larger (Birge ratio).
     fn both(first: &RampFriction, second: &RampFriction) -> Self {
-        let (a, b) = (first.own * first.own, second.own * second.own);
+        let most = first.mu.max(second.mu);
+        let (a, b) = (first.own * most, second.own * most);
+        let (a, b) = (a * a, b * b);
         let sum = a + b;
         let difference = first.mu - second.mu;
         let square = difference * difference / sum;

@@ -19,9 +19,9 @@ const COUNT: usize = NODES + NODE_COUNT;
 
 /// Correlation length of the fluctuating direction error, m.
 const SLOPE_LENGTH: f64 = 0.1;
-/// Standard deviation of the lasting one, as dy/dx: 0.6 deg. Offsets of torques and gains leave such an error in the motion
-/// filter for as long as they are not found.
-const LASTING: f64 = 0.01;
+/// Standard deviation of the lasting one, as dy/dx: 1.1 deg. Offsets of torques leave such an error in the motion filter for as long as
+/// they are not found: 1 N at each wheel of a robot of 14 kg is 1.2 deg.
+const LASTING: f64 = 0.02;
 /// Random walk of the lasting one, 1/sqrt(m).
 const LASTING_WALK: f64 = 2e-3;
 /// Random walk of a link angle's error, rad/sqrt(m).
@@ -151,13 +151,25 @@ impl Drift {
         Kalman::<COUNT>::along(&self.filter.x, &h)
     }
 
+    /// That error and its variance, as the filter states it: the prior of the lasting error, and what the passes show.
+    pub fn stated_direction(&self) -> (f64, f64) {
+        self.combination(&[(SLOPE, 1.0), (LASTING_SLOPE, 1.0)])
+    }
+
+    /// The velocity was corrected: its direction, as dy/dx, has changed by `change`.
+    pub fn direction_corrected(&mut self, change: f64) {
+        if let Some(error) = self.filter.x.get_mut(LASTING_SLOPE) {
+            *error += change;
+        }
+    }
+
     /// That error and its variance.
     ///
     /// On even ground the passes agree far better than the stated errors of the velocity let expect. The variance is therefore that of
     /// the filter times the mean of the normalised squared innovations (the variance factor of adjustment theory, at most 1), plus
     /// what no pass shows: the common error of the link angles, and a floor.
     pub fn direction(&self) -> (f64, f64) {
-        let (error, variance) = self.combination(&[(SLOPE, 1.0), (LASTING_SLOPE, 1.0)]);
+        let (error, variance) = self.stated_direction();
         let p = &self.filter.p;
         let tilt =
             0.25 * (p[TILT][TILT] + 2.0 * p[TILT][TILT + 1] + p[TILT + 1][TILT + 1]).max(0.0);

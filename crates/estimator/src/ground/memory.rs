@@ -22,6 +22,12 @@ const SCALE_LENGTH: f64 = 0.5;
 const LEAST_SLOPE_ERROR: f64 = 5e-4;
 /// Speed at which a section starts, m/s. Before, the robot rests: the filters settle, and there is nothing to store.
 const MOVING: f64 = 0.005;
+/// Length after which passes show an error of the direction anew, m: about the distance of two wheels.
+const DIRECTION_EVERY: f64 = 0.3;
+/// Least number of passed points that show it.
+const LEAST_PASSES: f64 = 3.0;
+/// Length over which the bias of the inclinometers is taken to last, m: it counts in every error of the direction.
+const TILT_LENGTH: f64 = 3.0;
 /// Bound of places and speeds, SI. Beyond it they are not those of a robot.
 const LARGEST: f64 = 1e9;
 
@@ -55,13 +61,16 @@ pub(crate) struct GroundMemory {
     pub(super) place_variance: f64,
     /// Way since the drift was last advanced, m: horizontal, with its sign; and its length.
     way: [f64; 2],
+    /// Length since the passes last showed the direction, m, and the known points passed on it.
+    direction_since: [f64; 2],
     contacts: [LastContact; 3],
     pub(super) cells: Cells,
     pub(super) drift: Drift,
 }
 
 visit_fields!(
-    GroundMemory: started, ended, section, place, velocity, place_variance, way, contacts, cells, drift
+    GroundMemory: started, ended, section, place, velocity, place_variance, way, direction_since,
+    contacts, cells, drift
 );
 
 impl GroundMemory {
@@ -81,6 +90,7 @@ impl GroundMemory {
             velocity: [0.0; 2],
             place_variance: 0.0,
             way: [0.0; 2],
+            direction_since: [0.0; 2],
             contacts: Default::default(),
             cells,
             drift: Drift::new(0.0, Lever { link: 0, arm: 0.0 }),
@@ -154,6 +164,7 @@ impl GroundMemory {
             let length = root_sum_square(way[0], way[1]);
             self.place = [self.place[0] + way[0], self.place[1] + way[1]];
             self.way = [self.way[0] + way[0], self.way[1] + length];
+            self.direction_since[0] += length;
             // White noise of the same effect as errors that last: `sigma^2 2 T dt`.
             let of_speed = 2.0 * SPEED_TIME * speed_sigma * speed_sigma * motion.dt;
             let of_scale = 2.0 * SCALE_LENGTH * SCALE_ERROR * SCALE_ERROR * length;
@@ -221,6 +232,7 @@ impl GroundMemory {
         self.drift.advance(way, length, slope_sigma);
         if let Some(cell) = self.cells.known(number).copied() {
             self.measure(number, &cell, contact);
+            self.direction_since[1] += 1.0;
             wheel.tied = true;
         } else {
             self.store(number, forward, contact, wheel);
@@ -300,6 +312,27 @@ impl GroundMemory {
             let (error, variance) = self.drift.direction();
             (error, libm::sqrt(variance))
         })
+    }
+
+    /// Error of the direction of the velocity, as dy/dx, that wheels on known ground have shown since the last such error, and its
+    /// variance with `tilt`, the bias of the inclinometers (rad). Once in [`DIRECTION_EVERY`]; else `None`.
+    ///
+    /// The profile closes: the heights that two wheels find at one place differ by what the direction erred by on the way between.
+    pub fn take_direction_error(&mut self, tilt: f64) -> Option<(f64, f64)> {
+        let [length, passes] = self.direction_since;
+        if self.ended || length < DIRECTION_EVERY || passes < LEAST_PASSES {
+            return None;
+        }
+        self.direction_since = [0.0; 2];
+        let (error, variance) = self.drift.stated_direction();
+        // The mean of two links' biases, as white noise of the same effect.
+        let lasting = 0.5 * tilt * tilt * (2.0 * TILT_LENGTH / DIRECTION_EVERY);
+        Some((error, variance + lasting))
+    }
+
+    /// See [`Drift::direction_corrected`].
+    pub fn direction_corrected(&mut self, change: f64) {
+        self.drift.direction_corrected(change);
     }
 
     /// Places of the contacts at the last sample, m; `None` before the section has started.

@@ -55,27 +55,38 @@ pub(crate) struct HealthMonitor {
     parity: Mean,
     torque: [Constancy; 3],
     wiring: Wiring,
+    /// Time since a wheel last slid or left the ground, s; at most [`Self::ANGLE_SETTLES`].
+    settled: f64,
 }
 
-visit_fields!(HealthMonitor: encoder, slip, direction, inclination, parity, torque, wiring);
+visit_fields!(HealthMonitor: encoder, slip, direction, inclination, parity, torque, wiring, settled);
 
 impl HealthMonitor {
     /// Least speed of a robot that drives, m/s.
     pub const DRIVES: f64 = 0.02;
+    /// Time that a link's angle takes to settle, s. While wheels slide, as at a kerb, the acceleration that the inclinometer
+    /// feels is not known and pulls the angle; the link's filter forgets that with about one second.
+    const ANGLE_SETTLES: f64 = 2.0;
 
-    /// Takes the innovations and torques of one sample, `dt` seconds after the last. Innovations `count` while the robot
-    /// drives and the model holds.
+    /// Takes the innovations and torques of one sample, `dt` seconds after the last. Innovations count while the robot
+    /// `drives` and the model `holds`.
     pub fn update(
         &mut self,
         innovations: &Innovations,
         torques: &[TorqueReading; 3],
-        count: bool,
+        drives: bool,
+        holds: bool,
         dt: f64,
     ) {
         for (constancy, torque) in self.torque.iter_mut().zip(torques) {
             constancy.update(torque, dt);
         }
-        if !count {
+        self.settled = if holds {
+            (self.settled + dt).min(Self::ANGLE_SETTLES)
+        } else {
+            0.0
+        };
+        if !(drives && holds) {
             return;
         }
         let weight = dt / (Mean::WINDOW + dt);
@@ -90,6 +101,7 @@ impl HealthMonitor {
         let wheels = wheels.chain(self.slip.iter_mut().zip(slip));
         let wheels = wheels.chain(self.direction.iter_mut().zip(direction));
         let links = self.inclination.iter_mut().zip(inclination);
+        let links = links.filter(|_| self.settled >= Self::ANGLE_SETTLES);
         for (mean, nis) in wheels.chain(links) {
             mean.update(*nis, weight);
         }
@@ -132,6 +144,11 @@ impl HealthMonitor {
             if *exchanged {
                 suspect |= torque;
             }
+        }
+        if self.wiring.late() {
+            Channels::TORQUE
+                .iter()
+                .for_each(|torque| suspect |= *torque);
         }
         if self.parity.beyond {
             suspect |= Channels::PARITY;
@@ -237,10 +254,11 @@ mod tests {
         }; 3]
     }
 
-    /// Feeds the same innovations for a time (s), with torques that change.
-    fn feed(monitor: &mut HealthMonitor, innovations: &Innovations, count: bool, time: f64) {
+    /// Feeds the same innovations for a time (s), with torques that change, to a robot that rolls or stands.
+    fn feed(monitor: &mut HealthMonitor, innovations: &Innovations, drives: bool, time: f64) {
         for k in 0..(time / DT) as u32 {
-            monitor.update(innovations, &torques(f64::from(k)), count, DT);
+            let torques = torques(f64::from(k));
+            monitor.update(innovations, &torques, drives, true, DT);
         }
     }
 
@@ -277,6 +295,25 @@ mod tests {
         assert!(monitor.health(&CARRIERS).suspect.is_empty());
     }
 
+    /// After wheels have slid, inclinations count again when the links' angles have settled; all else at once.
+    #[test]
+    fn sliding_wheels_leave_wrong_angles() {
+        let mut monitor = HealthMonitor::default();
+        let mut bad = all(1.0);
+        bad.inclination = [Some(25.0); 2];
+        for k in 0..40 {
+            feed(&mut monitor, &bad, true, 1.5);
+            monitor.update(&bad, &torques(f64::from(k) + 0.5), true, false, DT);
+            assert!(monitor.health(&CARRIERS).suspect.is_empty());
+        }
+        assert!((monitor.health(&CARRIERS).slip[0] - 1.0).abs() < 1e-6);
+        // The mean of 25 reaches 4 after 2 s ln(25/21) = 0.35 s.
+        feed(&mut monitor, &bad, true, HealthMonitor::ANGLE_SETTLES + 0.3);
+        assert!(monitor.health(&CARRIERS).suspect.is_empty());
+        feed(&mut monitor, &bad, true, 0.1);
+        assert!(!monitor.health(&CARRIERS).suspect.is_empty());
+    }
+
     /// A link whose inclination contradicts its gyroscope explains the slip of its wheels; not that of others.
     #[test]
     fn a_wrong_gyroscope_explains_the_slip_of_its_wheels() {
@@ -301,7 +338,7 @@ mod tests {
         let mut monitor = HealthMonitor::default();
         let mut run = |samples: u32, readings: [TorqueReading; 3]| {
             for _ in 0..samples {
-                monitor.update(&Innovations::default(), &readings, false, DT);
+                monitor.update(&Innovations::default(), &readings, false, true, DT);
             }
             monitor.health(&CARRIERS).suspect
         };

@@ -1,4 +1,4 @@
-//! Exchanged torques, from the way a speed control answers each wheel's own speed.
+//! Exchanged and late torques, from the way a speed control answers each wheel's own speed.
 
 use crate::visit::visit_fields;
 
@@ -25,6 +25,14 @@ pub(crate) struct WheelReadings {
 /// with the same a and b for all wheels (least squares over the last two seconds). Torques are exchanged if another pairing
 /// leaves a small part of the residual of the stated one. Nothing is said while the torques hardly differ, as on flat
 /// ground, or do not answer the wheels' speeds.
+///
+/// Torques that are late by d follow what the encoders were before. To second order in d,
+///
+/// ```text
+/// dtau_i = a dphi_i + (b - d a) domega_i + (d^2 a/2 - d b) dalpha_i
+/// ```
+///
+/// with the angular accelerations alpha: a fit of the three coefficients gives d and its deviation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Wiring {
     started: bool,
@@ -32,14 +40,19 @@ pub(crate) struct Wiring {
     elapsed: f64,
     /// Time for which the robot has driven, s; at most [`Self::LEAST_TIME`].
     driven: f64,
+    /// Time between the last two updates of the sums, s.
+    last_step: f64,
     /// Smoothed torques, N m.
     torque: [f64; 3],
+    /// The same at the last update of the sums, N m.
+    last_torque: [f64; 3],
     /// Smoothed angles, rad.
     angle: [f64; 3],
-    /// The same at the last update of the sums, rad.
+    /// The same at the last update of the sums, and at the one before, rad.
     last_angle: [f64; 3],
-    /// Slow part of the differences of torques (N m), angles (rad), speeds (rad/s).
-    slow: [[f64; 3]; 3],
+    before_angle: [f64; 3],
+    /// Slow part of the differences of torques (N m), angles (rad), speeds (rad/s), accelerations (rad/s^2).
+    slow: [[f64; 3]; 4],
     /// Mean of the squared differences of the torques, summed over the wheels, (N m)^2.
     torque_torque: f64,
     /// Means of products with the angles, N m rad, and speeds, N m rad/s, for each pairing.
@@ -48,16 +61,39 @@ pub(crate) struct Wiring {
     angle_angle: f64,
     angle_speed: f64,
     speed_speed: f64,
+    /// Means of products with the accelerations, of the stated pairing.
+    torque_acceleration: f64,
+    angle_acceleration: f64,
+    speed_acceleration: f64,
+    acceleration_acceleration: f64,
     /// Torques that belong to another encoder.
     exchanged: [bool; 3],
+    /// All torques are later than the encoders.
+    late: bool,
+    /// Time for which the fit has said the opposite, s.
+    doubted: f64,
 }
 
-visit_fields!(Wiring: started, elapsed, driven, torque, angle, last_angle, slow, torque_torque, torque_angle,
-    torque_speed, angle_angle, angle_speed, speed_speed, exchanged);
+visit_fields!(Wiring: started, elapsed, driven, last_step, torque, last_torque, angle, last_angle, before_angle, slow,
+    torque_torque, torque_angle, torque_speed, angle_angle, angle_speed, speed_speed, torque_acceleration,
+    angle_acceleration, speed_acceleration, acceleration_acceleration, exchanged, late,
+    doubted);
+
+/// What the three coefficients say of late torques.
+#[derive(Clone, Copy, Debug)]
+struct Lateness {
+    /// Delay of the torques behind the encoders, s.
+    delay: f64,
+    /// Its standard deviation, s.
+    sigma: f64,
+    /// Share of the torques' differences that the fit leaves.
+    left: f64,
+}
 
 impl Wiring {
-    /// Time constant of the smoothing of torques and angles, s: an encoder of 40 urad a count then gives a speed.
-    const SMOOTHING: f64 = 0.025;
+    /// Time constant of the smoothing of torques and angles, s: an encoder of 40 urad a count then gives a speed and an
+    /// acceleration.
+    const SMOOTHING: f64 = 0.05;
     /// Time constant beyond which differences are slow, s: offsets of torques, wheels on a longer way.
     const SLOW: f64 = 1.0;
     /// Time constant of the means, s: that of the other tests.
@@ -76,6 +112,14 @@ impl Wiring {
     const EXPLAINED: f64 = 0.8;
     /// Share that the stated pairing leaves at least: below it the ratio of the residuals is that of their noise.
     const LEAST_RESIDUAL: f64 = 0.005;
+    /// Delay of a torque behind its encoder that a control itself may have, s: as in `robhaz check`.
+    const CONTROL_DELAY: f64 = 0.008;
+    /// Share that the fit of a delay leaves at most: a control beyond its limits is not linear.
+    const LEFT: f64 = 0.02;
+    /// Time for which a fit must find torques late, or not late, s: an impact disturbs it for some hundredths.
+    const LASTS: f64 = 0.2;
+    /// Independent samples of the fit: two differences, over both sides of the window.
+    const SAMPLES: f64 = 4.0 * Self::WINDOW / Self::SMOOTHING;
 
     /// The torques that belong to another encoder, for each pairing of [`pairings`].
     const MOVED: [[bool; 3]; 6] = [
@@ -92,11 +136,17 @@ impl Wiring {
         self.exchanged
     }
 
+    /// Whether all torques are later than a speed control can make them.
+    pub fn late(&self) -> bool {
+        self.late
+    }
+
     /// Takes the readings of one sample, `dt` (s) after the last. Starts anew without readings.
     pub fn update(&mut self, readings: Option<&WheelReadings>, dt: f64) {
         let Some(readings) = readings else {
             *self = Self {
                 exchanged: self.exchanged,
+                late: self.late,
                 ..Self::default()
             };
             return;
@@ -104,8 +154,14 @@ impl Wiring {
         if !self.started {
             self.started = true;
             (self.torque, self.angle) = (readings.torque, readings.angle);
-            self.last_angle = readings.angle;
-            [self.slow[0], self.slow[1]] = [deviations(readings.torque), deviations(self.angle)];
+            self.last_torque = readings.torque;
+            (self.last_angle, self.before_angle) = (readings.angle, readings.angle);
+            [self.slow[0], self.slow[1], ..] = [
+                deviations(readings.torque),
+                deviations(self.angle),
+                [0.0; 3],
+                [0.0; 3],
+            ];
             return;
         }
         let weight = dt / (Self::SMOOTHING + dt);
@@ -118,21 +174,37 @@ impl Wiring {
         // Sums of rounded steps: half a microsecond less is the whole interval.
         if self.elapsed > Self::INTERVAL - 0.5e-6 {
             self.update_sums();
-            self.elapsed = 0.0;
+            (self.last_step, self.elapsed) = (self.elapsed, 0.0);
             if readings.drives && self.driven >= Self::LEAST_TIME {
                 self.judge();
             }
         }
     }
 
+    /// Differences at the last update, between this one and the one before.
+    fn differences(&mut self) -> [[f64; 3]; 4] {
+        let (dt, before) = (self.elapsed, self.last_step);
+        let (mut speed, mut acceleration) = ([0.0; 3], [0.0; 3]);
+        // Before the second update there is no step.
+        if before > 0.0 {
+            let angles = self.angle.iter().zip(&self.last_angle);
+            let angles = angles.zip(&self.before_angle);
+            let rates = speed.iter_mut().zip(&mut acceleration);
+            for (((now, last), before_last), (speed, acceleration)) in angles.zip(rates) {
+                let (after, until) = ((now - last) / dt, (last - before_last) / before);
+                *speed = (now - before_last) / (dt + before);
+                *acceleration = 2.0 * (after - until) / (dt + before);
+            }
+        }
+        let differences = [self.last_torque, self.last_angle, speed, acceleration].map(deviations);
+        self.before_angle = self.last_angle;
+        (self.last_angle, self.last_torque) = (self.angle, self.torque);
+        differences
+    }
+
     fn update_sums(&mut self) {
         let dt = self.elapsed;
-        let mut speed = self.angle;
-        for (speed, last) in speed.iter_mut().zip(&self.last_angle) {
-            *speed = (*speed - last) / dt;
-        }
-        self.last_angle = self.angle;
-        let mut differences = [self.torque, self.angle, speed].map(deviations);
+        let mut differences = self.differences();
         let weight = dt / (Self::SLOW + dt);
         for (difference, slow) in differences.iter_mut().zip(&mut self.slow) {
             follow(slow, difference, weight);
@@ -140,13 +212,18 @@ impl Wiring {
                 *difference -= *slow;
             }
         }
-        let [torque, angle, speed] = differences;
+        let [torque, angle, speed, acceleration] = differences;
         let weight = dt / (Self::WINDOW + dt);
         let mean = |sum: &mut f64, a: &[f64; 3], b: &[f64; 3]| *sum += weight * (dot(a, b) - *sum);
         mean(&mut self.torque_torque, &torque, &torque);
         mean(&mut self.angle_angle, &angle, &angle);
         mean(&mut self.angle_speed, &angle, &speed);
         mean(&mut self.speed_speed, &speed, &speed);
+        mean(&mut self.torque_acceleration, &torque, &acceleration);
+        mean(&mut self.angle_acceleration, &angle, &acceleration);
+        mean(&mut self.speed_acceleration, &speed, &acceleration);
+        let squared = &mut self.acceleration_acceleration;
+        mean(squared, &acceleration, &acceleration);
         for (sum, angle) in self.torque_angle.iter_mut().zip(&pairings(angle)) {
             mean(sum, &torque, angle);
         }
@@ -155,17 +232,81 @@ impl Wiring {
         }
     }
 
+    /// Determinant of the means of angles and speeds; `None` where they do not tell two coefficients.
+    fn determinant(&self) -> Option<f64> {
+        let determinant = self.angle_angle * self.speed_speed - self.angle_speed * self.angle_speed;
+        // No speed of its own, or none at all. In this order a NaN tells nothing, too.
+        let regular = determinant > 1e-9 * self.angle_angle * self.speed_speed;
+        regular.then_some(determinant)
+    }
+
+    /// Coefficients of angles and speeds that fit a signal best, from the means of its products with both.
+    fn coefficients(&self, determinant: f64, with_angle: f64, with_speed: f64) -> [f64; 2] {
+        let a = with_angle * self.speed_speed - with_speed * self.angle_speed;
+        let b = with_speed * self.angle_angle - with_angle * self.angle_speed;
+        [a / determinant, b / determinant]
+    }
+
+    /// Delay of the torques in the stated pairing. `None` where the accelerations tell nothing, or the fit is no stable control.
+    fn lateness(&self) -> Option<Lateness> {
+        let determinant = self.determinant()?;
+        let [torque_angle, ..] = self.torque_angle;
+        let [torque_speed, ..] = self.torque_speed;
+        let without = self.coefficients(determinant, torque_angle, torque_speed);
+        // What angles and speeds do not tell of the accelerations.
+        let of_angle = self.angle_acceleration;
+        let of_speed = self.speed_acceleration;
+        let told = self.coefficients(determinant, of_angle, of_speed);
+        let own = self.acceleration_acceleration - told[0] * of_angle - told[1] * of_speed;
+        if !(own > 1e-9 * self.acceleration_acceleration) {
+            return None;
+        }
+        let shared = self.torque_acceleration - told[0] * torque_angle - told[1] * torque_speed;
+        let c = shared / own;
+        let [a, b] = [without[0] - c * told[0], without[1] - c * told[1]];
+        let explained = without[0] * torque_angle + without[1] * torque_speed + c * shared;
+        let residual = (self.torque_torque - explained).max(0.0);
+        // The smaller root of a d^2/2 + (b - d a) d + c = 0, in a form without a difference of equal numbers.
+        let root = libm::sqrt(b * b - 2.0 * a * c);
+        let delay = -2.0 * c / (b + libm::copysign(root, b));
+        let of_speed_alone = b + delay * a;
+        let is_stable = a < 0.0 || of_speed_alone < 0.0;
+        let sigma = libm::sqrt(residual / (own * Self::SAMPLES)) / of_speed_alone.abs();
+        is_stable.then_some(Lateness {
+            delay,
+            sigma,
+            left: residual / self.torque_torque,
+        })
+    }
+
+    /// Finds out whether the torques are late, where the fit tells.
+    fn judge_lateness(&mut self) {
+        let Some(found) = self.lateness().filter(|found| found.left < Self::LEFT) else {
+            return;
+        };
+        let beyond = found.delay - Self::CONTROL_DELAY;
+        let doubts = if self.late {
+            beyond < -found.sigma
+        } else {
+            beyond > found.sigma
+        };
+        self.doubted = if doubts {
+            self.doubted + self.last_step
+        } else {
+            0.0
+        };
+        if self.doubted > Self::LASTS {
+            (self.late, self.doubted) = (!self.late, 0.0);
+        }
+    }
+
     /// Share of the torques' differences that a stable speed control explains, from the means of their products with the
     /// angles and speeds of a pairing.
     fn explained(&self, torque_angle: f64, torque_speed: f64) -> f64 {
-        let determinant = self.angle_angle * self.speed_speed - self.angle_speed * self.angle_speed;
-        // No speed of its own, or none at all. In this order a NaN explains nothing, too.
-        let regular = determinant > 1e-9 * self.angle_angle * self.speed_speed;
-        if !regular {
+        let Some(determinant) = self.determinant() else {
             return 0.0;
-        }
-        let a = (torque_angle * self.speed_speed - torque_speed * self.angle_speed) / determinant;
-        let b = (torque_speed * self.angle_angle - torque_angle * self.angle_speed) / determinant;
+        };
+        let [a, b] = self.coefficients(determinant, torque_angle, torque_speed);
         if a < 0.0 || b < 0.0 {
             (a * torque_angle + b * torque_speed) / self.torque_torque
         } else {
@@ -179,6 +320,7 @@ impl Wiring {
         if self.torque_torque < least {
             return;
         }
+        self.judge_lateness();
         let mut stated = None;
         let (mut most, mut moved) = (0.0, Self::MOVED[0]);
         let sums = self.torque_angle.iter().zip(&self.torque_speed);
@@ -233,82 +375,4 @@ const fn pairings([a, b, c]: [f64; 3]) -> [[f64; 3]; 6] {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use libm::{cos, sin};
-
-    const DT: f64 = 1e-3;
-
-    /// Wheels that oscillate about a common angle with frequencies of their own, under a PI control whose torques are read in
-    /// an order. The control is that of the sampled angles: the fit is exact but for the smoothing of the speed.
-    fn run(wiring: &mut Wiring, order: [usize; 3], size: f64, time: f64) {
-        for k in 0..(time / DT) as u32 {
-            let t = f64::from(k) * DT;
-            let speeds = [3.0, 4.1, 5.3];
-            let ahead = speeds.map(|w| size * sin(w * t));
-            let rate = speeds.map(|w| size * w * cos(w * t));
-            let torque = order.map(|i| 0.5 - 50.0 * ahead[i] - 5.0 * rate[i]);
-            let readings = WheelReadings {
-                torque,
-                angle: ahead.map(|ahead| 2.0 * t + ahead),
-                drives: true,
-            };
-            wiring.update(Some(&readings), DT);
-        }
-    }
-
-    /// Each exchange is found within 5 s, with the torques concerned, and forgotten when it is repaired.
-    #[test]
-    fn exchanged_torques_are_found_and_forgotten() {
-        let orders = [
-            [0, 1, 2],
-            [1, 0, 2],
-            [0, 2, 1],
-            [2, 1, 0],
-            [1, 2, 0],
-            [2, 0, 1],
-        ];
-        for order in orders {
-            let mut wiring = Wiring::default();
-            run(&mut wiring, order, 0.02, 5.0);
-            let moved = [0, 1, 2].map(|i| order[i] != i);
-            assert_eq!(wiring.exchanged(), moved, "{order:?}");
-            wiring.update(None, DT);
-            assert_eq!(wiring.exchanged(), moved, "a gap repairs nothing");
-            run(&mut wiring, [0, 1, 2], 0.02, 5.0);
-            assert_eq!(wiring.exchanged(), [false; 3], "{order:?}");
-        }
-    }
-
-    /// Closed form: the residual of the right pairing is zero but for the step of the sums: the speed is that half an interval
-    /// (5 ms) before, at 5.3 rad/s a phase of 0.03.
-    #[test]
-    fn the_right_pairing_explains_all() {
-        let mut wiring = Wiring::default();
-        run(&mut wiring, [0, 2, 1], 0.02, 20.0);
-        let explained = wiring.explained(wiring.torque_angle[2], wiring.torque_speed[2]);
-        assert!(explained > 0.99 && explained < 1.0 + 1e-9, "{explained}");
-    }
-
-    /// Torques whose differences are 0.1 N m say nothing, nor do a robot at rest and torques that drive a wheel that is ahead.
-    #[test]
-    fn small_differences_say_nothing() {
-        let mut wiring = Wiring::default();
-        run(&mut wiring, [0, 2, 1], 0.002, 20.0);
-        assert_eq!(wiring.exchanged(), [false; 3]);
-        let mut wiring = Wiring::default();
-        for k in 0..20_000 {
-            let t = f64::from(k) * DT;
-            let speeds = [3.0, 4.1, 5.3];
-            let ahead = speeds.map(|w| 0.02 * sin(w * t));
-            let [a, b, c] = speeds.map(|w| 0.02 * (50.0 * sin(w * t) + 5.0 * w * cos(w * t)));
-            let readings = WheelReadings {
-                torque: [a, c, b],
-                angle: ahead,
-                drives: true,
-            };
-            wiring.update(Some(&readings), DT);
-        }
-        assert_eq!(wiring.exchanged(), [false; 3]);
-    }
-}
+mod tests;

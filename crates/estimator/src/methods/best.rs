@@ -262,14 +262,14 @@ impl BestFilters {
             }
         };
         let torques = [torque(0), torque(1), torque(2)];
-        let count = drives && model_holds;
-        self.health.update(innovations, &torques, count, instant.dt);
+        let health = &mut self.health;
+        health.update(innovations, &torques, drives, model_holds, instant.dt);
         let readings = wheel_readings(instant.inputs, drives);
         self.health.update_wiring(readings.as_ref(), instant.dt);
         self.health.health(&nominal.robot.geometry.carriers)
     }
 
-    /// Advances the memory of the ground, in the posture of `arms`.
+    /// Advances the memory of the ground, in the posture of `arms`. What it shows of the direction of the velocity corrects the motion.
     fn update_ground(&mut self, nominal: &Nominal, instant: &Instant<'_>, arms: &Arms) {
         let (robot, budget) = (&nominal.robot, &nominal.settings.budget);
         let least = EstimatorSettings::UNLOADED * robot.mean_wheel_load();
@@ -291,6 +291,10 @@ impl BestFilters {
         };
         let tilt = budget.inclination_bias;
         self.ground.update(&robot.geometry, tilt, &motion);
+        if let Some((error, variance)) = self.ground.take_direction_error(tilt) {
+            let change = self.motion.correct_direction(error, variance);
+            self.ground.direction_corrected(change);
+        }
     }
 
     /// Needed friction, onset of slip, bounds of the friction.

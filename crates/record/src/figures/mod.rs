@@ -14,6 +14,7 @@ mod paper;
 mod path;
 mod pdf;
 mod plot;
+mod png;
 mod run;
 mod strips;
 mod style;

@@ -1,7 +1,8 @@
 //! `[imu.LINK]`: inclination and rate from an inertial measurement unit.
 
 use super::rows::rows;
-use crate::key::{Key, Words};
+use crate::json;
+use crate::key::{Form, Key, Words};
 use crate::range::at_least;
 use crate::reader::{Reader, join};
 use crate::source::{Node, Value};
@@ -72,6 +73,11 @@ impl ImuKeys {
     }
 }
 
+const THREE_COLUMNS: Form = Form {
+    words: "three columns",
+    schema: || json::array(json::text(), 3, 3),
+};
+
 const AXES: Words = &["+x", "-x", "+y", "-y", "+z", "-z"];
 const RATE_UNITS: Words = &["rad/s", "deg/s"];
 
@@ -105,19 +111,22 @@ const IMU_KEYS: &[Key<ImuKeys>] = &[
     Key::own(
         "acceleration",
         "linear_acceleration.x .y .z",
-        "three columns",
+        THREE_COLUMNS,
         "columns of the specific force: at rest the axis that points up reads +g; any unit",
     ),
     Key::own(
         "orientation",
         "orientation.x .y .z .w",
-        "four columns",
+        Form {
+            words: "four columns",
+            schema: || json::array(json::text(), 4, 4),
+        },
         "columns of the orientation: quaternion from the sensor to a world whose z axis points up",
     ),
     Key::own(
         "angular_velocity",
         "angular_velocity.x .y .z",
-        "three columns",
+        THREE_COLUMNS,
         "columns of the angular velocity",
     ),
     Key::word(
@@ -148,9 +157,16 @@ pub(super) fn keys() -> Vec<[String; 5]> {
     rows("imu.LINK", IMU_KEYS, &mut ImuKeys::standard())
 }
 
+/// JSON Schema of a unit.
+pub(super) fn schema() -> serde_json::Value {
+    json::table(IMU_KEYS, Some(&mut ImuKeys::standard()))
+}
+
+/// The links that can carry one.
+pub(super) const LINKS: [&str; 2] = ["link1", "link2"];
+
 /// Reads the section.
 pub(super) fn read(reader: &mut Reader, root: &Node) -> Vec<ImuChoice> {
-    const LINKS: [&str; 2] = ["link1", "link2"];
     let Some(node) = root.get(IMU) else {
         return Vec::new();
     };

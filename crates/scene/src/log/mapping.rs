@@ -3,6 +3,7 @@
 use super::imu::{self, ImuChoice};
 use super::reading::{self, READINGS, ReadingChoice};
 use super::rows::{ANY, rows};
+use crate::json;
 use crate::key::{Key, Words, quoted};
 use crate::reader::{Reader, join};
 use crate::source::{Node, Value};
@@ -104,6 +105,11 @@ pub(super) fn keys() -> Vec<[String; 5]> {
     all.extend(reading::keys());
     all.extend(imu::keys());
     all
+}
+
+/// JSON Schema of a channel.
+pub(super) fn channel() -> serde_json::Value {
+    json::table(CHANNEL_KEYS, Some(&mut ChannelChoice::standard()))
 }
 
 /// Reads the mapping; `None` where the file has none.

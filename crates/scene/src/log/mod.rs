@@ -5,7 +5,7 @@
 //! |---|---|
 //! | `choice` | the result of reading a description |
 //! | `keys`, `mapping`, `reading`, `imu` | declarations of its keys; columns and the readings that follow from them |
-//! | `rows`, `reference` | all keys |
+//! | `rows`, `reference`, `schema` | all keys; JSON Schema |
 //! | `load`, `write` | from a file; as a file |
 
 mod choice;
@@ -16,6 +16,7 @@ mod mapping;
 mod reading;
 mod reference;
 mod rows;
+mod schema;
 mod write;
 
 pub use choice::{LogChoice, LogEstimator, NeedsContactAngles, UnknownEstimator};
@@ -23,3 +24,4 @@ pub use imu::{ImuChoice, InclinationSource};
 pub use mapping::{ChannelChoice, Mapping};
 pub use reading::{READINGS, ReadingChoice};
 pub use reference::log_reference;
+pub(crate) use schema::sensors as schema;

@@ -1,11 +1,13 @@
 //! `[reading.NAME]`: readings that are numbers in a column.
 
 use super::rows::{ANY, rows};
-use crate::key::{Key, Number, Words};
+use crate::json;
+use crate::key::{Form, Key, Number, Words};
 use crate::range::{above, at_least};
 use crate::reader::{Reader, join};
 use crate::source::{Entry, Node};
 use crate::units::{ANGLE, ANGULAR_RATE, Dimension, NONE, TORQUE};
+use serde_json::json;
 use std::f64::consts::TAU;
 
 /// Name of the section.
@@ -85,7 +87,10 @@ const READING_KEYS: &[Key<ReadingKeys>] = &[
     Key::own(
         "unit",
         "SI",
-        "of an angle rad, deg, turns, counts; of a torque N m, mN m, A, mA; of a rate rad/s, deg/s",
+        Form {
+            words: "of an angle rad, deg, turns, counts; of a torque N m, mN m, A, mA; of a rate rad/s, deg/s",
+            schema: || json!({"enum": ["rad", "deg", "turns", "counts", "N m", "mN m", "A", "mA", "rad/s", "deg/s"]}),
+        },
         "unit of the column",
     ),
     Key::word(
@@ -126,7 +131,13 @@ const READING_KEYS: &[Key<ReadingKeys>] = &[
     Key::own(
         "offset",
         "0",
-        "a number, or a text with a unit",
+        Form {
+            words: "a number, or a text with a unit",
+            schema: || {
+                let units = [ANGLE, TORQUE, ANGULAR_RATE].map(json::with_unit);
+                json!({"anyOf": [{"type": "number"}, {"anyOf": units}]})
+            },
+        },
         "value of the reading where it should be 0, in its SI unit: subtracted last",
     ),
 ];
@@ -134,6 +145,11 @@ const READING_KEYS: &[Key<ReadingKeys>] = &[
 /// The rows of the keys, as in [`super::reference`].
 pub(super) fn keys() -> Vec<[String; 5]> {
     rows("reading.NAME", READING_KEYS, &mut ReadingKeys::standard())
+}
+
+/// JSON Schema of a reading.
+pub(super) fn schema() -> serde_json::Value {
+    json::table(READING_KEYS, Some(&mut ReadingKeys::standard()))
 }
 
 /// Reads the section.

@@ -4,11 +4,13 @@ use super::axis::{Axis, AxisItem, AxisValue, AxisValues, Distribution};
 use crate::error::Problem;
 use crate::reader::{Reader, join};
 use crate::source::{Node, Value};
+use std::collections::HashSet;
 
 /// Keys of `[[axis]]`, of which the last six say how its values are given.
-const AXIS: [&str; 9] = [
+pub const AXIS: [&str; 10] = [
     "key",
     "keys",
+    "names",
     "first",
     "values",
     "count",
@@ -17,7 +19,8 @@ const AXIS: [&str; 9] = [
     "normal",
     "whole",
 ];
-const WAYS: [&str; 6] = [
+/// The ways to give values.
+pub const WAYS: [&str; 6] = [
     "values",
     "count",
     "uniform",
@@ -25,6 +28,9 @@ const WAYS: [&str; 6] = [
     "normal",
     "whole",
 ];
+
+/// Those that draw.
+pub const DISTRIBUTIONS: [&str; 4] = ["uniform", "log_uniform", "normal", "whole"];
 
 /// Largest number of runs of a study.
 pub const MOST_RUNS: u64 = 100_000_000;
@@ -86,6 +92,10 @@ fn read_axis(reader: &mut Reader, node: &Node, path: &str) -> Option<Axis> {
         let message = "has no effect without count".to_owned();
         reader.push(Problem::at(&first.origin, &join(path, "first"), message));
     }
+    if let Some(names) = node.get("names").filter(|_| *way != "values") {
+        let message = "has no effect without values".to_owned();
+        reader.push(Problem::at(&names.origin, &join(path, "names"), message));
+    }
     if *way != "values" && keys.len() > 1 {
         let message = "keys that vary together need values: one list a value, with one item a key";
         reader.push(Problem::at(origin, &join(path, way), message.to_owned()));
@@ -93,7 +103,11 @@ fn read_axis(reader: &mut Reader, node: &Node, path: &str) -> Option<Axis> {
     }
     let (value, at) = (node.get(way)?, join(path, way));
     let values = match *way {
-        "values" => AxisValues::List(read_values(reader, value, &at, keys.len())?),
+        "values" => {
+            let mut items = read_values(reader, value, &at, keys.len())?;
+            name_items(reader, node, path, &mut items)?;
+            AxisValues::List(items)
+        }
         "count" => {
             let first = node.get("first");
             let first = first.map_or(Some(0), |n| whole(reader, n, &join(path, "first")));
@@ -181,6 +195,7 @@ fn read_values(reader: &mut Reader, node: &Node, path: &str, keys: usize) -> Opt
         let values: Option<Vec<AxisValue>> = nodes.iter().map(AxisValue::of).collect();
         match values {
             Some(values) => out.push(AxisItem {
+                name: None,
                 values,
                 origin: item.origin.clone(),
             }),
@@ -192,6 +207,34 @@ fn read_values(reader: &mut Reader, node: &Node, path: &str, keys: usize) -> Opt
         }
     }
     (out.len() == items.len()).then_some(out)
+}
+
+/// Gives the items their names, where the axis has names.
+fn name_items(reader: &mut Reader, node: &Node, path: &str, items: &mut [AxisItem]) -> Option<()> {
+    let Some(node) = node.get("names") else {
+        return Some(());
+    };
+    let path = join(path, "names");
+    let allowed = format!("a list of {} different texts, one a value", items.len());
+    let names: Option<Vec<&String>> = match &node.value {
+        Value::Array(names) if names.len() == items.len() => names
+            .iter()
+            .map(|name| match &name.value {
+                Value::Text(text) if !text.trim().is_empty() => Some(text),
+                _ => None,
+            })
+            .collect(),
+        _ => None,
+    };
+    let names = names.filter(|names| names.iter().collect::<HashSet<_>>().len() == names.len());
+    let Some(names) = names else {
+        reader.refuse(node, &path, &allowed);
+        return None;
+    };
+    for (item, name) in items.iter_mut().zip(names) {
+        item.name = Some(name.clone());
+    }
+    Some(())
 }
 
 fn read_distribution(

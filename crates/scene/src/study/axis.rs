@@ -35,6 +35,8 @@ pub enum AxisValues {
 /// The values of all keys of an axis at one place of its list.
 #[derive(Clone, Debug)]
 pub struct AxisItem {
+    /// Its name in the dataset, in place of the value of the first key.
+    pub name: Option<String>,
     /// One a key.
     pub values: Vec<AxisValue>,
     pub(super) origin: Origin,

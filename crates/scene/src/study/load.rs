@@ -1,6 +1,6 @@
 //! From a file to a [`StudyChoice`].
 
-use super::axes::{COUNT, MOST_RUNS, count, known, missing, read_axes};
+use super::axes::{COUNT, DISTRIBUTIONS, MOST_RUNS, count, known, missing, read_axes};
 use super::axis::Axis;
 use super::choice::{DrawMethod, Draws, StudyChoice, StudyTables};
 use crate::error::{Problem, SceneError};
@@ -11,9 +11,9 @@ use crate::{file, name, seed};
 use std::path::{Path, PathBuf};
 
 /// Keys of a study file.
-const TOP: [&str; 6] = ["name", "scene", "set", "tables", "axis", "draw"];
+pub(super) const TOP: [&str; 6] = ["name", "scene", "set", "tables", "axis", "draw"];
 /// Keys of `[draw]`.
-const DRAW: [&str; 3] = ["count", "seed", "method"];
+pub(super) const DRAW: [&str; 3] = ["count", "seed", "method"];
 impl StudyChoice {
     /// Reads a study file.
     ///
@@ -119,6 +119,16 @@ fn read_tables(reader: &mut Reader, root: &Node) -> StudyTables {
     StudyTables::Runs(runs.unwrap_or_default())
 }
 
+/// Whether the file has an axis with a distribution, right or wrong.
+fn asks_for_draws(root: &Node) -> bool {
+    let items = match root.get("axis").map(|n| &n.value) {
+        Some(Value::Array(items)) => items.as_slice(),
+        _ => &[],
+    };
+    let has = |axis: &Node| DISTRIBUTIONS.iter().any(|way| axis.get(way).is_some());
+    items.iter().any(has)
+}
+
 fn read_draws(reader: &mut Reader, root: &Node, axes: &[Axis]) -> Option<Draws> {
     let drawn = axes.iter().find(|axis| axis.is_drawn());
     let Some(node) = root.get("draw") else {
@@ -129,7 +139,8 @@ fn read_draws(reader: &mut Reader, root: &Node, axes: &[Axis]) -> Option<Draws> 
         return None;
     };
     known(reader, node, "draw", &DRAW);
-    if drawn.is_none() {
+    // An axis with a mistake is not among the axes.
+    if drawn.is_none() && !asks_for_draws(root) {
         let message =
             "has no effect: no axis has a distribution (uniform, log_uniform, normal, whole)";
         reader.push(Problem::at(&node.origin, "draw", message.to_owned()));
@@ -168,14 +179,11 @@ fn read_draws(reader: &mut Reader, root: &Node, axes: &[Axis]) -> Option<Draws> 
 fn too_many(study: &StudyChoice) -> Option<String> {
     let lengths = study.axes.iter().filter_map(Axis::length);
     let samples = study.draws.iter().map(|draws| draws.count);
-    let runs = lengths
-        .chain(samples)
-        .try_fold(1_u64, u64::checked_mul)
-        .filter(|runs| *runs <= MOST_RUNS);
+    let runs = lengths.chain(samples).try_fold(1_u64, u64::checked_mul);
+    let allowed = format!("allowed: a product of the axes of at most {MOST_RUNS} runs");
     match (runs, &study.tables) {
-        (None, _) => Some(format!(
-            "the product of the axes has more than {MOST_RUNS} runs, allowed: at most as many"
-        )),
+        (None, _) => Some(format!("found more than 2^64 runs, {allowed}")),
+        (Some(runs), _) if runs > MOST_RUNS => Some(format!("found {runs} runs, {allowed}")),
         (Some(runs), StudyTables::Runs(kept)) => {
             let beyond = kept.iter().find(|run| **run >= runs)?;
             Some(format!(

@@ -19,6 +19,8 @@ pub struct Setting {
     pub key: String,
     /// Its value.
     pub value: AxisValue,
+    /// The name of the value, which the dataset shows in its place.
+    pub name: Option<String>,
 }
 
 impl Setting {

@@ -4,23 +4,32 @@ use super::columns::{Choice, Column};
 use super::track::{self, Track};
 use crate::error::Problem;
 use crate::file;
-use crate::key::{Number, SWITCH};
+use crate::json;
+use crate::key::{Form, Number, SWITCH};
 use crate::range::at_least;
 use crate::reader::{Reader, grouped, join};
 use crate::source::{Node, Value};
 use crate::units::LENGTH;
 use robhaz_model::Vec2;
+use serde_json::json;
 
 /// Largest number of points in a scene; more belong into a file.
 const MOST: usize = 100_000;
 /// What `points` may be.
-pub(super) const POINTS: &str =
-    "an array of 2 to 100000 points [x, y], each at least -1000 and at most 1000, x increasing";
+pub(super) const POINTS: Form = Form {
+    words: "an array of 2 to 100000 points [x, y], each at least -1000 and at most 1000, x increasing",
+    schema: || json::array(json::array(json::number(&COORDINATE), 2, 2), 2, MOST),
+};
 /// What `file` may be.
-pub(super) const FILE: &str =
-    "the path of a .csv file of at most 2000000 points and 100 MB, relative to the scene file";
+pub(super) const FILE: Form = Form {
+    words: "the path of a .csv file of at most 2000000 points and 100 MB, relative to the scene file",
+    schema: json::text,
+};
 /// What the keys of columns may be.
-pub(super) const COLUMN: &str = "a name of the first line, or a number from 1";
+pub(super) const COLUMN: Form = Form {
+    words: "a name of the first line, or a number from 1",
+    schema: || json!({"anyOf": [json::text(), {"type": "integer", "minimum": 1}]}),
+};
 
 /// The keys that describe the file.
 const OF_FILE: [&str; 4] = ["x_column", "height_column", "sort", "file_hash"];
@@ -65,12 +74,15 @@ fn of_nodes(reader: &mut Reader, node: &Node, path: &str) -> Vec<Vec2> {
         Value::Array(items) => {
             let count = grouped(items.len());
             reader.complain(&node.origin, path, || {
-                format!("found {count} points, allowed: {POINTS}; more can stand in a file")
+                format!(
+                    "found {count} points, allowed: {}; more can stand in a file",
+                    POINTS.words
+                )
             });
             return Vec::new();
         }
         _ => {
-            reader.refuse(node, path, POINTS);
+            reader.refuse(node, path, POINTS.words);
             return Vec::new();
         }
     };
@@ -98,7 +110,7 @@ fn from_file(
 ) -> Option<(Vec<Vec2>, Track)> {
     let key = join(path, "file");
     let Value::Text(name) = &file.value else {
-        reader.refuse(file, &key, FILE);
+        reader.refuse(file, &key, FILE.words);
         return None;
     };
     let choice = choice(reader, node, path)?;
@@ -109,7 +121,7 @@ fn from_file(
             let shown = found.display();
             reader.complain(&file.origin, &key, || {
                 let name = file.origin.found();
-                format!("found {name}, but {shown} {error}; allowed: {FILE}")
+                format!("found {name}, but {shown} {error}; allowed: {}", FILE.words)
             });
             return None;
         }
@@ -141,7 +153,7 @@ fn choice(reader: &mut Reader, node: &Node, path: &str) -> Option<Choice> {
                 usize::try_from(*number).ok().map(Column::Number)
             }
             _ => {
-                reader.refuse(given, &join(path, key), COLUMN);
+                reader.refuse(given, &join(path, key), COLUMN.words);
                 None
             }
         }

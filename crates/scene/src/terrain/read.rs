@@ -3,8 +3,8 @@
 use super::choice::TerrainChoice;
 use super::kinds::{DEFAULT, KINDS, Parameters, Visitor, names};
 use super::points;
-use super::section::{BUMP, COMMON, NO_BUMP, NO_STRETCH, PATH, STRETCH, STRETCHES};
-use super::tables::{BUMPS, PARTS};
+use super::section::{BUMP, COMMON, MOST_STRETCHES, NO_BUMP, NO_STRETCH, PATH, STRETCH, STRETCHES};
+use super::tables::{BUMPS, MOST_BUMPS, MOST_PARTS, PARTS};
 use super::track::Track;
 use crate::key::{Key, Words};
 use crate::reader::{Reader, join};
@@ -12,13 +12,6 @@ use crate::seed;
 use crate::source::{Entry, Node, Value};
 use robhaz_sim::friction::Stretch;
 use robhaz_terrain::{Bump, Course, Heights, Profile, Rough};
-
-/// Largest number of bumps.
-const MOST_BUMPS: usize = 1000;
-/// Largest number of parts.
-const MOST_PARTS: usize = 100;
-/// Largest number of friction stretches: each contact looks them up.
-const MOST_STRETCHES: usize = 1000;
 
 /// A ground that was read.
 struct Ground {
@@ -117,7 +110,7 @@ fn ground(reader: &mut Reader, node: &Node, path: &str, seed: u64) -> Ground {
 }
 
 /// The kinds at a place: a part is neither level ground nor made of parts.
-fn kinds(path: &str) -> Words {
+pub(super) fn kinds(path: &str) -> Words {
     match path {
         PATH => KINDS,
         _ => &KINDS[1..KINDS.len() - 1],

@@ -1,11 +1,15 @@
 //! The keys of `[terrain]` that belong to no kind alone, and those of its lists.
 
 use super::kinds::{DEFAULT, KINDS};
-use crate::key::Key;
+use crate::json;
+use crate::key::{Form, Key};
 use crate::range::at_least;
 use crate::units::{LENGTH, NONE};
 use robhaz_sim::friction::Stretch;
 use robhaz_terrain::Bump;
+
+/// Largest number of friction stretches: each contact looks them up.
+pub(super) const MOST_STRETCHES: usize = 1000;
 
 /// Where the terrain is in the file.
 pub(crate) const PATH: &str = "terrain";
@@ -22,7 +26,10 @@ pub(crate) const COMMON: &[Key<()>] = &[Key::own_word(
 pub(crate) const STRETCHES: &[Key<()>] = &[Key::own(
     "stretch",
     "none",
-    "up to 1000 tables, each headed [[terrain.stretch]]",
+    Form {
+        words: "up to 1000 tables, each headed [[terrain.stretch]]",
+        schema: || json::array(json::table(STRETCH, None), 0, MOST_STRETCHES),
+    },
     "friction stretches, from rear to front; they must not overlap",
 )];
 

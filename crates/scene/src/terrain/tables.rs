@@ -1,13 +1,21 @@
 //! A table of keys for each kind of ground. They set the parameters of the terrain crate.
 
 use super::points::{COLUMN, FILE, POINTS};
-use crate::key::{Key, Words};
+use super::section::BUMP;
+use crate::json;
+use crate::key::{Form, Key, Words};
 use crate::range::{above, at_least};
 use crate::seed;
 use crate::units::{ANGLE, LENGTH};
 use robhaz_terrain::{
     CosBump, Ditch, Interpolation, Ramp, RoughClass, RoughSettings, Sine, Stairs,
 };
+use serde_json::json;
+
+/// Largest number of bumps.
+pub(super) const MOST_BUMPS: usize = 1000;
+/// Largest number of parts.
+pub(super) const MOST_PARTS: usize = 100;
 
 /// Classes of random ground, as [`RoughClass::ALL`].
 const CLASSES: Words = &["A", "B", "C", "D", "E", "F", "G", "H"];
@@ -19,7 +27,10 @@ const INTERPOLATIONS: Words = &["monotone", "spline", "corners"];
 pub(super) const BUMPS: &[Key<()>] = &[Key::own(
     "bumps",
     "",
-    "an array of 1 to 1000 tables {height, centre, width}",
+    Form {
+        words: "an array of 1 to 1000 tables {height, centre, width}",
+        schema: || json::array(json::table(BUMP, None), 1, MOST_BUMPS),
+    },
     "kind bumps only: Gaussian bumps that add up",
 )
 .required()];
@@ -168,7 +179,7 @@ pub(super) const ROUGH: &[Key<RoughSettings>] = &[
     Key::own(
         "seed",
         "the scene's `seed`",
-        seed::ALLOWED,
+        seed::FORM,
         "kind rough only: seed of the random ground; the same seed makes the same ground",
     ),
     start(|r| &mut r.start),
@@ -246,13 +257,19 @@ pub(super) const HEIGHTS: &[Key<Curve>] = &[
     Key::own(
         "sort",
         "off",
-        "\"off\", \"on\"",
+        Form {
+            words: "\"off\", \"on\"",
+            schema: json::switch,
+        },
         "kind heights with file only: lines may be in any order; lines of equal x become one point at their mean height",
     ),
     Key::own(
         "file_hash",
         "none",
-        "\"sha256:\" and 64 digits",
+        Form {
+            words: "\"sha256:\" and 64 digits",
+            schema: || json!({"type": "string", "pattern": "^sha256:[0-9a-f]{64}$"}),
+        },
         "kind heights with file only: hash that the file must have; a resolved scene has it",
     ),
     Key::word(
@@ -275,7 +292,11 @@ pub(super) const HEIGHTS: &[Key<Curve>] = &[
 pub(super) const PARTS: &[Key<()>] = &[Key::own(
     "part",
     "",
-    "1 to 100 tables, each headed [[terrain.part]]",
+    Form {
+        words: "1 to 100 tables, each headed [[terrain.part]]",
+        // A part has the keys of other kinds.
+        schema: || json::array(json!({"$ref": "#/definitions/part"}), 1, MOST_PARTS),
+    },
     "kind parts only: the parts, each with the keys of [terrain] except stretch, from rear to front",
 )
 .required()];

@@ -83,7 +83,7 @@ fn robots_that_cannot_stand() {
 fn robots() {
     one(
         "robot.geometry = 'a'",
-        "x.toml:1: robot.geometry: found 'a', allowed: \"A\", \"B\", the path of a geometry file ending in .toml, \
+        "x.toml:1: robot.geometry: found 'a', allowed: \"A\", \"B\", \"C\", the path of a geometry file ending in .toml, \
          or a table with the keys of such a file; did you mean \"A\"?",
     );
     let found = lines("[robot]\nmass = 'no/such.toml'");

@@ -57,7 +57,7 @@ const COURSES: &[Course] = &[
     course("course", "course", &[]),
     course("step", "step", &[]),
     course("ditch", "ditch", &[]),
-    course("stairs", "stairs", &[]),
+    course("stairs, robot A", "stairs", &["robot.geometry=A"]),
     course(
         "slope down, 20 deg",
         "ramp",

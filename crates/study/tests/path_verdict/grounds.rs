@@ -1,5 +1,6 @@
 //! Random paths: ramps, kerbs, waves, rough ground, level and on slopes, with a friction coefficient of 0.2 to 0.9.
 
+use robhaz_path::DriveKind;
 use robhaz_scene::Scene;
 use robhaz_sim::random::Stream;
 use std::fmt::Write as _;
@@ -56,7 +57,7 @@ pub struct RandomPath {
     pub kind: Kind,
     /// What was drawn, in words.
     pub words: String,
-    /// The scene with the drive `shared`.
+    /// The scene with the drive.
     pub scene: Scene,
 }
 
@@ -66,10 +67,12 @@ const ON_SLOPE: f64 = 1.6;
 /// Spacing of the points of a ground on an incline, m.
 const SPACING: f64 = 0.005;
 
-/// The path of a number in a series of random paths: the same for the same two numbers.
+/// The path of a number in a series of random paths: the same for the same two numbers. The robot drives it by `drive`, which must be a
+/// control of a scene.
 pub fn random_path(
     series: u64,
     number: u64,
+    drive: DriveKind,
 ) -> Result<RandomPath, Box<dyn std::error::Error + Send + Sync>> {
     let mut draw = Draw(Stream::new(series, &format!("path {number}")));
     let mut kinds = Kind::ALL.into_iter().cycle();
@@ -81,8 +84,9 @@ pub fn random_path(
     let words = format!("{words}, mu {mu:.3}");
     let text = format!(
         "{terrain}\n[contact]\nmu_s = {mu}\nmu_d = {}\n[engine]\nkind = \"direct\"\n\
-         [sensors]\ngrade = \"typical\"\n[drive]\nkind = \"shared\"\n[record]\nduration = 120\n",
-        0.875 * mu
+         [sensors]\ngrade = \"typical\"\n[drive]\nkind = \"{}\"\n[record]\nduration = 120\n",
+        0.875 * mu,
+        drive.name()
     );
     let text = format!("seed = {number}\n{text}");
     let scene = Scene::parse(&text, "random path", Path::new(""), &[])

@@ -1,8 +1,8 @@
-//! The verdict of `robhaz path --drive shared` against driving in the simulator: random paths, engine `direct`, drive `shared`.
+//! The verdict of `robhaz path --drive shared|speed` against driving in the simulator: random paths, engine `direct`, the same drive.
 //!
 //! The study behind the table in `docs/friction.md`:
 //! `cargo test --release -p robhaz-study --test path_verdict study -- --ignored --nocapture`. `ROBHAZ_PATHS` is the number of paths,
-//! `ROBHAZ_SERIES` the number of the series that they are drawn from. `ROBHAZ_OUTCOMES` names a file that keeps how the drives ended:
+//! `ROBHAZ_SERIES` the number of the series that they are drawn from, `ROBHAZ_DRIVE` the drive, `shared` by default. `ROBHAZ_OUTCOMES` names a file that keeps how the drives ended:
 //! where it exists, nothing is driven and only the verdict is computed anew.
 
 // A test may panic.
@@ -13,14 +13,15 @@ mod trial;
 
 use grounds::Kind;
 use rayon::prelude::*;
+use robhaz_path::DriveKind;
 use trial::{Drove, Trial};
 
 /// The trials of a series; `known` are the ends of their drives as far as they are known.
-fn trials(series: u64, count: u64, known: &[Drove]) -> Vec<Trial> {
+fn trials(series: u64, count: u64, drive: DriveKind, known: &[Drove]) -> Vec<Trial> {
     let known = |n: u64| usize::try_from(n).ok().and_then(|n| known.get(n)).copied();
     (0..count)
         .into_par_iter()
-        .map(|n| Trial::new(series, n, known(n)).unwrap())
+        .map(|n| Trial::new(series, n, drive, known(n)).unwrap())
         .collect()
 }
 
@@ -65,7 +66,7 @@ fn sure(trials: &[Trial]) -> (usize, usize) {
 /// probability of at least 0.95 stops the robot. The share of all is that of the study in docs/friction.md.
 #[test]
 fn the_verdict_agrees_with_driving() {
-    let trials = trials(100, 28, &[]);
+    let trials = trials(100, 28, DriveKind::Shared, &[]);
     let wrong: Vec<String> = trials
         .iter()
         .filter(|t| t.go() != t.passed())
@@ -86,6 +87,11 @@ fn study() {
     let number =
         |name: &str, default: u64| std::env::var(name).map_or(default, |t| t.parse().unwrap());
     let (series, count) = (number("ROBHAZ_SERIES", 1), number("ROBHAZ_PATHS", 140));
+    let drive = match std::env::var("ROBHAZ_DRIVE").as_deref() {
+        Ok("speed") => DriveKind::Speed,
+        Ok("shared") | Err(_) => DriveKind::Shared,
+        Ok(other) => panic!("the drive {other} cannot be driven"),
+    };
     let file = std::env::var("ROBHAZ_OUTCOMES").ok();
     let text = file.as_ref().and_then(|f| std::fs::read_to_string(f).ok());
     let known: Vec<Drove> = text
@@ -93,7 +99,7 @@ fn study() {
         .flat_map(|t| t.lines())
         .map(|line| Drove::parse(line).unwrap())
         .collect();
-    let trials = trials(series, count, &known);
+    let trials = trials(series, count, drive, &known);
     if let Some(file) = file.filter(|_| text.is_none()) {
         let lines: Vec<String> = trials.iter().map(|t| t.drove.line()).collect();
         std::fs::write(file, lines.join("\n")).unwrap();

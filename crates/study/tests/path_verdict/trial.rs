@@ -81,10 +81,10 @@ pub struct Trial {
 
 impl Trial {
     /// The path of a number in a series; a drive that is known is not repeated.
-    pub fn new(series: u64, number: u64, known: Option<Drove>) -> Outcome<Self> {
-        let path = random_path(series, number)?;
+    pub fn new(series: u64, number: u64, drive: DriveKind, known: Option<Drove>) -> Outcome<Self> {
+        let path = random_path(series, number, drive)?;
         let options = Options {
-            drive: DriveKind::Shared,
+            drive,
             mu_sigma: MU_SIGMA,
             ..Options::default()
         };

@@ -139,7 +139,7 @@ pub const TUNING: Tuning = Tuning {
     common_creep: 0.9,
     greatest_creep: 0.3,
     least_creep: 5e-4,
-    pulling: 4.0,
+    pulling: 6.0,
     offset_walk: 1e-3,
     friction_walk: 2e-3,
     creep_walk: 4e-3,

@@ -10,8 +10,12 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-/// Room left of a chart for its labels, px.
+/// Room left of a chart for its labels, px; more where they are longer.
 const Y_LABELS: f64 = 62.0;
+/// Of it for the name of the axis and the ticks, px.
+const Y_NAME: f64 = 26.0;
+/// Letters of the labels at the ticks, px.
+const TICK_LETTERS: f64 = 11.5;
 /// Room below it, px.
 const X_LABELS: f64 = 42.0;
 /// Room above it, px.
@@ -149,16 +153,24 @@ struct Plot<'a> {
 }
 
 impl Chart {
+    /// Room left of the plot, px.
+    fn y_labels(&self) -> f64 {
+        let ticks = self.y.ticks().into_iter();
+        let widths = ticks.map(|(_, label)| 1.1 * TICK_LETTERS * helvetica::width(&label, false));
+        Y_LABELS.max(Y_NAME + widths.fold(0.0, f64::max))
+    }
+
     fn draw<DB>(&self, page: &DrawingArea<DB, Shift>, corner: (f64, f64), width: f64) -> Drawn
     where
         DB: DrawingBackend,
         DB::ErrorType: 'static,
     {
+        let beside = self.y_labels();
         let plot = Plot {
             chart: self,
-            left: corner.0 + Y_LABELS,
+            left: corner.0 + beside,
             top: corner.1 + TITLE,
-            width: width - Y_LABELS - 4.0,
+            width: width - beside - 4.0,
         };
         let title = text(12.5, FontStyle::Bold, HPos::Left, VPos::Center);
         let above = (plot.left, corner.1 + 0.55 * TITLE);
@@ -207,10 +219,10 @@ impl Plot<'_> {
             let up = if self.chart.grid { self.top } else { bottom };
             page.draw(&segment([(x, bottom), (x, up)], grid_line()))?;
             page.draw(&segment([(x, bottom), (x, bottom + 4.0)], frame_line()))?;
-            let half = 0.5 * 1.1 * 11.5 * helvetica::width(&label, false);
+            let half = 0.5 * 1.1 * TICK_LETTERS * helvetica::width(&label, false);
             if x - half > free {
                 free = x + half + 3.0;
-                let style = text(11.5, FontStyle::Normal, HPos::Center, VPos::Top);
+                let style = text(TICK_LETTERS, FontStyle::Normal, HPos::Center, VPos::Top);
                 write(page, &label, (x, bottom + 7.0), style)?;
             }
         }
@@ -222,7 +234,7 @@ impl Plot<'_> {
                 [(self.left - 4.0, y), (self.left, y)],
                 frame_line(),
             ))?;
-            let style = text(11.5, FontStyle::Normal, HPos::Right, VPos::Center);
+            let style = text(TICK_LETTERS, FontStyle::Normal, HPos::Right, VPos::Center);
             write(page, &label, (self.left - 7.0, y), style)?;
         }
         Ok(())

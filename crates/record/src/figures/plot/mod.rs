@@ -5,7 +5,7 @@
 //! | `request` | what is to be drawn, and why it cannot be |
 //! | `selection` | the rows that are drawn, and their values along an axis |
 //! | `scale`, `chart` | axes, shapes between two of them, a sheet with its caption |
-//! | `bands`, `heat`, `calibration`, `histogram` | one kind of figure each |
+//! | `bands`, `heat`, `calibration`, `histogram`, `ladder` | one kind of figure each |
 //! | `caption` | study, scene, runs, seeds, failures, version |
 
 mod bands;
@@ -14,6 +14,7 @@ mod caption;
 mod chart;
 mod heat;
 mod histogram;
+mod ladder;
 mod request;
 mod scale;
 mod selection;
@@ -24,7 +25,7 @@ pub use caption::runs as runs_in_words;
 pub use request::{PlotError, PlotKind, PlotRequest};
 pub use scale::{Spacing, label as number_label};
 
-use super::files;
+use super::{files, png};
 use crate::dataset::Dataset;
 use chart::Sheet;
 use selection::{SEEDS, Selection, varying_apart};
@@ -36,6 +37,8 @@ pub enum FigureFormat {
     Svg,
     /// PDF, one page as large as the figure.
     Pdf,
+    /// PNG at 192 dots an inch; needs a font of the machine.
+    Png,
 }
 
 /// Draws a figure of a dataset. Returns the bytes of its file.
@@ -51,6 +54,7 @@ pub fn plot(
     let drawn = match format {
         FigureFormat::Svg => files::svg(&sheet),
         FigureFormat::Pdf => files::pdf(&sheet),
+        FigureFormat::Png => files::svg(&sheet).and_then(|svg| png::png(&svg)),
     };
     drawn.map_err(PlotError::Drawing)
 }
@@ -89,5 +93,6 @@ fn sheet(dataset: &Dataset, request: &PlotRequest) -> Result<Sheet, PlotError> {
         PlotKind::Heat => heat::heat(&selection, request),
         PlotKind::Calibration => calibration::calibration(&selection, request),
         PlotKind::Histogram => histogram::histogram(&selection, request),
+        PlotKind::Ladder => ladder::ladder(&selection, request),
     }
 }

@@ -14,11 +14,19 @@ pub enum PlotKind {
     Calibration,
     /// How often a score has which value.
     Histogram,
+    /// Rungs one below the other, each with the spread of its score.
+    Ladder,
 }
 
 impl PlotKind {
     /// All kinds.
-    pub const ALL: [Self; 4] = [Self::Bands, Self::Heat, Self::Calibration, Self::Histogram];
+    pub const ALL: [Self; 5] = [
+        Self::Bands,
+        Self::Heat,
+        Self::Calibration,
+        Self::Histogram,
+        Self::Ladder,
+    ];
 
     /// Its name.
     pub const fn name(self) -> &'static str {
@@ -27,6 +35,7 @@ impl PlotKind {
             Self::Heat => "heat",
             Self::Calibration => "calibration",
             Self::Histogram => "histogram",
+            Self::Ladder => "ladder",
         }
     }
 }
@@ -38,7 +47,8 @@ pub struct PlotRequest {
     pub kind: PlotKind,
     /// Column of the horizontal axis; `None` for the first key that varies, seeds last.
     pub x: Option<String>,
-    /// Column of the vertical axis of [`PlotKind::Heat`]; `None` for the next key that varies.
+    /// Column of the vertical axis of [`PlotKind::Heat`], `None` for the next key that varies; column whose values are the
+    /// rungs of [`PlotKind::Ladder`], `None` for the estimators.
     pub x2: Option<String>,
     /// Column of the score.
     pub y: String,

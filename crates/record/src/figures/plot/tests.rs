@@ -287,6 +287,58 @@ fn the_bars_of_a_histogram_hold_all_runs() -> Result<(), Box<dyn std::error::Err
     Ok(())
 }
 
+/// Closed form: the rungs of a ladder, the first on top, have the median over all runs and one at each speed.
+#[test]
+fn a_ladder_has_the_medians() -> Result<(), Box<dyn std::error::Error>> {
+    let dataset = dataset(0..0)?;
+    let mut request = with_x(PlotKind::Ladder, "drive.speed");
+    let of_estimators = sheet(&dataset, &request)?;
+    let [chart] = of_estimators.rows[0].as_slice() else {
+        return Err("one chart".into());
+    };
+    let mut dots: Vec<Point> = Vec::new();
+    for shape in &chart.shapes {
+        if let Shape::Dot(at, ..) = shape {
+            dots.push(*at);
+        }
+    }
+    let expected = [0.22, 0.42, 0.82, 0.11, 0.21, 0.41];
+    assert_eq!(dots.len(), expected.len());
+    for (k, ((x, y), expected)) in dots.iter().zip(expected).enumerate() {
+        assert!((x - expected).abs() < 1e-12, "{x} {expected}");
+        assert!((y - (k / 3) as f64).abs() < 1e-12);
+    }
+    let labels = chart.y.ticks();
+    assert!(labels[0].1.starts_with("two  0.42") && labels[1].1.starts_with("one  0.21"));
+    // Grounds as rungs: a chart for each estimator, in which both grounds have the same median.
+    request.x2 = Some("terrain.kind".to_owned());
+    let of_grounds = sheet(&dataset, &request)?;
+    assert_eq!(of_grounds.rows[0].len(), 2);
+    let labels = of_grounds.rows[0][0].y.ticks();
+    assert_eq!(
+        (labels[0].1.as_str(), labels[1].1.as_str()),
+        ("step  0.21", "flat  0.21")
+    );
+    Ok(())
+}
+
+/// A PNG file has twice the pixels of the figure, some of them not white; without a font there is a message.
+#[test]
+fn a_figure_as_png() -> Result<(), Box<dyn std::error::Error>> {
+    let dataset = dataset(0..0)?;
+    let request = PlotRequest::new(PlotKind::Ladder);
+    match plot(&dataset, &request, FigureFormat::Png) {
+        Ok(bytes) => {
+            let pixels = resvg::tiny_skia::Pixmap::decode_png(&bytes)?;
+            assert_eq!(pixels.width(), 2 * 880);
+            let dark = pixels.pixels().iter().filter(|p| p.red() < 128).count();
+            assert!(dark > 1000, "{dark}");
+        }
+        Err(error) => assert!(error.to_string().contains("none of the fonts"), "{error}"),
+    }
+    Ok(())
+}
+
 /// Each kind is a whole file in each format, with its caption in it, and no number that is none.
 #[test]
 fn every_kind_is_a_whole_file() -> Result<(), Box<dyn std::error::Error>> {

@@ -1,0 +1,39 @@
+//! The direction of the velocity, as wheels on known ground show it.
+
+use super::filter::MotionFilter;
+use super::states::{CONSIDERED, COUNT, VELOCITY};
+use super::tuning::TUNING;
+use crate::contact::ContactVelocity;
+use crate::filters::Kalman;
+
+/// Least cosine of the direction of the velocity: dy/dx of a steeper one is not linear in its angle.
+const LEAST_COSINE: f64 = 0.3;
+
+impl MotionFilter {
+    /// Corrects the states by an error of the direction of the velocity of Q, as dy/dx, with its variance: see
+    /// [`crate::ground::GroundMemory::take_direction_error`]. Returns the change of that direction, as dy/dx; zero while a wheel is suspect
+    /// or the robot hardly rolls.
+    ///
+    /// A lasting error of the direction and the sum of the torque offsets are one: the parity residual ties them. So this is
+    /// what separates a slope from torque offsets on even ground.
+    pub fn correct_direction(&mut self, error: f64, variance: f64) -> f64 {
+        let velocity = self.velocity();
+        let speed = libm::sqrt(velocity.norm_squared());
+        let (cos, sin) = (velocity.x / speed, velocity.y / speed);
+        // Written so that a NaN leaves, too.
+        if !(speed > ContactVelocity::SLOW && cos.abs() > LEAST_COSINE) || self.is_any_suspect() {
+            return 0.0;
+        }
+        // The angle changes with dy/dx by cos^2.
+        let level = cos * cos;
+        let h = [(VELOCITY, -sin / speed), (VELOCITY + 1, cos / speed)];
+        let ph = self.filter.covariance_times(&h);
+        let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
+        let variance = of_states + level * level * variance;
+        let estimated = self.estimated_states();
+        self.filter
+            .apply_within(estimated, &ph, -level * error, variance, TUNING.gate);
+        let after = self.velocity();
+        after.y / after.x - velocity.y / velocity.x
+    }
+}

@@ -1,0 +1,108 @@
+//! JSON Schema of the files that people write: an editor completes and checks them by it.
+
+use crate::json::{object, table};
+use crate::robot_keys::{GEOMETRY, MASSES};
+use crate::scene::Scene;
+use crate::sections::{IGNORED, SECTIONS, TOP};
+use crate::{estimators, json, log, robot, study, terrain};
+use serde_json::{Value, json};
+
+/// A kind of file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SchemaKind {
+    /// A scene.
+    Scene,
+    /// A study.
+    Study,
+    /// The geometry of a robot.
+    Geometry,
+    /// The masses of a robot.
+    Mass,
+    /// The description of a log.
+    Sensors,
+}
+
+/// JSON Schema (draft 7) of a kind of file, from the declarations by which it is read. It knows names, types, units and ranges
+/// of bare numbers, not the rules between keys, nor ranges of texts with units: what it refuses the reader refuses, too.
+pub fn schema(kind: SchemaKind) -> Value {
+    let (title, mut schema) = match kind {
+        SchemaKind::Scene => ("Scene of robhaz", scene()),
+        SchemaKind::Study => ("Study of robhaz", study::schema()),
+        SchemaKind::Geometry => ("Geometry of a robot for robhaz", table(GEOMETRY, None)),
+        SchemaKind::Mass => ("Masses of a robot for robhaz", table(MASSES, None)),
+        SchemaKind::Sensors => ("Description of a log for robhaz", log::schema()),
+    };
+    schema["$schema"] = json!("http://json-schema.org/draft-07/schema#");
+    schema["title"] = json!(title);
+    schema
+}
+
+fn scene() -> Value {
+    let mut defaults = Scene::default();
+    let mut all = json::properties(TOP, Some(&mut defaults));
+    let mut add = |name: &str, mut schema: Value, meaning: &str| {
+        schema["description"] = json!(meaning);
+        all.insert(name.to_owned(), schema);
+    };
+    add("robot", table(robot::KEYS, None), "geometry and masses");
+    add(terrain::PATH, terrain::section(), "the ground");
+    for section in SECTIONS {
+        let table = table(section.keys, Some(&mut defaults));
+        add(section.name, table, section.meaning);
+    }
+    add(estimators::PATH, estimators::schema(), "the estimators");
+    add(
+        IGNORED,
+        json!({"type": "object"}),
+        "what wrote the file; not read",
+    );
+    let mut scene = object(all, &[]);
+    scene["definitions"] = json!({"part": terrain::part()});
+    scene
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reference::reference;
+    use std::collections::BTreeSet;
+
+    /// The keys of a schema, as the reference writes them.
+    fn keys(schema: &Value, path: &str, found: &mut BTreeSet<String>) {
+        let Some(properties) = schema["properties"].as_object() else {
+            found.insert(path.to_owned());
+            return;
+        };
+        for (name, property) in properties {
+            let path = crate::reader::join(path, name);
+            // A table beside a name or a path.
+            let inline = property["anyOf"].as_array().into_iter().flatten();
+            let table = inline.clone().find(|s| s["properties"].is_object());
+            let item = &property["items"];
+            if item["properties"].is_object() {
+                found.insert(path.clone());
+                keys(item, &format!("{path}[]"), found);
+            } else if let Some(table) = table {
+                found.insert(path.clone());
+                keys(table, &path, found);
+            } else {
+                keys(property, &path, found);
+            }
+        }
+    }
+
+    /// Equivalence: the schema of scenes has the keys of the reference, no more and no fewer.
+    #[test]
+    fn the_schema_has_the_keys_of_the_reference() {
+        let mut found = BTreeSet::new();
+        keys(&schema(SchemaKind::Scene), "", &mut found);
+        // Lists and tables that the reference names by their keys alone, and what is not read.
+        for other in ["estimator", IGNORED] {
+            assert!(found.remove(other), "{other}");
+        }
+        // Tables with a key of their own in the reference.
+        found.insert("drive.friction_test".to_owned());
+        let expected: BTreeSet<String> = reference().into_iter().map(|r| r.key).collect();
+        assert_eq!(found, expected);
+    }
+}
