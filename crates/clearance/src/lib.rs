@@ -6,7 +6,7 @@
 
 use parry2d::math::{Pose, Vector};
 use parry2d::query::distance;
-use parry2d::shape::{ConvexPolygon, Polyline, Segment, Shape};
+use parry2d::shape::{ConvexPolygon, Polyline, Segment};
 use robhaz_model::{Bar, Geometry, Vec2};
 use robhaz_terrain::Terrain;
 
@@ -50,11 +50,51 @@ const SPACING: f64 = 0.005;
 const KEPT: f64 = 6.0;
 const USED: f64 = 3.0;
 
+/// Rounding of a distance, m: much more than it can be.
+const ROUNDING: f64 = 1e-9;
+
+/// A line of a bar's outline, and what is known of its distance.
+struct Part {
+    /// About the bar's centre of mass, m.
+    line: Segment,
+    /// Largest distance of its points from the centre of mass, m.
+    reach: f64,
+    /// Distance to the ground when it was last measured (m), and where the bar was. `None` on a new ground.
+    last: Option<(f64, BarPlace)>,
+}
+
+impl Part {
+    fn new([a, b]: [Vec2; 2]) -> Self {
+        Self {
+            line: Segment::new(vector(a), vector(b)),
+            reach: a.norm().max(b.norm()),
+            last: None,
+        }
+    }
+
+    /// What the distance is at least (m): no point of the line has moved farther than its bar.
+    fn at_least(&self, bar: &BarPlace) -> f64 {
+        self.last.map_or(f64::NEG_INFINITY, |(distance, at)| {
+            let turned = self.reach * (bar.angle - at.angle).abs();
+            distance - (bar.centre - at.centre).norm() - turned - ROUNDING
+        })
+    }
+
+    /// Distance of the line to the ground, m.
+    fn measure(&mut self, bar: &BarPlace, ground: &Polyline) -> f64 {
+        let pose = Pose::new(vector(bar.centre), bar.angle);
+        // This pair of shapes is supported; NaN would be seen in every table.
+        let found = distance(&pose, &self.line, &Pose::IDENTITY, ground);
+        let found = found.map_or(f64::NAN, |d| d.distance);
+        self.last = found.is_finite().then_some((found, *bar));
+        found
+    }
+}
+
 /// Measures the clearance of a robot on its ground.
 pub struct ClearanceMeter {
     terrain: Terrain,
-    /// Parts of each bar's outline, about its centre of mass.
-    outlines: [Vec<Box<dyn Shape>>; 4],
+    outlines: [Vec<Part>; 4],
     half_width: f64,
     /// Length of the robot, m.
     length: f64,
@@ -82,16 +122,14 @@ impl ClearanceMeter {
         let Some((_, ground)) = &self.ground else {
             return Clearances([f64::NAN; 4]);
         };
-        let mut found = [f64::INFINITY; 4];
-        for ((least, parts), bar) in found.iter_mut().zip(&self.outlines).zip(bars) {
-            let pose = Pose::new(vector(bar.centre), bar.angle);
-            for part in parts {
-                // All pairs of these shapes are supported; NaN would be seen in every table.
-                let found = distance(&pose, part.as_ref(), &Pose::IDENTITY, ground);
-                *least = least.min(found.map_or(f64::NAN, |d| d.distance) - self.half_width);
-            }
-        }
-        Clearances(found)
+        let half_width = self.half_width;
+        let mut outlines = self.outlines.iter_mut().zip(bars);
+        Clearances([(); 4].map(|()| {
+            let Some((parts, bar)) = outlines.next() else {
+                return f64::NAN;
+            };
+            least(parts, bar, ground) - half_width
+        }))
     }
 
     /// Builds the ground about x (m), if the robot is near the end of what is kept.
@@ -104,17 +142,41 @@ impl ClearanceMeter {
         let points = self.terrain.outline(x - reach, x + reach, SPACING);
         let points: Vec<_> = points.into_iter().map(vector).collect();
         self.ground = (points.len() > 1).then(|| (x, Polyline::new(points, None)));
+        for part in self.outlines.iter_mut().flatten() {
+            part.last = None;
+        }
     }
 }
 
+/// Distance of a bar's lines to the ground, m. The line that may be nearest is measured first; those that cannot be nearer
+/// are not.
+fn least(parts: &mut [Part], bar: &BarPlace, ground: &Polyline) -> f64 {
+    let nearest = |a: &&mut Part, b: &&mut Part| a.at_least(bar).total_cmp(&b.at_least(bar));
+    let first = parts.iter_mut().min_by(nearest);
+    let least = first.map_or(f64::INFINITY, |part| part.measure(bar, ground));
+    parts.iter_mut().fold(least, |least, part| {
+        let is_known = part.last.is_some_and(|(_, at)| at == *bar);
+        if !is_known && part.at_least(bar) < least {
+            least.min(part.measure(bar, ground))
+        } else {
+            least
+        }
+    })
+}
+
 /// The parts of a bar's outline without its half width, about the bar's centre of mass.
-fn outline(geometry: &Geometry, bar: Bar) -> Vec<Box<dyn Shape>> {
+fn outline(geometry: &Geometry, bar: Bar) -> Vec<Part> {
     let cg = geometry.cg(bar);
     let mut points: Vec<Vec2> = geometry.outline_points(bar).map(|p| p - cg).collect();
     if bar == Bar::Body {
         let corners: Vec<_> = points.iter().copied().map(vector).collect();
         if let Some(hull) = ConvexPolygon::from_convex_hull(&corners) {
-            return vec![Box::new(hull)];
+            let corners = hull.points();
+            let next = corners.iter().cycle().skip(1);
+            let edges = corners.iter().zip(next);
+            return edges
+                .map(|(a, b)| Part::new([point(a), point(b)]))
+                .collect();
         }
     }
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
@@ -124,7 +186,7 @@ fn outline(geometry: &Geometry, bar: Bar) -> Vec<Box<dyn Shape>> {
     let pairs = points.windows(2);
     pairs
         .flat_map(|pair| outside([pair[0], pair[1]], &wheels, geometry.wheel_radius))
-        .map(|[a, b]| Box::new(Segment::new(vector(a), vector(b))) as Box<dyn Shape>)
+        .map(Part::new)
         .collect()
 }
 
@@ -154,6 +216,10 @@ fn outside(line: [Vec2; 2], wheels: &[Vec2], radius: f64) -> Vec<[Vec2; 2]> {
     pieces
         .map(|piece| [from + along * piece[0], from + along * piece[1]])
         .collect()
+}
+
+fn point(v: &Vector) -> Vec2 {
+    Vec2::new(v.x, v.y)
 }
 
 fn vector(v: Vec2) -> Vector {

@@ -109,6 +109,13 @@ impl Viewing {
     /// After the run: reports records that the viewer did not receive; continues to serve until a signal ends the
     /// command.
     pub fn finish(self, interrupt: &Interrupt) -> Result<()> {
+        let rates = self.recording.and_then(|r| r.reduced_rates());
+        if let Some([series, frames]) = rates {
+            say(&format!(
+                "The run is long: run.rrd has only {series:.1} Hz of its time series and {frames:.1} Hz of its animation; \
+                 the tables have all records."
+            ))?;
+        }
         let Some(live) = self.live else {
             return Ok(());
         };

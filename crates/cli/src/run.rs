@@ -81,7 +81,8 @@ fn run_one(
     // Before anything is written, so that a robot that cannot stand leaves no folder.
     let run = Run::new(scene)
         .into_diagnostic()
-        .wrap_err_with(|| format!("cannot start {}", scene.name))?;
+        .wrap_err_with(|| format!("cannot start {}", scene.name))?
+        .on_threads();
     let version = format!(
         "robhaz {}, {}",
         env!("CARGO_PKG_VERSION"),

@@ -35,10 +35,17 @@ impl Gappy {
     }
 
     fn take(&mut self) -> Float64Array {
-        let Self { values, valid } = std::mem::take(self);
+        let values = emptied(&mut self.values);
+        let valid = std::mem::take(&mut self.valid);
         let nulls = (!valid.is_empty()).then(|| NullBuffer::from(valid));
         Float64Array::new(values.into(), nulls)
     }
+}
+
+/// The values of a buffer, which keeps room for as many: the next batch is about as long.
+fn emptied<T>(buffer: &mut Vec<T>) -> Vec<T> {
+    let next = Vec::with_capacity(buffer.len());
+    std::mem::replace(buffer, next)
 }
 
 impl Buffer {
@@ -62,9 +69,9 @@ impl Buffer {
 
     fn take(&mut self) -> ArrayRef {
         match self {
-            Self::Float(buffer) => Arc::new(Float64Array::from(std::mem::take(buffer))),
+            Self::Float(buffer) => Arc::new(Float64Array::from(emptied(buffer))),
             Self::Optional(buffer) => Arc::new(buffer.take()),
-            Self::Count(buffer) => Arc::new(UInt32Array::from(std::mem::take(buffer))),
+            Self::Count(buffer) => Arc::new(UInt32Array::from(emptied(buffer))),
         }
     }
 }

@@ -80,6 +80,12 @@ impl Estimators {
         self.estimators.len()
     }
 
+    /// Copies of the points in the memory of each estimator.
+    pub(crate) fn memory(&self) -> Vec<Vec<GroundPoint>> {
+        let memories = self.estimators.iter().map(Estimator::ground);
+        memories.map(Iterator::collect).collect()
+    }
+
     /// Takes the completed points of the ground away.
     pub(crate) fn take_completed(&mut self) -> Vec<Vec<GroundPoint>> {
         let none = vec![Vec::new(); self.completed.len()];

@@ -5,8 +5,23 @@ use robhaz_estimator::{Estimator, GroundPoint};
 /// The ground as the estimators of a run know it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FeltGround<'a> {
-    estimators: &'a [Estimator],
+    memory: Memory<'a>,
     completed: &'a [Vec<GroundPoint>],
+}
+
+/// Where the points in memory are.
+#[derive(Clone, Copy, Debug)]
+enum Memory<'a> {
+    /// In the estimators themselves.
+    Live(&'a [Estimator]),
+    /// In copies, one of each estimator, because the estimators are ahead of the records.
+    Copied(&'a [Vec<GroundPoint>]),
+}
+
+impl Default for Memory<'_> {
+    fn default() -> Self {
+        Self::Live(&[])
+    }
 }
 
 impl<'a> FeltGround<'a> {
@@ -16,21 +31,44 @@ impl<'a> FeltGround<'a> {
         completed: &'a [Vec<GroundPoint>],
     ) -> Self {
         Self {
-            estimators,
+            memory: Memory::Live(estimators),
+            completed,
+        }
+    }
+
+    /// Copies of the points in the memory of each estimator, and the points that each has completed.
+    pub(crate) const fn copied(
+        memory: &'a [Vec<GroundPoint>],
+        completed: &'a [Vec<GroundPoint>],
+    ) -> Self {
+        Self {
+            memory: Memory::Copied(memory),
             completed,
         }
     }
 
     /// Points that left the memory of an estimator since the last record, in their final form: see
-    /// [`Estimator::completed_ground`]. For recorded readings several records may share them: the last one has them.
+    /// [`Estimator::completed_ground`]. In a run on several threads some records share them: the last one has them.
     pub fn completed(&self, estimator: usize) -> &'a [GroundPoint] {
         self.completed.get(estimator).map_or(&[], Vec::as_slice)
     }
 
-    /// Points in the memory of an estimator: see [`Estimator::ground`]. None for recorded readings, whose estimators are ahead
-    /// of the records.
+    /// Whether this record has the points in memory. In a run on several threads one in 0.2 s has them.
+    pub const fn has_memory(&self) -> bool {
+        match self.memory {
+            Memory::Live(estimators) => !estimators.is_empty(),
+            Memory::Copied(copies) => !copies.is_empty(),
+        }
+    }
+
+    /// Points in the memory of an estimator: see [`Estimator::ground`]. None where [`Self::has_memory`] is false.
     pub fn in_memory(&self, estimator: usize) -> impl Iterator<Item = GroundPoint> + 'a {
-        let estimator = self.estimators.get(estimator);
-        estimator.into_iter().flat_map(Estimator::ground)
+        let (live, copied): (&[Estimator], &[Vec<GroundPoint>]) = match self.memory {
+            Memory::Live(estimators) => (estimators, &[]),
+            Memory::Copied(copies) => (&[], copies),
+        };
+        let live = live.get(estimator).into_iter();
+        let copied = copied.get(estimator).into_iter().flatten().copied();
+        live.flat_map(Estimator::ground).chain(copied)
     }
 }

@@ -11,6 +11,8 @@
 //! without truth. Several [`Estimators`] run side by side on the same readings. A [`Sink`] receives a
 //! [`RunDescription`] and every record, and never calls back.
 //!
+//! A run works in one loop, or on several threads ([`Run::on_threads`]): its records are the same, to the bit.
+//!
 //! Where the scene's control takes readings, a [`Driver`] hands its commands to the source; they act from the next sample
 //! on. [`DrivenPlant`] is the same loop for those who need the truth alone.
 
@@ -65,23 +67,17 @@ pub fn run_until(
     Run::new(scene)?.until(sinks, stop)
 }
 
-/// Where the readings of a run come from.
-enum Readings {
-    /// A simulation, which takes commands.
-    Simulated(Box<dyn Source>),
-    /// Readings that do not depend on the estimates.
-    Recorded(Box<dyn Source + Send>),
-}
-
 /// A run that is ready to start.
 pub struct Run {
     description: RunDescription,
-    source: Readings,
+    source: Box<dyn Source + Send>,
     estimators: Estimators,
     /// The control, where it takes readings.
     driver: Option<Driver>,
     /// Off the hot path: at records alone. `None` for recorded readings.
     clearance: Option<TruthClearance>,
+    /// Whether source, estimators and sinks have threads of their own.
+    on_threads: bool,
     /// Time spent without the sinks.
     wall: Duration,
     /// Time of the last record, s. `None` before the first.
@@ -89,26 +85,34 @@ pub struct Run {
 }
 
 impl Run {
-    /// The simulation of a scene: puts the robot on its ground and prepares its sensors and estimators.
+    /// The simulation of a scene, in one loop: puts the robot on its ground and prepares its sensors and estimators.
     ///
     /// # Errors
     /// [`RunError::Start`] and [`RunError::ModelError`].
     pub fn new(scene: &Scene) -> Result<Self, RunError> {
         let start = Instant::now();
-        let source = Readings::Simulated(Box::new(Simulation::new(scene)?));
+        let source = Box::new(Simulation::new(scene)?);
         let mut run = Self::ready(RunDescription::of(scene)?, source);
         run.driver = Driver::of(scene)?;
         run.wall = start.elapsed();
         Ok(run)
     }
 
-    /// A run on recorded readings, with the estimators of its description and without a control. Reading, estimators and sinks
-    /// work on several threads; the estimates are those of one loop, to the bit.
+    /// A run on recorded readings, with the estimators of its description and without a control, on several threads.
     pub fn of(description: RunDescription, source: Box<dyn Source + Send>) -> Self {
-        Self::ready(description, Readings::Recorded(source))
+        Self::ready(description, source).on_threads()
     }
 
-    fn ready(description: RunDescription, source: Readings) -> Self {
+    /// Source, estimators and sinks work on several threads, where no control needs the estimates: the run of one scene is
+    /// faster, that of many scenes at once is not. The records are those of one loop, to the bit, but completed points of the
+    /// ground may come with a later record, and few records have the ground in memory: see [`FeltGround`].
+    #[must_use]
+    pub fn on_threads(mut self) -> Self {
+        self.on_threads = true;
+        self
+    }
+
+    fn ready(description: RunDescription, source: Box<dyn Source + Send>) -> Self {
         let start = Instant::now();
         let settings = description.estimators.iter().map(|e| e.settings);
         Self {
@@ -117,6 +121,7 @@ impl Run {
             description,
             source,
             driver: None,
+            on_threads: false,
             wall: start.elapsed(),
             time: None,
         }
@@ -133,9 +138,10 @@ impl Run {
         stop: Stop<'_>,
     ) -> Result<RunEnd, RunError> {
         begin(&self.description, sinks)?;
-        let result = match self.source {
-            Readings::Simulated(_) => self.simulated(sinks, stop),
-            Readings::Recorded(_) => self.recorded(sinks, stop),
+        let result = if self.on_threads && self.driver.is_none() {
+            self.on_several_threads(sinks, stop)
+        } else {
+            self.in_one_loop(sinks, stop)
         };
         let end = self.end(result.as_ref().err());
         if let Some(end) = &end {
@@ -162,23 +168,25 @@ impl Run {
         }
     }
 
-    fn recorded(&mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result<(), RunError> {
-        let Readings::Recorded(source) = &mut self.source else {
-            return Ok(());
-        };
+    fn on_several_threads(
+        &mut self,
+        sinks: &mut [&mut dyn Sink],
+        stop: Stop<'_>,
+    ) -> Result<(), RunError> {
         let time = &mut self.time;
-        let record = |(sample, estimates, completed): Record<'_>| {
+        let record = |record: Record<'_>| {
             if let Some(cause) = stop() {
                 return Err(RunError::Stopped { cause });
             }
+            let sample = record.sample;
             let frame = Frame {
                 time: sample.time,
-                clearances: None,
+                clearances: record.clearances,
                 truth: sample.truth.as_ref(),
                 sensors: &sample.sensors,
-                estimates,
+                estimates: record.estimates,
                 commands: None,
-                ground: FeltGround::new(&[], completed),
+                ground: record.ground,
             };
             for sink in sinks.iter_mut() {
                 sink.frame(&frame).map_err(RunError::Sink)?;
@@ -187,30 +195,28 @@ impl Run {
             Ok(())
         };
         pipeline::run(
-            source.as_mut(),
+            self.source.as_mut(),
             &mut self.estimators,
+            self.clearance.as_mut(),
             &mut self.wall,
             record,
         )
     }
 
-    fn simulated(&mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result<(), RunError> {
-        let Readings::Simulated(source) = &mut self.source else {
-            return Ok(());
-        };
+    fn in_one_loop(&mut self, sinks: &mut [&mut dyn Sink], stop: Stop<'_>) -> Result<(), RunError> {
         loop {
             if let Some(cause) = stop() {
                 return Err(RunError::Stopped { cause });
             }
             let start = Instant::now();
-            let Some(sample) = source.next_sample()? else {
+            let Some(sample) = self.source.next_sample()? else {
                 return Ok(());
             };
             let estimates = self.estimators.update(&sample.sensors);
             let driver = self.driver.as_mut();
             let commands = driver.map(|driver| driver.commands(&sample.sensors, estimates));
             if let Some(commands) = commands {
-                source.command(commands);
+                self.source.command(commands);
             }
             self.wall += start.elapsed();
             if !sample.is_record {
@@ -244,10 +250,6 @@ impl Run {
             completed.chain(ground.in_memory(k)).collect()
         };
         let count = self.description.estimators.len();
-        let source: &dyn Source = match &self.source {
-            Readings::Simulated(source) => source.as_ref(),
-            Readings::Recorded(source) => source.as_ref(),
-        };
         Some(RunEnd {
             ground: (0..count).map(remaining).collect(),
             duration: match error {
@@ -255,14 +257,14 @@ impl Run {
                 Some(_) => last,
             },
             wall: self.wall.as_secs_f64(),
-            step: source.mean_step(),
+            step: self.source.mean_step(),
             broken_off: error.map(RunError::line),
             friction_tests: self
                 .driver
                 .iter()
                 .flat_map(Driver::friction_tests)
                 .collect(),
-            log: source.log_report(),
+            log: self.source.log_report(),
         })
     }
 }

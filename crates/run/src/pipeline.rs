@@ -1,52 +1,65 @@
-//! Recorded readings on several threads: reading, estimation and sinks do not wait for each other.
+//! A run on several threads: source, estimation and sinks do not wait for each other.
 //!
-//! Recorded readings do not depend on what follows from them. Samples pass from thread to thread in batches and in their
-//! order, and the estimators of a run work at the same time, each on its own samples in order: the estimates have the bits
-//! of one loop.
+//! This takes a source that does not depend on the estimates: recorded readings, or a simulation whose control takes none.
+//! Samples pass from thread to thread in batches and in their order, and the estimators of a run work at the same time,
+//! each on its own samples in order: the estimates have the bits of one loop.
 //!
 //! ```text
-//! reading --samples--> estimators, side by side --estimates--> sinks
+//! source --samples--> estimators and clearance, side by side --records--> sinks
 //! ```
 
+use crate::clearance::TruthClearance;
 use crate::error::RunError;
 use crate::estimators::Estimators;
+use crate::ground::FeltGround;
 use crate::source::{Sample, Source};
+use robhaz_clearance::Clearances;
 use robhaz_estimator::{Estimate, EstimateError, GroundPoint};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Samples of a batch: a quarter of a second at 1 kHz, and some MB of estimates.
+/// Most samples of a batch: a quarter of a second at 1 kHz, and some MB of estimates.
 const BATCH: usize = 256;
+/// Time from one record with the ground in the memory of the estimators to the next, s. Such a record ends its batch.
+const GROUND_PERIOD: f64 = 0.2;
 /// Batches that wait before each thread.
 const WAITING: usize = 2;
 
 /// Samples that were read together.
 struct Samples {
     samples: Vec<Sample>,
+    /// Whether the last one is a record with the ground in memory.
+    ends_with_ground: bool,
     /// Why there are no more.
     failure: Option<RunError>,
 }
 
-/// Samples and their estimates.
+/// Samples and what follows from them.
 struct Batch {
     samples: Samples,
     /// Estimates of one sample after the other.
     estimates: Vec<Result<Estimate, EstimateError>>,
+    /// Clearances of one record after the other; none for recorded readings.
+    clearances: Vec<Clearances>,
     /// Points of the ground that each estimator has completed.
     completed: Vec<Vec<GroundPoint>>,
+    /// Points in the memory of each estimator, for the last sample; none where it does not have them.
+    memory: Vec<Vec<GroundPoint>>,
 }
 
-/// A sample, its estimates, and the points of the ground that each estimator has completed since the last record.
-pub(crate) type Record<'a> = (
-    &'a Sample,
-    &'a [Result<Estimate, EstimateError>],
-    &'a [Vec<GroundPoint>],
-);
+/// A record and what follows from it.
+pub(crate) struct Record<'a> {
+    pub sample: &'a Sample,
+    pub estimates: &'a [Result<Estimate, EstimateError>],
+    pub clearances: Option<Clearances>,
+    /// Completed points are those since the last record that had any.
+    pub ground: FeltGround<'a>,
+}
 
-/// Hands every sample of a source with its estimates to `record`, in order of time, until the source ends or `record` fails.
-/// Points of the ground that no record has had stay with the estimators. Adds the time of the slower one of reading and
+/// Hands every record of a source with its estimates to `record`, in order of time, until the source ends or `record` fails.
+/// Points of the ground that no record has had stay with the estimators. Adds the time of the slower one of source and
 /// estimation to `wall`.
 ///
 /// # Errors
@@ -54,6 +67,7 @@ pub(crate) type Record<'a> = (
 pub(crate) fn run(
     source: &mut (dyn Source + Send),
     estimators: &mut Estimators,
+    clearance: Option<&mut TruthClearance>,
     wall: &mut Duration,
     mut record: impl FnMut(Record<'_>) -> Result<(), RunError>,
 ) -> Result<(), RunError> {
@@ -67,7 +81,7 @@ pub(crate) fn run(
         let is_over = &is_over;
         let estimators = &mut *estimators;
         let reading = scope.spawn(move || read_all(source, &samples, is_over));
-        let estimation = scope.spawn(move || estimate_all(estimators, &read, &batches));
+        let estimation = scope.spawn(move || estimate_all(estimators, clearance, &read, &batches));
         // To the end of both threads, so that none waits for ever.
         for batch in estimated {
             if result.is_ok() {
@@ -87,53 +101,84 @@ pub(crate) fn run(
     result
 }
 
-/// Reads the source to its end, or until the run is over. Returns the time that it took.
+/// Takes samples to the end of the source, or until the run is over. Returns the time that it took.
 fn read_all(
     source: &mut (dyn Source + Send),
     out: &SyncSender<Samples>,
     is_over: &AtomicBool,
 ) -> Duration {
     let mut time = Duration::ZERO;
+    let mut next_ground = 0.0;
     while !is_over.load(Ordering::Relaxed) {
         let start = Instant::now();
-        let mut samples = Vec::with_capacity(BATCH);
-        let mut failure = None;
-        while samples.len() < BATCH {
-            match source.next_sample() {
-                Ok(Some(sample)) => samples.push(sample),
-                Ok(None) => break,
-                Err(error) => {
-                    failure = Some(error);
-                    break;
-                }
-            }
-        }
+        let (batch, is_last) = next_batch(source, &mut next_ground);
         time += start.elapsed();
-        let is_last = samples.len() < BATCH;
-        let sent = out.send(Samples { samples, failure });
-        if is_last || sent.is_err() {
+        if out.send(batch).is_err() || is_last {
             break;
         }
     }
     time
 }
 
+/// The next samples of a source, and whether they are the last. `next_ground` counts the periods of [`GROUND_PERIOD`].
+fn next_batch(source: &mut dyn Source, next_ground: &mut f64) -> (Samples, bool) {
+    let mut batch = Samples {
+        samples: Vec::with_capacity(BATCH),
+        ends_with_ground: false,
+        failure: None,
+    };
+    while batch.samples.len() < BATCH && !batch.ends_with_ground {
+        match source.next_sample() {
+            Ok(Some(sample)) => {
+                // Times are sums of steps: a rounding error must not postpone the ground to the next record.
+                let periods = (sample.time / GROUND_PERIOD + 1e-6).floor();
+                if sample.is_record && periods >= *next_ground {
+                    *next_ground = periods + 1.0;
+                    batch.ends_with_ground = true;
+                }
+                batch.samples.push(sample);
+            }
+            Ok(None) => return (batch, true),
+            Err(error) => {
+                batch.failure = Some(error);
+                return (batch, true);
+            }
+        }
+    }
+    (batch, false)
+}
+
 /// Estimates all samples. Returns the time that it took.
 fn estimate_all(
     estimators: &mut Estimators,
+    mut clearance: Option<&mut TruthClearance>,
     read: &Receiver<Samples>,
     out: &SyncSender<Batch>,
 ) -> Duration {
     let mut time = Duration::ZERO;
     for samples in read {
         let start = Instant::now();
-        let estimates = estimators.update_all(&samples.samples);
+        let of_samples = &samples.samples;
+        let (estimates, clearances) = thread::scope(|scope| {
+            let clearance = clearance.as_deref_mut();
+            let measuring = scope.spawn(|| clearances(clearance, of_samples));
+            let estimates = estimators.update_all(of_samples);
+            match measuring.join() {
+                Ok(clearances) => (estimates, clearances),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        });
         time += start.elapsed();
-        let completed = estimators.take_completed();
         let batch = Batch {
-            samples,
             estimates,
-            completed,
+            clearances,
+            completed: estimators.take_completed(),
+            memory: if samples.ends_with_ground {
+                estimators.memory()
+            } else {
+                Vec::new()
+            },
+            samples,
         };
         if out.send(batch).is_err() {
             break;
@@ -142,27 +187,49 @@ fn estimate_all(
     time
 }
 
-/// Hands the samples of a batch on. The points of the ground go with the last one.
+/// Clearances at the records among samples.
+fn clearances(clearance: Option<&mut TruthClearance>, samples: &[Sample]) -> Vec<Clearances> {
+    let Some(clearance) = clearance else {
+        return Vec::new();
+    };
+    let records = samples.iter().filter(|sample| sample.is_record);
+    let truths = records.filter_map(|sample| sample.truth.as_ref());
+    truths.map(|truth| clearance.at(truth)).collect()
+}
+
+/// Hands the records of a batch on. The points of the ground go with the last one.
 fn records(
-    batch: Batch,
+    mut batch: Batch,
     count: usize,
     record: &mut impl FnMut(Record<'_>) -> Result<(), RunError>,
     left: &mut [Vec<GroundPoint>],
 ) -> Result<(), RunError> {
     let samples = &batch.samples.samples;
-    for (k, sample) in samples.iter().enumerate() {
+    let last = samples.iter().rposition(|sample| sample.is_record);
+    keep(left, std::mem::take(&mut batch.completed));
+    let mut clearances = batch.clearances.iter();
+    for (k, sample) in samples.iter().enumerate().filter(|(_, s)| s.is_record) {
         let estimates = batch.estimates.get(k * count..(k + 1) * count);
-        let is_last = k + 1 == samples.len();
-        let completed: &[_] = if is_last { &batch.completed } else { &[] };
-        if let Err(error) = record((sample, estimates.unwrap_or_default(), completed)) {
-            keep(left, batch.completed);
-            return Err(error);
+        let is_last = last == Some(k);
+        let ground = if is_last {
+            FeltGround::copied(&batch.memory, left)
+        } else {
+            FeltGround::default()
+        };
+        record(Record {
+            sample,
+            estimates: estimates.unwrap_or_default(),
+            clearances: clearances.next().copied(),
+            ground,
+        })?;
+        if is_last {
+            left.iter_mut().for_each(Vec::clear);
         }
     }
     batch.samples.failure.map_or(Ok(()), Err)
 }
 
-/// Adds points that no record has had.
+/// Adds completed points to those that no record has had.
 fn keep(left: &mut [Vec<GroundPoint>], completed: Vec<Vec<GroundPoint>>) {
     for (left, completed) in left.iter_mut().zip(completed) {
         left.extend(completed);

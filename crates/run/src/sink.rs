@@ -33,7 +33,7 @@ pub struct Frame<'a> {
 pub struct RunEnd {
     /// Time of the run up to its end, s.
     pub duration: f64,
-    /// Time that source and estimators took, without the sinks, s.
+    /// Time that source and estimators took, without the sinks, s; on several threads the time of the slower one.
     pub wall: f64,
     /// Mean integration step of the simulation, s. `None` for recorded readings.
     pub step: Option<f64>,

@@ -17,7 +17,7 @@ pub struct Sample {
     pub truth: Option<Truth>,
     /// The readings of the sensors.
     pub sensors: SensorFrame,
-    /// Whether the sinks receive this sample. Estimators see every sample; of recorded readings the sinks receive all.
+    /// Whether the sinks receive this sample; estimators see every sample. For recorded readings always true.
     pub is_record: bool,
 }
 

@@ -1,5 +1,5 @@
-//! Equivalence: recorded readings pass through the same loop as a simulation, and the estimates are equal to the bit. Without
-//! this a log and a simulation could not be compared.
+//! Equivalence: recorded readings pass through the same loop as a simulation, on one thread or several, and the estimates are
+//! equal to the bit. Without this a log and a simulation could not be compared.
 
 use robhaz_estimator::{Estimate, EstimateError, GroundPoint, SensorFrame};
 use robhaz_run::{
@@ -37,6 +37,10 @@ struct Kept {
     /// The completed points of the ground of each estimator, and those of the end.
     ground: Vec<Vec<GroundPoint>>,
     ends: Vec<Option<RunEnd>>,
+    /// The text of a double is different for different bits.
+    clearances: Vec<String>,
+    /// Time of every record that has the ground in memory, and that ground.
+    memory: Vec<(f64, Vec<Vec<GroundPoint>>)>,
 }
 
 impl Sink for Kept {
@@ -51,6 +55,11 @@ impl Sink for Kept {
         self.ground.resize(frame.estimates.len(), Vec::new());
         for (k, points) in self.ground.iter_mut().enumerate() {
             points.extend_from_slice(frame.ground.completed(k));
+        }
+        self.clearances.push(format!("{:?}", frame.clearances));
+        if frame.ground.has_memory() {
+            let of_each = (0..frame.estimates.len()).map(|k| frame.ground.in_memory(k).collect());
+            self.memory.push((frame.time, of_each.collect()));
         }
         Ok(())
     }
@@ -121,6 +130,42 @@ fn a_replayed_run_gives_the_same_estimates_to_the_bit() -> Result<(), RunError> 
     assert!(end.is_complete());
     assert_eq!(end.step, None);
     assert!((end.duration - 0.5).abs() < 1e-12);
+    Ok(())
+}
+
+/// A simulation on several threads gives the records of one loop: readings, estimates, clearances, ground, end. With fewer
+/// records than samples.
+#[test]
+fn a_run_on_threads_has_the_records_of_one_loop() -> Result<(), RunError> {
+    let mut scene = scene();
+    scene.record.duration = 2.5;
+    scene.record.rate = 250.0;
+    let mut one = Kept::default();
+    let end = Run::new(&scene)?.until(&mut [&mut one], &|| None)?;
+    let mut several = Kept::default();
+    let other = Run::new(&scene)?
+        .on_threads()
+        .until(&mut [&mut several], &|| None)?;
+
+    assert_eq!(several.truths, 626);
+    assert_eq!(one.readings, several.readings);
+    assert_eq!(one.clearances, several.clearances);
+    assert_eq!(
+        format!("{:?}", one.estimates),
+        format!("{:?}", several.estimates)
+    );
+    assert_eq!(format!("{:?}", one.ground), format!("{:?}", several.ground));
+    assert_eq!(format!("{:?}", end.ground), format!("{:?}", other.ground));
+    assert_eq!((end.duration, end.step), (other.duration, other.step));
+    // Every 0.2 s from the start, and what the estimators knew then.
+    assert_eq!(several.memory.len(), 13);
+    for found in &several.memory {
+        let same = one
+            .memory
+            .iter()
+            .find(|of_one| of_one.0.total_cmp(&found.0).is_eq());
+        assert_eq!(format!("{:?}", same), format!("{:?}", Some(found)));
+    }
     Ok(())
 }
 

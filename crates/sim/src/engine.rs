@@ -6,7 +6,7 @@ use crate::truth::Truth;
 use robhaz_model::WheelCommand;
 
 /// An engine: it integrates the motion and evaluates the truth once per period.
-pub(crate) trait Engine {
+pub(crate) trait Engine: Send {
     /// Mean integration step since the start, s.
     fn mean_step(&self) -> f64;
 

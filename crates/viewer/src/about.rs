@@ -1,11 +1,12 @@
 //! The page of the recording that explains its views.
 
 use crate::forces::ForceScale;
+use crate::rates::rates;
 use robhaz_run::RunDescription;
 use std::fmt::Write as _;
 
-/// The page as Markdown. `chosen` is the index of the estimator whose forces are drawn.
-pub(crate) fn page(run: &RunDescription, chosen: Option<usize>) -> String {
+/// The page as Markdown. `chosen` is the index of the estimator whose forces are drawn; all rates are divided by `thinning`.
+pub(crate) fn page(run: &RunDescription, chosen: Option<usize>, thinning: f64) -> String {
     let robot = &run.robot;
     let scale = ForceScale::new(&robot.robot);
     let source = match &run.world {
@@ -44,9 +45,14 @@ pub(crate) fn page(run: &RunDescription, chosen: Option<usize>) -> String {
          is below 1 N. The slip margin is the static coefficient of the ground minus |mu_n|. Contact angles \
          are those of the ground (true) and those that the estimators get. With two contacts of a wheel the true N, \
          needed friction and contact angle are those of the equivalent contact: the single contact with the same force on \
-         the axle and the same T. The arrows show both contacts.\n\
-         - Time series have 125 Hz, the animation 60 Hz: peaks at edges are shorter than a sample. Events, \
-         and the lanes of wheels and estimators, are detected at every record.\n",
+         the axle and the same T. The arrows show both contacts.\n",
+    );
+    let [series, frames] = rates(thinning).map(|rate| (10.0 * rate).round() / 10.0);
+    // Writing to a string cannot fail.
+    let _ = writeln!(
+        text,
+        "- Time series have {series} Hz, the animation {frames} Hz: peaks at edges are shorter than a sample. Events, \
+         and the lanes of wheels and estimators, are detected at every record."
     );
     text
 }

@@ -45,6 +45,8 @@ pub(crate) struct FeltCollector {
     origin: Option<Vec2>,
     /// Points left since the last frame, the last one before first.
     left: Vec<GroundPoint>,
+    /// Whether a frame is due.
+    is_due: bool,
     frames: Vec<FeltFrame>,
 }
 
@@ -56,11 +58,12 @@ impl FeltCollector {
             wheel_radius: run.robot.robot.geometry.wheel_radius,
             origin: None,
             left: Vec::new(),
+            is_due: false,
             frames: Vec::new(),
         }
     }
 
-    /// Takes a record; `due` for one that is drawn.
+    /// Takes a record; `due` for one that is drawn, or the next that has the ground in memory.
     pub(crate) fn sample(&mut self, frame: &Frame<'_>, due: bool) {
         let (Some(k), Some(truth)) = (self.estimator, frame.truth) else {
             return;
@@ -72,9 +75,11 @@ impl FeltCollector {
         let drawn = |p: &GroundPoint| p.section == 0;
         let left = frame.ground.completed(k).iter().filter(|p| drawn(p));
         self.left.extend(left);
-        if !due {
+        self.is_due |= due;
+        if !self.is_due || !frame.ground.has_memory() {
             return;
         }
+        self.is_due = false;
         let last = self.left.last().copied();
         let memory = frame.ground.in_memory(k).filter(drawn);
         let memory: Vec<GroundPoint> = last.into_iter().chain(memory).collect();

@@ -50,6 +50,7 @@ mod picture;
 mod plot;
 mod print;
 mod program;
+mod rates;
 mod reading;
 mod recorder;
 mod remote;

@@ -244,7 +244,7 @@ impl Feed {
             })
             .map_err(ViewerError::Thread)?;
         Ok(Self {
-            sampler: Sampler::new(run),
+            sampler: Sampler::new(run, 1.0),
             pending: Found::default(),
             queue: Some(queue),
             done,
@@ -333,7 +333,7 @@ fn show(
         Link::Viewer(uri) => Box::new(ToViewer(GrpcSink::new(uri))),
         Link::Server(server) => Box::new(ToServer(server)),
     };
-    let mut recorder = Recorder::begin(address, target, run, now(), Playing::AtTheEnd)?;
+    let mut recorder = Recorder::begin(address, target, run, now(), Playing::AtTheEnd, 1.0)?;
     let mut found = Found::default();
     let (mut waiting, mut batch_end) = (0, Instant::now() + BATCH_TIME);
     loop {

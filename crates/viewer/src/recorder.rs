@@ -8,6 +8,7 @@ use crate::felt::{self, FeltCollector};
 use crate::friction_tests::{self, TestPlaces};
 use crate::key;
 use crate::layout::{self, Playing};
+use crate::rates::rates;
 use crate::scene_view::SceneView;
 use crate::series::Series;
 use crate::writer::{Target, Writer};
@@ -16,12 +17,8 @@ use rerun::archetypes::{RecordingInfo, TextDocument};
 use rerun::components::MediaType;
 use robhaz_run::{EstimatorDescription, Frame, RunDescription, RunEnd};
 
-/// Rate of the animation, Hz of simulated time.
-const FRAME_RATE: f64 = 60.0;
 /// Rate at which the ground that was found is drawn, Hz of simulated time.
 const GROUND_RATE: f64 = 5.0;
-/// Rate of the time series, Hz of simulated time: every eighth record at 1 kHz.
-const SERIES_RATE: f64 = 125.0;
 
 /// Index of the estimator that the animation shows: the last that states a covariance, or else the last.
 /// `None`: the run has no estimator.
@@ -52,15 +49,16 @@ pub(crate) struct Sampler {
 }
 
 impl Sampler {
-    /// A sampler before the first record of a run.
-    pub(crate) fn new(run: &RunDescription) -> Self {
+    /// A sampler before the first record of a run, with all rates divided by `thinning`.
+    pub(crate) fn new(run: &RunDescription, thinning: f64) -> Self {
+        let [series, frames] = rates(thinning);
         Self {
             watch: Watch::new(run),
             felt: FeltCollector::new(run, chosen(run)),
             tests: TestPlaces::new(run),
-            next_frame: Ticker::new(1.0 / FRAME_RATE),
-            next_row: Ticker::new(1.0 / SERIES_RATE),
-            next_ground: Ticker::new(1.0 / GROUND_RATE),
+            next_frame: Ticker::new(1.0 / frames),
+            next_row: Ticker::new(1.0 / series),
+            next_ground: Ticker::new(thinning / GROUND_RATE),
         }
     }
 
@@ -109,13 +107,14 @@ pub(crate) struct Recorder {
 
 impl Recorder {
     /// Starts a recording with its layout, explanations, and everything that does not move. `salt` distinguishes
-    /// recordings of the same run.
+    /// recordings of the same run; `thinning` is that of the [`Sampler`].
     pub(crate) fn begin(
         destination: &str,
         target: Box<dyn Target>,
         run: &RunDescription,
         salt: u64,
         playing: Playing,
+        thinning: f64,
     ) -> Result<Self, ViewerError> {
         let chosen = chosen(run);
         let world = run.world.as_ref();
@@ -131,7 +130,7 @@ impl Recorder {
             EntityPath::properties(),
             &RecordingInfo::update_fields().with_name(run.name.as_str()),
         )?;
-        let page = TextDocument::new(about::page(run, chosen));
+        let page = TextDocument::new(about::page(run, chosen, thinning));
         out.constant("about", &page.with_media_type(MediaType::markdown()))?;
         key::log(&mut out, "key", &key::of_run(run))?;
         if let Some(view) = &view {

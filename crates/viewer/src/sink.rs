@@ -2,23 +2,28 @@
 
 use crate::ViewerError;
 use crate::layout::Playing;
+use crate::rates::{rates, thinning};
 use crate::recorder::{Recorder, Sampler, Ticker};
-use crate::writer::RrdFile;
+use crate::writer::{Background, RrdFile};
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use std::fs::File;
 use std::path::Path;
 
-/// Simulated time between two writes, s. A killed run loses at most that time.
+/// Simulated time between two writes without thinning, s. A killed run loses at most that time, and what still waits to be
+/// encoded.
 const CHUNK_TIME: f64 = 2.0;
 
 /// Writes a run as a Rerun recording, with the layout of its views.
 ///
 /// New records are written every two simulated seconds, so that a run that breaks off or is killed leaves a readable
-/// file. The animation has 60 Hz, the time series have 125 Hz. Events are detected at every record.
+/// file. The animation has 60 Hz, the time series have 125 Hz. A run of more than 120 s is thinned in time: its recording has
+/// as many frames and rows as one of 120 s. Events are detected at every record.
 pub struct RecordingSink {
     destination: String,
     /// The empty file, until the run begins.
     file: Option<File>,
+    /// Factor by which the run is thinned in time.
+    thinning: f64,
     run: Option<Run>,
 }
 
@@ -31,8 +36,14 @@ impl RecordingSink {
         Ok(Self {
             destination: path.display().to_string(),
             file: Some(RrdFile::create(path)?),
+            thinning: 1.0,
             run: None,
         })
+    }
+
+    /// Rates of the time series and of the animation (Hz of simulated time), if the run is so long that they are reduced.
+    pub fn reduced_rates(&self) -> Option<[f64; 2]> {
+        (self.thinning > 1.0).then(|| rates(self.thinning))
     }
 }
 
@@ -43,7 +54,8 @@ impl Sink for RecordingSink {
             destination: destination.clone(),
         })?;
         let file = RrdFile::begin(file).map_err(ViewerError::write(destination))?;
-        self.run = Some(Run::begin(destination, file, run)?);
+        self.thinning = thinning(run);
+        self.run = Some(Run::begin(destination, file, run, self.thinning)?);
         Ok(())
     }
 
@@ -71,12 +83,25 @@ struct Run {
 }
 
 impl Run {
-    fn begin(destination: &str, file: RrdFile, run: &RunDescription) -> Result<Self, ViewerError> {
-        let mut next_chunk = Ticker::new(CHUNK_TIME);
+    fn begin(
+        destination: &str,
+        file: RrdFile,
+        run: &RunDescription,
+        thinning: f64,
+    ) -> Result<Self, ViewerError> {
+        let mut next_chunk = Ticker::new(thinning * CHUNK_TIME);
         next_chunk.is_due(0.0);
+        let target = Background::start(file)?;
         Ok(Self {
-            recorder: Recorder::begin(destination, Box::new(file), run, 0, Playing::FromStart)?,
-            sampler: Sampler::new(run),
+            recorder: Recorder::begin(
+                destination,
+                Box::new(target),
+                run,
+                0,
+                Playing::FromStart,
+                thinning,
+            )?,
+            sampler: Sampler::new(run, thinning),
             next_chunk,
         })
     }

@@ -19,6 +19,8 @@ use rerun::{
 };
 use std::fs::File;
 use std::path::Path;
+use std::sync::mpsc::{SyncSender, sync_channel};
+use std::thread::JoinHandle;
 
 /// Name by which the viewer groups recordings and their layouts.
 pub(crate) const APPLICATION: &str = "robhaz";
@@ -63,6 +65,66 @@ impl Target for RrdFile {
     /// Writes the index at the end of the file.
     fn finish(&mut self) -> Result<(), Cause> {
         Ok(self.0.finish()?)
+    }
+}
+
+/// A target with a thread of its own: messages are encoded and written while the next are collected.
+pub(crate) struct Background {
+    /// `None` when the thread has ended.
+    messages: Option<SyncSender<LogMsg>>,
+    thread: Option<JoinHandle<Result<(), Cause>>>,
+}
+
+/// Messages that wait for the thread: those of a few seconds of a run.
+const WAITING: usize = 512;
+
+impl Background {
+    /// Starts the thread.
+    pub(crate) fn start(mut target: impl Target + Send + 'static) -> Result<Self, ViewerError> {
+        let (messages, received) = sync_channel::<LogMsg>(WAITING);
+        let work = move || {
+            for message in received {
+                target.send(message)?;
+            }
+            target.finish()
+        };
+        let builder = std::thread::Builder::new().name("recording".to_owned());
+        let thread = builder.spawn(work).map_err(ViewerError::Thread)?;
+        Ok(Self {
+            messages: Some(messages),
+            thread: Some(thread),
+        })
+    }
+}
+
+impl Target for Background {
+    /// Fails with the error of this message or of an earlier one, or leaves its error to the next or the end.
+    fn send(&mut self, message: LogMsg) -> Result<(), Cause> {
+        let messages = self.messages.as_ref();
+        if messages.is_some_and(|messages| messages.send(message).is_ok()) {
+            return Ok(());
+        }
+        // The thread receives until it fails.
+        self.finish()
+    }
+
+    fn finish(&mut self) -> Result<(), Cause> {
+        self.messages = None;
+        match self.thread.take().map(JoinHandle::join) {
+            Some(Ok(done)) => done,
+            Some(Err(panic)) => std::panic::resume_unwind(panic),
+            None => Err("the recording has ended".into()),
+        }
+    }
+}
+
+impl Drop for Background {
+    /// A recording that is given up keeps the messages that it has got.
+    fn drop(&mut self) {
+        if self.thread.is_some() {
+            // There is nobody to tell.
+            let _ = self.finish();
+        }
     }
 }
 

@@ -27,6 +27,7 @@ use crate::error::{RecordError, check_name, io_error};
 use files::Picture;
 use ground::GroundTraces;
 use needed_friction::NeededFriction;
+use rayon::prelude::*;
 use robhaz_path::{PathReport, PathSetup};
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use run::RunTraces;
@@ -51,6 +52,9 @@ pub struct FigureSink {
     folder: PathBuf,
     run: Option<RunTraces>,
 }
+
+/// Draws and writes one figure. They do not depend on each other, and are drawn on all cores.
+type Figure<'a> = Box<dyn Fn() -> Result<(), RecordError> + Send + Sync + 'a>;
 
 impl FigureSink {
     /// A sink for a folder, which is created where it does not exist.
@@ -77,32 +81,41 @@ impl FigureSink {
             return Ok(());
         };
         run.finish(end);
+        let (run, folder) = (&run, self.folder.as_path());
+        let mut figures: Vec<Figure<'_>> = Vec::new();
         if run.has_truth() || run.shown.is_some() {
-            self.write("fig5_linkage", &paper::linkage(&run))?;
-            self.write("fig6_forces", &paper::forces(&run))?;
+            figures.push(Box::new(|| {
+                write_picture(folder, "fig5_linkage", &paper::linkage(run))
+            }));
+            figures.push(Box::new(|| {
+                write_picture(folder, "fig6_forces", &paper::forces(run))
+            }));
         }
         for estimator in &run.estimators {
             let (stem, _) = estimator.kind.names(&estimator.name);
-            self.write(&stem, &paper::normal_forces(&run, estimator))?;
+            let write = move || write_picture(folder, &stem, &paper::normal_forces(run, estimator));
+            figures.push(Box::new(write));
         }
         if run.has_truth() && !run.estimators.is_empty() {
-            self.write("comparison", &comparison::comparison(&run))?;
+            let write = || write_picture(folder, "comparison", &comparison::comparison(run));
+            figures.push(Box::new(write));
         }
         for (k, estimator) in run.estimators.iter().enumerate() {
-            let points = run.felt.compared(k, run.ground.as_ref());
-            if let Some(traces) = GroundTraces::new(&estimator.name, &points) {
-                self.write(&traces.stem(), &traces.page(&run))?;
-            }
+            figures.push(Box::new(move || {
+                let points = run.felt.compared(k, run.ground.as_ref());
+                match GroundTraces::new(&estimator.name, &points) {
+                    Some(traces) => write_picture(folder, &traces.stem(), &traces.page(run)),
+                    None => Ok(()),
+                }
+            }));
         }
-        if let Some(path) = path::path(&run) {
-            self.write("path", &path)?;
-        }
-        Ok(())
-    }
-
-    /// Writes a figure as SVG and as PDF.
-    fn write(&self, stem: &str, picture: &impl Picture) -> Result<(), RecordError> {
-        write_picture(&self.folder, stem, picture)
+        figures.push(Box::new(|| match path::path(run) {
+            Some(path) => write_picture(folder, "path", &path),
+            None => Ok(()),
+        }));
+        // All of them, and the first failure.
+        let written: Vec<_> = figures.par_iter().map(|write| write()).collect();
+        written.into_iter().collect()
     }
 }
 
