@@ -111,7 +111,7 @@ impl Viewing {
     pub fn finish(self, interrupt: &Interrupt) -> Result<()> {
         let rates = self.recording.and_then(|r| r.reduced_rates());
         if let Some([series, frames]) = rates {
-            say(&format!(
+            note(&format!(
                 "The run is long: run.rrd has only {series:.1} Hz of its time series and {frames:.1} Hz of its animation; \
                  the tables have all records."
             ))?;
