@@ -134,7 +134,9 @@ impl HealthMonitor {
             }
         }
         if self.wiring.late() {
-            Channels::TORQUE.iter().for_each(|torque| suspect |= *torque);
+            Channels::TORQUE
+                .iter()
+                .for_each(|torque| suspect |= *torque);
         }
         if self.parity.beyond {
             suspect |= Channels::PARITY;

@@ -116,6 +116,8 @@ impl Wiring {
     const CONTROL_DELAY: f64 = 0.008;
     /// Share that the fit of a delay leaves at most: a control beyond its limits is not linear.
     const LEFT: f64 = 0.02;
+    /// Standard deviations beyond that which tell that torques are late. Those that tell that they are not: one.
+    const LATE: f64 = 3.0;
     /// Time for which a fit must find torques late, or not late, s: an impact disturbs it for some hundredths.
     const LASTS: f64 = 0.2;
     /// Independent samples of the fit: two differences, over both sides of the window.
@@ -288,7 +290,7 @@ impl Wiring {
         let doubts = if self.late {
             beyond < -found.sigma
         } else {
-            beyond > found.sigma
+            beyond > Self::LATE * found.sigma
         };
         self.doubted = if doubts {
             self.doubted + self.last_step

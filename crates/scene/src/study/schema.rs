@@ -142,6 +142,10 @@ fn key() -> Value {
                 plain.insert(key);
             }
         }
+        // A number of a list, as `robot.geometry.axles.0.1`.
+        if row.allowed.starts_with('[') && !row.key.contains("[]") {
+            indexed.insert(row.key.replace('.', r"\.") + r"(\.[0-9]+|\[[0-9]+\]){1,2}");
+        }
     }
     // A part has the keys of the terrain.
     indexed.insert(r"terrain\.part(\.[0-9]+|\[[0-9]+\])(\..+)?".to_owned());

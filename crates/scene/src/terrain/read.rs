@@ -1,9 +1,10 @@
 //! Reads `[terrain]`.
 
+use super::bump::{BUMP, NO_BUMP};
 use super::choice::TerrainChoice;
 use super::kinds::{DEFAULT, KINDS, Parameters, Visitor, names};
 use super::points;
-use super::section::{BUMP, COMMON, MOST_STRETCHES, NO_BUMP, NO_STRETCH, PATH, STRETCH, STRETCHES};
+use super::section::{COMMON, MOST_STRETCHES, NO_STRETCH, PATH, STRETCH, STRETCHES};
 use super::tables::{BUMPS, MOST_BUMPS, MOST_PARTS, PARTS};
 use super::track::Track;
 use crate::key::{Key, Words};

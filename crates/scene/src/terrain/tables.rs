@@ -1,7 +1,7 @@
 //! A table of keys for each kind of ground. They set the parameters of the terrain crate.
 
+use super::bump::BUMP;
 use super::points::{COLUMN, FILE, POINTS};
-use super::section::BUMP;
 use crate::json;
 use crate::key::{Form, Key, Words};
 use crate::range::{above, at_least};
