@@ -1,6 +1,9 @@
 //! The loop of a robot's controller: read the sensors, estimate, use the estimate with its flags.
 //!
 //! `cargo run --release -p robhaz-estimator --example on_a_robot`
+//!
+//! With the argument `paper-wheels` it runs this estimator of the paper instead of `best`: `.ci/instructions` compares their
+//! cost.
 
 use robhaz_estimator::{
     Estimator, EstimatorSettings, Flags, LinkReading, NoiseBudget, SensorFrame,
@@ -67,13 +70,17 @@ fn frame(raw: &Raw) -> SensorFrame {
 }
 
 fn main() {
+    let preset = match std::env::args().nth(1).as_deref() {
+        Some("paper-wheels") => EstimatorSettings::paper_wheels(),
+        _ => EstimatorSettings::best(),
+    };
     let settings = EstimatorSettings {
         budget: NoiseBudget {
             encoder_counts: COUNTS,
             torque_noise: 0.05,
             ..NoiseBudget::typical()
         },
-        ..EstimatorSettings::best()
+        ..preset
     };
     let mut estimator = Estimator::new(&Robot::default_a(), settings);
     let mut last = Flags::NONE;
@@ -88,7 +95,7 @@ fn main() {
                 if k % 500 == 499 {
                     print!("{:.3} s: N =", estimate.time);
                     for (i, n) in estimate.normal_force.iter().enumerate() {
-                        // `best` always states a standard deviation.
+                        // `best` always states a standard deviation, the paper's estimators none.
                         let sigma = estimate.sigma_normal(i).unwrap_or(f64::NAN);
                         print!(" {n:.1} +- {:.1} N,", 2.0 * sigma);
                     }
