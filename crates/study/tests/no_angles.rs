@@ -61,6 +61,7 @@ const CASES: &[Case] = &[
     case("step", "step", &[], Some([4.3, 3.7])),
     case("ditch", "ditch", &[], None),
     case("stairs, robot A", "stairs", &["robot.geometry=A"], None),
+    case("stairs, robot C", "stairs", &[], None),
     case(
         "v_s 0.6 mm/s",
         "smooth",
