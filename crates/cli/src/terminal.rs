@@ -31,7 +31,7 @@ impl Output {
     }
 }
 
-/// Prints a message. With `--json` the document says it; with `--quiet` nobody does.
+/// Prints a message, unless `--quiet` is given, or `--json`, whose document has what it says.
 pub fn say(text: &str) -> Result<()> {
     match Output::get() {
         Output {

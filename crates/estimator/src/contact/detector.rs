@@ -85,8 +85,8 @@ impl ContactDetector {
     const AWAY: [f64; 2] = [6.0, 3.0];
     /// Time for which it has to be below, s.
     const ONE_CONTACT_TIME: f64 = 0.02;
-    /// Slip over creep above which a wheel slides, and below which it grips again, -. Where T/N is at its peak, the slip is once to
-    /// three times the creep at that T/N, depending on the tyre: Coulomb friction, a brush model. Between, nothing tells.
+    /// Slip over creep above which a wheel slides, and below which it grips again, -. Where T/N is at its peak, the slip is between
+    /// once (Coulomb friction) and three times (brush model) the creep at that T/N. The friction law is unknown.
     const SLIDING: [f64; 2] = [2.0, 1.5];
     /// Least slip beyond creep of a wheel that begins to slide, and of one that slides, m/s: the error of the estimated
     /// speed while two wheels slide.

@@ -214,8 +214,8 @@ fn tests_of_other_wheels_show_offsets_too() {
 }
 
 /// Property: where both other wheels bear the reaction at the limit of friction, their tractions show the tested wheel's offset: mu = 0.3,
-/// an offset of 1.5 N on the tested wheel and -0.75 N on both others. Less than half of the error remains. And of ramps that cannot agree, none counts more, and half their
-/// difference is within the deviation.
+/// an offset of 1.5 N on the tested wheel and -0.75 N on both others. Less than half of the error remains. And
+/// of ramps that cannot agree, none counts more, and half their difference is within the deviation.
 #[test]
 fn the_other_wheels_show_the_offset() {
     let first = limit(0, [(12.0 + 1.5) / 40.0, 0.0, 0.0], [40.0; 3], 1.0);

@@ -25,7 +25,7 @@ const MOVING: f64 = 0.005;
 /// Length after which passes show an error of the direction anew, m: about the distance of two wheels.
 const DIRECTION_EVERY: f64 = 0.3;
 /// Least number of passed points that show it.
-const LEAST_PASSES: f64 = 3.0;
+const LEAST_PASSES: i64 = 3;
 /// Length over which the bias of the inclinometers is taken to last, m: it counts in every error of the direction.
 const TILT_LENGTH: f64 = 3.0;
 /// Bound of places and speeds, SI. Beyond it they are not those of a robot.
@@ -61,16 +61,18 @@ pub(crate) struct GroundMemory {
     pub(super) place_variance: f64,
     /// Way since the drift was last advanced, m: horizontal, with its sign; and its length.
     way: [f64; 2],
-    /// Length since the passes last showed the direction, m, and the known points passed on it.
-    direction_since: [f64; 2],
+    /// Length since the passes last showed the direction, m.
+    length_since_direction: f64,
+    /// Known points passed since then.
+    passes_since_direction: i64,
     contacts: [LastContact; 3],
     pub(super) cells: Cells,
     pub(super) drift: Drift,
 }
 
 visit_fields!(
-    GroundMemory: started, ended, section, place, velocity, place_variance, way, direction_since,
-    contacts, cells, drift
+    GroundMemory: started, ended, section, place, velocity, place_variance, way,
+    length_since_direction, passes_since_direction, contacts, cells, drift
 );
 
 impl GroundMemory {
@@ -90,7 +92,8 @@ impl GroundMemory {
             velocity: [0.0; 2],
             place_variance: 0.0,
             way: [0.0; 2],
-            direction_since: [0.0; 2],
+            length_since_direction: 0.0,
+            passes_since_direction: 0,
             contacts: Default::default(),
             cells,
             drift: Drift::new(0.0, Lever { link: 0, arm: 0.0 }),
@@ -164,7 +167,7 @@ impl GroundMemory {
             let length = root_sum_square(way[0], way[1]);
             self.place = [self.place[0] + way[0], self.place[1] + way[1]];
             self.way = [self.way[0] + way[0], self.way[1] + length];
-            self.direction_since[0] += length;
+            self.length_since_direction += length;
             // White noise of the same effect as errors that last: `sigma^2 2 T dt`.
             let of_speed = 2.0 * SPEED_TIME * speed_sigma * speed_sigma * motion.dt;
             let of_scale = 2.0 * SCALE_LENGTH * SCALE_ERROR * SCALE_ERROR * length;
@@ -232,7 +235,7 @@ impl GroundMemory {
         self.drift.advance(way, length, slope_sigma);
         if let Some(cell) = self.cells.known(number).copied() {
             self.measure(number, &cell, contact);
-            self.direction_since[1] += 1.0;
+            self.passes_since_direction += 1;
             wheel.tied = true;
         } else {
             self.store(number, forward, contact, wheel);
@@ -319,11 +322,12 @@ impl GroundMemory {
     ///
     /// The profile closes: the heights that two wheels find at one place differ by what the direction erred by on the way between.
     pub fn take_direction_error(&mut self, tilt: f64) -> Option<(f64, f64)> {
-        let [length, passes] = self.direction_since;
-        if self.ended || length < DIRECTION_EVERY || passes < LEAST_PASSES {
+        let is_due = self.length_since_direction >= DIRECTION_EVERY
+            && self.passes_since_direction >= LEAST_PASSES;
+        if self.ended || !is_due {
             return None;
         }
-        self.direction_since = [0.0; 2];
+        (self.length_since_direction, self.passes_since_direction) = (0.0, 0);
         let (error, variance) = self.drift.stated_direction();
         // The mean of two links' biases, as white noise of the same effect.
         let lasting = 0.5 * tilt * tilt * (2.0 * TILT_LENGTH / DIRECTION_EVERY);

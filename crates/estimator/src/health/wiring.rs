@@ -255,17 +255,19 @@ impl Wiring {
         let [torque_angle, ..] = self.torque_angle;
         let [torque_speed, ..] = self.torque_speed;
         let without = self.coefficients(determinant, torque_angle, torque_speed);
-        // What angles and speeds do not tell of the accelerations.
+        // The part of the accelerations that angles and speeds do not explain.
         let of_angle = self.angle_acceleration;
         let of_speed = self.speed_acceleration;
-        let told = self.coefficients(determinant, of_angle, of_speed);
-        let own = self.acceleration_acceleration - told[0] * of_angle - told[1] * of_speed;
+        let of_others = self.coefficients(determinant, of_angle, of_speed);
+        let own =
+            self.acceleration_acceleration - of_others[0] * of_angle - of_others[1] * of_speed;
         if !(own > 1e-9 * self.acceleration_acceleration) {
             return None;
         }
-        let shared = self.torque_acceleration - told[0] * torque_angle - told[1] * torque_speed;
+        let shared =
+            self.torque_acceleration - of_others[0] * torque_angle - of_others[1] * torque_speed;
         let c = shared / own;
-        let [a, b] = [without[0] - c * told[0], without[1] - c * told[1]];
+        let [a, b] = [without[0] - c * of_others[0], without[1] - c * of_others[1]];
         let explained = without[0] * torque_angle + without[1] * torque_speed + c * shared;
         let residual = (self.torque_torque - explained).max(0.0);
         // The smaller root of a d^2/2 + (b - d a) d + c = 0, in a form without a difference of equal numbers.

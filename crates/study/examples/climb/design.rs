@@ -3,8 +3,7 @@
 use crate::Outcome;
 use crate::search::Plan;
 use robhaz_model::{
-    Carrier, Geometry, MassSet, Outline, Pin, PinStop, Pins, Posture, Robot, Vec2, cross,
-    mean_link_cgs,
+    Geometry, MassSet, Outline, Pin, PinStop, Pins, Posture, Robot, Vec2, cross, mean_link_cgs,
 };
 use std::fmt::Write as _;
 
@@ -38,13 +37,12 @@ const LEAST_SINE: f64 = 0.26;
 /// Steps of the angle of pin Q over which loop and angle are checked.
 const STEPS: u32 = 15;
 
-/// The geometry of a point of the search, on whole millimetres: wheel 1 on link 1, wheels 2 and 3 on link 2.
+/// The geometry of a point of the search, on whole millimetres. Carriers, wheels and end stops are those of geometry A.
 pub fn geometry(x: &[f64]) -> Geometry {
     let at = |i: usize| (1e3 * x.get(i).copied().unwrap_or(f64::NAN)).round() / 1e3;
     let point = |i: usize| Vec2::new(at(i), at(i + 1));
-    let radius = Geometry::a().wheel_radius;
-    let axles = [at(0), 0.0, -at(1)].map(|x| Vec2::new(x, radius));
-    let carriers = [Carrier::Link1, Carrier::Link2, Carrier::Link2];
+    let a = Geometry::a();
+    let axles = [at(0), 0.0, -at(1)].map(|x| Vec2::new(x, a.wheel_radius));
     let pins = Pins {
         p: point(2),
         q: point(4),
@@ -53,14 +51,12 @@ pub fn geometry(x: &[f64]) -> Geometry {
     };
     let body_cg = point(10);
     Geometry {
-        wheel_radius: radius,
-        link_cg: mean_link_cgs(&axles, &carriers, &pins),
+        link_cg: mean_link_cgs(&axles, &a.carriers, &pins),
         outline: Outline::derived(&axles, body_cg),
         axles,
-        carriers,
         pins,
         body_cg,
-        stop: PinStop::standard(),
+        ..a
     }
 }
 
