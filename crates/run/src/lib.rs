@@ -36,7 +36,7 @@ pub use error::RunError;
 pub use estimators::{Estimators, Observers};
 pub use ground::FeltGround;
 pub use log_report::{ChannelReport, LogReport};
-pub use sink::{Frame, RunEnd, Sink, SinkError};
+pub use sink::{ClearanceNeed, Frame, RunEnd, Sink, SinkError};
 pub use source::{Sample, Simulation, Source, sensor_frame};
 
 use pipeline::Record;
@@ -74,8 +74,10 @@ pub struct Run {
     estimators: Estimators,
     /// The control, where it takes readings.
     driver: Option<Driver>,
-    /// Off the hot path: at records alone. `None` for recorded readings.
+    /// At records alone. `None` for recorded readings.
     clearance: Option<TruthClearance>,
+    /// At which records the sinks need the clearance.
+    clearance_need: ClearanceNeed,
     /// Whether source, estimators and sinks have threads of their own.
     on_threads: bool,
     /// Time spent without the sinks.
@@ -118,6 +120,7 @@ impl Run {
         Self {
             estimators: Estimators::new(&description.nominal_robot, settings),
             clearance: TruthClearance::of_run(&description),
+            clearance_need: ClearanceNeed::Always,
             description,
             source,
             driver: None,
@@ -138,6 +141,8 @@ impl Run {
         stop: Stop<'_>,
     ) -> Result<RunEnd, RunError> {
         begin(&self.description, sinks)?;
+        let needs = sinks.iter().map(|sink| sink.clearance_need());
+        self.clearance_need = needs.max().unwrap_or(ClearanceNeed::Never);
         let result = if self.on_threads && self.driver.is_none() {
             self.on_several_threads(sinks, stop)
         } else {
@@ -197,7 +202,7 @@ impl Run {
         pipeline::run(
             self.source.as_mut(),
             &mut self.estimators,
-            self.clearance.as_mut(),
+            self.clearance.as_mut().map(|c| (c, self.clearance_need)),
             &mut self.wall,
             record,
         )
@@ -223,7 +228,8 @@ impl Run {
                 continue;
             }
             let truth = sample.truth.as_ref();
-            let clearances = self.clearance.as_mut().zip(truth).map(|(c, t)| c.at(t));
+            let clearance = self.clearance.as_mut().zip(truth);
+            let clearances = clearance.and_then(|(c, t)| c.for_sinks(t, self.clearance_need));
             let frame = Frame {
                 time: sample.time,
                 clearances,

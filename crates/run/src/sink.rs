@@ -15,7 +15,8 @@ pub struct Frame<'a> {
     pub time: f64,
     /// The simulated truth. `None` for recorded readings.
     pub truth: Option<&'a Truth>,
-    /// Clearance of body and links to the ground, by the truth. `None` for recorded readings.
+    /// Clearance of body and links to the ground, by the truth. `None` for recorded readings, and where no sink of the run
+    /// needs it: see [`Sink::clearance_need`].
     pub clearances: Option<Clearances>,
     /// The readings of the sensors.
     pub sensors: &'a SensorFrame,
@@ -60,11 +61,27 @@ impl RunEnd {
     }
 }
 
+/// At which records a sink needs the clearance of body and links.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum ClearanceNeed {
+    /// At none.
+    Never,
+    /// Where it is less than at all records before, and where a bar touches the ground or leaves it: much cheaper than always.
+    AtChanges,
+    /// At every record.
+    Always,
+}
+
 /// Why a sink cannot go on, for the user.
 pub type SinkError = Box<dyn std::error::Error + Send + Sync>;
 
 /// A receiver of records: tables, figures, a recording, a progress bar. It never calls back.
 pub trait Sink {
+    /// At which records [`Frame::clearances`] must be there. Asked before the first record.
+    fn clearance_need(&self) -> ClearanceNeed {
+        ClearanceNeed::Always
+    }
+
     /// Called before the first record.
     ///
     /// # Errors

@@ -1,0 +1,90 @@
+//! One line of a bar's outline, and what is known of its distance to the ground.
+
+use parry2d::bounding_volume::Aabb;
+use parry2d::math::{Pose, Vector};
+use parry2d::partitioning::BvhNode;
+use parry2d::query::details::distance_segment_segment;
+use parry2d::shape::{Polyline, Segment};
+use robhaz_model::Vec2;
+
+/// Rounding of a distance, m: much more than it can be.
+const ROUNDING: f64 = 1e-9;
+
+/// Where a bar is: its centre of mass (m) and its angle from the nominal pose (rad).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BarPlace {
+    /// Centre of mass, m.
+    pub centre: Vec2,
+    /// Angle, rad, counter-clockwise.
+    pub angle: f64,
+}
+
+impl BarPlace {
+    /// Whether it is a place.
+    pub(crate) fn is_finite(&self) -> bool {
+        self.angle.is_finite() && self.centre.iter().all(|x| x.is_finite())
+    }
+}
+
+/// A line of a bar's outline.
+pub(crate) struct Part {
+    /// About the bar's centre of mass, m.
+    pub line: Segment,
+    /// Largest distance of its points from the centre of mass, m.
+    reach: f64,
+    /// Distance to the ground when it was last measured (m), and where the bar was. `None` on a new ground.
+    last: Option<(f64, BarPlace)>,
+}
+
+impl Part {
+    /// A line between two points about the bar's centre of mass, m.
+    pub fn new([a, b]: [Vec2; 2]) -> Self {
+        Self {
+            line: Segment::new(vector(a), vector(b)),
+            reach: a.norm().max(b.norm()),
+            last: None,
+        }
+    }
+
+    /// Forgets what is known: the ground is a new one.
+    pub fn forget(&mut self) {
+        self.last = None;
+    }
+
+    /// Bounds of the distance, m: no point of the line has moved farther than its bar.
+    #[inline]
+    pub fn bounds(&self, bar: &BarPlace) -> [f64; 2] {
+        self.last
+            .map_or([f64::NEG_INFINITY, f64::MAX], |(distance, at)| {
+                let turned = self.reach * (bar.angle - at.angle).abs();
+                let way = (bar.centre - at.centre).norm() + turned + ROUNDING;
+                [distance - way, distance + way]
+            })
+    }
+
+    /// Distance of the line to the ground, m. What is known from its last place leaves few lines of the ground to measure.
+    pub fn measure(&mut self, bar: &BarPlace, ground: &Polyline) -> f64 {
+        let pose = Pose::new(vector(bar.centre), bar.angle);
+        let line = self.line.transformed(&pose);
+        let [_, most] = self.bounds(bar);
+        let box_of = Aabb::new(line.a.min(line.b), line.a.max(line.b));
+        let least_in = |node: &BvhNode, _| {
+            // Sides of a box of the ground beyond those of the line's box: negative where they overlap.
+            let gap = (node.mins() - box_of.maxs).max(box_of.mins - node.maxs());
+            gap.max(Vector::ZERO).length()
+        };
+        let of_line = |k, _| {
+            let own = ground.segment(k);
+            Some(distance_segment_segment(&Pose::IDENTITY, &line, &own))
+        };
+        let found = ground.bvh().find_best(most, least_in, of_line);
+        // There is one below the upper bound. NaN would be seen in every table.
+        let found = found.map_or(f64::NAN, |(_, distance)| distance);
+        self.last = found.is_finite().then_some((found, *bar));
+        found
+    }
+}
+
+pub(crate) fn vector(v: Vec2) -> Vector {
+    Vector::new(v.x, v.y)
+}
