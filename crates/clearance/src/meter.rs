@@ -63,7 +63,7 @@ impl ClearanceMeter {
         self.keep_ground_at(bars[Bar::Body as usize].centre.x);
         let (_, ground) = self.ground.as_ref()?;
         let half_width = self.half_width;
-        let at_least = |(bar, part): &(Bar, Part)| part.bounds(&bars[*bar as usize])[0];
+        let at_least = |(bar, part): &(Bar, Part)| part.at_least(&bars[*bar as usize]);
         let mut nearest = (0, f64::INFINITY);
         for (k, part) in self.parts.iter().enumerate() {
             let least = at_least(part);
@@ -80,7 +80,7 @@ impl ClearanceMeter {
         // The one that may be nearest first, so that most others need no measurement. Where it touches, others may, too.
         for (bar, part) in from.iter_mut().chain(before) {
             let place = &bars[*bar as usize];
-            if part.bounds(place)[0] - half_width <= least.max(0.0) {
+            if part.at_least(place) - half_width <= least.max(0.0) {
                 let found = part.measure(place, ground) - half_width;
                 let of_bar = &mut each[*bar as usize];
                 *of_bar = of_bar.min(found);

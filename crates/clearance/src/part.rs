@@ -34,6 +34,8 @@ pub(crate) struct Part {
     reach: f64,
     /// Distance to the ground when it was last measured (m), and where the bar was. `None` on a new ground.
     last: Option<(f64, BarPlace)>,
+    /// The line of the ground to which that was.
+    nearest: u32,
 }
 
 impl Part {
@@ -43,6 +45,7 @@ impl Part {
             line: Segment::new(vector(a), vector(b)),
             reach: a.norm().max(b.norm()),
             last: None,
+            nearest: 0,
         }
     }
 
@@ -51,37 +54,49 @@ impl Part {
         self.last = None;
     }
 
-    /// Bounds of the distance, m: no point of the line has moved farther than its bar.
+    /// What the distance is at least, m: no point of the line has moved farther than its bar.
     #[inline]
-    pub fn bounds(&self, bar: &BarPlace) -> [f64; 2] {
-        self.last
-            .map_or([f64::NEG_INFINITY, f64::MAX], |(distance, at)| {
-                let turned = self.reach * (bar.angle - at.angle).abs();
-                let way = (bar.centre - at.centre).norm() + turned + ROUNDING;
-                [distance - way, distance + way]
-            })
+    pub fn at_least(&self, bar: &BarPlace) -> f64 {
+        self.last.map_or(f64::NEG_INFINITY, |(distance, at)| {
+            let turned = self.reach * (bar.angle - at.angle).abs();
+            distance - (bar.centre - at.centre).norm() - turned - ROUNDING
+        })
     }
 
-    /// Distance of the line to the ground, m. What is known from its last place leaves few lines of the ground to measure.
+    /// Distance of the line to the ground, m. What was the nearest before leaves few lines of the ground to measure.
     pub fn measure(&mut self, bar: &BarPlace, ground: &Polyline) -> f64 {
         let pose = Pose::new(vector(bar.centre), bar.angle);
         let line = self.line.transformed(&pose);
-        let [_, most] = self.bounds(bar);
-        let box_of = Aabb::new(line.a.min(line.b), line.a.max(line.b));
-        let least_in = |node: &BvhNode, _| {
-            // Sides of a box of the ground beyond those of the line's box: negative where they overlap.
-            let gap = (node.mins() - box_of.maxs).max(box_of.mins - node.maxs());
-            gap.max(Vector::ZERO).length()
-        };
-        let of_line = |k, _| {
+        let of_line = |k: u32| {
             let own = ground.segment(k);
-            Some(distance_segment_segment(&Pose::IDENTITY, &line, &own))
+            distance_segment_segment(&Pose::IDENTITY, &line, &own)
         };
-        let found = ground.bvh().find_best(most, least_in, of_line);
-        // There is one below the upper bound. NaN would be seen in every table.
-        let found = found.map_or(f64::NAN, |(_, distance)| distance);
-        self.last = found.is_finite().then_some((found, *bar));
-        found
+        // The line of the ground that was the nearest is near still.
+        let most = match self.last {
+            Some(_) => of_line(self.nearest) + ROUNDING,
+            None => f64::MAX,
+        };
+        let box_of = Aabb::new(line.a.min(line.b), line.a.max(line.b));
+        let normal = (line.b - line.a).perp().normalize_or_zero();
+        // A box of the ground is at least as far as from the line's own box, and from the endless line.
+        let least_in = |node: &BvhNode, _| {
+            // Negative where the boxes overlap.
+            let gap = (node.mins() - box_of.maxs).max(box_of.mins - node.maxs());
+            let half = 0.5 * (node.maxs() - node.mins());
+            let beside = normal.dot(node.mins() + half - line.a).abs() - normal.abs().dot(half);
+            gap.max(Vector::ZERO).length().max(beside - ROUNDING)
+        };
+        let found = ground
+            .bvh()
+            .find_best(most, least_in, |k, _| Some(of_line(k)));
+        // There is one below the bound. NaN would be seen in every table.
+        let Some((nearest, distance)) = found else {
+            self.last = None;
+            return f64::NAN;
+        };
+        self.nearest = nearest;
+        self.last = Some((distance, *bar));
+        distance
     }
 }
 
