@@ -40,6 +40,7 @@ pub use sink::{ClearanceNeed, Frame, RunEnd, Sink, SinkError};
 pub use source::{Sample, Simulation, Source, sensor_frame};
 
 use pipeline::Record;
+use robhaz_estimator::GroundPoint;
 use robhaz_scene::Scene;
 use std::time::{Duration, Instant};
 use tracing::debug;
@@ -78,6 +79,8 @@ pub struct Run {
     clearance: Option<TruthClearance>,
     /// At which records the sinks need the clearance.
     clearance_need: ClearanceNeed,
+    /// Points of the ground that each estimator has completed, as far as records had them.
+    ground: Vec<Vec<GroundPoint>>,
     /// Whether source, estimators and sinks have threads of their own.
     on_threads: bool,
     /// Time spent without the sinks.
@@ -121,6 +124,7 @@ impl Run {
             estimators: Estimators::new(&description.nominal_robot, settings),
             clearance: TruthClearance::of_run(&description),
             clearance_need: ClearanceNeed::Always,
+            ground: vec![Vec::new(); description.estimators.len()],
             description,
             source,
             driver: None,
@@ -178,7 +182,7 @@ impl Run {
         sinks: &mut [&mut dyn Sink],
         stop: Stop<'_>,
     ) -> Result<(), RunError> {
-        let time = &mut self.time;
+        let (time, completed) = (&mut self.time, &mut self.ground);
         let record = |record: Record<'_>| {
             if let Some(cause) = stop() {
                 return Err(RunError::Stopped { cause });
@@ -196,6 +200,7 @@ impl Run {
             for sink in sinks.iter_mut() {
                 sink.frame(&frame).map_err(RunError::Sink)?;
             }
+            add_completed(completed, &record.ground);
             *time = Some(sample.time);
             Ok(())
         };
@@ -242,22 +247,24 @@ impl Run {
             for sink in sinks.iter_mut() {
                 sink.frame(&frame).map_err(RunError::Sink)?;
             }
+            add_completed(&mut self.ground, &frame.ground);
             self.estimators.forget_completed();
             self.time = Some(sample.time);
         }
     }
 
     /// How the run ended. `None` without a record.
-    fn end(&self, error: Option<&RunError>) -> Option<RunEnd> {
+    fn end(&mut self, error: Option<&RunError>) -> Option<RunEnd> {
         let last = self.time?;
-        let ground = self.estimators.ground();
-        let remaining = |k: usize| {
-            let completed = ground.completed(k).iter().copied();
-            completed.chain(ground.in_memory(k)).collect()
+        let rest = self.estimators.ground();
+        let whole = |(k, mut points): (usize, Vec<GroundPoint>)| {
+            points.extend_from_slice(rest.completed(k));
+            points.extend(rest.in_memory(k));
+            points.into()
         };
-        let count = self.description.estimators.len();
+        let completed = std::mem::take(&mut self.ground);
         Some(RunEnd {
-            ground: (0..count).map(remaining).collect(),
+            ground: completed.into_iter().enumerate().map(whole).collect(),
             duration: match error {
                 None => self.description.record.duration,
                 Some(_) => last,
@@ -272,6 +279,13 @@ impl Run {
                 .collect(),
             log: self.source.log_report(),
         })
+    }
+}
+
+/// Adds the points that the estimators have completed for a record.
+fn add_completed(to: &mut [Vec<GroundPoint>], ground: &FeltGround<'_>) {
+    for (k, points) in to.iter_mut().enumerate() {
+        points.extend_from_slice(ground.completed(k));
     }
 }
 

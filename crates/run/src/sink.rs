@@ -7,6 +7,7 @@ use robhaz_clearance::Clearances;
 use robhaz_estimator::{Estimate, EstimateError, FrictionTestResult, GroundPoint, SensorFrame};
 use robhaz_model::WheelCommand;
 use robhaz_sim::Truth;
+use std::sync::Arc;
 
 /// One record of a run.
 #[derive(Clone, Copy, Debug)]
@@ -38,9 +39,9 @@ pub struct RunEnd {
     pub wall: f64,
     /// Mean integration step of the simulation, s. `None` for recorded readings.
     pub step: Option<f64>,
-    /// The ground of each estimator that no record has completed: the rest of the profile, in the order of
-    /// [`RunDescription::estimators`].
-    pub ground: Vec<Vec<GroundPoint>>,
+    /// The whole ground that each estimator has found, in the order of [`RunDescription::estimators`]: the points that the
+    /// records have completed, and the rest. Sinks share it.
+    pub ground: Vec<Arc<[GroundPoint]>>,
     /// Why the run ended before its source did, for the user. `None` for a complete run.
     pub broken_off: Option<String>,
     /// Results of the friction tests, in their order.
