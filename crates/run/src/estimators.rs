@@ -62,7 +62,7 @@ impl Estimators {
         let threads = thread::available_parallelism().map_or(1, NonZeroUsize::get);
         thread::scope(|scope| {
             for _ in 1..threads.min(count) {
-                scope.spawn(&work);
+                scope.spawn(work);
             }
             work();
         });
