@@ -30,11 +30,14 @@ mod progress;
 mod properties;
 mod random_scenes;
 mod reference;
+mod run_command;
 mod sensors;
 mod study_command;
+mod study_pages;
 mod support;
 mod sweep_command;
 mod tracks;
+mod verify_command;
 #[cfg(feature = "viewer")]
 mod viewing;
 mod weighing;

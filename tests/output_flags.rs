@@ -1,6 +1,6 @@
 //! `--json`, `--quiet`, `-v`, exit codes and escapes: what scripts rely on. docs/command.md.
 
-use crate::support::{robhaz, root, short_scene, text};
+use crate::support::{page_commands, robhaz, root, short_scene, text};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -261,24 +261,20 @@ fn pipes_get_no_escapes() {
 /// The commands of docs/command.md run.
 #[test]
 fn the_commands_of_the_page_run() {
-    let page = fs::read_to_string(root().join("docs/command.md")).unwrap();
+    let commands = page_commands("command.md");
     let dir = tempfile::tempdir().unwrap();
     fs::create_dir(dir.path().join("scenes")).unwrap();
     let flat = root().join("scenes/flat.toml");
     fs::copy(flat, dir.path().join("scenes/flat.toml")).unwrap();
-    let mut commands = 0;
-    for block in page.split("```sh\n").skip(1) {
-        for line in block.split("```").next().unwrap().lines() {
-            let (command, file) = line.split_once(" > ").unwrap_or((line, ""));
-            let words: Vec<&str> = command.split_whitespace().collect();
-            assert_eq!(words[0], "robhaz", "{line}");
-            let output = run(dir.path(), &words[1..]);
-            assert!(output.status.success(), "{line}: {}", text(&output.stderr));
-            if !file.is_empty() {
-                let _: Value = serde_json::from_slice(&output.stdout).unwrap();
-            }
-            commands += 1;
+    for line in &commands {
+        let (command, file) = line.split_once(" > ").unwrap_or((line, ""));
+        let words: Vec<&str> = command.split_whitespace().collect();
+        assert_eq!(words[0], "robhaz", "{line}");
+        let output = run(dir.path(), &words[1..]);
+        assert!(output.status.success(), "{line}: {}", text(&output.stderr));
+        if !file.is_empty() {
+            let _: Value = serde_json::from_slice(&output.stdout).unwrap();
         }
     }
-    assert_eq!(commands, 4);
+    assert_eq!(commands.len(), 4);
 }

@@ -1,6 +1,6 @@
 //! `robhaz path`: agreement with driving in the simulator, and the command.
 
-use crate::support::{robhaz, root, text};
+use crate::support::{page_commands, robhaz, root, text};
 use rayon::prelude::*;
 use robhaz_path::{DriveKind, Options, PathSetup, judge};
 use robhaz_scene::Scene;
@@ -71,12 +71,10 @@ fn the_simulated_robot_passes_as_judged() {
 /// The commands of docs/paths.md run, and leave the files that it names.
 #[test]
 fn the_documented_commands_run() {
-    let document = std::fs::read_to_string(root().join("docs/paths.md")).unwrap();
-    let block = document.split("```sh\n").nth(1).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let scenes = root().join("scenes");
     let mut count = 0;
-    for line in block.split("```").next().unwrap().lines() {
+    for line in page_commands("paths.md") {
         let line = line.strip_prefix("cargo run --release -- ").unwrap();
         let words = line.split(' ').map(|w| match w.strip_prefix("scenes/") {
             Some(name) => scenes.join(name).display().to_string(),

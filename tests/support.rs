@@ -24,7 +24,6 @@ pub fn scene(name: &str, overrides: &[&str]) -> Scene {
     .unwrap()
 }
 
-/// All records of a run.
 /// The command, run in a folder.
 pub fn robhaz(folder: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_robhaz"));
@@ -35,6 +34,16 @@ pub fn robhaz(folder: &Path) -> Command {
 /// Output of the command as text.
 pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// The commands that a page of docs/ shows, a line each: all lines of its blocks `sh`.
+pub fn page_commands(page: &str) -> Vec<String> {
+    let text = std::fs::read_to_string(root().join("docs").join(page)).unwrap();
+    let blocks = text.split("```sh\n").skip(1);
+    blocks
+        .flat_map(|rest| rest.split("```").next().unwrap().lines())
+        .map(str::to_owned)
+        .collect()
 }
 
 /// A scene of one second that a test may edit.
@@ -50,6 +59,7 @@ pub fn short_scene(folder: &Path, extra: &str) -> PathBuf {
     path
 }
 
+/// All records of a run.
 #[derive(Default)]
 pub struct Kept {
     pub truth: Vec<Truth>,

@@ -1,8 +1,7 @@
 //! The commands `robhaz sweep` and `robhaz merge`: the same dataset whatever happens on the way.
 #![cfg(unix)]
 
-use crate::support::{robhaz, root, text};
-use robhaz_scene::{BaseScene, StudyChoice};
+use crate::support::{robhaz, text};
 use std::fs;
 use std::path::Path;
 use std::process::{Output, Stdio};
@@ -386,116 +385,4 @@ fn a_dry_run_lists_the_runs() {
     ];
     assert!(words.iter().all(|w| said.contains(w)), "{said}");
     assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 2);
-}
-
-/// Every command of docs/studies.md runs, on the study that it shows, with fewer seeds and shorter runs.
-#[test]
-fn the_commands_of_the_page_on_studies_run() {
-    let page = fs::read_to_string(root().join("docs/studies.md")).unwrap();
-    let study = fs::read_to_string(root().join("studies/speed.toml")).unwrap();
-    let shown = page
-        .split("```toml\n")
-        .nth(1)
-        .unwrap()
-        .split("```")
-        .next()
-        .unwrap();
-    let axes = |text: &str| text[text.find("scene =").unwrap()..].trim().to_owned();
-    assert_eq!(axes(shown), axes(&study), "the page shows another study");
-
-    let dir = tempfile::tempdir().unwrap();
-    for folder in ["scenes", "studies"] {
-        fs::create_dir(dir.path().join(folder)).unwrap();
-    }
-    fs::copy(
-        root().join("scenes/smooth.toml"),
-        dir.path().join("scenes/smooth.toml"),
-    )
-    .unwrap();
-    let mut shorter = study.replace("count = 20", "count = 1");
-    for duration in ["50", "26", "14", "10", "8", "6.8", "6"] {
-        shorter = shorter.replace(&format!(", {duration}],"), ", 2.1],");
-    }
-    fs::write(dir.path().join("studies/speed.toml"), shorter).unwrap();
-    let mut commands = 0;
-    for block in page.split("```sh\n").skip(1) {
-        for line in block.split("```").next().unwrap().lines() {
-            let words: Vec<&str> = line.split_whitespace().collect();
-            assert_eq!(words[0], "robhaz", "{line}");
-            succeed(dir.path(), &words[1..]);
-            commands += 1;
-        }
-    }
-    assert_eq!(commands, 8);
-    for file in ["bands.svg", "calibration.pdf", "report.html"] {
-        assert!(dir.path().join("runs/speed").join(file).is_file(), "{file}");
-    }
-    assert!(dataset(dir.path(), "runs/speed") == dataset(dir.path(), "runs/speed-merged"));
-}
-
-/// The study of the ladder has the estimators of `robhaz study --ladder`.
-#[test]
-fn the_study_of_the_ladder_has_its_rungs() {
-    let study = StudyChoice::load(&root().join("studies/ladder.toml")).unwrap();
-    let base = BaseScene::load(&study, &root().join("studies")).unwrap();
-    let scene = base.scene(&study, &[]).unwrap();
-    assert_eq!(scene.estimators, robhaz_study::ladder());
-}
-
-/// The commands of the pages on the shipped studies run, with one seed and shorter runs.
-#[test]
-fn the_commands_of_the_studies_pages_run() {
-    let dir = tempfile::tempdir().unwrap();
-    for folder in ["scenes", "studies"] {
-        fs::create_dir(dir.path().join(folder)).unwrap();
-        for entry in fs::read_dir(root().join(folder)).unwrap() {
-            let path = entry.unwrap().path();
-            fs::copy(
-                &path,
-                dir.path().join(folder).join(path.file_name().unwrap()),
-            )
-            .unwrap();
-        }
-    }
-    for (name, shorter) in [
-        (
-            "ladder",
-            vec![
-                ("count = 4", "count = 1"),
-                (", 20]", ", 2.1]"),
-                (", 12]", ", 2.1]"),
-                (", 8]", ", 2.1]"),
-            ],
-        ),
-        (
-            "noise-budget",
-            vec![
-                ("count = 10", "count = 1"),
-                ("set = [", "set = [\n  \"record.duration=2.1\","),
-            ],
-        ),
-    ] {
-        let path = dir.path().join(format!("studies/{name}.toml"));
-        let mut study = fs::read_to_string(&path).unwrap();
-        for (long, short) in shorter {
-            assert!(study.contains(long), "{name}: {long}");
-            study = study.replace(long, short);
-        }
-        fs::write(&path, study).unwrap();
-        let page = fs::read_to_string(root().join(format!("docs/{name}.md"))).unwrap();
-        let mut commands = 0;
-        for block in page.split("```sh\n").skip(1) {
-            for line in block.split("```").next().unwrap().lines() {
-                let words: Vec<&str> = line.split_whitespace().collect();
-                assert_eq!(words[0], "robhaz", "{line}");
-                let output = run(dir.path(), &words[1..]);
-                let error = text(&output.stderr);
-                // A machine may have no font for PNG, which is then an error that says so.
-                let no_font = line.ends_with(".png") && error.contains("none of the fonts");
-                assert!(output.status.success() || no_font, "{line}: {error}");
-                commands += 1;
-            }
-        }
-        assert!(commands >= 2, "{name}: {commands}");
-    }
 }

@@ -1,0 +1,351 @@
+//! The command `robhaz run`: what it leaves behind, and what it says when a run breaks off.
+
+use crate::support::{robhaz, root, short_scene, text};
+use std::fs;
+
+/// One run leaves everything that was promised, and says where.
+#[test]
+fn run_leaves_tables_figures_summary_and_scene() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    let output = robhaz(dir.path())
+        .args(["run", "short.toml"])
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let run = dir.path().join("runs/short");
+    let mut expected = vec![
+        "truth.parquet",
+        "sensors.parquet",
+        "estimate-paper-body.parquet",
+        "estimate-paper-wheels.parquet",
+        "estimate-true-mass.parquet",
+        "summary.json",
+        "scene.toml",
+        "figures/fig5_linkage.svg",
+        "figures/fig6_forces.svg",
+        "figures/fig7_paper-body.svg",
+        "figures/fig8_paper-wheels.svg",
+        "figures/comparison.svg",
+        "figures/comparison.pdf",
+        "figures/path.svg",
+        "figures/path.pdf",
+    ];
+    if cfg!(feature = "viewer") {
+        expected.push("run.rrd");
+    }
+    for name in expected {
+        let size = fs::metadata(run.join(name))
+            .unwrap_or_else(|e| panic!("{name}: {e}"))
+            .len();
+        assert!(size > 100, "{name} has {size} bytes");
+    }
+    let shown = text(&output.stdout);
+    for word in [
+        "paper-body",
+        "paper-wheels",
+        "true-mass",
+        "runs/short",
+        "RMSE",
+    ] {
+        assert!(shown.contains(word), "{word} is missing in:\n{shown}");
+    }
+    // No progress bar in a pipe.
+    assert!(output.stderr.is_empty(), "{}", text(&output.stderr));
+
+    let summary: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(run.join("summary.json")).unwrap()).unwrap();
+    assert_eq!(summary["scene"], "short");
+    assert_eq!(summary["engine"], "rapier");
+    assert_eq!(summary["seed"], 0);
+    assert_eq!(summary["duration_s"], 1.5);
+    let error = &summary["estimators"]["true-mass"]["normal_force"];
+    assert_eq!(error["rmse"].as_array().unwrap().len(), 3);
+    // Statics with true masses, nearly at rest on level ground: a thousandth of the load is far more than the start leaves.
+    assert!(error["nrmse"].as_f64().unwrap() < 1e-2, "{error}");
+
+    let compared = robhaz(dir.path())
+        .args(["compare", "runs/short"])
+        .output()
+        .unwrap();
+    assert!(compared.status.success());
+    assert!(text(&compared.stdout).contains("paper-wheels"));
+}
+
+/// Several scenes run one after the other, each into its folder; two with one name are refused before the first runs.
+#[test]
+fn several_scenes_run_one_after_the_other() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    let short = std::fs::read_to_string(dir.path().join("short.toml")).unwrap();
+    std::fs::write(dir.path().join("other.toml"), &short).unwrap();
+    let run = |files: [&str; 2]| {
+        let mut command = robhaz(dir.path());
+        command.arg("run").args(files).args(["--out", "both"]);
+        command.output().unwrap()
+    };
+    std::fs::write(
+        dir.path().join("same.toml"),
+        format!("name = \"short\"\n{short}"),
+    )
+    .unwrap();
+    let refused = run(["short.toml", "same.toml"]);
+    let message = text(&refused.stderr);
+    assert!(
+        !refused.status.success() && message.contains("the same name"),
+        "{message}"
+    );
+    assert!(!dir.path().join("both").exists());
+    let done = run(["short.toml", "other.toml"]);
+    assert!(done.status.success(), "{}", text(&done.stderr));
+    for name in ["short", "other"] {
+        assert!(
+            dir.path()
+                .join("both")
+                .join(name)
+                .join("summary.json")
+                .is_file()
+        );
+    }
+}
+
+/// The page of a run belongs to its folder: it is written once, and does not keep the run from being replaced.
+#[test]
+fn a_run_has_a_page() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    let done = |args: &[&str]| {
+        let output = robhaz(dir.path()).args(args).output().unwrap();
+        (output.status.success(), text(&output.stderr))
+    };
+    let run = ["run", "short.toml", "--out", "a", "--force"];
+    assert_eq!(done(&run), (true, String::new()));
+    assert!(done(&["report", "a"]).0);
+    let page = std::fs::read_to_string(dir.path().join("a/report.html")).unwrap();
+    assert!(page.starts_with("<!DOCTYPE html>") && page.ends_with("</html>"));
+    assert!(page.contains("compare_from = 0.5"));
+    let (again, message) = done(&["report", "a"]);
+    assert!(!again && message.contains("--force"), "{message}");
+    assert!(done(&["report", "a", "--force"]).0);
+    assert_eq!(done(&run), (true, String::new()));
+    assert!(!dir.path().join("a/report.html").exists());
+}
+
+/// What a run resolved can be run again, and gives the same tables to the bit; so does the scene itself.
+#[test]
+fn the_resolved_scene_runs_again_to_the_same_bits() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    for (scene, out) in [("short.toml", "first"), ("first/scene.toml", "second")] {
+        let output = robhaz(dir.path())
+            .args(["run", scene, "--out", out, "--set", "record.duration=1"])
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", text(&output.stderr));
+    }
+    for name in [
+        "truth.parquet",
+        "sensors.parquet",
+        "estimate-true-mass.parquet",
+        "scene.toml",
+    ] {
+        let [first, second] =
+            ["first", "second"].map(|run| fs::read(dir.path().join(run).join(name)).unwrap());
+        assert!(first == second, "{name} differs");
+    }
+}
+
+/// A run that breaks off says so, keeps what it recorded, and leaves no folder that looks finished.
+#[test]
+fn a_run_that_breaks_off_keeps_what_it_has() {
+    let dir = tempfile::tempdir().unwrap();
+    // Ground too soft to carry the robot: the wheels sink in until their centres are below it.
+    short_scene(
+        dir.path(),
+        "\n[engine]\nstart = \"raw\"\n\n[contact]\nstiffness = 1.0e3\ndamping = 0.0\n",
+    );
+    let output = robhaz(dir.path())
+        .args(["run", "short.toml", "--format", "csv"])
+        .output()
+        .unwrap();
+    assert!(!output.status.success());
+    let said = text(&output.stderr);
+    assert!(
+        said.contains("below the ground") && said.contains("short.partial"),
+        "{said}"
+    );
+    assert!(!dir.path().join("runs/short").exists());
+    let table = fs::read_to_string(dir.path().join("runs/short.partial/truth.csv")).unwrap();
+    assert!(table.starts_with("time,"));
+    // Without a record there is nothing to compare.
+    let compared = robhaz(dir.path())
+        .args(["compare", "runs/short.partial"])
+        .output()
+        .unwrap();
+    assert!(!compared.status.success());
+
+    // With records there is; it does not pass for a complete run.
+    short_scene(dir.path(), "");
+    let steep = ["terrain.kind=ramp", "terrain.angle=-60 deg"];
+    let mut command = robhaz(dir.path());
+    command.args(["run", "short.toml", "--out", "steep"]);
+    command.args(["--set", "record.duration=12"]);
+    for set in steep {
+        command.args(["--set", set]);
+    }
+    let said = text(&command.output().unwrap().stderr);
+    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(said.contains("short broke off at"), "{said}");
+    let compared = robhaz(dir.path())
+        .args(["compare", "steep.partial"])
+        .output()
+        .unwrap();
+    let shown = text(&compared.stdout);
+    assert!(
+        shown.contains("steep.partial broke off at") && shown.contains("turned over"),
+        "{shown}"
+    );
+}
+
+/// A robot that is stuck is reported at the end of its run and in its summary.
+#[test]
+fn a_stuck_robot_is_reported() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = root().join("scenes/stairs.toml");
+    let output = robhaz(dir.path())
+        .args(["run", &scene.to_string_lossy(), "--engine", "direct"])
+        .args([
+            "--rerun",
+            "off",
+            "--out",
+            "out",
+            "--set",
+            "record.duration=10",
+            "--set",
+            "robot.geometry=A",
+        ])
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let shown = text(&output.stdout);
+    assert!(
+        shown.contains("stairs: the robot is STUCK since 6.2 s"),
+        "{shown}"
+    );
+    let summary = fs::read_to_string(dir.path().join("out/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    let since = summary["progress"]["stuck_since_s"].as_f64().unwrap();
+    assert!((since - 6.2).abs() < 0.1, "{since}");
+    assert_eq!(
+        summary["progress"]["spinning_s"].as_array().unwrap().len(),
+        3
+    );
+    // Wheels touch tread and riser at once, and spin against the riser.
+    for event in ["two_contacts", "slips"] {
+        assert!(summary["events"][event].as_u64().unwrap() > 0, "{event}");
+    }
+}
+
+/// `--seed` and `--set` end up in the resolved scene and in the summary.
+#[test]
+fn seed_and_overrides_are_kept() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    let output = robhaz(dir.path())
+        .args([
+            "run",
+            "short.toml",
+            "--seed",
+            "42",
+            "--set",
+            "drive.kp=2",
+            "--set",
+            "record.duration=1",
+        ])
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let run = dir.path().join("runs/short");
+    assert!(
+        fs::read_to_string(run.join("summary.json"))
+            .unwrap()
+            .contains("\"seed\": 42")
+    );
+    let resolved = robhaz_scene::Scene::load(&run.join("scene.toml"), &[]).unwrap();
+    assert_eq!(resolved.seed, 42);
+    assert!((resolved.drive.kp - 2.0).abs() < f64::EPSILON);
+}
+
+/// Runs that leave what the simulation knows say so: a robot on its back, a start inside a bump.
+#[test]
+fn runs_out_of_range_stop_with_a_reason() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    let run = |name: &str, sets: &[&str]| {
+        let mut command = robhaz(dir.path());
+        command.args([
+            "run",
+            "short.toml",
+            "--out",
+            name,
+            "--set",
+            "record.duration=12",
+        ]);
+        for set in sets {
+            command.args(["--set", set]);
+        }
+        let output = command.output().unwrap();
+        assert!(!output.status.success(), "{name}");
+        // The report breaks lines where the terminal would.
+        let said = text(&output.stderr);
+        said.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    for engine in ["engine.kind=rapier", "engine.kind=direct"] {
+        for (start, bump, expected) in [
+            ("raw", "{height=0.05, centre=0, width=0.2}", "must be level"),
+            // Steeper than friction holds.
+            (
+                "settled",
+                "{height=0.8, centre=0.5, width=0.5}",
+                "finds no rest",
+            ),
+        ] {
+            let sets = [
+                "terrain.kind=bumps",
+                &format!("terrain.bumps=[{bump}]"),
+                &format!("engine.start={start}"),
+                engine,
+            ];
+            let said = run(&format!("{start}-{engine}"), &sets);
+            assert!(said.contains(expected), "{said}");
+        }
+        let steep = ["terrain.kind=ramp", "terrain.angle=-60 deg", engine];
+        // Starts that fail leave no folder.
+        assert!(fs::read_dir(dir.path()).unwrap().count() <= 2);
+        let said = run(&format!("steep-{engine}"), &steep);
+        assert!(said.contains("turned over"), "{said}");
+    }
+}
+
+/// The last line says how long the command took, beside what the simulation took of it.
+#[test]
+fn the_last_line_tells_the_time_of_the_whole_command() {
+    let dir = tempfile::tempdir().unwrap();
+    short_scene(dir.path(), "");
+    let output = robhaz(dir.path())
+        .args(["run", "short.toml"])
+        .output()
+        .unwrap();
+    let shown = text(&output.stdout);
+    let last = shown.lines().last().unwrap();
+    let numbers: Vec<f64> = last
+        .split_whitespace()
+        .filter_map(|word| word.parse().ok())
+        .collect();
+    let [whole, simulation] = numbers[..] else {
+        panic!("{last}");
+    };
+    assert!(last.contains("the whole command took"), "{last}");
+    // Rounded to 0.01 s each.
+    assert!(whole + 0.02 > simulation && simulation > 0.0, "{last}");
+}
