@@ -32,10 +32,10 @@ fn level_ground_has_the_heights_of_the_drawings() {
     let mut meter = ClearanceMeter::new(&geometry, Terrain::new(Profile::Flat));
     for (raised, x) in [(0.0, 0.0), (0.3, 2.0), (-0.05, 40.0), (0.0, -7.0)] {
         let q = geometry.pins.q + Vec2::new(x, raised);
-        let found = meter.measure(&places(&geometry, [0.0; 2], q).unwrap());
+        let found = meter.measure_each(&places(&geometry, [0.0; 2], q).unwrap());
         let expected =
             [lowest, geometry.pins.q.y, entry, geometry.pins.r.y].map(|y| y + raised - half);
-        for (found, expected) in found.0.iter().zip(expected) {
+        for (found, expected) in found.iter().zip(expected) {
             assert!((found - expected).abs() < 1e-9, "{found} {expected}");
         }
     }
@@ -45,13 +45,13 @@ fn level_ground_has_the_heights_of_the_drawings() {
     assert!(found.touches() && found.least().0 != Bar::Body);
     // Nose up by 0.2 rad about Q: the lowest point of the body is its rear corner or pin S.
     let angle = 0.2_f64;
-    let found = meter.measure(&places(&geometry, [angle; 2], geometry.pins.q).unwrap());
+    let found = meter.measure_each(&places(&geometry, [angle; 2], geometry.pins.q).unwrap());
     let heights = geometry.outline_points(Bar::Body).map(|p| {
         let arm = p - geometry.pins.q;
         geometry.pins.q.y + arm.x * angle.sin() + arm.y * angle.cos()
     });
     let expected = heights.fold(f64::INFINITY, f64::min) - half;
-    assert!((found.0[0] - expected).abs() < 1e-9, "{found:?} {expected}");
+    assert!((found[0] - expected).abs() < 1e-9, "{found:?} {expected}");
 }
 
 /// Closed form: ahead of a kerb's edge between the rear and the middle wheel, pin Q at 0.14 m is the lowest point; with the
@@ -68,7 +68,8 @@ fn a_kerb_under_the_linkage_is_seen() {
         };
         let terrain = Terrain::new(Profile::Stairs(step));
         let mut meter = ClearanceMeter::new(&geometry, terrain);
-        let found = meter.measure(&places(&geometry, [0.0; 2], geometry.pins.q).unwrap());
+        let robot = places(&geometry, [0.0; 2], geometry.pins.q).unwrap();
+        let found = meter.measure(&robot);
         let (bar, least) = found.least();
         assert!(
             bar == Bar::Link1 && (least - (0.125 - rise)).abs() < 1e-9,
@@ -76,7 +77,8 @@ fn a_kerb_under_the_linkage_is_seen() {
         );
         assert_eq!(found.touches(), touched);
         // The others are higher.
-        assert!(found.0[2] > least && found.0[3] > 0.03, "{found:?}");
+        let each = meter.measure_each(&robot);
+        assert!(each[2] > least && each[3] > 0.03, "{each:?}");
     }
 }
 

@@ -152,7 +152,7 @@ fn pose(
     }
 }
 
-/// Clearance of the bars; not a number where the four-bar cannot close.
+/// Clearance of the bars; not known where the four-bar cannot close.
 fn clearances(setup: &PathSetup, on_ground: &OnGround, meter: &mut ClearanceMeter) -> Clearances {
     let geometry = &setup.robot.geometry;
     match on_ground.posture(geometry) {
@@ -160,7 +160,7 @@ fn clearances(setup: &PathSetup, on_ground: &OnGround, meter: &mut ClearanceMete
             centre: on_ground.q + posture.cg_from_q(geometry, bar),
             angle: posture.angle(bar),
         })),
-        Err(_) => Clearances([f64::NAN; 4]),
+        Err(_) => Clearances::of([f64::NAN; 4]),
     }
 }
 

@@ -7,7 +7,7 @@
 //! Leaves tables, figures and summary in the folder, prints the comparison and how long each sink took.
 
 use robhaz_record::{FigureSink, SummarySink, TableFormat, TableSink, comparison_table};
-use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
+use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_scene::Scene;
 use std::error::Error;
 use std::path::PathBuf;
@@ -76,6 +76,10 @@ impl<S: Sink> Timed<S> {
 }
 
 impl<S: Sink> Sink for Timed<S> {
+    fn clearance_need(&self) -> ClearanceNeed {
+        self.sink.clearance_need()
+    }
+
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
         self.time(|sink| sink.begin(run))
     }

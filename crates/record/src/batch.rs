@@ -1,6 +1,6 @@
 //! Rows of a table as Arrow batches.
 
-use crate::columns::{Column, Kind, Table, Value};
+use crate::columns::{Cells, Column, Kind, Table};
 use arrow_array::{ArrayRef, Float64Array, RecordBatch, UInt32Array};
 use arrow_buffer::NullBuffer;
 use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
@@ -24,14 +24,19 @@ struct Gappy {
 }
 
 impl Gappy {
+    #[inline]
     fn push(&mut self, value: Option<f64>) {
-        if value.is_none() && self.valid.is_empty() {
-            self.valid.resize(self.values.len(), true);
-        }
         if value.is_none() || !self.valid.is_empty() {
-            self.valid.push(value.is_some());
+            self.mark(value.is_some());
         }
         self.values.push(value.unwrap_or_default());
+    }
+
+    /// Notes whether the next value is there, from the first gap on.
+    #[cold]
+    fn mark(&mut self, is_there: bool) {
+        self.valid.resize(self.values.len(), true);
+        self.valid.push(is_there);
     }
 
     fn take(&mut self) -> Float64Array {
@@ -57,21 +62,35 @@ impl Buffer {
         }
     }
 
-    fn push(&mut self, value: Value) {
-        match (self, value) {
-            (Self::Float(buffer), Value::Float(value)) => buffer.push(value),
-            (Self::Optional(buffer), Value::Optional(value)) => buffer.push(value),
-            (Self::Count(buffer), Value::Count(value)) => buffer.push(value),
-            // A column has one kind. A value of another kind would make the lengths differ, and the batch an error.
-            _ => {}
-        }
-    }
-
     fn take(&mut self) -> ArrayRef {
         match self {
             Self::Float(buffer) => Arc::new(Float64Array::from(emptied(buffer))),
             Self::Optional(buffer) => Arc::new(buffer.take()),
             Self::Count(buffer) => Arc::new(UInt32Array::from(emptied(buffer))),
+        }
+    }
+}
+
+/// A column has one kind. A value of another kind would make the lengths differ, and the batch an error.
+impl Cells for Buffer {
+    #[inline]
+    fn float(&mut self, value: f64) {
+        if let Self::Float(buffer) = self {
+            buffer.push(value);
+        }
+    }
+
+    #[inline]
+    fn optional(&mut self, value: Option<f64>) {
+        if let Self::Optional(buffer) = self {
+            buffer.push(value);
+        }
+    }
+
+    #[inline]
+    fn count(&mut self, value: u32) {
+        if let Self::Count(buffer) = self {
+            buffer.push(value);
         }
     }
 }
@@ -104,7 +123,7 @@ impl BatchBuilder {
             return false;
         }
         for (buffer, column) in self.buffers.iter_mut().zip(&self.table.columns) {
-            buffer.push(column.value(frame));
+            column.pass(frame, buffer);
         }
         self.rows += 1;
         true
@@ -115,7 +134,7 @@ impl BatchBuilder {
         let frames: Vec<_> = frames.iter().filter(|f| self.table.has_row(f)).collect();
         for (buffer, column) in self.buffers.iter_mut().zip(&self.table.columns) {
             for frame in &frames {
-                buffer.push(column.value(frame));
+                column.pass(frame, buffer);
             }
         }
         self.rows += frames.len();

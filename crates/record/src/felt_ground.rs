@@ -5,6 +5,7 @@ use robhaz_model::Vec2;
 use robhaz_run::{Frame, RunDescription, RunEnd};
 use robhaz_score::{GroundErrors, TrueGround, ground_origin};
 use robhaz_terrain::{Surveyed, Terrain};
+use std::sync::Arc;
 
 /// Largest distance of places at which the true ground is computed, m. Between them it is taken as straight: at a curvature of
 /// 10/m that errs by 1.3 um.
@@ -15,8 +16,8 @@ const MOST: f64 = 2e6;
 /// Collects the ground of every estimator.
 #[derive(Clone, Debug, Default)]
 pub struct FeltGrounds {
-    /// The points of each estimator, in the order in which it completed them.
-    points: Vec<Vec<GroundPoint>>,
+    /// The points of each estimator, in the order in which it completed them; none before the end of the run.
+    points: Vec<Arc<[GroundPoint]>>,
     wheel_radius: f64,
     /// True place of the origin of the first section, m.
     origin: Option<Vec2>,
@@ -29,35 +30,32 @@ impl FeltGrounds {
     /// Before the first record of a run.
     pub fn new(run: &RunDescription) -> Self {
         Self {
-            points: vec![Vec::new(); run.estimators.len()],
+            points: Vec::new(),
             wheel_radius: run.robot.robot.geometry.wheel_radius,
             origin: None,
         }
     }
 
-    /// Adds a record.
+    /// Takes the origin from the first record.
     pub fn add(&mut self, frame: &Frame<'_>) {
         if self.origin.is_none() {
             let radius = self.wheel_radius;
             self.origin = frame.truth.map(|truth| ground_origin(truth, radius));
         }
-        for (k, points) in self.points.iter_mut().enumerate() {
-            points.extend_from_slice(frame.ground.completed(k));
-        }
     }
 
-    /// Adds the rest at the end of the run.
+    /// Takes the points at the end of the run.
     pub fn finish(&mut self, end: Option<&RunEnd>) {
-        let rest = end.into_iter().flat_map(|end| &end.ground);
-        for (points, rest) in self.points.iter_mut().zip(rest) {
-            points.extend_from_slice(rest);
-        }
+        self.points = end.map_or(Vec::new(), |end| end.ground.clone());
     }
 
     /// The points of an estimator with the true ground, which a simulation has. Only the origin of the first section is known:
     /// later sections have no truth.
     pub fn compared(&self, estimator: usize, terrain: Option<&Terrain>) -> Vec<ComparedPoint> {
-        let points = self.points.get(estimator).map_or(&[][..], Vec::as_slice);
+        let points = self
+            .points
+            .get(estimator)
+            .map_or(&[][..], |points| &points[..]);
         let truth = terrain.and_then(|terrain| self.survey(terrain, points));
         let of = |point: &GroundPoint| {
             let (origin, surveyed) = truth.as_ref()?;
@@ -123,7 +121,7 @@ mod tests {
         };
         let terrain = Terrain::new(Profile::step());
         let mut grounds = FeltGrounds {
-            points: vec![vec![point(0.4, 0), point(0.6, 0), point(0.0, 1)]],
+            points: vec![Arc::new([point(0.4, 0), point(0.6, 0), point(0.0, 1)])],
             wheel_radius: 0.1,
             origin: Some(Vec2::new(0.2, 0.0)),
         };

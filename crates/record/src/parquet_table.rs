@@ -169,7 +169,9 @@ fn properties(metadata: Vec<KeyValue>) -> WriterProperties {
         .set_compression(Compression::SNAPPY)
         // Measured values hardly ever repeat: a dictionary would only cost time.
         .set_dictionary_enabled(false)
-        .set_statistics_enabled(EnabledStatistics::Chunk)
+        // Readers skip row groups by their times. Those of hundreds of other columns would be kept in memory to the end.
+        .set_statistics_enabled(EnabledStatistics::None)
+        .set_column_statistics_enabled("time".into(), EnabledStatistics::Chunk)
         .set_offset_index_disabled(true)
         .set_max_row_group_row_count(Some(GROUP_ROWS))
         .set_key_value_metadata(Some(metadata))

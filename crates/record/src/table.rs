@@ -14,6 +14,10 @@ use rayon::prelude::*;
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use std::path::{Path, PathBuf};
 
+/// Most rows of tables of which several are made into Parquet at once. The writer keeps a row group and what the footer says of
+/// all row groups: some 40 MB for the truth of an hour at 1 kHz.
+const SHORT: u64 = 1_000_000;
+
 enum Writer {
     /// Becomes Parquet at the end.
     Stream(Box<StreamTable>),
@@ -45,6 +49,8 @@ pub struct TableSink {
     direct: DirectTables,
     /// The ground that the estimators find: its tables are written at the end.
     grounds: Option<(RunDescription, FeltGrounds)>,
+    /// Whether the Parquet tables can be made at once: see [`SHORT`].
+    is_short: bool,
     /// A row could not be written. The streams stay as they are.
     failed: bool,
 }
@@ -58,6 +64,7 @@ impl TableSink {
             writers: Vec::new(),
             direct: DirectTables::default(),
             grounds: None,
+            is_short: true,
             failed: false,
         }
     }
@@ -68,6 +75,7 @@ impl TableSink {
             check_name(&estimator.label, folder)?;
         }
         std::fs::create_dir_all(folder).map_err(io_error("create", folder))?;
+        self.is_short = run.record.count() <= SHORT;
         let tables = Table::all(run);
         if self.format == TableFormat::Csv {
             write_columns(folder, &tables)?;
@@ -148,7 +156,7 @@ impl Sink for TableSink {
         }
         // Where rows did not fit, their Parquet file would not either.
         if first_failure.is_none() && !self.failed {
-            first_failure = convert(&streams, &self.folder).err();
+            first_failure = convert(&streams, &self.folder, self.is_short).err();
         }
         if first_failure.is_none() && !self.failed {
             first_failure = self.write_grounds(end).err();
@@ -160,13 +168,17 @@ impl Sink for TableSink {
     }
 }
 
-/// Makes a Parquet file of each stream, all at once, and removes the streams that are no longer needed.
-fn convert(streams: &[PathBuf], folder: &Path) -> Result<(), RecordError> {
+/// Makes a Parquet file of each stream and removes the streams that are no longer needed: on all cores, or one after the other.
+fn convert(streams: &[PathBuf], folder: &Path, at_once: bool) -> Result<(), RecordError> {
     let convert = |stream: &PathBuf| {
         write_parquet(stream, folder, TornEnd::Refuse)?;
         std::fs::remove_file(stream).map_err(io_error("remove", stream))
     };
-    streams.par_iter().map(convert).collect()
+    if at_once {
+        streams.par_iter().map(convert).collect()
+    } else {
+        streams.iter().try_for_each(convert)
+    }
 }
 
 #[cfg(test)]

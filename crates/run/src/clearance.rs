@@ -1,6 +1,7 @@
 //! Clearance of a simulated robot.
 
 use crate::description::RunDescription;
+use crate::sink::ClearanceNeed;
 use robhaz_clearance::{BarPlace, ClearanceMeter, Clearances};
 use robhaz_model::Robot;
 use robhaz_scene::{Scene, TerrainChoice};
@@ -16,7 +17,11 @@ fn places(truth: &Truth) -> [BarPlace; 4] {
 }
 
 /// Measures the clearance of a simulated robot at a truth.
-pub struct TruthClearance(ClearanceMeter);
+pub struct TruthClearance {
+    meter: ClearanceMeter,
+    /// The least that [`Self::at_change`] has found, m.
+    least: f64,
+}
 
 impl TruthClearance {
     /// For the robot and the ground of a scene.
@@ -32,11 +37,31 @@ impl TruthClearance {
 
     fn new(robot: &Robot, terrain: &TerrainChoice) -> Self {
         let terrain = terrain.build(robot);
-        Self(ClearanceMeter::new(&robot.geometry, terrain))
+        Self {
+            meter: ClearanceMeter::new(&robot.geometry, terrain),
+            least: f64::INFINITY,
+        }
     }
 
     /// Clearance of body and links.
     pub fn at(&mut self, truth: &Truth) -> Clearances {
-        self.0.measure(&places(truth))
+        self.meter.measure(&places(truth))
+    }
+
+    /// Clearance of body and links where it matters for the least of a run and for touches: `None` where it is not below the
+    /// least that this function has found before and no bar touches the ground, or has just left it.
+    pub fn at_change(&mut self, truth: &Truth) -> Option<Clearances> {
+        let found = self.meter.measure_below(&places(truth), self.least)?;
+        self.least = self.least.min(found.least().1);
+        Some(found)
+    }
+
+    /// As far as sinks need it.
+    pub(crate) fn for_sinks(&mut self, truth: &Truth, need: ClearanceNeed) -> Option<Clearances> {
+        match need {
+            ClearanceNeed::Never => None,
+            ClearanceNeed::AtChanges => self.at_change(truth),
+            ClearanceNeed::Always => Some(self.at(truth)),
+        }
     }
 }

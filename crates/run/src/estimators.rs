@@ -9,6 +9,8 @@ use robhaz_model::Robot;
 use robhaz_scene::{ModelErrorTooLarge, Scene};
 use robhaz_sim::Truth;
 use robhaz_sim::sensors::Sensors;
+use std::num::NonZeroUsize;
+use std::sync::Mutex;
 use std::thread;
 
 /// The estimators of a run.
@@ -39,27 +41,30 @@ impl Estimators {
         &self.estimates
     }
 
-    /// Updates every estimator with the readings of several samples, each estimator on a thread of its own. Returns the
+    /// Updates every estimator with the readings of several samples, on all cores. Returns the
     /// estimates of one sample after the other, each in the order of the settings.
     pub(crate) fn update_all(
         &mut self,
         samples: &[Sample],
     ) -> Vec<Result<Estimate, EstimateError>> {
+        let count = self.estimators.len();
+        let mut of_each = vec![Vec::new(); count];
         let estimators = self.estimators.iter_mut().zip(&mut self.completed);
-        let of_each: Vec<Vec<_>> = thread::scope(|scope| {
-            let spawned: Vec<_> = estimators
-                .map(|(estimator, completed)| {
-                    scope.spawn(|| {
-                        let samples = samples.iter();
-                        let estimates = samples.map(|s| update(estimator, completed, &s.sensors));
-                        estimates.collect::<Vec<_>>()
-                    })
-                })
-                .collect();
-            let joined = spawned.into_iter().map(thread::ScopedJoinHandle::join);
-            joined
-                .map(|end| end.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
-                .collect()
+        let waiting = Mutex::new(estimators.zip(&mut of_each));
+        let next = || waiting.lock().map_or(None, |mut waiting| waiting.next());
+        let work = || {
+            while let Some(((estimator, completed), estimates)) = next() {
+                let samples = samples.iter();
+                estimates.extend(samples.map(|s| update(estimator, completed, &s.sensors)));
+            }
+        };
+        // No more threads than cores: a batch is short.
+        let threads = thread::available_parallelism().map_or(1, NonZeroUsize::get);
+        thread::scope(|scope| {
+            for _ in 1..threads.min(count) {
+                scope.spawn(work);
+            }
+            work();
         });
         let rows = (0..samples.len()).flat_map(|k| of_each.iter().map(move |of| of[k]));
         rows.collect()

@@ -36,10 +36,11 @@ pub use error::RunError;
 pub use estimators::{Estimators, Observers};
 pub use ground::FeltGround;
 pub use log_report::{ChannelReport, LogReport};
-pub use sink::{Frame, RunEnd, Sink, SinkError};
+pub use sink::{ClearanceNeed, Frame, RunEnd, Sink, SinkError};
 pub use source::{Sample, Simulation, Source, sensor_frame};
 
 use pipeline::Record;
+use robhaz_estimator::GroundPoint;
 use robhaz_scene::Scene;
 use std::time::{Duration, Instant};
 use tracing::debug;
@@ -74,8 +75,12 @@ pub struct Run {
     estimators: Estimators,
     /// The control, where it takes readings.
     driver: Option<Driver>,
-    /// Off the hot path: at records alone. `None` for recorded readings.
+    /// At records alone. `None` for recorded readings.
     clearance: Option<TruthClearance>,
+    /// At which records the sinks need the clearance.
+    clearance_need: ClearanceNeed,
+    /// Points of the ground that each estimator has completed, as far as records had them.
+    ground: Vec<Vec<GroundPoint>>,
     /// Whether source, estimators and sinks have threads of their own.
     on_threads: bool,
     /// Time spent without the sinks.
@@ -118,6 +123,8 @@ impl Run {
         Self {
             estimators: Estimators::new(&description.nominal_robot, settings),
             clearance: TruthClearance::of_run(&description),
+            clearance_need: ClearanceNeed::Always,
+            ground: vec![Vec::new(); description.estimators.len()],
             description,
             source,
             driver: None,
@@ -138,6 +145,8 @@ impl Run {
         stop: Stop<'_>,
     ) -> Result<RunEnd, RunError> {
         begin(&self.description, sinks)?;
+        let needs = sinks.iter().map(|sink| sink.clearance_need());
+        self.clearance_need = needs.max().unwrap_or(ClearanceNeed::Never);
         let result = if self.on_threads && self.driver.is_none() {
             self.on_several_threads(sinks, stop)
         } else {
@@ -173,7 +182,7 @@ impl Run {
         sinks: &mut [&mut dyn Sink],
         stop: Stop<'_>,
     ) -> Result<(), RunError> {
-        let time = &mut self.time;
+        let (time, completed) = (&mut self.time, &mut self.ground);
         let record = |record: Record<'_>| {
             if let Some(cause) = stop() {
                 return Err(RunError::Stopped { cause });
@@ -191,13 +200,14 @@ impl Run {
             for sink in sinks.iter_mut() {
                 sink.frame(&frame).map_err(RunError::Sink)?;
             }
+            add_completed(completed, &record.ground);
             *time = Some(sample.time);
             Ok(())
         };
         pipeline::run(
             self.source.as_mut(),
             &mut self.estimators,
-            self.clearance.as_mut(),
+            self.clearance.as_mut().map(|c| (c, self.clearance_need)),
             &mut self.wall,
             record,
         )
@@ -223,7 +233,8 @@ impl Run {
                 continue;
             }
             let truth = sample.truth.as_ref();
-            let clearances = self.clearance.as_mut().zip(truth).map(|(c, t)| c.at(t));
+            let clearance = self.clearance.as_mut().zip(truth);
+            let clearances = clearance.and_then(|(c, t)| c.for_sinks(t, self.clearance_need));
             let frame = Frame {
                 time: sample.time,
                 clearances,
@@ -236,22 +247,24 @@ impl Run {
             for sink in sinks.iter_mut() {
                 sink.frame(&frame).map_err(RunError::Sink)?;
             }
+            add_completed(&mut self.ground, &frame.ground);
             self.estimators.forget_completed();
             self.time = Some(sample.time);
         }
     }
 
     /// How the run ended. `None` without a record.
-    fn end(&self, error: Option<&RunError>) -> Option<RunEnd> {
+    fn end(&mut self, error: Option<&RunError>) -> Option<RunEnd> {
         let last = self.time?;
-        let ground = self.estimators.ground();
-        let remaining = |k: usize| {
-            let completed = ground.completed(k).iter().copied();
-            completed.chain(ground.in_memory(k)).collect()
+        let rest = self.estimators.ground();
+        let whole = |(k, mut points): (usize, Vec<GroundPoint>)| {
+            points.extend_from_slice(rest.completed(k));
+            points.extend(rest.in_memory(k));
+            points.into()
         };
-        let count = self.description.estimators.len();
+        let completed = std::mem::take(&mut self.ground);
         Some(RunEnd {
-            ground: (0..count).map(remaining).collect(),
+            ground: completed.into_iter().enumerate().map(whole).collect(),
             duration: match error {
                 None => self.description.record.duration,
                 Some(_) => last,
@@ -266,6 +279,13 @@ impl Run {
                 .collect(),
             log: self.source.log_report(),
         })
+    }
+}
+
+/// Adds the points that the estimators have completed for a record.
+fn add_completed(to: &mut [Vec<GroundPoint>], ground: &FeltGround<'_>) {
+    for (k, points) in to.iter_mut().enumerate() {
+        points.extend_from_slice(ground.completed(k));
     }
 }
 

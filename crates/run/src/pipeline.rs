@@ -12,6 +12,7 @@ use crate::clearance::TruthClearance;
 use crate::error::RunError;
 use crate::estimators::Estimators;
 use crate::ground::FeltGround;
+use crate::sink::ClearanceNeed;
 use crate::source::{Sample, Source};
 use robhaz_clearance::Clearances;
 use robhaz_estimator::{Estimate, EstimateError, GroundPoint};
@@ -41,8 +42,8 @@ struct Batch {
     samples: Samples,
     /// Estimates of one sample after the other.
     estimates: Vec<Result<Estimate, EstimateError>>,
-    /// Clearances of one record after the other; none for recorded readings.
-    clearances: Vec<Clearances>,
+    /// Clearances of one record after the other, where a sink needs them; none for recorded readings.
+    clearances: Vec<Option<Clearances>>,
     /// Points of the ground that each estimator has completed.
     completed: Vec<Vec<GroundPoint>>,
     /// Points in the memory of each estimator, for the last sample; none where it does not have them.
@@ -67,7 +68,7 @@ pub(crate) struct Record<'a> {
 pub(crate) fn run(
     source: &mut (dyn Source + Send),
     estimators: &mut Estimators,
-    clearance: Option<&mut TruthClearance>,
+    clearance: Option<(&mut TruthClearance, ClearanceNeed)>,
     wall: &mut Duration,
     mut record: impl FnMut(Record<'_>) -> Result<(), RunError>,
 ) -> Result<(), RunError> {
@@ -151,7 +152,7 @@ fn next_batch(source: &mut dyn Source, next_ground: &mut f64) -> (Samples, bool)
 /// Estimates all samples. Returns the time that it took.
 fn estimate_all(
     estimators: &mut Estimators,
-    mut clearance: Option<&mut TruthClearance>,
+    mut clearance: Option<(&mut TruthClearance, ClearanceNeed)>,
     read: &Receiver<Samples>,
     out: &SyncSender<Batch>,
 ) -> Duration {
@@ -160,7 +161,7 @@ fn estimate_all(
         let start = Instant::now();
         let of_samples = &samples.samples;
         let (estimates, clearances) = thread::scope(|scope| {
-            let clearance = clearance.as_deref_mut();
+            let clearance = clearance.as_mut().map(|(c, need)| (&mut **c, *need));
             let measuring = scope.spawn(|| clearances(clearance, of_samples));
             let estimates = estimators.update_all(of_samples);
             match measuring.join() {
@@ -188,13 +189,18 @@ fn estimate_all(
 }
 
 /// Clearances at the records among samples.
-fn clearances(clearance: Option<&mut TruthClearance>, samples: &[Sample]) -> Vec<Clearances> {
-    let Some(clearance) = clearance else {
+fn clearances(
+    clearance: Option<(&mut TruthClearance, ClearanceNeed)>,
+    samples: &[Sample],
+) -> Vec<Option<Clearances>> {
+    let Some((clearance, need)) = clearance else {
         return Vec::new();
     };
     let records = samples.iter().filter(|sample| sample.is_record);
     let truths = records.filter_map(|sample| sample.truth.as_ref());
-    truths.map(|truth| clearance.at(truth)).collect()
+    truths
+        .map(|truth| clearance.for_sinks(truth, need))
+        .collect()
 }
 
 /// Hands the records of a batch on. The points of the ground go with the last one.
@@ -219,7 +225,7 @@ fn records(
         record(Record {
             sample,
             estimates: estimates.unwrap_or_default(),
-            clearances: clearances.next().copied(),
+            clearances: clearances.next().copied().flatten(),
             ground,
         })?;
         if is_last {

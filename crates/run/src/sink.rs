@@ -7,6 +7,7 @@ use robhaz_clearance::Clearances;
 use robhaz_estimator::{Estimate, EstimateError, FrictionTestResult, GroundPoint, SensorFrame};
 use robhaz_model::WheelCommand;
 use robhaz_sim::Truth;
+use std::sync::Arc;
 
 /// One record of a run.
 #[derive(Clone, Copy, Debug)]
@@ -15,7 +16,8 @@ pub struct Frame<'a> {
     pub time: f64,
     /// The simulated truth. `None` for recorded readings.
     pub truth: Option<&'a Truth>,
-    /// Clearance of body and links to the ground, by the truth. `None` for recorded readings.
+    /// Clearance of body and links to the ground, by the truth. `None` for recorded readings, and where no sink of the run
+    /// needs it: see [`Sink::clearance_need`].
     pub clearances: Option<Clearances>,
     /// The readings of the sensors.
     pub sensors: &'a SensorFrame,
@@ -37,9 +39,9 @@ pub struct RunEnd {
     pub wall: f64,
     /// Mean integration step of the simulation, s. `None` for recorded readings.
     pub step: Option<f64>,
-    /// The ground of each estimator that no record has completed: the rest of the profile, in the order of
-    /// [`RunDescription::estimators`].
-    pub ground: Vec<Vec<GroundPoint>>,
+    /// The whole ground that each estimator has found, in the order of [`RunDescription::estimators`]: the points that the
+    /// records have completed, and the rest. Sinks share it.
+    pub ground: Vec<Arc<[GroundPoint]>>,
     /// Why the run ended before its source did, for the user. `None` for a complete run.
     pub broken_off: Option<String>,
     /// Results of the friction tests, in their order.
@@ -60,11 +62,27 @@ impl RunEnd {
     }
 }
 
+/// At which records a sink needs the clearance of body and links.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum ClearanceNeed {
+    /// At none.
+    Never,
+    /// Where it is less than at all records before, and where a bar touches the ground or leaves it: much cheaper than always.
+    AtChanges,
+    /// At every record.
+    Always,
+}
+
 /// Why a sink cannot go on, for the user.
 pub type SinkError = Box<dyn std::error::Error + Send + Sync>;
 
 /// A receiver of records: tables, figures, a recording, a progress bar. It never calls back.
 pub trait Sink {
+    /// At which records [`Frame::clearances`] must be there. Asked before the first record.
+    fn clearance_need(&self) -> ClearanceNeed {
+        ClearanceNeed::Always
+    }
+
     /// Called before the first record.
     ///
     /// # Errors

@@ -65,9 +65,12 @@ impl Sink for Kept {
     }
 
     fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
-        let rest = end.iter().flat_map(|end| &end.ground);
-        for (points, rest) in self.ground.iter_mut().zip(rest) {
-            points.extend_from_slice(rest);
+        // The records have had the first points of the whole.
+        let wholes = end.iter().flat_map(|end| &end.ground);
+        for (points, whole) in self.ground.iter_mut().zip(wholes) {
+            let first = whole.get(..points.len());
+            assert_eq!(format!("{first:?}"), format!("{:?}", Some(&points[..])));
+            *points = whole.to_vec();
         }
         self.ends.push(end.cloned());
         Ok(())

@@ -207,12 +207,10 @@ impl EventDetector {
     }
 
     fn bar_events(&mut self, clearances: &Clearances) -> impl Iterator<Item = EventKind> {
-        let bars = Bar::ALL.into_iter().zip(clearances.0);
+        let bars = Bar::ALL.into_iter().zip(clearances.touching());
         bars.zip(&mut self.touching)
-            // A clearance that is not a number tells nothing.
-            .filter(|((_, clearance), _)| !clearance.is_nan())
-            .filter_map(|((bar, clearance), touching)| {
-                let touches = clearance <= 0.0;
+            .filter_map(|((bar, touches), touching)| {
+                let touches = touches?;
                 let before = std::mem::replace(touching, touches);
                 (before != touches).then_some(if touches {
                     EventKind::BarTouches(bar)
@@ -342,7 +340,7 @@ mod tests {
             [-0.1, 0.1],
         ];
         for (k, [body, link3]) in (0_u32..).zip(samples) {
-            let clearances = Clearances([body, 0.3, 0.3, link3]);
+            let clearances = Clearances::of([body, 0.3, 0.3, link3]);
             let truth = truth(f64::from(k), 1, 0.0, 0.0);
             detector.sample(&truth, Some(&clearances), &mut |event| {
                 counts.add(&event);

@@ -85,26 +85,14 @@ impl EnergyWatch {
 mod tests {
     use super::*;
     use crate::balance::Balance;
-    use crate::contact::ContactLaw;
-    use crate::friction::FrictionLaw;
     use crate::{EngineKind, Plant, PlantSetup, StartKind};
-    use robhaz_terrain::{Profile, Terrain};
+    use robhaz_terrain::Profile;
 
     fn setup(engine: EngineKind, profile: Profile) -> PlantSetup {
         PlantSetup {
-            robot: Robot::default_a(),
-            terrain: Terrain::new(profile),
-            contact: ContactLaw::default(),
-            friction: FrictionLaw::default(),
-            stretches: Vec::new(),
-            rolling: Default::default(),
-            drive: Default::default(),
-            start: StartKind::Settled,
             engine,
-            step: 1.25e-4,
             tolerance: 1e-4,
-            period: 1e-3,
-            balance: false,
+            ..PlantSetup::on(profile)
         }
     }
 

@@ -375,8 +375,6 @@ fn axes(contact: &Contact, wheel: &WheelMotion) -> Result<(Vec2, Vec2, f64), Bel
 #[allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
 mod tests {
     use super::*;
-    use crate::EngineKind;
-    use robhaz_model::Robot;
     use robhaz_terrain::Profile;
 
     fn ground(profile: Profile, stretches: &[(f64, f64, f64)]) -> Ground {
@@ -387,19 +385,8 @@ mod tests {
             mu_d: mu,
         };
         Ground::new(&PlantSetup {
-            robot: Robot::default_a(),
-            terrain: Terrain::new(profile),
-            contact: ContactLaw::default(),
-            friction: FrictionLaw::default(),
             stretches: stretches.iter().map(stretch).collect(),
-            rolling: Default::default(),
-            drive: Default::default(),
-            start: Default::default(),
-            engine: EngineKind::Direct,
-            step: 1e-4,
-            tolerance: 1e-4,
-            period: 1e-3,
-            balance: false,
+            ..PlantSetup::on(profile)
         })
     }
 

@@ -99,6 +99,26 @@ pub struct PlantSetup {
 }
 
 impl PlantSetup {
+    /// For tests: the default robot on a ground, with the defaults of a scene and the engine `direct`.
+    #[cfg(test)]
+    pub(crate) fn on(profile: robhaz_terrain::Profile) -> Self {
+        Self {
+            robot: Robot::default_a(),
+            terrain: Terrain::new(profile),
+            contact: ContactLaw::default(),
+            friction: FrictionLaw::default(),
+            stretches: Vec::new(),
+            rolling: RollingResistance::default(),
+            drive: Drive::default(),
+            start: StartKind::Settled,
+            engine: EngineKind::Direct,
+            step: 1.25e-4,
+            tolerance: 1e-5,
+            period: 1e-3,
+            balance: false,
+        }
+    }
+
     /// Penetration of a wheel at rest under the mean wheel load, m.
     pub(crate) fn mean_penetration(&self) -> f64 {
         self.contact

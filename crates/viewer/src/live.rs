@@ -15,7 +15,7 @@ use rerun::grpc_server::GrpcServerSink;
 use rerun::sink::GrpcSink;
 use robhaz_estimator::{Estimate, EstimateError, SensorFrame};
 use robhaz_model::WheelCommand;
-use robhaz_run::{FeltGround, Frame, RunDescription, RunEnd, Sink, SinkError};
+use robhaz_run::{ClearanceNeed, FeltGround, Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_sim::Truth;
 use std::ffi::OsStr;
 use std::net::{SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
@@ -173,6 +173,10 @@ impl LiveSink {
 }
 
 impl Sink for LiveSink {
+    fn clearance_need(&self) -> ClearanceNeed {
+        ClearanceNeed::AtChanges
+    }
+
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
         let link = self.link.take().ok_or_else(|| ViewerError::Used {
             destination: self.address.clone(),

@@ -5,7 +5,7 @@ use crate::layout::Playing;
 use crate::rates::{rates, thinning};
 use crate::recorder::{Recorder, Sampler, Ticker};
 use crate::writer::{Background, RrdFile};
-use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
+use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
 use std::fs::File;
 use std::path::Path;
 
@@ -48,6 +48,10 @@ impl RecordingSink {
 }
 
 impl Sink for RecordingSink {
+    fn clearance_need(&self) -> ClearanceNeed {
+        ClearanceNeed::AtChanges
+    }
+
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
         let destination = &self.destination;
         let file = self.file.take().ok_or_else(|| ViewerError::Used {

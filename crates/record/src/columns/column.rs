@@ -16,6 +16,30 @@ pub enum Value {
     Count(u32),
 }
 
+/// Takes the values of a column: those of its [`Kind`].
+pub trait Cells {
+    /// Takes a [`Value::Float`].
+    fn float(&mut self, value: f64);
+    /// Takes a [`Value::Optional`].
+    fn optional(&mut self, value: Option<f64>);
+    /// Takes a [`Value::Count`].
+    fn count(&mut self, value: u32);
+}
+
+impl Cells for Value {
+    fn float(&mut self, value: f64) {
+        *self = Self::Float(value);
+    }
+
+    fn optional(&mut self, value: Option<f64>) {
+        *self = Self::Optional(value);
+    }
+
+    fn count(&mut self, value: u32) {
+        *self = Self::Count(value);
+    }
+}
+
 /// The kind of [`Value`] that a column holds. It never changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
@@ -54,18 +78,23 @@ impl Column {
     /// This column's value in a record. A column of the truth has none, `Value::Optional(None)`, in a record without
     /// truth: tables of the truth have no row for it.
     pub fn value(&self, frame: &Frame<'_>) -> Value {
-        match &self.source {
-            Source::Float(get) => Value::Float(get(frame)),
-            Source::Optional(get) => Value::Optional(get(frame).filter(|v| v.is_finite())),
-            Source::Truth(get) => frame
-                .truth
-                .map_or(Value::Optional(None), |t| Value::Float(get(t))),
-            Source::OptionalOfTruth(get) => {
-                Value::Optional(frame.truth.and_then(get).filter(|v| v.is_finite()))
+        let mut value = Value::Optional(None);
+        self.pass(frame, &mut value);
+        value
+    }
+
+    /// Passes this column's value in a record to `to`, as [`Self::value`], but faster: its kind is asked for once.
+    #[inline]
+    pub fn pass(&self, frame: &Frame<'_>, to: &mut impl Cells) {
+        match (&self.source, frame.truth) {
+            (Source::Float(get), _) => to.float(get(frame)),
+            (Source::Optional(get), _) => to.optional(get(frame).filter(|v| v.is_finite())),
+            (Source::Truth(get), Some(truth)) => to.float(get(truth)),
+            (Source::OptionalOfTruth(get), truth) => {
+                to.optional(truth.and_then(get).filter(|v| v.is_finite()));
             }
-            Source::CountOfTruth(get) => frame
-                .truth
-                .map_or(Value::Optional(None), |t| Value::Count(get(t))),
+            (Source::CountOfTruth(get), Some(truth)) => to.count(get(truth)),
+            (_, None) => to.optional(None),
         }
     }
 

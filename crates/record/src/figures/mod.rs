@@ -29,7 +29,7 @@ use ground::GroundTraces;
 use needed_friction::NeededFriction;
 use rayon::prelude::*;
 use robhaz_path::{PathReport, PathSetup};
-use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
+use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
 use run::RunTraces;
 use std::path::{Path, PathBuf};
 
@@ -145,6 +145,10 @@ pub fn write_needed_friction(
 }
 
 impl Sink for FigureSink {
+    fn clearance_need(&self) -> ClearanceNeed {
+        ClearanceNeed::Never
+    }
+
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
         for estimator in &run.estimators {
             check_name(&estimator.label, &self.folder)?;

@@ -10,7 +10,7 @@ use super::parts::{
 use super::suspects::{Suspects, add_suspects};
 use crate::error::RecordError;
 use crate::felt_ground::FeltGrounds;
-use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
+use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_score::contact::ContactScore;
 use robhaz_score::events::{EventCounts, EventDetector};
 use robhaz_score::{ProgressMeter, Rule, Score};
@@ -129,6 +129,10 @@ impl SummarySink {
 }
 
 impl Sink for SummarySink {
+    fn clearance_need(&self) -> ClearanceNeed {
+        ClearanceNeed::AtChanges
+    }
+
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
         let rule = Rule {
             compare_from: run.record.compare_from,

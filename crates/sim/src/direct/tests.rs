@@ -1,29 +1,11 @@
 use super::radau::Work;
 use super::*;
+use crate::StartKind;
 use crate::friction::Stretch;
-use crate::{EngineKind, StartKind};
 use nalgebra::SMatrix;
 use problem::{Model, System};
-use robhaz_model::{Geometry, Robot};
-use robhaz_terrain::{Course, Profile, Ramp, Sine, Terrain};
-
-fn setup(profile: Profile) -> PlantSetup {
-    PlantSetup {
-        robot: Robot::default_a(),
-        terrain: Terrain::new(profile),
-        contact: Default::default(),
-        friction: Default::default(),
-        stretches: Vec::new(),
-        rolling: Default::default(),
-        drive: Drive::default(),
-        start: StartKind::Settled,
-        engine: EngineKind::Direct,
-        step: 1e-4,
-        tolerance: 1e-5,
-        period: 1e-3,
-        balance: false,
-    }
-}
+use robhaz_model::Geometry;
+use robhaz_terrain::{Course, Profile, Ramp, Sine};
 
 /// N of the three wheels at each record, and the work that it took.
 fn run(setup: &PlantSetup, records: u64) -> Result<(Vec<[f64; 3]>, Work, u64), PlantError> {
@@ -61,7 +43,7 @@ fn the_work_is_known() {
             [340, 55, 2725, 205, 342, 38_796],
         ),
     ] {
-        let (_, work, queries) = run(&setup(profile), 10_001).unwrap();
+        let (_, work, queries) = run(&PlantSetup::on(profile), 10_001).unwrap();
         let found = [
             work.steps,
             work.rejected,
@@ -110,7 +92,7 @@ fn no_record_errs_where_the_ground_jumps() {
         ("smooth", Profile::smooth()),
     ] {
         for variant in 0..4 {
-            let mut setup = setup(profile.clone());
+            let mut setup = PlantSetup::on(profile.clone());
             match variant {
                 1 => {
                     setup.robot.geometry = Geometry::b();
@@ -141,7 +123,7 @@ fn no_record_errs_where_the_ground_jumps() {
 /// penetration of 0.57 mm; ten times that is allowed; for a real and a complex shift, on a slope in motion.
 #[test]
 fn the_jacobian_is_that_of_the_rates() {
-    let setup = setup(Profile::smooth());
+    let setup = PlantSetup::on(Profile::smooth());
     let mut engine = DirectEngine::new(&setup, &Start::new(&setup).unwrap());
     for time in [0.9, 3.0, 6.0] {
         let (y, _) = engine.at(time).unwrap();

@@ -50,27 +50,9 @@ fn raw(setup: &PlantSetup) -> Result<Start, PlantError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{EngineKind, NoRest};
-    use robhaz_model::{Robot, StanceError};
-    use robhaz_terrain::{Heights, Interpolation, Profile, Terrain};
-
-    fn setup(profile: Profile) -> PlantSetup {
-        PlantSetup {
-            robot: Robot::default_a(),
-            terrain: Terrain::new(profile),
-            contact: Default::default(),
-            friction: Default::default(),
-            stretches: Vec::new(),
-            rolling: Default::default(),
-            drive: Default::default(),
-            start: StartKind::Settled,
-            engine: EngineKind::Direct,
-            step: 1.25e-4,
-            tolerance: 1e-5,
-            period: 1e-3,
-            balance: false,
-        }
-    }
+    use crate::NoRest;
+    use robhaz_model::StanceError;
+    use robhaz_terrain::{Heights, Interpolation, Profile};
 
     fn slope(slope: f64) -> Profile {
         let points = [-5.0, 5.0].map(|x| Vec2::new(x, slope * x)).to_vec();
@@ -84,9 +66,9 @@ mod tests {
     /// Each start that fails states its reason.
     #[test]
     fn a_start_that_fails_says_why() {
-        assert_eq!(refusal(&setup(Profile::Flat)), None);
+        assert_eq!(refusal(&PlantSetup::on(Profile::Flat)), None);
 
-        let mut weak = setup(slope(0.2));
+        let mut weak = PlantSetup::on(slope(0.2));
         assert_eq!(refusal(&weak), None);
         weak.drive.torque_limit = 0.1;
         let found = refusal(&weak);
@@ -95,7 +77,7 @@ mod tests {
             "{found:?}"
         );
 
-        let mut slippery = setup(slope(0.2));
+        let mut slippery = PlantSetup::on(slope(0.2));
         slippery.friction.mu_s = 0.1;
         slippery.friction.mu_d = 0.1;
         let found = refusal(&slippery);
@@ -104,7 +86,7 @@ mod tests {
             "{found:?}"
         );
 
-        let mut tipping = setup(Profile::Flat);
+        let mut tipping = PlantSetup::on(Profile::Flat);
         tipping.robot.geometry.body_cg.x = 1.0;
         let found = refusal(&tipping);
         assert!(
@@ -115,7 +97,7 @@ mod tests {
             "{found:?}"
         );
 
-        let mut hollow = setup(slope(0.2));
+        let mut hollow = PlantSetup::on(slope(0.2));
         hollow.start = StartKind::Raw;
         let found = refusal(&hollow)
             .map(|why| why.to_string())

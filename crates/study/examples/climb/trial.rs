@@ -143,7 +143,9 @@ impl Trial {
             let stop = &geometry.stop;
             let to_stop = (stop.upper - opening).min(opening - stop.lower);
             drove.stop_margin = drove.stop_margin.min(to_stop);
-            drove.clearance = drove.clearance.min(meter.at(&truth).least().1);
+            if let Some(found) = meter.at_change(&truth) {
+                drove.clearance = drove.clearance.min(found.least().1);
+            }
             if x > best + FARTHER {
                 (best, since) = (x, truth.time);
             }

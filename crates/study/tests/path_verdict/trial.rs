@@ -3,6 +3,7 @@
 use crate::grounds::{Kind, RandomPath, random_path};
 use robhaz_path::{DriveKind, Options, PathReport, PathSetup, judge};
 use robhaz_run::{DrivenPlant, TruthClearance};
+use robhaz_sim::Truth;
 use std::error::Error;
 
 pub type Outcome<T> = Result<T, Box<dyn Error + Send + Sync>>;
@@ -55,7 +56,7 @@ impl Drove {
                 (best, since) = (x, truth.time);
             }
             let waited = truth.time - since.max(scene.drive.start_time);
-            let end = if sample.is_multiple_of(10) && meter.at(&truth).touches() {
+            let end = if sample.is_multiple_of(10) && touches(&mut meter, &truth) {
                 "touched"
             } else if x >= goal {
                 "passed"
@@ -133,4 +134,10 @@ impl Trial {
         let (words, goal) = (&self.words, self.goal);
         format!("{words}: {end} at {x:.3} of {goal:.3} m; {verdict}")
     }
+}
+
+/// Whether a bar touches the ground.
+fn touches(meter: &mut TruthClearance, truth: &Truth) -> bool {
+    let found = meter.at_change(truth);
+    found.is_some_and(|clearances| clearances.touches())
 }

@@ -62,7 +62,7 @@ impl Sink for Eventful {
             0.05
         };
         self.0.frame(&Frame {
-            clearances: Some(Clearances([body, 0.1, 0.1, 0.1])),
+            clearances: Some(Clearances::of([body, 0.1, 0.1, 0.1])),
             time: frame.time,
             truth: Some(&truth),
             sensors: frame.sensors,
