@@ -3,5 +3,6 @@
 mod documents;
 mod equivalence;
 mod faults;
+mod formats;
 mod messages_and_clocks;
 mod recorded;

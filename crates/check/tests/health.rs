@@ -205,12 +205,15 @@ fn honest_sensors_raise_no_alarm() -> Result<(), Failure> {
 /// No alarm with honest sensors in 100 seeds of any shipped scene, with both drives, grades, and with and without contact
 /// angles.
 #[test]
-#[ignore = "a quarter of an hour of two cores"]
+#[ignore = "a quarter of an hour of two cores; one alarm is known: stairs, geometry A, soft drive, poor sensors, seed 26"]
 fn honest_sensors_raise_no_alarm_in_100_seeds() -> Result<(), Failure> {
-    // A number of seeds in the environment variable SEEDS makes it shorter.
+    // A number of seeds in the environment variable SEEDS, or the name of a scene in SCENE, makes it shorter.
     let stated = std::env::var("SEEDS").ok();
     let seeds = stated.and_then(|n| n.parse().ok()).unwrap_or(100);
-    let (alarms, _, _) = alarms(&SCENES, seeds)?;
+    let one = std::env::var("SCENE").ok();
+    let is_chosen = |name: &str| one.as_ref().is_none_or(|one| one == name);
+    let scenes: Vec<_> = SCENES.into_iter().filter(|s| is_chosen(s.0)).collect();
+    let (alarms, _, _) = alarms(&scenes, seeds)?;
     assert_eq!(alarms, 0);
     Ok(())
 }

@@ -109,6 +109,10 @@ impl Log {
     pub fn into_run(self) -> Result<Run, LogError> {
         let description =
             RunDescription::of_log(&self.name, self.fingerprint, self.record, &self.choice);
+        let description = RunDescription {
+            has_truth: self.plan.channels.iter().any(|channel| channel.is_truth),
+            ..description
+        };
         Ok(Run::of(description, self.into_source()?))
     }
 

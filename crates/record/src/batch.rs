@@ -129,6 +129,17 @@ impl BatchBuilder {
         true
     }
 
+    /// Adds the rows of several records, column after column: faster than row after row.
+    pub fn push_all(&mut self, frames: &[Frame<'_>]) {
+        let frames: Vec<_> = frames.iter().filter(|f| self.table.has_row(f)).collect();
+        for (buffer, column) in self.buffers.iter_mut().zip(&self.table.columns) {
+            for frame in &frames {
+                column.pass(frame, buffer);
+            }
+        }
+        self.rows += frames.len();
+    }
+
     /// Makes room for more rows, where their number is known.
     pub fn reserve(&mut self, rows: usize) {
         for buffer in &mut self.buffers {

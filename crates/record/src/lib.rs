@@ -24,7 +24,7 @@ mod columns;
 mod comparison;
 mod csv_table;
 mod dataset;
-mod direct_table;
+mod direct_tables;
 mod error;
 mod estimator_rows;
 mod felt_ground;

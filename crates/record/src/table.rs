@@ -2,7 +2,7 @@
 
 use crate::columns::Table;
 use crate::csv_table::{CsvTable, write_columns};
-use crate::direct_table::DirectTable;
+use crate::direct_tables::DirectTables;
 use crate::error::{RecordError, check_name, io_error};
 use crate::felt_ground::FeltGrounds;
 use crate::format::TableFormat;
@@ -21,34 +21,13 @@ const SHORT: u64 = 1_000_000;
 enum Writer {
     /// Becomes Parquet at the end.
     Stream(Box<StreamTable>),
-    /// Of recorded readings.
-    Direct(Box<DirectTable>),
     Csv(CsvTable),
 }
 
 impl Writer {
-    fn create(
-        folder: &Path,
-        format: TableFormat,
-        table: Table,
-        run: &RunDescription,
-    ) -> Result<Self, RecordError> {
-        let metadata = metadata(run);
-        Ok(match (format, &run.world) {
-            (TableFormat::Csv, _) => Self::Csv(CsvTable::create(folder, table)?),
-            (TableFormat::Parquet, Some(_)) => {
-                Self::Stream(Box::new(StreamTable::create(folder, table, &metadata)?))
-            }
-            (TableFormat::Parquet, None) => {
-                Self::Direct(Box::new(DirectTable::create(folder, table, &metadata)?))
-            }
-        })
-    }
-
     fn push(&mut self, frame: &Frame<'_>) -> Result<(), RecordError> {
         match self {
             Self::Stream(table) => table.push(frame),
-            Self::Direct(table) => table.push(frame),
             Self::Csv(table) => table.push(frame),
         }
     }
@@ -66,6 +45,8 @@ pub struct TableSink {
     folder: PathBuf,
     format: TableFormat,
     writers: Vec<Writer>,
+    /// Parquet tables of recorded readings.
+    direct: DirectTables,
     /// The ground that the estimators find: its tables are written at the end.
     grounds: Option<(RunDescription, FeltGrounds)>,
     /// Whether the Parquet tables can be made at once: see [`SHORT`].
@@ -81,6 +62,7 @@ impl TableSink {
             folder: folder.to_path_buf(),
             format,
             writers: Vec::new(),
+            direct: DirectTables::default(),
             grounds: None,
             is_short: true,
             failed: false,
@@ -100,8 +82,20 @@ impl TableSink {
         }
         self.grounds = Some((run.clone(), FeltGrounds::new(run)));
         write_terrain(folder, self.format, run, &metadata(run))?;
-        let create = |table| Writer::create(folder, self.format, table, run);
-        self.writers = tables.into_iter().map(create).collect::<Result<_, _>>()?;
+        let metadata = metadata(run);
+        for table in tables {
+            let writer = match (self.format, &run.world) {
+                (TableFormat::Csv, _) => Writer::Csv(CsvTable::create(folder, table)?),
+                (TableFormat::Parquet, Some(_)) => {
+                    Writer::Stream(Box::new(StreamTable::create(folder, table, &metadata)?))
+                }
+                (TableFormat::Parquet, None) => {
+                    self.direct.add(folder, table, &metadata)?;
+                    continue;
+                }
+            };
+            self.writers.push(writer);
+        }
         Ok(())
     }
 
@@ -112,7 +106,7 @@ impl TableSink {
         for writer in &mut self.writers {
             writer.push(frame)?;
         }
-        Ok(())
+        self.direct.push(frame)
     }
 
     fn write_grounds(&mut self, end: Option<&RunEnd>) -> Result<(), RecordError> {
@@ -145,7 +139,7 @@ impl Sink for TableSink {
 
     fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
         // One table that cannot be closed must not keep the others open.
-        let mut first_failure = None;
+        let mut first_failure = self.direct.close().err();
         let mut streams = Vec::new();
         for writer in self.writers.drain(..) {
             let closed = match writer {
@@ -154,7 +148,6 @@ impl Sink for TableSink {
                     streams.push(table.path().to_path_buf());
                     closed
                 }
-                Writer::Direct(mut table) => table.close(),
                 Writer::Csv(mut table) => table.close(),
             };
             if let Err(error) = closed {

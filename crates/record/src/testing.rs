@@ -75,6 +75,7 @@ pub fn described(scene: &Scene) -> RunDescription {
 /// The description of recorded readings with the estimators of [`scene`].
 pub fn log() -> RunDescription {
     RunDescription {
+        has_truth: false,
         world: None,
         ..described(&scene())
     }

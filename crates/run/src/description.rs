@@ -30,6 +30,8 @@ pub struct RunDescription {
     pub nominal_robot: Robot,
     /// Nominal viscous damping B, N m s.
     pub nominal_damping: f64,
+    /// Whether its records have the truth: those of a simulation, and of a log with a table of true forces.
+    pub has_truth: bool,
     /// What only a simulation has. `None` for a log.
     pub world: Option<World>,
 }
@@ -101,6 +103,7 @@ impl RunDescription {
             robot: scene.robot.clone(),
             nominal_robot: scene.nominal_robot()?,
             nominal_damping: scene.model_error.nominal_damping(damping),
+            has_truth: true,
             world: Some(World {
                 seed: scene.seed,
                 engine: scene.engine.kind,
@@ -141,6 +144,7 @@ impl RunDescription {
             robot: choice.robot.clone(),
             nominal_robot: choice.robot.robot.clone(),
             nominal_damping: choice.viscous_damping,
+            has_truth: false,
             world: None,
         }
     }

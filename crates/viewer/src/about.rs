@@ -11,6 +11,9 @@ pub(crate) fn page(run: &RunDescription, chosen: Option<usize>, thinning: f64) -
     let scale = ForceScale::new(&robot.robot);
     let source = match &run.world {
         Some(world) => format!("terrain {}", world.terrain.kind),
+        None if run.has_truth => {
+            "recorded readings, compared with a table of true forces".to_owned()
+        }
         None => "recorded readings without truth".to_owned(),
     };
     let mut text = format!(

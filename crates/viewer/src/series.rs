@@ -21,6 +21,8 @@ pub(crate) struct Series {
     chosen: Option<usize>,
     /// Wheel radius, m.
     radius: f64,
+    /// Whether the plots have true lines.
+    has_truth: bool,
     /// Friction of the ground. `None` for recorded readings.
     friction_law: Option<(FrictionLaw, Vec<Stretch>)>,
     true_normal: [Plot; 3],
@@ -42,11 +44,11 @@ pub(crate) struct Series {
 }
 
 impl Series {
-    /// The series of a run. Recorded readings have no true lines. `chosen` is the index of the estimator whose friction
+    /// The series of a run. Recorded readings without a table of the truth have no true lines. `chosen` is the index of the estimator whose friction
     /// and residual are shown.
     pub(crate) fn new(run: &RunDescription, chosen: Option<usize>) -> Self {
         let names: Vec<&str> = run.estimators.iter().map(|e| e.label.as_str()).collect();
-        let has_truth = run.world.is_some();
+        let has_truth = run.has_truth;
         let truth_name = has_truth.then_some("true");
         let estimates = |unit: &str| -> Vec<Line> {
             let lines = names.iter().enumerate();
@@ -91,6 +93,7 @@ impl Series {
         Self {
             chosen,
             radius: run.robot.robot.geometry.wheel_radius,
+            has_truth,
             friction_law: run
                 .world
                 .as_ref()
@@ -137,8 +140,7 @@ impl Series {
 
     /// Adds one record.
     pub(crate) fn push(&mut self, frame: &Frame<'_>) {
-        // The number of lines of a plot is fixed: without a world it has no true lines.
-        let truth = frame.truth.filter(|_| self.friction_law.is_some());
+        let truth = frame.truth.filter(|_| self.has_truth);
         let time = frame.time;
         for i in 0..3 {
             self.push_forces(frame, truth, i);
@@ -149,7 +151,7 @@ impl Series {
                 errors.map(|e| or_gap(e, |e| rms_over_wheels(e, truth).unwrap_or(f64::NAN)));
             self.rms_error.push(time, errors);
         }
-        let angles = truth.map(|t| t.wheels.each_ref().map(|w| or_gap_of(w, |c| c.angle)));
+        let angles = self.true_lines(truth, |w| or_gap_of(w, |c| c.angle));
         let given = frame.sensors.contact_angle;
         let given = given.map(|g| g.unwrap_or(f64::NAN));
         let angles = angles.into_iter().flatten().chain(given);
@@ -194,7 +196,8 @@ impl Series {
         let traction = |e: &_| or_gap(e, |e: &Estimate| e.traction[i]);
         let estimates = frame.estimates;
         self.normal[i].push(time, estimates.iter().map(normal));
-        let tractions = wheel.map(|w| w.traction).into_iter();
+        let true_traction = wheel.map_or(f64::NAN, |w| w.traction);
+        let tractions = self.has_truth.then_some(true_traction).into_iter();
         self.traction[i].push(time, tractions.chain(estimates.iter().map(traction)));
         let Some(wheel) = wheel else {
             return;
@@ -211,11 +214,19 @@ impl Series {
         }
     }
 
+    /// Values of the true lines of all wheels: gaps in a record without truth. `None`: the plots have no such lines.
+    fn true_lines(
+        &self,
+        truth: Option<&Truth>,
+        value: impl Fn(&WheelTruth) -> f64,
+    ) -> Option<[f64; 3]> {
+        let values = truth.map_or([f64::NAN; 3], |t| t.wheels.each_ref().map(value));
+        self.has_truth.then_some(values)
+    }
+
     fn push_friction(&mut self, frame: &Frame<'_>, truth: Option<&Truth>) {
-        let needed = truth.map(|t| {
-            let ratio = |c: EquivalentContact| needed_friction_or_gap(c.traction, c.normal_force);
-            t.wheels.each_ref().map(|w| or_gap_of(w, ratio))
-        });
+        let ratio = |c: EquivalentContact| needed_friction_or_gap(c.traction, c.normal_force);
+        let needed = self.true_lines(truth, |w| or_gap_of(w, ratio));
         let estimated = self.chosen.map(|k| {
             [0, 1, 2].map(|i| {
                 or_gap(&frame.estimates[k], |e| {

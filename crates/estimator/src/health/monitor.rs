@@ -55,13 +55,18 @@ pub(crate) struct HealthMonitor {
     parity: Mean,
     torque: [Constancy; 3],
     wiring: Wiring,
+    /// Time for which the model of the innovations has held, s; at most [`Self::SETTLES`].
+    settled: f64,
 }
 
-visit_fields!(HealthMonitor: encoder, slip, direction, inclination, parity, torque, wiring);
+visit_fields!(HealthMonitor: encoder, slip, direction, inclination, parity, torque, wiring, settled);
 
 impl HealthMonitor {
     /// Least speed of a robot that drives, m/s.
     pub const DRIVES: f64 = 0.02;
+    /// Time after a wheel was at an edge or slid from which on inclinations count, s. A wheel that lands or grips again
+    /// accelerates the robot: inclinometers feel it, and the filters do not know it. Robots settle in some tenths of a second.
+    const SETTLES: f64 = 0.3;
 
     /// Takes the innovations and torques of one sample, `dt` seconds after the last. Innovations `count` while the robot
     /// drives and the model holds.
@@ -76,8 +81,10 @@ impl HealthMonitor {
             constancy.update(torque, dt);
         }
         if !count {
+            self.settled = 0.0;
             return;
         }
+        self.settled = (self.settled + dt).min(Self::SETTLES);
         let weight = dt / (Mean::WINDOW + dt);
         let Innovations {
             encoder,
@@ -89,17 +96,21 @@ impl HealthMonitor {
         let wheels = self.encoder.iter_mut().zip(encoder);
         let wheels = wheels.chain(self.slip.iter_mut().zip(slip));
         let wheels = wheels.chain(self.direction.iter_mut().zip(direction));
-        let links = self.inclination.iter_mut().zip(inclination);
-        for (mean, nis) in wheels.chain(links) {
+        for (mean, nis) in wheels {
             mean.update(*nis, weight);
+        }
+        if self.settled >= Self::SETTLES {
+            for (mean, nis) in self.inclination.iter_mut().zip(inclination) {
+                mean.update(*nis, weight);
+            }
         }
         self.parity.update(*parity, weight);
     }
 
     /// Takes the torques and encoders of one sample, `dt` seconds after the last; `None` if one has been missing for long or
-    /// counts from a new zero.
-    pub fn update_wiring(&mut self, readings: Option<&WheelReadings>, dt: f64) {
-        self.wiring.update(readings, dt);
+    /// counts from a new zero. `gain` is the standard deviation of the relative error of a torque's scale.
+    pub fn update_wiring(&mut self, readings: Option<&WheelReadings>, gain: f64, dt: f64) {
+        self.wiring.update(readings, gain, dt);
     }
 
     /// The present state. `carriers` names the link of each wheel.

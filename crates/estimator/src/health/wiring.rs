@@ -32,7 +32,9 @@ pub(crate) struct WheelReadings {
 /// dtau_i = a dphi_i + (b - d a) domega_i + (d^2 a/2 - d b) dalpha_i
 /// ```
 ///
-/// with the angular accelerations alpha: a fit of the three coefficients gives d and its deviation.
+/// with the angular accelerations alpha: a fit of the three coefficients gives d and its deviation, which has two parts:
+/// noise of the readings, and gains of the torques, each with an error of its own. An obstacle changes all torques, and gains
+/// that differ make differences of that.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Wiring {
     started: bool,
@@ -51,7 +53,7 @@ pub(crate) struct Wiring {
     /// The same at the last update of the sums, and at the one before, rad.
     last_angle: [f64; 3],
     before_angle: [f64; 3],
-    /// Slow part of the differences of torques (N m), angles (rad), speeds (rad/s), accelerations (rad/s^2).
+    /// Slow part of the torques (N m), and of the differences of angles (rad), speeds (rad/s), accelerations (rad/s^2).
     slow: [[f64; 3]; 4],
     /// Mean of the squared differences of the torques, summed over the wheels, (N m)^2.
     torque_torque: f64,
@@ -61,8 +63,8 @@ pub(crate) struct Wiring {
     angle_angle: f64,
     angle_speed: f64,
     speed_speed: f64,
-    /// Means of products with the accelerations, of the stated pairing.
-    torque_acceleration: f64,
+    /// Means of products of each wheel's torque with its angle, speed and acceleration, of the stated pairing.
+    own: [[f64; 3]; 3],
     angle_acceleration: f64,
     speed_acceleration: f64,
     acceleration_acceleration: f64,
@@ -75,8 +77,8 @@ pub(crate) struct Wiring {
 }
 
 visit_fields!(Wiring: started, elapsed, driven, last_step, torque, last_torque, angle, last_angle, before_angle, slow,
-    torque_torque, torque_angle, torque_speed, angle_angle, angle_speed, speed_speed, torque_acceleration,
-    angle_acceleration, speed_acceleration, acceleration_acceleration, exchanged, late,
+    torque_torque, torque_angle, torque_speed, angle_angle, angle_speed, speed_speed, own, angle_acceleration,
+    speed_acceleration, acceleration_acceleration, exchanged, late,
     doubted);
 
 /// What the three coefficients say of late torques.
@@ -93,9 +95,9 @@ struct Lateness {
 impl Wiring {
     /// Time constant of the smoothing of torques and angles, s: an encoder of 40 urad a count then gives a speed and an
     /// acceleration.
-    const SMOOTHING: f64 = 0.05;
+    const SMOOTHING: f64 = 0.03;
     /// Time constant beyond which differences are slow, s: offsets of torques, wheels on a longer way.
-    const SLOW: f64 = 1.0;
+    const SLOW: f64 = 0.3;
     /// Time constant of the means, s: that of the other tests.
     const WINDOW: f64 = 2.0;
     /// Time between updates of the sums, s: shorter than the smoothing.
@@ -144,7 +146,9 @@ impl Wiring {
     }
 
     /// Takes the readings of one sample, `dt` (s) after the last. Starts anew without readings.
-    pub fn update(&mut self, readings: Option<&WheelReadings>, dt: f64) {
+    ///
+    /// `gain` is the standard deviation of the relative error of a torque's scale.
+    pub fn update(&mut self, readings: Option<&WheelReadings>, gain: f64, dt: f64) {
         let Some(readings) = readings else {
             *self = Self {
                 exchanged: self.exchanged,
@@ -158,12 +162,8 @@ impl Wiring {
             (self.torque, self.angle) = (readings.torque, readings.angle);
             self.last_torque = readings.torque;
             (self.last_angle, self.before_angle) = (readings.angle, readings.angle);
-            [self.slow[0], self.slow[1], ..] = [
-                deviations(readings.torque),
-                deviations(self.angle),
-                [0.0; 3],
-                [0.0; 3],
-            ];
+            [self.slow[0], self.slow[1], ..] =
+                [self.torque, deviations(self.angle), [0.0; 3], [0.0; 3]];
             return;
         }
         let weight = dt / (Self::SMOOTHING + dt);
@@ -178,12 +178,12 @@ impl Wiring {
             self.update_sums();
             (self.last_step, self.elapsed) = (self.elapsed, 0.0);
             if readings.drives && self.driven >= Self::LEAST_TIME {
-                self.judge();
+                self.judge(gain);
             }
         }
     }
 
-    /// Differences at the last update, between this one and the one before.
+    /// Torques and the differences of angles, speeds and accelerations at the last update, between this one and the one before.
     fn differences(&mut self) -> [[f64; 3]; 4] {
         let (dt, before) = (self.elapsed, self.last_step);
         let (mut speed, mut acceleration) = ([0.0; 3], [0.0; 3]);
@@ -198,7 +198,8 @@ impl Wiring {
                 *acceleration = 2.0 * (after - until) / (dt + before);
             }
         }
-        let differences = [self.last_torque, self.last_angle, speed, acceleration].map(deviations);
+        let [angle, speed, acceleration] = [self.last_angle, speed, acceleration].map(deviations);
+        let differences = [self.last_torque, angle, speed, acceleration];
         self.before_angle = self.last_angle;
         (self.last_angle, self.last_torque) = (self.angle, self.torque);
         differences
@@ -214,14 +215,17 @@ impl Wiring {
                 *difference -= *slow;
             }
         }
-        let [torque, angle, speed, acceleration] = differences;
+        let [of_wheel, angle, speed, acceleration] = differences;
+        let torque = deviations(of_wheel);
         let weight = dt / (Self::WINDOW + dt);
+        for (means, with) in self.own.iter_mut().zip([angle, speed, acceleration]) {
+            follow(means, &products(&of_wheel, &with), weight);
+        }
         let mean = |sum: &mut f64, a: &[f64; 3], b: &[f64; 3]| *sum += weight * (dot(a, b) - *sum);
         mean(&mut self.torque_torque, &torque, &torque);
         mean(&mut self.angle_angle, &angle, &angle);
         mean(&mut self.angle_speed, &angle, &speed);
         mean(&mut self.speed_speed, &speed, &speed);
-        mean(&mut self.torque_acceleration, &torque, &acceleration);
         mean(&mut self.angle_acceleration, &angle, &acceleration);
         mean(&mut self.speed_acceleration, &speed, &acceleration);
         let squared = &mut self.acceleration_acceleration;
@@ -249,8 +253,9 @@ impl Wiring {
         [a / determinant, b / determinant]
     }
 
-    /// Delay of the torques in the stated pairing. `None` where the accelerations tell nothing, or the fit is no stable control.
-    fn lateness(&self) -> Option<Lateness> {
+    /// Delay of the torques in the stated pairing, with relative errors of the torques' scales of standard deviation `gain`.
+    /// `None` where the accelerations tell nothing, or the fit is no stable control.
+    fn lateness(&self, gain: f64) -> Option<Lateness> {
         let determinant = self.determinant()?;
         let [torque_angle, ..] = self.torque_angle;
         let [torque_speed, ..] = self.torque_speed;
@@ -264,18 +269,30 @@ impl Wiring {
         if !(own > 1e-9 * self.acceleration_acceleration) {
             return None;
         }
-        let shared =
-            self.torque_acceleration - of_others[0] * torque_angle - of_others[1] * torque_speed;
+        let [with_angle, with_speed, with_acceleration] = self.own;
+        let mut shared_of = with_acceleration;
+        for (coefficient, with) in of_others.iter().zip([with_angle, with_speed]) {
+            for (shared, with) in shared_of.iter_mut().zip(with) {
+                *shared -= coefficient * with;
+            }
+        }
+        let shared: f64 = shared_of.iter().sum();
         let c = shared / own;
         let [a, b] = [without[0] - c * of_others[0], without[1] - c * of_others[1]];
         let explained = without[0] * torque_angle + without[1] * torque_speed + c * shared;
         let residual = (self.torque_torque - explained).max(0.0);
         // The smaller root of a d^2/2 + (b - d a) d + c = 0, in a form without a difference of equal numbers.
-        let root = libm::sqrt(b * b - 2.0 * a * c);
+        let square = b * b - 2.0 * a * c;
+        if !(square >= 0.0) {
+            return None;
+        }
+        let root = libm::sqrt(square);
         let delay = -2.0 * c / (b + libm::copysign(root, b));
         let of_speed_alone = b + delay * a;
         let is_stable = a < 0.0 || of_speed_alone < 0.0;
-        let sigma = libm::sqrt(residual / (own * Self::SAMPLES)) / of_speed_alone.abs();
+        let of_noise = residual / (own * Self::SAMPLES);
+        let of_gains = gain * gain * dot(&shared_of, &shared_of) / (own * own);
+        let sigma = libm::sqrt(of_noise + of_gains) / of_speed_alone.abs();
         is_stable.then_some(Lateness {
             delay,
             sigma,
@@ -284,8 +301,8 @@ impl Wiring {
     }
 
     /// Finds out whether the torques are late, where the fit tells.
-    fn judge_lateness(&mut self) {
-        let Some(found) = self.lateness().filter(|found| found.left < Self::LEFT) else {
+    fn judge_lateness(&mut self, gain: f64) {
+        let Some(found) = self.lateness(gain).filter(|found| found.left < Self::LEFT) else {
             return;
         };
         let beyond = found.delay - Self::CONTROL_DELAY;
@@ -319,12 +336,12 @@ impl Wiring {
     }
 
     /// Compares the pairings, where the torques differ enough.
-    fn judge(&mut self) {
+    fn judge(&mut self, gain: f64) {
         let least = 3.0 * Self::LEAST_DIFFERENCE * Self::LEAST_DIFFERENCE;
         if self.torque_torque < least {
             return;
         }
-        self.judge_lateness();
+        self.judge_lateness(gain);
         let mut stated = None;
         let (mut most, mut moved) = (0.0, Self::MOVED[0]);
         let sums = self.torque_angle.iter().zip(&self.torque_speed);
@@ -362,8 +379,13 @@ fn deviations([a, b, c]: [f64; 3]) -> [f64; 3] {
     [a - mean, b - mean, c - mean]
 }
 
-fn dot([a, b, c]: &[f64; 3], [x, y, z]: &[f64; 3]) -> f64 {
-    a * x + b * y + c * z
+fn products([a, b, c]: &[f64; 3], [x, y, z]: &[f64; 3]) -> [f64; 3] {
+    [a * x, b * y, c * z]
+}
+
+fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    let [x, y, z] = products(a, b);
+    x + y + z
 }
 
 /// The wheels' values in all orders; the first is the stated one.

@@ -265,7 +265,9 @@ impl BestFilters {
         let count = drives && model_holds;
         self.health.update(innovations, &torques, count, instant.dt);
         let readings = wheel_readings(instant.inputs, drives);
-        self.health.update_wiring(readings.as_ref(), instant.dt);
+        let gain = nominal.settings.budget.torque_gain;
+        self.health
+            .update_wiring(readings.as_ref(), gain, instant.dt);
         self.health.health(&nominal.robot.geometry.carriers)
     }
 

@@ -64,7 +64,7 @@ fn right(layout: &mut Layout<'_>, run: &RunDescription) -> Result<Part, ViewerEr
 /// N, its error and T of each wheel.
 fn forces(layout: &mut Layout<'_>, run: &RunDescription) -> Result<Part, ViewerError> {
     let mut tabs = vec![parts::normal_force(layout, "Normal force N", "/", run)?];
-    if run.world.is_some() {
+    if run.has_truth {
         let range = parts::range_of_loads(run, -1.0, 1.0);
         tabs.push(parts::per_wheel(
             layout,
@@ -93,7 +93,7 @@ fn others(layout: &mut Layout<'_>, run: &RunDescription) -> Result<Part, ViewerE
         tabs.push(parts::plot(layout, title, "/", quantity, range)?);
         Ok::<(), ViewerError>(())
     };
-    if run.world.is_some() {
+    if run.has_truth {
         let range = parts::range_of_loads(run, 0.0, 1.0);
         let quantity = "error_of_normal_force/rms";
         plot("Error of N, RMS of the wheels [N]", quantity, range)?;

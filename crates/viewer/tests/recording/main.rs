@@ -342,33 +342,91 @@ fn stretches_of_friction_are_told_apart() {
     }
 }
 
+/// The recording of a run as that of its log, with the truth as a table gives it, or without any.
+struct OfLog {
+    sink: RecordingSink,
+    has_truth: bool,
+}
+
+impl Sink for OfLog {
+    fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
+        self.sink.begin(&RunDescription {
+            has_truth: self.has_truth,
+            world: None,
+            ..run.clone()
+        })
+    }
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
+        // The table of the truth has 100 Hz, the log 1 kHz.
+        let in_rows = frame.time * 100.0;
+        let is_row = (in_rows - in_rows.round()).abs() < 0.01;
+        self.sink.frame(&Frame {
+            clearances: None,
+            truth: frame.truth.filter(|_| self.has_truth && is_row),
+            ..*frame
+        })
+    }
+    fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
+        self.sink.end(end)
+    }
+}
+
+/// Recorded readings with a table of true forces: true N, T, contact angle and needed friction beside the estimates, and
+/// errors, as in the recording of the run; gaps in records without truth. No robot, ground or slip margin.
+#[test]
+fn the_truth_of_a_log_is_recorded_beside_its_estimates() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [log, simulated] = ["log.rrd", "run.rrd"].map(|name| folder.path().join(name));
+    let scene = common::with_best(0.6);
+    let sink = RecordingSink::save(&log).expect("a file");
+    let mut sink = OfLog {
+        sink,
+        has_truth: true,
+    };
+    robhaz_run::run(&scene, &mut [&mut sink]).expect("a run");
+    record(&scene, &simulated);
+    let (log, simulated) = (chunks(&log), chunks(&simulated));
+    for entity in [
+        "/series/normal_force/wheel1/actual",
+        "/series/error_of_normal_force/wheel2/error",
+        "/series/error_of_normal_force/wheel3/band/best",
+        "/series/error_of_normal_force/rms",
+        "/series/traction/wheel1",
+        "/series/contact_angle",
+        "/series/friction",
+    ] {
+        let (found, expected) = (scalars(&log, entity), scalars(&simulated, entity));
+        let mut compared = 0;
+        for (time, row) in &found {
+            let of_run = expected.iter().find(|(at, _)| (at - time).abs() < 1e-9);
+            let (_, of_run) = of_run.expect("a row of the run");
+            assert_eq!(row.len(), of_run.len(), "{entity}");
+            for (value, of_run) in row.iter().zip(of_run).filter(|(v, _)| !v.is_nan()) {
+                assert_eq!(value.to_bits(), of_run.to_bits(), "{entity} at {time}");
+                compared += 1;
+            }
+        }
+        // Of the rows at 125 Hz those every 40 ms have the truth; the first estimates may be missing.
+        assert!(compared >= 14, "{entity}: {compared}");
+    }
+    for entity in log.keys() {
+        let unknown = ["/world", "/series/slip_margin"];
+        assert!(!unknown.iter().any(|u| entity.starts_with(u)), "{entity}");
+    }
+}
+
 /// Recorded readings: without truth the recording holds the estimates, and nothing that needs the truth: no robot,
 /// ground, errors, slip margin or true states of wheels.
 #[test]
 fn without_truth_the_estimates_are_recorded_alone() {
-    struct WithoutTruth(RecordingSink);
-    impl Sink for WithoutTruth {
-        fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
-            self.0.begin(&RunDescription {
-                world: None,
-                ..run.clone()
-            })
-        }
-        fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
-            self.0.frame(&Frame {
-                clearances: None,
-                truth: None,
-                ..*frame
-            })
-        }
-        fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
-            self.0.end(end)
-        }
-    }
     let folder = tempfile::tempdir().expect("a folder");
     let [log, simulated] = ["log.rrd", "run.rrd"].map(|name| folder.path().join(name));
     let scene = common::with_best(0.6);
-    let mut sink = WithoutTruth(RecordingSink::save(&log).expect("a file"));
+    let sink = RecordingSink::save(&log).expect("a file");
+    let mut sink = OfLog {
+        sink,
+        has_truth: false,
+    };
     robhaz_run::run(&scene, &mut [&mut sink]).expect("a run");
     record(&scene, &simulated);
     let (log, simulated) = (chunks(&log), chunks(&simulated));
