@@ -93,7 +93,8 @@ impl MotionFilter {
     }
 
     /// The direction of the velocity is the contact angle: the speed away from the ground is zero. A wheel beyond
-    /// `TUNING.suspect_gate` becomes suspect; without given contact angles all wheels do, and an edge is looked for.
+    /// `TUNING.suspect_gate` becomes suspect; without given contact angles all wheels do beyond `TUNING.edge_gate`, and an edge is
+    /// looked for.
     ///
     /// Returns the measurement-noise variance common to both constraints, m^2/s^2: gyroscope bias and noise, and the doubt
     /// in a suspect wheel. And the standard deviation of the speed away from the ground at a single sample, m/s.
@@ -123,7 +124,11 @@ impl MotionFilter {
         let penetration = TUNING.penetration_speed.at_speed(sample.speed_ratio);
         let sample_variance =
             of_states + penetration.sigma * penetration.sigma + bias * bias + noise * noise;
-        let gate = TUNING.suspect_gate;
+        let gate = if given {
+            TUNING.suspect_gate
+        } else {
+            TUNING.edge_gate
+        };
         let leaves = velocity.away * velocity.away > gate * gate * sample_variance;
         if leaves && given {
             self.suspect[i] = TUNING.suspect_time;

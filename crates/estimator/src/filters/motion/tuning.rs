@@ -99,6 +99,9 @@ pub struct Tuning {
     /// stands on a corner, or on riser and tread. `gate` refers to the much larger equivalent white noise, so a suspect wheel is
     /// not always rejected.
     pub suspect_gate: f64,
+    /// The same where no contact angle is given: the estimated angle then follows what leaves it, so that the deviation of a wheel that
+    /// meets an edge is small.
+    pub edge_gate: f64,
     /// Time for which a wheel then stays suspect, s. After a parity outlier all wheels are suspect, until this time after the
     /// unexplained load has decayed.
     pub suspect_time: f64,
@@ -157,9 +160,10 @@ pub const TUNING: Tuning = Tuning {
     least_angle: 1e-3,
     gate: 5.0,
     suspect_gate: 4.0,
+    edge_gate: 3.0,
     suspect_time: 0.2,
     suspect: LastingError::new(0.1, 0.1),
-    edge: LastingError::new(0.003, 0.1),
+    edge: LastingError::new(0.0045, 0.1),
     explained: 2.0,
     unexplained_decay: 0.02,
     unexplained_floor: 1e-6,
