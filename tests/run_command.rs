@@ -2,16 +2,21 @@
 
 use crate::support::{robhaz, root, short_scene, text};
 use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+/// Runs a scene of one second in a folder.
+fn run_short(folder: &Path) -> Output {
+    short_scene(folder, "");
+    let mut command = robhaz(folder);
+    command.args(["run", "short.toml"]).output().unwrap()
+}
 
 /// One run leaves everything that was promised, and says where.
 #[test]
 fn run_leaves_tables_figures_summary_and_scene() {
     let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
-    let output = robhaz(dir.path())
-        .args(["run", "short.toml"])
-        .output()
-        .unwrap();
+    let output = run_short(dir.path());
     assert!(output.status.success(), "{}", text(&output.stderr));
     let run = dir.path().join("runs/short");
     let mut expected = vec![
@@ -331,11 +336,7 @@ fn runs_out_of_range_stop_with_a_reason() {
 #[test]
 fn the_last_line_tells_the_time_of_the_whole_command() {
     let dir = tempfile::tempdir().unwrap();
-    short_scene(dir.path(), "");
-    let output = robhaz(dir.path())
-        .args(["run", "short.toml"])
-        .output()
-        .unwrap();
+    let output = run_short(dir.path());
     let shown = text(&output.stdout);
     let last = shown.lines().last().unwrap();
     let numbers: Vec<f64> = last

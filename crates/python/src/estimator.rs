@@ -143,7 +143,7 @@ fn estimate_rows(
                 rows.push_all(&frames);
                 drop(frames);
                 made.clear();
-                // Where the other thread has ended, nobody needs it.
+                // Where the other thread has ended, it is not needed.
                 let _ = give_back.send(made);
             }
         });

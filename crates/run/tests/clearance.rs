@@ -68,11 +68,11 @@ fn clearances_are_those_of_a_full_search() -> Outcome<()> {
         let mut full = ClearanceMeter::new(&scene.robot.robot.geometry, terrain);
         let (mut always, mut changes) = (TruthClearance::of(&scene), TruthClearance::of(&scene));
         // Of all records, and of those that are not left out.
-        let (mut least, mut least_told) = (f64::INFINITY, f64::INFINITY);
-        let mut touching_told = [false; 4];
+        let (mut least, mut least_found) = (f64::INFINITY, f64::INFINITY);
+        let mut touching_found = [false; 4];
         for (k, truth) in truths(&scene)?.iter().enumerate() {
             let found = always.at(truth);
-            let told = changes.at_change(truth);
+            let change = changes.at_change(truth);
             if k % EVERY == 0 {
                 let each = full.measure_each(&places(truth));
                 let expected = Clearances::of(each);
@@ -90,12 +90,12 @@ fn clearances_are_those_of_a_full_search() -> Outcome<()> {
             // No record that was left out has a new least or a change of touch: to the bit.
             least = least.min(found.least().1);
             let touching = found.touching().map(|touches| touches == Some(true));
-            if let Some(told) = told {
-                least_told = least_told.min(told.least().1);
-                touching_told = told.touching().map(|touches| touches == Some(true));
+            if let Some(change) = change {
+                least_found = least_found.min(change.least().1);
+                touching_found = change.touching().map(|touches| touches == Some(true));
             }
-            assert_eq!(least.to_bits(), least_told.to_bits(), "{} {k}", scene.name);
-            assert_eq!(touching, touching_told, "{} {k}", scene.name);
+            assert_eq!(least.to_bits(), least_found.to_bits(), "{} {k}", scene.name);
+            assert_eq!(touching, touching_found, "{} {k}", scene.name);
             touches += usize::from(found.touches());
         }
         assert!(least.is_finite());

@@ -122,7 +122,7 @@ impl Drop for Background {
     /// A recording that is given up keeps the messages that it has got.
     fn drop(&mut self) {
         if self.thread.is_some() {
-            // There is nobody to tell.
+            // A drop cannot report an error.
             let _ = self.finish();
         }
     }

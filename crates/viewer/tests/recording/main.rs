@@ -13,11 +13,12 @@ mod reading;
 use reading::{chunks, messages, record, rows, scalars};
 use rerun::archetypes::{Arrows2D, LineStrips2D, Transform3D};
 use rerun::components::{Color, LineStrip2D, Text, Translation3D, Vector2D};
-use rerun::log::LogMsg;
+use rerun::log::{Chunk, LogMsg};
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_sim::friction::Stretch;
 use robhaz_sim::{ContactList, ContactTruth};
 use robhaz_viewer::{RecordingSink, ViewerError, recording_end};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// A run of 3 s gives 376 rows of each series (125 Hz), 181 frames (60 Hz), and an active layout.
@@ -371,21 +372,23 @@ impl Sink for OfLog {
     }
 }
 
-/// Recorded readings with a table of true forces: true N, T, contact angle and needed friction beside the estimates, and
-/// errors, as in the recording of the run; gaps in records without truth. No robot, ground or slip margin.
-#[test]
-fn the_truth_of_a_log_is_recorded_beside_its_estimates() {
+/// Chunks by entity of recorded readings, with or without a table of true forces, and of the run that they are from.
+fn of_log_and_run(has_truth: bool) -> [BTreeMap<String, Vec<Chunk>>; 2] {
     let folder = tempfile::tempdir().expect("a folder");
     let [log, simulated] = ["log.rrd", "run.rrd"].map(|name| folder.path().join(name));
     let scene = common::with_best(0.6);
     let sink = RecordingSink::save(&log).expect("a file");
-    let mut sink = OfLog {
-        sink,
-        has_truth: true,
-    };
+    let mut sink = OfLog { sink, has_truth };
     robhaz_run::run(&scene, &mut [&mut sink]).expect("a run");
     record(&scene, &simulated);
-    let (log, simulated) = (chunks(&log), chunks(&simulated));
+    [chunks(&log), chunks(&simulated)]
+}
+
+/// Recorded readings with a table of true forces: true N, T, contact angle and needed friction beside the estimates, and
+/// errors, as in the recording of the run; gaps in records without truth. No robot, ground or slip margin.
+#[test]
+fn the_truth_of_a_log_is_recorded_beside_its_estimates() {
+    let [log, simulated] = of_log_and_run(true);
     for entity in [
         "/series/normal_force/wheel1/actual",
         "/series/error_of_normal_force/wheel2/error",
@@ -419,17 +422,7 @@ fn the_truth_of_a_log_is_recorded_beside_its_estimates() {
 /// ground, errors, slip margin or true states of wheels.
 #[test]
 fn without_truth_the_estimates_are_recorded_alone() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let [log, simulated] = ["log.rrd", "run.rrd"].map(|name| folder.path().join(name));
-    let scene = common::with_best(0.6);
-    let sink = RecordingSink::save(&log).expect("a file");
-    let mut sink = OfLog {
-        sink,
-        has_truth: false,
-    };
-    robhaz_run::run(&scene, &mut [&mut sink]).expect("a run");
-    record(&scene, &simulated);
-    let (log, simulated) = (chunks(&log), chunks(&simulated));
+    let [log, simulated] = of_log_and_run(false);
     for entity in log.keys() {
         let unknown = ["/world", "/wheels", "/series/error", "/series/slip_margin"];
         // The states of the wheels that an estimator states are known.
