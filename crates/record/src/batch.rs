@@ -2,7 +2,7 @@
 
 use crate::columns::{Cells, Column, Kind, Table};
 use arrow_array::{ArrayRef, Float64Array, RecordBatch, UInt32Array};
-use arrow_buffer::NullBuffer;
+use arrow_buffer::NullBufferBuilder;
 use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
 use robhaz_run::Frame;
 use std::collections::HashMap;
@@ -15,35 +15,28 @@ enum Buffer {
     Count(Vec<u32>),
 }
 
-/// Numbers with gaps. Most columns have none, and then there is nothing beside the numbers.
-#[derive(Default)]
+/// Numbers with gaps. Validity bits are only made from the first gap on.
 struct Gappy {
     values: Vec<f64>,
-    /// Whether each value is there, from the first gap on; until then empty.
-    valid: Vec<bool>,
+    valid: NullBufferBuilder,
 }
 
 impl Gappy {
+    fn new() -> Self {
+        Self {
+            values: Vec::new(),
+            valid: NullBufferBuilder::new(0),
+        }
+    }
+
     #[inline]
     fn push(&mut self, value: Option<f64>) {
-        if value.is_none() || !self.valid.is_empty() {
-            self.mark(value.is_some());
-        }
+        self.valid.append(value.is_some());
         self.values.push(value.unwrap_or_default());
     }
 
-    /// Notes whether the next value is there, from the first gap on.
-    #[cold]
-    fn mark(&mut self, is_there: bool) {
-        self.valid.resize(self.values.len(), true);
-        self.valid.push(is_there);
-    }
-
     fn take(&mut self) -> Float64Array {
-        let values = emptied(&mut self.values);
-        let valid = std::mem::take(&mut self.valid);
-        let nulls = (!valid.is_empty()).then(|| NullBuffer::from(valid));
-        Float64Array::new(values.into(), nulls)
+        Float64Array::new(emptied(&mut self.values).into(), self.valid.finish())
     }
 }
 
@@ -57,7 +50,7 @@ impl Buffer {
     fn new(column: &Column) -> Self {
         match column.kind() {
             Kind::Float => Self::Float(Vec::new()),
-            Kind::Optional => Self::Optional(Gappy::default()),
+            Kind::Optional => Self::Optional(Gappy::new()),
             Kind::Count => Self::Count(Vec::new()),
         }
     }
