@@ -1,11 +1,12 @@
 //! Rows of a table as Arrow batches.
 
-use crate::columns::{Cells, Column, Kind, Table};
+use crate::columns::{Column, Kind, Table};
 use arrow_array::{ArrayRef, Float64Array, RecordBatch, UInt32Array};
 use arrow_buffer::NullBufferBuilder;
 use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
 use robhaz_run::Frame;
 use std::collections::HashMap;
+use std::slice;
 use std::sync::Arc;
 
 /// Values of one column that wait for their batch.
@@ -29,10 +30,19 @@ impl Gappy {
         }
     }
 
-    #[inline]
-    fn push(&mut self, value: Option<f64>) {
-        self.valid.append(value.is_some());
-        self.values.push(value.unwrap_or_default());
+    /// Notes which values from `first` on are there: those that are finite.
+    fn mark(&mut self, first: usize) {
+        let added = &mut self.values[first..];
+        if added.iter().all(|value| value.is_finite()) {
+            self.valid.append_n_non_nulls(added.len());
+            return;
+        }
+        for value in added {
+            self.valid.append(value.is_finite());
+            if !value.is_finite() {
+                *value = 0.0;
+            }
+        }
     }
 
     fn take(&mut self) -> Float64Array {
@@ -55,35 +65,24 @@ impl Buffer {
         }
     }
 
+    /// Adds the values of the buffer's column.
+    fn add(&mut self, column: &Column, frames: &[Frame<'_>]) {
+        match self {
+            Self::Float(buffer) => column.add_floats(frames, buffer),
+            Self::Optional(buffer) => {
+                let first = buffer.values.len();
+                column.add_floats(frames, &mut buffer.values);
+                buffer.mark(first);
+            }
+            Self::Count(buffer) => column.add_counts(frames, buffer),
+        }
+    }
+
     fn take(&mut self) -> ArrayRef {
         match self {
             Self::Float(buffer) => Arc::new(Float64Array::from(emptied(buffer))),
             Self::Optional(buffer) => Arc::new(buffer.take()),
             Self::Count(buffer) => Arc::new(UInt32Array::from(emptied(buffer))),
-        }
-    }
-}
-
-/// A column has one kind. A value of another kind would make the lengths differ, and the batch an error.
-impl Cells for Buffer {
-    #[inline]
-    fn float(&mut self, value: f64) {
-        if let Self::Float(buffer) = self {
-            buffer.push(value);
-        }
-    }
-
-    #[inline]
-    fn optional(&mut self, value: Option<f64>) {
-        if let Self::Optional(buffer) = self {
-            buffer.push(value);
-        }
-    }
-
-    #[inline]
-    fn count(&mut self, value: u32) {
-        if let Self::Count(buffer) = self {
-            buffer.push(value);
         }
     }
 }
@@ -110,25 +109,21 @@ impl BatchBuilder {
         }
     }
 
-    /// Adds the row of a record. Returns whether the table has one for it.
-    pub fn push(&mut self, frame: &Frame<'_>) -> bool {
-        if !self.table.has_row(frame) {
-            return false;
+    /// Adds the rows of records, column after column. A record for which the table has no row is left out.
+    pub fn push_all(&mut self, frames: &[Frame<'_>]) {
+        if frames.iter().all(|frame| self.table.has_row(frame)) {
+            return self.add(frames);
         }
-        for (buffer, column) in self.buffers.iter_mut().zip(&self.table.columns) {
-            column.pass(frame, buffer);
+        for frame in frames {
+            if self.table.has_row(frame) {
+                self.add(slice::from_ref(frame));
+            }
         }
-        self.rows += 1;
-        true
     }
 
-    /// Adds the rows of several records, column after column: faster than row after row.
-    pub fn push_all(&mut self, frames: &[Frame<'_>]) {
-        let frames: Vec<_> = frames.iter().filter(|f| self.table.has_row(f)).collect();
+    fn add(&mut self, frames: &[Frame<'_>]) {
         for (buffer, column) in self.buffers.iter_mut().zip(&self.table.columns) {
-            for frame in &frames {
-                column.pass(frame, buffer);
-            }
+            buffer.add(column, frames);
         }
         self.rows += frames.len();
     }

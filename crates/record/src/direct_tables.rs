@@ -253,7 +253,7 @@ mod tests {
         for record in records.iter().cycle().take(40_001) {
             direct.push(&record.without_truth()).expect("a row");
             for stream in &mut streams {
-                stream.push(&record.without_truth()).expect("a row");
+                stream.push_all(&[record.without_truth()]).expect("a row");
             }
         }
         direct.close().expect("closed");
