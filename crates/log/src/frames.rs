@@ -155,7 +155,11 @@ impl Frames {
                 before - period
             };
             let mut taken = 0;
-            while channel.waiting.front().is_some_and(|(at, _)| *at <= time + ROUNDING) {
+            while channel
+                .waiting
+                .front()
+                .is_some_and(|(at, _)| *at <= time + ROUNDING)
+            {
                 let Some((at, content)) = channel.waiting.pop_front() else {
                     break;
                 };

@@ -107,7 +107,7 @@ impl TableSink {
         for writer in &mut self.writers {
             writer.push_all(frames)?;
         }
-        frames.iter().try_for_each(|frame| self.direct.push(frame))
+        self.direct.push_all(frames)
     }
 
     fn write_grounds(&mut self, end: Option<&RunEnd>) -> Result<(), RecordError> {
