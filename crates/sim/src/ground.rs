@@ -21,6 +21,9 @@ pub(crate) struct Ground {
     found: [Vec<Contact>; 3],
     /// Where each wheel was last.
     hints: [Hint; 3],
+    has_corners: bool,
+    /// Contacts at the last call of [`Ground::meets`].
+    ahead: Vec<Contact>,
     /// Number of searches for contacts so far.
     #[cfg(test)]
     queries: u64,
@@ -118,6 +121,8 @@ impl Ground {
             wheel_radius: setup.robot.geometry.wheel_radius,
             found: Default::default(),
             hints: Default::default(),
+            has_corners: setup.terrain.has_corners(),
+            ahead: Vec::new(),
             #[cfg(test)]
             queries: 0,
         }
@@ -162,6 +167,24 @@ impl Ground {
         }
         self.terrain
             .contacts_near(centre, self.wheel_radius, hint, found);
+    }
+
+    /// Whether a wheel (0 front, 1 middle, 2 rear) at the motion of the last call of [`Self::act_each`] will meet the ground
+    /// at a further place within `time`, s. On ground without corners only a wheel in the air is asked for.
+    pub fn meets(&mut self, wheel: usize, motion: &WheelMotion, time: f64) -> bool {
+        let found = &self.found[wheel];
+        if !self.has_corners && !found.is_empty() {
+            return false;
+        }
+        let centre = motion.centre + motion.velocity * time;
+        self.terrain.contacts_near(
+            centre,
+            self.wheel_radius,
+            &mut self.hints[wheel],
+            &mut self.ahead,
+        );
+        let known = |c: &Contact| found.iter().any(|f| is_same(f.normal(), c.normal()));
+        !self.ahead.iter().all(known)
     }
 
     /// Moment of rolling resistance of a wheel with this absolute spin (rad/s) for each newton of N, m.
@@ -388,6 +411,13 @@ impl Ground {
 /// Slope of a tangent of any length, rad.
 fn slope(tangent: Vec2) -> f64 {
     libm::atan2(tangent.y, tangent.x)
+}
+
+/// Whether two normals of a wheel, at most a step apart, belong to one contact. Contacts whose normals differ by less are
+/// merged by the terrain; a wheel of 0.1 m at 3 m/s turns its normal by 0.3 deg in 0.2 ms.
+pub(crate) fn is_same(a: Vec2, b: Vec2) -> bool {
+    const LEAST_COSINE: f64 = 0.99;
+    a.dot(&b) > LEAST_COSINE
 }
 
 /// Whether a contact is on the far side of a thin wall that the wheel penetrates from the near side: the centre is

@@ -17,7 +17,7 @@ fn stiff_friction_is_refused_with_its_limit() {
     one(
         "[contact]\nfriction = 'brush'",
         "x.toml:2: contact.friction: found contact.friction = \"brush\" and contact.slip_stiffness = 20 and \
-         engine.step = 2e-4, allowed: engine.step at most 1.76e-4 s, the friction's slope at zero slip against \
+         engine.step = 2e-4, allowed: engine.step at most 1.77e-4 s, the friction's slope at zero slip against \
          wheel and robot; or engine.kind = \"direct\"",
     );
     one(

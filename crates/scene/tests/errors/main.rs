@@ -175,14 +175,14 @@ fn rules_over_several_keys() {
     );
     // An explicit drive overshoots in each part of a step where its slope is too great, whichever term makes it.
     for (key, value, longest, most) in [
-        ("kp", "10000", "7.36e-5", "3680"),
-        ("viscous_damping", "6000", "1.22e-4", "3670"),
-        ("gear_friction", "200", "3.68e-5", "36.7"),
+        ("kp", "10000", "7.36e-5", "736"),
+        ("viscous_damping", "950", "7.71e-4", "731"),
+        ("gear_friction", "20", "3.67e-4", "7.31"),
     ] {
         one(
-            &format!("drive.{key} = {value}"),
+            &format!("drive.{key} = {value}\nengine.step = 1e-3"),
             &format!(
-                "x.toml:1: drive.{key}: found drive.{key} = {value} and engine.step = 2e-4, \
+                "x.toml:1: drive.{key}: found drive.{key} = {value} and engine.step = 0.001, \
                  allowed: engine.step at most {longest} s or drive.{key} at most {most}, \
                  the drive's slope against wheel, rotor and links; or engine.kind = \"direct\""
             ),

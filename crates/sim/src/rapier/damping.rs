@@ -22,13 +22,9 @@
 //!
 //! In an impact L jumps. The steps are then so short that the law itself is held (b = 0.2 at the default step).
 
-use crate::ground::OneContact;
+use crate::ground::{OneContact, is_same};
 use robhaz_model::Vec2;
 use robhaz_terrain::Contact;
-
-/// Smallest cosine between the normals of one contact before and after a step. Contacts whose normals differ by less are
-/// merged by the terrain; a wheel of 0.1 m at 3 m/s turns its normal by 0.3 deg at most in 0.2 ms.
-const SAME_NORMAL: f64 = 0.99;
 
 /// One contact at the start of a part of a step.
 #[derive(Clone, Copy, Debug)]
@@ -65,7 +61,7 @@ impl DampedContact {
     }
 
     fn is(&self, known: &Known) -> bool {
-        self.normal.dot(&known.normal) > SAME_NORMAL
+        is_same(self.normal, known.normal)
     }
 }
 
@@ -78,8 +74,8 @@ struct Known {
     approach: f64,
     /// Integral of the held force since the start of the step, N s.
     impulse: f64,
-    /// Mean of L over the step before, N.
-    load: Option<f64>,
+    /// Of the step before: mean of the held force, N, and mean rate of dg/dt, m/s^2. Both give L for any m.
+    before: Option<(f64, f64)>,
     /// L expected in this step, N.
     expected: Option<f64>,
     /// Whether it has lasted since the start of the step.
@@ -123,16 +119,19 @@ impl Damping {
             let mass = share(self.wheel_mass, now.len());
             for contact in now {
                 let past = known.iter().find(|k| k.whole && contact.is(k));
-                let load =
-                    past.map(|k| (k.impulse + mass * (contact.approach - k.approach)) / step);
-                let before = past.and_then(|k| k.load);
-                all &= load.is_some();
+                let last = past.map(|k| {
+                    let rate = (contact.approach - k.approach) / step;
+                    (k.impulse / step, rate)
+                });
+                let load = |(force, rate): (f64, f64)| force + mass * rate;
+                let before = past.and_then(|k| k.before).or(last).map(load);
+                all &= last.is_some();
                 self.next.push(Known {
                     normal: contact.normal,
                     approach: contact.approach,
                     impulse: 0.0,
-                    load,
-                    expected: load.map(|load| before.map_or(load, |before| 2.0 * load - before)),
+                    before: last,
+                    expected: last.map(load).zip(before).map(|(l, b)| 2.0 * l - b),
                     whole: true,
                     seen: true,
                 });
@@ -156,7 +155,7 @@ impl Damping {
                     normal: contact.normal,
                     approach: 0.0,
                     impulse: 0.0,
-                    load: None,
+                    before: None,
                     expected: None,
                     whole: false,
                     seen: true,

@@ -254,7 +254,8 @@ impl RapierEngine {
         let time = self.time();
         let mut loads = self.loads(time, truth.as_deref_mut())?;
         let contact_energy = loads.contact_energy;
-        let knows = self.damping.begin(self.step);
+        let knows = self.damping.begin(self.step)
+            && !(0..3).any(|i| self.ground.meets(i, &loads.motions[i], self.step));
         let Division { parts, impact } =
             self.step_control
                 .divide(&loads.wheel_state, self.step, knows);

@@ -82,7 +82,7 @@ impl StepControl {
     }
 
     /// Division of the next step (s). In an impact N could rise by more than the mean load in a step. It begins, too, where
-    /// the damping `knows` a contact not yet.
+    /// a contact is new or the step will find a new one: the step `knows` not all of its contacts.
     pub fn divide(&mut self, wheels: &WheelState, step: f64, knows: bool) -> Division {
         let share = if self.impact { END_OF_IMPACT } else { 1.0 };
         self.impact = !knows || self.rise(wheels, step) > share * self.mean_load;
