@@ -111,7 +111,7 @@ fn smooth_without_the_ramp_of_c(engine: &str) -> f64 {
 
 #[test]
 fn smooth_by_rapier() {
-    // The drift of the joints grows with the square of the step; at 0.125 ms it is below a micrometre.
+    // The drift of the joints grows with the square of the step; at 0.2 ms it is below a micrometre.
     assert!(smooth_without_the_ramp_of_c("engine.kind=rapier") < 1e-6);
 }
 

@@ -302,6 +302,9 @@ impl RapierEngine {
         let rates = links.map(RigidBody::angvel);
         let angles = links.map(|link| link.rotation().angle());
         let mut loads = Loads::default();
+        // Velocities at the end of a step are those in its middle (leapfrog). Compared with a later set speed they would
+        // lead, and the robot would be ahead by its way in half a step.
+        let of_velocities = time - 0.5 * self.world.integration_parameters.dt;
         for i in 0..3 {
             let carrier = geometry.carriers[i].index();
             let (link, link_rate) = (links[carrier], rates[carrier]);
@@ -318,7 +321,9 @@ impl RapierEngine {
             self.ground
                 .act_each(i, &motion, &mut ground, each)
                 .map_err(below)?;
-            let planned = self.drive.set_speed(i, time, geometry.wheel_radius);
+            let planned = self
+                .drive
+                .set_speed(i, of_velocities, geometry.wheel_radius);
             let drive = self
                 .drive
                 .response(self.commands[i], planned, omega, wheel.integral);
@@ -358,7 +363,7 @@ impl RapierEngine {
         let before = self.link_rates();
         let spin_rates = self.apply(loads, step, impact);
         let parameters = &mut self.world.integration_parameters;
-        // The velocities that correct the gaps of a long step would appear as forces, eight times as large over a short
+        // The velocities that correct the gaps of a long step would appear as forces, many times as large over a short
         // step.
         let same = (parameters.dt - step).abs() < 1e-9 * step;
         parameters.num_internal_stabilization_iterations =
