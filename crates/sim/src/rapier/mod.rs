@@ -395,7 +395,7 @@ impl RapierEngine {
         let mut spin_rates = [0.0; 3];
         let links = [Bar::Link1, Bar::Link2].map(|bar| self.bars[bar as usize]);
         let centres = links.map(|link| from_rapier(self.world.bodies[link].center_of_mass()));
-        for i in 0..3 {
+        for (i, spin_rate) in spin_rates.iter_mut().enumerate() {
             let carrier = geometry.carriers[i].index();
             let (change, torque_change) = self.damping.change(i, step, impact);
             let wheel = &mut loads.wheels[i];
@@ -411,7 +411,7 @@ impl RapierEngine {
                 mass.rotor_inertia,
             );
             let through_gear = loads.drive_torques[i] - mass.rotor_inertia * omega_rate;
-            spin_rates[i] = (through_gear - wheel.ground_torque) / mass.wheel_inertia;
+            *spin_rate = (through_gear - wheel.ground_torque) / mass.wheel_inertia;
             forces[carrier] += wheel.force;
             // Torques are counter-clockwise; the forward spin is clockwise.
             let arm = loads.motions[i].centre - centres[carrier];
