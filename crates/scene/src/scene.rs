@@ -119,7 +119,7 @@ impl Default for SensorChoice {
 }
 
 impl Default for EngineChoice {
-    /// `rapier` with steps of 0.2 ms, five a record; it holds N to about 3 mN on rolling ground, `direct` to 0.2 mN.
+    /// `rapier` with steps of 0.2 ms, five a record; it holds N to about 8 mN on rolling ground, `direct` to 0.2 mN.
     fn default() -> Self {
         Self {
             kind: EngineKind::Rapier,

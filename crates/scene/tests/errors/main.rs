@@ -191,7 +191,7 @@ fn rules_over_several_keys() {
     // Nor may the integral be faster than the slope damps it.
     one(
         "drive.ki = 1e6",
-        "x.toml:1: drive.ki: found drive.ki = 1000000 and engine.step = 2e-4, \
+        "x.toml:1: drive.ki: found drive.ki = 1e6 and engine.step = 2e-4, \
          allowed: drive.ki at most 133000, what drive.kp and the losses damp at this step; \
          or engine.kind = \"direct\"",
     );
