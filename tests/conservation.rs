@@ -196,7 +196,7 @@ fn forces_stay_within_their_laws() {
 #[test]
 fn energy_balances() {
     for (name, engine, bound) in [
-        // Ten times the measured errors; rapier's step of 0.125 ms is of first order.
+        // Ten times the measured errors; rapier's step of 0.2 ms is of first order.
         ("smooth", "engine.kind=rapier", 4e-5),
         ("ditch", "engine.kind=rapier", 4e-3),
         ("smooth", "engine.kind=direct", 2e-7),

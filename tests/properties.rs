@@ -7,7 +7,6 @@ use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 use robhaz_model::{Bar, Geometry, MassSet, Pin, Vec2, rotate};
 use robhaz_scene::{EngineKind, Scene};
-use robhaz_sim::stability::longest_step_for_contact;
 use robhaz_sim::{Plant, Truth, WheelTruth};
 use robhaz_terrain::{Profile, Terrain};
 use std::cell::RefCell;
@@ -116,9 +115,6 @@ fn runs(cases: u32, seconds: f64, engine: EngineKind) -> Outcome {
         scene.drive.ramp_time = 0.3;
         scene.engine.kind = engine;
         let robot = &scene.robot.robot;
-        // The engine subdivides its steps for stiff friction itself.
-        let longest = longest_step_for_contact(&scene.contact, robot);
-        scene.engine.step = scene.engine.step.min(0.6 * longest);
         prop_assume!(robot.geometry.check().is_ok() && robot.mass.check().is_ok());
         // Wide bumps can overlap the waves behind the robot.
         prop_assume!(profile.check().is_ok());

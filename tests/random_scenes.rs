@@ -89,10 +89,6 @@ fn random_scene(number: u64) -> Scene {
     let ((geometry, mass), profile, drive, friction, (raw, constant)) =
         all.new_tree(&mut runner).unwrap().current();
     let mut scene = scene("flat", &[]);
-    scene.engine.step = scene
-        .engine
-        .step
-        .min(1.6 * mass.wheel / scene.contact.damping);
     scene.robot.robot.geometry = geometry;
     scene.robot.robot.mass = mass;
     scene.terrain.profile = profile;

@@ -79,7 +79,7 @@ fn the_engines_agree_under_commands() {
     let count = 3.0 * rapier.len() as f64;
     let [normal, traction] = square.map(|sum| (sum / count).sqrt());
     // As without commands, 1e-3 of the mean load; a jump of a set speed moves T by 50 N within 20 ms, of which rapier's step of
-    // 0.125 ms is a hundredth.
+    // 0.2 ms is a hundredth.
     assert!(normal < 0.05 && traction < 0.2, "{normal} N {traction} N");
     let [a, b] = [&rapier, &direct].map(|run| run[2500].body.position);
     assert!((a - b).norm() < 1e-4, "{a} {b}");

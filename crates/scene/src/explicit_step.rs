@@ -1,4 +1,5 @@
-//! The scene against the stability limits of the explicit steps of `rapier`.
+//! The scene against the stability limits of the steps of `rapier`, which the engine divides into [`MOST_PARTS`] parts at
+//! most.
 
 use crate::conflict::{Conflict, Value, number, word};
 use crate::range::short;
@@ -26,8 +27,8 @@ pub(crate) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     let limits = [
         (
             vec![number("contact.damping", scene.contact.damping)],
-            longest_step_for_contact(&scene.contact, robot),
-            "twice the wheel's mass over the damping",
+            f64::from(MOST_PARTS) * longest_step_for_contact(&scene.contact, robot),
+            "39 times the wheel's mass over the damping",
         ),
         (
             vec![number("contact.stiffness", scene.contact.stiffness)],
@@ -87,7 +88,8 @@ fn friction(scene: &Scene) -> (Vec<Value>, f64, &'static str) {
 /// The step against the slope of the torque over the wheel speed, and against the integral gain.
 fn drive(scene: &Scene) -> Vec<Conflict> {
     let (drive, mass) = (&scene.drive, &scene.robot.robot.mass);
-    let Some(greatest) = largest_slope(&scene.robot.robot, scene.engine.step) else {
+    let part = scene.engine.step / f64::from(MOST_PARTS);
+    let Some(greatest) = largest_slope(&scene.robot.robot, part) else {
         return vec![Conflict {
             keys: vec![
                 number("robot.mass.wheel_inertia", mass.wheel_inertia),
@@ -127,7 +129,7 @@ fn drive(scene: &Scene) -> Vec<Conflict> {
             ),
         });
     }
-    let most = largest_integral_gain(drive, scene.engine.step);
+    let most = largest_integral_gain(drive, part);
     if drive.ki > most {
         found.push(Conflict {
             keys: vec![number("drive.ki", drive.ki), step(scene)],

@@ -119,12 +119,12 @@ impl Default for SensorChoice {
 }
 
 impl Default for EngineChoice {
-    /// `rapier` with steps of 0.125 ms, eight a record; it holds N to about 1 mN on rolling ground, `direct` to 0.2 mN.
+    /// `rapier` with steps of 0.2 ms, five a record; it holds N to about 8 mN on rolling ground, `direct` to 0.2 mN.
     fn default() -> Self {
         Self {
             kind: EngineKind::Rapier,
             start: StartKind::default(),
-            step: 1.25e-4,
+            step: 2e-4,
             tolerance: 1e-5,
         }
     }

@@ -92,7 +92,7 @@ const ENGINE: &[Key<Scene>] = &[
         TIME,
         above(0.0).at_most(LONGEST_STEP),
         |s| &mut s.engine.step,
-        "largest integration step of rapier, cut into eight parts while an edge hits a wheel; robot, ground and drive set a lower limit, 0.15 ms by default",
+        "largest integration step of rapier, cut into 13 parts while an edge hits a wheel, and into as many as stiff laws need",
     ),
     Key::number(
         "tolerance",

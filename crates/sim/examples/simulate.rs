@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         drive: Default::default(),
         start: Default::default(),
         engine: engine.ok_or("the engine is not direct or rapier")?,
-        step: 1.25e-4,
+        step: 2e-4,
         tolerance: 1e-5,
         period: period.parse()?,
         balance: false,

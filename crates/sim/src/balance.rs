@@ -33,9 +33,9 @@ pub struct Balance {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct WheelLoad {
     /// Force of the ground, N.
-    force: Vec2,
+    pub force: Vec2,
     /// Torque of the ground that resists the forward spin, N m.
-    ground_torque: f64,
+    pub ground_torque: f64,
     /// Torque of damping and friction in the gear, N m.
     gear_torque: f64,
 }

@@ -32,23 +32,47 @@ impl Default for ContactLaw {
 impl ContactLaw {
     /// Normal force N >= 0, N, at penetration `g` (m) and its rate `g_rate` (m/s). Zero for `g <= 0`.
     pub fn normal_force(&self, g: f64, g_rate: f64) -> f64 {
-        self.normal_force_and_energy(g, g_rate).0
+        self.at(g, g_rate).force()
     }
 
-    /// Normal force, N, and elastic energy of the contact, `k g^(n + 1)/(n + 1)`, J. Both are zero for `g <= 0`.
-    pub fn normal_force_and_energy(&self, g: f64, g_rate: f64) -> (f64, f64) {
+    /// The law at penetration `g` (m) and its rate `g_rate` (m/s). Everything is zero for `g <= 0`.
+    pub(crate) fn at(&self, g: f64, g_rate: f64) -> NormalForce {
         if g <= 0.0 {
-            return (0.0, 0.0);
+            return NormalForce::default();
         }
         let damping = self.damping * cubic_step(g, 0.0, 0.0, self.damping_ramp, 1.0);
         let spring = self.stiffness * g.powf(self.exponent);
-        let force = (spring + damping * g_rate).max(0.0);
-        (force, spring * g / (self.exponent + 1.0))
+        NormalForce {
+            stiffness: self.exponent * spring / g,
+            damping,
+            unclamped: spring + damping * g_rate,
+            energy: spring * g / (self.exponent + 1.0),
+        }
     }
 
     /// Penetration of a wheel at rest under `load` (N), m: the inverse of eq. (10) with dg/dt = 0.
     pub fn static_penetration(&self, load: f64) -> f64 {
         (load / self.stiffness).powf(1.0 / self.exponent)
+    }
+}
+
+/// The parts of eq. (10) at one penetration and rate.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct NormalForce {
+    /// Tangent stiffness of the spring, `k n g^(n - 1)`, N/m.
+    pub stiffness: f64,
+    /// c(g), N s/m.
+    pub damping: f64,
+    /// `k g^n + c(g) dg/dt`, N: negative where eq. (10) as printed would pull.
+    pub unclamped: f64,
+    /// Elastic energy, `k g^(n + 1)/(n + 1)`, J.
+    pub energy: f64,
+}
+
+impl NormalForce {
+    /// N >= 0, N.
+    pub fn force(&self) -> f64 {
+        self.unclamped.max(0.0)
     }
 }
 

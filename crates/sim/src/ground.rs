@@ -1,6 +1,6 @@
 //! Forces of the ground on one wheel: terrain, contact law (10) and friction law (11) combined.
 
-use crate::contact::ContactLaw;
+use crate::contact::{ContactLaw, NormalForce};
 use crate::error::BelowGround;
 use crate::friction::{FrictionLaw, Slip, Stretch};
 use crate::rolling::RollingResistance;
@@ -21,6 +21,9 @@ pub(crate) struct Ground {
     found: [Vec<Contact>; 3],
     /// Where each wheel was last.
     hints: [Hint; 3],
+    has_corners: bool,
+    /// Contacts at the last call of [`Ground::meets`].
+    ahead: Vec<Contact>,
     /// Number of searches for contacts so far.
     #[cfg(test)]
     queries: u64,
@@ -49,12 +52,14 @@ pub(crate) struct AxleState {
 }
 
 /// Forces at one contact.
-struct OneContact {
+pub(crate) struct OneContact {
     truth: ContactTruth,
-    /// Elastic energy, J.
-    energy: f64,
+    /// N and its parts.
+    pub normal: NormalForce,
+    /// T/N, -.
+    pub coefficient: f64,
     /// Speed of the wheel into the ground, m/s.
-    approach: f64,
+    pub approach: f64,
     /// Slip speed beyond which it slides, m/s.
     slip_limit: f64,
 }
@@ -116,6 +121,8 @@ impl Ground {
             wheel_radius: setup.robot.geometry.wheel_radius,
             found: Default::default(),
             hints: Default::default(),
+            has_corners: setup.terrain.has_corners(),
+            ahead: Vec::new(),
             #[cfg(test)]
             queries: 0,
         }
@@ -131,6 +138,27 @@ impl Ground {
         motion: &WheelMotion,
         forces: &mut GroundForces,
     ) -> Result<(), BelowGround> {
+        self.find(wheel, motion.centre);
+        self.act_at(&self.found[wheel], motion, forces)
+    }
+
+    /// As [`Self::act`], and passes each contact with its forces to `each`.
+    ///
+    /// # Errors
+    /// [`BelowGround`]
+    pub fn act_each(
+        &mut self,
+        wheel: usize,
+        motion: &WheelMotion,
+        forces: &mut GroundForces,
+        each: impl FnMut(&Contact, &OneContact),
+    ) -> Result<(), BelowGround> {
+        self.find(wheel, motion.centre);
+        self.sum(&self.found[wheel], motion, forces, each)
+    }
+
+    /// Searches the contacts of a wheel (0 front, 1 middle, 2 rear) with its centre at `centre`, m.
+    fn find(&mut self, wheel: usize, centre: Vec2) {
         let found = &mut self.found[wheel];
         let hint = &mut self.hints[wheel];
         #[cfg(test)]
@@ -138,8 +166,34 @@ impl Ground {
             self.queries += 1;
         }
         self.terrain
-            .contacts_near(motion.centre, self.wheel_radius, hint, found);
-        self.act_at(&self.found[wheel], motion, forces)
+            .contacts_near(centre, self.wheel_radius, hint, found);
+    }
+
+    /// Whether a wheel (0 front, 1 middle, 2 rear) at the motion of the last call of [`Self::act_each`] will meet the ground
+    /// at a further place within `time`, s. On ground without corners only a wheel in the air is asked for.
+    pub fn meets(&mut self, wheel: usize, motion: &WheelMotion, time: f64) -> bool {
+        let found = &self.found[wheel];
+        if !self.has_corners && !found.is_empty() {
+            return false;
+        }
+        let centre = motion.centre + motion.velocity * time;
+        self.terrain.contacts_near(
+            centre,
+            self.wheel_radius,
+            &mut self.hints[wheel],
+            &mut self.ahead,
+        );
+        let known = |c: &Contact| found.iter().any(|f| is_same(f.normal(), c.normal()));
+        !self.ahead.iter().all(known)
+    }
+
+    /// Moment of rolling resistance of a wheel with this absolute spin (rad/s) for each newton of N, m.
+    pub fn rolling_moment(&self, spin: f64) -> f64 {
+        if self.rolling.coefficient > 0.0 {
+            self.rolling.moment(1.0, self.wheel_radius, spin)
+        } else {
+            0.0
+        }
     }
 
     /// Number of searches for contacts so far.
@@ -163,8 +217,23 @@ impl Ground {
         wheel: &WheelMotion,
         sum: &mut GroundForces,
     ) -> Result<(), BelowGround> {
+        self.sum(found, wheel, sum, |_, _| ())
+    }
+
+    /// Sums the forces of given contacts of a wheel, and passes each one to `each`.
+    #[inline(always)]
+    fn sum(
+        &self,
+        found: &[Contact],
+        wheel: &WheelMotion,
+        sum: &mut GroundForces,
+        mut each: impl FnMut(&Contact, &OneContact),
+    ) -> Result<(), BelowGround> {
         if let [contact] = found {
-            return self.act_at_one(contact, wheel, sum);
+            let one = self.one_contact(contact, wheel)?;
+            self.sum_of_one(contact, wheel, &one, sum);
+            each(contact, &one);
+            return Ok(());
         }
         *sum = GroundForces::default();
         let mut normal_sum = Vec2::zeros();
@@ -173,6 +242,7 @@ impl Ground {
                 continue;
             }
             let one = self.one_contact(contact, wheel)?;
+            each(contact, &one);
             let ContactTruth {
                 normal,
                 normal_force,
@@ -188,7 +258,7 @@ impl Ground {
                     .moment(normal_force, self.wheel_radius, wheel.spin);
             }
             sum.traction += traction;
-            sum.energy += one.energy;
+            sum.energy += one.normal.energy;
             sum.contacts += 1;
             sum.grips |= !one.truth.slides;
             sum.approach = sum.approach.max(one.approach);
@@ -207,18 +277,15 @@ impl Ground {
     }
 
     /// As [`Self::act_at`] for a wheel with one contact, the usual case.
-    fn act_at_one(
+    #[inline(always)]
+    fn sum_of_one(
         &self,
         contact: &Contact,
         wheel: &WheelMotion,
+        one: &OneContact,
         sum: &mut GroundForces,
-    ) -> Result<(), BelowGround> {
-        let OneContact {
-            truth,
-            energy,
-            approach,
-            slip_limit,
-        } = self.one_contact(contact, wheel)?;
+    ) {
+        let truth = &one.truth;
         let (normal_force, traction) = (truth.normal_force, truth.traction);
         let mut torque = contact.distance * traction;
         if self.rolling.coefficient > 0.0 {
@@ -235,13 +302,12 @@ impl Ground {
             tangent: contact.tangent,
             penetration: truth.penetration,
             slip_speed: truth.slip_speed,
-            slip_limit,
+            slip_limit: one.slip_limit,
             grips: !truth.slides,
             contacts: 1,
-            energy,
-            approach: approach.max(0.0),
+            energy: one.normal.energy,
+            approach: one.approach.max(0.0),
         };
-        Ok(())
     }
 
     /// Laws (10) and (11) at one contact.
@@ -254,21 +320,24 @@ impl Ground {
         let (t, n, arm) = axes(contact, wheel)?;
         let penetration = self.wheel_radius - arm;
         let approach = -wheel.velocity.dot(&n);
-        let (normal_force, energy) = self.contact.normal_force_and_energy(penetration, approach);
+        let law = self.contact.at(penetration, approach);
+        let normal_force = law.force();
         let slip = slip(wheel, t, arm);
         let friction = self.friction.at(&self.stretches, contact.point.x);
         let slip_limit = friction.slip_limit(&slip);
+        let coefficient = friction.coefficient(&slip);
         Ok(OneContact {
             truth: ContactTruth {
                 point: contact.point,
                 normal: n,
                 normal_force,
-                traction: friction.coefficient(&slip) * normal_force,
+                traction: coefficient * normal_force,
                 penetration,
                 slip_speed: slip.speed(),
                 slides: slip.speed().abs() > slip_limit,
             },
-            energy,
+            normal: law,
+            coefficient,
             approach,
             slip_limit,
         })
@@ -342,6 +411,13 @@ impl Ground {
 /// Slope of a tangent of any length, rad.
 fn slope(tangent: Vec2) -> f64 {
     libm::atan2(tangent.y, tangent.x)
+}
+
+/// Whether two normals of a wheel, at most a step apart, belong to one contact. Contacts whose normals differ by less are
+/// merged by the terrain; a wheel of 0.1 m at 3 m/s turns its normal by 0.3 deg in 0.2 ms.
+pub(crate) fn is_same(a: Vec2, b: Vec2) -> bool {
+    const LEAST_COSINE: f64 = 0.99;
+    a.dot(&b) > LEAST_COSINE
 }
 
 /// Whether a contact is on the far side of a thin wall that the wheel penetrates from the near side: the centre is

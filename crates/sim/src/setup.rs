@@ -10,7 +10,7 @@ use robhaz_terrain::Terrain;
 /// The engine that computes the truth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EngineKind {
-    /// Rigid bodies and joints in rapier2d, with a constant step that is divided during impacts and stiff friction: [`crate::rapier`].
+    /// Rigid bodies and joints in rapier2d, with a constant step that is divided during impacts and for stiff laws: [`crate::rapier`].
     Rapier,
     /// Equations of motion in minimal coordinates, with a stiff solver: [`crate::direct`].
     Direct,
@@ -86,7 +86,7 @@ pub struct PlantSetup {
     /// The engine that computes the truth.
     pub engine: EngineKind,
     /// Largest integration step of `rapier`, s. The step in use is the period over a whole number. It is divided further, into up to
-    /// [`MOST_PARTS`](crate::rapier::MOST_PARTS) parts, during impacts and where the friction is stiff.
+    /// [`MOST_PARTS`](crate::rapier::MOST_PARTS) parts, during impacts and where contact, friction or drive are stiff.
     pub step: f64,
     /// Tolerance of `direct`: allowed error of one step, in units of 1 mm, 10 mrad, 0.1 m/s and 0.1 rad/s.
     pub tolerance: f64,
@@ -112,7 +112,7 @@ impl PlantSetup {
             drive: Drive::default(),
             start: StartKind::Settled,
             engine: EngineKind::Direct,
-            step: 1.25e-4,
+            step: 2e-4,
             tolerance: 1e-5,
             period: 1e-3,
             balance: false,

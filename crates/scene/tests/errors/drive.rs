@@ -11,19 +11,19 @@ fn stiff_friction_is_refused_with_its_limit() {
     one(
         "contact.friction = 'rigid'",
         "x.toml:1: contact.friction: found contact.friction = \"rigid\" and contact.v_s = 0.001 and \
-         engine.step = 1.25e-4, allowed: engine.step at most 2.26e-5 s, the friction's slope at zero slip against \
+         engine.step = 2e-4, allowed: engine.step at most 2.26e-5 s, the friction's slope at zero slip against \
          wheel and robot; or engine.kind = \"direct\"",
     );
     one(
         "[contact]\nfriction = 'brush'",
         "x.toml:2: contact.friction: found contact.friction = \"brush\" and contact.slip_stiffness = 20 and \
-         engine.step = 1.25e-4, allowed: engine.step at most 1.08e-4 s, the friction's slope at zero slip against \
+         engine.step = 2e-4, allowed: engine.step at most 1.77e-4 s, the friction's slope at zero slip against \
          wheel and robot; or engine.kind = \"direct\"",
     );
     one(
         "engine.step = 1e-3\n[contact]\ndamping = 0\nrolling_resistance = 1",
         "x.toml:4: contact.rolling_resistance: found contact.rolling_resistance = 1 and engine.step = 0.001, \
-         allowed: engine.step at most 5.55e-4 s, the moment's slope at standstill against wheel and rotor; \
+         allowed: engine.step at most 9.03e-4 s, the moment's slope at standstill against wheel and rotor; \
          or engine.kind = \"direct\"",
     );
     let direct = "engine.kind = 'direct'\n[contact]\n";
@@ -178,17 +178,18 @@ fn the_longest_step_belongs_to_the_robot() {
             Err(error) => error.problems().map(|p| p.message().to_owned()).collect(),
         }
     };
-    let found = limits(&["engine.step=2e-4"]);
+    let stiff = "contact.damping=2e5";
+    let found = limits(&[stiff, "engine.step=3e-4"]);
     assert!(
-        matches!(&found[..], [one] if one.contains("engine.step at most 1.5e-4 s, twice")),
+        matches!(&found[..], [one] if one.contains("engine.step at most 2.92e-4 s, 39 times")),
         "{found:?}"
     );
-    // Wheels of 3 kg instead of 1.5 kg: 0.3 ms.
+    // Wheels of 3 kg instead of 1.5 kg: 0.585 ms.
     let heavy = "robot.mass.wheel=3";
-    assert_eq!(limits(&[heavy, "engine.step=2.9e-4"]), [""; 0]);
-    let found = limits(&[heavy, "engine.step=3.1e-4"]);
+    assert_eq!(limits(&[stiff, heavy, "engine.step=5.8e-4"]), [""; 0]);
+    let found = limits(&[stiff, heavy, "engine.step=6e-4"]);
     assert!(
-        matches!(&found[..], [one] if one.contains("engine.step at most 3e-4 s, twice")),
+        matches!(&found[..], [one] if one.contains("engine.step at most 5.85e-4 s, 39 times")),
         "{found:?}"
     );
     let undamped = ["contact.damping=0", "contact.stiffness=1e13"];

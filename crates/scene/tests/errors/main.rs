@@ -173,16 +173,16 @@ fn rules_over_several_keys() {
         )
         .is_ok()
     );
-    // An explicit drive overshoots in each step where its slope is too great, whichever part makes it.
+    // An explicit drive overshoots in each part of a step where its slope is too great, whichever term makes it.
     for (key, value, longest, most) in [
-        ("kp", "1000", "5.66e-5", "453"),
-        ("viscous_damping", "600", "9.36e-5", "448"),
-        ("gear_friction", "20", "2.82e-5", "4.48"),
+        ("kp", "10000", "7.36e-5", "736"),
+        ("viscous_damping", "950", "7.71e-4", "731"),
+        ("gear_friction", "20", "3.67e-4", "7.31"),
     ] {
         one(
-            &format!("drive.{key} = {value}"),
+            &format!("drive.{key} = {value}\nengine.step = 1e-3"),
             &format!(
-                "x.toml:1: drive.{key}: found drive.{key} = {value} and engine.step = 1.25e-4, \
+                "x.toml:1: drive.{key}: found drive.{key} = {value} and engine.step = 0.001, \
                  allowed: engine.step at most {longest} s or drive.{key} at most {most}, \
                  the drive's slope against wheel, rotor and links; or engine.kind = \"direct\""
             ),
@@ -190,9 +190,9 @@ fn rules_over_several_keys() {
     }
     // Nor may the integral be faster than the slope damps it.
     one(
-        "drive.ki = 1e5",
-        "x.toml:1: drive.ki: found drive.ki = 100000 and engine.step = 1.25e-4, \
-         allowed: drive.ki at most 16400, what drive.kp and the losses damp at this step; \
+        "drive.ki = 1e6",
+        "x.toml:1: drive.ki: found drive.ki = 1e6 and engine.step = 2e-4, \
+         allowed: drive.ki at most 133000, what drive.kp and the losses damp at this step; \
          or engine.kind = \"direct\"",
     );
     let found = lines("record.duration = 2.00005");
@@ -207,16 +207,19 @@ fn rules_over_several_keys() {
         "{}",
         found[0]
     );
-    // Beyond twice the time constant of a bare wheel on the damping an explicit contact force diverges in silence.
+    // Beyond three times the time constant of a bare wheel on the damping in each part the contact force may diverge.
     assert_eq!(
-        lines("contact.damping = 5e4"),
+        lines("contact.damping = 5e5"),
         [
-            "x.toml:1: contact.damping: found contact.damping = 50000 and engine.step = 1.25e-4, \
-            allowed: engine.step at most 6e-5 s, twice the wheel's mass over the damping; or engine.kind = \"direct\""
+            "x.toml:1: contact.damping: found contact.damping = 500000 and engine.step = 2e-4, \
+            allowed: engine.step at most 1.17e-4 s, 39 times the wheel's mass over the damping; or engine.kind = \"direct\""
         ]
     );
     let found = lines("contact.v_s = '0.5 mm/s'");
-    assert!(found[0].contains("engine.step at most 9.07"), "{found:?}");
+    assert!(
+        found[0].contains("engine.step at most 1.47e-4"),
+        "{found:?}"
+    );
     let found = lines("engine.step = 1e-12");
     assert!(
         found[0].contains("allowed: at most 1e11 steps"),
@@ -242,7 +245,7 @@ fn a_limit_is_never_rounded_to_zero() {
     let line = error
         .problems()
         .map(ToString::to_string)
-        .find(|line| line.contains("twice the wheel's mass over the damping"))
+        .find(|line| line.contains("39 times the wheel's mass over the damping"))
         .expect("the limit");
     let (_, limit) = line.split_once("engine.step at most ").expect("a limit");
     let limit: f64 = limit
@@ -251,8 +254,8 @@ fn a_limit_is_never_rounded_to_zero() {
         .expect("a number")
         .parse()
         .expect("a number");
-    // 2 x 3e-9 kg / 2e4 N s/m, rounded down to three digits.
-    assert!((2.99e-13..=3e-13).contains(&limit), "{line}");
+    // 39 x 3e-9 kg / 2e4 N s/m, rounded down to three digits.
+    assert!((5.84e-12..=5.85e-12).contains(&limit), "{line}");
 }
 
 /// Numbers too large for a double are out of range, with a unit and without.

@@ -8,6 +8,7 @@
 //! A settled start comes from the equations of motion that [`crate::direct`] integrates. After that the motion depends
 //! on rapier alone.
 
+mod damping;
 mod joints;
 mod pins;
 mod step_control;
@@ -16,16 +17,18 @@ use crate::balance::{Balance, WheelLoad};
 use crate::drive::{Drive, wheel_acceleration};
 use crate::engine::{Engine, Instant};
 use crate::error::{BelowGround, PlantError};
-use crate::ground::{AxleState, Ground, GroundForces, WheelMotion};
+use crate::ground::{AxleState, Ground, GroundForces, OneContact, WheelMotion};
 use crate::setup::{PlantSetup, StartKind};
 use crate::start::Start;
 use crate::stop::stop_torque;
 use crate::truth::{BarTruth, PinTruth, Truth};
+use damping::{DampedContact, Damping};
 use joints::Lump;
 use pins::PinArms;
 use rapier2d::prelude::*;
 use robhaz_model::{Bar, Pin, Robot, Vec2, WheelCommand, cross, perp};
-use step_control::{StepControl, WheelState};
+use robhaz_terrain::Contact;
+use step_control::{Division, StepControl, WheelState};
 
 pub use step_control::MOST_PARTS;
 
@@ -61,6 +64,7 @@ pub struct RapierEngine {
     /// Mean angular accelerations of links 1 and 2 over the last integration, rad/s^2.
     link_accelerations: [f64; 2],
     step_control: StepControl,
+    damping: Damping,
     /// Remaining steps before time zero.
     settling_steps: u64,
 }
@@ -79,12 +83,8 @@ struct Wheel {
 /// Forces and torques on links and wheels at one instant.
 #[derive(Clone, Copy, Debug, Default)]
 struct Loads {
-    /// On links 1 and 2, from the ground, N.
-    forces: [Vec2; 2],
-    /// On links 1 and 2 about their centres of mass with wheels, N m counter-clockwise.
-    torques: [f64; 2],
-    /// Rates of the wheels' absolute spins, rad/s^2.
-    spin_rates: [f64; 3],
+    /// Motor torques less the losses in the gears, N m.
+    drive_torques: [f64; 3],
     /// Rates of the integrals of the speed errors, rad/s.
     integral_rates: [f64; 3],
     /// Motor torques, N m.
@@ -195,7 +195,8 @@ impl RapierEngine {
             balance: Balance::default(),
             carries_balance: setup.balance,
             link_accelerations: [0.0; 2],
-            step_control: StepControl::new(setup),
+            step_control: StepControl::new(setup, step),
+            damping: Damping::new(setup.robot.mass.wheel),
             settling_steps: match setup.start {
                 StartKind::Settled => SETTLING_STEPS,
                 StartKind::Raw => 0,
@@ -253,7 +254,11 @@ impl RapierEngine {
         let time = self.time();
         let mut loads = self.loads(time, truth.as_deref_mut())?;
         let contact_energy = loads.contact_energy;
-        let parts = self.step_control.parts(&loads.wheel_state, self.step);
+        let knows = self.damping.begin(self.step)
+            && !(0..3).any(|i| self.ground.meets(i, &loads.motions[i], self.step));
+        let Division { parts, impact } =
+            self.step_control
+                .divide(&loads.wheel_state, self.step, knows);
         let length = self.step / f64::from(parts);
         // The pin forces of the first integration belong to the instant of the truth.
         let mut pins = truth.map(|truth| (truth, self.pin_arms()));
@@ -268,7 +273,7 @@ impl RapierEngine {
                 if piece > 0 {
                     loads = self.loads(begin + f64::from(piece) * piece_length, None)?;
                 }
-                self.integrate(&loads, piece_length);
+                self.integrate(&mut loads, piece_length, impact);
                 if let Some((truth, arms)) = pins.take() {
                     self.pin_forces(truth, &arms, piece_length);
                 }
@@ -291,13 +296,15 @@ impl RapierEngine {
 
     /// Forces and torques at the current state. Fills in wheels and stop of `truth`.
     fn loads(&mut self, time: f64, mut truth: Option<&mut Truth>) -> Result<Loads, PlantError> {
-        let (geometry, mass) = (&self.robot.geometry, &self.robot.mass);
+        let geometry = &self.robot.geometry;
         let bodies = &self.world.bodies;
         let links = [Bar::Link1, Bar::Link2].map(|bar| &bodies[self.bars[bar as usize]]);
         let rates = links.map(RigidBody::angvel);
         let angles = links.map(|link| link.rotation().angle());
-        let centres = links.map(|link| from_rapier(link.center_of_mass()));
         let mut loads = Loads::default();
+        // Velocities at the end of a step are those in its middle (leapfrog). Compared with a later set speed they would
+        // lead, and the robot would be ahead by its way in half a step.
+        let of_velocities = time - 0.5 * self.world.integration_parameters.dt;
         for i in 0..3 {
             let carrier = geometry.carriers[i].index();
             let (link, link_rate) = (links[carrier], rates[carrier]);
@@ -306,8 +313,17 @@ impl RapierEngine {
             let motion = wheel_motion(link, geometry.axle_on_carrier(i), wheel.spin);
             let below = |error: BelowGround| error.at(time, i);
             let mut ground = GroundForces::default();
-            self.ground.act(i, &motion, &mut ground).map_err(below)?;
-            let planned = self.drive.set_speed(i, time, geometry.wheel_radius);
+            let contacts = self.damping.present(i);
+            let rolling = self.ground.rolling_moment(wheel.spin);
+            let each = |contact: &Contact, forces: &OneContact| {
+                contacts.push(DampedContact::new(contact, forces, rolling));
+            };
+            self.ground
+                .act_each(i, &motion, &mut ground, each)
+                .map_err(below)?;
+            let planned = self
+                .drive
+                .set_speed(i, of_velocities, geometry.wheel_radius);
             let drive = self
                 .drive
                 .response(self.commands[i], planned, omega, wheel.integral);
@@ -324,22 +340,8 @@ impl RapierEngine {
                     .write_truth(i, &ground, &motion, axle, &mut truth.wheels[i])
                     .map_err(below)?;
             }
-            // The acceleration of the link is that of the last integration. Its weight J_wheel/(J_wheel + J_rotor) is 8
-            // %.
-            let omega_rate = wheel_acceleration(
-                drive_torque,
-                ground.torque,
-                self.link_accelerations[carrier],
-                mass.wheel_inertia,
-                mass.rotor_inertia,
-            );
-            let through_gear = drive_torque - mass.rotor_inertia * omega_rate;
+            loads.drive_torques[i] = drive_torque;
             loads.integral_rates[i] = drive.integral_rate;
-            loads.spin_rates[i] = (through_gear - ground.torque) / mass.wheel_inertia;
-            loads.forces[carrier] += ground.force;
-            // Torques are counter-clockwise; the forward spin is clockwise.
-            loads.torques[carrier] +=
-                through_gear + cross(motion.centre - centres[carrier], ground.force);
             loads.motor_torques[i] = torque;
             loads.motions[i] = motion;
             loads.wheels[i] = WheelLoad::new(&ground, gear_torque);
@@ -349,8 +351,6 @@ impl RapierEngine {
             state.approach = state.approach.max(ground.approach);
         }
         let stop = stop_torque(&geometry.stop, angles[0] - angles[1], rates[0] - rates[1]);
-        loads.torques[0] += stop;
-        loads.torques[1] -= stop;
         loads.stop_torque = stop;
         if let Some(truth) = truth {
             truth.stop_torque = stop;
@@ -359,18 +359,11 @@ impl RapierEngine {
     }
 
     /// Integrates bars and wheel spins over `step` (s).
-    fn integrate(&mut self, loads: &Loads, step: f64) {
+    fn integrate(&mut self, loads: &mut Loads, step: f64, impact: bool) {
         let before = self.link_rates();
-        for (i, bar) in [Bar::Link1, Bar::Link2].into_iter().enumerate() {
-            if let Some(body) = self.world.bodies.get_mut(self.bars[bar as usize]) {
-                body.reset_forces(false);
-                body.reset_torques(false);
-                body.add_force(to_rapier(loads.forces[i]), false);
-                body.add_torque(loads.torques[i], false);
-            }
-        }
+        let spin_rates = self.apply(loads, step, impact);
         let parameters = &mut self.world.integration_parameters;
-        // The velocities that correct the gaps of a long step would appear as forces, eight times as large over a short
+        // The velocities that correct the gaps of a long step would appear as forces, many times as large over a short
         // step.
         let same = (parameters.dt - step).abs() < 1e-9 * step;
         parameters.num_internal_stabilization_iterations =
@@ -383,7 +376,7 @@ impl RapierEngine {
             let carrier = self.robot.geometry.carriers[i].index();
             let omega_before = wheel.spin + before[carrier];
             wheel.integral += step * loads.integral_rates[i];
-            wheel.spin += step * loads.spin_rates[i];
+            wheel.spin += step * spin_rates[i];
             let omega = wheel.spin + rates[carrier];
             wheel.angle += step * omega;
             self.balance.motor_work += step * loads.motor_torques[i] * 0.5 * (omega_before + omega);
@@ -391,6 +384,48 @@ impl RapierEngine {
         if self.carries_balance {
             self.add_to_balance(loads, [before, rates], step);
         }
+    }
+
+    /// Applies the forces that are held over `step` (s) to the links. Returns the rates of the wheels' absolute spins,
+    /// rad/s^2.
+    fn apply(&mut self, loads: &mut Loads, step: f64, impact: bool) -> [f64; 3] {
+        let (geometry, mass) = (&self.robot.geometry, &self.robot.mass);
+        let mut torques = [loads.stop_torque, -loads.stop_torque];
+        let mut forces = [Vec2::zeros(); 2];
+        let mut spin_rates = [0.0; 3];
+        let links = [Bar::Link1, Bar::Link2].map(|bar| self.bars[bar as usize]);
+        let centres = links.map(|link| from_rapier(self.world.bodies[link].center_of_mass()));
+        for (i, spin_rate) in spin_rates.iter_mut().enumerate() {
+            let carrier = geometry.carriers[i].index();
+            let (change, torque_change) = self.damping.change(i, step, impact);
+            let wheel = &mut loads.wheels[i];
+            wheel.force += change;
+            wheel.ground_torque += torque_change;
+            // The acceleration of the link is that of the last integration. Its weight J_wheel/(J_wheel + J_rotor) is 8
+            // %.
+            let omega_rate = wheel_acceleration(
+                loads.drive_torques[i],
+                wheel.ground_torque,
+                self.link_accelerations[carrier],
+                mass.wheel_inertia,
+                mass.rotor_inertia,
+            );
+            let through_gear = loads.drive_torques[i] - mass.rotor_inertia * omega_rate;
+            *spin_rate = (through_gear - wheel.ground_torque) / mass.wheel_inertia;
+            forces[carrier] += wheel.force;
+            // Torques are counter-clockwise; the forward spin is clockwise.
+            let arm = loads.motions[i].centre - centres[carrier];
+            torques[carrier] += through_gear + cross(arm, wheel.force);
+        }
+        for (i, link) in links.into_iter().enumerate() {
+            if let Some(body) = self.world.bodies.get_mut(link) {
+                body.reset_forces(false);
+                body.reset_torques(false);
+                body.add_force(to_rapier(forces[i]), false);
+                body.add_torque(torques[i], false);
+            }
+        }
+        spin_rates
     }
 
     /// Adds impulse and work of `loads` over a step (s) to the balance: half of the step with the speeds before it,

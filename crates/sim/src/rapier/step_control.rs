@@ -1,18 +1,25 @@
-//! Division of a step during impacts and where the friction is stiff.
+//! Division of a step during impacts and where contact, friction or drive are stiff.
 //!
-//! The division depends on the state at the start of a step alone, so that runs repeat.
+//! The division depends on the state at the start of a step and on the division of the step before, so that runs repeat.
 
 use crate::contact::ContactLaw;
 use crate::friction::FrictionLaw;
 use crate::setup::PlantSetup;
-use crate::stability::{STABLE_SHARE, longest_step_for_friction};
+use crate::stability::{
+    STABLE_SHARE, largest_integral_gain, largest_slope, longest_step_for_contact,
+    longest_step_for_friction,
+};
 
-/// Largest number of parts of a step. An impact on an edge takes all of them: at the default step a part is 16 us, and
-/// a wheel is stopped in 75 us. Stiff friction takes as many as it needs.
-pub const MOST_PARTS: u32 = 8;
+/// Largest number of parts of a step. An impact on an edge takes all of them: at the default step a part is 15 us, and
+/// a wheel is stopped in 75 us. Stiff laws take as many as they need.
+pub const MOST_PARTS: u32 = 13;
 /// Largest number of pieces of a part. Pieces are needed if the normal force of an impact would make the friction
-/// unstable: above 6.6 kN in eight parts, with the default friction.
+/// unstable: above 6.7 kN in 13 parts, with the default friction.
 const MOST_PIECES: u32 = 32;
+/// Rise of N in a step at which an impact ends, as a share of that at which it begins. Each change of the step disturbs N
+/// by some tenths of a newton, because the gaps of the joints belong to a step; at a share of 1 an impact that fades
+/// changed it many times.
+const END_OF_IMPACT: f64 = 0.8;
 
 /// Stiffness of the laws, and the loads at which it is evaluated.
 pub(super) struct StepControl {
@@ -23,6 +30,19 @@ pub(super) struct StepControl {
     mean_penetration: f64,
     /// Longest step for the friction times N, N s.
     friction_limit: f64,
+    /// Number of parts that contact and drive need.
+    fewest: u32,
+    /// Whether the last step was part of an impact.
+    impact: bool,
+}
+
+/// Division of a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Division {
+    /// Number of parts.
+    pub parts: u32,
+    /// Whether the step is part of an impact.
+    pub impact: bool,
 }
 
 /// The state of the wheels on which the division depends.
@@ -35,7 +55,8 @@ pub(super) struct WheelState {
 }
 
 impl StepControl {
-    pub fn new(setup: &PlantSetup) -> Self {
+    /// For steps of the length `step`, s.
+    pub fn new(setup: &PlantSetup, step: f64) -> Self {
         let stretches = setup.stretches.iter().map(|s| s.mu_s);
         let steepest = FrictionLaw {
             mu_s: stretches.fold(setup.friction.mu_s, f64::max),
@@ -46,6 +67,10 @@ impl StepControl {
             mean_load: setup.robot.mean_wheel_load(),
             mean_penetration: setup.mean_penetration(),
             friction_limit: longest_step_for_friction(&steepest, &setup.rolling, &setup.robot, 1.0),
+            fewest: (1..MOST_PARTS)
+                .find(|parts| is_stable(setup, step / f64::from(*parts)))
+                .unwrap_or(MOST_PARTS),
+            impact: false,
         }
     }
 
@@ -56,15 +81,23 @@ impl StepControl {
         (law.damping + tangent * step) * wheels.approach
     }
 
-    /// Number of parts of the next step (s). An impact is a step in which N could rise by more than the mean load.
-    pub fn parts(&self, wheels: &WheelState, step: f64) -> u32 {
-        if self.rise(wheels, step) > self.mean_load {
-            return MOST_PARTS;
+    /// Division of the next step (s). In an impact N could rise by more than the mean load in a step. It begins, too, where
+    /// a contact is new or the step will find a new one: the step `knows` not all of its contacts.
+    pub fn divide(&mut self, wheels: &WheelState, step: f64, knows: bool) -> Division {
+        let share = if self.impact { END_OF_IMPACT } else { 1.0 };
+        self.impact = !knows || self.rise(wheels, step) > share * self.mean_load;
+        let parts = if self.impact {
+            MOST_PARTS
+        } else {
+            // Stability of the friction at the present N.
+            (self.fewest..MOST_PARTS)
+                .find(|parts| step < f64::from(*parts) * self.friction_limit / wheels.normal_force)
+                .unwrap_or(MOST_PARTS)
+        };
+        Division {
+            parts,
+            impact: self.impact,
         }
-        // Stability of the friction at the present N.
-        (1..MOST_PARTS)
-            .find(|parts| step < f64::from(*parts) * self.friction_limit / wheels.normal_force)
-            .unwrap_or(MOST_PARTS)
     }
 
     /// Number of pieces of a part of a step, `part` (s). An impact of kilonewtons can make the friction unstable in
@@ -78,4 +111,12 @@ impl StepControl {
             .find(|pieces| part * load < f64::from(*pieces) * self.friction_limit)
             .unwrap_or(MOST_PIECES)
     }
+}
+
+/// Whether contact and drive are stable with steps of this length, s.
+fn is_stable(setup: &PlantSetup, step: f64) -> bool {
+    let (drive, robot) = (&setup.drive, &setup.robot);
+    step <= longest_step_for_contact(&setup.contact, robot)
+        && largest_slope(robot, step).is_some_and(|largest| drive.slope() <= largest)
+        && drive.ki <= largest_integral_gain(drive, step)
 }
