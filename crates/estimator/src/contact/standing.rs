@@ -60,7 +60,7 @@ impl StandingDetector {
     /// `push`: sum of the tractions over the weight. `acceleration`: mean of the rims' over gravity. `slope`: mean of the lines, rad.
     /// Rims that spin up faster than the robot give a negative angle, and hide what resists.
     pub fn resisted(push: f64, acceleration: f64, slope: f64) -> f64 {
-        let climbed = libm::asin((push - acceleration).max(-1.0).min(1.0));
+        let climbed = libm::asin((push - acceleration).clamp(-1.0, 1.0));
         (climbed - slope) * push.signum()
     }
 
