@@ -105,6 +105,58 @@ fn standard_messages_give_nearly_the_same_estimates() {
     assert!(largest > 0.0, "nothing was rounded: the files are the same");
 }
 
+/// Sets the clock of both IMUs of an MCAP file ahead, by 100 s in the headers and by 200 s where it was recorded.
+fn set_ahead(from: &Path, to: &Path) {
+    let bytes = std::fs::read(from).unwrap();
+    let mut writer = mcap::Writer::new(std::fs::File::create(to).unwrap()).unwrap();
+    for message in mcap::MessageStream::new(&bytes).unwrap() {
+        let mut message = message.unwrap();
+        if message.channel.topic.starts_with("/imu/") {
+            let mut data = message.data.into_owned();
+            // CDR: four bytes of encapsulation, then the seconds of the stamp.
+            let seconds: [u8; 4] = data[4..8].try_into().unwrap();
+            let seconds = i32::from_le_bytes(seconds) + 100;
+            data[4..8].copy_from_slice(&seconds.to_le_bytes());
+            message.data = data.into();
+            message.log_time += 200_000_000_000;
+        }
+        writer.write(&message).unwrap();
+    }
+    writer.finish().unwrap();
+}
+
+/// Topics with clocks of their own, by their headers and by the recorder: with the offsets the estimates are those of the file
+/// with one clock, but for the rounding of the times; without them no row is in common.
+#[test]
+fn topics_with_two_clocks_are_brought_onto_one_time() {
+    let (folder, _) = recorded("csv", &["sensors.dropped=0"]);
+    let folder = folder.path();
+    let mut export = robhaz(folder);
+    export.args(["export", "run", "--to", "mcap"]);
+    assert!(export.status().unwrap().success());
+    set_ahead(&folder.join("run.mcap"), &folder.join("two.mcap"));
+    let example = std::fs::read_to_string(root().join("examples/logs/SENSORS.toml")).unwrap();
+    let estimate = |log: &str, offset: &str, out: &str| {
+        let sensors = format!("{out}.toml");
+        std::fs::write(folder.join(&sensors), example.replace("\"-2 ms\"", offset)).unwrap();
+        let args = [log, "--sensors", &sensors, "--estimator", "best"];
+        let out = ["--format", "csv", "--out", out];
+        estimated(folder, &[&args[..], &out].concat());
+    };
+    estimate("run.mcap", "0", "one");
+    estimate("two.mcap", "\"-100 s\"", "header");
+    estimate("two.mcap", "\"-200 s\"\ntime = \"log\"", "log");
+    let table = |out: &str| folder.join(out).join("estimate-best.csv");
+    for out in ["header", "log"] {
+        let largest = difference(&table("one"), &table(out), "normal_force", 0.0);
+        // As above; a reading that goes to the next frame changes N by 1e-4 N and more.
+        assert!(largest < 1e-8, "{out}: {largest} N");
+    }
+    std::fs::write(folder.join("none.toml"), example.replace("\"-2 ms\"", "0")).unwrap();
+    let error = refused(folder, &["two.mcap", "--sensors", "none.toml"]);
+    assert!(error.contains("no row in common"), "{error}");
+}
+
 /// Two tables with clocks, rates, units and signs of their own give estimates as accurate as the run's readings.
 #[test]
 fn two_clocks_are_brought_onto_one_time() {

@@ -66,7 +66,7 @@ impl Estimate {
 
     fn sigma(&self, k: usize) -> Option<f64> {
         let variance = self.covariance.as_ref()?.get(k)?.get(k)?;
-        Some(libm::sqrt(variance.max(0.0)))
+        Some(robhaz_model::sqrt(variance.max(0.0)))
     }
 }
 

@@ -65,7 +65,7 @@ impl Nominal {
         if budget.body_cg > 0.0 {
             let mut part = Loads::default();
             part.bars[Bar::Body as usize].torque = budget.body_cg
-                * libm::sqrt(0.5 * loads.bars[Bar::Body as usize].force.norm_squared());
+                * robhaz_model::sqrt(0.5 * loads.bars[Bar::Body as usize].force.norm_squared());
             r += square(Equilibrium::load_side(arms, carriers, &part, lever).0);
         }
         if budget.link_mass > 0.0 {

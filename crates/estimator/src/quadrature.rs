@@ -4,5 +4,5 @@
 /// overflow nor vanish, it needs fewer instructions than `libm::hypot`.
 #[inline]
 pub(crate) fn root_sum_square(a: f64, b: f64) -> f64 {
-    libm::sqrt(a * a + b * b)
+    robhaz_model::sqrt(a * a + b * b)
 }

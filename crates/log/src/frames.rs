@@ -14,6 +14,9 @@ use std::collections::VecDeque;
 
 /// Time for which frames wait for a slower channel, s. Channels of one file may be written one after another.
 const LONGEST_WAIT: f64 = 10.0;
+/// Rows of two channels that differ by less have the same time, s: a time in seconds since 1970 is rounded by 0.12 us, and an
+/// offset rounds it again.
+const ROUNDING: f64 = 0.5e-6;
 /// A step of more periods than this is a gap.
 const GAP: f64 = 1.5;
 
@@ -92,7 +95,7 @@ impl Frames {
                 continue;
             };
             let waited = self.channels[0].newest - time > LONGEST_WAIT;
-            let behind = |c: &Channel| !(c.ended || c.newest > time);
+            let behind = |c: &Channel| !(c.ended || c.newest > time + ROUNDING);
             match self.channels.iter().skip(1).position(behind) {
                 Some(i) if !waited => self.pull(i + 1)?,
                 _ => return Ok(self.take()),
@@ -152,7 +155,11 @@ impl Frames {
                 before - period
             };
             let mut taken = 0;
-            while channel.waiting.front().is_some_and(|(at, _)| *at <= time) {
+            while channel
+                .waiting
+                .front()
+                .is_some_and(|(at, _)| *at <= time + ROUNDING)
+            {
                 let Some((at, content)) = channel.waiting.pop_front() else {
                     break;
                 };

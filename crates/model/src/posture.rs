@@ -42,10 +42,10 @@ impl core::error::Error for PostureError {}
 /// [`PostureError`] where the triangle does not exist, or a coordinate is not finite.
 pub fn corner_s(geometry: &Geometry, p: Vec2, r: Vec2) -> Result<Vec2, PostureError> {
     let pins = &geometry.pins;
-    let (ps, rs) = ((pins.s - pins.p).norm(), (pins.s - pins.r).norm());
+    let [ps, rs] = [pins.p, pins.r].map(|pin| crate::sqrt((pins.s - pin).norm_squared()));
     let pr = r - p;
     let d2 = pr.norm_squared();
-    let d = libm::sqrt(d2);
+    let d = crate::sqrt(d2);
     let (least, greatest) = (libm::fabs(ps - rs), ps + rs);
     // In this form the condition refuses NaN as well.
     if !(d > least && d < greatest && d > 0.0) {
@@ -57,7 +57,7 @@ pub fn corner_s(geometry: &Geometry, p: Vec2, r: Vec2) -> Result<Vec2, PostureEr
     }
     // Foot of S on PR, measured from P, and height above it.
     let foot = (d2 + ps * ps - rs * rs) / (2.0 * d);
-    let height = libm::sqrt((ps * ps - foot * foot).max(0.0));
+    let height = crate::sqrt((ps * ps - foot * foot).max(0.0));
     let side = libm::copysign(1.0, cross(pins.r - pins.p, pins.s - pins.p));
     let along = pr / d;
     Ok(p + along * foot + perp(along) * (side * height))

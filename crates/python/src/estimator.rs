@@ -117,55 +117,30 @@ impl Estimator {
     }
 }
 
-/// Rows that go to their columns at once: they stay in the cache of a core.
-const ROWS_AT_ONCE: usize = 64;
-/// How many of these may wait.
-const WAITING: usize = 8;
+/// Rows that go to their columns at once: they stay in the fast cache of a core.
+const ROWS_AT_ONCE: usize = 32;
 
-type Row = (
-    SensorFrame,
-    [Result<robhaz_estimator::Estimate, robhaz_estimator::EstimateError>; 1],
-);
-
-/// Updates the estimator with every row. A row whose time does not increase is an error; one without an estimate is empty. The columns
-/// are filled on a thread of their own.
+/// Updates the estimator with every row. A row whose time does not increase is an error; one without an estimate is empty.
 fn estimate_rows(
     estimator: &mut robhaz_estimator::Estimator,
     readings: &Readings,
     rows: &mut BatchBuilder,
 ) -> PyResult<()> {
-    std::thread::scope(|scope| {
-        let (give, take) = std::sync::mpsc::sync_channel::<Vec<Row>>(WAITING);
-        let (give_back, emptied) = std::sync::mpsc::channel();
-        scope.spawn(move || {
-            for mut made in take {
-                let frames: Vec<Frame<'_>> = made.iter().map(|(s, e)| frame(s, e)).collect();
-                rows.push_all(&frames);
-                drop(frames);
-                made.clear();
-                // Where the other thread has ended, it is not needed.
-                let _ = give_back.send(made);
-            }
-        });
-        let mut made = Vec::with_capacity(ROWS_AT_ONCE);
-        for row in 0..readings.len() {
+    let mut made = Vec::with_capacity(ROWS_AT_ONCE);
+    for first in (0..readings.len()).step_by(ROWS_AT_ONCE) {
+        made.clear();
+        for row in first..readings.len().min(first + ROWS_AT_ONCE) {
             let sensors = readings.frame(row);
             let estimates = [estimator.update(&sensors)];
             if let Err(error @ robhaz_estimator::EstimateError::Time { .. }) = estimates[0] {
                 return Err(EstimateError::new_err(format!("row {row}: {error}")));
             }
             made.push((sensors, estimates));
-            if made.len() == ROWS_AT_ONCE || row + 1 == readings.len() {
-                let next = emptied
-                    .try_recv()
-                    .unwrap_or_else(|_| Vec::with_capacity(ROWS_AT_ONCE));
-                let full = std::mem::replace(&mut made, next);
-                // The other thread ends after this one, or the scope panics with it.
-                let _ = give.send(full);
-            }
         }
-        Ok(())
-    })
+        let frames: Vec<Frame<'_>> = made.iter().map(|(s, e)| frame(s, e)).collect();
+        rows.push_all(&frames);
+    }
+    Ok(())
 }
 
 fn frame<'a>(

@@ -1,8 +1,8 @@
 //! Columns of readings, from NumPy arrays or any table of them.
 
+use pyo3::buffer::PyBuffer;
 use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
 use robhaz_estimator::{LinkReading, SensorFrame};
 
 /// The columns of the table `sensors` of a run.
@@ -111,8 +111,5 @@ fn column(readings: &Bound<'_, PyAny>, names: &[String], name: &str) -> PyResult
         let text = format!("readings: column {name:?} has {axes} axes, allowed: 1");
         return Err(PyValueError::new_err(text));
     }
-    let bytes = array.call_method0("tobytes")?;
-    let bytes = bytes.cast::<PyBytes>()?.as_bytes();
-    let (values, _) = bytes.as_chunks::<8>();
-    Ok(values.iter().map(|v| f64::from_ne_bytes(*v)).collect())
+    PyBuffer::<f64>::get(&array)?.to_vec(readings.py())
 }

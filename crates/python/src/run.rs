@@ -52,6 +52,7 @@ fn simulate(scene: &Scene) -> PyResult<Results> {
     let name = &scene.name;
     let start = robhaz_run::Run::new(scene);
     let run = start.map_err(|e| of_run(&format!("cannot start {name}"), &e))?;
+    let run = run.on_threads();
     let (mut memory, mut summary) = (MemorySink::new(), SummarySink::new());
     let (samples, interrupt) = (Cell::new(0_u32), RefCell::new(None));
     let stop = || {

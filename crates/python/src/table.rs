@@ -77,8 +77,8 @@ impl Table {
             return Err(PyKeyError::new_err(text));
         };
         if let Some(counts) = array.as_primitive_opt::<UInt32Type>() {
-            let bytes = counts.values().iter().flat_map(|v| v.to_ne_bytes());
-            return array_of_bytes(py, &bytes.collect::<Vec<u8>>(), "uint32");
+            let bytes = counts.values().iter().map(|v| v.to_ne_bytes());
+            return array_of_bytes(py, bytes.collect::<Vec<_>>().as_flattened(), "uint32");
         }
         let Some(numbers) = array.as_primitive_opt::<Float64Type>() else {
             return Err(PyRuntimeError::new_err(format!(
@@ -87,8 +87,8 @@ impl Table {
             )));
         };
         let values = numbers.iter().map(|v| v.unwrap_or(f64::NAN));
-        let bytes: Vec<u8> = values.flat_map(f64::to_ne_bytes).collect();
-        array_of_bytes(py, &bytes, "float64")
+        let bytes: Vec<_> = values.map(f64::to_ne_bytes).collect();
+        array_of_bytes(py, bytes.as_flattened(), "float64")
     }
 
     fn __arrow_c_schema__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyCapsule>> {

@@ -1,12 +1,16 @@
 //! Rows of a table as Arrow batches.
 
-use crate::columns::{Cells, Column, Kind, Table};
+use crate::columns::{Column, Kind, Table};
 use arrow_array::{ArrayRef, Float64Array, RecordBatch, UInt32Array};
-use arrow_buffer::NullBuffer;
+use arrow_buffer::NullBufferBuilder;
 use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
 use robhaz_run::Frame;
 use std::collections::HashMap;
+use std::slice;
 use std::sync::Arc;
+
+/// Records that stay in the fast cache of a core while column after column takes its values.
+const ROWS_AT_ONCE: usize = 32;
 
 /// Values of one column that wait for their batch.
 enum Buffer {
@@ -15,35 +19,37 @@ enum Buffer {
     Count(Vec<u32>),
 }
 
-/// Numbers with gaps. Most columns have none, and then there is nothing beside the numbers.
-#[derive(Default)]
+/// Numbers with gaps. Validity bits are only made from the first gap on.
 struct Gappy {
     values: Vec<f64>,
-    /// Whether each value is there, from the first gap on; until then empty.
-    valid: Vec<bool>,
+    valid: NullBufferBuilder,
 }
 
 impl Gappy {
-    #[inline]
-    fn push(&mut self, value: Option<f64>) {
-        if value.is_none() || !self.valid.is_empty() {
-            self.mark(value.is_some());
+    fn new() -> Self {
+        Self {
+            values: Vec::new(),
+            valid: NullBufferBuilder::new(0),
         }
-        self.values.push(value.unwrap_or_default());
     }
 
-    /// Notes whether the next value is there, from the first gap on.
-    #[cold]
-    fn mark(&mut self, is_there: bool) {
-        self.valid.resize(self.values.len(), true);
-        self.valid.push(is_there);
+    /// Notes which values from `first` on are there: those that are finite.
+    fn mark(&mut self, first: usize) {
+        let added = &mut self.values[first..];
+        if added.iter().all(|value| value.is_finite()) {
+            self.valid.append_n_non_nulls(added.len());
+            return;
+        }
+        for value in added {
+            self.valid.append(value.is_finite());
+            if !value.is_finite() {
+                *value = 0.0;
+            }
+        }
     }
 
     fn take(&mut self) -> Float64Array {
-        let values = emptied(&mut self.values);
-        let valid = std::mem::take(&mut self.valid);
-        let nulls = (!valid.is_empty()).then(|| NullBuffer::from(valid));
-        Float64Array::new(values.into(), nulls)
+        Float64Array::new(emptied(&mut self.values).into(), self.valid.finish())
     }
 }
 
@@ -57,8 +63,21 @@ impl Buffer {
     fn new(column: &Column) -> Self {
         match column.kind() {
             Kind::Float => Self::Float(Vec::new()),
-            Kind::Optional => Self::Optional(Gappy::default()),
+            Kind::Optional => Self::Optional(Gappy::new()),
             Kind::Count => Self::Count(Vec::new()),
+        }
+    }
+
+    /// Adds the values of the buffer's column.
+    fn add(&mut self, column: &Column, frames: &[Frame<'_>]) {
+        match self {
+            Self::Float(buffer) => column.add_floats(frames, buffer),
+            Self::Optional(buffer) => {
+                let first = buffer.values.len();
+                column.add_floats(frames, &mut buffer.values);
+                buffer.mark(first);
+            }
+            Self::Count(buffer) => column.add_counts(frames, buffer),
         }
     }
 
@@ -67,30 +86,6 @@ impl Buffer {
             Self::Float(buffer) => Arc::new(Float64Array::from(emptied(buffer))),
             Self::Optional(buffer) => Arc::new(buffer.take()),
             Self::Count(buffer) => Arc::new(UInt32Array::from(emptied(buffer))),
-        }
-    }
-}
-
-/// A column has one kind. A value of another kind would make the lengths differ, and the batch an error.
-impl Cells for Buffer {
-    #[inline]
-    fn float(&mut self, value: f64) {
-        if let Self::Float(buffer) = self {
-            buffer.push(value);
-        }
-    }
-
-    #[inline]
-    fn optional(&mut self, value: Option<f64>) {
-        if let Self::Optional(buffer) = self {
-            buffer.push(value);
-        }
-    }
-
-    #[inline]
-    fn count(&mut self, value: u32) {
-        if let Self::Count(buffer) = self {
-            buffer.push(value);
         }
     }
 }
@@ -117,25 +112,21 @@ impl BatchBuilder {
         }
     }
 
-    /// Adds the row of a record. Returns whether the table has one for it.
-    pub fn push(&mut self, frame: &Frame<'_>) -> bool {
-        if !self.table.has_row(frame) {
-            return false;
+    /// Adds the rows of records, column after column. A record for which the table has no row is left out.
+    pub fn push_all(&mut self, frames: &[Frame<'_>]) {
+        if frames.iter().all(|frame| self.table.has_row(frame)) {
+            return frames.chunks(ROWS_AT_ONCE).for_each(|some| self.add(some));
         }
-        for (buffer, column) in self.buffers.iter_mut().zip(&self.table.columns) {
-            column.pass(frame, buffer);
+        for frame in frames {
+            if self.table.has_row(frame) {
+                self.add(slice::from_ref(frame));
+            }
         }
-        self.rows += 1;
-        true
     }
 
-    /// Adds the rows of several records, column after column: faster than row after row.
-    pub fn push_all(&mut self, frames: &[Frame<'_>]) {
-        let frames: Vec<_> = frames.iter().filter(|f| self.table.has_row(f)).collect();
+    fn add(&mut self, frames: &[Frame<'_>]) {
         for (buffer, column) in self.buffers.iter_mut().zip(&self.table.columns) {
-            for frame in &frames {
-                column.pass(frame, buffer);
-            }
+            buffer.add(column, frames);
         }
         self.rows += frames.len();
     }

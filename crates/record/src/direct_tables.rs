@@ -1,4 +1,4 @@
-//! The Parquet tables of recorded readings: written once, while the readings are estimated, each on a thread of its own.
+//! The Parquet tables of recorded readings: written once, while the readings are estimated, side by side on all cores.
 //!
 //! Rows of a simulation go to a stream first, because a killed run would leave no table ([`crate::stream_table`]). What
 //! follows from recorded readings can be computed again in seconds.
@@ -10,111 +10,19 @@ use crate::parquet_table::{PARTIAL, writer};
 use arrow_array::RecordBatch;
 use arrow_schema::SchemaRef;
 use parquet::arrow::ArrowWriter;
-use robhaz_estimator::{Estimate, EstimateError, SensorFrame};
-use robhaz_run::{FeltGround, Frame};
+use rayon::prelude::*;
+use robhaz_run::Frame;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::thread::{self, JoinHandle};
 
-/// Records of a chunk: their estimates stay in a core's cache while a table takes column after column of them.
-const CHUNK: usize = 64;
 /// Rows of a batch: about half a MB of an estimate.
 const BATCH_ROWS: usize = 1024;
-/// Chunks that wait for each thread.
-const WAITING: usize = 8;
-
-/// Records in a row, which own what a [`Frame`] borrows.
-#[derive(Default)]
-struct Chunk {
-    /// Times (s) and readings.
-    readings: Vec<(f64, SensorFrame)>,
-    /// Estimates of one record after the other.
-    estimates: Vec<Result<Estimate, EstimateError>>,
-}
-
-impl Chunk {
-    fn push(&mut self, frame: &Frame<'_>) {
-        self.readings.push((frame.time, *frame.sensors));
-        self.estimates.extend_from_slice(frame.estimates);
-    }
-
-    fn clear(&mut self) {
-        self.readings.clear();
-        self.estimates.clear();
-    }
-
-    /// The records, which have no truth and no commands.
-    fn frames(&self) -> Vec<Frame<'_>> {
-        let count = self.estimates.len() / self.readings.len().max(1);
-        let readings = self.readings.iter().enumerate();
-        let frames = readings.map(|(k, (time, sensors))| Frame {
-            time: *time,
-            truth: None,
-            clearances: None,
-            sensors,
-            estimates: &self.estimates[k * count..(k + 1) * count],
-            commands: None,
-            ground: FeltGround::default(),
-        });
-        frames.collect()
-    }
-}
-
-/// Records for a table, or its end.
-enum Piece {
-    Rows(Arc<Chunk>),
-    End,
-}
-
-/// The thread of a table.
-struct Writing {
-    pieces: SyncSender<Piece>,
-    thread: JoinHandle<Result<(), RecordError>>,
-}
-
-impl Writing {
-    fn start(
-        folder: &Path,
-        table: Table,
-        metadata: &[(&str, String)],
-    ) -> Result<Self, RecordError> {
-        let path = folder.join(format!("{}.parquet", table.name));
-        let rows = BatchBuilder::new(table, metadata);
-        let (file, schema) = writer(&path.with_extension(PARTIAL), rows.schema())?;
-        let (pieces, received) = sync_channel(WAITING);
-        let name = rows.name().to_owned();
-        let table = TableFile {
-            rows,
-            path: path.clone(),
-            file,
-            schema,
-        };
-        let spawned = thread::Builder::new()
-            .name(name)
-            .spawn(move || table.write(&received));
-        let thread = spawned.map_err(io_error("start a thread for", &path))?;
-        Ok(Self { pieces, thread })
-    }
-
-    /// Waits for the end of the thread, and says why it failed.
-    fn join(self) -> Result<(), RecordError> {
-        drop(self.pieces);
-        match self.thread.join() {
-            Ok(written) => written,
-            Err(panic) => std::panic::resume_unwind(panic),
-        }
-    }
-}
 
 /// The tables of recorded readings while they are written. A file has its name only when it is complete.
 #[derive(Default)]
 pub struct DirectTables {
-    chunk: Chunk,
-    /// Chunks that the threads have got, to be used again.
-    sent: Vec<Arc<Chunk>>,
-    threads: Vec<Writing>,
+    tables: Vec<TableFile>,
 }
 
 impl DirectTables {
@@ -125,63 +33,29 @@ impl DirectTables {
         table: Table,
         metadata: &[(&str, String)],
     ) -> Result<(), RecordError> {
-        self.threads.push(Writing::start(folder, table, metadata)?);
+        self.tables
+            .push(TableFile::create(folder, table, metadata)?);
         Ok(())
     }
 
-    /// Adds the rows of a record.
-    pub fn push(&mut self, frame: &Frame<'_>) -> Result<(), RecordError> {
-        if self.threads.is_empty() {
-            return Ok(());
-        }
-        self.chunk.push(frame);
-        if self.chunk.readings.len() == CHUNK {
-            self.send()?;
-        }
-        Ok(())
+    /// Adds the rows of records. A table that cannot be written is left out from then on.
+    pub fn push_all(&mut self, frames: &[Frame<'_>]) -> Result<(), RecordError> {
+        let written = self.tables.par_iter_mut().map(|t| t.push_all(frames));
+        let written: Vec<_> = written.collect();
+        let mut is_whole = written.iter().map(Result::is_ok);
+        self.tables.retain(|_| is_whole.next().unwrap_or(true));
+        written.into_iter().collect()
     }
 
     /// Writes the last rows and the footers, of all tables even if one fails.
     pub fn close(&mut self) -> Result<(), RecordError> {
-        let mut closed = self.send();
-        for writing in self.threads.drain(..) {
-            // A thread that does not take its end has failed, and says why.
-            let _ = writing.pieces.send(Piece::End);
-            closed = closed.and(writing.join());
-        }
-        closed
-    }
-
-    /// Hands the chunk to all threads. A table that has failed is reported once.
-    fn send(&mut self) -> Result<(), RecordError> {
-        let next = self.unused();
-        let chunk = Arc::new(std::mem::replace(&mut self.chunk, next));
-        let mut failed = None;
-        for (k, writing) in self.threads.iter().enumerate() {
-            if writing
-                .pieces
-                .send(Piece::Rows(Arc::clone(&chunk)))
-                .is_err()
-            {
-                failed = Some(k);
-            }
-        }
-        self.sent.push(chunk);
-        failed.map_or(Ok(()), |k| self.threads.remove(k).join())
-    }
-
-    /// A chunk that no thread needs any more: memory that is used again need not be cleared by the system.
-    fn unused(&mut self) -> Chunk {
-        let is_free = |chunk: &Arc<Chunk>| Arc::strong_count(chunk) == 1;
-        let free = self.sent.iter().position(is_free);
-        let chunk = free.and_then(|k| Arc::into_inner(self.sent.swap_remove(k)));
-        let mut chunk = chunk.unwrap_or_default();
-        chunk.clear();
-        chunk
+        let tables = std::mem::take(&mut self.tables);
+        let closed: Vec<_> = tables.into_par_iter().map(TableFile::finish).collect();
+        closed.into_iter().collect()
     }
 }
 
-/// A file while it is written.
+/// A file while it is written. One that is not finished keeps the name of an incomplete one, as after a kill.
 struct TableFile {
     rows: BatchBuilder,
     path: PathBuf,
@@ -190,20 +64,28 @@ struct TableFile {
 }
 
 impl TableFile {
-    /// Writes all pieces. Without an end, or after an error, the file keeps the name of an incomplete one, as after a kill.
-    fn write(mut self, pieces: &Receiver<Piece>) -> Result<(), RecordError> {
-        for piece in pieces {
-            match piece {
-                Piece::Rows(chunk) => {
-                    self.rows.push_all(&chunk.frames());
-                    if self.rows.rows() >= BATCH_ROWS {
-                        self.write_rows()?;
-                    }
-                }
-                Piece::End => return self.finish(),
-            }
+    fn create(
+        folder: &Path,
+        table: Table,
+        metadata: &[(&str, String)],
+    ) -> Result<Self, RecordError> {
+        let path = folder.join(format!("{}.parquet", table.name));
+        let rows = BatchBuilder::new(table, metadata);
+        let (file, schema) = writer(&path.with_extension(PARTIAL), rows.schema())?;
+        Ok(Self {
+            rows,
+            path,
+            file,
+            schema,
+        })
+    }
+
+    fn push_all(&mut self, frames: &[Frame<'_>]) -> Result<(), RecordError> {
+        self.rows.push_all(frames);
+        if self.rows.rows() < BATCH_ROWS {
+            return Ok(());
         }
-        Ok(())
+        self.write_rows()
     }
 
     fn write_rows(&mut self) -> Result<(), RecordError> {
@@ -232,7 +114,8 @@ mod tests {
     use crate::testing::records;
     use std::fs;
 
-    /// The bytes of a table do not depend on the way in which it was written, over several chunks, batches and row groups.
+    /// The bytes of a table do not depend on the way in which it was written, row by row or
+    /// many at once, over several batches and row groups.
     #[test]
     fn a_direct_table_is_that_of_a_stream() {
         let folders = [(); 2].map(|()| tempfile::tempdir().expect("a folder"));
@@ -250,10 +133,14 @@ mod tests {
             streams.push(StreamTable::create(stream_folder, table, &metadata).expect("a table"));
         }
         let records = records();
-        for record in records.iter().cycle().take(40_001) {
-            direct.push(&record.without_truth()).expect("a row");
+        let rows = records.iter().cycle().take(40_001);
+        let rows: Vec<_> = rows.map(|record| record.without_truth()).collect();
+        for some in rows.chunks(300) {
+            direct.push_all(some).expect("rows");
+        }
+        for row in rows.chunks(1) {
             for stream in &mut streams {
-                stream.push(&record.without_truth()).expect("a row");
+                stream.push_all(row).expect("a row");
             }
         }
         direct.close().expect("closed");
@@ -283,10 +170,9 @@ mod tests {
             tables
         };
         let mut tables = create();
-        tables.push(&records()[0].without_truth()).expect("a row");
-        for writing in tables.threads.drain(..) {
-            writing.join().expect("no error");
-        }
+        let rows = &records()[0];
+        tables.push_all(&[rows.without_truth()]).expect("a row");
+        drop(tables);
         let file = |extension| folder.path().join(format!("estimate-trial.{extension}"));
         assert!(file(PARTIAL).is_file() && !file("parquet").exists());
         let mut tables = create();

@@ -8,6 +8,7 @@ use crate::table::metadata;
 use crate::terrain_table::terrain_batch;
 use arrow_array::RecordBatch;
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
+use std::slice;
 
 /// Keeps the tables of a run as Arrow batches: those that [`crate::TableSink`] writes, with the same names, columns and metadata.
 #[derive(Default)]
@@ -40,11 +41,15 @@ impl Sink for MemorySink {
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
+        self.frames(slice::from_ref(frame))
+    }
+
+    fn frames(&mut self, frames: &[Frame<'_>]) -> Result<(), SinkError> {
         if let Some((_, grounds)) = &mut self.grounds {
-            grounds.add(frame);
+            frames.iter().for_each(|frame| grounds.add(frame));
         }
         for builder in &mut self.builders {
-            builder.push(frame);
+            builder.push_all(frames);
         }
         Ok(())
     }

@@ -48,12 +48,17 @@ impl StreamTable {
         Ok(table)
     }
 
-    /// Adds the row of a record, if it has one.
-    pub fn push(&mut self, frame: &Frame<'_>) -> Result<(), RecordError> {
-        if !self.rows.push(frame) {
-            return Ok(());
+    /// Adds the rows of records.
+    pub fn push_all(&mut self, frames: &[Frame<'_>]) -> Result<(), RecordError> {
+        let mut rest = frames;
+        while let Some(due) = rest.iter().position(|f| self.clock.is_due(f.time)) {
+            let (now, later) = rest.split_at(due + 1);
+            self.rows.push_all(now);
+            self.flush()?;
+            rest = later;
         }
-        if self.clock.is_due(frame.time) || self.rows.rows() == MOST_ROWS {
+        self.rows.push_all(rest);
+        if self.rows.rows() >= MOST_ROWS {
             self.flush()?;
         }
         Ok(())

@@ -13,6 +13,7 @@ use crate::terrain_table::write_terrain;
 use rayon::prelude::*;
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use std::path::{Path, PathBuf};
+use std::slice;
 
 /// Most rows of tables of which several are made into Parquet at once. The writer keeps a row group and what the footer says of
 /// all row groups: some 40 MB for the truth of an hour at 1 kHz.
@@ -25,10 +26,10 @@ enum Writer {
 }
 
 impl Writer {
-    fn push(&mut self, frame: &Frame<'_>) -> Result<(), RecordError> {
+    fn push_all(&mut self, frames: &[Frame<'_>]) -> Result<(), RecordError> {
         match self {
-            Self::Stream(table) => table.push(frame),
-            Self::Csv(table) => table.push(frame),
+            Self::Stream(table) => table.push_all(frames),
+            Self::Csv(table) => frames.iter().try_for_each(|frame| table.push(frame)),
         }
     }
 }
@@ -99,14 +100,14 @@ impl TableSink {
         Ok(())
     }
 
-    fn push(&mut self, frame: &Frame<'_>) -> Result<(), RecordError> {
+    fn push_all(&mut self, frames: &[Frame<'_>]) -> Result<(), RecordError> {
         if let Some((_, grounds)) = &mut self.grounds {
-            grounds.add(frame);
+            frames.iter().for_each(|frame| grounds.add(frame));
         }
         for writer in &mut self.writers {
-            writer.push(frame)?;
+            writer.push_all(frames)?;
         }
-        self.direct.push(frame)
+        self.direct.push_all(frames)
     }
 
     fn write_grounds(&mut self, end: Option<&RunEnd>) -> Result<(), RecordError> {
@@ -132,7 +133,11 @@ impl Sink for TableSink {
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
-        let pushed = self.push(frame);
+        self.frames(slice::from_ref(frame))
+    }
+
+    fn frames(&mut self, frames: &[Frame<'_>]) -> Result<(), SinkError> {
+        let pushed = self.push_all(frames);
         self.failed |= pushed.is_err();
         Ok(pushed?)
     }

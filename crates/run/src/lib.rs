@@ -39,7 +39,6 @@ pub use log_report::{ChannelReport, LogReport};
 pub use sink::{ClearanceNeed, Frame, RunEnd, Sink, SinkError};
 pub use source::{Sample, Simulation, Source, sensor_frame};
 
-use pipeline::Record;
 use robhaz_estimator::GroundPoint;
 use robhaz_scene::Scene;
 use std::time::{Duration, Instant};
@@ -183,33 +182,29 @@ impl Run {
         stop: Stop<'_>,
     ) -> Result<(), RunError> {
         let (time, completed) = (&mut self.time, &mut self.ground);
-        let record = |record: Record<'_>| {
-            if let Some(cause) = stop() {
-                return Err(RunError::Stopped { cause });
+        let hand_on = |frames: &[Frame<'_>]| {
+            let stopped = (0..frames.len()).find_map(|k| stop().map(|cause| (k, cause)));
+            let frames = stopped.map_or(frames, |(k, _)| &frames[..k]);
+            if let Some(last) = frames.last() {
+                *time = Some(last.time);
             }
-            let sample = record.sample;
-            let frame = Frame {
-                time: sample.time,
-                clearances: record.clearances,
-                truth: sample.truth.as_ref(),
-                sensors: &sample.sensors,
-                estimates: record.estimates,
-                commands: None,
-                ground: record.ground,
-            };
             for sink in sinks.iter_mut() {
-                sink.frame(&frame).map_err(RunError::Sink)?;
+                sink.frames(frames).map_err(RunError::Sink)?;
             }
-            add_completed(completed, &record.ground);
-            *time = Some(sample.time);
-            Ok(())
+            for frame in frames {
+                add_completed(completed, &frame.ground);
+            }
+            match stopped {
+                Some((_, cause)) => Err(RunError::Stopped { cause }),
+                None => Ok(()),
+            }
         };
         pipeline::run(
             self.source.as_mut(),
             &mut self.estimators,
             self.clearance.as_mut().map(|c| (c, self.clearance_need)),
             &mut self.wall,
-            record,
+            hand_on,
         )
     }
 

@@ -12,7 +12,7 @@ use crate::clearance::TruthClearance;
 use crate::error::RunError;
 use crate::estimators::Estimators;
 use crate::ground::FeltGround;
-use crate::sink::ClearanceNeed;
+use crate::sink::{ClearanceNeed, Frame};
 use crate::source::{Sample, Source};
 use robhaz_clearance::Clearances;
 use robhaz_estimator::{Estimate, EstimateError, GroundPoint};
@@ -50,27 +50,19 @@ struct Batch {
     memory: Vec<Vec<GroundPoint>>,
 }
 
-/// A record and what follows from it.
-pub(crate) struct Record<'a> {
-    pub sample: &'a Sample,
-    pub estimates: &'a [Result<Estimate, EstimateError>],
-    pub clearances: Option<Clearances>,
-    /// Completed points are those since the last record that had any.
-    pub ground: FeltGround<'a>,
-}
-
-/// Hands every record of a source with its estimates to `record`, in order of time, until the source ends or `record` fails.
+/// Hands every record of a source with its estimates to `hand_on`, some at once and in order of time, until the source ends or
+/// `hand_on` fails.
 /// Points of the ground that no record has had stay with the estimators. Adds the time of the slower one of source and
 /// estimation to `wall`.
 ///
 /// # Errors
-/// That of the source, after the samples before it, or that of `record`.
+/// That of the source, after the samples before it, or that of `hand_on`.
 pub(crate) fn run(
     source: &mut (dyn Source + Send),
     estimators: &mut Estimators,
     clearance: Option<(&mut TruthClearance, ClearanceNeed)>,
     wall: &mut Duration,
-    mut record: impl FnMut(Record<'_>) -> Result<(), RunError>,
+    mut hand_on: impl FnMut(&[Frame<'_>]) -> Result<(), RunError>,
 ) -> Result<(), RunError> {
     let count = estimators.count();
     let is_over = AtomicBool::new(false);
@@ -86,7 +78,7 @@ pub(crate) fn run(
         // To the end of both threads, so that none waits for ever.
         for batch in estimated {
             if result.is_ok() {
-                result = records(batch, count, &mut record, &mut left);
+                result = records(batch, count, &mut hand_on, &mut left);
                 is_over.store(result.is_err(), Ordering::Relaxed);
             } else {
                 keep(&mut left, batch.completed);
@@ -207,30 +199,36 @@ fn clearances(
 fn records(
     mut batch: Batch,
     count: usize,
-    record: &mut impl FnMut(Record<'_>) -> Result<(), RunError>,
+    hand_on: &mut impl FnMut(&[Frame<'_>]) -> Result<(), RunError>,
     left: &mut [Vec<GroundPoint>],
 ) -> Result<(), RunError> {
     let samples = &batch.samples.samples;
     let last = samples.iter().rposition(|sample| sample.is_record);
     keep(left, std::mem::take(&mut batch.completed));
     let mut clearances = batch.clearances.iter();
-    for (k, sample) in samples.iter().enumerate().filter(|(_, s)| s.is_record) {
-        let estimates = batch.estimates.get(k * count..(k + 1) * count);
-        let is_last = last == Some(k);
-        let ground = if is_last {
-            FeltGround::copied(&batch.memory, left)
-        } else {
-            FeltGround::default()
-        };
-        record(Record {
-            sample,
-            estimates: estimates.unwrap_or_default(),
+    let ground = FeltGround::copied(&batch.memory, left);
+    let recorded = samples.iter().enumerate().filter(|(_, s)| s.is_record);
+    let frames: Vec<Frame<'_>> = recorded
+        .map(|(k, sample)| Frame {
+            time: sample.time,
+            truth: sample.truth.as_ref(),
             clearances: clearances.next().copied().flatten(),
-            ground,
-        })?;
-        if is_last {
-            left.iter_mut().for_each(Vec::clear);
-        }
+            sensors: &sample.sensors,
+            estimates: batch
+                .estimates
+                .get(k * count..(k + 1) * count)
+                .unwrap_or_default(),
+            commands: None,
+            ground: if last == Some(k) {
+                ground
+            } else {
+                FeltGround::default()
+            },
+        })
+        .collect();
+    if !frames.is_empty() {
+        hand_on(&frames)?;
+        left.iter_mut().for_each(Vec::clear);
     }
     batch.samples.failure.map_or(Ok(()), Err)
 }

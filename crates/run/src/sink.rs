@@ -95,6 +95,14 @@ pub trait Sink {
     /// The sink cannot go on. The run stops.
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError>;
 
+    /// Called with records that follow each other, in place of [`Self::frame`], where the run has several at once.
+    ///
+    /// # Errors
+    /// The sink cannot go on. The run stops.
+    fn frames(&mut self, frames: &[Frame<'_>]) -> Result<(), SinkError> {
+        frames.iter().try_for_each(|frame| self.frame(frame))
+    }
+
     /// Called after the last record, also when the run broke off: see [`RunEnd::broken_off`]. `None` when the run
     /// could not start and has no record.
     ///

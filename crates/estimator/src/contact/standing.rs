@@ -99,7 +99,7 @@ impl StandingDetector {
             };
         }
         let (ahead, behind) = (front - middle, middle - rear);
-        let lengths = [ahead, behind].map(|line| libm::sqrt(line.norm_squared()));
+        let lengths = [ahead, behind].map(|line| robhaz_model::sqrt(line.norm_squared()));
         let bend = perp(behind).dot(&ahead).abs() / (lengths[0] * lengths[1]);
         let distance = lengths[0].max(lengths[1]);
         let off_a_line = bend > Self::BEND;

@@ -26,7 +26,7 @@ impl ContactVelocity {
         let (sin, cos) = libm::sincos(slope);
         let away = smooth.y * cos - smooth.x * sin;
         let along = smooth.x * cos + smooth.y * sin;
-        let size = libm::sqrt(smooth.norm_squared());
+        let size = robhaz_model::sqrt(smooth.norm_squared());
         let (direction, speed, away) = if size < Self::SLOW {
             (Vec2::new(cos, sin), along, away)
         } else {

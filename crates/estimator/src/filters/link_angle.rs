@@ -132,7 +132,7 @@ impl LinkAngleKalman {
             None => {
                 // The integral of a walk: its variance grows with the third power of the time.
                 self.unread = (self.unread + dt).min(Self::LONGEST_UNREAD);
-                walk += Self::UNREAD_WALK * self.unread * libm::sqrt(dt);
+                walk += Self::UNREAD_WALK * self.unread * robhaz_model::sqrt(dt);
                 if self.unread > Self::RATE_HELD {
                     self.rate = 0.0;
                 }
@@ -192,7 +192,7 @@ impl LinkAngleKalman {
     /// Standard deviation of the angle, rad: the filter's, and the bias of the inclinometer, which is not observable.
     pub fn angle_sigma(&self, budget: &NoiseBudget) -> f64 {
         root_sum_square(
-            libm::sqrt(self.filter.p[ANGLE][ANGLE].max(0.0)),
+            robhaz_model::sqrt(self.filter.p[ANGLE][ANGLE].max(0.0)),
             budget.inclination_bias,
         )
     }
@@ -216,7 +216,7 @@ impl LinkAngleKalman {
     pub fn rate_bias(&self) -> (f64, f64) {
         (
             self.filter.x[BIAS],
-            libm::sqrt(self.filter.p[BIAS][BIAS].max(0.0)),
+            robhaz_model::sqrt(self.filter.p[BIAS][BIAS].max(0.0)),
         )
     }
 }

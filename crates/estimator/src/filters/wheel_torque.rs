@@ -180,7 +180,7 @@ impl TorqueObserver {
 
     /// Standard deviation of that speed, rad/s.
     pub fn speed_sigma(&self) -> f64 {
-        libm::sqrt(self.filter.p[SPEED][SPEED].max(0.0))
+        robhaz_model::sqrt(self.filter.p[SPEED][SPEED].max(0.0))
     }
 
     /// Whether the standard deviation of the speed is below 0.1 rad/s, so that the speed can be used.
@@ -192,7 +192,7 @@ impl TorqueObserver {
     pub fn ground_torque(&self) -> (f64, f64) {
         (
             self.filter.x[TORQUE],
-            libm::sqrt(self.filter.p[TORQUE][TORQUE].max(0.0)),
+            robhaz_model::sqrt(self.filter.p[TORQUE][TORQUE].max(0.0)),
         )
     }
 }

@@ -79,7 +79,7 @@ impl JointForces {
         let variance = p[t][t] - 2.0 * value * p[t][n] + value * value * p[n][n];
         NeededFriction {
             value,
-            sigma: libm::sqrt(variance.max(0.0)) / self.x[n],
+            sigma: robhaz_model::sqrt(variance.max(0.0)) / self.x[n],
         }
     }
 }

@@ -101,7 +101,7 @@ impl OfTest {
             mu: (b * first.mu + a * second.mu) / sum,
             variance: a * b / sum * square.max(1.0),
             rest: (b * first.rest + a * second.rest) / sum,
-            likelihood: 1.0 / (libm::sqrt(sum * spread) * spread * spread),
+            likelihood: 1.0 / (robhaz_model::sqrt(sum * spread) * spread * spread),
         }
     }
 }
@@ -133,7 +133,7 @@ impl Sum {
         let (mu, rest) = (mean(self.mu), mean(self.rest));
         let lasting = (mean(self.square) - mu * mu).max(0.0);
         test.mu = mu;
-        test.lasting = libm::sqrt(lasting);
-        test.sigma = libm::sqrt(lasting + mean(self.variance) + rest * rest);
+        test.lasting = robhaz_model::sqrt(lasting);
+        test.sigma = robhaz_model::sqrt(lasting + mean(self.variance) + rest * rest);
     }
 }

@@ -313,7 +313,7 @@ impl GroundMemory {
         let running = self.started && !self.ended;
         running.then(|| {
             let (error, variance) = self.drift.direction();
-            (error, libm::sqrt(variance))
+            (error, robhaz_model::sqrt(variance))
         })
     }
 

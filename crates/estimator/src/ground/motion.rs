@@ -61,8 +61,8 @@ impl GroundMotion {
         let along = (v.x * v.x * xx + 2.0 * v.x * v.y * xy + v.y * v.y * yy).max(0.0);
         // dy/dx changes with the angle by 1/cos^2.
         let level = (v.x * v.x / square).max(0.1);
-        let across = libm::sqrt(across) / square / level;
-        (across.min(1.0), libm::sqrt(along / square))
+        let across = robhaz_model::sqrt(across) / square / level;
+        (across.min(1.0), robhaz_model::sqrt(along / square))
     }
 
     /// The contact of wheel `i` relative to Q. `shared`: standard deviation of the direction of the velocity, as dy/dx, which

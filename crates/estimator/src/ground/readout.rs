@@ -39,7 +39,7 @@ impl GroundMemory {
         let by_place = curvature * curvature * place;
         Some((
             slope + share * (next - slope),
-            libm::sqrt(variance.max(next_variance) + by_place),
+            robhaz_model::sqrt(variance.max(next_variance) + by_place),
         ))
     }
 
@@ -52,11 +52,11 @@ impl GroundMemory {
         let place = cell.place_variance;
         Some(GroundPoint {
             x: self.cells.place(number),
-            sigma_x: libm::sqrt(place),
+            sigma_x: robhaz_model::sqrt(place),
             height: cell.height - error,
-            sigma_height: libm::sqrt(variance + UNEVEN * UNEVEN + rise * rise * place),
+            sigma_height: robhaz_model::sqrt(variance + UNEVEN * UNEVEN + rise * rise * place),
             slope,
-            sigma_slope: libm::sqrt(slope_variance + bend * bend * place),
+            sigma_slope: robhaz_model::sqrt(slope_variance + bend * bend * place),
             friction: self.cells.friction(number).bounds(),
             section: self.section(),
         })

@@ -286,13 +286,13 @@ impl Wiring {
         if !(square >= 0.0) {
             return None;
         }
-        let root = libm::sqrt(square);
+        let root = robhaz_model::sqrt(square);
         let delay = -2.0 * c / (b + libm::copysign(root, b));
         let of_speed_alone = b + delay * a;
         let is_stable = a < 0.0 || of_speed_alone < 0.0;
         let of_noise = residual / (own * Self::SAMPLES);
         let of_gains = gain * gain * dot(&shared_of, &shared_of) / (own * own);
-        let sigma = libm::sqrt(of_noise + of_gains) / of_speed_alone.abs();
+        let sigma = robhaz_model::sqrt(of_noise + of_gains) / of_speed_alone.abs();
         is_stable.then_some(Lateness {
             delay,
             sigma,

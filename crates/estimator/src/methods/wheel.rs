@@ -61,7 +61,7 @@ impl Wheel {
         let uncertain = Self::DIRECTION_GATE * sigma;
         let certain = (speed.abs() - uncertain).max(0.0);
         let full = Self::FRICTION_SPEED * Self::FRICTION_SPEED + uncertain * uncertain;
-        libm::copysign((certain / libm::sqrt(full)).min(1.0), speed)
+        libm::copysign((certain / robhaz_model::sqrt(full)).min(1.0), speed)
     }
 
     /// Advances by `dt` (s) to the readings of one instant. `alpha_link` is the angular acceleration of the wheel's link,
@@ -165,7 +165,7 @@ impl Wheel {
         let share = self.friction_share;
         let inverse = 1.0 / wheel_radius;
         let friction = settings.budget.gear_friction * settings.budget.gear_friction;
-        let sigma = libm::sqrt(observed * observed + (1.0 - share * share) * friction);
+        let sigma = robhaz_model::sqrt(observed * observed + (1.0 - share * share) * friction);
         Traction {
             value: (torque - error) * inverse,
             sigma: sigma * inverse,

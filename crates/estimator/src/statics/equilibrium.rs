@@ -179,7 +179,7 @@ impl Equilibrium {
             minor(0, 1, 3),
             -minor(0, 1, 2),
         );
-        let norm = libm::sqrt(w.norm_squared());
+        let norm = robhaz_model::sqrt(w.norm_squared());
         if !(norm > 0.0) {
             return None;
         }

@@ -152,7 +152,7 @@ impl LoadCovariance {
                 if !(entry.is_finite() && matrix[(i, i)] >= 0.0) {
                     return Err(LoadCovarianceError::Entry(i, j));
                 }
-                let size = libm::sqrt(scale.max(0.0));
+                let size = robhaz_model::sqrt(scale.max(0.0));
                 if !(libm::fabs(entry - matrix[(j, i)]) <= ROUNDING * size) {
                     return Err(LoadCovarianceError::Asymmetric(i, j));
                 }

@@ -16,30 +16,6 @@ pub enum Value {
     Count(u32),
 }
 
-/// Takes the values of a column: those of its [`Kind`].
-pub trait Cells {
-    /// Takes a [`Value::Float`].
-    fn float(&mut self, value: f64);
-    /// Takes a [`Value::Optional`].
-    fn optional(&mut self, value: Option<f64>);
-    /// Takes a [`Value::Count`].
-    fn count(&mut self, value: u32);
-}
-
-impl Cells for Value {
-    fn float(&mut self, value: f64) {
-        *self = Self::Float(value);
-    }
-
-    fn optional(&mut self, value: Option<f64>) {
-        *self = Self::Optional(value);
-    }
-
-    fn count(&mut self, value: u32) {
-        *self = Self::Count(value);
-    }
-}
-
 /// The kind of [`Value`] that a column holds. It never changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
@@ -51,16 +27,60 @@ pub enum Kind {
     Count,
 }
 
-type Get<T> = Box<dyn Fn(&Frame<'_>) -> T + Send + Sync>;
-pub(super) type GetOptional<S> = Box<dyn Fn(&S) -> Option<f64> + Send + Sync>;
+/// Takes a column's values out of records. Every closure on a record does: several values then cost one dynamic call.
+pub(super) trait Get<T>: Send + Sync {
+    fn one(&self, frame: &Frame<'_>) -> T;
+    fn all(&self, frames: &[Frame<'_>], to: &mut Vec<T>);
+}
+
+impl<T, F: Fn(&Frame<'_>) -> T + Send + Sync> Get<T> for F {
+    fn one(&self, frame: &Frame<'_>) -> T {
+        self(frame)
+    }
+
+    fn all(&self, frames: &[Frame<'_>], to: &mut Vec<T>) {
+        to.extend(frames.iter().map(self));
+    }
+}
 
 /// The source of a column's values. Values of the truth that are not there, such as those of a contact, are optional.
 pub(super) enum Source {
-    Float(Get<f64>),
-    Optional(Get<Option<f64>>),
-    Truth(Box<dyn Fn(&Truth) -> f64 + Send + Sync>),
-    OptionalOfTruth(GetOptional<Truth>),
-    CountOfTruth(Box<dyn Fn(&Truth) -> u32 + Send + Sync>),
+    Float(Box<dyn Get<f64>>),
+    /// NaN where there is none.
+    Optional(Box<dyn Get<f64>>),
+    Truth(Box<dyn Get<f64>>),
+    /// NaN where there is none.
+    OptionalOfTruth(Box<dyn Get<f64>>),
+    CountOfTruth(Box<dyn Get<u32>>),
+}
+
+impl Source {
+    pub(super) fn float(get: impl Fn(&Frame<'_>) -> f64 + Send + Sync + 'static) -> Self {
+        Self::Float(Box::new(get))
+    }
+
+    pub(super) fn optional(
+        get: impl Fn(&Frame<'_>) -> Option<f64> + Send + Sync + 'static,
+    ) -> Self {
+        Self::Optional(Box::new(move |f: &Frame<'_>| get(f).unwrap_or(f64::NAN)))
+    }
+
+    fn truth(get: impl Fn(&Truth) -> f64 + Send + Sync + 'static) -> Self {
+        Self::Truth(Box::new(move |f: &Frame<'_>| {
+            f.truth.map_or(f64::NAN, &get)
+        }))
+    }
+
+    pub(super) fn optional_of_truth(
+        get: impl Fn(&Truth) -> Option<f64> + Send + Sync + 'static,
+    ) -> Self {
+        let get = move |f: &Frame<'_>| f.truth.and_then(&get).unwrap_or(f64::NAN);
+        Self::OptionalOfTruth(Box::new(get))
+    }
+
+    pub(super) fn count_of_truth(get: impl Fn(&Truth) -> u32 + Send + Sync + 'static) -> Self {
+        Self::CountOfTruth(Box::new(move |f: &Frame<'_>| f.truth.map_or(0, &get)))
+    }
 }
 
 /// A column of a table.
@@ -78,23 +98,34 @@ impl Column {
     /// This column's value in a record. A column of the truth has none, `Value::Optional(None)`, in a record without
     /// truth: tables of the truth have no row for it.
     pub fn value(&self, frame: &Frame<'_>) -> Value {
-        let mut value = Value::Optional(None);
-        self.pass(frame, &mut value);
-        value
+        if self.is_truth() && frame.truth.is_none() {
+            return Value::Optional(None);
+        }
+        match &self.source {
+            Source::Float(get) | Source::Truth(get) => Value::Float(get.one(frame)),
+            Source::Optional(get) | Source::OptionalOfTruth(get) => {
+                Value::Optional(Some(get.one(frame)).filter(|v| v.is_finite()))
+            }
+            Source::CountOfTruth(get) => Value::Count(get.one(frame)),
+        }
     }
 
-    /// Passes this column's value in a record to `to`, as [`Self::value`], but faster: its kind is asked for once.
-    #[inline]
-    pub fn pass(&self, frame: &Frame<'_>, to: &mut impl Cells) {
-        match (&self.source, frame.truth) {
-            (Source::Float(get), _) => to.float(get(frame)),
-            (Source::Optional(get), _) => to.optional(get(frame).filter(|v| v.is_finite())),
-            (Source::Truth(get), Some(truth)) => to.float(get(truth)),
-            (Source::OptionalOfTruth(get), truth) => {
-                to.optional(truth.and_then(get).filter(|v| v.is_finite()));
-            }
-            (Source::CountOfTruth(get), Some(truth)) => to.count(get(truth)),
-            (_, None) => to.optional(None),
+    /// Adds the values of a column of floats in records for which its table has a row. Of [`Kind::Optional`] a value that is
+    /// not finite is missing. Nothing is added for another kind.
+    pub fn add_floats(&self, frames: &[Frame<'_>], to: &mut Vec<f64>) {
+        match &self.source {
+            Source::Float(get)
+            | Source::Truth(get)
+            | Source::Optional(get)
+            | Source::OptionalOfTruth(get) => get.all(frames, to),
+            Source::CountOfTruth(_) => {}
+        }
+    }
+
+    /// As [`Self::add_floats`], for a column of counts.
+    pub fn add_counts(&self, frames: &[Frame<'_>], to: &mut Vec<u32>) {
+        if let Source::CountOfTruth(get) = &self.source {
+            get.all(frames, to);
         }
     }
 
@@ -153,7 +184,7 @@ pub(super) fn column(
 
 /// The column `time`: the time of the record itself.
 pub(super) fn time_of_record() -> Column {
-    let source = Source::Float(Box::new(|f| f.time));
+    let source = Source::float(|f| f.time);
     column("time", "s", "time since the start", source)
 }
 
@@ -163,7 +194,7 @@ pub(super) fn of_truth(
     description: impl Into<String>,
     get: impl Fn(&Truth) -> f64 + Send + Sync + 'static,
 ) -> Column {
-    column(name, unit, description, Source::Truth(Box::new(get)))
+    column(name, unit, description, Source::truth(get))
 }
 
 pub(super) fn of_estimate(
@@ -173,9 +204,7 @@ pub(super) fn of_estimate(
     description: impl Into<String>,
     get: impl Fn(&Estimate) -> Option<f64> + Send + Sync + 'static,
 ) -> Column {
-    let source = Source::Optional(Box::new(move |f| {
-        f.estimates.get(index)?.as_ref().ok().and_then(&get)
-    }));
+    let source = Source::optional(move |f| f.estimates.get(index)?.as_ref().ok().and_then(&get));
     column(name, unit, description, source)
 }
 

@@ -45,7 +45,7 @@ fn of_wheel(
     get: impl Fn(WheelCommand) -> Option<f64> + Send + Sync + 'static,
 ) -> Column {
     let value = move |commands: [WheelCommand; 3]| get(commands[i]);
-    let source = Source::Optional(Box::new(move |f| f.commands.and_then(&value)));
+    let source = Source::optional(move |f| f.commands.and_then(&value));
     column(
         format!("wheel{}_{quantity}_command", i + 1),
         unit,

@@ -8,7 +8,7 @@ mod sensors;
 mod tests;
 mod truth;
 
-pub use column::{Cells, Column, Kind, Table, Value};
+pub use column::{Column, Kind, Table, Value};
 use robhaz_run::RunDescription;
 
 impl Table {

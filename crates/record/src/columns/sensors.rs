@@ -10,7 +10,7 @@ impl Table {
             "time",
             "s",
             "time stamp of the sample",
-            Source::Float(Box::new(|f| f.sensors.time)),
+            Source::float(|f| f.sensors.time),
         )];
         for i in 0..3 {
             columns.extend(wheel_readings(i));
@@ -48,7 +48,7 @@ fn of_sensors(
     description: impl Into<String>,
     get: impl Fn(&SensorFrame) -> Option<f64> + Send + Sync + 'static,
 ) -> Column {
-    let source = Source::Optional(Box::new(move |f| get(f.sensors)));
+    let source = Source::optional(move |f| get(f.sensors));
     column(name, unit, description, source)
 }
 

@@ -1,8 +1,7 @@
 //! The columns of `truth`.
 
 use super::column::{
-    Column, GetOptional, Source, Table, WHEEL, column, of_truth, pin_force_description,
-    time_of_record,
+    Column, Source, Table, WHEEL, column, of_truth, pin_force_description, time_of_record,
 };
 use robhaz_model::Pin;
 use robhaz_sim::{ContactTruth, WheelTruth};
@@ -33,7 +32,7 @@ impl Table {
             "clearance",
             "m",
             "least distance of body and links to the ground; at 0 or below one touches it, and its force is not modelled",
-            Source::Optional(Box::new(|f| Some(f.clearances?.least().1))),
+            Source::optional(|f| Some(f.clearances?.least().1)),
         ));
         (0..3).for_each(|i| columns.extend(contacts_truth(i)));
         Self {
@@ -176,7 +175,7 @@ fn wheel_truth(i: usize) -> Vec<Column> {
         format!("{wheel}_contacts"),
         "1",
         format!("{}: number of contacts", WHEEL[i]),
-        Source::CountOfTruth(Box::new(move |t| t.wheels[i].contacts)),
+        Source::count_of_truth(move |t| t.wheels[i].contacts),
     ));
     columns
 }
@@ -213,36 +212,48 @@ fn pin_truth(pin: Pin) -> [Column; 4] {
     ]
 }
 
+/// A column of a wheel's truth that is empty in some records.
+fn of_wheel(
+    i: usize,
+    part: &str,
+    unit: &'static str,
+    description: &str,
+    get: impl Fn(&WheelTruth) -> Option<f64> + Send + Sync + 'static,
+) -> Column {
+    column(
+        format!("wheel{}_{part}", i + 1),
+        unit,
+        format!("{}: {description}", WHEEL[i]),
+        Source::optional_of_truth(move |t| get(&t.wheels[i])),
+    )
+}
+
 /// The equivalent contact, whether the wheel slides, and its contacts one by one.
 fn contacts_truth(i: usize) -> Vec<Column> {
-    let wheel = format!("wheel{}", i + 1);
-    let name = |part: &str| format!("{wheel}_{part}");
-    let what = |description: &str| format!("{}: {description}", WHEEL[i]);
-    let optional = |part: &str, unit, description: &str, get: GetOptional<WheelTruth>| {
-        let source = Source::OptionalOfTruth(Box::new(move |t| get(&t.wheels[i])));
-        column(name(part), unit, what(description), source)
-    };
     let mut columns = vec![
-        optional(
+        of_wheel(
+            i,
             "equivalent_normal_force",
             "N",
             "N of the equivalent contact, which has the same force on the axle and the same T as all contacts together; errors \
              of the estimates refer to it; empty where there is none",
-            Box::new(|w| w.equivalent_contact().map(|c| c.normal_force)),
+            |w| w.equivalent_contact().map(|c| c.normal_force),
         ),
-        optional(
+        of_wheel(
+            i,
             "equivalent_contact_angle",
             "rad",
             "contact angle of the equivalent contact; empty where there is none",
-            Box::new(|w| w.equivalent_contact().map(|c| c.angle)),
+            |w| w.equivalent_contact().map(|c| c.angle),
         ),
         column(
-            name("sliding"),
+            format!("wheel{}_sliding", i + 1),
             "1",
-            what(
-                "1 if it slides: the slip of each of its contacts is beyond the peak of the friction law; otherwise 0",
+            format!(
+                "{}: 1 if it slides: the slip of each of its contacts is beyond the peak of the friction law; otherwise 0",
+                WHEEL[i]
             ),
-            Source::CountOfTruth(Box::new(move |t| u32::from(t.wheels[i].slides))),
+            Source::count_of_truth(move |t| u32::from(t.wheels[i].slides)),
         ),
     ];
     type Part = (
@@ -277,11 +288,12 @@ fn contacts_truth(i: usize) -> Vec<Column> {
         .enumerate()
     {
         for (part, unit, description, get) in PARTS {
-            columns.push(optional(
+            columns.push(of_wheel(
+                i,
                 &format!("contact{}_{part}", k + 1),
                 unit,
                 &format!("{which}: {description}; empty without it"),
-                Box::new(move |w| w.contact_list.get(k).map(get)),
+                move |w| w.contact_list.get(k).map(get),
             ));
         }
     }

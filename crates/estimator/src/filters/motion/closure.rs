@@ -18,7 +18,7 @@ impl MotionFilter {
     /// what separates a slope from torque offsets on even ground.
     pub fn correct_direction(&mut self, error: f64, variance: f64) -> f64 {
         let velocity = self.velocity();
-        let speed = libm::sqrt(velocity.norm_squared());
+        let speed = robhaz_model::sqrt(velocity.norm_squared());
         let (cos, sin) = (velocity.x / speed, velocity.y / speed);
         // Written so that a NaN leaves, too.
         if !(speed > ContactVelocity::SLOW && cos.abs() > LEAST_COSINE) || self.is_any_suspect() {

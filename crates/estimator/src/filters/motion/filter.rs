@@ -160,14 +160,14 @@ impl MotionFilter {
     pub(super) fn estimated(&self, state: usize) -> (f64, f64) {
         (
             self.filter.x[state],
-            libm::sqrt(self.filter.p[state][state].max(0.0)),
+            robhaz_model::sqrt(self.filter.p[state][state].max(0.0)),
         )
     }
 
     /// Speed over the reference speed, at least 1, by which the ground-dependent constants change.
     pub(super) fn speed_ratio(&self) -> f64 {
         let (least, greatest) = (TUNING.reference_speed, TUNING.highest_speed);
-        let speed = libm::sqrt(self.velocity().norm_squared());
+        let speed = robhaz_model::sqrt(self.velocity().norm_squared());
         speed.max(least).min(greatest) / least
     }
 

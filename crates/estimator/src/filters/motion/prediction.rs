@@ -55,7 +55,7 @@ impl MotionFilter {
         let steps = match self.angles {
             ContactAngles::Given => dt / budget.contact_angle_time.max(1e-6),
             ContactAngles::Unknown => {
-                dt * libm::sqrt(self.velocity().norm_squared()) / TUNING.slope_length
+                dt * robhaz_model::sqrt(self.velocity().norm_squared()) / TUNING.slope_length
             }
         };
         libm::exp(-steps)
@@ -69,11 +69,11 @@ impl MotionFilter {
     ) -> LastingError {
         let speed_ratio = self.speed_ratio();
         let angle = angle_sigma(budget, self.angles);
-        let fine_angles = libm::sqrt((TUNING.coarse_angle / angle).max(1.0));
+        let fine_angles = robhaz_model::sqrt((TUNING.coarse_angle / angle).max(1.0));
         let unmeasured = TUNING.acceleration.sigma * fine_angles * speed_ratio * speed_ratio;
         let rims = TUNING.rim_factor * measured.rims;
         let links = TUNING.link_factor * measured.links;
-        let sigma = libm::sqrt(unmeasured * unmeasured + rims * rims + links * links);
+        let sigma = robhaz_model::sqrt(unmeasured * unmeasured + rims * rims + links * links);
         let after_impact = self.suspect.iter().all(|time| *time > 0.0);
         LastingError {
             sigma: sigma.min(TUNING.largest_acceleration),
@@ -166,7 +166,7 @@ impl MotionFilter {
     /// Random walks of torque offsets, gear friction and creep.
     fn add_walks(&mut self, dt: f64) {
         let square = |walk: f64| walk * walk * dt;
-        let travelled = dt * libm::sqrt(self.velocity().norm_squared());
+        let travelled = dt * robhaz_model::sqrt(self.velocity().norm_squared());
         for i in 0..3 {
             self.add_noise(TORQUE_OFFSET + i, square(TUNING.offset_walk));
         }

@@ -160,7 +160,7 @@ impl MotionFilter {
             let angle = &mut self.filter.x[CONTACT_ANGLE + i];
             *angle = angle.clamp(-TUNING.steepest, TUNING.steepest);
         }
-        (shared, libm::sqrt(sample_variance))
+        (shared, robhaz_model::sqrt(sample_variance))
     }
 
     /// The velocity of wheel `i` does not lie along its ground, and no contact angle is given.
@@ -229,7 +229,7 @@ impl MotionFilter {
 
         let unexplained = TUNING.slip.at_speed(sample.speed_ratio);
         let factor = creep.variance_factor();
-        let creep_sigma = libm::sqrt(self.filter.p[CREEP + i][CREEP + i]);
+        let creep_sigma = robhaz_model::sqrt(self.filter.p[CREEP + i][CREEP + i]);
         let mut lasting = creep_sigma * ratio_sigma;
         if !pulls {
             lasting = root_sum_square(lasting, creep_sigma * wheel.ratio);
@@ -289,7 +289,7 @@ impl MotionFilter {
         let torque_variance = p[offset][offset]
             + p[GEAR_FRICTION][GEAR_FRICTION]
             + p[gain][gain] * wheel.torque * wheel.torque;
-        libm::sqrt(torque_variance) / wheel.moment_of_load
+        robhaz_model::sqrt(torque_variance) / wheel.moment_of_load
     }
 
     /// Adds 0.25 m^2/s^2 times dt to the velocity's variances after a rejected rim speed. So a wrong velocity estimate cannot

@@ -115,11 +115,11 @@ impl BestFilters {
     fn measured_accelerations(&self, robot: &Robot, arms: &Arms) -> MeasuredAccelerations {
         let geometry = &robot.geometry;
         let spin: f64 = self.wheels.iter().map(Wheel::acceleration).sum();
-        let speed = libm::sqrt(self.motion.velocity().norm_squared());
+        let speed = robhaz_model::sqrt(self.motion.velocity().norm_squared());
         let mut links = 0.0_f64;
         for (carrier, axle) in geometry.carriers.iter().zip(&arms.axles) {
             let link = &self.links[carrier.index()];
-            let tangential = libm::sqrt(axle.norm_squared()) * link.acceleration().abs();
+            let tangential = robhaz_model::sqrt(axle.norm_squared()) * link.acceleration().abs();
             links = links.max(tangential + speed * link.smooth_rate().abs());
         }
         MeasuredAccelerations {
@@ -141,7 +141,7 @@ impl BestFilters {
         let (n, t) = (self.last_normal_force[i], self.last_traction[i]);
         let r = geometry.wheel_radius;
         let across = perp(arms.axles[i]);
-        let arm = libm::sqrt(across.norm_squared());
+        let arm = robhaz_model::sqrt(across.norm_squared());
         let read = inputs.wheel_angle[i].age <= Inputs::STALE_AFTER;
         RollingWheel {
             relative: across * link.rate(),
