@@ -23,7 +23,7 @@ impl Flags {
     pub const SENSOR_ABSURD: Self = Self(64);
     /// The parity residual is beyond five standard deviations: an impact, an unknown load, a wrong contact angle.
     pub const OUT_OF_RANGE: Self = Self(128);
-    /// The wheels turn, but the robot stands. Where its wheels touch the ground is then hardly known.
+    /// The drives turn the wheels or push, but the robot stands. Where its wheels touch the ground is then hardly known.
     pub const SPINS_IN_PLACE: Self = Self(256);
     /// Readings contradict each other: see [`crate::Health::suspect`].
     pub const CONTRADICTION: Self = Self(512);

@@ -11,7 +11,8 @@ use robhaz_model::{Vec2, perp};
 /// estimated motion shows deviate much from the lines between the axles: the ground would have to be a saw.
 ///
 /// In front of a wall on even ground the axles lie on a line. Then the deviation alone must show it, while the wheels push: what the
-/// filters take for a slope holds the robot.
+/// filters take for a slope holds the robot. The tractions show that deviation too, at once: see [`Self::resisted`]. Wheels that push and
+/// hardly turn need no way to show it, only time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct StandingDetector {
     /// Link angles at which the posture was last seen to change, rad.
@@ -39,6 +40,10 @@ impl StandingDetector {
     /// Mean deviation of the contact angles from the lines between the axles that no robot meets while its posture stays, rad.
     const STEEP: f64 = 0.35;
 
+    /// Least speed at which wheels that push count as turning while the contact angles deviate by [`Self::STEEP`], m/s: a robot whose
+    /// wheels are at rest stands. It takes 0.75 s with axles 0.3 m apart, longer than any impact.
+    const LEAST_SPEED: f64 = 0.1;
+
     /// Whether the robot stands while its wheels turn, by the last sample.
     pub fn stands(&self) -> bool {
         self.stands
@@ -49,11 +54,22 @@ impl StandingDetector {
         self.turned <= 0.0
     }
 
+    /// Mean deviation of the contact angles from the lines between the axles that would balance the tractions, rad: above 0 where they
+    /// push more than the weight along these lines and the inertia of a robot that follows its rims can resist.
+    ///
+    /// `push`: sum of the tractions over the weight. `acceleration`: mean of the rims' over gravity. `slope`: mean of the lines, rad.
+    /// Rims that spin up faster than the robot give a negative angle, and hide what resists.
+    pub fn resisted(push: f64, acceleration: f64, slope: f64) -> f64 {
+        let climbed = libm::asin((push - acceleration).clamp(-1.0, 1.0));
+        (climbed - slope) * push.signum()
+    }
+
     /// Takes a sample. Returns whether the robot stands while its wheels turn.
     ///
     /// `link_angles`: rad. `axles`: positions relative to Q, m. `rim_speeds`: of the wheels relative to the links, m/s. `deviation`:
-    /// mean over the wheels of the contact angle's deviation from the line between axles, rad, not negative. `pushes`: whether
-    /// the sum of the tractions is beyond [`Self::PUSHES`]. `dt`: time since the last sample, s.
+    /// mean over the wheels of the contact angle's deviation from the line between axles, rad, estimated or [`Self::resisted`],
+    /// whichever is larger, not negative. `pushes`: whether the sum of the tractions is beyond [`Self::PUSHES`]. `dt`: time since the last
+    /// sample, s.
     pub fn update(
         &mut self,
         link_angles: [f64; 2],
@@ -76,7 +92,8 @@ impl StandingDetector {
             let turned = dt * a.min(b).max(a.max(b).min(c));
             self.turned += turned;
             self.turned_steep = if deviation > Self::STEEP {
-                self.turned_steep + turned
+                let least = if pushes { Self::LEAST_SPEED } else { 0.0 };
+                self.turned_steep + turned.max(least * dt)
             } else {
                 0.0
             };
@@ -154,5 +171,36 @@ mod tests {
         assert_eq!(stands(0.5, true), Some(true));
         assert_eq!(stands(0.1, true), Some(true));
         assert_eq!(stands(0.1, false), Some(false));
+    }
+
+    /// Wheels that stand against a wall show it after the time for a quarter of the axles' distance at 0.1 m/s; a parked robot, which does
+    /// not push, is never found.
+    #[test]
+    fn wheels_that_push_and_hardly_turn_stand_after_a_while() {
+        let time = |pushes: bool| {
+            let mut detector = StandingDetector::default();
+            let mut samples = 1..=10_000;
+            let slow = [0.01, 0.1, 0.01];
+            let mut stands = |_: &i32| detector.update([0.0; 2], &AXLES, slow, 0.5, pushes, 1e-3);
+            samples.find(&mut stands)
+        };
+        // 0.25 times 0.3 m at 0.1 m/s, and rounding.
+        assert!(time(true).is_some_and(|sample| (sample - 750).abs() <= 1));
+        assert_eq!(time(false), None);
+    }
+
+    /// Closed forms: nothing is resisted on a slope that the tractions climb, up or down, nor by a robot that accelerates by them; all of
+    /// the push at a wall, forwards and backwards; and less than nothing while rims spin up on ice.
+    #[test]
+    fn what_slope_and_inertia_do_not_explain_is_resisted() {
+        let zero = |angle: f64| assert!(angle.abs() < 1e-12, "{angle}");
+        for slope in [-0.6, 0.3] {
+            zero(StandingDetector::resisted(libm::sin(slope), 0.0, slope));
+        }
+        zero(StandingDetector::resisted(0.5, 0.5, 0.0));
+        for push in [-0.68, 0.68] {
+            zero(StandingDetector::resisted(push, 0.0, 0.0) - libm::asin(0.68));
+        }
+        assert!(StandingDetector::resisted(0.3, 1.0, 0.0) < 0.0);
     }
 }

@@ -38,8 +38,9 @@ impl MotionFilter {
     /// Unknown contact angles are as uncertain as at first, however long it stands: one parity residual a sample, always the same,
     /// cannot tell three of them, and each linearisation of it about other angles would seem to tell more.
     ///
-    /// A force F that errs in direction by an angle a errs by F a^2/2 along itself, which the linear covariance does not contain: for
-    /// the load `mean_load` of a wheel (N) that is added to the unexplained load.
+    /// A force F that errs in direction by an angle a errs by F a^2/2 along itself, which the linear covariance does not contain. For a
+    /// Gaussian angle of deviation s its mean square is F^2 (3 s^4)/4, and three times that for three wheels of the load `mean_load`
+    /// (N): the unexplained load is at least that.
     pub fn stand(&mut self, mean_load: f64) {
         for i in 0..2 {
             self.filter.set(VELOCITY + i, 0.0, TUNING.velocity_at_rest);
@@ -51,7 +52,8 @@ impl MotionFilter {
                 let angle = self.filter.x[state];
                 self.filter.set(state, angle, TUNING.held_angle);
             }
-            let second_order = 0.5 * mean_load * TUNING.held_angle * TUNING.held_angle;
+            // The root of three times 3/4.
+            let second_order = 1.5 * mean_load * TUNING.held_angle * TUNING.held_angle;
             self.unexplained = self.unexplained.max(second_order * second_order);
         }
         self.suspect = [TUNING.suspect_time; 3];

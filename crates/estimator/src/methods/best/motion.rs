@@ -10,7 +10,7 @@ use crate::methods::wheel::Wheel;
 use crate::nominal::Nominal;
 use crate::settings::EstimatorSettings;
 use crate::statics::Arms;
-use robhaz_model::{Geometry, Robot, perp};
+use robhaz_model::{GRAVITY, Geometry, Robot, perp};
 
 impl BestFilters {
     /// Finds out whether the wheels spin in place. When that begins, what the motion has shown of the ground is discarded; when it ends,
@@ -29,8 +29,13 @@ impl BestFilters {
         let deviation = |i: usize| (self.contact_angle(i, instant.inputs) - slopes[i]).abs();
         let deviation = (deviation(0) + deviation(1) + deviation(2)) / 3.0;
         let [front, middle, rear] = self.last_traction;
-        let weight = 3.0 * nominal.robot.mean_wheel_load();
-        let pushes = (front + middle + rear).abs() > StandingDetector::PUSHES * weight;
+        let push = (front + middle + rear) / (3.0 * nominal.robot.mean_wheel_load());
+        let pushes = push.abs() > StandingDetector::PUSHES;
+        let spin: f64 = self.wheels.iter().map(Wheel::acceleration).sum();
+        let acceleration = nominal.robot.geometry.wheel_radius * spin / (3.0 * GRAVITY);
+        let slope = slopes.iter().sum::<f64>() / 3.0;
+        let resisted = StandingDetector::resisted(push, acceleration, slope);
+        let deviation = deviation.max(resisted);
         let (axles, dt) = (&arms.axles, instant.dt);
         let standing = &mut self.standing;
         let stands = standing.update(link_angles, axles, rim_speeds, deviation, pushes, dt);
