@@ -18,7 +18,10 @@
 //!
 //! The crate is `no_std` and does not allocate, so that the estimator can use it on a robot. Its feature `std` is of use where
 //! code is compiled for a processor with AVX: see [`sqrt`].
-#![cfg_attr(not(feature = "std"), no_std)]
+#![no_std]
+
+#[cfg(feature = "std")]
+extern crate std;
 
 mod command;
 mod geometry;
