@@ -2,8 +2,9 @@
 //! impulse joints.
 //!
 //! Rapier has no colliders here. Before each step, terrain contacts, contact force, friction, drive and stops are
-//! evaluated with our own laws at the state at the start of the step, and kept constant over the step. The wheel spins
-//! are integrated beside rapier. Stability limits of the step: [`crate::stability`].
+//! evaluated with our own laws at the state at the start of the step. They are kept constant over the step, the normal
+//! forces with the change that is expected in it (module `damping`). The wheel spins are integrated beside rapier.
+//! Stability limits of the step: [`crate::stability`].
 //!
 //! A settled start comes from the equations of motion that [`crate::direct`] integrates. After that the motion depends
 //! on rapier alone.
