@@ -205,7 +205,7 @@ fn honest_sensors_raise_no_alarm() -> Result<(), Failure> {
 /// No alarm with honest sensors in 100 seeds of any shipped scene, with both drives, grades, and with and without contact
 /// angles.
 #[test]
-#[ignore = "a quarter of an hour of two cores; one alarm is known: stairs, geometry A, soft drive, poor sensors, seed 26"]
+#[ignore = "five minutes of two cores"]
 fn honest_sensors_raise_no_alarm_in_100_seeds() -> Result<(), Failure> {
     // A number of seeds in the environment variable SEEDS, or the name of a scene in SCENE, makes it shorter.
     let stated = std::env::var("SEEDS").ok();
