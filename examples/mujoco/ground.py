@@ -4,6 +4,7 @@ The profiles are those of robhaz with the same names and default values (docs/sc
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,8 +25,12 @@ def sine(x):
     return np.where((u >= 0) & (u <= 5), 0.01 * (1 - np.cos(2 * math.pi * u)), 0.0)
 
 
-def _curve(height) -> np.ndarray:
-    """Points on a curve, so close that it turns by at most MAX_TURN between them."""
+def _curve(height, facet: float) -> np.ndarray:
+    """Points on a curve, so close that it turns by at most MAX_TURN between them; or `facet` metres apart, with
+    corners."""
+    if facet > 0:
+        x = np.arange(START, END, facet)
+        return np.stack([x, height(x)], axis=1)
     fine = np.arange(START, END, 1e-4)
     slope = np.arctan(np.gradient(height(fine), fine))
     turned = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(slope)))])
@@ -48,19 +53,28 @@ def _stairs(rise: float, count: int) -> list:
     return [*points, (END, rise * count)]
 
 
+@dataclass
+class Ground:
+    """A profile by its name, with its sizes."""
+
+    terrain: str = "smooth"
+    facet: float = 0.0  # of smooth, sine: distance of the corners, m; 0 for a curve without corners
+    kerb: float = 0.05  # of step: height, m
+
+
 PROFILES = {
-    "flat": lambda: [(START, 0), (END, 0)],
-    "smooth": lambda: _curve(smooth),
-    "sine": lambda: _curve(sine),
-    "ramp": _ramp,
-    "step": lambda: _stairs(0.05, 1),
-    "stairs": lambda: _stairs(0.08, 4),
+    "flat": lambda g: [(START, 0), (END, 0)],
+    "smooth": lambda g: _curve(smooth, g.facet),
+    "sine": lambda g: _curve(sine, g.facet),
+    "ramp": lambda g: _ramp(),
+    "step": lambda g: _stairs(g.kerb, 1),
+    "stairs": lambda g: _stairs(0.08, 4),
 }
 
 
-def polyline(terrain: str) -> np.ndarray:
+def polyline(ground: Ground) -> np.ndarray:
     """Points (x, z) of the ground from rear to front, m."""
-    return np.array(PROFILES[terrain](), float)
+    return np.array(PROFILES[ground.terrain](ground), float)
 
 
 def boxes(points: np.ndarray) -> str:
@@ -96,6 +110,8 @@ class Nearest:
     contacts would push the wheel for itself.
     """
 
+    NEAR = 0.2  # m: farther segments do not touch a wheel
+
     def __init__(self, points: np.ndarray) -> None:
         along = np.diff(points, axis=0)
         self.length = np.hypot(*along.T)
@@ -105,17 +121,20 @@ class Nearest:
         turn = np.arcsin(np.sum(self.normal[:-1] * self.tangent[1:], axis=1))
         self.smooth = np.abs(turn) < 2 * MAX_TURN  # a joint within a curve, not a corner of the ground
 
-    def touches(self, at: np.ndarray) -> np.ndarray:
-        """For each segment, whether it may touch a wheel at a point (x, z). A corner belongs to the segment after
-        it."""
-        to = at - self.start
-        passed = np.einsum("ij,ij->i", to, self.tangent)
-        touch = (passed >= 0) & (passed <= self.length)
+    def touches(self, at: np.ndarray) -> tuple[slice, np.ndarray]:
+        """Segments near a point (x, z), and for each whether it may touch a wheel there. A corner belongs to the
+        segment after it."""
+        first, end = np.searchsorted(self.start[:, 0], [at[0] - self.NEAR, at[0] + self.NEAR])
+        near = slice(max(first - 1, 0), end)
+        to = at - self.start[near]
+        length, smooth = self.length[near], self.smooth[near][: len(to) - 1]
+        passed = (to * self.tangent[near]).sum(axis=1)
+        touch = (passed >= 0) & (passed <= length)
         # In a smooth hollow the nearer one of two neighbours counts.
-        height = np.einsum("ij,ij->i", to, self.normal)
-        both = touch[:-1] & touch[1:] & self.smooth
+        height = (to * self.normal[near]).sum(axis=1)
+        both = touch[:-1] & touch[1:] & smooth
         farther = height[:-1] > height[1:]
         touch[:-1] &= ~(both & farther)
         touch[1:] &= ~(both & ~farther)
-        touch[1:] |= (passed[1:] < 0) & (passed[:-1] > self.length[:-1])
-        return touch
+        touch[1:] |= (passed[1:] < 0) & (passed[:-1] > length[:-1])
+        return near, touch

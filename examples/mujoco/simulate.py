@@ -82,8 +82,12 @@ def describe(damping: float) -> str:
 
 def arguments() -> argparse.Namespace:
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    contact, drive = Contact(), Drive()
-    p.add_argument("--terrain", choices=sorted(ground.PROFILES), default="smooth")
+    contact, drive, profile = Contact(), Drive(), ground.Ground()
+    p.add_argument("--terrain", choices=sorted(ground.PROFILES), default=profile.terrain)
+    p.add_argument(
+        "--facet", type=float, default=profile.facet, help="smooth, sine: distance of corners, m; 0 for a curve (0)"
+    )
+    p.add_argument("--kerb", type=float, default=profile.kerb, help="step: height, m (%(default)s)")
     p.add_argument("--seed", type=int, nargs="+", default=[1], help="of the sensors' errors; each gets a log (1)")
     p.add_argument("--duration", type=float, default=20.0, help="s (%(default)s)")
     p.add_argument("--rate", type=int, default=1000, help="samples a second (%(default)s)")
@@ -99,6 +103,9 @@ def arguments() -> argparse.Namespace:
     p.add_argument(
         "--impratio", type=float, default=contact.impratio, help="friction over normal impedance (%(default)s)"
     )
+    p.add_argument(
+        "--rolling-resistance", type=float, default=contact.rolling_resistance, help="moment over r N (%(default)s)"
+    )
     p.add_argument("--out", type=Path, required=True, help="folder for the files")
     return p.parse_args()
 
@@ -107,7 +114,8 @@ def main() -> None:
     a = arguments()
     robot: Robot = load(a.geometry, a.mass)
     drive = Drive(speed=a.speed, kp=a.kp, ki=a.ki)
-    world = World(robot, a.terrain, Contact(a.mu, a.solref, a.solimp, a.impratio), drive, a.step)
+    contact = Contact(a.mu, a.solref, a.solimp, a.impratio, a.rolling_resistance)
+    world = World(robot, ground.Ground(a.terrain, a.facet, a.kerb), contact, drive, a.step)
     a.out.mkdir(parents=True, exist_ok=True)
     record(world, a.seed, a.duration, a.rate, a.out)
     (a.out / "SENSORS.toml").write_text(describe(drive.damping))

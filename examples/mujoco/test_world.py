@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from ground import Ground
 from robot import GRAVITY, load
 from world import Contact, Drive, World
 
@@ -19,7 +20,7 @@ def test_static_loads_on_level_ground(geometry):
     """Closed form: the static normal forces of robots/*.toml. 0.1 %: the tyres' 0.3 mm tilt the robot by less than 1
     mrad."""
     free = Drive(kp=0, ki=0)
-    world = World(load(geometry), "flat", Contact(), free, 2.5e-4)
+    world = World(load(geometry), Ground("flat"), Contact(), free, 2.5e-4)
     for _ in range(8000):
         world.step()
     truth = world.truth()
@@ -34,7 +35,7 @@ def test_forces_of_the_ground_carry_the_robot(terrain):
     momentum plus weight times time. 0.5 % of the weight's impulse: one sample a millisecond of forces that vary
     between."""
     robot = load()
-    world = World(robot, terrain, Contact(), Drive(start_time=0.0), 2.5e-4)
+    world = World(robot, Ground(terrain), Contact(), Drive(start_time=0.0), 2.5e-4)
     impulse, momentum, loops = np.zeros(2), [], []
     for k in range(16001):
         world.step()
@@ -50,6 +51,18 @@ def test_forces_of_the_ground_carry_the_robot(terrain):
     change = momentum[1] - momentum[0] + np.array([0, weight * 3.0])
     assert impulse == pytest.approx(change, abs=0.005 * weight * 3.0)
     assert max(loops) < 1e-6
+
+
+def test_rolling_resistance_takes_its_torque():
+    """Closed form: at a steady speed on level ground the tractions cancel, and the motors bear the damping and f_r r
+    times the weight. 1 %: the start has decayed to that."""
+    robot, drive, resistance = load(), Drive(start_time=0.0, kp=2, ki=0), 0.02
+    world = World(robot, Ground("flat"), Contact(rolling_resistance=resistance), drive, 2.5e-4)
+    for _ in range(12000):
+        world.step()
+    truth = world.truth()
+    left = sum(truth[f"wheel{i}_torque"] - drive.damping * truth[f"wheel{i}_omega"] for i in (1, 2, 3))
+    assert left == pytest.approx(resistance * robot.radius * robot.total_mass * GRAVITY, rel=0.01)
 
 
 def _force(truth, i):
@@ -69,7 +82,7 @@ def test_the_same_seed_gives_the_same_log(tmp_path):
 
     for name in ("a", "b"):
         (tmp_path / name).mkdir()
-        record(World(load(), "smooth", Contact(), Drive(), 2.5e-4), [1, 2], 0.1, 1000, tmp_path / name)
+        record(World(load(), Ground("smooth"), Contact(), Drive(), 2.5e-4), [1, 2], 0.1, 1000, tmp_path / name)
     files = [[(tmp_path / n / f).read_bytes() for f in ("log-1.csv", "log-2.csv", "truth.csv")] for n in ("a", "b")]
     assert files[0] == files[1]
     assert files[0][0] != files[0][1]

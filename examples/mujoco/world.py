@@ -24,6 +24,7 @@ class Contact:
     solref: str = "0.04 0.2"  # time constant (s) and damping ratio
     solimp: str = "0.3 0.3 0.001 0.5 2"  # impedance over penetration
     impratio: float = 10.0  # friction over normal impedance
+    rolling_resistance: float = 0.0  # moment against the rolling over r N, as `contact.rolling_resistance` of a scene
 
 
 @dataclass
@@ -80,15 +81,19 @@ def mjcf(robot: Robot, points: np.ndarray, contact: Contact, damping: float, ste
 class World:
     """A robot on its ground, in steps of `step` seconds. `truth()` is the row of the last step's start."""
 
-    def __init__(self, robot: Robot, terrain: str, contact: Contact, drive: Drive, step: float) -> None:
-        self.robot, self.drive = robot, drive
-        self.points = ground.polyline(terrain)
+    ROLLS = 0.1  # rad/s: rolling resistance reaches its full moment from 1 cm/s at the rim on
+
+    def __init__(self, robot: Robot, profile: ground.Ground, contact: Contact, drive: Drive, step: float) -> None:
+        self.robot, self.drive, self.contact = robot, drive, contact
+        self.points = ground.polyline(profile)
         self.model = mujoco.MjModel.from_xml_string(mjcf(robot, self.points, contact, drive.damping, step))
         self.data = mujoco.MjData(self.model)
         self.joint = {name: self.model.joint(name).dofadr[0] for name in ("pitch", "p", "q", "s", *WHEELS)}
         self.spins = [self.joint[w] for w in WHEELS]
         self.wheel_of_geom = {self.model.geom(w).id: i for i, w in enumerate(WHEELS)}
+        self.wheel_bodies = [self.model.body(w).id for w in WHEELS]
         self.nearest = ground.Nearest(self.points)
+        self.normal_force = np.zeros(3)
 
     def step(self) -> None:
         """One step. Contact forces and accelerations of `data` then belong to the state at its start."""
@@ -96,7 +101,10 @@ class World:
         mujoco.mj_kinematics(self.model, d)
         # Geoms are numbered body by body: those of the ground come first, in the order of their segments.
         kinds = self.model.geom_contype[: len(self.nearest.length)]
-        kinds[:] = sum(self.nearest.touches(d.geom(w).xpos[[0, 2]]) << i for i, w in enumerate(WHEELS))
+        kinds[:] = 0
+        for i, w in enumerate(WHEELS):
+            near, touch = self.nearest.touches(d.geom(w).xpos[[0, 2]])
+            kinds[near] |= touch.astype(kinds.dtype) << i
         mujoco.mj_step1(self.model, d)
         self.time = d.time
         self.qpos, self.qvel = d.qpos.copy(), d.qvel.copy()
@@ -104,7 +112,21 @@ class World:
         self.frames = d.sensordata.reshape(-1, 2, 3)[:, :, [0, 2]].copy()
         d.ctrl[:] = self.drive.torque(d.time, self.qvel[self.spins], self.robot.radius, self.model.opt.timestep)
         self.torque = d.ctrl.copy()
+        if self.contact.rolling_resistance > 0:
+            self._resist_rolling()
         mujoco.mj_step2(self.model, d)
+        if self.contact.rolling_resistance > 0:
+            self.normal_force = np.array([sum(max(f @ n, 0.0) for f, n, _ in c) for c in self.contact_forces()])
+
+    def _resist_rolling(self) -> None:
+        """Moments on the wheels against their absolute spin, from the normal forces of the last step."""
+        _, rates = self.link_angles()
+        for i, joint in enumerate(self.spins):
+            spin = self.qvel[joint] - rates[BARS.index(self.robot.carriers[i])]
+            share = min(max(spin / self.ROLLS, -1.0), 1.0)
+            moment = self.contact.rolling_resistance * self.robot.radius * self.normal_force[i] * share
+            # Forward spin is positive about +y.
+            self.data.xfrc_applied[self.wheel_bodies[i], 4] = -moment
 
     def contact_forces(self) -> list[list[tuple]]:
         """Contacts of each wheel: force of the ground (x, z), normal (x, z), penetration."""
