@@ -5,7 +5,7 @@ use crate::flags::Flags;
 use crate::settings::{EstimatorSettings, Masses};
 use crate::statics::{Arms, Equations, Equilibrium, Loads};
 use nalgebra::{Matrix4, Vector4};
-use robhaz_model::{Bar, GRAVITY, PointMasses, Robot, Vec2};
+use robhaz_model::{Bar, Carrier, GRAVITY, PointMasses, Robot, Vec2};
 
 /// Nominal robot and settings.
 #[derive(Clone, Debug)]
@@ -88,6 +88,21 @@ impl Nominal {
         r
     }
 
+    /// Covariance of the rows of eq. (8) from rolling resistance, N^2: the moments f_r r N of the wheels of each link, at the mean load.
+    pub fn rolling_resistance_noise(&self) -> Matrix4<f64> {
+        let (geometry, settings) = (&self.robot.geometry, &self.settings);
+        let resistance = settings.budget.rolling_resistance * self.robot.mean_wheel_load();
+        let moment = resistance * geometry.wheel_radius / settings.moment_lever;
+        let mut column = Vector4::zeros();
+        for carrier in &geometry.carriers {
+            match carrier {
+                Carrier::Link1 => column.z += moment,
+                Carrier::Link2 => column.w += moment,
+            }
+        }
+        column * column.transpose()
+    }
+
     /// Flag of a linkage near an end stop, for the angles of links 1 and 2, rad.
     pub fn at_stop(&self, link_angles: [f64; 2]) -> Flags {
         let stop = &self.robot.geometry.stop;
@@ -109,5 +124,37 @@ impl Nominal {
             }
         }
         flags
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Closed form: on level ground at T = 0 a moment M = f_r r N a wheel changes N by the moments of link 1 (wheel 1) and link 2
+    /// (wheels 2 and 3) about Q, with the same weight: x1 N1 = -M, x2 N2 + x3 N3 = -2 M, N1 + N2 + N3 = 0. Rounding.
+    #[test]
+    fn rolling_resistance_moves_the_normal_forces() {
+        let robot = Robot::default_a();
+        let nominal = Nominal::new(&robot, EstimatorSettings::best());
+        let arms = Arms::new(&robot.geometry, 0.0, 0.0).expect("the nominal pose");
+        let [x1, x2, x3] = arms.axles.map(|axle| axle.x);
+        let loads = Loads::at_rest(&nominal.masses);
+        let equations = nominal
+            .equations(arms, [0.0; 2], loads, &[0.0; 3])
+            .expect("regular");
+        let noise = nominal.rolling_resistance_noise();
+        let found = [0, 1, 2].map(|i| {
+            let row = equations.inverse.rows[i];
+            libm::sqrt(row.dot(&(noise * row)))
+        });
+
+        let resistance = nominal.settings.budget.rolling_resistance;
+        let moment = resistance * robot.geometry.wheel_radius * robot.mean_wheel_load();
+        let front = -moment / x1;
+        let middle = (-2.0 * moment + x3 * front) / (x2 - x3);
+        for (found, expected) in found.into_iter().zip([front, middle, -front - middle]) {
+            assert!((found - expected.abs()).abs() < 1e-12, "{found} {expected}");
+        }
     }
 }

@@ -119,6 +119,9 @@ pub struct NoiseBudget {
     pub torque_gain: f64,
     /// Unmodelled dry friction in the gears, N m at the wheel; common to all wheels.
     pub gear_friction: f64,
+    /// Coefficient of the rolling resistance that the robot is not told, -: a moment of this times r N against the rolling, as if N acted
+    /// ahead of the axle. Common to all wheels.
+    pub rolling_resistance: f64,
     /// White noise of an inclinometer, rad a sample.
     pub inclination_noise: f64,
     /// Constant error of an inclinometer, rad.
@@ -145,7 +148,9 @@ pub struct NoiseBudget {
 }
 
 impl NoiseBudget {
-    /// Sensors of the class that a robot of this size carries, up to 0.3 N m of gear friction, exact drawings.
+    /// Sensors of the class that a robot of this size carries, up to 0.3 N m of gear friction, wheels on firm ground, exact drawings.
+    ///
+    /// Rolling resistance of tyres on concrete and asphalt is 0.010 to 0.020 (Wong, Theory of Ground Vehicles, ch. 1).
     pub const fn typical() -> Self {
         const DEGREE: f64 = core::f64::consts::PI / 180.0;
         Self {
@@ -155,6 +160,7 @@ impl NoiseBudget {
             torque_offset: 0.1,
             torque_gain: 0.02,
             gear_friction: 0.3,
+            rolling_resistance: 0.01,
             inclination_noise: 0.1 * DEGREE,
             inclination_bias: 0.1 * DEGREE,
             specific_force: true,

@@ -149,6 +149,8 @@ impl BestFilters {
         let equations = self.equations(nominal, instant.inputs, arms, link_angles)?;
         let mut right = self.right_side(nominal, &equations, &self.smooth_forces);
         let parity = self.check_parity(nominal, instant, &equations, &mut right);
+        // After the parity: its noise counts as white there, while the rolling resistance lasts.
+        right.loads += nominal.rolling_resistance_noise();
         let direction = equations.parity_direction.as_ref();
         let weighted = direction.filter(|_| self.method.whitening);
         let inputs = |a, b| self.motion.input_covariance(a, b);

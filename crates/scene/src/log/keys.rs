@@ -107,6 +107,13 @@ const BUDGET: &[Key<LogChoice>] = &[
         "dry friction in the gears that the motor torque does not show, at the wheel",
     ),
     Key::number(
+        "rolling_resistance",
+        NONE,
+        at_least(0.0).at_most(1.0),
+        |l| &mut l.budget.rolling_resistance,
+        "coefficient of the rolling resistance: its standard deviation about 0",
+    ),
+    Key::number(
         "inclination_noise",
         ANGLE,
         at_least(0.0).at_most(1.0),
