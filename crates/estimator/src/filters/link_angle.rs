@@ -19,12 +19,14 @@ pub struct LinkAngleKalman {
     smooth_rate: f64,
     /// Derivative of the low-pass filtered rate, rad/s^2.
     acceleration: f64,
+    /// Variance of the unexplained angular acceleration, rad^2/s^4: see [`Self::unexplained_acceleration`].
+    unexplained: f64,
     /// Time since the gyroscope was last read, s.
     unread: f64,
     started: bool,
 }
 
-visit_fields!(LinkAngleKalman: filter, rate, smooth_rate, acceleration, unread, started);
+visit_fields!(LinkAngleKalman: filter, rate, smooth_rate, acceleration, unexplained, unread, started);
 
 /// Angle of the link, rad.
 const ANGLE: usize = 0;
@@ -65,6 +67,8 @@ impl LinkAngleKalman {
     const IMPACT: f64 = 20.0;
     /// The change must also be this many standard deviations of the gyroscope's noise in a difference of two readings.
     const IMPACT_GATE: f64 = 6.0;
+    /// Distance of the rate from its low pass, in standard deviations of the gyroscope's noise, that shows no acceleration yet.
+    const EXPLAINED: f64 = 3.0;
     /// Possible lag of an inclinometer, s.
     const LAG: f64 = 0.02;
 
@@ -76,6 +80,7 @@ impl LinkAngleKalman {
             rate: 0.0,
             smooth_rate: 0.0,
             acceleration: 0.0,
+            unexplained: 0.0,
             unread: 0.0,
             started: false,
         }
@@ -154,11 +159,16 @@ impl LinkAngleKalman {
         }
     }
 
-    /// Low-pass filtered rate and its derivative.
+    /// Low-pass filtered rate and its derivative, and what they miss.
     fn smooth(&mut self, budget: &NoiseBudget, dt: f64) {
         if dt > 0.0 {
             let smoothing = Self::SMOOTHING * (budget.rate_noise / Self::GYRO_NOISE);
             let smoothing = smoothing.clamp(Self::SHORTEST_SMOOTHING, Self::SMOOTHING);
+            let ahead = self.rate - self.smooth_rate - smoothing * self.acceleration;
+            let noise = Self::EXPLAINED * budget.rate_noise;
+            let excess = (ahead * ahead - noise * noise) / (smoothing * smoothing);
+            let decayed = self.unexplained * libm::exp(-dt / smoothing);
+            self.unexplained = decayed.max(excess);
             let weight = dt / (smoothing + dt);
             let change = weight * (self.rate - self.smooth_rate);
             self.smooth_rate += change;
@@ -210,6 +220,15 @@ impl LinkAngleKalman {
     /// Angular acceleration, rad/s^2: the derivative of [`Self::smooth_rate`].
     pub fn acceleration(&self) -> f64 {
         self.acceleration
+    }
+
+    /// Standard deviation of the error of [`Self::acceleration`] while the link shakes, rad/s^2; zero while nothing but noise parts the rate
+    /// from its low pass.
+    ///
+    /// At a constant acceleration a low pass of time constant s lags by s times the acceleration. A rate that is farther ahead, by d, has
+    /// changed within s, and the derivative of the low pass errs by d/s. It holds for s, since a link that shakes crosses its low pass.
+    pub fn unexplained_acceleration(&self) -> f64 {
+        robhaz_model::sqrt(self.unexplained)
     }
 
     /// Bias of the gyroscope and its standard deviation, rad/s.
@@ -342,5 +361,42 @@ mod tests {
                 last = sigma;
             }
         }
+    }
+
+    /// Closed form: at any constant acceleration nothing is unexplained; a step d of the rate leaves d over the time constant of the
+    /// low pass, less the part within the gate and what one sample of the low pass takes. It decays with that time constant.
+    #[test]
+    fn a_step_of_the_rate_is_an_unexplained_acceleration() {
+        let budget = NoiseBudget::typical();
+        let s = LinkAngleKalman::SMOOTHING;
+        let mut link = LinkAngleKalman::new(&budget);
+        link.start(0.0, 0.0, 0.0);
+        let (dt, acceleration) = (1e-3, 2.0);
+        let mut rate = 0.0;
+        let mut update = |link: &mut LinkAngleKalman, rate: f64| {
+            link.update(&budget, dt, &readings(Some(rate), None, 0.0));
+        };
+        for _ in 0..1000 {
+            rate += acceleration * dt;
+            update(&mut link, rate);
+        }
+        // The start of the acceleration has decayed for 50 time constants, and the lag of the derivative is within the gate.
+        assert!(link.unexplained_acceleration() < 1e-9);
+
+        let step = 0.01;
+        rate += step;
+        update(&mut link, rate);
+        let gate = LinkAngleKalman::EXPLAINED * budget.rate_noise;
+        let expected = libm::sqrt(step * step - gate * gate) / s;
+        let found = link.unexplained_acceleration();
+        // The rate is up to two samples of the acceleration ahead of its discrete low pass: 4e-3 of 1e-2 rad/s.
+        assert!(
+            (found - expected).abs() < 0.5 * expected,
+            "{found} {expected}"
+        );
+        for _ in 0..200 {
+            update(&mut link, rate);
+        }
+        assert!(link.unexplained_acceleration() < 0.1 * found);
     }
 }

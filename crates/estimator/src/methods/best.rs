@@ -1,6 +1,7 @@
 //! The filters of `best`: Kalman filters for link angles, ground torques, and motion with the readings' errors.
 
 mod motion;
+mod shaking;
 #[cfg(test)]
 mod tests;
 
@@ -149,12 +150,12 @@ impl BestFilters {
         let equations = self.equations(nominal, instant.inputs, arms, link_angles)?;
         let mut right = self.right_side(nominal, &equations, &self.smooth_forces);
         let parity = self.check_parity(nominal, instant, &equations, &mut right);
-        // After the parity: its noise counts as white there, while the rolling resistance lasts.
-        right.loads += nominal.rolling_resistance_noise();
         let direction = equations.parity_direction.as_ref();
         let weighted = direction.filter(|_| self.method.whitening);
         let inputs = |a, b| self.motion.input_covariance(a, b);
         let mut forces = solve(&equations, weighted, &right, inputs);
+        let lasting = nominal.rolling_resistance_noise() + self.shaking_noise(nominal, &equations);
+        forces.consider(&equations.inverse, &lasting);
         self.discard_wrong_states(&settings.budget);
         self.last_normal_force = forces.normal;
         self.last_traction = forces.traction;
@@ -340,21 +341,21 @@ impl BestFilters {
         arms: Arms,
         link_angles: [f64; 2],
     ) -> Result<Equations, EstimateError> {
-        let loads = self.loads(nominal, &arms);
+        let accelerations = self.links.each_ref().map(LinkAngleKalman::acceleration);
+        let loads = self.loads(nominal, &arms, accelerations);
         let angle = |i| self.contact_angle(i, inputs);
         let contact_angle = [angle(0), angle(1), angle(2)];
         nominal.equations(arms, link_angles, loads, &contact_angle)
     }
 
-    /// Gravity, and inertia if `method.inertia`.
-    fn loads(&self, nominal: &Nominal, arms: &Arms) -> Loads {
+    /// Gravity, and inertia if `method.inertia`, for angular accelerations of links 1 and 2, rad/s^2.
+    fn loads(&self, nominal: &Nominal, arms: &Arms, accelerations: [f64; 2]) -> Loads {
         if !self.method.inertia {
             return Loads::at_rest(&nominal.masses);
         }
         let robot = &nominal.robot;
         let [link1, link2] = &self.links;
         let rates = [link1.smooth_rate(), link2.smooth_rate()];
-        let accelerations = [link1.acceleration(), link2.acceleration()];
         let motion = LinkageMotion {
             q: self.motion.acceleration(),
             turning: arms.turning(rates, accelerations),

@@ -50,6 +50,19 @@ pub(crate) fn solve(
     joint.forces(&equations.inverse)
 }
 
+impl Forces {
+    /// Adds errors of the rows of eq. (8) with the covariance `lasting`, N^2, to the covariance of N. They change no estimate: an error that
+    /// lasts, or that no equation shows, is not the white noise by which the rows are weighted.
+    pub fn consider(&mut self, inverse: &LeastSquaresInverse, lasting: &Matrix4<f64>) {
+        for (i, row) in inverse.rows.iter().enumerate() {
+            let of_row = lasting * row;
+            for (j, other) in inverse.rows.iter().enumerate() {
+                self.covariance[2 * i + 1][2 * j + 1] += other.dot(&of_row);
+            }
+        }
+    }
+}
+
 /// Right-hand side y and tractions T as jointly Gaussian.
 struct Joint {
     /// Mean of the right-hand side, N.
@@ -305,5 +318,40 @@ mod tests {
                 prop_assert!((found.covariance[2 * i + 1][2 * i + 1] - expected).abs() < 1e-9 * expected);
             }
         }
+    }
+
+    /// Closed form: an error e of the rows moves N by the left inverse times e. A considered covariance e e' adds the square of that, and
+    /// leaves N, T and their other covariances as they are.
+    #[test]
+    fn a_considered_error_moves_only_the_covariance_of_n() {
+        let row = |k: f64| Vector4::new(0.3 * k, -0.2, 0.1 + k, 0.5);
+        let inverse = LeastSquaresInverse {
+            rows: [row(1.0), row(-2.0), row(0.5)],
+        };
+        let before = Forces {
+            normal: [40.0, 50.0, 45.0],
+            traction: [1.0, -2.0, 0.5],
+            covariance: core::array::from_fn(|i| core::array::from_fn(|j| (i + j) as f64)),
+        };
+        let error = Vector4::new(0.1, -0.4, 0.2, 0.3);
+        let mut after = before;
+        after.consider(&inverse, &(error * error.transpose()));
+        let moved = inverse.solve(&error);
+        for i in 0..6 {
+            for j in 0..6 {
+                let of_normal = i % 2 == 1 && j % 2 == 1;
+                let added = if of_normal {
+                    moved[i / 2] * moved[j / 2]
+                } else {
+                    0.0
+                };
+                let found = after.covariance[i][j] - before.covariance[i][j];
+                assert!((found - added).abs() < 1e-12, "{i} {j}");
+            }
+        }
+        assert_eq!(
+            (after.normal, after.traction),
+            (before.normal, before.traction)
+        );
     }
 }

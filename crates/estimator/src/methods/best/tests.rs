@@ -154,3 +154,39 @@ fn offset_covariance(estimator: &Estimator) -> [[f64; 3]; 3] {
     let offset = |i| input::TORQUE_OFFSET + i;
     [0, 1, 2].map(|i| [0, 1, 2].map(|j| motion.input_covariance(offset(i), offset(j))))
 }
+
+/// Newton: nothing counts while the rate follows its low pass. A link that shakes with an angular acceleration s may accelerate Q, and the
+/// whole mass M with it, by s times its longest arm: the force rows have at least the deviation M s arm. Rounding.
+#[test]
+fn shaking_counts_with_the_whole_mass() {
+    let nominal = Nominal::new(&Robot::default_a(), EstimatorSettings::best());
+    let (robot, budget) = (&nominal.robot, &nominal.settings.budget);
+    let still = BestFilters::new(robot, KalmanMethod::ALL_STEPS, budget);
+    let theta = [0.1, -0.05];
+    let noise = |filters: &BestFilters| {
+        let arms = Arms::new(&robot.geometry, theta[0], theta[1]).expect("inside the stops");
+        let equations = filters.equations(&nominal, &Inputs::default(), arms, theta);
+        filters.shaking_noise(&nominal, &equations.expect("regular"))
+    };
+    assert_eq!(noise(&still), Matrix4::zeros());
+    for (link, wheel) in [(0, 0), (1, 2)] {
+        let mut filters = still;
+        filters.links[link].start(0.0, 0.0, 0.0);
+        let readings = LinkReadings {
+            rate: Some(0.012),
+            inclination: None,
+            forward: 0.0,
+        };
+        filters.links[link].update(budget, 1e-3, &readings);
+        let sigma = filters.links[link].unexplained_acceleration();
+        assert!(sigma > 0.1, "{sigma}");
+        let geometry = &robot.geometry;
+        let arm = (geometry.axles[wheel] - geometry.pins.q).norm();
+        let force = robot.mass.total() * sigma * arm;
+        for row in [0, 1] {
+            let found = libm::sqrt(noise(&filters)[(row, row)]);
+            assert!(found > force * (1.0 - 1e-9), "{found} {force}");
+        }
+        assert!(noise(&filters)[(2 + link, 2 + link)] > 0.0);
+    }
+}

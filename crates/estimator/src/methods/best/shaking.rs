@@ -1,0 +1,52 @@
+//! Loads of a linkage that shakes faster than its filters follow, as on facets and corners.
+
+use super::BestFilters;
+use crate::nominal::Nominal;
+use crate::statics::{Equations, Equilibrium, Loads};
+use nalgebra::Matrix4;
+use robhaz_model::Vec2;
+
+impl BestFilters {
+    /// Covariance of the rows of eq. (8) from unexplained angular accelerations of the links, N^2:
+    /// [`crate::filters::LinkAngleKalman::unexplained_acceleration`]. Zero on ground that the filters follow.
+    ///
+    /// A wheel that is thrown up turns its link, and Q moves with it unless another wheel holds the link there: no sensor shows how
+    /// much. So beside the inertia of the turning linkage counts an acceleration of Q in any direction, by the longest arm from Q to an axle
+    /// of that link.
+    pub(super) fn shaking_noise(&self, nominal: &Nominal, equations: &Equations) -> Matrix4<f64> {
+        let mut noise = Matrix4::zeros();
+        if !self.method.inertia {
+            return noise;
+        }
+        let (arms, carriers) = (&equations.arms, &nominal.robot.geometry.carriers);
+        let lever = nominal.settings.moment_lever;
+        let [link1, link2] = &self.links;
+        let [a1, a2] = [link1.acceleration(), link2.acceleration()];
+        let [s1, s2] = [
+            link1.unexplained_acceleration(),
+            link2.unexplained_acceleration(),
+        ];
+        for (link, sigma, accelerations) in [(0, s1, [a1 + s1, a2]), (1, s2, [a1, a2 + s2])] {
+            // On most ground nothing shakes.
+            if !(sigma > 0.0) {
+                continue;
+            }
+            let loads = self.loads(nominal, arms, accelerations);
+            let (shaken, _) = Equilibrium::load_side(arms, carriers, &loads, lever);
+            let turning = shaken - equations.equilibrium.f;
+            noise += turning * turning.transpose();
+            let mut arm = 0.0_f64;
+            for (axle, carrier) in arms.axles.iter().zip(carriers) {
+                if carrier.index() == link {
+                    arm = arm.max(robhaz_model::sqrt(axle.norm_squared()));
+                }
+            }
+            for unit in [Vec2::x(), Vec2::y()] {
+                let uniform = Loads::uniform(&nominal.masses, unit * (arm * sigma));
+                let (moving, _) = Equilibrium::load_side(arms, carriers, &uniform, lever);
+                noise += moving * moving.transpose();
+            }
+        }
+        noise
+    }
+}
