@@ -14,6 +14,8 @@ pub(crate) struct Nominal {
     pub settings: EstimatorSettings,
     /// The masses, placed as the settings choose.
     pub masses: PointMasses,
+    /// Deviation of the rows of eq. (8) by rolling resistance, N: the moments f_r r N of the wheels of each link, at the mean load.
+    pub by_rolling_resistance: Vector4<f64>,
 }
 
 /// Distance to an end stop at which its torque may act, rad: half a degree.
@@ -35,6 +37,7 @@ impl Nominal {
                 Masses::LumpedToWheels => mass.lumped_to_wheels(),
                 Masses::True => mass.true_points(),
             },
+            by_rolling_resistance: by_rolling_resistance(robot, &settings),
         }
     }
 
@@ -88,21 +91,6 @@ impl Nominal {
         r
     }
 
-    /// Covariance of the rows of eq. (8) from rolling resistance, N^2: the moments f_r r N of the wheels of each link, at the mean load.
-    pub fn rolling_resistance_noise(&self) -> Matrix4<f64> {
-        let (geometry, settings) = (&self.robot.geometry, &self.settings);
-        let resistance = settings.budget.rolling_resistance * self.robot.mean_wheel_load();
-        let moment = resistance * geometry.wheel_radius / settings.moment_lever;
-        let mut column = Vector4::zeros();
-        for carrier in &geometry.carriers {
-            match carrier {
-                Carrier::Link1 => column.z += moment,
-                Carrier::Link2 => column.w += moment,
-            }
-        }
-        column * column.transpose()
-    }
-
     /// Flag of a linkage near an end stop, for the angles of links 1 and 2, rad.
     pub fn at_stop(&self, link_angles: [f64; 2]) -> Flags {
         let stop = &self.robot.geometry.stop;
@@ -127,6 +115,20 @@ impl Nominal {
     }
 }
 
+/// See [`Nominal::by_rolling_resistance`].
+fn by_rolling_resistance(robot: &Robot, settings: &EstimatorSettings) -> Vector4<f64> {
+    let resistance = settings.budget.rolling_resistance * robot.mean_wheel_load();
+    let moment = resistance * robot.geometry.wheel_radius / settings.moment_lever;
+    let mut rows = Vector4::zeros();
+    for carrier in &robot.geometry.carriers {
+        match carrier {
+            Carrier::Link1 => rows.z += moment,
+            Carrier::Link2 => rows.w += moment,
+        }
+    }
+    rows
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -143,11 +145,8 @@ mod tests {
         let equations = nominal
             .equations(arms, [0.0; 2], loads, &[0.0; 3])
             .expect("regular");
-        let noise = nominal.rolling_resistance_noise();
-        let found = [0, 1, 2].map(|i| {
-            let row = equations.inverse.rows[i];
-            libm::sqrt(row.dot(&(noise * row)))
-        });
+        let moved = equations.inverse.solve(&nominal.by_rolling_resistance);
+        let found = moved.map(f64::abs);
 
         let resistance = nominal.settings.budget.rolling_resistance;
         let moment = resistance * robot.geometry.wheel_radius * robot.mean_wheel_load();

@@ -69,6 +69,8 @@ impl LinkAngleKalman {
     const IMPACT_GATE: f64 = 6.0;
     /// Distance of the rate from its low pass, in standard deviations of the gyroscope's noise, that shows no acceleration yet.
     const EXPLAINED: f64 = 3.0;
+    /// Least variance of an unexplained acceleration, rad^2/s^4: of 0.01 rad/s^2, which is some hundredths of a newton of N.
+    const LEAST_UNEXPLAINED: f64 = 1e-4;
     /// Possible lag of an inclinometer, s.
     const LAG: f64 = 0.02;
 
@@ -167,9 +169,13 @@ impl LinkAngleKalman {
             let ahead = self.rate - self.smooth_rate - smoothing * self.acceleration;
             let noise = Self::EXPLAINED * budget.rate_noise;
             let excess = (ahead * ahead - noise * noise) / (smoothing * smoothing);
-            let decayed = self.unexplained * libm::exp(-dt / smoothing);
-            self.unexplained = decayed.max(excess);
             let weight = dt / (smoothing + dt);
+            let unexplained = excess.max((1.0 - weight) * self.unexplained);
+            self.unexplained = if unexplained > Self::LEAST_UNEXPLAINED {
+                unexplained
+            } else {
+                0.0
+            };
             let change = weight * (self.rate - self.smooth_rate);
             self.smooth_rate += change;
             self.acceleration += weight * (change / dt - self.acceleration);

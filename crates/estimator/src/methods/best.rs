@@ -154,8 +154,8 @@ impl BestFilters {
         let weighted = direction.filter(|_| self.method.whitening);
         let inputs = |a, b| self.motion.input_covariance(a, b);
         let mut forces = solve(&equations, weighted, &right, inputs);
-        let lasting = nominal.rolling_resistance_noise() + self.shaking_noise(nominal, &equations);
-        forces.consider(&equations.inverse, &lasting);
+        forces.consider(&equations.inverse, &nominal.by_rolling_resistance);
+        self.consider_shaking(nominal, &equations, &mut forces);
         self.discard_wrong_states(&settings.budget);
         self.last_normal_force = forces.normal;
         self.last_traction = forces.traction;

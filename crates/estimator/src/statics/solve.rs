@@ -51,13 +51,13 @@ pub(crate) fn solve(
 }
 
 impl Forces {
-    /// Adds errors of the rows of eq. (8) with the covariance `lasting`, N^2, to the covariance of N. They change no estimate: an error that
+    /// Adds an error of the rows of eq. (8) with the deviation `lasting`, N, to the covariance of N. It changes no estimate: an error that
     /// lasts, or that no equation shows, is not the white noise by which the rows are weighted.
-    pub fn consider(&mut self, inverse: &LeastSquaresInverse, lasting: &Matrix4<f64>) {
-        for (i, row) in inverse.rows.iter().enumerate() {
-            let of_row = lasting * row;
-            for (j, other) in inverse.rows.iter().enumerate() {
-                self.covariance[2 * i + 1][2 * j + 1] += other.dot(&of_row);
+    pub fn consider(&mut self, inverse: &LeastSquaresInverse, lasting: &Vector4<f64>) {
+        let moved = inverse.solve(lasting);
+        for (i, a) in moved.iter().enumerate() {
+            for (j, b) in moved.iter().enumerate() {
+                self.covariance[2 * i + 1][2 * j + 1] += a * b;
             }
         }
     }
@@ -320,8 +320,8 @@ mod tests {
         }
     }
 
-    /// Closed form: an error e of the rows moves N by the left inverse times e. A considered covariance e e' adds the square of that, and
-    /// leaves N, T and their other covariances as they are.
+    /// Closed form: an error e of the rows moves N by the left inverse times e. Considered, it adds the square of that to the
+    /// covariance, and leaves N, T and their other covariances as they are.
     #[test]
     fn a_considered_error_moves_only_the_covariance_of_n() {
         let row = |k: f64| Vector4::new(0.3 * k, -0.2, 0.1 + k, 0.5);
@@ -335,7 +335,7 @@ mod tests {
         };
         let error = Vector4::new(0.1, -0.4, 0.2, 0.3);
         let mut after = before;
-        after.consider(&inverse, &(error * error.transpose()));
+        after.consider(&inverse, &error);
         let moved = inverse.solve(&error);
         for i in 0..6 {
             for j in 0..6 {

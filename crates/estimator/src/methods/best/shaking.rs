@@ -2,21 +2,24 @@
 
 use super::BestFilters;
 use crate::nominal::Nominal;
-use crate::statics::{Equations, Equilibrium, Loads};
-use nalgebra::Matrix4;
+use crate::statics::{Equations, Equilibrium, Forces, Loads};
 use robhaz_model::Vec2;
 
 impl BestFilters {
-    /// Covariance of the rows of eq. (8) from unexplained angular accelerations of the links, N^2:
-    /// [`crate::filters::LinkAngleKalman::unexplained_acceleration`]. Zero on ground that the filters follow.
+    /// Adds what unexplained angular accelerations of the links cost to the covariance of N:
+    /// [`crate::filters::LinkAngleKalman::unexplained_acceleration`]. Nothing on ground that the filters follow.
     ///
     /// A wheel that is thrown up turns its link, and Q moves with it unless another wheel holds the link there: no sensor shows how
     /// much. So beside the inertia of the turning linkage counts an acceleration of Q in any direction, by the longest arm from Q to an axle
     /// of that link.
-    pub(super) fn shaking_noise(&self, nominal: &Nominal, equations: &Equations) -> Matrix4<f64> {
-        let mut noise = Matrix4::zeros();
+    pub(super) fn consider_shaking(
+        &self,
+        nominal: &Nominal,
+        equations: &Equations,
+        forces: &mut Forces,
+    ) {
         if !self.method.inertia {
-            return noise;
+            return;
         }
         let (arms, carriers) = (&equations.arms, &nominal.robot.geometry.carriers);
         let lever = nominal.settings.moment_lever;
@@ -33,8 +36,7 @@ impl BestFilters {
             }
             let loads = self.loads(nominal, arms, accelerations);
             let (shaken, _) = Equilibrium::load_side(arms, carriers, &loads, lever);
-            let turning = shaken - equations.equilibrium.f;
-            noise += turning * turning.transpose();
+            forces.consider(&equations.inverse, &(shaken - equations.equilibrium.f));
             let mut arm = 0.0_f64;
             for (axle, carrier) in arms.axles.iter().zip(carriers) {
                 if carrier.index() == link {
@@ -44,9 +46,8 @@ impl BestFilters {
             for unit in [Vec2::x(), Vec2::y()] {
                 let uniform = Loads::uniform(&nominal.masses, unit * (arm * sigma));
                 let (moving, _) = Equilibrium::load_side(arms, carriers, &uniform, lever);
-                noise += moving * moving.transpose();
+                forces.consider(&equations.inverse, &moving);
             }
         }
-        noise
     }
 }
