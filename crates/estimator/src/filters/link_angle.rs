@@ -379,7 +379,7 @@ mod tests {
         link.start(0.0, 0.0, 0.0);
         let (dt, acceleration) = (1e-3, 2.0);
         let mut rate = 0.0;
-        let mut update = |link: &mut LinkAngleKalman, rate: f64| {
+        let update = |link: &mut LinkAngleKalman, rate: f64| {
             link.update(&budget, dt, &readings(Some(rate), None, 0.0));
         };
         for _ in 0..1000 {
