@@ -12,15 +12,20 @@
 //! | inclination of link k | inclinometer with the integrated gyroscope | gyroscope k, inclinometer k |
 //! | parity | all torques, angles and loads, eq. (8) | parity |
 //! | change of torque i | is it exactly constant while its wheel turns | torque i |
-//! | wiring | differences of the torques with those of the encoders, in each pairing | the exchanged torques |
+//! | answer of the control | differences of the torques with those of the encoders, in each pairing | the exchanged torques, late torques |
+//! | start | sum of the torques with the motion of the robot that starts | late torques |
 //!
 //! A wrong gyroscope disturbs the slip of the wheels on its link, too: then the link alone is suspect.
 
+mod answer;
 mod channels;
 mod monitor;
+mod smoothing;
+mod start;
 mod wiring;
 
 pub use channels::Channels;
 pub use monitor::Health;
 pub(crate) use monitor::{HealthMonitor, Innovations, TorqueReading};
-pub(crate) use wiring::WheelReadings;
+pub(crate) use smoothing::WheelReadings;
+pub(crate) use start::RollingRobot;

@@ -1,7 +1,9 @@
 //! Means of normalised innovations over the last seconds of driving.
 
 use super::channels::Channels;
-use super::wiring::{WheelReadings, Wiring};
+use super::smoothing::WheelReadings;
+use super::start::RollingRobot;
+use super::wiring::Wiring;
 use crate::visit::visit_fields;
 use robhaz_model::Carrier;
 
@@ -109,8 +111,14 @@ impl HealthMonitor {
 
     /// Takes the torques and encoders of one sample, `dt` seconds after the last; `None` if one has been missing for long or
     /// counts from a new zero. `gain` is the standard deviation of the relative error of a torque's scale.
-    pub fn update_wiring(&mut self, readings: Option<&WheelReadings>, gain: f64, dt: f64) {
-        self.wiring.update(readings, gain, dt);
+    pub fn update_wiring(
+        &mut self,
+        readings: Option<&WheelReadings>,
+        robot: &RollingRobot,
+        gain: f64,
+        dt: f64,
+    ) {
+        self.wiring.update(readings, robot, gain, dt);
     }
 
     /// The present state. `carriers` names the link of each wheel.

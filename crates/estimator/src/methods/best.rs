@@ -18,7 +18,9 @@ use crate::flags::Flags;
 use crate::frame::{Held, Inputs, Instant, SHORTEST_STEP};
 use crate::friction::{FrictionObserver, FrictionSample, JointForces, WheelFriction};
 use crate::ground::{GroundMemory, GroundMotion};
-use crate::health::{Health, HealthMonitor, Innovations, TorqueReading, WheelReadings};
+use crate::health::{
+    Health, HealthMonitor, Innovations, RollingRobot, TorqueReading, WheelReadings,
+};
 use crate::nominal::Nominal;
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, NoiseBudget};
 use crate::statics::{
@@ -266,8 +268,9 @@ impl BestFilters {
         self.health.update(innovations, &torques, count, instant.dt);
         let readings = wheel_readings(instant.inputs, drives);
         let gain = nominal.settings.budget.torque_gain;
+        let robot = rolling_robot(nominal);
         self.health
-            .update_wiring(readings.as_ref(), gain, instant.dt);
+            .update_wiring(readings.as_ref(), &robot, gain, instant.dt);
         self.health.health(&nominal.robot.geometry.carriers)
     }
 
@@ -480,6 +483,15 @@ impl BestFilters {
             },
             health,
         }
+    }
+}
+
+/// Inertia and damping of the nominal robot whose wheels all roll.
+fn rolling_robot(nominal: &Nominal) -> RollingRobot {
+    let (mass, radius) = (&nominal.robot.mass, nominal.robot.geometry.wheel_radius);
+    RollingRobot {
+        inertia: 3.0 * (mass.wheel_inertia + mass.rotor_inertia) + mass.total() * radius * radius,
+        damping: 3.0 * nominal.settings.viscous_damping,
     }
 }
 
