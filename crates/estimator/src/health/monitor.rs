@@ -3,6 +3,7 @@
 use super::channels::Channels;
 use super::smoothing::WheelReadings;
 use super::start::RollingRobot;
+use super::turning::{TurnReadings, Turning};
 use super::wiring::Wiring;
 use crate::visit::visit_fields;
 use robhaz_model::Carrier;
@@ -56,12 +57,16 @@ pub(crate) struct HealthMonitor {
     inclination: [Mean; 2],
     parity: Mean,
     torque: [Constancy; 3],
+    turning: [Turning; 2],
+    /// Largest speed of a rim, which decays, m/s.
+    fastest: f64,
     wiring: Wiring,
     /// Time for which the model of the innovations has held, s; at most [`Self::SETTLES`].
     settled: f64,
 }
 
-visit_fields!(HealthMonitor: encoder, slip, direction, inclination, parity, torque, wiring, settled);
+visit_fields!(HealthMonitor: encoder, slip, direction, inclination, parity, torque, turning, fastest, wiring,
+    settled);
 
 impl HealthMonitor {
     /// Least speed of a robot that drives, m/s.
@@ -69,6 +74,9 @@ impl HealthMonitor {
     /// Time after a wheel was at an edge or slid from which on inclinations count, s. A wheel that lands or grips again
     /// accelerates the robot: inclinometers feel it, and the filters do not know it. Robots settle in some tenths of a second.
     const SETTLES: f64 = 0.3;
+
+    /// Time in which the memory of a speed decays, s: that of the mean of [`Turning`] and longer.
+    const REMEMBERS: f64 = 2.0;
 
     /// Takes the innovations and torques of one sample, `dt` seconds after the last. Innovations `count` while the robot
     /// drives and the model holds.
@@ -109,6 +117,22 @@ impl HealthMonitor {
         self.parity.update(*parity, weight);
     }
 
+    /// Takes gyroscopes and inclinometers of links 1 and 2 at one sample, `dt` seconds after the last; `None` if one has been
+    /// missing for long. `rim` is the largest speed of a wheel's rim, m/s; `bias` the standard deviation of a gyroscope's, rad/s.
+    pub fn update_turning(
+        &mut self,
+        links: &[Option<TurnReadings>; 2],
+        rim: f64,
+        bias: f64,
+        dt: f64,
+    ) {
+        let decayed = self.fastest * (Self::REMEMBERS / (Self::REMEMBERS + dt));
+        self.fastest = rim.max(decayed);
+        for (turning, readings) in self.turning.iter_mut().zip(links) {
+            turning.update(readings.as_ref(), self.fastest, bias, dt);
+        }
+    }
+
     /// Takes the torques and encoders of one sample, `dt` seconds after the last; `None` if one has been missing for long or
     /// counts from a new zero. `gain` is the standard deviation of the relative error of a torque's scale.
     pub fn update_wiring(
@@ -124,16 +148,18 @@ impl HealthMonitor {
     /// The present state. `carriers` names the link of each wheel.
     pub fn health(&self, carriers: &[Carrier; 3]) -> Health {
         let mut suspect = Channels::NONE;
+        let mut link = [false; 2];
         for k in 0..2 {
-            if self.inclination[k].beyond {
+            link[k] = self.inclination[k].beyond || self.turning[k].apart();
+            if link[k] {
                 suspect |= Channels::GYROSCOPE[k] | Channels::INCLINOMETER[k];
             }
         }
         for i in 0..3 {
             let explained = carriers
                 .get(i)
-                .and_then(|carrier| self.inclination.get(carrier.index()))
-                .is_some_and(|link| link.beyond);
+                .and_then(|carrier| link.get(carrier.index()))
+                .is_some_and(|link| *link);
             if self.slip[i].beyond && !explained {
                 suspect |= Channels::ENCODER[i] | Channels::TORQUE[i];
             }
