@@ -33,10 +33,10 @@ visit_fields!(Wiring: smoothing, answer, start, driven, exchanged, late, doubted
 impl Wiring {
     /// Time of driving from which on the fit is judged, s: the start of the drive is one event only.
     const LEAST_TIME: f64 = 1.0;
-    /// RMS of the differences between the torques that shows something, N m: as in `robhaz check`.
-    const LEAST_DIFFERENCE: f64 = 0.15;
+    /// RMS of the differences between the torques that shows something, N m: some times their smoothed noise.
+    const LEAST_DIFFERENCE: f64 = 0.1;
     /// Part of the residual that another pairing leaves at most if torques are exchanged.
-    const EXCHANGED: f64 = 0.2;
+    const EXCHANGED: f64 = 1.0 / 3.0;
     /// Part of the residual from which on they are no longer.
     const RIGHT: f64 = 0.5;
     /// Share that the other pairing explains at least.
