@@ -61,40 +61,48 @@ pub(crate) struct HealthMonitor {
     /// Largest speed of a rim, which decays, m/s.
     fastest: f64,
     wiring: Wiring,
-    /// Time for which the model of the innovations has held, s; at most [`Self::SETTLES`].
-    settled: f64,
+    /// Time from which on inclinations count again, s from now.
+    unsettled: f64,
 }
 
 visit_fields!(HealthMonitor: encoder, slip, direction, inclination, parity, torque, turning, fastest, wiring,
-    settled);
+    unsettled);
 
 impl HealthMonitor {
     /// Least speed of a robot that drives, m/s.
     pub const DRIVES: f64 = 0.02;
     /// Time after a wheel was at an edge or slid from which on inclinations count, s. A wheel that lands or grips again
-    /// accelerates the robot: inclinometers feel it, and the filters do not know it. Robots settle in some tenths of a second.
-    const SETTLES: f64 = 0.3;
+    /// accelerates the robot: inclinometers feel it, the filters do not know it, and their link angles are off for a second.
+    /// [`Turning`] holds meanwhile.
+    const SETTLES: f64 = 2.0;
+    /// The same after the robot has stood, s.
+    const STARTS: f64 = 0.3;
 
     /// Time in which the memory of a speed decays, s: that of the mean of [`Turning`] and longer.
     const REMEMBERS: f64 = 2.0;
 
-    /// Takes the innovations and torques of one sample, `dt` seconds after the last. Innovations `count` while the robot
-    /// drives and the model holds.
+    /// Takes the innovations and torques of one sample, `dt` seconds after the last. Innovations count while the robot
+    /// `drives` and their `model_holds`.
     pub fn update(
         &mut self,
         innovations: &Innovations,
         torques: &[TorqueReading; 3],
-        count: bool,
+        drives: bool,
+        model_holds: bool,
         dt: f64,
     ) {
         for (constancy, torque) in self.torque.iter_mut().zip(torques) {
             constancy.update(torque, dt);
         }
-        if !count {
-            self.settled = 0.0;
+        if !model_holds {
+            self.unsettled = Self::SETTLES;
+        } else if !drives {
+            self.unsettled = self.unsettled.max(Self::STARTS);
+        }
+        if !(drives && model_holds) {
             return;
         }
-        self.settled = (self.settled + dt).min(Self::SETTLES);
+        self.unsettled = (self.unsettled - dt).max(0.0);
         let weight = dt / (Mean::WINDOW + dt);
         let Innovations {
             encoder,
@@ -109,7 +117,7 @@ impl HealthMonitor {
         for (mean, nis) in wheels {
             mean.update(*nis, weight);
         }
-        if self.settled >= Self::SETTLES {
+        if self.unsettled <= 0.0 {
             for (mean, nis) in self.inclination.iter_mut().zip(inclination) {
                 mean.update(*nis, weight);
             }
@@ -290,7 +298,7 @@ mod tests {
     /// Feeds the same innovations for a time (s), with torques that change.
     fn feed(monitor: &mut HealthMonitor, innovations: &Innovations, count: bool, time: f64) {
         for k in 0..(time / DT) as u32 {
-            monitor.update(innovations, &torques(f64::from(k)), count, DT);
+            monitor.update(innovations, &torques(f64::from(k)), true, count, DT);
         }
     }
 
@@ -351,7 +359,7 @@ mod tests {
         let mut monitor = HealthMonitor::default();
         let mut run = |samples: u32, readings: [TorqueReading; 3]| {
             for _ in 0..samples {
-                monitor.update(&Innovations::default(), &readings, false, DT);
+                monitor.update(&Innovations::default(), &readings, false, true, DT);
             }
             monitor.health(&CARRIERS).suspect
         };

@@ -263,8 +263,8 @@ impl BestFilters {
             value: instant.inputs.motor_torque[i].now(),
             varies: has_noise && rim[i] > HealthMonitor::DRIVES,
         });
-        let count = drives && model_holds;
-        self.health.update(innovations, &torques, count, instant.dt);
+        self.health
+            .update(innovations, &torques, drives, model_holds, instant.dt);
         let links = [0, 1].map(|k| turn_readings(instant.inputs, k));
         let bias = nominal.settings.budget.rate_bias;
         let fastest = rim.iter().fold(0.0, |a: f64, b| a.max(*b));
