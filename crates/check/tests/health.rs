@@ -104,9 +104,9 @@ fn faults_are_told_within_five_seconds() -> Result<(), Failure> {
 }
 
 /// Torques of wheels 2 and 3 exchanged, which are on one link, and torques that are 20 ms late: no balance tells them, but
-/// the PI drive's answer to each wheel's own speed does within 5 s of driving over bumps, and over waves, where late torques take 6.5 s.
+/// the PI drive's answer to each wheel's own speed, and the robot's to the torques at its start, do within 5 s of driving.
 #[test]
-fn exchanged_and_late_torques_are_told_by_the_drive() -> Result<(), Failure> {
+fn exchanged_and_late_torques_are_told() -> Result<(), Failure> {
     let [first, second, third] = Channels::TORQUE;
     let faults = [
         ("torques 2 and 3 exchanged", second | third),
@@ -124,9 +124,7 @@ fn exchanged_and_late_torques_are_told_by_the_drive() -> Result<(), Failure> {
                     let raised = run(&scene, estimator, &frames)?;
                     let what = format!("{name} {seed} {change} {estimator}");
                     println!("{what}: {:?} {}", raised.first, names(raised.channels));
-                    let slow = name == "sine" && change.ends_with("late");
-                    let limit = START + if slow { 6.5 } else { 5.0 };
-                    assert!(raised.first.is_some_and(|t| t < limit), "{what}");
+                    assert!(raised.first.is_some_and(|t| t < START + 5.0), "{what}");
                     assert!(raised.channels.contains(torques), "{what}");
                 }
             }
@@ -217,103 +215,4 @@ fn honest_sensors_raise_no_alarm_in_100_seeds() -> Result<(), Failure> {
     let (alarms, _, _) = alarms(&scenes, seeds)?;
     assert_eq!(alarms, 0);
     Ok(())
-}
-
-/// Scenes on which the robot rolls all the way.
-const ROLLING: [&str; 7] = [
-    "smooth", "sine", "rough", "heights", "cosbump", "ramp", "course",
-];
-
-/// Faults of the table below and the channels that must be suspect.
-const TABLE: [(&str, Channels); 7] = [
-    ("gyro 1 sign", Channels::GYROSCOPE[0]),
-    ("gyro 2 sign", Channels::GYROSCOPE[1]),
-    ("inclinations in degrees", Channels::INCLINOMETER[0]),
-    ("torques 1 and 2 exchanged", Channels::TORQUE[0]),
-    ("torques 2 and 3 exchanged", Channels::TORQUE[1]),
-    ("torque 1 stuck", Channels::TORQUE[0]),
-    ("torques 20 ms late", Channels::TORQUE[0]),
-];
-
-/// Median and largest of the times, s, and how many there are of how many runs.
-fn in_short(times: &[Option<f64>]) -> String {
-    let mut found: Vec<f64> = times.iter().flatten().copied().collect();
-    found.sort_by(f64::total_cmp);
-    let soon = found.iter().filter(|t| **t <= 5.0).count();
-    match (found.get(found.len() / 2), found.last()) {
-        (Some(median), Some(last)) => format!(
-            "{soon:2}/{:2}/{:2} median {median:4.1} last {last:4.1}",
-            found.len(),
-            times.len()
-        ),
-        _ => format!(" 0/ 0/{:2}", times.len()),
-    }
-}
-
-/// Seconds of driving until each fault is reported, on every ground on which the robot rolls, with given contact angles and
-/// with none: reported within 5 s / reported / runs. Readings are stuck from 3 s on.
-#[test]
-#[ignore = "some minutes of two cores"]
-fn table_of_faults() -> Result<(), Failure> {
-    let stated = |name: &str| std::env::var(name).ok();
-    let seeds: u64 = stated("SEEDS").and_then(|n| n.parse().ok()).unwrap_or(20);
-    let grade = stated("GRADE").unwrap_or_else(|| "typical".to_owned());
-    let drive: &[&str] = if stated("SOFT").is_some() { &SOFT } else { &[] };
-    for name in ROLLING {
-        if stated("SCENE").is_some_and(|one| one != name) {
-            continue;
-        }
-        let set = format!("sensors.grade={grade}");
-        let scene = scene(name, &[drive, &[&set]].concat())?;
-        let truth = TruthRun::of(&scene)?;
-        for (what, channels) in TABLE {
-            if stated("FAULT").is_some_and(|one| one != what) {
-                continue;
-            }
-            let change = fault(what).ok_or(what)?;
-            let begin = if what.ends_with("stuck") { 3.0 } else { START };
-            let times: Vec<[Option<f64>; 2]> = (0..seeds)
-                .into_par_iter()
-                .map(|seed| {
-                    let mut frames = readings(&scene, &truth, seed);
-                    change(&mut frames);
-                    let time = |estimator| -> Result<_, Failure> {
-                        let found = until(&scene, estimator, &frames, channels)?;
-                        Ok(found.map(|t| t - begin))
-                    };
-                    Ok([time(0)?, time(1)?])
-                })
-                .collect::<Result<_, Failure>>()?;
-            for (k, angles) in ["given", "none"].iter().enumerate() {
-                let times: Vec<_> = times.iter().map(|t| t[k]).collect();
-                println!("{name:8} {what:26} {angles:6} {}", in_short(&times));
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Time until a channel is suspect, or the readings are refused, s.
-fn until(
-    scene: &Scene,
-    estimator: usize,
-    frames: &[SensorFrame],
-    channels: Channels,
-) -> Result<Option<f64>, Failure> {
-    let settings = scene.nominal_settings(&scene.estimators[estimator])?;
-    let mut estimator = Estimator::new(&scene.nominal_robot()?, settings);
-    for frame in frames {
-        let reported = match estimator.update(frame) {
-            Ok(estimate) => {
-                let suspect = estimate.health.ok_or("best states its health")?.suspect;
-                suspect.contains(channels) || estimate.flags.contains(Flags::SENSOR_ABSURD)
-            }
-            Err(EstimateError::Linkage(_)) => true,
-            Err(_) => false,
-        };
-        if reported {
-            return Ok(Some(frame.time));
-        }
-    }
-    Ok(None)
 }
