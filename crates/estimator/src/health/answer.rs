@@ -112,25 +112,17 @@ impl Answer {
     /// Share of the torques' differences that a stable speed control explains, for each of [`pairings`].
     pub fn shares(&self) -> [f64; 6] {
         let mut shares = [0.0; 6];
+        let Some(determinant) = self.determinant() else {
+            return shares;
+        };
         let sums = self.torque_angle.iter().zip(&self.torque_speed);
         for (share, (torque_angle, torque_speed)) in shares.iter_mut().zip(sums) {
-            *share = self.explained(*torque_angle, *torque_speed);
+            let [a, b] = self.coefficients(determinant, *torque_angle, *torque_speed);
+            if a < 0.0 || b < 0.0 {
+                *share = (a * torque_angle + b * torque_speed) / self.torque_torque;
+            }
         }
         shares
-    }
-
-    /// Share of the torques' differences that a stable speed control explains, from the means of their products with the
-    /// angles and speeds of a pairing.
-    fn explained(&self, torque_angle: f64, torque_speed: f64) -> f64 {
-        let Some(determinant) = self.determinant() else {
-            return 0.0;
-        };
-        let [a, b] = self.coefficients(determinant, torque_angle, torque_speed);
-        if a < 0.0 || b < 0.0 {
-            (a * torque_angle + b * torque_speed) / self.torque_torque
-        } else {
-            0.0
-        }
     }
 
     /// Determinant of the means of angles and speeds; `None` where they do not tell two coefficients.

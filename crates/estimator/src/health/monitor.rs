@@ -3,7 +3,7 @@
 use super::channels::Channels;
 use super::smoothing::WheelReadings;
 use super::start::RollingRobot;
-use super::turning::{TurnReadings, Turning};
+use super::turning::{Pace, TurnReadings, Turning};
 use super::wiring::Wiring;
 use crate::visit::visit_fields;
 use robhaz_model::Carrier;
@@ -134,10 +134,11 @@ impl HealthMonitor {
         bias: f64,
         dt: f64,
     ) {
-        let decayed = self.fastest * (Self::REMEMBERS / (Self::REMEMBERS + dt));
-        self.fastest = rim.max(decayed);
+        self.fastest -= dt / (Self::REMEMBERS + dt) * self.fastest;
+        self.fastest = self.fastest.max(rim);
+        let pace = Pace::new(self.fastest, bias, dt);
         for (turning, readings) in self.turning.iter_mut().zip(links) {
-            turning.update(readings.as_ref(), self.fastest, bias, dt);
+            turning.update(readings.as_ref(), &pace);
         }
     }
 
@@ -146,7 +147,7 @@ impl HealthMonitor {
     pub fn update_wiring(
         &mut self,
         readings: Option<&WheelReadings>,
-        robot: &RollingRobot,
+        robot: impl FnOnce() -> RollingRobot,
         gain: f64,
         dt: f64,
     ) {

@@ -52,9 +52,8 @@ impl Turning {
         self.apart
     }
 
-    /// Takes the readings of one sample, `dt` (s) after the last; starts anew without them. `speed` (m/s) is the largest of
-    /// the last time, `bias` (rad/s) the standard deviation of the gyroscope's bias.
-    pub fn update(&mut self, readings: Option<&TurnReadings>, speed: f64, bias: f64, dt: f64) {
+    /// Takes the readings of one sample; starts anew without them.
+    pub fn update(&mut self, readings: Option<&TurnReadings>, pace: &Pace) {
         let Some(readings) = readings else {
             self.started = false;
             return;
@@ -62,16 +61,40 @@ impl Turning {
         if !self.started {
             (self.started, self.angle, self.difference) = (true, readings.inclination, 0.0);
         }
-        let predicted = self.angle + dt * readings.rate;
+        let predicted = self.angle + pace.dt * readings.rate;
         let difference = readings.inclination - predicted;
-        self.angle = predicted + dt / (Self::FOLLOWS + dt) * difference;
-        self.difference += dt / (Self::MEAN + dt) * (difference - self.difference);
-        let allowed = Self::MARGIN
-            + speed * (1.0 / (GRAVITY * Self::MEAN))
-            + Self::BIASES * Self::FOLLOWS * bias;
-        let size = self.difference.abs();
+        self.angle = predicted + pace.follows * difference;
+        self.difference += pace.mean * (difference - self.difference);
         // Half the limit is well within it again.
-        self.apart = size > if self.apart { 0.5 * allowed } else { allowed };
+        let part = if self.apart { 0.5 } else { 1.0 };
+        self.apart = self.difference.abs() > part * pace.allowed;
+    }
+}
+
+/// What both links have in common at one sample.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pace {
+    /// Time since the last sample, s.
+    dt: f64,
+    /// Weights of the sample in the complementary filter and in the mean.
+    follows: f64,
+    mean: f64,
+    /// Largest mean difference that is no contradiction, rad.
+    allowed: f64,
+}
+
+impl Pace {
+    /// Of a sample `dt` (s) after the last. `speed` (m/s) is the largest of the last time, `bias` (rad/s) the standard deviation
+    /// of a gyroscope's bias.
+    pub fn new(speed: f64, bias: f64, dt: f64) -> Self {
+        Self {
+            dt,
+            follows: dt / (Turning::FOLLOWS + dt),
+            mean: dt / (Turning::MEAN + dt),
+            allowed: Turning::MARGIN
+                + speed * (1.0 / (GRAVITY * Turning::MEAN))
+                + Turning::BIASES * Turning::FOLLOWS * bias,
+        }
     }
 }
 
@@ -90,7 +113,7 @@ mod tests {
                 rate: scale * rate * libm::sin(t),
                 inclination: rate * (1.0 - libm::cos(t)) + 0.3,
             };
-            turning.update(Some(&readings), 0.2, 0.0, DT);
+            turning.update(Some(&readings), &Pace::new(0.2, 0.0, DT));
             if turning.apart() && found.is_none() {
                 found = Some(t);
             }
@@ -122,7 +145,7 @@ mod tests {
                 rate: 0.0,
                 inclination: impact,
             };
-            turning.update(Some(&readings), 0.2, 0.0, DT);
+            turning.update(Some(&readings), &Pace::new(0.2, 0.0, DT));
             assert!(!turning.apart());
         }
     }
@@ -132,12 +155,12 @@ mod tests {
     fn a_gap_is_no_contradiction() {
         let mut turning = Turning::default();
         feed(&mut turning, 1.0, 0.2);
-        turning.update(None, 0.2, 0.0, DT);
+        turning.update(None, &Pace::new(0.2, 0.0, DT));
         let readings = TurnReadings {
             rate: 0.0,
             inclination: -1.0,
         };
-        turning.update(Some(&readings), 0.2, 0.0, DT);
+        turning.update(Some(&readings), &Pace::new(0.2, 0.0, DT));
         assert!(!turning.apart());
     }
 }

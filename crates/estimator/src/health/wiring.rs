@@ -77,7 +77,7 @@ impl Wiring {
     pub fn update(
         &mut self,
         readings: Option<&WheelReadings>,
-        robot: &RollingRobot,
+        robot: impl FnOnce() -> RollingRobot,
         gain: f64,
         dt: f64,
     ) {

@@ -272,9 +272,9 @@ impl BestFilters {
             .update_turning(&links, fastest, bias, instant.dt);
         let readings = wheel_readings(instant.inputs, drives);
         let gain = nominal.settings.budget.torque_gain;
-        let robot = rolling_robot(nominal);
+        let robot = || rolling_robot(nominal);
         self.health
-            .update_wiring(readings.as_ref(), &robot, gain, instant.dt);
+            .update_wiring(readings.as_ref(), robot, gain, instant.dt);
         self.health.health(&nominal.robot.geometry.carriers)
     }
 

@@ -55,7 +55,7 @@ fn feed(start: &mut Start, from: f64, until: f64, given: &Given) {
             drives: true,
         };
         if let Some(step) = smoothing.update(&readings, DT) {
-            start.update(&step, &ROBOT);
+            start.update(&step, || ROBOT);
         }
     }
 }

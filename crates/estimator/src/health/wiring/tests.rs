@@ -30,7 +30,7 @@ fn feed(wiring: &mut Wiring, order: [usize; 3], size: f64, time: f64, late: u32)
             angle: speeds.map(|w| 2.0 * t + size * sin(w * t)),
             drives: true,
         };
-        wiring.update(Some(&readings), &ROBOT, 0.0, DT);
+        wiring.update(Some(&readings), || ROBOT, 0.0, DT);
     }
 }
 
@@ -50,7 +50,7 @@ fn exchanged_torques_are_found_and_forgotten() {
         run(&mut wiring, order, 0.02, 5.0);
         let moved = [0, 1, 2].map(|i| order[i] != i);
         assert_eq!(wiring.exchanged(), moved, "{order:?}");
-        wiring.update(None, &ROBOT, 0.0, DT);
+        wiring.update(None, || ROBOT, 0.0, DT);
         assert_eq!(wiring.exchanged(), moved, "a gap repairs nothing");
         run(&mut wiring, [0, 1, 2], 0.02, 5.0);
         assert_eq!(wiring.exchanged(), [false; 3], "{order:?}");
@@ -80,7 +80,7 @@ fn late_torques_are_found_and_forgotten() {
         assert_eq!(wiring.late(), expected, "{late}: {found:?}");
         assert_eq!(wiring.exchanged(), [false; 3], "{late}");
     }
-    wiring.update(None, &ROBOT, 0.0, DT);
+    wiring.update(None, || ROBOT, 0.0, DT);
     assert!(wiring.late(), "a gap repairs nothing");
 }
 
@@ -104,7 +104,7 @@ fn gains_that_differ_are_no_delay() {
             angle: speeds.map(|w| 2.0 * t + 0.005 * sin(w * t)),
             drives: true,
         };
-        wiring.update(Some(&readings), &ROBOT, GAIN, DT);
+        wiring.update(Some(&readings), || ROBOT, GAIN, DT);
         if k > 5000 {
             let [found, without] = [GAIN, 0.0].map(|gain| wiring.answer.lateness(gain));
             let is_off = |found: Lateness| found.delay.abs() > 3.0 * found.sigma;
@@ -132,7 +132,7 @@ fn small_differences_say_nothing() {
             angle: ahead,
             drives: true,
         };
-        wiring.update(Some(&readings), &ROBOT, 0.0, DT);
+        wiring.update(Some(&readings), || ROBOT, 0.0, DT);
     }
     assert_eq!(wiring.exchanged(), [false; 3]);
 }
