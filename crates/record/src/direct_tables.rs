@@ -6,13 +6,11 @@
 use crate::batch::BatchBuilder;
 use crate::columns::Table;
 use crate::error::{RecordError, io_error, parquet_error, stream_error};
-use crate::parquet_table::{PARTIAL, writer};
+use crate::parquet_table::{PARTIAL, ParquetFile, writer};
 use arrow_array::RecordBatch;
 use arrow_schema::SchemaRef;
-use parquet::arrow::ArrowWriter;
 use rayon::prelude::*;
 use robhaz_run::Frame;
-use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -59,7 +57,7 @@ impl DirectTables {
 struct TableFile {
     rows: BatchBuilder,
     path: PathBuf,
-    file: ArrowWriter<File>,
+    file: ParquetFile,
     schema: SchemaRef,
 }
 

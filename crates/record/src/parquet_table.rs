@@ -12,14 +12,19 @@ use parquet::basic::Compression;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, BufWriter};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Rows in a row group: 16 s at 1 kHz, some 10 MB of memory a table.
 const GROUP_ROWS: usize = 16 * 1024;
+/// Bytes in a call of the system: the library copies 8 kB at a time.
+const WRITTEN_AT_ONCE: usize = 256 * 1024;
 /// File name extension of a Parquet file that is not complete.
 pub const PARTIAL: &str = "parquet.partial";
+
+/// A Parquet file while it is written.
+pub type ParquetFile = ArrowWriter<BufWriter<File>>;
 
 /// A table made of the rows that a run had written when it was killed.
 #[derive(Clone, Debug, PartialEq)]
@@ -134,10 +139,7 @@ fn convert(stream: &Path, out: &Path, torn: TornEnd) -> Result<(u64, Option<f64>
 
 /// Creates a Parquet file for batches of a schema. Returns the schema of its batches, too: metadata of the table as a whole
 /// belong to the file, not to Arrow's schema.
-pub fn writer(
-    path: &Path,
-    schema: &SchemaRef,
-) -> Result<(ArrowWriter<File>, SchemaRef), RecordError> {
+pub fn writer(path: &Path, schema: &SchemaRef) -> Result<(ParquetFile, SchemaRef), RecordError> {
     let metadata = schema.metadata().iter();
     let mut metadata: Vec<KeyValue> = metadata
         .map(|(k, v)| KeyValue::new(k.clone(), v.clone()))
@@ -145,6 +147,7 @@ pub fn writer(
     metadata.sort_by(|a, b| a.key.cmp(&b.key));
     let schema: SchemaRef = Arc::new(Schema::new(schema.fields().clone()));
     let file = File::create(path).map_err(io_error("create", path))?;
+    let file = BufWriter::with_capacity(WRITTEN_AT_ONCE, file);
     let writer = ArrowWriter::try_new(file, Arc::clone(&schema), Some(properties(metadata)));
     Ok((writer.map_err(parquet_error(path))?, schema))
 }

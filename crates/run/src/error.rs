@@ -19,6 +19,9 @@ pub enum RunError {
     /// The readings cannot be read on.
     #[error(transparent)]
     Readings(Box<dyn std::error::Error + Send + Sync>),
+    /// The system has no more threads.
+    #[error("cannot start the threads of the estimators")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
     /// The source has no record.
     #[error("the run has no record")]
     Empty,

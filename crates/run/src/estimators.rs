@@ -2,6 +2,7 @@
 
 use crate::ground::FeltGround;
 use crate::source::{Sample, sensor_frame};
+use rayon::prelude::*;
 use robhaz_estimator::{
     Estimate, EstimateError, Estimator, EstimatorSettings, GroundPoint, SensorFrame,
 };
@@ -9,9 +10,6 @@ use robhaz_model::Robot;
 use robhaz_scene::{ModelErrorTooLarge, Scene};
 use robhaz_sim::Truth;
 use robhaz_sim::sensors::Sensors;
-use std::num::NonZeroUsize;
-use std::sync::Mutex;
-use std::thread;
 
 /// The estimators of a run.
 pub struct Estimators {
@@ -41,31 +39,21 @@ impl Estimators {
         &self.estimates
     }
 
-    /// Updates every estimator with the readings of several samples, on all cores. Returns the
+    /// Updates every estimator with the readings of several samples, on the threads of the pool in which it is called. Returns the
     /// estimates of one sample after the other, each in the order of the settings.
     pub(crate) fn update_all(
         &mut self,
         samples: &[Sample],
     ) -> Vec<Result<Estimate, EstimateError>> {
-        let count = self.estimators.len();
-        let mut of_each = vec![Vec::new(); count];
-        let estimators = self.estimators.iter_mut().zip(&mut self.completed);
-        let waiting = Mutex::new(estimators.zip(&mut of_each));
-        let next = || waiting.lock().map_or(None, |mut waiting| waiting.next());
-        let work = || {
-            while let Some(((estimator, completed), estimates)) = next() {
+        let estimators = self.estimators.par_iter_mut().zip(&mut self.completed);
+        let of_each: Vec<Vec<_>> = estimators
+            .map(|(estimator, completed)| {
                 let samples = samples.iter();
-                estimates.extend(samples.map(|s| update(estimator, completed, &s.sensors)));
-            }
-        };
-        // No more threads than cores: a batch is short.
-        let threads = thread::available_parallelism().map_or(1, NonZeroUsize::get);
-        thread::scope(|scope| {
-            for _ in 1..threads.min(count) {
-                scope.spawn(work);
-            }
-            work();
-        });
+                samples
+                    .map(|s| update(estimator, completed, &s.sensors))
+                    .collect()
+            })
+            .collect();
         let rows = (0..samples.len()).flat_map(|k| of_each.iter().map(move |of| of[k]));
         rows.collect()
     }

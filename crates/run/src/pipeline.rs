@@ -14,6 +14,7 @@ use crate::estimators::Estimators;
 use crate::ground::FeltGround;
 use crate::sink::{ClearanceNeed, Frame};
 use crate::source::{Sample, Source};
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use robhaz_clearance::Clearances;
 use robhaz_estimator::{Estimate, EstimateError, GroundPoint};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -56,7 +57,7 @@ struct Batch {
 /// estimation to `wall`.
 ///
 /// # Errors
-/// That of the source, after the samples before it, or that of `hand_on`.
+/// That of the source, after the samples before it, or that of `hand_on`; [`RunError::Threads`].
 pub(crate) fn run(
     source: &mut (dyn Source + Send),
     estimators: &mut Estimators,
@@ -65,6 +66,8 @@ pub(crate) fn run(
     mut hand_on: impl FnMut(&[Frame<'_>]) -> Result<(), RunError>,
 ) -> Result<(), RunError> {
     let count = estimators.count();
+    // Its own threads: those of a sweep may all wait for runs like this one.
+    let pool = ThreadPoolBuilder::new().build()?;
     let is_over = AtomicBool::new(false);
     let mut result = Ok(());
     let mut left = vec![Vec::new(); count];
@@ -74,7 +77,8 @@ pub(crate) fn run(
         let is_over = &is_over;
         let estimators = &mut *estimators;
         let reading = scope.spawn(move || read_all(source, &samples, is_over));
-        let estimation = scope.spawn(move || estimate_all(estimators, clearance, &read, &batches));
+        let estimation =
+            scope.spawn(move || estimate_all(&pool, estimators, clearance, &read, &batches));
         // To the end of both threads, so that none waits for ever.
         for batch in estimated {
             if result.is_ok() {
@@ -141,8 +145,9 @@ fn next_batch(source: &mut dyn Source, next_ground: &mut f64) -> (Samples, bool)
     (batch, false)
 }
 
-/// Estimates all samples. Returns the time that it took.
+/// Estimates all samples on the threads of `pool`. Returns the time that it took.
 fn estimate_all(
+    pool: &ThreadPool,
     estimators: &mut Estimators,
     mut clearance: Option<(&mut TruthClearance, ClearanceNeed)>,
     read: &Receiver<Samples>,
@@ -152,15 +157,11 @@ fn estimate_all(
     for samples in read {
         let start = Instant::now();
         let of_samples = &samples.samples;
-        let (estimates, clearances) = thread::scope(|scope| {
-            let clearance = clearance.as_mut().map(|(c, need)| (&mut **c, *need));
-            let measuring = scope.spawn(|| clearances(clearance, of_samples));
-            let estimates = estimators.update_all(of_samples);
-            match measuring.join() {
-                Ok(clearances) => (estimates, clearances),
-                Err(panic) => std::panic::resume_unwind(panic),
-            }
-        });
+        let clearance = clearance.as_mut().map(|(c, need)| (&mut **c, *need));
+        let (estimates, clearances) = pool.join(
+            || estimators.update_all(of_samples),
+            || clearances(clearance, of_samples),
+        );
         time += start.elapsed();
         let batch = Batch {
             estimates,

@@ -11,7 +11,6 @@ mod needed;
 mod observer;
 mod slip_watch;
 
-pub(crate) use needed::JointForces;
 pub use needed::NeededFriction;
 pub(crate) use observer::{FrictionObserver, FrictionSample};
 pub use observer::{OffsetShare, WheelFriction};

@@ -1,5 +1,8 @@
 //! Needed friction mu_n = T/N with its standard deviation.
 
+use crate::statics::Forces;
+use robhaz_model::Vec2;
+
 /// Needed friction of a wheel, mu_n = T/N: what the force balance asks of the ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NeededFriction {
@@ -9,44 +12,59 @@ pub struct NeededFriction {
     pub sigma: f64,
 }
 
-/// Forces of the three wheels at one instant, with their covariance.
+/// Forces of the three wheels at one instant, each wheel's with their covariance.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct JointForces {
     /// `[T1 N1 T2 N2 T3 N3]`, N.
     x: [f64; 6],
-    /// Their covariance, N^2.
-    p: [[f64; 6]; 6],
+    /// Covariance of T and N of each wheel, N^2.
+    own: [Own; 3],
+}
+
+/// Covariance of T and N of one wheel, N^2.
+#[derive(Clone, Copy, Debug)]
+struct Own {
+    tt: f64,
+    tn: f64,
+    nn: f64,
 }
 
 impl JointForces {
-    /// Tractions and normal forces, N, and the covariance of `[T1 N1 T2 N2 T3 N3]`, N^2.
-    pub fn new(traction: &[f64; 3], normal: &[f64; 3], covariance: &[[f64; 6]; 6]) -> Self {
-        let [t1, t2, t3] = *traction;
-        let [n1, n2, n3] = *normal;
+    /// The forces of an estimate.
+    pub fn new(forces: &Forces) -> Self {
+        let [t1, t2, t3] = forces.traction;
+        let [n1, n2, n3] = forces.normal;
+        let p = &forces.covariance;
+        let own = |t: usize, n: usize| Own {
+            tt: p[t][t],
+            tn: p[t][n],
+            nn: p[n][n],
+        };
         Self {
             x: [t1, n1, t2, n2, t3, n3],
-            p: *covariance,
+            own: [own(0, 1), own(2, 3), own(4, 5)],
         }
     }
 
-    /// Conditions the forces on the direction of the velocity that the memory of the ground knows. `contact_angle`: angles of the
-    /// estimate, rad; `error`: their common error, estimated minus true as dy/dx, and its standard deviation.
+    /// Conditions the forces, of the covariance `p` (N^2), on the direction of the velocity that the memory of the ground knows.
+    /// `tangents`: directions of the tangents at the contacts; `error`: their common error, estimated minus true as dy/dx, and its
+    /// standard deviation.
     ///
     /// The horizontal balance `sum (T cos gamma - N sin gamma) = m a` holds for the estimate at its own angles. At the true angles
     /// the sum differs by `-sum (T sin gamma + N cos gamma) d gamma`. This is a measurement of the sum: it separates the offsets and
     /// gains of the torques from the slope, which the motion filter alone cannot on even ground.
-    pub fn know_direction(&mut self, contact_angle: &[f64; 3], error: (f64, f64)) {
+    pub fn know_direction(&mut self, p: &[[f64; 6]; 6], tangents: &[Vec2; 3], error: (f64, f64)) {
         let mut h = [0.0; 6];
         let mut by_direction = 0.0;
-        for (i, gamma) in contact_angle.iter().enumerate() {
-            let (sin, cos) = libm::sincos(*gamma);
+        for (i, tangent) in tangents.iter().enumerate() {
+            let (cos, sin) = (tangent.x, tangent.y);
             (h[2 * i], h[2 * i + 1]) = (cos, -sin);
             let vertical = self.x[2 * i] * sin + self.x[2 * i + 1] * cos;
             // d gamma = cos^2 d(dy/dx)
             by_direction += vertical * cos * cos;
         }
         let mut ph = [0.0; 6];
-        for (entry, row) in ph.iter_mut().zip(&self.p) {
+        for (entry, row) in ph.iter_mut().zip(p) {
             *entry = row.iter().zip(&h).map(|(a, b)| a * b).sum();
         }
         let of_forces: f64 = ph.iter().zip(&h).map(|(a, b)| a * b).sum();
@@ -57,12 +75,16 @@ impl JointForces {
         if !(variance > 0.0) {
             return;
         }
-        let step = -by_direction * error / variance;
-        for i in 0..6 {
-            self.x[i] += ph[i] * step;
-            for j in 0..6 {
-                self.p[i][j] -= ph[i] * ph[j] / variance;
-            }
+        let inverse = 1.0 / variance;
+        let step = -by_direction * error * inverse;
+        for (x, ph) in self.x.iter_mut().zip(&ph) {
+            *x += ph * step;
+        }
+        for (i, own) in self.own.iter_mut().enumerate() {
+            let (t, n) = (ph[2 * i], ph[2 * i + 1]);
+            own.tt -= t * t * inverse;
+            own.tn -= t * n * inverse;
+            own.nn -= n * n * inverse;
         }
     }
 
@@ -73,13 +95,13 @@ impl JointForces {
 
     /// T/N of wheel `i`. To first order its variance is that of `(T - mu N)/N`. Not finite without load.
     pub fn needed_friction(&self, i: usize) -> NeededFriction {
-        let (t, n) = (2 * i, 2 * i + 1);
-        let value = self.x[t] / self.x[n];
-        let p = &self.p;
-        let variance = p[t][t] - 2.0 * value * p[t][n] + value * value * p[n][n];
+        let (t, n) = (self.x[2 * i], self.x[2 * i + 1]);
+        let value = t / n;
+        let Own { tt, tn, nn } = self.own[i];
+        let variance = tt - 2.0 * value * tn + value * value * nn;
         NeededFriction {
             value,
-            sigma: robhaz_model::sqrt(variance.max(0.0)) / self.x[n],
+            sigma: robhaz_model::sqrt(variance.max(0.0)) / n,
         }
     }
 }
@@ -88,57 +110,67 @@ impl JointForces {
 mod tests {
     use super::*;
 
-    fn forces() -> JointForces {
-        let mut p = [[0.0; 6]; 6];
-        for (i, row) in p.iter_mut().enumerate() {
+    fn forces() -> Forces {
+        let mut covariance = [[0.0; 6]; 6];
+        for (i, row) in covariance.iter_mut().enumerate() {
             row[i] = if i % 2 == 0 { 1.0 } else { 0.25 };
         }
-        JointForces::new(&[20.0, -10.0, -7.0], &[40.0, 50.0, 47.0], &p)
+        Forces {
+            traction: [20.0, -10.0, -7.0],
+            normal: [40.0, 50.0, 47.0],
+            covariance,
+        }
+    }
+
+    /// The forces on level ground with a known error of the direction.
+    fn with_direction(forces: &Forces, error: (f64, f64)) -> JointForces {
+        let mut found = JointForces::new(forces);
+        found.know_direction(&forces.covariance, &[Vec2::x(); 3], error);
+        found
     }
 
     /// Closed form: independent errors of T and N, `sigma^2 = (s_T^2 + mu^2 s_N^2)/N^2`.
     #[test]
     fn the_deviation_is_that_of_a_quotient() {
-        let found = forces().needed_friction(0);
+        let found = JointForces::new(&forces()).needed_friction(0);
         assert!((found.value - 0.5).abs() < 1e-15);
         let expected = (1.0_f64 + 0.25 * 0.25).sqrt() / 40.0;
         assert!((found.sigma - expected).abs() < 1e-15);
     }
 
     /// Closed form: on level ground the sum of T is measured as it is less the weight times the error. Three equal variances of 1 N^2
-    /// share a change of the sum equally, and the sum keeps the variance `3 r/(3 + r)` of a noise r.
+    /// share a change of the sum equally, and with a noise r each keeps `1 - 1/(3 + r)`.
     #[test]
     fn a_known_direction_measures_the_sum_of_tractions() {
         let weight = 137.0;
         for (error, sigma) in [(0.01, 1e-6), (-0.02, 0.01)] {
-            let mut found = forces();
-            found.know_direction(&[0.0; 3], (error, sigma));
+            let found = with_direction(&forces(), (error, sigma));
             let r: f64 = weight * sigma * weight * sigma;
             let change = -weight * error / (3.0 + r);
-            let before = forces();
+            let before = JointForces::new(&forces());
             for i in 0..3 {
                 assert!((found.x[2 * i] - before.x[2 * i] - change).abs() < 1e-12);
                 assert!((found.x[2 * i + 1] - before.x[2 * i + 1]).abs() < 1e-12);
+                assert!((found.own[i].tt - (1.0 - 1.0 / (3.0 + r))).abs() < 1e-12);
+                assert!((found.own[i].nn - 0.25).abs() < 1e-12);
             }
-            let sum: f64 = [0, 2, 4]
-                .iter()
-                .flat_map(|i| [0, 2, 4].map(|j| found.p[*i][j]))
-                .sum();
-            assert!((sum - 3.0 * r / (3.0 + r)).abs() < 1e-9);
         }
     }
 
     /// Property: a direction of which nothing is known, and exact forces, change nothing.
     #[test]
     fn nothing_known_changes_nothing() {
-        let mut found = forces();
-        found.know_direction(&[0.1; 3], (0.5, 1e9));
-        for (a, b) in found.x.iter().zip(&forces().x) {
+        let found = with_direction(&forces(), (0.5, 1e9));
+        for (a, b) in found.x.iter().zip(&JointForces::new(&forces()).x) {
             // The sum moves by 3 N^2/(137e9 N)^2 of its innovation.
             assert!((a - b).abs() < 1e-9);
         }
-        let mut exact = JointForces::new(&[1.0; 3], &[40.0; 3], &[[0.0; 6]; 6]);
-        exact.know_direction(&[0.0; 3], (0.1, 0.0));
-        assert!((exact.needed_friction(1).value - 0.025).abs() < 1e-15);
+        let exact = Forces {
+            traction: [1.0; 3],
+            normal: [40.0; 3],
+            covariance: [[0.0; 6]; 6],
+        };
+        let found = with_direction(&exact, (0.1, 0.0));
+        assert!((found.needed_friction(1).value - 0.025).abs() < 1e-15);
     }
 }

@@ -5,7 +5,9 @@ use super::slip_watch::{SlipEvent, SlipWatch, WheelSample};
 use crate::contact::{ContactEstimate, ContactState};
 use crate::ground::GroundMemory;
 use crate::quadrature::root_sum_square;
+use crate::statics::Forces;
 use crate::visit::visit_fields;
+use robhaz_model::Vec2;
 
 /// Friction of one wheel: what it needs, and what is known of the ground there.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -40,10 +42,9 @@ pub struct OffsetShare {
 /// The robot at one sample, as the other filters see it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FrictionSample<'a> {
-    /// Forces and their covariance.
-    pub forces: JointForces,
-    /// Contact angles of the estimate, rad.
-    pub contact_angle: [f64; 3],
+    pub forces: &'a Forces,
+    /// Directions of the tangents at the contacts.
+    pub tangents: &'a [Vec2; 3],
     pub contact: &'a [ContactEstimate; 3],
     /// Whether each wheel can be judged: no impact, no stop, no reading that has been missing for long.
     pub clear: [bool; 3],
@@ -83,9 +84,9 @@ impl FrictionObserver {
         sample: &FrictionSample<'_>,
         ground: &mut GroundMemory,
     ) -> [WheelFriction; 3] {
-        let mut forces = sample.forces;
+        let mut forces = JointForces::new(sample.forces);
         if let Some(error) = ground.direction_error() {
-            forces.know_direction(&sample.contact_angle, error);
+            forces.know_direction(&sample.forces.covariance, sample.tangents, error);
         }
         let places = ground.wheel_places();
         let mut found = [WheelFriction::default(); 3];

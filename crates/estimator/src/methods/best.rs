@@ -16,7 +16,7 @@ use crate::filters::motion::{MotionFilter, ParityResidual, TORQUE_ERRORS};
 use crate::filters::{Innovation, LinkAngleKalman, LinkReadings};
 use crate::flags::Flags;
 use crate::frame::{Held, Inputs, Instant, SHORTEST_STEP};
-use crate::friction::{FrictionObserver, FrictionSample, JointForces, WheelFriction};
+use crate::friction::{FrictionObserver, FrictionSample, WheelFriction};
 use crate::ground::{GroundMemory, GroundMotion};
 use crate::health::{
     Health, HealthMonitor, Innovations, RollingRobot, TorqueReading, TurnReadings, WheelReadings,
@@ -28,7 +28,7 @@ use crate::statics::{
 };
 use crate::visit::Visit;
 use nalgebra::Matrix4;
-use robhaz_model::Robot;
+use robhaz_model::{Robot, Vec2};
 
 /// Filters of links, wheels and motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -176,8 +176,9 @@ impl BestFilters {
             forces.bound();
         }
         let contact_angle = [0, 1, 2].map(|i| self.contact_angle(i, instant.inputs));
+        let tangents = &equations.equilibrium.tangents;
         let friction =
-            self.observe_friction(nominal, &forces, contact_angle, &contact, flags, instant.dt);
+            self.observe_friction(nominal, &forces, tangents, &contact, flags, instant.dt);
         let solution = Solution {
             forces: &forces,
             right_side: &right.value,
@@ -311,7 +312,7 @@ impl BestFilters {
         &mut self,
         nominal: &Nominal,
         forces: &Forces,
-        contact_angle: [f64; 3],
+        tangents: &[Vec2; 3],
         contact: &[ContactEstimate; 3],
         flags: Flags,
         dt: f64,
@@ -325,8 +326,8 @@ impl BestFilters {
         let offsets = [0, 1, 2].map(|i| self.motion.torque_offset(i).0);
         let mean = offsets.iter().sum::<f64>() / 3.0;
         let sample = FrictionSample {
-            forces: JointForces::new(&forces.traction, &forces.normal, &forces.covariance),
-            contact_angle,
+            forces,
+            tangents,
             contact,
             clear: [0, 1, 2].map(|i| !doubtful && !self.motion.is_suspect(i)),
             removed: offsets.map(|offset| (offset - mean) / radius),
@@ -441,11 +442,13 @@ impl BestFilters {
         let check = self.motion.check_parity(&residual, dt, correct);
 
         right.loads += Matrix4::from_diagonal_element(self.motion.unexplained_load());
-        let after = self.motion.inputs();
-        for (k, column) in right.sensitivity.columns.iter().enumerate() {
-            right.value += column * (after[k] - before[k]);
+        if check.corrected {
+            let after = self.motion.inputs();
+            for (k, column) in right.sensitivity.columns.iter().enumerate() {
+                right.value += column * (after[k] - before[k]);
+            }
+            right.tractions = self.tractions(nominal);
         }
-        right.tractions = self.tractions(nominal);
         let flags = if check.within_gate {
             self.time_beyond_gate = 0.0;
             Flags::NONE

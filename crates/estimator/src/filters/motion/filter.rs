@@ -5,6 +5,7 @@ use super::states::{
     TORQUE_OFFSET, VELOCITY,
 };
 use super::tuning::TUNING;
+use super::turns::Turns;
 use crate::filters::Kalman;
 use crate::settings::{ContactAngles, NoiseBudget};
 use crate::statics::input;
@@ -24,9 +25,11 @@ pub(crate) struct MotionFilter {
     pub(super) sliding: [f64; 3],
     /// Variance of the unexplained load, N^2.
     pub(super) unexplained: f64,
+    /// When the rolling constraints of each wheel last corrected the states, and how uncertain they were.
+    pub(super) turns: Turns,
 }
 
-visit_fields!(MotionFilter: filter, suspect, sliding, unexplained);
+visit_fields!(MotionFilter: filter, suspect, sliding, unexplained, turns);
 
 impl MotionFilter {
     /// Creates the filter of a robot at rest, with the prior of the budget and, for unknown contact angles, that of the ground.
@@ -62,6 +65,7 @@ impl MotionFilter {
             suspect: [0.0; 3],
             sliding: [0.0; 3],
             unexplained: 0.0,
+            turns: Turns::default(),
         }
     }
 

@@ -15,8 +15,8 @@
 //! observes one combination of their errors. The fourth shows the lasting error of the direction of the velocity, which the
 //! other three cannot tell from a torque offset common to all wheels.
 //!
-//! States and their indices are in `states.rs`, their change over time is in `prediction.rs`, all constants are in
-//! `tuning.rs`, and time-correlated errors in `noise.rs`.
+//! States and their indices are in `states.rs`, their change over time is in `prediction.rs`, at which samples which constraint
+//! corrects them in `turns.rs`, all constants in `tuning.rs`, and time-correlated errors in `noise.rs`.
 
 mod closure;
 mod filter;
@@ -29,6 +29,7 @@ mod states;
 #[cfg(test)]
 mod tests;
 mod tuning;
+mod turns;
 
 pub(crate) use filter::MotionFilter;
 pub(crate) use parity::ParityResidual;

@@ -24,11 +24,13 @@ pub(crate) struct ParityCheck {
     pub innovation: Innovation,
     /// Whether the residual lies within its gate. An outlier shows an impact, or an external load on the robot.
     pub within_gate: bool,
+    /// Whether it has corrected the states.
+    pub corrected: bool,
 }
 
 impl MotionFilter {
     /// Tests a parity residual z against its predicted standard deviation sigma and, with `correct`, corrects the states by
-    /// it. `dt` is the time since the last sample, s.
+    /// it, if it is its turn ([`super::turns::Turns`]). `dt` is the time since the last sample, s.
     ///
     /// The variance of the unexplained load becomes the larger of its decayed old value and `z^2 - (2 sigma)^2`, N^2; sigma is
     /// that without unexplained load. A residual beyond the gate makes all wheels suspect.
@@ -38,12 +40,27 @@ impl MotionFilter {
         dt: f64,
         correct: bool,
     ) -> ParityCheck {
+        let linearisation = TUNING.parity.sigma * TUNING.parity.sigma;
+        let sample_variance = residual.variance + linearisation;
+        let square = residual.value * residual.value;
+        let due = self.turns.next_parity(dt);
+        let last = self.turns.parity_variance() + sample_variance;
+        // Written so that a NaN does not wait.
+        let is_noise = square <= TUNING.early * TUNING.early * last;
+        if correct && is_noise && !due && !self.is_any_suspect() {
+            return ParityCheck {
+                innovation: Innovation {
+                    value: -residual.value,
+                    variance: last,
+                },
+                within_gate: true,
+                corrected: false,
+            };
+        }
         let mut h = [(0, 0.0); input::COUNT];
         for (k, entry) in h.iter_mut().enumerate() {
             *entry = (INPUTS + k, residual.gradient[k]);
         }
-        let linearisation = TUNING.parity.sigma * TUNING.parity.sigma;
-        let sample_variance = residual.variance + linearisation;
         let ph = self.filter.covariance_times(&h);
         let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
         let innovation = Innovation {
@@ -51,7 +68,6 @@ impl MotionFilter {
             variance: of_states + sample_variance,
         };
 
-        let square = residual.value * residual.value;
         let explained = TUNING.explained * TUNING.explained * innovation.variance;
         let gate = TUNING.gate * TUNING.gate * innovation.variance;
         let excess = (square - explained).min(TUNING.unexplained_cap);
@@ -61,7 +77,9 @@ impl MotionFilter {
             self.suspect = [TUNING.suspect_time; 3];
         }
         let within_gate = square <= gate;
-        if correct && within_gate {
+        let corrected = correct && within_gate;
+        if corrected {
+            let dt = self.turns.parity_taken(of_states);
             // Correlated errors enter as the equivalent white noise, with at least the variance of this sample.
             let lasting =
                 (sample_variance + self.unexplained) * (2.0 * TUNING.parity.time / dt).max(1.0);
@@ -72,6 +90,7 @@ impl MotionFilter {
         ParityCheck {
             innovation,
             within_gate,
+            corrected,
         }
     }
 }

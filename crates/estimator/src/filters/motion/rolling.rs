@@ -49,7 +49,7 @@ struct Constrained<'a> {
     wheel: &'a RollingWheel,
     /// Of the wheel's centre.
     velocity: ContactVelocity,
-    /// Time since the last sample, s.
+    /// Time since its constraints last corrected the states, s.
     dt: f64,
     /// See [`MotionFilter::speed_ratio`].
     speed_ratio: f64,
@@ -59,36 +59,90 @@ struct Constrained<'a> {
 }
 
 impl MotionFilter {
-    /// Applies both rolling constraints of wheel `i`, `dt` seconds after the last sample. Without `correct` the measurement
-    /// rows contain the velocity only; states that are correlated with it still change. Returns the residuals before
-    /// the corrections.
+    /// Applies the rolling constraints of the `wheels` that carry load, `dt` seconds after the last sample: of those whose turn it
+    /// is ([`super::turns::Turns`]), and of those that show more than noise. Without `correct` the measurement rows contain the
+    /// velocity only; states that are correlated with it still change. Returns the residuals before the corrections.
     pub fn roll(
         &mut self,
         budget: &NoiseBudget,
-        i: usize,
-        wheel: &RollingWheel,
+        wheels: &[Option<RollingWheel>; 3],
         dt: f64,
         correct: bool,
-    ) -> RollingResiduals {
+    ) -> [Option<RollingResiduals>; 3] {
+        let loaded = wheels.each_ref().map(Option::is_some);
+        let turn = self.turns.next(loaded, dt);
+        let mut found = [None; 3];
+        for i in 0..3 {
+            if let Some(wheel) = &wheels[i] {
+                let sample = self.sample(i, wheel, turn.waited[i], correct);
+                let waits = !(turn.due[i] || self.suspect[i] > 0.0 || self.sliding[i] > 0.0);
+                let residuals = waits.then(|| self.residuals_of_noise(&sample)).flatten();
+                found[i] = Some(residuals.unwrap_or_else(|| self.roll_wheel(budget, &sample)));
+            }
+        }
+        found
+    }
+
+    /// One wheel, `dt` seconds after its constraints last corrected the states.
+    fn sample<'a>(
+        &self,
+        i: usize,
+        wheel: &'a RollingWheel,
+        dt: f64,
+        correct: bool,
+    ) -> Constrained<'a> {
         let smooth = self.velocity() + wheel.smooth_relative;
         let noise = wheel.relative - wheel.smooth_relative;
         let slope = wheel.angle - self.filter.x[CONTACT_ANGLE + i];
-        let sample = Constrained {
+        Constrained {
             i,
             wheel,
             velocity: ContactVelocity::new(smooth, noise, slope),
             dt,
             speed_ratio: self.speed_ratio(),
             correct,
-        };
-        let (shared, away_sigma) = self.constrain_direction(budget, &sample);
-        let slip = wheel
+        }
+    }
+
+    /// Residuals of a wheel whose turn it is not. `None` if they are beyond `TUNING.early`.
+    fn residuals_of_noise(&self, sample: &Constrained<'_>) -> Option<RollingResiduals> {
+        let creep = self.creep(sample.i, sample.wheel).slip();
+        let slip = sample
+            .wheel
             .rim_speed
-            .map(|rim_speed| self.constrain_speed(&sample, rim_speed, shared));
-        RollingResiduals {
+            .map(|rim_speed| [rim_speed - sample.velocity.speed - creep, creep]);
+        let found = self.turns.residuals(sample.i, sample.velocity.away, slip);
+        // In these forms a NaN is no noise.
+        let is_noise = |residual: f64, variance: f64| {
+            residual * residual <= TUNING.early * TUNING.early * variance
+        };
+        let along = |slip: SlipResidual| is_noise(slip.beyond_creep, slip.variance);
+        let is_noise = is_noise(found.away, found.away_sigma * found.away_sigma)
+            && found.slip.is_none_or(along);
+        is_noise.then_some(found)
+    }
+
+    /// Both constraints of one wheel.
+    fn roll_wheel(&mut self, budget: &NoiseBudget, sample: &Constrained<'_>) -> RollingResiduals {
+        let (shared, away_sigma) = self.constrain_direction(budget, sample);
+        let slip = sample
+            .wheel
+            .rim_speed
+            .map(|rim_speed| self.constrain_speed(sample, rim_speed, shared));
+        let residuals = RollingResiduals {
             away: sample.velocity.away,
             away_sigma,
             slip,
+        };
+        self.turns.taken(sample.i, &residuals);
+        residuals
+    }
+
+    /// Creep of wheel `i`.
+    fn creep(&self, i: usize, wheel: &RollingWheel) -> Creep {
+        Creep {
+            speed: self.filter.x[CREEP + i],
+            ratio: wheel.ratio,
         }
     }
 
@@ -203,10 +257,7 @@ impl MotionFilter {
             dt,
             ..
         } = sample;
-        let creep = Creep {
-            speed: self.filter.x[CREEP + i],
-            ratio: wheel.ratio,
-        };
+        let creep = self.creep(i, wheel);
         let slip = creep.slip();
         // Derivative of the slip with respect to a torque error, which changes T/N.
         let by_offset = -creep.speed / wheel.moment_of_load;

@@ -93,6 +93,8 @@ pub struct Tuning {
     /// Lower limit of the contact-angle error, rad. It keeps the process noise of the acceleration finite where the budget
     /// is zero.
     pub least_angle: f64,
+    /// Residuals of a wheel beyond this many standard deviations of a single sample correct the states at once, not at the wheel's turn.
+    pub early: f64,
     /// Innovations beyond this many standard deviations are rejected.
     pub gate: f64,
     /// Threshold of the direction constraint, in standard deviations of a single sample. A wheel beyond it becomes suspect: it
@@ -158,6 +160,7 @@ pub const TUNING: Tuning = Tuning {
     sliding_time: 0.1,
     sliding: LastingError::new(1.0, 1.0),
     least_angle: 1e-3,
+    early: 1.0,
     gate: 5.0,
     suspect_gate: 4.0,
     edge_gate: 3.0,

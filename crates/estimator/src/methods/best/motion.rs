@@ -87,24 +87,21 @@ impl BestFilters {
             innovations.encoder[i] = innovation.as_ref().map(Innovation::nis);
         }
         let least = EstimatorSettings::UNLOADED * robot.mean_wheel_load();
-        let mut residuals = [None; 3];
         let stands = self.standing.stands();
         if stands {
             self.motion.stand(robot.mean_wheel_load());
         }
-        for i in 0..3 {
-            if dt > 0.0 && self.last_normal_force[i] > least {
-                let wheel = self.rolling_wheel(i, nominal, inputs, arms);
-                let correct = self.method.rolling;
-                residuals[i] = Some(if stands {
-                    self.motion.spin_in_place(i, &wheel)
-                } else {
-                    let found = self.motion.roll(&settings.budget, i, &wheel, dt, correct);
-                    innovations.direction[i] = Some(found.direction_nis());
-                    found
-                });
-            }
-        }
+        let rolls = |i: usize| dt > 0.0 && self.last_normal_force[i] > least;
+        let wheels =
+            [0, 1, 2].map(|i| rolls(i).then(|| self.rolling_wheel(i, nominal, inputs, arms)));
+        let residuals = if stands {
+            [0, 1, 2].map(|i| wheels[i].map(|wheel| self.motion.spin_in_place(i, &wheel)))
+        } else {
+            let correct = self.method.rolling;
+            let found = self.motion.roll(&settings.budget, &wheels, dt, correct);
+            innovations.direction = found.map(|found| found.map(|found| found.direction_nis()));
+            found
+        };
         if !stands {
             innovations.slip = slip_nis(&residuals);
         }
