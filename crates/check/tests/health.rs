@@ -134,7 +134,7 @@ fn exchanged_and_late_torques_are_told() -> Result<(), Failure> {
 }
 
 /// Shipped scenes and changes of them.
-const SCENES: [(&str, &[&str]); 13] = [
+const SCENES: [(&str, &[&str]); 12] = [
     ("smooth", &[]),
     ("flat", &[]),
     ("cosbump", &[]),
@@ -147,7 +147,6 @@ const SCENES: [(&str, &[&str]); 13] = [
     ("step", &[]),
     ("stairs", &[]),
     ("stairs", &["robot.geometry=A"]),
-    ("step", &["terrain.kerb=0.15", "record.duration=16"]),
 ];
 
 /// Runs honest readings of scenes with both drives and both grades. Prints each alarm, and returns their number with the
@@ -197,7 +196,17 @@ fn alarms(scenes: &[(&str, &[&str])], seeds: u64) -> Result<(usize, usize, f64),
 #[test]
 fn honest_sensors_raise_no_alarm() -> Result<(), Failure> {
     let (alarms, runs, _) = alarms(&SCENES, 2)?;
-    assert_eq!((alarms, runs), (0, 208));
+    assert_eq!((alarms, runs), (0, 192));
+    Ok(())
+}
+
+/// Nor on a kerb higher than a wheel's radius, which stops the front wheel while the others slide: link angles are off for a
+/// second after that, and inclinations must not count. It is the same in seeds 0 to 9.
+#[test]
+fn honest_sensors_raise_no_alarm_on_a_high_kerb() -> Result<(), Failure> {
+    let kerb: [(&str, &[&str]); 1] = [("step", &["terrain.kerb=0.15", "record.duration=16"])];
+    let (alarms, runs, _) = alarms(&kerb, 4)?;
+    assert_eq!((alarms, runs), (0, 32));
     Ok(())
 }
 
