@@ -18,25 +18,6 @@ pytest.importorskip("ray", reason="Ray is not installed: pip install ray")
 ROBHAZ = shutil.which(os.environ.get("ROBHAZ", "robhaz"))
 HERE = Path(__file__).parent
 
-SCENE = """
-[terrain]
-kind = "flat"
-[record]
-duration = 1
-compare_from = 0.5
-[[estimator]]
-name = "best"
-"""
-STUDY = """
-scene = "scene.toml"
-[[axis]]
-key = "drive.kp"
-values = [2, 5]
-[[axis]]
-key = "seed"
-count = 30
-"""
-
 
 def worker_of(folder: Path):
     """Process of the Ray worker whose command computes the shard in this folder; None while there is none."""
@@ -51,10 +32,7 @@ def worker_of(folder: Path):
     return None
 
 
-def test_a_lost_worker_leaves_the_dataset_of_one_process(tmp_path):
-    (tmp_path / "scene.toml").write_text(SCENE)
-    study = tmp_path / "study.toml"
-    study.write_text(STUDY)
+def test_a_lost_worker_leaves_the_dataset_of_one_process(study, tmp_path):
     subprocess.run([ROBHAZ, "sweep", study, "--out", tmp_path / "alone", "--quiet"], check=True)
     out = tmp_path / "out"
     command = [sys.executable, HERE / "sweep.py", study, "--shards", "3", "--out", out, "--robhaz", ROBHAZ]

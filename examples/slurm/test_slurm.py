@@ -17,25 +17,6 @@ ROBHAZ = os.environ.get("ROBHAZ", "robhaz")
 NEEDED = ["slurmctld", "slurmd", "sbatch", "squeue", "scontrol", "munged"]
 # Longest wait for what takes seconds on an idle machine.
 PATIENCE = 240
-
-SCENE = """
-[terrain]
-kind = "flat"
-[record]
-duration = 1
-compare_from = 0.5
-[[estimator]]
-name = "best"
-"""
-STUDY = """
-scene = "scene.toml"
-[[axis]]
-key = "drive.kp"
-values = [2, 5]
-[[axis]]
-key = "seed"
-count = 30
-"""
 CONFIG = """
 ClusterName=robhaz
 SlurmctldHost={host}(127.0.0.1)
@@ -132,10 +113,7 @@ def slurm(tmp_path):
                 daemon.kill()
 
 
-def test_a_requeued_task_leaves_the_dataset_of_one_process(slurm, tmp_path):
-    (tmp_path / "scene.toml").write_text(SCENE)
-    study = tmp_path / "study.toml"
-    study.write_text(STUDY)
+def test_a_requeued_task_leaves_the_dataset_of_one_process(slurm, study, tmp_path):
     alone = tmp_path / "alone"
     subprocess.run([ROBHAZ, "sweep", study, "--out", alone, "--quiet"], check=True)
 

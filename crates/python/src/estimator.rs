@@ -126,18 +126,23 @@ fn estimate_rows(
     readings: &Readings,
     rows: &mut BatchBuilder,
 ) -> PyResult<()> {
-    let mut made = Vec::with_capacity(ROWS_AT_ONCE);
+    let mut sensors = Vec::with_capacity(ROWS_AT_ONCE);
+    let mut estimates = Vec::with_capacity(ROWS_AT_ONCE);
     for first in (0..readings.len()).step_by(ROWS_AT_ONCE) {
-        made.clear();
+        sensors.clear();
+        estimates.clear();
         for row in first..readings.len().min(first + ROWS_AT_ONCE) {
-            let sensors = readings.frame(row);
-            let estimates = [estimator.update(&sensors)];
-            if let Err(error @ robhaz_estimator::EstimateError::Time { .. }) = estimates[0] {
+            let frame = readings.frame(row);
+            estimates.push(estimator.update(&frame));
+            sensors.push(frame);
+            if let Some(Err(error @ robhaz_estimator::EstimateError::Time { .. })) =
+                estimates.last()
+            {
                 return Err(EstimateError::new_err(format!("row {row}: {error}")));
             }
-            made.push((sensors, estimates));
         }
-        let frames: Vec<Frame<'_>> = made.iter().map(|(s, e)| frame(s, e)).collect();
+        let rows_made = sensors.iter().zip(estimates.chunks(1));
+        let frames: Vec<Frame<'_>> = rows_made.map(|(s, e)| frame(s, e)).collect();
         rows.push_all(&frames);
     }
     Ok(())

@@ -36,7 +36,11 @@ impl Gappy {
     /// Notes which values from `first` on are there: those that are finite.
     fn mark(&mut self, first: usize) {
         let added = &mut self.values[first..];
-        if added.iter().all(|value| value.is_finite()) {
+        // Without a way out of the loop, so that it takes several values at once.
+        if added
+            .iter()
+            .fold(true, |all, value| all & value.is_finite())
+        {
             self.valid.append_n_non_nulls(added.len());
             return;
         }

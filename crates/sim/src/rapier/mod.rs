@@ -9,6 +9,7 @@
 //! A settled start comes from the equations of motion that [`crate::direct`] integrates. After that the motion depends
 //! on rapier alone.
 
+mod bodies;
 mod damping;
 mod joints;
 mod pins;
@@ -22,20 +23,15 @@ use crate::ground::{AxleState, Ground, GroundForces, OneContact, WheelMotion};
 use crate::setup::{PlantSetup, StartKind};
 use crate::start::Start;
 use crate::stop::stop_torque;
-use crate::truth::{BarTruth, PinTruth, Truth};
+use crate::truth::Truth;
+use bodies::Bodies;
 use damping::{DampedContact, Damping};
-use joints::Lump;
-use pins::PinArms;
-use rapier2d::prelude::*;
-use robhaz_model::{Bar, Pin, Robot, Vec2, WheelCommand, cross, perp};
+use robhaz_model::{Bar, Robot, Vec2, WheelCommand, cross};
 use robhaz_terrain::Contact;
 use step_control::{Division, StepControl, WheelState};
 
 pub use step_control::MOST_PARTS;
 
-/// Rapier's stabilisation iterations after a change of the step. They remove the velocities that correct the gaps of
-/// the joints.
-const STABILIZATIONS_AT_A_CHANGE: usize = 20;
 /// Steps before time zero at a settled start, in which the gaps of the joints become stationary. N then changes by less
 /// than 10 uN after 100 steps.
 const SETTLING_STEPS: u64 = 200;
@@ -47,11 +43,7 @@ pub struct RapierEngine {
     drive: Drive,
     /// Commands of the wheels.
     commands: [WheelCommand; 3],
-    world: PhysicsWorld,
-    bars: [RigidBodyHandle; 4],
-    /// Each bar with its wheels, in the order of [`Bar::ALL`].
-    lumps: [Lump; 4],
-    pins: [ImpulseJointHandle; 4],
+    bodies: Bodies,
     wheels: [Wheel; 3],
     /// Number of steps so far. Time is this number times the step, without accumulated rounding.
     steps: u64,
@@ -100,79 +92,13 @@ struct Loads {
     wheel_state: WheelState,
 }
 
-/// Motion of the wheel on `link` with its axle at `nominal` in the frame of the link (m) and the absolute spin `spin`
-/// (rad/s).
-fn wheel_motion(link: &RigidBody, nominal: Vec2, spin: f64) -> WheelMotion {
-    let centre = link.position().transform_point(to_rapier(nominal));
-    WheelMotion {
-        centre: from_rapier(centre),
-        velocity: from_rapier(link.velocity_at_point(centre)),
-        spin,
-    }
-}
-
-fn to_rapier(v: Vec2) -> Vector {
-    Vector::new(v.x, v.y)
-}
-
-fn from_rapier(v: Vector) -> Vec2 {
-    Vec2::new(v.x, v.y)
-}
-
-/// Rate of change of a vector `v` that rotates at `rate` (rad/s).
-fn derivative(rate: f64, v: Vec2) -> Vec2 {
-    perp(v) * rate
-}
-
 impl RapierEngine {
     /// The robot at its start.
     pub(crate) fn new(setup: &PlantSetup, start: &Start) -> Self {
         let geometry = &setup.robot.geometry;
-        let mut world = PhysicsWorld::default();
         let steps_per_period = steps_per_period(setup.period, setup.step);
         #[expect(clippy::cast_precision_loss, reason = "a count of steps")]
         let step = setup.period / steps_per_period as f64;
-        let p = &mut world.integration_parameters;
-        p.dt = step;
-        // External forces stay constant over all solver iterations, so one iteration with a short step is more
-        // accurate.
-        p.num_solver_iterations = 1;
-        p.num_internal_pgs_iterations = joints::iterations(&setup.robot);
-        p.max_ccd_substeps = 0;
-        world.gravity = Vector::new(0.0, -robhaz_model::GRAVITY);
-
-        let lumps = Bar::ALL.map(|bar| Lump::new(&setup.robot, bar));
-        let bars = Bar::ALL.map(|bar| {
-            let (at, lump) = (start.bars[bar as usize], lumps[bar as usize]);
-            let centre = robhaz_model::rotate(lump.centre, at.angle);
-            world.insert_body(
-                RigidBodyBuilder::dynamic()
-                    .translation(to_rapier(at.position))
-                    .rotation(at.angle)
-                    .linvel(to_rapier(at.velocity + derivative(at.rate, centre)))
-                    .angvel(at.rate)
-                    .additional_mass_properties(MassProperties::new(
-                        to_rapier(lump.centre),
-                        lump.mass,
-                        lump.inertia,
-                    ))
-                    .can_sleep(false),
-            )
-        });
-        // Rapier does this in its first step. Until then the centres of mass would be those of the bare bars.
-        for handle in bars {
-            if let Some(body) = world.bodies.get_mut(handle) {
-                body.recompute_mass_properties_from_colliders(&world.colliders);
-            }
-        }
-        let pins = Pin::ALL.map(|pin| {
-            let (receiver, giver) = pin.bars();
-            let at = geometry.pins.get(pin);
-            let joint = RevoluteJointBuilder::new()
-                .local_anchor1(to_rapier(at - geometry.cg(receiver)))
-                .local_anchor2(to_rapier(at - geometry.cg(giver)));
-            world.insert_impulse_joint(bars[receiver as usize], bars[giver as usize], joint)
-        });
         let state = &start.state;
         let link_rates = [state.rates[2], state.rates[3]];
         Self {
@@ -180,10 +106,7 @@ impl RapierEngine {
             ground: Ground::new(setup),
             drive: setup.drive.clone(),
             commands: Default::default(),
-            world,
-            bars,
-            lumps,
-            pins,
+            bodies: Bodies::new(&setup.robot, start, step),
             wheels: [0, 1, 2].map(|i| Wheel {
                 spin: state.omega[i] - link_rates[geometry.carriers[i].index()],
                 angle: 0.0,
@@ -211,44 +134,6 @@ impl RapierEngine {
         steps * self.step
     }
 
-    fn bar(&self, bar: Bar) -> &RigidBody {
-        &self.world.bodies[self.bars[bar as usize]]
-    }
-
-    /// Truth of bars and pin positions at the current state.
-    fn kinematics(&self) -> Truth {
-        let bar = |bar: Bar| {
-            let b = self.bar(bar);
-            BarTruth {
-                position: from_rapier(b.translation()),
-                angle: b.rotation().angle(),
-                velocity: from_rapier(b.velocity_at_point(b.translation())),
-                rate: b.angvel(),
-            }
-        };
-        let mut truth = Truth {
-            time: self.time(),
-            body: bar(Bar::Body),
-            links: Bar::LINKS.map(bar),
-            ..Truth::default()
-        };
-        let geometry = &self.robot.geometry;
-        for (i, pin) in Pin::ALL.into_iter().enumerate() {
-            let (a, b) = pin.bars();
-            let image = |bar: Bar| {
-                let nominal = geometry.pins.get(pin) - geometry.cg(bar);
-                from_rapier(self.bar(bar).position().transform_point(to_rapier(nominal)))
-            };
-            let (first, second) = (image(a), image(b));
-            truth.pins[i] = PinTruth {
-                position: 0.5 * (first + second),
-                force: Vec2::zeros(),
-            };
-            truth.loop_error = truth.loop_error.max((first - second).norm());
-        }
-        truth
-    }
-
     /// Advances by one step, divided as [`StepControl`] asks. Fills in wheels, stop and pin forces of `truth`. Returns
     /// the elastic energy of all contacts at the start of the step, J.
     fn advance(&mut self, mut truth: Option<&mut Truth>) -> Result<f64, PlantError> {
@@ -262,7 +147,7 @@ impl RapierEngine {
                 .divide(&loads.wheel_state, self.step, knows);
         let length = self.step / f64::from(parts);
         // The pin forces of the first integration belong to the instant of the truth.
-        let mut pins = truth.map(|truth| (truth, self.pin_arms()));
+        let mut pins = truth.map(|truth| (truth, self.bodies.pin_arms(&self.robot.geometry)));
         for part in 0..parts {
             let begin = time + f64::from(part) * length;
             if part > 0 {
@@ -276,7 +161,7 @@ impl RapierEngine {
                 }
                 self.integrate(&mut loads, piece_length, impact);
                 if let Some((truth, arms)) = pins.take() {
-                    self.pin_forces(truth, &arms, piece_length);
+                    self.bodies.pin_forces(truth, &arms, piece_length);
                 }
             }
             self.parts_taken += u64::from(pieces);
@@ -285,33 +170,21 @@ impl RapierEngine {
         Ok(contact_energy)
     }
 
-    /// Mean pin forces over the last integration, of the length `step` (s).
-    fn pin_forces(&self, truth: &mut Truth, arms: &[PinArms; 4], step: f64) {
-        for (i, handle) in self.pins.into_iter().enumerate() {
-            if let Some(joint) = self.world.impulse_joints.get(handle) {
-                let [first, second] = [joint.impulses[0], joint.impulses[1]];
-                truth.pins[i].force = arms[i].force(first, second, step);
-            }
-        }
-    }
-
     /// Forces and torques at the current state. Fills in wheels and stop of `truth`.
     fn loads(&mut self, time: f64, mut truth: Option<&mut Truth>) -> Result<Loads, PlantError> {
         let geometry = &self.robot.geometry;
-        let bodies = &self.world.bodies;
-        let links = [Bar::Link1, Bar::Link2].map(|bar| &bodies[self.bars[bar as usize]]);
-        let rates = links.map(RigidBody::angvel);
-        let angles = links.map(|link| link.rotation().angle());
+        let rates = self.bodies.link_rates();
+        let angles = [Bar::Link1, Bar::Link2].map(|bar| self.bodies.bar(bar).rotation().angle());
         let mut loads = Loads::default();
         // Velocities at the end of a step are those in its middle (leapfrog). Compared with a later set speed they would
         // lead, and the robot would be ahead by its way in half a step.
-        let of_velocities = time - 0.5 * self.world.integration_parameters.dt;
+        let of_velocities = time - 0.5 * self.bodies.last_step();
         for i in 0..3 {
-            let carrier = geometry.carriers[i].index();
-            let (link, link_rate) = (links[carrier], rates[carrier]);
+            let carrier = geometry.carriers[i];
             let wheel = &self.wheels[i];
-            let omega = wheel.spin + link_rate;
-            let motion = wheel_motion(link, geometry.axle_on_carrier(i), wheel.spin);
+            let omega = wheel.spin + rates[carrier.index()];
+            let axle = geometry.axle_on_carrier(i);
+            let motion = self.bodies.wheel_motion(carrier.bar(), axle, wheel.spin);
             let below = |error: BelowGround| error.at(time, i);
             let mut ground = GroundForces::default();
             let contacts = self.damping.present(i);
@@ -361,17 +234,10 @@ impl RapierEngine {
 
     /// Integrates bars and wheel spins over `step` (s).
     fn integrate(&mut self, loads: &mut Loads, step: f64, impact: bool) {
-        let before = self.link_rates();
+        let before = self.bodies.link_rates();
         let spin_rates = self.apply(loads, step, impact);
-        let parameters = &mut self.world.integration_parameters;
-        // The velocities that correct the gaps of a long step would appear as forces, many times as large over a short
-        // step.
-        let same = (parameters.dt - step).abs() < 1e-9 * step;
-        parameters.num_internal_stabilization_iterations =
-            if same { 1 } else { STABILIZATIONS_AT_A_CHANGE };
-        parameters.dt = step;
-        self.world.step();
-        let rates = self.link_rates();
+        self.bodies.step(step);
+        let rates = self.bodies.link_rates();
         self.link_accelerations = [0, 1].map(|i| (rates[i] - before[i]) / step);
         for (i, wheel) in self.wheels.iter_mut().enumerate() {
             let carrier = self.robot.geometry.carriers[i].index();
@@ -394,8 +260,7 @@ impl RapierEngine {
         let mut torques = [loads.stop_torque, -loads.stop_torque];
         let mut forces = [Vec2::zeros(); 2];
         let mut spin_rates = [0.0; 3];
-        let links = [Bar::Link1, Bar::Link2].map(|bar| self.bars[bar as usize]);
-        let centres = links.map(|link| from_rapier(self.world.bodies[link].center_of_mass()));
+        let centres = self.bodies.link_centres();
         for (i, spin_rate) in spin_rates.iter_mut().enumerate() {
             let carrier = geometry.carriers[i].index();
             let (change, torque_change) = self.damping.change(i, step, impact);
@@ -418,14 +283,7 @@ impl RapierEngine {
             let arm = loads.motions[i].centre - centres[carrier];
             torques[carrier] += through_gear + cross(arm, wheel.force);
         }
-        for (i, link) in links.into_iter().enumerate() {
-            if let Some(body) = self.world.bodies.get_mut(link) {
-                body.reset_forces(false);
-                body.reset_torques(false);
-                body.add_force(to_rapier(forces[i]), false);
-                body.add_torque(torques[i], false);
-            }
-        }
+        self.bodies.hold(forces, torques);
         spin_rates
     }
 
@@ -435,12 +293,9 @@ impl RapierEngine {
         let half = 0.5 * step;
         for i in 0..3 {
             let carrier = self.robot.geometry.carriers[i];
-            let link = self.bar(carrier.bar());
-            let now = wheel_motion(
-                link,
-                self.robot.geometry.axle_on_carrier(i),
-                self.wheels[i].spin,
-            );
+            let axle = self.robot.geometry.axle_on_carrier(i);
+            let spin = self.wheels[i].spin;
+            let now = self.bodies.wheel_motion(carrier.bar(), axle, spin);
             for (motion, rates) in [loads.motions[i], now].iter().zip(rates) {
                 let omega = motion.spin + rates[carrier.index()];
                 self.balance
@@ -449,11 +304,6 @@ impl RapierEngine {
         }
         let opening: f64 = rates.map(|[first, second]| first - second).iter().sum();
         self.balance.stop_work += half * loads.stop_torque * opening;
-    }
-
-    /// Angular rates of links 1 and 2, rad/s.
-    fn link_rates(&self) -> [f64; 2] {
-        [Bar::Link1, Bar::Link2].map(|bar| self.bar(bar).angvel())
     }
 
     /// Takes the steps before time zero, with a set speed of zero.
@@ -470,28 +320,6 @@ impl RapierEngine {
             wheel.angle = 0.0;
         }
         Ok(())
-    }
-
-    /// Poses at the pins, from which rapier's impulses are converted to forces.
-    fn pin_arms(&self) -> [PinArms; 4] {
-        let geometry = &self.robot.geometry;
-        Pin::ALL.map(|pin| {
-            let (receiver, giver) = pin.bars();
-            let arm = |bar: Bar| {
-                let nominal =
-                    geometry.pins.get(pin) - geometry.cg(bar) - self.lumps[bar as usize].centre;
-                robhaz_model::rotate(nominal, self.bar(bar).rotation().angle())
-            };
-            let inverse = |bar: Bar| {
-                let lump = &self.lumps[bar as usize];
-                (1.0 / lump.mass, 1.0 / lump.inertia)
-            };
-            PinArms {
-                axis: robhaz_model::rotate(Vec2::x(), self.bar(receiver).rotation().angle()),
-                arms: [arm(receiver), arm(giver)],
-                inverse: [inverse(receiver), inverse(giver)],
-            }
-        })
     }
 }
 
@@ -511,7 +339,7 @@ impl Engine for RapierEngine {
             self.settle()?;
         }
         instant.balance = self.balance;
-        instant.truth = self.kinematics();
+        instant.truth = self.bodies.kinematics(&self.robot.geometry, self.time());
         instant.contact_energy = self.advance(Some(&mut instant.truth))?;
         for _ in 1..self.steps_per_period {
             self.advance(None)?;
