@@ -177,13 +177,18 @@ fn sign(changes: &Changes, k: usize) -> Finding {
     let remedy = if is(1.0) {
         return Finding::ok(SIGN, channel, figure);
     } else if is(-1.0) {
-        "the sign of one of them is wrong: lifting the front of the link must make both positive"
+        let link = format!("link{}", k + 1);
+        format!(
+            "one of the two has the wrong sign: lifting the front of the link must make both positive; \
+             turn round sign of reading.{link}_rate or of reading.{link}_inclination, or the axes of imu.{link}, \
+             in SENSORS.toml"
+        )
     } else if is(1.0 / DEGREE) || is(-1.0 / DEGREE) {
-        "the inclination is in degrees: state unit = \"deg\""
+        "the inclination is in degrees: state unit = \"deg\"".to_owned()
     } else if is(DEGREE) || is(-DEGREE) {
-        "the rate is in degrees a second: state unit = \"deg/s\""
+        "the rate is in degrees a second: state unit = \"deg/s\"".to_owned()
     } else {
-        "one of them has a wrong scale: check units and ranges"
+        "one of them has a wrong scale: check units and ranges".to_owned()
     };
     // An inclinometer measures the accelerations of impacts.
     if share < CERTAIN {

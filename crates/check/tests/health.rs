@@ -104,9 +104,9 @@ fn faults_are_told_within_five_seconds() -> Result<(), Failure> {
 }
 
 /// Torques of wheels 2 and 3 exchanged, which are on one link, and torques that are 20 ms late: no balance tells them, but
-/// the PI drive's answer to each wheel's own speed does within 5 s of driving over bumps, and over waves, where late torques take 6.5 s.
+/// the PI drive's answer to each wheel's own speed, and the robot's to the torques at its start, do within 5 s of driving.
 #[test]
-fn exchanged_and_late_torques_are_told_by_the_drive() -> Result<(), Failure> {
+fn exchanged_and_late_torques_are_told() -> Result<(), Failure> {
     let [first, second, third] = Channels::TORQUE;
     let faults = [
         ("torques 2 and 3 exchanged", second | third),
@@ -124,9 +124,7 @@ fn exchanged_and_late_torques_are_told_by_the_drive() -> Result<(), Failure> {
                     let raised = run(&scene, estimator, &frames)?;
                     let what = format!("{name} {seed} {change} {estimator}");
                     println!("{what}: {:?} {}", raised.first, names(raised.channels));
-                    let slow = name == "sine" && change.ends_with("late");
-                    let limit = START + if slow { 6.5 } else { 5.0 };
-                    assert!(raised.first.is_some_and(|t| t < limit), "{what}");
+                    assert!(raised.first.is_some_and(|t| t < START + 5.0), "{what}");
                     assert!(raised.channels.contains(torques), "{what}");
                 }
             }
@@ -199,6 +197,28 @@ fn alarms(scenes: &[(&str, &[&str])], seeds: u64) -> Result<(usize, usize, f64),
 fn honest_sensors_raise_no_alarm() -> Result<(), Failure> {
     let (alarms, runs, _) = alarms(&SCENES, 2)?;
     assert_eq!((alarms, runs), (0, 192));
+    Ok(())
+}
+
+/// Nor, with typical sensors, on a kerb higher than a wheel's radius, which stops the front wheel while the others slide: link
+/// angles are off for a second after that, and inclinations must not count.
+#[test]
+fn typical_sensors_raise_no_alarm_on_a_high_kerb() -> Result<(), Failure> {
+    let set = [
+        "terrain.kerb=0.15",
+        "record.duration=16",
+        "sensors.grade=typical",
+    ];
+    let scene = scene("step", &set)?;
+    let truth = TruthRun::of(&scene)?;
+    for seed in 0..6 {
+        let frames = readings(&scene, &truth, seed);
+        for estimator in 0..2 {
+            let raised = run(&scene, estimator, &frames)?;
+            let channels = names(raised.channels);
+            assert!(raised.first.is_none(), "{seed} {estimator}: {channels}");
+        }
+    }
     Ok(())
 }
 

@@ -1,7 +1,10 @@
 //! Means of normalised innovations over the last seconds of driving.
 
 use super::channels::Channels;
-use super::wiring::{WheelReadings, Wiring};
+use super::smoothing::WheelReadings;
+use super::start::RollingRobot;
+use super::turning::{Pace, TurnReadings, Turning};
+use super::wiring::Wiring;
 use crate::visit::visit_fields;
 use robhaz_model::Carrier;
 
@@ -54,37 +57,52 @@ pub(crate) struct HealthMonitor {
     inclination: [Mean; 2],
     parity: Mean,
     torque: [Constancy; 3],
+    turning: [Turning; 2],
+    /// Largest speed of a rim, which decays, m/s.
+    fastest: f64,
     wiring: Wiring,
-    /// Time for which the model of the innovations has held, s; at most [`Self::SETTLES`].
-    settled: f64,
+    /// Time from which on inclinations count again, s from now.
+    unsettled: f64,
 }
 
-visit_fields!(HealthMonitor: encoder, slip, direction, inclination, parity, torque, wiring, settled);
+visit_fields!(HealthMonitor: encoder, slip, direction, inclination, parity, torque, turning, fastest, wiring,
+    unsettled);
 
 impl HealthMonitor {
     /// Least speed of a robot that drives, m/s.
     pub const DRIVES: f64 = 0.02;
     /// Time after a wheel was at an edge or slid from which on inclinations count, s. A wheel that lands or grips again
-    /// accelerates the robot: inclinometers feel it, and the filters do not know it. Robots settle in some tenths of a second.
-    const SETTLES: f64 = 0.3;
+    /// accelerates the robot: inclinometers feel it, the filters do not know it, and their link angles are off for a second.
+    /// [`Turning`] holds meanwhile.
+    const SETTLES: f64 = 2.0;
+    /// The same after the robot has stood, s.
+    const STARTS: f64 = 0.3;
 
-    /// Takes the innovations and torques of one sample, `dt` seconds after the last. Innovations `count` while the robot
-    /// drives and the model holds.
+    /// Time in which the memory of a speed decays, s: that of the mean of [`Turning`] and longer.
+    const REMEMBERS: f64 = 2.0;
+
+    /// Takes the innovations and torques of one sample, `dt` seconds after the last. Innovations count while the robot
+    /// `drives` and their `model_holds`.
     pub fn update(
         &mut self,
         innovations: &Innovations,
         torques: &[TorqueReading; 3],
-        count: bool,
+        drives: bool,
+        model_holds: bool,
         dt: f64,
     ) {
         for (constancy, torque) in self.torque.iter_mut().zip(torques) {
             constancy.update(torque, dt);
         }
-        if !count {
-            self.settled = 0.0;
+        if !model_holds {
+            self.unsettled = Self::SETTLES;
+        } else if !drives {
+            self.unsettled = self.unsettled.max(Self::STARTS);
+        }
+        if !(drives && model_holds) {
             return;
         }
-        self.settled = (self.settled + dt).min(Self::SETTLES);
+        self.unsettled = (self.unsettled - dt).max(0.0);
         let weight = dt / (Mean::WINDOW + dt);
         let Innovations {
             encoder,
@@ -99,7 +117,7 @@ impl HealthMonitor {
         for (mean, nis) in wheels {
             mean.update(*nis, weight);
         }
-        if self.settled >= Self::SETTLES {
+        if self.unsettled <= 0.0 {
             for (mean, nis) in self.inclination.iter_mut().zip(inclination) {
                 mean.update(*nis, weight);
             }
@@ -107,25 +125,50 @@ impl HealthMonitor {
         self.parity.update(*parity, weight);
     }
 
+    /// Takes gyroscopes and inclinometers of links 1 and 2 at one sample, `dt` seconds after the last; `None` if one has been
+    /// missing for long. `rim` is the largest speed of a wheel's rim, m/s; `bias` the standard deviation of a gyroscope's, rad/s.
+    pub fn update_turning(
+        &mut self,
+        links: &[Option<TurnReadings>; 2],
+        rim: f64,
+        bias: f64,
+        dt: f64,
+    ) {
+        self.fastest -= dt / (Self::REMEMBERS + dt) * self.fastest;
+        self.fastest = self.fastest.max(rim);
+        let pace = Pace::new(self.fastest, bias, dt);
+        for (turning, readings) in self.turning.iter_mut().zip(links) {
+            turning.update(readings.as_ref(), &pace);
+        }
+    }
+
     /// Takes the torques and encoders of one sample, `dt` seconds after the last; `None` if one has been missing for long or
     /// counts from a new zero. `gain` is the standard deviation of the relative error of a torque's scale.
-    pub fn update_wiring(&mut self, readings: Option<&WheelReadings>, gain: f64, dt: f64) {
-        self.wiring.update(readings, gain, dt);
+    pub fn update_wiring(
+        &mut self,
+        readings: Option<&WheelReadings>,
+        robot: impl FnOnce() -> RollingRobot,
+        gain: f64,
+        dt: f64,
+    ) {
+        self.wiring.update(readings, robot, gain, dt);
     }
 
     /// The present state. `carriers` names the link of each wheel.
     pub fn health(&self, carriers: &[Carrier; 3]) -> Health {
         let mut suspect = Channels::NONE;
+        let mut link = [false; 2];
         for k in 0..2 {
-            if self.inclination[k].beyond {
+            link[k] = self.inclination[k].beyond || self.turning[k].apart();
+            if link[k] {
                 suspect |= Channels::GYROSCOPE[k] | Channels::INCLINOMETER[k];
             }
         }
         for i in 0..3 {
             let explained = carriers
                 .get(i)
-                .and_then(|carrier| self.inclination.get(carrier.index()))
-                .is_some_and(|link| link.beyond);
+                .and_then(|carrier| link.get(carrier.index()))
+                .is_some_and(|link| *link);
             if self.slip[i].beyond && !explained {
                 suspect |= Channels::ENCODER[i] | Channels::TORQUE[i];
             }
@@ -256,7 +299,7 @@ mod tests {
     /// Feeds the same innovations for a time (s), with torques that change.
     fn feed(monitor: &mut HealthMonitor, innovations: &Innovations, count: bool, time: f64) {
         for k in 0..(time / DT) as u32 {
-            monitor.update(innovations, &torques(f64::from(k)), count, DT);
+            monitor.update(innovations, &torques(f64::from(k)), true, count, DT);
         }
     }
 
@@ -317,7 +360,7 @@ mod tests {
         let mut monitor = HealthMonitor::default();
         let mut run = |samples: u32, readings: [TorqueReading; 3]| {
             for _ in 0..samples {
-                monitor.update(&Innovations::default(), &readings, false, DT);
+                monitor.update(&Innovations::default(), &readings, false, true, DT);
             }
             monitor.health(&CARRIERS).suspect
         };

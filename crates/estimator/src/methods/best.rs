@@ -19,7 +19,9 @@ use crate::flags::Flags;
 use crate::frame::{Held, Inputs, Instant, SHORTEST_STEP};
 use crate::friction::{FrictionObserver, FrictionSample, WheelFriction};
 use crate::ground::{GroundMemory, GroundMotion};
-use crate::health::{Health, HealthMonitor, Innovations, TorqueReading, WheelReadings};
+use crate::health::{
+    Health, HealthMonitor, Innovations, RollingRobot, TorqueReading, TurnReadings, WheelReadings,
+};
 use crate::nominal::Nominal;
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, NoiseBudget};
 use crate::statics::{
@@ -257,21 +259,26 @@ impl BestFilters {
         let speed = self.motion.velocity().norm_squared();
         let drives = speed > HealthMonitor::DRIVES * HealthMonitor::DRIVES;
         let has_noise = nominal.settings.budget.torque_noise > 0.0;
-        let torque = |i: usize| {
+        let rim = [0, 1, 2].map(|i| {
             let spin = self.wheels[i].settled_speed().unwrap_or(0.0);
-            let rim = nominal.robot.geometry.wheel_radius * spin;
-            TorqueReading {
-                value: instant.inputs.motor_torque[i].now(),
-                varies: has_noise && rim.abs() > HealthMonitor::DRIVES,
-            }
-        };
-        let torques = [torque(0), torque(1), torque(2)];
-        let count = drives && model_holds;
-        self.health.update(innovations, &torques, count, instant.dt);
+            (nominal.robot.geometry.wheel_radius * spin).abs()
+        });
+        let torques = [0, 1, 2].map(|i| TorqueReading {
+            value: instant.inputs.motor_torque[i].now(),
+            varies: has_noise && rim[i] > HealthMonitor::DRIVES,
+        });
+        self.health
+            .update(innovations, &torques, drives, model_holds, instant.dt);
+        let links = [0, 1].map(|k| turn_readings(instant.inputs, k));
+        let bias = nominal.settings.budget.rate_bias;
+        let fastest = rim.iter().fold(0.0, |a: f64, b| a.max(*b));
+        self.health
+            .update_turning(&links, fastest, bias, instant.dt);
         let readings = wheel_readings(instant.inputs, drives);
         let gain = nominal.settings.budget.torque_gain;
+        let robot = || rolling_robot(nominal);
         self.health
-            .update_wiring(readings.as_ref(), gain, instant.dt);
+            .update_wiring(readings.as_ref(), robot, gain, instant.dt);
         self.health.health(&nominal.robot.geometry.carriers)
     }
 
@@ -486,6 +493,25 @@ impl BestFilters {
             },
             health,
         }
+    }
+}
+
+/// Gyroscope and inclinometer of link `k`, held; `None` if one is stale or has not been read.
+fn turn_readings(inputs: &Inputs, k: usize) -> Option<TurnReadings> {
+    let (rate, inclination) = (&inputs.rate[k], &inputs.inclination[k]);
+    let serves = |held: &Held| held.known && held.age <= Inputs::STALE_AFTER;
+    (serves(rate) && serves(inclination)).then_some(TurnReadings {
+        rate: rate.value,
+        inclination: inclination.value,
+    })
+}
+
+/// Inertia and damping of the nominal robot whose wheels all roll.
+fn rolling_robot(nominal: &Nominal) -> RollingRobot {
+    let (mass, radius) = (&nominal.robot.mass, nominal.robot.geometry.wheel_radius);
+    RollingRobot {
+        inertia: 3.0 * (mass.wheel_inertia + mass.rotor_inertia) + mass.total() * radius * radius,
+        damping: 3.0 * nominal.settings.viscous_damping,
     }
 }
 

@@ -1,9 +1,14 @@
 //! The closed forms that the fit of torques to encoders must meet.
 
 use super::*;
+use crate::health::answer::Lateness;
 use libm::{cos, sin};
 
 const DT: f64 = 1e-3;
+const ROBOT: RollingRobot = RollingRobot {
+    inertia: 0.42,
+    damping: 0.45,
+};
 
 /// Wheels that oscillate about a common angle with frequencies of their own, under a PI control whose torques are read in
 /// an order. The control is that of the sampled angles: the fit is exact but for the smoothing of the speed.
@@ -25,7 +30,7 @@ fn feed(wiring: &mut Wiring, order: [usize; 3], size: f64, time: f64, late: u32)
             angle: speeds.map(|w| 2.0 * t + size * sin(w * t)),
             drives: true,
         };
-        wiring.update(Some(&readings), 0.0, DT);
+        wiring.update(Some(&readings), || ROBOT, 0.0, DT);
     }
 }
 
@@ -45,7 +50,7 @@ fn exchanged_torques_are_found_and_forgotten() {
         run(&mut wiring, order, 0.02, 5.0);
         let moved = [0, 1, 2].map(|i| order[i] != i);
         assert_eq!(wiring.exchanged(), moved, "{order:?}");
-        wiring.update(None, 0.0, DT);
+        wiring.update(None, || ROBOT, 0.0, DT);
         assert_eq!(wiring.exchanged(), moved, "a gap repairs nothing");
         run(&mut wiring, [0, 1, 2], 0.02, 5.0);
         assert_eq!(wiring.exchanged(), [false; 3], "{order:?}");
@@ -57,7 +62,7 @@ fn exchanged_torques_are_found_and_forgotten() {
 fn the_right_pairing_explains_all() {
     let mut wiring = Wiring::default();
     run(&mut wiring, [0, 2, 1], 0.02, 20.0);
-    let explained = wiring.explained(wiring.torque_angle[2], wiring.torque_speed[2]);
+    let explained = wiring.answer.shares()[2];
     assert!(explained > 0.99 && explained < 1.0 + 1e-9, "{explained}");
 }
 
@@ -69,13 +74,13 @@ fn late_torques_are_found_and_forgotten() {
     let mut wiring = Wiring::default();
     for (late, expected) in [(20, true), (0, false), (5, false), (30, true)] {
         feed(&mut wiring, [0, 1, 2], 0.02, 30.0, late);
-        let found = wiring.lateness(0.0).expect("a fit");
+        let found = wiring.answer.lateness(0.0).expect("a fit");
         let error = found.delay - f64::from(late) * DT;
         assert!(error.abs() < 1e-3 + 3.0 * found.sigma, "{late}: {found:?}");
         assert_eq!(wiring.late(), expected, "{late}: {found:?}");
         assert_eq!(wiring.exchanged(), [false; 3], "{late}");
     }
-    wiring.update(None, 0.0, DT);
+    wiring.update(None, || ROBOT, 0.0, DT);
     assert!(wiring.late(), "a gap repairs nothing");
 }
 
@@ -99,9 +104,9 @@ fn gains_that_differ_are_no_delay() {
             angle: speeds.map(|w| 2.0 * t + 0.005 * sin(w * t)),
             drives: true,
         };
-        wiring.update(Some(&readings), GAIN, DT);
+        wiring.update(Some(&readings), || ROBOT, GAIN, DT);
         if k > 5000 {
-            let [found, without] = [GAIN, 0.0].map(|gain| wiring.lateness(gain));
+            let [found, without] = [GAIN, 0.0].map(|gain| wiring.answer.lateness(gain));
             let is_off = |found: Lateness| found.delay.abs() > 3.0 * found.sigma;
             assert!(!found.is_some_and(is_off), "{t}: {found:?}");
             surely_wrong += u32::from(without.is_some_and(is_off));
@@ -127,7 +132,7 @@ fn small_differences_say_nothing() {
             angle: ahead,
             drives: true,
         };
-        wiring.update(Some(&readings), 0.0, DT);
+        wiring.update(Some(&readings), || ROBOT, 0.0, DT);
     }
     assert_eq!(wiring.exchanged(), [false; 3]);
 }

@@ -1,0 +1,109 @@
+//! Motor torques and encoders of the wheels, smoothed, with their rates.
+
+use crate::visit::visit_fields;
+
+/// Motor torques and encoders of one sample, of wheels 1 to 3.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WheelReadings {
+    /// Motor torques, N m.
+    pub torque: [f64; 3],
+    /// Spin angles, rad.
+    pub angle: [f64; 3],
+    /// Whether the robot drives.
+    pub drives: bool,
+}
+
+/// Smoothed torques and angles with their rates, all of the same instant.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Step {
+    /// Time since the last step, s.
+    pub dt: f64,
+    /// Motor torques, N m, and their rates, N m/s.
+    pub torque: [f64; 3],
+    pub torque_rate: [f64; 3],
+    /// Spin angles, rad, speeds, rad/s, and accelerations, rad/s^2.
+    pub angle: [f64; 3],
+    pub speed: [f64; 3],
+    pub acceleration: [f64; 3],
+}
+
+/// Smooths readings by the same low pass, and takes differences at longer steps.
+///
+/// An encoder of 40 urad a count then gives a speed and an acceleration.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Smoothing {
+    started: bool,
+    /// Time since the last step, s.
+    elapsed: f64,
+    /// Time between the last two steps, s; 0 before the first.
+    last_dt: f64,
+    /// Torques now, at the last step, and at the one before, N m.
+    torque: [[f64; 3]; 3],
+    /// Angles now, at the last step, and at the one before, rad.
+    angle: [[f64; 3]; 3],
+}
+
+visit_fields!(Smoothing: started, elapsed, last_dt, torque, angle);
+
+impl Smoothing {
+    /// Time constant, s.
+    pub const TIME: f64 = 0.03;
+    /// Time between steps, s: shorter than the time constant.
+    pub const INTERVAL: f64 = 0.01;
+
+    /// Takes the readings of one sample, `dt` (s) after the last. Returns a step each [`Self::INTERVAL`]; it is that of the
+    /// last time, because rates need a value before and one after. The first has no rates.
+    pub fn update(&mut self, readings: &WheelReadings, dt: f64) -> Option<Step> {
+        if !self.started {
+            self.started = true;
+            (self.torque, self.angle) = ([readings.torque; 3], [readings.angle; 3]);
+            return None;
+        }
+        let weight = dt / (Self::TIME + dt);
+        follow(&mut self.torque[0], &readings.torque, weight);
+        follow(&mut self.angle[0], &readings.angle, weight);
+        self.elapsed += dt;
+        // Sums of rounded steps: half a microsecond less is the whole interval.
+        if self.elapsed <= Self::INTERVAL - 0.5e-6 {
+            return None;
+        }
+        let (after, until) = (self.elapsed, self.last_dt);
+        let mut step = Step {
+            dt: after,
+            torque: self.torque[1],
+            torque_rate: [0.0; 3],
+            angle: self.angle[1],
+            speed: [0.0; 3],
+            acceleration: [0.0; 3],
+        };
+        if until > 0.0 {
+            (step.torque_rate, _) = rates(&self.torque, after, until);
+            (step.speed, step.acceleration) = rates(&self.angle, after, until);
+        }
+        for values in [&mut self.torque, &mut self.angle] {
+            values[2] = values[1];
+            values[1] = values[0];
+        }
+        (self.last_dt, self.elapsed) = (after, 0.0);
+        Some(step)
+    }
+}
+
+/// First and second derivatives at the middle one of three instants, of values now, `after` (s) and `after + until` before.
+fn rates(values: &[[f64; 3]; 3], after: f64, until: f64) -> ([f64; 3], [f64; 3]) {
+    let [now, last, before] = values;
+    let (mut first, mut second) = ([0.0; 3], [0.0; 3]);
+    let values = now.iter().zip(last).zip(before);
+    for (((now, last), before), (first, second)) in values.zip(first.iter_mut().zip(&mut second)) {
+        *first = (now - before) / (after + until);
+        *second = 2.0 * ((now - last) / after - (last - before) / until) / (after + until);
+    }
+    (first, second)
+}
+
+/// Moves `slow` towards `value` by a weight.
+pub(super) fn follow(slow: &mut [f64; 3], value: &[f64; 3], weight: f64) {
+    for (slow, value) in slow.iter_mut().zip(value) {
+        *slow += weight * (value - *slow);
+    }
+}
