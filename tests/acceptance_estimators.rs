@@ -90,9 +90,10 @@ fn print_row(what: &str, scores: &SeedScores, level: f64) -> (f64, Consistency) 
     (100.0 * nrmse.mean, consistency)
 }
 
-/// Asserts that the covariance of `best` holds: NEES and NIS are not above the 95 % bounds of chi-squared, the NEES is at least 1 (the
-/// stated sigma is at most 1.7 times too large: its prior covers harder and softer wheels than the simulated ones), and the coverage is at
-/// least 85 %. It should be 95.4 %, but errors are correlated over a run, so that a few runs give it to several percent only.
+/// Asserts that the covariance of `best` holds: NEES and NIS are not above the 95 % bounds of chi-squared, the NEES is at least 0.5 (the
+/// stated sigma is at most 2.5 times too large: it covers harder and softer wheels than the simulated ones, and a rolling resistance, which
+/// these have not), and the coverage is at least 85 %. It should be 95.4 %, but errors are correlated over a run, so that a few runs give
+/// it to several percent only.
 fn assert_consistent(what: &str, case: &str, consistency: &Consistency) {
     let coverage = consistency.coverage.mean;
     assert!(coverage >= 0.85, "{what}: {coverage}");
@@ -111,7 +112,7 @@ fn assert_consistent(what: &str, case: &str, consistency: &Consistency) {
     };
     let (nees, nis) = (&consistency.nees, &consistency.nis);
     assert!(holds(consistency.verdict()), "{what}: {nees:?}");
-    assert!(nees.mean >= 1.0, "{what}: {nees:?}");
+    assert!(nees.mean >= 0.5, "{what}: {nees:?}");
     let parity = consistency.parity_verdict();
     assert!(parity.is_some_and(holds), "{what}: {nis:?}");
 }
