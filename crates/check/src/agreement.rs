@@ -46,10 +46,10 @@ pub fn finding(frames: &[SensorFrame], robot: &Robot, settings: &EstimatorSettin
     if let Some(first) = first {
         let names: Vec<&str> = suspect.names().collect();
         let figure = format!(
-            "readings contradict each other from {first:.1} s on: {} (largest mean NIS {largest:.1})",
+            "readings contradict each other from {first:.1} s on: {} (largest mean NIS {largest:.1}; from 4 on it is a contradiction, below it a sign, a pairing or a delay does not fit)",
             names.join(", ")
         );
-        let remedy = "see the faults above; without any, check drawings, masses and noise budget";
+        let remedy = "see the faults above and correct them first; without any, check drawings, masses and noise budget";
         return Finding::fault(TEST, CHANNEL, figure, remedy);
     }
     if share(refused) > OFTEN {

@@ -5,7 +5,7 @@ use crate::results::{self, Job};
 use crate::terminal::{tell_json, warn_of};
 use miette::{IntoDiagnostic, Report, Result, WrapErr};
 use robhaz_log::{Log, LogOptions, LogPlace, PlaceError};
-use robhaz_scene::{LogChoice, RobotChoice};
+use robhaz_scene::LogChoice;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -84,7 +84,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     tell_json(|| Ok(document))
 }
 
-/// Applies descriptions of the sensors and of the robot to a log. Warns where the robot is not stated.
+/// Applies descriptions of the sensors and of the robot to a log. Warns where the robot is not stated, or counts as exact.
 pub fn describe(place: &mut LogPlace, sensors: Option<&Path>, robot: Option<&Path>) -> Result<()> {
     let choice = &mut place.choice;
     if let Some(path) = sensors {
@@ -93,8 +93,17 @@ pub fn describe(place: &mut LogPlace, sensors: Option<&Path>, robot: Option<&Pat
     if let Some(path) = robot {
         choice.take_robot(path)?;
     }
-    if !place.is_described && choice.robot == RobotChoice::default() {
+    if place.is_described {
+        return Ok(());
+    }
+    let budget = &choice.budget;
+    let is_exact = budget.body_cg <= 0.0 && budget.link_mass <= 0.0;
+    if !choice.states_robot {
         let warning = "no robot is stated, so it is robot A: --robot ROBOT.toml states yours";
+        place.warnings.push(warning.to_owned());
+    }
+    if is_exact && budget.load_covariance.is_none() {
+        let warning = "the robot's masses count as exact, and the stated deviations are too small if they are not: state budget.body_cg and budget.link_masses, or weigh the robot (docs/weighing.md)";
         place.warnings.push(warning.to_owned());
     }
     Ok(())

@@ -190,3 +190,15 @@ fn budgets_take_the_covariance_of_a_weighed_robot() {
         );
     }
 }
+
+/// The description in the guide is one, and states the robot.
+#[test]
+fn the_description_of_the_guide_is_valid() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/on-your-robot.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let (_, rest) = page.split_once("```toml\n").unwrap();
+    let (text, _) = rest.split_once("```").unwrap();
+    let choice = parse(text).unwrap();
+    assert!(choice.states_robot && !LogChoice::default().states_robot);
+    assert!(choice.budget.link_mass > 0.0 && choice.mapping.is_some());
+}

@@ -15,6 +15,8 @@ pub struct LogChoice {
     pub name: Option<String>,
     /// `[robot]`: the nominal robot.
     pub robot: RobotChoice,
+    /// Whether the user stated the robot, here or in a file of its own.
+    pub states_robot: bool,
     /// `[drive]`: nominal viscous damping B of estimators without a value of their own, N m s.
     pub viscous_damping: f64,
     /// `[contact]`: nominal compression of wheel and ground at the mean wheel load, m.
@@ -66,6 +68,7 @@ impl Default for LogChoice {
         Self {
             name: None,
             robot: scene.robot,
+            states_robot: false,
             viscous_damping: damping,
             compression: EstimatorSettings::best().compression,
             budget: NoiseBudget::typical(),
@@ -110,6 +113,7 @@ impl LogChoice {
                 mass_name: name(&simulated.mass_name, robot.mass == simulated.robot.mass),
                 robot,
             },
+            states_robot: true,
             viscous_damping: scene
                 .model_error
                 .nominal_damping(scene.drive.viscous_damping),

@@ -55,6 +55,7 @@ impl LogChoice {
     /// [`SceneError`] with all problems of these keys, or a file without the section.
     pub fn take_robot(&mut self, path: &Path) -> Result<(), SceneError> {
         self.robot = RobotChoice::load(path)?;
+        self.states_robot = true;
         let text = read_text(path, ROBOT_FILE)?;
         let mut reader = Reader::new(PathBuf::new(), |_| None);
         let root = reader.document(&Source::file(&path.display().to_string(), &text));
@@ -72,7 +73,7 @@ impl LogChoice {
 }
 
 /// What a file of a robot is.
-const ROBOT_FILE: &str = "a file in TOML, UTF-8, with the section [robot] of a scene";
+const ROBOT_FILE: &str = "a file in TOML, UTF-8, with the section [robot] of a scene, such as the lines `[robot]`, `geometry = \"A\"` (or a file with a geometry), `mass = \"caption\"`";
 /// The keys of `[budget]` that belong to the robot, not to its sensors.
 pub(super) const ROBOTS_BUDGET: [&str; 3] = ["body_cg", "link_masses", "load_covariance"];
 
@@ -112,6 +113,7 @@ fn read(reader: &mut Reader, root: &Node, base: LogChoice) -> LogChoice {
     }
     if root.get("robot").is_some() {
         choice.robot = robot::read(reader, root);
+        choice.states_robot = true;
     }
     for section in SECTIONS {
         if let Some(node) = root.get(section.name) {
