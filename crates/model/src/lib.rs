@@ -36,7 +36,7 @@ pub use geometry::{Bar, Carrier, Geometry, GeometryError, Pin, PinStop, Pins, me
 pub use mass::{MassError, MassSet, PointMasses};
 pub use outline::Outline;
 pub use plane::{cross, perp, rotate, turned};
-pub use posture::{Posture, PostureError, corner_s};
+pub use posture::{Dyad, Posture, PostureError, corner_s};
 pub use stance::StanceError;
 
 /// A position, velocity or force in the plane (x forward, y up).

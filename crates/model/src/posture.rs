@@ -35,32 +35,68 @@ impl core::fmt::Display for PostureError {
 
 impl core::error::Error for PostureError {}
 
-/// Position of S (m) from the positions of P and R (m), all relative to the same origin: the corner of a triangle with
-/// sides PS (body) and RS (link 3), on the side of PR where it lies in the nominal pose.
+/// Position of S (m) from the positions of P and R (m): [`Dyad::s`].
 ///
 /// # Errors
-/// [`PostureError`] where the triangle does not exist, or a coordinate is not finite.
+/// As [`Dyad::s`].
 pub fn corner_s(geometry: &Geometry, p: Vec2, r: Vec2) -> Result<Vec2, PostureError> {
-    let pins = &geometry.pins;
-    let [ps, rs] = [pins.p, pins.r].map(|pin| crate::sqrt((pins.s - pin).norm_squared()));
-    let pr = r - p;
-    let d2 = pr.norm_squared();
-    let d = crate::sqrt(d2);
-    let (least, greatest) = (libm::fabs(ps - rs), ps + rs);
-    // In this form the condition refuses NaN as well.
-    if !(d > least && d < greatest && d > 0.0) {
-        return Err(PostureError {
-            pr: d,
-            least,
-            greatest,
-        });
+    Dyad::new(geometry).s(p, r)
+}
+
+/// The dyad of body and link 3: two bars that are joined in S and end in P and R.
+#[derive(Clone, Copy, Debug)]
+pub struct Dyad {
+    /// Least and greatest distance that both bars can span, m.
+    least: f64,
+    greatest: f64,
+    /// Square of the distance PS, m^2.
+    ps2: f64,
+    /// PS^2 - RS^2, m^2.
+    difference: f64,
+    /// 1 if S lies to the left of PR in the nominal pose, else -1.
+    side: f64,
+}
+
+impl Dyad {
+    /// The dyad of a geometry.
+    #[inline]
+    pub fn new(geometry: &Geometry) -> Self {
+        let pins = &geometry.pins;
+        let [ps2, rs2] = [pins.p, pins.r].map(|pin| (pins.s - pin).norm_squared());
+        let (ps, rs) = (crate::sqrt(ps2), crate::sqrt(rs2));
+        Self {
+            least: libm::fabs(ps - rs),
+            greatest: ps + rs,
+            ps2,
+            difference: ps2 - rs2,
+            side: libm::copysign(1.0, cross(pins.r - pins.p, pins.s - pins.p)),
+        }
     }
-    // Foot of S on PR, measured from P, and height above it.
-    let foot = (d2 + ps * ps - rs * rs) / (2.0 * d);
-    let height = crate::sqrt((ps * ps - foot * foot).max(0.0));
-    let side = libm::copysign(1.0, cross(pins.r - pins.p, pins.s - pins.p));
-    let along = pr / d;
-    Ok(p + along * foot + perp(along) * (side * height))
+
+    /// Position of S (m) from the positions of P and R (m), all relative to the same origin: the corner of a triangle with
+    /// sides PS (body) and RS (link 3), on the side of PR where it lies in the nominal pose.
+    ///
+    /// # Errors
+    /// [`PostureError`] where the triangle does not exist, or a coordinate is not finite.
+    #[inline]
+    pub fn s(&self, p: Vec2, r: Vec2) -> Result<Vec2, PostureError> {
+        let pr = r - p;
+        let d2 = pr.norm_squared();
+        let (least, greatest) = (self.least, self.greatest);
+        // In this form the condition refuses NaN as well.
+        if !(d2 > least * least && d2 < greatest * greatest && d2 > 0.0) {
+            return Err(PostureError {
+                pr: crate::sqrt(d2),
+                least,
+                greatest,
+            });
+        }
+        // Foot of S on PR, measured from P, and height above it, both as shares of the length of PR.
+        let per_d2 = 1.0 / d2;
+        let foot = 0.5 + 0.5 * self.difference * per_d2;
+        let height = crate::sqrt((self.ps2 * per_d2 - foot * foot).max(0.0));
+        Ok(p + pr * foot + perp(pr) * (self.side * height))
+    }
 }
 
 impl Posture {

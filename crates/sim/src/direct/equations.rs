@@ -115,7 +115,7 @@ impl Equations {
     /// Evaluates [`Self::kinematics`] and [`Self::forces`] at a state with these motor torques (N m).
     #[inline]
     pub fn evaluate(&mut self, state: &State, torques: [f64; 3]) -> Result<(), NoForces> {
-        self.kinematics.set(&self.mechanics.robot, state)?;
+        self.kinematics.set(&self.mechanics.linkage, state)?;
         self.mechanics
             .solve(&self.kinematics, state, torques, &mut self.forces)
     }
@@ -153,7 +153,7 @@ impl Equations {
         for (i, ground) in forces.ground.iter().enumerate() {
             let omega = state.omega[i];
             let load = WheelLoad::new(ground, mechanics.drive.loss_torque(omega));
-            let motion = kinematics.wheel(&mechanics.robot, i, &state);
+            let motion = kinematics.wheel(i, &state);
             rates.add_wheel(i, &load, &motion, omega, 1.0);
         }
         Ok(rates)
@@ -163,7 +163,7 @@ impl Equations {
     fn try_jacobian(&mut self, t: f64, y: &Y) -> Result<Jacobian, NoForces> {
         let state = state(y);
         let here = self.drives(t, y);
-        self.kinematics.set(&self.mechanics.robot, &state)?;
+        self.kinematics.set(&self.mechanics.linkage, &state)?;
         let torques = here.map(|drive| drive.torque);
         self.tangents
             .evaluate(&mut self.mechanics, &self.kinematics, &state, torques)?;
@@ -275,7 +275,7 @@ impl Model<SIZE, INTEGRALS> for Equations {
         }
         let state = state(y);
         let robot = &self.mechanics.robot;
-        if self.kinematics.set(robot, &state).is_err() {
+        if self.kinematics.set(&self.mechanics.linkage, &state).is_err() {
             return longest;
         }
         let accelerations = rates.fixed_rows::<4>(RATES).into_owned();

@@ -67,7 +67,7 @@ impl Jumps {
             arrives: false,
         };
         for wheel in 0..3 {
-            let motion = kinematics.wheel(robot, wheel, state);
+            let motion = kinematics.wheel(wheel, state);
             let acceleration = kinematics.axle_acceleration(wheel, accelerations);
             let speed = motion.velocity.norm();
             let reach = self.radius + speed * longest;

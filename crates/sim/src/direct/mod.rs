@@ -153,7 +153,7 @@ impl DirectEngine {
         truth.stop_torque = forces.stop_torque;
         truth.loop_error = kinematics.loop_error(&mechanics.robot);
         for i in 0..3 {
-            let motion = kinematics.wheel(&mechanics.robot, i, &state);
+            let motion = kinematics.wheel(i, &state);
             let axle = AxleState {
                 angle: integrals[i],
                 omega: state.omega[i],

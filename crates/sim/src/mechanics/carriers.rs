@@ -1,7 +1,8 @@
 //! Links 1 and 2 with the masses of their wheels: two rigid bodies that turn about Q.
 
 use super::kinematics::Kinematics;
-use nalgebra::{Matrix4, Vector4};
+use super::mass_matrix::MassMatrix;
+use nalgebra::Vector4;
 use robhaz_model::{Bar, GRAVITY, Robot, Vec2, perp, turned};
 
 /// Inertia of links 1 and 2, each with its wheels as point masses on their axles, and with the inertia that wheel and
@@ -38,25 +39,21 @@ impl Carriers {
         Self(carriers)
     }
 
-    /// Adds both to the mass matrix (lower triangle only), and their weight and bias force to the right-hand side.
+    /// Adds both to the mass matrix, and their weight and bias force to the right-hand side.
     #[inline]
-    pub fn add(&self, kinematics: &Kinematics, m: &mut Matrix4<f64>, right: &mut Vector4<f64>) {
-        let axes = [kinematics.axes[1], kinematics.axes[2]];
-        for (k, (carrier, axis)) in self.0.iter().zip(axes).enumerate() {
-            let row = 2 + k;
-            let rate = kinematics.turns[1 + k].rate();
-            let moment = turned(axis, carrier.moment);
+    pub fn add(&self, kinematics: &Kinematics, m: &mut MassMatrix, right: &mut Vector4<f64>) {
+        for (k, carrier) in self.0.iter().enumerate() {
+            let rate = kinematics.link_cgs[k].rate;
+            let moment = turned(kinematics.axes[1 + k], carrier.moment);
             let lever = perp(moment);
-            m[(0, 0)] += carrier.mass;
-            m[(1, 1)] += carrier.mass;
-            m[(row, 0)] += lever.x;
-            m[(row, 1)] += lever.y;
-            m[(row, row)] += carrier.inertia;
+            m.mass += carrier.mass;
+            m.levers[k] += lever;
+            m.inertia[2 * k] += carrier.inertia;
             // The centripetal accelerations have no moment about Q.
             let bias = moment * (rate * rate);
             right[0] += bias.x;
             right[1] += bias.y - carrier.mass * GRAVITY;
-            right[row] -= lever.y * GRAVITY;
+            right[2 + k] -= lever.y * GRAVITY;
         }
     }
 }

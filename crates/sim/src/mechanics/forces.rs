@@ -5,12 +5,13 @@
 //! equations. Pin forces follow from Newton's and Euler's equations of single bars.
 
 use super::carriers::Carriers;
-use super::kinematics::{Kinematics, Motion, State};
+use super::kinematics::{Kinematics, State};
+use super::mass_matrix::{Factorised, MassMatrix};
 use crate::drive::wheel_acceleration;
 use crate::error::BelowGround;
 use crate::ground::{GroundForces, WheelMotion};
 use crate::stop::stop_torque;
-use nalgebra::{Cholesky, Matrix4, SMatrix, U4, Vector3, Vector4};
+use nalgebra::{SMatrix, Vector3, Vector4};
 use robhaz_model::{Bar, GRAVITY, PostureError, Robot, Vec2, cross};
 
 /// Reason why the forces at a state cannot be evaluated.
@@ -44,7 +45,7 @@ pub(crate) struct Forces {
     /// Torque of the end stops on link 1, N m.
     pub stop_torque: f64,
     /// Factorised mass matrix of the four rates.
-    mass_matrix: Option<Cholesky<f64, U4>>,
+    mass_matrix: Option<Factorised>,
 }
 
 impl Forces {
@@ -62,35 +63,40 @@ impl Forces {
         drive_torque: [f64; 3],
         mut act: impl FnMut(usize, &WheelMotion, &mut GroundForces) -> Result<(), BelowGround>,
     ) -> Result<(), NoForces> {
-        let (geometry, mass) = (&robot.geometry, &robot.mass);
-        let (mut m, mut right) = (Matrix4::zeros(), Vector4::zeros());
+        let mass = &robot.mass;
+        let (mut m, mut right) = (MassMatrix::default(), Vector4::zeros());
         carriers.add(kinematics, &mut m, &mut right);
-        for bar in [Bar::Body, Bar::Link3] {
-            let ((own, inertia), i) = (mass.of(bar), bar as usize);
-            kinematics.centres[i].add_mass(own, &mut m, &mut right);
-            kinematics.turns[i].add_inertia(inertia, &mut m, &mut right);
+        for (bar, cg, turning) in [
+            (Bar::Body, &kinematics.body_cg, &kinematics.body),
+            (Bar::Link3, &kinematics.link3_cg, &kinematics.link3),
+        ] {
+            let (own, inertia) = mass.of(bar);
+            m.add_mass(own, [cg.j1, cg.j2]);
+            m.add_inertia(inertia, [turning.k1, turning.k2]);
+            let weight = Vec2::new(0.0, -GRAVITY);
+            cg.add_force((weight - cg.bias) * own, &mut right);
+            turning.add_torque(-inertia * turning.bias, &mut right);
         }
         let (jw, jr) = (mass.wheel_inertia, mass.rotor_inertia);
         let share = jw / (jw + jr);
         for (i, drive) in drive_torque.into_iter().enumerate() {
-            let motion = kinematics.wheel(robot, i, state);
+            let motion = kinematics.wheel(i, state);
             let ground = &mut self.ground[i];
             act(i, &motion, ground).map_err(|source| NoForces::BelowGround { wheel: i, source })?;
-            let (axle, row) = (&kinematics.axles[i], 2 + geometry.carriers[i].index());
+            let axle = &kinematics.axles[i];
             axle.add_force(ground.force, &mut right);
             // Eq. (2), solved for the spin's acceleration and substituted in the link's equation, adds an inertia (see
             // `Carriers`), and the share J_w/(J_w + J_r) of the torques.
-            right[row] += ground.torque + share * (drive - ground.torque);
+            right[axle.row] += ground.torque + share * (drive - ground.torque);
         }
         self.stop_torque = stop_torque_at(robot, state);
         right[2] += self.stop_torque;
         right[3] -= self.stop_torque;
-        // The factorisation reads the lower triangle only.
-        let factorised = m.cholesky().ok_or(NoForces::Singular)?;
+        let factorised = m.factorised().ok_or(NoForces::Singular)?;
         self.accelerations = factorised.solve(&right);
         self.mass_matrix = Some(factorised);
         for (i, drive) in drive_torque.into_iter().enumerate() {
-            let alpha_link = self.accelerations[2 + geometry.carriers[i].index()];
+            let alpha_link = self.accelerations[kinematics.axles[i].row];
             self.omega_rates[i] =
                 wheel_acceleration(drive, self.ground[i].torque, alpha_link, jw, jr);
         }
@@ -102,7 +108,7 @@ impl Forces {
         &self,
         loads: &SMatrix<f64, 4, M>,
     ) -> Option<SMatrix<f64, 4, M>> {
-        self.mass_matrix.as_ref().map(|m| m.solve(loads))
+        self.mass_matrix.map(|m| m.solve_each(loads))
     }
 
     /// Forces in P, Q, R, S on the first bar of `Pin::bars`, N, from Newton's and Euler's equations of body and link 3,
@@ -112,24 +118,26 @@ impl Forces {
         let a = &self.accelerations;
         let gravity = Vec2::new(0.0, -GRAVITY);
         // Sum of all forces on a mass but its weight.
-        let needed = |m: f64, motion: &Motion| (motion.acceleration(a) - gravity) * m;
+        let needed = |m: f64, acceleration: Vec2| (acceleration - gravity) * m;
         let [p, r, s] = kinematics.pins;
-        let on_body = needed(mass.body, &kinematics.centres[0]);
-        let on_link3 = needed(mass.links[2], &kinematics.centres[3]);
+        let (body, link3) = (&kinematics.body_cg, &kinematics.link3_cg);
+        let on_body = needed(mass.body, body.acceleration(a));
+        let on_link3 = needed(mass.links[2], link3.acceleration(a));
         // The moments about P (body) and about R (link 3) contain the force in S alone.
-        let moment_body = mass.body_inertia * kinematics.turns[0].acceleration(a)
-            + cross(kinematics.centres[0].arm - p, on_body);
-        let moment_link3 = mass.link_inertias[2] * kinematics.turns[3].acceleration(a)
-            + cross(kinematics.centres[3].arm - r, on_link3);
+        let moment_body =
+            mass.body_inertia * kinematics.body.acceleration(a) + cross(body.arm - p, on_body);
+        let moment_link3 = mass.link_inertias[2] * kinematics.link3.acceleration(a)
+            + cross(link3.arm - r, on_link3);
         // (S - P) x s = moment_body, (S - R) x (-s) = moment_link3.
         let (c, d) = (s - p, s - r);
         let force_s = (d * moment_body + c * moment_link3) / cross(c, d);
         let force_p = on_body - force_s;
         let force_r = on_link3 + force_s;
-        let mut force_q = force_p + needed(mass.links[0], &kinematics.centres[1]);
+        let mut force_q = force_p + needed(mass.links[0], kinematics.link_cgs[0].acceleration(a));
         for (i, carrier) in robot.geometry.carriers.iter().enumerate() {
             if carrier.bar() == Bar::Link1 {
-                force_q += needed(mass.wheel, &kinematics.axles[i]) - self.ground[i].force;
+                force_q +=
+                    needed(mass.wheel, kinematics.axles[i].acceleration(a)) - self.ground[i].force;
             }
         }
         [force_p, force_q, force_r, force_s]

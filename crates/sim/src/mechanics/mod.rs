@@ -7,6 +7,8 @@
 mod carriers;
 mod forces;
 mod kinematics;
+mod linkage;
+mod mass_matrix;
 mod model;
 mod tangents;
 

@@ -3,6 +3,7 @@
 use super::carriers::Carriers;
 use super::forces::{Forces, NoForces};
 use super::kinematics::{Kinematics, State};
+use super::linkage::Linkage;
 use crate::drive::Drive;
 use crate::error::BelowGround;
 use crate::ground::{AxleState, Ground, GroundForces, WheelMotion};
@@ -15,6 +16,7 @@ use robhaz_terrain::Contact;
 pub(crate) struct Mechanics {
     pub robot: Robot,
     pub drive: Drive,
+    pub linkage: Linkage,
     carriers: Carriers,
     ground: Ground,
 }
@@ -24,6 +26,7 @@ impl Mechanics {
         Self {
             robot: setup.robot.clone(),
             drive: setup.drive.clone(),
+            linkage: Linkage::new(&setup.robot.geometry),
             carriers: Carriers::new(&setup.robot),
             ground: Ground::new(setup),
         }

@@ -82,7 +82,7 @@ impl Tangents {
         wheel: usize,
         (loads, spins): (&mut SMatrix<f64, 4, COLUMNS>, &mut SMatrix<f64, 3, COLUMNS>),
     ) -> Result<(), BelowGround> {
-        let motion = kinematics.wheel(&mechanics.robot, wheel, state);
+        let motion = kinematics.wheel(wheel, state);
         let slopes = slopes(
             mechanics,
             mechanics.contacts(wheel),
@@ -105,7 +105,7 @@ impl Tangents {
             let direction = kinematics.axle_column(wheel, k);
             let turns = k == 2 + link;
             let velocity = if turns {
-                kinematics.axle_velocity_slope(&mechanics.robot, wheel, state)
+                kinematics.axles[wheel].velocity_slope()
             } else {
                 Vec2::zeros()
             };
@@ -141,7 +141,7 @@ impl Tangents {
                     there.rates[2 + link] += step;
                 }
                 let mut moved = std::mem::take(&mut self.moved);
-                moved.set(&mechanics.robot, &there)?;
+                moved.set(&mechanics.linkage, &there)?;
                 let residual = self.residual(mechanics, &moved, &there);
                 let mut sum = loads.column_mut(column);
                 sum += (residual - here) / step;
@@ -161,11 +161,17 @@ impl Tangents {
         let (robot, a) = (&mechanics.robot, &self.forces.accelerations);
         let weight = Vec2::new(0.0, -GRAVITY);
         let mut right = Vector4::zeros();
-        for bar in Bar::ALL {
-            let ((mass, inertia), i) = (robot.mass.of(bar), bar as usize);
-            let (centre, turn) = (&kinematics.centres[i], &kinematics.turns[i]);
-            centre.add_force((weight - centre.acceleration(a)) * mass, &mut right);
-            turn.add_torque(-inertia * turn.acceleration(a), &mut right);
+        for (bar, cg, turning) in [
+            (Bar::Body, &kinematics.body_cg, &kinematics.body),
+            (Bar::Link3, &kinematics.link3_cg, &kinematics.link3),
+        ] {
+            let (mass, inertia) = robot.mass.of(bar);
+            cg.add_force((weight - cg.acceleration(a)) * mass, &mut right);
+            turning.add_torque(-inertia * turning.acceleration(a), &mut right);
+        }
+        // Inertia times the acceleration of its own angle does not change.
+        for (cg, mass) in kinematics.link_cgs.iter().zip(robot.mass.links) {
+            cg.add_force((weight - cg.acceleration(a)) * mass, &mut right);
         }
         for (axle, ground) in kinematics.axles.iter().zip(&self.forces.ground) {
             let inertia = (weight - axle.acceleration(a)) * robot.mass.wheel;
