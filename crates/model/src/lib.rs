@@ -35,7 +35,7 @@ pub use command::WheelCommand;
 pub use geometry::{Bar, Carrier, Geometry, GeometryError, Pin, PinStop, Pins, mean_link_cgs};
 pub use mass::{MassError, MassSet, PointMasses};
 pub use outline::Outline;
-pub use plane::{cross, perp, rotate, turned};
+pub use plane::{cross, direction, perp, rotate, turned};
 pub use posture::{Dyad, Posture, PostureError, corner_s};
 pub use stance::StanceError;
 

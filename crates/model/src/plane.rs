@@ -22,3 +22,30 @@ pub fn rotate(v: Vec2, angle: f64) -> Vec2 {
     let (sin, cos) = libm::sincos(angle);
     turned(Vec2::new(cos, sin), v)
 }
+
+/// Angle of a vector to the x axis, rad, counter-clockwise: that of `atan2`, to the same bits. For a vector that points
+/// forward, as the directions of bars and ground do, it needs half the time.
+pub fn direction(v: Vec2) -> f64 {
+    if v.x > 0.0 {
+        libm::atan(v.y / v.x)
+    } else {
+        libm::atan2(v.y, v.x)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Equivalence: the bits of `atan2` in all directions, also along both axes and without length.
+    #[test]
+    fn directions_have_the_bits_of_atan2() {
+        let parts = [0.0, -0.0, 1e-300, 1e-9, 0.3, 1.0, 7.0, 1e9, 1e300];
+        for x in parts.into_iter().flat_map(|x| [x, -x]) {
+            for y in parts.into_iter().flat_map(|y| [y, -y]) {
+                let found = direction(Vec2::new(x, y));
+                assert_eq!(found.to_bits(), libm::atan2(y, x).to_bits(), "{x} {y}");
+            }
+        }
+    }
+}

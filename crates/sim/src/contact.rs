@@ -32,16 +32,18 @@ impl Default for ContactLaw {
 impl ContactLaw {
     /// Normal force N >= 0, N, at penetration `g` (m) and its rate `g_rate` (m/s). Zero for `g <= 0`.
     pub fn normal_force(&self, g: f64, g_rate: f64) -> f64 {
-        self.at(g, g_rate).force()
+        self.at(g, g_rate, |g| g.powf(self.exponent)).force()
     }
 
-    /// The law at penetration `g` (m) and its rate `g_rate` (m/s). Everything is zero for `g <= 0`.
-    pub(crate) fn at(&self, g: f64, g_rate: f64) -> NormalForce {
+    /// The law at penetration `g` (m) and its rate `g_rate` (m/s). Everything is zero for `g <= 0`. `power` is the n-th power
+    /// of a positive number.
+    #[inline]
+    pub(crate) fn at(&self, g: f64, g_rate: f64, power: impl Fn(f64) -> f64) -> NormalForce {
         if g <= 0.0 {
             return NormalForce::default();
         }
         let damping = self.damping * cubic_step(g, 0.0, 0.0, self.damping_ramp, 1.0);
-        let spring = self.stiffness * g.powf(self.exponent);
+        let spring = self.stiffness * power(g);
         NormalForce {
             stiffness: self.exponent * spring / g,
             damping,
@@ -78,6 +80,7 @@ impl NormalForce {
 
 /// Cubic step from `y0` at `x <= x0` to `y1` at `x >= x1`, with slope zero at both ends (ADAMS's function STEP). It
 /// jumps if `x0 == x1`.
+#[inline]
 pub(crate) fn cubic_step(x: f64, x0: f64, y0: f64, x1: f64, y1: f64) -> f64 {
     if x >= x1 {
         y1

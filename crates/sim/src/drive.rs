@@ -65,6 +65,7 @@ impl Drive {
 
     /// Set wheel speed without scalings at time `t` (s), rad/s: rest until the start, then a quintic ramp (no jump in
     /// acceleration).
+    #[inline]
     pub(crate) fn start_speed(&self, t: f64, wheel_radius: f64) -> f64 {
         quintic(
             self.speed / wheel_radius,
@@ -73,6 +74,7 @@ impl Drive {
     }
 
     /// Factor of a wheel's set speed at time `t` (s), -.
+    #[inline]
     pub(crate) fn factor(&self, wheel: usize, t: f64) -> f64 {
         let of_wheel = self.scalings.iter().filter(|s| s.wheels[wheel]);
         of_wheel.fold(1.0, |sum, s| sum + s.change(t, self.ramp_time))
@@ -115,7 +117,13 @@ impl Drive {
 
     /// Motor torque at the wheel, N m, for a speed error `e` (rad/s) and its integral (rad), within the limit.
     pub fn torque(&self, error: f64, integral: f64) -> f64 {
-        (self.kp * error + self.ki * integral).clamp(-self.torque_limit, self.torque_limit)
+        self.limited(self.kp * error + self.ki * integral)
+    }
+
+    /// A torque (N m) within the limit.
+    #[inline]
+    fn limited(&self, torque: f64) -> f64 {
+        torque.max(-self.torque_limit).min(self.torque_limit)
     }
 
     /// Rate of the integral I of the error e, rad/s, with anti-windup by back-calculation:
@@ -128,7 +136,7 @@ impl Drive {
     /// Astrom and T. Hagglund, *Advanced PID Control*, ISA 2006, section 3.5.
     pub fn integral_rate(&self, error: f64, integral: f64) -> f64 {
         let wanted = self.kp * error + self.ki * integral;
-        let excess = wanted - wanted.clamp(-self.torque_limit, self.torque_limit);
+        let excess = wanted - self.limited(wanted);
         if self.ki > 0.0 {
             error - excess / (self.ki * self.tracking_time)
         } else {
@@ -141,6 +149,7 @@ impl Drive {
     ///
     /// Under a torque the integral follows it: `dI/dt = (tau - Ki I)/(Ki T_t)`, the back-calculation of
     /// [`Self::integral_rate`] with the commanded torque as the limit and without an error.
+    #[inline]
     pub fn response(
         &self,
         command: WheelCommand,
@@ -161,7 +170,7 @@ impl Drive {
     }
 
     fn response_to_torque(&self, torque: f64, integral: f64) -> DriveResponse {
-        let torque = torque.clamp(-self.torque_limit, self.torque_limit);
+        let torque = self.limited(torque);
         DriveResponse {
             torque,
             integral_rate: if self.ki > 0.0 {

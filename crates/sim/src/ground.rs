@@ -3,16 +3,19 @@
 use crate::contact::{ContactLaw, NormalForce};
 use crate::error::BelowGround;
 use crate::friction::{FrictionLaw, Slip, Stretch};
+use crate::power::Power;
 use crate::rolling::RollingResistance;
 use crate::setup::PlantSetup;
-use crate::truth::{ContactList, ContactTruth, WheelTruth};
-use robhaz_model::{Vec2, perp};
+use crate::truth::{ContactTruth, WheelTruth};
+use robhaz_model::{Vec2, direction, perp};
 use robhaz_terrain::{Contact, Hint, Terrain};
 
 /// The ground with its laws, for wheels of one radius.
 pub(crate) struct Ground {
     terrain: Terrain,
     contact: ContactLaw,
+    /// For the exponent of `contact`.
+    power: Power,
     friction: FrictionLaw,
     stretches: Vec<Stretch>,
     rolling: RollingResistance,
@@ -115,6 +118,7 @@ impl Ground {
         Self {
             terrain: setup.terrain.clone(),
             contact: setup.contact,
+            power: Power::new(setup.contact.exponent),
             friction: setup.friction,
             stretches: setup.stretches.clone(),
             rolling: setup.rolling,
@@ -320,7 +324,7 @@ impl Ground {
         let (t, n, arm) = axes(contact, wheel)?;
         let penetration = self.wheel_radius - arm;
         let approach = -wheel.velocity.dot(&n);
-        let law = self.contact.at(penetration, approach);
+        let law = self.contact.at(penetration, approach, |g| self.power.of(g));
         let normal_force = law.force();
         let slip = slip(wheel, t, arm);
         let friction = self.friction.at(&self.stretches, contact.point.x);
@@ -362,20 +366,20 @@ impl Ground {
         truth.torque = axle.torque;
         truth.normal_force = forces.normal_force;
         truth.traction = forces.traction;
-        truth.contact_angle = slope(forces.tangent);
+        truth.contact_angle = direction(forces.tangent);
         truth.penetration = forces.penetration;
         truth.slip_speed = forces.slip_speed;
         truth.slip_limit = forces.slip_limit;
         truth.contacts = forces.contacts;
         truth.force = forces.force;
         truth.slides = forces.contacts > 0 && !forces.grips;
-        truth.contact_list = ContactList::default();
         match forces.contacts {
             0 => {
+                truth.contact_list.clear();
                 if let Some(nearest) = self.terrain.nearest(wheel.centre) {
                     let (t, _, arm) = axes(&nearest, wheel)?;
                     truth.penetration = self.wheel_radius - arm;
-                    truth.contact_angle = slope(nearest.tangent);
+                    truth.contact_angle = direction(nearest.tangent);
                     let slip = slip(wheel, t, arm);
                     let friction = self.friction.at(&self.stretches, nearest.point.x);
                     truth.slip_speed = slip.speed();
@@ -385,7 +389,7 @@ impl Ground {
             // The forces of the wheel are those of its contact. A second evaluation would cost time.
             1 => {
                 let normal = perp(forces.tangent);
-                truth.contact_list.push(ContactTruth {
+                truth.contact_list.set(ContactTruth {
                     point: wheel.centre - normal * (self.wheel_radius - forces.penetration),
                     normal,
                     normal_force: forces.normal_force,
@@ -397,6 +401,7 @@ impl Ground {
             }
             _ => {
                 let found = &self.found[index];
+                truth.contact_list.clear();
                 for contact in found.iter().filter(|c| !is_behind(c, found)) {
                     truth
                         .contact_list
@@ -406,11 +411,6 @@ impl Ground {
         }
         Ok(())
     }
-}
-
-/// Slope of a tangent of any length, rad.
-fn slope(tangent: Vec2) -> f64 {
-    libm::atan2(tangent.y, tangent.x)
 }
 
 /// Whether two normals of a wheel, at most a step apart, belong to one contact. Contacts whose normals differ by less are

@@ -31,6 +31,7 @@ pub mod friction;
 mod ground;
 mod mechanics;
 mod plant;
+mod power;
 pub mod random;
 pub mod rapier;
 pub mod rolling;

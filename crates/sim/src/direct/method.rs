@@ -84,6 +84,7 @@ impl<const M: usize> Cubic<M> {
     }
 
     /// Increment from the step's end to `s` steps beyond it; negative within the step.
+    #[inline]
     pub fn beyond(&self, s: f64) -> SVector<f64, M> {
         let [b, c, d] = self.0;
         (b + (c + d * (s - (C1 - 1.0))) * (s - (C2 - 1.0))) * s

@@ -83,8 +83,8 @@ impl DirectEngine {
         }
     }
 
-    /// State and integrals at `time` (s), which must not decrease from call to call.
-    fn at(&mut self, time: f64) -> Result<(Y, Integrals), PlantError> {
+    /// The solver after its first step that reaches `time` (s), which must not decrease from call to call.
+    fn reach(&mut self, time: f64) -> Result<&Radau<SIZE, INTEGRALS, Factors>, PlantError> {
         let equations = &mut self.equations;
         let solver = match &mut self.solver {
             Some(solver) => solver,
@@ -109,10 +109,10 @@ impl DirectEngine {
                 .map_err(|_| refusal(solver.time(), equations.last_refusal()))?;
             equations.clear_refusal();
         }
-        Ok(solver.at(time))
+        Ok(solver)
     }
 
-    /// Lets the commands act from `time` (s) on, the time of the last call of [`Self::at`]. The forces jump there, so
+    /// Lets the commands act from `time` (s) on, the time of the last call of [`Self::reach`]. The forces jump there, so
     /// the solver starts anew. Where commands changed they may change again at the next truth, `next` (s): steps end there.
     fn take_commands(&mut self, time: f64, next: f64) -> Result<(), PlantError> {
         let equations = &mut self.equations;
@@ -133,7 +133,8 @@ impl DirectEngine {
     /// Evaluates all forces at a state.
     fn evaluate(
         &mut self,
-        (y, integrals): &(Y, Integrals),
+        y: &Y,
+        integrals: &Integrals,
         instant: &mut Instant,
     ) -> Result<(), NoForces> {
         let time = instant.truth.time;
@@ -191,11 +192,11 @@ impl Engine for DirectEngine {
 
     fn next_instant(&mut self, instant: &mut Instant) -> Result<(), PlantError> {
         let time = time_of(self.records, self.period);
-        let state = self.at(time)?;
+        let (y, integrals) = self.reach(time)?.at(time);
         self.records += 1;
         self.take_commands(time, time_of(self.records, self.period))?;
         instant.truth.time = time;
-        self.evaluate(&state, instant)
+        self.evaluate(&y, &integrals, instant)
             .map_err(|why| refusal(time, Some(why)))
     }
 }

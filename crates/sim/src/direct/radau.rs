@@ -122,6 +122,7 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
     }
 
     /// The solution and the integrals at a time within the last step.
+    #[inline]
     pub fn at(&self, time: f64) -> (SVector<f64, N>, SVector<f64, Q>) {
         let length = self.time - self.begin;
         let s = if length > 0.0 {

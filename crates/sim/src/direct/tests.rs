@@ -126,7 +126,7 @@ fn the_jacobian_is_that_of_the_rates() {
     let setup = PlantSetup::on(Profile::smooth());
     let mut engine = DirectEngine::new(&setup, &Start::new(&setup).unwrap());
     for time in [0.9, 3.0, 6.0] {
-        let (y, _) = engine.at(time).unwrap();
+        let (y, _) = engine.reach(time).unwrap().at(time);
         let equations = &mut engine.equations;
         let here = equations.rates(time, &y).unwrap();
         let mut matrix = SMatrix::<f64, SIZE, SIZE>::zeros();

@@ -8,7 +8,7 @@ use super::mass_matrix::MassMatrix;
 use crate::ground::WheelMotion;
 use crate::truth::BarTruth;
 use nalgebra::{Matrix4, Vector4};
-use robhaz_model::{Bar, PostureError, Robot, Vec2, cross, perp, turned};
+use robhaz_model::{Bar, PostureError, Robot, Vec2, cross, direction, perp, turned};
 
 /// Coordinates of the robot and their rates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -171,18 +171,17 @@ impl Kinematics {
 
     /// Pose and rates of a bar.
     pub fn bar(&self, bar: Bar, state: &State) -> BarTruth {
-        let angle = |axis: Vec2| libm::atan2(axis.y, axis.x);
         let (arm, velocity, angle, rate) = match bar {
             Bar::Body => (
                 self.body_cg.arm,
                 self.body_cg.velocity(state),
-                angle(self.axes[0]),
+                direction(self.axes[0]),
                 self.body.rate,
             ),
             Bar::Link3 => (
                 self.link3_cg.arm,
                 self.link3_cg.velocity(state),
-                angle(self.axes[3]),
+                direction(self.axes[3]),
                 self.link3.rate,
             ),
             Bar::Link1 | Bar::Link2 => {
