@@ -90,16 +90,22 @@ impl Edge {
         self.straight
     }
 
-    /// Height above `from` (m), slope (-) and second derivative (1/m) at the distance `s` in x from `from` (m).
+    /// Coefficients of Taylor's series of the height above `from` (m) at the distance `s` in x from `from` (m): height, slope,
+    /// half the second derivative, a sixth of the third. By Horner's method, repeated.
     #[inline]
-    fn rise(&self, s: f64) -> [f64; 3] {
+    fn series(&self, s: f64) -> [f64; 4] {
         let [c3, c4, c5] = self.higher;
-        let [m, b] = [self.slopes[0], self.second_derivatives[0]];
-        [
-            s * (m + s * (0.5 * b + s * (c3 + s * (c4 + s * c5)))),
-            m + s * (b + s * (3.0 * c3 + s * (4.0 * c4 + s * 5.0 * c5))),
-            b + s * (6.0 * c3 + s * (12.0 * c4 + s * 20.0 * c5)),
-        ]
+        let (c2, last) = (0.5 * self.second_derivatives[0], s * c5);
+        let a4 = c4 + last;
+        let a3 = c3 + s * a4;
+        let a2 = c2 + s * a3;
+        let a1 = self.slopes[0] + s * a2;
+        let b4 = a4 + last;
+        let b3 = a3 + s * b4;
+        let b2 = a2 + s * b3;
+        let d4 = b4 + last;
+        let d3 = b3 + s * d4;
+        [s * a1, a1 + s * b2, b2 + s * d3, d3 + s * (d4 + last)]
     }
 
     /// Height (m), slope (-) and second derivative (1/m) at x, on any edge but a riser.
@@ -107,8 +113,8 @@ impl Edge {
         if x >= self.to.x {
             return [self.to.y, self.slopes[1], self.second_derivatives[1]];
         }
-        let [rise, slope, bend] = self.rise(x - self.from.x);
-        [self.from.y + rise, slope, bend]
+        let [rise, slope, half_second, _] = self.series(x - self.from.x);
+        [self.from.y + rise, slope, 2.0 * half_second]
     }
 
     /// Height at x (m), m; on a riser that of `to`.
@@ -116,7 +122,7 @@ impl Edge {
         if self.is_riser() {
             return self.to.y;
         }
-        self.from.y + self.rise(x - self.from.x)[0]
+        self.from.y + self.series(x - self.from.x)[0]
     }
 
     /// Lower and upper bound of the height, m. For a straight edge, which can be long, between two x (m) only.
@@ -201,6 +207,19 @@ impl Edge {
         newton(self.to, centre, self.slopes[1], self.second_derivatives[1])
     }
 
+    /// [`Self::foot`] if it lies on the edge; `None` elsewhere, and always on a riser.
+    #[inline(always)]
+    pub fn foot_if_between(&self, centre: Vec2) -> Option<Contact> {
+        // Those of `distance_rates`; on a riser they are infinite or no numbers.
+        let (from, to) = (self.from - centre, self.to - centre);
+        let rates = [
+            from.x + from.y * self.slopes[0],
+            to.x + to.y * self.slopes[1],
+        ];
+        let lies_between = rates[0] <= 0.0 && rates[1] >= 0.0 && !self.is_riser();
+        lies_between.then(|| self.foot(centre, rates))
+    }
+
     /// The point of the edge nearest to `centre`, from the derivatives of [`Self::distance_rates`]. The distance must fall
     /// at `from` and rise at `to`, or be stationary there.
     ///
@@ -228,8 +247,7 @@ impl Edge {
     fn foot_on_curve(&self, arm: Vec2, [at_from, at_to]: [f64; 2]) -> Contact {
         let (mut low, mut high) = (0.0, self.to.x - self.from.x);
         let mut s = self.first_guess(arm, [at_from, at_to]);
-        let [c3, c4, c5] = self.higher;
-        let [mut y, mut slope, mut second] = self.rise(s);
+        let [mut y, mut slope, mut half_second, mut sixth_third] = self.series(s);
         // One step usually suffices. 60 bisections would exhaust the precision.
         for _ in 0..60 {
             let above = arm.y + y;
@@ -239,11 +257,11 @@ impl Edge {
             } else {
                 low = s;
             }
-            let third = 6.0 * c3 + s * (24.0 * c4 + s * 60.0 * c5);
-            let per_rate = 1.0 / (1.0 + slope * slope + above * second);
-            let bend = 3.0 * slope * second + above * third;
+            let per_rate = 1.0 / (1.0 + slope * slope + 2.0 * above * half_second);
+            // Half the second derivative of the residual.
+            let bend = 3.0 * (slope * half_second + above * sixth_third);
             let newton = residual * per_rate;
-            let mut next = s - newton * (1.0 + 0.5 * newton * bend * per_rate);
+            let mut next = s - newton * (1.0 + newton * bend * per_rate);
             // The bracket includes its ends: at a zero residual the step is zero and stays inside.
             if !(next >= low && next <= high) {
                 next = 0.5 * (low + high);
@@ -252,17 +270,17 @@ impl Edge {
             s = next;
             // Over so short a step Taylor's series is exact: no further evaluation is needed.
             if moved.abs() < LAST_STEP {
-                y += moved * (slope + moved * (0.5 * second + moved * third / 6.0));
-                slope += moved * (second + 0.5 * moved * third);
+                y += moved * (slope + moved * (half_second + moved * sixth_third));
+                slope += moved * (2.0 * half_second + 3.0 * moved * sixth_third);
                 break;
             }
-            [y, slope, second] = self.rise(s);
+            [y, slope, half_second, sixth_third] = self.series(s);
         }
         let foot = Vec2::new(s, y);
         Contact::on_edge(
             self.from + foot,
             Vec2::new(1.0, slope),
-            second,
+            2.0 * half_second,
             -(arm + foot),
         )
     }
@@ -273,15 +291,16 @@ impl Edge {
     fn first_guess(&self, arm: Vec2, [at_from, at_to]: [f64; 2]) -> f64 {
         let length = self.to.x - self.from.x;
         let (slope, second) = (self.slopes[0], self.second_derivatives[0]);
-        let rate = 1.0 + slope * slope + arm.y * second;
-        let quadratic = (at_to - at_from - rate * length) / (length * length);
-        let secant = length * (at_from / (at_from - at_to));
-        let value = at_from + secant * (rate + quadratic * secant);
-        let guess = secant - value / (rate + 2.0 * quadratic * secant);
-        if guess >= 0.0 && guess <= length {
-            guess
+        // Coefficients for shares of the length.
+        let linear = length * (1.0 + slope * slope + arm.y * second);
+        let quadratic = at_to - at_from - linear;
+        let secant = at_from / (at_from - at_to);
+        let value = at_from + secant * (linear + quadratic * secant);
+        let guess = secant - value / (linear + 2.0 * quadratic * secant);
+        if guess >= 0.0 && guess <= 1.0 {
+            length * guess
         } else {
-            secant
+            length * secant
         }
     }
 }

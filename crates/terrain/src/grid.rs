@@ -12,7 +12,7 @@ const MOST: f64 = 1.0e6;
 const MARGIN: f64 = 1e-9;
 
 /// Number of edges that are searched one by one sooner than sorted out: as on stairs, where each is straight.
-const FEW: u32 = 8;
+const FEW: usize = 8;
 
 /// Cells of equal width over x, and one more on either side for the level ground.
 pub(crate) struct Grid {
@@ -57,8 +57,8 @@ struct Below {
 
 /// The edges that a wheel can touch.
 pub(crate) enum Near {
-    /// On them the distance from its centre has one minimum at most.
-    Single(RangeInclusive<usize>),
+    /// On them, from the first to the last, the distance from its centre has one minimum at most.
+    Single([usize; 2]),
     /// They are few.
     Few(RangeInclusive<usize>),
     /// They must be searched for.
@@ -151,11 +151,11 @@ impl Grid {
         if radius > self.wheel_radius {
             return Near::Unknown;
         }
-        let range = edges[0] as usize..=edges[1] as usize;
+        let [first, last] = edges.map(|edge| edge as usize);
         if centre.y > single[0] && centre.y < single[1] {
-            Near::Single(range)
-        } else if edges[1] - edges[0] < FEW {
-            Near::Few(range)
+            Near::Single([first, last])
+        } else if last - first < FEW {
+            Near::Few(first..=last)
         } else {
             Near::Unknown
         }
@@ -197,8 +197,8 @@ impl Grid {
             clippy::cast_sign_loss,
             reason = "saturates at 0"
         )]
-        let cell = self.in_cells(x) as usize;
-        cell.min(self.cells.len() - 1)
+        let cell = self.in_cells(x) as u32;
+        (cell as usize).min(self.cells.len() - 1)
     }
 
     /// x of a cell's start and end, m; infinite at the two outer ends.

@@ -6,7 +6,6 @@ use crate::edge::Edge;
 use crate::grid::{Grid, Near};
 use crate::jump::Jump;
 use crate::{Profile, Vec2};
-use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// Angle between the normals of two nearest points below which they count as one contact, rad (8 deg), if no corner
@@ -98,34 +97,43 @@ impl Terrain {
     ) {
         out.clear();
         let Ground { edges, grid, .. } = &*self.ground;
-        let mut found = Found {
-            centre,
-            radius,
-            out,
-            last_run: None,
-        };
         match grid.near(centre, radius) {
             Near::Single(range) => {
-                found.extend(self.single_minimum(range, centre, Some(hint)));
-                return;
+                // The usual case: the place is still on the edge of the hint.
+                if let Some(edge) = edges.get(hint.edge)
+                    && hint.edge >= range[0]
+                    && hint.edge <= range[1]
+                    && let Some(contact) = edge.foot_if_between(centre)
+                {
+                    if is_within(centre, radius, &contact) {
+                        out.push(contact);
+                    }
+                    return;
+                }
+                let place = self.single_minimum(range, centre, Some(hint));
+                Found::new(centre, radius, out).extend(place);
             }
-            Near::Few(range) => {
-                found.add_all_minima(&edges[range]);
-                return;
-            }
-            Near::Unknown => {}
+            Near::Few(range) => Found::new(centre, radius, out).add_all_minima(&edges[range]),
+            Near::Unknown => self.search(centre, radius, out),
         }
+    }
+
+    /// The contacts of a wheel of any size anywhere. `out` is empty.
+    #[inline(never)]
+    fn search(&self, centre: Vec2, radius: f64, out: &mut Vec<Contact>) {
+        let Ground { edges, grid, .. } = &*self.ground;
+        let mut found = Found::new(centre, radius, out);
         let Some(reach) = grid.within(centre, radius, edges) else {
             return;
         };
         if reach.has_one_minimum(centre) {
             let mut first = *reach.edges.start();
             for last in grid.breaks(&reach.edges) {
-                found.extend(self.single_minimum(first..=last, centre, None));
+                found.extend(self.single_minimum([first, last], centre, None));
                 found.extend(Place::joint(&edges[last], &edges[last + 1], centre));
                 first = last + 1;
             }
-            found.extend(self.single_minimum(first..=*reach.edges.end(), centre, None));
+            found.extend(self.single_minimum([first, *reach.edges.end()], centre, None));
         } else {
             found.add_all_minima(&edges[reach.edges]);
         }
@@ -133,17 +141,17 @@ impl Terrain {
 
     /// The local minimum of the distance on edges that have at most one. The search starts at the edge of the hint, or else
     /// below the centre.
-    #[inline(always)]
+    // Apart from the usual case in `contacts_near`, which then needs fewer registers.
+    #[inline(never)]
     fn single_minimum(
         &self,
-        range: RangeInclusive<usize>,
+        [mut first, mut last]: [usize; 2],
         centre: Vec2,
         hint: Option<&mut Hint>,
     ) -> Option<Place> {
         let Ground { edges, grid, .. } = &*self.ground;
-        let (mut first, mut last) = (*range.start(), *range.end());
         let mut index = match &hint {
-            Some(hint) if range.contains(&hint.edge) => hint.edge,
+            Some(hint) if (first..=last).contains(&hint.edge) => hint.edge,
             _ => grid.edge_at(edges, centre.x).clamp(first, last),
         };
         let mut steps = 1;
@@ -257,6 +265,12 @@ impl Terrain {
     }
 }
 
+/// Whether a place is within a wheel with this centre (m) and radius (m).
+#[inline]
+fn is_within(centre: Vec2, radius: f64, place: &Contact) -> bool {
+    (centre - place.point).norm_squared() < radius * radius
+}
+
 /// Collects the contacts of one wheel from rear to front.
 struct Found<'a> {
     centre: Vec2,
@@ -302,11 +316,21 @@ impl Place {
     }
 }
 
-impl Found<'_> {
+impl<'a> Found<'a> {
+    /// None yet: `out` is empty.
+    fn new(centre: Vec2, radius: f64, out: &'a mut Vec<Contact>) -> Self {
+        Self {
+            centre,
+            radius,
+            out,
+            last_run: None,
+        }
+    }
+
     /// Adds a contact within the radius, unless it is the same as the last one.
     #[inline(always)]
     fn push(&mut self, Place { contact, run }: Place) {
-        if (self.centre - contact.point).norm_squared() >= self.radius * self.radius {
+        if !is_within(self.centre, self.radius, &contact) {
             return;
         }
         match self.out.last_mut() {

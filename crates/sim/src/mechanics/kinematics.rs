@@ -99,7 +99,7 @@ impl Kinematics {
     pub fn set(&mut self, linkage: &Linkage, state: &State) -> Result<(), PostureError> {
         let [w1, w2] = [state.rates[2], state.rates[3]];
         let unit = |angle: f64| {
-            let (sin, cos) = angle.sin_cos();
+            let (sin, cos) = libm::sincos(angle);
             Vec2::new(cos, sin)
         };
         let (axis1, axis2) = (unit(state.angles[0]), unit(state.angles[1]));
