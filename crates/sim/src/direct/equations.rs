@@ -95,21 +95,31 @@ impl Equations {
 
     /// Motor torques at the wheels, N m.
     pub fn motor_torques(&self, t: f64, y: &Y) -> [f64; 3] {
-        let [front, middle, rear] = self.drives(t, y);
-        [front.torque, middle.torque, rear.torque]
+        let start = self.start_speed(t);
+        let torque = |wheel: usize| self.drive(wheel, start, t, y).torque;
+        [torque(0), torque(1), torque(2)]
+    }
+
+    /// Set speed of all wheels without scalings, rad/s.
+    fn start_speed(&self, t: f64) -> f64 {
+        let radius = self.mechanics.robot.geometry.wheel_radius;
+        self.mechanics.drive.start_speed(t, radius)
     }
 
     /// What the drives of the wheels do.
     fn drives(&self, t: f64, y: &Y) -> [DriveResponse; 3] {
+        let start = self.start_speed(t);
+        let drive = |wheel: usize| self.drive(wheel, start, t, y);
+        [drive(0), drive(1), drive(2)]
+    }
+
+    /// What the drive of a wheel does; `start` is that of [`Self::start_speed`].
+    #[inline(always)]
+    fn drive(&self, wheel: usize, start: f64, t: f64, y: &Y) -> DriveResponse {
         let drive = &self.mechanics.drive;
-        let radius = self.mechanics.robot.geometry.wheel_radius;
-        let start = drive.start_speed(t, radius);
-        let of_wheel = |i: usize| {
-            let planned = start * drive.factor(i, t);
-            let (omega, integral) = (y[OMEGA + i], y[INTEGRAL + i]);
-            drive.response(self.commands[i], planned, omega, integral)
-        };
-        [of_wheel(0), of_wheel(1), of_wheel(2)]
+        let planned = start * drive.factor(wheel, t);
+        let (omega, integral) = (y[OMEGA + wheel], y[INTEGRAL + wheel]);
+        drive.response(self.commands[wheel], planned, omega, integral)
     }
 
     /// Evaluates [`Self::kinematics`] and [`Self::forces`] at a state with these motor torques (N m).

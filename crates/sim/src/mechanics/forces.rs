@@ -87,7 +87,7 @@ impl Forces {
             axle.add_force(ground.force, &mut right);
             // Eq. (2), solved for the spin's acceleration and substituted in the link's equation, adds an inertia (see
             // `Carriers`), and the share J_w/(J_w + J_r) of the torques.
-            right[axle.row] += ground.torque + share * (drive - ground.torque);
+            right[axle.row()] += ground.torque + share * (drive - ground.torque);
         }
         self.stop_torque = stop_torque_at(robot, state);
         right[2] += self.stop_torque;
@@ -96,7 +96,7 @@ impl Forces {
         self.accelerations = factorised.solve(&right);
         self.mass_matrix = Some(factorised);
         for (i, drive) in drive_torque.into_iter().enumerate() {
-            let alpha_link = self.accelerations[kinematics.axles[i].row];
+            let alpha_link = self.accelerations[kinematics.axles[i].row()];
             self.omega_rates[i] =
                 wheel_acceleration(drive, self.ground[i].torque, alpha_link, jw, jr);
         }

@@ -8,7 +8,7 @@ use super::mass_matrix::MassMatrix;
 use crate::ground::WheelMotion;
 use crate::truth::BarTruth;
 use nalgebra::{Matrix4, Vector4};
-use robhaz_model::{Bar, PostureError, Robot, Vec2, cross, direction, perp, turned};
+use robhaz_model::{Bar, Carrier, PostureError, Robot, Vec2, cross, direction, perp, turned};
 
 /// Coordinates of the robot and their rates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -37,12 +37,12 @@ pub(super) struct Motion {
 }
 
 /// Motion of a point of link 1 or 2: it turns about Q with its link.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct LinkPoint {
     /// Position relative to Q, m.
     pub arm: Vec2,
-    /// Index of the link's rate among the four rates.
-    pub row: usize,
+    /// The link.
+    pub link: Carrier,
     /// Rate of the link, rad/s.
     pub rate: f64,
 }
@@ -147,21 +147,17 @@ impl Kinematics {
             j2: perp(r + arm * link3.k2),
             bias: perp(arm) * link3.bias - arm * (link3.rate * link3.rate) - r * (w2 * w2),
         };
-        let on_link = |link: usize, nominal: Vec2| LinkPoint {
-            arm: turned([axis1, axis2][link], nominal),
-            row: 2 + link,
-            rate: [w1, w2][link],
+        let on_link = |link: Carrier, nominal: Vec2| LinkPoint {
+            arm: turned([axis1, axis2][link.index()], nominal),
+            link,
+            rate: [w1, w2][link.index()],
         };
         self.link_cgs = [
-            on_link(0, linkage.link_cgs[0]),
-            on_link(1, linkage.link_cgs[1]),
+            on_link(Carrier::Link1, linkage.link_cgs[0]),
+            on_link(Carrier::Link2, linkage.link_cgs[1]),
         ];
         for (axle, (link, nominal)) in self.axles.iter_mut().zip(linkage.axles) {
-            *axle = if link == 0 {
-                on_link(0, nominal)
-            } else {
-                on_link(1, nominal)
-            };
+            *axle = on_link(link, nominal);
         }
         self.axes = [axis_body, axis1, axis2, axis3];
         (self.body, self.link3) = (body, link3);
@@ -210,7 +206,7 @@ impl Kinematics {
         match k {
             0 => Vec2::x(),
             1 => Vec2::y(),
-            _ if k == axle.row => perp(axle.arm),
+            _ if k == axle.row() => perp(axle.arm),
             _ => Vec2::zeros(),
         }
     }
@@ -304,6 +300,17 @@ impl Motion {
     }
 }
 
+impl Default for LinkPoint {
+    /// Q as a point of link 1 at rest.
+    fn default() -> Self {
+        Self {
+            arm: Vec2::zeros(),
+            link: Carrier::Link1,
+            rate: 0.0,
+        }
+    }
+}
+
 impl LinkPoint {
     /// Velocity of the point, m/s.
     fn velocity(&self, state: &State) -> Vec2 {
@@ -313,14 +320,19 @@ impl LinkPoint {
 
     /// Acceleration of the point (m/s^2) at the accelerations `a` of the four coordinates.
     pub fn acceleration(&self, a: &Vector4<f64>) -> Vec2 {
-        Vec2::new(a[0], a[1]) + perp(self.arm) * a[self.row] - self.arm * (self.rate * self.rate)
+        Vec2::new(a[0], a[1]) + perp(self.arm) * a[self.row()] - self.arm * (self.rate * self.rate)
     }
 
     /// Adds a force (N) at this point to the right-hand side, by virtual power.
     pub fn add_force(&self, force: Vec2, right: &mut Vector4<f64>) {
         right[0] += force.x;
         right[1] += force.y;
-        right[self.row] += cross(self.arm, force);
+        right[self.row()] += cross(self.arm, force);
+    }
+
+    /// Index of the link's rate among the four rates.
+    pub fn row(&self) -> usize {
+        2 + self.link.index()
     }
 
     /// Derivative of the velocity (m/s) by the angle of the link, 1/s.
@@ -335,7 +347,7 @@ impl LinkPoint {
 
     /// Derivatives of the link's rate by the rates of links 1 and 2, -.
     fn shares(&self) -> [f64; 2] {
-        [2, 3].map(|row| f64::from(u8::from(row == self.row)))
+        [Carrier::Link1, Carrier::Link2].map(|link| f64::from(u8::from(link == self.link)))
     }
 }
 

@@ -1,6 +1,6 @@
 //! What the kinematics need of the drawings, computed once.
 
-use robhaz_model::{Dyad, Geometry, Vec2, cross};
+use robhaz_model::{Carrier, Dyad, Geometry, Vec2, cross};
 
 /// Nominal positions of points on the bars, and the dyad that closes the loop.
 #[derive(Clone)]
@@ -17,8 +17,8 @@ pub(crate) struct Linkage {
     pub(super) link3_cg: Vec2,
     /// Centres of mass of links 1 and 2 from Q, m.
     pub(super) link_cgs: [Vec2; 2],
-    /// Of each wheel: index of the link that carries it, and the axle from Q, m.
-    pub(super) axles: [(usize, Vec2); 3],
+    /// Of each wheel: the link that carries it, and the axle from Q, m.
+    pub(super) axles: [(Carrier, Vec2); 3],
     /// S from P and from R, over the square of its length, 1/m.
     body: Vec2,
     link3: Vec2,
@@ -27,7 +27,7 @@ pub(crate) struct Linkage {
 impl Linkage {
     pub fn new(geometry: &Geometry) -> Self {
         let pins = &geometry.pins;
-        let of_wheel = |i: usize| (geometry.carriers[i].index(), geometry.axles[i] - pins.q);
+        let of_wheel = |i: usize| (geometry.carriers[i], geometry.axles[i] - pins.q);
         let per_square = |arm: Vec2| arm / arm.norm_squared();
         Self {
             dyad: Dyad::new(geometry),
