@@ -359,9 +359,16 @@ impl<'a> Found<'a> {
 
     /// Adds all local minima of the distance, by a search of every edge.
     fn add_all_minima(&mut self, edges: &[Edge]) {
-        let centre = self.centre;
+        let (centre, radius) = (self.centre, self.radius);
         let mut before: Option<(&Edge, f64)> = None;
         for edge in edges {
+            // No point of it is within the radius.
+            if centre.x - edge.to.x >= radius {
+                continue;
+            }
+            if edge.from.x - centre.x >= radius {
+                break;
+            }
             let rates = edge.distance_rates(centre);
             if let Some((before, falls)) = before
                 && falls <= 0.0
