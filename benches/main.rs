@@ -144,7 +144,7 @@ fn frames(count: usize) -> Vec<SensorFrame> {
     let setup = setup(EngineKind::Direct, &Terrain::new(Profile::smooth()));
     let mut plant = Plant::new(&setup).expect("the robot stands");
     let mut sensors = Sensors::new(&Grade::Typical.sensors(), 0);
-    let truth = std::iter::from_fn(|| plant.next_truth().ok());
+    let truth = std::iter::from_fn(|| plant.next_truth().ok().copied());
     let frames: Vec<_> = truth
         .map(|truth| robhaz_run::sensor_frame(&sensors.read(&truth)))
         .skip(1000)

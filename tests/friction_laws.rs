@@ -300,7 +300,7 @@ fn reversed_and_locked_wheels_are_no_trouble() {
 fn truth_and_step(scene: &Scene) -> (Vec<Truth>, f64) {
     let mut plant = Plant::new(&scene.plant_setup()).unwrap();
     let records = 0..scene.record_count();
-    let truth = records.map(|_| plant.next_truth().unwrap()).collect();
+    let truth = records.map(|_| *plant.next_truth().unwrap()).collect();
     (truth, plant.mean_step())
 }
 

@@ -126,9 +126,9 @@ fn runs(cases: u32, seconds: f64, engine: EngineKind) -> Outcome {
             let next = plant.as_mut().map_err(|why| *why);
             match next.and_then(Plant::next_truth) {
                 Ok(truth) => {
-                    let checked = check_record(&scene, &setup.terrain, &truth);
+                    let checked = check_record(&scene, &setup.terrain, truth);
                     let context = || format!("t = {}: {:?}", truth.time, scene.terrain.profile);
-                    outcome.borrow_mut().count(&scene, &truth);
+                    outcome.borrow_mut().count(&scene, truth);
                     prop_assert!(checked.is_ok(), "{:?}, {}", checked, context());
                 }
                 Err(why) => {

@@ -43,7 +43,7 @@ impl DrivenPlant {
     /// # Errors
     /// As [`Plant::next_truth`].
     pub fn next_truth(&mut self) -> Result<Truth, PlantError> {
-        let truth = self.plant.next_truth()?;
+        let truth = *self.plant.next_truth()?;
         if let Some((observers, driver)) = &mut self.control {
             let (frame, estimates) = observers.observe(&truth);
             self.plant.command(driver.commands(frame, estimates));

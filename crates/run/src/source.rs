@@ -76,7 +76,7 @@ impl Source for Simulation {
         if self.taken == self.samples {
             return Ok(None);
         }
-        let truth = self.plant.next_truth().map_err(PlantFailure::from)?;
+        let truth = *self.plant.next_truth().map_err(PlantFailure::from)?;
         let is_record = self.taken.is_multiple_of(self.samples_per_record);
         self.taken += 1;
         Ok(Some(Sample {

@@ -37,7 +37,7 @@ fn commands(k: usize) -> [WheelCommand; 3] {
 fn commanded(engine: EngineKind) -> Vec<Truth> {
     let mut plant = Plant::new(&scene(engine, 2.5).plant_setup()).unwrap();
     let next = |k| {
-        let truth = plant.next_truth().unwrap();
+        let truth = *plant.next_truth().unwrap();
         plant.command(commands(k));
         truth
     };

@@ -297,7 +297,7 @@ impl Edge {
         let secant = at_from / (at_from - at_to);
         let value = at_from + secant * (linear + quadratic * secant);
         let guess = secant - value / (linear + 2.0 * quadratic * secant);
-        if guess >= 0.0 && guess <= 1.0 {
+        if (0.0..=1.0).contains(&guess) {
             length * guess
         } else {
             length * secant
