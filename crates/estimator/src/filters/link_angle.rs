@@ -68,7 +68,7 @@ impl LinkAngleKalman {
     /// The change must also be this many standard deviations of the gyroscope's noise in a difference of two readings.
     const IMPACT_GATE: f64 = 6.0;
     /// Distance of the rate from its low pass, in standard deviations of the gyroscope's noise, that shows no acceleration yet.
-    const EXPLAINED: f64 = 3.0;
+    const EXPLAINED: f64 = 4.0;
     /// Least variance of an unexplained acceleration, rad^2/s^4: of 0.01 rad/s^2, which is some hundredths of a newton of N.
     const LEAST_UNEXPLAINED: f64 = 1e-4;
     /// Possible lag of an inclinometer, s.
