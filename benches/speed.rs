@@ -97,7 +97,9 @@ fn run(setup: &PlantSetup, duration: f64) {
 fn truth(setup: &PlantSetup, duration: f64) -> Vec<Truth> {
     let mut plant = Plant::new(setup).expect("the robot stands");
     let records = 0..records(setup, duration);
-    records.map_while(|_| plant.next_truth().ok().copied()).collect()
+    records
+        .map_while(|_| plant.next_truth().ok().copied())
+        .collect()
 }
 
 /// 99th percentile of the error of N over wheels and records, divided by the mean of N.

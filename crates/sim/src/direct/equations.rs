@@ -285,7 +285,11 @@ impl Model<SIZE, INTEGRALS> for Equations {
         }
         let state = state(y);
         let robot = &self.mechanics.robot;
-        if self.kinematics.set(&self.mechanics.linkage, &state).is_err() {
+        if self
+            .kinematics
+            .set(&self.mechanics.linkage, &state)
+            .is_err()
+        {
             return longest;
         }
         let accelerations = rates.fixed_rows::<4>(RATES).into_owned();
