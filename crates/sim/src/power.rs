@@ -1,4 +1,4 @@
-//! `x^n` for one exponent n: the spring of the contact law is evaluated some ten times in each record and stage.
+//! `x^n` for one exponent n: the spring of the contact law, evaluated for each contact in each record and stage.
 
 /// Binary digits of x that choose a node: 32 nodes for each power of two.
 const DIGITS: u32 = 5;
