@@ -173,10 +173,10 @@ fn signs(balance: &Balance) -> Finding {
         .min_by(|a, b| a.1.total_cmp(&b.1))
         .unwrap_or((identity, own));
     let figure = format!(
-        "sum of the torques less weight, inertia and damping leaves {own:.2} N m of {size:.2} N m RMS"
+        "weight, inertia and damping should change the sum of the torques by {size:.2} N m RMS; unexplained are {own:.2}"
     );
     if least < BETTER * own && least < HOLDS * size {
-        let figure = format!("{figure}, with the signs below {least:.2} N m");
+        let figure = format!("{figure}, with the signs below {least:.2}");
         return Finding::fault(TEST, CHANNEL, figure, remedy(&best));
     }
     if own < HOLDS * size {

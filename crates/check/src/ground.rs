@@ -99,8 +99,10 @@ fn scale(own: Option<Passing>) -> Finding {
         return Finding::cannot_tell(SCALE, channel, "the ground shows no distance", remedy);
     };
     let figure = format!(
-        "distance by the encoders over that by the ground {:.3}, {:.0} % explained",
+        "distance by the encoders over that by the ground {:.3} ({:.2} to {:.2} is right), {:.0} % explained",
         own.scale,
+        1.0 - SCALE_ERROR,
+        1.0 + SCALE_ERROR,
         100.0 * own.explained
     );
     if (own.scale - 1.0).abs() < SCALE_ERROR {

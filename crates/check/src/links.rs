@@ -166,7 +166,12 @@ fn sign(changes: &Changes, k: usize) -> Finding {
     }
     let found = explained(changes, k, k).filter(|(share, _)| *share > EXPLAINED);
     let Some((share, slope)) = found else {
-        let remedy = "one of the two may be dead, of another link, or exposed to shocks: look at both while you turn the link by hand";
+        let remedy = if turn < LEAST_CHANGE {
+            "the gyro does not turn; accelerations tilt an inclinometer, too: drive over an obstacle that turns the links by a few \
+             degrees, and if the gyro still does not turn, it is dead"
+        } else {
+            "one of the two may be dead, of another link, or exposed to shocks: look at both while you turn the link by hand"
+        };
         return Finding::cannot_tell(SIGN, channel, sizes, remedy);
     };
     let figure = format!(

@@ -106,9 +106,13 @@ fn rest(recording: &Recording) -> usize {
     (0..last).find(|i| moves(*i)).unwrap_or(last)
 }
 
+fn mean_within(x: &AtRest<'_>, limit: f64) -> String {
+    format!("mean {}, at most {}", x.shown(x.mean()), x.shown(limit))
+}
+
 fn gyro(x: &AtRest<'_>, limit: f64) -> Finding {
     let mean = x.mean();
-    let figure = format!("mean {}", x.shown(mean));
+    let figure = mean_within(x, limit);
     if mean.abs() <= limit {
         return Finding::ok(ZERO, &x.name, figure);
     }
@@ -118,9 +122,10 @@ fn gyro(x: &AtRest<'_>, limit: f64) -> Finding {
 
 fn inclination(x: &AtRest<'_>, budget: &NoiseBudget) -> Finding {
     let mean = x.mean();
-    let figure = format!("mean {}", x.shown(mean));
+    let limit = 3.0 * budget.inclination_bias + 1e-4;
+    let figure = mean_within(x, limit);
     // At rest the robot may stand on a slope.
-    if mean.abs() <= 3.0 * budget.inclination_bias + 1e-4 {
+    if mean.abs() <= limit {
         return Finding::ok(ZERO, &x.name, figure);
     }
     let remedy = format!(
@@ -131,7 +136,7 @@ fn inclination(x: &AtRest<'_>, budget: &NoiseBudget) -> Finding {
 
 fn torque(x: &AtRest<'_>, limit: f64, level: bool) -> Finding {
     let mean = x.mean();
-    let figure = format!("mean {}", x.shown(mean));
+    let figure = mean_within(x, limit);
     if mean.abs() <= limit {
         return Finding::ok(ZERO, &x.name, figure);
     }

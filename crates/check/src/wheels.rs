@@ -29,7 +29,11 @@ fn encoder(motion: &Motion, robot: &Robot, i: usize) -> Finding {
         let remedy = "record a drive of some metres";
         return Finding::cannot_tell(TEST, channel, "the robot does not drive", remedy);
     };
-    let figure = format!("turns {ratio:.3} times as fast as the middle one of the three wheels");
+    let figure = format!(
+        "turns {ratio:.3} times as fast as the middle one of the three wheels ({:.2} to {:.2} is right)",
+        1.0 - RATIO_ERROR,
+        1.0 + RATIO_ERROR
+    );
     // A wheel that slips for some time, or a robot that is stuck, does not do so all the time.
     let right = |ratio: f64| (ratio - 1.0).abs() < RATIO_ERROR;
     if right(ratio) || windows.iter().any(|ratio| right(*ratio)) {

@@ -12,6 +12,8 @@ use robhaz_model::{Bar, Carrier, GRAVITY, PointMasses, Robot, Vec2};
 pub(crate) struct Nominal {
     pub robot: Robot,
     pub settings: EstimatorSettings,
+    /// Mean of the wheels' normal forces at rest, N.
+    pub mean_load: f64,
     /// The masses, placed as the settings choose.
     pub masses: PointMasses,
     /// Deviation of the rows of eq. (8) by rolling resistance, N: the moments f_r r N of the wheels of each link, at the mean load.
@@ -32,6 +34,7 @@ impl Nominal {
         Self {
             robot: robot.clone(),
             settings,
+            mean_load: robot.mean_wheel_load(),
             masses: match settings.masses {
                 Masses::LumpedToBody => mass.lumped_to_body(),
                 Masses::LumpedToWheels => mass.lumped_to_wheels(),
@@ -45,6 +48,7 @@ impl Nominal {
     ///
     /// # Errors
     /// [`EstimateError::Singular`].
+    #[inline(always)]
     pub fn equations(
         &self,
         arms: Arms,
@@ -104,7 +108,7 @@ impl Nominal {
 
     /// Flags of the wheels whose normal force (N) is below a twentieth of the mean load.
     pub fn unloaded(&self, normal_force: &[f64; 3]) -> Flags {
-        let least = EstimatorSettings::UNLOADED * self.robot.mean_wheel_load();
+        let least = EstimatorSettings::UNLOADED * self.mean_load;
         let mut flags = Flags::NONE;
         for (n, flag) in normal_force.iter().zip(Flags::WHEEL_UNLOADED) {
             if *n < least {

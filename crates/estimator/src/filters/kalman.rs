@@ -126,36 +126,19 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
     /// [`Self::apply`] to the first `estimated` states only, at most all but the consider states; the others are considered.
     pub fn apply_to(&mut self, estimated: usize, ph: &[f64; N], difference: f64, variance: f64) {
         let estimated = estimated.min(N - CONSIDERED);
-        let inverse = 1.0 / variance;
-        let gain = ph.map(|value| value * inverse);
-        for (x, k) in self.x.iter_mut().zip(&gain).take(estimated) {
-            *x += k * difference;
-        }
-        const {
-            assert!(N <= 24, "a call for each four rows");
-        }
-        self.reduce_rows::<0>(&gain, ph, estimated);
-        self.reduce_rows::<4>(&gain, ph, estimated);
-        self.reduce_rows::<8>(&gain, ph, estimated);
-        self.reduce_rows::<12>(&gain, ph, estimated);
-        self.reduce_rows::<16>(&gain, ph, estimated);
-        self.reduce_rows::<20>(&gain, ph, estimated);
-        // The upper triangle is copied to the lower: P stays symmetric to the bit.
-        for i in 1..N {
-            for j in 0..i {
-                self.p[i][j] = self.p[j][i];
-            }
-        }
-    }
-
-    /// `P -= K h' P` in the rows from `FROM` on that are estimated, at most four of them, and the columns from `FROM` on: fewer
-    /// than the whole, but of a length that the compiler knows and turns into vector instructions.
-    #[inline(always)]
-    fn reduce_rows<const FROM: usize>(&mut self, gain: &[f64; N], ph: &[f64; N], estimated: usize) {
-        for i in FROM..(FROM + 4).min(N) {
+        let root = 1.0 / robhaz_model::sqrt(variance);
+        // P -= s s' is symmetric to the bit.
+        let s = ph.map(|value| value * root);
+        let step = root * difference;
+        for (i, (row, si)) in self.p.iter_mut().zip(s).enumerate() {
             if i < estimated {
-                for j in FROM..N {
-                    self.p[i][j] -= gain[i] * ph[j];
+                self.x[i] += si * step;
+                for (entry, sj) in row.iter_mut().zip(s) {
+                    *entry -= si * sj;
+                }
+            } else {
+                for (entry, sj) in row.iter_mut().zip(s).take(estimated) {
+                    *entry -= si * sj;
                 }
             }
         }

@@ -68,7 +68,7 @@ impl LinkAngleKalman {
     /// The change must also be this many standard deviations of the gyroscope's noise in a difference of two readings.
     const IMPACT_GATE: f64 = 6.0;
     /// Distance of the rate from its low pass, in standard deviations of the gyroscope's noise, that shows no acceleration yet.
-    const EXPLAINED: f64 = 3.0;
+    const EXPLAINED: f64 = 4.0;
     /// Least variance of an unexplained acceleration, rad^2/s^4: of 0.01 rad/s^2, which is some hundredths of a newton of N.
     const LEAST_UNEXPLAINED: f64 = 1e-4;
     /// Possible lag of an inclinometer, s.
@@ -167,10 +167,13 @@ impl LinkAngleKalman {
             let smoothing = Self::SMOOTHING * (budget.rate_noise / Self::GYRO_NOISE);
             let smoothing = smoothing.clamp(Self::SHORTEST_SMOOTHING, Self::SMOOTHING);
             let ahead = self.rate - self.smooth_rate - smoothing * self.acceleration;
-            let noise = Self::EXPLAINED * budget.rate_noise;
-            let excess = (ahead * ahead - noise * noise) / (smoothing * smoothing);
+            let shaken = if ahead.abs() > Self::EXPLAINED * budget.rate_noise {
+                ahead * ahead / (smoothing * smoothing)
+            } else {
+                0.0
+            };
             let weight = dt / (smoothing + dt);
-            let unexplained = excess.max((1.0 - weight) * self.unexplained);
+            let unexplained = shaken.max((1.0 - weight) * self.unexplained);
             self.unexplained = if unexplained > Self::LEAST_UNEXPLAINED {
                 unexplained
             } else {
@@ -370,7 +373,7 @@ mod tests {
     }
 
     /// Closed form: at any constant acceleration nothing is unexplained; a step d of the rate leaves d over the time constant of the
-    /// low pass, less the part within the gate and what one sample of the low pass takes. It decays with that time constant.
+    /// low pass, less what one sample of the low pass takes. It decays with that time constant.
     #[test]
     fn a_step_of_the_rate_is_an_unexplained_acceleration() {
         let budget = NoiseBudget::typical();
@@ -392,8 +395,8 @@ mod tests {
         let step = 0.01;
         rate += step;
         update(&mut link, rate);
-        let gate = LinkAngleKalman::EXPLAINED * budget.rate_noise;
-        let expected = libm::sqrt(step * step - gate * gate) / s;
+        assert!(step > LinkAngleKalman::EXPLAINED * budget.rate_noise);
+        let expected = step / s;
         let found = link.unexplained_acceleration();
         // The rate is up to two samples of the acceleration ahead of its discrete low pass: 4e-3 of 1e-2 rad/s.
         assert!(

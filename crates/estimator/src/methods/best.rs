@@ -1,7 +1,9 @@
 //! The filters of `best`: Kalman filters for link angles, ground torques, and motion with the readings' errors.
 
+mod health;
 mod motion;
 mod shaking;
+mod statics;
 #[cfg(test)]
 mod tests;
 
@@ -9,26 +11,20 @@ use super::smooth_forces::SmoothForces;
 use super::wheel::{Wheel, visit_observers, visit_wheels};
 use crate::assembly::{Solution, Uncertainty, assemble};
 use crate::contact::{
-    ContactDetector, ContactEstimate, ContactEvidence, ContactState, RollingResiduals,
-    StandingDetector,
+    ContactDetector, ContactEstimate, ContactEvidence, RollingResiduals, StandingDetector,
 };
-use crate::estimate::{Estimate, EstimateError, Parity, ReadingErrors};
-use crate::filters::motion::{MotionFilter, ParityResidual, TORQUE_ERRORS};
+use crate::estimate::{Estimate, EstimateError, ReadingErrors};
+use crate::filters::motion::{MotionFilter, TORQUE_ERRORS};
 use crate::filters::{Innovation, LinkAngleKalman, LinkReadings};
 use crate::flags::Flags;
-use crate::frame::{Held, Inputs, Instant, SHORTEST_STEP};
+use crate::frame::Instant;
 use crate::friction::{FrictionObserver, FrictionSample, WheelFriction};
 use crate::ground::{GroundMemory, GroundMotion};
-use crate::health::{
-    Health, HealthMonitor, Innovations, RollingRobot, TorqueReading, TurnReadings, WheelReadings,
-};
+use crate::health::{Health, HealthMonitor, Innovations};
 use crate::nominal::Nominal;
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, NoiseBudget};
-use crate::statics::{
-    Arms, Equations, Forces, LinkageMotion, Loads, RightSide, Sensitivity, Traction, solve,
-};
+use crate::statics::{Arms, Forces, solve};
 use crate::visit::Visit;
-use nalgebra::Matrix4;
 use robhaz_model::{Robot, Vec2};
 
 /// Filters of links, wheels and motion.
@@ -83,15 +79,16 @@ impl BestFilters {
 
     /// Creates the filters of a robot at rest.
     pub fn new(robot: &Robot, method: KalmanMethod, budget: &NoiseBudget) -> Self {
+        let mean_load = robot.mean_wheel_load();
         Self {
             method,
             links: [LinkAngleKalman::new(budget); 2],
             wheels: [Wheel::new(); 3],
             motion: MotionFilter::new(budget, method.contact_angles),
             ground: GroundMemory::new(&robot.geometry),
-            last_normal_force: [robot.mean_wheel_load(); 3],
+            last_normal_force: [mean_load; 3],
             last_traction: [0.0; 3],
-            smooth_forces: SmoothForces::at_rest(robot),
+            smooth_forces: SmoothForces::at_rest(mean_load),
             time_beyond_gate: 0.0,
             contact: [ContactDetector::default(); 3],
             standing: StandingDetector::default(),
@@ -157,13 +154,17 @@ impl BestFilters {
         let inputs = |a, b| self.motion.input_covariance(a, b);
         let mut forces = solve(&equations, weighted, &right, inputs);
         forces.consider(&equations.inverse, &nominal.by_rolling_resistance);
-        self.consider_shaking(nominal, &equations, &mut forces);
+        self.consider_shaking(nominal, &equations, &right.sensitivity, &mut forces);
         self.discard_wrong_states(&settings.budget);
         self.last_normal_force = forces.normal;
         self.last_traction = forces.traction;
-        self.smooth_forces
-            .follow(&nominal.robot, &forces.normal, &forces.traction, instant.dt);
-        let contact = self.detect_contacts(&nominal.robot, &rolling, instant.dt);
+        self.smooth_forces.follow(
+            nominal.mean_load,
+            &forces.normal,
+            &forces.traction,
+            instant.dt,
+        );
+        let contact = self.detect_contacts(nominal.mean_load, &rolling, instant.dt);
         innovations.parity = parity.map(|(parity, _)| parity.nis());
         let health = self.check_health(nominal, instant, &innovations, &contact);
 
@@ -222,15 +223,14 @@ impl BestFilters {
         [self.links[0].angle(), self.links[1].angle()]
     }
 
-    /// Contact states, from the forces of this estimate before the bound N >= 0 and the residuals of the rolling
-    /// constraints.
+    /// Contact states, from the forces of this estimate before the bound N >= 0, the mean load of a wheel (N) and the residuals of
+    /// the rolling constraints.
     fn detect_contacts(
         &mut self,
-        robot: &Robot,
+        mean_load: f64,
         rolling: &[Option<RollingResiduals>; 3],
         dt: f64,
     ) -> [ContactEstimate; 3] {
-        let mean_load = robot.mean_wheel_load();
         let mut found = [ContactEstimate::default(); 3];
         for i in 0..3 {
             let evidence = ContactEvidence {
@@ -243,49 +243,10 @@ impl BestFilters {
         found
     }
 
-    /// Health after the innovations of this sample. They count while the robot drives and every wheel rolls on one contact:
-    /// elsewhere the constraints do not hold.
-    fn check_health(
-        &mut self,
-        nominal: &Nominal,
-        instant: &Instant<'_>,
-        innovations: &Innovations,
-        contact: &[ContactEstimate; 3],
-    ) -> Health {
-        let rolls = |contact: &ContactEstimate| {
-            contact.state == ContactState::OneContact && !contact.sliding
-        };
-        let model_holds = contact.iter().all(rolls) && !self.motion.is_any_suspect();
-        let speed = self.motion.velocity().norm_squared();
-        let drives = speed > HealthMonitor::DRIVES * HealthMonitor::DRIVES;
-        let has_noise = nominal.settings.budget.torque_noise > 0.0;
-        let rim = [0, 1, 2].map(|i| {
-            let spin = self.wheels[i].settled_speed().unwrap_or(0.0);
-            (nominal.robot.geometry.wheel_radius * spin).abs()
-        });
-        let torques = [0, 1, 2].map(|i| TorqueReading {
-            value: instant.inputs.motor_torque[i].now(),
-            varies: has_noise && rim[i] > HealthMonitor::DRIVES,
-        });
-        self.health
-            .update(innovations, &torques, drives, model_holds, instant.dt);
-        let links = [0, 1].map(|k| turn_readings(instant.inputs, k));
-        let bias = nominal.settings.budget.rate_bias;
-        let fastest = rim.iter().fold(0.0, |a: f64, b| a.max(*b));
-        self.health
-            .update_turning(&links, fastest, bias, instant.dt);
-        let readings = wheel_readings(instant.inputs, drives);
-        let gain = nominal.settings.budget.torque_gain;
-        let robot = || rolling_robot(nominal);
-        self.health
-            .update_wiring(readings.as_ref(), robot, gain, instant.dt);
-        self.health.health(&nominal.robot.geometry.carriers)
-    }
-
     /// Advances the memory of the ground, in the posture of `arms`. What it shows of the direction of the velocity corrects the motion.
     fn update_ground(&mut self, nominal: &Nominal, instant: &Instant<'_>, arms: &Arms) {
         let (robot, budget) = (&nominal.robot, &nominal.settings.budget);
-        let least = EstimatorSettings::UNLOADED * robot.mean_wheel_load();
+        let least = EstimatorSettings::UNLOADED * nominal.mean_load;
         let touches = |i: usize| self.last_normal_force[i] > least && !self.motion.is_suspect(i);
         let angle = |i: usize| {
             let (_, sigma) = self.motion.contact_angle_error(i);
@@ -335,135 +296,10 @@ impl BestFilters {
             clear: [0, 1, 2].map(|i| !doubtful && !self.motion.is_suspect(i)),
             removed: offsets.map(|offset| (offset - mean) / radius),
             lasting: DIFFERENCES * budget.torque_offset / radius,
-            mean_load: nominal.robot.mean_wheel_load(),
+            mean_load: nominal.mean_load,
             dt,
         };
         self.friction.update(&sample, &mut self.ground)
-    }
-
-    /// Eq. (8) for the estimated loads and contact angles.
-    fn equations(
-        &self,
-        nominal: &Nominal,
-        inputs: &Inputs,
-        arms: Arms,
-        link_angles: [f64; 2],
-    ) -> Result<Equations, EstimateError> {
-        let accelerations = self.links.each_ref().map(LinkAngleKalman::acceleration);
-        let loads = self.loads(nominal, &arms, accelerations);
-        let angle = |i| self.contact_angle(i, inputs);
-        let contact_angle = [angle(0), angle(1), angle(2)];
-        nominal.equations(arms, link_angles, loads, &contact_angle)
-    }
-
-    /// Gravity, and inertia if `method.inertia`, for angular accelerations of links 1 and 2, rad/s^2.
-    fn loads(&self, nominal: &Nominal, arms: &Arms, accelerations: [f64; 2]) -> Loads {
-        if !self.method.inertia {
-            return Loads::at_rest(&nominal.masses);
-        }
-        let robot = &nominal.robot;
-        let [link1, link2] = &self.links;
-        let rates = [link1.smooth_rate(), link2.smooth_rate()];
-        let motion = LinkageMotion {
-            q: self.motion.acceleration(),
-            turning: arms.turning(rates, accelerations),
-            spin: self.wheels.each_ref().map(Wheel::acceleration),
-        };
-        let carriers = &robot.geometry.carriers;
-        Loads::moving(&robot.mass, &nominal.masses, arms, carriers, &motion)
-    }
-
-    /// Given contact angle of wheel `i` (0 where none is given) minus its estimated error, rad.
-    fn contact_angle(&self, i: usize, inputs: &Inputs) -> f64 {
-        inputs.contact_angle[i].value - self.motion.contact_angle_error(i).0
-    }
-
-    /// Tractions corrected for the estimated errors of the torque readings.
-    fn tractions(&self, nominal: &Nominal) -> [Traction; 3] {
-        let (settings, radius) = (&nominal.settings, nominal.robot.geometry.wheel_radius);
-        let traction = |i: usize| {
-            let wheel = &self.wheels[i];
-            let torque = wheel.steady_torque(settings.viscous_damping);
-            let share = wheel.friction_share();
-            let error = self.motion.torque_error(i, torque, share);
-            wheel.traction(settings, error, radius)
-        };
-        [traction(0), traction(1), traction(2)]
-    }
-
-    /// Right-hand side of eq. (8) for the estimated tractions, with its sensitivity at the forces `about`.
-    fn right_side(
-        &self,
-        nominal: &Nominal,
-        equations: &Equations,
-        about: &SmoothForces,
-    ) -> RightSide {
-        let tractions = self.tractions(nominal);
-        let inertial = self.method.inertia.then_some(&nominal.masses);
-        let lever = nominal.settings.moment_lever;
-        let geometry = &nominal.robot.geometry;
-        let value = equations.equilibrium.right_side(&[
-            tractions[0].value,
-            tractions[1].value,
-            tractions[2].value,
-        ]);
-        RightSide {
-            value,
-            sensitivity: Sensitivity::new(
-                geometry,
-                equations,
-                &tractions,
-                (&about.normal, &about.traction),
-                inertial,
-                lever,
-            ),
-            tractions,
-            loads: nominal.load_noise(equations),
-        }
-    }
-
-    /// Tests the parity residual against its predicted standard deviation. If `method.parity`, the residual corrects the
-    /// states, and the right-hand side is corrected to first order with H_N unchanged. Unexplained load adds to the noise.
-    ///
-    /// Returns the residual and the flags that it raises; `None` where the contacts leave the parity undefined.
-    fn check_parity(
-        &mut self,
-        nominal: &Nominal,
-        instant: &Instant<'_>,
-        equations: &Equations,
-        right: &mut RightSide,
-    ) -> Option<(Parity, Flags)> {
-        let w = equations.parity_direction?;
-        let residual = ParityResidual {
-            value: w.dot(&right.value),
-            gradient: right.sensitivity.along(&w),
-            variance: right.noise_along(&equations.equilibrium, &w),
-        };
-        let before = self.motion.inputs();
-        let correct = self.method.parity && instant.dt > 0.0;
-        let dt = instant.dt.max(SHORTEST_STEP);
-        let check = self.motion.check_parity(&residual, dt, correct);
-
-        right.loads += Matrix4::from_diagonal_element(self.motion.unexplained_load());
-        if check.corrected {
-            let after = self.motion.inputs();
-            for (k, column) in right.sensitivity.columns.iter().enumerate() {
-                right.value += column * (after[k] - before[k]);
-            }
-            right.tractions = self.tractions(nominal);
-        }
-        let flags = if check.within_gate {
-            self.time_beyond_gate = 0.0;
-            Flags::NONE
-        } else {
-            self.time_beyond_gate += instant.dt;
-            Flags::OUT_OF_RANGE
-        };
-        let parity = Parity {
-            value: residual.value,
-            sigma: libm::sqrt(check.innovation.variance),
-        };
-        Some((parity, flags))
     }
 
     /// Starts the motion filter anew when the parity residual has been beyond its gate for too long. The places of the ground
@@ -494,37 +330,4 @@ impl BestFilters {
             health,
         }
     }
-}
-
-/// Gyroscope and inclinometer of link `k`, held; `None` if one is stale or has not been read.
-fn turn_readings(inputs: &Inputs, k: usize) -> Option<TurnReadings> {
-    let (rate, inclination) = (&inputs.rate[k], &inputs.inclination[k]);
-    let serves = |held: &Held| held.known && held.age <= Inputs::STALE_AFTER;
-    (serves(rate) && serves(inclination)).then_some(TurnReadings {
-        rate: rate.value,
-        inclination: inclination.value,
-    })
-}
-
-/// Inertia and damping of the nominal robot whose wheels all roll.
-fn rolling_robot(nominal: &Nominal) -> RollingRobot {
-    let (mass, radius) = (&nominal.robot.mass, nominal.robot.geometry.wheel_radius);
-    RollingRobot {
-        inertia: 3.0 * (mass.wheel_inertia + mass.rotor_inertia) + mass.total() * radius * radius,
-        damping: 3.0 * nominal.settings.viscous_damping,
-    }
-}
-
-/// Torques and encoders, with held readings; `None` if one is stale or counts from a new zero.
-fn wheel_readings(inputs: &Inputs, drives: bool) -> Option<WheelReadings> {
-    let (torque, angle) = (&inputs.motor_torque, &inputs.wheel_angle);
-    let stale = |held: &Held| held.age > Inputs::STALE_AFTER;
-    if inputs.new_zero.contains(&true) || torque.iter().chain(angle).any(stale) {
-        return None;
-    }
-    Some(WheelReadings {
-        torque: torque.map(|held| held.value),
-        angle: angle.map(|held| held.value),
-        drives,
-    })
 }

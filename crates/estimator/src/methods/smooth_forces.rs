@@ -1,7 +1,6 @@
 //! Low-pass filtered forces of the wheels.
 
 use crate::visit::visit_fields;
-use robhaz_model::Robot;
 
 /// Low-pass filtered forces of the three wheels, N, about which sensitivities are linearised.
 ///
@@ -23,18 +22,18 @@ impl SmoothForces {
     /// Largest distance from the last forces, as a part of the mean wheel load.
     const LARGEST_LAG: f64 = 0.1;
 
-    /// Those of a robot at rest: equal loads, no traction.
-    pub fn at_rest(robot: &Robot) -> Self {
+    /// Those of a robot at rest: equal loads of `mean_load` (N), no traction.
+    pub fn at_rest(mean_load: f64) -> Self {
         Self {
-            normal: [robot.mean_wheel_load(); 3],
+            normal: [mean_load; 3],
             traction: [0.0; 3],
         }
     }
 
-    /// Advances by `dt` (s) to the forces N and T of the last estimate, N.
-    pub fn follow(&mut self, robot: &Robot, normal: &[f64; 3], traction: &[f64; 3], dt: f64) {
+    /// Advances by `dt` (s) to the forces N and T of the last estimate, N; `mean_load` is that of a wheel, N.
+    pub fn follow(&mut self, mean_load: f64, normal: &[f64; 3], traction: &[f64; 3], dt: f64) {
         let weight = dt / (Self::TIME + dt);
-        let most = Self::LARGEST_LAG * robot.mean_wheel_load();
+        let most = Self::LARGEST_LAG * mean_load;
         let follow = |smooth: &mut f64, last: f64| {
             let lag = (1.0 - weight) * (last - *smooth);
             // `clamp` could panic.

@@ -30,6 +30,7 @@ impl Equilibrium {
     /// radius, m; the penetration, 0.6 % of it, is neglected.
     ///
     /// `None` where P lies on the line RS.
+    #[inline(always)]
     pub fn new(
         arms: &Arms,
         carriers: &[Carrier; 3],
@@ -127,6 +128,7 @@ impl Equilibrium {
     /// Least squares for the normal forces, N: `(H_N' H_N)^-1 H_N' y`. The condition
     /// number of H_N is 6 to 9, so the normal equations lose two digits of sixteen. `None` where the contacts leave a
     /// normal force undetermined.
+    #[inline(always)]
     pub fn least_squares(&self) -> Option<LeastSquaresInverse> {
         let [a, b, c] = &self.h_n;
         let m = Matrix3::new(
@@ -157,9 +159,10 @@ impl Equilibrium {
             m.m12 * m.m31 - m.m11 * m.m32,
             m.m11 * m.m22 - m.m12 * m.m21,
         );
+        let inverse = 1.0 / det;
         Some(LeastSquaresInverse {
             rows: [0, 1, 2].map(|i| {
-                (a * adjugate[(i, 0)] + b * adjugate[(i, 1)] + c * adjugate[(i, 2)]) / det
+                (a * adjugate[(i, 0)] + b * adjugate[(i, 1)] + c * adjugate[(i, 2)]) * inverse
             }),
         })
     }
@@ -167,6 +170,7 @@ impl Equilibrium {
     /// Parity direction: the unit vector `w` with `w' H_N = 0`. It combines the rows so that no normal force is left.
     ///
     /// `w' (F' - H_T T)` is the parity residual, N: zero for exact loads, tractions and contact angles.
+    #[inline(always)]
     pub fn parity_direction(&self) -> Option<Vector4<f64>> {
         let [a, b, c] = &self.h_n;
         let minor = |i: usize, j: usize, k: usize| {

@@ -87,14 +87,12 @@ impl MotionFilter {
 
     /// `F x` and `F P F'`: accelerations add to velocities; accelerations and contact angles decay.
     ///
-    /// Velocity, acceleration and contact angles change. The upper triangle is copied to the lower, so P stays exactly symmetric.
+    /// Each entry of P gets the same operations as its mirror image, so P stays symmetric to the bit.
     fn propagate(&mut self, dt: f64, decay: Decay) {
         const DECAYING: core::ops::Range<usize> = ACCELERATION..CONTACT_ANGLE + 3;
         let Kalman { x, p } = &mut self.filter;
-        let mut keep = [1.0; COUNT];
         for i in 0..2 {
             let (v, a) = (VELOCITY + i, ACCELERATION + i);
-            keep[a] = decay.acceleration;
             x[v] += dt * x[a];
             for k in 0..COUNT {
                 p[v][k] += dt * p[a][k];
@@ -104,24 +102,23 @@ impl MotionFilter {
             for k in i..2 {
                 p[VELOCITY + i][VELOCITY + k] += dt * p[VELOCITY + i][ACCELERATION + k];
             }
-        }
-        for i in 0..3 {
-            keep[CONTACT_ANGLE + i] = decay.contact_angle;
-        }
-        for i in DECAYING {
-            x[i] *= keep[i];
-            for k in i..COUNT {
-                p[i][k] *= keep[i] * keep[k];
+            for k in VELOCITY + i + 1..COUNT {
+                p[k][VELOCITY + i] = p[VELOCITY + i][k];
             }
         }
-        for i in 0..DECAYING.start {
-            for k in DECAYING {
-                p[i][k] *= keep[k];
-            }
-        }
-        for i in 0..DECAYING.end {
-            for k in i + 1..COUNT {
-                p[k][i] = p[i][k];
+        let mut keep = [1.0; COUNT];
+        keep[ACCELERATION..CONTACT_ANGLE].fill(decay.acceleration);
+        keep[CONTACT_ANGLE..DECAYING.end].fill(decay.contact_angle);
+        for i in 0..COUNT {
+            if DECAYING.contains(&i) {
+                x[i] *= keep[i];
+                for k in 0..COUNT {
+                    p[i][k] *= keep[i] * keep[k];
+                }
+            } else {
+                for k in DECAYING {
+                    p[i][k] *= keep[k];
+                }
             }
         }
     }

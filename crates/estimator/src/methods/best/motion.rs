@@ -29,7 +29,7 @@ impl BestFilters {
         let deviation = |i: usize| (self.contact_angle(i, instant.inputs) - slopes[i]).abs();
         let deviation = (deviation(0) + deviation(1) + deviation(2)) / 3.0;
         let [front, middle, rear] = self.last_traction;
-        let push = (front + middle + rear) / (3.0 * nominal.robot.mean_wheel_load());
+        let push = (front + middle + rear) / (3.0 * nominal.mean_load);
         let pushes = push.abs() > StandingDetector::PUSHES;
         let spin: f64 = self.wheels.iter().map(Wheel::acceleration).sum();
         let acceleration = nominal.robot.geometry.wheel_radius * spin / (3.0 * GRAVITY);
@@ -86,10 +86,10 @@ impl BestFilters {
             let innovation = wheel.update(&robot.mass, settings, &inputs.wheel(i), alpha, dt);
             innovations.encoder[i] = innovation.as_ref().map(Innovation::nis);
         }
-        let least = EstimatorSettings::UNLOADED * robot.mean_wheel_load();
+        let least = EstimatorSettings::UNLOADED * nominal.mean_load;
         let stands = self.standing.stands();
         if stands {
-            self.motion.stand(robot.mean_wheel_load());
+            self.motion.stand(nominal.mean_load);
         }
         let rolls = |i: usize| dt > 0.0 && self.last_normal_force[i] > least;
         let wheels =

@@ -2,8 +2,7 @@
 
 use super::BestFilters;
 use crate::nominal::Nominal;
-use crate::statics::{Equations, Equilibrium, Forces, Loads};
-use robhaz_model::Vec2;
+use crate::statics::{Equations, Equilibrium, Forces, Sensitivity, input};
 
 impl BestFilters {
     /// Adds what unexplained angular accelerations of the links cost to the covariance of N:
@@ -16,6 +15,7 @@ impl BestFilters {
         &self,
         nominal: &Nominal,
         equations: &Equations,
+        sensitivity: &Sensitivity,
         forces: &mut Forces,
     ) {
         if !self.method.inertia {
@@ -43,10 +43,8 @@ impl BestFilters {
                     arm = arm.max(robhaz_model::sqrt(axle.norm_squared()));
                 }
             }
-            for unit in [Vec2::x(), Vec2::y()] {
-                let uniform = Loads::uniform(&nominal.masses, unit * (arm * sigma));
-                let (moving, _) = Equilibrium::load_side(arms, carriers, &uniform, lever);
-                forces.consider(&equations.inverse, &moving);
+            for by_acceleration in &sensitivity.columns[input::ACCELERATION..input::CONTACT_ANGLE] {
+                forces.consider(&equations.inverse, &(by_acceleration * (arm * sigma)));
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::filters::TorqueObserverParameters;
-use crate::frame::{LinkReading, SensorFrame};
+use crate::frame::{Inputs, LinkReading, SensorFrame};
 use crate::settings::Method;
 use crate::statics::input;
 use crate::testing::Random;
@@ -172,7 +172,8 @@ fn shaking_counts_with_the_whole_mass() {
             traction: [0.0; 3],
             covariance: [[0.0; 6]; 6],
         };
-        filters.consider_shaking(&nominal, &equations, &mut forces);
+        let right = filters.right_side(&nominal, &equations, &filters.smooth_forces);
+        filters.consider_shaking(&nominal, &equations, &right.sensitivity, &mut forces);
         forces.covariance.iter().flatten().sum::<f64>()
     };
     assert!(!(variance_of_sum(&still) > 0.0));

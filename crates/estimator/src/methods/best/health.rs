@@ -1,0 +1,83 @@
+//! Health of the readings: what the monitor takes of one sample.
+
+use super::BestFilters;
+use crate::contact::{ContactEstimate, ContactState};
+use crate::frame::{Held, Inputs, Instant};
+use crate::health::{
+    Health, HealthMonitor, Innovations, RollingRobot, TorqueReading, TurnReadings, WheelReadings,
+};
+use crate::nominal::Nominal;
+
+impl BestFilters {
+    /// Health after the innovations of this sample. They count while the robot drives and every wheel rolls on one contact:
+    /// elsewhere the constraints do not hold.
+    pub(super) fn check_health(
+        &mut self,
+        nominal: &Nominal,
+        instant: &Instant<'_>,
+        innovations: &Innovations,
+        contact: &[ContactEstimate; 3],
+    ) -> Health {
+        let rolls = |contact: &ContactEstimate| {
+            contact.state == ContactState::OneContact && !contact.sliding
+        };
+        let model_holds = contact.iter().all(rolls) && !self.motion.is_any_suspect();
+        let speed = self.motion.velocity().norm_squared();
+        let drives = speed > HealthMonitor::DRIVES * HealthMonitor::DRIVES;
+        let has_noise = nominal.settings.budget.torque_noise > 0.0;
+        let rim = [0, 1, 2].map(|i| {
+            let spin = self.wheels[i].settled_speed().unwrap_or(0.0);
+            (nominal.robot.geometry.wheel_radius * spin).abs()
+        });
+        let torques = [0, 1, 2].map(|i| TorqueReading {
+            value: instant.inputs.motor_torque[i].now(),
+            varies: has_noise && rim[i] > HealthMonitor::DRIVES,
+        });
+        self.health
+            .update(innovations, &torques, drives, model_holds, instant.dt);
+        let links = [0, 1].map(|k| turn_readings(instant.inputs, k));
+        let bias = nominal.settings.budget.rate_bias;
+        let fastest = rim.iter().fold(0.0, |a: f64, b| a.max(*b));
+        self.health
+            .update_turning(&links, fastest, bias, instant.dt);
+        let readings = wheel_readings(instant.inputs, drives);
+        let gain = nominal.settings.budget.torque_gain;
+        let robot = || rolling_robot(nominal);
+        self.health
+            .update_wiring(readings.as_ref(), robot, gain, instant.dt);
+        self.health.health(&nominal.robot.geometry.carriers)
+    }
+}
+
+/// Gyroscope and inclinometer of link `k`, held; `None` if one is stale or has not been read.
+fn turn_readings(inputs: &Inputs, k: usize) -> Option<TurnReadings> {
+    let (rate, inclination) = (&inputs.rate[k], &inputs.inclination[k]);
+    let serves = |held: &Held| held.known && held.age <= Inputs::STALE_AFTER;
+    (serves(rate) && serves(inclination)).then_some(TurnReadings {
+        rate: rate.value,
+        inclination: inclination.value,
+    })
+}
+
+/// Inertia and damping of the nominal robot whose wheels all roll.
+fn rolling_robot(nominal: &Nominal) -> RollingRobot {
+    let (mass, radius) = (&nominal.robot.mass, nominal.robot.geometry.wheel_radius);
+    RollingRobot {
+        inertia: 3.0 * (mass.wheel_inertia + mass.rotor_inertia) + mass.total() * radius * radius,
+        damping: 3.0 * nominal.settings.viscous_damping,
+    }
+}
+
+/// Torques and encoders, with held readings; `None` if one is stale or counts from a new zero.
+fn wheel_readings(inputs: &Inputs, drives: bool) -> Option<WheelReadings> {
+    let (torque, angle) = (&inputs.motor_torque, &inputs.wheel_angle);
+    let stale = |held: &Held| held.age > Inputs::STALE_AFTER;
+    if inputs.new_zero.contains(&true) || torque.iter().chain(angle).any(stale) {
+        return None;
+    }
+    Some(WheelReadings {
+        torque: torque.map(|held| held.value),
+        angle: angle.map(|held| held.value),
+        drives,
+    })
+}

@@ -1,0 +1,141 @@
+//! Eq. (8) with the estimated loads, contact angles and tractions, and its parity residual.
+
+use super::BestFilters;
+use crate::estimate::{EstimateError, Parity};
+use crate::filters::LinkAngleKalman;
+use crate::filters::motion::ParityResidual;
+use crate::flags::Flags;
+use crate::frame::{Inputs, Instant, SHORTEST_STEP};
+use crate::methods::smooth_forces::SmoothForces;
+use crate::methods::wheel::Wheel;
+use crate::nominal::Nominal;
+use crate::statics::{Arms, Equations, LinkageMotion, Loads, RightSide, Sensitivity, Traction};
+use nalgebra::Matrix4;
+
+impl BestFilters {
+    /// Eq. (8) for the estimated loads and contact angles.
+    #[inline(always)]
+    pub(super) fn equations(
+        &self,
+        nominal: &Nominal,
+        inputs: &Inputs,
+        arms: Arms,
+        link_angles: [f64; 2],
+    ) -> Result<Equations, EstimateError> {
+        let accelerations = self.links.each_ref().map(LinkAngleKalman::acceleration);
+        let loads = self.loads(nominal, &arms, accelerations);
+        let angle = |i| self.contact_angle(i, inputs);
+        let contact_angle = [angle(0), angle(1), angle(2)];
+        nominal.equations(arms, link_angles, loads, &contact_angle)
+    }
+
+    /// Gravity, and inertia if `method.inertia`, for angular accelerations of links 1 and 2, rad/s^2.
+    pub(super) fn loads(&self, nominal: &Nominal, arms: &Arms, accelerations: [f64; 2]) -> Loads {
+        if !self.method.inertia {
+            return Loads::at_rest(&nominal.masses);
+        }
+        let robot = &nominal.robot;
+        let [link1, link2] = &self.links;
+        let rates = [link1.smooth_rate(), link2.smooth_rate()];
+        let motion = LinkageMotion {
+            q: self.motion.acceleration(),
+            turning: arms.turning(rates, accelerations),
+            spin: self.wheels.each_ref().map(Wheel::acceleration),
+        };
+        let carriers = &robot.geometry.carriers;
+        Loads::moving(&robot.mass, &nominal.masses, arms, carriers, &motion)
+    }
+
+    /// Given contact angle of wheel `i` (0 where none is given) minus its estimated error, rad.
+    pub(super) fn contact_angle(&self, i: usize, inputs: &Inputs) -> f64 {
+        inputs.contact_angle[i].value - self.motion.contact_angle_error(i).0
+    }
+
+    /// Tractions corrected for the estimated errors of the torque readings.
+    pub(super) fn tractions(&self, nominal: &Nominal) -> [Traction; 3] {
+        let (settings, radius) = (&nominal.settings, nominal.robot.geometry.wheel_radius);
+        let traction = |i: usize| {
+            let wheel = &self.wheels[i];
+            let torque = wheel.steady_torque(settings.viscous_damping);
+            let share = wheel.friction_share();
+            let error = self.motion.torque_error(i, torque, share);
+            wheel.traction(settings, error, radius)
+        };
+        [traction(0), traction(1), traction(2)]
+    }
+
+    /// Right-hand side of eq. (8) for the estimated tractions, with its sensitivity at the forces `about`.
+    pub(super) fn right_side(
+        &self,
+        nominal: &Nominal,
+        equations: &Equations,
+        about: &SmoothForces,
+    ) -> RightSide {
+        let tractions = self.tractions(nominal);
+        let inertial = self.method.inertia.then_some(&nominal.masses);
+        let lever = nominal.settings.moment_lever;
+        let geometry = &nominal.robot.geometry;
+        let value = equations.equilibrium.right_side(&[
+            tractions[0].value,
+            tractions[1].value,
+            tractions[2].value,
+        ]);
+        RightSide {
+            value,
+            sensitivity: Sensitivity::new(
+                geometry,
+                equations,
+                &tractions,
+                (&about.normal, &about.traction),
+                inertial,
+                lever,
+            ),
+            tractions,
+            loads: nominal.load_noise(equations),
+        }
+    }
+
+    /// Tests the parity residual against its predicted standard deviation. If `method.parity`, the residual corrects the
+    /// states, and the right-hand side is corrected to first order with H_N unchanged. Unexplained load adds to the noise.
+    ///
+    /// Returns the residual and the flags that it raises; `None` where the contacts leave the parity undefined.
+    pub(super) fn check_parity(
+        &mut self,
+        nominal: &Nominal,
+        instant: &Instant<'_>,
+        equations: &Equations,
+        right: &mut RightSide,
+    ) -> Option<(Parity, Flags)> {
+        let w = equations.parity_direction?;
+        let residual = ParityResidual {
+            value: w.dot(&right.value),
+            gradient: right.sensitivity.along(&w),
+            variance: right.noise_along(&equations.equilibrium, &w),
+        };
+        let before = self.motion.inputs();
+        let correct = self.method.parity && instant.dt > 0.0;
+        let dt = instant.dt.max(SHORTEST_STEP);
+        let check = self.motion.check_parity(&residual, dt, correct);
+
+        right.loads += Matrix4::from_diagonal_element(self.motion.unexplained_load());
+        if check.corrected {
+            let after = self.motion.inputs();
+            for (k, column) in right.sensitivity.columns.iter().enumerate() {
+                right.value += column * (after[k] - before[k]);
+            }
+            right.tractions = self.tractions(nominal);
+        }
+        let flags = if check.within_gate {
+            self.time_beyond_gate = 0.0;
+            Flags::NONE
+        } else {
+            self.time_beyond_gate += instant.dt;
+            Flags::OUT_OF_RANGE
+        };
+        let parity = Parity {
+            value: residual.value,
+            sigma: libm::sqrt(check.innovation.variance),
+        };
+        Some((parity, flags))
+    }
+}
