@@ -6,8 +6,8 @@ use crate::plan::{ChannelPlace, Plan};
 use crate::rows::{Place, Row};
 use crate::stamp::Stamp;
 
-/// Most bytes that are kept: 10 minutes of all readings at 1 kHz take 82 MB. Longer logs are read again.
-const MOST_BYTES: usize = 128 << 20;
+/// Most bytes that are kept: 10 minutes of all readings at 1 kHz take 86 MB. Longer logs are read again.
+const MOST_BYTES: usize = 128_000_000;
 
 /// Rows of one file in the order in which it gave them.
 #[derive(Default)]
