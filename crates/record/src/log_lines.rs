@@ -18,50 +18,70 @@ pub fn means_table(runs: &[(&str, &Summary)], several: bool) -> String {
         .set_header(header(several));
     for (label, summary) in runs {
         for (i, estimator) in summary.estimators.iter().enumerate() {
-            table.add_row(row(
-                several.then_some(if i == 0 { *label } else { "" }),
-                estimator,
-            ));
+            let label = several.then_some(if i == 0 { *label } else { "" });
+            table.add_rows(rows(label, estimator));
         }
     }
-    let title = "Means of the estimates: N and its stated standard deviation, sum of N, sum of the tractions, in N.\n\
+    let title = "Means of the estimates, N: normal force N and traction T of each wheel, with the stated standard deviation.\n\
                  Parity: RMS of the parity residual over its expected deviation, 1 for a right noise budget.\n";
     format!("{title}{}", table.trim_fmt())
 }
 
 fn header(several: bool) -> Row {
     let names = [
-        "wheel 1\nfront\nN   sigma",
-        "wheel 2\nmiddle\nN   sigma",
-        "wheel 3\nrear\nN   sigma",
-        "sum\nof N\nN",
-        "sum of\ntraction\nN",
-        "parity\n\n-",
+        "force",
+        "wheel 1\nfront\nmean  sigma",
+        "wheel 2\nmiddle\nmean  sigma",
+        "wheel 3\nrear\nmean  sigma",
+        "sum",
+        "parity",
     ];
     heading(&names, several)
 }
 
-fn row(label: Option<&str>, estimator: &EstimatorSummary) -> Row {
-    let mut row = first_cells(label, &estimator.name);
+/// The row of N, and below it that of T.
+fn rows(label: Option<&str>, estimator: &EstimatorSummary) -> [Row; 2] {
+    let mut normal = first_cells(label, &estimator.name);
+    let mut traction = first_cells(label.map(|_| ""), "");
     let Some(means) = &estimator.means else {
-        for _ in 0..6 {
-            row.add_cell(right("-"));
-        }
-        return row;
+        fill(&mut normal, "N", None, None);
+        fill(&mut traction, "T", None, None);
+        return [normal, traction];
     };
-    for (i, mean) in means.normal_force.iter().enumerate() {
-        let sigma = means.normal_force_sigma.map(|sigma| sigma[i]);
-        row.add_cell(right(match sigma {
-            Some(sigma) => format!("{mean:.2} {sigma:>5.2}"),
-            None => format!("{mean:.2}     -"),
-        }));
-    }
-    let sum = |forces: &[f64; 3]| format!("{:.2}", forces.iter().sum::<f64>());
-    row.add_cell(right(sum(&means.normal_force)));
-    row.add_cell(right(sum(&means.traction)));
+    let MeanForces {
+        normal_force_sigma,
+        traction_sigma,
+        ..
+    } = means;
+    fill(
+        &mut normal,
+        "N",
+        Some(&means.normal_force),
+        normal_force_sigma.as_ref(),
+    );
+    fill(
+        &mut traction,
+        "T",
+        Some(&means.traction),
+        traction_sigma.as_ref(),
+    );
     let parity = means.parity.map(|p| format!("{p:.2}"));
-    row.add_cell(right(parity.unwrap_or_else(|| "-".to_owned())));
-    row
+    normal.add_cell(right(parity.unwrap_or_else(|| "-".to_owned())));
+    [normal, traction]
+}
+
+/// Adds the cells of one force: its name, its mean with deviation of each wheel, its sum.
+fn fill(row: &mut Row, force: &str, means: Option<&[f64; 3]>, sigma: Option<&[f64; 3]>) {
+    row.add_cell(right(force));
+    for i in 0..3 {
+        let mean = means.map_or("-".to_owned(), |means| format!("{:.2}", means[i]));
+        let sigma = sigma.map_or("-".to_owned(), |sigma| format!("{:.2}", sigma[i]));
+        row.add_cell(right(format!("{mean} {sigma:>6}")));
+    }
+    let sum = means.map_or("-".to_owned(), |means| {
+        format!("{:.2}", means.iter().sum::<f64>())
+    });
+    row.add_cell(right(sum));
 }
 
 /// Lines about a log: its channels, what was left out, readings that are missing, flags of the estimators.

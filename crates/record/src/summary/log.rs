@@ -91,6 +91,9 @@ pub struct MeanForces {
     pub traction: [f64; 3],
     /// RMS of the stated standard deviation of N of each wheel, N. `None` if the estimator states none.
     pub normal_force_sigma: Option<[f64; 3]>,
+    /// The same of T of each wheel, N.
+    #[serde(default)]
+    pub traction_sigma: Option<[f64; 3]>,
     /// RMS of the parity residual over its expected standard deviation: 1 if the noise budget is right. `None` if the
     /// estimator expects none.
     pub parity: Option<f64>,
@@ -117,7 +120,8 @@ pub(super) struct ForceSums {
     pub missing: u64,
     normal_force: [f64; 3],
     traction: [f64; 3],
-    variance: [f64; 3],
+    /// Of N, and of T.
+    variance: [[f64; 3]; 2],
     variances: u64,
     parity: f64,
     parities: u64,
@@ -141,11 +145,11 @@ impl ForceSums {
             self.normal_force[i] += estimate.normal_force[i];
             self.traction[i] += estimate.traction[i];
         }
-        let sigma = [0, 1, 2].map(|i| estimate.sigma_normal(i));
-        if let [Some(a), Some(b), Some(c)] = sigma {
+        if let Some(covariance) = &estimate.covariance {
             self.variances += 1;
-            for (sum, sigma) in self.variance.iter_mut().zip([a, b, c]) {
-                *sum += sigma * sigma;
+            for i in 0..3 {
+                self.variance[0][i] += covariance[2 * i + 1][2 * i + 1];
+                self.variance[1][i] += covariance[2 * i][2 * i];
             }
         }
         if let Some(parity) = estimate.parity.filter(|p| p.sigma > 0.0) {
@@ -173,12 +177,14 @@ impl ForceSums {
         if self.samples == 0 {
             return None;
         }
+        let sigma = |sums: &[f64; 3]| sums.map(|sum| mean(sum.max(0.0), self.variances).sqrt());
+        let stated = (self.variances > 0).then(|| self.variance.each_ref().map(sigma));
         let [unloaded, at_stop, missing, stale, absurd, out_of_range] = self.flags;
         Some(MeanForces {
             normal_force: self.normal_force.map(|sum| mean(sum, self.samples)),
             traction: self.traction.map(|sum| mean(sum, self.samples)),
-            normal_force_sigma: (self.variances > 0)
-                .then(|| self.variance.map(|sum| mean(sum, self.variances).sqrt())),
+            normal_force_sigma: stated.map(|[normal, _]| normal),
+            traction_sigma: stated.map(|[_, traction]| traction),
             parity: (self.parities > 0).then(|| mean(self.parity, self.parities).sqrt()),
             unloaded,
             at_stop,
@@ -194,7 +200,8 @@ impl MeanForces {
     /// Whether every number is finite.
     pub(super) fn is_finite(&self) -> bool {
         let forces = self.normal_force.iter().chain(&self.traction);
-        let stated = self.normal_force_sigma.iter().flatten().chain(&self.parity);
+        let stated = self.normal_force_sigma.iter().chain(&self.traction_sigma);
+        let stated = stated.flatten().chain(&self.parity);
         forces.chain(stated).all(|v| v.is_finite())
     }
 }
