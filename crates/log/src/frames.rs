@@ -4,6 +4,7 @@
 
 use crate::error::LogError;
 use crate::events::Events;
+use crate::kept::Kept;
 use crate::order::{Accept, Order};
 use crate::plan::{Content, Plan};
 use crate::readings::Values;
@@ -55,9 +56,12 @@ pub struct Frames {
 }
 
 impl Frames {
-    /// Opens the log at its start.
-    pub fn new(plan: Plan, survey: Survey) -> Result<Self, LogError> {
-        let events = plan.open()?;
+    /// Starts at the first row: of those that the survey has kept, else of the files.
+    pub fn new(plan: Plan, survey: Survey, kept: Option<Kept>) -> Result<Self, LogError> {
+        let events = match kept {
+            Some(kept) => Box::new(kept),
+            None => plan.open()?,
+        };
         let channel = |(plan, period): (&crate::plan::ChannelPlan, &f64)| Channel {
             order: Order::default(),
             waiting: VecDeque::new(),

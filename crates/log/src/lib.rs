@@ -11,12 +11,12 @@
 //! | `stamp`, `order` | time stamps and their order |
 //! | `readings`, `truth` | readings and truth by the names of columns |
 //! | `own_names`, `mapped`, `formula`, `plan` | which column is which reading |
-//! | `events`, `survey`, `frames` | rows of all channels; a first reading; frames on one time |
+//! | `events`, `survey`, `kept`, `frames` | rows of all channels; a first reading, and its rows; frames on one time |
 //! | `place`, `log`, `source` | from a path to a run |
 //! | `export` | a run as a log for other tools |
 //!
-//! A log is read twice: a first time for duration, rates, order of the time stamps, and cells that are no numbers, so that
-//! a log that cannot be used is refused before anything is written.
+//! A log is read to its end for duration, rates, order of the time stamps, and cells that are no numbers, so that a log that
+//! cannot be used is refused before anything is written. Its rows are kept, up to 128 MB; a longer log is read again.
 
 mod batch_table;
 mod cdr;
@@ -26,6 +26,7 @@ mod events;
 mod export;
 mod formula;
 mod frames;
+mod kept;
 mod log;
 mod mapped;
 mod mcap_events;

@@ -2,6 +2,7 @@
 
 use crate::error::LogError;
 use crate::frames::Frames;
+use crate::kept::Kept;
 use crate::mapped;
 use crate::own_names;
 use crate::place::{LogPlace, no_table};
@@ -15,7 +16,9 @@ use robhaz_sim::random::Fnv1a;
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::Read as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 
 /// How a log is read.
 #[derive(Clone, Debug, Default)]
@@ -40,6 +43,8 @@ pub struct Log {
     pub warnings: Vec<String>,
     plan: Plan,
     survey: Survey,
+    /// Its rows, if they are kept.
+    kept: Option<Kept>,
     fingerprint: u64,
 }
 
@@ -83,17 +88,18 @@ impl Log {
             plan.channels.push(own_names::truth(truth, clock)?);
             plan.files.push(truth.clone());
         }
-        let survey = survey(&plan)?;
+        let ((survey, kept), of_files) = survey_and_hash(&plan)?;
         let record = record(&survey, &choice, &mut warnings);
         choice.compare_from = record.compare_from;
         Ok(Self {
-            fingerprint: fingerprint(&plan.files, &choice)?,
+            fingerprint: fingerprint(of_files, &choice),
             name,
             choice,
             record,
             warnings,
             plan,
             survey,
+            kept,
         })
     }
 
@@ -121,7 +127,7 @@ impl Log {
     /// # Errors
     /// [`LogError`] where a file cannot be read again.
     pub fn into_source(self) -> Result<Box<dyn Source + Send>, LogError> {
-        let frames = Frames::new(self.plan, self.survey)?;
+        let frames = Frames::new(self.plan, self.survey, self.kept)?;
         Ok(Box::new(LogSource::new(frames)))
     }
 }
@@ -192,24 +198,40 @@ fn rounded(rate: f64) -> f64 {
     format!("{rate:.5e}").parse().unwrap_or(rate)
 }
 
-/// Hash of the files and of the description.
-fn fingerprint(files: &[PathBuf], choice: &LogChoice) -> Result<u64, LogError> {
-    let mut hash = Fnv1a::default();
-    for file in files {
-        add_file(&mut hash, file)?;
-    }
-    // Writing into the hash cannot fail.
-    let _ = write!(hash, "{choice:?}");
-    Ok(hash.value())
+/// The first reading of a log, and beside it the hash of its files.
+fn survey_and_hash(plan: &Plan) -> Result<((Survey, Option<Kept>), Fnv1a), LogError> {
+    let is_refused = AtomicBool::new(false);
+    thread::scope(|scope| {
+        let hash = scope.spawn(|| hash(&plan.files, &is_refused));
+        let surveyed = survey(plan);
+        is_refused.store(surveyed.is_err(), Ordering::Relaxed);
+        let hash = match hash.join() {
+            Ok(hash) => hash,
+            Err(panic) => std::panic::resume_unwind(panic),
+        };
+        Ok((surveyed?, hash?))
+    })
 }
 
-fn add_file(hash: &mut Fnv1a, path: &Path) -> Result<(), LogError> {
-    let mut file = File::open(path).map_err(LogError::io(path))?;
+/// Hash of files, as far as it came when `is_over`.
+fn hash(files: &[PathBuf], is_over: &AtomicBool) -> Result<Fnv1a, LogError> {
+    let mut hash = Fnv1a::default();
     let mut buffer = vec![0; 1 << 18];
-    loop {
-        match file.read(&mut buffer).map_err(LogError::io(path))? {
-            0 => return Ok(()),
-            n => hash.add(&buffer[..n]),
+    for path in files {
+        let mut file = File::open(path).map_err(LogError::io(path))?;
+        while !is_over.load(Ordering::Relaxed) {
+            match file.read(&mut buffer).map_err(LogError::io(path))? {
+                0 => break,
+                n => hash.add(&buffer[..n]),
+            }
         }
     }
+    Ok(hash)
+}
+
+/// Hash of the files and of the description.
+fn fingerprint(mut of_files: Fnv1a, choice: &LogChoice) -> u64 {
+    // Writing into the hash cannot fail.
+    let _ = write!(of_files, "{choice:?}");
+    of_files.value()
 }

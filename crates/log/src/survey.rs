@@ -2,6 +2,7 @@
 
 use crate::error::LogError;
 use crate::events::{Event, Events};
+use crate::kept::Kept;
 use crate::order::{Accept, MedianStep, Order};
 use crate::plan::Plan;
 use crate::rows::Place;
@@ -27,17 +28,20 @@ struct Course {
     steps: MedianStep,
 }
 
-/// Reads all channels once: their time stamps, and whether every cell is a number.
+/// Reads all channels once: their time stamps, and whether every cell is a number. Returns the rows, too, where there is room
+/// for them.
 ///
 /// # Errors
 /// [`LogError`]: a file that cannot be read, a time that jumps back, a channel without rows, or channels whose times
 /// have nothing in common.
-pub fn survey(plan: &Plan) -> Result<Survey, LogError> {
+pub fn survey(plan: &Plan) -> Result<(Survey, Option<Kept>), LogError> {
     let mut events = plan.open()?;
+    let mut kept = Kept::new(plan);
     let mut courses: Vec<Course> = plan.channels.iter().map(|_| Course::default()).collect();
     for channel in 0..plan.channels.len() {
         while let Some(event) = events.next_event(channel)? {
             add(plan, &mut courses, &event)?;
+            kept.add(&event);
         }
     }
     let mut spans = Vec::new();
@@ -68,11 +72,12 @@ pub fn survey(plan: &Plan) -> Result<Survey, LogError> {
             return Err(problem(plan, i, message));
         }
     }
-    Ok(Survey {
+    let survey = Survey {
         origin,
         duration,
         periods,
-    })
+    };
+    Ok((survey, kept.at_end(events.as_ref())))
 }
 
 fn add(plan: &Plan, courses: &mut [Course], event: &Event) -> Result<(), LogError> {

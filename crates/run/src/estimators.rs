@@ -11,6 +11,9 @@ use robhaz_scene::{ModelErrorTooLarge, Scene};
 use robhaz_sim::Truth;
 use robhaz_sim::sensors::Sensors;
 
+/// Stands at the place of an estimate until it is there.
+const NOT_YET: Result<Estimate, EstimateError> = Err(EstimateError::Missing { field: "any" });
+
 /// The estimators of a run.
 pub struct Estimators {
     estimators: Vec<Estimator>,
@@ -39,23 +42,32 @@ impl Estimators {
         &self.estimates
     }
 
-    /// Updates every estimator with the readings of several samples, on the threads of the pool in which it is called. Returns the
-    /// estimates of one sample after the other, each in the order of the settings.
+    /// Updates every estimator with the readings of several samples, on the threads of the pool in which it is called. `to` then
+    /// has the estimates of one sample after the other, each in the order of the settings. Each estimate goes straight to its
+    /// place: it has more than a kB, and a copy costs as much as a part of its computation.
     pub(crate) fn update_all(
         &mut self,
         samples: &[Sample],
-    ) -> Vec<Result<Estimate, EstimateError>> {
-        let estimators = self.estimators.par_iter_mut().zip(&mut self.completed);
-        let of_each: Vec<Vec<_>> = estimators
-            .map(|(estimator, completed)| {
-                let samples = samples.iter();
-                samples
-                    .map(|s| update(estimator, completed, &s.sensors))
-                    .collect()
-            })
+        to: &mut Vec<Result<Estimate, EstimateError>>,
+    ) {
+        let count = self.count();
+        to.resize(samples.len() * count, NOT_YET);
+        let mut places: Vec<Vec<_>> = (0..count)
+            .map(|_| Vec::with_capacity(samples.len()))
             .collect();
-        let rows = (0..samples.len()).flat_map(|k| of_each.iter().map(move |of| of[k]));
-        rows.collect()
+        for of_sample in to.chunks_mut(count.max(1)) {
+            for (places, place) in places.iter_mut().zip(of_sample) {
+                places.push(place);
+            }
+        }
+        let estimators = self.estimators.par_iter_mut().zip(&mut self.completed);
+        estimators
+            .zip(places)
+            .for_each(|((estimator, completed), places)| {
+                for (sample, place) in samples.iter().zip(places) {
+                    *place = update(estimator, completed, &sample.sensors);
+                }
+            });
     }
 
     /// The estimates of the last sample.

@@ -18,7 +18,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use robhaz_clearance::Clearances;
 use robhaz_estimator::{Estimate, EstimateError, GroundPoint};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -29,18 +29,15 @@ const GROUND_PERIOD: f64 = 0.2;
 /// Batches that wait before each thread.
 const WAITING: usize = 2;
 
-/// Samples that were read together.
-struct Samples {
-    samples: Vec<Sample>,
-    /// Whether the last one is a record with the ground in memory.
-    ends_with_ground: bool,
-    /// Why there are no more.
-    failure: Option<RunError>,
-}
-
-/// Samples and what follows from them.
+/// Samples that were read together, and what follows from them. The batch goes back to the source when its records have been
+/// handed on: so its memory, some MB, is taken from the system once and not for each batch.
+#[derive(Default)]
 struct Batch {
-    samples: Samples,
+    samples: Vec<Sample>,
+    /// Whether the last sample is a record with the ground in memory.
+    ends_with_ground: bool,
+    /// Why there are no more samples.
+    failure: Option<RunError>,
     /// Estimates of one sample after the other.
     estimates: Vec<Result<Estimate, EstimateError>>,
     /// Clearances of one record after the other, where a sink needs them; none for recorded readings.
@@ -74,19 +71,22 @@ pub(crate) fn run(
     thread::scope(|scope| {
         let (samples, read) = sync_channel(WAITING);
         let (batches, estimated) = sync_channel(WAITING);
+        let (used, spare) = channel();
         let is_over = &is_over;
         let estimators = &mut *estimators;
-        let reading = scope.spawn(move || read_all(source, &samples, is_over));
+        let reading = scope.spawn(move || read_all(source, &spare, &samples, is_over));
         let estimation =
             scope.spawn(move || estimate_all(&pool, estimators, clearance, &read, &batches));
         // To the end of both threads, so that none waits for ever.
-        for batch in estimated {
+        for mut batch in estimated {
             if result.is_ok() {
-                result = records(batch, count, &mut hand_on, &mut left);
+                result = records(&mut batch, count, &mut hand_on, &mut left);
                 is_over.store(result.is_err(), Ordering::Relaxed);
             } else {
-                keep(&mut left, batch.completed);
+                keep(&mut left, &mut batch.completed);
             }
+            // At the end nobody needs it.
+            let _ = used.send(batch);
         }
         let times = [reading.join(), estimation.join()].map(|end| match end {
             Ok(time) => time,
@@ -101,14 +101,16 @@ pub(crate) fn run(
 /// Takes samples to the end of the source, or until the run is over. Returns the time that it took.
 fn read_all(
     source: &mut (dyn Source + Send),
-    out: &SyncSender<Samples>,
+    spare: &Receiver<Batch>,
+    out: &SyncSender<Batch>,
     is_over: &AtomicBool,
 ) -> Duration {
     let mut time = Duration::ZERO;
     let mut next_ground = 0.0;
     while !is_over.load(Ordering::Relaxed) {
         let start = Instant::now();
-        let (batch, is_last) = next_batch(source, &mut next_ground);
+        let mut batch = spare.try_recv().unwrap_or_default();
+        let is_last = fill(&mut batch, source, &mut next_ground);
         time += start.elapsed();
         if out.send(batch).is_err() || is_last {
             break;
@@ -117,13 +119,11 @@ fn read_all(
     time
 }
 
-/// The next samples of a source, and whether they are the last. `next_ground` counts the periods of [`GROUND_PERIOD`].
-fn next_batch(source: &mut dyn Source, next_ground: &mut f64) -> (Samples, bool) {
-    let mut batch = Samples {
-        samples: Vec::with_capacity(BATCH),
-        ends_with_ground: false,
-        failure: None,
-    };
+/// Puts the next samples of a source into a batch. Returns whether they are the last. `next_ground` counts the periods of
+/// [`GROUND_PERIOD`].
+fn fill(batch: &mut Batch, source: &mut dyn Source, next_ground: &mut f64) -> bool {
+    batch.samples.clear();
+    batch.ends_with_ground = false;
     while batch.samples.len() < BATCH && !batch.ends_with_ground {
         match source.next_sample() {
             Ok(Some(sample)) => {
@@ -135,14 +135,14 @@ fn next_batch(source: &mut dyn Source, next_ground: &mut f64) -> (Samples, bool)
                 }
                 batch.samples.push(sample);
             }
-            Ok(None) => return (batch, true),
+            Ok(None) => return true,
             Err(error) => {
                 batch.failure = Some(error);
-                return (batch, true);
+                return true;
             }
         }
     }
-    (batch, false)
+    false
 }
 
 /// Estimates all samples on the threads of `pool`. Returns the time that it took.
@@ -150,29 +150,33 @@ fn estimate_all(
     pool: &ThreadPool,
     estimators: &mut Estimators,
     mut clearance: Option<(&mut TruthClearance, ClearanceNeed)>,
-    read: &Receiver<Samples>,
+    read: &Receiver<Batch>,
     out: &SyncSender<Batch>,
 ) -> Duration {
     let mut time = Duration::ZERO;
-    for samples in read {
+    for mut batch in read {
         let start = Instant::now();
-        let of_samples = &samples.samples;
-        let clearance = clearance.as_mut().map(|(c, need)| (&mut **c, *need));
-        let (estimates, clearances) = pool.join(
-            || estimators.update_all(of_samples),
-            || clearances(clearance, of_samples),
-        );
-        time += start.elapsed();
-        let batch = Batch {
-            estimates,
-            clearances,
-            completed: estimators.take_completed(),
-            memory: if samples.ends_with_ground {
-                estimators.memory()
-            } else {
-                Vec::new()
-            },
+        let Batch {
             samples,
+            estimates,
+            clearances: of_records,
+            ..
+        } = &mut batch;
+        match clearance.as_mut() {
+            None => pool.install(|| estimators.update_all(samples, estimates)),
+            Some((clearance, need)) => {
+                pool.join(
+                    || estimators.update_all(samples, estimates),
+                    || clearances(clearance, *need, samples, of_records),
+                );
+            }
+        }
+        time += start.elapsed();
+        batch.completed = estimators.take_completed();
+        batch.memory = if batch.ends_with_ground {
+            estimators.memory()
+        } else {
+            Vec::new()
         };
         if out.send(batch).is_err() {
             break;
@@ -183,29 +187,27 @@ fn estimate_all(
 
 /// Clearances at the records among samples.
 fn clearances(
-    clearance: Option<(&mut TruthClearance, ClearanceNeed)>,
+    clearance: &mut TruthClearance,
+    need: ClearanceNeed,
     samples: &[Sample],
-) -> Vec<Option<Clearances>> {
-    let Some((clearance, need)) = clearance else {
-        return Vec::new();
-    };
+    to: &mut Vec<Option<Clearances>>,
+) {
     let records = samples.iter().filter(|sample| sample.is_record);
     let truths = records.filter_map(|sample| sample.truth.as_ref());
-    truths
-        .map(|truth| clearance.for_sinks(truth, need))
-        .collect()
+    to.clear();
+    to.extend(truths.map(|truth| clearance.for_sinks(truth, need)));
 }
 
 /// Hands the records of a batch on. The points of the ground go with the last one.
 fn records(
-    mut batch: Batch,
+    batch: &mut Batch,
     count: usize,
     hand_on: &mut impl FnMut(&[Frame<'_>]) -> Result<(), RunError>,
     left: &mut [Vec<GroundPoint>],
 ) -> Result<(), RunError> {
-    let samples = &batch.samples.samples;
+    let samples = &batch.samples;
     let last = samples.iter().rposition(|sample| sample.is_record);
-    keep(left, std::mem::take(&mut batch.completed));
+    keep(left, &mut batch.completed);
     let mut clearances = batch.clearances.iter();
     let ground = FeltGround::copied(&batch.memory, left);
     let recorded = samples.iter().enumerate().filter(|(_, s)| s.is_record);
@@ -231,12 +233,12 @@ fn records(
         hand_on(&frames)?;
         left.iter_mut().for_each(Vec::clear);
     }
-    batch.samples.failure.map_or(Ok(()), Err)
+    batch.failure.take().map_or(Ok(()), Err)
 }
 
 /// Adds completed points to those that no record has had.
-fn keep(left: &mut [Vec<GroundPoint>], completed: Vec<Vec<GroundPoint>>) {
+fn keep(left: &mut [Vec<GroundPoint>], completed: &mut [Vec<GroundPoint>]) {
     for (left, completed) in left.iter_mut().zip(completed) {
-        left.extend(completed);
+        left.append(completed);
     }
 }
