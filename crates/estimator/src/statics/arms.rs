@@ -1,7 +1,7 @@
 //! Positions and accelerations of pins, axles and centres of mass relative to Q, as unit vectors instead of angles.
 
 use robhaz_model::{
-    Bar, Carrier, Geometry, Posture, PostureError, Vec2, corner_s, cross, perp, turned,
+    Bar, Carrier, Geometry, Posture, PostureError, Vec2, corner_s, cross, direction, perp, turned,
 };
 
 /// Positions relative to Q in world axes, m, in the posture that links 1 and 2 give.
@@ -74,10 +74,7 @@ impl Arms {
 
     /// The same posture in angles, rad.
     pub fn posture(&self, theta1: f64, theta2: f64) -> Posture {
-        let angle = |bar: Bar| {
-            let axis = self.axes[bar as usize];
-            libm::atan2(axis.y, axis.x)
-        };
+        let angle = |bar: Bar| direction(self.axes[bar as usize]);
         Posture {
             body: angle(Bar::Body),
             links: [theta1, theta2, angle(Bar::Link3)],

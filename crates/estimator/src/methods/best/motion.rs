@@ -10,7 +10,7 @@ use crate::methods::wheel::Wheel;
 use crate::nominal::Nominal;
 use crate::settings::EstimatorSettings;
 use crate::statics::Arms;
-use robhaz_model::{GRAVITY, Geometry, Robot, perp};
+use robhaz_model::{GRAVITY, Geometry, Robot, direction, perp};
 
 impl BestFilters {
     /// Finds out whether the wheels spin in place. When that begins, what the motion has shown of the ground is discarded; when it ends,
@@ -160,10 +160,7 @@ impl BestFilters {
 /// wheel that of the line between the others. The ground under a wheel deviates from it, but over a distance the mean slope of the
 /// ground is that of the robot.
 fn expected_slopes(arms: &Arms) -> [f64; 3] {
-    let slope = |front: usize, rear: usize| {
-        let line = arms.axles[front] - arms.axles[rear];
-        libm::atan2(line.y, line.x)
-    };
+    let slope = |front: usize, rear: usize| direction(arms.axles[front] - arms.axles[rear]);
     [slope(0, 1), slope(0, 2), slope(1, 2)]
 }
 
