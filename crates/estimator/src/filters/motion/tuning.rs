@@ -160,7 +160,7 @@ pub const TUNING: Tuning = Tuning {
     sliding_time: 0.1,
     sliding: LastingError::new(1.0, 1.0),
     least_angle: 1e-3,
-    early: 1.0,
+    early: 2.0,
     gate: 5.0,
     suspect_gate: 4.0,
     edge_gate: 3.0,
