@@ -26,6 +26,9 @@ pub struct Equilibrium {
 }
 
 impl Equilibrium {
+    /// Sine of the angle PSR below which P, R and S count as on one line: rounding leaves less, and no robot has less.
+    const STRAIGHT: f64 = 1e-9;
+
     /// The equations in a posture, for contact angles in rad and a lever in m. The arm from axle to contact is the wheel
     /// radius, m; the penetration, 0.6 % of it, is neglected.
     ///
@@ -39,8 +42,11 @@ impl Equilibrium {
         contact_angle: &[f64; 3],
         lever: f64,
     ) -> Option<Self> {
+        let (c, d) = (arms.s - arms.p, arms.s - arms.r);
+        let (area, sides) = (cross(c, d), c.norm_squared() * d.norm_squared());
         let (f, pins) = Self::load_side(arms, carriers, loads, lever);
-        if !(pins[2].x.is_finite() && pins[2].y.is_finite()) {
+        let straight = !(area * area > Self::STRAIGHT * Self::STRAIGHT * sides);
+        if straight || !(pins[2].x.is_finite() && pins[2].y.is_finite()) {
             return None;
         }
         let inverse_lever = 1.0 / lever;
