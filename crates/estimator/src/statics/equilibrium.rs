@@ -154,22 +154,27 @@ impl Equilibrium {
         if !(det > 1e-12 * scale) {
             return None;
         }
-        let adjugate = Matrix3::new(
-            m.m22 * m.m33 - m.m23 * m.m32,
-            m.m13 * m.m32 - m.m12 * m.m33,
-            m.m12 * m.m23 - m.m13 * m.m22,
-            m.m23 * m.m31 - m.m21 * m.m33,
-            m.m11 * m.m33 - m.m13 * m.m31,
-            m.m13 * m.m21 - m.m11 * m.m23,
-            m.m21 * m.m32 - m.m22 * m.m31,
-            m.m12 * m.m31 - m.m11 * m.m32,
-            m.m11 * m.m22 - m.m12 * m.m21,
-        );
         let inverse = 1.0 / det;
+        let row = |x: f64, y: f64, z: f64| (a * x + b * y + c * z) * inverse;
+        // The adjugate of m, row by row.
         Some(LeastSquaresInverse {
-            rows: [0, 1, 2].map(|i| {
-                (a * adjugate[(i, 0)] + b * adjugate[(i, 1)] + c * adjugate[(i, 2)]) * inverse
-            }),
+            rows: [
+                row(
+                    m.m22 * m.m33 - m.m23 * m.m32,
+                    m.m13 * m.m32 - m.m12 * m.m33,
+                    m.m12 * m.m23 - m.m13 * m.m22,
+                ),
+                row(
+                    m.m23 * m.m31 - m.m21 * m.m33,
+                    m.m11 * m.m33 - m.m13 * m.m31,
+                    m.m13 * m.m21 - m.m11 * m.m23,
+                ),
+                row(
+                    m.m21 * m.m32 - m.m22 * m.m31,
+                    m.m12 * m.m31 - m.m11 * m.m32,
+                    m.m11 * m.m22 - m.m12 * m.m21,
+                ),
+            ],
         })
     }
 
