@@ -3,25 +3,32 @@
 use robhaz_sim::{EngineKind, Plant, PlantSetup, Truth};
 use robhaz_terrain::{Profile, Terrain};
 use std::hint::black_box;
-use std::sync::LazyLock;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// CPU time of this thread if the system provides it, otherwise elapsed time.
+#[cfg(unix)]
 pub fn thread_time() -> Duration {
-    static START: LazyLock<Instant> = LazyLock::new(Instant::now);
-    let known = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
-    let nanoseconds = known.and_then(|text| text.split(' ').next()?.parse().ok());
-    nanoseconds.map_or_else(|| START.elapsed(), Duration::from_nanos)
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+    Duration::try_from(time).expect("the time of a thread is positive")
 }
 
-/// Shortest of five times, s: other work on the machine can only add to them.
+/// CPU time of this thread if the system provides it, otherwise elapsed time.
+#[cfg(not(unix))]
+pub fn thread_time() -> Duration {
+    static START: std::sync::LazyLock<std::time::Instant> =
+        std::sync::LazyLock::new(std::time::Instant::now);
+    START.elapsed()
+}
+
+/// Shortest of at least five times and half a second in all, s: other work on the machine can only add to them.
 fn shortest(mut work: impl FnMut()) -> f64 {
-    let times = (0..5).map(|_| {
+    let mut times: Vec<f64> = Vec::new();
+    while times.len() < 5 || times.iter().sum::<f64>() < 0.5 {
         let start = thread_time();
         work();
-        (thread_time() - start).as_secs_f64()
-    });
-    times.fold(f64::INFINITY, f64::min)
+        times.push((thread_time() - start).as_secs_f64());
+    }
+    times.into_iter().fold(f64::INFINITY, f64::min)
 }
 
 /// Time of a fixed loop of floating-point work, s: four chains of 10 million multiplications and additions each, with a
