@@ -12,6 +12,8 @@ use std::sync::Arc;
 const SPACING: f64 = 1e-3;
 /// Largest number of such places.
 const MOST: f64 = 2e6;
+/// Points whose ground is computed together: some 10 m. That of an hour's path would take 30 MB.
+const SURVEYED_AT_ONCE: usize = 1024;
 
 /// Collects the ground of every estimator.
 #[derive(Clone, Debug, Default)]
@@ -56,6 +58,14 @@ impl FeltGrounds {
             .points
             .get(estimator)
             .map_or(&[][..], |points| &points[..]);
+        let mut compared = Vec::with_capacity(points.len());
+        for some in points.chunks(SURVEYED_AT_ONCE) {
+            compared.extend(self.with_truth(terrain, some));
+        }
+        compared
+    }
+
+    fn with_truth(&self, terrain: Option<&Terrain>, points: &[GroundPoint]) -> Vec<ComparedPoint> {
         let truth = terrain.and_then(|terrain| self.survey(terrain, points));
         let of = |point: &GroundPoint| {
             let (origin, surveyed) = truth.as_ref()?;

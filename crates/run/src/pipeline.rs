@@ -27,7 +27,7 @@ const BATCH: usize = 256;
 /// Time from one record with the ground in the memory of the estimators to the next, s. Such a record ends its batch.
 const GROUND_PERIOD: f64 = 0.2;
 /// Batches that wait before each thread.
-const WAITING: usize = 2;
+const WAITING: usize = 1;
 
 /// Samples that were read together, and what follows from them. The batch goes back to the source when its records have been
 /// handed on: so its memory, some MB, is taken from the system once and not for each batch.

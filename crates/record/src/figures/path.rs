@@ -9,7 +9,7 @@ use super::strips::{MEAN_LOAD_LENGTH, SPACING, Strip, robots, strips};
 use super::style::{
     GROUND, ROBOT, SURFACE, WHEELS, frame_line, grid_line, line, text, units, upward_text,
 };
-use super::trace::Point;
+use super::trace::{Point, Trace};
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
@@ -187,8 +187,7 @@ impl Path<'_> {
         DB: DrawingBackend,
         DB::ErrorType: 'static,
     {
-        let surface = self.ground.outline(strip.x.start, strip.x.end, SPACING);
-        let surface: Vec<(f64, f64)> = surface.iter().map(pair).collect();
+        let surface = reduced(&self.ground.outline(strip.x.start, strip.x.end, SPACING));
         let mut area = surface.clone();
         area.extend([(strip.x.end, strip.y.start), (strip.x.start, strip.y.start)]);
         chart.draw_series([Polygon::new(area, GROUND.filled())])?;
@@ -273,6 +272,24 @@ fn pins_of(bar: Bar) -> impl Iterator<Item = Pin> {
     Pin::ALL.into_iter().filter(on_bar)
 }
 
+/// A line over x at the resolution of a figure: its ends, and the extremes between. A short one is kept whole.
+fn reduced(line: &[Vec2]) -> Vec<Point> {
+    let mut trace = Trace::new(line.len() as u64);
+    for point in line {
+        trace.add(point.x, Some(point.y));
+    }
+    let mut points = trace.extremes().concat();
+    if let (Some(first), Some(last)) = (line.first().map(pair), line.last().map(pair)) {
+        if points.first() != Some(&first) {
+            points.insert(0, first);
+        }
+        if points.last() != Some(&last) {
+            points.push(last);
+        }
+    }
+    points
+}
+
 fn pair(point: &Vec2) -> (f64, f64) {
     (point.x, point.y)
 }
@@ -305,6 +322,22 @@ fn arrow(contact: &ContactTruth, length: f64, head: f64) -> ([Point; 2], Vec<Poi
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Property: the ground of a short path keeps its points, that of a long one its ends and its highest point.
+    #[test]
+    fn the_ground_of_a_long_path_is_reduced() {
+        let wave = |k: u32| Vec2::new(0.005 * f64::from(k), (0.1 * f64::from(k)).sin());
+        let short: Vec<Vec2> = (0..1200).map(wave).collect();
+        let whole: Vec<Point> = short.iter().map(pair).collect();
+        assert_eq!(reduced(&short), whole);
+        let mut long: Vec<Vec2> = (0..100_000).map(wave).collect();
+        long[54_321].y = 9.0;
+        let points = reduced(&long);
+        assert!(points.len() <= 1202 && points.is_sorted_by(|a, b| a.0 < b.0));
+        assert!(points.contains(&pair(&long[54_321])));
+        assert_eq!(points.first(), long.first().map(pair).as_ref());
+        assert_eq!(points.last(), long.last().map(pair).as_ref());
+    }
 
     /// Closed form: on level ground the arrow of N points up, and its tip is where the wheel touches.
     #[test]
