@@ -154,8 +154,10 @@ fn record(
     let mut figures = FigureSink::new(&folder.path().join("figures"));
     let mut progress = Progress::new();
     let mut pace = PaceSink::new(args.pace, interrupt);
-    let mut sinks: Vec<&mut dyn Sink> = vec![&mut tables, summary, &mut figures, &mut progress];
+    let mut sinks: Vec<&mut dyn Sink> = vec![summary, &mut figures, &mut progress];
     sinks.extend(viewing.sinks());
+    // Last, so that the memory of the others is free when the streams of a long run become Parquet.
+    sinks.push(&mut tables);
     sinks.push(&mut pace);
     run.until(&mut sinks, &|| interrupt.cause())
 }
