@@ -3,7 +3,6 @@
 use crate::rule::Compared;
 use crate::sum::Sum;
 use robhaz_estimator::Estimate;
-use robhaz_sim::Truth;
 use serde::{Deserialize, Serialize};
 
 /// Errors of one force over the samples of a run.
@@ -38,14 +37,13 @@ impl ForceErrors {
     }
 }
 
-/// Root mean square error of N over the three wheels at one sample, N; `None` where a wheel has no equivalent contact.
-pub fn rms_over_wheels(estimate: &Estimate, truth: &Truth) -> Option<f64> {
-    let compared = Compared::of(truth)?;
+/// Root mean square error of N over the three wheels at one sample, N.
+pub fn rms_over_wheels(estimate: &Estimate, compared: &Compared) -> f64 {
     let wheels = compared.wheels.iter().zip(estimate.normal_force);
     let squares: f64 = wheels
         .map(|(wheel, n)| (n - wheel.normal_force).powi(2))
         .sum();
-    Some((squares / 3.0).sqrt())
+    (squares / 3.0).sqrt()
 }
 
 /// Running sums of the errors of one force.

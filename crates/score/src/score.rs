@@ -14,7 +14,8 @@ pub struct Score {
     missing: u64,
     no_equivalent: u64,
     all: Statistics,
-    one_contact: Statistics,
+    /// Those of the samples without two contacts; `None` while all samples are such.
+    one_contact: Option<Statistics>,
 }
 
 impl Deref for Score {
@@ -33,13 +34,18 @@ impl Score {
             missing: 0,
             no_equivalent: 0,
             all: Statistics::default(),
-            one_contact: Statistics::default(),
+            one_contact: None,
         }
     }
 
     /// Adds a sample, if the rule counts it. No estimate, or an estimate with a force that is not finite, counts as missing.
     pub fn add(&mut self, truth: &Truth, estimate: Option<&Estimate>) {
-        let compared = match self.rule.judge(truth) {
+        self.add_judged(truth.time, &self.rule.judge(truth), estimate);
+    }
+
+    /// The same for a sample of which is known whether it counts: several estimators share one truth. `time` in s.
+    pub fn add_judged(&mut self, time: f64, judged: &Inclusion, estimate: Option<&Estimate>) {
+        let compared = match judged {
             Inclusion::TooEarly => return,
             Inclusion::NoEquivalent => {
                 self.no_equivalent += 1;
@@ -55,10 +61,12 @@ impl Score {
             self.missing += 1;
             return;
         };
-        self.all.add(truth.time, &compared, estimate);
-        if !compared.two_contacts {
-            self.one_contact.add(truth.time, &compared, estimate);
+        if compared.two_contacts {
+            self.one_contact.get_or_insert(self.all);
+        } else if let Some(one_contact) = &mut self.one_contact {
+            one_contact.add(time, compared, estimate);
         }
+        self.all.add(time, compared, estimate);
     }
 
     /// The errors over all samples that count and have an estimate.
@@ -69,7 +77,7 @@ impl Score {
     /// The errors over the samples at which no wheel has two contacts. Relative errors refer to the mean N of these
     /// samples.
     pub fn at_one_contact(&self) -> &Statistics {
-        &self.one_contact
+        self.one_contact.as_ref().unwrap_or(&self.all)
     }
 
     /// Samples that count but have no estimate.
@@ -79,7 +87,7 @@ impl Score {
 
     /// How many of the samples with an estimate have a wheel with two contacts.
     pub fn two_contacts(&self) -> u64 {
-        self.all.samples() - self.one_contact.samples()
+        self.all.samples() - self.at_one_contact().samples()
     }
 
     /// Samples left out because no single contact is equivalent to those of a wheel.

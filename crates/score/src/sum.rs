@@ -1,7 +1,7 @@
 //! Sums over long runs.
 
 /// A sum that keeps the rounding errors of its additions (Neumaier 1974), so that an hour at 1 kHz is summed as exactly as
-/// a second.
+/// a second. Each error is found without a branch (Knuth's two-sum).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sum {
     total: f64,
@@ -12,11 +12,8 @@ impl Sum {
     /// Adds a value.
     pub fn add(&mut self, value: f64) {
         let total = self.total + value;
-        self.compensation += if self.total.abs() >= value.abs() {
-            (self.total - total) + value
-        } else {
-            (value - total) + self.total
-        };
+        let added = total - self.total;
+        self.compensation += (self.total - (total - added)) + (value - added);
         self.total = total;
     }
 

@@ -8,7 +8,7 @@ use crate::writer::Writer;
 use robhaz_estimator::{Estimate, EstimateError};
 use robhaz_model::WheelCommand;
 use robhaz_run::{Frame, RunDescription};
-use robhaz_score::{needed_friction, rms_over_wheels};
+use robhaz_score::{Compared, needed_friction, rms_over_wheels};
 use robhaz_sim::friction::{FrictionLaw, Stretch};
 use robhaz_sim::{EquivalentContact, Truth, WheelTruth};
 
@@ -146,9 +146,9 @@ impl Series {
             self.push_forces(frame, truth, i);
         }
         if let Some(truth) = truth {
-            let errors = frame.estimates.iter();
-            let errors =
-                errors.map(|e| or_gap(e, |e| rms_over_wheels(e, truth).unwrap_or(f64::NAN)));
+            let compared = Compared::of(truth);
+            let error = |e: &Estimate| compared.map_or(f64::NAN, |c| rms_over_wheels(e, &c));
+            let errors = frame.estimates.iter().map(|e| or_gap(e, error));
             self.rms_error.push(time, errors);
         }
         let angles = self.true_lines(truth, |w| or_gap_of(w, |c| c.angle));

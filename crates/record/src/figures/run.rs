@@ -131,12 +131,19 @@ impl RunTraces {
         if let Some(truth) = frame.truth {
             self.add_truth(frame.time, truth);
         }
+        let compared = frame.truth.and_then(Compared::of);
+        let judged = frame
+            .truth
+            .map(|truth| (truth.time, self.rule.judge(truth)));
         for (index, estimator) in self.estimators.iter_mut().enumerate() {
-            estimator.add(frame, index);
+            let estimate = frame.estimates.get(index).and_then(|e| e.as_ref().ok());
+            if let Some((time, judged)) = &judged {
+                estimator.score.add_judged(*time, judged, estimate);
+            }
+            estimator.add(frame.time, compared.as_ref(), estimate);
         }
-        let compared = self.rule.compares(frame.time);
         if let Some(shown) = &mut self.shown {
-            shown.add(frame, compared);
+            shown.add(frame, self.rule.compares(frame.time));
         }
         self.felt.add(frame);
         self.records += 1;
@@ -186,14 +193,7 @@ impl EstimatorTraces {
         }
     }
 
-    fn add(&mut self, frame: &Frame<'_>, index: usize) {
-        let (truth, time) = (frame.truth, frame.time);
-        let estimate = frame.estimates.get(index);
-        let estimate: Option<&Estimate> = estimate.and_then(|e| e.as_ref().ok());
-        if let Some(truth) = truth {
-            self.score.add(truth, estimate);
-        }
-        let compared = truth.and_then(Compared::of);
+    fn add(&mut self, time: f64, compared: Option<&Compared>, estimate: Option<&Estimate>) {
         for i in 0..3 {
             let normal = estimate.map(|e| e.normal_force[i]);
             let error = normal
@@ -205,7 +205,7 @@ impl EstimatorTraces {
             self.error[i].add(time, error);
             self.error_band[i].add(time, half.map(|h| (0.0, h)));
         }
-        let rms = estimate.zip(truth).and_then(|(e, t)| rms_over_wheels(e, t));
+        let rms = estimate.zip(compared).map(|(e, c)| rms_over_wheels(e, c));
         self.rms_error.add(time, rms);
     }
 }

@@ -20,8 +20,8 @@ use robhaz_sim::Truth;
 #[derive(Debug, Default)]
 pub struct SummarySink {
     run: Option<RunDescription>,
-    /// Scores of the estimators, in the order of the run.
-    scores: Vec<(Score, ContactScore)>,
+    /// Scores of the estimators, in the order of the run; those of contact states where an estimator states them.
+    scores: Vec<(Score, Option<ContactScore>)>,
     /// Progress and events of a simulation.
     progress: Option<ProgressMeter>,
     events: Option<(EventDetector, EventCounts)>,
@@ -88,7 +88,11 @@ impl SummarySink {
                     let estimator = EstimatorSummary {
                         ground: self.grounds.errors(k, terrain.as_ref()),
                         suspects: self.suspects.get(k).cloned().unwrap_or_default(),
-                        ..EstimatorSummary::new(&e.label, score, contacts.scores())
+                        ..EstimatorSummary::new(
+                            &e.label,
+                            score,
+                            contacts.as_ref().and_then(ContactScore::scores),
+                        )
                     };
                     match self.sums.get(k) {
                         Some(sums) => estimator.with_means(sums, self.compared),
@@ -103,10 +107,15 @@ impl SummarySink {
 impl SummarySink {
     /// Adds a record with its truth.
     fn compare(&mut self, truth: &Truth, frame: &Frame<'_>) {
+        let judged = self.rule.map(|rule| rule.judge(truth));
         for (i, (score, contacts)) in self.scores.iter_mut().enumerate() {
             let estimate = frame.estimates.get(i).and_then(|e| e.as_ref().ok());
-            score.add(truth, estimate);
-            contacts.add(truth, estimate);
+            if let Some(judged) = &judged {
+                score.add_judged(truth.time, judged, estimate);
+            }
+            if let Some(contacts) = contacts {
+                contacts.add(truth, estimate);
+            }
         }
         if let Some(progress) = &mut self.progress {
             progress.add(truth);
@@ -141,7 +150,14 @@ impl Sink for SummarySink {
         let world = run.world.as_ref();
         *self = Self {
             run: Some(run.clone()),
-            scores: vec![(Score::new(rule), ContactScore::new(rule)); run.estimators.len()],
+            scores: run
+                .estimators
+                .iter()
+                .map(|e| {
+                    let contacts = e.settings.states_contacts();
+                    (Score::new(rule), contacts.then(|| ContactScore::new(rule)))
+                })
+                .collect(),
             progress: world.map(|w| ProgressMeter::new(&w.drive, geometry.wheel_radius)),
             events: world.map(|_| (EventDetector::new(geometry.stop), EventCounts::default())),
             clearance: None,
