@@ -22,8 +22,8 @@ use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Most samples of a batch: a quarter of a second at 1 kHz, and some MB of estimates.
-const BATCH: usize = 256;
+/// Most samples of a batch: a tenth of a second at 1 kHz, and some MB of estimates.
+const BATCH: usize = 100;
 /// Time from one record with the ground in the memory of the estimators to the next, s. Such a record ends its batch.
 const GROUND_PERIOD: f64 = 0.2;
 /// Batches that wait before each thread.
