@@ -17,7 +17,7 @@ pub(crate) const NUMBERS: usize = 2071;
 
 const MAGIC: [u8; 4] = *b"RHES";
 /// Changes with the numbers of a state or their order.
-const VERSION: u16 = 10;
+const VERSION: u16 = 11;
 /// Magic, version, filters, contact angles.
 const HEADER: usize = 8;
 const CHECKSUM: usize = 4;

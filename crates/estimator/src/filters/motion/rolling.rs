@@ -141,7 +141,7 @@ impl MotionFilter {
     /// Creep of wheel `i`.
     fn creep(&self, i: usize, wheel: &RollingWheel) -> Creep {
         Creep {
-            speed: self.filter.x[CREEP + i],
+            speed: libm::exp(self.filter.x[CREEP + i]),
             ratio: wheel.ratio,
         }
     }
@@ -265,11 +265,12 @@ impl MotionFilter {
         let on = if sample.correct && rolls { 1.0 } else { 0.0 };
         let ratio_sigma = self.ratio_sigma(i, wheel);
         let pulls = wheel.ratio.abs() > TUNING.pulling * ratio_sigma;
-        let of_creep = if pulls { on } else { 0.0 };
+        let shows_creep = pulls && wheel.ratio.abs() < TUNING.linear_ratio;
+        let of_creep = if shows_creep { on } else { 0.0 };
         let h = [
             (VELOCITY, velocity.direction.x),
             (VELOCITY + 1, velocity.direction.y),
-            (CREEP + i, of_creep * wheel.ratio),
+            (CREEP + i, of_creep * slip),
             (TORQUE_OFFSET + i, on * by_offset),
             (GEAR_FRICTION, on * by_offset * wheel.friction_share),
             (TORQUE_GAIN + i, on * by_offset * wheel.torque),
@@ -280,9 +281,9 @@ impl MotionFilter {
 
         let unexplained = TUNING.slip.at_speed(sample.speed_ratio);
         let factor = creep.variance_factor();
-        let creep_sigma = robhaz_model::sqrt(self.filter.p[CREEP + i][CREEP + i]);
+        let creep_sigma = creep.speed * robhaz_model::sqrt(self.filter.p[CREEP + i][CREEP + i]);
         let mut lasting = creep_sigma * ratio_sigma;
-        if !pulls {
+        if !shows_creep {
             lasting = root_sum_square(lasting, creep_sigma * wheel.ratio);
         }
         if !rolls {

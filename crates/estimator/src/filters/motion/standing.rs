@@ -62,7 +62,7 @@ impl MotionFilter {
     /// Residuals of the rolling constraints of wheel `i` of a standing robot, which correct nothing: all of the rim's speed is slip.
     pub fn spin_in_place(&self, i: usize, wheel: &RollingWheel) -> RollingResiduals {
         let creep = Creep {
-            speed: self.filter.x[CREEP + i],
+            speed: libm::exp(self.filter.x[CREEP + i]),
             ratio: wheel.ratio,
         };
         let noise = root_sum_square(wheel.bias_sigma, wheel.noise_sigma);

@@ -6,8 +6,8 @@ use crate::statics::input;
 
 /// Velocity of Q, m/s: x, y.
 pub const VELOCITY: usize = 0;
-/// Creep speed c of each wheel, m/s: slope of the slip speed over T/N at small T/N (slip = c T/N), the inverse of its slip
-/// stiffness. It is not the dimensionless creepage, which is c over the rolling speed.
+/// Natural logarithm of the creep speed c (m/s) of each wheel: slope of the slip speed over T/N at small T/N (slip = c T/N), the
+/// inverse of its slip stiffness. It is not the dimensionless creepage, which is c over the rolling speed.
 pub const CREEP: usize = 2;
 /// The first of the uncertain inputs.
 pub const INPUTS: usize = 5;

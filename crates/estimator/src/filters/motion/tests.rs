@@ -4,7 +4,9 @@ use super::filter::MotionFilter;
 use super::parity::{ParityCheck, ParityResidual};
 use super::prediction::MeasuredAccelerations;
 use super::rolling::RollingWheel;
-use super::states::{CONTACT_ANGLE, COUNT, CREEP, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY};
+use super::states::{
+    CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY,
+};
 use super::tuning::TUNING;
 use crate::settings::{ContactAngles, NoiseBudget};
 use crate::statics::input;
@@ -357,19 +359,22 @@ fn an_impact_changes_no_torque_offset() {
 }
 
 /// A wheel that turns without slip under a small T/N tells nothing of its creep: the T/N may be a torque offset. Under a T/N well
-/// beyond the offset's reach it does.
+/// beyond the offset's reach it does, as long as it surely does not slide.
 #[test]
 fn creep_is_learned_from_wheels_that_surely_pull() {
     let budget = NoiseBudget::typical();
-    for (ratio, learns) in [(0.05, false), (0.6, true)] {
+    for (ratio, learns) in [(0.05, false), (0.3, true), (0.6, false)] {
         let (mut motion, mut wheel) = rolling_without_angles();
+        // Known friction, so that offset and gain alone decide what is sure.
+        motion.filter.p[GEAR_FRICTION][GEAR_FRICTION] = 1e-6;
         wheel.ratio = ratio;
         let before = motion.filter.x[CREEP];
         for _ in 0..100 {
             motion.roll(&budget, &[Some(wheel), None, None], DT, true);
         }
         let change = (motion.filter.x[CREEP] - before).abs();
-        assert_eq!(change > 1e-3, learns, "{ratio}: {change}");
+        // In parts of the creep speed.
+        assert_eq!(change > 0.01, learns, "{ratio}: {change}");
     }
 }
 

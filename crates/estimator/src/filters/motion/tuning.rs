@@ -46,25 +46,27 @@ pub struct Tuning {
     pub slip: LastingError,
     /// Correlation time of the torque observer's error in the slip, s.
     pub observer_time: f64,
-    /// Prior of the creep speed, m/s: 1 to 4 mm/s for a hard wheel on rock, 100 mm/s on soft ground at 0.2 m/s (slip ratio over T/N of
-    /// 0.005 to 0.5: Pacejka, Tyre and Vehicle Dynamics, ch. 3).
+    /// Prior of the logarithm of the creep speed in m/s: 1 to 4 mm/s for a hard wheel on rock, 100 mm/s on soft ground at 0.2 m/s (slip
+    /// ratio over T/N of 0.005 to 0.5: Pacejka, Tyre and Vehicle Dynamics, ch. 3).
     pub creep: f64,
-    /// Standard deviation of that prior, m/s.
+    /// Standard deviation of that prior, -.
     pub creep_sigma: f64,
-    /// Correlation of the creep speeds of two wheels in that prior, 0 to 1: wheels on one ground.
+    /// Correlation of two wheels in that prior, 0 to 1: wheels on one ground.
     pub common_creep: f64,
-    /// Upper limit of the creep speed, m/s.
+    /// Upper limit of the logarithm of the creep speed in m/s.
     pub greatest_creep: f64,
-    /// Lower limit of the creep speed, m/s: a driven wheel does not creep backwards, and harder wheels act as rigid ones.
+    /// Lower limit of the logarithm of the creep speed in m/s: harder wheels act as rigid ones.
     pub least_creep: f64,
     /// T/N beyond this many of its standard deviations corrects the creep speed. Below, slip that is missing shows a torque offset, not a
     /// hard wheel: a creep of zero would explain any offset.
     pub pulling: f64,
+    /// T/N up to which slip corrects the creep speed. Beyond, a wheel may slide, which a greater creep speed would explain.
+    pub linear_ratio: f64,
     /// Random walk of a torque offset, N m/sqrt(s).
     pub offset_walk: f64,
     /// Random walk of the gear friction, N m/sqrt(s).
     pub friction_walk: f64,
-    /// Change of the creep speed along the ground: random walk, m/s/sqrt(m).
+    /// Change of the logarithm of the creep speed along the ground: random walk, 1/sqrt(m).
     pub creep_walk: f64,
     /// Correlation of the changes of two wheels, 0 to 1.
     pub common_creep_walk: f64,
@@ -139,15 +141,16 @@ pub const TUNING: Tuning = Tuning {
     gyro_noise_factor: 3.0,
     slip: LastingError::new(2e-4, 0.5),
     observer_time: 0.05,
-    creep: 0.030,
-    creep_sigma: 0.040,
+    creep: -3.5,      // 30 mm/s
+    creep_sigma: 0.8, // a factor of 2.2: 39 mm/s
     common_creep: 0.9,
-    greatest_creep: 0.3,
-    least_creep: 5e-4,
+    greatest_creep: -1.2, // 0.3 m/s
+    least_creep: -7.6,    // 0.5 mm/s
     pulling: 6.0,
+    linear_ratio: 0.35,
     offset_walk: 1e-3,
     friction_walk: 2e-3,
-    creep_walk: 4e-3,
+    creep_walk: 0.2,
     common_creep_walk: 0.5,
     parity: LastingError::new(0.1, 0.03),
     slope: 0.2,
