@@ -77,7 +77,7 @@ def slurm(tmp_path):
     key.write_bytes(os.urandom(1024))
     key.chmod(0o400)
     environment = os.environ | {"SLURM_CONF": str(config), "PATH": os.environ["PATH"] + ":/usr/sbin"}
-    # munged wants folders that nobody else can write to.
+    # munged wants folders that no other user can write to.
     folder.chmod(0o755)
     munge = ["munged", "-F", "--force", f"--key-file={key}", f"--socket={folder}/munge.socket"]
     munge += [f"--pid-file={folder}/munged.pid", f"--log-file={folder}/munged.log", f"--seed-file={folder}/munge.seed"]

@@ -119,7 +119,7 @@ pub struct NoiseBudget {
     pub torque_gain: f64,
     /// Unmodelled dry friction in the gears, N m at the wheel; common to all wheels.
     pub gear_friction: f64,
-    /// Coefficient of the rolling resistance that the robot is not told, -: a moment of this times r N against the rolling, as if N acted
+    /// Coefficient of the rolling resistance that the estimator does not know, -: a moment of this times r N against the rolling, as if N acted
     /// ahead of the axle. Common to all wheels.
     pub rolling_resistance: f64,
     /// White noise of an inclinometer, rad a sample.

@@ -140,7 +140,7 @@ def test_arrow_carries_units(run):
 
 
 def test_arrow_outlives_the_table():
-    """A consumer keeps the data when the table is gone, and a capsule that nobody takes is freed."""
+    """A consumer keeps the data when the table is gone, and a capsule without a consumer is freed."""
     pyarrow = pytest.importorskip("pyarrow")
     run = robhaz.Scene({**SHORT, "record.duration": 2.5}).run()
     arrow, expected = pyarrow.table(run.truth), run.truth["body_x"]

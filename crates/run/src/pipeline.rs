@@ -85,7 +85,7 @@ pub(crate) fn run(
             } else {
                 keep(&mut left, &mut batch.completed);
             }
-            // At the end nobody needs it.
+            // At the end the source has gone.
             let _ = used.send(batch);
         }
         let times = [reading.join(), estimation.join()].map(|end| match end {

@@ -167,13 +167,13 @@ impl LinkAngleKalman {
             let smoothing = Self::SMOOTHING * (budget.rate_noise / Self::GYRO_NOISE);
             let smoothing = smoothing.clamp(Self::SHORTEST_SMOOTHING, Self::SMOOTHING);
             let ahead = self.rate - self.smooth_rate - smoothing * self.acceleration;
-            let shaken = if ahead.abs() > Self::EXPLAINED * budget.rate_noise {
+            let of_jump = if ahead.abs() > Self::EXPLAINED * budget.rate_noise {
                 ahead * ahead / (smoothing * smoothing)
             } else {
                 0.0
             };
             let weight = dt / (smoothing + dt);
-            let unexplained = shaken.max((1.0 - weight) * self.unexplained);
+            let unexplained = of_jump.max((1.0 - weight) * self.unexplained);
             self.unexplained = if unexplained > Self::LEAST_UNEXPLAINED {
                 unexplained
             } else {

@@ -86,7 +86,7 @@ impl Start {
     /// Standard deviations beyond that which tell that torques are late. Those that tell that they are not: one.
     const LATE: f64 = 3.0;
 
-    /// Whether the last start that told it found the torques late.
+    /// Whether the last start that showed it found the torques late.
     pub fn late(&self) -> bool {
         self.late
     }

@@ -139,7 +139,7 @@ impl MotionFilter {
     }
 
     /// Creep of wheel `i`.
-    fn creep(&self, i: usize, wheel: &RollingWheel) -> Creep {
+    pub(super) fn creep(&self, i: usize, wheel: &RollingWheel) -> Creep {
         Creep {
             speed: libm::exp(self.filter.x[CREEP + i]),
             ratio: wheel.ratio,

@@ -2,9 +2,9 @@
 
 use super::filter::MotionFilter;
 use super::rolling::RollingWheel;
-use super::states::{ACCELERATION, CONTACT_ANGLE, CREEP, TORQUE_ERRORS, TORQUE_OFFSET, VELOCITY};
+use super::states::{ACCELERATION, CONTACT_ANGLE, TORQUE_ERRORS, TORQUE_OFFSET, VELOCITY};
 use super::tuning::TUNING;
-use crate::contact::{Creep, RollingResiduals, SlipResidual};
+use crate::contact::{RollingResiduals, SlipResidual};
 use crate::quadrature::root_sum_square;
 use crate::settings::ContactAngles;
 
@@ -61,10 +61,7 @@ impl MotionFilter {
 
     /// Residuals of the rolling constraints of wheel `i` of a standing robot, which correct nothing: all of the rim's speed is slip.
     pub fn spin_in_place(&self, i: usize, wheel: &RollingWheel) -> RollingResiduals {
-        let creep = Creep {
-            speed: libm::exp(self.filter.x[CREEP + i]),
-            ratio: wheel.ratio,
-        };
+        let creep = self.creep(i, wheel);
         let noise = root_sum_square(wheel.bias_sigma, wheel.noise_sigma);
         RollingResiduals {
             away: 0.0,

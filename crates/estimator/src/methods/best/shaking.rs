@@ -35,8 +35,8 @@ impl BestFilters {
                 continue;
             }
             let loads = self.loads(nominal, arms, accelerations);
-            let (shaken, _) = Equilibrium::load_side(arms, carriers, &loads, lever);
-            forces.consider(&equations.inverse, &(shaken - equations.equilibrium.f));
+            let (displaced, _) = Equilibrium::load_side(arms, carriers, &loads, lever);
+            forces.consider(&equations.inverse, &(displaced - equations.equilibrium.f));
             let mut arm = 0.0_f64;
             for (axle, carrier) in arms.axles.iter().zip(carriers) {
                 if carrier.index() == link {
