@@ -36,10 +36,21 @@ impl RollingResiduals {
 }
 
 impl SlipResidual {
-    /// Normalised innovation squared of the speed constraint, relative to a slip beyond creep `common` (m/s).
-    pub fn nis_from(&self, common: f64) -> f64 {
-        let own = self.beyond_creep - common;
-        own * own / self.variance
+    /// Slip beyond creep that needs no fault, in units of that creep: a wheel that comes to other ground may have none, or three times as
+    /// much where friction is poor. Beyond that it slides.
+    const OTHER_GROUND: [f64; 2] = [-1.0, 2.0];
+
+    /// Normalised innovation squared of the speed constraint, relative to the slip of another wheel beyond its creep. What other ground
+    /// under either wheel explains of the difference does not count.
+    pub fn nis_beside(&self, other: &Self) -> f64 {
+        let own = self.beyond_creep - other.beyond_creep;
+        let range = |slip: &Self| {
+            let [a, b] = Self::OTHER_GROUND.map(|share| share * slip.creep);
+            [a.min(b), a.max(b)]
+        };
+        let ([low, high], [other_low, other_high]) = (range(self), range(other));
+        let unexplained = own - own.max(low - other_high).min(high - other_low);
+        unexplained * unexplained / self.variance
     }
 }
 

@@ -16,6 +16,8 @@ pub struct TorqueObserverParameters {
     pub encoder_sigma: f64,
     /// Standard deviation of the torque's white noise, a sample, N m.
     pub torque_sigma: f64,
+    /// Speed of the rim relative to the link, m/s.
+    pub rim_speed: f64,
     /// Standard deviation of a step in the torque since the last prediction, N m: gear friction at a change of direction.
     pub friction_step: f64,
     /// Random walk of the motor torque while it is not read, N m/sqrt(s); 0 with a reading.
@@ -50,10 +52,16 @@ impl Default for TorqueObserver {
 
 impl TorqueObserver {
     /// Density of the white second derivative of the ground's torque, N m/s^2/sqrt(Hz), for readings as coarse as
-    /// [`Self::COARSE_ANGLE`] and [`Self::COARSE_TORQUE`]. At this value the lag on the PI drive's fast torques and the
+    /// [`Self::COARSE_ANGLE`] and [`Self::COARSE_TORQUE`], up to [`Self::REFERENCE_SPEED`]. At this value the lag on the PI drive's fast torques and the
     /// noise of the encoder cost the same error. For finer readings the density is larger, so the observer is faster: in
     /// inverse proportion to the coarser of the two readings, down to [`Self::FINEST`] of these.
     const TORQUE_JERK: f64 = 5.0;
+    /// Speed of the rim, m/s, above which that density grows with the speed to the power of 3/2. The torque changes along the ground: at
+    /// the speed v its second derivative is v^2 times that along the ground, whose white noise over the length is by 1/v less dense over
+    /// the time.
+    const REFERENCE_SPEED: f64 = 0.2;
+    /// Largest speed of the rim over that speed, -.
+    const FASTEST: f64 = 10.0;
     /// Standard deviation of a coarse encoder angle, rad: counts of 40 urad.
     const COARSE_ANGLE: f64 = COUNT_SIGMA;
     /// Standard deviation of a coarse torque reading, N m.
@@ -128,7 +136,10 @@ impl TorqueObserver {
         p[SPEED][SPEED] += kick * kick;
         let coarse = (parameters.encoder_sigma / Self::COARSE_ANGLE)
             .max(parameters.torque_sigma / Self::COARSE_TORQUE);
-        let jerk = Self::TORQUE_JERK / coarse.clamp(Self::FINEST, 1.0);
+        let faster = parameters.rim_speed.abs() / Self::REFERENCE_SPEED;
+        let faster = faster.clamp(1.0, Self::FASTEST);
+        let faster = faster * robhaz_model::sqrt(faster);
+        let jerk = Self::TORQUE_JERK * faster / coarse.clamp(Self::FINEST, 1.0);
         let q = jerk * jerk * dt;
         p[TORQUE][TORQUE] += q * dt * dt / 3.0
             + parameters.unread_walk * parameters.unread_walk * dt
@@ -253,6 +264,7 @@ mod tests {
         viscous_damping: 0.15,
         encoder_sigma: 1e-6,
         torque_sigma: 1e-3,
+        rim_speed: 0.0,
         friction_step: 0.0,
         unread_walk: 0.0,
     };

@@ -46,6 +46,17 @@ struct LastContact {
 
 visit_fields!(LastContact: touches, at, passed, tied);
 
+/// What a wheel has passed since the last sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Passed {
+    /// No point.
+    Nothing,
+    /// Points that no wheel had stored.
+    Unknown,
+    /// A point that another wheel, or this one before, has stored.
+    Known,
+}
+
 /// See the module.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct GroundMemory {
@@ -131,13 +142,15 @@ impl GroundMemory {
     }
 
     /// Takes one sample. `tilt`: bias of the inclinometers, rad. A sample with an impossible number changes nothing; when
-    /// the numbers grow beyond all bounds, a new section starts.
-    pub fn update(&mut self, geometry: &Geometry, tilt: f64, motion: &GroundMotion) {
+    /// the numbers grow beyond all bounds, a new section starts. Returns which wheels
+    /// have passed known ground.
+    pub fn update(&mut self, geometry: &Geometry, tilt: f64, motion: &GroundMotion) -> [bool; 3] {
+        let mut passed = [Passed::Nothing; 3];
         if self.ended || !motion.is_possible() {
-            return;
+            return [false; 3];
         }
         if !self.started && motion.velocity.norm_squared() < MOVING * MOVING {
-            return;
+            return [false; 3];
         }
         let slope_sigma = self.reckon(motion);
         let contacts = [0, 1, 2].map(|i| motion.contact(geometry, slope_sigma, i));
@@ -149,13 +162,15 @@ impl GroundMemory {
         let low = places.iter().copied().fold(f64::INFINITY, f64::min);
         let high = places.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         self.cells.follow(low, high);
-        let mut changed = false;
         for (i, (contact, touches)) in contacts.iter().zip(motion.touches).enumerate() {
-            changed |= self.pass(i, touches, contact, slope_sigma);
+            passed[i] = self.pass(i, touches, contact, slope_sigma);
         }
+        let changed = passed != [Passed::Nothing; 3];
         if self.is_lost() || (changed && self.drift.is_lost()) {
             self.start_anew();
+            return [false; 3];
         }
+        passed.map(|passed| passed == Passed::Known)
     }
 
     /// Integrates the velocity by the trapezoidal rule. Returns the standard deviation of its direction, as dy/dx.
@@ -188,10 +203,10 @@ impl GroundMemory {
         self.cells.centre(self.place[0] + 0.5 * (front.x + rear.x));
     }
 
-    /// Passes wheel `i` on to its contact. Returns whether it has passed a point.
-    fn pass(&mut self, i: usize, touches: bool, contact: &Contact, slope_sigma: f64) -> bool {
+    /// Passes wheel `i` on to its contact.
+    fn pass(&mut self, i: usize, touches: bool, contact: &Contact, slope_sigma: f64) -> Passed {
         let Some(last) = self.contacts.get(i).copied() else {
-            return false;
+            return Passed::Nothing;
         };
         let (from, to) = (self.cells.number(last.at[0]), self.cells.number(contact.x));
         let steps = to.saturating_sub(from);
@@ -201,6 +216,11 @@ impl GroundMemory {
             tied: last.tied && last.touches && steps.abs() <= MOST_AT_ONCE,
             ..last
         };
+        let mut passed = if steps == 0 {
+            Passed::Nothing
+        } else {
+            Passed::Unknown
+        };
         // A wheel that came from elsewhere passes its next point first.
         if touches && last.touches && steps.abs() <= MOST_AT_ONCE {
             for k in 0..steps.abs() {
@@ -208,17 +228,19 @@ impl GroundMemory {
                 // A wheel that rests on a point passes it once.
                 if number != now.passed {
                     let at = contact.since(last.at, self.cells.place(number));
-                    self.visit_point(number, steps > 0, &at, slope_sigma, &mut now);
+                    if self.visit_point(number, steps > 0, &at, slope_sigma, &mut now) {
+                        passed = Passed::Known;
+                    }
                 }
             }
         }
         if let Some(last) = self.contacts.get_mut(i) {
             *last = now;
         }
-        steps != 0
+        passed
     }
 
-    /// A wheel at a point.
+    /// A wheel at a point. Returns whether another one has stored it.
     fn visit_point(
         &mut self,
         number: i64,
@@ -226,20 +248,22 @@ impl GroundMemory {
         contact: &Contact,
         slope_sigma: f64,
         wheel: &mut LastContact,
-    ) {
+    ) -> bool {
         wheel.passed = number;
         if !self.cells.window().contains(&number) {
-            return;
+            return false;
         }
         let [way, length] = core::mem::take(&mut self.way);
         self.drift.advance(way, length, slope_sigma);
-        if let Some(cell) = self.cells.known(number).copied() {
-            self.measure(number, &cell, contact);
+        let cell = self.cells.known(number).copied();
+        if let Some(cell) = &cell {
+            self.measure(number, cell, contact);
             self.passes_since_direction += 1;
             wheel.tied = true;
         } else {
             self.store(number, forward, contact, wheel);
         }
+        cell.is_some()
     }
 
     /// Stores a new point.

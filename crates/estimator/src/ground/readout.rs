@@ -5,6 +5,11 @@ use super::memory::{GroundMemory, UNEVEN};
 use super::motion::{level, tangent};
 use super::point::GroundPoint;
 
+/// Length along the ground over which the error of a stored slope lasts, m: that of the penetration speed, 50 ms at 0.2 m/s.
+const SLOPE_LENGTH: f64 = 0.01;
+/// Part of that error which lasts for the distance of two wheels, rad: 0.5 deg. It is an error of the wheel that comes there, too.
+const REPEATED: f64 = 8.7e-3;
+
 impl GroundMemory {
     /// All points in memory, in order of x.
     pub fn points(&self) -> impl Iterator<Item = GroundPoint> + '_ {
@@ -41,6 +46,16 @@ impl GroundMemory {
             slope + share * (next - slope),
             robhaz_model::sqrt(variance.max(next_variance) + by_place),
         ))
+    }
+
+    /// What known ground shows of the contact angle of wheel `i`, rad, and the variance of the white noise of the same effect, one
+    /// measurement a point. `None` on unknown ground, and where the heights of the wheels do not agree as well as on ground that they
+    /// have in common: then they are not where they seem to be, as at an edge that holds the robot.
+    pub fn known_slope(&self, i: usize) -> Option<(f64, f64)> {
+        let place = self.wheel_places()?.get(i).copied()?;
+        let (slope, sigma) = self.slope_at(place).filter(|_| self.drift.agrees())?;
+        let white = (2.0 * SLOPE_LENGTH / self.cells.spacing()).max(1.0);
+        Some((slope, white * (sigma * sigma + REPEATED * REPEATED)))
     }
 
     /// A stored point as it is known now.

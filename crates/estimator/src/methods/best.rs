@@ -264,7 +264,14 @@ impl BestFilters {
             touches: [touches(0), touches(1), touches(2)],
         };
         let tilt = budget.inclination_bias;
-        self.ground.update(&robot.geometry, tilt, &motion);
+        let passed = self.ground.update(&robot.geometry, tilt, &motion);
+        for i in 0..3 {
+            if let Some((slope, variance)) = self.ground.known_slope(i).filter(|_| passed[i]) {
+                let given = instant.inputs.contact_angle[i].value;
+                self.motion
+                    .correct_contact_angle(i, given, slope, variance);
+            }
+        }
         if let Some((error, variance)) = self.ground.take_direction_error(tilt) {
             let change = self.motion.correct_direction(error, variance);
             self.ground.direction_corrected(change);

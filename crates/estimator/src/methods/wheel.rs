@@ -6,7 +6,7 @@ use crate::quadrature::root_sum_square;
 use crate::settings::{EstimatorSettings, NoiseBudget};
 use crate::statics::Traction;
 use crate::visit::Visit;
-use robhaz_model::MassSet;
+use robhaz_model::Robot;
 
 /// The observer of one wheel, with what it hands from sample to sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,13 +68,13 @@ impl Wheel {
     /// rad/s^2. Returns the innovation of the encoder's angle (rad), if there is one.
     pub fn update(
         &mut self,
-        mass: &MassSet,
+        robot: &Robot,
         settings: &EstimatorSettings,
         inputs: &WheelInputs,
         alpha_link: f64,
         dt: f64,
     ) -> Option<Innovation> {
-        let parameters = self.parameters(mass, settings, inputs);
+        let parameters = self.parameters(robot, settings, inputs);
         if inputs.new_zero {
             self.observer.forget_angle();
         }
@@ -107,17 +107,18 @@ impl Wheel {
 
     fn parameters(
         &self,
-        mass: &MassSet,
+        robot: &Robot,
         settings: &EstimatorSettings,
         inputs: &WheelInputs,
     ) -> TorqueObserverParameters {
         let budget = &settings.budget;
         TorqueObserverParameters {
-            wheel_inertia: mass.wheel_inertia,
-            rotor_inertia: mass.rotor_inertia,
+            wheel_inertia: robot.mass.wheel_inertia,
+            rotor_inertia: robot.mass.rotor_inertia,
             viscous_damping: settings.viscous_damping,
             encoder_sigma: encoder_sigma(budget, self.speed),
             torque_sigma: budget.torque_noise,
+            rim_speed: robot.geometry.wheel_radius * self.speed,
             friction_step: budget.gear_friction * (self.friction_share - self.last_friction_share),
             unread_walk: if inputs.torque.fresh() {
                 0.0

@@ -1,7 +1,7 @@
-//! The direction of the velocity, as wheels on known ground show it.
+//! What wheels on known ground show: the direction of the velocity, and their contact angles.
 
 use super::filter::MotionFilter;
-use super::states::{CONSIDERED, COUNT, VELOCITY};
+use super::states::{CONSIDERED, CONTACT_ANGLE, COUNT, VELOCITY};
 use super::tuning::TUNING;
 use crate::contact::ContactVelocity;
 use crate::filters::Kalman;
@@ -35,5 +35,25 @@ impl MotionFilter {
             .apply_within(estimated, &ph, -level * error, variance, TUNING.gate);
         let after = self.velocity();
         after.y / after.x - velocity.y / velocity.x
+    }
+
+    /// Corrects the states by what the ground shows of the contact angle of wheel `i`: it is `slope`, rad, with this variance; `given`
+    /// is the given one. See [`crate::ground::GroundMemory::known_slope`]. Nothing while a wheel is suspect or the robot hardly rolls.
+    ///
+    /// The direction of a wheel's velocity depends on the robot's speed, which nothing shows while two wheels slide. The ground that the
+    /// wheels ahead have felt does not.
+    pub fn correct_contact_angle(&mut self, i: usize, given: f64, slope: f64, variance: f64) {
+        let slow = ContactVelocity::SLOW * ContactVelocity::SLOW;
+        if !(self.velocity().norm_squared() > slow) || self.is_any_suspect() {
+            return;
+        }
+        let state = CONTACT_ANGLE + i;
+        let h = [(state, 1.0)];
+        let ph = self.filter.covariance_times(&h);
+        let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
+        let error = given - slope - self.filter.x[state];
+        let estimated = self.estimated_states();
+        self.filter
+            .apply_within(estimated, &ph, error, of_states + variance, TUNING.gate);
     }
 }

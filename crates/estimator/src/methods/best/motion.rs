@@ -83,7 +83,7 @@ impl BestFilters {
         for i in 0..3 {
             let alpha = self.links[robot.geometry.carriers[i].index()].acceleration();
             let wheel = &mut self.wheels[i];
-            let innovation = wheel.update(&robot.mass, settings, &inputs.wheel(i), alpha, dt);
+            let innovation = wheel.update(robot, settings, &inputs.wheel(i), alpha, dt);
             innovations.encoder[i] = innovation.as_ref().map(Innovation::nis);
         }
         let least = EstimatorSettings::UNLOADED * nominal.mean_load;
@@ -165,16 +165,23 @@ fn expected_slopes(arms: &Arms) -> [f64; 3] {
 }
 
 /// Normalised innovations squared of the speed constraints, each relative to the middle one of the three wheels: an error of the
-/// robot's speed is common to all and shows no wheel. `None` unless all three constraints apply.
+/// robot's speed is common to all and shows no wheel. See [`SlipResidual::nis_beside`]. `None` unless all three constraints apply.
 fn slip_nis(residuals: &[Option<RollingResiduals>; 3]) -> [Option<f64>; 3] {
     let slip = |r: &Option<RollingResiduals>| r.and_then(|r| r.slip);
     let [Some(a), Some(b), Some(c)] = residuals.each_ref().map(slip) else {
         return [None; 3];
     };
-    let (low, high) = (
-        a.beyond_creep.min(b.beyond_creep),
-        a.beyond_creep.max(b.beyond_creep),
-    );
-    let middle = c.beyond_creep.max(low).min(high);
-    [a, b, c].map(|slip| Some(slip.nis_from(middle)))
+    let (low, high) = if a.beyond_creep < b.beyond_creep {
+        (a, b)
+    } else {
+        (b, a)
+    };
+    let middle = if c.beyond_creep < low.beyond_creep {
+        low
+    } else if c.beyond_creep > high.beyond_creep {
+        high
+    } else {
+        c
+    };
+    [a, b, c].map(|slip| Some(slip.nis_beside(&middle)))
 }

@@ -22,7 +22,8 @@ proptest! {
         let nominal = Nominal::new(&Robot::default_a(), EstimatorSettings::best());
         let parameters = TorqueObserverParameters {
             wheel_inertia: 0.0075, rotor_inertia: 0.0864, viscous_damping: 0.15,
-            encoder_sigma: 1e-5, torque_sigma: 0.1, friction_step: 0.0, unread_walk: 0.0,
+            encoder_sigma: 1e-5, torque_sigma: 0.1, rim_speed: 0.0, friction_step: 0.0,
+            unread_walk: 0.0,
         };
         let method = KalmanMethod::ALL_STEPS;
         let mut filters = BestFilters::new(&nominal.robot, method, &nominal.settings.budget);
