@@ -151,7 +151,7 @@ const CASES: &[Case] = &[
         "0.5 m/s",
         "smooth",
         &["drive.speed=0.5", "record.duration=9"],
-        None,
+        Some([2.25, 1.25]),
     ),
     case(
         "start on a slope of 0.1",

@@ -1,7 +1,7 @@
 //! Detection of the contact state of one wheel from its normal force and the residuals of its rolling constraints.
 
 use super::state::{ContactEstimate, ContactState};
-use crate::settings::EstimatorSettings;
+use crate::settings::{ContactAngles, EstimatorSettings};
 use crate::visit::visit_fields;
 
 /// Residuals of the rolling constraints of one wheel at one sample, before they correct any state.
@@ -63,6 +63,8 @@ pub(crate) struct ContactEvidence {
     pub ratio: f64,
     /// `None` where the constraints do not apply: the wheel carries no load, or no time has passed.
     pub rolling: Option<RollingResiduals>,
+    /// Where the contact angle comes from.
+    pub angles: ContactAngles,
 }
 
 /// Detects the contact state of one wheel.
@@ -92,8 +94,11 @@ impl ContactDetector {
     /// Time for which the load has to be there, s.
     const AIR_TIME: f64 = 0.002;
     /// Size of the speed away from the ground, in standard deviations, beyond which a wheel has two contacts, and below
-    /// which it has one again.
+    /// which it has one again, with a given contact angle.
     const AWAY: [f64; 2] = [6.0, 3.0];
+    /// The same where none is given. The estimated angle follows what leaves it, so that less is left; and an angle that only the motion
+    /// shows leaves it on edges alone.
+    const AWAY_FROM_ESTIMATED: [f64; 2] = [3.0, 2.0];
     /// Time for which it has to be below, s.
     const ONE_CONTACT_TIME: f64 = 0.02;
     /// Slip over creep above which a wheel slides, and below which it grips again, -. Where T/N is at its peak, the slip is between
@@ -125,7 +130,7 @@ impl ContactDetector {
                 slip = rolling
                     .slip
                     .filter(|slip| (slip.beyond_creep + slip.creep).is_finite());
-                self.update_two(rolling, dt);
+                self.update_two(rolling, evidence.angles, dt);
                 self.update_sliding(rolling.slip.as_ref(), evidence.ratio, dt);
             }
             _ => {
@@ -145,9 +150,13 @@ impl ContactDetector {
         }
     }
 
-    fn update_two(&mut self, rolling: &RollingResiduals, dt: f64) {
+    fn update_two(&mut self, rolling: &RollingResiduals, angles: ContactAngles, dt: f64) {
         let away = rolling.away.abs();
-        let [begins, ends] = Self::AWAY.map(|gate| gate * rolling.away_sigma);
+        let gates = match angles {
+            ContactAngles::Given => Self::AWAY,
+            ContactAngles::Unknown => Self::AWAY_FROM_ESTIMATED,
+        };
+        let [begins, ends] = gates.map(|gate| gate * rolling.away_sigma);
         if self.two.on {
             self.two.update(away < ends, Self::ONE_CONTACT_TIME, dt);
         } else {
@@ -227,6 +236,7 @@ mod tests {
                     noise: 5e-4,
                 }),
             }),
+            angles: ContactAngles::Given,
         }
     }
 
@@ -264,6 +274,45 @@ mod tests {
         assert_eq!(time_until(&mut detector, slips, sliding), Some(5));
         // It is below 8 mm/s from the sixth sample on, and has to stay there for 8.
         assert_eq!(time_until(&mut detector, normal, one), Some(13));
+    }
+
+    /// A speed of four standard deviations away from a given angle is noise; away from an estimated one it shows two contacts.
+    #[test]
+    fn an_estimated_angle_is_left_by_less() {
+        for (angles, state) in [
+            (ContactAngles::Given, ContactState::OneContact),
+            (ContactAngles::Unknown, ContactState::TwoContacts),
+        ] {
+            let mut detector = ContactDetector::default();
+            let mut evidence = rolling(1.0, 0.0, 4.0);
+            evidence.angles = angles;
+            assert_eq!(detector.update(&evidence, DT).state, state);
+            // Below both thresholds for 20 ms.
+            evidence = rolling(1.0, 0.0, 1.9);
+            evidence.angles = angles;
+            let one = |e: ContactEstimate| e.state == ContactState::OneContact;
+            assert!(time_until(&mut detector, evidence, one).is_some());
+        }
+    }
+
+    /// Closed form: with creeps of 5 and -2 mm/s the slips beyond them may differ by -5 - 2 to
+    /// 10 + 4 mm/s on other ground; what is beyond that counts, over its variance.
+    #[test]
+    fn slip_of_other_ground_is_no_contradiction() {
+        let slip = |beyond_creep, creep| SlipResidual {
+            beyond_creep,
+            creep,
+            variance: 4e-6,
+            noise: 5e-4,
+        };
+        let other = slip(1e-3, -2e-3);
+        let square_of = |difference: f64| slip(1e-3 + difference, 5e-3).nis_beside(&other);
+        for difference in [-6.9e-3, 0.0, 6.9e-3, 13.9e-3] {
+            assert!(square_of(difference).abs() < 1e-12, "{difference}");
+        }
+        // Rounding of differences of millimetres a second.
+        assert!((square_of(-9e-3) - 1.0).abs() < 1e-9);
+        assert!((square_of(18e-3) - 4.0).abs() < 1e-9);
     }
 
     /// Closed form: the slip is creep and what is beyond it, once the low pass has settled; none in the air.

@@ -395,6 +395,28 @@ mod tests {
         assert!((0.8..1.25).contains(&ratio), "{ratio}");
     }
 
+    /// Closed form: at four times the reference speed the rate of the ground's torque becomes 4^1.5 times as uncertain in a step, and no less
+    /// uncertain below that speed.
+    #[test]
+    fn the_torque_changes_faster_at_higher_speed() {
+        let step = |rim_speed: f64| {
+            let mut observer = TorqueObserver::new();
+            let before = observer.filter.p[RATE][RATE];
+            let parameters = TorqueObserverParameters {
+                rim_speed,
+                encoder_sigma: TorqueObserver::COARSE_ANGLE,
+                ..PARAMETERS
+            };
+            observer.predict(&parameters, 1e-3, 0.0, 0.0);
+            observer.filter.p[RATE][RATE] - before
+        };
+        let slow = step(0.2);
+        // Rounding of a variance of 25 (N m/s)^2, to which 25e-3 are added.
+        assert!((step(-0.8) / slow - 64.0).abs() < 1e-9);
+        assert!((step(0.01) / slow - 1.0).abs() < 1e-9);
+        assert!((step(100.0) / slow - 1000.0).abs() < 1e-7);
+    }
+
     /// Without readings of the motor torque the standard deviation of the ground's torque grows; with readings it falls back.
     #[test]
     fn an_unread_torque_has_a_larger_deviation() {

@@ -26,9 +26,11 @@ pub(crate) struct Wiring {
     late: bool,
     /// Time for which that answer has said the opposite, s.
     doubted: f64,
+    /// Time for which another pairing has fitted so much better that torques are exchanged, s.
+    fits_better: f64,
 }
 
-visit_fields!(Wiring: smoothing, answer, start, driven, exchanged, late, doubted);
+visit_fields!(Wiring: smoothing, answer, start, driven, exchanged, late, doubted, fits_better);
 
 impl Wiring {
     /// Time of driving from which on the fit is judged, s: the start of the drive is one event only.
@@ -37,6 +39,8 @@ impl Wiring {
     const LEAST_DIFFERENCE: f64 = 0.1;
     /// Part of the residual that another pairing leaves at most if torques are exchanged.
     const EXCHANGED: f64 = 1.0 / 3.0;
+    /// Time for which it must leave so little, s. A wheel that gets another command than the others disturbs the fit for some tenths.
+    const EXCHANGED_TIME: f64 = 1.0;
     /// Part of the residual from which on they are no longer.
     const RIGHT: f64 = 0.5;
     /// Share that the other pairing explains at least.
@@ -123,9 +127,15 @@ impl Wiring {
             && residual > Self::LEAST_RESIDUAL
             && most > Self::EXPLAINED
         {
-            self.exchanged = moved;
-        } else if left > Self::RIGHT * residual {
-            self.exchanged = right;
+            self.fits_better += dt;
+            if self.fits_better > Self::EXCHANGED_TIME {
+                self.exchanged = moved;
+            }
+        } else {
+            self.fits_better = 0.0;
+            if left > Self::RIGHT * residual {
+                self.exchanged = right;
+            }
         }
     }
 

@@ -237,6 +237,7 @@ impl BestFilters {
                 load: self.last_normal_force[i] / mean_load,
                 ratio: self.last_traction[i] / self.last_normal_force[i],
                 rolling: rolling[i],
+                angles: self.method.contact_angles,
             };
             found[i] = self.contact[i].update(&evidence, dt);
         }
@@ -268,8 +269,7 @@ impl BestFilters {
         for i in 0..3 {
             if let Some((slope, variance)) = self.ground.known_slope(i).filter(|_| passed[i]) {
                 let given = instant.inputs.contact_angle[i].value;
-                self.motion
-                    .correct_contact_angle(i, given, slope, variance);
+                self.motion.correct_contact_angle(i, given, slope, variance);
             }
         }
         if let Some((error, variance)) = self.ground.take_direction_error(tilt) {

@@ -406,6 +406,43 @@ fn the_direction_is_corrected() {
     }
 }
 
+/// Closed form: known ground moves the contact angle, known to 0.01 rad, to the mean weighted by the inverse variances. It turns the velocity
+/// that the direction constraint has tied to that angle, too. A robot that stands, or with a suspect wheel, takes nothing.
+#[test]
+fn known_ground_corrects_a_contact_angle() {
+    let (mut motion, _) = rolling_without_angles();
+    let mut suspect = motion;
+    let mut stands = motion;
+    motion.correct_contact_angle(1, 0.0, 0.03, 3e-4);
+    let (error, sigma) = motion.contact_angle_error(1);
+    // A prior variance of 1e-4 beside 3e-4: a quarter of the way, and three quarters of the variance.
+    assert!((error + 0.25 * 0.03).abs() < 1e-12, "{error}");
+    assert!((sigma * sigma - 0.75e-4).abs() < 1e-12, "{sigma}");
+    assert_eq!(motion.contact_angle_error(0).0.to_bits(), 0.0_f64.to_bits());
+
+    suspect.suspect[2] = 0.1;
+    stands.filter.x[VELOCITY] = 0.0;
+    for mut motion in [suspect, stands] {
+        let before = motion;
+        motion.correct_contact_angle(1, 0.0, 0.03, 3e-4);
+        assert_eq!(motion, before);
+    }
+
+    let (mut tied, _) = rolling_without_angles();
+    let covariance = 0.9 * 0.01 * 1e-3;
+    // The error of the angle is what is read too much: a velocity that rises too little goes with it.
+    tied.filter.p[VELOCITY + 1][CONTACT_ANGLE + 1] = -covariance;
+    tied.filter.p[CONTACT_ANGLE + 1][VELOCITY + 1] = -covariance;
+    let before = tied.velocity().y;
+    tied.correct_contact_angle(1, 0.0, 0.03, 3e-4);
+    let turned = tied.velocity().y - before;
+    // covariance/(1e-4 + 3e-4) of the innovation.
+    assert!(
+        (turned - covariance / 4e-4 * 0.03).abs() < 1e-12,
+        "{turned}"
+    );
+}
+
 /// Closed form: without measurements an unknown contact angle reverts to the slope that the posture shows, by `exp(-distance/length)`.
 #[test]
 fn unknown_contact_angles_revert_along_the_ground() {
