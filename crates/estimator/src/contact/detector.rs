@@ -106,7 +106,7 @@ impl ContactDetector {
     const SLIDING: [f64; 2] = [2.0, 1.5];
     /// Least slip beyond creep of a wheel that begins to slide, and of one that slides, m/s: the error of the estimated
     /// speed while two wheels slide.
-    const LEAST_SLIP: [f64; 2] = [0.010, 0.008];
+    pub const LEAST_SLIP: [f64; 2] = [0.010, 0.008];
     /// The same in standard deviations of the gyroscope's part.
     const LEAST_SIGMAS: f64 = 3.0;
     /// T/N below which no wheel counts as sliding, -: ground with less friction carries no robot. A slip that shows

@@ -25,11 +25,13 @@ pub(crate) struct MotionFilter {
     pub(super) sliding: [f64; 3],
     /// Variance of the unexplained load, N^2.
     pub(super) unexplained: f64,
+    /// How far the slips of wheels that may slide differ beyond creep, m/s.
+    pub(super) disagreement: f64,
     /// When the rolling constraints of each wheel last corrected the states, and how uncertain they were.
     pub(super) turns: Turns,
 }
 
-visit_fields!(MotionFilter: filter, suspect, sliding, unexplained, turns);
+visit_fields!(MotionFilter: filter, suspect, sliding, unexplained, disagreement, turns);
 
 impl MotionFilter {
     /// Creates the filter of a robot at rest, with the prior of the budget and, for unknown contact angles, that of the ground.
@@ -65,6 +67,7 @@ impl MotionFilter {
             suspect: [0.0; 3],
             sliding: [0.0; 3],
             unexplained: 0.0,
+            disagreement: 0.0,
             turns: Turns::default(),
         }
     }

@@ -80,6 +80,7 @@ impl MotionFilter {
                 found[i] = Some(residuals.unwrap_or_else(|| self.roll_wheel(budget, &sample)));
             }
         }
+        self.disagreement = disagreement(wheels, &found);
         found
     }
 
@@ -286,6 +287,9 @@ impl MotionFilter {
         if !shows_creep {
             lasting = root_sum_square(lasting, creep_sigma * wheel.ratio);
         }
+        if may_slide(wheel) {
+            lasting = root_sum_square(lasting, 0.5 * self.disagreement);
+        }
         if !rolls {
             // At rest a wheel bears its traction with any slip between 0 and c T/N: the slip itself is noise.
             lasting = root_sum_square(lasting, slip);
@@ -351,4 +355,27 @@ impl MotionFilter {
             self.filter.p[v][v] += TUNING.unknown_velocity * TUNING.unknown_velocity * dt;
         }
     }
+}
+
+/// Whether a wheel with this T/N slides on some ground, while on better ground it grips.
+fn may_slide(wheel: &RollingWheel) -> bool {
+    let ratio = wheel.ratio.abs();
+    ratio > TUNING.sticking_ratio && ratio < TUNING.gripping_ratio
+}
+
+/// Largest difference between the slips beyond creep of the wheels that may slide, m/s, less what creep leaves unexplained. One of two
+/// wheels that disagree slides, but their slips do not show which.
+fn disagreement(
+    wheels: &[Option<RollingWheel>; 3],
+    residuals: &[Option<RollingResiduals>; 3],
+) -> f64 {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for (wheel, residuals) in wheels.iter().zip(residuals) {
+        let slip = residuals.and_then(|residuals| residuals.slip);
+        if let (Some(_), Some(slip)) = (wheel.as_ref().filter(|wheel| may_slide(wheel)), slip) {
+            low = low.min(slip.beyond_creep);
+            high = high.max(slip.beyond_creep);
+        }
+    }
+    (high - low - TUNING.agreeing_slip).max(0.0)
 }

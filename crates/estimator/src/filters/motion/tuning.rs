@@ -88,6 +88,10 @@ pub struct Tuning {
     pub sliding_gate: f64,
     /// T/N below which a wheel grips on any ground, -.
     pub sticking_ratio: f64,
+    /// T/N up to which a wheel slides on poor ground and grips on other. Beyond, the noise of its slip allows for sliding at any rate.
+    pub gripping_ratio: f64,
+    /// Differences between the slips of such wheels beyond creep that show no sliding, m/s.
+    pub agreeing_slip: f64,
     /// Time for which a wheel then counts as sliding, s.
     pub sliding_time: f64,
     /// Slip of a sliding wheel: standard deviation, m/s, and correlation time, s.
@@ -160,6 +164,8 @@ pub const TUNING: Tuning = Tuning {
     held_angle: 0.6,
     sliding_gate: 6.0,
     sticking_ratio: ContactDetector::LEAST_RATIO,
+    gripping_ratio: 0.5,
+    agreeing_slip: ContactDetector::LEAST_SLIP[0],
     sliding_time: 0.1,
     sliding: LastingError::new(1.0, 1.0),
     least_angle: 1e-3,
