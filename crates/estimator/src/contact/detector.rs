@@ -103,7 +103,7 @@ impl ContactDetector {
     const ONE_CONTACT_TIME: f64 = 0.02;
     /// Slip over creep above which a wheel slides, and below which it grips again, -. Where T/N is at its peak, the slip is between
     /// once (Coulomb friction) and three times (brush model) the creep at that T/N. The friction law is unknown.
-    const SLIDING: [f64; 2] = [2.0, 1.5];
+    const SLIDING: [f64; 2] = [2.5, 1.9];
     /// Least slip beyond creep of a wheel that begins to slide, and of one that slides, m/s: the error of the estimated
     /// speed while two wheels slide.
     pub const LEAST_SLIP: [f64; 2] = [0.010, 0.008];
