@@ -267,7 +267,8 @@ impl BestFilters {
         let tilt = budget.inclination_bias;
         let passed = self.ground.update(&robot.geometry, tilt, &motion);
         for i in 0..3 {
-            if let Some((slope, variance)) = self.ground.known_slope(i).filter(|_| passed[i]) {
+            let known = passed[i].then(|| self.ground.known_slope(i)).flatten();
+            if let Some((slope, variance)) = known {
                 let given = instant.inputs.contact_angle[i].value;
                 self.motion.correct_contact_angle(i, given, slope, variance);
             }
