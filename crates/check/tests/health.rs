@@ -133,8 +133,8 @@ fn exchanged_and_late_torques_are_told() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Shipped scenes and changes of them.
-const SCENES: [(&str, &[&str]); 21] = [
+/// Shipped scenes and changes of them: robots, grounds, frictions, speeds.
+const SCENES: [(&str, &[&str]); 20] = [
     ("smooth", &[]),
     ("flat", &[]),
     ("cosbump", &[]),
@@ -159,15 +159,6 @@ const SCENES: [(&str, &[&str]); 21] = [
     ),
     ("smooth", &["contact.rolling_resistance=0.02"]),
     ("smooth", &["drive.speed=0.5", "record.duration=9"]),
-    (
-        "flat",
-        &[
-            "contact.mu_s=0.5",
-            "contact.mu_d=0.45",
-            "drive.scaling=[{wheels=[1],from=4,to=14,factor=1.5}]",
-            "record.duration=18",
-        ],
-    ),
 ];
 const POOR_STRETCHES: &str =
     "terrain.stretch=[{from=0.8,to=1.6,mu_s=0.3,mu_d=0.25},{from=2.2,to=2.6,mu_s=0.3,mu_d=0.25}]";
@@ -219,7 +210,7 @@ fn alarms(scenes: &[(&str, &[&str])], seeds: u64) -> Result<(usize, usize, f64),
 #[test]
 fn honest_sensors_raise_no_alarm() -> Result<(), Failure> {
     let (alarms, runs, _) = alarms(&SCENES, 2)?;
-    assert_eq!((alarms, runs), (0, 336));
+    assert_eq!((alarms, runs), (0, 320));
     Ok(())
 }
 

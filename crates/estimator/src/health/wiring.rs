@@ -26,7 +26,7 @@ pub(crate) struct Wiring {
     late: bool,
     /// Time for which that answer has said the opposite, s.
     doubted: f64,
-    /// Time for which another pairing has fitted so much better that torques are exchanged, s.
+    /// Time for which another pairing has fitted better than [`Self::RIGHT`], s.
     fits_better: f64,
 }
 
@@ -39,8 +39,6 @@ impl Wiring {
     const LEAST_DIFFERENCE: f64 = 0.1;
     /// Part of the residual that another pairing leaves at most if torques are exchanged.
     const EXCHANGED: f64 = 1.0 / 3.0;
-    /// Time for which it must leave so little, s. A wheel that gets another command than the others disturbs the fit for some tenths.
-    const EXCHANGED_TIME: f64 = 1.0;
     /// Part of the residual from which on they are no longer.
     const RIGHT: f64 = 0.5;
     /// Share that the other pairing explains at least.
@@ -53,7 +51,8 @@ impl Wiring {
     const LEFT: f64 = 0.02;
     /// Standard deviations beyond that which tell that torques are late. Those that tell that they are not: one.
     const LATE: f64 = 3.0;
-    /// Time for which a fit must find torques late, or not late, s: an impact disturbs it for some hundredths.
+    /// Time for which a fit must find torques late, or not late, or another pairing better, s: an impact disturbs it for some
+    /// hundredths.
     const LASTS: f64 = 0.2;
     /// The torques that belong to another encoder, for each pairing of [`pairings`].
     const MOVED: [[bool; 3]; 6] = [
@@ -123,19 +122,17 @@ impl Wiring {
             }
         }
         let (residual, left) = (1.0 - stated, 1.0 - most);
-        if left < Self::EXCHANGED * residual
+        if left > Self::RIGHT * residual {
+            (self.exchanged, self.fits_better) = (right, 0.0);
+            return;
+        }
+        self.fits_better += dt;
+        if self.fits_better > Self::LASTS
+            && left < Self::EXCHANGED * residual
             && residual > Self::LEAST_RESIDUAL
             && most > Self::EXPLAINED
         {
-            self.fits_better += dt;
-            if self.fits_better > Self::EXCHANGED_TIME {
-                self.exchanged = moved;
-            }
-        } else {
-            self.fits_better = 0.0;
-            if left > Self::RIGHT * residual {
-                self.exchanged = right;
-            }
+            self.exchanged = moved;
         }
     }
 
