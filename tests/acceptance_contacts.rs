@@ -75,14 +75,15 @@ fn rolling_wheels_have_one_contact() {
                     assert_eq!(sliding.events, 0, "{what}");
                     assert!(sliding.false_share < Some(1e-3), "{what}: {sliding:?}");
                 } else {
-                    // Measured: at most 0.6 % false.
-                    assert!(sliding.false_share <= Some(1e-2), "{what}: {sliding:?}");
+                    // Measured: at most 0.2 % false.
+                    assert!(sliding.false_share <= Some(3e-3), "{what}: {sliding:?}");
                     // Where the PI drive makes wheels slide for tenths of a second; on `sine` they hardly pass the peak of the friction
-                    // law. Measured: 9 to 15 % missed.
+                    // law, on `heights` not by much. Measured: 5 to 15 % missed, on `heights` 20 to 45 %.
                     if let Some(missed) = sliding.missed_share
                         && name != "sine"
                     {
-                        assert!(missed < 0.25, "{what}: {sliding:?}");
+                        let most = if name == "heights" { 0.6 } else { 0.25 };
+                        assert!(missed < most, "{what}: {sliding:?}");
                     }
                 }
             }

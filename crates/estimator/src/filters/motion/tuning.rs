@@ -165,7 +165,7 @@ pub const TUNING: Tuning = Tuning {
     sliding_gate: 6.0,
     sticking_ratio: ContactDetector::LEAST_RATIO,
     gripping_ratio: 0.5,
-    agreeing_slip: ContactDetector::LEAST_SLIP[0],
+    agreeing_slip: 0.01,
     sliding_time: 0.1,
     sliding: LastingError::new(1.0, 1.0),
     least_angle: 1e-3,
