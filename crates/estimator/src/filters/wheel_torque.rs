@@ -52,9 +52,10 @@ impl Default for TorqueObserver {
 
 impl TorqueObserver {
     /// Density of the white second derivative of the ground's torque, N m/s^2/sqrt(Hz), for readings as coarse as
-    /// [`Self::COARSE_ANGLE`] and [`Self::COARSE_TORQUE`], up to [`Self::REFERENCE_SPEED`]. At this value the lag on the PI drive's fast torques and the
-    /// noise of the encoder cost the same error. For finer readings the density is larger, so the observer is faster: in
-    /// inverse proportion to the coarser of the two readings, down to [`Self::FINEST`] of these.
+    /// [`Self::COARSE_ANGLE`] and [`Self::COARSE_TORQUE`], up to [`Self::REFERENCE_SPEED`]. At this value the lag on
+    /// the PI drive's fast torques and the noise of the encoder cost the same error. For finer readings the density is
+    /// larger, so the observer is faster: in inverse proportion to the coarser of the two readings, down to
+    /// [`Self::FINEST`] of these.
     const TORQUE_JERK: f64 = 5.0;
     /// Speed of the rim, m/s, above which that density grows with the speed to the power of 3/2. The torque changes along the ground: at
     /// the speed v its second derivative is v^2 times that along the ground, whose white noise over the length is by 1/v less dense over

@@ -142,8 +142,8 @@ impl GroundMemory {
     }
 
     /// Takes one sample. `tilt`: bias of the inclinometers, rad. A sample with an impossible number changes nothing; when
-    /// the numbers grow beyond all bounds, a new section starts. Returns which wheels
-    /// have passed known ground.
+    /// the numbers grow beyond all bounds, a new section starts. Returns which wheels have passed
+    /// known ground.
     pub fn update(&mut self, geometry: &Geometry, tilt: f64, motion: &GroundMotion) -> [bool; 3] {
         let mut passed = [Passed::Nothing; 3];
         if self.ended || !motion.is_possible() {
