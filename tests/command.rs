@@ -107,7 +107,7 @@ fn runs_are_compared_in_the_form_that_is_asked_for() {
 
 /// Bad scenes: file, line, key, what was found, what is allowed.
 #[test]
-fn bad_scenes_are_told_apart() {
+fn bad_scenes_are_distinguished() {
     let dir = tempfile::tempdir().unwrap();
     let cases = [
         (

@@ -50,7 +50,7 @@ fn an_existing_folder_is_safe() {
 
 /// A slash at the end, an empty folder, a file, a run that broke off, a folder with something else beside the run.
 #[test]
-fn output_folders_are_told_apart() {
+fn output_folders_are_distinguished() {
     let dir = tempfile::tempdir().unwrap();
     short_scene(dir.path(), "");
     let run = |out: &str, extra: &[&str]| {

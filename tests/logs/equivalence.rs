@@ -88,7 +88,7 @@ fn truth_gives_the_errors_of_the_run() {
 
 /// A run that records every tenth reading only cannot be repeated: it is reported, and estimated from what there is.
 #[test]
-fn a_run_with_unrecorded_readings_is_told() {
+fn a_run_with_unrecorded_readings_is_reported() {
     let (folder, _) = recorded("parquet", &["record.rate=100"]);
     let output = estimate(folder.path(), &["run"]);
     assert!(output.status.success());

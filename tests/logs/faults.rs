@@ -45,7 +45,7 @@ fn faults_that_leave_the_rest_usable_are_counted() {
 
 /// Faults that make a log unusable name file, place, what was found, what is allowed and what helps; nothing is written.
 #[test]
-fn faults_are_told_with_their_place() {
+fn faults_are_reported_with_their_place() {
     let (folder, run) = recorded("csv", &[]);
     let rows = lines(&run);
     let log = folder.path().join("log.csv");

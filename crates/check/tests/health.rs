@@ -64,7 +64,7 @@ const START: f64 = 0.8;
 /// Each fault of this list raises the flag within 5 s of driving over `smooth`, with the right channel, with and without
 /// contact angles.
 #[test]
-fn faults_are_told_within_five_seconds() -> Result<(), Failure> {
+fn faults_are_reported_within_five_seconds() -> Result<(), Failure> {
     let link = |k: usize| Channels::GYROSCOPE[k] | Channels::INCLINOMETER[k];
     let expected = [
         ("gyro 1 sign", link(0)),
@@ -106,7 +106,7 @@ fn faults_are_told_within_five_seconds() -> Result<(), Failure> {
 /// Torques of wheels 2 and 3 exchanged, which are on one link, and torques that are 20 ms late: no balance tells them, but
 /// the PI drive's answer to each wheel's own speed, and the robot's to the torques at its start, do within 5 s of driving.
 #[test]
-fn exchanged_and_late_torques_are_told() -> Result<(), Failure> {
+fn exchanged_and_late_torques_are_reported() -> Result<(), Failure> {
     let [first, second, third] = Channels::TORQUE;
     let faults = [
         ("torques 2 and 3 exchanged", second | third),

@@ -430,7 +430,7 @@ mod tests {
 
     /// Several runs stand in one table, each under its label, each with its speed.
     #[test]
-    fn several_runs_are_told_apart() {
+    fn several_runs_are_distinguished() {
         let (first, second) = (summary(0), summary(0));
         let text = comparison_table(&[("runs/a", &first), ("runs/b", &second)]);
         for label in ["runs/a", "runs/b"] {
@@ -460,7 +460,7 @@ mod tests {
 
     /// Missing estimates are reported, and an estimator without any result has none in the table.
     #[test]
-    fn missing_estimates_are_told_of() {
+    fn missing_estimates_are_reported() {
         let mut gaps = summary(10);
         gaps.estimators[1].normal_force = None;
         gaps.estimators[1].traction = None;

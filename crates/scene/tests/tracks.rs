@@ -270,7 +270,7 @@ fn a_million_points() {
 
 /// The default stays between its points; a spline through a kerb does not, and the scene warns.
 #[test]
-fn splines_that_swing_are_told() {
+fn splines_that_swing_are_reported() {
     let kerb = b"x,y\n0.5,0\n0.55,0\n0.6,0\n0.65,0.05\n0.7,0.05\n0.75,0.05\n";
     let scene_of = |keys: &str| scene(kerb, keys).unwrap();
     assert_eq!(

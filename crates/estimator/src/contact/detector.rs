@@ -104,8 +104,8 @@ impl ContactDetector {
     /// Slip over creep above which a wheel slides, and below which it grips again, -. Where T/N is at its peak, the slip is between
     /// once (Coulomb friction) and three times (brush model) the creep at that T/N. The friction law is unknown.
     const SLIDING: [f64; 2] = [2.0, 1.5];
-    /// Least slip beyond creep of a wheel that begins to slide, and of one that slides, m/s: the error of the estimated
-    /// speed while two wheels slide.
+    /// Least slip beyond creep of a wheel that begins to slide, and of one that slides, m/s: 10 mm/s are the error of the estimated
+    /// speed while two wheels slide, the rest that of the creep near the peak of friction.
     const LEAST_SLIP: [f64; 2] = [0.014, 0.010];
     /// The same in standard deviations of the gyroscope's part.
     const LEAST_SIGMAS: f64 = 3.0;
@@ -295,8 +295,8 @@ mod tests {
         }
     }
 
-    /// Closed form: with creeps of 5 and -2 mm/s the slips beyond them may differ by -5 - 2 to
-    /// 10 + 4 mm/s on other ground; what is beyond that counts, over its variance.
+    /// Closed form: with creeps of 5 and -2 mm/s the slips beyond them may differ by -5 - 2 to 10 + 4 mm/s on other ground; what is
+    /// beyond that counts, over its variance.
     #[test]
     fn slip_of_other_ground_is_no_contradiction() {
         let slip = |beyond_creep, creep| SlipResidual {

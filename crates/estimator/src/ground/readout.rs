@@ -32,7 +32,8 @@ impl GroundMemory {
     /// that place now. The deviation includes the error of the place relative to the stored one, times the curvature. `None`
     /// where the ground is not known.
     ///
-    /// The angle is an earlier estimate of the motion filter. As far as its errors last, it says nothing new to that filter.
+    /// The angle is an earlier estimate of the motion filter. As far as its errors last, it says nothing new to that filter: see
+    /// [`Self::known_slope`].
     pub fn slope_at(&self, x: f64) -> Option<(f64, f64)> {
         let number = self.cells.number(x);
         let (behind, ahead) = (self.cells.known(number)?, self.cells.known(number + 1)?);

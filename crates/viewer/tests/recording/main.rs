@@ -295,7 +295,7 @@ fn a_killed_run_can_be_read() {
 /// Friction stretches are drawn at their place with their coefficients as label. The slip margin uses their
 /// coefficients.
 #[test]
-fn stretches_of_friction_are_told_apart() {
+fn stretches_of_friction_are_distinguished() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("run.rrd");
     let mut scene = common::smooth(0.3);
