@@ -25,17 +25,32 @@ struct Raw {
     rate: [Option<f64>; 2],
 }
 
-/// Stands in for the drivers: rolls at 0.2 m/s on level ground; the second motor's current drops out for a while.
+/// Stands in for the drivers: starts on level ground and rolls at 0.2 m/s; the second motor's current drops out for a while.
 fn read_sensors(k: u32) -> Raw {
+    /// Spin acceleration at the start, rad/s^2: 0.2 m/s^2.
+    const ACCELERATION: f64 = 2.0;
+    /// Torque for it at each wheel, N m: 0.094 kg m^2 of wheel and rotor, a third of 14 kg at 0.1 m.
+    const TO_ACCELERATE: f64 = 0.281;
+    /// Damping of a wheel module, N m s.
+    const DAMPING: f64 = 0.15;
     let seconds = 1e-3 * f64::from(k);
     // From rest to 2 rad/s within a second.
-    let turned = if seconds < 1.0 {
-        seconds * seconds
+    let driven = seconds - 0.2;
+    let starts = (0.0..1.0).contains(&driven);
+    let (turned, spin) = if driven < 0.0 {
+        (0.0, 0.0)
+    } else if starts {
+        (0.5 * ACCELERATION * driven * driven, ACCELERATION * driven)
     } else {
-        2.0 * seconds - 1.0
+        (ACCELERATION * (driven - 0.5), ACCELERATION)
     };
     let turns = turned / core::f64::consts::TAU;
-    let current = 0.3 / TORQUE_OF_CURRENT;
+    let torque = DAMPING * spin + if starts { TO_ACCELERATE } else { 0.0 };
+    // A current is never quite constant: one that is shows a broken sensor.
+    let ripple = 0.02 * f64::from(k).sin();
+    let current = torque / TORQUE_OF_CURRENT + ripple;
+    // An inclinometer feels the acceleration, too.
+    let felt = if starts { 0.2_f64.atan2(9.81) } else { 0.0 };
     let lost = (1500..1700).contains(&k);
     Raw {
         seconds,
@@ -45,7 +60,7 @@ fn read_sensors(k: u32) -> Raw {
         )]
         counts: [Some((turns * COUNTS).floor() as i64); 3],
         amperes: [Some(current), (!lost).then_some(current), Some(current)],
-        tilt: [Some(0.0); 2],
+        tilt: [Some(felt.to_degrees()); 2],
         rate: [Some(0.0); 2],
     }
 }
