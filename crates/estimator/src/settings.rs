@@ -128,6 +128,10 @@ pub struct NoiseBudget {
     pub inclination_bias: f64,
     /// Whether the inclinometers measure acceleration as well as gravity, as real ones do.
     pub specific_force: bool,
+    /// Time constant of the inclinometers' low pass, s: 1/(2 pi bandwidth).
+    pub inclination_lag: f64,
+    /// Distance of an inclinometer from the centre of mass of its link, m, as a standard deviation. It feels the acceleration of its place.
+    pub inclination_place: f64,
     /// White noise of a gyroscope, rad/s a sample.
     pub rate_noise: f64,
     /// Bias of a gyroscope at the start, rad/s.
@@ -164,6 +168,8 @@ impl NoiseBudget {
             inclination_noise: 0.1 * DEGREE,
             inclination_bias: 0.1 * DEGREE,
             specific_force: true,
+            inclination_lag: 0.0,
+            inclination_place: 0.1,
             rate_noise: 0.1 * DEGREE,
             rate_bias: 0.0,
             rate_walk: 0.0,

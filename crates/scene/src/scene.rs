@@ -333,6 +333,7 @@ impl Scene {
             inclination_noise: spec.inclination_noise,
             inclination_bias: spec.inclination_bias,
             specific_force: spec.specific_force,
+            inclination_lag: spec.inclination_lag,
             rate_noise: spec.rate_noise,
             rate_bias: spec.rate_bias,
             rate_walk: spec.rate_walk,

@@ -72,7 +72,7 @@ const CASES: &[Case] = &[
         "v_s 0.6 mm/s",
         "smooth",
         &["contact.v_s=6e-4"],
-        Some([1.7, 1.05]),
+        Some([1.35, 0.75]),
     ),
     case("v_s 2 mm/s", "smooth", &["contact.v_s=2e-3"], None),
     case("v_s 6 mm/s", "smooth", &["contact.v_s=6e-3"], None),
@@ -151,7 +151,7 @@ const CASES: &[Case] = &[
         "0.5 m/s",
         "smooth",
         &["drive.speed=0.5", "record.duration=9"],
-        Some([2.25, 1.25]),
+        Some([1.85, 1.2]),
     ),
     case(
         "start on a slope of 0.1",

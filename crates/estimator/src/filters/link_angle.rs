@@ -21,12 +21,14 @@ pub struct LinkAngleKalman {
     acceleration: f64,
     /// Variance of the unexplained angular acceleration, rad^2/s^4: see [`Self::unexplained_acceleration`].
     unexplained: f64,
+    /// Expected reading of the inclinometer after its low pass, rad: angle of the link, and what its acceleration adds.
+    expected: f64,
     /// Time since the gyroscope was last read, s.
     unread: f64,
     started: bool,
 }
 
-visit_fields!(LinkAngleKalman: filter, rate, smooth_rate, acceleration, unexplained, unread, started);
+visit_fields!(LinkAngleKalman: filter, rate, smooth_rate, acceleration, unexplained, expected, unread, started);
 
 /// Angle of the link, rad.
 const ANGLE: usize = 0;
@@ -40,8 +42,10 @@ pub struct LinkReadings {
     pub rate: Option<f64>,
     /// Inclination, rad; `None` if it is not of this instant.
     pub inclination: Option<f64>,
-    /// Estimated horizontal acceleration of the link, m/s^2, which the inclinometer measures too.
-    pub forward: f64,
+    /// Angle between the specific force and gravity at the inclinometer, rad, as estimated: positive for a forward acceleration.
+    pub felt: f64,
+    /// Standard deviation of `felt` from accelerations that no filter follows, rad.
+    pub shaking: f64,
 }
 
 impl LinkAngleKalman {
@@ -60,6 +64,8 @@ impl LinkAngleKalman {
     const LONGEST_UNREAD: f64 = 1.0;
     /// Relative error of the acceleration that is subtracted from the inclinometer.
     const ACCELERATION_ERROR: f64 = 0.5;
+    /// Acceleration of a robot that drives, m/s^2.
+    const COMMON_ACCELERATION: f64 = 0.3;
     /// Least noise of an inclinometer, rad. With a budget of zero the gyroscope would count for nothing.
     const LEAST_NOISE: f64 = 5e-4;
     /// Angular acceleration from which a change of the rate is an impact, rad/s^2: 15 times `v^2/(R l)`, that of a link with l = 0.3 m
@@ -71,21 +77,31 @@ impl LinkAngleKalman {
     const EXPLAINED: f64 = 4.0;
     /// Least variance of an unexplained acceleration, rad^2/s^4: of 0.01 rad/s^2, which is some hundredths of a newton of N.
     const LEAST_UNEXPLAINED: f64 = 1e-4;
-    /// Possible lag of an inclinometer, s.
-    const LAG: f64 = 0.02;
+    /// Error of an inclinometer's lag, s.
+    const LAG_ERROR: f64 = 0.002;
+    /// The same relative to the lag: tolerance of a low pass.
+    const RELATIVE_LAG_ERROR: f64 = 0.2;
 
     /// A filter that waits for its first reading.
     pub fn new(budget: &NoiseBudget) -> Self {
-        let tilt = root_sum_square(budget.inclination_noise, Self::LEAST_NOISE);
+        let tilt = Self::inclination_noise(budget);
         Self {
             filter: Kalman::new([0.0; 2], [tilt, budget.rate_bias]),
             rate: 0.0,
             smooth_rate: 0.0,
             acceleration: 0.0,
             unexplained: 0.0,
+            expected: 0.0,
             unread: 0.0,
             started: false,
         }
+    }
+
+    /// Widens the angle by what a moving robot's acceleration adds to an inclination: the next reading may be the first, and the robot not at
+    /// rest.
+    pub fn forget_acceleration(&mut self) {
+        let felt = Self::COMMON_ACCELERATION / robhaz_model::GRAVITY;
+        self.filter.p[ANGLE][ANGLE] += felt * felt;
     }
 
     /// Whether it has had its first reading.
@@ -97,6 +113,7 @@ impl LinkAngleKalman {
     pub fn start(&mut self, inclination: f64, age: f64, rate: f64) {
         self.started = true;
         self.filter.x[ANGLE] = inclination;
+        self.expected = inclination;
         self.rate = rate;
         self.smooth_rate = rate;
         let turned = Self::UNREAD_WALK * age.min(Self::LONGEST_UNREAD);
@@ -122,9 +139,26 @@ impl LinkAngleKalman {
             self.follow_impact(budget, dt, self.rate - last);
         }
         self.smooth(budget, dt);
+        let felt = if budget.specific_force {
+            readings.felt
+        } else {
+            0.0
+        };
+        self.expect(budget, dt, felt);
         readings
             .inclination
-            .map(|inclination| self.correct(budget, inclination, readings.forward))
+            .map(|inclination| self.correct(budget, inclination, felt, readings.shaking))
+    }
+
+    /// Passes what the inclinometer feels, its angle from gravity `felt` (rad) included, through its low pass.
+    fn expect(&mut self, budget: &NoiseBudget, dt: f64, felt: f64) {
+        let now = self.filter.x[ANGLE] + felt;
+        let weight = if budget.inclination_lag > 0.0 {
+            -libm::expm1(-dt / budget.inclination_lag)
+        } else {
+            1.0
+        };
+        self.expected += weight * (now - self.expected);
     }
 
     /// Integrates the rate over `dt` (s) by the trapezoidal rule.
@@ -185,22 +219,40 @@ impl LinkAngleKalman {
         }
     }
 
-    /// Corrects the angle by an inclination (rad), at the horizontal acceleration `forward` (m/s^2).
-    fn correct(&mut self, budget: &NoiseBudget, inclination: f64, forward: f64) -> Innovation {
-        let felt = if budget.specific_force {
-            forward / robhaz_model::GRAVITY
-        } else {
-            0.0
-        };
-        let noise = root_sum_square(budget.inclination_noise, Self::LEAST_NOISE);
-        let uncertain = Self::ACCELERATION_ERROR * felt;
-        let late = Self::LAG * self.smooth_rate;
+    /// Corrects the angle by an inclination (rad) at the angle `felt` from gravity, of which `shaking` is unknown (rad).
+    fn correct(
+        &mut self,
+        budget: &NoiseBudget,
+        inclination: f64,
+        felt: f64,
+        shaking: f64,
+    ) -> Innovation {
+        let noise = Self::inclination_noise(budget);
+        let uncertain = root_sum_square(Self::ACCELERATION_ERROR * felt, shaking);
+        let late = self.late(budget);
         let r = noise * noise + uncertain * uncertain + late * late;
-        let difference = inclination - felt - self.filter.x[ANGLE];
+        let before = self.filter.x[ANGLE];
+        let difference = inclination - self.expected;
         let (innovation, _) = self
             .filter
             .update(&[(ANGLE, 1.0)], difference, r, f64::INFINITY);
+        // The angle's error is older than the lag.
+        self.expected += self.filter.x[ANGLE] - before;
         innovation
+    }
+
+    /// White noise of an inclinometer, rad a sample.
+    pub(crate) fn inclination_noise(budget: &NoiseBudget) -> f64 {
+        root_sum_square(budget.inclination_noise, Self::LEAST_NOISE)
+    }
+
+    /// Standard deviation of the inclinometer's reading from the error of its lag while the link turns, rad.
+    pub(crate) fn late(&self, budget: &NoiseBudget) -> f64 {
+        let lag = root_sum_square(
+            Self::LAG_ERROR,
+            Self::RELATIVE_LAG_ERROR * budget.inclination_lag,
+        );
+        lag * self.smooth_rate.abs()
     }
 
     /// Angle, rad.
@@ -210,10 +262,12 @@ impl LinkAngleKalman {
 
     /// Standard deviation of the angle, rad: the filter's, and the bias of the inclinometer, which is not observable.
     pub fn angle_sigma(&self, budget: &NoiseBudget) -> f64 {
-        root_sum_square(
-            robhaz_model::sqrt(self.filter.p[ANGLE][ANGLE].max(0.0)),
-            budget.inclination_bias,
-        )
+        root_sum_square(self.settled_sigma(), budget.inclination_bias)
+    }
+
+    /// Standard deviation of the angle against the mean of the inclinometer's readings, rad, without its bias.
+    pub(crate) fn settled_sigma(&self) -> f64 {
+        robhaz_model::sqrt(self.filter.p[ANGLE][ANGLE].max(0.0))
     }
 
     /// Angular rate, rad/s.
@@ -255,11 +309,12 @@ mod tests {
     use crate::filters::ComplementaryFilter;
     use crate::testing::Random;
 
-    fn readings(rate: Option<f64>, inclination: Option<f64>, forward: f64) -> LinkReadings {
+    fn readings(rate: Option<f64>, inclination: Option<f64>, felt: f64) -> LinkReadings {
         LinkReadings {
             rate,
             inclination,
-            forward,
+            felt,
+            shaking: 0.0,
         }
     }
 
@@ -325,7 +380,7 @@ mod tests {
             let forward = 2.0 * libm::sin(4.0 * core::f64::consts::PI * t);
             let read = forward / robhaz_model::GRAVITY;
             // The estimated acceleration errs by a fifth.
-            filter.update(&budget, dt, &readings(Some(0.0), Some(read), 0.8 * forward));
+            filter.update(&budget, dt, &readings(Some(0.0), Some(read), 0.8 * read));
             worst = worst.max(filter.angle().abs());
             of_paper = of_paper.max(paper.update(dt, 0.0, read).abs());
         }
@@ -407,5 +462,49 @@ mod tests {
             update(&mut link, rate);
         }
         assert!(link.unexplained_acceleration() < 0.1 * found);
+    }
+
+    /// Closed form: a link that turns evenly at w (rad/s), and a low pass of the inclinometer with the time constant s: the reading is the
+    /// angle less w s. The expected reading is the same, so that the angle does not err.
+    #[test]
+    fn an_inclinometer_that_lags_is_expected_to() {
+        let budget = NoiseBudget {
+            inclination_lag: 0.02,
+            ..NoiseBudget::typical()
+        };
+        let (w, dt) = (0.5, 1e-3);
+        let mut filter = LinkAngleKalman::new(&budget);
+        filter.start(0.0, 0.0, w);
+        for k in 1..1000 {
+            let t = dt * f64::from(k);
+            let lag = budget.inclination_lag;
+            let read = w * (t + lag * libm::expm1(-t / lag));
+            filter.update(&budget, dt, &readings(Some(w), Some(read), 0.0));
+        }
+        // The discrete low pass of a ramp is half a sample, 2.5e-4 rad, ahead; without the lag the angle would be 1e-2 behind.
+        let error = filter.angle() - w * 0.999;
+        assert!(error.abs() < 2.5e-4, "{error}");
+        let doubt = filter.settled_sigma();
+        filter.forget_acceleration();
+        assert!(filter.settled_sigma() > doubt + 0.02);
+    }
+
+    /// Property: the angle follows an inclination the less, the more of it is shaking.
+    #[test]
+    fn shaking_carries_the_angle_away_by_less() {
+        let budget = NoiseBudget::typical();
+        let carried = |shaking| {
+            let mut filter = LinkAngleKalman::new(&budget);
+            filter.start(0.0, 0.0, 0.0);
+            for _ in 0..100 {
+                let shaken = LinkReadings {
+                    shaking,
+                    ..readings(Some(0.0), Some(0.1), 0.0)
+                };
+                filter.update(&budget, 1e-3, &shaken);
+            }
+            filter.angle()
+        };
+        assert!(carried(0.1) < 0.1 * carried(0.0));
     }
 }

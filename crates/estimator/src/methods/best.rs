@@ -1,5 +1,6 @@
 //! The filters of `best`: Kalman filters for link angles, ground torques, and motion with the readings' errors.
 
+mod felt;
 mod health;
 mod motion;
 mod shaking;
@@ -40,6 +41,8 @@ pub(crate) struct BestFilters {
     last_normal_force: [f64; 3],
     /// Tractions of the last estimate, before the bound N >= 0, N.
     last_traction: [f64; 3],
+    /// Angle between the specific force and gravity at each inclinometer as of the last estimate, rad.
+    last_felt: [f64; 2],
     /// Forces about which the sensitivity is linearised.
     smooth_forces: SmoothForces,
     /// Time for which the parity residual has been beyond its gate without a break, s.
@@ -61,6 +64,7 @@ impl Visit for BestFilters {
         visit_wheels(&mut self.wheels, f);
         self.last_normal_force.visit(f);
         self.last_traction.visit(f);
+        self.last_felt.visit(f);
         self.smooth_forces.visit(f);
         self.time_beyond_gate.visit(f);
         self.contact.visit(f);
@@ -88,6 +92,7 @@ impl BestFilters {
             ground: GroundMemory::new(&robot.geometry),
             last_normal_force: [mean_load; 3],
             last_traction: [0.0; 3],
+            last_felt: [0.0; 2],
             smooth_forces: SmoothForces::at_rest(mean_load),
             time_beyond_gate: 0.0,
             contact: [ContactDetector::default(); 3],
@@ -102,6 +107,9 @@ impl BestFilters {
     pub fn forget_motion(&mut self) {
         for wheel in &mut self.wheels {
             wheel.forget_speed();
+        }
+        for link in &mut self.links {
+            link.forget_acceleration();
         }
         self.motion.forget_velocity();
     }
@@ -140,10 +148,10 @@ impl BestFilters {
     ) -> Result<Estimate, EstimateError> {
         let settings = &nominal.settings;
         let mut innovations = Innovations::default();
-        let link_angles = self.update_links(&settings.budget, instant, &mut innovations);
+        let (link_angles, felt) = self.update_links(nominal, instant, &mut innovations);
         let arms = Arms::new(&nominal.robot.geometry, link_angles[0], link_angles[1])
             .map_err(EstimateError::Linkage)?;
-        let rolling = self.update_motion(nominal, instant, &arms, &mut innovations);
+        let rolling = self.update_motion(nominal, instant, &arms, &felt, &mut innovations);
         self.update_ground(nominal, instant, &arms);
 
         let equations = self.equations(nominal, instant.inputs, arms, link_angles)?;
@@ -196,31 +204,35 @@ impl BestFilters {
         Ok(assemble(nominal, instant.time, &equations, &solution))
     }
 
-    /// Advances the link angles, rad. A filter that has not started yet starts.
+    /// Advances the link angles, rad. A filter that has not started yet starts. Returns the angles, and what the inclinometers show
+    /// beyond the expected reading, rad.
     fn update_links(
         &mut self,
-        budget: &NoiseBudget,
+        nominal: &Nominal,
         instant: &Instant<'_>,
         innovations: &mut Innovations,
-    ) -> [f64; 2] {
-        let forward = self.motion.acceleration().x;
+    ) -> ([f64; 2], [Option<f64>; 2]) {
+        let budget = &nominal.settings.budget;
+        let mut felt = [None; 2];
         for i in 0..2 {
             let (rate, inclination) = (instant.inputs.rate[i], instant.inputs.inclination[i]);
             let readings = LinkReadings {
                 rate: rate.now(),
                 inclination: inclination.now(),
-                forward,
+                felt: self.last_felt[i],
+                shaking: self.shaking_felt(nominal, i),
             };
             let link = &mut self.links[i];
             if link.started() {
                 let innovation = link.update(budget, instant.dt, &readings);
+                felt[i] = innovation.map(|innovation| innovation.value);
                 innovations.inclination[i] = innovation.as_ref().map(Innovation::nis);
             } else {
                 let rate = readings.rate.unwrap_or(0.0);
                 link.start(inclination.value, inclination.age, rate);
             }
         }
-        [self.links[0].angle(), self.links[1].angle()]
+        ([self.links[0].angle(), self.links[1].angle()], felt)
     }
 
     /// Contact states, from the forces of this estimate before the bound N >= 0, the mean load of a wheel (N) and the residuals of

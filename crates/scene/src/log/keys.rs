@@ -135,6 +135,20 @@ const BUDGET: &[Key<LogChoice>] = &[
         "what the inclinometers measure: the direction of gravity, or of the specific force, which includes the link's acceleration",
     ),
     Key::number(
+        "inclination_lag",
+        TIME,
+        at_least(0.0).at_most(1e3),
+        |l| &mut l.budget.inclination_lag,
+        "time constant of the inclinometers' low pass, 1/(2 pi bandwidth)",
+    ),
+    Key::number(
+        "inclination_place",
+        LENGTH,
+        at_least(0.0).at_most(10.0),
+        |l| &mut l.budget.inclination_place,
+        "distance of an inclinometer from the centre of mass of its link",
+    ),
+    Key::number(
         "rate_noise",
         ANGULAR_RATE,
         at_least(0.0).at_most(1e2),

@@ -1,5 +1,6 @@
 //! The motion filter's state and its readout.
 
+use super::felt::FeltMean;
 use super::states::{
     ACCELERATION, CONSIDERED, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, INPUTS, TORQUE_GAIN,
     TORQUE_OFFSET, VELOCITY,
@@ -27,11 +28,15 @@ pub(crate) struct MotionFilter {
     pub(super) unexplained: f64,
     /// How far the slips of wheels that may slide differ beyond creep, m/s.
     pub(super) disagreement: f64,
+    /// Mean square of the change of the acceleration over a time, by that time, m^2/s^5: see [`MotionFilter::predict`].
+    pub(super) acceleration_change: f64,
+    /// What the inclinometers have felt since it last corrected the states.
+    pub(super) felt: FeltMean,
     /// When the rolling constraints of each wheel last corrected the states, and how uncertain they were.
     pub(super) turns: Turns,
 }
 
-visit_fields!(MotionFilter: filter, suspect, sliding, unexplained, disagreement, turns);
+visit_fields!(MotionFilter: filter, suspect, sliding, unexplained, disagreement, acceleration_change, felt, turns);
 
 impl MotionFilter {
     /// Creates the filter of a robot at rest, with the prior of the budget and, for unknown contact angles, that of the ground.
@@ -68,6 +73,8 @@ impl MotionFilter {
             sliding: [0.0; 3],
             unexplained: 0.0,
             disagreement: 0.0,
+            acceleration_change: 0.0,
+            felt: FeltMean::default(),
             turns: Turns::default(),
         }
     }

@@ -19,6 +19,7 @@
 //! corrects them in `turns.rs`, all constants in `tuning.rs`, and time-correlated errors in `noise.rs`.
 
 mod closure;
+mod felt;
 mod filter;
 mod noise;
 mod parity;
@@ -31,6 +32,7 @@ mod tests;
 mod tuning;
 mod turns;
 
+pub(crate) use felt::FeltAcceleration;
 pub(crate) use filter::MotionFilter;
 pub(crate) use parity::ParityResidual;
 pub(crate) use prediction::MeasuredAccelerations;

@@ -42,6 +42,8 @@ impl MotionFilter {
             acceleration: libm::exp(-dt / acceleration.time),
             contact_angle: self.angle_decay(budget, dt),
         };
+        self.acceleration_change =
+            2.0 * acceleration.sigma * acceleration.sigma / acceleration.time;
         self.propagate(dt, decay);
         self.revert_to(expected_slopes, decay.contact_angle);
         self.add_acceleration_noise(acceleration.sigma, decay.acceleration);

@@ -40,6 +40,11 @@ pub struct Tuning {
     /// Factor on the standard deviation of the gyroscopes' white noise in the measurement noise, -. It covers the noise left
     /// in the smoothed velocity, about which the rolling constraints are linearised. `suspect_gate` does not use it.
     pub gyro_noise_factor: f64,
+    /// Correlation time of the error of a link's angle, s. The angle follows its inclinometer within seconds, so that what both have in
+    /// common shows no acceleration.
+    pub angle_time: f64,
+    /// Correlation time of what an inclinometer's place and the error of its lag add while its link turns, s.
+    pub turning_time: f64,
     /// Slip speed that creep does not explain: standard deviation, m/s, and correlation time, s, at the reference speed. It
     /// is a rolling-radius error of 0.1 %. The time, not scaled by the speed, also holds for the gyroscope's bias, for the
     /// error of creep times T/N, and for the slip of a wheel at rest.
@@ -143,6 +148,8 @@ pub const TUNING: Tuning = Tuning {
     unknown_velocity: 0.5,
     penetration_speed: LastingError::new(5e-4, 0.05),
     gyro_noise_factor: 3.0,
+    angle_time: 10.0,
+    turning_time: 0.05,
     slip: LastingError::new(2e-4, 0.5),
     observer_time: 0.05,
     creep: -3.5,      // 30 mm/s

@@ -46,9 +46,9 @@ pub(crate) struct Turn {
 
 impl Turns {
     /// Time after which it is a wheel's turn at any rate of the samples, s.
-    const LONGEST_WAIT: f64 = 0.003;
+    pub const LONGEST_WAIT: f64 = 0.003;
     /// Rounding of the times between samples, s.
-    const ROUNDING: f64 = 1e-9;
+    pub const ROUNDING: f64 = 1e-9;
 
     /// A sample `dt` seconds after the last. It is the turn of the loaded wheel that has waited longest, and of those that have waited
     /// long enough.

@@ -60,12 +60,13 @@ impl BestFilters {
     }
 
     /// Advances motion and wheels, and applies the rolling constraints of loaded wheels, in the posture of `arms`, unless the wheels
-    /// spin in place. Returns the residuals of these constraints.
+    /// spin in place. `felt` is what the inclinometers show beyond the expected readings, rad. Returns the residuals of these constraints.
     pub(super) fn update_motion(
         &mut self,
         nominal: &Nominal,
         instant: &Instant<'_>,
         arms: &Arms,
+        felt: &[Option<f64>; 2],
         innovations: &mut Innovations,
     ) -> [Option<RollingResiduals>; 3] {
         let (robot, settings) = (&nominal.robot, &nominal.settings);
@@ -90,6 +91,8 @@ impl BestFilters {
         let stands = self.standing.stands();
         if stands {
             self.motion.stand(nominal.mean_load);
+        } else if dt > 0.0 && self.method.rolling {
+            self.feel_acceleration(nominal, felt, dt);
         }
         let rolls = |i: usize| dt > 0.0 && self.last_normal_force[i] > least;
         let wheels =
@@ -105,6 +108,7 @@ impl BestFilters {
         if !stands {
             innovations.slip = slip_nis(&residuals);
         }
+        self.last_felt = self.expected_felt(arms);
         residuals
     }
 

@@ -184,7 +184,8 @@ fn shaking_counts_with_the_whole_mass() {
         let readings = LinkReadings {
             rate: Some(0.012),
             inclination: None,
-            forward: 0.0,
+            felt: 0.0,
+            shaking: 0.0,
         };
         filters.links[link].update(budget, 1e-3, &readings);
         let sigma = filters.links[link].unexplained_acceleration();
