@@ -104,9 +104,9 @@ impl ContactDetector {
     /// Slip over creep above which a wheel slides, and below which it grips again, -. Where T/N is at its peak, the slip is between
     /// once (Coulomb friction) and three times (brush model) the creep at that T/N. The friction law is unknown.
     const SLIDING: [f64; 2] = [2.0, 1.5];
-    /// Least slip beyond creep of a wheel that begins to slide, and of one that slides, m/s: 10 mm/s are the error of the estimated
-    /// speed while two wheels slide, the rest that of the creep near the peak of friction.
-    const LEAST_SLIP: [f64; 2] = [0.014, 0.010];
+    /// Least slip beyond creep of a wheel that begins to slide, and of one that slides, m/s: errors of the estimated speed while two wheels
+    /// slide, and of the creep near the peak of friction.
+    const LEAST_SLIP: [f64; 2] = [0.010, 0.007];
     /// The same in standard deviations of the gyroscope's part.
     const LEAST_SIGMAS: f64 = 3.0;
     /// T/N below which no wheel counts as sliding, -: ground with less friction carries no robot. A slip that shows
@@ -268,12 +268,12 @@ mod tests {
         let two = |e: ContactEstimate| e.state == ContactState::TwoContacts;
         assert_eq!(time_until(&mut detector, leaves, two), Some(1));
         assert_eq!(time_until(&mut detector, normal, one), Some(20));
-        // A step of 50 mm/s passes 14 mm/s in the low pass at the second sample.
+        // A step of 50 mm/s passes 10 mm/s in the low pass at the first sample.
         let slips = rolling(1.0, 0.05, 0.5);
         let sliding = |e: ContactEstimate| e.sliding;
-        assert_eq!(time_until(&mut detector, slips, sliding), Some(6));
-        // It is below 10 mm/s from the fifth sample on, and has to stay there for 8.
-        assert_eq!(time_until(&mut detector, normal, one), Some(12));
+        assert_eq!(time_until(&mut detector, slips, sliding), Some(5));
+        // It is below 7 mm/s from the sixth sample on, and has to stay there for 8.
+        assert_eq!(time_until(&mut detector, normal, one), Some(13));
     }
 
     /// A speed of four standard deviations away from a given angle is noise; away from an estimated one it shows two contacts.
@@ -336,7 +336,7 @@ mod tests {
     /// Between the two thresholds the state stays what it was.
     #[test]
     fn between_its_thresholds_a_state_stays() {
-        let between = rolling(0.07, 0.012, 4.0);
+        let between = rolling(0.07, 0.008, 4.0);
         let mut detector = ContactDetector::default();
         for _ in 0..100 {
             let found = detector.update(&between, DT);
