@@ -13,7 +13,7 @@ pub struct SavedState {
 }
 
 /// Numbers in the largest state, that of `best`.
-pub(crate) const NUMBERS: usize = 2080;
+pub(crate) const NUMBERS: usize = 2082;
 
 const MAGIC: [u8; 4] = *b"RHES";
 /// Changes with the numbers of a state or their order.

@@ -72,9 +72,9 @@ impl HealthMonitor {
     /// Least speed of a robot that drives, m/s.
     pub const DRIVES: f64 = 0.02;
     /// Time after a wheel was at an edge or slid from which on inclinations count, s. A wheel that lands or grips again
-    /// accelerates the robot: inclinometers feel it, the filters do not know it, and their link angles are off for a second.
-    /// [`Turning`] holds meanwhile.
-    const SETTLES: f64 = 2.0;
+    /// accelerates the robot, and no inclinometer is believed while a wheel is suspect: the link angles are off for a moment. [`Turning`]
+    /// holds meanwhile.
+    const SETTLES: f64 = 0.5;
     /// The same after the robot has stood, s.
     const STARTS: f64 = 0.3;
 

@@ -23,57 +23,85 @@ pub(crate) struct FeltAcceleration {
     pub lag: f64,
 }
 
-/// Mean of the differences since they last corrected the states.
+/// What has been felt since it last corrected the states.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct FeltMean {
-    /// Integral of the difference, m/s.
+    /// Sum of the differences, m/s^2.
     sum: f64,
+    /// Sum of what link 1 shows more than link 2, m/s^2.
+    apart: f64,
+    /// Number of samples with a reading.
+    count: f64,
     /// Time, s.
     time: f64,
 }
 
-visit_fields!(FeltMean: sum, time);
+visit_fields!(FeltMean: sum, apart, count, time);
 
 impl MotionFilter {
     /// Corrects the states by what the inclinometers of links 1 and 2 feel of the acceleration of Q, `dt` seconds after the last sample:
-    /// `None` without a reading. As the other constraints at 1 kHz, every third sample: see [`Turns`]. Nothing while a wheel is suspect:
+    /// `None` without a reading. As the other constraints, every third sample at 1 kHz: see [`Turns`]. Nothing while a wheel is suspect:
     /// what an impact does to the filtered rates of the links would pass for an acceleration.
     ///
     /// An inclinometer measures the direction of the specific force, and the gyroscope the angle of the link: what is left is the
     /// acceleration along the link, within seconds. It is the only measurement of the robot's motion that does not need a wheel that grips.
+    ///
+    /// Both links feel the same acceleration of Q. Half of what they differ by beyond [`TUNING`]`.apart` deviations counts as a lasting
+    /// error: otherwise a gyroscope with a wrong sign would pass for an acceleration, and no inclination would contradict it.
     pub fn feel(&mut self, readings: &[Option<FeltAcceleration>; 2], dt: f64) {
-        let count = readings.iter().flatten().count();
-        if count == 0 || self.is_any_suspect() {
+        if self.is_any_suspect() {
             self.felt = FeltMean::default();
             return;
         }
-        let share = 1.0 / count as f64;
+        self.felt.time += dt;
+        let share = match readings {
+            [None, None] => return,
+            [Some(_), Some(_)] => 0.5,
+            _ => 1.0,
+        };
         let (mut white, mut of_angle, mut of_turning, mut lag) = (0.0, 0.0, 0.0, 0.0_f64);
         for felt in readings.iter().flatten() {
-            self.felt.sum += share * felt.difference * dt;
+            self.felt.sum += share * felt.difference;
             white += share * share * felt.white;
             // Both links' errors of these kinds may have the same sign.
             of_angle += share * felt.of_angle;
             of_turning += share * felt.of_turning;
             lag = lag.max(felt.lag);
         }
-        self.felt.time += dt;
+        if let [Some(first), Some(second)] = readings {
+            self.felt.apart += first.difference - second.difference;
+        }
+        self.felt.count += 1.0;
         if !(self.felt.time > Turns::LONGEST_WAIT - Turns::ROUNDING) {
             return;
         }
-        let FeltMean { sum, time } = core::mem::take(&mut self.felt);
+        let FeltMean {
+            sum,
+            apart,
+            count,
+            time,
+        } = core::mem::take(&mut self.felt);
+        // Not less than once the variance, where readings are rarer than errors last.
+        let lasting =
+            |sigma: f64, lasts: f64| LastingError::new(sigma, lasts.max(0.5 * time)).white(time);
         let change = robhaz_model::sqrt(self.acceleration_change * lag);
-        let r = white * dt / time
-            + LastingError::new(of_angle, TUNING.angle_time).white(time)
-            + LastingError::new(of_turning, TUNING.turning_time).white(time)
-            + LastingError::new(change, lag).white(time);
+        let square = |sigma: f64| sigma * sigma;
+        // Of the difference of two independent links; `white` is that of their mean.
+        let agreeing = 4.0 * white / count + 2.0 * (square(of_angle) + square(of_turning));
+        let allowed = TUNING.apart * robhaz_model::sqrt(agreeing);
+        let doubt = 0.5 * ((apart / count).abs() - allowed).max(0.0);
+        let r = white / count
+            + lasting(of_angle, TUNING.angle_time)
+            + lasting(doubt, TUNING.angle_time)
+            + lasting(of_turning, TUNING.turning_time)
+            + lasting(change, lag);
         let h = [(ACCELERATION, 1.0)];
         let ph = self.filter.covariance_times(&h);
         let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
         let estimated = self.estimated_states();
         // No gate: an impact is an acceleration, too.
         self.filter
-            .apply_within(estimated, &ph, sum / time, of_states + r, f64::INFINITY);
+            .apply_within(estimated, &ph, sum / count, of_states + r, f64::INFINITY);
     }
 }
 
@@ -134,6 +162,31 @@ mod tests {
         assert!(accelerated(0.3, [false; 2], 0.0).velocity().x.abs() < 1e-12);
     }
 
+    /// Property: inclinometers that are read at every tenth sample only show the acceleration, too: the process of 0.6 m/s^2 is the
+    /// larger part of its deviation.
+    #[test]
+    fn rare_readings_are_felt() {
+        let budget = NoiseBudget::typical();
+        let mut motion = MotionFilter::new(&budget, ContactAngles::Unknown);
+        let measured = MeasuredAccelerations {
+            rims: 0.3,
+            links: 0.0,
+        };
+        for k in 0..1000 {
+            motion.predict(&budget, DT, [false; 3], &[0.0; 3], measured);
+            let felt = FeltAcceleration {
+                difference: 0.3 - motion.acceleration().x,
+                white: 0.017 * 0.017,
+                of_angle: 0.005,
+                of_turning: 0.0,
+                lag: 0.0,
+            };
+            motion.feel(&[(k % 10 == 0).then_some(felt); 2], DT);
+        }
+        let (found, sigma) = motion.estimated(ACCELERATION);
+        assert!((found - 0.3).abs() < 0.02 && sigma < 0.3, "{found} {sigma}");
+    }
+
     /// Property: a second link narrows the acceleration, by less than the root of two, because the angles' errors count as common.
     #[test]
     fn two_links_tell_more_than_one() {
@@ -143,6 +196,29 @@ mod tests {
             two < one && two > one * core::f64::consts::FRAC_1_SQRT_2,
             "{one} {two}"
         );
+    }
+
+    /// Property: what only one of two links feels is believed by less, the more it is.
+    #[test]
+    fn links_that_differ_are_doubted() {
+        let budget = NoiseBudget::typical();
+        let found = |difference: f64| {
+            let mut motion = MotionFilter::new(&budget, ContactAngles::Unknown);
+            let felt = |difference| FeltAcceleration {
+                difference,
+                white: 1e-4,
+                of_angle: 0.005,
+                of_turning: 0.0,
+                lag: 0.0,
+            };
+            let measured = MeasuredAccelerations::default();
+            for _ in 0..3 {
+                motion.predict(&budget, DT, [false; 3], &[0.0; 3], measured);
+                motion.feel(&[Some(felt(difference)), Some(felt(0.0))], DT);
+            }
+            motion.acceleration().x / difference
+        };
+        assert!(found(1.0) < 0.1 * found(0.01) && found(0.01) > 0.0);
     }
 
     /// Property: while a wheel is suspect what the inclinometers feel changes nothing.

@@ -43,6 +43,8 @@ pub struct Tuning {
     /// Correlation time of the error of a link's angle, s. The angle follows its inclinometer within seconds, so that what both have in
     /// common shows no acceleration.
     pub angle_time: f64,
+    /// Difference between the accelerations that the two links feel that is no contradiction, in standard deviations.
+    pub apart: f64,
     /// Correlation time of what an inclinometer's place and the error of its lag add while its link turns, s.
     pub turning_time: f64,
     /// Slip speed that creep does not explain: standard deviation, m/s, and correlation time, s, at the reference speed. It
@@ -149,6 +151,7 @@ pub const TUNING: Tuning = Tuning {
     penetration_speed: LastingError::new(5e-4, 0.05),
     gyro_noise_factor: 3.0,
     angle_time: 10.0,
+    apart: 2.0,
     turning_time: 0.05,
     slip: LastingError::new(2e-4, 0.5),
     observer_time: 0.05,
