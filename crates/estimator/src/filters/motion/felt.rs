@@ -1,12 +1,12 @@
 //! Acceleration of the robot that its inclinometers feel.
 
+use super::felt_mean::FeltMean;
 use super::filter::MotionFilter;
 use super::noise::LastingError;
 use super::states::{ACCELERATION, CONSIDERED, COUNT};
 use super::tuning::TUNING;
 use super::turns::Turns;
 use crate::filters::Kalman;
-use crate::visit::visit_fields;
 
 /// What one inclinometer shows of the horizontal acceleration of Q at one sample.
 #[derive(Clone, Copy, Debug)]
@@ -22,21 +22,6 @@ pub(crate) struct FeltAcceleration {
     /// Time constant of its low pass, s.
     pub lag: f64,
 }
-
-/// What has been felt since it last corrected the states.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct FeltMean {
-    /// Sum of the differences, m/s^2.
-    sum: f64,
-    /// Sum of what link 1 shows more than link 2, m/s^2.
-    apart: f64,
-    /// Number of samples with a reading.
-    count: f64,
-    /// Time, s.
-    time: f64,
-}
-
-visit_fields!(FeltMean: sum, apart, count, time);
 
 impl MotionFilter {
     /// Corrects the states by what the inclinometers of links 1 and 2 feel of the acceleration of Q, `dt` seconds after the last sample:

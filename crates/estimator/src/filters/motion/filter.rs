@@ -1,6 +1,6 @@
 //! The motion filter's state and its readout.
 
-use super::felt::FeltMean;
+use super::felt_mean::FeltMean;
 use super::states::{
     ACCELERATION, CONSIDERED, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, INPUTS, TORQUE_GAIN,
     TORQUE_OFFSET, VELOCITY,

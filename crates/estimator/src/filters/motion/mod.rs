@@ -21,6 +21,7 @@
 
 mod closure;
 mod felt;
+mod felt_mean;
 mod filter;
 mod noise;
 mod parity;
