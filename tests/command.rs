@@ -53,7 +53,17 @@ fn keys_completions_and_manual_are_printed() {
             "{shell}"
         );
     }
-    assert!(text(&done(&["man"]).stdout).contains("ROBHAZ RUN"));
+    // A command that has gone says what does its work now.
+    for (gone, instead) in [
+        ("man", "--help"),
+        ("plot", "plot_study.py"),
+        ("recover", "--force"),
+    ] {
+        let refused = done(&[gone]);
+        let said = text(&refused.stderr);
+        assert_eq!(refused.status.code(), Some(2), "{said}");
+        assert!(said.contains(instead), "{said}");
+    }
 }
 
 /// The comparison in other forms: the numbers of `summary.json`, the same in all of them.

@@ -100,7 +100,6 @@ fn each_command_prints_one_document() {
     );
     assert!(document(at, &["keys"]).is_array());
     for refused in [
-        vec!["man"],
         vec!["completions", "bash"],
         vec!["weigh", "--robot", "short.toml", "--plan", "3"],
     ] {

@@ -101,11 +101,7 @@ fn the_documented_commands_run() {
         count += 1;
     }
     assert_eq!(count, 3);
-    for name in [
-        "path.parquet",
-        "figures/needed_friction.svg",
-        "figures/needed_friction.pdf",
-    ] {
+    for name in ["path.parquet", "figures/needed_friction.svg"] {
         assert!(
             folder.path().join("runs/path-smooth").join(name).is_file(),
             "{name}"

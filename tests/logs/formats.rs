@@ -56,8 +56,7 @@ fn lost_rows_cost_no_accuracy_in_any_format() {
     assert_eq!(errors(&of_csv), errors(&of_parquet));
 }
 
-/// A Parquet file that was killed while it was written has no footer: an error, and nothing is written. Rows of its stream
-/// are not lost: see `killed_recordings_are_recovered`.
+/// A Parquet file that was killed while it was written has no footer: an error, and nothing is written.
 #[test]
 fn a_parquet_file_without_its_end_is_refused() {
     let (folder, run) = recorded("parquet", &[]);

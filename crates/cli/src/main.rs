@@ -2,6 +2,7 @@
 
 mod check;
 mod compare;
+mod errors;
 mod estimate;
 mod export;
 mod interrupt;
@@ -13,9 +14,7 @@ mod output;
 mod output_file;
 mod pace;
 mod path;
-mod plot;
 mod progress;
-mod recover;
 mod report;
 mod results;
 mod run;
@@ -29,7 +28,7 @@ mod verify;
 mod view;
 mod weigh;
 
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, Parser, Subcommand};
 use interrupt::Interrupt;
 use std::io::Write;
@@ -94,8 +93,6 @@ enum Command {
     Compare(compare::Args),
     /// Write a run, an estimate or a sweep as one page of HTML that needs no other file: errors, figures, how it was made.
     Report(report::Args),
-    /// Make tables from the records of a run that was killed or whose disk was full.
-    Recover(recover::Args),
     /// Check the simulated truth of a scene: both engines, conservation, half the step; one verdict a line.
     Verify(verify::Args),
     /// Show runs in the Rerun viewer, one or several side by side, or a scene while it is simulated.
@@ -112,23 +109,18 @@ enum Command {
     Sweep(sweep::Args),
     /// Make one dataset of the shards of a sweep.
     Merge(merge::Args),
-    /// Draw a figure of a sweep: a score against what was varied with quantile bands, a map over two axes, calibration,
-    /// histogram, ladder of estimators.
-    Plot(plot::Args),
     /// Masses and centres of mass of a robot from its wheels on scales, with the budget for the estimators; the postures that
     /// tell most.
     Weigh(weigh::Args),
     /// Print the completions of a shell.
     Completions(shell::Args),
-    /// Print the manual page.
-    Man,
 }
 
 impl Command {
     /// Whether its result has a form in JSON.
     const fn has_json(&self) -> bool {
         match self {
-            Self::Weigh(_) | Self::Completions(_) | Self::Man => false,
+            Self::Weigh(_) | Self::Completions(_) => false,
             #[cfg(feature = "viewer")]
             Self::View(_) => false,
             _ => true,
@@ -167,8 +159,36 @@ impl OutputArgs {
     }
 }
 
+/// Commands of earlier versions, each with what does its work now.
+const REMOVED: [(&str, &str); 3] = [
+    ("man", "robhaz COMMAND --help prints the same"),
+    (
+        "plot",
+        "examples/python/plot_study.py draws the dataset of a study",
+    ),
+    (
+        "recover",
+        "tables of a run that was killed are not kept: the same command runs it again with --force",
+    ),
+];
+
+/// Adds to the error of a command that has gone what does its work now.
+fn removed(mut error: clap::Error) -> clap::Error {
+    let name = match error.get(ContextKind::InvalidSubcommand) {
+        Some(ContextValue::String(name)) => name.clone(),
+        _ => return error,
+    };
+    if let Some((_, instead)) = REMOVED.iter().find(|(old, _)| *old == name) {
+        let text = format!("this version has no command {name}: {instead}").into();
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![text]));
+        error.remove(ContextKind::SuggestedSubcommand);
+    }
+    error
+}
+
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = Cli::try_parse().unwrap_or_else(|error| removed(error).exit());
+    errors::install();
     cli.output.apply(&cli.command);
     let interrupt = Interrupt::default();
     let done = match cli.command {
@@ -181,7 +201,6 @@ fn main() -> ExitCode {
         Command::Export(args) => export::run(&args),
         Command::Compare(args) => compare::compare(&args),
         Command::Report(args) => report::run(&args),
-        Command::Recover(args) => recover::recover(&args),
         Command::Verify(args) => verify::run(&args, &interrupt),
         #[cfg(feature = "viewer")]
         Command::View(args) => view::run(&args, &interrupt),
@@ -189,10 +208,8 @@ fn main() -> ExitCode {
         Command::Study(args) => study::run(&args, &interrupt),
         Command::Sweep(args) => sweep::run(&args, &interrupt),
         Command::Merge(args) => merge::run(&args),
-        Command::Plot(args) => plot::run(&args),
         Command::Weigh(args) => weigh::run(&args),
         Command::Completions(args) => shell::completions(&args, Cli::command()),
-        Command::Man => shell::man(Cli::command()),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

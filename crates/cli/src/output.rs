@@ -147,11 +147,6 @@ impl OutputFolder {
         fs::write(&path, content).map_err(io_error("cannot write", &path))
     }
 
-    /// Whether the folder has tables that are still streams.
-    pub fn has_streams(&self) -> bool {
-        names(&self.partial).is_ok_and(|names| names.iter().any(|n| n.ends_with(".arrows")))
-    }
-
     /// Gives the finished run its name. Replaces an older run only with `--force`.
     pub fn finish(self) -> Result<PathBuf, OutputError> {
         if is_there(&self.target) {
@@ -258,7 +253,7 @@ fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
 /// Folder of the figures, in the folder of a run.
 const FIGURES: &str = "figures";
 
-/// Extensions of tables: finished ones, and those being written.
+/// Extensions of tables: finished ones, those being written, and streams of earlier versions.
 const TABLE_ENDS: [&str; 4] = [".parquet.partial", ".parquet", ".csv", ".arrows"];
 
 /// Whether the run of a resolved scene writes a file of this name.

@@ -30,7 +30,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<()> {
     let dataset = args.run.join(DATASET);
     let text = if dataset.is_file() {
-        sweep_page(&Dataset::read(&dataset).into_diagnostic()?).into_diagnostic()?
+        sweep_page(&Dataset::read(&dataset).into_diagnostic()?)
     } else {
         page(&args.run).into_diagnostic()?
     };

@@ -156,7 +156,6 @@ fn record(
     let mut pace = PaceSink::new(args.pace, interrupt);
     let mut sinks: Vec<&mut dyn Sink> = vec![summary, &mut figures, &mut progress];
     sinks.extend(viewing.sinks());
-    // Last, so that the memory of the others is free when the streams of a long run become Parquet.
     sinks.push(&mut tables);
     sinks.push(&mut pace);
     run.until(&mut sinks, &|| interrupt.cause())
@@ -164,12 +163,5 @@ fn record(
 
 /// Names the folder with the records of a run that broke off.
 fn what_is_left(folder: &OutputFolder) -> String {
-    let path = folder.path().display();
-    let mut text = format!("; what it recorded is in {path}");
-    if folder.has_streams() {
-        text.push_str(&format!(
-            ", tables as .arrows: `robhaz recover {path}` makes Parquet of them"
-        ));
-    }
-    text
+    format!("; what it recorded is in {}", folder.path().display())
 }

@@ -1,4 +1,4 @@
-//! `robhaz completions` and `robhaz man`: what a shell and `man` read.
+//! `robhaz completions`: what a shell reads.
 
 use clap::Command;
 use clap_complete::Shell;
@@ -12,37 +12,11 @@ pub struct Args {
     shell: Shell,
 }
 
-/// Prints the completions of a shell.
+/// Prints the completions of a shell. A closed pipe is no error: its reader needs no more.
 pub fn completions(args: &Args, mut command: Command) -> Result<()> {
     let mut text = Vec::new();
     clap_complete::generate(args.shell, &mut command, "robhaz", &mut text);
-    print(&text)
-}
-
-/// Prints the manual page, with a section for each command.
-pub fn man(mut command: Command) -> Result<()> {
-    // Names the subcommands in full.
-    command.build();
-    let mut text = Vec::new();
-    let commands: Vec<Command> = command.get_subcommands().cloned().collect();
-    clap_mangen::Man::new(command)
-        .render(&mut text)
-        .into_diagnostic()?;
-    for command in commands.into_iter().filter(|c| c.get_name() != "help") {
-        let title = format!("robhaz {}", command.get_name());
-        let page = clap_mangen::Man::new(command);
-        writeln!(text, ".SH \"{}\"", title.to_uppercase()).into_diagnostic()?;
-        page.render_synopsis_section(&mut text).into_diagnostic()?;
-        page.render_description_section(&mut text)
-            .into_diagnostic()?;
-        page.render_options_section(&mut text).into_diagnostic()?;
-    }
-    print(&text)
-}
-
-/// A closed pipe is no error: its reader needs no more.
-fn print(text: &[u8]) -> Result<()> {
-    match io::stdout().lock().write_all(text) {
+    match io::stdout().lock().write_all(&text) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error).into_diagnostic(),
         _ => Ok(()),
     }

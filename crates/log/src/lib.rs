@@ -1,4 +1,4 @@
-//! Recorded logs as a source of readings: Parquet, CSV, MCAP and Arrow streams; folders of runs.
+//! Recorded logs as a source of readings: Parquet, CSV and MCAP; folders of runs.
 //!
 //! ```text
 //! files -> Rows of each channel -> Frames on one time -> SensorFrame -> (the loop of crate `run`)
@@ -18,7 +18,6 @@
 //! A log is read to its end for duration, rates, order of the time stamps, and cells that are no numbers, so that a log that
 //! cannot be used is refused before anything is written. Its rows are kept, up to 128 MB; a longer log is read again.
 
-mod batch_table;
 mod cdr;
 mod csv_table;
 mod error;
@@ -33,6 +32,7 @@ mod mcap_events;
 mod messages;
 mod order;
 mod own_names;
+mod parquet_rows;
 mod place;
 mod plan;
 mod readings;

@@ -1,15 +1,15 @@
 //! What is read from which channel, and how a reading follows from the cells of a row.
 
-use crate::batch_table::{BatchFormat, BatchRows};
 use crate::csv_table::CsvRows;
 use crate::error::LogError;
 use crate::events::{Events, Sources};
 use crate::formula::Formula;
 use crate::mcap_events::{McapEvents, TopicPlace};
+use crate::parquet_rows::ParquetRows;
 use crate::readings::{Reading, Values};
 use crate::rows::{ColumnInfo, Rows, TimeColumn};
 use crate::truth;
-use crate::{batch_table, csv_table};
+use crate::{csv_table, parquet_rows};
 use robhaz_sim::Truth;
 use std::path::{Path, PathBuf};
 
@@ -18,18 +18,17 @@ use std::path::{Path, PathBuf};
 pub enum TableFormat {
     /// Text.
     Csv,
-    /// Arrow batches.
-    Batches(BatchFormat),
+    /// Apache Parquet.
+    Parquet,
 }
 
 impl TableFormat {
     /// Formats by the extension of a file.
-    pub const ALL: [(&'static str, Self); 5] = [
-        ("parquet", Self::Batches(BatchFormat::Parquet)),
+    pub const ALL: [(&'static str, Self); 4] = [
+        ("parquet", Self::Parquet),
         ("csv", Self::Csv),
         ("tsv", Self::Csv),
         ("txt", Self::Csv),
-        ("arrows", Self::Batches(BatchFormat::Stream)),
     ];
 
     /// The format of a file, by its extension; `None` for another one.
@@ -42,7 +41,16 @@ impl TableFormat {
     /// The error of a file without such an extension.
     pub fn refusal(path: &Path) -> LogError {
         let endings = Self::ALL.map(|(extension, _)| format!(".{extension}"));
-        let message = format!("is no table, allowed endings: {}", endings.join(", "));
+        let killed = if path.extension().is_some_and(|e| e == "arrows") {
+            "; a stream of an earlier version's killed run: pyarrow.ipc.open_stream reads it, \
+             pyarrow.parquet.write_table makes Parquet of it"
+        } else {
+            ""
+        };
+        let message = format!(
+            "is no table, allowed endings: {}{killed}",
+            endings.join(", ")
+        );
         LogError::whole(path, message)
     }
 
@@ -50,7 +58,7 @@ impl TableFormat {
     pub fn columns(self, path: &Path) -> Result<Vec<ColumnInfo>, LogError> {
         match self {
             Self::Csv => csv_table::columns(path),
-            Self::Batches(format) => batch_table::columns(path, format),
+            Self::Parquet => parquet_rows::columns(path),
         }
     }
 }
@@ -77,9 +85,7 @@ impl TablePlace {
     pub fn open(&self, columns: &[String]) -> Result<Box<dyn Rows>, LogError> {
         Ok(match self.format {
             TableFormat::Csv => Box::new(CsvRows::open(&self.path, &self.time, columns)?),
-            TableFormat::Batches(format) => {
-                Box::new(BatchRows::open(&self.path, format, &self.time, columns)?)
-            }
+            TableFormat::Parquet => Box::new(ParquetRows::open(&self.path, &self.time, columns)?),
         })
     }
 }

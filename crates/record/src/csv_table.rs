@@ -1,35 +1,27 @@
 //! A table as comma-separated text: names in the first line, floats as the shortest text that reads back as the same number.
 
-use crate::append::{Appender, FlushClock};
 use crate::columns::{Table, Value};
 use crate::error::{RecordError, io_error};
 use robhaz_run::Frame;
-use std::io::Write as _;
-use std::path::Path;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
 
-/// Largest text that waits for the file, bytes.
-const MOST_WAITING: usize = 1 << 20;
-
-/// A table being written. Whole rows go to the file, at least every simulated second.
+/// A table being written.
 pub struct CsvTable {
     table: Table,
-    out: Appender,
-    waiting: Vec<u8>,
-    clock: FlushClock,
+    path: PathBuf,
+    out: BufWriter<File>,
 }
 
 impl CsvTable {
     /// Creates the file and writes the names.
     pub fn create(folder: &Path, table: Table) -> Result<Self, RecordError> {
-        let mut out = Appender::create(&folder.join(format!("{}.csv", table.name)))?;
+        let path = folder.join(format!("{}.csv", table.name));
+        let mut out = BufWriter::new(File::create(&path).map_err(io_error("create", &path))?);
         let names: Vec<&str> = table.columns.iter().map(|c| c.name.as_str()).collect();
-        out.append((names.join(",") + "\n").as_bytes())?;
-        Ok(Self {
-            table,
-            out,
-            waiting: Vec::new(),
-            clock: FlushClock::default(),
-        })
+        writeln!(out, "{}", names.join(",")).map_err(io_error("write", &path))?;
+        Ok(Self { table, path, out })
     }
 
     /// Adds the row of a record, if it has one.
@@ -38,35 +30,24 @@ impl CsvTable {
             return Ok(());
         }
         for (i, column) in self.table.columns.iter().enumerate() {
-            if i > 0 {
-                self.waiting.push(b',');
-            }
+            let comma = if i > 0 { "," } else { "" };
             let written = match column.value(frame) {
-                // `{:?}` is the shortest text that reads back as the same number, with an exponent where that is shorter.
+                // `{:?}` is the shortest text that reads back as the same number, with an exponent
+                // where that is shorter.
                 Value::Float(value) | Value::Optional(Some(value)) => {
-                    write!(self.waiting, "{value:?}")
+                    write!(self.out, "{comma}{value:?}")
                 }
-                Value::Optional(None) => Ok(()),
-                Value::Count(count) => write!(self.waiting, "{count}"),
+                Value::Optional(None) => write!(self.out, "{comma}"),
+                Value::Count(count) => write!(self.out, "{comma}{count}"),
             };
-            written.map_err(io_error("write", self.out.path()))?;
+            written.map_err(io_error("write", &self.path))?;
         }
-        self.waiting.push(b'\n');
-        if self.clock.is_due(frame.time) || self.waiting.len() >= MOST_WAITING {
-            self.flush()?;
-        }
-        Ok(())
+        writeln!(self.out).map_err(io_error("write", &self.path))
     }
 
     /// Writes the last rows to the file.
     pub fn close(&mut self) -> Result<(), RecordError> {
-        self.flush()
-    }
-
-    fn flush(&mut self) -> Result<(), RecordError> {
-        // Rows that cannot be written are dropped: written later they would follow a gap.
-        let rows = std::mem::take(&mut self.waiting);
-        self.out.append(&rows)
+        self.out.flush().map_err(io_error("write", &self.path))
     }
 }
 

@@ -24,30 +24,6 @@ pub enum RecordError {
         /// The cause.
         source: parquet::errors::ParquetError,
     },
-    /// A stream of Arrow batches cannot be written or read.
-    #[error("{path} cannot be written or read as a stream of Arrow batches", path = path.display())]
-    Stream {
-        /// The file.
-        path: PathBuf,
-        /// The cause.
-        source: arrow_schema::ArrowError,
-    },
-    /// A folder without streams.
-    #[error(
-        "{path} holds no tables (.arrows) of a run that was killed; CSV tables can be read as they are, and an estimate of a \
-         log is repeated with --force",
-        path = path.display()
-    )]
-    NoStreams {
-        /// The folder.
-        path: PathBuf,
-    },
-    /// A file is there already.
-    #[error("{path} exists", path = path.display())]
-    Exists {
-        /// The file.
-        path: PathBuf,
-    },
     /// A figure cannot be drawn.
     #[error("cannot draw {path}: {reason}", path = path.display())]
     Figure {
@@ -131,14 +107,6 @@ pub(crate) fn parquet_error(
 ) -> impl FnOnce(parquet::errors::ParquetError) -> RecordError + use<> {
     let path = path.to_path_buf();
     move |source| RecordError::Parquet { path, source }
-}
-
-/// Adds the path to a failure of the Arrow library.
-pub(crate) fn stream_error(
-    path: &Path,
-) -> impl FnOnce(arrow_schema::ArrowError) -> RecordError + use<> {
-    let path = path.to_path_buf();
-    move |source| RecordError::Stream { path, source }
 }
 
 /// Refuses names that would lead out of the folder or that some file system cannot hold.

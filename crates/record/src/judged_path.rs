@@ -125,7 +125,7 @@ pub fn path_files(folder: &Path, format: TableFormat) -> Vec<PathBuf> {
         TableFormat::Parquet => &["path.parquet"],
         TableFormat::Csv => &["path.csv", "columns.csv"],
     };
-    let figures = ["figures/needed_friction.svg", "figures/needed_friction.pdf"];
+    let figures = ["figures/needed_friction.svg"];
     let names = table.iter().chain(&figures);
     names.map(|name| folder.join(name)).collect()
 }

@@ -5,26 +5,22 @@
 //! | tables of truth, readings and estimates | `truth`, `sensors`, `estimate-NAME`, `.parquet` or `.csv` | [`TableSink`] |
 //! | the ground | `terrain`, `.parquet` or `.csv` | [`TableSink`] |
 //! | the ground that an estimator has found | `ground-NAME`, `.parquet` or `.csv` | [`TableSink`] |
-//! | the tables of a run that is going on or was killed | `.arrows` in place of `.parquet` | [`TableSink`], [`recover`] |
 //! | a path judged before it is driven | `path`, `.parquet` or `.csv`, `figures/needed_friction` | [`write_path`] |
 //! | all tables, in memory | none | [`MemorySink`] |
 //! | all of it on one page | `report.html` | [`page`], of a sweep [`sweep_page`] |
 //! | errors of each estimator | `summary.json` | [`SummarySink`], [`Summary`] |
-//! | Figs. 5 to 8 of the paper, all estimators, the path | `fig5_linkage.svg`, `fig5_linkage.pdf`, ... | [`FigureSink`] |
+//! | Figs. 5 to 8 of the paper, all estimators, the path | `fig5_linkage.svg`, ... | [`FigureSink`] |
 //! | the dataset of a sweep, read back | `sweep.parquet` | [`Dataset`] |
-//! | its figures | SVG or PDF | [`plot()`] |
 //! | runs and estimators side by side | the terminal | [`comparison_table`], [`comparison_json`], [`comparison_csv`], [`comparison_markdown`] |
 //!
 //! Every column of every table is declared once, with its unit, in [`Table`]. Everything is in SI; the same run leaves the
 //! same bytes, except for the duration of the computation in the summary.
 
-mod append;
 mod batch;
 mod columns;
 mod comparison;
 mod csv_table;
 mod dataset;
-mod direct_tables;
 mod error;
 mod estimator_rows;
 mod felt_ground;
@@ -39,7 +35,6 @@ mod parquet_table;
 mod point_table;
 mod quantile;
 mod report;
-mod stream_table;
 mod summary;
 mod sweep_page;
 mod table;
@@ -52,12 +47,11 @@ pub use columns::{Column, Kind, Table, Value};
 pub use comparison::{comparison_csv, comparison_json, comparison_markdown};
 pub use dataset::{Dataset, DatasetColumn, DatasetValues};
 pub use error::RecordError;
-pub use figures::{FigureFormat, FigureSink, PlotError, PlotKind, PlotRequest, Spacing, plot};
+pub use figures::FigureSink;
 pub use format::TableFormat;
 pub use judged_path::{path_files, write_path};
 pub use memory::MemorySink;
 pub use page::page;
-pub use parquet_table::{RecoveredTable, recover};
 pub use report::comparison_table;
 pub use summary::{
     BrokenOff, ChannelSummary, EstimatorSummary, FrictionSummary, FrictionTestSummary, LogSummary,
@@ -118,11 +112,8 @@ mod tests {
             columns.contains("ground-mine,sigma_slope,rad,"),
             "{columns}"
         );
-        for ending in ["svg", "pdf"] {
-            let name = format!("ground_mine.{ending}");
-            assert!(folder.path().join(&name).is_file(), "{name}");
-            assert!(FigureSink::can_write(&name, &["mine"]));
-        }
+        assert!(folder.path().join("ground_mine.svg").is_file());
+        assert!(FigureSink::can_write("ground_mine.svg", &["mine"]));
         Ok(())
     }
 
@@ -149,8 +140,8 @@ mod tests {
             .map(|entry| entry.expect("a file").file_name())
             .collect();
         names.sort();
-        // Six tables; seven figures, each as SVG and PDF.
-        assert_eq!(names.len(), 6 + 14, "{names:?}");
+        // Six tables; seven figures.
+        assert_eq!(names.len(), 6 + 7, "{names:?}");
         for name in names {
             let [a, b] = [0, 1].map(|i| std::fs::read(folders[i].path().join(&name)));
             assert_eq!(a.expect("first"), b.expect("second"), "{name:?}");

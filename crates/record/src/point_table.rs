@@ -1,14 +1,10 @@
 //! Tables of points, which are written at once: the ground and the ground that was found.
 
-use crate::error::{RecordError, io_error};
+use crate::error::{RecordError, io_error, parquet_error};
 use crate::format::TableFormat;
+use crate::parquet_table::write_batch;
 use arrow_array::{ArrayRef, Float64Array, RecordBatch};
 use arrow_schema::{ArrowError, DataType, Field, Schema};
-use parquet::arrow::ArrowWriter;
-use parquet::basic::Compression;
-use parquet::errors::Result as ParquetResult;
-use parquet::file::metadata::KeyValue;
-use parquet::file::properties::WriterProperties;
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, Write};
@@ -58,12 +54,10 @@ pub fn write_points<T>(
 ) -> Result<(), RecordError> {
     match format {
         TableFormat::Parquet => {
-            let path = folder.join(format!("{name}.parquet"));
-            let file = File::create(&path).map_err(io_error("create", &path))?;
-            write_parquet(file, columns, points, metadata).map_err(|source| RecordError::Parquet {
-                path: path.clone(),
-                source,
-            })
+            let batch = batch_of_points(columns, points, metadata);
+            let path = || folder.join(format!("{name}.parquet"));
+            let batch = batch.map_err(|e| parquet_error(&path())(e.into()))?;
+            write_batch(folder, name, &batch)
         }
         TableFormat::Csv => {
             let path = folder.join(format!("{name}.csv"));
@@ -93,27 +87,6 @@ pub fn batch_of_points<T>(
         Arc::new(points.iter().map(column.get).collect::<Float64Array>())
     };
     RecordBatch::try_new(Arc::new(schema), columns.iter().map(array).collect())
-}
-
-fn write_parquet<T>(
-    file: File,
-    columns: &[PointColumn<T>],
-    points: &[T],
-    metadata: &[(&str, String)],
-) -> ParquetResult<()> {
-    // Metadata of the table as a whole belong to the file, not to Arrow's schema.
-    let batch = batch_of_points(columns, points, &[])?;
-    let metadata = metadata
-        .iter()
-        .map(|(key, value)| KeyValue::new((*key).to_owned(), value.clone()));
-    let properties = WriterProperties::builder()
-        .set_compression(Compression::SNAPPY)
-        .set_key_value_metadata(Some(metadata.collect()))
-        .build();
-    let mut writer = ArrowWriter::try_new(file, batch.schema(), Some(properties))?;
-    writer.write(&batch)?;
-    writer.close()?;
-    Ok(())
 }
 
 fn write_csv<T>(path: &Path, columns: &[PointColumn<T>], points: &[T]) -> io::Result<()> {

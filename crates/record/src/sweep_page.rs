@@ -1,21 +1,13 @@
 //! The results of a sweep as one page of HTML that needs no other file.
 
 use crate::dataset::{Dataset, DatasetColumn, DatasetValues};
-use crate::figures::{FigureFormat, PlotError, number_label, overview, plot, runs_in_words};
-use crate::page::{document, image};
+use crate::page::document;
 use crate::quantile::quantiles;
 use maud::{Markup, html};
 
-/// The page of a sweep: scores of each estimator, failures with their reasons, figures, study file and base scene.
-///
-/// # Errors
-/// [`PlotError`] if a figure cannot be drawn.
-pub fn sweep_page(dataset: &Dataset) -> Result<String, PlotError> {
-    let mut figures = Vec::new();
-    for request in overview(dataset) {
-        let svg = plot(dataset, &request, FigureFormat::Svg)?;
-        figures.push((request.kind.name(), image(&svg)));
-    }
+/// The page of a sweep: scores of each estimator, failures with their reasons, study file and base
+/// scene.
+pub fn sweep_page(dataset: &Dataset) -> String {
     let study = &dataset.study;
     let body = html! {
         h1 { (study.name) }
@@ -26,16 +18,40 @@ pub fn sweep_page(dataset: &Dataset) -> Result<String, PlotError> {
         (scores(dataset))
         h2 { "Failed runs" }
         (failures(dataset))
-        @if !figures.is_empty() {
-            h2 { "Figures" }
-            @for (name, image) in &figures { figure { img alt=(name) src=(image); } }
-        }
         h2 { "How it was made" }
         p { "By " (dataset.version) ", " code { "robhaz sweep" } ", from this study file and base scene." }
         pre { (study.text) }
         pre { (dataset.scene) }
     };
-    Ok(document(&study.name, &body))
+    document(&study.name, &body)
+}
+
+/// Study, scene, numbers of runs and failures, and version.
+fn runs_in_words(dataset: &Dataset) -> String {
+    let failures = match dataset.failures().iter().map(|f| f.1).sum::<u64>() {
+        0 => "none failed".to_owned(),
+        failed => format!("{failed} of them failed"),
+    };
+    format!(
+        "Study {}, scene {}: {} runs; {failures}. Made by {}.",
+        dataset.study.name,
+        dataset.study.scene.display(),
+        dataset.runs,
+        dataset.version
+    )
+}
+
+/// A number with four digits.
+fn number(value: f64) -> String {
+    if !(1e-4..1e6).contains(&value.abs()) {
+        return if value.abs() < f64::MIN_POSITIVE {
+            "0".to_owned()
+        } else {
+            format!("{value:.3e}")
+        };
+    }
+    let decimals = (3.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize;
+    format!("{value:.decimals$}")
 }
 
 /// A row for each score with a value, a column for each estimator.
@@ -45,7 +61,6 @@ fn scores(dataset: &Dataset) -> Markup {
     let scores: Vec<(&DatasetColumn, Vec<Option<[f64; 3]>>)> = scores
         .filter_map(|column| Some((column, of_estimators(dataset, column)?)))
         .collect();
-    let number = |v: f64| number_label(v, 0.0);
     html! {
         @if scores.is_empty() { p { "No run has scores." } }
         @else {

@@ -2,57 +2,32 @@
 
 use crate::columns::Table;
 use crate::csv_table::{CsvTable, write_columns};
-use crate::direct_tables::DirectTables;
 use crate::error::{RecordError, check_name, io_error};
 use crate::felt_ground::FeltGrounds;
 use crate::format::TableFormat;
 use crate::ground_table::write_grounds;
-use crate::parquet_table::{TornEnd, write_parquet};
-use crate::stream_table::StreamTable;
+use crate::parquet_table::ParquetTables;
 use crate::terrain_table::write_terrain;
-use rayon::prelude::*;
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use std::path::{Path, PathBuf};
 use std::slice;
 
-/// Most rows of tables of which several are made into Parquet at once. The writer keeps a row group and what the footer says of
-/// all row groups: some 40 MB for the truth of an hour at 1 kHz.
-const SHORT: u64 = 1_000_000;
-
-enum Writer {
-    /// Becomes Parquet at the end.
-    Stream(Box<StreamTable>),
-    Csv(CsvTable),
-}
-
-impl Writer {
-    fn push_all(&mut self, frames: &[Frame<'_>]) -> Result<(), RecordError> {
-        match self {
-            Self::Stream(table) => table.push_all(frames),
-            Self::Csv(table) => frames.iter().try_for_each(|frame| table.push(frame)),
-        }
-    }
-}
-
-/// Writes the tables `truth`, `sensors`, `commands`, `estimate-NAME`, `ground-NAME` and `terrain` of a run into a folder. Recorded
-/// readings have neither `truth` nor `terrain`; only a control that takes readings has `commands`. An estimator that finds no ground has no table `ground-NAME`; it is written at the end of the
-/// run, because points change until the robot has left them.
+/// Writes the tables `truth`, `sensors`, `commands`, `estimate-NAME`, `ground-NAME` and `terrain` of
+/// a run into a folder. Recorded readings have neither `truth` nor `terrain`; only a control that
+/// takes readings has `commands`. An estimator that finds no ground has no table `ground-NAME`; it is
+/// written at the end of the run, because points change until the robot has left them.
 ///
-/// While a simulation goes on, a Parquet table is a stream of Arrow batches (`.arrows`), to which rows go at least every
-/// simulated second; the end of the run makes Parquet of it and removes the stream. CSV tables grow in the same steps. So a
-/// run that breaks off keeps every row, and one that is killed all but its last second: [`crate::recover`] makes tables of its
-/// streams. Parquet tables of recorded readings are written at once: killed, they are computed again from the readings.
+/// A Parquet table that is not complete has another name; a run that breaks off closes its tables.
 pub struct TableSink {
     folder: PathBuf,
     format: TableFormat,
-    writers: Vec<Writer>,
-    /// Parquet tables of recorded readings.
-    direct: DirectTables,
+    /// The tables that are written as CSV.
+    csv: Vec<CsvTable>,
+    /// The tables that are written as Parquet.
+    parquet: ParquetTables,
     /// The ground that the estimators find: its tables are written at the end.
     grounds: Option<(RunDescription, FeltGrounds)>,
-    /// Whether the Parquet tables can be made at once: see [`SHORT`].
-    is_short: bool,
-    /// A row could not be written. The streams stay as they are.
+    /// A row could not be written.
     failed: bool,
 }
 
@@ -62,10 +37,9 @@ impl TableSink {
         Self {
             folder: folder.to_path_buf(),
             format,
-            writers: Vec::new(),
-            direct: DirectTables::default(),
+            csv: Vec::new(),
+            parquet: ParquetTables::default(),
             grounds: None,
-            is_short: true,
             failed: false,
         }
     }
@@ -76,26 +50,18 @@ impl TableSink {
             check_name(&estimator.label, folder)?;
         }
         std::fs::create_dir_all(folder).map_err(io_error("create", folder))?;
-        self.is_short = run.record.count() <= SHORT;
         let tables = Table::all(run);
         if self.format == TableFormat::Csv {
             write_columns(folder, &tables)?;
         }
         self.grounds = Some((run.clone(), FeltGrounds::new(run)));
-        write_terrain(folder, self.format, run, &metadata(run))?;
         let metadata = metadata(run);
+        write_terrain(folder, self.format, run, &metadata)?;
         for table in tables {
-            let writer = match (self.format, &run.world) {
-                (TableFormat::Csv, _) => Writer::Csv(CsvTable::create(folder, table)?),
-                (TableFormat::Parquet, Some(_)) => {
-                    Writer::Stream(Box::new(StreamTable::create(folder, table, &metadata)?))
-                }
-                (TableFormat::Parquet, None) => {
-                    self.direct.add(folder, table, &metadata)?;
-                    continue;
-                }
-            };
-            self.writers.push(writer);
+            match self.format {
+                TableFormat::Csv => self.csv.push(CsvTable::create(folder, table)?),
+                TableFormat::Parquet => self.parquet.add(folder, table, &metadata)?,
+            }
         }
         Ok(())
     }
@@ -104,10 +70,10 @@ impl TableSink {
         if let Some((_, grounds)) = &mut self.grounds {
             frames.iter().for_each(|frame| grounds.add(frame));
         }
-        for writer in &mut self.writers {
-            writer.push_all(frames)?;
+        for table in &mut self.csv {
+            frames.iter().try_for_each(|frame| table.push(frame))?;
         }
-        self.direct.push_all(frames)
+        self.parquet.push_all(frames)
     }
 
     fn write_grounds(&mut self, end: Option<&RunEnd>) -> Result<(), RecordError> {
@@ -144,45 +110,15 @@ impl Sink for TableSink {
 
     fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
         // One table that cannot be closed must not keep the others open.
-        let mut first_failure = self.direct.close().err();
-        let mut streams = Vec::new();
-        for writer in self.writers.drain(..) {
-            let closed = match writer {
-                Writer::Stream(mut table) => {
-                    let closed = table.close();
-                    streams.push(table.path().to_path_buf());
-                    closed
-                }
-                Writer::Csv(mut table) => table.close(),
-            };
-            if let Err(error) = closed {
-                first_failure.get_or_insert(error);
-            }
+        let parquet = self.parquet.close();
+        let csv: Vec<_> = self.csv.drain(..).map(|mut table| table.close()).collect();
+        csv.into_iter()
+            .chain([parquet])
+            .collect::<Result<(), _>>()?;
+        if !self.failed {
+            self.write_grounds(end)?;
         }
-        // Where rows did not fit, their Parquet file would not either.
-        if first_failure.is_none() && !self.failed {
-            first_failure = convert(&streams, &self.folder, self.is_short).err();
-        }
-        if first_failure.is_none() && !self.failed {
-            first_failure = self.write_grounds(end).err();
-        }
-        match first_failure {
-            Some(error) => Err(error.into()),
-            None => Ok(()),
-        }
-    }
-}
-
-/// Makes a Parquet file of each stream and removes the streams that are no longer needed: on all cores, or one after the other.
-fn convert(streams: &[PathBuf], folder: &Path, at_once: bool) -> Result<(), RecordError> {
-    let convert = |stream: &PathBuf| {
-        write_parquet(stream, folder, TornEnd::Refuse)?;
-        std::fs::remove_file(stream).map_err(io_error("remove", stream))
-    };
-    if at_once {
-        streams.par_iter().map(convert).collect()
-    } else {
-        streams.iter().try_for_each(convert)
+        Ok(())
     }
 }
 
@@ -190,7 +126,6 @@ fn convert(streams: &[PathBuf], folder: &Path, at_once: bool) -> Result<(), Reco
 mod tests {
     use super::*;
     use crate::columns::{Kind, Value};
-    use crate::parquet_table::{RecoveredTable, recover};
     use crate::testing::{Record, described, log, records, scene};
     use arrow_array::{Array, Float64Array, RecordBatch, UInt32Array};
     use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
@@ -292,68 +227,6 @@ mod tests {
             value("robhaz_version").as_deref(),
             Some(env!("CARGO_PKG_VERSION"))
         );
-    }
-
-    /// Rows of `table` that can be read in a folder as a killed run leaves it.
-    fn recovered(folder: &Path, table: &str) -> RecoveredTable {
-        let copy = tempfile::tempdir().expect("a folder");
-        let name = format!("{table}.arrows");
-        fs::copy(folder.join(&name), copy.path().join(&name)).expect("a stream");
-        let mut tables = recover(copy.path(), copy.path(), false).expect("it can be read");
-        tables.remove(0)
-    }
-
-    /// A run that is killed has not closed its tables: all can be read but the last second, at any moment and wherever the
-    /// last batch is torn.
-    #[test]
-    fn a_killed_run_loses_a_second_at_most() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let mut sink = TableSink::new(folder.path(), TableFormat::Parquet);
-        sink.begin(&described(&scene())).expect("begins");
-        assert_eq!(recovered(folder.path(), "truth").rows, 0);
-        for record in &records() {
-            sink.frame(&record.frame()).expect("a row");
-            let end = recovered(folder.path(), "truth").end.unwrap_or(0.0);
-            assert!(record.truth.time - end < 1.0, "{end}");
-        }
-        assert_eq!(recovered(folder.path(), "truth").rows, 201);
-        // Killed in the middle of a write.
-        let stream = folder.path().join("truth.arrows");
-        let whole = fs::read(&stream).expect("a stream");
-        for cut in [1, 100, 10_000] {
-            fs::write(&stream, &whole[..whole.len() - cut]).expect("written");
-            assert_eq!(recovered(folder.path(), "truth").rows, 101, "{cut}");
-        }
-    }
-
-    /// A recovered table equals that of the finished run; it replaces another one only on request.
-    #[test]
-    fn a_recovered_table_is_that_of_the_run() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let mut sink = TableSink::new(folder.path(), TableFormat::Parquet);
-        sink.begin(&described(&scene())).expect("begins");
-        for record in &records() {
-            sink.frame(&record.frame()).expect("a row");
-        }
-        let out = tempfile::tempdir().expect("a folder");
-        let out = out.path().join("new");
-        let recover = |replace| recover(folder.path(), &out, replace);
-        let tables = recover(false).expect("tables");
-        assert_eq!(tables.len(), 5);
-        let error = recover(false).expect_err("it is there");
-        assert!(error.to_string().ends_with(".parquet exists"), "{error}");
-        assert_eq!(recover(true).expect("replaced"), tables);
-        sink.end(None).expect("ends");
-        for table in tables {
-            let name = table.path.file_name().expect("a name");
-            let of_the_run = fs::read(folder.path().join(name)).expect("a table");
-            assert!(
-                of_the_run == fs::read(&table.path).expect("a table"),
-                "{name:?}"
-            );
-        }
-        let error = recover(true).expect_err("the streams have gone");
-        assert!(matches!(error, RecordError::NoStreams { .. }), "{error}");
     }
 
     /// Text, but no digit lost; gaps are empty.

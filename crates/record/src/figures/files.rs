@@ -1,6 +1,5 @@
-//! A figure as the bytes of an SVG or PDF file.
+//! A figure as the bytes of an SVG file.
 
-use super::pdf::PdfBackend;
 use super::style::SCALE;
 use plotters::coord::Shift;
 use plotters::drawing::IntoDrawingArea;
@@ -12,9 +11,6 @@ pub type Drawn = Result<(), Box<dyn Error>>;
 
 /// A figure that can be drawn on any backend.
 pub trait Picture {
-    /// Title of the file.
-    fn title(&self) -> &str;
-
     /// Width and height, px.
     fn size(&self) -> (u32, u32);
 
@@ -41,20 +37,6 @@ pub fn svg(picture: &impl Picture) -> Result<Vec<u8>, String> {
         drawn.0, drawn.1
     );
     Ok(outer.into_bytes())
-}
-
-/// The figure as a PDF file of one page, 1 px as 0.75 pt; the reason when it cannot be drawn.
-pub fn pdf(picture: &impl Picture) -> Result<Vec<u8>, String> {
-    let (width, height) = picture.size();
-    let mut bytes = Vec::new();
-    let backend = PdfBackend::new(
-        &mut bytes,
-        (SCALE * width, SCALE * height),
-        0.75 / f64::from(SCALE),
-        picture.title(),
-    );
-    draw_on(backend, picture)?;
-    Ok(bytes)
 }
 
 fn draw_on<DB>(backend: DB, picture: &impl Picture) -> Result<(), String>

@@ -20,7 +20,6 @@ const LETTERS: f64 = 12.5;
 /// Length of a line's sample and of an area's, px.
 const LINE_SAMPLE: f64 = 26.0;
 const AREA_SAMPLE: f64 = 20.0;
-const DOT_SAMPLE: f64 = 8.0;
 const SAMPLE_GAP: f64 = 6.0;
 const ENTRY_GAP: f64 = 20.0;
 
@@ -33,8 +32,6 @@ pub enum Mark {
     Dashed(ShapeStyle),
     /// An area.
     Area(RGBColor),
-    /// A point.
-    Dot(RGBColor),
     /// An arrow that points right, of a length in px.
     Arrow(ShapeStyle, f64),
 }
@@ -44,7 +41,6 @@ impl Mark {
         match self {
             Self::Line(_) | Self::Dashed(_) => LINE_SAMPLE,
             Self::Area(_) => AREA_SAMPLE,
-            Self::Dot(_) => DOT_SAMPLE,
             Self::Arrow(_, length) => length,
         }
     }
@@ -58,10 +54,6 @@ impl Mark {
         match self {
             Self::Line(style) => page.draw(&PathElement::new(ends, style))?,
             Self::Dashed(style) => page.draw(&dashed(ends.to_vec(), style))?,
-            Self::Dot(color) => {
-                let at = (units(x + 0.5 * DOT_SAMPLE), units(y));
-                page.draw(&Circle::new(at, units(2.4), color.filled()))?;
-            }
             Self::Area(color) => {
                 let corners = [
                     (units(x), units(y - 6.0)),

@@ -12,16 +12,10 @@ mod page;
 mod panel;
 mod paper;
 mod path;
-mod pdf;
-mod plot;
-mod png;
 mod run;
 mod strips;
 mod style;
 mod trace;
-
-pub use plot::{FigureFormat, PlotError, PlotKind, PlotRequest, Spacing, plot};
-pub(crate) use plot::{number_label, overview, runs_in_words};
 
 use crate::error::{RecordError, check_name, io_error};
 use files::Picture;
@@ -33,7 +27,7 @@ use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
 use run::RunTraces;
 use std::path::{Path, PathBuf};
 
-/// Draws a run. Each figure is written as SVG and as PDF.
+/// Draws a run. Each figure is an SVG file.
 ///
 /// | file | shows |
 /// |---|---|
@@ -67,6 +61,7 @@ impl FigureSink {
 
     /// Whether a file of this name can be a figure of a run with these estimators.
     pub fn can_write(file: &str, estimators: &[&str]) -> bool {
+        // Earlier versions wrote each figure as PDF, too.
         let Some((stem, "svg" | "pdf")) = file.rsplit_once('.') else {
             return false;
         };
@@ -119,17 +114,14 @@ impl FigureSink {
     }
 }
 
-/// Writes a figure into a folder as SVG and as PDF.
+/// Writes a figure into a folder.
 fn write_picture(folder: &Path, stem: &str, picture: &impl Picture) -> Result<(), RecordError> {
-    for (ending, drawn) in [("svg", files::svg(picture)), ("pdf", files::pdf(picture))] {
-        let path = folder.join(format!("{stem}.{ending}"));
-        let bytes = drawn.map_err(|reason| RecordError::Figure {
-            path: path.clone(),
-            reason,
-        })?;
-        std::fs::write(&path, bytes).map_err(io_error("write", &path))?;
-    }
-    Ok(())
+    let path = folder.join(format!("{stem}.svg"));
+    let bytes = files::svg(picture).map_err(|reason| RecordError::Figure {
+        path: path.clone(),
+        reason,
+    })?;
+    std::fs::write(&path, bytes).map_err(io_error("write", &path))
 }
 
 /// Writes the figure `needed_friction` of a judged path into an existing folder. Without a place there is none.

@@ -191,10 +191,6 @@ impl<'a> NeededFriction<'a> {
 }
 
 impl Picture for NeededFriction<'_> {
-    fn title(&self) -> &str {
-        &self.header.title
-    }
-
     fn size(&self) -> (u32, u32) {
         let panels = 2.0 * (PANEL_TITLE + PANEL) + X_LABELS;
         let height = self.header.bottom() + self.strip_height() + panels + 0.5 * MARGIN;

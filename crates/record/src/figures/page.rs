@@ -63,10 +63,6 @@ pub struct Page<'a> {
 }
 
 impl Picture for Page<'_> {
-    fn title(&self) -> &str {
-        &self.header.title
-    }
-
     fn size(&self) -> (u32, u32) {
         let panels = self.columns.iter().map(Column::height).fold(0.0, f64::max);
         (WIDTH, whole(self.header.bottom() + panels + 0.5 * MARGIN))

@@ -104,10 +104,6 @@ fn plot_width() -> f64 {
 }
 
 impl Picture for Path<'_> {
-    fn title(&self) -> &str {
-        &self.header.title
-    }
-
     fn size(&self) -> (u32, u32) {
         let strips: f64 = self.strips.iter().map(|s| self.height(s)).sum();
         let panel = PANEL_TITLE + self.panel.height + X_LABELS;

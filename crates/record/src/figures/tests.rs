@@ -57,7 +57,7 @@ fn draw(records: usize) -> BTreeMap<String, String> {
 }
 
 #[test]
-fn every_figure_is_there_as_svg_and_pdf() {
+fn every_figure_is_there() {
     let names: Vec<_> = draw_scene(&scene(), &records()).into_keys().collect();
     let stems = [
         "comparison",
@@ -68,8 +68,7 @@ fn every_figure_is_there_as_svg_and_pdf() {
         "normal_force_true-mass",
         "path",
     ];
-    let expected = stems.map(|stem| ["pdf", "svg"].map(|ending| format!("{stem}.{ending}")));
-    assert_eq!(names, expected.concat());
+    assert_eq!(names, stems.map(|stem| format!("{stem}.svg")));
     let estimators = ["paper-body", "true-mass", "mine"];
     let can_write = |name: &str| FigureSink::can_write(name, &estimators);
     assert!(names.iter().all(|name| can_write(name)));
@@ -98,8 +97,7 @@ fn without_truth_the_estimates_are_drawn_alone() {
         "normal_force_mine",
         "normal_force_true-mass",
     ];
-    let expected = stems.map(|stem| ["pdf", "svg"].map(|ending| format!("{stem}.{ending}")));
-    assert_eq!(names, expected.concat());
+    assert_eq!(names, stems.map(|stem| format!("{stem}.svg")));
     for (name, bytes) in files.iter().filter(|(name, _)| name.ends_with(".svg")) {
         let svg = String::from_utf8_lossy(bytes);
         assert_well_formed(name, &svg);
@@ -322,44 +320,6 @@ fn the_way_shows_ground_robots_and_paths() {
     ] {
         assert!(svg.contains(text), "{text}");
     }
-}
-
-/// A PDF is a whole file of one page with the texts of the figure in a standard font, of which it holds no copy.
-#[test]
-fn a_pdf_holds_texts_and_lines() {
-    let files = draw_scene(&scene(), &banded_records());
-    for (name, bytes) in files.iter().filter(|(name, _)| name.ends_with(".pdf")) {
-        let text = String::from_utf8_lossy(bytes);
-        assert!(
-            text.starts_with("%PDF-") && text.trim_end().ends_with("%%EOF"),
-            "{name}"
-        );
-        assert!(
-            text.contains("/Count 1") && text.contains("/BaseFont /Helvetica"),
-            "{name}"
-        );
-        assert!(!text.contains("FontFile"), "{name}");
-        assert!(!text.contains("NaN") && !text.contains("inf "), "{name}");
-    }
-    let pdf = String::from_utf8_lossy(&files["normal_force_mine.pdf"]);
-    for text in [
-        "Normal forces, estimator mine",
-        "two standard deviations",
-        "RMSE 4.00 N",
-        "time (s)",
-    ] {
-        assert!(pdf.contains(&format!("({text}) Tj")), "{text}");
-    }
-    // As many bands as in the SVG, in the same colour.
-    let RGBColor(r, g, b) = style::band_color(style::WHEELS[0]);
-    let [r, g, b] = [r, g, b].map(|c| f32::from(c) / 255.0);
-    let color = format!("{r} {g} {b} rg");
-    let areas = pdf
-        .split(&color)
-        .skip(1)
-        .filter(|rest| rest.trim_start().starts_with("f"));
-    // Four areas, and the sample in the key.
-    assert_eq!(areas.count(), 5);
 }
 
 /// Where there was no estimate the line has a gap: two pieces a panel and not one.

@@ -6,7 +6,6 @@ use super::parts::{
     BrokenOff, ControlSummary, EstimatorSummary, FrictionSummary, FrictionTestSummary,
     NominalRobot, ProgressSummary, SensorErrors,
 };
-use crate::append::write_whole;
 use crate::error::{RecordError, io_error};
 use robhaz_score::events::EventCounts;
 use serde::{Deserialize, Serialize};
@@ -87,13 +86,15 @@ impl Summary {
         Ok(text)
     }
 
-    /// Writes `summary.json` into the folder of a run.
+    /// Writes `summary.json` into the folder of a run, completely or not at all.
     ///
     /// # Errors
     /// [`RecordError`] with the file's path, or as [`Summary::to_json`].
     pub fn write(&self, folder: &Path) -> Result<(), RecordError> {
         let path = folder.join(FILE);
-        write_whole(&path, self.to_json()?.as_bytes())
+        let partial = folder.join(format!("{FILE}.partial"));
+        std::fs::write(&partial, self.to_json()?).map_err(io_error("write", &path))?;
+        std::fs::rename(&partial, &path).map_err(io_error("write", &path))
     }
 
     /// Reads `summary.json` from the folder of a run, complete or broken off.

@@ -1,4 +1,4 @@
-//! Parquet files, and streams of Arrow batches (`.arrows`), which a killed run leaves.
+//! Parquet files.
 
 use crate::error::LogError;
 use crate::rows::{ColumnInfo, Place, Row, Rows, TimeColumn};
@@ -10,32 +10,18 @@ use arrow_array::types::{
     UInt32Type, UInt64Type,
 };
 use arrow_array::{Array, ArrayRef, RecordBatch};
-use arrow_ipc::reader::StreamReader;
-use arrow_schema::{ArrowError, DataType, Field, Schema, TimeUnit as ArrowTimeUnit};
+use arrow_schema::{DataType, Field, Schema, TimeUnit as ArrowTimeUnit};
 use parquet::arrow::ProjectionMask;
-use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
 use std::fs::File;
-use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 /// Rows that are decoded at once.
 const BATCH: usize = 4096;
 
-/// Which of the two formats.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BatchFormat {
-    /// Apache Parquet.
-    Parquet,
-    /// Arrow IPC stream.
-    Stream,
-}
-
 /// The columns of a file.
-pub fn columns(path: &Path, format: BatchFormat) -> Result<Vec<ColumnInfo>, LogError> {
-    let schema = match format {
-        BatchFormat::Parquet => parquet(path)?.schema().clone(),
-        BatchFormat::Stream => stream(path)?.schema(),
-    };
+pub fn columns(path: &Path) -> Result<Vec<ColumnInfo>, LogError> {
+    let schema = parquet(path)?.schema().clone();
     let column = |field: &std::sync::Arc<Field>| ColumnInfo {
         name: field.name().clone(),
         unit: field.metadata().get("unit").cloned(),
@@ -45,34 +31,25 @@ pub fn columns(path: &Path, format: BatchFormat) -> Result<Vec<ColumnInfo>, LogE
 
 fn parquet(path: &Path) -> Result<ParquetRecordBatchReaderBuilder<File>, LogError> {
     let file = File::open(path).map_err(LogError::io(path))?;
-    ParquetRecordBatchReaderBuilder::try_new(file).map_err(|error| LogError::Format {
-        path: path.to_path_buf(),
-        what: "Parquet",
-        reason: format!(
-            "{error}; a Parquet file whose recording was killed has no footer and cannot be read: record as CSV or MCAP, or use \
-             what the recorder keeps beside it"
-        ),
+    ParquetRecordBatchReaderBuilder::try_new(file).map_err(|error| {
+        let hint = "a Parquet file whose recording was killed has no footer and cannot be read: \
+                    record as CSV or MCAP, or use what the recorder keeps beside it";
+        not_parquet(path, format!("{error}; {hint}"))
     })
 }
 
-fn stream(path: &Path) -> Result<StreamReader<BufReader<File>>, LogError> {
-    let file = File::open(path).map_err(LogError::io(path))?;
-    StreamReader::try_new(BufReader::new(file), None).map_err(|error| not_a_stream(path, &error))
-}
-
-fn not_a_stream(path: &Path, error: &ArrowError) -> LogError {
+fn not_parquet(path: &Path, reason: String) -> LogError {
     LogError::Format {
         path: path.to_path_buf(),
-        what: "a stream of Arrow batches",
-        reason: error.to_string(),
+        what: "Parquet",
+        reason,
     }
 }
 
-/// The rows of a file of batches.
-pub struct BatchRows {
+/// The rows of a Parquet file.
+pub struct ParquetRows {
     path: PathBuf,
-    batches: Box<dyn Iterator<Item = Result<RecordBatch, ArrowError>> + Send>,
-    format: BatchFormat,
+    batches: ParquetRecordBatchReader,
     time: TimeColumn,
     chosen: Vec<String>,
     stamps: Vec<Stamp>,
@@ -81,50 +58,25 @@ pub struct BatchRows {
     next: usize,
     /// Rows of earlier batches.
     before: u64,
-    cut_off: Option<String>,
 }
 
-impl BatchRows {
+impl ParquetRows {
     /// Opens a file. Every name is the name of a column.
-    pub fn open(
-        path: &Path,
-        format: BatchFormat,
-        time: &TimeColumn,
-        chosen: &[String],
-    ) -> Result<Self, LogError> {
-        let batches: Box<dyn Iterator<Item = Result<RecordBatch, ArrowError>> + Send> = match format
-        {
-            BatchFormat::Parquet => {
-                let builder = parquet(path)?;
-                let wanted = indices(path, builder.schema(), time, chosen)?;
-                let mask = ProjectionMask::roots(builder.parquet_schema(), wanted);
-                let reader = builder.with_projection(mask).with_batch_size(BATCH).build();
-                Box::new(reader.map_err(|error| LogError::Format {
-                    path: path.to_path_buf(),
-                    what: "Parquet",
-                    reason: error.to_string(),
-                })?)
-            }
-            BatchFormat::Stream => {
-                let file = File::open(path).map_err(LogError::io(path))?;
-                let mut wanted = indices(path, &stream(path)?.schema(), time, chosen)?;
-                wanted.sort_unstable();
-                wanted.dedup();
-                let reader = StreamReader::try_new(BufReader::new(file), Some(wanted));
-                Box::new(reader.map_err(|error| not_a_stream(path, &error))?)
-            }
-        };
+    pub fn open(path: &Path, time: &TimeColumn, chosen: &[String]) -> Result<Self, LogError> {
+        let builder = parquet(path)?;
+        let wanted = indices(path, builder.schema(), time, chosen)?;
+        let mask = ProjectionMask::roots(builder.parquet_schema(), wanted);
+        let reader = builder.with_projection(mask).with_batch_size(BATCH).build();
+        let batches = reader.map_err(|error| not_parquet(path, error.to_string()))?;
         Ok(Self {
             path: path.to_path_buf(),
             batches,
-            format,
             time: time.clone(),
             chosen: chosen.to_vec(),
             stamps: Vec::new(),
             cells: Vec::new(),
             next: 0,
             before: 0,
-            cut_off: None,
         })
     }
 
@@ -133,24 +85,10 @@ impl BatchRows {
         self.before += self.stamps.len() as u64;
         self.next = 0;
         self.stamps.clear();
-        let batch = match self.batches.next() {
-            None => return Ok(false),
-            Some(Ok(batch)) => batch,
-            Some(Err(error)) if self.format == BatchFormat::Stream && is_torn(&error) => {
-                self.cut_off = Some(format!(
-                    "after row {}: the stream ends within a batch",
-                    self.before
-                ));
-                return Ok(false);
-            }
-            Some(Err(error)) => {
-                return Err(LogError::Format {
-                    path: self.path.clone(),
-                    what: "a table",
-                    reason: error.to_string(),
-                });
-            }
+        let Some(batch) = self.batches.next() else {
+            return Ok(false);
         };
+        let batch = batch.map_err(|error| not_parquet(&self.path, error.to_string()))?;
         let time = self.column(&batch, &self.time.name)?;
         self.stamps = self.stamps_of(time)?;
         let cells = self.chosen.iter().map(|name| {
@@ -204,10 +142,10 @@ impl BatchRows {
     }
 }
 
-impl Rows for BatchRows {
+impl Rows for ParquetRows {
     fn next_row(&mut self) -> Result<Option<Row>, LogError> {
         while self.next >= self.stamps.len() {
-            if self.cut_off.is_some() || !self.load()? {
+            if !self.load()? {
                 return Ok(None);
             }
         }
@@ -220,8 +158,9 @@ impl Rows for BatchRows {
         }))
     }
 
+    /// Without its end a Parquet file cannot be read at all.
     fn cut_off(&self) -> Option<&str> {
-        self.cut_off.as_deref()
+        None
     }
 }
 
@@ -240,14 +179,6 @@ fn indices(
         .chain(chosen)
         .map(index)
         .collect()
-}
-
-/// Whether a stream ends in the middle of a batch, and not because the disk cannot be read.
-fn is_torn(error: &ArrowError) -> bool {
-    match error {
-        ArrowError::IoError(_, cause) => cause.kind() == std::io::ErrorKind::UnexpectedEof,
-        _ => true,
-    }
 }
 
 fn timestamps(column: &ArrayRef, of: ArrowTimeUnit) -> (Option<Vec<Option<i64>>>, TimeUnit) {

@@ -1,0 +1,59 @@
+//! How errors are shown: message, place in the file, causes and help, as compilers show them.
+
+use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use miette::{Diagnostic, ReportHandler};
+use std::fmt;
+use std::io::IsTerminal as _;
+
+/// Shows errors on standard error.
+struct Shown;
+
+impl ReportHandler for Shown {
+    fn debug(&self, error: &dyn Diagnostic, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut groups = vec![group(error)];
+        groups.extend(error.related().into_iter().flatten().map(group));
+        let is_plain = !std::io::stderr().is_terminal() || std::env::var_os("NO_COLOR").is_some();
+        let renderer = if is_plain {
+            Renderer::plain()
+        } else {
+            Renderer::styled()
+        };
+        f.write_str(&renderer.render(&groups))
+    }
+}
+
+/// From now on reports are shown in this form.
+pub fn install() {
+    // It fails where a form was chosen before, which nobody does.
+    let _ = miette::set_hook(Box::new(|_| Box::new(Shown)));
+}
+
+/// An error with all that belongs to it.
+fn group(error: &dyn Diagnostic) -> Group<'static> {
+    let mut group = Group::with_title(Level::ERROR.primary_title(error.to_string()));
+    group = group.elements(snippet(error));
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        group = group.element(Level::NOTE.message(error.to_string()));
+        cause = error.source();
+    }
+    let help = error
+        .help()
+        .map(|help| Level::HELP.message(help.to_string()));
+    group.elements(help)
+}
+
+/// The lines around the place of an error.
+fn snippet(
+    error: &dyn Diagnostic,
+) -> Option<Snippet<'static, annotate_snippets::Annotation<'static>>> {
+    let label = error.labels()?.next()?;
+    let source = error.source_code()?;
+    let lines = source.read_span(label.inner(), 1, 1).ok()?;
+    let text = String::from_utf8_lossy(lines.data()).into_owned();
+    let start = label.offset().checked_sub(lines.span().offset())?;
+    let place = start.min(text.len())..(start + label.len()).min(text.len());
+    let snippet = Snippet::source(text).line_start(lines.line() + 1);
+    let snippet = snippet.path(lines.name().map(str::to_owned));
+    Some(snippet.annotation(AnnotationKind::Primary.span(place)))
+}
