@@ -15,7 +15,15 @@ fn paths_named_in_documents_exist() {
         }
     }
     let ours = [
-        "crates/", "scenes/", "robots/", "docs/", "tests/", "benches/", ".ci/",
+        "crates/",
+        "scenes/",
+        "studies/",
+        "robots/",
+        "docs/",
+        "examples/python/",
+        "tests/",
+        "benches/",
+        ".ci/",
     ];
     let mut checked = 0;
     for document in documents {
