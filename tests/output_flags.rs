@@ -80,10 +80,6 @@ fn each_command_prints_one_document() {
         &["sweep", "study.toml", "--out", "one", "--shard", "1/1"],
     );
     assert_eq!(shard["computed"], 4);
-    let figure = document(at, &["plot", "swept"]);
-    let svg = fs::read_to_string(at.join(figure["figure"].as_str().unwrap())).unwrap();
-    // The names of the values, not the values.
-    assert!(svg.contains("slow") && svg.contains("fast"));
     has(&document(at, &["report", "runs/short"]), &["page"]);
     has(&document(at, &["new", "mine"]), &["scene"]);
     has(
