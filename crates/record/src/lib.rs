@@ -33,6 +33,7 @@ mod format;
 mod ground_table;
 mod judged_path;
 mod log_lines;
+mod log_page;
 mod memory;
 mod page;
 mod parquet_table;
