@@ -370,12 +370,12 @@ fn a_changed_digit_does_not_reach_the_dataset() {
     fs::write(&journal, changed).unwrap();
     let merged = run(dir.path(), &["merge", "part", "--out", "merged"]);
     let error = text(&merged.stderr);
-    let damaged = "1 lines of runs.jsonl do not match their checksums";
+    let damaged = "lines of runs.jsonl with a wrong checksum: 1";
     assert!(!merged.status.success(), "{error}");
     assert!(error.replace("\n  │", "").contains(damaged), "{error}");
     let said = shard("1/2");
     assert!(said.starts_with("1 of 2 runs computed"), "{said}");
-    assert!(said.contains("did not match their checksums"), "{said}");
+    assert!(said.contains("with a wrong checksum: 1"), "{said}");
     shard("2/2");
     assert!(dataset(dir.path(), "part") == dataset(dir.path(), "whole"));
 }

@@ -117,9 +117,9 @@ fn summary(done: &Done, folder: &std::path::Path, failed: u64, jobs: usize, wall
     if done.damaged > 0 {
         let _ = write!(
             text,
-            "\n{} lines of {} did not match their checksums: their runs were computed again.",
-            done.damaged,
-            folder.join(JOURNAL).display()
+            "\nLines of {} with a wrong checksum: {}. Their runs were computed again.",
+            folder.join(JOURNAL).display(),
+            done.damaged
         );
     }
     if failed > 0 {

@@ -101,7 +101,7 @@ pub enum SweepError {
 fn damaged_lines(count: u64) -> String {
     match count {
         0 => String::new(),
-        n => format!("; {n} lines of runs.jsonl do not match their checksums"),
+        n => format!("; lines of runs.jsonl with a wrong checksum: {n}"),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::testing::{described, failed_frame, frame_of, good_estimate, scene};
-use robhaz_estimator::{ContactEstimate, ContactState};
+use robhaz_estimator::{ContactEstimate, ContactState, NeededFriction, WheelFriction};
 use robhaz_model::{Vec2, WheelCommand};
 use robhaz_run::Frame;
 use robhaz_scene::{ControlChoice, ControlKind, Scene};
@@ -363,5 +363,27 @@ fn a_wheel_without_load_has_no_needed_friction() {
             ),
             Value::Optional(None)
         );
+    }
+}
+
+/// The needed friction that an estimator states is that of the column, in place of T/N of its forces.
+#[test]
+fn a_stated_needed_friction_counts() {
+    let mut record = frame_of(1.0);
+    let wheel = WheelFriction {
+        needed: Some(NeededFriction {
+            value: 0.3,
+            sigma: 0.02,
+        }),
+        ..WheelFriction::default()
+    };
+    if let Some(Ok(estimate)) = record.estimates.first_mut() {
+        estimate.friction = Some([wheel; 3]);
+    }
+    let table = Table::estimate(0, "a");
+    for (column, expected) in [("", 0.3), ("_sigma", 0.02)] {
+        let name = format!("wheel2_needed_friction{column}");
+        let found = value(&table, &name, &record.frame());
+        assert_eq!(found, Value::Optional(Some(expected)));
     }
 }
