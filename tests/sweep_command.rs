@@ -391,6 +391,8 @@ fn the_number_of_threads_is_bounded() {
         let error = text(&output.stderr);
         assert_eq!(output.status.code(), Some(code), "{count}: {error}");
         assert!(code == 0 || error.contains("1..=1024"), "{error}");
+        let said = text(&output.stdout);
+        assert!(code == 2 || said.contains(" s on 3 threads"), "{said}");
     }
 }
 

@@ -55,9 +55,11 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let sweep = Sweep::load(&args.study)?;
     let warnings = sweep.warnings().iter();
     warnings.for_each(|warning| warn_of(&sweep.study().name, warning));
-    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
-    let jobs = args.jobs.map_or_else(cores, usize::from);
     let shard = args.shard.unwrap_or(Shard::ALL);
+    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+    // A thread without a run is of no use.
+    let runs = usize::try_from(shard.count(sweep.runs())).unwrap_or(usize::MAX);
+    let jobs = args.jobs.map_or_else(cores, usize::from).min(runs).max(1);
     if args.dry_run {
         return dry_run(&sweep, shard, jobs);
     }

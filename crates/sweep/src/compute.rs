@@ -105,12 +105,10 @@ pub fn compute(sweep: &Sweep, job: &Job<'_>, watch: &Watch<'_>) -> Result<Done, 
     let left = pending().count() as u64;
     (watch.begin)(runs - left, runs);
     let journal = Mutex::new(Journal::open(&folder.journal(), length)?);
-    // A thread without a run is of no use.
-    let jobs = job.jobs.min(usize::try_from(left).unwrap_or(usize::MAX));
     let computed = work(
         sweep,
         &folder,
-        jobs,
+        job.jobs,
         &Mutex::new(pending()),
         &journal,
         watch,
