@@ -1,7 +1,7 @@
 //! Output folders of runs: what may be replaced, and what is left alone.
 
 use crate::support::{robhaz, short_scene, text};
-use robhaz_control::ControlKind;
+use robhaz_scene::ControlKind;
 use std::fs;
 
 /// Nothing is overwritten unasked, and never what is not a run.
