@@ -221,8 +221,8 @@ fn joints_in_messages_of_their_own_are_read() {
     one_wheel_a_message(&folder.join("run.mcap"), &folder.join("split.mcap"), 0);
     one_wheel_a_message(&folder.join("run.mcap"), &folder.join("apart.mcap"), 100);
     let estimate = |log: &str, sensors: &str| {
-        let out = ["--format", "csv", "--out", log];
-        let log = format!("{log}.mcap");
+        let (out, log) = (format!("of-{log}"), format!("{log}.mcap"));
+        let out = ["--format", "csv", "--out", &out];
         let args = [&log, "--sensors", sensors, "--estimator", "best"];
         estimated(folder, &[&args[..], &out].concat())
     };
@@ -237,7 +237,7 @@ fn joints_in_messages_of_their_own_are_read() {
         let rows = format!("{channel}: 2501 rows at 1000 Hz");
         assert!(printed.contains(&rows), "{printed}");
     }
-    let table = |log: &str| folder.join(log).join("estimate-best.csv");
+    let table = |log: &str| folder.join(format!("of-{log}/estimate-best.csv"));
     for log in ["split", "apart"] {
         // `apart`: offsets are rounded as any time in seconds; a reading in another frame changes N by 1e-4 N and more.
         let largest = difference(&table("run"), &table(log), "normal_force", 0.0);

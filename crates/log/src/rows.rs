@@ -77,8 +77,8 @@ impl ColumnInfo {
 /// without a name do not count.
 pub fn repeated(names: &[String]) -> Option<(usize, usize)> {
     let before = |i: usize| names[..i].iter().position(|name| *name == names[i]);
-    let named = (0..names.len()).filter(|i| !names[*i].is_empty());
-    named.into_iter().find_map(|i| Some((before(i)?, i)))
+    let mut named = (0..names.len()).filter(|i| !names[*i].is_empty());
+    named.find_map(|i| Some((before(i)?, i)))
 }
 
 /// The time column of a table.

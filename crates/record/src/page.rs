@@ -84,12 +84,12 @@ pub fn page(folder: &Path) -> Result<String, RecordError> {
         @for remark in remarks(title, &summary) { p { (remark) } }
         @if let Some(means) = means_page(&summary.estimators) { (means) }
         @if summary.estimators.iter().any(|e| e.normal_force.is_some()) {
-        h2 { "Errors of the estimators" }
-        p { "Estimate minus truth. " code { "rmse" } ", " code { "bias" } " and " code { "largest_error" } " are of the normal force N; "
-            code { "nrmse" } " and " code { "stated_sigma" } " are relative to the mean N; " code { "lag" } " is the time by which the \
-             estimate follows the truth; " code { "coverage" } " is the share within two stated standard deviations (0.95 is right), "
-            code { "nees" } " is 3 for a right covariance." }
-        (errors(&runs))
+            h2 { "Errors of the estimators" }
+            p { "Estimate minus truth. " code { "rmse" } ", " code { "bias" } " and " code { "largest_error" } " are of the normal force N; "
+                code { "nrmse" } " and " code { "stated_sigma" } " are relative to the mean N; " code { "lag" } " is the time by which the \
+                 estimate follows the truth; " code { "coverage" } " is the share within two stated standard deviations (0.95 is right), "
+                code { "nees" } " is 3 for a right covariance." }
+            (errors(&runs))
         }
         @if let Some(contacts) = contacts(&summary.estimators) { (contacts) }
         @if !summary.friction_tests.is_empty() {
