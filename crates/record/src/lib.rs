@@ -150,8 +150,8 @@ mod tests {
             .map(|entry| entry.expect("a file").file_name())
             .collect();
         names.sort();
-        // Six tables; seven figures, each as SVG and PDF.
-        assert_eq!(names.len(), 6 + 14, "{names:?}");
+        // Six tables; eight figures, each as SVG and PDF.
+        assert_eq!(names.len(), 6 + 16, "{names:?}");
         for name in names {
             let [a, b] = [0, 1].map(|i| std::fs::read(folders[i].path().join(&name)));
             assert_eq!(a.expect("first"), b.expect("second"), "{name:?}");
