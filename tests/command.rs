@@ -11,6 +11,16 @@ fn a_new_scene_runs_with_the_defaults() {
     assert!(new("mine").status.success());
     let again = new("mine.toml");
     assert!(!again.status.success() && text(&again.stderr).contains("mine.toml exists"));
+    // A folder is no name of a scene.
+    for name in [".", "..", "./", &dir.path().display().to_string()] {
+        let refused = new(name);
+        let said = text(&refused.stderr);
+        assert!(
+            !refused.status.success() && said.contains("is a folder"),
+            "{said}"
+        );
+    }
+    assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
     let made = robhaz_scene::Scene::load(&dir.path().join("mine.toml"), &[]).unwrap();
     assert!(made.warnings().is_empty());
     let labels: Vec<&str> = made.estimators.iter().map(|e| e.name.as_str()).collect();

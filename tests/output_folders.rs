@@ -1,6 +1,7 @@
 //! Output folders of runs: what may be replaced, and what is left alone.
 
 use crate::support::{robhaz, short_scene, text};
+use robhaz_scene::ControlKind;
 use std::fs;
 
 /// Nothing is overwritten unasked, and never what is not a run.
@@ -171,6 +172,30 @@ fn force_removes_only_what_a_run_wrote() {
         let (done, said) = run("a");
         assert!(!done && said.contains("a holds figures, which"), "{said}");
         assert!(dir.path().join("elsewhere/fig6_forces.svg").exists());
+    }
+}
+
+/// `--force` replaces the folder of a run with any control: some write the table `commands`.
+#[test]
+fn force_replaces_a_run_of_every_control() {
+    let dir = tempfile::tempdir().unwrap();
+    for kind in ControlKind::ALL {
+        let mut control = format!("[drive]\nkind = \"{}\"\n", kind.name());
+        if kind == ControlKind::FrictionTest {
+            control += "[drive.friction_test]\nstart = 0.55\n";
+        }
+        short_scene(dir.path(), &control);
+        for out in ["a", "b"] {
+            for format in ["parquet", "csv"] {
+                let output = robhaz(dir.path())
+                    .args(["run", "short.toml", "--set", "record.duration=0.6"])
+                    .args(["--out", out, "--force", "--format", format])
+                    .output()
+                    .unwrap();
+                let said = text(&output.stderr);
+                assert!(output.status.success(), "{control}: {said}");
+            }
+        }
     }
 }
 

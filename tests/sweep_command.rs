@@ -347,6 +347,55 @@ fn mistakes_in_a_study_name_their_place() {
     assert!(text(&output.stderr).contains("I from 1 to N"));
 }
 
+/// A digit that changes in the journal of a stopped sweep is found by its line's checksum and said,
+/// its run is computed again, and the dataset is as if nothing had happened. Shards with such a
+/// line are not merged.
+#[test]
+fn a_changed_digit_does_not_reach_the_dataset() {
+    let dir = study("[[axis]]\nkey = \"seed\"\ncount = 4\n");
+    let at = |name: &str| dir.path().join(name);
+    succeed(dir.path(), &["sweep", "study.toml", "--out", "whole"]);
+    let shard = |part: &str| {
+        let arguments = ["sweep", "study.toml", "--shard", part, "--out", "part"];
+        succeed(dir.path(), &arguments)
+    };
+    shard("1/2");
+    let journal = at("part/runs.jsonl");
+    let lines = fs::read_to_string(&journal).unwrap();
+    // The first digit of a score.
+    let place = lines.find("scores\":[").unwrap() + "scores\":[".len();
+    let place = place + lines[place..].find(|c: char| c.is_ascii_digit()).unwrap();
+    let mut changed = lines.into_bytes();
+    changed[place] = if changed[place] == b'3' { b'4' } else { b'3' };
+    fs::write(&journal, changed).unwrap();
+    let merged = run(dir.path(), &["merge", "part", "--out", "merged"]);
+    let error = text(&merged.stderr);
+    let damaged = "lines of runs.jsonl with a wrong checksum: 1";
+    assert!(!merged.status.success(), "{error}");
+    assert!(error.replace("\n  │", "").contains(damaged), "{error}");
+    let said = shard("1/2");
+    assert!(said.starts_with("1 of 2 runs computed"), "{said}");
+    assert!(said.contains("with a wrong checksum: 1"), "{said}");
+    shard("2/2");
+    assert!(dataset(dir.path(), "part") == dataset(dir.path(), "whole"));
+}
+
+/// More threads than a computer can start are refused with what is allowed, and a thread without a
+/// run is not started.
+#[test]
+fn the_number_of_threads_is_bounded() {
+    let dir = study("[[axis]]\nkey = \"seed\"\ncount = 3\n");
+    let jobs = |jobs: &str| run(dir.path(), &["sweep", "study.toml", "--jobs", jobs]);
+    for (count, code) in [("100000", 2), ("0", 2), ("1024", 0)] {
+        let output = jobs(count);
+        let error = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{count}: {error}");
+        assert!(code == 0 || error.contains("1..=1024"), "{error}");
+        let said = text(&output.stdout);
+        assert!(code == 2 || said.contains(" s on 3 threads"), "{said}");
+    }
+}
+
 /// Values that are allowed alone and not together are a row with the reason, and the other runs go on.
 #[test]
 fn a_failing_run_does_not_stop_the_others() {

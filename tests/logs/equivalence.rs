@@ -139,3 +139,83 @@ fn exported_logs_give_the_same_estimates() {
         );
     }
 }
+
+/// What an estimate of a log leaves of its forces beside the tables: the needed friction, which is
+/// T/N for estimators without Kalman filters, in the exported table and as a figure; and on the
+/// page of `robhaz report` means, needed friction, flags and health in place of errors.
+#[test]
+fn the_results_of_a_log_show_needed_friction_flags_and_health() {
+    let (folder, _) = recorded("csv", &[]);
+    estimated(folder.path(), &["run", "--out", "log", "--format", "csv"]);
+    let done = |args: &[&str]| robhaz(folder.path()).args(args).output().unwrap();
+    assert!(done(&["export", "log", "--to", "csv"]).status.success());
+    let mut exported = csv::Reader::from_path(folder.path().join("log.csv")).unwrap();
+    let names = exported.headers().unwrap().clone();
+    let column = |name: &str| names.iter().position(|n| n == name).unwrap();
+    let [force, traction, needed] = ["normal_force", "traction", "needed_friction"]
+        .map(|c| column(&format!("paper-body.wheel2_{c}")));
+    column("best.wheel2_needed_friction_sigma");
+    for row in exported.records() {
+        let row = row.unwrap();
+        let number = |k: usize| row[k].parse::<f64>().ok();
+        let expected = number(traction)
+            .zip(number(force))
+            .filter(|(_, n)| *n >= 1.0);
+        let found = number(needed).zip(expected).map(|(f, (t, n))| f - t / n);
+        assert!(found.is_none_or(|d| d == 0.0) && number(needed).is_some() == expected.is_some());
+    }
+    let figures = folder.path().join("log/figures");
+    assert!(figures.join("needed_friction_best.svg").is_file());
+    // It states no deviation.
+    assert!(!figures.join("needed_friction_paper-body.svg").exists());
+
+    assert!(done(&["report", "log"]).status.success());
+    let page = std::fs::read_to_string(folder.path().join("log/report.html")).unwrap();
+    assert!(!page.contains("Errors of the estimators"));
+    let found = summary(&folder.path().join("log"));
+    let means = &found["estimators"]["best"]["means"];
+    let cell = |key: &str, digits: usize| {
+        let value = means[key][1].as_f64().unwrap();
+        format!("<td>{value:.digits$}</td>")
+    };
+    for part in [
+        "Means of the estimates",
+        "Flags and health",
+        "<th>reading missing</th>",
+        "<td>none</td>",
+        &cell("normal_force", 2),
+        &cell("normal_force_sigma", 2),
+        &cell("needed_friction", 3),
+        &cell("largest_needed_friction", 3),
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+}
+
+/// A table of forces that is cut is left out of an export and named; readings and the other forces
+/// are written.
+#[test]
+fn a_cut_table_of_forces_is_left_out_of_an_export() {
+    let (folder, run) = recorded("parquet", &[]);
+    let truth = std::fs::read(run.join("truth.parquet")).unwrap();
+    std::fs::write(run.join("truth.parquet"), &truth[..truth.len() / 2]).unwrap();
+    for to in ["csv", "mcap"] {
+        let mut command = robhaz(folder.path());
+        let output = command
+            .args(["export", "run", "--to", to])
+            .output()
+            .unwrap();
+        let said = text(&output.stderr);
+        assert!(output.status.success(), "{said}");
+        assert!(
+            said.contains("left out: run/truth.parquet cannot be read"),
+            "{said}"
+        );
+        let printed = text(&output.stdout);
+        assert!(
+            printed.contains("2501 rows") && printed.contains("best"),
+            "{printed}"
+        );
+        assert!(!printed.contains("truth"), "{printed}");
+    }
+}

@@ -115,6 +115,125 @@ fn faults_are_reported_with_their_place() {
     );
 }
 
+/// A name of two columns is refused with its line and column; whichever of them counted, the other
+/// would be lost in silence. Comments and empty lines are no rows and no names, and lines are
+/// counted with them. A pipe is refused, not waited for.
+#[test]
+fn the_head_of_a_table_is_checked() {
+    let (folder, run) = recorded("csv", &[]);
+    let rows = lines(&run);
+    let write = |name: &str, rows: &[String]| {
+        let text = rows.iter().fold(String::new(), |t, row| t + row + "\n");
+        std::fs::write(folder.path().join(name), text).unwrap();
+    };
+    let mut twice = rows.clone();
+    twice[0] += ",wheel1_angle";
+    twice[1..].iter_mut().for_each(|row| *row += ",0");
+    write("twice.csv", &twice);
+    let error = refused(folder.path(), &["twice.csv"]);
+    let place = "line 1, column 15: found the name wheel1_angle again";
+    assert!(
+        error.contains(place) && error.contains("column 2 has it"),
+        "{error}"
+    );
+
+    let mut commented = rows.clone();
+    commented.insert(0, "# rover 7, \"gravel\"".to_owned());
+    commented.insert(1, String::new());
+    commented.insert(700, "# bump".to_owned());
+    write("commented.csv", &commented);
+    write("plain.csv", &rows);
+    for log in ["commented", "plain"] {
+        estimated(folder.path(), &[&format!("{log}.csv"), "--format", "csv"]);
+    }
+    let [a, b] = ["commented", "plain"].map(|log| format!("runs/{log}-estimate/estimate-best.csv"));
+    let read = |name: String| std::fs::read(folder.path().join(name)).unwrap();
+    assert!(read(a) == read(b));
+    commented[800] = "abc".to_owned() + &commented[800];
+    write("commented.csv", &commented);
+    let error = refused(folder.path(), &["commented.csv"]);
+    assert!(error.contains("line 801, column time"), "{error}");
+    commented[2] = format!("# {}", commented[2]);
+    write("commented.csv", &commented);
+    let error = refused(folder.path(), &["commented.csv"]);
+    assert!(error.contains("line 4 has numbers, not names"), "{error}");
+    #[cfg(unix)]
+    {
+        let pipe = folder.path().join("pipe.csv");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+        assert!(made.unwrap().success());
+        let error = refused(folder.path(), &["pipe.csv"]);
+        assert!(
+            error.contains("pipe.csv: found a folder, pipe or device"),
+            "{error}"
+        );
+    }
+}
+
+/// A table of `--truth` that no row can be compared with is refused with the reason, and one that
+/// lacks some rows says how many count. Without it the same log is estimated.
+#[test]
+fn a_truth_that_cannot_be_used_says_why() {
+    let (folder, run) = recorded("csv", &[]);
+    let text = std::fs::read_to_string(run.join("truth.csv")).unwrap();
+    let names: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    let column = names
+        .iter()
+        .position(|n| *n == "wheel2_normal_force")
+        .unwrap();
+    // The time of each row, and whether its cell of N is empty.
+    let write = |name: &str, row: &dyn Fn(f64) -> Option<(f64, bool)>| {
+        let mut out = text.lines().next().unwrap().to_owned() + "\n";
+        for line in text.lines().skip(1) {
+            let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+            let Some((time, is_empty)) = row(cells[0].parse().unwrap()) else {
+                continue;
+            };
+            cells[0] = time.to_string();
+            if is_empty {
+                cells[column].clear();
+            }
+            out += &(cells.join(",") + "\n");
+        }
+        std::fs::write(folder.path().join(name), out).unwrap();
+    };
+    write("empty.csv", &|time| Some((time, true)));
+    write("late.csv", &|time| Some((time + 100.0, false)));
+    write("early.csv", &|time| (time < 0.5).then_some((time, false)));
+    write("some.csv", &|time| Some((time, time < 1.5)));
+    for (truth, parts) in [
+        (
+            "empty.csv",
+            [
+                "no row can be compared with",
+                "no number for wheel2_normal_force in 2501",
+            ],
+        ),
+        ("late.csv", ["no row in common", "offset"]),
+        (
+            "early.csv",
+            [
+                "from 0.000 to 0.499 s after the start",
+                "record.compare_from = 1 s",
+            ],
+        ),
+    ] {
+        let error = refused(
+            folder.path(),
+            &["run", "--truth", truth, "--out", "refused"],
+        );
+        for part in parts.iter().chain(&[truth]) {
+            assert!(error.contains(part), "{truth}: {part}: {error}");
+        }
+        assert!(!folder.path().join("refused").exists());
+    }
+    let output = super::recorded::estimate(folder.path(), &["run", "--truth", "some.csv"]);
+    let said = crate::support::text(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    assert!(said.contains("for wheel2_normal_force in 1500"), "{said}");
+    assert!(crate::support::text(&output.stdout).contains("Errors count from 1 s on"));
+}
+
 /// A recording that was killed: an MCAP file without its end. All that is there is estimated, and it is
 /// reported.
 #[test]

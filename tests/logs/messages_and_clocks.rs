@@ -157,6 +157,97 @@ fn topics_with_two_clocks_are_brought_onto_one_time() {
     assert!(error.contains("no row in common"), "{error}");
 }
 
+/// A copy of an exported run in which each message of `/joint_states` is three of one wheel each,
+/// that of wheel i later by (i - 1) `apart` (ns).
+fn one_wheel_a_message(from: &Path, to: &Path, apart: u32) {
+    let bytes = std::fs::read(from).unwrap();
+    let mut writer = mcap::Writer::new(std::fs::File::create(to).unwrap()).unwrap();
+    for message in mcap::MessageStream::new(&bytes).unwrap() {
+        let mut message = message.unwrap();
+        if message.channel.topic != "/joint_states" {
+            writer.write(&message).unwrap();
+            continue;
+        }
+        // CDR: four bytes of encapsulation, from which on alignment counts: seconds, nanoseconds,
+        // an empty frame, three names, and three sequences of three doubles.
+        let whole = message.data.into_owned();
+        assert_eq!(whole.len(), 4 + 152);
+        for wheel in 0..3 {
+            let mut data = whole[..4 + 16].to_vec();
+            let mut nanoseconds = u32::from_le_bytes(data[8..12].try_into().unwrap());
+            nanoseconds += apart * wheel as u32;
+            data[8..12].copy_from_slice(&nanoseconds.to_le_bytes());
+            data.extend(1_u32.to_le_bytes());
+            data.extend(7_u32.to_le_bytes());
+            data.extend(format!("wheel{}\0\0", wheel + 1).bytes());
+            for start in [64, 96, 128] {
+                data.extend(1_u32.to_le_bytes());
+                data.resize((data.len() - 4).next_multiple_of(8) + 4, 0);
+                let at = 4 + start + 8 * wheel;
+                data.extend(&whole[at..at + 8]);
+            }
+            message.data = data.into();
+            writer.write(&message).unwrap();
+        }
+    }
+    writer.finish().unwrap();
+}
+
+/// Drives that publish their own joint each on one topic: of one stamp their messages are one row,
+/// and the estimates are those of whole messages to the bit. With stamps of their own each drive is
+/// a channel of that topic.
+#[test]
+fn joints_in_messages_of_their_own_are_read() {
+    let (folder, _) = recorded("csv", &["sensors.dropped=0"]);
+    let folder = folder.path();
+    let mut export = robhaz(folder);
+    export.args(["export", "run", "--to", "mcap"]);
+    assert!(export.status().unwrap().success());
+    let example = std::fs::read_to_string(root().join("examples/logs/SENSORS.toml")).unwrap();
+    let example = example.replace("\"-2 ms\"", "0");
+    std::fs::write(folder.join("one.toml"), &example).unwrap();
+    let mut three = example.replace(
+        "name = \"joints\"\ntopic = \"/joint_states\"\n",
+        "name = \"joints\"\ntopic = \"/joint_states\"\n[[channel]]\nname = \"middle\"\ntopic = \"/joint_states\"\n\
+         offset = -1e-7\n[[channel]]\nname = \"rear\"\ntopic = \"/joint_states\"\noffset = -2e-7\n",
+    );
+    for (wheel, channel) in [(2, "middle"), (3, "rear")] {
+        for part in ["position", "effort"] {
+            let column = format!("column = \"wheel{wheel}.{part}\"");
+            three = three.replace(&column, &format!("{column}, channel = \"{channel}\""));
+        }
+    }
+    std::fs::write(folder.join("three.toml"), three).unwrap();
+    one_wheel_a_message(&folder.join("run.mcap"), &folder.join("split.mcap"), 0);
+    one_wheel_a_message(&folder.join("run.mcap"), &folder.join("apart.mcap"), 100);
+    let estimate = |log: &str, sensors: &str| {
+        let (out, log) = (format!("of-{log}"), format!("{log}.mcap"));
+        let out = ["--format", "csv", "--out", &out];
+        let args = [&log, "--sensors", sensors, "--estimator", "best"];
+        estimated(folder, &[&args[..], &out].concat())
+    };
+    estimate("run", "one.toml");
+    let printed = estimate("split", "one.toml");
+    assert!(
+        printed.contains("joints: 2501 rows at 1000 Hz"),
+        "{printed}"
+    );
+    let printed = estimate("apart", "three.toml");
+    for channel in ["joints", "middle", "rear"] {
+        let rows = format!("{channel}: 2501 rows at 1000 Hz");
+        assert!(printed.contains(&rows), "{printed}");
+    }
+    let table = |log: &str| folder.join(format!("of-{log}/estimate-best.csv"));
+    for log in ["split", "apart"] {
+        // `apart`: offsets are rounded as any time in seconds; a reading in another frame changes N by 1e-4 N and more.
+        let largest = difference(&table("run"), &table(log), "normal_force", 0.0);
+        assert!(
+            largest <= if log == "split" { 0.0 } else { 1e-8 },
+            "{log}: {largest} N"
+        );
+    }
+}
+
 /// Two tables with clocks, rates, units and signs of their own give estimates as accurate as the run's readings.
 #[test]
 fn two_clocks_are_brought_onto_one_time() {

@@ -1,7 +1,7 @@
 //! `robhaz compare`: finished runs side by side.
 
 use crate::terminal::{Output, print};
-use miette::{IntoDiagnostic, Result};
+use miette::{IntoDiagnostic, Result, bail};
 use robhaz_record::{
     Summary, comparison_csv, comparison_json, comparison_markdown, comparison_table,
 };
@@ -33,6 +33,9 @@ enum Format {
 
 /// Reads the summaries and prints one comparison of all of them.
 pub fn compare(args: &Args) -> Result<()> {
+    if Output::get().json && matches!(args.format, Format::Csv | Format::Markdown) {
+        bail!("--json prints one JSON document: leave it out, or leave out --format");
+    }
     let mut summaries = Vec::new();
     for run in &args.runs {
         summaries.push((

@@ -2,7 +2,7 @@
 
 use crate::output_file::{Format, OutputFile};
 use crate::terminal::{shown, tell};
-use miette::{IntoDiagnostic, Result};
+use miette::{IntoDiagnostic, Result, bail};
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -25,7 +25,15 @@ pub struct Args {
 
 /// Writes the file.
 pub fn run(args: &Args) -> Result<()> {
-    let mut target = args.name.clone();
+    // Without a slash at the end.
+    let mut target: PathBuf = args.name.components().collect();
+    if target.file_name().is_none() || target.is_dir() {
+        bail!(
+            "{} is a folder; allowed: the name of a scene, such as {}",
+            args.name.display(),
+            target.join("my-scene").display()
+        );
+    }
     if target.extension().is_none_or(|e| e != SCENE.extension) {
         target.as_mut_os_string().push(".toml");
     }

@@ -270,7 +270,7 @@ fn is_of_a_run(name: &str, scene: &str) -> bool {
         LOCK,
     ];
     let table = TABLE_ENDS.iter().find_map(|end| name.strip_suffix(end));
-    let is_table = table.is_some_and(|t| ["truth", "sensors", "terrain"].contains(&t));
+    let is_table = table.is_some_and(|t| ["truth", "sensors", "terrain", "commands"].contains(&t));
     // Copies of the files that the ground comes from: the scene names them.
     let is_track = name.starts_with("track")
         && scene

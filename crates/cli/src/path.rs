@@ -16,7 +16,8 @@ use std::path::{Path, PathBuf};
 pub struct Args {
     /// Scene file (TOML): robot, ground, friction and torque limit.
     scene: PathBuf,
-    /// Mean of the available friction coefficient; by default contact.mu_s of the scene and of its stretches.
+    /// Mean of the available friction coefficient, in place of contact.mu_s of the scene. Its
+    /// friction stretches keep their own.
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     mu: Option<f64>,
     /// Standard deviation of the available friction coefficient, for the probability of go.

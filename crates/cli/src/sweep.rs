@@ -6,7 +6,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::Result;
 use robhaz_run::Run;
 use robhaz_scene::Setting;
-use robhaz_sweep::{Done, Job, RunRecord, Shard, Sweep, Watch, compute};
+use robhaz_sweep::{Done, JOURNAL, Job, RunRecord, Shard, Sweep, Watch, compute};
 use serde_json::json;
 use std::fmt::Write as _;
 use std::io::IsTerminal as _;
@@ -31,9 +31,9 @@ pub struct Args {
     /// Folder of the sweep; without it `runs/NAME`. A sweep that was stopped goes on in its folder.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Number of threads; without it one a core.
-    #[arg(long, value_name = "N")]
-    jobs: Option<std::num::NonZeroUsize>,
+    /// Number of threads, at most 1024; without it one a core.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
     /// Computes only every N-th run, from the I-th on: one of N parts, I from 1 on. `robhaz merge` puts the parts together.
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<Shard>,
@@ -55,9 +55,11 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     let sweep = Sweep::load(&args.study)?;
     let warnings = sweep.warnings().iter();
     warnings.for_each(|warning| warn_of(&sweep.study().name, warning));
-    let cores = std::thread::available_parallelism();
-    let jobs = args.jobs.or(cores.ok()).map_or(1, usize::from);
     let shard = args.shard.unwrap_or(Shard::ALL);
+    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+    // A thread without a run is of no use.
+    let runs = usize::try_from(shard.count(sweep.runs())).unwrap_or(usize::MAX);
+    let jobs = args.jobs.map_or_else(cores, usize::from).min(runs).max(1);
     if args.dry_run {
         return dry_run(&sweep, shard, jobs);
     }
@@ -96,6 +98,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
             "runs": done.runs,
             "computed": done.computed,
             "failed": failed,
+            "damaged": done.damaged,
             "jobs": jobs,
             "wall_s": wall,
         }),
@@ -113,6 +116,14 @@ fn summary(done: &Done, folder: &std::path::Path, failed: u64, jobs: usize, wall
         ),
     };
     // Writing into a text cannot fail.
+    if done.damaged > 0 {
+        let _ = write!(
+            text,
+            "\nLines of {} with a wrong checksum: {}. Their runs were computed again.",
+            folder.join(JOURNAL).display(),
+            done.damaged
+        );
+    }
     if failed > 0 {
         let _ = write!(text, "\n{failed} of them failed: see the column error.");
     }

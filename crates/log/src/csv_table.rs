@@ -1,17 +1,19 @@
 //! Comma-separated text; separators comma, semicolon and tab; with the last two also a decimal comma.
 
-use crate::error::LogError;
-use crate::rows::{ColumnInfo, Place, Row, Rows, TimeColumn};
+use crate::error::{LogError, open_file};
+use crate::rows::{ColumnInfo, Place, Row, Rows, TimeColumn, repeated};
 use crate::stamp::{Stamp, TimeUnit};
 use csv::{ByteRecord, Reader, ReaderBuilder};
 use std::fs::File;
-use std::io::{BufRead as _, BufReader, Read as _, Seek as _, SeekFrom};
+use std::io::{BufRead, BufReader, Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 
-/// Longest first line, bytes: more is no table.
+/// Longest start of a file up to the end of the names, bytes: more is no table.
 const LONGEST_HEADER: u64 = 1 << 20;
+/// First byte of a comment. Comments and empty lines are left out.
+const COMMENT: u8 = b'#';
 
-/// The columns of a CSV file, from its first line.
+/// The columns of a CSV file, from its first line that is no comment.
 pub fn columns(path: &Path) -> Result<Vec<ColumnInfo>, LogError> {
     let (_, names) = header(path)?;
     Ok(names.iter().map(|name| column(name)).collect())
@@ -29,21 +31,21 @@ fn column(text: &str) -> ColumnInfo {
     }
 }
 
-/// The separator, and the names in the first line.
+/// The separator, and the names in the first line that is neither empty nor a comment.
 fn header(path: &Path) -> Result<(u8, Vec<String>), LogError> {
-    let file = File::open(path).map_err(LogError::io(path))?;
-    let mut line = Vec::new();
-    let mut reader = BufReader::new(file).take(LONGEST_HEADER);
-    reader
-        .read_until(b'\n', &mut line)
-        .map_err(LogError::io(path))?;
+    let mut reader = BufReader::new(open_file(path)?).take(LONGEST_HEADER);
+    let (line, number) = first_line(&mut reader).map_err(LogError::io(path))?;
     let not_a_table = |reason: &str| LogError::Format {
         path: path.to_path_buf(),
         what: "CSV",
-        reason: format!("{reason}; allowed: the names of the columns in the first line, UTF-8"),
+        reason: format!(
+            "{reason}; allowed: the names of the columns in the first line, after comments with #, UTF-8"
+        ),
     };
-    let text = std::str::from_utf8(&line).map_err(|_| not_a_table("its first line is no UTF-8"))?;
-    let text = text.trim_start_matches('\u{feff}').trim_end();
+    let text = std::str::from_utf8(&line);
+    let text = text
+        .map_err(|_| not_a_table("its first line is no UTF-8"))?
+        .trim_end();
     if text.is_empty() {
         return Err(not_a_table("it is empty"));
     }
@@ -60,13 +62,49 @@ fn header(path: &Path) -> Result<(u8, Vec<String>), LogError> {
         .read_byte_record(&mut record)
         .map_err(|error| not_a_table(&error.to_string()))?;
     let name = |cell: &[u8]| String::from_utf8_lossy(cell).trim().to_owned();
-    Ok((separator, record.iter().map(name).collect()))
+    let names: Vec<String> = record.iter().map(name).collect();
+    if names.iter().all(|name| name.parse::<f64>().is_ok()) {
+        return Err(not_a_table(&format!(
+            "line {number} has numbers, not names"
+        )));
+    }
+    if let Some((first, again)) = repeated(&names) {
+        let place = format!("line {number}, column {}", again + 1);
+        let message = format!(
+            "found the name {} again, allowed: each name once; column {} has it, too: rename or remove one",
+            names[again],
+            first + 1
+        );
+        return Err(LogError::place(path, place, message));
+    }
+    Ok((separator, names))
+}
+
+/// The first line that is neither empty nor a comment, without a byte order mark, and its number;
+/// empty if there is none.
+fn first_line(reader: &mut impl BufRead) -> std::io::Result<(Vec<u8>, u64)> {
+    let mut number = 0;
+    loop {
+        let mut line = Vec::new();
+        number += 1;
+        if reader.read_until(b'\n', &mut line)? == 0 {
+            return Ok((line, number));
+        }
+        if number == 1 && line.starts_with("\u{feff}".as_bytes()) {
+            line.drain(..3);
+        }
+        let is_empty = line.iter().all(|byte| matches!(byte, b'\r' | b'\n'));
+        if !is_empty && line[0] != COMMENT {
+            return Ok((line, number));
+        }
+    }
 }
 
 fn builder(separator: u8) -> ReaderBuilder {
     let mut builder = ReaderBuilder::new();
     builder
         .delimiter(separator)
+        .comment(Some(COMMENT))
         .has_headers(false)
         .flexible(true);
     builder
@@ -103,7 +141,7 @@ impl CsvRows {
             (index(&time.name)?, time.unit),
             chosen.iter().map(index).collect::<Result<_, _>>()?,
         );
-        let mut file = File::open(path).map_err(LogError::io(path))?;
+        let mut file = open_file(path)?;
         let ends_with_line = ends_with_line(&mut file).map_err(LogError::io(path))?;
         let reader = builder(separator).from_reader(BufReader::with_capacity(1 << 18, file));
         let mut rows = Self {

@@ -1,5 +1,6 @@
 //! Why a log cannot be used: file, place, what was found, what is allowed.
 
+use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -67,4 +68,16 @@ impl LogError {
             message: message.into(),
         }
     }
+}
+
+/// Opens a file of a log. A pipe or a device is refused before it is opened: a log is read several
+/// times.
+pub(crate) fn open_file(path: &Path) -> Result<File, LogError> {
+    let metadata = std::fs::metadata(path).map_err(LogError::io(path))?;
+    if !metadata.is_file() {
+        let message = "found a folder, pipe or device, allowed: a file, since a log is read several \
+                       times; write it to a file first";
+        return Err(LogError::whole(path, message));
+    }
+    File::open(path).map_err(LogError::io(path))
 }

@@ -21,13 +21,16 @@ use std::path::{Path, PathBuf};
 /// Start of the names of tables of estimates.
 const ESTIMATE: &str = "estimate-";
 /// What a table of forces may have of each wheel, in the order of the message. The first two are required.
-const FORCE_COLUMNS: [&str; 5] = [
+const FORCE_COLUMNS: [&str; PARTS] = [
     "normal_force",
     "traction",
     "normal_force_sigma",
     "traction_sigma",
     "contact_angle",
+    "needed_friction",
+    "needed_friction_sigma",
 ];
+const PARTS: usize = 7;
 
 /// What a format holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,7 +59,7 @@ struct Forces {
     path: PathBuf,
     rows: Box<dyn Rows>,
     /// Column of each number of [`FORCE_COLUMNS`] of each wheel, by wheel.
-    cells: [[Option<usize>; 3]; 5],
+    cells: [[Option<usize>; 3]; PARTS],
     /// A row that is later than the last row of readings.
     ahead: Option<Row>,
     ended: bool,
@@ -67,6 +70,8 @@ struct Tables {
     readings: ChannelPlan,
     rows: Box<dyn Rows>,
     forces: Vec<Forces>,
+    /// Tables of forces that cannot be opened.
+    left_out: Vec<String>,
 }
 
 /// Writes the folder of a run or of an estimate into a file.
@@ -79,6 +84,7 @@ pub fn export(folder: &Path, format: ExportFormat, out: &Path) -> Result<Exporte
         ExportFormat::Mcap => write_mcap(&mut tables, out)?,
         ExportFormat::Csv => write_csv(&mut tables, out)?,
     };
+    exported.warnings.append(&mut tables.left_out);
     let cut = |path: &Path, why: Option<&str>| {
         why.map(|why| format!("{} is cut off at {why}", path.display()))
     };
@@ -101,12 +107,18 @@ impl Tables {
             ChannelPlace::Table(place) => place.open(&readings.columns)?,
             ChannelPlace::Topic(_) => return Err(no_table(folder)),
         };
-        let forces = forces_in(folder)?.into_iter();
-        let forces = forces.map(|(name, path)| Forces::open(name, path));
+        let (mut forces, mut left_out) = (Vec::new(), Vec::new());
+        for (name, path) in forces_in(folder)? {
+            match Forces::open(name, path) {
+                Ok(table) => forces.push(table),
+                Err(error) => left_out.push(format!("left out: {error}")),
+            }
+        }
         Ok(Self {
             readings,
             rows,
-            forces: forces.collect::<Result<_, _>>()?,
+            forces,
+            left_out,
         })
     }
 
@@ -148,7 +160,7 @@ impl Forces {
         let format = TableFormat::of(&path).ok_or_else(|| TableFormat::refusal(&path))?;
         let found = format.columns(&path)?;
         let mut columns = Vec::new();
-        let mut cells = [[None; 3]; 5];
+        let mut cells = [[None; 3]; PARTS];
         for (cells, part) in cells.iter_mut().zip(FORCE_COLUMNS) {
             for (i, cell) in cells.iter_mut().enumerate() {
                 let column = format!("wheel{}_{part}", i + 1);
@@ -176,7 +188,7 @@ impl Forces {
     }
 
     /// The row of a time (s), in the order of [`FORCE_COLUMNS`]; `None` where the table has none.
-    fn at(&mut self, time: f64) -> Result<Option<[[f64; 3]; 5]>, LogError> {
+    fn at(&mut self, time: f64) -> Result<Option<[[f64; 3]; PARTS]>, LogError> {
         // Times of one run are equal to the bit; those of its tables as text too.
         const SAME: f64 = 1e-9;
         loop {

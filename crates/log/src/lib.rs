@@ -6,7 +6,7 @@
 //!
 //! | modules | job |
 //! |---|---|
-//! | `rows`, `csv_table`, `batch_table` | rows of a table, whatever its format |
+//! | `rows`, `csv_table`, `parquet_rows` | rows of a table, whatever its format |
 //! | `mcap_events`, `messages`, `cdr` | topics of MCAP files; the ROS 2 messages in them |
 //! | `stamp`, `order` | time stamps and their order |
 //! | `readings`, `truth` | readings and truth by the names of columns |

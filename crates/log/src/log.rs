@@ -91,6 +91,7 @@ impl Log {
         let ((survey, kept), of_files) = survey_and_hash(&plan)?;
         let record = record(&survey, &choice, &mut warnings);
         choice.compare_from = record.compare_from;
+        warnings.extend(check_truth(&plan, &survey, record.compare_from)?);
         Ok(Self {
             fingerprint: fingerprint(of_files, &choice),
             name,
@@ -130,6 +131,44 @@ impl Log {
         let frames = Frames::new(self.plan, self.survey, self.kept)?;
         Ok(Box::new(LogSource::new(frames)))
     }
+}
+
+/// Refuses a truth of which no row is compared with. Returns what the user should know of the other
+/// rows.
+fn check_truth(
+    plan: &Plan,
+    survey: &Survey,
+    compare_from: f64,
+) -> Result<Option<String>, LogError> {
+    let of_truth = plan.channels.iter().enumerate().find(|(_, c)| c.is_truth);
+    let Some(((index, channel), truth)) = of_truth.zip(survey.truth.as_ref()) else {
+        return Ok(None);
+    };
+    let refused = |message: String| {
+        let path = channel.place.path();
+        Err(LogError::place(path, "the table of --truth", message))
+    };
+    let Some((first, last)) = truth.span else {
+        let lacks = truth.lacks(&channel.columns);
+        return refused(format!(
+            "no row can be compared with: {lacks}; allowed: N and T of each wheel in a row, or no --truth"
+        ));
+    };
+    let [first, last] = [first, last].map(|stamp| plan.time(index, stamp, survey.origin));
+    let end = survey.duration;
+    if last < compare_from || first > end {
+        return refused(format!(
+            "no row can be compared with: it has N and T of each wheel from {first:.3} to {last:.3} s \
+             after the start of the log, and errors count from record.compare_from = {compare_from} s to \
+             the end at {end:.3} s; set record.compare_from, or the `offset` of the channel truth if its \
+             clock differs"
+        ));
+    }
+    let is_whole = truth.whole == truth.rows;
+    Ok((!is_whole).then(|| {
+        let lacks = truth.lacks(&channel.columns);
+        format!("the truth is compared with where it has N and T of each wheel: {lacks}")
+    }))
 }
 
 /// Leaves out contact angles, or the estimators that need them. Returns what the user should know.

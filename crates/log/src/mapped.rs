@@ -218,8 +218,11 @@ fn check(channels: &[ChannelPlan]) -> Result<(), LogError> {
         })
         .collect();
     if let Some((_, first)) = topics.first() {
-        let names: Vec<String> = topics.iter().map(|(_, t)| t.topic.clone()).collect();
-        let found = mcap_events::columns(&first.path, &names)?;
+        let wanted = topics
+            .iter()
+            .map(|(channel, t)| (t.topic.as_str(), channel.columns.as_slice()));
+        let wanted: Vec<_> = wanted.collect();
+        let found = mcap_events::columns(&first.path, &wanted)?;
         for ((channel, _), found) in topics.iter().zip(&found) {
             check_one(channel, found, &[])?;
         }

@@ -1,6 +1,6 @@
 //! Topics of an MCAP file.
 
-use crate::error::LogError;
+use crate::error::{LogError, open_file};
 use crate::events::{Event, Events};
 use crate::messages::{MessageKind, Number};
 use crate::rows::{ColumnInfo, Place, Row};
@@ -8,7 +8,7 @@ use crate::stamp::{Stamp, TimeUnit};
 use mcap::McapError;
 use mcap::records::Record;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 use std::fs::File;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
@@ -82,7 +82,7 @@ impl Messages {
         let options = LinearReaderOptions::default().with_record_length_limit(LARGEST_RECORD);
         Ok(Self {
             path: path.to_path_buf(),
-            file: File::open(path).map_err(LogError::io(path))?,
+            file: open_file(path)?,
             reader: LinearReader::new_with_options(options),
             schemas: HashMap::new(),
             topics: HashMap::new(),
@@ -154,29 +154,48 @@ impl Messages {
     }
 }
 
-/// The columns of topics, each from its first message.
+/// A topic, and the columns that are wanted of it.
+pub type WantedColumns<'a> = (&'a str, &'a [String]);
+
+/// The columns of topics: those of the first messages, until all that are wanted were seen. The
+/// messages of one topic can have different columns: joints of their own.
 ///
 /// # Errors
 /// [`LogError`]: topics that the file does not have, or with messages of another kind.
-pub fn columns(path: &Path, topics: &[String]) -> Result<Vec<Vec<ColumnInfo>>, LogError> {
+pub fn columns(
+    path: &Path,
+    topics: &[WantedColumns<'_>],
+) -> Result<Vec<Vec<ColumnInfo>>, LogError> {
     let mut messages = Messages::open(path)?;
-    let mut found: HashMap<String, Result<Vec<ColumnInfo>, LogError>> = HashMap::new();
-    while topics.iter().any(|topic| !found.contains_key(topic)) {
+    let mut found: HashMap<String, Vec<ColumnInfo>> = HashMap::new();
+    let is_missing = |found: &HashMap<String, Vec<ColumnInfo>>,
+                      (topic, wanted): &WantedColumns<'_>| {
+        let Some(known) = found.get(*topic) else {
+            return true;
+        };
+        let has = |column: &String| known.iter().any(|c| c.name == *column);
+        !wanted.iter().all(has)
+    };
+    while topics.iter().any(|topic| is_missing(&found, topic)) {
         let next = messages.next(|messages, message| {
             let (topic, schema) = messages.topics.get(&message.channel)?;
-            let wanted = topics.contains(topic) && !found.contains_key(topic);
-            wanted.then(|| (topic.clone(), columns_of(path, topic, schema, message.data)))
+            let is_wanted = topics.iter().any(|t| t.0 == topic && is_missing(&found, t));
+            is_wanted.then(|| (topic.clone(), columns_of(path, topic, schema, message.data)))
         })?;
         match next {
             None => break,
             Some(Some((topic, columns))) => {
-                found.insert(topic, columns);
+                let known = found.entry(topic).or_default();
+                for column in columns? {
+                    if !known.contains(&column) {
+                        known.push(column);
+                    }
+                }
             }
             Some(None) => {}
         }
     }
-    let missing: Vec<&String> = topics.iter().filter(|t| !found.contains_key(*t)).collect();
-    if let Some(topic) = missing.first() {
+    if let Some((topic, _)) = topics.iter().find(|t| !found.contains_key(t.0)) {
         let mut known: Vec<String> = messages
             .topics
             .values()
@@ -189,8 +208,8 @@ pub fn columns(path: &Path, topics: &[String]) -> Result<Vec<Vec<ColumnInfo>>, L
         );
         return Err(LogError::whole(path, message));
     }
-    let of_topic = |topic: &String| found.remove(topic).unwrap_or_else(|| Ok(Vec::new()));
-    topics.iter().map(of_topic).collect()
+    let of_topic = |(topic, _): &WantedColumns<'_>| found.get(*topic).cloned().unwrap_or_default();
+    Ok(topics.iter().map(of_topic).collect())
 }
 
 fn columns_of(
@@ -232,12 +251,17 @@ struct Wanted {
     columns: Vec<String>,
     /// Messages so far.
     count: u64,
+    /// A row of which a later message with the same stamp can hold the rest, and which of its cells
+    /// are there.
+    open: Option<(Row, Vec<bool>)>,
 }
 
-/// Channels of one file, a topic each.
+/// Channels of one file, each of a topic.
 pub struct McapEvents {
     messages: Messages,
     wanted: Vec<Wanted>,
+    /// Rows that are complete, in the order of the file.
+    ready: VecDeque<Event>,
 }
 
 impl McapEvents {
@@ -247,30 +271,45 @@ impl McapEvents {
             place,
             columns,
             count: 0,
+            open: None,
         });
         Ok(Self {
             messages: Messages::open(path)?,
             wanted: wanted.collect(),
+            ready: VecDeque::new(),
         })
     }
 }
 
 impl Events for McapEvents {
     fn next_event(&mut self, _: usize) -> Result<Option<Event>, LogError> {
-        let wanted = &mut self.wanted;
-        loop {
+        let (wanted, ready) = (&mut self.wanted, &mut self.ready);
+        while ready.is_empty() {
             let next = self.messages.next(|messages, message| {
-                let (topic, schema) = messages.topics.get(&message.channel)?;
-                let channel = wanted.iter().position(|w| w.place.topic == *topic)?;
-                let row = row(&mut wanted[channel], schema, &message);
-                Some(row.map(|row| Event { channel, row }))
+                let Some((topic, schema)) = messages.topics.get(&message.channel) else {
+                    return Ok(());
+                };
+                for (channel, wanted) in wanted.iter_mut().enumerate() {
+                    if wanted.place.topic == *topic {
+                        let rows = wanted.add(schema, &message)?.into_iter().flatten();
+                        ready.extend(rows.map(|row| Event { channel, row }));
+                    }
+                }
+                Ok(())
             })?;
             match next {
-                None => return Ok(None),
-                Some(Some(event)) => return event.map(Some),
-                Some(None) => {}
+                Some(added) => added?,
+                None => {
+                    let rows = wanted.iter_mut().enumerate();
+                    ready.extend(rows.filter_map(|(channel, wanted)| {
+                        let (row, _) = wanted.open.take()?;
+                        Some(Event { channel, row })
+                    }));
+                    break;
+                }
             }
         }
+        Ok(ready.pop_front())
     }
 
     fn cut_off(&self, _: usize) -> Option<&str> {
@@ -278,25 +317,59 @@ impl Events for McapEvents {
     }
 }
 
-fn row(wanted: &mut Wanted, schema: &str, message: &Message<'_>) -> Result<Row, LogError> {
-    let (path, topic) = (&wanted.place.path, &wanted.place.topic);
-    let kind = kind(path, topic, schema)?;
-    let decoded = kind.decode(message.data);
-    let decoded = decoded.ok_or_else(|| not_of_kind(path, topic, kind))?;
-    wanted.count += 1;
-    let log_time = i64::try_from(message.log_time).unwrap_or(i64::MAX);
-    let cell = |name: &String| {
-        let found = decoded.numbers.iter().find(|number| number.is(name));
-        found.map(|number| number.value).filter(|v| v.is_finite())
-    };
-    Ok(Row {
-        place: Place::Message(wanted.count),
-        stamp: match wanted.place.clock {
-            Clock::Header => decoded.stamp,
-            Clock::Log => TimeUnit::NANOSECOND
-                .of_whole(log_time)
-                .unwrap_or(Stamp::Nanoseconds(log_time)),
-        },
-        cells: wanted.columns.iter().map(cell).collect(),
-    })
+impl Wanted {
+    /// Adds a message. Returns the rows that are complete then, in their order: one that was open,
+    /// that of the message.
+    fn add(&mut self, schema: &str, message: &Message<'_>) -> Result<[Option<Row>; 2], LogError> {
+        let (path, topic) = (&self.place.path, &self.place.topic);
+        let kind = kind(path, topic, schema)?;
+        let decoded = kind.decode(message.data);
+        let decoded = decoded.ok_or_else(|| not_of_kind(path, topic, kind))?;
+        self.count += 1;
+        let number = |name: &String| decoded.numbers.iter().find(|number| number.is(name));
+        let found: Vec<Option<f64>> = self
+            .columns
+            .iter()
+            .map(|name| Some(number(name)?.value))
+            .collect();
+        let has: Vec<bool> = found.iter().map(Option::is_some).collect();
+        // A message of other joints.
+        if !has.is_empty() && !has.contains(&true) {
+            return Ok([None, None]);
+        }
+        let log_time = i64::try_from(message.log_time).unwrap_or(i64::MAX);
+        let row = Row {
+            place: Place::Message(self.count),
+            stamp: match self.place.clock {
+                Clock::Header => decoded.stamp,
+                Clock::Log => TimeUnit::NANOSECOND
+                    .of_whole(log_time)
+                    .unwrap_or(Stamp::Nanoseconds(log_time)),
+            },
+            cells: found
+                .into_iter()
+                .map(|v| v.filter(|v| v.is_finite()))
+                .collect(),
+        };
+        let before = self.open.take();
+        let (before, row, has) = match before {
+            Some((open, known)) if open.stamp == row.stamp && are_apart(&known, &has) => {
+                let cells = open.cells.into_iter().zip(row.cells);
+                let cells = cells.map(|(a, b)| a.or(b)).collect();
+                let has = known.iter().zip(&has).map(|(a, b)| *a || *b).collect();
+                (None, Row { cells, ..row }, has)
+            }
+            before => (before.map(|(open, _)| open), row, has),
+        };
+        if has.contains(&false) {
+            self.open = Some((row, has));
+            return Ok([before, None]);
+        }
+        Ok([before, Some(row)])
+    }
+}
+
+/// Whether no cell is in both.
+fn are_apart(a: &[bool], b: &[bool]) -> bool {
+    a.iter().zip(b).all(|(a, b)| !(*a && *b))
 }

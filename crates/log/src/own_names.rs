@@ -25,7 +25,7 @@ pub const TOPIC: &str = "/robhaz/readings";
 /// # Errors
 /// [`LogError`] where the file has no such topic.
 pub fn topic(path: &Path) -> Result<ChannelPlan, LogError> {
-    mcap_events::columns(path, &[TOPIC.to_owned()])?;
+    mcap_events::columns(path, &[(TOPIC, &[])])?;
     let readings = Reading::all().enumerate();
     Ok(ChannelPlan {
         name: TOPIC.to_owned(),

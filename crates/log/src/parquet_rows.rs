@@ -1,7 +1,7 @@
 //! Parquet files.
 
-use crate::error::LogError;
-use crate::rows::{ColumnInfo, Place, Row, Rows, TimeColumn};
+use crate::error::{LogError, open_file};
+use crate::rows::{ColumnInfo, Place, Row, Rows, TimeColumn, repeated};
 use crate::stamp::{Stamp, TimeUnit};
 use arrow_array::cast::AsArray as _;
 use arrow_array::types::{
@@ -13,6 +13,8 @@ use arrow_array::{Array, ArrayRef, RecordBatch};
 use arrow_schema::{DataType, Field, Schema, TimeUnit as ArrowTimeUnit};
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
+use parquet::basic::Compression;
+use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData, RowGroupMetaData};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
@@ -26,16 +28,64 @@ pub fn columns(path: &Path) -> Result<Vec<ColumnInfo>, LogError> {
         name: field.name().clone(),
         unit: field.metadata().get("unit").cloned(),
     };
-    Ok(schema.fields().iter().map(column).collect())
+    let found: Vec<ColumnInfo> = schema.fields().iter().map(column).collect();
+    let names: Vec<String> = found.iter().map(|column| column.name.clone()).collect();
+    if let Some((first, again)) = repeated(&names) {
+        let message = format!(
+            "found the name {} again, allowed: each name once; column {} has it, too",
+            names[again],
+            first + 1
+        );
+        return Err(LogError::place(
+            path,
+            format!("column {}", again + 1),
+            message,
+        ));
+    }
+    Ok(found)
 }
 
 fn parquet(path: &Path) -> Result<ParquetRecordBatchReaderBuilder<File>, LogError> {
-    let file = File::open(path).map_err(LogError::io(path))?;
-    ParquetRecordBatchReaderBuilder::try_new(file).map_err(|error| {
+    let file = open_file(path)?;
+    let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|error| {
         let hint = "a Parquet file whose recording was killed has no footer and cannot be read: \
                     record as CSV or MCAP, or use what the recorder keeps beside it";
         not_parquet(path, format!("{error}; {hint}"))
-    })
+    })?;
+    check_codecs(path, builder.metadata())?;
+    Ok(builder)
+}
+
+/// Refuses a file whose columns are compressed with a codec that is not built in.
+fn check_codecs(path: &Path, metadata: &ParquetMetaData) -> Result<(), LogError> {
+    let allowed = match cfg!(feature = "codecs") {
+        true => "none, snappy, gzip, lz4, zstd",
+        false => "none, snappy; with the viewer built in also gzip, lz4, zstd",
+    };
+    let is_readable = |codec: Compression| match codec {
+        Compression::UNCOMPRESSED | Compression::SNAPPY => true,
+        Compression::BROTLI(_) | Compression::LZO => false,
+        Compression::GZIP(_) | Compression::LZ4 | Compression::LZ4_RAW | Compression::ZSTD(_) => {
+            cfg!(feature = "codecs")
+        }
+    };
+    let columns = metadata
+        .row_groups()
+        .iter()
+        .flat_map(RowGroupMetaData::columns);
+    let mut codecs = columns.map(ColumnChunkMetaData::compression);
+    let Some(codec) = codecs.find(|codec| !is_readable(*codec)) else {
+        return Ok(());
+    };
+    // The variant's name, without a level.
+    let name = codec.to_string().to_lowercase();
+    let name = name.split('(').next().unwrap_or_default();
+    let file = path.display();
+    let message = format!(
+        "found the compression {name}, allowed: {allowed}; rewrite the file, in Python \
+         `import polars; polars.read_parquet(\"{file}\").write_parquet(\"snappy.parquet\", compression=\"snappy\")`"
+    );
+    Err(LogError::whole(path, message))
 }
 
 fn not_parquet(path: &Path, reason: String) -> LogError {
@@ -224,4 +274,59 @@ fn numbers(column: &ArrayRef) -> Option<Vec<Option<f64>>> {
     };
     let finite = |v: Option<f64>| v.filter(|v| v.is_finite());
     values.map(|values| values.into_iter().map(finite).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file in a folder of its own.
+    fn written(bytes: &[u8]) -> (tempfile::TempDir, PathBuf) {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("log.parquet");
+        std::fs::write(&path, bytes).expect("written");
+        (folder, path)
+    }
+
+    /// Files of another writer (pyarrow 26) with the columns time and x, 0.0, 0.001, 0.002 and 1,
+    /// 2, 3.
+    #[cfg(feature = "codecs")]
+    #[test]
+    fn compressed_files_are_read() -> Result<(), LogError> {
+        for bytes in [
+            include_bytes!("testing/zstd.parquet").as_slice(),
+            include_bytes!("testing/gzip.parquet"),
+            include_bytes!("testing/lz4.parquet"),
+        ] {
+            let (_folder, path) = written(bytes);
+            let time = TimeColumn {
+                name: "time".to_owned(),
+                unit: TimeUnit::SECOND,
+            };
+            let mut rows = ParquetRows::open(&path, &time, &["x".to_owned()])?;
+            for (time, x) in [(0.0, 1.0), (0.001, 2.0), (0.002, 3.0)] {
+                let row = rows.next_row()?.expect("a row");
+                assert_eq!(
+                    (row.stamp, row.cells),
+                    (Stamp::Seconds(time), vec![Some(x)])
+                );
+            }
+            assert_eq!(rows.next_row()?, None);
+        }
+        Ok(())
+    }
+
+    /// A codec that is not built in is refused before a row is read, with what helps.
+    #[test]
+    fn another_compression_says_how_to_rewrite_the_file() {
+        let (_folder, path) = written(include_bytes!("testing/brotli.parquet"));
+        let error = columns(&path).expect_err("brotli");
+        let text = error.to_string();
+        for part in [
+            "log.parquet: found the compression brotli, allowed: none, snappy",
+            "write_parquet(\"snappy.parquet\", compression=\"snappy\")",
+        ] {
+            assert!(text.contains(part), "{text}");
+        }
+    }
 }

@@ -73,6 +73,14 @@ impl ColumnInfo {
     }
 }
 
+/// Indices of the first name that is there before, of the earlier and the later one. Columns
+/// without a name do not count.
+pub fn repeated(names: &[String]) -> Option<(usize, usize)> {
+    let before = |i: usize| names[..i].iter().position(|name| *name == names[i]);
+    let mut named = (0..names.len()).filter(|i| !names[*i].is_empty());
+    named.find_map(|i| Some((before(i)?, i)))
+}
+
 /// The time column of a table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TimeColumn {

@@ -7,6 +7,7 @@ use crate::order::{Accept, MedianStep, Order};
 use crate::plan::Plan;
 use crate::rows::Place;
 use crate::stamp::Stamp;
+use crate::truth::TruthRows;
 
 /// What the first reading found.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +18,8 @@ pub struct Survey {
     pub duration: f64,
     /// Median time between rows of each channel, s.
     pub periods: Vec<f64>,
+    /// Which rows of the truth can be compared with; `None` without truth.
+    pub truth: Option<TruthRows>,
 }
 
 /// The course of one channel.
@@ -38,10 +41,18 @@ pub fn survey(plan: &Plan) -> Result<(Survey, Option<Kept>), LogError> {
     let mut events = plan.open()?;
     let mut kept = Kept::new(plan);
     let mut courses: Vec<Course> = plan.channels.iter().map(|_| Course::default()).collect();
+    let of_truth = plan.channels.iter().find(|channel| channel.is_truth);
+    let mut truth = of_truth.map(|channel| TruthRows::new(&channel.columns));
     for channel in 0..plan.channels.len() {
         while let Some(event) = events.next_event(channel)? {
             add(plan, &mut courses, &event)?;
             kept.add(&event);
+            if let Some(truth) = truth
+                .as_mut()
+                .filter(|_| plan.channels[event.channel].is_truth)
+            {
+                truth.add(event.row.stamp, &event.row.cells);
+            }
         }
     }
     let mut spans = Vec::new();
@@ -76,6 +87,7 @@ pub fn survey(plan: &Plan) -> Result<(Survey, Option<Kept>), LogError> {
         origin,
         duration,
         periods,
+        truth,
     };
     Ok((survey, kept.at_end(events.as_ref())))
 }

@@ -1,5 +1,6 @@
 //! Truth from a table: N and T of each wheel, and whatever else the table of a run has.
 
+use crate::stamp::Stamp;
 use robhaz_model::{Pin, Vec2};
 use robhaz_sim::{BarTruth, Truth, WheelTruth};
 
@@ -8,6 +9,64 @@ pub fn required() -> Vec<String> {
     let wheels =
         (1..=3).flat_map(|i| ["normal_force", "traction"].map(|c| format!("wheel{i}_{c}")));
     wheels.collect()
+}
+
+/// Which rows of a table of the truth can be compared with: those with N and T of every wheel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TruthRows {
+    /// Number of all rows.
+    pub rows: u64,
+    /// Number of rows with all required columns.
+    pub whole: u64,
+    /// Stamps of the first and the last of these.
+    pub span: Option<(Stamp, Stamp)>,
+    /// Cells of the required columns, and number of rows without each.
+    empty: Vec<(usize, u64)>,
+}
+
+impl TruthRows {
+    /// No rows yet of a table with these columns, among them the required ones.
+    pub fn new(columns: &[String]) -> Self {
+        let required = required();
+        let cells = (0..columns.len()).filter(|i| required.contains(&columns[*i]));
+        Self {
+            rows: 0,
+            whole: 0,
+            span: None,
+            empty: cells.map(|cell| (cell, 0)).collect(),
+        }
+    }
+
+    /// Adds a row.
+    pub fn add(&mut self, stamp: Stamp, cells: &[Option<f64>]) {
+        self.rows += 1;
+        let mut is_whole = true;
+        for (cell, count) in &mut self.empty {
+            if cells.get(*cell).is_none_or(Option::is_none) {
+                *count += 1;
+                is_whole = false;
+            }
+        }
+        if is_whole {
+            self.whole += 1;
+            let first = self.span.map_or(stamp, |(first, _)| first);
+            self.span = Some((first, stamp));
+        }
+    }
+
+    /// The required columns that are empty somewhere, with the number of rows, in words.
+    pub fn lacks(&self, columns: &[String]) -> String {
+        let of_column = |(cell, count): &(usize, u64)| {
+            let name = columns.get(*cell).filter(|_| *count > 0)?;
+            Some(format!("{name} in {count}"))
+        };
+        let columns: Vec<String> = self.empty.iter().filter_map(of_column).collect();
+        format!(
+            "of {} rows there is no number for {}",
+            self.rows,
+            columns.join(", ")
+        )
+    }
 }
 
 /// Whether a column belongs to the truth. The contacts of a wheel one by one do not: nothing that a log leaves shows them.

@@ -203,7 +203,7 @@ impl Ground<'_> {
     /// The bound that the ground near x gives. Above a trench the nearest point can be farther than the radius in x: the
     /// centre is lowered by the free distance until it is not.
     fn below(&self, x: f64) -> Sample {
-        let mut height = self.terrain.profile().eval(x)[0] + self.radius;
+        let mut height = self.terrain.height(x) + self.radius;
         for _ in 0..MOST_QUERIES {
             let Some(nearest) = self.terrain.nearest(Vec2::new(x, height)) else {
                 break;
@@ -335,6 +335,29 @@ mod tests {
             assert!((arm.norm() - 0.1).abs() < 1e-10, "{x}: {}", arm.norm());
             let angle = at.slope.dot(&arm) / arm.norm();
             assert!(angle.abs() < 1e-6, "{x}: {angle}");
+        }
+    }
+
+    /// The search for the curve starts on the tread, however high the stairs are: then its cost
+    /// does not depend on the ground below.
+    #[test]
+    fn the_search_starts_at_the_ground() {
+        let terrain = Terrain::new(Profile::Stairs(Stairs {
+            start: 0.7,
+            rise: 0.08,
+            run: 0.3,
+            count: 100,
+        }));
+        let ground = Ground {
+            terrain: &terrain,
+            radius: 0.1,
+            found: Vec::new(),
+        };
+        for step in 1..100 {
+            let (middle, tread) = (0.55 + 0.3 * f64::from(step), 0.08 * f64::from(step));
+            assert!((terrain.height(middle) - tread).abs() < 1e-12);
+            let lowest = ground.below(middle).centre.y;
+            assert!((lowest - (tread + 0.1)).abs() < 1e-12, "{step}: {lowest}");
         }
     }
 

@@ -33,4 +33,4 @@ mod vertex;
 
 pub use judge::judge;
 pub use report::{Failure, PathReport, Place, Reason};
-pub use setup::{DriveKind, Options, PathError, PathSetup};
+pub use setup::{DriveKind, Options, PathError, PathSetup, Stretch};

@@ -1,6 +1,6 @@
 //! The result: places along the path, the first failure, go or no-go.
 
-use crate::setup::PathSetup;
+use crate::setup::{PathSetup, Stretch};
 use serde::Serialize;
 
 /// Why the robot cannot pass a place.
@@ -131,8 +131,10 @@ pub struct PathReport {
     pub go: bool,
     /// Probability of that when all friction coefficients have the same normally distributed deviation from their means.
     pub probability: f64,
-    /// The given mean of the friction coefficient, -; `None` if it is that of the scene, place by place.
-    pub mu: Option<f64>,
+    /// Mean of the available friction coefficient outside the friction stretches, -.
+    pub mu: f64,
+    /// The friction stretches of the scene. They keep their own coefficients.
+    pub stretches: Vec<Stretch>,
     /// Its standard deviation, -.
     pub mu_sigma: f64,
     /// Largest needed friction of all places that have one, -.
@@ -198,7 +200,8 @@ impl PathReport {
             first_failure,
             scene: setup.name.clone(),
             drive: options.drive.name(),
-            mu: options.mu,
+            mu: setup.mu(),
+            stretches: setup.stretches.clone(),
             mu_sigma: options.mu_sigma,
             distance: setup.distance,
             places,

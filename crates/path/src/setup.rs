@@ -4,6 +4,7 @@ use robhaz_model::Robot;
 use robhaz_scene::Scene;
 use robhaz_sim::friction::FrictionLaw;
 use robhaz_terrain::{Profile, Terrain};
+use serde::Serialize;
 
 /// How the tractions are distributed over the wheels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -34,7 +35,8 @@ impl DriveKind {
 /// Options of a judgement.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
-    /// Mean of the available friction coefficient, -; `None` takes the scene's mu_s, place by place.
+    /// Mean of the available friction coefficient outside the scene's friction stretches, -; `None`
+    /// takes the scene's mu_s.
     pub mu: Option<f64>,
     /// Standard deviation of the available friction coefficient, -.
     pub mu_sigma: f64,
@@ -58,6 +60,11 @@ pub enum PathError {
     /// A distance is out of range.
     #[error("the distance (--distance) is {0} m; it must be above 0 and at most 1000 m")]
     Distance(f64),
+    /// The profile is longer than a path.
+    #[error(
+        "[terrain] ends {0:.1} m ahead, and a path has at most 1000 m: --distance D judges its first D m"
+    )]
+    TooLong(f64),
     /// A driven robot needs a speed.
     #[error(
         "drive.speed is {0} m/s; a robot that is driven along the path (--drive shared, --drive speed) needs one above 0"
@@ -97,6 +104,17 @@ pub enum PathError {
     },
 }
 
+/// A stretch of the ground with a friction coefficient of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Stretch {
+    /// x of its start, m.
+    pub from: f64,
+    /// x of its end, m.
+    pub to: f64,
+    /// Mean of the available friction coefficient on it, -.
+    pub mu: f64,
+}
+
 /// Robot, ground and limits of a path.
 #[derive(Clone)]
 pub struct PathSetup {
@@ -106,8 +124,8 @@ pub struct PathSetup {
     pub robot: Robot,
     /// The ground.
     pub terrain: Terrain,
-    /// Friction stretches: from (m), to (m), mu_s.
-    stretches: Vec<(f64, f64, f64)>,
+    /// Stretches of the ground with a friction coefficient of their own.
+    pub(crate) stretches: Vec<Stretch>,
     /// Options.
     pub options: Options,
     /// Largest motor torque at the wheel, N m.
@@ -156,10 +174,14 @@ impl PathSetup {
             Some(distance) => return Err(PathError::Distance(distance)),
             None => to_the_end(&robot, &terrain, &scene.terrain.profile)?,
         };
-        let stretches = scene.terrain.stretches.iter();
+        let stretches = scene.terrain.stretches.iter().map(|s| Stretch {
+            from: s.from,
+            to: s.to,
+            mu: s.mu_s,
+        });
         Ok(Self {
             name: scene.name.clone(),
-            stretches: stretches.map(|s| (s.from, s.to, s.mu_s)).collect(),
+            stretches: stretches.collect(),
             torque_limit: scene.drive.torque_limit,
             speed: scene.drive.speed,
             creep_speed: scene.friction.creep_speed(scene.drive.speed),
@@ -171,11 +193,15 @@ impl PathSetup {
         })
     }
 
+    /// Mean of the available friction coefficient outside the friction stretches, -.
+    pub(crate) fn mu(&self) -> f64 {
+        self.options.mu.unwrap_or(self.friction.mu_s)
+    }
+
     /// Mean of the available friction coefficient at x (m), -.
     pub fn mu_at(&self, x: f64) -> f64 {
-        let stretch = self.stretches.iter().find(|s| s.0 <= x && x < s.1);
-        let of_scene = stretch.map_or(self.friction.mu_s, |s| s.2);
-        self.options.mu.unwrap_or(of_scene)
+        let stretch = self.stretches.iter().find(|s| s.from <= x && x < s.to);
+        stretch.map_or(self.mu(), |s| s.mu)
     }
 
     /// Friction of a wheel that slides at a slip speed (m/s) over the available friction, by the law of the scene, -.
@@ -203,7 +229,7 @@ fn to_the_end(robot: &Robot, terrain: &Terrain, profile: &Profile) -> Result<f64
         return Err(PathError::NoPath { from: rear });
     }
     if distance > LONGEST {
-        return Err(PathError::Distance(distance));
+        return Err(PathError::TooLong(distance));
     }
     Ok(distance)
 }

@@ -1,11 +1,14 @@
 //! The report as text for the terminal.
 
 use crate::report::{Failure, PathReport, Place, Reason};
+use crate::setup::Stretch;
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{Cell, CellAlignment, Table};
 
 /// Number of stretches of the path in the table.
 const ROWS: usize = 10;
+/// Number of friction stretches that are listed.
+const SHOWN: usize = 5;
 
 impl PathReport {
     /// The verdict, and a table with the place of the least margin in each tenth of the path.
@@ -33,9 +36,28 @@ impl PathReport {
         };
         format!(
             "Place of the least margin in each tenth of the path, with {tractions}; x is that of the middle wheel\n\
-             {}\n{}{clearance}",
+             {}\n{}{clearance}{}",
             table.trim_fmt(),
-            self.verdict()
+            self.verdict(),
+            self.stretches()
+        )
+    }
+
+    /// A line on the friction stretches; nothing without any.
+    fn stretches(&self) -> String {
+        let Some(least) = self.stretches.iter().map(|s| s.mu).min_by(f64::total_cmp) else {
+            return String::new();
+        };
+        let one = |s: &Stretch| format!("{} from x = {:.3} to {:.3} m", s.mu, s.from, s.to);
+        let shown: Vec<String> = self.stretches.iter().take(SHOWN).map(one).collect();
+        let more = match self.stretches.len().saturating_sub(SHOWN) {
+            0 => String::new(),
+            more => format!(" and {more} more, the least of all {least}"),
+        };
+        format!(
+            "\nAvailable friction: {}; the friction stretches of the scene keep their own: {}{more}.",
+            self.mu,
+            shown.join(", ")
         )
     }
 

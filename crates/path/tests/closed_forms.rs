@@ -207,6 +207,51 @@ fn a_stretch_has_its_own_margin() {
     assert!(mixed > 10, "{mixed}");
 }
 
+/// Closed form: a mean that is given holds outside the friction stretches. Ice of 0.05 on a slope
+/// of 15 deg, whose tangent is 0.27, stays no-go whatever friction is given, and the text names the
+/// ice.
+#[test]
+fn a_given_mean_leaves_the_ice() {
+    let ice = "[[terrain.stretch]]\nfrom = 1.5\nto = 9.0\nmu_s = 0.05\nmu_d = 0.05\n";
+    let report = judged(&(ramp(15.0) + ice), &[], with_mu(0.5));
+    assert!(!report.go);
+    let tan = 15.0_f64.to_radians().tan();
+    for place in on_slope(&report) {
+        let expected = match place.wheel_x {
+            [front, ..] if front < 1.45 => 0.5,
+            [.., rear] if rear > 1.55 => 0.05,
+            _ => continue,
+        };
+        // As in `a_uniform_slope_needs_its_tangent`.
+        assert!((place.margin.unwrap() - (expected - tan)).abs() < 1e-8);
+    }
+    let text = report.text();
+    let said = "Available friction: 0.5; the friction stretches of the scene keep their own: 0.05 from x = 1.500 to 9.000 m";
+    assert!(text.contains(said), "{text}");
+    let without = judged(&ramp(15.0), &[], with_mu(0.5)).text();
+    assert!(!without.contains("stretches"), "{without}");
+}
+
+/// Closed form: stairs that are longer than the robot need at every step what one step needs; 200
+/// of them climb 2 m. 1e-6: the accuracy of the place of a kink, 1e-10 m, over the 1 mm by which
+/// the contacts of a kerb of 10 mm change from place to place.
+#[test]
+fn long_stairs_need_at_every_step_the_same() {
+    let stairs = |count: u32| {
+        let text = format!(
+            "[terrain]\nkind = \"stairs\"\nrise = 0.01\nrun = 0.7\ncount = {count}\nstart = 0.7\n"
+        );
+        judged(&text, &[], Options::default())
+    };
+    let (one, many) = (stairs(1), stairs(200));
+    assert!(many.go, "{:?}", many.first_failure);
+    let last = many.places.last().unwrap();
+    // Level behind the last step: the centre of the front wheel is a radius above it.
+    assert!((last.wheel_y[0] - 2.1).abs() < 1e-9, "{last:?}");
+    let (a, b) = (one.needed_mu.unwrap(), many.needed_mu.unwrap());
+    assert!((a - b).abs() < 1e-6, "{a} {b}");
+}
+
 /// Property: more friction never turns go into no-go; the step is at the needed friction. Probability: one half at the
 /// needed friction, 0.8413 one standard deviation above.
 #[test]
@@ -377,6 +422,13 @@ fn bad_options_are_refused() {
         error(behind, Options::default()),
         PathError::NoPath { .. }
     ));
+    // Ground that is longer than a path names no option that was not given; a given distance judges
+    // its start.
+    let long = "[terrain]\nkind = \"rough\"\nclass = \"B\"\nextent = 1000\n";
+    let refused = error(long, Options::default());
+    assert!(matches!(refused, PathError::TooLong(_)), "{refused}");
+    let words = refused.to_string();
+    assert!(words.contains("at most 1000 m: --distance D"), "{words}");
     // The middle wheel starts inside a deep trench.
     let trench = "[terrain]\nkind = \"ditch\"\nstart = -0.25\nwidth = 0.5\ndepth = 2.0\n";
     let found = judge(&setup(trench, &[], Options::default()).unwrap());

@@ -29,6 +29,7 @@ mod format;
 mod ground_table;
 mod judged_path;
 mod log_lines;
+mod log_page;
 mod memory;
 mod page;
 mod parquet_table;
@@ -140,8 +141,8 @@ mod tests {
             .map(|entry| entry.expect("a file").file_name())
             .collect();
         names.sort();
-        // Six tables; seven figures.
-        assert_eq!(names.len(), 6 + 7, "{names:?}");
+        // Six tables; eight figures.
+        assert_eq!(names.len(), 6 + 8, "{names:?}");
         for name in names {
             let [a, b] = [0, 1].map(|i| std::fs::read(folders[i].path().join(&name)));
             assert_eq!(a.expect("first"), b.expect("second"), "{name:?}");

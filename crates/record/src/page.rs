@@ -2,6 +2,7 @@
 
 use crate::comparison::comparison_cells;
 use crate::error::{RecordError, io_error};
+use crate::log_page::means_page;
 use crate::report::remarks;
 use crate::summary::{EstimatorSummary, Summary};
 use base64::Engine as _;
@@ -25,7 +26,7 @@ figure { margin: 1rem 0; } img { max-width: 100%; height: auto; } figcaption { c
 ";
 
 /// What each figure shows, by the start of its file name, in the order of the page.
-const FIGURES: [(&str, &str); 10] = [
+const FIGURES: [(&str, &str); 11] = [
     (
         "comparison",
         "Errors of the normal forces of all estimators.",
@@ -33,6 +34,10 @@ const FIGURES: [(&str, &str); 10] = [
     (
         "path",
         "Ground, paths of the wheels' centres, and N of each wheel over its place.",
+    ),
+    (
+        "needed_friction_",
+        "Needed friction T/N by an estimator, with two standard deviations.",
     ),
     (
         "needed_friction",
@@ -77,12 +82,15 @@ pub fn page(folder: &Path) -> Result<String, RecordError> {
         h1 { (title) }
         p class="by" { (made_by(&summary)) }
         @for remark in remarks(title, &summary) { p { (remark) } }
-        h2 { "Errors of the estimators" }
-        p { "Estimate minus truth. " code { "rmse" } ", " code { "bias" } " and " code { "largest_error" } " are of the normal force N; "
-            code { "nrmse" } " and " code { "stated_sigma" } " are relative to the mean N; " code { "lag" } " is the time by which the \
-             estimate follows the truth; " code { "coverage" } " is the share within two stated standard deviations (0.95 is right), "
-            code { "nees" } " is 3 for a right covariance." }
-        (errors(&runs))
+        @if let Some(means) = means_page(&summary.estimators) { (means) }
+        @if summary.estimators.iter().any(|e| e.normal_force.is_some()) {
+            h2 { "Errors of the estimators" }
+            p { "Estimate minus truth. " code { "rmse" } ", " code { "bias" } " and " code { "largest_error" } " are of the normal force N; "
+                code { "nrmse" } " and " code { "stated_sigma" } " are relative to the mean N; " code { "lag" } " is the time by which the \
+                 estimate follows the truth; " code { "coverage" } " is the share within two stated standard deviations (0.95 is right), "
+                code { "nees" } " is 3 for a right covariance." }
+            (errors(&runs))
+        }
         @if let Some(contacts) = contacts(&summary.estimators) { (contacts) }
         @if !summary.friction_tests.is_empty() {
             h2 { "Friction tests" }

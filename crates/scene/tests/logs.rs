@@ -95,7 +95,7 @@ fn problems_name_line_key_and_remedy() {
                 wheel2_angle = { column = \"x\", unit = \"A\" }\n\
                 wheel1_motor_torque = { channel = \"b\", column = \"y\", counts = 3 }\n\
                 wheel9_angle = { column = \"x\" }\n\
-                link1_rate = { column = \"z\" }\n[imu.link1]\nup = \"+x\"\n[budget]\ntorque_nois = 1\n";
+                link2_inclination = { column = \"q\", gear_ratio = 80 }\nlink1_rate = { column = \"z\" }\n[imu.link1]\nup = \"+x\"\n[budget]\ntorque_nois = 1\n";
     let found = problems(text);
     for expected in [
         "s.toml:4: reading.wheel1_angle.counts: found",
@@ -104,8 +104,9 @@ fn problems_name_line_key_and_remedy() {
         "s.toml:6: reading.wheel1_motor_torque.channel: found \"b\", allowed: \"a\"",
         "s.toml:6: reading.wheel1_motor_torque.counts: found 3, allowed: no counts",
         "s.toml:7: reading.wheel9_angle: unknown key",
+        "s.toml:8: reading.link2_inclination.gear_ratio: found 80, allowed: gear_ratio of a wheel's angle or motor torque only",
         "link1_rate is in reading.link1_rate and imu.link1, allowed: one of them",
-        "s.toml:10: imu.link1.up: found \"+x\", allowed: another axis than forward",
+        "s.toml:11: imu.link1.up: found \"+x\", allowed: another axis than forward",
         "did you mean torque_noise?",
         "no column for wheel1_contact_angle",
     ] {

@@ -12,6 +12,7 @@
 //! | lag | `-sum(e dN/dt)/sum((dN/dt)^2)`, e = error of N, over samples without impacts | [`Statistics::lag`] |
 //! | coverage | share of errors of N within two stated standard deviations | [`Statistics::coverage`] |
 //! | mu_n | T/N, where N is at least [`LEAST_LOAD`] | [`needed_friction`] |
+//! | mu_n of an estimate | what it states, else T/N | [`estimated_needed_friction`] |
 //! | errors of the ground | RMSE and coverage of height and slope over the points found | [`GroundErrors`] |
 //! | progress | way, stuck since, spinning time | [`ProgressMeter`] |
 //! | contact states | share of events found within 20 ms, shares of false and missed flags | [`contact`] |
@@ -30,7 +31,7 @@ mod statistics;
 mod sum;
 
 pub use errors::{ForceErrors, rms_over_wheels};
-pub use friction::{LEAST_LOAD, needed_friction};
+pub use friction::{LEAST_LOAD, estimated_needed_friction, needed_friction};
 pub use ground::{GroundErrors, TrueGround, ground_origin};
 pub use progress::{Progress, ProgressMeter};
 pub use rule::{Compared, Inclusion, Rule};

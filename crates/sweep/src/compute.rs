@@ -3,7 +3,7 @@
 use crate::dataset::{self, Finished};
 use crate::error::SweepError;
 use crate::folder::Folder;
-use crate::journal::{Journal, RunRecord, scan};
+use crate::journal::{Journal, RunRecord, Scanned, scan};
 use crate::single;
 use crate::sweep::Sweep;
 use std::num::NonZeroU64;
@@ -69,6 +69,8 @@ pub struct Done {
     pub runs: u64,
     /// Runs that this call has computed.
     pub computed: u64,
+    /// Damaged lines of the journal, whose runs were computed again.
+    pub damaged: u64,
     /// The dataset; `None` where runs of other shards are missing in this folder.
     pub dataset: Option<PathBuf>,
 }
@@ -87,10 +89,15 @@ pub fn compute(sweep: &Sweep, job: &Job<'_>, watch: &Watch<'_>) -> Result<Done, 
         return Ok(Done {
             runs,
             computed: 0,
+            damaged: 0,
             dataset,
         });
     }
-    let (places, length) = scan(&folder.journal())?;
+    let Scanned {
+        places,
+        length,
+        damaged,
+    } = scan(&folder.journal())?;
     let mut finished = Finished::new(sweep.runs());
     finished.add(0, &places);
     drop(places);
@@ -124,6 +131,7 @@ pub fn compute(sweep: &Sweep, job: &Job<'_>, watch: &Watch<'_>) -> Result<Done, 
     Ok(Done {
         runs,
         computed,
+        damaged,
         dataset,
     })
 }

@@ -25,6 +25,8 @@ const GROUP_ROWS: usize = 64 * 1024;
 pub struct Finished {
     /// Number of the journal and place in it, by the index of the run.
     places: Vec<Option<(u32, u64, u32)>>,
+    /// Damaged lines of all journals.
+    damaged: u64,
 }
 
 impl Finished {
@@ -32,6 +34,7 @@ impl Finished {
     pub fn new(runs: u64) -> Self {
         Self {
             places: vec![None; usize::try_from(runs).unwrap_or(usize::MAX)],
+            damaged: 0,
         }
     }
 
@@ -62,6 +65,7 @@ impl Finished {
                 missing,
                 runs: self.places.len() as u64,
                 first: first as u64,
+                damaged: self.damaged,
             }),
         }
     }
@@ -129,7 +133,9 @@ fn copy_tables(from: &Path, to: &Path) -> Result<(), SweepError> {
 fn finished(journals: &[PathBuf], runs: u64) -> Result<Finished, SweepError> {
     let mut finished = Finished::new(runs);
     for (number, journal) in (0_u32..).zip(journals) {
-        finished.add(number, &scan(journal)?.0);
+        let scanned = scan(journal)?;
+        finished.add(number, &scanned.places);
+        finished.damaged += scanned.damaged;
     }
     Ok(finished)
 }

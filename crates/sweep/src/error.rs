@@ -37,7 +37,7 @@ pub enum SweepError {
     #[diagnostic(help("wait for its end, or give each shard a folder of its own"))]
     InUse(PathBuf),
     /// Runs are missing.
-    #[error("{missing} of {runs} runs are missing, the first one is run {first}")]
+    #[error("{missing} of {runs} runs are missing, the first one is run {first}{}", damaged_lines(*damaged))]
     #[diagnostic(help("compute the missing shards again: finished runs are not repeated"))]
     Incomplete {
         /// Number of missing runs.
@@ -46,6 +46,8 @@ pub enum SweepError {
         runs: u64,
         /// Index of the first missing run.
         first: u64,
+        /// Damaged lines of the journals.
+        damaged: u64,
     },
     /// An error of the file system.
     #[error("cannot {action} {path}")]
@@ -93,6 +95,14 @@ pub enum SweepError {
     /// A thread ended by a panic outside of a run.
     #[error("internal error: a worker thread panicked")]
     Panic,
+}
+
+/// What is said of damaged lines; nothing without any.
+fn damaged_lines(count: u64) -> String {
+    match count {
+        0 => String::new(),
+        n => format!("; lines of runs.jsonl with a wrong checksum: {n}"),
+    }
 }
 
 /// An error of the file system at a path.

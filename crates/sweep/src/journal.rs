@@ -1,9 +1,11 @@
 //! The journal: one line of JSON for each finished run, in the order in which they finish.
 //!
-//! A line is appended with one write. A killed process can leave the last line torn; it is cut off at the next start, and its
-//! run is repeated. A line that cannot be read for another reason (a broken disk) counts as not there.
+//! A line is appended with one write. A killed process can leave the last line torn; it is cut off
+//! at the next start, and its run is repeated. Each line ends with a checksum of what is before it.
+//! A line that does not match its checksum is damaged: it counts as not there, and is reported.
 
 use crate::error::{SweepError, io_error};
+use robhaz_sim::random::Fnv1a;
 use serde::{Deserialize, Serialize};
 use std::fs::{File, OpenOptions};
 use std::io::{BufRead, BufReader, Read as _, Seek, SeekFrom, Write};
@@ -44,33 +46,80 @@ pub struct Place {
     pub length: u32,
 }
 
-/// The finished runs of a journal, and its length up to the last complete line. No runs if there is no such file.
-pub fn scan(path: &Path) -> Result<(Vec<Place>, u64), SweepError> {
+/// What a journal holds.
+#[derive(Debug, Default)]
+pub struct Scanned {
+    /// The finished runs.
+    pub places: Vec<Place>,
+    /// Length up to the last complete line, bytes.
+    pub length: u64,
+    /// Number of damaged lines.
+    pub damaged: u64,
+}
+
+/// Reads through a journal. It is empty if there is no such file.
+pub fn scan(path: &Path) -> Result<Scanned, SweepError> {
+    let mut scanned = Scanned::default();
     let file = match File::open(path) {
         Ok(file) => file,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok((Vec::new(), 0)),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(scanned),
         Err(error) => return Err(io_error("read", path)(error)),
     };
-    let mut reader = BufReader::new(file);
-    let (mut places, mut offset, mut line) = (Vec::new(), 0, Vec::new());
+    let (mut reader, mut line) = (BufReader::new(file), Vec::new());
     loop {
         line.clear();
         let length = reader
             .read_until(b'\n', &mut line)
             .map_err(io_error("read", path))?;
         if length == 0 || line.last() != Some(&b'\n') {
-            return Ok((places, offset));
+            return Ok(scanned);
         }
-        let record: Result<RunRecord, _> = serde_json::from_slice(&line);
-        if let (Ok(record), Ok(length)) = (record, u32::try_from(length)) {
-            places.push(Place {
+        match (decode(&line), u32::try_from(length)) {
+            (Ok(record), Ok(length)) => scanned.places.push(Place {
                 run: record.run,
-                offset,
+                offset: scanned.length,
                 length,
-            });
+            }),
+            _ => scanned.damaged += 1,
         }
-        offset += length as u64;
+        scanned.length += length as u64;
     }
+}
+
+/// The checksum is the last key of a line's object.
+const CHECKSUM: &[u8] = br#","fnv1a":""#;
+
+/// Value of [`CHECKSUM`], its closing quote and brace, and the line break.
+fn ending(before: &[u8]) -> String {
+    let mut hash = Fnv1a::default();
+    hash.add(before);
+    format!("{:016x}\"}}\n", hash.value())
+}
+
+/// The line of a run.
+fn encode(record: &RunRecord) -> Result<Vec<u8>, std::io::Error> {
+    let mut line = serde_json::to_vec(record)?;
+    // The object goes on.
+    line.pop();
+    line.extend_from_slice(CHECKSUM);
+    let ending = ending(&line);
+    line.extend_from_slice(ending.as_bytes());
+    Ok(line)
+}
+
+/// The run of a line.
+fn decode(line: &[u8]) -> Result<RunRecord, std::io::Error> {
+    const ENDING: usize = 16 + 3;
+    let split = line.len().checked_sub(ENDING);
+    let matches = split.is_some_and(|at| {
+        let (before, found) = line.split_at(at);
+        before.ends_with(CHECKSUM) && found == ending(before).as_bytes()
+    });
+    if !matches {
+        let why = "a line does not match its checksum";
+        return Err(std::io::Error::new(std::io::ErrorKind::InvalidData, why));
+    }
+    Ok(serde_json::from_slice(line)?)
 }
 
 /// A journal to which runs are appended.
@@ -101,13 +150,10 @@ impl Journal {
 
     /// Appends a run, completely or not at all.
     pub fn append(&mut self, record: &RunRecord) -> Result<(), SweepError> {
-        let written = serde_json::to_vec(record)
-            .map_err(std::io::Error::from)
-            .and_then(|mut line| {
-                line.push(b'\n');
-                self.file.write_all(&line)?;
-                Ok(line.len() as u64)
-            });
+        let written = encode(record).and_then(|line| {
+            self.file.write_all(&line)?;
+            Ok(line.len() as u64)
+        });
         match written {
             Ok(length) => self.length += length,
             Err(error) => {
@@ -157,8 +203,7 @@ impl JournalReader {
             .and_then(|()| self.reader.read_exact(&mut line))
             .map_err(io_error("read", &self.path))?;
         self.position = place.offset + u64::from(place.length);
-        serde_json::from_slice(&line)
-            .map_err(|error| io_error("read", &self.path)(std::io::Error::from(error)))
+        decode(&line).map_err(io_error("read", &self.path))
     }
 }
 
@@ -190,11 +235,11 @@ mod tests {
         let line = whole.len() / 3;
         for cut in 0..whole.len() {
             std::fs::write(&path, &whole[..cut]).expect("written");
-            let (places, length) = scan(&path)?;
-            assert_eq!(places.len(), cut / line, "{cut}");
-            let mut journal = Journal::open(&path, length)?;
+            let scanned = scan(&path)?;
+            assert_eq!((scanned.places.len(), scanned.damaged), (cut / line, 0));
+            let mut journal = Journal::open(&path, scanned.length)?;
             journal.append(&record(7))?;
-            let (places, _) = scan(&path)?;
+            let places = scan(&path)?.places;
             let mut reader = JournalReader::open(&path)?;
             let last = places.last().expect("a run");
             assert_eq!(reader.read(last)?, record(7));
@@ -204,20 +249,33 @@ mod tests {
         Ok(())
     }
 
-    /// A line that cannot be read is left out; its run counts as not done.
+    /// Any other byte in a line is found, whatever it makes of the line: another number, another
+    /// key. The line is left out, and its run counts as not done.
     #[test]
-    fn a_damaged_line_is_left_out() -> Result<(), SweepError> {
+    fn a_changed_byte_is_found() -> Result<(), SweepError> {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("runs.jsonl");
         let mut journal = Journal::open(&path, 0)?;
         journal.append(&record(1))?;
         journal.append(&record(2))?;
-        let mut bytes = std::fs::read(&path).expect("the journal");
-        bytes[3] = 0;
-        std::fs::write(&path, &bytes).expect("written");
-        let (places, length) = scan(&path)?;
-        let runs: Vec<u64> = places.iter().map(|place| place.run).collect();
-        assert_eq!((runs, length), (vec![2], bytes.len() as u64));
+        let whole = std::fs::read(&path).expect("the journal");
+        // All bytes of the first line but its line break, without which both lines are one.
+        for place in 0..whole.len() / 2 - 1 {
+            for byte in [b'7', b' ', 0] {
+                let mut bytes = whole.clone();
+                bytes[place] = byte;
+                std::fs::write(&path, &bytes).expect("written");
+                let scanned = scan(&path)?;
+                let runs: Vec<u64> = scanned.places.iter().map(|place| place.run).collect();
+                let expected = if bytes == whole {
+                    (vec![1, 2], 0)
+                } else {
+                    (vec![2], 1)
+                };
+                assert_eq!((runs, scanned.damaged), expected, "byte {place}");
+                assert_eq!(scanned.length, bytes.len() as u64);
+            }
+        }
         Ok(())
     }
 }

@@ -209,6 +209,12 @@ impl Terrain {
             .collect()
     }
 
+    /// Height of the ground at x (m), m; on a riser that of one of its ends.
+    pub fn height(&self, x: f64) -> f64 {
+        let Ground { edges, grid, .. } = &*self.ground;
+        edges[grid.edge_at(edges, x)].height(x)
+    }
+
     /// The place at x (m), as one where everything can jump: the end of a friction stretch. `None` on a riser.
     pub fn jump_at(&self, x: f64) -> Option<Jump> {
         let Ground { edges, grid, .. } = &*self.ground;

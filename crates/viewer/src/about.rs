@@ -46,7 +46,8 @@ pub(crate) fn page(run: &RunDescription, chosen: Option<usize>, thinning: f64) -
          - Time series: wide lines are true, narrow lines estimated, the narrowest are two standard \
          deviations. A gap is a time without an estimate; needed friction mu_n = T/N also has a gap while N \
          is below 1 N. The slip margin is the static coefficient of the ground minus |mu_n|. Contact angles \
-         are those of the ground (true) and those that the estimators get. With two contacts of a wheel the true N, \
+         are those of the ground (true), those that the estimators get (dark), and those of the \
+         estimator of the needed friction (light). With two contacts of a wheel the true N, \
          needed friction and contact angle are those of the equivalent contact: the single contact with the same force on \
          the axle and the same T. The arrows show both contacts.\n",
     );

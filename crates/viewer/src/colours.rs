@@ -59,6 +59,11 @@ impl Colour {
         Self(out)
     }
 
+    /// The shade for a reading of the same quantity.
+    pub(crate) fn dark(self) -> Self {
+        self.mixed(Self([0; 3]), 0.4)
+    }
+
     /// The shade for an estimate of the same quantity.
     pub(crate) fn light(self) -> Self {
         self.mixed(Self([0xFF; 3]), 0.6)

@@ -1,12 +1,12 @@
 //! A picture of a recording in the viewer, as a PNG, without a screen.
 
 use crate::ViewerError;
-use crate::colours::{Colour, WHEELS};
+use crate::colours::{Colour, WHEELS, hues};
 use crate::control::Control;
 use crate::error::Cause;
 use crate::print::PrintCopy;
 use crate::program::{Started, free_port, start_error};
-use crate::reading::recording_end;
+use crate::reading::recording_content;
 use crate::theme::Theme;
 use robhaz_run::Stop;
 use std::ffi::OsStr;
@@ -21,7 +21,8 @@ const TIMEOUT: Duration = Duration::from_secs(90);
 const MESSAGE_TIME: Duration = Duration::from_secs(7);
 /// Time between two pictures.
 const PERIOD: Duration = Duration::from_millis(500);
-/// Least share of a picture that each wheel's colour covers. A rim alone covers 0.001, on a path of 5 m 0.0004.
+/// Least share of a picture that a colour of the data covers. A rim alone covers 0.001, on a path
+/// of 5 m 0.0004.
 const LEAST_SHARE: f64 = 1e-4;
 
 /// Height of the bar at the top of the viewer's window, pixels. It cannot be hidden.
@@ -54,8 +55,9 @@ impl Default for PictureOptions {
 /// Starts the installed viewer without a window, shows a recording in it, and saves its picture to `out` (PNG). The
 /// picture has the views alone, without the panels around them.
 ///
-/// The picture is saved when the whole recording is loaded, two pictures in a row are equal, and the colours of all
-/// three wheels are in them.
+/// The picture is saved when the whole recording is loaded, two pictures in a row are equal, and
+/// the data are in them: the colours of all three wheels, or, where the recording has no robot,
+/// that of some line.
 ///
 /// # Errors
 /// - [`ViewerError::NotInstalled`], [`ViewerError::OtherVersion`], [`ViewerError::Start`]: no viewer that can draw.
@@ -70,9 +72,15 @@ pub fn picture(
     options: PictureOptions,
     stop: Stop<'_>,
 ) -> Result<(), ViewerError> {
-    let end = recording_end(recording)?.ok_or_else(|| ViewerError::Picture {
+    let (end, has_wheels) = recording_content(recording)?;
+    let end = end.ok_or_else(|| ViewerError::Picture {
         reason: format!("{} has no data", recording.display()),
     })?;
+    let content = if has_wheels {
+        Content::Wheels
+    } else {
+        Content::Lines
+    };
     let time = options.at.unwrap_or(0.5 * end);
     // The recording's end is rounded to a nanosecond. NaN is in no range.
     if !(0.0..=end + 1e-9).contains(&time) {
@@ -94,7 +102,7 @@ pub fn picture(
         start: Instant::now(),
         stop,
     };
-    let taken = take(port, out, [time, end], options.theme, &deadline);
+    let taken = take(port, out, [time, end], content, options.theme, &deadline);
     // A viewer that cannot draw listens for a moment and exits: its output is the reason.
     let message = viewer.exit_message();
     viewer.end();
@@ -103,6 +111,15 @@ pub fn picture(
         (Err(_), Some(message)) => Err(start_error(&message)),
         (taken, _) => taken,
     }
+}
+
+/// What a picture must show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Content {
+    /// The robot, with all three wheels.
+    Wheels,
+    /// Lines over time alone.
+    Lines,
 }
 
 /// The limit of waiting for the viewer.
@@ -133,6 +150,7 @@ fn take(
     port: u16,
     out: &Path,
     [time, end]: [f64; 2],
+    content: Content,
     theme: Theme,
     deadline: &Deadline<'_>,
 ) -> Result<(), ViewerError> {
@@ -154,7 +172,7 @@ fn take(
     let mut before = None;
     loop {
         let image = draft.take(&mut control, deadline)?;
-        let missing = image.missing();
+        let missing = image.missing(content);
         if missing.is_none() && before.as_ref() == Some(&image) {
             let written = image.views().write(&draft.0, theme);
             written.map_err(ViewerError::write(&draft.0.display().to_string()))?;
@@ -274,13 +292,17 @@ impl Image {
         Ok(())
     }
 
-    /// Names the wheels whose colours are missing. `None` for a picture that shows the data.
-    fn missing(&self) -> Option<String> {
+    /// Names what is missing. `None` for a picture that shows the data.
+    fn missing(&self, content: Content) -> Option<String> {
         #[expect(clippy::cast_precision_loss, reason = "a few million pixels")]
         let share = |colour: Colour| {
             let near = self.pixels.iter().filter(|p| is_near(p, colour)).count();
             near as f64 / self.pixels.len().max(1) as f64
         };
+        if content == Content::Lines {
+            let is_empty = hues().all(|colour| share(colour) < LEAST_SHARE);
+            return is_empty.then(|| "no line has a colour of the data".to_owned());
+        }
         let wheels = ["front", "middle", "rear"].into_iter().zip(WHEELS);
         let absent = wheels.filter(|(_, colour)| share(*colour) < LEAST_SHARE);
         let names: Vec<&str> = absent.map(|(name, _)| name).collect();
@@ -306,15 +328,30 @@ mod tests {
             size: [100, 100],
             pixels: vec![[13, 16, 17]; 10_000],
         };
-        let missing = image.missing().expect("nothing is shown");
+        let missing = image.missing(Content::Wheels).expect("nothing is shown");
         assert!(missing.contains("front, middle, rear"), "{missing}");
         for (i, Colour(colour)) in WHEELS.into_iter().enumerate() {
             image.pixels[20 * i..20 * i + 20].fill(colour);
         }
-        assert_eq!(image.missing(), None);
+        assert_eq!(image.missing(Content::Wheels), None);
         image.pixels[..20].fill([0; 3]);
-        let missing = image.missing().expect("the front wheel is not there");
+        let missing = image.missing(Content::Wheels);
+        let missing = missing.expect("the front wheel is not there");
         assert!(missing.contains("the front wheel"), "{missing}");
+    }
+
+    /// A recording without a robot needs no wheels in its picture: the line of one estimator is
+    /// enough, and an empty layout is not.
+    #[test]
+    fn a_picture_of_lines_needs_one_of_them() {
+        let mut image = Image {
+            size: [100, 100],
+            pixels: vec![[13, 16, 17]; 10_000],
+        };
+        assert!(image.missing(Content::Lines).is_some());
+        image.pixels[..20].fill(crate::colours::by_index(0).0);
+        assert_eq!(image.missing(Content::Lines), None);
+        assert!(image.missing(Content::Wheels).is_some());
     }
 
     /// Closed form: an empty bar of 28 rows is left out; a first row with a pattern is not.

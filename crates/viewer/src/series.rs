@@ -1,14 +1,14 @@
 //! Time series: forces, errors with bands of two standard deviations, contact angles, friction, residuals.
 
 use crate::ViewerError;
-use crate::colours::{WHEELS, by_index};
+use crate::colours::{Colour, WHEELS, by_index};
 use crate::contact::contact_point;
 use crate::plot::{Line, Plot};
 use crate::writer::Writer;
 use robhaz_estimator::{Estimate, EstimateError};
 use robhaz_model::WheelCommand;
 use robhaz_run::{Frame, RunDescription};
-use robhaz_score::{Compared, needed_friction, rms_over_wheels};
+use robhaz_score::{Compared, estimated_needed_friction, needed_friction, rms_over_wheels};
 use robhaz_sim::friction::{FrictionLaw, Stretch};
 use robhaz_sim::{EquivalentContact, Truth, WheelTruth};
 
@@ -31,8 +31,15 @@ pub(crate) struct Series {
     error: [Plot; 3],
     /// Two standard deviations of N around zero error: by estimator, then by wheel.
     bands: Vec<[Plot; 3]>,
+    /// Of runs without truth: N and T with two standard deviations added and subtracted, by
+    /// estimator, then by wheel.
+    force_bands: Vec<[[Plot; 3]; 2]>,
     rms_error: Plot,
+    /// True and given.
     contact_angle: Plot,
+    /// By the chosen estimator, and with two standard deviations added and subtracted.
+    estimated_angle: Plot,
+    angle_band: Plot,
     friction: Plot,
     margin: Plot,
     /// Commanded torques. `None` without a control that takes readings.
@@ -71,6 +78,14 @@ impl Series {
                 vec![edge("+"), edge("-")]
             })
         };
+        let force_bands = |(k, name): (usize, &&str)| {
+            ["normal_force", "traction"].map(|force| {
+                per_wheel(force, &format!("/band/{name}"), &|_| {
+                    let edge = |sign| Line::edge(format!("{name} {sign} 2 sigma [N]"), by_index(k));
+                    vec![edge("+"), edge("-")]
+                })
+            })
+        };
         let parity = |(k, name): (usize, &&str)| {
             let edge = |sign| Line::edge(format!("{name} {sign} 2 sigma [N]"), by_index(k));
             let value = Line::estimate(format!("{name} [N]"), by_index(k));
@@ -107,11 +122,33 @@ impl Series {
             }),
             error: per_wheel("error_of_normal_force", "/error", &|_| estimates("N")),
             bands: names.iter().enumerate().map(bands).collect(),
+            // With truth the plots of errors have the bands.
+            force_bands: match has_truth {
+                true => Vec::new(),
+                false => names.iter().enumerate().map(force_bands).collect(),
+            },
             rms_error: Plot::new("series/error_of_normal_force/rms", estimates("N")),
-            contact_angle: Plot::new(
-                "series/contact_angle",
-                of_all_wheels(truth_name, Some("given"), "deg"),
+            contact_angle: Plot::new("series/contact_angle", {
+                let given = of_each_wheel("given [deg]", |name, colour| {
+                    Line::estimate(name, colour.dark())
+                });
+                let truth = of_all_wheels(truth_name, None, "deg").into_iter();
+                truth.chain(given).collect()
+            }),
+            estimated_angle: Plot::new(
+                "series/contact_angle/estimated",
+                of_all_wheels(None, chosen_name, "deg"),
             ),
+            angle_band: Plot::new("series/contact_angle/estimated/band", {
+                let edges = chosen_name.into_iter().flat_map(|name| {
+                    ["+", "-"].map(|sign| {
+                        of_each_wheel(&format!("{name} {sign} 2 sigma [deg]"), |name, colour| {
+                            Line::edge(name, colour.light())
+                        })
+                    })
+                });
+                edges.flatten().collect()
+            }),
             friction: Plot::new(
                 "series/friction",
                 of_all_wheels(truth_name, chosen_name, "-"),
@@ -156,6 +193,7 @@ impl Series {
         let given = given.map(|g| g.unwrap_or(f64::NAN));
         let angles = angles.into_iter().flatten().chain(given);
         self.contact_angle.push(time, angles.map(f64::to_degrees));
+        self.push_estimated_angles(frame);
         self.push_friction(frame, truth);
         if let Some(commanded) = &mut self.commanded {
             let torque = |command| match command {
@@ -173,6 +211,8 @@ impl Series {
         let whole = [
             &mut self.rms_error,
             &mut self.contact_angle,
+            &mut self.estimated_angle,
+            &mut self.angle_band,
             &mut self.friction,
             &mut self.margin,
             &mut self.residual_force,
@@ -184,6 +224,7 @@ impl Series {
             .chain(&mut self.traction)
             .chain(&mut self.error)
             .chain(self.bands.iter_mut().flatten())
+            .chain(self.force_bands.iter_mut().flatten().flatten())
             .chain(whole)
             .chain(&mut self.commanded)
             .chain(&mut self.parity)
@@ -199,6 +240,20 @@ impl Series {
         let true_traction = wheel.map_or(f64::NAN, |w| w.traction);
         let tractions = self.has_truth.then_some(true_traction).into_iter();
         self.traction[i].push(time, tractions.chain(estimates.iter().map(traction)));
+        for ([normal, traction], estimate) in self.force_bands.iter_mut().zip(estimates) {
+            let Ok(estimate) = estimate else {
+                continue;
+            };
+            let forces = [
+                (normal, estimate.normal_force[i], estimate.sigma_normal(i)),
+                (traction, estimate.traction[i], estimate.sigma_traction(i)),
+            ];
+            for (plots, force, sigma) in forces {
+                if let Some(half) = sigma.map(|sigma| 2.0 * sigma) {
+                    plots[i].push(time, [force + half, force - half]);
+                }
+            }
+        }
         let Some(wheel) = wheel else {
             return;
         };
@@ -224,13 +279,32 @@ impl Series {
         self.has_truth.then_some(values)
     }
 
+    fn push_estimated_angles(&mut self, frame: &Frame<'_>) {
+        let Some(k) = self.chosen else {
+            return;
+        };
+        let estimate = frame.estimates.get(k).and_then(|e| e.as_ref().ok());
+        let angles = estimate.map_or([f64::NAN; 3], |e| e.contact_angle);
+        let in_degrees = angles.map(f64::to_degrees);
+        self.estimated_angle.push(frame.time, in_degrees);
+        if let Some(sigmas) = estimate.and_then(|e| e.contact_angle_sigma) {
+            let edge = |sign: f64| {
+                let edges = angles.iter().zip(sigmas);
+                edges.map(move |(angle, sigma)| (angle + sign * 2.0 * sigma).to_degrees())
+            };
+            self.angle_band
+                .push(frame.time, edge(1.0).chain(edge(-1.0)));
+        }
+    }
+
     fn push_friction(&mut self, frame: &Frame<'_>, truth: Option<&Truth>) {
-        let ratio = |c: EquivalentContact| needed_friction_or_gap(c.traction, c.normal_force);
+        let ratio =
+            |c: EquivalentContact| needed_friction(c.traction, c.normal_force).unwrap_or(f64::NAN);
         let needed = self.true_lines(truth, |w| or_gap_of(w, ratio));
         let estimated = self.chosen.map(|k| {
             [0, 1, 2].map(|i| {
                 or_gap(&frame.estimates[k], |e| {
-                    needed_friction_or_gap(e.traction[i], e.normal_force[i])
+                    estimated_needed_friction(e, i).map_or(f64::NAN, |(needed, _)| needed)
                 })
             })
         });
@@ -266,6 +340,11 @@ impl Series {
     }
 }
 
+/// A line of each wheel, whose name follows that of the wheel.
+fn of_each_wheel(name: &str, line: impl Fn(String, Colour) -> Line) -> [Line; 3] {
+    [0, 1, 2].map(|i| line(format!("{} {name}", WHEEL_NAMES[i]), WHEELS[i]))
+}
+
 /// Wide lines of all wheels from a first source, and narrow lines from a second source. `None`: no such lines.
 fn of_all_wheels(first: Option<&str>, second: Option<&str>, unit: &str) -> Vec<Line> {
     let name = &|i: usize, source: &str| format!("{} {source} [{unit}]", WHEEL_NAMES[i]);
@@ -286,9 +365,4 @@ fn or_gap(estimate: &Result<Estimate, EstimateError>, value: impl Fn(&Estimate) 
 /// A value of the equivalent contact of a wheel. NaN, a gap in the line, where there is none.
 fn or_gap_of(wheel: &WheelTruth, value: impl Fn(EquivalentContact) -> f64) -> f64 {
     wheel.equivalent_contact().map_or(f64::NAN, value)
-}
-
-/// Needed friction mu_n = T/N, -. NaN, a gap in the line, if N is too small.
-fn needed_friction_or_gap(traction: f64, normal_force: f64) -> f64 {
-    needed_friction(traction, normal_force).unwrap_or(f64::NAN)
 }

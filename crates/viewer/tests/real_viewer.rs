@@ -4,6 +4,8 @@
 
 mod common;
 
+use robhaz_estimator::SensorFrame;
+use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_viewer::{PictureOptions, RecordingSink, Theme, ViewerError, picture};
 use std::fs::File;
 use std::io::BufReader;
@@ -48,13 +50,20 @@ fn found(pixels: &[[u8; 3]], colour: [u8; 3], x: [f64; 2], y: [f64; 2]) -> (usiz
 
 /// The pixels of a picture of a short run at 3 s. `None` if no viewer can draw.
 fn taken(theme: Theme) -> Option<Vec<[u8; 3]>> {
+    taken_of(theme, |path| {
+        let mut sink = RecordingSink::save(path).expect("a file");
+        robhaz_run::run(&common::smooth(6.0), &mut [&mut sink]).expect("a run");
+    })
+}
+
+/// The same of the recording that `record` writes, of at least 3 s.
+fn taken_of(theme: Theme, record: impl FnOnce(&Path)) -> Option<Vec<[u8; 3]>> {
     let folder = tempfile::tempdir().expect("a folder");
     let (recording, shot) = (
         folder.path().join("run.rrd"),
         folder.path().join("shot.png"),
     );
-    let mut sink = RecordingSink::save(&recording).expect("a file");
-    robhaz_run::run(&common::smooth(6.0), &mut [&mut sink]).expect("a run");
+    record(&recording);
     let options = PictureOptions {
         size: [WIDTH as u32, HEIGHT as u32],
         at: Some(3.0),
@@ -86,6 +95,51 @@ fn a_light_picture_is_white() {
         let (count, _) = found(&pixels, colour, [0.0, 0.5], [0.2, 0.8]);
         assert!(count > 300, "{colour:?} covers {count} pixels");
     }
+}
+
+/// Passes a run on as recorded readings without truth and contact angles.
+struct OfLog(RecordingSink);
+
+impl Sink for OfLog {
+    fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
+        self.0.begin(&RunDescription {
+            has_truth: false,
+            world: None,
+            ..run.clone()
+        })
+    }
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
+        let sensors = SensorFrame {
+            contact_angle: [None; 3],
+            ..*frame.sensors
+        };
+        self.0.frame(&Frame {
+            clearances: None,
+            truth: None,
+            sensors: &sensors,
+            ..*frame
+        })
+    }
+    fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
+        self.0.end(end)
+    }
+}
+
+/// A recording of recorded readings has no robot, and one of `paper-body` alone no colour of a
+/// wheel in view. Its picture shows the line of this estimator in the plots of N on the right.
+#[test]
+fn a_picture_of_a_log_shows_its_estimates() {
+    let pixels = taken_of(Theme::Dark, |path| {
+        let mut sink = OfLog(RecordingSink::save(path).expect("a file"));
+        let mut scene = common::smooth(4.0);
+        scene.estimators.truncate(1);
+        robhaz_run::run(&scene, &mut [&mut sink]).expect("a run");
+    });
+    let Some(pixels) = pixels else {
+        return;
+    };
+    let (count, _) = found(&pixels, PAPER_BODY, [0.5, 1.0], [0.16, 0.76]);
+    assert!(count > 300, "the estimator covers {count} pixels");
 }
 
 /// The picture has the robot on the left, with the wheels from rear to front. On the right it has the plots of the

@@ -3,7 +3,7 @@
 use super::column::{Column, Table, WHEEL, of_estimate, pin_force_description, time_of_record};
 use robhaz_estimator::ContactState;
 use robhaz_model::Pin;
-use robhaz_score::needed_friction;
+use robhaz_score::estimated_needed_friction;
 
 impl Table {
     /// `estimate-NAME`: the estimates of the run's estimator number `index` (from 0).
@@ -40,10 +40,13 @@ fn wheel_estimate(index: usize, i: usize) -> [Column; 3] {
         ),
         of_estimate(
             index,
-            format!("wheel{n}_friction_coefficient"),
+            format!("wheel{n}_needed_friction"),
             "1",
-            format!("{wheel}: needed friction, mu_n = T/N; empty where N < 1 N"),
-            move |e| needed_friction(e.traction[i], e.normal_force[i]),
+            format!(
+                "{wheel}: needed friction mu_n = T/N, with Kalman filters also by what the ground's \
+                 memory knows of the slope; empty without load"
+            ),
+            move |e| Some(estimated_needed_friction(e, i)?.0),
         ),
     ]
 }
@@ -233,7 +236,7 @@ fn stated_errors(index: usize) -> Vec<Column> {
 }
 
 /// Estimated contact state of a wheel as small integers, its slip and its friction.
-fn contact_states(index: usize, i: usize) -> [Column; 6] {
+fn contact_states(index: usize, i: usize) -> [Column; 5] {
     let (n, wheel) = (i + 1, WHEEL[i]);
     [
         of_estimate(
@@ -269,19 +272,12 @@ fn contact_states(index: usize, i: usize) -> [Column; 6] {
         ),
         of_estimate(
             index,
-            format!("wheel{n}_needed_friction"),
-            "1",
-            format!(
-                "{wheel}: needed friction mu_n with what the ground's memory knows of the slope; empty without load or Kalman filters"
-            ),
-            move |e| Some(e.friction?[i].needed?.value),
-        ),
-        of_estimate(
-            index,
             format!("wheel{n}_needed_friction_sigma"),
             "1",
-            format!("{wheel}: standard deviation of that needed friction"),
-            move |e| Some(e.friction?[i].needed?.sigma),
+            format!(
+                "{wheel}: standard deviation of the needed friction; empty without load or Kalman filters"
+            ),
+            move |e| estimated_needed_friction(e, i)?.1,
         ),
         of_estimate(
             index,

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::testing::{described, failed_frame, frame_of, good_estimate, scene};
-use robhaz_estimator::{ContactEstimate, ContactState};
+use robhaz_estimator::{ContactEstimate, ContactState, NeededFriction, WheelFriction};
 use robhaz_model::{Vec2, WheelCommand};
 use robhaz_run::Frame;
 use robhaz_scene::{ControlChoice, ControlKind, Scene};
@@ -138,9 +138,9 @@ fn commands_have_one_form() {
 
 #[test]
 fn names_of_an_estimate_are_fixed() {
-    let golden = "time wheel1_normal_force wheel1_traction wheel1_friction_coefficient wheel2_normal_force \
-        wheel2_traction wheel2_friction_coefficient wheel3_normal_force wheel3_traction \
-        wheel3_friction_coefficient body_pitch link1_angle link2_angle link3_angle pin_p_from_q_x pin_p_from_q_y \
+    let golden = "time wheel1_normal_force wheel1_traction wheel1_needed_friction wheel2_normal_force \
+        wheel2_traction wheel2_needed_friction wheel3_normal_force wheel3_traction \
+        wheel3_needed_friction body_pitch link1_angle link2_angle link3_angle pin_p_from_q_x pin_p_from_q_y \
         pin_r_from_q_x pin_r_from_q_y pin_s_from_q_x pin_s_from_q_y pin_p_force_x pin_p_force_y pin_q_force_x \
         pin_q_force_y pin_r_force_x pin_r_force_y pin_s_force_x pin_s_force_y residual_force_x residual_force_y \
         residual_moment_link1 residual_moment_link2 parity parity_sigma flags suspect_channels \
@@ -150,11 +150,11 @@ fn names_of_an_estimate_are_fixed() {
         wheel2_contact_angle_error \
         wheel3_normal_force_sigma wheel3_traction_sigma wheel3_torque_offset wheel3_contact_angle wheel3_contact_angle_sigma \
         wheel3_contact_angle_error gear_friction wheel1_contacts wheel1_sliding wheel1_slip \
-        wheel1_needed_friction wheel1_needed_friction_sigma wheel1_friction_margin \
+        wheel1_needed_friction_sigma wheel1_friction_margin \
         wheel2_contacts wheel2_sliding wheel2_slip \
-        wheel2_needed_friction wheel2_needed_friction_sigma wheel2_friction_margin \
+        wheel2_needed_friction_sigma wheel2_friction_margin \
         wheel3_contacts wheel3_sliding wheel3_slip \
-        wheel3_needed_friction wheel3_needed_friction_sigma wheel3_friction_margin";
+        wheel3_needed_friction_sigma wheel3_friction_margin";
     let table = Table::estimate(0, "paper-body");
     assert_eq!(table.name, "estimate-paper-body");
     assert_eq!(names(&table), golden.split_whitespace().collect::<Vec<_>>());
@@ -210,11 +210,7 @@ fn values_come_from_the_field_that_the_name_says() {
     assert_eq!(value(&truth, "wheel3_contacts", &frame), Value::Count(1));
     let estimate = good_estimate(&record.truth, 2.0);
     assert_eq!(
-        value(
-            &Table::estimate(0, "a"),
-            "wheel3_friction_coefficient",
-            &frame
-        ),
+        value(&Table::estimate(0, "a"), "wheel3_needed_friction", &frame),
         Value::Optional(Some(estimate.traction[2] / estimate.normal_force[2]))
     );
 }
@@ -353,7 +349,7 @@ fn a_lost_reading_is_nothing_not_a_number() {
 
 /// T/N has no meaning without a load.
 #[test]
-fn a_wheel_without_load_has_no_friction_coefficient() {
+fn a_wheel_without_load_has_no_needed_friction() {
     for load in [0.9, 0.0, -1.0] {
         let mut record = frame_of(1.0);
         if let Some(Ok(estimate)) = record.estimates.first_mut() {
@@ -362,10 +358,32 @@ fn a_wheel_without_load_has_no_friction_coefficient() {
         assert_eq!(
             value(
                 &Table::estimate(0, "a"),
-                "wheel1_friction_coefficient",
+                "wheel1_needed_friction",
                 &record.frame()
             ),
             Value::Optional(None)
         );
+    }
+}
+
+/// The needed friction that an estimator states is that of the column, in place of T/N of its forces.
+#[test]
+fn a_stated_needed_friction_counts() {
+    let mut record = frame_of(1.0);
+    let wheel = WheelFriction {
+        needed: Some(NeededFriction {
+            value: 0.3,
+            sigma: 0.02,
+        }),
+        ..WheelFriction::default()
+    };
+    if let Some(Ok(estimate)) = record.estimates.first_mut() {
+        estimate.friction = Some([wheel; 3]);
+    }
+    let table = Table::estimate(0, "a");
+    for (column, expected) in [("", 0.3), ("_sigma", 0.02)] {
+        let name = format!("wheel2_needed_friction{column}");
+        let found = value(&table, &name, &record.frame());
+        assert_eq!(found, Value::Optional(Some(expected)));
     }
 }

@@ -24,7 +24,7 @@ use needed_friction::NeededFriction;
 use rayon::prelude::*;
 use robhaz_path::{PathReport, PathSetup};
 use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
-use run::RunTraces;
+use run::{EstimatorTraces, RunTraces};
 use std::path::{Path, PathBuf};
 
 /// Draws a run. Each figure is an SVG file.
@@ -35,6 +35,7 @@ use std::path::{Path, PathBuf};
 /// | `fig6_forces` | N and T of every wheel, true and estimated |
 /// | `fig7_NAME`, `fig8_NAME` | N of every wheel, true and estimated by the presets `paper-body`, `paper-wheels` |
 /// | `normal_force_NAME` | the same of any other estimator; with a covariance also the error, and two standard deviations |
+/// | `needed_friction_NAME` | needed friction T/N of every wheel, of an estimator that states its standard deviation |
 /// | `comparison` | errors of N of all estimators |
 /// | `ground_NAME` | the ground that an estimator has found, its errors, and two standard deviations |
 /// | `path` | the robot on the ground, and N over the position of the wheels |
@@ -46,6 +47,9 @@ pub struct FigureSink {
     folder: PathBuf,
     run: Option<RunTraces>,
 }
+
+/// Start of the names of the figures of the needed friction.
+const NEEDED_FRICTION: &str = "needed_friction_";
 
 /// Draws and writes one figure. They do not depend on each other, and are drawn on all cores.
 type Figure<'a> = Box<dyn Fn() -> Result<(), RecordError> + Send + Sync + 'a>;
@@ -66,7 +70,13 @@ impl FigureSink {
             return false;
         };
         let of_all = ["fig5_linkage", "fig6_forces", "comparison", "path"];
-        let of_one = ["fig7_", "fig8_", "normal_force_", "ground_"];
+        let of_one = [
+            "fig7_",
+            "fig8_",
+            "normal_force_",
+            NEEDED_FRICTION,
+            "ground_",
+        ];
         let estimator = of_one.iter().find_map(|start| stem.strip_prefix(start));
         of_all.contains(&stem) || estimator.is_some_and(|e| estimators.contains(&e))
     }
@@ -89,6 +99,13 @@ impl FigureSink {
         for estimator in &run.estimators {
             let (stem, _) = estimator.kind.names(&estimator.name);
             let write = move || write_picture(folder, &stem, &paper::normal_forces(run, estimator));
+            figures.push(Box::new(write));
+        }
+        let states = |e: &&EstimatorTraces| e.needed_band.iter().any(|band| !band.is_empty());
+        for estimator in run.estimators.iter().filter(states) {
+            let stem = format!("{NEEDED_FRICTION}{}", estimator.name);
+            let write =
+                move || write_picture(folder, &stem, &paper::needed_friction(run, estimator));
             figures.push(Box::new(write));
         }
         if run.has_truth() && !run.estimators.is_empty() {

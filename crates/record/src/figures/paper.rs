@@ -141,6 +141,31 @@ pub fn normal_forces<'a>(run: &'a RunTraces, estimator: &'a EstimatorTraces) -> 
     }
 }
 
+/// Needed friction of every wheel with two standard deviations, of an estimator that states them.
+pub fn needed_friction<'a>(run: &'a RunTraces, estimator: &'a EstimatorTraces) -> Page<'a> {
+    let panel = |i: usize| Panel {
+        least_span: 0.02,
+        ..force_panel(i, "needed friction T/N").with(
+            None,
+            layers(
+                &run.needed[i],
+                Some(&estimator.needed[i]),
+                Some(&estimator.needed_band[i]),
+                WHEELS[i],
+            ),
+        )
+    };
+    Page {
+        header: Header {
+            title: format!("Needed friction by {}", estimator.name),
+            subtitle: String::new(),
+            key: key(run, Some(estimator), &WHEELS, true),
+        },
+        axis: time_axis(run),
+        columns: vec![Column::of_one_scale((0..3).map(panel))],
+    }
+}
+
 /// The estimator that Figs. 5 and 6 show.
 fn shown(run: &RunTraces) -> Option<&EstimatorTraces> {
     run.shown.as_ref().map(|s| &run.estimators[s.index])

@@ -7,7 +7,9 @@ use crate::summary::EstimatorSummary;
 use robhaz_estimator::Estimate;
 use robhaz_model::{Geometry, Pin, Vec2};
 use robhaz_run::{EstimatorDescription, Frame, RunDescription, RunEnd};
-use robhaz_score::{Compared, Rms, Rule, Score, rms_over_wheels};
+use robhaz_score::{
+    Compared, Rms, Rule, Score, estimated_needed_friction, needed_friction, rms_over_wheels,
+};
 use robhaz_sim::Truth;
 use robhaz_terrain::Terrain;
 
@@ -28,6 +30,8 @@ pub struct RunTraces {
     /// True N and T of each wheel's equivalent contact, N. A gap in N where there is none.
     pub normal_force: [Trace; 3],
     pub traction: [Trace; 3],
+    /// True needed friction T/N of each wheel, -.
+    pub needed: [Trace; 3],
     /// True N (N) of each wheel over the position of its centre (m).
     pub normal_force_at: [Trace; 3],
     /// True x and y of each of [`PINS`] from Q, mm.
@@ -59,6 +63,9 @@ pub struct EstimatorTraces {
     /// Error of N, and two standard deviations around zero.
     pub error: [Trace; 3],
     pub error_band: [Band; 3],
+    /// Needed friction, and two standard deviations; the latter empty if the estimator states none.
+    pub needed: [Trace; 3],
+    pub needed_band: [Band; 3],
     /// RMS over the wheels of the error of N.
     pub rms_error: Trace,
     pub score: Score,
@@ -96,6 +103,7 @@ impl RunTraces {
             interval,
             normal_force: traces(records),
             traction: traces(records),
+            needed: traces(records),
             normal_force_at: traces(records),
             pins: pin_traces(records),
             estimators: estimators
@@ -152,8 +160,11 @@ impl RunTraces {
     fn add_truth(&mut self, time: f64, truth: &Truth) {
         for (i, wheel) in truth.wheels.iter().enumerate() {
             let normal_force = wheel.equivalent_contact().map(|c| c.normal_force);
+            let contact = wheel.equivalent_contact();
+            let needed = contact.and_then(|c| needed_friction(c.traction, c.normal_force));
             self.normal_force[i].add(time, normal_force);
             self.traction[i].add(time, Some(wheel.traction));
+            self.needed[i].add(time, needed);
             self.normal_force_at[i].add(wheel.position.x, normal_force);
         }
         for (traces, (pin, _)) in self.pins.iter_mut().zip(PINS) {
@@ -188,6 +199,8 @@ impl EstimatorTraces {
             band: bands(records),
             error: traces(records),
             error_band: bands(records),
+            needed: traces(records),
+            needed_band: bands(records),
             rms_error: Trace::new(records),
             score: Score::new(rule),
         }
@@ -204,6 +217,10 @@ impl EstimatorTraces {
             self.band[i].add(time, normal.zip(half));
             self.error[i].add(time, error);
             self.error_band[i].add(time, half.map(|h| (0.0, h)));
+            let needed = estimate.and_then(|e| estimated_needed_friction(e, i));
+            let band = needed.and_then(|(value, sigma)| Some((value, 2.0 * sigma?)));
+            self.needed[i].add(time, needed.map(|(value, _)| value));
+            self.needed_band[i].add(time, band);
         }
         let rms = estimate.zip(compared).map(|(e, c)| rms_over_wheels(e, c));
         self.rms_error.add(time, rms);

@@ -2,6 +2,7 @@
 
 use robhaz_estimator::{Estimate, Flags};
 use robhaz_run::{ChannelReport, LogReport};
+use robhaz_score::estimated_needed_friction;
 use serde::{Deserialize, Serialize};
 
 /// What a log held, and what became of its rows.
@@ -94,6 +95,12 @@ pub struct MeanForces {
     /// The same of T of each wheel, N.
     #[serde(default)]
     pub traction_sigma: Option<[f64; 3]>,
+    /// Mean needed friction T/N of each wheel, -; `None` for a wheel without load.
+    #[serde(default)]
+    pub needed_friction: [Option<f64>; 3],
+    /// Largest size of the needed friction of each wheel, -.
+    #[serde(default)]
+    pub largest_needed_friction: [Option<f64>; 3],
     /// RMS of the parity residual over its expected standard deviation: 1 if the noise budget is right. `None` if the
     /// estimator expects none.
     pub parity: Option<f64>,
@@ -123,6 +130,8 @@ pub(super) struct ForceSums {
     /// Of N, and of T.
     variance: [[f64; 3]; 2],
     variances: u64,
+    /// Needed friction of each wheel: sum, largest size, number of records.
+    needed: [(f64, f64, u64); 3],
     parity: f64,
     parities: u64,
     /// Unloaded, at a stop, missing, stale, absurd, out of range.
@@ -144,6 +153,12 @@ impl ForceSums {
         for i in 0..3 {
             self.normal_force[i] += estimate.normal_force[i];
             self.traction[i] += estimate.traction[i];
+            if let Some((needed, _)) = estimated_needed_friction(estimate, i) {
+                let (sum, largest, count) = &mut self.needed[i];
+                *sum += needed;
+                *largest = largest.max(needed.abs());
+                *count += 1;
+            }
         }
         if let Some(covariance) = &estimate.covariance {
             self.variances += 1;
@@ -179,12 +194,15 @@ impl ForceSums {
         }
         let sigma = |sums: &[f64; 3]| sums.map(|sum| mean(sum.max(0.0), self.variances).sqrt());
         let stated = (self.variances > 0).then(|| self.variance.each_ref().map(sigma));
+        let needed = self.needed.map(|needed| Some(needed).filter(|n| n.2 > 0));
         let [unloaded, at_stop, missing, stale, absurd, out_of_range] = self.flags;
         Some(MeanForces {
             normal_force: self.normal_force.map(|sum| mean(sum, self.samples)),
             traction: self.traction.map(|sum| mean(sum, self.samples)),
             normal_force_sigma: stated.map(|[normal, _]| normal),
             traction_sigma: stated.map(|[_, traction]| traction),
+            needed_friction: needed.map(|n| n.map(|(sum, _, count)| mean(sum, count))),
+            largest_needed_friction: needed.map(|n| n.map(|(_, largest, _)| largest)),
             parity: (self.parities > 0).then(|| mean(self.parity, self.parities).sqrt()),
             unloaded,
             at_stop,
@@ -202,6 +220,11 @@ impl MeanForces {
         let forces = self.normal_force.iter().chain(&self.traction);
         let stated = self.normal_force_sigma.iter().chain(&self.traction_sigma);
         let stated = stated.flatten().chain(&self.parity);
+        let needed = self
+            .needed_friction
+            .iter()
+            .chain(&self.largest_needed_friction);
+        let stated = stated.chain(needed.flatten());
         forces.chain(stated).all(|v| v.is_finite())
     }
 }

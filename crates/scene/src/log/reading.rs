@@ -112,7 +112,7 @@ const READING_KEYS: &[Key<ReadingKeys>] = &[
         NONE,
         above(0.0).at_most(1e6),
         |r| &mut r.gear_ratio,
-        "turns of the motor in a turn of the wheel, where the column is of the motor: divides an angle, multiplies a torque",
+        "of a wheel's angle and motor torque only, where the column is of the motor: turns of the motor in a turn of the wheel; divides an angle, multiplies a torque",
     ),
     Key::number(
         "counts",
@@ -204,14 +204,11 @@ fn reading(reader: &mut Reader, name: &'static str, entry: &Entry) -> ReadingCho
     };
     needs("counts", keys.counts, unit == "counts");
     needs("torque_constant", keys.torque_constant, unit.ends_with('A'));
-    if unit.ends_with("/s")
-        && let Some(found) = node.get("gear_ratio")
-    {
-        reader.refuse(
-            found,
-            &join(&path, "gear_ratio"),
-            "no gear ratio: a link's rate has none",
-        );
+    let is_of_motor =
+        name.ends_with("_angle") && !name.contains("contact") || name.ends_with("_motor_torque");
+    if !is_of_motor && let Some(found) = node.get("gear_ratio") {
+        let allowed = "gear_ratio of a wheel's angle or motor torque only: a gear has no part in other readings";
+        reader.refuse(found, &join(&path, "gear_ratio"), allowed);
     }
     ReadingChoice {
         name,

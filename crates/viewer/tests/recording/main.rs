@@ -443,6 +443,29 @@ fn without_truth_the_estimates_are_recorded_alone() {
             format!("{:?}", scalars(&simulated, entity))
         );
     }
+    // The bands that the errors have with truth are around N and T, and the angle that is found is
+    // beside the given one.
+    for (entity, lines) in [
+        ("/series/normal_force/wheel2/band/best", 2),
+        ("/series/traction/wheel3/band/best", 2),
+        ("/series/contact_angle/estimated", 3),
+        ("/series/contact_angle/estimated/band", 6),
+    ] {
+        let rows = scalars(&log, entity);
+        assert!(rows.len() > 30, "{entity}: {}", rows.len());
+        assert!(rows.iter().all(|(_, row)| row.len() == lines), "{entity}");
+    }
+    let middle = scalars(&log, "/series/normal_force/wheel2/estimated");
+    for (time, band) in scalars(&log, "/series/normal_force/wheel2/band/best") {
+        let at = middle.iter().find(|(at, _)| (at - time).abs() < 1e-9);
+        let (_, forces) = at.expect("forces of that time");
+        // `best` is the last of four estimators.
+        let centre = 0.5 * (band[0] + band[1]);
+        assert!(
+            band[0] > band[1] && (centre - forces[3]).abs() < 1e-9,
+            "{time}"
+        );
+    }
     // One line for each of four estimators, without the true one.
     let traction = scalars(&log, "/series/traction/wheel1");
     assert!(traction.iter().all(|(_, row)| row.len() == 4));
