@@ -20,6 +20,9 @@ const LONGEST_STEP: f64 = 0.1;
 /// Part of the torque that the first ramp and the load between the ramps let expect, from which the second ramp of a wheel
 /// starts, -. The load grows under the second ramp, and the wheel slips later.
 const SECOND_START: f64 = 0.75;
+/// Standard deviations of the torque's offset by which it starts below the expected torque at least. The offset adds to what one
+/// ramp finds and subtracts from the torque of the other: two deviations, twice.
+const OFFSETS: f64 = 4.0;
 /// Both ramps of a wheel together last at most as long as a rise by this torque takes, N m: 18.6 s at 0.35 N m/s.
 const LONGEST: f64 = 6.5;
 /// Direction of the first ramp of each wheel.
@@ -123,6 +126,16 @@ impl FrictionTests {
         self.plan.wheels.get(self.number).copied().flatten()
     }
 
+    /// Torque up to which the wheel of `result` is expected to grip under its second ramp, N m.
+    fn least_expected(&self, result: &FrictionTestResult, input: &ControlInput<'_>) -> f64 {
+        let wheel = result.wheel;
+        let load = input.estimate.and_then(|e| e.normal_force.get(wheel));
+        let friction = input.estimate.and_then(|e| e.friction?.get(wheel).copied());
+        let offset = friction.map_or(0.0, |friction| friction.offset.sigma);
+        let part = (SECOND_START * result.mu).min(result.mu - OFFSETS * offset);
+        part.max(0.0) * load.copied().unwrap_or(0.0) * self.wheel_radius
+    }
+
     fn follow_torques(&mut self, input: &ControlInput<'_>) {
         let now = input.frame.time;
         let weight = self.time.map_or(1.0, |last| {
@@ -158,15 +171,10 @@ impl FrictionTests {
         let result = ramp.result();
         if self.plan.both_ways && matches!(self.stage, Stage::First(_)) {
             let back = -direction(result.wheel);
-            let load = input
-                .estimate
-                .and_then(|estimate| estimate.normal_force.get(result.wheel).copied())
-                .unwrap_or(0.0);
             // Where no wheel slipped nothing is expected.
             let [limit, _] = result.limits;
-            let slipped = f64::from(u8::from(limit.is_some()));
-            let expected = slipped * result.mu * load * self.wheel_radius;
-            let torque = [idle, idle + SECOND_START * back * expected];
+            let expected = limit.map_or(0.0, |_| self.least_expected(&result, input));
+            let torque = [idle, idle + back * expected];
             let ramp = Ramp::new(result.wheel, now, torque, back * self.plan.rate);
             self.stage = Stage::Second(ramp, result);
             return Some(idle);

@@ -89,6 +89,7 @@ impl FrictionObserver {
             forces.know_direction(&sample.forces.covariance, sample.tangents, error);
         }
         let places = ground.wheel_places();
+        let median_slip = median_slip(sample.contact);
         let mut found = [WheelFriction::default(); 3];
         for i in 0..3 {
             let loaded = forces.normal(i) > Self::LEAST_LOAD * sample.mean_load;
@@ -111,6 +112,7 @@ impl FrictionObserver {
                 load: forces.normal(i),
                 lasting: found[i].offset.sigma,
                 slip: contact.slip,
+                median_slip,
                 place: places.map(|places| places[i]),
             };
             let event = self.watches[i].update(&wheel, sample.dt);
@@ -148,4 +150,13 @@ impl FrictionObserver {
             ground.friction_measured(x, event.mu_max - doubt, event.mu_max + doubt);
         }
     }
+}
+
+/// Median of the slip speeds of the three wheels, m/s; that of a wheel without a slip of its own counts as zero.
+fn median_slip(contact: &[ContactEstimate; 3]) -> f64 {
+    let [a, b, c] = contact.map(|contact| match contact.state {
+        ContactState::OneContact => contact.slip,
+        _ => 0.0,
+    });
+    a.min(b).max(a.max(b).min(c))
 }

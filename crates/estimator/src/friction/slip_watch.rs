@@ -35,8 +35,22 @@ pub(crate) struct WheelSample {
     pub lasting: f64,
     /// Slip speed, m/s.
     pub slip: f64,
+    /// Median of the slip speeds of the three wheels, m/s.
+    pub median_slip: f64,
     /// Place of the contact, m.
     pub place: Option<f64>,
+}
+
+impl WheelSample {
+    /// The slip that counts, m/s, at a low-pass filtered T/N.
+    ///
+    /// The motion filter takes the slip of a wheel with |T/N| below [`ContactDetector::LEAST_RATIO`] for an error of the estimated speed,
+    /// and corrects that speed: where a wheel spins on ice, the others then seem to slip backwards. The median slip is that error. It
+    /// counts in full up to that |T/N|, and less and less up to twice as much, where slip no longer changes the speed.
+    fn counted_slip(&self, ratio: f64) -> f64 {
+        let part = (2.0 - ratio.abs() / ContactDetector::LEAST_RATIO).clamp(0.0, 1.0);
+        self.slip - part * self.median_slip
+    }
 }
 
 /// Watches one wheel for the onset of slip.
@@ -45,6 +59,8 @@ pub(crate) struct WheelSample {
 /// wheel: the slip speed grows faster and faster, because friction falls with slip. The onset is a slip acceleration beyond
 /// [`Self::ACCELERATION`] in the direction of the traction, for [`Self::HOLD`], in which T/N hardly rises: where it rises fast, creep
 /// accelerates the slip of a wheel that grips.
+///
+/// On ice the slip counts relative to the median of the three wheels: see [`WheelSample::counted_slip`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct SlipWatch {
     /// Whether there has been a sample since the last reset.
@@ -114,8 +130,8 @@ impl SlipWatch {
 
     /// Takes a sample, `dt` seconds after the last. Returns the event at the sample at which an onset is found.
     pub fn update(&mut self, sample: &WheelSample, dt: f64) -> Option<SlipEvent> {
-        let (ratio, slip) = (sample.needed.value, sample.slip);
-        if !(ratio.is_finite() && slip.is_finite()) {
+        let ratio = sample.needed.value;
+        if !(ratio + sample.slip + sample.median_slip).is_finite() {
             self.reset();
             return None;
         }
@@ -124,15 +140,16 @@ impl SlipWatch {
                 started: true,
                 ratio,
                 fast_ratio: ratio,
-                slip,
+                slip: sample.counted_slip(ratio),
                 ..Self::default()
             };
         }
         self.ratio += dt / (Self::RATIO_SMOOTHING + dt) * (ratio - self.ratio);
         self.fast_ratio += dt / (Self::FAST_SMOOTHING + dt) * (ratio - self.fast_ratio);
+        let forward = libm::copysign(1.0, self.ratio);
+        let slip = sample.counted_slip(self.ratio);
         let acceleration = (slip - self.slip) / Self::SLIP_SMOOTHING;
         self.slip += dt / (Self::SLIP_SMOOTHING + dt) * (slip - self.slip);
-        let forward = libm::copysign(1.0, self.ratio);
         self.slid += slip.abs() * dt;
         if self.slips {
             self.slips = slip * forward > self.gripping;
@@ -142,7 +159,6 @@ impl SlipWatch {
         self.follow_peak(sample, dt);
         let begins = acceleration * forward > Self::ACCELERATION
             && slip * forward > Self::LEAST_SLIP
-            && self.peak.value > ContactDetector::LEAST_RATIO
             && self.fast_ratio.abs() > Self::STILL_BORNE * self.peak.value;
         self.time = if begins { self.time + dt } else { 0.0 };
         if self.time <= dt {
@@ -211,6 +227,7 @@ mod tests {
             load: 45.0,
             lasting: 0.0,
             slip,
+            median_slip: 0.0,
             place: Some(1.0),
         }
     }
@@ -250,16 +267,41 @@ mod tests {
         }
     }
 
-    /// Property: creep in proportion to T/N is no slip; nor is slip against the traction, nor slip without traction.
+    /// Property: creep in proportion to T/N is no slip; nor is slip against the traction.
     #[test]
     fn what_is_no_onset() {
         assert_eq!(ramp(5.0, 8.0, 1.0), None);
-        for (ratio, sign) in [(0.4, -1.0), (0.1, 1.0)] {
-            let mut watch = SlipWatch::default();
+        let mut watch = SlipWatch::default();
+        for k in 0..1000 {
+            let slip = -0.1 * DT * f64::from(k);
+            assert_eq!(watch.update(&sample(0.4, slip), DT), None);
+        }
+    }
+
+    /// Property: on ice, T/N = 0.05, a wheel spins up by 0.2 m/s^2 and the estimated speed of the robot follows it: its own slip stays, and
+    /// the other wheels seem to slip backwards. It has an onset, they have none.
+    #[test]
+    fn a_spinning_wheel_on_ice_has_an_onset() {
+        for forward in [1.0, -1.0] {
+            let mut watches = [SlipWatch::default(); 2];
+            let mut found = [None; 2];
             for k in 0..1000 {
-                let slip = sign * 0.1 * DT * f64::from(k);
-                assert_eq!(watch.update(&sample(ratio, slip), DT), None);
+                let error = -forward * 0.2 * DT * f64::from(k);
+                let wheels = [
+                    sample(0.05 * forward, 0.01 * forward),
+                    sample(-0.025 * forward, error),
+                ];
+                for ((watch, wheel), found) in watches.iter_mut().zip(wheels).zip(&mut found) {
+                    let wheel = WheelSample {
+                        median_slip: error,
+                        ..wheel
+                    };
+                    *found = found.or(watch.update(&wheel, DT));
+                }
             }
+            let [spinning, other] = found;
+            assert!(spinning.is_some_and(|event| (event.mu_max - 0.05).abs() < 1e-9));
+            assert_eq!(other, None);
         }
     }
 

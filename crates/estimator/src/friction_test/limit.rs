@@ -46,6 +46,19 @@ impl RampLimit {
     /// Standard deviations by which a wheel that slips may seem to need less than another.
     const GATE: f64 = 2.0;
 
+    /// The limit where the tested wheel is seen to slip: the other wheels say nothing of mu_max. Their offsets can make T/N of one of them
+    /// the largest on ice.
+    pub(super) fn of_tested(self) -> Self {
+        let mut wheels = [WheelLimit::default(); 3];
+        let found = wheels
+            .get_mut(self.tested)
+            .zip(self.wheels.get(self.tested));
+        if let Some((tested, wheel)) = found {
+            *tested = *wheel;
+        }
+        Self { wheels, ..self }
+    }
+
     /// Whether wheel `i` may be the one that slips: its |T/N| is the largest within its deviation.
     pub(super) fn may_slip(&self, i: usize) -> bool {
         let most = self.friction(&[0.0; 3]).mu;

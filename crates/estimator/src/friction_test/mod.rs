@@ -16,6 +16,7 @@ pub use together::together;
 use crate::estimate::Estimate;
 use crate::flags::Flags;
 use crate::friction::WheelFriction;
+use crate::quadrature::root_sum_square;
 use limit::LimitWatch;
 
 /// What a test asks for.
@@ -121,7 +122,7 @@ impl FrictionTest {
                 sigma: event.sigma,
                 lasting: event.lasting,
                 ramps: 1,
-                limits: [Some(limit), None],
+                limits: [Some(limit.of_tested()), None],
                 ..self.result
             };
             self.phase = FrictionTestPhase::BackingOff;
@@ -141,7 +142,9 @@ impl FrictionTest {
         match wheel.and_then(|wheel| wheel.needed).filter(|_| clear) {
             Some(needed) => {
                 self.unclear = 0.0;
-                self.hold(time, needed.value, needed.sigma, dt);
+                let offset = wheel.map_or(0.0, |wheel| wheel.offset.sigma);
+                let sigma = root_sum_square(needed.sigma, offset);
+                self.hold(time, needed.value, sigma, dt);
             }
             None => self.unclear += dt,
         }

@@ -5,6 +5,7 @@
 //! `cargo test --release -p robhaz-study --test friction_test study_of_ -- --ignored --nocapture`. The variable `ROBHAZ_CASES` selects
 //! the cases whose name contains one of its words, divided by semicolons; `ROBHAZ_SEEDS` is the number of seeds, 20 by default.
 
+mod level;
 mod parts;
 
 use rayon::prelude::*;
