@@ -3,6 +3,7 @@
 //!
 //! | module | question | from |
 //! |---|---|---|
+//! | `clock` | Was the clock set? Where is the log split? | the wheels as a clock |
 //! | `still` | Is a channel stuck or saturated? | repeated values |
 //! | `rest` | Are zeros and noise those of the budget? | the rest before the first motion |
 //! | `links` | Signs, units, exchange and delay of gyroscopes and inclinometers | integral of the rate |
@@ -16,7 +17,9 @@
 
 mod agreement;
 mod balance;
+mod clock;
 mod course;
+mod delay;
 mod drive;
 mod fit;
 mod ground;
@@ -31,6 +34,7 @@ mod wheels;
 
 pub use report::{Finding, Report, Verdict};
 
+use clock::Clock;
 use course::Course;
 use motion::Motion;
 use recording::Recording;
@@ -71,14 +75,16 @@ impl Stated<'_> {
 /// Checks the frames of a log, in order of time, against what is stated.
 pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
     let (robot, budget) = (stated.robot, &stated.budget);
-    let Some(recording) = Recording::new(frames) else {
+    let clock = Clock::of(frames);
+    let Some(recording) = Recording::new(&clock) else {
         let remedy = "record some seconds";
         let finding = Finding::cannot_tell("log", "all", "less than three frames", remedy);
         return Report::new(vec![finding]);
     };
     let motion = Motion::of(&recording, robot);
     let course = Course::new(&motion, robot, &recording.inclination);
-    let mut findings = still::findings(frames, budget);
+    let mut findings = vec![clock.finding()];
+    findings.extend(still::findings(frames, budget));
     findings.extend(rest::findings(&recording, budget));
     findings.extend(links::findings(&recording, &motion, robot, budget));
     findings.extend(wheels::findings(&motion, robot));

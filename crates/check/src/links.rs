@@ -3,7 +3,8 @@
 //! Over half a second an inclination changes by the integral of its link's rate. The slope of one over the other is 1; -1
 //! shows a wrong sign, 57.3 degrees for radians, and a link that follows the other link's gyroscope exchanged channels.
 
-use crate::fit::{Delay, delay, robust_fit};
+use crate::delay::{Allowed, Delay, delay};
+use crate::fit::robust_fit;
 use crate::motion::Motion;
 use crate::recording::Recording;
 use crate::report::{Finding, Verdict};
@@ -204,6 +205,11 @@ fn sign(changes: &Changes, k: usize) -> Finding {
 
 fn delay_of(recording: &Recording, changes: &Changes, k: usize) -> Finding {
     let channel = format!("inclinometer {} after gyro {}", k + 1, k + 1);
+    let allowed = Allowed {
+        early: GYRO_DELAY + MARGIN,
+        late: INCLINOMETER_LAG + MARGIN,
+    };
+    let allowed = allowed.at_period(recording.slowest);
     // All samples: those that fit best without a delay would hide it.
     let found = Some(&changes.rate[k])
         .filter(|rate| rms(rate) > LEAST_CHANGE)
@@ -214,28 +220,29 @@ fn delay_of(recording: &Recording, changes: &Changes, k: usize) -> Finding {
                 recording.steps(LONGEST_DELAY),
                 recording.steps(SPAN),
                 recording.dt,
+                allowed,
             )
         })
         .filter(|delay| delay.explained > EXPLAINED);
+    let remedy = "drive over an obstacle that turns the links by a few degrees";
     let Some(found) = found else {
-        let remedy = "drive over an obstacle that turns the links by a few degrees";
         return Finding::cannot_tell(DELAY, channel, "no common motion", remedy);
     };
-    let (figure, margin) = (in_words(&found), MARGIN + 2.0 * found.sigma);
-    if found.seconds > INCLINOMETER_LAG + margin {
-        let remedy = format!(
-            "its readings arrive late: state offset = {:.4} of its channel, or read it directly",
-            -found.seconds
-        );
-        Finding::fault(DELAY, channel, figure, remedy)
-    } else if found.seconds < -GYRO_DELAY - margin {
-        let remedy = format!(
-            "the gyro's readings arrive late: state offset = {:.4} of its channel, or read it directly",
-            found.seconds
-        );
-        Finding::fault(DELAY, channel, figure, remedy)
-    } else {
-        Finding::ok(DELAY, channel, figure)
+    let figure = in_words(&found);
+    match allowed.judge(&found) {
+        Verdict::Ok => Finding::ok(DELAY, channel, figure),
+        Verdict::CannotTell => Finding::cannot_tell(DELAY, channel, figure, remedy),
+        Verdict::Fault => {
+            let (late, offset) = if found.seconds > 0.0 {
+                ("its", -found.seconds)
+            } else {
+                ("the gyro's", found.seconds)
+            };
+            let remedy = format!(
+                "{late} readings arrive late: state offset = {offset:.4} of its channel, or read it directly"
+            );
+            Finding::fault(DELAY, channel, figure, remedy)
+        }
     }
 }
 
