@@ -32,6 +32,9 @@ impl Allowed {
     /// neither a fault nor allowed cannot be told.
     pub fn judge(&self, delay: &Delay) -> Verdict {
         let beyond = (delay.seconds - self.late).max(-self.early - delay.seconds);
+        if beyond > 0.0 {
+            eprintln!("DBG {:.1} {:.1} {:.4} {:.2} {:.1} {:.1}", 1e3*delay.seconds, 1e3*delay.sigma, delay.explained, delay.improvement, 1e3*self.early, 1e3*self.late);
+        }
         if beyond <= 0.0 {
             Verdict::Ok
         } else if beyond > GATE * delay.sigma && delay.improvement > IMPROVEMENT {

@@ -82,16 +82,44 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
         return Report::new(vec![finding]);
     };
     let motion = Motion::of(&recording, robot);
-    let course = Course::new(&motion, robot, &recording.inclination);
     let mut findings = vec![clock.finding()];
     findings.extend(still::findings(frames, budget));
     findings.extend(rest::findings(&recording, budget));
-    findings.extend(links::findings(&recording, &motion, robot, budget));
     findings.extend(wheels::findings(&motion, robot));
-    findings.extend(ground::findings(course.as_ref(), robot));
+    let turn = turn(&recording, &motion, robot);
+    if turn > LARGEST_TURN {
+        let figure = format!("the wheels turn by {turn:.2} rad between readings");
+        let remedy =
+            "drive slower, or record at a higher rate: such readings do not show the ground";
+        findings.push(Finding::cannot_tell("motion", "all", figure, remedy));
+        return Report::new(findings);
+    }
+    findings.extend(links::findings(&recording, &motion, robot, budget));
+    let course = Course::new(&motion, robot, &recording.inclination);
+    let fused = Course::new(&motion, robot, &course::fused(&recording));
+    findings.extend(ground::findings(course.as_ref(), fused.as_ref(), robot));
     let damping = stated.viscous_damping;
     findings.extend(balance::findings(&recording, &motion, robot, damping));
     findings.extend(drive::findings(&recording, &motion));
-    findings.push(agreement::finding(frames, robot, &stated.settings(frames)));
+    let resolved = recording.dt < LONGEST_STEP && turn < LARGEST_TURN_OF_FILTERS;
+    let settings = stated.settings(frames);
+    findings.push(agreement::finding(frames, robot, &settings, resolved));
     Report::new(findings)
+}
+
+/// Largest turn of a wheel between readings with which they show the ground, rad: a quarter of its radius along the path.
+const LARGEST_TURN: f64 = 0.25;
+
+/// Longest step with which the filters of the estimators hold, s: 50 Hz. The torque of the ground must change smoothly from
+/// reading to reading.
+const LONGEST_STEP: f64 = 0.0205;
+/// Largest turn between readings with which they hold, rad: 0.2 m/s at 50 Hz, 1 m/s at 250 Hz. With more their contact
+/// angles may oscillate on level ground.
+const LARGEST_TURN_OF_FILTERS: f64 = 0.045;
+
+/// The turn of the middle wheel between readings of the slowest channel, rad; 0 at rest.
+fn turn(recording: &Recording, motion: &Motion, robot: &Robot) -> f64 {
+    let spin = motion.while_driving(robot, &motion.middle_spin);
+    let spin = signal::median(spin.iter().map(|spin| spin.abs()));
+    spin.unwrap_or(0.0) * recording.slowest
 }

@@ -113,15 +113,16 @@ pub fn findings(
         findings.push(exchanged);
         return findings;
     }
-    findings.extend((0..2).map(|k| sign(&changes, k)));
+    let felt = budget
+        .specific_force
+        .then(|| felt(recording, motion, robot));
+    let of_angles = Changes::of(recording, felt.as_deref());
+    findings.extend((0..2).map(|k| sign(&changes, &of_angles, k)));
     // With wrong signs or units a delay has no meaning.
     if findings.iter().any(|f| f.verdict == Verdict::Fault) {
         return findings;
     }
-    let felt = budget
-        .specific_force
-        .then(|| felt(recording, motion, robot));
-    let changes = Changes::of(recording, felt.as_deref());
+    let changes = of_angles;
     findings.extend((0..2).map(|k| delay_of(recording, &changes, k)));
     findings
 }
@@ -152,7 +153,7 @@ fn exchanged(changes: &Changes) -> Option<Finding> {
     })
 }
 
-fn sign(changes: &Changes, k: usize) -> Finding {
+fn sign(changes: &Changes, of_angles: &Changes, k: usize) -> Finding {
     let channel = format!("link {}: gyro, inclinometer", k + 1);
     let (tilt, turn) = (rms(&changes.inclination[k]), rms(&changes.rate[k]));
     let degrees = |angle: f64| angle / DEGREE;
@@ -194,6 +195,13 @@ fn sign(changes: &Changes, k: usize) -> Finding {
     } else if is(DEGREE) || is(-DEGREE) {
         "the rate is in degrees a second: state unit = \"deg/s\"".to_owned()
     } else {
+        // A wrong scale is one without the robot's accelerations, too.
+        let of_angles = explained(of_angles, k, k);
+        if of_angles.is_none_or(|(_, slope)| (slope - 1.0).abs() < SCALE_ERROR) {
+            let remedy =
+                "accelerations change the inclinometer as much as the ground: drive slower";
+            return Finding::cannot_tell(SIGN, channel, figure, remedy);
+        }
         "one of them has a wrong scale: check units and ranges".to_owned()
     };
     // An inclinometer measures the accelerations of impacts.
@@ -249,8 +257,9 @@ fn delay_of(recording: &Recording, changes: &Changes, k: usize) -> Finding {
 /// A delay in milliseconds.
 pub fn in_words(delay: &Delay) -> String {
     format!(
-        "{:.1} +- {:.1} ms",
+        "{:.1} +- {:.1} ms, {:.1} % explained",
         1e3 * delay.seconds,
-        1e3 * delay.sigma.max(1e-4)
+        1e3 * delay.sigma.max(1e-4),
+        100.0 * delay.explained,
     )
 }

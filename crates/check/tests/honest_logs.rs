@@ -7,7 +7,7 @@ mod common;
 
 use common::{Failure, SOFT, readings_of, report, scene};
 use rayon::prelude::*;
-use robhaz_check::Report;
+use robhaz_check::{Report, Verdict};
 use robhaz_sim::Truth;
 use robhaz_study::TruthRun;
 use std::collections::BTreeMap;
@@ -77,6 +77,11 @@ impl Alarms {
     fn add(&mut self, what: &str, report: &Report) {
         self.logs += 1;
         self.with_alarm += usize::from(report.faults().count() > 0);
+        if std::env::var("DELAYS").is_ok() {
+            for f in report.findings.iter().filter(|f| f.test == "delay") {
+                println!("DELAY {what}: {:?} {} {}", f.verdict, f.channel, f.figure);
+            }
+        }
         for fault in report.faults() {
             println!(
                 "FALSE ALARM {what}: {} | {} | {}",
@@ -144,5 +149,106 @@ fn honest_logs_have_no_fault() -> Result<(), Failure> {
     } = alarms;
     println!("{with_alarm} of {logs} logs have a false alarm");
     assert!(200 * with_alarm <= logs, "{with_alarm} of {logs}");
+    Ok(())
+}
+
+/// The figure and verdict of a test.
+fn verdict<'a>(report: &'a Report, test: &str) -> Option<(Verdict, &'a str)> {
+    let found = report.findings.iter().find(|f| f.test == test)?;
+    Some((found.verdict, &found.figure))
+}
+
+/// At 40 to 83 Hz and at 0.5 m/s, where a sample takes several steps of the path, the distance is found right.
+#[test]
+fn the_distance_is_found_at_low_rates_and_high_speeds() -> Result<(), Failure> {
+    for (speed, strides) in [("0.2", [25, 20, 12]), ("0.5", [12, 5, 1])] {
+        let speed = format!("drive.speed={speed}");
+        let overrides = [speed.as_str(), "sensors.grade=typical"];
+        let scene = scene("smooth", &overrides)?;
+        let truth = TruthRun::of(&scene)?;
+        for stride in strides {
+            let of_log = truth.samples().step_by(stride);
+            let report = report(&scene, &readings_of(&scene, of_log, 3))?;
+            let found = verdict(&report, "distance");
+            assert!(
+                matches!(found, Some((Verdict::Ok, _))),
+                "{speed} {stride} {found:?}"
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Ideal sensors have no fault: noise and zeros that are shown as 0.000 are none, whatever the budget.
+#[test]
+fn ideal_sensors_have_no_fault() -> Result<(), Failure> {
+    let scene = scene("smooth", &["record.duration=8"])?;
+    let truth = TruthRun::of(&scene)?;
+    let report = report(&scene, &readings_of(&scene, truth.samples(), 0))?;
+    let faults: Vec<_> = report.faults().collect();
+    assert!(faults.is_empty(), "{faults:?}");
+    Ok(())
+}
+
+/// An IMU of 10 Hz that gives both readings in one message has no delay.
+#[test]
+fn a_slow_imu_has_no_delay() -> Result<(), Failure> {
+    let scene = scene("smooth", &["sensors.grade=typical"])?;
+    let truth = TruthRun::of(&scene)?;
+    let mut frames = readings_of(&scene, truth.samples().step_by(10), 0);
+    for (k, frame) in frames.iter_mut().enumerate() {
+        // Stamps that are rounded to 0.1 ms.
+        frame.time += 1e-4 * f64::from(u32::try_from(k % 3)?);
+        if k % 10 != 0 {
+            for link in [&mut frame.link1, &mut frame.link2] {
+                (link.inclination, link.rate) = (None, None);
+            }
+        }
+    }
+    let report = report(&scene, &frames)?;
+    let faults: Vec<_> = report.faults().collect();
+    assert!(faults.is_empty(), "{faults:?}");
+    Ok(())
+}
+
+/// Short logs in which a delay was found that is none: the example of docs/logs.md, and ground through points.
+#[test]
+fn short_logs_have_no_delay() -> Result<(), Failure> {
+    for (name, duration) in [("smooth", 5), ("heights", 8)] {
+        let duration = format!("record.duration={duration}");
+        let scene = scene(name, &["sensors.grade=typical", &duration])?;
+        let truth = TruthRun::of(&scene)?;
+        for seed in 0..7 {
+            let report = report(&scene, &readings_of(&scene, truth.samples(), seed))?;
+            let faults: Vec<_> = report.faults().collect();
+            assert!(faults.is_empty(), "{name} {seed} {faults:?}");
+        }
+    }
+    Ok(())
+}
+
+/// A clock that is set forward and one that is set back are named, and raise no other fault: the log is split there.
+#[test]
+fn a_clock_that_is_set_raises_one_fault() -> Result<(), Failure> {
+    let scene = scene("smooth", &["sensors.grade=typical"])?;
+    let truth = TruthRun::of(&scene)?;
+    let honest = readings_of(&scene, truth.samples(), 0);
+    for by in [-0.2, 0.2] {
+        let mut latest = f64::NEG_INFINITY;
+        let mut frames = honest.clone();
+        frames
+            .iter_mut()
+            .filter(|f| f.time > 10.0)
+            .for_each(|f| f.time += by);
+        // As when a log is read.
+        frames.retain(|f| {
+            let is_later = f.time > latest;
+            latest = latest.max(f.time);
+            is_later
+        });
+        let report = report(&scene, &frames)?;
+        let faults: Vec<_> = report.faults().map(|f| f.test).collect();
+        assert_eq!(faults, ["clock"], "{by} {:?}", verdict(&report, "delay"));
+    }
     Ok(())
 }

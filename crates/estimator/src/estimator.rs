@@ -18,6 +18,9 @@ pub struct Estimator {
     state: State,
 }
 
+/// Time that counts as passed when the wheels contradict the clock, s: a gap.
+const UNKNOWN_TIME: f64 = 2.0 * LONGEST_GAP;
+
 /// The state from frame to frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct State {
@@ -53,6 +56,19 @@ impl FilterState {
     fn forget_left_ground(&mut self) {
         if let Self::Best(filters) = self {
             filters.forget_left_ground();
+        }
+    }
+
+    fn contradicts_clock(
+        &self,
+        nominal: &Nominal,
+        inputs: &Inputs,
+        frame: &SensorFrame,
+        dt: f64,
+    ) -> bool {
+        match self {
+            Self::Paper(_) => false,
+            Self::Best(filters) => filters.contradicts_clock(nominal, inputs, frame, dt),
         }
     }
 
@@ -160,13 +176,22 @@ impl Estimator {
     /// Takes the readings of one instant and estimates the forces of that instant.
     ///
     /// The last good value stands in for a missing reading, and a flag says so. After a gap of more than 0.5 s the filters
-    /// start anew; after a step back of more than 0.5 s (a clock that was set) everything does.
+    /// start anew; after a step back of more than 0.5 s (a clock that was set) everything does. `best` also starts anew where all
+    /// wheels have turned further than they can since the last frame: the clock was set back by less.
     ///
     /// # Errors
     /// [`EstimateError`]. After [`EstimateError::Time`] the estimator is unchanged. After the other errors it has taken the
     /// readings, and continues with the next frame.
     pub fn update(&mut self, frame: &SensorFrame) -> Result<Estimate, EstimateError> {
         let (mut dt, mut flags) = self.advance_clock(frame.time)?;
+        if self
+            .state
+            .filters
+            .contradicts_clock(&self.nominal, &self.state.inputs, frame, dt)
+        {
+            // How much time has passed is not known: as after a gap.
+            dt = UNKNOWN_TIME;
+        }
         let with_angles = self.nominal.settings.needs_contact_angles();
         flags |= self.state.inputs.take(frame, dt, with_angles);
         if !self.state.complete {

@@ -55,6 +55,7 @@ pub use error::RecordError;
 pub use figures::{FigureFormat, FigureSink, PlotError, PlotKind, PlotRequest, Spacing, plot};
 pub use format::TableFormat;
 pub use judged_path::{path_files, write_path};
+pub use log_lines::{TimeLine, time_lines};
 pub use memory::MemorySink;
 pub use page::page;
 pub use parquet_table::{RecoveredTable, recover};

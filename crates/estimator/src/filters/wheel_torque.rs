@@ -185,6 +185,27 @@ impl TorqueObserver {
         Some(innovation)
     }
 
+    /// By how much an `angle` (rad) that is read `dt` (s) after the last prediction is ahead of the speed, rad, positive in the
+    /// direction of the speed, and the standard deviation of that. `None` before the observer has settled.
+    pub fn ahead(
+        &self,
+        parameters: &TorqueObserverParameters,
+        angle: f64,
+        dt: f64,
+    ) -> Option<(f64, f64)> {
+        if !(self.started && self.settled()) {
+            return None;
+        }
+        let ([x, omega, ..], p) = (self.filter.x, &self.filter.p);
+        let ahead = angle - x - omega * dt;
+        let of_states = p[ANGLE][ANGLE] + dt * (2.0 * p[ANGLE][SPEED] + dt * p[SPEED][SPEED]);
+        let variance = of_states.max(0.0) + parameters.encoder_sigma * parameters.encoder_sigma;
+        Some((
+            libm::copysign(1.0, omega) * ahead,
+            robhaz_model::sqrt(variance),
+        ))
+    }
+
     /// Spin speed relative to the link, rad/s.
     pub fn speed(&self) -> f64 {
         self.filter.x[SPEED]

@@ -6,7 +6,7 @@ use crate::quadrature::root_sum_square;
 use crate::settings::{EstimatorSettings, NoiseBudget};
 use crate::statics::Traction;
 use crate::visit::Visit;
-use robhaz_model::Robot;
+use robhaz_model::{GRAVITY, Robot};
 
 /// The observer of one wheel, with what it hands from sample to sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,6 +36,10 @@ impl Wheel {
     /// friction acts. The observed speed of a wheel at rest changes its sign at random; that must not look like a wheel
     /// that turns without friction.
     const DIRECTION_GATE: f64 = 5.0;
+    /// Standard deviations of an angle beyond which it contradicts the clock.
+    const CLOCK_GATE: f64 = 5.0;
+    /// Errors of time stamps that are no fault of the clock, s: readings that wait for a driver.
+    const JITTER: f64 = 0.01;
     /// Random walk of a motor torque while it is not read, N m/sqrt(s).
     const UNREAD_TORQUE_WALK: f64 = 5.0;
 
@@ -103,6 +107,30 @@ impl Wheel {
         self.speed = speed;
         self.friction_share = Self::share_of_friction(speed, self.observer.speed_sigma());
         innovation
+    }
+
+    /// Whether an `angle` (rad), read `dt` (s) after the last frame, is ahead of the wheel's speed by more than any torque
+    /// explains.
+    ///
+    /// The torque that is read, and a robot that is accelerated by gravity or friction, by g at most, change the speed by
+    /// an acceleration a, and the angle by a dt^2/2.
+    pub fn is_ahead(
+        &self,
+        robot: &Robot,
+        settings: &EstimatorSettings,
+        inputs: &WheelInputs,
+        angle: f64,
+        dt: f64,
+    ) -> bool {
+        let parameters = self.parameters(robot, settings, inputs);
+        let Some((ahead, sigma)) = self.observer.ahead(&parameters, angle, dt) else {
+            return false;
+        };
+        let inertia = parameters.wheel_inertia + parameters.rotor_inertia;
+        let torque = self.torque.abs() + self.observer.ground_torque().0.abs();
+        let acceleration = GRAVITY / robot.geometry.wheel_radius + torque / inertia;
+        let by_jitter = Self::JITTER * self.speed.abs();
+        ahead > Self::CLOCK_GATE * sigma + 0.5 * acceleration * dt * dt + by_jitter
     }
 
     fn parameters(

@@ -1,0 +1,180 @@
+//! Clocks that are set, and gaps: what `best` states as trusted stays within what it states.
+//!
+//! `cargo test --release -p robhaz-check --test clock_faults -- --ignored --nocapture` runs the study.
+
+mod common;
+
+use common::{Failure, SOFT, readings_of, scene};
+use rayon::prelude::*;
+use robhaz_estimator::{Estimator, Flags, SensorFrame};
+use robhaz_scene::Scene;
+use robhaz_sim::Truth;
+use robhaz_study::TruthRun;
+
+/// Time at which the clock is set, s.
+const AT: f64 = 8.0;
+
+/// Faults of the clock: by how much it is set (s, back is negative), and for how long readings are lost (s).
+const FAULTS: [(f64, f64); 10] = [
+    (-0.4, 0.0),
+    (-0.2, 0.0),
+    (-0.05, 0.0),
+    (-0.02, 0.0),
+    (0.02, 0.0),
+    (0.05, 0.0),
+    (0.2, 0.0),
+    (0.4, 0.0),
+    (1.7e9, 0.0),
+    (0.0, 0.3),
+];
+
+/// Readings with the truth, of a clock that is set: rows with times that were there are left out, as when a log is read.
+fn set<'a>(
+    frames: &[SensorFrame],
+    truth: &[&'a Truth],
+    (by, lost): (f64, f64),
+) -> Vec<(SensorFrame, &'a Truth)> {
+    let mut latest = f64::NEG_INFINITY;
+    let mut found = Vec::new();
+    for (frame, truth) in frames.iter().zip(truth) {
+        let mut frame = *frame;
+        if frame.time > AT && frame.time < AT + lost {
+            continue;
+        }
+        if frame.time > AT {
+            frame.time += by;
+        }
+        if frame.time > latest + 1e-6 {
+            latest = frame.time;
+            found.push((frame, *truth));
+        }
+    }
+    found
+}
+
+/// Samples that count, of those with an estimate.
+#[derive(Default, Debug, Clone, Copy)]
+struct Count {
+    samples: u32,
+    /// Without a flag or a contradiction.
+    trusted: u32,
+    /// Trusted, and off by more than five stated deviations.
+    off: u32,
+    /// Largest force that is stated, and that without a flag, N.
+    largest: f64,
+    largest_trusted: f64,
+    /// Most deviations by which a force beyond five times the weight is off.
+    worst: f64,
+}
+
+/// Flags that say that something is wrong.
+fn is_flagged(flags: Flags) -> bool {
+    let warnings = [
+        Flags::SENSOR_STALE,
+        Flags::SENSOR_ABSURD,
+        Flags::OUT_OF_RANGE,
+        Flags::CONTRADICTION,
+    ];
+    warnings.iter().any(|flag| flags.contains(*flag))
+}
+
+fn count(scene: &Scene, estimator: usize, log: &[(SensorFrame, &Truth)]) -> Result<Count, Failure> {
+    let settings = scene.nominal_settings(&scene.estimators[estimator])?;
+    let mut estimator = Estimator::new(&scene.nominal_robot()?, settings);
+    let mut count = Count::default();
+    for (frame, truth) in log {
+        let Ok(estimate) = estimator.update(frame) else {
+            continue;
+        };
+        if truth.time < 2.0 {
+            continue;
+        }
+        let trusted = !is_flagged(estimate.flags);
+        let mut off = 0.0_f64;
+        for i in 0..3 {
+            let Some(contact) = truth.wheels[i].equivalent_contact() else {
+                continue;
+            };
+            let n = (estimate.normal_force[i] - contact.normal_force).abs();
+            let t = (estimate.traction[i] - contact.traction).abs();
+            let sigmas = (estimate.sigma_normal(i), estimate.sigma_traction(i));
+            let (Some(sn), Some(st)) = sigmas else {
+                return Err("best states its deviations".into());
+            };
+            // Forces that are held at zero have no deviation.
+            off = off.max(n / sn.max(1e-3)).max(t / st.max(1e-3));
+            let force = estimate.normal_force[i].max(estimate.traction[i].abs());
+            count.largest = count.largest.max(force);
+            if trusted {
+                count.largest_trusted = count.largest_trusted.max(force);
+            }
+            if force > 700.0 {
+                count.worst = count.worst.max((n / sn).max(t / st));
+            }
+        }
+        count.samples += 1;
+        count.trusted += u32::from(trusted);
+        count.off += u32::from(trusted && off > 5.0);
+    }
+    Ok(count)
+}
+
+/// The counts of a scene's logs, with and without given contact angles.
+fn counts(
+    name: &str,
+    overrides: &[&str],
+    strides: &[usize],
+    seeds: u64,
+) -> Result<Vec<(String, Count)>, Failure> {
+    let scene = scene(name, overrides)?;
+    let truth = TruthRun::of(&scene)?;
+    let mut cases = Vec::new();
+    for stride in strides {
+        for seed in 0..seeds {
+            for fault in [(0.0, 0.0)].iter().chain(&FAULTS) {
+                cases.push((*stride, seed, *fault));
+            }
+        }
+    }
+    let found: Vec<Vec<(String, Count)>> = cases
+        .par_iter()
+        .map(|(stride, seed, fault)| {
+            let truth: Vec<&Truth> = truth.samples().step_by(*stride).collect();
+            let frames = readings_of(&scene, truth.iter().copied(), *seed);
+            let log = set(&frames, &truth, *fault);
+            let rate = 1000 / stride;
+            let mut found = Vec::new();
+            for estimator in 0..2 {
+                let what =
+                    format!("{name} {overrides:?} {rate} Hz seed {seed} {fault:?} {estimator}");
+                found.push((what, count(&scene, estimator, &log)?));
+            }
+            Ok(found)
+        })
+        .collect::<Result<_, Failure>>()?;
+    Ok(found.into_iter().flatten().collect())
+}
+
+/// Of each log at most 1 % of the samples are trusted although they are off by more than five stated deviations.
+#[test]
+#[ignore = "some minutes of two cores"]
+fn nothing_wrong_is_trusted() -> Result<(), Failure> {
+    let mut wrong = 0;
+    let mut all = 0;
+    for name in ["smooth", "sine", "rough", "course", "flat"] {
+        for drive in [&[] as &[&str], &SOFT] {
+            let fixed = ["sensors.grade=typical", "record.duration=16"];
+            for (what, count) in counts(name, &[drive, &fixed].concat(), &[1, 10, 100], 2)? {
+                let share = f64::from(count.off) / f64::from(count.samples.max(1));
+                all += 1;
+                if share > 0.01 || count.largest_trusted > 700.0 || count.worst > 5.0 {
+                    wrong += 1;
+                    println!("WRONG {what} {:.2} % {count:?}", 100.0 * share);
+                }
+            }
+        }
+    }
+    println!("{wrong} of {all}");
+    assert_eq!(wrong, 0);
+    Ok(())
+}
