@@ -8,6 +8,8 @@ const TEST: &str = "agreement of all";
 const CHANNEL: &str = "all";
 /// Share of the frames with a reading beyond what the robot can do, or without an estimate, that is a fault.
 const OFTEN: f64 = 0.01;
+/// Number of such frames that is no fault in a short log, either.
+const FEW: u32 = 3;
 
 /// The finding. `resolved`: whether the readings follow each other closely enough for the filters.
 pub fn finding(
@@ -41,7 +43,7 @@ pub fn finding(
     }
     #[expect(clippy::cast_precision_loss, reason = "numbers of frames")]
     let share = |count: u32| f64::from(count) / frames.len() as f64;
-    if share(absurd) > OFTEN {
+    if share(absurd) > OFTEN && absurd > FEW {
         let figure = format!(
             "{:.1} % of the frames have a reading beyond what the robot can do",
             100.0 * share(absurd)
@@ -55,13 +57,13 @@ pub fn finding(
             names.join(", ")
         );
         if !resolved {
-            let remedy = "record at a higher rate, best at 1 kHz: the filters need wheels that turn by less than 0.04 rad, and less than 20 ms, between readings";
+            let remedy = "record at a higher rate, best at 1 kHz: the filters need wheels that turn by less than 0.02 rad, and less than 20 ms, between readings";
             return Finding::cannot_tell(TEST, CHANNEL, figure, remedy);
         }
         let remedy = "see the faults above and correct them first; without any, check drawings, masses and noise budget";
         return Finding::fault(TEST, CHANNEL, figure, remedy);
     }
-    if share(refused) > OFTEN {
+    if share(refused) > OFTEN && refused > FEW {
         let figure = format!(
             "{:.1} % of the frames have no estimate",
             100.0 * share(refused)

@@ -13,11 +13,14 @@ pub struct Allowed {
     pub late: f64,
 }
 
-/// Standard deviations beyond what is allowed.
-const GATE: f64 = 3.0;
-/// Least square of the improvement of the fit over the best allowed delay, in standard deviations: five of them. The
-/// deviation of a delay holds near it only; the fit tells whether it is much better than without.
-const IMPROVEMENT: f64 = 25.0;
+/// Standard deviations beyond what is allowed. They are large: residuals count as correlated over half a second.
+const GATE: f64 = 2.0;
+/// Least improvement of the fit over the best allowed delay: the square of two standard deviations. The deviation of a delay
+/// holds near it only; the fit tells whether it is much better than without.
+const IMPROVEMENT: f64 = 4.0;
+/// Share that a delayed signal explains. With less, other errors than a delay make the difference, such as accelerations of
+/// the robot.
+const EXPLAINED: f64 = 0.95;
 
 impl Allowed {
     /// With half the period of the slower channel (s): its readings show no shorter delay.
@@ -32,12 +35,10 @@ impl Allowed {
     /// neither a fault nor allowed cannot be told.
     pub fn judge(&self, delay: &Delay) -> Verdict {
         let beyond = (delay.seconds - self.late).max(-self.early - delay.seconds);
-        if beyond > 0.0 {
-            eprintln!("DBG {:.1} {:.1} {:.4} {:.2} {:.1} {:.1}", 1e3*delay.seconds, 1e3*delay.sigma, delay.explained, delay.improvement, 1e3*self.early, 1e3*self.late);
-        }
+        let is_certain = delay.improvement > IMPROVEMENT && delay.explained > EXPLAINED;
         if beyond <= 0.0 {
             Verdict::Ok
-        } else if beyond > GATE * delay.sigma && delay.improvement > IMPROVEMENT {
+        } else if is_certain && beyond > GATE * delay.sigma {
             Verdict::Fault
         } else {
             Verdict::CannotTell
@@ -137,22 +138,27 @@ mod tests {
             early: 0.005,
             late: 0.025,
         };
-        let judge = |seconds: f64, sigma: f64, improvement: f64| {
+        let judge_at = |seconds: f64, sigma: f64, improvement: f64, explained: f64| {
             let delay = Delay {
                 seconds,
                 sigma,
                 improvement,
-                explained: 0.9,
+                explained,
             };
             allowed.judge(&delay)
+        };
+        let judge = |seconds: f64, sigma: f64, improvement: f64| {
+            judge_at(seconds, sigma, improvement, 0.99)
         };
         assert_eq!(judge(0.024, 0.001, 0.0), Verdict::Ok);
         assert_eq!(judge(0.05, 0.002, 100.0), Verdict::Fault);
         assert_eq!(judge(-0.02, 0.002, 100.0), Verdict::Fault);
         // -21.9 +- 4.8 ms was "ok"; 67.8 +- 12.9 ms a fault that did not improve the fit.
         assert_eq!(judge(-0.0219, 0.0048, 0.0), Verdict::CannotTell);
-        assert_eq!(judge(0.0678, 0.0129, 10.0), Verdict::CannotTell);
+        assert_eq!(judge(0.0678, 0.0129, 1.5), Verdict::CannotTell);
         assert_eq!(judge(0.05, 0.02, 100.0), Verdict::CannotTell);
+        // Accelerations of the robot look like a delay, but explain less.
+        assert_eq!(judge_at(0.0531, 0.0039, 33.0, 0.81), Verdict::CannotTell);
     }
 
     /// Closed form: a delay of 7.4 steps is found to a hundredth of a step.

@@ -113,9 +113,9 @@ const LARGEST_TURN: f64 = 0.25;
 /// Longest step with which the filters of the estimators hold, s: 50 Hz. The torque of the ground must change smoothly from
 /// reading to reading.
 const LONGEST_STEP: f64 = 0.0205;
-/// Largest turn between readings with which they hold, rad: 0.2 m/s at 50 Hz, 1 m/s at 250 Hz. With more their contact
+/// Largest turn between readings with which they hold, rad: 0.2 m/s at 100 Hz, 1 m/s at 500 Hz. With more their contact
 /// angles may oscillate on level ground.
-const LARGEST_TURN_OF_FILTERS: f64 = 0.045;
+const LARGEST_TURN_OF_FILTERS: f64 = 0.021;
 
 /// The turn of the middle wheel between readings of the slowest channel, rad; 0 at rest.
 fn turn(recording: &Recording, motion: &Motion, robot: &Robot) -> f64 {

@@ -195,11 +195,15 @@ fn sign(changes: &Changes, of_angles: &Changes, k: usize) -> Finding {
     } else if is(DEGREE) || is(-DEGREE) {
         "the rate is in degrees a second: state unit = \"deg/s\"".to_owned()
     } else {
-        // A wrong scale is one without the robot's accelerations, too.
-        let of_angles = explained(of_angles, k, k);
-        if of_angles.is_none_or(|(_, slope)| (slope - 1.0).abs() < SCALE_ERROR) {
-            let remedy =
-                "accelerations change the inclinometer as much as the ground: drive slower";
+        // The robot's accelerations change the inclinometer, too.
+        let felt = zip(
+            &changes.inclination[k],
+            &of_angles.inclination[k],
+            |a, b| a - b,
+        );
+        let share_of_felt = rms(&felt) / rms(&of_angles.inclination[k]);
+        if (slope - 1.0).abs() < SCALE_ERROR + share_of_felt {
+            let remedy = "accelerations change the inclinometer, too: drive slower";
             return Finding::cannot_tell(SIGN, channel, figure, remedy);
         }
         "one of them has a wrong scale: check units and ranges".to_owned()

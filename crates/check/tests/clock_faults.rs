@@ -10,6 +10,7 @@ use robhaz_estimator::{Estimator, Flags, SensorFrame};
 use robhaz_scene::Scene;
 use robhaz_sim::Truth;
 use robhaz_study::TruthRun;
+use std::collections::BTreeMap;
 
 /// Time at which the clock is set, s.
 const AT: f64 = 8.0;
@@ -108,7 +109,7 @@ fn count(scene: &Scene, estimator: usize, log: &[(SensorFrame, &Truth)]) -> Resu
             if trusted {
                 count.largest_trusted = count.largest_trusted.max(force);
             }
-            if force > 700.0 {
+            if force > LARGEST {
                 count.worst = count.worst.max((n / sn).max(t / st));
             }
         }
@@ -125,13 +126,14 @@ fn counts(
     overrides: &[&str],
     strides: &[usize],
     seeds: u64,
+    faults: &[(f64, f64)],
 ) -> Result<Vec<(String, Count)>, Failure> {
     let scene = scene(name, overrides)?;
     let truth = TruthRun::of(&scene)?;
     let mut cases = Vec::new();
     for stride in strides {
         for seed in 0..seeds {
-            for fault in [(0.0, 0.0)].iter().chain(&FAULTS) {
+            for fault in faults {
                 cases.push((*stride, seed, *fault));
             }
         }
@@ -155,26 +157,84 @@ fn counts(
     Ok(found.into_iter().flatten().collect())
 }
 
-/// Of each log at most 1 % of the samples are trusted although they are off by more than five stated deviations.
+/// A sum over logs, and their number.
+#[derive(Default)]
+struct Sum {
+    logs: u32,
+    /// With more than 1 % of the samples trusted and off.
+    bad_logs: u32,
+    samples: u32,
+    off: u32,
+    largest_trusted: f64,
+    worst: f64,
+}
+
+impl Sum {
+    fn add(&mut self, what: &str, count: &Count) {
+        let share = f64::from(count.off) / f64::from(count.samples.max(1));
+        let is_bad = share > 0.01 || count.largest_trusted > LARGEST || count.worst > 5.0;
+        if is_bad {
+            println!("{what}: {:.2} % {count:?}", 100.0 * share);
+        }
+        self.logs += 1;
+        self.bad_logs += u32::from(is_bad);
+        self.samples += count.samples;
+        self.off += count.off;
+        self.largest_trusted = self.largest_trusted.max(count.largest_trusted);
+        self.worst = self.worst.max(count.worst);
+    }
+
+    /// At most 1 % of the samples are trusted although they are off by more than five stated deviations; no force beyond
+    /// five times the weight is trusted, nor off by more than five deviations.
+    fn holds(&self) -> bool {
+        100 * self.off <= self.samples && self.largest_trusted < LARGEST && self.worst < 5.0
+    }
+}
+
+/// Five times the weight, N.
+const LARGEST: f64 = 687.0;
+
+/// A clock that is set back by up to 0.4 s, at 1 kHz and at 100 Hz: the study below in small.
+#[test]
+fn a_clock_that_is_set_back_is_survived() -> Result<(), Failure> {
+    let set = [
+        SOFT[0],
+        SOFT[1],
+        "sensors.grade=typical",
+        "record.duration=12",
+    ];
+    for (what, count) in counts("sine", &set, &[1, 10], 1, &FAULTS[..3])? {
+        let mut sum = Sum::default();
+        sum.add(&what, &count);
+        assert!(sum.holds(), "{what} {count:?}");
+    }
+    Ok(())
+}
+
+/// Of the logs of each fault of the clock at most 1 % of the samples are trusted although they are off by more than five stated
+/// deviations, and no force beyond five times the weight is: five grounds, both drives, 1 kHz and 100 Hz, with contact
+/// angles and without, 800 logs.
 #[test]
 #[ignore = "some minutes of two cores"]
 fn nothing_wrong_is_trusted() -> Result<(), Failure> {
-    let mut wrong = 0;
-    let mut all = 0;
+    let mut sums: BTreeMap<String, Sum> = BTreeMap::new();
     for name in ["smooth", "sine", "rough", "course", "flat"] {
         for drive in [&[] as &[&str], &SOFT] {
             let fixed = ["sensors.grade=typical", "record.duration=16"];
-            for (what, count) in counts(name, &[drive, &fixed].concat(), &[1, 10, 100], 2)? {
-                let share = f64::from(count.off) / f64::from(count.samples.max(1));
-                all += 1;
-                if share > 0.01 || count.largest_trusted > 700.0 || count.worst > 5.0 {
-                    wrong += 1;
-                    println!("WRONG {what} {:.2} % {count:?}", 100.0 * share);
+            let overrides = [drive, &fixed].concat();
+            for fault in FAULTS {
+                let sum = sums.entry(format!("{fault:?}")).or_default();
+                for (what, count) in counts(name, &overrides, &[1, 10], 2, &[fault])? {
+                    sum.add(&what, &count);
                 }
             }
         }
     }
-    println!("{wrong} of {all}");
-    assert_eq!(wrong, 0);
+    for (fault, sum) in &sums {
+        let share = 100.0 * f64::from(sum.off) / f64::from(sum.samples);
+        let Sum { logs, bad_logs, .. } = sum;
+        println!("{fault}: {share:.3} % of the samples, {bad_logs} of {logs} logs beyond 1 %");
+    }
+    assert!(sums.values().all(Sum::holds));
     Ok(())
 }

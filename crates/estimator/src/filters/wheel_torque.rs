@@ -185,9 +185,9 @@ impl TorqueObserver {
         Some(innovation)
     }
 
-    /// By how much an `angle` (rad) that is read `dt` (s) after the last prediction is ahead of the speed, rad, positive in the
-    /// direction of the speed, and the standard deviation of that. `None` before the observer has settled.
-    pub fn ahead(
+    /// Turn of the wheel (rad) from the last prediction to an `angle` that is read `dt` (s) later, and the standard deviation of
+    /// its prediction. `None` before the observer has settled.
+    pub fn turn(
         &self,
         parameters: &TorqueObserverParameters,
         angle: f64,
@@ -196,14 +196,10 @@ impl TorqueObserver {
         if !(self.started && self.settled()) {
             return None;
         }
-        let ([x, omega, ..], p) = (self.filter.x, &self.filter.p);
-        let ahead = angle - x - omega * dt;
+        let p = &self.filter.p;
         let of_states = p[ANGLE][ANGLE] + dt * (2.0 * p[ANGLE][SPEED] + dt * p[SPEED][SPEED]);
         let variance = of_states.max(0.0) + parameters.encoder_sigma * parameters.encoder_sigma;
-        Some((
-            libm::copysign(1.0, omega) * ahead,
-            robhaz_model::sqrt(variance),
-        ))
+        Some((angle - self.filter.x[ANGLE], robhaz_model::sqrt(variance)))
     }
 
     /// Spin speed relative to the link, rad/s.

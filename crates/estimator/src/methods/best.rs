@@ -118,22 +118,27 @@ impl BestFilters {
         self.motion.forget_velocity();
     }
 
-    /// Whether all wheels have turned further in `dt` (s) than they can: then more time has passed, because the clock was set
-    /// back. A robot that stops cannot be told from a clock that was set forward.
-    pub fn contradicts_clock(
+    /// Time since the last frame by the wheels, s, if all of them have turned further than they can in the `dt` (s) of the time
+    /// stamps: the clock was set back. A robot that stops cannot be told from a clock that was set forward.
+    pub fn time_of_wheels(
         &self,
         nominal: &Nominal,
         inputs: &Inputs,
         frame: &SensorFrame,
         dt: f64,
-    ) -> bool {
-        let ahead = |(i, wheel): (usize, &Wheel)| {
-            frame.wheel_angle[i].is_some_and(|angle| {
-                let inputs = inputs.wheel(i);
-                wheel.is_ahead(&nominal.robot, &nominal.settings, &inputs, angle, dt)
-            })
-        };
-        dt > 0.0 && self.wheels.iter().enumerate().all(ahead)
+    ) -> Option<f64> {
+        if !(dt > 0.0) {
+            return None;
+        }
+        let (mut turned, mut speed) = (0.0, 0.0);
+        let (robot, settings) = (&nominal.robot, &nominal.settings);
+        for i in 0..3 {
+            let (wheel, angle) = (&self.wheels[i], frame.wheel_angle[i]?);
+            turned += wheel.turned_too_far(robot, settings, &inputs.wheel(i), angle, dt)?;
+            speed += wheel.settled_speed()?.abs();
+        }
+        // Infinite at rest.
+        Some(turned / speed)
     }
 
     /// The memory of the ground.

@@ -109,28 +109,27 @@ impl Wheel {
         innovation
     }
 
-    /// Whether an `angle` (rad), read `dt` (s) after the last frame, is ahead of the wheel's speed by more than any torque
-    /// explains.
+    /// Turn of the wheel (rad, in the direction of its speed) up to an `angle` (rad) that is read `dt` (s) after the last frame,
+    /// if it is more than any torque explains.
     ///
-    /// The torque that is read, and a robot that is accelerated by gravity or friction, by g at most, change the speed by
-    /// an acceleration a, and the angle by a dt^2/2.
-    pub fn is_ahead(
+    /// The torque that is read, and a robot that rolls down a slope of 30 degrees, by half of g, change the speed by an
+    /// acceleration a, and the angle by a dt^2/2.
+    pub fn turned_too_far(
         &self,
         robot: &Robot,
         settings: &EstimatorSettings,
         inputs: &WheelInputs,
         angle: f64,
         dt: f64,
-    ) -> bool {
+    ) -> Option<f64> {
         let parameters = self.parameters(robot, settings, inputs);
-        let Some((ahead, sigma)) = self.observer.ahead(&parameters, angle, dt) else {
-            return false;
-        };
+        let (turn, sigma) = self.observer.turn(&parameters, angle, dt)?;
+        let turn = libm::copysign(1.0, self.speed) * turn;
         let inertia = parameters.wheel_inertia + parameters.rotor_inertia;
-        let torque = self.torque.abs() + self.observer.ground_torque().0.abs();
-        let acceleration = GRAVITY / robot.geometry.wheel_radius + torque / inertia;
-        let by_jitter = Self::JITTER * self.speed.abs();
-        ahead > Self::CLOCK_GATE * sigma + 0.5 * acceleration * dt * dt + by_jitter
+        let acceleration =
+            0.5 * GRAVITY / robot.geometry.wheel_radius + self.torque.abs() / inertia;
+        let explained = self.speed.abs() * (dt + Self::JITTER) + 0.5 * acceleration * dt * dt;
+        (turn > explained + Self::CLOCK_GATE * sigma).then_some(turn)
     }
 
     fn parameters(
