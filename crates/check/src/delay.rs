@@ -21,6 +21,8 @@ const IMPROVEMENT: f64 = 4.0;
 /// Share that a delayed signal explains. With less, other errors than a delay make the difference, such as accelerations of
 /// the robot.
 const EXPLAINED: f64 = 0.95;
+/// Least number of independent residuals: with fewer the deviation itself is known to a sixth only, 1/sqrt(2 n).
+const LEAST_INDEPENDENT: f64 = 20.0;
 
 impl Allowed {
     /// With half the period of the slower channel (s): its readings show no shorter delay.
@@ -35,7 +37,9 @@ impl Allowed {
     /// neither a fault nor allowed cannot be told.
     pub fn judge(&self, delay: &Delay) -> Verdict {
         let beyond = (delay.seconds - self.late).max(-self.early - delay.seconds);
-        let is_certain = delay.improvement > IMPROVEMENT && delay.explained > EXPLAINED;
+        let is_certain = delay.improvement > IMPROVEMENT
+            && delay.explained > EXPLAINED
+            && delay.independent >= LEAST_INDEPENDENT;
         if beyond <= 0.0 {
             Verdict::Ok
         } else if is_certain && beyond > GATE * delay.sigma {
@@ -58,6 +62,8 @@ pub struct Delay {
     /// How much better than at the best of the allowed delays: difference of the residuals' sums of squares over their
     /// variance, chi-square with one degree of freedom if there is no delay.
     pub improvement: f64,
+    /// Number of independent residuals.
+    pub independent: f64,
 }
 
 /// The delay, within `longest` steps of `dt` (s), at which the regressors explain `y` best; between steps by a parabola.
@@ -115,6 +121,7 @@ pub fn delay<const K: usize>(
         seconds: (lag as f64 + shift) * dt,
         sigma: (2.0 * cost(&here) / (curvature * independent)).sqrt() * dt,
         explained: here.explained,
+        independent,
         improvement: (independent * (least / cost(&here) - 1.0)).max(0.0),
     })
 }
@@ -143,6 +150,7 @@ mod tests {
                 seconds,
                 sigma,
                 improvement,
+                independent: 40.0,
                 explained,
             };
             allowed.judge(&delay)
