@@ -11,6 +11,7 @@ mod architecture;
 mod breaking_off;
 mod check_command;
 mod clearance;
+mod clock_of_logs;
 mod closed_form;
 mod command;
 mod conservation;

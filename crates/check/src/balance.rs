@@ -131,7 +131,7 @@ fn slopes(course: &Course<'_>, samples: usize) -> Vec<f64> {
     let mut all = vec![f64::NAN; samples];
     for (k, range) in course.samples.windows(2).enumerate() {
         let mean = (sine(k) + sine(k + ahead) + sine(k + 2 * ahead)) / 3.0;
-        all[range[0]..range[1]].fill(mean);
+        all[range[0].0..range[1].0].fill(mean);
     }
     all
 }

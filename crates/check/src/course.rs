@@ -7,6 +7,8 @@ use robhaz_model::{Robot, Vec2};
 
 /// Step of the path, m.
 pub const STEP: f64 = 0.002;
+/// Largest number of steps of a path: 1 km. What follows shows nothing new.
+const MOST_STEPS: usize = 500_000;
 /// Relative difference of the two distances between the axles up to which they count as equal.
 const EQUAL_SPACING: f64 = 0.02;
 
@@ -29,8 +31,8 @@ pub type Links = [(usize, f64); 2];
 /// The inclinations of a log along the path of the robot.
 pub struct Course<'a> {
     robot: &'a Robot,
-    /// Index of the sample at each step of the path.
-    pub samples: Vec<usize>,
+    /// The sample at each step of the path, with the fraction from there to the next one.
+    pub samples: Vec<(usize, f64)>,
     /// Inclination of links 1 and 2 at each step, rad.
     tilt: [Vec<f64>; 2],
 }
@@ -81,31 +83,46 @@ impl<'a> Course<'a> {
     }
 }
 
-/// Index of the sample at each step of the path.
+/// The sample at each step of the path, and the fraction from there to the next one: at a low rate or a high speed a
+/// sample takes several steps.
 #[expect(clippy::cast_precision_loss, reason = "steps of a path")]
-fn samples(motion: &Motion, robot: &Robot) -> Vec<usize> {
+fn samples(motion: &Motion, robot: &Robot) -> Vec<(usize, f64)> {
     let radius = robot.geometry.wheel_radius;
     let spin = motion.while_driving(robot, &motion.middle_spin);
     // Most of the way decides the direction.
     let net: f64 = spin.iter().filter(|s| s.is_finite()).sum();
     let direction = if net < 0.0 { -1.0 } else { 1.0 };
-    let (mut samples, mut distance) = (Vec::new(), 0.0);
+    let (mut samples, mut distance) = (vec![(0, 0.0)], 0.0);
     for (k, (spin, slope)) in spin.iter().zip(&motion.slope).enumerate() {
         let advance = direction * radius * spin * slope.cos() * motion.step;
-        if advance.is_finite() {
-            distance += advance;
+        if !advance.is_finite() {
+            continue;
         }
-        if distance >= STEP * samples.len() as f64 {
-            samples.push(k);
+        loop {
+            let missing = STEP * samples.len() as f64 - distance;
+            if missing >= advance || samples.len() >= MOST_STEPS {
+                break;
+            }
+            samples.push((k, missing / advance));
         }
+        distance += advance;
     }
     samples
 }
 
-/// Means of a signal over the steps of the path.
-pub fn mean_along(samples: &[usize], x: &[f64]) -> Vec<f64> {
+/// Values of a signal along the path: means over the samples of a step, and between samples on a straight line.
+pub fn mean_along(samples: &[(usize, f64)], x: &[f64]) -> Vec<f64> {
+    let at = |(k, part): (usize, f64)| {
+        let here = x.get(k).copied().unwrap_or(f64::NAN);
+        let next = x.get(k + 1).copied().unwrap_or(here);
+        here + (next - here) * part
+    };
     let means = samples.windows(2).map(|w| {
-        let finite = || x[w[0]..w[1].max(w[0] + 1)].iter().filter(|v| v.is_finite());
+        let (from, to) = (w[0].0, w[1].0);
+        if to <= from + 1 {
+            return 0.5 * (at(w[0]) + at(w[1]));
+        }
+        let finite = || x[from..to].iter().filter(|v| v.is_finite());
         let count = u32::try_from(finite().count()).unwrap_or(u32::MAX);
         finite().sum::<f64>() / f64::from(count)
     });

@@ -10,11 +10,12 @@
 //! with the same a and b, not both positive, for all wheels, whatever the common set speed is. The pairing of torques and
 //! encoders, and the signs, that this explains best are the true ones.
 
-use crate::fit::{delay, fit};
+use crate::delay::{Allowed, delay};
+use crate::fit::fit;
 use crate::links::in_words;
 use crate::motion::Motion;
 use crate::recording::Recording;
-use crate::report::Finding;
+use crate::report::{Finding, Verdict};
 use crate::signal::{high_pass, rms, smooth, zip};
 
 /// Time over which torques are averaged, s: as spin speeds.
@@ -171,16 +172,29 @@ fn late(recording: &Recording, differences: &Differences) -> Finding {
         angle,
         speed,
     } = differences;
-    let found = delay(torque, &[angle, speed], longest, memory, recording.dt);
+    let allowed = Allowed {
+        early: CONTROL_DELAY,
+        late: CONTROL_DELAY,
+    };
+    let allowed = allowed.at_period(recording.slowest);
+    let found = delay(
+        torque,
+        &[angle, speed],
+        longest,
+        memory,
+        recording.dt,
+        allowed,
+    );
     let channel = LATE;
+    let remedy = "drive under speed control over an obstacle, so that the wheels' torques differ";
     let Some(found) = found.filter(|d| d.explained > EXPLAINED) else {
-        let remedy =
-            "drive under speed control over an obstacle, so that the wheels' torques differ";
         return Finding::cannot_tell(DELAY, channel, "torques do not follow the encoders", remedy);
     };
-    let (figure, margin) = (in_words(&found), 3.0 * found.sigma);
-    if found.seconds.abs() < CONTROL_DELAY + margin {
-        return Finding::ok(DELAY, channel, figure);
+    let figure = in_words(&found);
+    match allowed.judge(&found) {
+        Verdict::Ok => return Finding::ok(DELAY, channel, figure),
+        Verdict::CannotTell => return Finding::cannot_tell(DELAY, channel, figure, remedy),
+        Verdict::Fault => {}
     }
     let (what, offset) = if found.seconds > 0.0 {
         ("the torques'", -found.seconds)

@@ -1,6 +1,6 @@
 //! Least squares with few coefficients, and delays between signals.
 
-use crate::signal::{delayed, median};
+use crate::signal::median;
 use nalgebra::{SMatrix, SVector};
 
 /// Coefficients of a least-squares fit.
@@ -73,65 +73,6 @@ fn residuals<const K: usize>(y: &[f64], x: &[&[f64]; K], fit: &Fit<K>) -> Vec<f6
         .collect()
 }
 
-/// A delay between two signals.
-#[derive(Clone, Copy, Debug)]
-pub struct Delay {
-    /// By how much `y` is later than its regressors, s.
-    pub seconds: f64,
-    /// Standard deviation, s.
-    pub sigma: f64,
-    /// Share of the mean square of `y` that the fit at this delay explains.
-    pub explained: f64,
-}
-
-/// The delay, within `longest` steps of `dt` (s), at which the regressors explain `y` best; between steps by a parabola.
-/// `memory` is the number of samples over which residuals are correlated. `None` where the best is at an end.
-#[expect(
-    clippy::cast_precision_loss,
-    clippy::cast_possible_wrap,
-    reason = "the number of samples of a log"
-)]
-pub fn delay<const K: usize>(
-    y: &[f64],
-    x: &[&[f64]; K],
-    longest: usize,
-    memory: usize,
-    dt: f64,
-) -> Option<Delay> {
-    let left = |lag: isize| {
-        let late = x.map(|x| delayed(x, lag));
-        let refs: [&[f64]; K] = core::array::from_fn(|k| late[k].as_slice());
-        fit(y, &refs)
-    };
-    let longest = longest as isize;
-    // Coarse first: the explained share is smooth over the width of the filters.
-    let coarse = (longest / 25).max(1);
-    let best = |lags: &mut dyn Iterator<Item = isize>| {
-        let explained = |lag: isize| left(lag).map_or(f64::NEG_INFINITY, |f| f.explained);
-        lags.map(|lag| (lag, explained(lag)))
-            .max_by(|a, b| a.1.total_cmp(&b.1))
-            .map(|(lag, _)| lag)
-    };
-    let near = best(&mut (-25..=25).map(|k| k * coarse))?;
-    let lag = best(&mut (near - coarse..=near + coarse))?;
-    if lag.abs() >= longest {
-        return None;
-    }
-    let (before, here, after) = (left(lag - 1)?, left(lag)?, left(lag + 1)?);
-    let cost = |f: &Fit<K>| 1.0 - f.explained;
-    let curvature = cost(&before) - 2.0 * cost(&here) + cost(&after);
-    if curvature <= 0.0 {
-        return None;
-    }
-    let shift = 0.5 * (cost(&before) - cost(&after)) / curvature;
-    let independent = here.count as f64 / memory as f64;
-    Some(Delay {
-        seconds: (lag as f64 + shift) * dt,
-        sigma: (2.0 * cost(&here) / (curvature * independent)).sqrt() * dt,
-        explained: here.explained,
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -159,16 +100,6 @@ mod tests {
         }
         let found = robust_fit(&y, &[&a, &b]).ok_or("fit")?;
         assert!((found.coefficients[0] - 3.0).abs() < 1e-3 && found.count == 499);
-        Ok(())
-    }
-
-    /// Closed form: a delay of 7.4 steps is found to a hundredth of a step.
-    #[test]
-    fn a_delay_between_steps_is_found() -> Result<(), &'static str> {
-        let (x, y) = (wave(2000, 0.0), wave(2000, 7.4));
-        let found = delay(&y, &[&x], 50, 1, 1e-3).ok_or("delay")?;
-        assert!((found.seconds - 7.4e-3).abs() < 1e-5, "{found:?}");
-        assert!(delay(&wave(2000, 80.0), &[&x], 50, 1, 1e-3).is_none_or(|d| d.explained < 0.9));
         Ok(())
     }
 }

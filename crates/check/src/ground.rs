@@ -11,9 +11,8 @@
 //! where lambda is the distance of the axles. The lambda that fits best, over the true one, is the scale of the encoders.
 
 use crate::course::{Course, Links, STEP};
-use crate::fit::fit;
 use crate::report::Finding;
-use crate::signal::rms;
+use crate::signal::{rms, zip};
 use robhaz_model::Robot;
 
 /// Least RMS of the differences of height, m, that shows something: 2 mm.
@@ -57,9 +56,14 @@ pub fn scale_of(course: &Course<'_>) -> f64 {
     own.map_or(1.0, |p| p.scale)
 }
 
-/// All findings. `course` is `None` for a robot whose axles have different distances.
-pub fn findings(course: Option<&Course<'_>>, robot: &Robot) -> Vec<Finding> {
-    let Some(course) = course else {
+/// All findings: signs from the inclinometers alone, distance from angles that gyroscopes and inclinometers give together,
+/// which accelerations of the robot do not disturb. `None` for a robot whose axles have different distances.
+pub fn findings(
+    course: Option<&Course<'_>>,
+    fused: Option<&Course<'_>>,
+    robot: &Robot,
+) -> Vec<Finding> {
+    let (Some(course), Some(fused)) = (course, fused) else {
         let [front, middle, rear] = robot.geometry.axles.map(|axle| axle.x);
         let (front, rear) = (front - middle, middle - rear);
         let remedy = "none: this test needs equal distances between the axles";
@@ -67,7 +71,7 @@ pub fn findings(course: Option<&Course<'_>>, robot: &Robot) -> Vec<Finding> {
         return vec![Finding::cannot_tell(SIGNS, "inclinometers", figure, remedy)];
     };
     let passings = WIRINGS.map(|(links, _)| passing(course, &links));
-    vec![signs(&passings), scale(passings[0])]
+    vec![signs(&passings), scale(passing(fused, &WIRINGS[0].0))]
 }
 
 fn signs(passings: &[Option<Passing>; 4]) -> Finding {
@@ -81,7 +85,7 @@ fn signs(passings: &[Option<Passing>; 4]) -> Finding {
         "the curve of the front wheels explains {:.0} % of that of the rear ones",
         100.0 * own
     );
-    if most > EXPLAINED && most > own + BETTER {
+    if most > CERTAIN && most > own + BETTER {
         let figure = format!("{figure}, otherwise wired {:.0} %", 100.0 * most);
         Finding::fault(SIGNS, channel, figure, WIRINGS[best].1)
     } else if own > EXPLAINED {
@@ -129,22 +133,33 @@ fn passing(course: &Course<'_>, links: &Links) -> Option<Passing> {
     let [front, rear] = course.heights(links);
     let (count, spacing) = (course.len(), course.spacing());
     let at = |scale: f64| (scale * spacing / STEP) as usize;
-    let constant = vec![1.0; count];
     let explained = |shift: usize| {
         let n = count.checked_sub(shift).filter(|n| *n > at(1.0) / 2)?;
         let (y, x) = (&rear[shift..], &front[..n]);
-        let mean = fit(y, &[&constant[..n]])?.coefficients[0];
-        let y: Vec<f64> = y.iter().map(|y| y - mean).collect();
-        let found = fit(&y, &[x, &constant[..n]])?;
-        let varies = rms(&y) > LEAST_HEIGHT;
-        (varies && found.coefficients[0] > 0.0).then_some(found.explained)
+        let y = zip(y, x, |y, x| if x.is_finite() { y } else { f64::NAN });
+        // The same heights, but for a constant: the start may be on a slope, zeros may be wrong.
+        let left = deviation(&zip(&y, x, |y, x| y - x));
+        let size = deviation(&y);
+        (size > LEAST_HEIGHT).then_some(1.0 - (left / size).powi(2))
     };
-    let shifts = at(*SCALES.start())..=at(*SCALES.end());
-    let best = shifts
+    let (first, last) = (at(*SCALES.start()), at(*SCALES.end()));
+    let best = (first..=last)
         .filter_map(|shift| Some((shift, explained(shift)?)))
         .max_by(|a, b| a.1.total_cmp(&b.1))?;
+    // At an end of the range there is no maximum.
+    if best.0 == first || best.0 == last {
+        return None;
+    }
     Some(Passing {
         explained: best.1,
         scale: best.0 as f64 * STEP / spacing,
     })
+}
+
+/// Root of the mean square of the deviations from the mean.
+fn deviation(x: &[f64]) -> f64 {
+    let finite = || x.iter().filter(|v| v.is_finite());
+    let count = u32::try_from(finite().count().max(1)).unwrap_or(u32::MAX);
+    let mean = finite().sum::<f64>() / f64::from(count);
+    rms(&x.iter().map(|x| x - mean).collect::<Vec<_>>())
 }

@@ -3,6 +3,7 @@
 //!
 //! | module | question | from |
 //! |---|---|---|
+//! | `clock` | Was the clock set? Where is the log split? | the wheels as a clock |
 //! | `still` | Is a channel stuck or saturated? | repeated values |
 //! | `rest` | Are zeros and noise those of the budget? | the rest before the first motion |
 //! | `links` | Signs, units, exchange and delay of gyroscopes and inclinometers | integral of the rate |
@@ -16,7 +17,9 @@
 
 mod agreement;
 mod balance;
+mod clock;
 mod course;
+mod delay;
 mod drive;
 mod fit;
 mod ground;
@@ -31,6 +34,7 @@ mod wheels;
 
 pub use report::{Finding, Report, Verdict};
 
+use clock::Clock;
 use course::Course;
 use motion::Motion;
 use recording::Recording;
@@ -71,21 +75,51 @@ impl Stated<'_> {
 /// Checks the frames of a log, in order of time, against what is stated.
 pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
     let (robot, budget) = (stated.robot, &stated.budget);
-    let Some(recording) = Recording::new(frames) else {
+    let clock = Clock::of(frames);
+    let Some(recording) = Recording::new(&clock) else {
         let remedy = "record some seconds";
         let finding = Finding::cannot_tell("log", "all", "less than three frames", remedy);
         return Report::new(vec![finding]);
     };
     let motion = Motion::of(&recording, robot);
-    let course = Course::new(&motion, robot, &recording.inclination);
-    let mut findings = still::findings(frames, budget);
+    let mut findings = vec![clock.finding()];
+    findings.extend(still::findings(frames, budget));
     findings.extend(rest::findings(&recording, budget));
-    findings.extend(links::findings(&recording, &motion, robot, budget));
     findings.extend(wheels::findings(&motion, robot));
-    findings.extend(ground::findings(course.as_ref(), robot));
+    let turn = turn(&recording, &motion, robot);
+    if turn > LARGEST_TURN {
+        let figure = format!("the wheels turn by {turn:.2} rad between readings");
+        let remedy =
+            "drive slower, or record at a higher rate: such readings do not show the ground";
+        findings.push(Finding::cannot_tell("motion", "all", figure, remedy));
+        return Report::new(findings);
+    }
+    findings.extend(links::findings(&recording, &motion, robot, budget));
+    let course = Course::new(&motion, robot, &recording.inclination);
+    let fused = Course::new(&motion, robot, &course::fused(&recording));
+    findings.extend(ground::findings(course.as_ref(), fused.as_ref(), robot));
     let damping = stated.viscous_damping;
     findings.extend(balance::findings(&recording, &motion, robot, damping));
     findings.extend(drive::findings(&recording, &motion));
-    findings.push(agreement::finding(frames, robot, &stated.settings(frames)));
+    let resolved = recording.dt < LONGEST_STEP && turn < LARGEST_TURN_OF_FILTERS;
+    let settings = stated.settings(frames);
+    findings.push(agreement::finding(frames, robot, &settings, resolved));
     Report::new(findings)
+}
+
+/// Largest turn of a wheel between readings with which they show the ground, rad: a quarter of its radius along the path.
+const LARGEST_TURN: f64 = 0.25;
+
+/// Longest step with which the filters of the estimators hold, s: 50 Hz. The torque of the ground must change smoothly from
+/// reading to reading.
+const LONGEST_STEP: f64 = 0.0205;
+/// Largest turn between readings with which they hold, rad: 0.2 m/s at 100 Hz, 1 m/s at 500 Hz. With more their contact
+/// angles may oscillate on level ground.
+const LARGEST_TURN_OF_FILTERS: f64 = 0.021;
+
+/// The turn of the middle wheel between readings of the slowest channel, rad; 0 at rest.
+fn turn(recording: &Recording, motion: &Motion, robot: &Robot) -> f64 {
+    let spin = motion.while_driving(robot, &motion.middle_spin);
+    let spin = signal::median(spin.iter().map(|spin| spin.abs()));
+    spin.unwrap_or(0.0) * recording.slowest
 }

@@ -3,7 +3,8 @@
 //! Over half a second an inclination changes by the integral of its link's rate. The slope of one over the other is 1; -1
 //! shows a wrong sign, 57.3 degrees for radians, and a link that follows the other link's gyroscope exchanged channels.
 
-use crate::fit::{Delay, delay, robust_fit};
+use crate::delay::{Allowed, Delay, delay};
+use crate::fit::robust_fit;
 use crate::motion::Motion;
 use crate::recording::Recording;
 use crate::report::{Finding, Verdict};
@@ -112,15 +113,16 @@ pub fn findings(
         findings.push(exchanged);
         return findings;
     }
-    findings.extend((0..2).map(|k| sign(&changes, k)));
+    let felt = budget
+        .specific_force
+        .then(|| felt(recording, motion, robot));
+    let of_angles = Changes::of(recording, felt.as_deref());
+    findings.extend((0..2).map(|k| sign(&changes, &of_angles, k)));
     // With wrong signs or units a delay has no meaning.
     if findings.iter().any(|f| f.verdict == Verdict::Fault) {
         return findings;
     }
-    let felt = budget
-        .specific_force
-        .then(|| felt(recording, motion, robot));
-    let changes = Changes::of(recording, felt.as_deref());
+    let changes = of_angles;
     findings.extend((0..2).map(|k| delay_of(recording, &changes, k)));
     findings
 }
@@ -151,7 +153,7 @@ fn exchanged(changes: &Changes) -> Option<Finding> {
     })
 }
 
-fn sign(changes: &Changes, k: usize) -> Finding {
+fn sign(changes: &Changes, of_angles: &Changes, k: usize) -> Finding {
     let channel = format!("link {}: gyro, inclinometer", k + 1);
     let (tilt, turn) = (rms(&changes.inclination[k]), rms(&changes.rate[k]));
     let degrees = |angle: f64| angle / DEGREE;
@@ -193,6 +195,17 @@ fn sign(changes: &Changes, k: usize) -> Finding {
     } else if is(DEGREE) || is(-DEGREE) {
         "the rate is in degrees a second: state unit = \"deg/s\"".to_owned()
     } else {
+        // The robot's accelerations change the inclinometer, too.
+        let felt = zip(
+            &changes.inclination[k],
+            &of_angles.inclination[k],
+            |a, b| a - b,
+        );
+        let share_of_felt = rms(&felt) / rms(&of_angles.inclination[k]);
+        if (slope - 1.0).abs() < SCALE_ERROR + share_of_felt {
+            let remedy = "accelerations change the inclinometer, too: drive slower";
+            return Finding::cannot_tell(SIGN, channel, figure, remedy);
+        }
         "one of them has a wrong scale: check units and ranges".to_owned()
     };
     // An inclinometer measures the accelerations of impacts.
@@ -204,6 +217,11 @@ fn sign(changes: &Changes, k: usize) -> Finding {
 
 fn delay_of(recording: &Recording, changes: &Changes, k: usize) -> Finding {
     let channel = format!("inclinometer {} after gyro {}", k + 1, k + 1);
+    let allowed = Allowed {
+        early: GYRO_DELAY + MARGIN,
+        late: INCLINOMETER_LAG + MARGIN,
+    };
+    let allowed = allowed.at_period(recording.slowest);
     // All samples: those that fit best without a delay would hide it.
     let found = Some(&changes.rate[k])
         .filter(|rate| rms(rate) > LEAST_CHANGE)
@@ -214,36 +232,38 @@ fn delay_of(recording: &Recording, changes: &Changes, k: usize) -> Finding {
                 recording.steps(LONGEST_DELAY),
                 recording.steps(SPAN),
                 recording.dt,
+                allowed,
             )
         })
         .filter(|delay| delay.explained > EXPLAINED);
+    let remedy = "drive over an obstacle that turns the links by a few degrees";
     let Some(found) = found else {
-        let remedy = "drive over an obstacle that turns the links by a few degrees";
         return Finding::cannot_tell(DELAY, channel, "no common motion", remedy);
     };
-    let (figure, margin) = (in_words(&found), MARGIN + 2.0 * found.sigma);
-    if found.seconds > INCLINOMETER_LAG + margin {
-        let remedy = format!(
-            "its readings arrive late: state offset = {:.4} of its channel, or read it directly",
-            -found.seconds
-        );
-        Finding::fault(DELAY, channel, figure, remedy)
-    } else if found.seconds < -GYRO_DELAY - margin {
-        let remedy = format!(
-            "the gyro's readings arrive late: state offset = {:.4} of its channel, or read it directly",
-            found.seconds
-        );
-        Finding::fault(DELAY, channel, figure, remedy)
-    } else {
-        Finding::ok(DELAY, channel, figure)
+    let figure = in_words(&found);
+    match allowed.judge(&found) {
+        Verdict::Ok => Finding::ok(DELAY, channel, figure),
+        Verdict::CannotTell => Finding::cannot_tell(DELAY, channel, figure, remedy),
+        Verdict::Fault => {
+            let (late, offset) = if found.seconds > 0.0 {
+                ("its", -found.seconds)
+            } else {
+                ("the gyro's", found.seconds)
+            };
+            let remedy = format!(
+                "{late} readings arrive late: state offset = {offset:.4} of its channel, or read it directly"
+            );
+            Finding::fault(DELAY, channel, figure, remedy)
+        }
     }
 }
 
 /// A delay in milliseconds.
 pub fn in_words(delay: &Delay) -> String {
     format!(
-        "{:.1} +- {:.1} ms",
+        "{:.1} +- {:.1} ms, {:.1} % explained",
         1e3 * delay.seconds,
-        1e3 * delay.sigma.max(1e-4)
+        1e3 * delay.sigma.max(1e-4),
+        100.0 * delay.explained,
     )
 }

@@ -1,11 +1,16 @@
 //! Readings of a log on equal steps of time.
 
+use crate::clock::Clock;
+use crate::signal::median;
 use robhaz_estimator::SensorFrame;
 
-/// Longest time without a reading that is bridged by a straight line, s.
+/// Longest time without a reading that is bridged by a straight line, s; two periods of a slower channel.
 const LONGEST_BRIDGE: f64 = 0.1;
+/// A part of two and a half periods is bridged: one lost reading, whose neighbours' stamps are rounded.
+const BRIDGED_PERIODS: f64 = 2.5;
 
-/// All channels of a log at equal steps of time; a NaN where there is no reading.
+/// All channels of a log at equal steps of time; a NaN where there is no reading. Between the parts of a log with long gaps
+/// lies a pause of fixed length.
 #[derive(Clone, Debug)]
 pub struct Recording {
     /// Step, s: the median of the log's.
@@ -18,19 +23,30 @@ pub struct Recording {
     pub inclination: [Vec<f64>; 2],
     /// Rate of links 1 and 2, rad/s.
     pub rate: [Vec<f64>; 2],
+    /// Period of the slowest channel, s.
+    pub slowest: f64,
 }
 
 impl Recording {
-    /// The recording of frames with increasing times. `None` with less than three frames, or without a step of time.
-    pub fn new(frames: &[SensorFrame]) -> Option<Self> {
-        let mut steps: Vec<f64> = frames.windows(2).map(|w| w[1].time - w[0].time).collect();
-        steps.retain(|step| *step > 0.0);
-        steps.sort_by(f64::total_cmp);
-        let dt = *steps.get(steps.len() / 2)?;
-        if frames.len() < 3 || !dt.is_finite() {
-            return None;
-        }
-        let channel = |value: &dyn Fn(&SensorFrame) -> Option<f64>| on_steps(frames, dt, value);
+    /// The recording of the parts of a log, each with increasing times. `None` without a part of three frames.
+    pub fn new(clock: &Clock<'_>) -> Option<Self> {
+        let dt = clock.step?;
+        let mut slowest = dt;
+        let mut channel = |value: &dyn Fn(&SensorFrame) -> Option<f64>| {
+            let of_part = |part: &&[SensorFrame]| Channel::of(part, value);
+            let parts: Vec<Channel> = clock.parts.iter().map(of_part).collect();
+            let period = median(parts.iter().flat_map(Channel::steps)).unwrap_or(dt);
+            slowest = slowest.max(period);
+            let mut samples = Vec::new();
+            for (i, part) in parts.iter().enumerate() {
+                if i > 0 {
+                    let pause = steps(Clock::BREAK, dt);
+                    samples.extend(std::iter::repeat_n(f64::NAN, pause));
+                }
+                part.add_to(&mut samples, dt, period);
+            }
+            samples
+        };
         Some(Self {
             dt,
             wheel_angle: [0, 1, 2].map(|i| channel(&|f| f.wheel_angle[i])),
@@ -40,17 +56,13 @@ impl Recording {
                 channel(&|f| f.link2.inclination),
             ],
             rate: [channel(&|f| f.link1.rate), channel(&|f| f.link2.rate)],
+            slowest,
         })
     }
 
     /// Number of steps in a time (s), at least one.
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "times of this crate are short and positive"
-    )]
     pub fn steps(&self, time: f64) -> usize {
-        ((time / self.dt).round() as usize).max(1)
+        steps(time, self.dt)
     }
 
     /// Number of samples.
@@ -59,43 +71,69 @@ impl Recording {
     }
 }
 
-/// A channel at steps of `dt`, between readings on a straight line.
-fn on_steps(
-    frames: &[SensorFrame],
-    dt: f64,
-    value: impl Fn(&SensorFrame) -> Option<f64>,
-) -> Vec<f64> {
-    let start = frames.first().map_or(0.0, |f| f.time);
-    let end = frames.last().map_or(0.0, |f| f.time);
-    let read = |f: &SensorFrame| {
-        let value = value(f).filter(|v| v.is_finite())?;
-        Some((f.time - start, value))
-    };
-    let mut readings = frames.iter().filter_map(read).peekable();
-    let mut before: Option<(f64, f64)> = None;
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "the number of samples of a log"
-    )]
-    let count = ((end - start) / dt + 0.5) as usize + 1;
-    let mut samples = Vec::with_capacity(count);
-    for k in 0..count {
-        #[expect(clippy::cast_precision_loss, reason = "the number of samples of a log")]
-        let time = k as f64 * dt;
-        // A thousandth of a step: rounding of time stamps.
-        while let Some(next) = readings.next_if(|(at, _)| *at <= time + 1e-3 * dt) {
-            before = Some(next);
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "times of this crate are short and positive"
+)]
+fn steps(time: f64, dt: f64) -> usize {
+    ((time / dt).round() as usize).max(1)
+}
+
+/// The readings of one channel in a part of a log.
+struct Channel {
+    /// Length of the part, s.
+    length: f64,
+    /// Time since the start of the part (s), and value.
+    readings: Vec<(f64, f64)>,
+}
+
+impl Channel {
+    fn of(part: &[SensorFrame], value: impl Fn(&SensorFrame) -> Option<f64>) -> Self {
+        let start = part.first().map_or(0.0, |f| f.time);
+        let end = part.last().map_or(0.0, |f| f.time);
+        let read = |f: &SensorFrame| {
+            let value = value(f).filter(|v| v.is_finite())?;
+            Some((f.time - start, value))
+        };
+        Self {
+            length: end - start,
+            readings: part.iter().filter_map(read).collect(),
         }
-        samples.push(match (before, readings.peek()) {
-            (Some((t0, v0)), _) if time - t0 <= 1e-3 * dt => v0,
-            (Some((t0, v0)), Some((t1, v1))) if t1 - t0 <= LONGEST_BRIDGE.max(2.0 * dt) => {
-                v0 + (v1 - v0) * (time - t0) / (t1 - t0)
-            }
-            _ => f64::NAN,
-        });
     }
-    samples
+
+    /// Times between readings, s.
+    fn steps(&self) -> impl Iterator<Item = f64> + '_ {
+        self.readings.windows(2).map(|w| w[1].0 - w[0].0)
+    }
+
+    /// Adds its samples at steps of `dt`: between readings, which have a period (s), on a straight line.
+    fn add_to(&self, samples: &mut Vec<f64>, dt: f64, period: f64) {
+        let bridged = LONGEST_BRIDGE.max(BRIDGED_PERIODS * period);
+        let mut readings = self.readings.iter().copied().peekable();
+        let mut before: Option<(f64, f64)> = None;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "the number of samples of a part: see Clock"
+        )]
+        let count = (self.length / dt + 0.5) as usize + 1;
+        for k in 0..count {
+            #[expect(clippy::cast_precision_loss, reason = "the number of samples of a log")]
+            let time = k as f64 * dt;
+            // A thousandth of a step: rounding of time stamps.
+            while let Some(next) = readings.next_if(|(at, _)| *at <= time + 1e-3 * dt) {
+                before = Some(next);
+            }
+            samples.push(match (before, readings.peek()) {
+                (Some((t0, v0)), _) if time - t0 <= 1e-3 * dt => v0,
+                (Some((t0, v0)), Some((t1, v1))) if t1 - t0 <= bridged => {
+                    v0 + (v1 - v0) * (time - t0) / (t1 - t0)
+                }
+                _ => f64::NAN,
+            });
+        }
+    }
 }
 
 #[cfg(test)]
@@ -132,13 +170,43 @@ mod tests {
                 )
             })
             .collect();
-        let found = Recording::new(&frames).ok_or("recording")?;
+        let found = Recording::new(&Clock::of(&frames)).ok_or("recording")?;
         assert!((found.dt - 1e-3).abs() < 1e-12 && found.len() == 300);
         assert_eq!(found.steps(0.01), 10);
         assert!((found.wheel_angle[0][50] - 5.05).abs() < 1e-9);
         assert!((found.torque[1][21] - 0.042).abs() < 1e-9);
         assert!(found.wheel_angle[0][180].is_nan() && found.rate[0][3].is_nan());
-        assert!(Recording::new(&frames[..2]).is_none());
+        assert!(Recording::new(&Clock::of(&frames[..2])).is_none());
         Ok(())
+    }
+
+    /// A slow channel is bridged over its own period: readings of 10 Hz in frames of 100 Hz are there throughout, although
+    /// the distances of their stamps are not exactly 0.1 s.
+    #[test]
+    fn a_slow_channel_is_bridged() -> Result<(), &'static str> {
+        let slow = |k: u32| (k % 10 == 0).then(|| f64::from(k));
+        let time = |k: u32| 1e-2 * f64::from(k) + 3e-5 * f64::from(k % 20);
+        let frames: Vec<SensorFrame> = (0..500).map(|k| frame(time(k), slow(k))).collect();
+        let found = Recording::new(&Clock::of(&frames)).ok_or("recording")?;
+        assert!(found.torque[0][..480].iter().all(|v| v.is_finite()));
+        assert!((found.slowest - 0.1).abs() < 1e-3);
+        Ok(())
+    }
+
+    /// Bounded memory: a clock that is set by decades, bursts of frames, and pairs of frames an hour apart need some
+    /// samples a frame, not some a millisecond.
+    #[test]
+    fn the_number_of_samples_is_bounded() {
+        let times: [fn(u32) -> f64; 4] = [
+            |k| 1e-3 * f64::from(k) + if k > 5000 { 1.7e9 } else { 0.0 },
+            |k| f64::from(k / 10) * 0.1 + 1e-6 * f64::from(k % 10),
+            |k| f64::from(k / 2) * 3600.0 + 1e-3 * f64::from(k % 2),
+            |k| f64::from(k / 2) * 0.9 + 1e-6 * f64::from(k % 2),
+        ];
+        for (i, time) in times.into_iter().enumerate() {
+            let frames: Vec<SensorFrame> = (0..10_000).map(|k| frame(time(k), None)).collect();
+            let samples = Recording::new(&Clock::of(&frames)).map_or(0, |r| r.len());
+            assert!(samples < 100_000, "{i}: {samples}");
+        }
     }
 }

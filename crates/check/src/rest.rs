@@ -13,6 +13,12 @@ const STILL: f64 = 2e-3;
 const OFFSET_GATE: f64 = 5.0;
 /// Offset of a gyroscope that does no harm, rad/s: 0.05 deg/s.
 const SMALL_RATE: f64 = 0.05 * DEGREE;
+/// Offset of a torque that does no harm, N m: 0.02 N m are 0.2 N at the rim of the default robot.
+const SMALL_TORQUE: f64 = 0.02;
+/// Standard errors of a mean, and of a deviation, that count as chance: a false alarm in 16 000.
+const CHANCE: f64 = 4.0;
+/// Least figure that is shown in the unit of a channel: less is no noise of a sensor.
+const SHOWN: f64 = 1e-3;
 /// Noise over that of the budget that is a fault.
 const NOISE_RATIO: f64 = 2.0;
 /// Inclination up to which a robot stands without torques, rad.
@@ -34,11 +40,19 @@ struct AtRest<'a> {
 }
 
 impl AtRest<'_> {
+    /// Number of readings, at least one.
+    #[expect(clippy::cast_precision_loss, reason = "numbers of samples")]
+    fn count(&self) -> f64 {
+        self.values.iter().filter(|v| v.is_finite()).count().max(1) as f64
+    }
+
     fn mean(&self) -> f64 {
-        let values = || self.values.iter().filter(|v| v.is_finite());
-        #[expect(clippy::cast_precision_loss, reason = "numbers of samples")]
-        let count = values().count().max(1) as f64;
-        values().sum::<f64>() / count
+        self.values.iter().filter(|v| v.is_finite()).sum::<f64>() / self.count()
+    }
+
+    /// What noise makes of the mean of so few readings.
+    fn mean_by_chance(&self) -> f64 {
+        CHANCE * self.noise / self.count().sqrt()
     }
 
     /// Standard deviation of white noise, from the differences of neighbours.
@@ -85,7 +99,7 @@ pub fn findings(recording: &Recording, budget: &NoiseBudget) -> Vec<Finding> {
         noise: budget.inclination_noise,
     });
     let level = inclinometers.iter().all(|x| x.mean().abs() < LEVEL);
-    let torque_zero = OFFSET_GATE * budget.torque_offset + budget.gear_friction;
+    let torque_zero = SMALL_TORQUE + OFFSET_GATE * budget.torque_offset + budget.gear_friction;
     let rate_zero = SMALL_RATE + OFFSET_GATE * budget.rate_bias;
     let mut findings: Vec<Finding> = gyros.iter().map(|x| gyro(x, rate_zero)).collect();
     findings.extend(inclinometers.iter().map(|x| inclination(x, budget)));
@@ -111,7 +125,7 @@ fn mean_within(x: &AtRest<'_>, limit: f64) -> String {
 }
 
 fn gyro(x: &AtRest<'_>, limit: f64) -> Finding {
-    let mean = x.mean();
+    let (mean, limit) = (x.mean(), limit + x.mean_by_chance());
     let figure = mean_within(x, limit);
     if mean.abs() <= limit {
         return Finding::ok(ZERO, &x.name, figure);
@@ -122,7 +136,7 @@ fn gyro(x: &AtRest<'_>, limit: f64) -> Finding {
 
 fn inclination(x: &AtRest<'_>, budget: &NoiseBudget) -> Finding {
     let mean = x.mean();
-    let limit = 3.0 * budget.inclination_bias + 1e-4;
+    let limit = 3.0 * budget.inclination_bias + 1e-4 + x.mean_by_chance();
     let figure = mean_within(x, limit);
     // At rest the robot may stand on a slope.
     if mean.abs() <= limit {
@@ -135,7 +149,7 @@ fn inclination(x: &AtRest<'_>, budget: &NoiseBudget) -> Finding {
 }
 
 fn torque(x: &AtRest<'_>, limit: f64, level: bool) -> Finding {
-    let mean = x.mean();
+    let (mean, limit) = (x.mean(), limit + x.mean_by_chance());
     let figure = mean_within(x, limit);
     if mean.abs() <= limit {
         return Finding::ok(ZERO, &x.name, figure);
@@ -153,8 +167,9 @@ fn torque(x: &AtRest<'_>, limit: f64, level: bool) -> Finding {
 fn noise(x: &AtRest<'_>) -> Finding {
     let deviation = x.deviation();
     let figure = format!("{}, budget {}", x.shown(deviation), x.shown(x.noise));
-    // A budget of zero is that of an exact sensor.
-    if deviation <= NOISE_RATIO * x.noise || deviation < 1e-9 {
+    // The standard error of a deviation from n readings is 1/sqrt(2 n) of it.
+    let limit = NOISE_RATIO * x.noise * (1.0 + CHANCE / (2.0 * x.count()).sqrt());
+    if deviation <= limit.max(SHOWN / x.factor) {
         return Finding::ok(NOISE, &x.name, figure);
     }
     let remedy = "state the measured noise in the budget, or find its cause";

@@ -7,31 +7,15 @@
 mod common;
 
 use common::faults::FAULTS;
-use common::{Failure, SOFT, readings, scene};
+use common::{Failure, SOFT, readings, report, scene};
 use rayon::prelude::*;
-use robhaz_check::{Report, Stated, check};
-use robhaz_estimator::SensorFrame;
-use robhaz_scene::Scene;
+use robhaz_check::Report;
 use robhaz_study::TruthRun;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// Whether each fault was found by its own test, and by any.
 type Found = Vec<(bool, bool)>;
-
-fn report(scene: &Scene, frames: &[SensorFrame]) -> Result<Report, Failure> {
-    let settings = scene.nominal_settings(&scene.estimators[0])?;
-    // Without contact angles: no robot knows them.
-    let mut frames = frames.to_vec();
-    frames.iter_mut().for_each(|f| f.contact_angle = [None; 3]);
-    let stated = Stated {
-        robot: &scene.nominal_robot()?,
-        budget: settings.budget,
-        viscous_damping: settings.viscous_damping,
-        compression: settings.compression,
-    };
-    Ok(check(&frames, &stated))
-}
 
 /// Faults of a report in words.
 fn words(report: &Report) -> Vec<String> {

@@ -3,8 +3,10 @@
 use crate::estimate::{describe, shown};
 use crate::terminal::{tell, warn_of};
 use miette::{IntoDiagnostic, Result, bail};
-use robhaz_check::{Stated, Verdict, check};
+use robhaz_check::{Finding, Report, Stated, Verdict, check};
 use robhaz_log::{Log, LogOptions, LogPlace};
+use robhaz_record::{ChannelSummary, time_lines};
+use robhaz_run::{ChannelReport, LogReport};
 use std::path::PathBuf;
 
 /// Arguments of `robhaz check`.
@@ -47,7 +49,10 @@ pub fn run(args: &Args) -> Result<()> {
         viscous_damping: choice.viscous_damping,
         compression: choice.compression,
     };
-    let report = check(&frames, &stated);
+    // The time stamps first: all else depends on them.
+    let mut findings: Vec<Finding> = source.log_report().iter().flat_map(of_time).collect();
+    findings.extend(check(&frames, &stated).findings);
+    let report = Report::new(findings);
     tell(
         &report.text(),
         &serde_json::to_value(&report).into_diagnostic()?,
@@ -56,4 +61,18 @@ pub fn run(args: &Args) -> Result<()> {
         Verdict::Fault => bail!("{name}: {} faults", report.faults().count()),
         Verdict::Ok | Verdict::CannotTell => Ok(()),
     }
+}
+
+/// The findings of the time stamps, as `robhaz estimate` prints them.
+fn of_time(log: &LogReport) -> impl Iterator<Item = Finding> {
+    log.channels.iter().flat_map(of_channel)
+}
+
+fn of_channel(channel: &ChannelReport) -> impl Iterator<Item = Finding> {
+    let name = channel.name.clone();
+    let lines = time_lines(&ChannelSummary::from(channel));
+    lines.into_iter().map(move |line| match line.remedy {
+        Some(remedy) => Finding::fault(line.what, &name, line.text, remedy),
+        None => Finding::ok(line.what, &name, line.text),
+    })
 }

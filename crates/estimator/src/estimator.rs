@@ -18,6 +18,9 @@ pub struct Estimator {
     state: State,
 }
 
+/// Time that counts as passed when it is not known, s: a gap.
+const UNKNOWN_TIME: f64 = 2.0 * LONGEST_GAP;
+
 /// The state from frame to frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct State {
@@ -85,6 +88,18 @@ impl State {
             inputs: Inputs::default(),
             filters: filters(robot, settings),
         }
+    }
+}
+
+impl State {
+    /// Time since the last frame by the wheels, s, where it contradicts the `dt` (s) of the time stamps. The paper's filters use
+    /// the time stamps.
+    fn time_of_wheels(&self, nominal: &Nominal, frame: &SensorFrame, dt: f64) -> Option<f64> {
+        let FilterState::Best(filters) = &self.filters else {
+            return None;
+        };
+        let time = filters.time_of_wheels(nominal, &self.inputs, frame, dt)?;
+        Some(if time.is_finite() { time } else { UNKNOWN_TIME })
     }
 }
 
@@ -160,13 +175,19 @@ impl Estimator {
     /// Takes the readings of one instant and estimates the forces of that instant.
     ///
     /// The last good value stands in for a missing reading, and a flag says so. After a gap of more than 0.5 s the filters
-    /// start anew; after a step back of more than 0.5 s (a clock that was set) everything does.
+    /// start anew; after a step back of more than 0.5 s (a clock that was set) everything does. Where all wheels have turned
+    /// further than they can since the last frame, the clock was set back by less: `best` takes the time from their speeds, as
+    /// for lost frames, and a flag says so.
     ///
     /// # Errors
     /// [`EstimateError`]. After [`EstimateError::Time`] the estimator is unchanged. After the other errors it has taken the
     /// readings, and continues with the next frame.
     pub fn update(&mut self, frame: &SensorFrame) -> Result<Estimate, EstimateError> {
         let (mut dt, mut flags) = self.advance_clock(frame.time)?;
+        if let Some(time) = self.state.time_of_wheels(&self.nominal, frame, dt) {
+            flags |= Flags::SENSOR_STALE;
+            dt = time;
+        }
         let with_angles = self.nominal.settings.needs_contact_angles();
         flags |= self.state.inputs.take(frame, dt, with_angles);
         if !self.state.complete {

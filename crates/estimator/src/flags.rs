@@ -21,7 +21,8 @@ impl Flags {
     pub const SENSOR_STALE: Self = Self(32);
     /// A reading was not a finite number or beyond what the robot can do; it counts as missing.
     pub const SENSOR_ABSURD: Self = Self(64);
-    /// The parity residual is beyond five standard deviations: an impact, an unknown load, a wrong contact angle.
+    /// The parity residual is beyond five standard deviations: an impact, an unknown load, a wrong contact angle. Or a force is
+    /// beyond five times the weight: wrong readings.
     pub const OUT_OF_RANGE: Self = Self(128);
     /// The drives turn the wheels or push, but the robot stands. Where its wheels touch the ground is then hardly known.
     pub const SPINS_IN_PLACE: Self = Self(256);

@@ -5,7 +5,7 @@
 use crate::error::LogError;
 use crate::events::Events;
 use crate::kept::Kept;
-use crate::order::{Accept, Order};
+use crate::order::{Accept, GAP, Order};
 use crate::plan::{Content, Plan};
 use crate::readings::Values;
 use crate::survey::Survey;
@@ -18,8 +18,6 @@ const LONGEST_WAIT: f64 = 10.0;
 /// Rows of two channels that differ by less have the same time, s: a time in seconds since 1970 is rounded by 0.12 us, and an
 /// offset rounds it again.
 const ROUNDING: f64 = 0.5e-6;
-/// A step of more periods than this is a gap.
-const GAP: f64 = 1.5;
 
 /// A frame.
 #[derive(Clone, Debug)]
@@ -135,6 +133,13 @@ impl Frames {
                     .push_back((time, plan.content(&event.row.cells)));
             }
             Accept::Duplicate => report.duplicates += 1,
+            Accept::SetBack(by) => {
+                report.set_back += 1;
+                report.late += 1;
+                if report.largest_set_back.is_none_or(|(most, _)| by > most) {
+                    report.largest_set_back = Some((by, channel.newest));
+                }
+            }
             // The first reading has refused a clock that was set.
             Accept::Late | Accept::JumpBack(_) => report.late += 1,
         }

@@ -110,7 +110,7 @@ fn add(plan: &Plan, courses: &mut [Course], event: &Event) -> Result<(), LogErro
             step.into_iter().for_each(|step| course.steps.add(step));
             course.last = Some((row.stamp, row.place));
         }
-        Accept::Duplicate | Accept::Late => {}
+        Accept::Duplicate | Accept::Late | Accept::SetBack(_) => {}
     }
     Ok(())
 }

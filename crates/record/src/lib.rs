@@ -51,6 +51,7 @@ pub use error::RecordError;
 pub use figures::FigureSink;
 pub use format::TableFormat;
 pub use judged_path::{path_files, write_path};
+pub use log_lines::{TimeLine, time_lines};
 pub use memory::MemorySink;
 pub use page::page;
 pub use report::comparison_table;

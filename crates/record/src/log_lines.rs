@@ -89,7 +89,11 @@ pub fn log_lines(summary: &Summary) -> String {
     let Some(log) = &summary.log else {
         return String::new();
     };
-    let mut lines: Vec<String> = log.channels.iter().flat_map(channel_lines).collect();
+    let mut lines: Vec<String> = Vec::new();
+    for channel in &log.channels {
+        let of_channel = time_lines(channel);
+        lines.extend(of_channel.iter().map(|line| line.of(&channel.name)));
+    }
     lines.extend(missing_line(log));
     if !log.absent.is_empty() {
         lines.push(format!("not in the log: {}", log.absent.join(", ")));
@@ -99,23 +103,64 @@ pub fn log_lines(summary: &Summary) -> String {
     lines.iter().map(|line| format!("\n  {line}.")).collect()
 }
 
-fn channel_lines(channel: &ChannelSummary) -> Vec<String> {
-    let name = &channel.name;
-    let rate = if channel.period_s > 0.0 {
-        format!(" at {} Hz", digits(1.0 / channel.period_s))
-    } else {
-        String::new()
+/// What is wrong, or not, with the time stamps of a channel.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TimeLine {
+    /// What it is about.
+    pub what: &'static str,
+    /// The figures, in words.
+    pub text: String,
+    /// What to do, if the estimators suffer from it.
+    pub remedy: Option<&'static str>,
+}
+
+impl TimeLine {
+    /// With the name of the channel, and what to do.
+    fn of(&self, channel: &str) -> String {
+        let text = &self.text;
+        match self.remedy {
+            Some(remedy) => format!("{channel}: {text} ({remedy})"),
+            None => format!("{channel}: {text}"),
+        }
+    }
+}
+
+/// Lowest rate that the estimators can use, Hz: they start anew after 0.5 s.
+const LOWEST_RATE: f64 = 2.0;
+/// Highest rate of a robot's readings, Hz. More is a time unit that is not stated.
+const HIGHEST_RATE: f64 = 100_000.0;
+/// Gap after which the estimators start anew, s.
+const LONGEST_GAP: f64 = 0.5;
+/// Share of the rows that may be left out or lost.
+const FEW_ROWS: f64 = 0.01;
+
+/// Lines about the rate of a channel, its gaps, the order of its stamps, and its end.
+pub fn time_lines(channel: &ChannelSummary) -> Vec<TimeLine> {
+    #[expect(clippy::cast_precision_loss, reason = "numbers of rows")]
+    let many = |count: u64| count as f64 > FEW_ROWS * channel.rows as f64;
+    let mut lines = vec![rate_line(channel)];
+    let mut add = |what, text, remedy: Option<&'static str>| {
+        lines.push(TimeLine { what, text, remedy });
     };
-    let offset = match channel.offset_s {
-        0.0 => String::new(),
-        offset => format!(", time stamps {offset:+} s"),
-    };
-    let mut lines = vec![format!("{name}: {} rows{rate}{offset}", channel.rows)];
+    if let (Some(by), Some(at)) = (channel.largest_set_back_s, channel.largest_set_back_at_s) {
+        let text = format!(
+            "the clock was set back by {by:.3} s at {at:.3} s, or rows are repeated; {} in all",
+            channel.set_back
+        );
+        let remedy = "split the log there; stamp readings with a monotonic clock";
+        add("clock", text, Some(remedy));
+    }
     if let (Some(longest), Some(at)) = (channel.longest_gap_s, channel.longest_gap_at_s) {
-        lines.push(format!(
-            "{name}: {} gaps, in which about {} rows are lost, the longest {longest:.3} s at {at:.3} s",
+        let text = format!(
+            "{} gaps, in which about {} rows are lost, the longest {longest:.3} s at {at:.3} s",
             channel.gaps, channel.lost
-        ));
+        );
+        let remedy = if longest > LONGEST_GAP {
+            Some("the estimators start anew after 0.5 s: split the log there")
+        } else {
+            many(channel.lost).then_some("find out where rows are lost")
+        };
+        add("gaps", text, remedy);
     }
     let counts = [
         (
@@ -132,13 +177,46 @@ fn channel_lines(channel: &ChannelSummary) -> Vec<String> {
             "give way to a newer one of the same frame",
         ),
     ];
-    for (count, what) in counts.iter().filter(|(count, _)| *count > 0) {
-        lines.push(format!("{name}: {count} rows {what}"));
+    for (k, (count, what)) in counts
+        .iter()
+        .enumerate()
+        .filter(|(_, (count, _))| *count > 0)
+    {
+        // A faster channel has rows that give way: no fault.
+        let is_fault = k < 2 && many(*count);
+        let remedy = is_fault.then_some("write each row once, in order, with its own time");
+        add("order", format!("{count} rows {what}"), remedy);
     }
     if let Some(why) = &channel.cut_off {
-        lines.push(format!("{name}: CUT OFF, the last row is left out: {why}"));
+        let text = format!("CUT OFF, the last row is left out: {why}");
+        add(
+            "end",
+            text,
+            Some("the recording was killed, or its disk was full"),
+        );
     }
     lines
+}
+
+fn rate_line(channel: &ChannelSummary) -> TimeLine {
+    let offset = match channel.offset_s {
+        0.0 => String::new(),
+        offset => format!(", time stamps {offset:+} s"),
+    };
+    let period = channel.period_s;
+    let rate = if period > 0.0 {
+        format!(" at {} Hz", digits(1.0 / period))
+    } else {
+        String::new()
+    };
+    let plausible = 1.0 / HIGHEST_RATE..=1.0 / LOWEST_RATE;
+    let is_implausible = period > 0.0 && !plausible.contains(&period);
+    let implausible = "no robot is recorded at such a rate: state time_unit of the channel";
+    TimeLine {
+        what: "rate",
+        text: format!("{} rows{rate}{offset}", channel.rows),
+        remedy: is_implausible.then_some(implausible),
+    }
 }
 
 fn missing_line(log: &LogSummary) -> Option<String> {

@@ -36,6 +36,10 @@ pub struct ChannelReport {
     pub duplicates: u64,
     /// Rows left out because they are earlier than the row before.
     pub late: u64,
+    /// How often the clock was set back, or rows are repeated.
+    pub set_back: u64,
+    /// By how much it was set back most, s, and the time before that.
+    pub largest_set_back: Option<(f64, f64)>,
     /// Rows left out because a newer one of the same frame has all readings.
     pub superseded: u64,
     /// Rows left out because they are earlier than the first frame.

@@ -2,9 +2,11 @@
 
 pub mod faults;
 
+use robhaz_check::{Report, Stated, check};
 use robhaz_estimator::SensorFrame;
 use robhaz_run::sensor_frame;
 use robhaz_scene::Scene;
+use robhaz_sim::Truth;
 use robhaz_study::TruthRun;
 use std::error::Error;
 use std::path::Path;
@@ -27,10 +29,34 @@ pub fn scene(name: &str, overrides: &[&str]) -> Result<Scene, Failure> {
 }
 
 /// The readings of a scene whose truth is known, with the sensor errors of a seed.
+#[allow(dead_code, reason = "of one of the tests that share this module")]
 pub fn readings(scene: &Scene, truth: &TruthRun, seed: u64) -> Vec<SensorFrame> {
+    readings_of(scene, truth.samples(), seed)
+}
+
+/// The readings of samples of the truth, with the sensor errors of a seed.
+pub fn readings_of<'a>(
+    scene: &Scene,
+    samples: impl Iterator<Item = &'a Truth>,
+    seed: u64,
+) -> Vec<SensorFrame> {
     let mut scene = scene.clone();
     scene.seed = seed;
     let mut sensors = scene.sensors();
-    let samples = truth.samples();
     samples.map(|t| sensor_frame(&sensors.read(t))).collect()
+}
+
+/// What `check` says of frames with what a scene states, without contact angles: no robot knows them.
+#[allow(dead_code, reason = "of one of the tests that share this module")]
+pub fn report(scene: &Scene, frames: &[SensorFrame]) -> Result<Report, Failure> {
+    let settings = scene.nominal_settings(&scene.estimators[0])?;
+    let mut frames = frames.to_vec();
+    frames.iter_mut().for_each(|f| f.contact_angle = [None; 3]);
+    let stated = Stated {
+        robot: &scene.nominal_robot()?,
+        budget: settings.budget,
+        viscous_damping: settings.viscous_damping,
+        compression: settings.compression,
+    };
+    Ok(check(&frames, &stated))
 }

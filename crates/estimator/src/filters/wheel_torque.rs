@@ -185,6 +185,23 @@ impl TorqueObserver {
         Some(innovation)
     }
 
+    /// Turn of the wheel (rad) from the last prediction to an `angle` that is read `dt` (s) later, and the standard deviation of
+    /// its prediction. `None` before the observer has settled.
+    pub fn turn(
+        &self,
+        parameters: &TorqueObserverParameters,
+        angle: f64,
+        dt: f64,
+    ) -> Option<(f64, f64)> {
+        if !(self.started && self.settled()) {
+            return None;
+        }
+        let p = &self.filter.p;
+        let of_states = p[ANGLE][ANGLE] + dt * (2.0 * p[ANGLE][SPEED] + dt * p[SPEED][SPEED]);
+        let variance = of_states.max(0.0) + parameters.encoder_sigma * parameters.encoder_sigma;
+        Some((angle - self.filter.x[ANGLE], robhaz_model::sqrt(variance)))
+    }
+
     /// Spin speed relative to the link, rad/s.
     pub fn speed(&self) -> f64 {
         self.filter.x[SPEED]

@@ -18,7 +18,7 @@ use crate::estimate::{Estimate, EstimateError, ReadingErrors};
 use crate::filters::motion::{MotionFilter, TORQUE_ERRORS};
 use crate::filters::{Innovation, LinkAngleKalman, LinkReadings};
 use crate::flags::Flags;
-use crate::frame::Instant;
+use crate::frame::{Inputs, Instant, SensorFrame};
 use crate::friction::{FrictionObserver, FrictionSample, WheelFriction};
 use crate::ground::{GroundMemory, GroundMotion};
 use crate::health::{Health, HealthMonitor, Innovations};
@@ -81,6 +81,10 @@ impl BestFilters {
     /// Errors that were estimated from false readings would otherwise make the gate reject correct readings for ever.
     const LONGEST_BEYOND_GATE: f64 = 1.0;
 
+    /// Largest force of a wheel that can be true, over the mean load: five times the weight of the robot. An impact that the
+    /// filters follow, over some 20 ms, adds m v/20 ms to the weight: five weights at 1 m/s.
+    const LARGEST_FORCE: f64 = 15.0;
+
     /// Creates the filters of a robot at rest.
     pub fn new(robot: &Robot, method: KalmanMethod, budget: &NoiseBudget) -> Self {
         let mean_load = robot.mean_wheel_load();
@@ -112,6 +116,29 @@ impl BestFilters {
             link.forget_acceleration();
         }
         self.motion.forget_velocity();
+    }
+
+    /// Time since the last frame by the wheels, s, if all of them have turned further than they can in the `dt` (s) of the time
+    /// stamps: the clock was set back. A robot that stops cannot be told from a clock that was set forward.
+    pub fn time_of_wheels(
+        &self,
+        nominal: &Nominal,
+        inputs: &Inputs,
+        frame: &SensorFrame,
+        dt: f64,
+    ) -> Option<f64> {
+        if !(dt > 0.0) {
+            return None;
+        }
+        let (mut turned, mut speed) = (0.0, 0.0);
+        let (robot, settings) = (&nominal.robot, &nominal.settings);
+        for i in 0..3 {
+            let (wheel, angle) = (&self.wheels[i], frame.wheel_angle[i]?);
+            turned += wheel.turned_too_far(robot, settings, &inputs.wheel(i), angle, dt)?;
+            speed += wheel.settled_speed()?.abs();
+        }
+        // Infinite at rest.
+        Some(turned / speed)
     }
 
     /// The memory of the ground.
@@ -186,6 +213,9 @@ impl BestFilters {
         }
         if settings.nonnegative {
             forces.bound();
+        }
+        if forces.inflate_beyond(Self::LARGEST_FORCE * nominal.mean_load) {
+            flags |= Flags::OUT_OF_RANGE;
         }
         let contact_angle = [0, 1, 2].map(|i| self.contact_angle(i, instant.inputs));
         let tangents = &equations.equilibrium.tangents;

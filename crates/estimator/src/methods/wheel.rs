@@ -6,7 +6,7 @@ use crate::quadrature::root_sum_square;
 use crate::settings::{EstimatorSettings, NoiseBudget};
 use crate::statics::Traction;
 use crate::visit::Visit;
-use robhaz_model::Robot;
+use robhaz_model::{GRAVITY, Robot};
 
 /// The observer of one wheel, with what it hands from sample to sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,6 +36,10 @@ impl Wheel {
     /// friction acts. The observed speed of a wheel at rest changes its sign at random; that must not look like a wheel
     /// that turns without friction.
     const DIRECTION_GATE: f64 = 5.0;
+    /// Standard deviations of an angle beyond which it contradicts the clock.
+    const CLOCK_GATE: f64 = 5.0;
+    /// Errors of time stamps that are no fault of the clock, s: readings that wait for a driver.
+    const JITTER: f64 = 0.01;
     /// Random walk of a motor torque while it is not read, N m/sqrt(s).
     const UNREAD_TORQUE_WALK: f64 = 5.0;
 
@@ -103,6 +107,29 @@ impl Wheel {
         self.speed = speed;
         self.friction_share = Self::share_of_friction(speed, self.observer.speed_sigma());
         innovation
+    }
+
+    /// Turn of the wheel (rad, in the direction of its speed) up to an `angle` (rad) that is read `dt` (s) after the last frame,
+    /// if it is more than any torque explains.
+    ///
+    /// The torque that is read, and a robot that rolls down a slope of 30 degrees, by half of g, change the speed by an
+    /// acceleration a, and the angle by a dt^2/2.
+    pub fn turned_too_far(
+        &self,
+        robot: &Robot,
+        settings: &EstimatorSettings,
+        inputs: &WheelInputs,
+        angle: f64,
+        dt: f64,
+    ) -> Option<f64> {
+        let parameters = self.parameters(robot, settings, inputs);
+        let (turn, sigma) = self.observer.turn(&parameters, angle, dt)?;
+        let turn = libm::copysign(1.0, self.speed) * turn;
+        let inertia = parameters.wheel_inertia + parameters.rotor_inertia;
+        let acceleration =
+            0.5 * GRAVITY / robot.geometry.wheel_radius + self.torque.abs() / inertia;
+        let explained = self.speed.abs() * (dt + Self::JITTER) + 0.5 * acceleration * dt * dt;
+        (turn > explained + Self::CLOCK_GATE * sigma).then_some(turn)
     }
 
     fn parameters(

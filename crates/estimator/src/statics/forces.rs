@@ -36,6 +36,23 @@ impl Forces {
         *self = nearest;
     }
 
+    /// Inflates the variance of each force beyond `limit` (N) by its square, so that no force at all is within its deviation.
+    /// Returns whether there is one.
+    pub fn inflate_beyond(&mut self, limit: f64) -> bool {
+        let mut found = false;
+        let forces = self.traction.iter().zip(&self.normal);
+        let forces = forces.flat_map(|(traction, normal)| [traction, normal]);
+        for ((k, row), force) in self.covariance.iter_mut().enumerate().zip(forces) {
+            if force.abs() > limit
+                && let Some(variance) = row.get_mut(k)
+            {
+                *variance += force * force;
+                found = true;
+            }
+        }
+        found
+    }
+
     /// Conditions on N = 0 of wheel `i`. Returns the squared Mahalanobis distance of that step, dimensionless.
     fn hold(&mut self, i: usize) -> f64 {
         let k = 2 * i + 1;
@@ -65,6 +82,24 @@ mod tests {
     use crate::testing::positive;
     use nalgebra::SMatrix;
     use proptest::prelude::*;
+
+    /// A force beyond the limit has a deviation of at least itself; the others keep theirs.
+    #[test]
+    fn a_force_beyond_the_limit_has_a_large_deviation() {
+        let mut forces = Forces {
+            normal: [0.0, 0.0, 14_733.0],
+            traction: [3.0, -900.0, 0.0],
+            covariance: [[1.0; 6]; 6],
+        };
+        assert!(forces.inflate_beyond(700.0));
+        let variances: [f64; 6] = core::array::from_fn(|k| forces.covariance[k][k]);
+        assert_eq!(
+            variances.map(|v| v > 1.0),
+            [false, false, true, false, false, true]
+        );
+        assert!(variances[5] > 14_733.0_f64.powi(2) && variances[2] > 900.0_f64.powi(2));
+        assert!(!forces.inflate_beyond(20_000.0));
+    }
 
     proptest! {
         /// Optimality: bounded forces are the most likely ones, `min (z - z0)' P^-1 (z - z0)` with N >= 0. The

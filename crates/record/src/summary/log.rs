@@ -43,6 +43,15 @@ pub struct ChannelSummary {
     pub duplicates: u64,
     /// Rows left out because they are earlier than the row before.
     pub late: u64,
+    /// How often the clock was set back, or rows are repeated.
+    #[serde(default)]
+    pub set_back: u64,
+    /// By how much at most, s; `None` if never.
+    #[serde(default)]
+    pub largest_set_back_s: Option<f64>,
+    /// Time before that, s.
+    #[serde(default)]
+    pub largest_set_back_at_s: Option<f64>,
     /// Rows in whose place a newer one of the same frame counts.
     pub superseded: u64,
     /// Rows left out because they are earlier than the first frame.
@@ -64,6 +73,9 @@ impl From<&ChannelReport> for ChannelSummary {
             longest_gap_at_s: report.longest_gap.map(|(_, start)| start),
             duplicates: report.duplicates,
             late: report.late,
+            set_back: report.set_back,
+            largest_set_back_s: report.largest_set_back.map(|(by, _)| by),
+            largest_set_back_at_s: report.largest_set_back.map(|(_, at)| at),
             superseded: report.superseded,
             before_start: report.before_start,
             cut_off: report.cut_off.clone(),

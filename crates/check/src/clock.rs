@@ -1,0 +1,301 @@
+//! The time stamps of a log: its parts between long gaps and jumps of the clock.
+//!
+//! Wheels that turn at a steady speed are a clock, too: where all three have turned by much more or less than the time
+//! stamps say, the clock was set.
+
+use crate::report::Finding;
+use crate::signal::median;
+use robhaz_estimator::SensorFrame;
+
+/// Time over which speeds before and after a step are taken, s.
+const SPAN: f64 = 0.1;
+/// Least number of frames of that time.
+const LEAST_FRAMES: usize = 4;
+/// Spin speed of a wheel that can serve as a clock, rad/s: 20 mm/s at the rim of the default robot.
+const LEAST_SPIN: f64 = 0.2;
+/// Relative difference of the speeds before and after, and of the jumps that the wheels show.
+const STEADY: f64 = 0.25;
+/// Jump, in periods, that is none of jitter or a lost frame.
+const LEAST_JUMP: f64 = 2.5;
+/// Longest median step, s: more is no log of a robot. It keeps sums of times finite.
+const LONGEST_STEP: f64 = 1e6;
+
+const TEST: &str = "clock";
+const CHANNEL: &str = "time stamps, encoders";
+
+/// A step of time that contradicts the wheels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Jump {
+    /// Index of the frame after it.
+    frame: usize,
+    /// By how much the clock was set back (forward: negative), s.
+    back: f64,
+}
+
+/// The time stamps of a log.
+pub struct Clock<'a> {
+    /// The parts between gaps and jumps that are long enough to show something.
+    pub parts: Vec<&'a [SensorFrame]>,
+    /// Median step of these, s; of irregular stamps a quarter of the mean, if that is more. `None` without a part.
+    pub step: Option<f64>,
+    jumps: Vec<Jump>,
+    frames: &'a [SensorFrame],
+    /// Whether the wheels turn steadily somewhere.
+    tells: bool,
+}
+
+/// Angles of all wheels in a frame.
+struct Turn {
+    frame: usize,
+    time: f64,
+    angle: [f64; 3],
+}
+
+impl<'a> Clock<'a> {
+    /// Gap at which a log is split, s, and least length of its parts: some times the widths of the filters of this crate.
+    pub const BREAK: f64 = 1.0;
+    /// Gap at which a log of a low rate is split, in periods.
+    const BREAK_PERIODS: f64 = 5.0;
+
+    /// The clock of frames.
+    pub fn of(frames: &'a [SensorFrame]) -> Self {
+        let step = median(steps(frames).filter(|step| *step > 0.0));
+        let step = step.unwrap_or(0.0).min(LONGEST_STEP);
+        let (jumps, tells) = jumps(frames, step);
+        let longest = Self::BREAK.max(Self::BREAK_PERIODS * step);
+        let mut parts = Vec::new();
+        let mut start = 0;
+        let mut jump = jumps.iter().peekable();
+        for i in 1..frames.len() {
+            let step = frames[i].time - frames[i - 1].time;
+            let jumps = jump.next_if(|jump| jump.frame <= i).is_some();
+            if jumps || !(step > 0.0 && step <= longest) {
+                parts.push(&frames[start..i]);
+                start = i;
+            }
+        }
+        parts.push(&frames[start..]);
+        parts.retain(|part| part.len() >= 3);
+        // Shorter parts show nothing. So the pauses between them are no longer than what is recorded.
+        if parts.iter().any(|part| length(part) >= Self::BREAK) {
+            parts.retain(|part| length(part) >= Self::BREAK);
+        } else {
+            let longest = parts.iter().copied().max_by_key(|part| part.len());
+            parts = longest.into_iter().collect();
+        }
+        Self {
+            step: step_of(&parts),
+            parts,
+            jumps,
+            frames,
+            tells,
+        }
+    }
+
+    /// The finding.
+    pub fn finding(&self) -> Finding {
+        let largest = self
+            .jumps
+            .iter()
+            .max_by(|a, b| a.back.abs().total_cmp(&b.back.abs()));
+        let Some(Jump { frame, back }) = largest else {
+            if self.tells {
+                let figure = "the wheels turn as the time stamps say";
+                return Finding::ok(TEST, CHANNEL, figure);
+            }
+            let remedy = "record a drive at a steady speed";
+            return Finding::cannot_tell(TEST, CHANNEL, "the wheels do not turn steadily", remedy);
+        };
+        let at = self.frames.get(*frame).map_or(0.0, |f| f.time);
+        let figure = format!(
+            "the clock was set {} by {:.3} s at {at:.3} s{}",
+            if *back > 0.0 { "back" } else { "forward" },
+            back.abs(),
+            match self.jumps.len() {
+                1 => String::new(),
+                n => format!(", the largest of {n} jumps"),
+            }
+        );
+        let remedy =
+            "split the log there; stamp readings with a monotonic clock, when they are taken";
+        Finding::fault(TEST, CHANNEL, figure, remedy)
+    }
+}
+
+fn steps(frames: &[SensorFrame]) -> impl Iterator<Item = f64> + '_ {
+    frames.windows(2).map(|w| w[1].time - w[0].time)
+}
+
+fn length(part: &[SensorFrame]) -> f64 {
+    match part {
+        [first, .., last] => last.time - first.time,
+        _ => 0.0,
+    }
+}
+
+/// The step of parts, s. With a quarter of the mean there are at most four samples a frame.
+#[expect(clippy::cast_precision_loss, reason = "numbers of frames")]
+fn step_of(parts: &[&[SensorFrame]]) -> Option<f64> {
+    let median = median(parts.iter().flat_map(|part| steps(part)))?;
+    let time: f64 = parts.iter().map(|part| length(part)).sum();
+    let count: usize = parts.iter().map(|part| part.len() - 1).sum();
+    let step = median.max(0.25 * time / count as f64);
+    (step > 0.0 && step.is_finite()).then_some(step)
+}
+
+/// The jumps, and whether the wheels tell. `step` is the median step of the frames, s.
+fn jumps(frames: &[SensorFrame], step: f64) -> (Vec<Jump>, bool) {
+    let turns: Vec<Turn> = frames.iter().enumerate().filter_map(turn).collect();
+    let count = |f: &SensorFrame| f.wheel_angle[0].is_some();
+    let share = frames.iter().filter(|f| count(f)).count().max(1);
+    // Encoders may have a lower rate than the frames.
+    let period = step * (frames.len() / share).max(1) as f64;
+    let width = window(period);
+    let count = resolution(&turns);
+    let (mut jumps, mut tells) = (Vec::new(), false);
+    for k in (1 + width)..turns.len().saturating_sub(width) {
+        let Some(found) = wheels_late(&turns[k - 1 - width..=k + width], count) else {
+            continue;
+        };
+        tells = true;
+        let mean = found.iter().sum::<f64>() / 3.0;
+        let agree = found.iter().all(|d| (d - mean).abs() < STEADY * mean.abs());
+        if mean.abs() > LEAST_JUMP * period && agree {
+            let frame = turns[k].frame;
+            jumps.push(Jump { frame, back: mean });
+        }
+    }
+    (jumps, tells)
+}
+
+/// Number of frames in [`SPAN`].
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a positive number; the cast saturates"
+)]
+fn window(period: f64) -> usize {
+    if period > 0.0 {
+        ((SPAN / period) as usize).max(LEAST_FRAMES)
+    } else {
+        LEAST_FRAMES
+    }
+}
+
+fn turn((frame, f): (usize, &SensorFrame)) -> Option<Turn> {
+    let [Some(a), Some(b), Some(c)] = f.wheel_angle else {
+        return None;
+    };
+    let angle = [a, b, c];
+    let finite = angle.iter().all(|a| a.is_finite());
+    finite.then_some(Turn {
+        frame,
+        time: f.time,
+        angle,
+    })
+}
+
+/// Least change of each encoder, rad: its count, if it is coarse.
+fn resolution(turns: &[Turn]) -> [f64; 3] {
+    let mut least = [f64::INFINITY; 3];
+    for w in turns.windows(2) {
+        for (i, least) in least.iter_mut().enumerate() {
+            let change = (w[1].angle[i] - w[0].angle[i]).abs();
+            if change > 0.0 {
+                *least = least.min(change);
+            }
+        }
+    }
+    least
+}
+
+/// By how much the three wheels have turned longer than the time stamps say in the middle step of a window, s; 0 within the
+/// `count` (rad) of an encoder. `None` if a wheel does not turn at one speed before and after.
+fn wheels_late(window: &[Turn], count: [f64; 3]) -> Option<[f64; 3]> {
+    let middle = window.len() / 2;
+    let (before, after) = window.split_at(middle);
+    let ([first, .., last], [next, .., end]) = (before, after) else {
+        return None;
+    };
+    let mut late = [0.0; 3];
+    for (i, late) in late.iter_mut().enumerate() {
+        let speed = |a: &Turn, b: &Turn| (b.angle[i] - a.angle[i]) / (b.time - a.time);
+        let (v0, v1) = (speed(first, last), speed(next, end));
+        let mean = 0.5 * (v0 + v1);
+        // Written so that a NaN fails too.
+        if !(mean.abs() > LEAST_SPIN && (v1 - v0).abs() < STEADY * mean.abs()) {
+            return None;
+        }
+        let found = (next.angle[i] - last.angle[i]) / mean - (next.time - last.time);
+        let least = 3.0 * count[i] / mean.abs();
+        *late = if found.abs() > least { found } else { 0.0 };
+    }
+    Some(late)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use robhaz_estimator::LinkReading;
+
+    /// Frames at 1 kHz of wheels that turn at 2 rad/s, with a changed clock.
+    fn frames(clock: impl Fn(f64) -> f64) -> Vec<SensorFrame> {
+        let link = LinkReading {
+            inclination: Some(0.0),
+            rate: Some(0.0),
+        };
+        (0..10_000)
+            .map(|k| 1e-3 * f64::from(k))
+            .map(|t| SensorFrame {
+                time: clock(t),
+                wheel_angle: [1.0, 1.01, 0.99].map(|speed| Some(2.0 * speed * t)),
+                motor_torque: [Some(0.0); 3],
+                link1: link,
+                link2: link,
+                contact_angle: [None; 3],
+            })
+            .collect()
+    }
+
+    /// Closed form: a clock that is set by 0.2 s, back or forward, and lost frames, which are no jump. Rows that are not in
+    /// order are left out when a log is read: so here.
+    #[test]
+    fn jumps_of_the_clock_are_found() {
+        let set = |by: f64| {
+            let mut frames = frames(|t| if t > 5.0 { t + by } else { t });
+            let mut latest = f64::NEG_INFINITY;
+            frames.retain(|f| {
+                let is_later = f.time > latest;
+                latest = latest.max(f.time);
+                is_later
+            });
+            frames
+        };
+        for by in [-0.2, 0.2] {
+            let frames = set(by);
+            let clock = Clock::of(&frames);
+            let [jump] = clock.jumps[..] else {
+                panic!("{:?}", clock.jumps)
+            };
+            // To 2 %: the wheels' speeds differ.
+            assert!((jump.back + by).abs() < 0.005, "{jump:?}");
+            assert_eq!(clock.parts.len(), 2);
+        }
+        let mut lost = set(0.0);
+        lost.retain(|f| !(4.0..4.2).contains(&f.time));
+        let clock = Clock::of(&lost);
+        assert!(clock.jumps.is_empty() && clock.tells && clock.parts.len() == 1);
+    }
+
+    /// Parts end at long gaps; parts that are too short are left out.
+    #[test]
+    fn a_log_is_split_at_gaps() {
+        let mut found = frames(|t| if t > 4.0 { t + 1.7e9 } else { t });
+        let clock = Clock::of(&found);
+        assert_eq!(clock.parts.len(), 2);
+        assert!((clock.step.unwrap_or(0.0) - 1e-3).abs() < 1e-6);
+        found.truncate(4100);
+        assert_eq!(Clock::of(&found).parts.len(), 1);
+        assert!(Clock::of(&found[..2]).step.is_none() && Clock::of(&[]).parts.is_empty());
+    }
+}

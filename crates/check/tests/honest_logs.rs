@@ -1,0 +1,254 @@
+//! Honest logs of all lengths, rates and speeds: `check` must not call them faulty. A user who gets false alarms ignores
+//! the true ones.
+//!
+//! `cargo test --release -p robhaz-check --test honest_logs -- --ignored --nocapture` runs 2 400 logs and prints each alarm.
+
+mod common;
+
+use common::{Failure, SOFT, readings_of, report, scene};
+use rayon::prelude::*;
+use robhaz_check::{Report, Verdict};
+use robhaz_sim::Truth;
+use robhaz_study::TruthRun;
+use std::collections::BTreeMap;
+
+/// Five grounds, long enough for a minute at 1 m/s where their kind allows it.
+const GROUNDS: [(&str, &[&str]); 5] = [
+    ("smooth", &[]),
+    ("sine", &["terrain.periods=120"]),
+    ("rough", &["terrain.extent=60"]),
+    ("heights", &[]),
+    ("flat", &[]),
+];
+/// m/s.
+const SPEEDS: [f64; 5] = [0.05, 0.1, 0.2, 0.5, 1.0];
+/// Samples of the truth, at 1 kHz, for one of the log: 1000, 200, 100, 50, 20 and 10 Hz.
+const STRIDES: [usize; 6] = [1, 5, 10, 20, 50, 100];
+/// s.
+const LENGTHS: [f64; 4] = [5.0, 10.0, 20.0, 60.0];
+/// Longest log, s.
+const LONGEST: f64 = 60.0;
+
+/// A log: its name, the number of truth samples for one of its own, its length (s), its sensors.
+struct Log {
+    stride: usize,
+    length: f64,
+    grade: &'static str,
+    seed: u64,
+}
+
+/// The logs of one drive.
+fn logs(first_seed: u64) -> Vec<Log> {
+    let mut logs = Vec::new();
+    for stride in STRIDES {
+        for length in LENGTHS {
+            for grade in ["typical", "poor"] {
+                let seed = first_seed + logs.len() as u64;
+                logs.push(Log {
+                    stride,
+                    length,
+                    grade,
+                    seed,
+                });
+            }
+        }
+    }
+    logs
+}
+
+/// What `check` says of a log.
+fn checked(name: &str, overrides: &[&str], truth: &[Truth], log: &Log) -> Result<Report, Failure> {
+    let grade = format!("sensors.grade={}", log.grade);
+    let scene = scene(name, &[overrides, &[&grade]].concat())?;
+    let of_log = truth.iter().step_by(log.stride);
+    let of_log = of_log.take_while(|t| t.time <= log.length);
+    report(&scene, &readings_of(&scene, of_log, log.seed))
+}
+
+/// False alarms: how many logs there are, how many have an alarm, and how often each test alarms.
+#[derive(Default)]
+struct Alarms {
+    logs: usize,
+    with_alarm: usize,
+    by_test: BTreeMap<String, usize>,
+}
+
+impl Alarms {
+    fn add(&mut self, what: &str, report: &Report) {
+        self.logs += 1;
+        self.with_alarm += usize::from(report.faults().count() > 0);
+        if std::env::var("DELAYS").is_ok() {
+            for f in report.findings.iter().filter(|f| f.test == "delay") {
+                println!("DELAY {what}: {:?} {} {}", f.verdict, f.channel, f.figure);
+            }
+        }
+        for fault in report.faults() {
+            println!(
+                "FALSE ALARM {what}: {} | {} | {}",
+                fault.test, fault.channel, fault.figure
+            );
+            let key = format!("{} | {}", fault.test, fault.channel);
+            *self.by_test.entry(key).or_default() += 1;
+        }
+    }
+}
+
+/// Checks the logs of one ground, drive and speed.
+fn add_drive(
+    alarms: &mut Alarms,
+    (name, ground): (&str, &[&str]),
+    drive: &[&str],
+    speed: f64,
+    logs: &[Log],
+) -> Result<(), Failure> {
+    let speed = format!("drive.speed={speed}");
+    let duration = format!("record.duration={LONGEST}");
+    let overrides = [ground, drive, &[&speed, &duration]].concat();
+    let truth = TruthRun::of(&scene(name, &overrides)?)?;
+    let truth: Vec<Truth> = truth.samples().copied().collect();
+    let reports: Vec<Report> = logs
+        .par_iter()
+        .map(|log| checked(name, &overrides, &truth, log))
+        .collect::<Result<_, Failure>>()?;
+    for (log, report) in logs.iter().zip(&reports) {
+        let what = format!(
+            "{name} {} {speed} {} Hz {} s {} seed {}",
+            drive.join(" "),
+            1000 / log.stride,
+            log.length,
+            log.grade,
+            log.seed
+        );
+        alarms.add(&what, report);
+    }
+    Ok(())
+}
+
+/// At most 0.5 % of honest logs have a false alarm: five grounds, both drives, 0.05 to 1 m/s, 10 Hz to 1 kHz, 5 to 60 s, two
+/// grades of sensors, 2 400 logs.
+#[test]
+#[ignore = "twenty minutes of two cores"]
+fn honest_logs_have_no_fault() -> Result<(), Failure> {
+    let mut alarms = Alarms::default();
+    for ground in GROUNDS {
+        if std::env::var("SCENE").is_ok_and(|one| one != ground.0) {
+            continue;
+        }
+        for drive in [&[] as &[&str], &SOFT] {
+            for speed in SPEEDS {
+                let first_seed = 5000 + alarms.logs as u64;
+                add_drive(&mut alarms, ground, drive, speed, &logs(first_seed))?;
+            }
+        }
+    }
+    for (test, count) in &alarms.by_test {
+        println!("{count:5}  {test}");
+    }
+    let Alarms {
+        logs, with_alarm, ..
+    } = alarms;
+    println!("{with_alarm} of {logs} logs have a false alarm");
+    assert!(200 * with_alarm <= logs, "{with_alarm} of {logs}");
+    Ok(())
+}
+
+/// The figure and verdict of a test.
+fn verdict<'a>(report: &'a Report, test: &str) -> Option<(Verdict, &'a str)> {
+    let found = report.findings.iter().find(|f| f.test == test)?;
+    Some((found.verdict, &found.figure))
+}
+
+/// At 40 to 83 Hz and at 0.5 m/s, where a sample takes several steps of the path, the distance is found right.
+#[test]
+fn the_distance_is_found_at_low_rates_and_high_speeds() -> Result<(), Failure> {
+    for (speed, strides) in [("0.2", [25, 20, 12]), ("0.5", [12, 5, 1])] {
+        let speed = format!("drive.speed={speed}");
+        let overrides = [speed.as_str(), "sensors.grade=typical"];
+        let scene = scene("smooth", &overrides)?;
+        let truth = TruthRun::of(&scene)?;
+        for stride in strides {
+            let of_log = truth.samples().step_by(stride);
+            let report = report(&scene, &readings_of(&scene, of_log, 3))?;
+            let found = verdict(&report, "distance");
+            assert!(
+                matches!(found, Some((Verdict::Ok, _))),
+                "{speed} {stride} {found:?}"
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Ideal sensors have no fault: noise and zeros that are shown as 0.000 are none, whatever the budget.
+#[test]
+fn ideal_sensors_have_no_fault() -> Result<(), Failure> {
+    let scene = scene("smooth", &["record.duration=8"])?;
+    let truth = TruthRun::of(&scene)?;
+    let report = report(&scene, &readings_of(&scene, truth.samples(), 0))?;
+    let faults: Vec<_> = report.faults().collect();
+    assert!(faults.is_empty(), "{faults:?}");
+    Ok(())
+}
+
+/// An IMU of 10 Hz that gives both readings in one message has no delay.
+#[test]
+fn a_slow_imu_has_no_delay() -> Result<(), Failure> {
+    let scene = scene("smooth", &["sensors.grade=typical"])?;
+    let truth = TruthRun::of(&scene)?;
+    let mut frames = readings_of(&scene, truth.samples().step_by(10), 0);
+    for (k, frame) in frames.iter_mut().enumerate() {
+        // Stamps that are rounded to 0.1 ms.
+        frame.time += 1e-4 * f64::from(u32::try_from(k % 3)?);
+        if k % 10 != 0 {
+            for link in [&mut frame.link1, &mut frame.link2] {
+                (link.inclination, link.rate) = (None, None);
+            }
+        }
+    }
+    let report = report(&scene, &frames)?;
+    let faults: Vec<_> = report.faults().collect();
+    assert!(faults.is_empty(), "{faults:?}");
+    Ok(())
+}
+
+/// Short logs in which a delay was found that is none: the example of docs/logs.md, and ground through points.
+#[test]
+fn short_logs_have_no_delay() -> Result<(), Failure> {
+    for (name, duration) in [("smooth", 5), ("heights", 8)] {
+        let duration = format!("record.duration={duration}");
+        let scene = scene(name, &["sensors.grade=typical", &duration])?;
+        let truth = TruthRun::of(&scene)?;
+        for seed in 0..7 {
+            let report = report(&scene, &readings_of(&scene, truth.samples(), seed))?;
+            let faults: Vec<_> = report.faults().collect();
+            assert!(faults.is_empty(), "{name} {seed} {faults:?}");
+        }
+    }
+    Ok(())
+}
+
+/// A clock that is set forward and one that is set back are named, and raise no other fault: the log is split there.
+#[test]
+fn a_clock_that_is_set_raises_one_fault() -> Result<(), Failure> {
+    let scene = scene("smooth", &["sensors.grade=typical"])?;
+    let truth = TruthRun::of(&scene)?;
+    let honest = readings_of(&scene, truth.samples(), 0);
+    for by in [-0.2, 0.2] {
+        let mut latest = f64::NEG_INFINITY;
+        let mut frames = honest.clone();
+        frames
+            .iter_mut()
+            .filter(|f| f.time > 10.0)
+            .for_each(|f| f.time += by);
+        // As when a log is read.
+        frames.retain(|f| {
+            let is_later = f.time > latest;
+            latest = latest.max(f.time);
+            is_later
+        });
+        let report = report(&scene, &frames)?;
+        let faults: Vec<_> = report.faults().map(|f| f.test).collect();
+        assert_eq!(faults, ["clock"], "{by} {:?}", verdict(&report, "delay"));
+    }
+    Ok(())
+}

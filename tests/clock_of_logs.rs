@@ -1,0 +1,142 @@
+//! Clocks of recorded logs: `robhaz check` names their faults first of all, and `robhaz estimate` survives them.
+
+use crate::support::{columns, robhaz, root, text};
+use std::fs;
+use std::path::Path;
+
+/// The table `sensors` of eight seconds of `smooth`, as lines.
+fn recorded(folder: &Path) -> Vec<String> {
+    let mut command = robhaz(folder);
+    command.arg("run").arg(root().join("scenes/smooth.toml"));
+    command.args(["--engine", "direct", "--rerun", "off", "--format", "csv"]);
+    command.args([
+        "--set",
+        "sensors.grade=typical",
+        "--set",
+        "record.duration=8",
+    ]);
+    let output = command.args(["--out", "run"]).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let table = fs::read_to_string(folder.join("run/sensors.csv")).unwrap();
+    table.lines().map(str::to_owned).collect()
+}
+
+/// Writes the lines as a log, each with a changed time, s.
+fn write(folder: &Path, lines: &[String], clock: impl Fn(f64) -> f64) {
+    let mut log = lines[0].clone() + "\n";
+    for line in &lines[1..] {
+        let (time, rest) = line.split_once(',').unwrap();
+        log += &format!("{},{rest}\n", clock(time.parse().unwrap()));
+    }
+    fs::write(folder.join("log.csv"), log).unwrap();
+}
+
+/// The findings of `robhaz check`, as lines.
+fn checked(folder: &Path) -> Vec<String> {
+    let output = robhaz(folder).args(["check", "log.csv"]).output().unwrap();
+    text(&output.stdout).lines().map(str::to_owned).collect()
+}
+
+/// The line of a fault of a test.
+fn fault<'a>(lines: &'a [String], test: &str) -> &'a str {
+    let of_test = |line: &&String| {
+        let mut words = line.split_whitespace();
+        words.next() == Some("FAULT") && words.next() == Some(test)
+    };
+    lines
+        .iter()
+        .find(of_test)
+        .unwrap_or_else(|| panic!("{test}: {lines:#?}"))
+}
+
+/// A clock that is set back by 0.2 s: `check` names it before all else; `best` states no force beyond five times the weight,
+/// 687 N, and starts anew once, with the flag.
+#[test]
+fn a_clock_that_is_set_back_is_named_and_survived() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    write(
+        folder,
+        &recorded(folder),
+        |t| if t > 5.0 { t - 0.2 } else { t },
+    );
+    let said = checked(folder);
+    assert!(said[0].contains("8001 rows at 1000 Hz"), "{}", said[0]);
+    let clock = fault(&said[..3], "clock");
+    assert!(clock.contains("set back by 0.200 s at 5.000 s"), "{clock}");
+
+    let mut command = robhaz(folder);
+    command.args([
+        "estimate",
+        "log.csv",
+        "--estimator",
+        "best",
+        "--rerun",
+        "off",
+    ]);
+    let output = command
+        .args(["--format", "csv", "--out", "out"])
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(text(&output.stdout).contains("set back by 0.200 s"));
+    let estimate = columns(&folder.join("out/estimate-best.csv"));
+    for wheel in 1..=3 {
+        let forces = &estimate[&format!("wheel{wheel}_normal_force")];
+        let largest = forces.iter().fold(0.0_f64, |a, b| a.max(*b));
+        assert!(largest < 687.0, "wheel {wheel}: {largest} N");
+    }
+    // Flag 32: the new start.
+    let started = estimate["flags"].iter().filter(|f| **f as u32 & 32 != 0);
+    assert_eq!(started.count(), 1);
+}
+
+/// A clock that is set by 54 years after the start, and stamps in milliseconds that are read as seconds: named, without the
+/// memory of all these seconds.
+#[test]
+fn implausible_times_are_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let lines = recorded(folder);
+    write(folder, &lines, |t| if t > 4.0 { t + 1.7e9 } else { t });
+    let said = checked(folder);
+    let gaps = fault(&said[..4], "gaps");
+    assert!(
+        gaps.contains("the longest 1700000000.001 s at 4.000 s"),
+        "{gaps}"
+    );
+    let clock = fault(&said[..6], "clock");
+    assert!(clock.contains("set forward by 1700000000.000 s"), "{clock}");
+    let last = said.last().unwrap();
+    assert!(last.contains(" 2 faults"), "{last}");
+
+    write(folder, &lines, |t| 1e3 * t);
+    let said = checked(folder);
+    let rate = fault(&said[..1], "rate");
+    assert!(
+        rate.contains("at 1 Hz") && said[1].contains("state time_unit"),
+        "{said:#?}"
+    );
+}
+
+/// Repeated rows and a cut last row are named, too.
+#[test]
+fn repeated_rows_and_a_cut_are_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let mut lines = recorded(folder);
+    for k in (100..4000).rev().step_by(20) {
+        lines.insert(k, lines[k].clone());
+    }
+    write(folder, &lines, |t| t);
+    let mut log = fs::read_to_string(folder.join("log.csv")).unwrap();
+    log.truncate(log.len() - 30);
+    fs::write(folder.join("log.csv"), log).unwrap();
+    let said = checked(folder);
+    let order = fault(&said[..4], "order");
+    assert!(
+        order.contains("195 rows with the time of the row before"),
+        "{order}"
+    );
+    assert!(fault(&said[..6], "end").contains("CUT OFF"));
+}
