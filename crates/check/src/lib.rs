@@ -10,6 +10,7 @@
 //! | `balance` | Signs of torques and inclinometers, delay of the torques | weight and inertia |
 //! | `ground` | Scale of the encoders, signs and exchange of the links' sensors | each wheel passes the same ground |
 //! | `drive` | Exchanged wheels, delay of the torques | answer of a speed control |
+//! | `torque_scale` | Do the torques fit the robot's mass? | work of the torques, and height, in `best` |
 //! | `agreement` | Does `best` agree with all? | innovations of all its filters |
 //!
 //! Each finding has a verdict, the figure behind it, and what to do. A test that a log cannot answer says so.
@@ -27,6 +28,7 @@ mod report;
 mod rest;
 mod signal;
 mod still;
+mod torque_scale;
 mod wheels;
 
 pub use report::{Finding, Report, Verdict};
@@ -86,6 +88,8 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
     let damping = stated.viscous_damping;
     findings.extend(balance::findings(&recording, &motion, robot, damping));
     findings.extend(drive::findings(&recording, &motion));
-    findings.push(agreement::finding(frames, robot, &stated.settings(frames)));
+    let (agreement, scale) = agreement::finding(frames, robot, &stated.settings(frames));
+    findings.push(torque_scale::finding(scale, robot));
+    findings.push(agreement);
     Report::new(findings)
 }
