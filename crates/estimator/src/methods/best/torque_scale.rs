@@ -2,6 +2,8 @@
 
 use super::BestFilters;
 use crate::contact::{ContactEstimate, ContactState};
+use crate::flags::Flags;
+use crate::frame::Instant;
 use crate::health::HealthMonitor;
 use crate::nominal::Nominal;
 use crate::settings::NoiseBudget;
@@ -25,24 +27,30 @@ pub(super) fn filter(robot: &Robot, budget: &NoiseBudget) -> ScaleFilter {
 }
 
 impl BestFilters {
-    /// Takes a sample in the posture of `arms`, `dt` seconds after the last.
+    /// Takes the sample of `instant`, in the posture of `arms`. Readings that are held for long do
+    /// not count.
     pub(super) fn find_scale(
         &mut self,
         nominal: &Nominal,
+        instant: &Instant<'_>,
         arms: &Arms,
         contact: &[ContactEstimate; 3],
-        dt: f64,
     ) {
         let on_one = |contact: &ContactEstimate| contact.state == ContactState::OneContact;
-        let holds =
-            contact.iter().all(on_one) && !self.motion.is_any_suspect() && !self.standing.stands();
+        let holds = contact.iter().all(on_one)
+            && !instant.flags.contains(Flags::SENSOR_STALE)
+            && !self.motion.is_any_suspect()
+            && !self.standing.stands();
         let rolling = if holds {
             self.rolling_robot(nominal, arms)
         } else {
             None
         };
         let (weight, mass) = (3.0 * nominal.mean_load, nominal.mass_sigma);
-        if self.scale.update(rolling.as_ref(), weight, mass, dt) {
+        if self
+            .scale
+            .update(rolling.as_ref(), weight, mass, instant.dt)
+        {
             self.motion.discard_errors(&nominal.settings.budget);
         }
     }
