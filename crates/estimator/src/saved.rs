@@ -13,7 +13,7 @@ pub struct SavedState {
 }
 
 /// Numbers in the largest state, that of `best`.
-pub(crate) const NUMBERS: usize = 2287;
+pub(crate) const NUMBERS: usize = 2329;
 
 const MAGIC: [u8; 4] = *b"RHES";
 /// Changes with the numbers of a state or their order.

@@ -209,7 +209,7 @@ impl BestFilters {
             contact: Some(contact),
             friction: Some(friction),
             uncertainty: Some(self.uncertainty(&settings.budget, health)),
-            torque_scale: Some(self.scale.found()),
+            torque_scale: Some(self.scale.found(3.0 * nominal.mean_load)),
             flags,
         };
         let mut estimate = assemble(nominal, instant.time, &equations, &solution);

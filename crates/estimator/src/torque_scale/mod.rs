@@ -143,11 +143,11 @@ impl ScaleFilter {
     /// simply roll, `mass` the relative error of the described mass. Returns whether another ratio
     /// is applied from now on that makes all estimated errors of the readings void.
     pub fn update(&mut self, rolling: Option<&Rolling>, weight: f64, mass: f64, dt: f64) -> bool {
-        self.balance.update(rolling, weight, dt) && self.judge(mass)
+        self.balance.update(rolling, weight, dt) && self.judge(weight, mass)
     }
 
-    fn judge(&mut self, mass: f64) -> bool {
-        let (ratio, sigma) = self.balance.ratio();
+    fn judge(&mut self, weight: f64, mass: f64) -> bool {
+        let (ratio, sigma) = self.balance.ratio(weight);
         let ratio = ratio.max(Self::LEAST);
         let (log, sigma) = (libm::log(ratio), sigma / ratio);
         let allowed = sigma * sigma + mass * mass;
@@ -215,9 +215,14 @@ impl ScaleFilter {
         if self.contradicts { 1.0 } else { self.applied }
     }
 
-    /// What is found.
-    pub fn found(&self) -> TorqueScale {
-        let (ratio, sigma) = self.balance.ratio();
+    /// Whether the ratio is beyond what the budget allows.
+    pub fn contradicts(&self) -> bool {
+        self.contradicts
+    }
+
+    /// What is found, for a robot of this weight, N.
+    pub fn found(&self, weight: f64) -> TorqueScale {
+        let (ratio, sigma) = self.balance.ratio(weight);
         TorqueScale {
             ratio,
             sigma,

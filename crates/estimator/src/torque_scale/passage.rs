@@ -20,9 +20,10 @@ pub(crate) struct Rolling {
     pub speed: f64,
     /// Front and middle axle ahead of Q, m.
     pub axles: [f64; 2],
-    /// Energy of the robot with its front and its middle axle at height 0, J: potential and
-    /// kinetic.
+    /// Potential energy of the robot with its front and its middle axle at height 0, J.
     pub energy: [f64; 2],
+    /// Kinetic energy of the robot, J.
+    pub kinetic: f64,
 }
 
 /// Work and energy between two passages of one place.
@@ -30,8 +31,10 @@ pub(crate) struct Rolling {
 pub(crate) struct Passed {
     /// Of each wheel: see [`Rolling::power`], J.
     pub work: [f64; 3],
-    /// Of the robot, and what the damping took, J.
+    /// Potential energy of the robot, and what the damping took, J.
     pub energy: f64,
+    /// Kinetic energy of the robot, J.
+    pub kinetic: f64,
 }
 
 /// What was when the leading wheel was at a place.
@@ -39,9 +42,10 @@ pub(crate) struct Passed {
 struct Record {
     work: [f64; 3],
     energy: f64,
+    kinetic: f64,
 }
 
-visit_fields!(Record: work, energy);
+visit_fields!(Record: work, energy, kinetic);
 
 /// Records of the leading wheel (the front one on the way forward, the middle one on the way back)
 /// at equal distances.
@@ -130,6 +134,7 @@ impl Passage {
                 *record = Record {
                     work: self.work,
                     energy: lead.1,
+                    kinetic: rolling.kinetic,
                 };
             }
         }
@@ -142,6 +147,7 @@ impl Passage {
         Some(Passed {
             work: [0, 1, 2].map(|i| self.work[i] - record.work[i]),
             energy: trail.1 - record.energy,
+            kinetic: rolling.kinetic - record.kinetic,
         })
     }
 

@@ -47,7 +47,7 @@ impl BestFilters {
         self.health
             .update_wiring(readings.as_ref(), robot, gain, instant.dt);
         let mut health = self.health.health(&nominal.robot.geometry.carriers);
-        if self.scale.found().contradicts {
+        if self.scale.contradicts() {
             health.suspect |= Channels::TORQUE_SCALE;
         }
         health

@@ -90,7 +90,8 @@ impl BestFilters {
             damping: damped,
             speed: velocity.x,
             axles: [front.x, middle.x],
-            energy: [front, middle].map(|axle| GRAVITY * (moment - total * axle.y) + kinetic),
+            energy: [front, middle].map(|axle| GRAVITY * (moment - total * axle.y)),
+            kinetic,
         })
     }
 
