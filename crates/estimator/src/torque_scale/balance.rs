@@ -116,7 +116,7 @@ impl WorkBalance {
     /// q and its standard deviation, for a robot of this weight, N.
     ///
     /// Errors of the heights make q too small, by their share of the squares of the energy: on level
-    /// ground nothing else is left of these.
+    /// ground nothing else is left of these. They are at most what the fit leaves.
     pub fn ratio(&self, weight: f64) -> (f64, f64) {
         let ([q, ..], [[variance, ..], ..]) = (self.fit.x, self.fit.p);
         let [squares, count] = self.left;
@@ -127,7 +127,7 @@ impl WorkBalance {
         let [sum, of_squares] = self.energy;
         let energy = of_squares - sum * sum / count.max(1.0);
         // No error is greater than that of the prior.
-        let share = (count * height * height / energy.max(0.0)).min(1.0);
+        let share = (scale * count * height * height / energy.max(0.0)).min(1.0);
         let of_height = Self::PRIOR * share;
         let sum = variance * scale + of_speed * of_speed + of_height * of_height;
         (q, robhaz_model::sqrt(sum))
