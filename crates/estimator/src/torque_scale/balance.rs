@@ -51,8 +51,8 @@ impl WorkBalance {
     const LASTS: f64 = 2000.0;
     /// Change of q in that way.
     const CHANGE: f64 = 0.01;
-    /// Factor on the variances after [`Self::loosen`].
-    const LOOSE: f64 = 9.0;
+    /// Factor on the deviations of q and b by [`Self::loosen`].
+    const LOOSE: f64 = 3.0;
 
     /// For axles at a distance of `between` (m). `resisted` is the deviation of what offsets,
     /// friction and rolling resistance take of the sum of the tractions (N), `gain` that of the
@@ -73,10 +73,13 @@ impl WorkBalance {
         self.passage.interrupt();
     }
 
-    /// Makes what was found less exact.
+    /// Makes q and b less exact. The gains keep their prior: with more they would explain any ratio.
     pub fn loosen(&mut self) {
-        for entry in self.fit.p.iter_mut().flatten() {
-            *entry *= Self::LOOSE;
+        let factor = |k: usize| if k < 2 { Self::LOOSE } else { 1.0 };
+        for (i, row) in self.fit.p.iter_mut().enumerate() {
+            for (j, entry) in row.iter_mut().enumerate() {
+                *entry *= factor(i) * factor(j);
+            }
         }
     }
 
