@@ -11,6 +11,7 @@
 //! | `balance` | Signs of torques and inclinometers, delay of the torques | weight and inertia |
 //! | `ground` | Scale of the encoders, signs and exchange of the links' sensors | each wheel passes the same ground |
 //! | `drive` | Exchanged wheels, delay of the torques | answer of a speed control |
+//! | `torque_scale` | Do the torques fit the robot's mass? | work of the torques, and height, in `best` |
 //! | `agreement` | Does `best` agree with all? | innovations of all its filters |
 //!
 //! Each finding has a verdict, the figure behind it, and what to do. A test that a log cannot answer says so.
@@ -30,6 +31,7 @@ mod report;
 mod rest;
 mod signal;
 mod still;
+mod torque_scale;
 mod wheels;
 
 pub use report::{Finding, Report, Verdict};
@@ -103,7 +105,9 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
     findings.extend(drive::findings(&recording, &motion));
     let resolved = recording.dt < LONGEST_STEP && turn < LARGEST_TURN_OF_FILTERS;
     let settings = stated.settings(frames);
-    findings.push(agreement::finding(frames, robot, &settings, resolved));
+    let (agreement, scale) = agreement::finding(frames, robot, &settings, resolved);
+    findings.push(torque_scale::finding(scale, robot));
+    findings.push(agreement);
     Report::new(findings)
 }
 

@@ -7,6 +7,7 @@ use crate::friction::WheelFriction;
 use crate::health::Health;
 use crate::nominal::Nominal;
 use crate::statics::{Equations, Forces};
+use crate::torque_scale::TorqueScale;
 use nalgebra::Vector4;
 use robhaz_model::Vec2;
 
@@ -25,6 +26,7 @@ pub(crate) struct Solution<'a> {
     pub friction: Option<[WheelFriction; 3]>,
     /// `None` from filters that state no covariance.
     pub uncertainty: Option<Uncertainty>,
+    pub torque_scale: Option<TorqueScale>,
     pub flags: Flags,
 }
 
@@ -83,6 +85,7 @@ pub(crate) fn assemble(
         contact: solution.contact,
         friction: solution.friction,
         health: uncertainty.as_ref().map(|u| u.health),
+        torque_scale: solution.torque_scale,
         flags: solution.flags,
     }
 }

@@ -4,6 +4,7 @@ use crate::contact::ContactEstimate;
 use crate::flags::Flags;
 use crate::friction::WheelFriction;
 use crate::health::Health;
+use crate::torque_scale::TorqueScale;
 use robhaz_model::{Posture, PostureError, Vec2};
 
 /// Wheel forces of one instant, with covariance and flags.
@@ -42,6 +43,8 @@ pub struct Estimate {
     pub friction: Option<[WheelFriction; 3]>,
     /// Whether the readings agree with each other; `None` from the paper's filters.
     pub health: Option<Health>,
+    /// The torques against the weight; `None` from the paper's filters, and before the readings show anything.
+    pub torque_scale: Option<TorqueScale>,
     /// Warnings.
     pub flags: Flags,
 }
@@ -62,6 +65,20 @@ impl Estimate {
         let wheels = self.friction.as_ref()?.iter().enumerate();
         let margins = wheels.filter_map(|(i, wheel)| Some((i, wheel.margin?)));
         margins.reduce(|least, other| if other.1 < least.1 { other } else { least })
+    }
+
+    /// Multiplies all forces by a factor, with what belongs to them.
+    pub(crate) fn scale_forces(&mut self, factor: f64) {
+        let forces = self.normal_force.iter_mut().chain(&mut self.traction);
+        for force in forces.chain(&mut self.residual) {
+            *force *= factor;
+        }
+        for force in &mut self.pin_force {
+            *force *= factor;
+        }
+        for entry in self.covariance.iter_mut().flatten().flatten() {
+            *entry *= factor * factor;
+        }
     }
 
     fn sigma(&self, k: usize) -> Option<f64> {

@@ -37,6 +37,7 @@
 //! | `ground/` | memory of the ground |
 //! | `friction/` | needed friction, onset of slip, bounds of the friction |
 //! | `health/` | whether the readings agree with each other |
+//! | `torque_scale/` | the torques against the weight: a scale, a payload |
 //! | `contact/` | velocity of a wheel relative to the ground, creep, contact state |
 //! | `methods/` | the paper's method and `best`: filters and statics put together |
 //!
@@ -92,6 +93,7 @@ mod settings;
 pub mod statics;
 #[cfg(test)]
 mod testing;
+mod torque_scale;
 mod visit;
 
 pub use contact::{ContactEstimate, ContactState};
@@ -110,3 +112,4 @@ pub use settings::{
     ContactAngles, EstimatorSettings, Filters, KalmanMethod, Masses, Method, NoiseBudget,
     PaperMethod,
 };
+pub use torque_scale::TorqueScale;

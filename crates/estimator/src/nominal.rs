@@ -14,6 +14,8 @@ pub(crate) struct Nominal {
     pub settings: EstimatorSettings,
     /// Mean of the wheels' normal forces at rest, N.
     pub mean_load: f64,
+    /// Relative standard deviation of the robot's mass, -, by the budget.
+    pub mass_sigma: f64,
     /// The masses, placed as the settings choose.
     pub masses: PointMasses,
     /// Deviation of the rows of eq. (8) by rolling resistance, N: the moments f_r r N of the wheels of each link, at the mean load.
@@ -35,6 +37,7 @@ impl Nominal {
             robot: robot.clone(),
             settings,
             mean_load: robot.mean_wheel_load(),
+            mass_sigma: mass_sigma(robot, &settings),
             masses: match settings.masses {
                 Masses::LumpedToBody => mass.lumped_to_body(),
                 Masses::LumpedToWheels => mass.lumped_to_wheels(),
@@ -117,6 +120,20 @@ impl Nominal {
         }
         flags
     }
+}
+
+/// See [`Nominal::mass_sigma`].
+fn mass_sigma(robot: &Robot, settings: &EstimatorSettings) -> f64 {
+    let budget = &settings.budget;
+    let mut variance = 0.0;
+    for link in &robot.mass.links {
+        variance += budget.link_mass * budget.link_mass * link * link;
+    }
+    if let Some(covariance) = &budget.load_covariance {
+        let [[of_mass, ..], ..] = covariance.rows();
+        variance += of_mass;
+    }
+    robhaz_model::sqrt(variance.max(0.0)) / robot.mass.total()
 }
 
 /// See [`Nominal::by_rolling_resistance`].

@@ -61,6 +61,9 @@ pub(crate) fn remarks(label: &str, summary: &Summary) -> Vec<String> {
             text.push_str(&missing(estimator));
         }
         text.push_str(&suspects(estimator));
+        if let Some(scale) = &estimator.torque_scale {
+            text.push_str(&format!("\n  {}: {}.", estimator.name, scale.words));
+        }
     }
     text.push_str(&log_lines(summary));
     text.lines().map(str::to_owned).collect()
@@ -295,6 +298,7 @@ mod tests {
             normal_force_at_one_contact: None,
             contacts: None,
             suspects: Default::default(),
+            torque_scale: None,
             means: None,
         };
         let run = described(&scene());

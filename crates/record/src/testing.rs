@@ -158,6 +158,7 @@ pub fn good_estimate(truth: &Truth, error: f64) -> Estimate {
         contact: None,
         friction: None,
         health: None,
+        torque_scale: None,
         flags: Flags::NONE,
     }
 }

@@ -5,7 +5,8 @@
 //! by least squares over the postures of a drive at rest.
 
 use crate::error::WeighError;
-use crate::parameters::PARAMETERS;
+use crate::measurements::Accuracy;
+use crate::parameters::{CENTRES, PARAMETERS, Tolerances};
 use crate::prior::Prior;
 use crate::statics::{PlateError, plate_forces};
 use nalgebra::{SMatrix, Vector4};
@@ -87,6 +88,22 @@ impl Deviations {
                 .map_err(WeighError::Statics)?
                 .sqrt(),
         })
+    }
+}
+
+impl Tolerances {
+    /// Covariance of the loads of a robot that errs from its drawings by these tolerances and was not weighed. Masses err
+    /// each by itself, and by as much all to the same side: cables, screws and payload make a robot heavier.
+    ///
+    /// # Errors
+    /// [`WeighError`] where a tolerance is not above 0, or the robot cannot stand in the postures of a drive.
+    pub fn loads(&self, drawings: &Robot) -> Result<LoadCovariance, WeighError> {
+        let prior = Prior::new(drawings, self, &Accuracy::TYPICAL)?;
+        let mut covariance = SMatrix::<f64, PARAMETERS, PARAMETERS>::identity();
+        covariance
+            .fixed_view_mut::<CENTRES, CENTRES>(0, 0)
+            .add_scalar_mut(1.0);
+        Ok(Deviations::new(&prior, drawings, &covariance)?.covariance)
     }
 }
 

@@ -21,9 +21,11 @@ impl Channels {
     pub const INCLINOMETER: [Self; 2] = [Self(2048), Self(4096)];
     /// The parity residual: a torque, an angle or a load, of which nothing more is known.
     pub const PARITY: Self = Self(8192);
+    /// All torques against the weight: their scale, or the robot's mass. See [`crate::TorqueScale`].
+    pub const TORQUE_SCALE: Self = Self(16384);
 
     /// All channels and their names.
-    const NAMES: [(Self, &'static str); 14] = [
+    const NAMES: [(Self, &'static str); 15] = [
         (Self::ENCODER[0], "encoder 1"),
         (Self::ENCODER[1], "encoder 2"),
         (Self::ENCODER[2], "encoder 3"),
@@ -38,17 +40,18 @@ impl Channels {
         (Self::INCLINOMETER[0], "inclinometer 1"),
         (Self::INCLINOMETER[1], "inclinometer 2"),
         (Self::PARITY, "parity"),
+        (Self::TORQUE_SCALE, "torque scale or mass"),
     ];
 
     /// The set as a number, one bit a channel: encoders 1, 2, 4; torques 8, 16, 32; contact angles 64, 128, 256; gyroscopes
-    /// 512, 1024; inclinometers 2048, 4096; parity 8192.
+    /// 512, 1024; inclinometers 2048, 4096; parity 8192; torque scale or mass 16384.
     pub const fn bits(self) -> u16 {
         self.0
     }
 
     /// The set of a number: the inverse of [`Self::bits`]. Other bits are ignored.
     pub const fn from_bits(bits: u16) -> Self {
-        Self(bits & 0x3fff)
+        Self(bits & 0x7fff)
     }
 }
 
@@ -63,7 +66,7 @@ mod tests {
         set |= Channels::GYROSCOPE[0];
         assert!(set.contains(Channels::GYROSCOPE[0]) && !set.contains(Channels::ENCODER[0]));
         assert_eq!(Channels::from_bits(set.bits()), set);
-        assert_eq!(Channels::from_bits(u16::MAX).names().count(), 14);
+        assert_eq!(Channels::from_bits(u16::MAX).names().count(), 15);
         assert!(Channels::NONE.is_empty() && Channels::NONE.names().next().is_none());
     }
 }

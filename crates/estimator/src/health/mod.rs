@@ -15,6 +15,7 @@
 //! | change of torque i | is it exactly constant while its wheel turns | torque i |
 //! | answer of the control | differences of the torques with those of the encoders, in each pairing | the exchanged torques, late torques |
 //! | start | sum of the torques with the motion of the robot that starts | late torques |
+//! | torque scale | work of all torques with the robot's energy, [`crate::TorqueScale`] | all torques, the masses |
 //!
 //! A wrong gyroscope disturbs the slip of the wheels on its link, too: then the link alone is suspect.
 

@@ -7,6 +7,7 @@ mod shaking;
 mod statics;
 #[cfg(test)]
 mod tests;
+mod torque_scale;
 
 use super::smooth_forces::SmoothForces;
 use super::wheel::{Wheel, visit_observers, visit_wheels};
@@ -25,6 +26,7 @@ use crate::health::{Health, HealthMonitor, Innovations};
 use crate::nominal::Nominal;
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, NoiseBudget};
 use crate::statics::{Arms, Forces, solve};
+use crate::torque_scale::ScaleFilter;
 use crate::visit::Visit;
 use robhaz_model::{Robot, Vec2};
 
@@ -54,6 +56,7 @@ pub(crate) struct BestFilters {
     torque_errors: [f64; TORQUE_ERRORS],
     friction: FrictionObserver,
     health: HealthMonitor,
+    scale: ScaleFilter,
 }
 
 impl Visit for BestFilters {
@@ -73,6 +76,7 @@ impl Visit for BestFilters {
         self.ground.visit(f);
         self.friction.visit(f);
         self.health.visit(f);
+        self.scale.visit(f);
     }
 }
 
@@ -104,6 +108,7 @@ impl BestFilters {
             torque_errors: [0.0; TORQUE_ERRORS],
             friction: FrictionObserver::default(),
             health: HealthMonitor::default(),
+            scale: torque_scale::filter(robot, budget),
         }
     }
 
@@ -151,11 +156,13 @@ impl BestFilters {
         self.ground.forget_left();
     }
 
-    /// Takes over the memory of the ground from `before`, and ends its section.
+    /// Takes over what lasts from `before`: the memory of the ground, whose section ends, and the torques' scale.
     pub fn end_ground(&mut self, before: &Self) {
         self.ground = before.ground;
         self.ground.forget_left();
         self.ground.end_section();
+        self.scale = before.scale;
+        self.scale.interrupt();
     }
 
     /// The filter of motion and errors.
@@ -190,6 +197,8 @@ impl BestFilters {
         let mut forces = solve(&equations, weighted, &right, inputs);
         forces.consider(&equations.inverse, &nominal.by_rolling_resistance);
         self.consider_shaking(nominal, &equations, &right.sensitivity, &mut forces);
+        let stated = self.scale.stated();
+        self.consider_scale(&equations, &mut forces);
         self.discard_wrong_states(&settings.budget);
         self.last_normal_force = forces.normal;
         self.last_traction = forces.traction;
@@ -201,9 +210,10 @@ impl BestFilters {
         );
         let contact = self.detect_contacts(nominal.mean_load, &rolling, instant.dt);
         innovations.parity = parity.map(|(parity, _)| parity.nis());
+        self.find_scale(nominal, instant, &equations.arms, &contact);
         let health = self.check_health(nominal, instant, &innovations, &contact);
 
-        let mut flags = instant.flags | nominal.unloaded(&forces.normal);
+        let mut flags = instant.flags | nominal.unloaded(&forces.normal.map(|n| n * stated));
         if self.standing.stands() {
             flags |= Flags::SPINS_IN_PLACE;
         }
@@ -229,9 +239,12 @@ impl BestFilters {
             contact: Some(contact),
             friction: Some(friction),
             uncertainty: Some(self.uncertainty(&settings.budget, health)),
+            torque_scale: Some(self.scale.found(3.0 * nominal.mean_load)),
             flags,
         };
-        Ok(assemble(nominal, instant.time, &equations, &solution))
+        let mut estimate = assemble(nominal, instant.time, &equations, &solution);
+        estimate.scale_forces(stated);
+        Ok(estimate)
     }
 
     /// Advances the link angles, rad. A filter that has not started yet starts. Returns the angles, and what the inclinometers show

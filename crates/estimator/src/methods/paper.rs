@@ -112,6 +112,7 @@ impl PaperFilters {
             contact: None,
             friction: None,
             uncertainty: None,
+            torque_scale: None,
             flags,
         };
         Ok(assemble(nominal, instant.time, &equations, &solution))

@@ -55,6 +55,15 @@ impl Loads {
         }
     }
 
+    /// The loads of a robot that is heavier by a `factor` in all its parts.
+    pub fn of_heavier(mut self, factor: f64) -> Self {
+        for load in self.bars.iter_mut().chain(&mut self.wheels) {
+            load.force *= factor;
+            load.torque *= factor;
+        }
+        self
+    }
+
     /// Gravity and inertia (d'Alembert).
     ///
     /// The rotor is an armature between link and wheel: its torque is internal to both and does not appear.

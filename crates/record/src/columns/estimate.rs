@@ -171,7 +171,7 @@ fn stated_errors(index: usize) -> Vec<Column> {
             "suspect_channels",
             "1",
             "channels whose readings contradict others, a bit each: encoders 1, 2, 4; torques 8, 16, 32; contact angles 64, 128, \
-             256; gyroscopes 512, 1024; inclinometers 2048, 4096; parity 8192; empty without Kalman filters",
+             256; gyroscopes 512, 1024; inclinometers 2048, 4096; parity 8192; torque scale or mass 16384; empty without Kalman filters",
             |e| e.health.map(|health| f64::from(health.suspect.bits())),
         ),
     ];

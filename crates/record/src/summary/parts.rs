@@ -2,7 +2,7 @@
 
 use super::log::{ForceSums, MeanForces};
 use super::suspects::Suspects;
-use robhaz_estimator::FrictionTestResult;
+use robhaz_estimator::{FrictionTestResult, TorqueScale};
 use robhaz_model::{Pin, Robot};
 use robhaz_run::{RunDescription, World};
 use robhaz_score::contact::FlagScores;
@@ -246,6 +246,31 @@ pub struct NominalRobot {
     pub wheel_radius: f64,
 }
 
+/// The torques against the weight: [`TorqueScale`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TorqueScaleSummary {
+    /// Torques over those that the described robot needs, -.
+    pub ratio: f64,
+    /// Its standard deviation, -.
+    pub sigma: f64,
+    /// Whether it is beyond what the budget allows.
+    pub contradicts: bool,
+    /// In words.
+    pub words: String,
+}
+
+impl TorqueScaleSummary {
+    /// For a robot of which one side has the mass `described`, kg.
+    pub(super) fn of(scale: &TorqueScale, described: f64) -> Self {
+        Self {
+            ratio: scale.ratio,
+            sigma: scale.sigma,
+            contradicts: scale.contradicts,
+            words: scale.in_words(described).to_string(),
+        }
+    }
+}
+
 /// Errors of one estimator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EstimatorSummary {
@@ -296,6 +321,9 @@ pub struct EstimatorSummary {
     /// Channels whose readings contradicted others, over all records.
     #[serde(default, skip_serializing_if = "Suspects::is_empty")]
     pub suspects: Suspects,
+    /// The torques against the weight at the end; of a recorded log alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub torque_scale: Option<TorqueScaleSummary>,
     /// Means over the records that count; of a recorded log alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub means: Option<MeanForces>,
@@ -377,6 +405,7 @@ impl EstimatorSummary {
             normal_force_at_one_contact: score.at_one_contact().normal_force(),
             contacts,
             suspects: Suspects::new(),
+            torque_scale: None,
             means: None,
         }
     }

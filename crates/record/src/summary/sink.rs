@@ -5,11 +5,12 @@ use super::file::Summary;
 use super::log::{ForceSums, LogSummary};
 use super::parts::{
     BrokenOff, ControlSummary, EstimatorSummary, FrictionSummary, FrictionTestSummary,
-    NominalRobot, SensorErrors,
+    NominalRobot, SensorErrors, TorqueScaleSummary,
 };
 use super::suspects::{Suspects, add_suspects};
 use crate::error::RecordError;
 use crate::felt_ground::FeltGrounds;
+use robhaz_estimator::TorqueScale;
 use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_score::contact::ContactScore;
 use robhaz_score::events::{EventCounts, EventDetector};
@@ -30,6 +31,8 @@ pub struct SummarySink {
     grounds: FeltGrounds,
     /// Sums over the estimates of a recorded log; empty for a simulation.
     sums: Vec<ForceSums>,
+    /// The torques' scale of each estimator at its last estimate.
+    scales: Vec<Option<TorqueScale>>,
     /// Suspect channels of each estimator.
     suspects: Vec<Suspects>,
     rule: Option<Rule>,
@@ -95,7 +98,10 @@ impl SummarySink {
                         )
                     };
                     match self.sums.get(k) {
-                        Some(sums) => estimator.with_means(sums, self.compared),
+                        Some(sums) => EstimatorSummary {
+                            torque_scale: self.scale(k, run.nominal_robot.mass.total()),
+                            ..estimator.with_means(sums, self.compared)
+                        },
                         None => estimator,
                     }
                 })
@@ -105,6 +111,12 @@ impl SummarySink {
 }
 
 impl SummarySink {
+    /// The torques' scale of an estimator, for a described mass of one side, kg.
+    fn scale(&self, index: usize, described: f64) -> Option<TorqueScaleSummary> {
+        let scale = self.scales.get(index)?.as_ref()?;
+        Some(TorqueScaleSummary::of(scale, described))
+    }
+
     /// Adds a record with its truth.
     fn compare(&mut self, truth: &Truth, frame: &Frame<'_>) {
         let judged = self.rule.map(|rule| rule.judge(truth));
@@ -166,6 +178,7 @@ impl Sink for SummarySink {
                 Some(_) => Vec::new(),
                 None => vec![ForceSums::default(); run.estimators.len()],
             },
+            scales: vec![None; run.estimators.len()],
             suspects: vec![Suspects::new(); run.estimators.len()],
             rule: Some(rule),
             compared: false,
@@ -183,6 +196,11 @@ impl Sink for SummarySink {
         for (suspects, estimate) in self.suspects.iter_mut().zip(frame.estimates) {
             if let Ok(estimate) = estimate {
                 add_suspects(suspects, frame.time, estimate);
+            }
+        }
+        for (scale, estimate) in self.scales.iter_mut().zip(frame.estimates) {
+            if let Ok(estimate) = estimate {
+                *scale = estimate.torque_scale.or(*scale);
             }
         }
         if self.rule.is_some_and(|rule| rule.compares(frame.time)) {

@@ -7,6 +7,7 @@ use crate::robot::RobotChoice;
 use crate::scene::Scene;
 use crate::suggest::nearest;
 use robhaz_estimator::{ContactAngles, EstimatorSettings, Method, NoiseBudget};
+use robhaz_weigh::{Tolerances, WeighError};
 
 /// What is known of a log beside its readings. SI throughout.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +18,8 @@ pub struct LogChoice {
     pub robot: RobotChoice,
     /// Whether the user stated the robot, here or in a file of its own.
     pub states_robot: bool,
+    /// Whether the errors of the robot's masses, centres of mass and pins are stated: here, or in the file of the robot.
+    pub states_loads: bool,
     /// `[drive]`: nominal viscous damping B of estimators without a value of their own, N m s.
     pub viscous_damping: f64,
     /// `[contact]`: nominal compression of wheel and ground at the mean wheel load, m.
@@ -69,6 +72,7 @@ impl Default for LogChoice {
             name: None,
             robot: scene.robot,
             states_robot: false,
+            states_loads: false,
             viscous_damping: damping,
             compression: EstimatorSettings::best().compression,
             budget: NoiseBudget::typical(),
@@ -114,6 +118,7 @@ impl LogChoice {
                 robot,
             },
             states_robot: true,
+            states_loads: true,
             viscous_damping: scene
                 .model_error
                 .nominal_damping(scene.drive.viscous_damping),
@@ -125,6 +130,20 @@ impl LogChoice {
             estimators: scene.estimators.iter().map(estimator).collect(),
             mapping: None,
         })
+    }
+
+    /// Where no errors of the robot are stated, they become those of a robot as people build them: [`Tolerances::BUILT`].
+    ///
+    /// # Errors
+    /// [`WeighError`] where the robot cannot stand in the postures of a drive.
+    pub fn take_built_loads(&mut self) -> Result<(), WeighError> {
+        if !self.states_loads {
+            let loads = Tolerances::BUILT.loads(&self.robot.robot)?;
+            let budget = &mut self.budget;
+            (budget.body_cg, budget.link_mass) = (0.0, 0.0);
+            budget.load_covariance = Some(loads);
+        }
+        Ok(())
     }
 
     /// The settings with which an estimator runs: as listed, with its nominal damping and the noise budget.

@@ -64,6 +64,7 @@ impl LogChoice {
         if let (Some(entries), Some(section)) = (entries, keys) {
             for entry in entries {
                 if ROBOTS_BUDGET.contains(&entry.key.as_str()) {
+                    self.states_loads = true;
                     reader.entry(section.keys, entry, section.name, self);
                 }
             }
@@ -108,6 +109,8 @@ fn read_text(path: &Path, allowed: &str) -> Result<String, SceneError> {
 fn read(reader: &mut Reader, root: &Node, base: LogChoice) -> LogChoice {
     top_level(reader, root);
     let mut choice = base;
+    let budget = root.get("budget");
+    choice.states_loads |= budget.is_some_and(|b| ROBOTS_BUDGET.iter().any(|k| b.get(k).is_some()));
     if let Some(node) = root.get("name") {
         choice.name = name::read(reader, node, "name");
     }

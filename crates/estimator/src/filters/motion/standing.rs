@@ -1,12 +1,14 @@
 //! A robot whose wheels spin in place: its velocity is zero, and rolling tells nothing of slopes and torques.
 
-use super::filter::MotionFilter;
+use super::filter::{MotionFilter, angle_sigma};
 use super::rolling::RollingWheel;
-use super::states::{ACCELERATION, CONTACT_ANGLE, TORQUE_ERRORS, TORQUE_OFFSET, VELOCITY};
+use super::states::{
+    ACCELERATION, CONTACT_ANGLE, GEAR_FRICTION, TORQUE_ERRORS, TORQUE_OFFSET, VELOCITY,
+};
 use super::tuning::TUNING;
 use crate::contact::{RollingResiduals, SlipResidual};
 use crate::quadrature::root_sum_square;
-use crate::settings::ContactAngles;
+use crate::settings::{ContactAngles, NoiseBudget};
 
 impl MotionFilter {
     /// Offsets of the torque readings and gear friction, N m.
@@ -31,6 +33,18 @@ impl MotionFilter {
                 *x = -angle;
             }
         }
+    }
+
+    /// Discards the estimated errors of torques and contact angles: they were found with other loads.
+    pub fn discard_errors(&mut self, budget: &NoiseBudget) {
+        for i in 0..3 {
+            self.filter
+                .set(TORQUE_OFFSET + i, 0.0, budget.torque_offset);
+            let angle = self.filter.x[CONTACT_ANGLE + i];
+            let sigma = angle_sigma(budget, self.angles);
+            self.filter.set(CONTACT_ANGLE + i, angle, sigma);
+        }
+        self.filter.set(GEAR_FRICTION, 0.0, budget.gear_friction);
     }
 
     /// The robot stands at this sample: velocity and acceleration are zero, and torque errors are only considered.

@@ -4,7 +4,8 @@ use super::BestFilters;
 use crate::contact::{ContactEstimate, ContactState};
 use crate::frame::{Held, Inputs, Instant};
 use crate::health::{
-    Health, HealthMonitor, Innovations, RollingRobot, TorqueReading, TurnReadings, WheelReadings,
+    Channels, Health, HealthMonitor, Innovations, RollingRobot, TorqueReading, TurnReadings,
+    WheelReadings,
 };
 use crate::nominal::Nominal;
 
@@ -45,7 +46,11 @@ impl BestFilters {
         let robot = || rolling_robot(nominal);
         self.health
             .update_wiring(readings.as_ref(), robot, gain, instant.dt);
-        self.health.health(&nominal.robot.geometry.carriers)
+        let mut health = self.health.health(&nominal.robot.geometry.carriers);
+        if self.scale.contradicts() {
+            health.suspect |= Channels::TORQUE_SCALE;
+        }
+        health
     }
 }
 

@@ -31,8 +31,9 @@ impl BestFilters {
 
     /// Gravity, and inertia if `method.inertia`, for angular accelerations of links 1 and 2, rad/s^2.
     pub(super) fn loads(&self, nominal: &Nominal, arms: &Arms, accelerations: [f64; 2]) -> Loads {
+        let heavier = self.scale.applied();
         if !self.method.inertia {
-            return Loads::at_rest(&nominal.masses);
+            return Loads::at_rest(&nominal.masses).of_heavier(heavier);
         }
         let robot = &nominal.robot;
         let [link1, link2] = &self.links;
@@ -43,7 +44,7 @@ impl BestFilters {
             spin: self.wheels.each_ref().map(Wheel::acceleration),
         };
         let carriers = &robot.geometry.carriers;
-        Loads::moving(&robot.mass, &nominal.masses, arms, carriers, &motion)
+        Loads::moving(&robot.mass, &nominal.masses, arms, carriers, &motion).of_heavier(heavier)
     }
 
     /// Given contact angle of wheel `i` (0 where none is given) minus its estimated error, rad.

@@ -1,0 +1,28 @@
+//! The torques against the weight, as `best` has found them: [`robhaz_estimator::TorqueScale`].
+
+use crate::report::Finding;
+use robhaz_estimator::TorqueScale;
+use robhaz_model::Robot;
+
+const TEST: &str = "scale of torques, mass";
+const CHANNEL: &str = "torques 1 to 3";
+
+/// The finding; `scale` is `None` where there was no estimate.
+pub fn finding(scale: Option<TorqueScale>, robot: &Robot) -> Finding {
+    let Some(scale) = scale else {
+        return Finding::cannot_tell(TEST, CHANNEL, "no estimate", "see the faults above");
+    };
+    let figure = scale.in_words(robot.mass.total()).to_string();
+    if scale.contradicts {
+        let remedy = format!(
+            "weigh the robot as it drives; if its mass is right, multiply `scale` of the three torques by {:.2}",
+            1.0 / scale.ratio
+        );
+        return Finding::fault(TEST, CHANNEL, figure, remedy);
+    }
+    if !scale.is_known() {
+        let remedy = "drive gently over a slope of some degrees that is longer than the robot";
+        return Finding::cannot_tell(TEST, CHANNEL, figure, remedy);
+    }
+    Finding::ok(TEST, CHANNEL, figure)
+}

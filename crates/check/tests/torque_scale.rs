@@ -1,0 +1,192 @@
+//! The scale of all torques, and a payload: one unknown, as both make the torques greater against
+//! the weight.
+//!
+//! What a log shows must be found by `check` and by the estimator's health; what is stated of N
+//! must contain what either explanation changes; and honest logs, and logs that cannot tell, must
+//! not be blamed.
+
+mod common;
+
+use common::{Failure, SOFT, readings, scene};
+use robhaz_check::{Finding, Stated, Verdict, check};
+use robhaz_estimator::{Channels, Estimator, EstimatorSettings, SensorFrame, TorqueScale};
+use robhaz_scene::Scene;
+use robhaz_study::TruthRun;
+use robhaz_weigh::Tolerances;
+
+/// What `best` makes of a log.
+struct Outcome {
+    scale: TorqueScale,
+    /// Whether health has named the scale.
+    alarm: bool,
+    /// RMS error of N over the mean N, from 2 s on.
+    error: f64,
+    /// Share of the errors of N within two stated deviations.
+    within: f64,
+}
+
+fn estimate(
+    scene: &Scene,
+    settings: EstimatorSettings,
+    frames: &[SensorFrame],
+    truth: &TruthRun,
+) -> Result<Outcome, Failure> {
+    let mut estimator = Estimator::new(&scene.nominal_robot()?, settings);
+    let (mut scale, mut alarm) = (None, false);
+    let (mut squares, mut sum, mut within, mut count) = (0.0, 0.0, 0.0, 0.0);
+    for (frame, true_sample) in frames.iter().zip(truth.samples()) {
+        let estimate = estimator.update(frame)?;
+        scale = estimate.torque_scale;
+        alarm |= estimate
+            .health
+            .is_some_and(|h| h.suspect.contains(Channels::TORQUE_SCALE));
+        if frame.time < 2.0 {
+            continue;
+        }
+        for (i, wheel) in true_sample.wheels.iter().enumerate() {
+            let error = estimate.normal_force[i] - wheel.normal_force;
+            let sigma = estimate.sigma_normal(i).ok_or("best states deviations")?;
+            squares += error * error;
+            sum += wheel.normal_force;
+            within += f64::from(u8::from(error.abs() < 2.0 * sigma));
+            count += 1.0;
+        }
+    }
+    Ok(Outcome {
+        scale: scale.ok_or("best states the scale")?,
+        alarm,
+        error: f64::sqrt(squares / count) / (sum / count),
+        within: within / count,
+    })
+}
+
+fn scaled(mut frames: Vec<SensorFrame>, factor: f64) -> Vec<SensorFrame> {
+    for torque in frames.iter_mut().flat_map(|f| &mut f.motor_torque) {
+        *torque = torque.map(|t| t * factor);
+    }
+    frames
+}
+
+fn finding(scene: &Scene, frames: &[SensorFrame]) -> Result<Finding, Failure> {
+    let settings = scene.nominal_settings(&scene.estimators[0])?;
+    let robot = scene.nominal_robot()?;
+    let stated = Stated {
+        robot: &robot,
+        budget: settings.budget,
+        viscous_damping: settings.viscous_damping,
+        compression: settings.compression,
+    };
+    let report = check(frames, &stated);
+    let mut findings = report.findings.into_iter();
+    let of_scale = findings.find(|f| f.test == "scale of torques, mass");
+    Ok(of_scale.ok_or("check judges the scale")?)
+}
+
+const TYPICAL: &str = "sensors.grade=typical";
+
+/// Torques of half their size and of 1.6 times their size: a fault in `check`, an alarm of `best`,
+/// the ratio within 15 % of the factor (three of its deviations), and errors of N within what is
+/// stated: 90 % within two deviations.
+#[test]
+fn scaled_torques_are_found_and_stated() -> Result<(), Failure> {
+    for name in ["smooth", "sine"] {
+        for drive in [&[][..], &SOFT] {
+            let scene = scene(name, &[drive, &[TYPICAL]].concat())?;
+            let truth = TruthRun::of(&scene)?;
+            for factor in [0.5, 1.6] {
+                let frames = scaled(readings(&scene, &truth, 1), factor);
+                let what = format!("{name} {drive:?} {factor}");
+                let found = finding(&scene, &frames)?;
+                assert_eq!(found.verdict, Verdict::Fault, "{what}: {}", found.figure);
+                for estimator in &scene.estimators {
+                    let settings = scene.nominal_settings(estimator)?;
+                    let outcome = estimate(&scene, settings, &frames, &truth)?;
+                    let ratio = outcome.scale.ratio;
+                    println!(
+                        "{what}: {ratio:.3}, {:.3}, {:.3}",
+                        outcome.error, outcome.within
+                    );
+                    assert!(outcome.alarm, "{what}");
+                    assert!((ratio / factor - 1.0).abs() < 0.15, "{what}: {ratio}");
+                    assert!(outcome.within > 0.9, "{what}: {}", outcome.within);
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A payload of 1 kg on the body of a robot that counts as people build them: nothing is blamed for
+/// what the budget of the masses allows, the masses take their share, and 90 % of the errors of N
+/// are within two deviations. The error of N falls below the 6.6 % that the payload makes.
+#[test]
+fn a_payload_is_stated() -> Result<(), Failure> {
+    for name in ["smooth", "sine"] {
+        let described = scene(name, &[TYPICAL])?;
+        let loaded = scene(name, &[TYPICAL, "robot.mass.body=6"])?;
+        let truth = TruthRun::of(&loaded)?;
+        for seed in 0..2 {
+            let frames = readings(&loaded, &truth, seed);
+            let mut settings = described.nominal_settings(&described.estimators[1])?;
+            let robot = described.nominal_robot()?;
+            settings.budget.load_covariance = Some(Tolerances::BUILT.loads(&robot)?);
+            let outcome = estimate(&described, settings, &frames, &truth)?;
+            let ratio = outcome.scale.ratio;
+            let what = format!("{name} {seed}");
+            println!(
+                "{what}: {ratio:.3}, {:.3}, {:.3}",
+                outcome.error, outcome.within
+            );
+            assert!(outcome.within > 0.9, "{what}: {}", outcome.within);
+            assert!(outcome.error < 0.06, "{what}: {}", outcome.error);
+        }
+    }
+    Ok(())
+}
+
+/// Honest readings: no alarm, `check` says ok, and the ratio is 1 within three of its deviations.
+#[test]
+fn honest_torques_fit_the_weight() -> Result<(), Failure> {
+    for name in ["smooth", "sine", "rough", "course"] {
+        let scene = scene(name, &[TYPICAL])?;
+        let truth = TruthRun::of(&scene)?;
+        for seed in 0..3 {
+            let frames = readings(&scene, &truth, seed);
+            let found = finding(&scene, &frames)?;
+            assert_eq!(
+                found.verdict,
+                Verdict::Ok,
+                "{name} {seed}: {}",
+                found.figure
+            );
+            let settings = scene.nominal_settings(&scene.estimators[1])?;
+            let outcome = estimate(&scene, settings, &frames, &truth)?;
+            let TorqueScale { ratio, sigma, .. } = outcome.scale;
+            assert!(!outcome.alarm, "{name} {seed}");
+            assert!(
+                (ratio - 1.0).abs() < 3.0 * sigma,
+                "{name} {seed}: {ratio} {sigma}"
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Level ground shows no scale, whatever it is, and `check` says so.
+#[test]
+fn level_ground_cannot_tell() -> Result<(), Failure> {
+    let scene = scene("flat", &[TYPICAL])?;
+    let truth = TruthRun::of(&scene)?;
+    for factor in [1.0, 0.5] {
+        let frames = scaled(readings(&scene, &truth, 0), factor);
+        let found = finding(&scene, &frames)?;
+        assert_eq!(
+            found.verdict,
+            Verdict::CannotTell,
+            "{factor}: {}",
+            found.figure
+        );
+        assert!(found.figure.contains("level ground"), "{}", found.figure);
+    }
+    Ok(())
+}

@@ -1,0 +1,119 @@
+//! The torques against the weight: what is taken of one sample, and what it changes.
+
+use super::BestFilters;
+use crate::contact::{ContactEstimate, ContactState};
+use crate::flags::Flags;
+use crate::frame::Instant;
+use crate::health::HealthMonitor;
+use crate::nominal::Nominal;
+use crate::settings::NoiseBudget;
+use crate::statics::{Arms, Equations, Forces};
+use crate::torque_scale::{Rolling, ScaleFilter};
+use nalgebra::Vector4;
+use robhaz_model::{Bar, GRAVITY, Robot, Vec2, perp};
+
+/// Steepest way of an axle, as dy/dx. On a steeper one an error of its place is one of its height,
+/// and impacts take energy.
+const STEEPEST: f64 = 0.6;
+
+/// For a robot whose torques err as the budget states.
+pub(super) fn filter(robot: &Robot, budget: &NoiseBudget) -> ScaleFilter {
+    let [front, middle, _] = &robot.geometry.axles;
+    // Friction is common to all wheels; offsets are not.
+    let torques = 3.0 * budget.gear_friction + robhaz_model::sqrt(3.0) * budget.torque_offset;
+    let rolling = budget.rolling_resistance * 3.0 * robot.mean_wheel_load();
+    let resisted = torques / robot.geometry.wheel_radius + rolling;
+    ScaleFilter::new(front.x - middle.x, resisted, budget.torque_gain)
+}
+
+impl BestFilters {
+    /// Takes the sample of `instant`, in the posture of `arms`. Readings that are held for long do
+    /// not count.
+    pub(super) fn find_scale(
+        &mut self,
+        nominal: &Nominal,
+        instant: &Instant<'_>,
+        arms: &Arms,
+        contact: &[ContactEstimate; 3],
+    ) {
+        let on_one = |contact: &ContactEstimate| contact.state == ContactState::OneContact;
+        let holds = contact.iter().all(on_one)
+            && !instant.flags.contains(Flags::SENSOR_STALE)
+            && !self.motion.is_any_suspect()
+            && !self.standing.stands();
+        let rolling = if holds {
+            self.rolling_robot(nominal, arms)
+        } else {
+            None
+        };
+        let (weight, mass) = (3.0 * nominal.mean_load, nominal.mass_sigma);
+        if self
+            .scale
+            .update(rolling.as_ref(), weight, mass, instant.dt)
+        {
+            self.motion.discard_errors(&nominal.settings.budget);
+        }
+    }
+
+    /// Power and energy; `None` where an axle hardly moves, or on a steep way.
+    fn rolling_robot(&self, nominal: &Nominal, arms: &Arms) -> Option<Rolling> {
+        let (geometry, masses) = (&nominal.robot.geometry, &nominal.masses);
+        let velocity = self.motion.velocity();
+        let damping = nominal.settings.viscous_damping;
+        let (mut power, mut damped) = ([0.0; 3], 0.0);
+        for (i, axle) in arms.axles.iter().enumerate() {
+            let rate = self.links[geometry.carriers[i].index()].smooth_rate();
+            let of_axle: Vec2 = velocity + perp(*axle) * rate;
+            let ahead = of_axle.x.abs();
+            // Written so that a NaN leaves, too.
+            if !(ahead > HealthMonitor::DRIVES && of_axle.y.abs() < STEEPEST * ahead) {
+                return None;
+            }
+            let speed = libm::copysign(robhaz_model::sqrt(of_axle.norm_squared()), of_axle.x);
+            let rim = speed / geometry.wheel_radius + rate;
+            let torque = self.wheels[i].steady_torque(damping);
+            power[i] = torque * rim;
+            damped += (torque - self.wheels[i].ground_torque().0) * rim;
+        }
+        let mut moment = masses.body * arms.centres[Bar::Body as usize].y;
+        for bar in Bar::LINKS {
+            moment += masses.links[bar as usize - 1] * arms.centres[bar as usize].y;
+        }
+        for axle in &arms.axles {
+            moment += masses.wheel * axle.y;
+        }
+        let total = nominal.robot.mass.total();
+        let kinetic = 0.5 * total * velocity.norm_squared();
+        let [front, middle, _] = &arms.axles;
+        Some(Rolling {
+            power,
+            damping: damped,
+            speed: velocity.x,
+            axles: [front.x, middle.x],
+            energy: [front, middle].map(|axle| GRAVITY * (moment - total * axle.y)),
+            kinetic,
+        })
+    }
+
+    /// Adds what an error of the ratio would change to the covariance of the forces.
+    pub(super) fn consider_scale(&self, equations: &Equations, forces: &mut Forces) {
+        let deviation = self.scale.deviation();
+        if !(deviation.tractions > 0.0) {
+            return;
+        }
+        let mut of_tractions = Vector4::zeros();
+        for (column, traction) in equations.equilibrium.h_t.iter().zip(&forces.traction) {
+            of_tractions -= column * *traction;
+        }
+        let of_normal = equations.inverse.solve(&of_tractions);
+        let (mut by_tractions, mut by_all) = ([0.0; 6], [0.0; 6]);
+        for i in 0..3 {
+            by_tractions[2 * i] = deviation.tractions * forces.traction[i];
+            by_tractions[2 * i + 1] = deviation.tractions * of_normal[i];
+            by_all[2 * i] = deviation.forces * forces.traction[i];
+            by_all[2 * i + 1] = deviation.forces * forces.normal[i];
+        }
+        forces.add_error(&by_tractions);
+        forces.add_error(&by_all);
+    }
+}

@@ -1,0 +1,221 @@
+//! The work of the ground on the wheels against the energy of the robot.
+//!
+//! When the middle wheel stands where the front wheel stood, the posture at both times gives the
+//! height by which the centre of mass has risen in between, however the ground looks: the axle was
+//! at the same place. So the work of the ground is known twice, from the torques and from the
+//! weight:
+//!
+//! ```text
+//! sum of W_i - m d(v^2)/2 = q (m g dh + D) + b + sum of d_i W_i
+//! W_i = int (T_i + B omega_i/r) (u_i + r dtheta_k/dt) dt,   D = sum of int B omega_i/r (u_i + r dtheta_k/dt) dt
+//! ```
+//!
+//! The kinetic energy is small but for a start, and its error, that of the speed, must not count as an error of what q multiplies.
+//! The damping D counts on both sides: it is a part of the torque that is read. u_i is the speed of
+//! the wheel's centre, theta_k the angle of its link, on which the moment r T_i acts. q is the
+//! ratio of the torques to those that the described robot needs; b holds offsets, friction and
+//! rolling resistance, which act all along the way; d_i are the errors of the single gains.
+//!
+//! No slope enters. Slopes that the filters estimate have errors that go with the torques, and a
+//! regression of torques on them is biased.
+
+use super::passage::{Passage, Rolling};
+use crate::filters::Kalman;
+use crate::visit::visit_fields;
+
+/// Fit of that equation by recursive least squares.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct WorkBalance {
+    passage: Passage,
+    /// `[q, b (J), d_1, d_2, d_3]`, for passages that err by [`Self::HEIGHT`].
+    fit: Kalman<5>,
+    /// Sum of the normalised squares that the fit leaves, and the number of passages.
+    left: [f64; 2],
+    /// Sums of what q multiplies (J) and of its squares (J^2) over the same passages.
+    energy: [f64; 2],
+}
+
+visit_fields!(WorkBalance: passage, fit, left, energy);
+
+impl WorkBalance {
+    /// Standard deviation of q before any reading.
+    const PRIOR: f64 = 1.0;
+    /// Height by which posture and place err, m: 0.1 deg over the wheelbase of 0.3 m. What the fit
+    /// leaves scales it.
+    const HEIGHT: f64 = 5e-4;
+    /// Independent passages by which that height counts against what the fit leaves.
+    const PRIOR_COUNT: f64 = 2.0;
+    /// Relative error of the speed along the ground, of which the slip is a part, and so of q.
+    const SPEED: f64 = 0.015;
+    /// Passages after which what the fit has left no longer counts: some 25 m.
+    const LASTS: f64 = 2000.0;
+    /// Change of q in that way.
+    const CHANGE: f64 = 0.01;
+    /// Factor on the deviations of q and b by [`Self::loosen`].
+    const LOOSE: f64 = 3.0;
+
+    /// For axles at a distance of `between` (m). `resisted` is the deviation of what offsets,
+    /// friction and rolling resistance take of the sum of the tractions (N), `gain` that of the
+    /// relative error of each torque.
+    pub fn new(between: f64, resisted: f64, gain: f64) -> Self {
+        let of_way = resisted * between;
+        let sigma = [Self::PRIOR, of_way, gain, gain, gain];
+        Self {
+            passage: Passage::new(between),
+            fit: Kalman::new([1.0, 0.0, 0.0, 0.0, 0.0], sigma),
+            left: [0.0; 2],
+            energy: [0.0; 2],
+        }
+    }
+
+    /// The way ends.
+    pub fn interrupt(&mut self) {
+        self.passage.interrupt();
+    }
+
+    /// Makes q and b less exact. The gains keep their prior: with more they would explain any ratio.
+    pub fn loosen(&mut self) {
+        let factor = |k: usize| if k < 2 { Self::LOOSE } else { 1.0 };
+        for (i, row) in self.fit.p.iter_mut().enumerate() {
+            for (j, entry) in row.iter_mut().enumerate() {
+                *entry *= factor(i) * factor(j);
+            }
+        }
+    }
+
+    /// Takes a sample, `dt` seconds after the last; `None` where the wheels do not simply roll.
+    /// `weight` is that of the robot, N. Returns whether a wheel has come to where another was.
+    pub fn update(&mut self, rolling: Option<&Rolling>, weight: f64, dt: f64) -> bool {
+        let Some(passed) = self.passage.update(rolling, dt) else {
+            return false;
+        };
+        let [w1, w2, w3] = passed.work;
+        let [q, b, d1, d2, d3] = self.fit.x;
+        let row = [(0, passed.energy), (1, 1.0), (2, w1), (3, w2), (4, w3)];
+        let expected = q * passed.energy + b + d1 * w1 + d2 * w2 + d3 * w3;
+        let height = Self::HEIGHT * weight;
+        // Passages that share a part of the way count as one.
+        let noise = height * height * Passage::OVERLAP;
+        let (innovation, _) = self.fit.update(
+            &row,
+            w1 + w2 + w3 - passed.kinetic - expected,
+            noise,
+            f64::INFINITY,
+        );
+        let keep = 1.0 - 1.0 / Self::LASTS;
+        let [squares, count] = self.left;
+        self.left = [keep * squares + innovation.nis(), keep * count + 1.0];
+        let [sum, of_squares] = self.energy;
+        self.energy = [
+            keep * sum + passed.energy,
+            keep * of_squares + passed.energy * passed.energy,
+        ];
+        if let Some(variance) = self.fit.p.first_mut().and_then(|row| row.first_mut()) {
+            *variance += Self::CHANGE * Self::CHANGE / Self::LASTS;
+        }
+        true
+    }
+
+    /// q and its standard deviation, for a robot of this weight, N.
+    ///
+    /// Errors of the heights make q too small, by their share of the squares of the energy: on level
+    /// ground nothing else is left of these. They are at most what the fit leaves.
+    pub fn ratio(&self, weight: f64) -> (f64, f64) {
+        let ([q, ..], [[variance, ..], ..]) = (self.fit.x, self.fit.p);
+        let [squares, count] = self.left;
+        let prior = Self::PRIOR_COUNT * Passage::OVERLAP;
+        let scale = (Passage::OVERLAP * squares + prior) / (count + prior);
+        let of_speed = Self::SPEED * q;
+        let height = Self::HEIGHT * weight;
+        let [sum, of_squares] = self.energy;
+        let energy = of_squares - sum * sum / count.max(1.0);
+        // No error is greater than that of the prior.
+        let share = (scale * count * height * height / energy.max(0.0)).min(1.0);
+        let of_height = Self::PRIOR * share;
+        let sum = variance * scale + of_speed * of_speed + of_height * of_height;
+        (q, robhaz_model::sqrt(sum))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use robhaz_model::GRAVITY;
+
+    const BETWEEN: f64 = 0.3;
+    const MASS: f64 = 14.0;
+    const WEIGHT: f64 = MASS * GRAVITY;
+    const DT: f64 = 1e-3;
+
+    /// A robot on a ground of the amplitude (m) that rolls at `speed` (m/s), its centre of mass
+    /// above the mean of its axles. Its torques are read `q` times too large, and `hidden` N of
+    /// friction act beside.
+    fn rolling(time: f64, speed: f64, amplitude: f64, q: f64, hidden: f64) -> Rolling {
+        let x = speed * time;
+        let height = |ahead: f64| amplitude * libm::sin(4.0 * (x + ahead));
+        let slope = |ahead: f64| 4.0 * amplitude * libm::cos(4.0 * (x + ahead));
+        let places = [BETWEEN, 0.0, -BETWEEN];
+        let power = places.map(|at| (q * WEIGHT * slope(at) + hidden) / 3.0 * speed);
+        let centre = places.map(height).iter().sum::<f64>() / 3.0;
+        let above = |at: f64| WEIGHT * (centre - height(at));
+        Rolling {
+            power,
+            damping: 0.0,
+            speed,
+            axles: [BETWEEN, 0.0],
+            energy: [above(BETWEEN), above(0.0)],
+            kinetic: 0.5 * MASS * speed * speed,
+        }
+    }
+
+    fn found(speed: f64, amplitude: f64, q: f64) -> (f64, f64) {
+        // Without errors of single gains, which would take a part of the ratio within their prior.
+        let mut balance = WorkBalance::new(BETWEEN, 90.0, 0.0);
+        for k in 0..20_000 {
+            let sample = rolling(DT * f64::from(k), speed, amplitude, q, -12.0);
+            balance.update(Some(&sample), WEIGHT, DT);
+        }
+        balance.ratio(WEIGHT)
+    }
+
+    /// Closed form: on uneven ground the ratio is that with which the torques were made, forwards
+    /// and backwards, whatever friction hides. Within 1 %, as cells are passed to 0.2 mm of 0.3 m,
+    /// and within the deviation.
+    #[test]
+    fn the_ratio_is_found_on_any_ground() {
+        for speed in [0.2, -0.2] {
+            for q in [0.4, 1.0, 2.0] {
+                let (ratio, sigma) = found(speed, 0.04, q);
+                let error = (ratio - q).abs();
+                assert!(
+                    error < 0.01 && error < sigma,
+                    "{speed} {q}: {ratio} {sigma}"
+                );
+            }
+        }
+    }
+
+    /// Level ground shows nothing: the ratio stays, and its deviation far beyond the 0.1 from which on
+    /// it counts as known: that of the prior, 1.
+    #[test]
+    fn level_ground_shows_nothing() {
+        let (ratio, sigma) = found(0.2, 0.0, 2.0);
+        assert!((ratio - 1.0).abs() < 0.1 && sigma > 0.9, "{ratio} {sigma}");
+    }
+
+    /// What lies before an interruption does not count: no passage within the next 0.3 m of way.
+    #[test]
+    fn an_interruption_ends_the_way() {
+        let mut balance = WorkBalance::new(BETWEEN, 90.0, 0.02);
+        let mut passages = [0_u32; 2];
+        for k in 0..6_000 {
+            let sample = rolling(DT * f64::from(k), 0.2, 0.04, 1.0, 0.0);
+            let valid = k != 3_000;
+            let passed = balance.update(valid.then_some(&sample), WEIGHT, DT);
+            // 0.3 m at 0.2 m/s are 1.5 s.
+            let in_gap = (3_000..4_400).contains(&k);
+            passages[usize::from(in_gap)] += u32::from(passed);
+        }
+        assert!(passages[0] > 40 && passages[1] == 0, "{passages:?}");
+    }
+}

@@ -1,0 +1,233 @@
+//! The torques against the weight: the ratio of the torques to those that the described robot
+//! needs.
+//!
+//! A payload makes it greater just as torques do that are read too large. Only the prior tells them
+//! apart: the budget's error of the masses. Within that prior the masses take their share of what
+//! the [`WorkBalance`] finds. Beyond it the forces are those of the described masses with scaled
+//! torques, and their deviations contain what a payload would change.
+
+mod balance;
+mod passage;
+
+use crate::visit::visit_fields;
+use balance::WorkBalance;
+pub(crate) use passage::Rolling;
+
+/// The torques against the weight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TorqueScale {
+    /// Torque readings over the torques that the described robot needs, -: above 1 the robot is
+    /// heavier than described, or its torques are read too large.
+    pub ratio: f64,
+    /// Its standard deviation; about 1 before the readings show anything.
+    pub sigma: f64,
+    /// Mass of the robot, over that of the description, with which the stated forces are computed,
+    /// -.
+    pub mass: f64,
+    /// Whether the ratio is beyond what the budget of gains and masses allows.
+    pub contradicts: bool,
+}
+
+impl TorqueScale {
+    /// Relative deviation up to which the ratio is known: a factor of 1.5 is then beyond four
+    /// deviations.
+    const KNOWN: f64 = 0.1;
+
+    /// Whether the readings have shown the ratio. Level ground does not, nor slopes that wheels
+    /// which work against each other drown.
+    pub fn is_known(&self) -> bool {
+        self.sigma < Self::KNOWN * self.ratio
+    }
+}
+
+impl TorqueScale {
+    /// In words, for a robot of which one side is described to have the mass `described`, kg.
+    pub fn in_words(self, described: f64) -> impl core::fmt::Display {
+        Words {
+            scale: self,
+            described,
+        }
+    }
+}
+
+struct Words {
+    scale: TorqueScale,
+    described: f64,
+}
+
+impl core::fmt::Display for Words {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let (scale, described) = (&self.scale, self.described);
+        if !(scale.is_known() || scale.contradicts) {
+            return write!(
+                f,
+                "the log does not show the torques' scale: level ground, or slopes drowned by wheels that work against each other"
+            );
+        }
+        let TorqueScale { ratio, sigma, .. } = scale;
+        write!(
+            f,
+            "torques fit a robot of {:.1} +- {:.1} kg a side; the description says {described:.1}",
+            ratio * described,
+            sigma * described,
+        )?;
+        if scale.contradicts {
+            write!(
+                f,
+                ": other masses (a payload), or torques read at {ratio:.2} of their size (gear efficiency, motor constant), the wheels' radius, the inclinometers' scale"
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// Standard deviations that the stated forces have from the ratio, relative.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct StatedDeviation {
+    /// Of all tractions, the masses being right.
+    pub tractions: f64,
+    /// Of all forces, as by other masses.
+    pub forces: f64,
+}
+
+visit_fields!(StatedDeviation: tractions, forces);
+
+/// Finds the ratio, and decides what follows from it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ScaleFilter {
+    balance: WorkBalance,
+    /// Ratio with which the loads are multiplied.
+    applied: f64,
+    contradicts: bool,
+    deviation: StatedDeviation,
+}
+
+visit_fields!(ScaleFilter: balance, applied, contradicts, deviation);
+
+impl ScaleFilter {
+    /// Deviations beyond which the ratio contradicts the budget: the alarm. Honest readings reach
+    /// 2.9 (260 runs of 20 grounds).
+    const CONTRADICTS: f64 = 4.5;
+    /// Deviations below which it agrees again.
+    const AGREES: f64 = 2.25;
+    /// Deviations from which on the excess counts in the stated forces. Honest ratios are within it
+    /// nearly always.
+    const COUNTS: f64 = 1.5;
+    /// Deviations of a new ratio from the applied one from which on the new one is applied.
+    const FOLLOWS: f64 = 2.0;
+    /// Relative deviation of the tractions while the ratio is not known: readings of 0.4 of their
+    /// size err by five of these.
+    const UNKNOWN: f64 = 0.3;
+    /// Least ratio: motor torques that are 20 times too small.
+    const LEAST: f64 = 0.05;
+
+    /// See [`WorkBalance::new`].
+    pub fn new(between: f64, resisted: f64, gain: f64) -> Self {
+        Self {
+            balance: WorkBalance::new(between, resisted, gain),
+            applied: 1.0,
+            contradicts: false,
+            deviation: StatedDeviation {
+                tractions: Self::UNKNOWN,
+                forces: 0.0,
+            },
+        }
+    }
+
+    /// The way ends: a gap between frames.
+    pub fn interrupt(&mut self) {
+        self.balance.interrupt();
+    }
+
+    /// Takes a sample, `dt` seconds after the last; `rolling` is `None` where the wheels do not
+    /// simply roll, `mass` the relative error of the described mass. Returns whether another ratio
+    /// is applied from now on that makes all estimated errors of the readings void.
+    pub fn update(&mut self, rolling: Option<&Rolling>, weight: f64, mass: f64, dt: f64) -> bool {
+        self.balance.update(rolling, weight, dt) && self.judge(weight, mass)
+    }
+
+    fn judge(&mut self, weight: f64, mass: f64) -> bool {
+        let (ratio, sigma) = self.balance.ratio(weight);
+        let ratio = ratio.max(Self::LEAST);
+        let (log, sigma) = (libm::log(ratio), sigma / ratio);
+        let allowed = sigma * sigma + mass * mass;
+        let square = log * log / allowed;
+        let applied = libm::log(self.applied);
+        let before = self.contradicts;
+        if square > Self::CONTRADICTS * Self::CONTRADICTS {
+            self.contradicts = true;
+        } else if square < Self::AGREES * Self::AGREES && Self::CONTRADICTS * sigma < applied.abs()
+        {
+            self.contradicts = false;
+        }
+        if self.contradicts {
+            let left = log - applied;
+            self.deviation = StatedDeviation {
+                tractions: robhaz_model::sqrt(sigma * sigma + left * left),
+                forces: robhaz_model::sqrt((ratio - 1.0) * (ratio - 1.0) + sigma * sigma),
+            };
+            if left.abs() < Self::FOLLOWS * sigma && before {
+                return false;
+            }
+            self.applied = ratio;
+            // What was found with another ratio is less exact.
+            self.balance.loosen();
+            return true;
+        }
+        let of_mass = log * mass * mass / allowed;
+        self.applied = libm::exp(of_mass);
+        // Of what the masses took, or of what they left, whichever is more.
+        let rest = log - of_mass;
+        let other = if rest.abs() > of_mass.abs() {
+            rest
+        } else {
+            of_mass
+        };
+        let excess = robhaz_model::sqrt((1.0 - Self::COUNTS * Self::COUNTS / square).max(0.0));
+        self.deviation = StatedDeviation {
+            tractions: if sigma < TorqueScale::KNOWN {
+                excess * rest.abs()
+            } else {
+                Self::UNKNOWN.max(excess * rest.abs())
+            },
+            forces: excess * libm::expm1(other).abs(),
+        };
+        before
+    }
+
+    /// Ratio with which weight and inertia are multiplied, so that they fit the torques as they are
+    /// read.
+    pub fn applied(&self) -> f64 {
+        self.applied
+    }
+
+    /// By what the forces so found are multiplied to be stated.
+    pub fn stated(&self) -> f64 {
+        self.mass() / self.applied
+    }
+
+    /// See [`StatedDeviation`].
+    pub fn deviation(&self) -> StatedDeviation {
+        self.deviation
+    }
+
+    fn mass(&self) -> f64 {
+        if self.contradicts { 1.0 } else { self.applied }
+    }
+
+    /// Whether the ratio is beyond what the budget allows.
+    pub fn contradicts(&self) -> bool {
+        self.contradicts
+    }
+
+    /// What is found, for a robot of this weight, N.
+    pub fn found(&self, weight: f64) -> TorqueScale {
+        let (ratio, sigma) = self.balance.ratio(weight);
+        TorqueScale {
+            ratio,
+            sigma,
+            mass: self.mass(),
+            contradicts: self.contradicts,
+        }
+    }
+}
