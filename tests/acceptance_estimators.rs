@@ -148,9 +148,10 @@ fn best_meets_its_levels_on_smooth_ground() {
 }
 
 /// With model errors and the soft drive, where the error is close to its level, the model errors dominate: alone, with
-/// ideal sensors, they cost 2.4 % over these seeds. Together with sensors and friction, the error is at most 1.1 times
-/// the root of the sum of squares of both alone; the factor allows for sensor errors that model errors make harder to
-/// estimate.
+/// ideal sensors, they cost 2.0 % over these seeds. Together with sensors and friction, the error is at most 1.3 times
+/// the root of the sum of squares of both alone. The factor allows for sensor errors that model errors make harder to
+/// estimate, and for the work of the torques: it shows a part of the error of the masses (2.4 % without it) where the
+/// sensors are ideal, and hardly any where they are not.
 #[test]
 fn model_errors_dominate_the_error_that_is_left() {
     let error = |keys: &[&str]| {
@@ -165,8 +166,8 @@ fn model_errors_dominate_the_error_that_is_left() {
     println!(
         "model errors alone {model:.3} %, sensors and friction alone {friction:.3} %, both {all:.3} %"
     );
-    assert!(model > 2.0, "{model}");
-    assert!(all <= 1.1 * model.hypot(friction), "{all}");
+    assert!(model > 1.5, "{model}");
+    assert!(all <= 1.3 * model.hypot(friction), "{all}");
 }
 
 /// Acceptance: one tuning serves all scenes. On other terrain and with geometry B, `best` is within 1.3 times the
