@@ -1,103 +1,347 @@
-//! The estimator's own judgement: [`robhaz_estimator::Health`] of `best` over the whole log.
+//! The estimator's own judgement: [`robhaz_estimator::Health`] of `best` over the whole log, and over the same log with
+//! its wheels and links wired otherwise.
+//!
+//! Which torque belongs to which encoder, the speed control shows ([`crate::drive`]). That leaves the wheel to which both
+//! belong, and the link of gyroscope and inclinometer: 12 wirings, 72 if the torques show nothing. `best` runs with each;
+//! the one with the least mean NIS fits best.
 
-use crate::report::Finding;
-use robhaz_estimator::{
-    Channels, Estimate, Estimator, EstimatorSettings, Flags, SensorFrame, TorqueScale,
-};
+use crate::drive::ORDERS;
+use crate::report::{Finding, Verdict};
+use crate::rewire::Channel;
+use robhaz_estimator::{Channels, Estimator, EstimatorSettings, Flags, SensorFrame, TorqueScale};
 use robhaz_model::Robot;
 
 const TEST: &str = "agreement of all";
+const WIRING: &str = "wheels and links";
 const CHANNEL: &str = "all";
 /// Share of the frames with a reading beyond what the robot can do, or without an estimate, that is a fault.
 const OFTEN: f64 = 0.01;
-/// Number of such frames that is no fault in a short log, either.
-const FEW: u32 = 3;
+/// Mean NIS over the least one of all wirings up to which a wiring fits as well.
+const AS_WELL: f64 = 1.1;
+/// Mean NIS over that of the log's wiring below which another one is a fault.
+const BETTER: f64 = 0.7;
+/// Number of wirings that are named.
+const MOST_SHOWN: usize = 3;
+/// NIS of a frame without an estimate: far above that of any contradiction.
+const REFUSED: f64 = 1e3;
+/// Longest part of a log for which other wirings are tried, s: some metres.
+const LONGEST: f64 = 16.0;
 
-/// The finding, and what `best` has found of the torques' scale. `resolved`: whether the readings follow each other
-/// closely enough for the filters.
-pub fn finding(
+/// A wiring: the columns of the log that are encoders and torques of wheels 1 to 3, and whether the links are exchanged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Case {
+    encoders: [usize; 3],
+    torques: [usize; 3],
+    links: bool,
+}
+
+/// The wiring of the log.
+const OWN: Case = Case {
+    encoders: ORDERS[0],
+    torques: ORDERS[0],
+    links: false,
+};
+
+impl Case {
+    /// All wirings in which torque i belongs to encoder `order[i]`; without `order` in which it belongs to any.
+    fn all(order: Option<[usize; 3]>) -> Vec<Self> {
+        let mut all = Vec::new();
+        for encoders in ORDERS {
+            for torques in ORDERS {
+                let fits = |order: [usize; 3]| torques.map(|i| order[i]) == encoders;
+                if order.is_none_or(fits) {
+                    all.extend([false, true].map(|links| Self {
+                        encoders,
+                        torques,
+                        links,
+                    }));
+                }
+            }
+        }
+        all.sort_by_key(Self::moved);
+        all
+    }
+
+    /// Number of channels that are not where the log says.
+    fn moved(&self) -> usize {
+        let moved = |order: &[usize; 3]| (0..3).filter(|i| order[*i] != *i).count();
+        moved(&self.encoders) + moved(&self.torques) + 4 * usize::from(self.links)
+    }
+
+    fn of(&self, frame: &SensorFrame) -> SensorFrame {
+        let (link1, link2) = match self.links {
+            true => (frame.link2, frame.link1),
+            false => (frame.link1, frame.link2),
+        };
+        SensorFrame {
+            wheel_angle: self.encoders.map(|i| frame.wheel_angle[i]),
+            motor_torque: self.torques.map(|i| frame.motor_torque[i]),
+            link1,
+            link2,
+            ..*frame
+        }
+    }
+
+    /// The channels that it changes.
+    fn channels(&self) -> String {
+        let moved = |order: [usize; 3]| (0..3).filter(move |i| order[*i] != *i);
+        let encoders = moved(self.encoders).map(Channel::Encoder);
+        let channels = encoders.chain(moved(self.torques).map(Channel::Torque));
+        let mut names: Vec<String> = channels.map(|c| c.to_string()).collect();
+        if self.links {
+            names.push("gyro 1, inclinometer 1, gyro 2, inclinometer 2".to_owned());
+        }
+        names.join(", ")
+    }
+
+    /// What to do, in words.
+    fn words(&self) -> String {
+        let exchanged = |order: [usize; 3], name: &str| {
+            let moved: Vec<String> = (0..3)
+                .filter(|i| order[*i] != *i)
+                .map(|i| (i + 1).to_string())
+                .collect();
+            match moved.as_slice() {
+                [] => None,
+                [a, b] => Some(format!("{name}s {a} and {b}")),
+                _ => Some(format!(
+                    "{name}s so that {} are those of wheels 1, 2, 3",
+                    order.map(|i| i + 1).map(|i| i.to_string()).join(", ")
+                )),
+            }
+        };
+        let links = self
+            .links
+            .then(|| "the sensors of links 1 and 2".to_owned());
+        let parts = [
+            exchanged(self.torques, "torque"),
+            exchanged(self.encoders, "encoder"),
+            links,
+        ];
+        let parts: Vec<String> = parts.into_iter().flatten().collect();
+        format!("exchange {}", parts.join(" and "))
+    }
+}
+
+/// What `best` says of a log.
+struct Judgement {
+    suspect: Channels,
+    /// Time of the first contradiction, s.
+    first: Option<f64>,
+    /// What `best` has found of the torques' scale.
+    scale: Option<TorqueScale>,
+    /// Largest mean NIS of any test.
+    largest: f64,
+    /// Mean over the frames of the sum over the tests of their mean NIS.
+    nis: f64,
+    /// Shares of the frames with a reading beyond what the robot can do, and without an estimate.
+    absurd: f64,
+    refused: f64,
+}
+
+impl Judgement {
+    fn of(
+        frames: &[SensorFrame],
+        robot: &Robot,
+        settings: &EstimatorSettings,
+        case: &Case,
+    ) -> Self {
+        let mut estimator = Estimator::new(robot, *settings);
+        let (mut suspect, mut first, mut scale) = (Channels::NONE, None, None);
+        let (mut absurd, mut refused) = (0.0, 0.0);
+        let (mut largest, mut sum) = (0.0_f64, 0.0);
+        for frame in frames {
+            let Ok(estimate) = estimator.update(&case.of(frame)) else {
+                refused += 1.0;
+                sum += REFUSED;
+                continue;
+            };
+            scale = estimate.torque_scale.or(scale);
+            if estimate.flags.contains(Flags::SENSOR_ABSURD) {
+                absurd += 1.0;
+                sum += REFUSED;
+            }
+            let Some(health) = estimate.health else {
+                continue;
+            };
+            let wheels = health.encoder.iter().chain(&health.slip);
+            let tests = wheels.chain(&health.direction).chain(&health.inclination);
+            for nis in tests.chain([&health.parity]) {
+                largest = largest.max(*nis);
+                sum += nis;
+            }
+            // The torques' scale has a finding of its own.
+            let bits = health.suspect.bits() & !Channels::TORQUE_SCALE.bits();
+            if bits != 0 {
+                first.get_or_insert(frame.time);
+                suspect |= Channels::from_bits(bits);
+            }
+        }
+        #[expect(clippy::cast_precision_loss, reason = "numbers of frames")]
+        let count = frames.len().max(1) as f64;
+        Self {
+            suspect,
+            first,
+            scale,
+            largest,
+            nis: sum / count,
+            absurd: absurd / count,
+            refused: refused / count,
+        }
+    }
+}
+
+/// The part of a log for which other wirings are tried.
+fn part(frames: &[SensorFrame]) -> &[SensorFrame] {
+    let start = frames.first().map_or([None; 3], |f| f.wheel_angle);
+    let moves = |f: &SensorFrame| {
+        let turn = |(a, b): (Option<f64>, Option<f64>)| Some((a? - b?).abs());
+        let mut turns = f.wheel_angle.into_iter().zip(start).filter_map(turn);
+        turns.any(|turn| turn > 0.1)
+    };
+    let moved = frames.iter().position(moves).unwrap_or(0);
+    let from = frames[moved].time - 1.0;
+    let begin = frames.partition_point(|f| f.time < from);
+    let end = frames.partition_point(|f| f.time < from + LONGEST);
+    &frames[begin..end.max(begin)]
+}
+
+/// All findings, and what `best` has found of the torques' scale. `order`: the encoders to which the torques belong, if these show it. `resolved`: whether the readings follow
+/// each other closely enough for the filters.
+pub fn findings(
     frames: &[SensorFrame],
     robot: &Robot,
     settings: &EstimatorSettings,
+    order: Option<[usize; 3]>,
     resolved: bool,
-) -> (Finding, Option<TorqueScale>) {
-    let (mut run, mut scale) = (Run::default(), None);
-    let mut estimator = Estimator::new(robot, *settings);
-    for frame in frames {
-        let estimate = estimator.update(frame);
-        if let Ok(estimate) = &estimate {
-            scale = estimate.torque_scale.or(scale);
-        }
-        run.add(frame.time, estimate.ok().as_ref());
+) -> (Vec<Finding>, Option<TorqueScale>) {
+    let own = Judgement::of(frames, robot, settings, &OWN);
+    if own.absurd > OFTEN {
+        return (vec![contradiction(&own, resolved)], own.scale);
     }
-    (run.finding(frames.len(), resolved), scale)
+    let part = part(frames);
+    let is_other = order.is_some_and(|o| o != ORDERS[0]);
+    let is_right = own.first.is_none() && own.refused <= OFTEN && !is_other;
+    let mut cases = Case::all(if is_right { Some(ORDERS[0]) } else { order });
+    if !cases.contains(&OWN) {
+        cases.insert(0, OWN);
+    }
+    // Three wheels that moved on by one, and exchanged links, are left out where all agrees.
+    cases.retain(|case| !is_right || case.moved() <= 4 && !case.links);
+    let judged: Vec<(Case, f64)> = cases
+        .into_iter()
+        .map(|case| (case, Judgement::of(part, robot, settings, &case).nis))
+        .collect();
+    let nis_of_own = judged
+        .iter()
+        .find(|(case, _)| *case == OWN)
+        .map_or(REFUSED, |(_, nis)| *nis);
+    // Where the torques belong to other encoders, the wiring of the log is none to choose.
+    let judged: Vec<(Case, f64)> = match is_other {
+        true => judged
+            .into_iter()
+            .filter(|(case, _)| *case != OWN)
+            .collect(),
+        false => judged,
+    };
+    let least = judged
+        .iter()
+        .map(|(_, nis)| *nis)
+        .fold(f64::INFINITY, f64::min);
+    // The first that fits as well as the best: the fewest changes.
+    let fits = |(_, nis): &&(Case, f64)| *nis <= AS_WELL * least;
+    let best = judged.iter().find(fits).map_or(OWN, |(case, _)| *case);
+    let as_well: Vec<Case> = judged
+        .iter()
+        .filter(fits)
+        .map(|(case, _)| *case)
+        .filter(|case| *case != best && *case != OWN)
+        .collect();
+    let figure = format!(
+        "{} wirings tried: sum of the mean NIS {nis_of_own:.1} as wired, {least:.1} at best",
+        judged.len()
+    );
+    let is_better = resolved && best != OWN && least < BETTER * nis_of_own;
+    let finding = if is_better || best != OWN && is_other {
+        let remedy = format!("{}{}", best.words(), also(&as_well));
+        Finding::fault(WIRING, best.channels(), figure, remedy)
+    } else if let [other, ..] = as_well[..] {
+        let remedy = format!(
+            "turn one wheel after the other by hand, and see that its encoder and torque change: not seen{}",
+            also(&as_well)
+        );
+        Finding::cannot_tell(WIRING, other.channels(), figure, remedy)
+    } else {
+        Finding::ok(WIRING, CHANNEL, figure)
+    };
+    let finding = finding
+        .with("as wired", nis_of_own, "-")
+        .with("at best", least, "-");
+    let rewired = match finding.verdict == Verdict::Fault {
+        true => Judgement::of(frames, robot, settings, &best),
+        false => own,
+    };
+    let scale = rewired.scale;
+    (vec![finding, contradiction(&rewired, resolved)], scale)
 }
 
-/// What is counted over all frames.
-#[derive(Default)]
-struct Run {
-    suspect: Channels,
-    first: Option<f64>,
-    absurd: u32,
-    refused: u32,
-    largest: f64,
+/// Wirings that fit as well as the best, in words.
+fn also(cases: &[Case]) -> String {
+    let words: Vec<String> = cases.iter().take(MOST_SHOWN).map(Case::words).collect();
+    match cases.len() {
+        0 => String::new(),
+        n if n > MOST_SHOWN => format!(
+            "; fits as well: {}, and {} more",
+            words.join(", or "),
+            n - MOST_SHOWN
+        ),
+        _ => format!("; fits as well: {}", words.join(", or ")),
+    }
 }
 
-impl Run {
-    fn add(&mut self, time: f64, estimate: Option<&Estimate>) {
-        let Some(estimate) = estimate else {
-            self.refused += 1;
-            return;
-        };
-        self.absurd += u32::from(estimate.flags.contains(Flags::SENSOR_ABSURD));
-        let Some(health) = estimate.health else {
-            return;
-        };
-        let wheels = health.encoder.iter().chain(&health.slip);
-        let tests = wheels.chain(&health.direction).chain(&health.inclination);
-        let means = tests.chain([&health.parity]);
-        self.largest = means.fold(self.largest, |a, b| a.max(*b));
-        // The torques' scale has a finding of its own.
-        let suspect = Channels::from_bits(health.suspect.bits() & !Channels::TORQUE_SCALE.bits());
-        if !suspect.is_empty() {
-            self.first.get_or_insert(time);
-            self.suspect |= suspect;
-        }
+/// What is left with all changes that other tests ask for.
+fn contradiction(own: &Judgement, resolved: bool) -> Finding {
+    if own.absurd > OFTEN {
+        let figure = format!(
+            "{:.1} % of the frames have a reading beyond what the robot can do",
+            100.0 * own.absurd
+        );
+        let remedy = "check units and gear ratios";
+        return Finding::fault(TEST, CHANNEL, figure, remedy).with(
+            "share",
+            100.0 * own.absurd,
+            "%",
+        );
     }
-
-    fn finding(&self, frames: usize, resolved: bool) -> Finding {
-        let largest = self.largest;
-        #[expect(clippy::cast_precision_loss, reason = "numbers of frames")]
-        let share = |count: u32| f64::from(count) / frames as f64;
-        if share(self.absurd) > OFTEN && self.absurd > FEW {
-            let figure = format!(
-                "{:.1} % of the frames have a reading beyond what the robot can do",
-                100.0 * share(self.absurd)
-            );
-            return Finding::fault(TEST, CHANNEL, figure, "check units and gear ratios");
+    let largest = own.largest;
+    if let Some(first) = own.first {
+        let names: Vec<&str> = own.suspect.names().collect();
+        let figure = format!(
+            "readings contradict each other from {first:.1} s on (largest mean NIS {largest:.1}; from 4 on it is a contradiction, below it a sign, a pairing or a delay does not fit)"
+        );
+        if !resolved {
+            let remedy = "record at a higher rate, best at 1 kHz: the filters need wheels that turn by less than 0.04 rad, and less than 20 ms, between readings";
+            return Finding::cannot_tell(TEST, CHANNEL, figure, remedy);
         }
-        if let Some(first) = self.first {
-            let names: Vec<&str> = self.suspect.names().collect();
-            let figure = format!(
-                "readings contradict each other from {first:.1} s on: {} (largest mean NIS {largest:.1}; from 4 on it is a contradiction, below it a sign, a pairing or a delay does not fit)",
-                names.join(", ")
-            );
-            if !resolved {
-                let remedy = "record at a higher rate, best at 1 kHz: the filters need wheels that turn by less than 0.02 rad, and less than 20 ms, between readings";
-                return Finding::cannot_tell(TEST, CHANNEL, figure, remedy);
-            }
-            let remedy = "see the faults above and correct them first; without any, check drawings, masses and noise budget";
-            return Finding::fault(TEST, CHANNEL, figure, remedy);
-        }
-        if share(self.refused) > OFTEN && self.refused > FEW {
-            let figure = format!(
-                "{:.1} % of the frames have no estimate",
-                100.0 * share(self.refused)
-            );
-            let remedy = "check the inclinometers: the four-bar cannot close at such angles";
-            return Finding::fault(TEST, CHANNEL, figure, remedy);
-        }
-        let figure = format!("largest mean NIS {largest:.1} (a contradiction from 4 on)");
-        Finding::ok(TEST, CHANNEL, figure)
+        let remedy = "see the faults above and correct them first; without any, check drawings, masses and noise budget";
+        let finding = Finding::fault(TEST, names.join(", "), figure, remedy);
+        return finding
+            .with("from", first, "s")
+            .with("largest", largest, "-");
     }
+    if own.refused > OFTEN {
+        let figure = format!(
+            "{:.1} % of the frames have no estimate",
+            100.0 * own.refused
+        );
+        let remedy = "check the inclinometers: the four-bar cannot close at such angles";
+        let channel = "inclinometer 1, inclinometer 2";
+        return Finding::fault(TEST, channel, figure, remedy).with(
+            "share",
+            100.0 * own.refused,
+            "%",
+        );
+    }
+    let figure = format!("largest mean NIS {largest:.1} (a contradiction from 4 on)");
+    Finding::ok(TEST, CHANNEL, figure).with("largest", largest, "-")
 }

@@ -175,12 +175,16 @@ fn signs(balance: &Balance) -> Finding {
     let figure = format!(
         "weight, inertia and damping should change the sum of the torques by {size:.2} N m RMS; unexplained are {own:.2}"
     );
+    let with = |finding: Finding| {
+        let finding = finding.with("expected", size, "N m");
+        finding.with("unexplained", own, "N m")
+    };
     if least < BETTER * own && least < HOLDS * size {
         let figure = format!("{figure}, with the signs below {least:.2}");
-        return Finding::fault(TEST, CHANNEL, figure, remedy(&best));
+        return with(Finding::fault(TEST, CHANNEL, figure, remedy(&best)));
     }
     if own < HOLDS * size {
-        return Finding::ok(TEST, CHANNEL, figure);
+        return with(Finding::ok(TEST, CHANNEL, figure));
     }
     let remedy = "drive over a gentle slope: the robot's mass, or the scale of the torques, may be wrong too";
     Finding::cannot_tell(TEST, CHANNEL, figure, remedy)

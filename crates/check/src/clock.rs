@@ -118,7 +118,7 @@ impl<'a> Clock<'a> {
         );
         let remedy =
             "split the log there; stamp readings with a monotonic clock, when they are taken";
-        Finding::fault(TEST, CHANNEL, figure, remedy)
+        Finding::fault(TEST, CHANNEL, figure, remedy).with("set back", *back, "s")
     }
 }
 

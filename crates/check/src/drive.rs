@@ -11,23 +11,29 @@
 //! encoders, and the signs, that this explains best are the true ones.
 
 use crate::delay::{Allowed, delay};
-use crate::fit::fit;
-use crate::links::in_words;
+use crate::links::{in_words, with_numbers};
 use crate::motion::Motion;
 use crate::recording::Recording;
 use crate::report::{Finding, Verdict};
-use crate::signal::{high_pass, rms, smooth, zip};
+use crate::rewire::Channel;
+use crate::signal::{high_pass, smooth};
+use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
+use robhaz_estimator::NoiseBudget;
 
 /// Time over which torques are averaged, s: as spin speeds.
 const SMOOTHING: f64 = 0.05;
 /// Differences are those within this time, s.
 const SPAN: f64 = 2.0;
-/// RMS of the differences between the torques of the log, N m, that shows something.
-const LEAST_DIFFERENCE: f64 = 0.15;
+/// Differences between the torques over what noise and gains of the budget make that show something.
+const GATE: f64 = 2.0;
 /// Share of the differences that a speed control explains.
 const EXPLAINED: f64 = 0.5;
-/// Larger share of another pairing that is a fault.
-const BETTER: f64 = 0.15;
+/// Unexplained share over that of the log's wiring below which another wiring is a fault.
+const BETTER: f64 = 0.5;
+/// Difference of two shares that counts as none.
+const EQUAL: f64 = 1e-3;
+/// A wiring fits as well as the best if it leaves a tenth more.
+const AS_WELL: f64 = 0.1;
 /// Delay of a torque behind its encoder that a control itself may have, s.
 const CONTROL_DELAY: f64 = 0.008;
 /// Longest delay that is looked for, s.
@@ -39,139 +45,249 @@ const CHANNEL: &str = "torques and encoders";
 const LATE: &str = "torques after encoders";
 
 /// A wiring of the torques: the encoder to which torque i belongs, and the sign of torque i.
-type Wiring = ([usize; 3], [f64; 3]);
+pub type Wiring = ([usize; 3], [f64; 3]);
 
-/// Wirings that are looked for: exchanged wheels, wrong signs.
-const WIRINGS: [Wiring; 13] = [
-    ([0, 1, 2], [1.0, 1.0, 1.0]),
-    ([1, 0, 2], [1.0, 1.0, 1.0]),
-    ([0, 2, 1], [1.0, 1.0, 1.0]),
-    ([2, 1, 0], [1.0, 1.0, 1.0]),
-    ([1, 2, 0], [1.0, 1.0, 1.0]),
-    ([2, 0, 1], [1.0, 1.0, 1.0]),
-    ([0, 1, 2], [-1.0, 1.0, 1.0]),
-    ([0, 1, 2], [1.0, -1.0, 1.0]),
-    ([0, 1, 2], [1.0, 1.0, -1.0]),
-    ([0, 1, 2], [-1.0, -1.0, 1.0]),
-    ([0, 1, 2], [-1.0, 1.0, -1.0]),
-    ([0, 1, 2], [1.0, -1.0, -1.0]),
-    ([0, 1, 2], [-1.0, -1.0, -1.0]),
+/// The wiring of the log.
+const OWN: Wiring = ([0, 1, 2], [1.0; 3]);
+
+/// All pairings of three things.
+pub const ORDERS: [[usize; 3]; 6] = [
+    [0, 1, 2],
+    [1, 0, 2],
+    [0, 2, 1],
+    [2, 1, 0],
+    [1, 2, 0],
+    [2, 0, 1],
 ];
 
-/// Differences of torques, spin angles and spin speeds from their means over the wheels: one wheel after the other, with
-/// gaps that no delay bridges.
-struct Differences {
-    torque: Vec<f64>,
-    angle: Vec<f64>,
-    speed: Vec<f64>,
+/// All wirings, the fewest changes first.
+fn wirings() -> Vec<Wiring> {
+    let of = |bits: u32| [0, 1, 2].map(|i| if bits >> i & 1 == 1 { -1.0 } else { 1.0 });
+    let mut all: Vec<Wiring> = (0..8)
+        .flat_map(|bits| ORDERS.map(|order| (order, of(bits))))
+        .collect();
+    all.sort_by_key(|(order, signs)| {
+        let moved = (0..3).filter(|i| order[*i] != *i).count();
+        moved + signs.iter().filter(|s| **s < 0.0).count()
+    });
+    all
 }
 
-impl Differences {
-    fn of(recording: &Recording, motion: &Motion, (order, signs): &Wiring) -> Self {
+/// Torques, spin angles and spin speeds, averaged, less their means over [`SPAN`].
+struct Signals {
+    torque: [Vec<f64>; 3],
+    angle: [Vec<f64>; 3],
+    speed: [Vec<f64>; 3],
+}
+
+impl Signals {
+    fn of(recording: &Recording, motion: &Motion) -> Self {
         let half = recording.steps(0.5 * SMOOTHING);
         let span = recording.steps(0.5 * SPAN);
-        let gap = recording.steps(LONGEST_DELAY) + 2;
-        let joined = |of: [Vec<f64>; 3]| {
-            let mean: Vec<f64> = (0..of[0].len())
-                .map(|k| (of[0][k] + of[1][k] + of[2][k]) / 3.0)
-                .collect();
+        let smoothed = |x: &[Vec<f64>; 3]| x.each_ref().map(|x| high_pass(&smooth(x, half), span));
+        Self {
+            torque: smoothed(&recording.torque),
+            angle: smoothed(&recording.wheel_angle),
+            speed: motion.spin.each_ref().map(|x| high_pass(x, span)),
+        }
+    }
+
+    /// Differences from the mean over the wheels: one wheel after the other, with gaps that no delay bridges.
+    fn joined(&self, gap: usize, (order, signs): &Wiring) -> [Vec<f64>; 3] {
+        let joined = |x: [&Vec<f64>; 3], signs: [f64; 3]| {
             let mut all = Vec::new();
-            for x in &of {
-                all.extend(high_pass(&zip(x, &mean, |x, m| x - m), span));
+            for (i, sign) in signs.iter().enumerate() {
+                let mean = |k: usize| (0..3).map(|i| signs[i] * x[i][k]).sum::<f64>() / 3.0;
+                all.extend((0..x[i].len()).map(|k| sign * x[i][k] - mean(k)));
                 all.extend(std::iter::repeat_n(f64::NAN, gap));
             }
             all
         };
-        let torque = [0, 1, 2].map(|i| {
-            let mut torque = smooth(&recording.torque[i], half);
-            torque.iter_mut().for_each(|t| *t *= signs[i]);
-            torque
-        });
-        Self {
-            torque: joined(torque),
-            angle: joined(order.map(|i| smooth(&recording.wheel_angle[i], half))),
-            speed: joined(order.map(|i| motion.spin[i].clone())),
-        }
-    }
-
-    /// Share of the torques that a stable speed control, the same for all wheels, explains: it brakes a wheel that is ahead.
-    fn explained(&self) -> f64 {
-        let found = fit(&self.torque, &[&self.angle, &self.speed]);
-        let stable = found.filter(|f| f.coefficients[0] < 0.0 || f.coefficients[1] < 0.0);
-        stable.map_or(0.0, |f| f.explained)
+        [
+            joined(self.torque.each_ref(), *signs),
+            joined(order.map(|i| &self.angle[i]), [1.0; 3]),
+            joined(order.map(|i| &self.speed[i]), [1.0; 3]),
+        ]
     }
 }
 
-/// All findings.
-pub fn findings(recording: &Recording, motion: &Motion) -> Vec<Finding> {
-    let differences = Differences::of(recording, motion, &WIRINGS[0]);
-    let size = rms(&differences.torque);
-    if size < LEAST_DIFFERENCE {
-        let figure = format!("the torques differ by {size:.2} N m RMS only");
-        let remedy = "drive over an obstacle, so that the wheels' torques differ";
-        return vec![
-            Finding::cannot_tell(PAIRING, CHANNEL, &figure, remedy),
-            Finding::cannot_tell(DELAY, LATE, figure, remedy),
-        ];
+/// Sums of the products of all signals: torques 0 to 2, angles 3 to 5, speeds 6 to 8.
+struct Moments {
+    sums: SMatrix<f64, 9, 9>,
+    count: f64,
+}
+
+impl Moments {
+    fn of(signals: &Signals) -> Self {
+        let (mut sums, mut count) = (SMatrix::zeros(), 0.0);
+        for k in 0..signals.torque[0].len() {
+            let all = [&signals.torque, &signals.angle, &signals.speed];
+            let row = SVector::<f64, 9>::from_fn(|i, _| all[i / 3][i % 3][k]);
+            if row.iter().all(|v| v.is_finite()) {
+                sums += row * row.transpose();
+                count += 1.0;
+            }
+        }
+        Self { sums, count }
     }
-    let shares = WIRINGS.map(|wiring| Differences::of(recording, motion, &wiring).explained());
-    let own = shares[0];
-    // The first of equal ones: exchanged wheels before wrong signs.
-    let (mut best, mut most) = (0, own);
-    for (k, share) in shares.iter().enumerate() {
-        if *share > most + 1e-3 {
-            (best, most) = (k, *share);
+
+    /// Sum over the wheels of the products of two signals' differences from their means over the wheels.
+    fn product(&self, a: [(usize, f64); 3], b: [(usize, f64); 3]) -> f64 {
+        let mut sum = 0.0;
+        for (i, (row, x)) in a.into_iter().enumerate() {
+            for (j, (column, y)) in b.into_iter().enumerate() {
+                let centred = if i == j { 2.0 / 3.0 } else { -1.0 / 3.0 };
+                sum += centred * x * y * self.sums[(row, column)];
+            }
+        }
+        sum
+    }
+
+    /// RMS of the differences between the torques, N m.
+    fn size(&self) -> f64 {
+        let torques = [0, 1, 2].map(|i| (i, 1.0));
+        (self.product(torques, torques) / (3.0 * self.count)).sqrt()
+    }
+
+    /// RMS of the mean of the torques, N m.
+    fn common(&self) -> f64 {
+        (self.sums.fixed_view::<3, 3>(0, 0).sum() / (9.0 * self.count)).sqrt()
+    }
+
+    /// Share of the torques that a stable speed control, the same for all wheels, explains: it brakes a wheel that is ahead.
+    fn explained(&self, (order, signs): &Wiring) -> f64 {
+        let torques = [0, 1, 2].map(|i| (i, signs[i]));
+        let angles = order.map(|i| (3 + i, 1.0));
+        let speeds = order.map(|i| (6 + i, 1.0));
+        let of = |a, b| self.product(a, b);
+        let normal = Matrix2::new(
+            of(angles, angles),
+            of(angles, speeds),
+            of(angles, speeds),
+            of(speeds, speeds),
+        );
+        let right = Vector2::new(of(angles, torques), of(speeds, torques));
+        let found = normal.try_inverse().map(|inverse| inverse * right);
+        let stable = found.filter(|c| c.iter().any(|c| *c < 0.0));
+        stable.map_or(0.0, |c| c.dot(&right) / of(torques, torques))
+    }
+}
+
+/// What the torques show about the wiring of the wheels.
+pub struct Answer {
+    pub findings: Vec<Finding>,
+    /// The best wiring, if the torques show it.
+    pub wiring: Option<Wiring>,
+}
+
+/// All findings.
+pub fn findings(recording: &Recording, motion: &Motion, budget: &NoiseBudget) -> Answer {
+    let signals = Signals::of(recording, motion);
+    let moments = Moments::of(&signals);
+    let (size, common) = (moments.size(), moments.common());
+    #[expect(clippy::cast_precision_loss, reason = "the number of steps of 50 ms")]
+    let noise = budget.torque_noise / (recording.steps(SMOOTHING) as f64).sqrt();
+    // Noise and different gains make differences, too.
+    let least = GATE * noise.hypot(budget.torque_gain * common);
+    if !(size > least) {
+        let figure = format!("the torques differ by {size:.2} N m RMS only, {least:.2} are needed");
+        let remedy = "drive over an obstacle, so that the wheels' torques differ";
+        let pairing = Finding::cannot_tell(PAIRING, CHANNEL, &figure, remedy);
+        let delay = Finding::cannot_tell(DELAY, LATE, figure, remedy);
+        return Answer {
+            findings: vec![pairing.with("difference", size, "N m"), delay],
+            wiring: None,
+        };
+    }
+    let shares: Vec<(Wiring, f64)> = wirings()
+        .into_iter()
+        .map(|wiring| (wiring, moments.explained(&wiring)))
+        .collect();
+    let own = moments.explained(&OWN);
+    // The first of equal ones: the fewest changes.
+    let (mut best, mut most) = (OWN, own);
+    for (wiring, share) in &shares {
+        if *share > most + EQUAL {
+            (best, most) = (*wiring, *share);
         }
     }
-    let differences = Differences::of(recording, motion, &WIRINGS[best]);
     let figure = format!(
         "own encoders explain {:.0} % of the differences between the torques ({size:.2} N m RMS)",
         100.0 * own
     );
-    let pairing = if most > EXPLAINED && most > own + BETTER {
+    let pairing = if most > EXPLAINED && 1.0 - most < BETTER * (1.0 - own) {
+        let as_well: Vec<String> = shares
+            .iter()
+            .filter(|(wiring, share)| *wiring != best && most - share < AS_WELL * (1.0 - most))
+            .map(|(wiring, _)| words(wiring))
+            .collect();
+        let mut remedy = words(&best);
+        if !as_well.is_empty() {
+            remedy = format!("{remedy}; these fit as well: {}", as_well.join("; "));
+        }
         let figure = format!("{figure}, otherwise wired {:.0} %", 100.0 * most);
-        Finding::fault(PAIRING, CHANNEL, figure, remedy(&WIRINGS[best]))
+        Finding::fault(PAIRING, channels(&best), figure, remedy)
     } else if own > EXPLAINED {
+        best = OWN;
         Finding::ok(PAIRING, CHANNEL, figure)
     } else {
         let remedy =
             "drive under speed control over an obstacle, so that the wheels' torques differ";
         Finding::cannot_tell(PAIRING, CHANNEL, figure, remedy)
     };
-    vec![pairing, late(recording, &differences)]
+    let known = pairing.verdict != Verdict::CannotTell;
+    let pairing = pairing.with("difference", size, "N m");
+    let pairing = pairing
+        .with("explained", own, "-")
+        .with("explained otherwise", most, "-");
+    let joined = signals.joined(recording.steps(LONGEST_DELAY) + 2, &best);
+    Answer {
+        findings: vec![pairing, late(recording, &joined)],
+        wiring: known.then_some(best),
+    }
+}
+
+/// The channels that a wiring changes.
+fn channels((order, signs): &Wiring) -> String {
+    let moved = (0..3).filter(|i| order[*i] != *i).map(Channel::Encoder);
+    let torques = (0..3)
+        .filter(|i| order[*i] != *i || signs[*i] < 0.0)
+        .map(Channel::Torque);
+    let names: Vec<String> = torques.chain(moved).map(|c| c.to_string()).collect();
+    names.join(", ")
 }
 
 /// What to do about a wiring, in words.
-fn remedy((order, signs): &Wiring) -> String {
-    let exchanged: Vec<String> = (0..3)
+fn words((order, signs): &Wiring) -> String {
+    let belongs: Vec<String> = (0..3)
         .filter(|i| order[*i] != *i)
-        .map(|i| format!("torque {} belongs to encoder {}", i + 1, order[i] + 1))
+        .map(|i| {
+            format!(
+                "{} belongs to {}",
+                Channel::Torque(i),
+                Channel::Encoder(order[i])
+            )
+        })
         .collect();
-    if !exchanged.is_empty() {
-        return format!(
-            "{}: exchange the torques, or the encoders",
-            exchanged.join(", ")
-        );
-    }
     let wrong: Vec<String> = (0..3)
         .filter(|i| signs[*i] < 0.0)
-        .map(|i| format!("{}", i + 1))
+        .map(|i| Channel::Torque(i).to_string())
         .collect();
-    format!(
-        "change the sign of torque {}, or of its encoder",
+    let signs = format!(
+        "change the sign of {}, or of its encoder",
         wrong.join(" and ")
-    )
+    );
+    match (belongs.is_empty(), wrong.is_empty()) {
+        (true, _) => signs,
+        (false, true) => belongs.join(", "),
+        (false, false) => format!("{}; {signs}", belongs.join(", ")),
+    }
 }
 
 /// Delay of the torques behind their encoders, of all wheels together.
-fn late(recording: &Recording, differences: &Differences) -> Finding {
+fn late(recording: &Recording, [torque, angle, speed]: &[Vec<f64>; 3]) -> Finding {
     let longest = recording.steps(LONGEST_DELAY);
     let memory = recording.steps(0.25);
-    let Differences {
-        torque,
-        angle,
-        speed,
-    } = differences;
     let allowed = Allowed {
         early: CONTROL_DELAY,
         late: CONTROL_DELAY,
@@ -192,7 +308,7 @@ fn late(recording: &Recording, differences: &Differences) -> Finding {
     };
     let figure = in_words(&found);
     match allowed.judge(&found) {
-        Verdict::Ok => return Finding::ok(DELAY, channel, figure),
+        Verdict::Ok => return with_numbers(Finding::ok(DELAY, channel, figure), &found),
         Verdict::CannotTell => return Finding::cannot_tell(DELAY, channel, figure, remedy),
         Verdict::Fault => {}
     }
@@ -204,5 +320,5 @@ fn late(recording: &Recording, differences: &Differences) -> Finding {
     let remedy = format!(
         "{what} readings arrive late, unless the control itself is that slow: state offset = {offset:.4} of their channel"
     );
-    Finding::fault(DELAY, channel, figure, remedy)
+    with_numbers(Finding::fault(DELAY, channel, figure, remedy), &found)
 }

@@ -8,6 +8,8 @@ use nalgebra::{SMatrix, SVector};
 pub struct Fit<const K: usize> {
     /// In the order of the regressors.
     pub coefficients: [f64; K],
+    /// Standard deviations of the coefficients where residuals are independent from sample to sample.
+    pub deviations: [f64; K],
     /// Share of the mean square of `y` that the fit explains: 0 to 1.
     pub explained: f64,
     /// Number of samples.
@@ -16,6 +18,7 @@ pub struct Fit<const K: usize> {
 
 /// Fits `y` by a sum of the regressors `x`, over the samples where all are there. `None` where they do not determine the
 /// coefficients.
+#[expect(clippy::cast_precision_loss, reason = "the number of samples of a log")]
 pub fn fit<const K: usize>(y: &[f64], x: &[&[f64]; K]) -> Option<Fit<K>> {
     let mut normal = SMatrix::<f64, K, K>::zeros();
     let (mut right, mut square) = (SVector::<f64, K>::zeros(), 0.0);
@@ -44,6 +47,9 @@ pub fn fit<const K: usize>(y: &[f64], x: &[&[f64]; K]) -> Option<Fit<K>> {
     let left = (square - coefficients.dot(&right)).max(0.0);
     Some(Fit {
         coefficients: core::array::from_fn(|k| coefficients[k]),
+        deviations: core::array::from_fn(|k| {
+            scale[k] * (inverse[(k, k)] * left / count as f64).sqrt()
+        }),
         explained: 1.0 - left / square,
         count,
     })

@@ -9,11 +9,14 @@
 //! ```
 //!
 //! where lambda is the distance of the axles. The lambda that fits best, over the true one, is the scale of the encoders.
+//! The means of both sides differ where the inclinometers have different offsets.
 
 use crate::course::{Course, Links, STEP};
-use crate::report::Finding;
-use crate::signal::{rms, zip};
-use robhaz_model::Robot;
+use crate::report::{Finding, Verdict};
+use crate::rewire::{Change, Channel, Tested};
+use crate::signal::{median, rms, zip};
+use robhaz_estimator::NoiseBudget;
+use robhaz_model::{GRAVITY, Robot};
 
 /// Least RMS of the differences of height, m, that shows something: 2 mm.
 const LEAST_HEIGHT: f64 = 0.002;
@@ -30,15 +33,28 @@ const SCALES: std::ops::RangeInclusive<f64> = 0.4..=2.5;
 
 const SCALE: &str = "distance";
 const SIGNS: &str = "links on the ground";
+const CHANNEL: &str = "inclinometer 1, inclinometer 2";
 
-/// Wirings of the two inclinometers, and what to do for each.
-const WIRINGS: [(Links, &str); 4] = [
-    ([(0, 1.0), (1, 1.0)], ""),
-    ([(0, -1.0), (1, 1.0)], "change the sign of inclinometer 1"),
-    ([(0, 1.0), (1, -1.0)], "change the sign of inclinometer 2"),
+/// Deviations of the inclinometers' bias between the two that are a fault.
+const OFFSET_GATE: f64 = 5.0;
+
+const OFFSET: &str = "zero on the ground";
+const INCLINOMETERS: [Channel; 2] = [Channel::Inclinometer(0), Channel::Inclinometer(1)];
+
+/// Wirings of the two inclinometers, and the change of each.
+const WIRINGS: [(Links, Option<Change>); 4] = [
+    ([(0, 1.0), (1, 1.0)], None),
+    (
+        [(0, -1.0), (1, 1.0)],
+        Some(Change::Factor(INCLINOMETERS[0], -1.0)),
+    ),
+    (
+        [(0, 1.0), (1, -1.0)],
+        Some(Change::Factor(INCLINOMETERS[1], -1.0)),
+    ),
     (
         [(1, 1.0), (0, 1.0)],
-        "exchange the sensors of link 1 and link 2",
+        Some(Change::Exchange(INCLINOMETERS[0], INCLINOMETERS[1])),
     ),
 ];
 
@@ -48,6 +64,8 @@ struct Passing {
     explained: f64,
     /// Distance found over the true one.
     scale: f64,
+    /// Number of steps of the path between the two.
+    shift: usize,
 }
 
 /// Distance by the encoders over that by the ground; 1 where the ground shows none.
@@ -56,26 +74,53 @@ pub fn scale_of(course: &Course<'_>) -> f64 {
     own.map_or(1.0, |p| p.scale)
 }
 
-/// All findings: signs from the inclinometers alone, distance from angles that gyroscopes and inclinometers give together,
-/// which accelerations of the robot do not disturb. `None` for a robot whose axles have different distances.
+/// What the curve of the axles shows of the signs of the inclinometers. The same signs on both show the same curve, mirrored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Signs {
+    Equal,
+    Different,
+    Unknown,
+}
+
+/// All findings, and what to change. `course` is `None` for a robot whose axles have different distances.
 pub fn findings(
     course: Option<&Course<'_>>,
-    fused: Option<&Course<'_>>,
     robot: &Robot,
-) -> Vec<Finding> {
-    let (Some(course), Some(fused)) = (course, fused) else {
+    budget: &NoiseBudget,
+    speed: f64,
+) -> (Tested, Signs) {
+    let Some(course) = course else {
         let [front, middle, rear] = robot.geometry.axles.map(|axle| axle.x);
         let (front, rear) = (front - middle, middle - rear);
         let remedy = "none: this test needs equal distances between the axles";
         let figure = format!("axles are {front:.3} and {rear:.3} m apart");
-        return vec![Finding::cannot_tell(SIGNS, "inclinometers", figure, remedy)];
+        let finding = Finding::cannot_tell(SIGNS, CHANNEL, figure, remedy);
+        let tested = Tested {
+            findings: vec![finding],
+            changes: Vec::new(),
+        };
+        return (tested, Signs::Unknown);
     };
     let passings = WIRINGS.map(|(links, _)| passing(course, &links));
-    vec![signs(&passings), scale(passing(fused, &WIRINGS[0].0))]
+    let (finding, change) = signs(&passings);
+    let signs = match (finding.verdict, change) {
+        (Verdict::CannotTell, _) => Signs::Unknown,
+        (_, Some(Change::Factor(..))) => Signs::Different,
+        _ => Signs::Equal,
+    };
+    let mut findings = vec![finding];
+    if change.is_none() {
+        findings.extend(offset(course, passings[0], budget, speed));
+    }
+    // Which of the two has the other sign, the gyroscopes know.
+    let changes = change
+        .filter(|_| signs == Signs::Equal)
+        .into_iter()
+        .collect();
+    (Tested { findings, changes }, signs)
 }
 
-fn signs(passings: &[Option<Passing>; 4]) -> Finding {
-    let channel = "inclinometers";
+fn signs(passings: &[Option<Passing>; 4]) -> (Finding, Option<Change>) {
     let share = |p: &Option<Passing>| p.map_or(0.0, |p| p.explained);
     let own = share(&passings[0]);
     let best = (0..4).max_by(|a, b| share(&passings[*a]).total_cmp(&share(&passings[*b])));
@@ -85,19 +130,70 @@ fn signs(passings: &[Option<Passing>; 4]) -> Finding {
         "the curve of the front wheels explains {:.0} % of that of the rear ones",
         100.0 * own
     );
-    if most > CERTAIN && most > own + BETTER {
+    let (finding, change) = if most > CERTAIN && most > own + BETTER {
         let figure = format!("{figure}, otherwise wired {:.0} %", 100.0 * most);
-        Finding::fault(SIGNS, channel, figure, WIRINGS[best].1)
+        let change = WIRINGS[best].1;
+        let remedy = match change {
+            Some(Change::Factor(..)) => {
+                "one of the two has the wrong sign: nose up is positive".to_owned()
+            }
+            _ => change.map_or_else(String::new, |change| change.to_string()),
+        };
+        (Finding::fault(SIGNS, CHANNEL, figure, remedy), change)
     } else if own > EXPLAINED {
-        Finding::ok(SIGNS, channel, figure)
+        (Finding::ok(SIGNS, CHANNEL, figure), None)
     } else {
         let remedy = "drive with all wheels over an obstacle of some centimetres";
-        Finding::cannot_tell(SIGNS, channel, figure, remedy)
-    }
+        (Finding::cannot_tell(SIGNS, CHANNEL, figure, remedy), None)
+    };
+    let finding = finding.with("explained", own, "-");
+    (finding.with("explained otherwise", most, "-"), change)
 }
 
-fn scale(own: Option<Passing>) -> Finding {
-    let channel = "encoders";
+/// Difference of the means of the two curves, over what the inclinometers' biases make of it.
+fn offset(
+    course: &Course<'_>,
+    own: Option<Passing>,
+    budget: &NoiseBudget,
+    speed: f64,
+) -> Option<Finding> {
+    let [front, rear] = course.heights(&WIRINGS[0].0);
+    // On level ground no distance shows, and none is needed.
+    let is_level = |x: &[f64]| {
+        let middle = median(x.iter().copied()).unwrap_or(0.0);
+        // Not the mean: a start moves the inclinometers.
+        median(x.iter().map(|x| (x - middle).abs())).is_some_and(|m| m < LEAST_HEIGHT)
+    };
+    let shift = match own.filter(|p| p.explained > CERTAIN) {
+        Some(own) => own.shift,
+        None if is_level(&front) && is_level(&rear) => steps_of(course, 1.0),
+        None => return None,
+    };
+    let n = course.len().checked_sub(shift).filter(|n| *n > shift / 2)?;
+    let difference = zip(&rear[shift..], &front[..n], |rear, front| rear - front);
+    let mean = median(difference)?;
+    let angle = mean / course.spacing();
+    // A start within one of the two adds its acceleration over g: v^2/(2 g) over the way.
+    #[expect(clippy::cast_precision_loss, reason = "steps of a path")]
+    let way = n as f64 * STEP;
+    let limit = OFFSET_GATE * 2.0 * budget.inclination_bias + speed * speed / (2.0 * GRAVITY * way);
+    let (angle, limit) = (angle.to_degrees(), limit.to_degrees());
+    let figure =
+        format!("wheels that pass the same ground differ by {angle:.2} deg, at most {limit:.2}");
+    let finding = if angle.abs() <= limit {
+        Finding::ok(OFFSET, CHANNEL, figure)
+    } else {
+        let remedy =
+            "one of the inclinometers has an offset: zero both in the nominal pose on level ground";
+        Finding::fault(OFFSET, CHANNEL, figure, remedy)
+    };
+    Some(finding.with("difference", angle, "deg"))
+}
+
+/// Scale of the encoders, from angles that gyroscopes and inclinometers give together: accelerations do not disturb them.
+pub fn distance(fused: &Course<'_>) -> Finding {
+    let own = passing(fused, &WIRINGS[0].0);
+    let channel = "encoders 1 to 3";
     let Some(own) = own.filter(|p| p.explained > EXPLAINED) else {
         let remedy = "drive with all wheels over an obstacle of some centimetres";
         return Finding::cannot_tell(SCALE, channel, "the ground shows no distance", remedy);
@@ -110,7 +206,7 @@ fn scale(own: Option<Passing>) -> Finding {
         100.0 * own.explained
     );
     if (own.scale - 1.0).abs() < SCALE_ERROR {
-        return Finding::ok(SCALE, channel, figure);
+        return Finding::ok(SCALE, channel, figure).with("scale", own.scale, "-");
     }
     let remedy = format!(
         "counts a turn are too few or the wheel radius is too large by the factor {:.3}; or the wheels slip that much",
@@ -119,20 +215,25 @@ fn scale(own: Option<Passing>) -> Finding {
     if own.explained < CERTAIN {
         return Finding::cannot_tell(SCALE, channel, figure, "drive without spinning wheels");
     }
-    Finding::fault(SCALE, channel, figure, remedy)
+    Finding::fault(SCALE, channel, figure, remedy).with("scale", own.scale, "-")
 }
 
-/// The best passing with the angles of `links`. `None` where the ground shows nothing.
+/// Steps of the path in the distance of two axles, for encoders of a scale.
 #[expect(
     clippy::cast_possible_truncation,
-    clippy::cast_precision_loss,
     clippy::cast_sign_loss,
     reason = "steps of a path"
 )]
+fn steps_of(course: &Course<'_>, scale: f64) -> usize {
+    (scale * course.spacing() / STEP) as usize
+}
+
+/// The best passing with the angles of `links`. `None` where the ground shows nothing.
+#[expect(clippy::cast_precision_loss, reason = "steps of a path")]
 fn passing(course: &Course<'_>, links: &Links) -> Option<Passing> {
     let [front, rear] = course.heights(links);
     let (count, spacing) = (course.len(), course.spacing());
-    let at = |scale: f64| (scale * spacing / STEP) as usize;
+    let at = |scale: f64| steps_of(course, scale);
     let explained = |shift: usize| {
         let n = count.checked_sub(shift).filter(|n| *n > at(1.0) / 2)?;
         let (y, x) = (&rear[shift..], &front[..n]);
@@ -153,6 +254,7 @@ fn passing(course: &Course<'_>, links: &Links) -> Option<Passing> {
     Some(Passing {
         explained: best.1,
         scale: best.0 as f64 * STEP / spacing,
+        shift: best.0,
     })
 }
 

@@ -10,9 +10,10 @@
 //! | `wheels` | Signs and counts of the encoders | the wheels against each other |
 //! | `balance` | Signs of torques and inclinometers, delay of the torques | weight and inertia |
 //! | `ground` | Scale of the encoders, signs and exchange of the links' sensors | each wheel passes the same ground |
+//! | `start` | Signs of the torques, of all encoders | the robot that starts |
 //! | `drive` | Exchanged wheels, delay of the torques | answer of a speed control |
 //! | `torque_scale` | Do the torques fit the robot's mass? | work of the torques, and height, in `best` |
-//! | `agreement` | Does `best` agree with all? | innovations of all its filters |
+//! | `agreement` | Does `best` agree with all? Which wiring of wheels and links fits? | innovations of all its filters |
 //!
 //! Each finding has a verdict, the figure behind it, and what to do. A test that a log cannot answer says so.
 
@@ -29,7 +30,9 @@ mod motion;
 mod recording;
 mod report;
 mod rest;
+mod rewire;
 mod signal;
+mod start;
 mod still;
 mod torque_scale;
 mod wheels;
@@ -40,8 +43,10 @@ use clock::Clock;
 use course::Course;
 use motion::Motion;
 use recording::Recording;
+use rewire::{Change, Channel, Tested};
 use robhaz_estimator::{EstimatorSettings, NoiseBudget, SensorFrame};
 use robhaz_model::Robot;
+use std::borrow::Cow;
 
 /// What is stated of the robot and its sensors.
 #[derive(Clone, Copy, Debug)]
@@ -83,32 +88,90 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
         let finding = Finding::cannot_tell("log", "all", "less than three frames", remedy);
         return Report::new(vec![finding]);
     };
-    let motion = Motion::of(&recording, robot);
-    let mut findings = vec![clock.finding()];
-    findings.extend(still::findings(frames, budget));
-    findings.extend(rest::findings(&recording, budget));
-    findings.extend(wheels::findings(&motion, robot));
-    let turn = turn(&recording, &motion, robot);
+    let mut log = Readings {
+        frames: Cow::Borrowed(frames),
+        motion: Motion::of(&recording, robot),
+        recording,
+        findings: vec![clock.finding()],
+    };
+    log.findings.extend(still::findings(frames, budget));
+    log.findings.extend(rest::findings(&log.recording, budget));
+    log.take(wheels::findings(&log.recording, &log.motion, robot), robot);
+    log.take(
+        links::units(&log.recording, &log.motion, robot, budget),
+        robot,
+    );
+    let (acceleration, forward) = links::acceleration(&log.recording, &log.motion, robot, budget);
+    log.take(acceleration, robot);
+    let turn = turn(&log.recording, &log.motion, robot);
     if turn > LARGEST_TURN {
         let figure = format!("the wheels turn by {turn:.2} rad between readings");
         let remedy =
             "drive slower, or record at a higher rate: such readings do not show the ground";
-        findings.push(Finding::cannot_tell("motion", "all", figure, remedy));
-        return Report::new(findings);
+        log.findings
+            .push(Finding::cannot_tell("motion", "all", figure, remedy));
+        return Report::new(log.findings);
     }
-    findings.extend(links::findings(&recording, &motion, robot, budget));
-    let course = Course::new(&motion, robot, &recording.inclination);
-    let fused = Course::new(&motion, robot, &course::fused(&recording));
-    findings.extend(ground::findings(course.as_ref(), fused.as_ref(), robot));
+    log.take(start::findings(&log.recording, &log.motion, forward), robot);
+    let course = Course::new(&log.motion, robot, &log.recording.inclination);
+    let speed = log.motion.speed(robot);
+    let (ground, on_ground) = ground::findings(course.as_ref(), robot, budget, speed);
+    log.take(ground, robot);
+    log.take(
+        links::findings(&log.recording, &log.motion, robot, budget, on_ground),
+        robot,
+    );
+    let fused = Course::new(&log.motion, robot, &course::fused(&log.recording));
+    log.findings.extend(fused.as_ref().map(ground::distance));
+    let drive = drive::findings(&log.recording, &log.motion, budget);
+    let (order, signs) = drive
+        .wiring
+        .map_or((None, [1.0; 3]), |(order, signs)| (Some(order), signs));
+    let turned = (0..3).filter(|i| signs[*i] < 0.0);
+    let signs = Tested {
+        findings: drive.findings,
+        changes: turned
+            .map(|i| Change::Factor(Channel::Torque(i), -1.0))
+            .collect(),
+    };
+    log.take(signs, robot);
     let damping = stated.viscous_damping;
-    findings.extend(balance::findings(&recording, &motion, robot, damping));
-    findings.extend(drive::findings(&recording, &motion));
-    let resolved = recording.dt < LONGEST_STEP && turn < LARGEST_TURN_OF_FILTERS;
-    let settings = stated.settings(frames);
-    let (agreement, scale) = agreement::finding(frames, robot, &settings, resolved);
-    findings.push(torque_scale::finding(scale, robot));
-    findings.push(agreement);
-    Report::new(findings)
+    log.findings.extend(balance::findings(
+        &log.recording,
+        &log.motion,
+        robot,
+        damping,
+    ));
+    let settings = stated.settings(&log.frames);
+    let resolved = log.recording.dt < LONGEST_STEP && turn < LARGEST_TURN_OF_FILTERS;
+    let (agreement, scale) = agreement::findings(&log.frames, robot, &settings, order, resolved);
+    log.findings.push(torque_scale::finding(scale, robot));
+    log.findings.extend(agreement);
+    Report::new(log.findings)
+}
+
+/// The readings with the changes that tests have asked for so far, and what was found.
+struct Readings<'a> {
+    frames: Cow<'a, [SensorFrame]>,
+    recording: Recording,
+    motion: Motion,
+    findings: Vec<Finding>,
+}
+
+impl Readings<'_> {
+    /// Takes what a test found. Later tests see the readings with its changes.
+    fn take(&mut self, tested: Tested, robot: &Robot) {
+        self.findings.extend(tested.findings);
+        if tested.changes.is_empty() {
+            return;
+        }
+        let frames = Change::all(&tested.changes, &self.frames);
+        if let Some(recording) = Recording::new(&Clock::of(&frames)) {
+            self.motion = Motion::of(&recording, robot);
+            self.recording = recording;
+        }
+        self.frames = Cow::Owned(frames);
+    }
 }
 
 /// Largest turn of a wheel between readings with which they show the ground, rad: a quarter of its radius along the path.

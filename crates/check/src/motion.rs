@@ -47,6 +47,17 @@ impl Motion {
         }
     }
 
+    /// Rim speed of the robot that drives, in the middle, m/s.
+    pub fn speed(&self, robot: &Robot) -> f64 {
+        let driving = self.while_driving(robot, &self.middle_spin);
+        robot.geometry.wheel_radius * median(driving).unwrap_or(0.0).abs()
+    }
+
+    /// Derivative of another channel, averaged as the spin speeds are.
+    pub fn derivative(&self, recording: &Recording, x: &[f64]) -> Vec<f64> {
+        derivative(x, recording.steps(0.5 * SMOOTHING), self.step)
+    }
+
     /// A signal where the robot drives, at rest a NaN.
     pub fn while_driving(&self, robot: &Robot, x: &[f64]) -> Vec<f64> {
         let least = DRIVES / robot.geometry.wheel_radius;

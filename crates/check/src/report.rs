@@ -26,6 +26,17 @@ impl Verdict {
     }
 }
 
+/// A figure of a finding.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Quantity {
+    /// What it is, such as "delay".
+    pub name: &'static str,
+    /// Its value in `unit`.
+    pub value: f64,
+    /// Unit; "-" of a ratio or a count.
+    pub unit: &'static str,
+}
+
 /// What one test found of one channel or group of channels.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
@@ -37,6 +48,8 @@ pub struct Finding {
     pub verdict: Verdict,
     /// The figure behind the verdict, in words with its unit.
     pub figure: String,
+    /// The numbers of the figure, for scripts.
+    pub numbers: Vec<Quantity>,
     /// What to do; `None` where nothing is.
     pub remedy: Option<String>,
 }
@@ -49,8 +62,16 @@ impl Finding {
             channel: channel.into(),
             verdict: Verdict::Ok,
             figure: figure.into(),
+            numbers: Vec::new(),
             remedy: None,
         }
+    }
+
+    /// With a number of the figure and its unit.
+    #[must_use]
+    pub fn with(mut self, name: &'static str, value: f64, unit: &'static str) -> Self {
+        self.numbers.push(Quantity { name, value, unit });
+        self
     }
 
     /// The log does not show it. `remedy` says which log would.

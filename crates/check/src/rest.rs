@@ -21,6 +21,9 @@ const CHANCE: f64 = 4.0;
 const SHOWN: f64 = 1e-3;
 /// Noise over that of the budget that is a fault.
 const NOISE_RATIO: f64 = 2.0;
+/// Noise over that of the budget, or the other way round, from which on a wrong unit is the likeliest cause: the smallest
+/// factor of a wrong unit is 57.3 (degrees), and no filter of a current takes away as much.
+const UNIT_RATIO: f64 = 40.0;
 /// Inclination up to which a robot stands without torques, rad.
 const LEVEL: f64 = 3.0 * DEGREE;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
@@ -59,6 +62,10 @@ impl AtRest<'_> {
     fn deviation(&self) -> f64 {
         let steps: Vec<f64> = self.values.windows(2).map(|w| w[1] - w[0]).collect();
         rms(&steps) / std::f64::consts::SQRT_2
+    }
+
+    fn with_mean(&self, finding: Finding) -> Finding {
+        finding.with("mean", self.factor * self.mean(), self.unit)
     }
 
     fn shown(&self, value: f64) -> String {
@@ -110,7 +117,7 @@ pub fn findings(recording: &Recording, budget: &NoiseBudget) -> Vec<Finding> {
 }
 
 /// Number of samples before the first motion.
-fn rest(recording: &Recording) -> usize {
+pub fn rest(recording: &Recording) -> usize {
     let step = recording.steps(0.05);
     let moves = |i: usize| {
         let mut angles = recording.wheel_angle.iter();
@@ -128,10 +135,10 @@ fn gyro(x: &AtRest<'_>, limit: f64) -> Finding {
     let (mean, limit) = (x.mean(), limit + x.mean_by_chance());
     let figure = mean_within(x, limit);
     if mean.abs() <= limit {
-        return Finding::ok(ZERO, &x.name, figure);
+        return x.with_mean(Finding::ok(ZERO, &x.name, figure));
     }
     let remedy = format!("zero it at rest: state offset = {mean:.5} (rad/s)");
-    Finding::fault(ZERO, &x.name, figure, remedy)
+    x.with_mean(Finding::fault(ZERO, &x.name, figure, remedy))
 }
 
 fn inclination(x: &AtRest<'_>, budget: &NoiseBudget) -> Finding {
@@ -140,19 +147,19 @@ fn inclination(x: &AtRest<'_>, budget: &NoiseBudget) -> Finding {
     let figure = mean_within(x, limit);
     // At rest the robot may stand on a slope.
     if mean.abs() <= limit {
-        return Finding::ok(ZERO, &x.name, figure);
+        return x.with_mean(Finding::ok(ZERO, &x.name, figure));
     }
     let remedy = format!(
         "if the robot stood on level ground in its nominal pose, state offset = {mean:.5} (rad)"
     );
-    Finding::cannot_tell(ZERO, &x.name, figure, remedy)
+    x.with_mean(Finding::cannot_tell(ZERO, &x.name, figure, remedy))
 }
 
 fn torque(x: &AtRest<'_>, limit: f64, level: bool) -> Finding {
     let (mean, limit) = (x.mean(), limit + x.mean_by_chance());
     let figure = mean_within(x, limit);
     if mean.abs() <= limit {
-        return Finding::ok(ZERO, &x.name, figure);
+        return x.with_mean(Finding::ok(ZERO, &x.name, figure));
     }
     if !level {
         let remedy = "the robot stands on a slope: record a rest on level ground";
@@ -161,17 +168,34 @@ fn torque(x: &AtRest<'_>, limit: f64, level: bool) -> Finding {
     let remedy = format!(
         "zero it with the motors off: state offset = {mean:.4} (N m), unless the drive held that torque"
     );
-    Finding::fault(ZERO, &x.name, figure, remedy)
+    x.with_mean(Finding::fault(ZERO, &x.name, figure, remedy))
 }
 
 fn noise(x: &AtRest<'_>) -> Finding {
     let deviation = x.deviation();
     let figure = format!("{}, budget {}", x.shown(deviation), x.shown(x.noise));
+    let with = |finding: Finding| finding.with("noise", x.factor * deviation, x.unit);
     // The standard error of a deviation from n readings is 1/sqrt(2 n) of it.
     let limit = NOISE_RATIO * x.noise * (1.0 + CHANCE / (2.0 * x.count()).sqrt());
-    if deviation <= limit.max(SHOWN / x.factor) {
-        return Finding::ok(NOISE, &x.name, figure);
+    // No noise at all is that of an exact sensor.
+    let is_quiet = deviation > 1e-9 && deviation * UNIT_RATIO < x.noise;
+    if !is_quiet && deviation <= limit.max(SHOWN / x.factor) {
+        return with(Finding::ok(NOISE, &x.name, figure));
     }
-    let remedy = "state the measured noise in the budget, or find its cause";
-    Finding::fault(NOISE, &x.name, figure, remedy)
+    let unit = match x.unit {
+        "N m" => "a torque of the motor's side (gear_ratio), a current in A or mA",
+        "deg/s" => "rad/s for deg/s or the other way round",
+        _ => "rad for deg or the other way round",
+    };
+    if is_quiet {
+        let remedy =
+            format!("suspiciously quiet: check the unit ({unit}), or state the measured noise");
+        return with(Finding::cannot_tell(NOISE, &x.name, figure, remedy));
+    }
+    let remedy = if deviation > UNIT_RATIO * x.noise {
+        format!("check the unit ({unit})")
+    } else {
+        "state the measured noise in the budget, or find its cause".to_owned()
+    };
+    with(Finding::fault(NOISE, &x.name, figure, remedy))
 }

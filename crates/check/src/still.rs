@@ -1,7 +1,9 @@
 //! Channels that do not change, and channels at the end of their range.
 
 use crate::report::Finding;
+use crate::rewire::Channel;
 use robhaz_estimator::{NoiseBudget, SensorFrame};
+use std::f64::consts::TAU;
 
 /// Longest time without any change of a working sensor while the robot drives, s.
 const LONGEST_CONSTANT: f64 = 1.0;
@@ -10,69 +12,87 @@ const AT_LIMIT: usize = 20;
 /// Speed of the slower one of two wheels that shows that the robot drives, rad/s.
 const TURNS: f64 = 0.2;
 
+/// Longest time between two frames in which a jump of an angle is looked for, s.
+const LONGEST_STEP: f64 = 0.05;
+
 const STUCK: &str = "stuck";
 const RANGE: &str = "range";
+const COLUMNS: &str = "columns";
 
-/// Takes a reading out of a frame.
-type Reading = Box<dyn Fn(&SensorFrame) -> Option<f64>>;
-
-/// A channel of the frames.
-struct Channel {
-    name: String,
-    value: Reading,
-    /// White noise of a sample by the budget, in the reading's unit; 0 for a channel that may be constant.
-    noise: f64,
-    /// Index of the wheel of an encoder.
-    encoder: Option<usize>,
-}
-
-fn channels(budget: &NoiseBudget) -> Vec<Channel> {
-    let mut channels = Vec::new();
-    for i in 0..3 {
-        channels.push(Channel {
-            name: format!("encoder {}", i + 1),
-            value: Box::new(move |f| f.wheel_angle[i]),
-            noise: 0.0,
-            encoder: Some(i),
-        });
+/// White noise of a sample of a channel by the budget, in the reading's unit; 0 for a channel that may be constant.
+const fn noise(channel: Channel, budget: &NoiseBudget) -> f64 {
+    match channel {
+        Channel::Encoder(_) => 0.0,
+        Channel::Torque(_) => budget.torque_noise,
+        Channel::Gyro(_) => budget.rate_noise,
+        Channel::Inclinometer(_) => budget.inclination_noise,
     }
-    for i in 0..3 {
-        channels.push(Channel {
-            name: format!("torque {}", i + 1),
-            value: Box::new(move |f| f.motor_torque[i]),
-            noise: budget.torque_noise,
-            encoder: None,
-        });
-    }
-    for k in 0..2 {
-        let link = move |f: &SensorFrame| if k == 0 { f.link1 } else { f.link2 };
-        channels.push(Channel {
-            name: format!("gyro {}", k + 1),
-            value: Box::new(move |f| link(f).rate),
-            noise: budget.rate_noise,
-            encoder: None,
-        });
-        channels.push(Channel {
-            name: format!("inclinometer {}", k + 1),
-            value: Box::new(move |f| link(f).inclination),
-            noise: budget.inclination_noise,
-            encoder: None,
-        });
-    }
-    channels
 }
 
 /// All findings.
 pub fn findings(frames: &[SensorFrame], budget: &NoiseBudget) -> Vec<Finding> {
     let driving = driving(frames);
     let mut findings = Vec::new();
-    for channel in channels(budget) {
-        findings.push(stuck(frames, &driving, &channel));
-        if channel.encoder.is_none() {
-            findings.extend(at_limit(frames, &channel));
+    for channel in Channel::ALL {
+        let noise = noise(channel, budget);
+        findings.push(stuck(frames, &driving, channel, noise));
+        if let Channel::Encoder(_) = channel {
+            findings.extend(wrapped(frames, channel));
+        } else {
+            findings.extend(at_limit(frames, channel, noise));
+        }
+    }
+    findings.extend(repeated(frames));
+    findings
+}
+
+/// Channels of one kind whose readings are the same in each frame, though they change.
+fn repeated(frames: &[SensorFrame]) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for (k, a) in Channel::ALL.into_iter().enumerate() {
+        for b in Channel::ALL
+            .into_iter()
+            .skip(k + 1)
+            .filter(|b| a.is_like(*b))
+        {
+            let pair = |f: &SensorFrame| Some((a.value(f)?, b.value(f)?));
+            let pairs = || frames.iter().filter_map(pair);
+            let first = pairs().next().map_or(0.0, |(x, _)| x);
+            let equal = |(x, y): (f64, f64)| x.to_bits() == y.to_bits();
+            if pairs().any(|(x, _)| x.to_bits() != first.to_bits()) && pairs().all(equal) {
+                let figure = "the same value in each frame";
+                let remedy =
+                    format!("the same column twice: map {a} and {b} to columns of their own");
+                findings.push(Finding::fault(COLUMNS, format!("{a}, {b}"), figure, remedy));
+            }
         }
     }
     findings
+}
+
+/// An angle that jumps back by a turn, or again and again by the same amount: it is not continued over a turn.
+fn wrapped(frames: &[SensorFrame], channel: Channel) -> Option<Finding> {
+    // Within a gap a wheel may turn by as much.
+    let step = |w: &[SensorFrame]| {
+        let step = channel.value(&w[1])? - channel.value(&w[0])?;
+        (w[1].time - w[0].time < LONGEST_STEP).then_some(step.abs())
+    };
+    let mut steps: Vec<f64> = frames.windows(2).filter_map(step).collect();
+    steps.sort_by(f64::total_cmp);
+    let [.., last, largest] = steps[..] else {
+        return None;
+    };
+    // Above nine of ten: a speed that a hundred times as much is no acceleration of.
+    let usual = steps[(steps.len() - 1) * 9 / 10];
+    let is_equal = |other: f64| (largest - other).abs() < 2.0 * usual;
+    if largest < 100.0 * usual || !(is_equal(last) || is_equal(TAU)) {
+        return None;
+    }
+    let figure = format!("jumps by {largest:.4} rad in a frame, else by {usual:.4} at most");
+    let remedy =
+        "the angle starts anew after a turn or an overflow: continue it before it is logged";
+    let finding = Finding::fault(COLUMNS, channel.to_string(), figure, remedy);
+    Some(finding.with("jump", largest, "rad"))
 }
 
 /// At each frame, how many wheels turn: speeds over a quarter of a second before.
@@ -96,15 +116,19 @@ fn driving(frames: &[SensorFrame]) -> Vec<[bool; 3]> {
 }
 
 /// The longest time for which a channel repeats its value while the other wheels turn (two of them for an encoder).
-fn stuck(frames: &[SensorFrame], driving: &[[bool; 3]], channel: &Channel) -> Finding {
+fn stuck(frames: &[SensorFrame], driving: &[[bool; 3]], channel: Channel, noise: f64) -> Finding {
+    let wheel = match channel {
+        Channel::Encoder(i) => Some(i),
+        _ => None,
+    };
     let (mut last, mut since) = (None, 0.0);
     let (mut longest, mut at) = (0.0, 0.0);
     let mut any = false;
     for (frame, driving) in frames.iter().zip(driving) {
-        let turning = (0..3).filter(|w| Some(*w) != channel.encoder && driving[*w]);
+        let turning = (0..3).filter(|w| Some(*w) != wheel && driving[*w]);
         let drives = turning.count() >= 2;
         any |= drives;
-        let Some(value) = (channel.value)(frame) else {
+        let Some(value) = channel.value(frame) else {
             continue;
         };
         if !drives || last != Some(value.to_bits()) {
@@ -115,17 +139,17 @@ fn stuck(frames: &[SensorFrame], driving: &[[bool; 3]], channel: &Channel) -> Fi
             (longest, at) = (frame.time - since, since);
         }
     }
-    let name = channel.name.clone();
+    let name = channel.to_string();
     if !any {
         let remedy = "record a drive";
         return Finding::cannot_tell(STUCK, name, "two wheels never turn together", remedy);
     }
     let figure = format!("longest without a change {longest:.3} s while other wheels turn");
     if longest < LONGEST_CONSTANT {
-        Finding::ok(STUCK, name, figure)
-    } else if channel.noise > 0.0 || channel.encoder.is_some() {
+        Finding::ok(STUCK, name, figure).with("longest", longest, "s")
+    } else if noise > 0.0 || wheel.is_some() {
         let remedy = format!("dead from {at:.2} s on: check cable and driver");
-        Finding::fault(STUCK, name, figure, remedy)
+        Finding::fault(STUCK, name, figure, remedy).with("longest", longest, "s")
     } else {
         let remedy = "the budget states no noise, so the reading may be constant: state its noise";
         Finding::cannot_tell(STUCK, name, figure, remedy)
@@ -133,14 +157,14 @@ fn stuck(frames: &[SensorFrame], driving: &[[bool; 3]], channel: &Channel) -> Fi
 }
 
 /// Readings that stay at the greatest or least value of the log. Noise keeps a sensor in its range from repeating a value.
-fn at_limit(frames: &[SensorFrame], channel: &Channel) -> Option<Finding> {
-    let values: Vec<f64> = frames.iter().filter_map(|f| (channel.value)(f)).collect();
+fn at_limit(frames: &[SensorFrame], channel: Channel, noise: f64) -> Option<Finding> {
+    let values: Vec<f64> = frames.iter().filter_map(|f| channel.value(f)).collect();
     let (least, most) = values
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| {
             (a.min(*v), b.max(*v))
         });
-    if channel.noise <= 0.0 || values.is_empty() || least >= most {
+    if noise <= 0.0 || values.is_empty() || least >= most {
         return None;
     }
     let (mut elsewhere, mut at_end) = (0, 0);
@@ -163,21 +187,21 @@ fn at_limit(frames: &[SensorFrame], channel: &Channel) -> Option<Finding> {
         }
         start = i;
     }
-    let (name, test) = (channel.name.clone(), RANGE);
+    let (name, test) = (channel.to_string(), RANGE);
     #[expect(clippy::cast_precision_loss, reason = "numbers of samples")]
     let share = 100.0 * share as f64 / values.len() as f64;
     let figure = format!(
         "{least:.4} to {most:.4}; longest at an end {at_end} readings ({share:.1} % of all), elsewhere {elsewhere}"
     );
     if at_end < AT_LIMIT || at_end < 5 * elsewhere {
-        return Some(Finding::ok(test, name, figure));
+        return Some(Finding::ok(test, name, figure).with("at an end", share, "%"));
     }
-    if channel.name.starts_with("torque") {
+    if let Channel::Torque(_) = channel {
         let remedy = format!(
             "at its limit of {limit:.3}: fine if it is the drive's, else raise the sensor's range"
         );
         return Some(Finding::cannot_tell(test, name, figure, remedy));
     }
     let remedy = format!("saturated at {limit:.4}: choose a greater range of the sensor");
-    Some(Finding::fault(test, name, figure, remedy))
+    Some(Finding::fault(test, name, figure, remedy).with("at an end", share, "%"))
 }

@@ -1,7 +1,9 @@
 //! Encoders against each other: signs and counts.
 
 use crate::motion::Motion;
+use crate::recording::Recording;
 use crate::report::Finding;
+use crate::rewire::{Change, Channel, Tested};
 use crate::signal::{median, zip};
 use robhaz_model::Robot;
 
@@ -15,43 +17,85 @@ const LEAST_SAMPLES: usize = 50;
 
 const TEST: &str = "sign and counts";
 
-/// All findings.
-pub fn findings(motion: &Motion, robot: &Robot) -> Vec<Finding> {
-    (0..3).map(|i| encoder(motion, robot, i)).collect()
+/// All findings, and what to change before further tests.
+pub fn findings(recording: &Recording, motion: &Motion, robot: &Robot) -> Tested {
+    let mut all = Tested::default();
+    for i in 0..3 {
+        let ratios = |spin: &[f64]| {
+            let ratio = zip(spin, &motion.middle_spin, |a, b| a / b);
+            parts(&motion.while_driving(robot, &ratio))
+        };
+        let torque_turns = |j: &usize| {
+            let spin = motion.derivative(recording, &recording.torque[*j]);
+            let ratio = median(ratios(&spin));
+            ratio.is_some_and(|ratio| (ratio - 1.0).abs() < RATIO_ERROR)
+        };
+        let (finding, change) = encoder(i, &ratios(&motion.spin[i]), || (0..3).find(torque_turns));
+        all.findings.push(finding);
+        all.changes.extend(change);
+    }
+    all
 }
 
-fn encoder(motion: &Motion, robot: &Robot, i: usize) -> Finding {
-    let channel = format!("encoder {}", i + 1);
-    let ratio = zip(&motion.spin[i], &motion.middle_spin, |a, b| a / b);
-    let ratio = motion.while_driving(robot, &ratio);
-    let windows = windows(&ratio);
-    let Some(ratio) = median(ratio).filter(|_| !windows.is_empty()) else {
+/// Whether a wheel turns as fast as the others: in the middle, or in one part. A wheel that slips for some time, or a robot
+/// that is stuck, does not do so all the time.
+fn is_right(parts: &[f64]) -> bool {
+    let right = |ratio: f64| (ratio - 1.0).abs() < RATIO_ERROR;
+    parts.iter().any(|ratio| right(*ratio))
+}
+
+/// The finding of encoder `i`, for its ratios to the middle one; `torque` finds a torque that turns as a wheel does.
+fn encoder(
+    i: usize,
+    parts: &[f64],
+    torque: impl Fn() -> Option<usize>,
+) -> (Finding, Option<Change>) {
+    let channel = Channel::Encoder(i);
+    let Some(ratio) = median(parts.iter().copied()) else {
         let remedy = "record a drive of some metres";
-        return Finding::cannot_tell(TEST, channel, "the robot does not drive", remedy);
+        let figure = "the robot does not drive";
+        return (
+            Finding::cannot_tell(TEST, channel.to_string(), figure, remedy),
+            None,
+        );
     };
     let figure = format!(
         "turns {ratio:.3} times as fast as the middle one of the three wheels ({:.2} to {:.2} is right)",
         1.0 - RATIO_ERROR,
         1.0 + RATIO_ERROR
     );
-    // A wheel that slips for some time, or a robot that is stuck, does not do so all the time.
-    let right = |ratio: f64| (ratio - 1.0).abs() < RATIO_ERROR;
-    if right(ratio) || windows.iter().any(|ratio| right(*ratio)) {
-        Finding::ok(TEST, channel, figure)
-    } else if ratio < 0.0 {
+    let is_near = |value: f64| (ratio - value).abs() < RATIO_ERROR;
+    let torque = if is_near(1.0) { None } else { torque() };
+    if torque.is_none() && is_right(parts) {
+        let finding = Finding::ok(TEST, channel.to_string(), figure);
+        return (finding.with("ratio", ratio, "-"), None);
+    }
+    let is_steady = parts.iter().all(|p| (p / ratio - 1.0).abs() < RATIO_ERROR);
+    let (remedy, change) = if let Some(j) = torque {
+        let torque = Channel::Torque(j);
+        let remedy = format!(
+            "{torque} turns as a wheel does: exchange the columns of {channel} and {torque}"
+        );
+        (remedy, Some(Change::Exchange(channel, torque)))
+    } else if is_near(-1.0) {
         let remedy = format!("wheel {} counts backwards: state sign = \"-\"", i + 1);
-        Finding::fault(TEST, channel, figure, remedy)
+        (remedy, Some(Change::Factor(channel, -1.0)))
     } else {
         let remedy = format!(
-            "check counts a turn, gear ratio and radius of wheel {}: counts of the others times {ratio:.3}",
+            "check unit, counts a turn, gear ratio and radius of wheel {}: counts of the others times {ratio:.3}",
             i + 1
         );
-        Finding::fault(TEST, channel, figure, remedy)
-    }
+        (
+            remedy,
+            is_steady.then_some(Change::Factor(channel, 1.0 / ratio)),
+        )
+    };
+    let finding = Finding::fault(TEST, channel.to_string(), figure, remedy);
+    (finding.with("ratio", ratio, "-"), change)
 }
 
-/// Medians over the parts of the drive.
-fn windows(ratio: &[f64]) -> Vec<f64> {
+/// Medians over the parts of the drive; none of a robot that does not drive.
+fn parts(ratio: &[f64]) -> Vec<f64> {
     let driving: Vec<f64> = ratio.iter().copied().filter(|r| r.is_finite()).collect();
     let length = (driving.len() / PARTS).max(LEAST_SAMPLES);
     let parts = driving.chunks_exact(length);

@@ -1,12 +1,12 @@
-//! Faults of wiring, units, clocks and sensors against `check`: each must be found by its test, honest readings must not
-//! be called faulty.
+//! Faults of wiring, units and sensors against `check`: a fault that the readings show must be found under the name of its
+//! channel, honest readings must not be called faulty.
 //!
 //! `cargo test --release -p robhaz-check --test study -- --ignored --nocapture` prints the table of
 //! `docs/on-your-robot.md`.
 
 mod common;
 
-use common::faults::FAULTS;
+use common::faults::{FAULTS, Fault};
 use common::{Failure, SOFT, readings, report, scene};
 use rayon::prelude::*;
 use robhaz_check::Report;
@@ -14,18 +14,42 @@ use robhaz_study::TruthRun;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Whether each fault was found by its own test, and by any.
-type Found = Vec<(bool, bool)>;
+/// Grounds of the study. Level ground for as long as the others: a robot that drives for 3 s shows less.
+const GROUNDS: [(&str, &[&str]); 5] = [
+    ("smooth", &[]),
+    ("sine", &[]),
+    ("course", &[]),
+    ("rough", &[]),
+    ("flat", &["record.duration=12"]),
+];
 
 /// Faults of a report in words.
 fn words(report: &Report) -> Vec<String> {
     let faults = report.faults();
+    let remedy = |r: &Option<String>| r.clone().unwrap_or_default();
     faults
-        .map(|f| format!("{} | {} | {}", f.test, f.channel, f.figure))
+        .map(|f| {
+            format!(
+                "{} | {} | {} | {}",
+                f.test,
+                f.channel,
+                f.figure,
+                remedy(&f.remedy)
+            )
+        })
         .collect()
 }
 
-/// Of one case: how often each fault was found by its test, and by any; false alarms of honest readings.
+/// Whether a fault was found under the name of one of its channels, and whether a remedy names it exactly.
+fn found(fault: &Fault, report: &Report) -> (bool, bool) {
+    let named = |f: &robhaz_check::Finding| fault.channels.iter().any(|c| f.channel.contains(c));
+    let exact =
+        |f: &robhaz_check::Finding| f.remedy.as_ref().is_some_and(|r| r.contains(fault.exact));
+    let channel = report.faults().any(named);
+    (channel, channel && report.faults().any(exact))
+}
+
+/// Of one ground and drive: how often each fault was found, and named exactly; false alarms of honest readings.
 struct Table {
     found: Vec<(u32, u32)>,
     alarms: BTreeMap<String, u32>,
@@ -34,17 +58,29 @@ struct Table {
 fn table(name: &str, overrides: &[&str], seeds: Range<u64>) -> Result<Table, Failure> {
     let scene = scene(name, overrides)?;
     let truth = TruthRun::of(&scene)?;
-    let of_seed = |seed: u64| -> Result<(Found, Vec<String>), Failure> {
+    // WHICH=text makes a study of the faults whose names contain it; it prints what was found.
+    let which = std::env::var("WHICH").ok();
+    let of_seed = |seed: u64| -> Result<(Vec<(bool, bool)>, Vec<String>), Failure> {
         let honest = readings(&scene, &truth, seed);
         let alarms = words(&report(&scene, &honest)?);
-        let mut found = Vec::new();
-        for fault in FAULTS {
+        let of_fault = |fault: &Fault| -> Result<(bool, bool), Failure> {
+            if which.as_ref().is_some_and(|w| !fault.name.contains(w)) {
+                return Ok((false, false));
+            }
             let mut frames = honest.clone();
             (fault.change)(&mut frames);
             let report = report(&scene, &frames)?;
-            let by_its_test = report.faults().any(|f| f.test == fault.test);
-            found.push((by_its_test, report.faults().count() > 0));
-        }
+            if which.is_some() {
+                println!(
+                    "{name} {overrides:?} {}
+{}",
+                    fault.name,
+                    report.text()
+                );
+            }
+            Ok(found(fault, &report))
+        };
+        let found = FAULTS.par_iter().map(of_fault).collect::<Result<_, _>>()?;
         Ok((found, alarms))
     };
     let results: Vec<_> = seeds
@@ -56,9 +92,9 @@ fn table(name: &str, overrides: &[&str], seeds: Range<u64>) -> Result<Table, Fai
         alarms: BTreeMap::new(),
     };
     for (found, alarms) in results {
-        for (sum, (by_its_test, any)) in table.found.iter_mut().zip(found) {
-            sum.0 += u32::from(by_its_test);
-            sum.1 += u32::from(any);
+        for (sum, (channel, exact)) in table.found.iter_mut().zip(found) {
+            sum.0 += u32::from(channel);
+            sum.1 += u32::from(exact);
         }
         for alarm in alarms {
             println!("FALSE ALARM {name} {}: {alarm}", overrides.join(" "));
@@ -68,13 +104,14 @@ fn table(name: &str, overrides: &[&str], seeds: Range<u64>) -> Result<Table, Fai
     Ok(table)
 }
 
-/// Each kind of fault is found by its test on the main scene with typical sensors; honest readings have no fault. The
-/// study below in small.
+/// Each kind of fault that the readings show is found on the main scene with typical sensors; honest readings have no
+/// fault. The study below in small.
 #[test]
 fn each_fault_is_found_and_honest_readings_have_none() -> Result<(), Failure> {
     let table = table("smooth", &["sensors.grade=typical"], 0..1)?;
-    for (fault, (by_its_test, _)) in FAULTS.iter().zip(&table.found) {
-        assert_eq!(*by_its_test, 1, "{}", fault.name);
+    for (fault, (channel, exact)) in FAULTS.iter().zip(&table.found) {
+        let is_shown = fault.hidden("smooth", "PI").is_none();
+        assert!(!is_shown || (*channel, *exact) == (1, 1), "{}", fault.name);
     }
     assert!(table.alarms.is_empty(), "{:?}", table.alarms);
     Ok(())
@@ -89,51 +126,69 @@ fn seeds() -> u64 {
 /// First seed of a study: no threshold of `check` was chosen with this or a later one.
 const FRESH: u64 = 1000;
 
-/// The table of faults over 20 seeds: found by its test, found by any, false alarms. At least 20 kinds are always found on
-/// the main scene with typical sensors, and there is no false alarm.
+/// Faults over 20 seeds of five grounds and two drives: found under the name of its channel / named exactly. Where the
+/// list of faults does not say that the readings hide one, at least 95 % are found, and there is no false alarm. 200 Hz:
+/// at 1 kHz the study takes five times as long, and readings show more.
 #[test]
-#[ignore = "ten minutes of two cores"]
+#[ignore = "half an hour of two cores"]
 fn faults_over_twenty_seeds() -> Result<(), Failure> {
     let seeds = seeds();
-    let cases: [(&str, &[&str]); 4] = [
-        ("typical, PI", &["sensors.grade=typical"]),
-        (
-            "typical, soft",
-            &["sensors.grade=typical", SOFT[0], SOFT[1]],
-        ),
-        ("poor, PI", &["sensors.grade=poor"]),
-        ("poor, soft", &["sensors.grade=poor", SOFT[0], SOFT[1]]),
-    ];
-    let mut tables = Vec::new();
-    for (_, overrides) in cases {
-        tables.push(table("smooth", overrides, FRESH..FRESH + seeds)?);
+    let first = std::env::var("FIRST").ok();
+    let first = first.and_then(|n| n.parse().ok()).unwrap_or(FRESH);
+    let one = std::env::var("SCENE").ok();
+    let drives: [(&str, &[&str]); 2] = [("PI", &[]), ("soft", &SOFT)];
+    let mut cases = Vec::new();
+    for (ground, duration) in GROUNDS
+        .into_iter()
+        .filter(|g| one.as_ref().is_none_or(|o| o == g.0))
+    {
+        for (drive, gains) in drives {
+            let fixed: &[&str] = &[
+                "sensors.grade=typical",
+                "sensors.rate=200",
+                "record.rate=200",
+            ];
+            let table = table(
+                ground,
+                &[fixed, duration, gains].concat(),
+                first..first + seeds,
+            )?;
+            cases.push((ground, drive, table));
+        }
     }
-    println!("found by its test / by any, of {seeds} seeds");
-    print!("| fault | test |");
-    cases.iter().for_each(|(name, _)| print!(" {name} |"));
+    println!(
+        "found under the name of its channel / named exactly, of {seeds} seeds; - where the readings hide it"
+    );
+    print!("| fault |");
+    cases
+        .iter()
+        .for_each(|(ground, drive, _)| print!(" {ground} {drive} |"));
     println!();
+    let mut missed = Vec::new();
     for (k, fault) in FAULTS.iter().enumerate() {
-        print!("| {} | {} |", fault.name, fault.test);
-        for table in &tables {
-            let (by_its_test, any) = table.found[k];
-            print!(" {by_its_test} / {any} |");
+        print!("| {} |", fault.name);
+        for (ground, drive, table) in &cases {
+            let (channel, exact) = table.found[k];
+            let hidden = fault.hidden(ground, drive).is_some();
+            print!(" {channel} / {exact}{} |", if hidden { " -" } else { "" });
+            if !hidden && 100 * u64::from(channel) < 95 * seeds {
+                missed.push(format!("{} on {ground} {drive}: {channel}", fault.name));
+            }
         }
         println!();
     }
-    print!("| none: false alarms | any |");
-    tables
+    print!("| none: false alarms |");
+    cases
         .iter()
-        .for_each(|t| print!(" {} |", t.alarms.values().sum::<u32>()));
+        .for_each(|(.., t)| print!(" {} |", t.alarms.values().sum::<u32>()));
     println!();
-    let always = tables[0]
-        .found
-        .iter()
-        .filter(|(n, _)| u64::from(*n) == seeds);
-    assert!(always.count() >= 20);
-    assert!(tables.iter().all(|t| t.alarms.is_empty()));
+    assert!(
+        missed.is_empty() || std::env::var("WHICH").is_ok(),
+        "{missed:#?}"
+    );
+    assert!(cases.iter().all(|(.., t)| t.alarms.is_empty()));
     Ok(())
 }
-
 /// Honest readings of every shipped scene are not called faulty: a log of a kerb, stairs or a slippery course is no fault.
 #[test]
 #[ignore = "ten minutes of two cores"]

@@ -1,0 +1,117 @@
+//! Channels of a frame, and changes of their wiring: factors, signs and exchanges.
+
+use crate::report::Finding;
+use robhaz_estimator::SensorFrame;
+use std::fmt;
+
+/// A channel of the frames; wheels and links count from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Channel {
+    Encoder(usize),
+    Torque(usize),
+    Gyro(usize),
+    Inclinometer(usize),
+}
+
+impl Channel {
+    /// All channels of a log without contact angles.
+    pub const ALL: [Self; 10] = [
+        Self::Encoder(0),
+        Self::Encoder(1),
+        Self::Encoder(2),
+        Self::Torque(0),
+        Self::Torque(1),
+        Self::Torque(2),
+        Self::Gyro(0),
+        Self::Inclinometer(0),
+        Self::Gyro(1),
+        Self::Inclinometer(1),
+    ];
+
+    /// Its reading in a frame.
+    pub fn of(self, frame: &mut SensorFrame) -> &mut Option<f64> {
+        let [link1, link2] = [&mut frame.link1, &mut frame.link2];
+        match self {
+            Self::Encoder(i) => &mut frame.wheel_angle[i],
+            Self::Torque(i) => &mut frame.motor_torque[i],
+            Self::Gyro(0) => &mut link1.rate,
+            Self::Gyro(_) => &mut link2.rate,
+            Self::Inclinometer(0) => &mut link1.inclination,
+            Self::Inclinometer(_) => &mut link2.inclination,
+        }
+    }
+
+    /// Its value in a frame.
+    pub fn value(self, frame: &SensorFrame) -> Option<f64> {
+        *self.of(&mut frame.clone())
+    }
+
+    /// Whether both measure the same quantity.
+    pub fn is_like(self, other: Self) -> bool {
+        std::mem::discriminant(&self) == std::mem::discriminant(&other)
+    }
+}
+
+impl fmt::Display for Channel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (name, index) = match self {
+            Self::Encoder(i) => ("encoder", i),
+            Self::Torque(i) => ("torque", i),
+            Self::Gyro(i) => ("gyro", i),
+            Self::Inclinometer(i) => ("inclinometer", i),
+        };
+        write!(f, "{name} {}", index + 1)
+    }
+}
+
+/// What is done to the readings of a log before further tests.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Change {
+    Factor(Channel, f64),
+    Exchange(Channel, Channel),
+}
+
+impl Change {
+    /// Changes a frame.
+    fn of(self, frame: &mut SensorFrame) {
+        match self {
+            Self::Factor(channel, factor) => {
+                let value = channel.of(frame);
+                *value = value.map(|v| factor * v);
+            }
+            Self::Exchange(a, b) => {
+                let (x, y) = (a.value(frame), b.value(frame));
+                *a.of(frame) = y;
+                *b.of(frame) = x;
+            }
+        }
+    }
+
+    /// The frames with all changes, one after the other.
+    pub fn all(changes: &[Self], frames: &[SensorFrame]) -> Vec<SensorFrame> {
+        let mut frames = frames.to_vec();
+        for frame in &mut frames {
+            changes.iter().for_each(|change| change.of(frame));
+        }
+        frames
+    }
+}
+
+impl fmt::Display for Change {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Factor(channel, factor) if *factor < 0.0 => {
+                write!(f, "change the sign of {channel}")
+            }
+            Self::Factor(channel, factor) => write!(f, "{channel} times {factor:.4}"),
+            Self::Exchange(a, b) => write!(f, "exchange {a} and {b}"),
+        }
+    }
+}
+
+/// Findings, and the changes that they ask for: further tests see the readings with them.
+#[derive(Default)]
+pub struct Tested {
+    pub findings: Vec<Finding>,
+    pub changes: Vec<Change>,
+}

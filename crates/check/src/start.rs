@@ -1,0 +1,116 @@
+//! Torques against the motion of the robot that starts: their signs, and those of all encoders.
+//!
+//! When the robot starts, each motor accelerates rotor, wheel and its share of the robot: its torque follows the wheels'
+//! acceleration with a positive coefficient, whatever the control is. All three negative ones mean the torques, or the
+//! encoders: these, if the inclinometers show the acceleration the other way round, too.
+
+use crate::fit::fit;
+use crate::links::Sign;
+use crate::motion::Motion;
+use crate::recording::Recording;
+use crate::report::Finding;
+use crate::rest::rest;
+use crate::rewire::{Change, Channel, Tested};
+use crate::signal::smooth;
+
+/// Time from the first motion on that counts as the start, and as much rest before it as there is, s.
+const START: f64 = 1.0;
+/// Time over which torques are averaged, s: as spin speeds.
+const SMOOTHING: f64 = 0.05;
+/// Share of a torque's change that the acceleration explains at a start on even ground.
+const EXPLAINED: f64 = 0.5;
+/// Time for which residuals are correlated, s.
+const CORRELATED: f64 = 0.1;
+/// Deviations of a coefficient that tell its sign.
+const GATE: f64 = 5.0;
+
+const TEST: &str = "sign at the start";
+
+/// All findings, and what to change; for encoders of one sign. `forward` is that of the acceleration by the inclinometers.
+pub fn findings(recording: &Recording, motion: &Motion, forward: Sign) -> Tested {
+    let end = rest(recording);
+    let (before, after) = (recording.steps(0.3 * START), recording.steps(START));
+    let range = end.saturating_sub(before)..(end + after).min(recording.len());
+    let half = recording.steps(0.5 * SMOOTHING);
+    let acceleration = motion.derivative(recording, &motion.middle_spin);
+    let constant = vec![1.0; range.len()];
+    #[expect(clippy::cast_precision_loss, reason = "the number of steps of 0.1 s")]
+    let correlated = (recording.steps(CORRELATED) as f64).sqrt();
+    let coefficients = [0, 1, 2].map(|i| {
+        let torque = smooth(&recording.torque[i], half);
+        // The mean of the torque explains nothing.
+        let mean = fit(&torque[range.clone()], &[&constant])?.coefficients[0];
+        let torque: Vec<f64> = torque[range.clone()].iter().map(|t| t - mean).collect();
+        let found = fit(&torque, &[&acceleration[range.clone()], &constant])?;
+        let value = found.coefficients[0];
+        let known = value.abs() > GATE * correlated * found.deviations[0];
+        (known && found.explained > EXPLAINED).then_some(value)
+    });
+    let mut all = Tested::default();
+    let is_backwards = coefficients.iter().all(|c| c.is_some_and(|c| c < 0.0));
+    if forward == Sign::Negative || is_backwards && forward == Sign::Positive {
+        let (finding, changes) = common(is_backwards, forward);
+        all.findings.push(finding);
+        all.changes.extend(changes);
+        return all;
+    }
+    for (i, coefficient) in coefficients.into_iter().enumerate() {
+        let torque = Channel::Torque(i);
+        let Some(coefficient) = coefficient else {
+            let figure = "the torque does not follow the acceleration of a start";
+            let remedy = "start on even ground, after a rest";
+            all.findings.push(Finding::cannot_tell(
+                TEST,
+                torque.to_string(),
+                figure,
+                remedy,
+            ));
+            continue;
+        };
+        let figure =
+            format!("{coefficient:.2} N m for each rad/s^2 of the wheels, positive is right");
+        let finding = if coefficient > 0.0 {
+            Finding::ok(TEST, torque.to_string(), figure)
+        } else {
+            all.changes.push(Change::Factor(torque, -1.0));
+            let remedy = format!("change the sign of {torque}: driving forward is positive");
+            Finding::fault(TEST, torque.to_string(), figure, remedy)
+        };
+        all.findings
+            .push(finding.with("coefficient", coefficient, "N m s^2"));
+    }
+    all
+}
+
+/// Signs of a whole group: torques, encoders or the sensors of both links.
+fn common(torques_are_backwards: bool, forward: Sign) -> (Finding, Vec<Change>) {
+    let factor = |channel: Channel| Change::Factor(channel, -1.0);
+    let (channel, figure, remedy, channels) = match (torques_are_backwards, forward) {
+        (true, Sign::Negative) => (
+            "encoders 1 to 3",
+            "the wheels turn against their torques and against the acceleration that the inclinometers show",
+            "the signs of all encoders are wrong: forward is positive",
+            [0, 1, 2].map(Channel::Encoder).to_vec(),
+        ),
+        (true, _) => (
+            "torques 1 to 3",
+            "the wheels turn against their torques and with the acceleration that the inclinometers show",
+            "the signs of all torques are wrong: driving forward is positive",
+            [0, 1, 2].map(Channel::Torque).to_vec(),
+        ),
+        (false, _) => (
+            "gyros 1 and 2, inclinometers 1 and 2",
+            "the inclinometers show the acceleration of the wheels the other way round",
+            "the signs of all gyros and inclinometers are wrong, nose up is positive; or those of all encoders and torques",
+            [
+                Channel::Gyro(0),
+                Channel::Gyro(1),
+                Channel::Inclinometer(0),
+                Channel::Inclinometer(1),
+            ]
+            .to_vec(),
+        ),
+    };
+    let changes = channels.into_iter().map(factor).collect();
+    (Finding::fault(TEST, channel, figure, remedy), changes)
+}
