@@ -13,16 +13,21 @@ pub fn finding(scale: Option<TorqueScale>, robot: &Robot) -> Finding {
         return Finding::cannot_tell(TEST, CHANNEL, "no estimate", "see the faults above");
     };
     let figure = scale.in_words(robot.mass.total()).to_string();
+    let with_numbers = |finding: Finding| {
+        finding
+            .with("ratio", scale.ratio, "-")
+            .with("sigma", scale.sigma, "-")
+    };
     if scale.contradicts {
         let remedy = format!(
             "weigh the robot as it drives; if its mass is right, multiply `scale` of the three torques by {:.2}",
             1.0 / scale.ratio
         );
-        return Finding::fault(TEST, CHANNEL, figure, remedy);
+        return with_numbers(Finding::fault(TEST, CHANNEL, figure, remedy));
     }
     if !scale.is_known() {
         let remedy = "drive gently over a slope of some degrees that is longer than the robot";
-        return Finding::cannot_tell(TEST, CHANNEL, figure, remedy);
+        return with_numbers(Finding::cannot_tell(TEST, CHANNEL, figure, remedy));
     }
-    Finding::ok(TEST, CHANNEL, figure)
+    with_numbers(Finding::ok(TEST, CHANNEL, figure))
 }
