@@ -189,7 +189,7 @@ pub fn findings(recording: &Recording, motion: &Motion, budget: &NoiseBudget) ->
     let noise = budget.torque_noise / (recording.steps(SMOOTHING) as f64).sqrt();
     // Noise and different gains make differences, too.
     let least = GATE * noise.hypot(budget.torque_gain * common);
-    if !(size > least) {
+    if size.is_nan() || size <= least {
         let figure = format!("the torques differ by {size:.2} N m RMS only, {least:.2} are needed");
         let remedy = "drive over an obstacle, so that the wheels' torques differ";
         let pairing = Finding::cannot_tell(PAIRING, CHANNEL, &figure, remedy);

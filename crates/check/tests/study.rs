@@ -14,6 +14,9 @@ use robhaz_study::TruthRun;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+/// Of each fault, whether it was found and named exactly; the false alarms.
+type OfSeed = (Vec<(bool, bool)>, Vec<String>);
+
 /// Grounds of the study. Level ground for as long as the others: a robot that drives for 3 s shows less.
 const GROUNDS: [(&str, &[&str]); 5] = [
     ("smooth", &[]),
@@ -60,7 +63,7 @@ fn table(name: &str, overrides: &[&str], seeds: Range<u64>) -> Result<Table, Fai
     let truth = TruthRun::of(&scene)?;
     // WHICH=text makes a study of the faults whose names contain it; it prints what was found.
     let which = std::env::var("WHICH").ok();
-    let of_seed = |seed: u64| -> Result<(Vec<(bool, bool)>, Vec<String>), Failure> {
+    let of_seed = |seed: u64| -> Result<OfSeed, Failure> {
         let honest = readings(&scene, &truth, seed);
         let alarms = words(&report(&scene, &honest)?);
         let of_fault = |fault: &Fault| -> Result<(bool, bool), Failure> {
