@@ -400,7 +400,8 @@ fn sign(
     let Some(found) = fits[k].filter(|f| f.explained > EXPLAINED && turn > LEAST_CHANGE) else {
         // Two inclinometers that agree on the ground leave the gyroscope.
         let follows = fits[k].is_some_and(|f| f.explained > EXPLAINED);
-        if on_ground == Signs::Equal && !follows && tilt > 2.0 * LEAST_CHANGE {
+        let by_robot = rms(&changes.forward);
+        if on_ground == Signs::Equal && !follows && tilt > 2.0 * LEAST_CHANGE.max(by_robot) {
             let remedy = format!(
                 "{} is wrong: dead, or a column of something else; {} agrees with the other link on the ground",
                 Channel::Gyro(k),
@@ -446,8 +447,11 @@ fn sign(
         return (finding(None), None);
     }
     if !is(-1.0) {
-        // Up to here accelerations at edges change an inclinometer as much.
-        if (1.0 / ACCELERATION_ERROR..ACCELERATION_ERROR).contains(&found.rate) {
+        // Up to here accelerations change an inclinometer as much: at edges, and of the robot.
+        let by_robot = rms(&changes.forward) / turn;
+        if (1.0 / ACCELERATION_ERROR..ACCELERATION_ERROR).contains(&found.rate)
+            || (found.rate - 1.0).abs() < SCALE_ERROR + by_robot
+        {
             let remedy =
                 "accelerations change the inclinometer as much as the ground: drive slower";
             let finding = Finding::cannot_tell(SIGN, channel.clone(), found.figure(), remedy);

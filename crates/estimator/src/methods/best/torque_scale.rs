@@ -16,6 +16,9 @@ use robhaz_model::{Bar, GRAVITY, Robot, Vec2, perp};
 /// and impacts take energy.
 const STEEPEST: f64 = 0.6;
 
+/// Longest step with which the torque of the ground is followed, s: 50 Hz.
+const LONGEST_STEP: f64 = 0.0205;
+
 /// For a robot whose torques err as the budget states.
 pub(super) fn filter(robot: &Robot, budget: &NoiseBudget) -> ScaleFilter {
     let [front, middle, _] = &robot.geometry.axles;
@@ -38,6 +41,7 @@ impl BestFilters {
     ) {
         let on_one = |contact: &ContactEstimate| contact.state == ContactState::OneContact;
         let holds = contact.iter().all(on_one)
+            && instant.dt < LONGEST_STEP
             && !instant.flags.contains(Flags::SENSOR_STALE)
             && !self.motion.is_any_suspect()
             && !self.standing.stands();
