@@ -16,6 +16,8 @@ const WIRING: &str = "wheels and links";
 const CHANNEL: &str = "all";
 /// Share of the frames with a reading beyond what the robot can do, or without an estimate, that is a fault.
 const OFTEN: f64 = 0.01;
+/// Number of such frames that is no fault in a short log, either.
+const FEW: f64 = 3.0;
 /// Mean NIS over the least one of all wirings up to which a wiring fits as well.
 const AS_WELL: f64 = 1.1;
 /// Mean NIS over that of the log's wiring below which another one is a fault.
@@ -134,7 +136,7 @@ struct Judgement {
     largest: f64,
     /// Mean over the frames of the sum over the tests of their mean NIS.
     nis: f64,
-    /// Shares of the frames with a reading beyond what the robot can do, and without an estimate.
+    /// Shares of the frames with a reading beyond what the robot can do, and without an estimate; 0 for a few frames.
     absurd: f64,
     refused: f64,
 }
@@ -179,14 +181,15 @@ impl Judgement {
         }
         #[expect(clippy::cast_precision_loss, reason = "numbers of frames")]
         let count = frames.len().max(1) as f64;
+        let share = |n: f64| if n > FEW { n / count } else { 0.0 };
         Self {
             suspect,
             first,
             scale,
             largest,
             nis: sum / count,
-            absurd: absurd / count,
-            refused: refused / count,
+            absurd: share(absurd),
+            refused: share(refused),
         }
     }
 }
@@ -320,7 +323,7 @@ fn contradiction(own: &Judgement, resolved: bool) -> Finding {
             "readings contradict each other from {first:.1} s on (largest mean NIS {largest:.1}; from 4 on it is a contradiction, below it a sign, a pairing or a delay does not fit)"
         );
         if !resolved {
-            let remedy = "record at a higher rate, best at 1 kHz: the filters need wheels that turn by less than 0.04 rad, and less than 20 ms, between readings";
+            let remedy = "record at a higher rate, best at 1 kHz: the filters need wheels that turn by less than 0.02 rad, and less than 20 ms, between readings";
             return Finding::cannot_tell(TEST, CHANNEL, figure, remedy);
         }
         let remedy = "see the faults above and correct them first; without any, check drawings, masses and noise budget";
