@@ -24,7 +24,7 @@ impl ReportHandler for Shown {
 
 /// From now on reports are shown in this form.
 pub fn install() {
-    // It fails where a form was chosen before, which nobody does.
+    // It fails only where a form was chosen before.
     let _ = miette::set_hook(Box::new(|_| Box::new(Shown)));
 }
 

@@ -181,7 +181,7 @@ impl OutputFolder {
 }
 
 /// Whether a process is writing a run in this folder.
-pub fn is_being_written(folder: &Path) -> bool {
+fn is_being_written(folder: &Path) -> bool {
     File::open(folder.join(LOCK))
         .is_ok_and(|lock| matches!(lock.try_lock(), Err(fs::TryLockError::WouldBlock)))
 }

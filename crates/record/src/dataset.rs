@@ -6,7 +6,7 @@ use arrow_array::types::{Float64Type, Int64Type, UInt64Type};
 use arrow_array::{Array, RecordBatch};
 use arrow_schema::{DataType, Field, SchemaRef};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-use robhaz_scene::{AxisValues, Distribution, StudyChoice};
+use robhaz_scene::StudyChoice;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::Path;
@@ -103,24 +103,6 @@ impl Dataset {
             Some(DatasetValues::Words(values)) => values,
             _ => &[],
         }
-    }
-
-    /// The varied keys, in the order of the study file.
-    pub fn keys(&self) -> impl Iterator<Item = &str> {
-        let axes = self.study.axes.iter();
-        axes.flat_map(|axis| axis.keys.iter().map(String::as_str))
-    }
-
-    /// Whether the study drew a key from a distribution of its logarithm.
-    pub fn is_drawn_logarithmic(&self, key: &str) -> bool {
-        let mut axes = self.study.axes.iter();
-        axes.any(|axis| {
-            let log = matches!(
-                axis.values,
-                AxisValues::Drawn(Distribution::LogUniform(_, _))
-            );
-            log && axis.keys.iter().any(|k| k == key)
-        })
     }
 
     /// Labels of the estimators, in the order of the rows.
