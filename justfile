@@ -8,11 +8,11 @@ check:
 
 # All tests, in the profile that runs use, so that dependencies are built once.
 test:
-    cargo test --release --workspace
+    cargo test --release
 
 # Timings, as ratios within one run.
 bench:
-    cargo bench -p robhaz --bench robhaz
+    cargo bench -p robhaz-benches
 
 # The paper's main scene, with its figures in runs/smooth/figures.
 figures:

@@ -1,6 +1,6 @@
 r"""Measures what an estimator reaches in MuJoCo's world, and prints the tables of docs/mujoco.md:
 
-    cargo build --release -p robhaz --no-default-features
+    cargo build --release
     python table.py --command ../../target/release/robhaz --out ../../runs/mujoco
     python table.py --command ... --out ... --rows smooth,facets
 

@@ -13,6 +13,11 @@ use std::path::Path;
 #[cfg(feature = "viewer")]
 const PORT: u16 = 9876;
 
+/// Why there is no viewer, and what helps.
+#[cfg(not(feature = "viewer"))]
+pub const WITHOUT_VIEWER: &str = "it is built without the viewer; `cargo run --release --features viewer -- ...` builds it in, \
+     `cargo install --path crates/cli --profile dist --features viewer` installs it so";
+
 /// Values of `--rerun`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Rerun {
@@ -153,9 +158,7 @@ impl Viewing {
     pub fn open(choice: &Rerun) -> Result<Self> {
         match choice {
             Rerun::Off => Ok(Self),
-            _ => miette::bail!(
-                "this robhaz was built without the viewer: build it without --no-default-features"
-            ),
+            _ => miette::bail!("this robhaz has no --rerun but off: {WITHOUT_VIEWER}"),
         }
     }
 

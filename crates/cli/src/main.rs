@@ -159,8 +159,10 @@ impl OutputArgs {
     }
 }
 
-/// Commands of earlier versions, each with what does its work now.
-const REMOVED: [(&str, &str); 3] = [
+/// Commands of earlier versions and of a build with more features, each with what does its work here.
+const ABSENT: &[(&str, &str)] = &[
+    #[cfg(not(feature = "viewer"))]
+    ("view", live::WITHOUT_VIEWER),
     ("man", "robhaz COMMAND --help prints the same"),
     (
         "plot",
@@ -172,14 +174,14 @@ const REMOVED: [(&str, &str); 3] = [
     ),
 ];
 
-/// Adds to the error of a command that has gone what does its work now.
-fn removed(mut error: clap::Error) -> clap::Error {
+/// Adds to the error of a command that is not there what does its work.
+fn absent(mut error: clap::Error) -> clap::Error {
     let name = match error.get(ContextKind::InvalidSubcommand) {
         Some(ContextValue::String(name)) => name.clone(),
         _ => return error,
     };
-    if let Some((_, instead)) = REMOVED.iter().find(|(old, _)| *old == name) {
-        let text = format!("this version has no command {name}: {instead}").into();
+    if let Some((_, instead)) = ABSENT.iter().find(|(old, _)| *old == name) {
+        let text = format!("this robhaz has no command {name}: {instead}").into();
         error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![text]));
         error.remove(ContextKind::SuggestedSubcommand);
     }
@@ -187,7 +189,7 @@ fn removed(mut error: clap::Error) -> clap::Error {
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::try_parse().unwrap_or_else(|error| removed(error).exit());
+    let cli = Cli::try_parse().unwrap_or_else(|error| absent(error).exit());
     errors::install();
     cli.output.apply(&cli.command);
     let interrupt = Interrupt::default();

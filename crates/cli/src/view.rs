@@ -276,8 +276,10 @@ fn recording_file(run: &Path) -> Result<PathBuf> {
     }
     if !file.is_file() {
         bail!(
-            "{} is not there: run the scene without `--rerun off`",
-            file.display()
+            "{} is not there: `robhaz view {}` simulates the run again and shows it; a run by a robhaz with the viewer, \
+             without `--rerun off`, keeps a recording",
+            file.display(),
+            file.with_file_name(SCENE).display()
         );
     }
     Ok(file)
