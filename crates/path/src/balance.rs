@@ -16,7 +16,6 @@
 //! a smaller allowed e, and so on down to the least one (Dinkelbach's method for ratios, with the N_k of the last solution
 //! as weights w_k; Crouzeix, Ferland and Schaible 1985).
 
-use crate::vertex::vertex;
 use microlp::{ComparisonOp, Error, OptimizationDirection, Problem, Variable};
 use nalgebra::{SVector, Vector4};
 use robhaz_estimator::statics::full_system::{BlockForm, FullSystem, ReducedSystem, Singular};
@@ -151,36 +150,6 @@ impl Balance {
     /// # Errors
     /// [`Unsolved`]
     pub fn least_excess(&self, available: bool, guess: f64) -> Result<Distribution, Unsolved> {
-        let proven = (!available).then(|| self.at_vertex(guess)).flatten();
-        match proven {
-            Some(found) => Ok(found),
-            None => self.by_programs(available, guess),
-        }
-    }
-
-    /// The needed friction without a linear program, where that is proven.
-    fn at_vertex(&self, guess: f64) -> Option<Distribution> {
-        let columns: &[[Vector4<f64>; 2]; 3] = self.columns.as_slice().try_into().ok()?;
-        let signs = [
-            [1.0; 3],
-            [-1.0, 1.0, 1.0],
-            [1.0, -1.0, 1.0],
-            [1.0, 1.0, -1.0],
-        ];
-        let mut tries = signs
-            .iter()
-            .filter_map(|s| vertex(columns, &self.right, *s, guess));
-        let found = tries.next()?;
-        let within = |t: &f64| t.abs() <= self.most_traction;
-        found
-            .traction
-            .iter()
-            .all(within)
-            .then(|| self.distribution(found.m, &found.normal, &found.traction))
-    }
-
-    /// The least e by linear programs.
-    fn by_programs(&self, available: bool, guess: f64) -> Result<Distribution, Unsolved> {
         let mu: Vec<f64> = self
             .contacts
             .iter()
@@ -359,6 +328,7 @@ impl Program {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::vertex::vertex;
     use proptest::prelude::*;
     use robhaz_model::Robot;
 
@@ -383,6 +353,22 @@ mod tests {
         let block = BlockForm::new(&FullSystem::new(geometry, &masses, &posture, angles));
         let x_u = block.pin_forces().expect("regular");
         (balance, ReducedSystem::new(&block, &x_u))
+    }
+
+    /// The needed friction in closed form, where that is proven.
+    fn at_vertex(balance: &Balance) -> Option<Distribution> {
+        let columns: &[[Vector4<f64>; 2]; 3] = balance.columns.as_slice().try_into().ok()?;
+        let signs = [
+            [1.0; 3],
+            [-1.0, 1.0, 1.0],
+            [1.0, -1.0, 1.0],
+            [1.0, 1.0, -1.0],
+        ];
+        let mut tries = signs
+            .iter()
+            .filter_map(|s| vertex(columns, &balance.right, *s, 0.5));
+        let found = tries.next()?;
+        Some(balance.distribution(found.m, &found.normal, &found.traction))
     }
 
     proptest! {
@@ -413,8 +399,8 @@ mod tests {
             t1 in -0.3_f64..0.3, t2 in -0.3_f64..0.3, a in -0.6_f64..0.6, b in -0.6_f64..0.6, c in -0.6_f64..0.6,
         ) {
             let (balance, _) = balance([t1, t2], &[a, b, c]);
-            let programs = balance.by_programs(false, 0.5);
-            if let Some(found) = balance.at_vertex(0.5) {
+            let programs = balance.least_excess(false, 0.5);
+            if let Some(found) = at_vertex(&balance) {
                 let programs = programs.expect("the closed form has a solution");
                 prop_assert!((found.excess - programs.excess).abs() < 1e-6, "{found:?} {programs:?}");
                 let mut sum = -balance.right;
@@ -438,7 +424,7 @@ mod tests {
                 [angle(1.0) * 0.5, angle(2.0) * 0.5],
                 &[angle(3.0), angle(4.0), angle(5.0)],
             );
-            found += u32::from(balance.at_vertex(0.5).is_some());
+            found += u32::from(at_vertex(&balance).is_some());
         }
         assert!(found > 70, "{found}");
     }

@@ -9,7 +9,6 @@
 //! | `curve` | the curve on which the wheels' centres move |
 //! | `mechanism` | postures in which all wheels touch the ground, one after the other |
 //! | `balance` | eq. (8) with all contacts; the best tractions by linear programs |
-//! | `vertex` | the needed friction in closed form, with its proof, where three contacts limit it |
 //! | `route` | the places of the path with all contacts |
 //! | `motion` | equations of motion along the path at one place |
 //! | `tractions` | the tractions that a control comes to |
@@ -29,6 +28,7 @@ mod route;
 mod setup;
 mod text;
 mod tractions;
+#[cfg(test)]
 mod vertex;
 
 pub use judge::judge;

@@ -1,4 +1,5 @@
-//! The needed friction in closed form where three contacts limit it: the usual case, found without a linear program.
+//! The needed friction in closed form where three contacts limit it: the usual case. A second way to what the linear
+//! programs find.
 //!
 //! With one contact a wheel and `T_i = s_i m N_i`, s_i = +-1, eq. (8) is four equations for N_1, N_2, N_3 and m:
 //!
@@ -8,7 +9,7 @@
 //!
 //! It is the least m if the multipliers of the three conditions `s_i T_i <= m N_i` have one sign: with y normal to all a_i
 //! they are l_i = s_i y.t_i, and the sum of l_i N_i is above 0 (Karush, Kuhn, Tucker; sufficient, since m -> max |T|/N is
-//! quasi-convex where N > 0). Without this proof the caller solves the linear programs.
+//! quasi-convex where N > 0).
 
 use nalgebra::{Matrix3, Matrix4, Vector4};
 
