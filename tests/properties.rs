@@ -147,13 +147,13 @@ fn runs(cases: u32, seconds: f64, engine: EngineKind) -> Outcome {
     outcome.into_inner()
 }
 
-/// Property: of 60 random runs of the direct engine each obeys the laws to its end, or stops with a reason, which few do. None
+/// Property: of 40 random runs of the direct engine each obeys the laws to its end, or stops with a reason, which few do. None
 /// stops for lack of a step.
 #[test]
 fn random_runs_by_direct() {
-    let found = runs(60, 5.0, EngineKind::Direct);
-    println!("direct, 60 runs of 5 s: {found:?}");
-    assert!(found.ended >= 54, "{found:?}");
+    let found = runs(40, 5.0, EngineKind::Direct);
+    println!("direct, 40 runs of 5 s: {found:?}");
+    assert!(found.ended >= 36, "{found:?}");
     assert!(!found.stopped.contains_key("NoStep"), "{found:?}");
     assert!(found.in_the_air > 20 && found.two_contacts > 100 && found.sliding > 100);
 }
@@ -161,9 +161,9 @@ fn random_runs_by_direct() {
 /// The same with rapier, which takes longer.
 #[test]
 fn random_runs_by_rapier() {
-    let found = runs(40, 2.0, EngineKind::Rapier);
-    println!("rapier, 40 runs of 2 s: {found:?}");
-    assert!(found.ended >= 36, "{found:?}");
+    let found = runs(25, 2.0, EngineKind::Rapier);
+    println!("rapier, 25 runs of 2 s: {found:?}");
+    assert!(found.ended >= 22, "{found:?}");
     // In 2 s few wheels leave the ground.
     assert!(found.two_contacts > 0 && found.sliding > 0);
 }
