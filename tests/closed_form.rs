@@ -3,10 +3,10 @@
 
 use crate::support::{keep, scene};
 use robhaz_model::PinStop;
+use robhaz_run::verify::truth_of;
 use robhaz_scene::EngineKind;
 use robhaz_sim::stop::stop_torque;
 use robhaz_terrain::{Profile, Ramp};
-use robhaz_verify::truth_of;
 
 /// Closed form: the robot rolls down a slope of angle a with a drive so soft that gravity dominates. Let d = r - g be
 /// the arm of the traction. Wheels and rotors add to the mass, `M = m + 3 (J_wheel + J_rotor)/d^2`. The driving forces

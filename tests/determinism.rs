@@ -14,10 +14,10 @@
 
 use crate::support::root;
 use rayon::prelude::*;
+use robhaz_run::verify::truth_of;
 use robhaz_scene::{EngineKind, Scene};
 use robhaz_sim::Truth;
 use robhaz_sim::random::Fnv1a;
-use robhaz_verify::truth_of;
 use std::collections::HashSet;
 use std::fmt::Write;
 use std::path::PathBuf;

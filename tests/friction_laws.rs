@@ -2,11 +2,11 @@
 //! simulator sweeps the laws themselves.
 
 use crate::support::scene;
+use robhaz_run::verify::{Outcome, Run, agreement, energy, momentum_error, truth_of, verify};
 use robhaz_scene::{EngineKind, Scene};
 use robhaz_score::ProgressMeter;
 use robhaz_sim::friction::{FrictionKind, FrictionLaw};
 use robhaz_sim::{Plant, Truth, WheelTruth};
-use robhaz_verify::{Outcome, Run, agreement, energy, momentum_error, truth_of, verify};
 
 /// The laws in the engines that take them.
 const LAWS: [(&str, &[&str]); 9] = [

@@ -6,12 +6,12 @@
 
 use crate::support::scene;
 use robhaz_model::{Carrier, Geometry, Outline, PinStop, Pins, Vec2};
+use robhaz_run::verify::truth_of;
 use robhaz_scene::{EngineKind, Scene};
 use robhaz_sim::Truth;
 use robhaz_terrain::{
     Bump, Course, Ditch, Heights, Interpolation, Profile, Ramp, Sine, Stairs, Terrain,
 };
-use robhaz_verify::truth_of;
 
 /// Duration, s: until the middle wheel, too, reaches the end of the level ground.
 const DURATION: f64 = 4.5;

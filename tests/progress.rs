@@ -2,9 +2,9 @@
 
 use crate::support::{root, scene};
 use robhaz_run::TruthClearance;
+use robhaz_run::verify::truth_of;
 use robhaz_scene::Scene;
 use robhaz_score::{Progress, ProgressMeter};
-use robhaz_verify::truth_of;
 
 fn progress(scene: &Scene) -> Progress {
     let mut meter = ProgressMeter::new(&scene.drive, scene.robot.robot.geometry.wheel_radius);

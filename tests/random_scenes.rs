@@ -10,11 +10,11 @@ use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use rayon::prelude::*;
+use robhaz_run::verify::{Run, agreement, impulse_difference};
 use robhaz_scene::{EngineKind, Scene};
 use robhaz_sim::drive::Drive;
 use robhaz_sim::friction::FrictionLaw;
 use robhaz_sim::{PlantError, StartKind};
-use robhaz_verify::{Run, agreement, impulse_difference};
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 

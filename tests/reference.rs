@@ -2,9 +2,9 @@
 //! `reference/README.md`).
 
 use crate::support::{Reference, keep, scene};
+use robhaz_run::verify::{Run, agreement, impulse_difference, truth_of};
 use robhaz_sim::{Truth, WheelTruth};
 use robhaz_terrain::Terrain;
-use robhaz_verify::{Run, agreement, impulse_difference, truth_of};
 
 /// Pin forces are compared from this time, s. In the first step after the raw start the fast pole of the wheels
 /// (0.075 ms) changes them by several newtons, and those of rapier are means over one step.

@@ -7,8 +7,8 @@ use crate::mechanism::{Mechanism, OnGround, Reached, Walk};
 use crate::motion::{Motion, Stance, Tangent};
 use crate::report::{Failure, Reason};
 use crate::setup::{PathError, PathSetup};
-use robhaz_clearance::{BarPlace, ClearanceMeter, Clearances};
 use robhaz_model::{Bar, Vec2};
+use robhaz_sim::clearance::{BarPlace, ClearanceMeter, Clearances};
 
 /// Ground before and behind the path, over the wheelbase.
 const BESIDE: f64 = 0.6;

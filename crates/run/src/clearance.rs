@@ -2,10 +2,10 @@
 
 use crate::description::RunDescription;
 use crate::sink::ClearanceNeed;
-use robhaz_clearance::{BarPlace, ClearanceMeter, Clearances};
 use robhaz_model::Robot;
 use robhaz_scene::{Scene, TerrainChoice};
 use robhaz_sim::Truth;
+use robhaz_sim::clearance::{BarPlace, ClearanceMeter, Clearances};
 
 /// Where the bars are, in the order of [`robhaz_model::Bar::ALL`].
 fn places(truth: &Truth) -> [BarPlace; 4] {

@@ -14,7 +14,7 @@
 //! A run works in one loop, or on several threads ([`Run::on_threads`]): its records are the same, to the bit.
 //!
 //! Where the scene's control takes readings, a [`Driver`] hands its commands to the source; they act from the next sample
-//! on. [`DrivenPlant`] is the same loop for those who need the truth alone.
+//! on. [`DrivenPlant`] is the same loop for those who need the truth alone, as the checks of [`verify`] do.
 
 mod clearance;
 mod description;
@@ -27,6 +27,7 @@ mod log_report;
 mod pipeline;
 mod sink;
 mod source;
+pub mod verify;
 
 pub use clearance::TruthClearance;
 pub use description::{ControlDescription, EstimatorDescription, RunDescription, World};

@@ -3,10 +3,10 @@
 use crate::description::RunDescription;
 use crate::ground::FeltGround;
 use crate::log_report::LogReport;
-use robhaz_clearance::Clearances;
 use robhaz_estimator::{Estimate, EstimateError, FrictionTestResult, GroundPoint, SensorFrame};
 use robhaz_model::WheelCommand;
 use robhaz_sim::Truth;
+use robhaz_sim::clearance::Clearances;
 use std::sync::Arc;
 
 /// One record of a run.

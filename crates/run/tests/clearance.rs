@@ -1,10 +1,10 @@
 //! Equivalence: what is skipped because it cannot matter changes nothing. On every shipped scene the clearances of a run are
 //! those of a full search of the ground at every record.
 
-use robhaz_clearance::{BarPlace, ClearanceMeter, Clearances};
 use robhaz_run::{DrivenPlant, TruthClearance};
 use robhaz_scene::{EngineKind, Scene};
 use robhaz_sim::Truth;
+use robhaz_sim::clearance::{BarPlace, ClearanceMeter, Clearances};
 use std::path::Path;
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;

@@ -1,7 +1,7 @@
 //! Events of wheels, end stops and bars, found by comparing each sample with the one before.
 
-use robhaz_clearance::Clearances;
 use robhaz_model::{Bar, PinStop};
+use robhaz_sim::clearance::Clearances;
 use robhaz_sim::{Truth, WheelTruth};
 use serde::{Deserialize, Serialize};
 

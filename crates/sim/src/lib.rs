@@ -10,6 +10,7 @@
 //! | limited pin joint | [`stop`] |
 //! | closed four-bar with three wheels | [`rapier`] and, in another formulation, [`direct`] |
 //! | stability of an explicit step | [`stability`] |
+//! | distance of body and links to the ground | [`clearance`] |
 //! | sensors: readings from the truth | [`sensors`] |
 //!
 //! [`Plant`] owns time and returns one [`Truth`] per period; [`sensors`] turns truths into readings. Data flows in this
@@ -21,6 +22,7 @@
 //! own); [`Plant`].
 
 mod balance;
+pub mod clearance;
 pub mod contact;
 pub mod direct;
 pub mod drive;

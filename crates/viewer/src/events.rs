@@ -5,12 +5,12 @@ use crate::felt::FeltFrame;
 use crate::friction_tests::{self, TestMark};
 use crate::series::WHEEL_NAMES;
 use rerun::components::TextLogLevel;
-use robhaz_clearance::Clearances;
 use robhaz_estimator::{ContactEstimate, ContactState, Estimate, EstimateError, Flags};
 use robhaz_model::Bar;
 use robhaz_run::{Frame, RunDescription, RunEnd};
 use robhaz_score::events::{self, EventDetector, EventKind, WheelState};
 use robhaz_sim::Truth;
+use robhaz_sim::clearance::Clearances;
 
 /// A message with its time.
 #[derive(Clone, Debug, PartialEq)]

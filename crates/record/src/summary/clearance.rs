@@ -1,7 +1,7 @@
 //! Clearance of body and links over a run.
 
-use robhaz_clearance::Clearances;
 use robhaz_score::events::{Event, EventKind};
+use robhaz_sim::clearance::Clearances;
 use serde::{Deserialize, Serialize};
 
 /// Clearance of body and links to the ground over a run.

@@ -4,9 +4,9 @@ use crate::common;
 use crate::reading::{chunks, events, rows, scalars};
 use rerun::archetypes::{Arrows2D, LineStrips2D, StateChange};
 use rerun::components::{LineStrip2D, Text, Vector2D};
-use robhaz_clearance::Clearances;
 use robhaz_estimator::{ContactEstimate, ContactState, EstimateError, Flags, Parity};
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
+use robhaz_sim::clearance::Clearances;
 use robhaz_viewer::RecordingSink;
 
 /// Passes on the records of a run after it has changed some, so that they contain every kind of event.

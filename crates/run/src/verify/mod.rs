@@ -14,8 +14,8 @@ pub use agreement::{Agreement, agreement, impulse_difference};
 pub use balance::{Energy, energy, momentum_error};
 pub use run::{MOST_RECORDS, Run, VerifyError, truth_of};
 
+use crate::TruthClearance;
 use robhaz_model::Bar;
-use robhaz_run::TruthClearance;
 use robhaz_scene::{EngineKind, PlantFailure, Scene};
 use robhaz_sim::Truth;
 

@@ -1,6 +1,6 @@
 //! Differences between two runs of one scene.
 
-use crate::balance::greater;
+use super::balance::greater;
 use robhaz_sim::{Balance, Truth};
 
 /// Differences between two runs of one scene.

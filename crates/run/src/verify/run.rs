@@ -1,6 +1,6 @@
 //! A run of a scene, kept in memory.
 
-use robhaz_run::{DrivenPlant, StartError};
+use crate::{DrivenPlant, StartError};
 use robhaz_scene::{PlantFailure, Scene};
 use robhaz_sim::{Balance, PlantError, Truth};
 

@@ -1,8 +1,8 @@
 //! Measures the clearance of a robot on its ground.
 
-use crate::clearances::Clearances;
-use crate::outline::outline;
-use crate::part::{BarPlace, Part, vector};
+use super::clearances::Clearances;
+use super::outline::outline;
+use super::part::{BarPlace, Part, vector};
 use parry2d::math::Pose;
 use parry2d::query::distance;
 use parry2d::shape::Polyline;

@@ -1,6 +1,6 @@
 //! The outline of a bar as lines about its centre of mass.
 
-use crate::part::{Part, vector};
+use super::part::{Part, vector};
 use parry2d::math::Vector;
 use parry2d::shape::ConvexPolygon;
 use robhaz_model::{Bar, Geometry, Vec2};

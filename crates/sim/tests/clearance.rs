@@ -3,8 +3,8 @@
 use parry2d::math::{Pose, Vector};
 use parry2d::query::distance;
 use parry2d::shape::{Ball, Polyline};
-use robhaz_clearance::{BarPlace, ClearanceMeter};
 use robhaz_model::{Bar, Geometry, Posture, Vec2};
+use robhaz_sim::clearance::{BarPlace, ClearanceMeter};
 use robhaz_terrain::{Profile, Stairs, Terrain};
 
 /// The bars of geometry A in a posture, with Q at a place, m.
