@@ -16,7 +16,7 @@ mod closed_form;
 mod command;
 mod conservation;
 mod convergence;
-#[cfg(feature = "viewer")]
+#[cfg(not(feature = "viewer"))]
 mod corpus;
 mod determinism;
 mod documents;
