@@ -7,7 +7,7 @@
 mod speed;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use robhaz_estimator::{Estimator, EstimatorSettings, SavedState, SensorFrame};
+use robhaz_estimator::{Estimator, EstimatorSettings, SensorFrame};
 use robhaz_model::Robot;
 use robhaz_scene::Scene;
 use robhaz_sim::sensors::{Grade, Sensors};
@@ -176,11 +176,7 @@ fn estimate(c: &mut Criterion) {
             );
         });
     }
-    println!(
-        "estimator: {} bytes in memory, {} bytes of saved state",
-        size_of::<Estimator>(),
-        SavedState::BYTES
-    );
+    println!("estimator: {} bytes in memory", size_of::<Estimator>());
 }
 
 /// Cost of the viewer to the simulating thread in the third and fourth second of `smooth`: the simulation alone; with a

@@ -6,9 +6,7 @@ use crate::frame::{Inputs, Instant, LONGEST_GAP, SHORTEST_STEP, SensorFrame};
 use crate::ground::{FrictionBounds, GroundMemory, GroundPoint};
 use crate::methods::{BestFilters, PaperFilters};
 use crate::nominal::Nominal;
-use crate::saved::{NUMBERS, RestoreError, SavedState};
 use crate::settings::{EstimatorSettings, Method};
-use crate::visit::{Visit, visit_fields};
 use robhaz_model::Robot;
 
 /// An estimator for one robot. It takes one frame of readings after the other.
@@ -67,17 +65,6 @@ impl FilterState {
     }
 }
 
-impl Visit for FilterState {
-    fn visit(&mut self, f: &mut impl FnMut(&mut f64)) {
-        match self {
-            Self::Paper(filters) => filters.visit(f),
-            Self::Best(filters) => filters.visit(f),
-        }
-    }
-}
-
-visit_fields!(State: time, started, complete, inputs, filters);
-
 impl State {
     /// For a robot at rest, before its first frame.
     fn new(robot: &Robot, settings: &EstimatorSettings) -> Self {
@@ -124,52 +111,6 @@ impl Estimator {
             FilterState::Best(filters) => Some(filters),
             FilterState::Paper(_) => None,
         }
-    }
-
-    /// The state after the last frame, to be restored elsewhere or later.
-    pub fn save(&self) -> SavedState {
-        let mut numbers = [0.0; NUMBERS];
-        let mut places = numbers.iter_mut();
-        // `visit` could change the state: it gets a copy.
-        let mut state = self.state;
-        state.visit(&mut |number| {
-            if let Some(place) = places.next() {
-                *place = *number;
-            }
-        });
-        SavedState {
-            filters: self.nominal.settings.method.filters(),
-            contact_angles: self.nominal.settings.contact_angles(),
-            numbers,
-        }
-    }
-
-    /// Continues from a saved state. With the same robot and settings, all later estimates have the same bits.
-    ///
-    /// # Errors
-    /// [`RestoreError::OtherFilters`], [`RestoreError::OtherContactAngles`]; the estimator is then unchanged.
-    pub fn restore(&mut self, saved: &SavedState) -> Result<(), RestoreError> {
-        let own = self.nominal.settings.method.filters();
-        if saved.filters != own {
-            return Err(RestoreError::OtherFilters {
-                saved: saved.filters,
-                own,
-            });
-        }
-        let own = self.nominal.settings.contact_angles();
-        if saved.contact_angles != own {
-            return Err(RestoreError::OtherContactAngles {
-                saved: saved.contact_angles,
-                own,
-            });
-        }
-        let mut numbers = saved.numbers.iter();
-        self.state.visit(&mut |number| {
-            if let Some(found) = numbers.next() {
-                *number = *found;
-            }
-        });
-        Ok(())
     }
 
     /// Takes the readings of one instant and estimates the forces of that instant.
@@ -292,104 +233,5 @@ fn filters(robot: &Robot, settings: &EstimatorSettings) -> FilterState {
         Method::Kalman(method) => {
             FilterState::Best(BestFilters::new(robot, *method, &settings.budget))
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::frame::LinkReading;
-    use crate::settings::{ContactAngles, Filters};
-    use crate::testing::Random;
-
-    /// Frames in which all readings change, and some are missing, implausible or count from a new zero.
-    fn frames(count: u32) -> impl Iterator<Item = SensorFrame> {
-        let mut random = Random::new();
-        (0..count).map(move |k| {
-            let time = 1e-3 * f64::from(k);
-            let mut some = |scale: f64| (k % 7 != 3).then(|| scale * random.normal());
-            let mut link = || LinkReading {
-                inclination: some(0.01),
-                rate: some(0.1),
-            };
-            let (link1, link2) = (link(), link());
-            let zero = if k > 300 { 1000.0 } else { 0.0 };
-            SensorFrame {
-                time,
-                wheel_angle: [0.0, 1.0, zero].map(|start| Some(start + 2.0 * time)),
-                motor_torque: [0, 1, 2].map(|_| some(0.5).map(|torque| torque + 0.3)),
-                link1,
-                link2,
-                contact_angle: [0, 1, 2].map(|_| some(0.05)),
-            }
-        })
-    }
-
-    fn settings() -> [EstimatorSettings; 2] {
-        [EstimatorSettings::paper_wheels(), EstimatorSettings::best()]
-    }
-
-    /// Equivalence: after any frame a fresh estimator that is restored from the saved bytes has the whole state, field by
-    /// field (the frames change every field, so a field that `visit` omits would differ), and continues with the same bits.
-    #[test]
-    fn a_restored_estimator_continues_with_the_same_bits() {
-        let robot = Robot::default_a();
-        let [paper, best] = settings();
-        for settings in [paper, best, EstimatorSettings::best_without_angles()] {
-            let mut original = Estimator::new(&robot, settings);
-            let mut restored = None;
-            for (k, frame) in frames(600).enumerate() {
-                let expected = original.update(&frame);
-                if let Some(restored) = &mut restored {
-                    assert_eq!(Estimator::update(restored, &frame), expected, "frame {k}");
-                }
-                if [0, 1, 250, 301, 400, 401].contains(&k) {
-                    let bytes = original.save().to_bytes();
-                    let mut fresh = Estimator::new(&robot, settings);
-                    let saved = SavedState::from_bytes(&bytes).expect("just written");
-                    fresh.restore(&saved).expect("same filters");
-                    assert_eq!(fresh.state, original.state, "frame {k}");
-                    assert_eq!(fresh.save(), original.save());
-                    restored = Some(fresh);
-                }
-            }
-        }
-    }
-
-    /// Each number that `visit` finds has a place in a saved state, and the larger state fills all places.
-    #[test]
-    fn the_largest_state_fills_a_saved_one() {
-        let count = |settings: EstimatorSettings| {
-            let mut count = 0;
-            let mut state = State::new(&Robot::default_a(), &settings);
-            state.visit(&mut |_| count += 1);
-            count
-        };
-        assert_eq!(count(EstimatorSettings::best()), NUMBERS);
-        assert!(count(EstimatorSettings::paper_wheels()) < NUMBERS);
-    }
-
-    #[test]
-    fn other_filters_are_refused() {
-        let [paper, best] = settings().map(|s| Estimator::new(&Robot::default_a(), s));
-        let mut other = best.clone();
-        assert_eq!(
-            other.restore(&paper.save()),
-            Err(RestoreError::OtherFilters {
-                saved: Filters::Paper,
-                own: Filters::Kalman
-            })
-        );
-        assert_eq!(other.state, best.state);
-        let unknown = EstimatorSettings::best_without_angles();
-        let without = Estimator::new(&Robot::default_a(), unknown);
-        assert_eq!(
-            other.restore(&without.save()),
-            Err(RestoreError::OtherContactAngles {
-                saved: ContactAngles::Unknown,
-                own: ContactAngles::Given
-            })
-        );
-        assert_eq!(other.state, best.state);
     }
 }

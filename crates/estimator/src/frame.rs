@@ -1,7 +1,6 @@
 //! Readings of one instant, checked. The last good value is held where a reading is missing.
 
 use crate::flags::Flags;
-use crate::visit::visit_fields;
 
 /// Readings of the inclinometer and the rate gyroscope on one link; `None` where a reading is missing.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,7 +72,7 @@ impl Held {
 
     /// Takes the reading of a frame `dt` (s) after the last one, if it is finite and `possible`.
     fn take(&mut self, reading: Option<f64>, dt: f64, possible: impl Fn(f64) -> bool) -> Flags {
-        // Stays finite, so that a state can be saved.
+        // Stays finite.
         self.age = (self.age + dt).min(f64::MAX);
         let flags = match reading {
             Some(value) if value.is_finite() && possible(value) => {
@@ -199,6 +198,3 @@ impl Inputs {
         .find_map(|(field, unknown)| unknown.then_some(field))
     }
 }
-
-visit_fields!(Held: value, age, known);
-visit_fields!(Inputs: wheel_angle, motor_torque, inclination, rate, contact_angle, new_zero);

@@ -31,7 +31,7 @@
 //!
 //! | folder | content |
 //! |---|---|
-//! | top | [`Estimator`], frames, settings, estimates, flags, saved states |
+//! | top | [`Estimator`], frames, settings, estimates, flags |
 //! | [`statics`] | eqs. (1) to (8), arms, loads, least squares, sensitivity |
 //! | [`filters`] | from readings over time to angles, torques, motion and errors |
 //! | `ground/` | memory of the ground |
@@ -88,13 +88,11 @@ mod health;
 mod methods;
 mod nominal;
 mod quadrature;
-mod saved;
 mod settings;
 pub mod statics;
 #[cfg(test)]
 mod testing;
 mod torque_scale;
-mod visit;
 
 pub use contact::{ContactEstimate, ContactState};
 pub use estimate::{Estimate, EstimateError, Parity, ReadingErrors};
@@ -107,7 +105,6 @@ pub use friction_test::{
 };
 pub use ground::{FrictionBounds, GroundPoint};
 pub use health::{Channels, Health};
-pub use saved::{RestoreError, SavedState};
 pub use settings::{
     ContactAngles, EstimatorSettings, Filters, KalmanMethod, Masses, Method, NoiseBudget,
     PaperMethod,

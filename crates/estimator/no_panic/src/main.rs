@@ -7,7 +7,7 @@ use core::hint::black_box;
 use robhaz_control::{
     ControlInput, ControlKind, ControlSettings, Controller, FrictionTestPlan,
 };
-use robhaz_estimator::{Estimator, EstimatorSettings, LinkReading, SavedState, SensorFrame};
+use robhaz_estimator::{Estimator, EstimatorSettings, LinkReading, SensorFrame};
 use robhaz_model::Robot;
 
 #[link(name = "c")]
@@ -118,18 +118,12 @@ extern "C" fn main() -> core::ffi::c_int {
         stack(false);
         update(&mut estimator, 10);
         let used = stack(true);
-        let bytes = black_box(estimator.save().to_bytes());
-        match SavedState::from_bytes(&bytes).and_then(|saved| estimator.restore(&saved)) {
-            Ok(()) => {}
-            Err(_) => return 1,
-        }
         unsafe {
             printf(
-                c"%s: %zu bytes of stack an update, %zu of state, %zu saved\n".as_ptr(),
+                c"%s: %zu bytes of stack an update, %zu of state\n".as_ptr(),
                 name.as_ptr(),
                 used,
                 size_of::<Estimator>(),
-                bytes.len(),
             );
         }
     }

@@ -2,7 +2,6 @@
 
 use super::state::{ContactEstimate, ContactState};
 use crate::settings::{ContactAngles, EstimatorSettings};
-use crate::visit::visit_fields;
 
 /// Residuals of the rolling constraints of one wheel at one sample, before they correct any state.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,8 +84,6 @@ pub(crate) struct ContactDetector {
     /// Low-pass filtered slip beyond creep, m/s.
     beyond_creep: f64,
 }
-
-visit_fields!(ContactDetector: air, two, sliding, beyond_creep);
 
 impl ContactDetector {
     /// Load over the mean wheel load below which a wheel is in the air, and above which it has landed, -.
@@ -192,8 +189,6 @@ struct Switch {
     /// Time for which the opposite has held, s.
     time: f64,
 }
-
-visit_fields!(Switch: on, time);
 
 impl Switch {
     /// Rounding of the times between samples, s.

@@ -1,6 +1,5 @@
 //! Detection of a robot that stands although its wheels turn.
 
-use crate::visit::visit_fields;
 use robhaz_model::{Vec2, perp};
 
 /// Finds a robot that does not move although its wheels turn.
@@ -23,8 +22,6 @@ pub(crate) struct StandingDetector {
     turned_steep: f64,
     stands: bool,
 }
-
-visit_fields!(StandingDetector: posture, turned, turned_steep, stands);
 
 impl StandingDetector {
     /// Change of a link angle that is a change of the posture, rad: five times the noise of an inclinometer that errs by 0.1 deg.

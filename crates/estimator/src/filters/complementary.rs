@@ -1,7 +1,5 @@
 //! Link angle of the paper: a complementary filter of gyroscope and inclinometer (Fig. 5).
 
-use crate::visit::visit_fields;
-
 /// One link's angle from its rate gyroscope and its inclinometer: a complementary filter.
 ///
 /// `d theta/dt = rate + (inclination - theta)/T`: the gyroscope counts over times shorter than the crossover time T, the
@@ -15,8 +13,6 @@ pub struct ComplementaryFilter {
     rate: f64,
     started: bool,
 }
-
-visit_fields!(ComplementaryFilter: angle, rate, started);
 
 impl ComplementaryFilter {
     /// `crossover_time` T, s, above 0.

@@ -1,7 +1,5 @@
 //! A Kalman filter of fixed size: state, covariance, scalar measurements one after the other.
 
-use crate::visit::Visit;
-
 /// State estimate and its covariance.
 ///
 /// The last `CONSIDERED` states are consider states (Schmidt-Kalman filter; S. F. Schmidt, 1966): their variance and
@@ -142,13 +140,6 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
                 }
             }
         }
-    }
-}
-
-impl<const N: usize, const CONSIDERED: usize> Visit for Kalman<N, CONSIDERED> {
-    fn visit(&mut self, f: &mut impl FnMut(&mut f64)) {
-        self.x.visit(f);
-        self.p.visit(f);
     }
 }
 

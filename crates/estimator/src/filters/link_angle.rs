@@ -3,7 +3,6 @@
 use super::kalman::{Innovation, Kalman};
 use crate::quadrature::root_sum_square;
 use crate::settings::NoiseBudget;
-use crate::visit::visit_fields;
 
 /// Angle of one link and bias of its gyroscope.
 ///
@@ -27,8 +26,6 @@ pub struct LinkAngleKalman {
     unread: f64,
     started: bool,
 }
-
-visit_fields!(LinkAngleKalman: filter, rate, smooth_rate, acceleration, unexplained, expected, unread, started);
 
 /// Angle of the link, rad.
 const ANGLE: usize = 0;

@@ -1,7 +1,5 @@
 //! Traction of a wheel from motor torque and wheel speed: eq. (3).
 
-use crate::visit::visit_fields;
-
 /// The paper's disturbance observer, `T = omega_c/(r (s + omega_c)) [tau - (J s + B) omega]`, eq. (3).
 ///
 /// The derivative is never formed: with `L` the low-pass `omega_c/(s + omega_c)`,
@@ -14,8 +12,6 @@ pub struct TractionObserver {
     output: f64,
     started: bool,
 }
-
-visit_fields!(TractionObserver: input, output, started);
 
 /// Parameters of eq. (3).
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,6 @@
 //! Torque of the ground on a wheel by a Kalman filter on the encoder's angle: the task of eq. (3), without its lag.
 
 use super::kalman::{Innovation, Kalman};
-use crate::visit::visit_fields;
 
 /// Parameters of wheel, drive and sensors at one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,8 +32,6 @@ pub struct TorqueObserver {
     filter: Kalman<4>,
     started: bool,
 }
-
-visit_fields!(TorqueObserver: filter, started);
 
 /// Standard deviation of an angle that is counted in steps of 40 urad, rad: a step over sqrt(12).
 pub(crate) const COUNT_SIGMA: f64 = 1.13e-5;

@@ -6,7 +6,6 @@ use crate::contact::{ContactEstimate, ContactState};
 use crate::ground::GroundMemory;
 use crate::quadrature::root_sum_square;
 use crate::statics::Forces;
-use crate::visit::visit_fields;
 use robhaz_model::Vec2;
 
 /// Friction of one wheel: what it needs, and what is known of the ground there.
@@ -66,8 +65,6 @@ pub(crate) struct FrictionObserver {
     last_bound: f64,
     has_slipped: bool,
 }
-
-visit_fields!(FrictionObserver: watches, last_bound, has_slipped);
 
 impl FrictionObserver {
     /// Standard deviations between what was found and the bound.

@@ -3,7 +3,6 @@
 use super::needed::NeededFriction;
 use crate::contact::ContactDetector;
 use crate::quadrature::root_sum_square;
-use crate::visit::visit_fields;
 
 /// A wheel begins to slip: the ground bears no more than the largest T/N just before.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,8 +83,6 @@ pub(crate) struct SlipWatch {
     peak: Peak,
 }
 
-visit_fields!(SlipWatch: started, ratio, fast_ratio, first_ratio, slip, time, slips, gripping, slid, peak);
-
 /// The largest low-pass filtered |T/N| of the last [`SlipWatch::WINDOW`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Peak {
@@ -100,8 +97,6 @@ struct Peak {
     place: f64,
     has_place: bool,
 }
-
-visit_fields!(Peak: value, sigma, lasting, load, slip, age, place, has_place);
 
 impl SlipWatch {
     /// Time constant of the low pass on T/N, s. T/N is level for about four times as long: from the peak of friction until the wheel

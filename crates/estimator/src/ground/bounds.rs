@@ -1,7 +1,5 @@
 //! Bounds of the friction at a place.
 
-use crate::visit::visit_fields;
-
 /// Bounds of the available friction mu_max at a place, each two standard deviations away from what was found.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FrictionBounds {
@@ -19,8 +17,6 @@ pub(crate) struct StoredBounds {
     /// Whether a wheel began to slip there.
     slipped: bool,
 }
-
-visit_fields!(StoredBounds: at_least, at_most, slipped);
 
 impl StoredBounds {
     /// A wheel began to slip between the two.

@@ -2,7 +2,6 @@
 
 use super::bounds::StoredBounds;
 use super::drift::Between;
-use crate::visit::visit_fields;
 use core::ops::Range;
 
 /// Points in memory.
@@ -31,8 +30,6 @@ pub struct Cell {
     pub place_variance: f64,
 }
 
-visit_fields!(Cell: height, slope, slope_variance, place_variance);
-
 /// See the module. Points have numbers: their place is that number times the spacing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cells {
@@ -48,8 +45,6 @@ pub struct Cells {
     /// What is known of the friction at each place, stored point or not.
     friction: [StoredBounds; CELLS as usize],
 }
-
-visit_fields!(Cells: first, last_first, known, cells, friction);
 
 impl Cells {
     /// No points, for a robot of the length (m) from the rear edge of its rear wheel to the front edge of its front wheel.

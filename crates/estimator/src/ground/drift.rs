@@ -1,7 +1,6 @@
 //! The errors of dead reckoning and of the stored heights: one Kalman filter.
 
 use crate::filters::Kalman;
-use crate::visit::visit_fields;
 
 /// Error of the height of Q, m.
 const DRIFT: usize = 0;
@@ -62,8 +61,6 @@ pub struct Drift {
     /// Mean of the normalised squared innovations of the last [`RECENT`] or so measurements.
     misfit: f64,
 }
-
-visit_fields!(Drift: filter, misfit);
 
 /// State of a node.
 fn state_of(node: i64) -> usize {

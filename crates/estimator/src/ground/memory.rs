@@ -4,7 +4,6 @@ use super::cells::{Cell, Cells, MOST_AT_ONCE, NODE_EVERY};
 use super::drift::{Drift, Lever};
 use super::motion::{Contact, GroundMotion, level, tangent};
 use crate::quadrature::root_sum_square;
-use crate::visit::visit_fields;
 use robhaz_model::{Geometry, Vec2};
 
 /// Deviation between the heights that two wheels find at one place, m, beyond the errors of dead reckoning: the penetration
@@ -44,8 +43,6 @@ struct LastContact {
     tied: bool,
 }
 
-visit_fields!(LastContact: touches, at, passed, tied);
-
 /// What a wheel has passed since the last sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Passed {
@@ -80,11 +77,6 @@ pub(crate) struct GroundMemory {
     pub(super) cells: Cells,
     pub(super) drift: Drift,
 }
-
-visit_fields!(
-    GroundMemory: started, ended, section, place, velocity, place_variance, way,
-    length_since_direction, passes_since_direction, contacts, cells, drift
-);
 
 impl GroundMemory {
     /// An empty memory.

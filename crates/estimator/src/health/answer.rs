@@ -1,7 +1,6 @@
 //! The way a speed control answers each wheel's own speed: fits of torques to encoders.
 
 use super::smoothing::{Smoothing, Step, follow};
-use crate::visit::visit_fields;
 
 /// Fits the differences between the torques to those between the encoders, for each pairing of torques and encoders.
 ///
@@ -42,9 +41,6 @@ pub(super) struct Answer {
     speed_acceleration: f64,
     acceleration_acceleration: f64,
 }
-
-visit_fields!(Answer: started, slow, torque_torque, torque_angle, torque_speed, angle_angle, angle_speed, speed_speed, own,
-    angle_acceleration, speed_acceleration, acceleration_acceleration);
 
 /// What the three coefficients say of late torques.
 #[derive(Clone, Copy, Debug)]

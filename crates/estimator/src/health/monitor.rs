@@ -5,7 +5,6 @@ use super::smoothing::WheelReadings;
 use super::start::RollingRobot;
 use super::turning::{Pace, TurnReadings, Turning};
 use super::wiring::Wiring;
-use crate::visit::visit_fields;
 use robhaz_model::Carrier;
 
 /// Whether the readings agree with each other and with the robot's model.
@@ -64,9 +63,6 @@ pub(crate) struct HealthMonitor {
     /// Time from which on inclinations count again, s from now.
     unsettled: f64,
 }
-
-visit_fields!(HealthMonitor: encoder, slip, direction, inclination, parity, torque, turning, fastest, wiring,
-    unsettled);
 
 impl HealthMonitor {
     /// Least speed of a robot that drives, m/s.
@@ -214,8 +210,6 @@ struct Mean {
     beyond: bool,
 }
 
-visit_fields!(Mean: value, beyond);
-
 impl Mean {
     /// Time constant, s: long against impacts and against the correlation times of the errors, which are at most 0.5 s;
     /// short enough to report a fault within 5 s.
@@ -250,8 +244,6 @@ struct Constancy {
     /// s
     time: f64,
 }
-
-visit_fields!(Constancy: last, time);
 
 impl Constancy {
     /// Time from which on a torque is stuck, s. Quantisation alone does not repeat a reading for so long: the torque of a

@@ -1,7 +1,5 @@
 //! Motor torques and encoders of the wheels, smoothed, with their rates.
 
-use crate::visit::visit_fields;
-
 /// Motor torques and encoders of one sample, of wheels 1 to 3.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WheelReadings {
@@ -42,8 +40,6 @@ pub(super) struct Smoothing {
     /// Angles now, at the last step, and at the one before, rad.
     angle: [[f64; 3]; 3],
 }
-
-visit_fields!(Smoothing: started, elapsed, last_dt, torque, angle);
 
 impl Smoothing {
     /// Time constant, s.

@@ -2,7 +2,6 @@
 
 use super::smoothing::{Smoothing, Step};
 use crate::filters::Kalman;
-use crate::visit::visit_fields;
 
 /// What the drawings say of a robot whose wheels all roll, per rad of a wheel.
 #[derive(Clone, Copy, Debug)]
@@ -45,8 +44,6 @@ pub(super) struct Start {
     origin: f64,
     late: bool,
 }
-
-visit_fields!(Start: stood, moving, fit, sums, before, origin, late);
 
 impl Default for Start {
     fn default() -> Self {

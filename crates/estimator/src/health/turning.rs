@@ -1,6 +1,5 @@
 //! Inclinometers against gyroscopes, whatever the wheels do.
 
-use crate::visit::visit_fields;
 use robhaz_model::GRAVITY;
 
 /// Readings of one link.
@@ -34,8 +33,6 @@ pub(super) struct Turning {
     difference: f64,
     apart: bool,
 }
-
-visit_fields!(Turning: started, angle, difference, apart);
 
 impl Turning {
     /// Time in which the angle follows the inclinometer, s: longer than an obstacle turns a link.

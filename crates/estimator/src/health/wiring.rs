@@ -3,7 +3,6 @@
 use super::answer::Answer;
 use super::smoothing::{Smoothing, WheelReadings};
 use super::start::{RollingRobot, Start};
-use crate::visit::visit_fields;
 
 /// Finds out whether torques are exchanged or late.
 ///
@@ -29,8 +28,6 @@ pub(crate) struct Wiring {
     /// Time for which another pairing has fitted better than [`Self::RIGHT`], s.
     fits_better: f64,
 }
-
-visit_fields!(Wiring: smoothing, answer, start, driven, exchanged, late, doubted, fits_better);
 
 impl Wiring {
     /// Time of driving from which on the fit is judged, s: the start of the drive is one event only.

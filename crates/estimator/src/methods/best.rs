@@ -10,7 +10,7 @@ mod tests;
 mod torque_scale;
 
 use super::smooth_forces::SmoothForces;
-use super::wheel::{Wheel, visit_observers, visit_wheels};
+use super::wheel::Wheel;
 use crate::assembly::{Solution, Uncertainty, assemble};
 use crate::contact::{
     ContactDetector, ContactEstimate, ContactEvidence, RollingResiduals, StandingDetector,
@@ -27,7 +27,6 @@ use crate::nominal::Nominal;
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, NoiseBudget};
 use crate::statics::{Arms, Forces, solve};
 use crate::torque_scale::ScaleFilter;
-use crate::visit::Visit;
 use robhaz_model::{Robot, Vec2};
 
 /// Filters of links, wheels and motion.
@@ -57,27 +56,6 @@ pub(crate) struct BestFilters {
     friction: FrictionObserver,
     health: HealthMonitor,
     scale: ScaleFilter,
-}
-
-impl Visit for BestFilters {
-    fn visit(&mut self, f: &mut impl FnMut(&mut f64)) {
-        self.links.visit(f);
-        visit_observers(&mut self.wheels, f);
-        self.motion.visit(f);
-        visit_wheels(&mut self.wheels, f);
-        self.last_normal_force.visit(f);
-        self.last_traction.visit(f);
-        self.last_felt.visit(f);
-        self.smooth_forces.visit(f);
-        self.time_beyond_gate.visit(f);
-        self.contact.visit(f);
-        self.standing.visit(f);
-        self.torque_errors.visit(f);
-        self.ground.visit(f);
-        self.friction.visit(f);
-        self.health.visit(f);
-        self.scale.visit(f);
-    }
 }
 
 impl BestFilters {

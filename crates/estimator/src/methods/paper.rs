@@ -7,7 +7,6 @@ use crate::frame::{Inputs, Instant};
 use crate::nominal::Nominal;
 use crate::settings::{EstimatorSettings, PaperMethod};
 use crate::statics::{Arms, Equations, Forces, Loads};
-use crate::visit::visit_fields;
 use robhaz_model::Robot;
 
 /// Filters of the links and wheels. Before its second reading a wheel counts as at rest.
@@ -17,8 +16,6 @@ pub(crate) struct PaperFilters {
     tractions: [TractionObserver; 3],
     speeds: [SpeedByDifference; 3],
 }
-
-visit_fields!(PaperFilters: links, tractions, speeds);
 
 /// Speed from the last two readings of an encoder.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -31,8 +28,6 @@ struct SpeedByDifference {
     omega: f64,
     started: bool,
 }
-
-visit_fields!(SpeedByDifference: angle, age, omega, started);
 
 impl PaperFilters {
     /// For a robot at rest.

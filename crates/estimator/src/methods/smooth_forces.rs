@@ -1,7 +1,5 @@
 //! Low-pass filtered forces of the wheels.
 
-use crate::visit::visit_fields;
-
 /// Low-pass filtered forces of the three wheels, N, about which sensitivities are linearised.
 ///
 /// The noise of a torque must not be in both a residual and its gradient. The product would be a bias, and contact angles and torque
@@ -13,8 +11,6 @@ pub(crate) struct SmoothForces {
     /// T.
     pub traction: [f64; 3],
 }
-
-visit_fields!(SmoothForces: normal, traction);
 
 impl SmoothForces {
     /// Time constant, s: longer than the noise of the torque observer is correlated.

@@ -5,7 +5,6 @@ use crate::frame::{LONGEST_GAP, WheelInputs};
 use crate::quadrature::root_sum_square;
 use crate::settings::{EstimatorSettings, NoiseBudget};
 use crate::statics::Traction;
-use crate::visit::Visit;
 use robhaz_model::{GRAVITY, Robot};
 
 /// The observer of one wheel, with what it hands from sample to sample.
@@ -216,30 +215,6 @@ impl Wheel {
         wheel.speed = speed;
         wheel.friction_share = Self::share_of_friction(speed, 1e-4);
         wheel
-    }
-}
-
-/// The numbers of three wheels, value by value: the order of saved states.
-pub(crate) fn visit_wheels(wheels: &mut [Wheel; 3], f: &mut impl FnMut(&mut f64)) {
-    type Field = fn(&mut Wheel) -> &mut f64;
-    const FIELDS: [Field; 5] = [
-        |w| &mut w.torque,
-        |w| &mut w.speed,
-        |w| &mut w.friction_share,
-        |w| &mut w.last_friction_share,
-        |w| &mut w.acceleration,
-    ];
-    for field in FIELDS {
-        for wheel in wheels.iter_mut() {
-            field(wheel).visit(f);
-        }
-    }
-}
-
-/// The numbers of the observers of three wheels.
-pub(crate) fn visit_observers(wheels: &mut [Wheel; 3], f: &mut impl FnMut(&mut f64)) {
-    for wheel in wheels {
-        wheel.observer.visit(f);
     }
 }
 

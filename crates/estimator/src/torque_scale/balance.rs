@@ -21,7 +21,6 @@
 
 use super::passage::{Passage, Rolling};
 use crate::filters::Kalman;
-use crate::visit::visit_fields;
 
 /// Fit of that equation by recursive least squares.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,8 +33,6 @@ pub(super) struct WorkBalance {
     /// Sums of what q multiplies (J) and of its squares (J^2) over the same passages.
     energy: [f64; 2],
 }
-
-visit_fields!(WorkBalance: passage, fit, left, energy);
 
 impl WorkBalance {
     /// Standard deviation of q before any reading.

@@ -9,7 +9,6 @@
 mod balance;
 mod passage;
 
-use crate::visit::visit_fields;
 use balance::WorkBalance;
 pub(crate) use passage::Rolling;
 
@@ -90,8 +89,6 @@ pub(crate) struct StatedDeviation {
     pub forces: f64,
 }
 
-visit_fields!(StatedDeviation: tractions, forces);
-
 /// Finds the ratio, and decides what follows from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ScaleFilter {
@@ -101,8 +98,6 @@ pub(crate) struct ScaleFilter {
     contradicts: bool,
     deviation: StatedDeviation,
 }
-
-visit_fields!(ScaleFilter: balance, applied, contradicts, deviation);
 
 impl ScaleFilter {
     /// Deviations beyond which the ratio contradicts the budget: the alarm. Honest readings reach

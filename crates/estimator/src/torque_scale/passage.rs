@@ -1,7 +1,5 @@
 //! When the middle wheel comes to where the front wheel was.
 
-use crate::visit::visit_fields;
-
 /// Cells from the front wheel to the middle one, and in memory: the distance in x changes with the
 /// posture.
 const CELLS_BETWEEN: f64 = 24.0;
@@ -45,8 +43,6 @@ struct Record {
     kinetic: f64,
 }
 
-visit_fields!(Record: work, energy, kinetic);
-
 /// Records of the leading wheel (the front one on the way forward, the middle one on the way back)
 /// at equal distances.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,8 +62,6 @@ pub(crate) struct Passage {
     damped: f64,
     place: f64,
 }
-
-visit_fields!(Passage: records, newest, count, trailing, backwards, work, damped, place);
 
 impl Passage {
     /// Passages that share a part of the way: one a cell.

@@ -1,7 +1,5 @@
 //! What the inclinometers have felt over some samples.
 
-use crate::visit::visit_fields;
-
 /// What has been felt since it last corrected the states.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct FeltMean {
@@ -14,5 +12,3 @@ pub(crate) struct FeltMean {
     /// Time, s.
     pub time: f64,
 }
-
-visit_fields!(FeltMean: sum, apart, count, time);

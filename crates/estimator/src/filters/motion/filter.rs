@@ -10,7 +10,6 @@ use super::turns::Turns;
 use crate::filters::Kalman;
 use crate::settings::{ContactAngles, NoiseBudget};
 use crate::statics::input;
-use crate::visit::visit_fields;
 use robhaz_model::Vec2;
 
 /// Motion of the robot, errors of contact angles and torques, creep: one Kalman filter.
@@ -35,8 +34,6 @@ pub(crate) struct MotionFilter {
     /// When the rolling constraints of each wheel last corrected the states, and how uncertain they were.
     pub(super) turns: Turns,
 }
-
-visit_fields!(MotionFilter: filter, suspect, sliding, unexplained, disagreement, acceleration_change, felt, turns);
 
 impl MotionFilter {
     /// Creates the filter of a robot at rest, with the prior of the budget and, for unknown contact angles, that of the ground.

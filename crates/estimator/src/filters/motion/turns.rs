@@ -1,7 +1,6 @@
 //! Turns: at which samples the constraints correct the states.
 
 use crate::contact::{RollingResiduals, SlipResidual};
-use crate::visit::visit_fields;
 
 /// When the rolling constraints of each wheel and the parity residual last corrected the states, and how uncertain the wheels'
 /// residuals were.
@@ -20,8 +19,6 @@ pub(crate) struct Turns {
     parity_variance: f64,
 }
 
-visit_fields!(Turns: waited, last, parity_waited, parity_variance);
-
 /// Uncertainty of the residuals of one wheel at a single sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Uncertainty {
@@ -32,8 +29,6 @@ struct Uncertainty {
     /// The gyroscope's part of its standard deviation, m/s.
     slip_noise: f64,
 }
-
-visit_fields!(Uncertainty: away, slip_variance, slip_noise);
 
 /// Whose turn it is at a sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

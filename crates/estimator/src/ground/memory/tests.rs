@@ -298,34 +298,6 @@ fn known_ground_shows_the_slope_of_the_wheels_behind() {
     }
 }
 
-/// Equivalence: the numbers of a state restore all of it, in each of its phases.
-#[test]
-fn a_memory_is_restored() {
-    use crate::visit::Visit;
-    let geometry = Geometry::a();
-    let mut memory = GroundMemory::new(&geometry);
-    for k in 0..12_000_u32 {
-        memory.forget_left();
-        let x = SPEED * DT * f64::from(k);
-        memory.update(
-            &geometry,
-            TILT,
-            &motion(&geometry, x, SPEED, [1e-3, 0.0], 0.0),
-        );
-        if k == 6000 {
-            memory.end_section();
-        }
-        if [0, 100, 6000, 11_999].contains(&k) {
-            let mut numbers = Vec::new();
-            memory.visit(&mut |number| numbers.push(*number));
-            let mut fresh = GroundMemory::new(&geometry);
-            let mut saved = numbers.into_iter();
-            fresh.visit(&mut |number| *number = saved.next().expect("as many"));
-            assert_eq!(fresh, memory, "sample {k}");
-        }
-    }
-}
-
 fn number() -> impl Strategy<Value = f64> {
     let odd = prop::sample::select(vec![
         0.0,
