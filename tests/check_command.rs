@@ -138,6 +138,11 @@ fn units_that_fit_each_other_are_found() {
         .matches("suspiciously quiet: check the unit (a torque of the motor's side (gear_ratio)")
         .count();
     assert_eq!(quiet, 3, "{said}");
+    // Such torques show no wiring.
+    assert!(
+        said.contains("-> correct the unit of the torques") && !said.contains("exchange"),
+        "{said}"
+    );
 }
 
 /// The guide's commands lead from a log with foreign names, units and wiring to forces: missing names are named, then all
