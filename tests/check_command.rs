@@ -96,18 +96,17 @@ fn mean_force(path: &Path) -> f64 {
     mean(1) + mean(2) + mean(3)
 }
 
-/// Whether a finding that tells has its figures as numbers with units. Those of the rows of a log are in `log` of a summary.
+/// Whether a finding that tells has its figures as numbers with units.
 fn has_numbers(finding: &serde_json::Value) -> bool {
     let figure = finding["figure"].as_str().unwrap();
     let numbers = finding["numbers"].as_array().unwrap();
     let is_number = |n: &serde_json::Value| {
         n["name"].is_string() && n["value"].is_f64() && n["unit"].is_string()
     };
-    finding["test"] == "rate"
-        || numbers.iter().all(is_number)
-            && (finding["verdict"] == "cannot-tell"
-                || !figure.contains(|c: char| c.is_ascii_digit())
-                || !numbers.is_empty())
+    numbers.iter().all(is_number)
+        && (finding["verdict"] == "cannot-tell"
+            || !figure.contains(|c: char| c.is_ascii_digit())
+            || !numbers.is_empty())
 }
 
 /// Encoders in degrees or turns where radians are stated are found by the robot's acceleration, and torques of the motor's
@@ -139,6 +138,11 @@ fn units_that_fit_each_other_are_found() {
         .matches("suspiciously quiet: check the unit (a torque of the motor's side (gear_ratio)")
         .count();
     assert_eq!(quiet, 3, "{said}");
+    // Such torques show no wiring.
+    assert!(
+        said.contains("-> correct the unit of the torques") && !said.contains("exchange"),
+        "{said}"
+    );
 }
 
 /// The guide's commands lead from a log with foreign names, units and wiring to forces: missing names are named, then all
@@ -224,4 +228,41 @@ fn an_estimate_tells_a_contradiction() {
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
     let suspect = &summary["estimators"]["best"]["suspects"]["gyroscope 2"];
     assert!(suspect["records"].as_u64().unwrap() > 1000, "{suspect}");
+}
+
+/// A log that does not say how exact the robot is counts as people build them, and both commands say so; a budget of its
+/// own, here or in the file of the robot, is silent.
+#[test]
+fn the_default_budget_of_a_robot_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    write_log(folder);
+    write_description(folder, ["tau2", "tau1"], "deg", "-");
+    let mine = fs::read_to_string(folder.join("mine.toml")).unwrap();
+    fs::write(
+        folder.join("stated.toml"),
+        mine + "[budget]\nbody_cg = \"5 mm\"\n",
+    )
+    .unwrap();
+    fs::write(
+        folder.join("robot.toml"),
+        "[robot]\ngeometry = \"A\"\n[budget]\nlink_masses = 0.05\n",
+    )
+    .unwrap();
+    let notice = "masses to 3 %, centres of mass to 5 mm, pins to 1 mm";
+    for command in [
+        "robhaz check drive.csv",
+        "robhaz estimate drive.csv --force --rerun off --estimator best",
+    ] {
+        for (description, is_said) in [
+            ("--sensors mine.toml", true),
+            ("--sensors stated.toml", false),
+            ("--sensors mine.toml --robot robot.toml", false),
+        ] {
+            let output = run(folder, &format!("{command} {description}"));
+            let said = text(&output.stderr);
+            assert!(output.status.success(), "{said}");
+            assert_eq!(said.contains(notice), is_said, "{command}: {said}");
+        }
+    }
 }

@@ -23,8 +23,7 @@
 //! ```
 //!
 //! Files and commands before the first case are there for all cases: the commands run once. Lines with `>`, `!` and `?`
-//! are what the test expects, and what it renews. The folder and the
-//! durations of a command are left out.
+//! are what the test expects, and what it renews. The folder and the durations of a command are left out.
 
 use crate::support::{robhaz, root, text};
 use rayon::prelude::*;

@@ -263,3 +263,63 @@ fn a_killed_recording_is_estimated_as_far_as_it_goes() {
         .unwrap();
     assert!((1000..2501).contains(&rows), "{rows}");
 }
+
+/// A table of estimates with a fault in its middle is left out of an export and named; the rest is whole.
+#[test]
+fn a_faulty_table_is_left_out_of_an_export() {
+    let (folder, run) = recorded("csv", &[]);
+    let path = run.join("estimate-best.csv");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let mut rows: Vec<String> = text.lines().map(str::to_owned).collect();
+    let column = rows[0].split(',').position(|n| n == "wheel2_normal_force");
+    let mut cells: Vec<&str> = rows[1000].split(',').collect();
+    cells[column.unwrap()] = "suspect";
+    rows[1000] = cells.join(",");
+    std::fs::write(&path, rows.join("\n") + "\n").unwrap();
+    for format in ["csv", "mcap"] {
+        let mut export = robhaz(folder.path());
+        let output = export.args(["export", "run", "--to", format]).output();
+        let output = output.unwrap();
+        let said = crate::support::text(&output.stderr);
+        assert!(output.status.success(), "{said}");
+        let place = "left out: run/estimate-best.csv, line 1001, column wheel2_normal_force: found \"suspect";
+        assert!(said.contains(place), "{said}");
+        let parts = crate::support::text(&output.stdout);
+        assert!(
+            parts.contains("2501 rows") && parts.contains("truth") && !parts.contains("best"),
+            "{parts}"
+        );
+    }
+}
+
+/// A log without any estimate is not said to be one without truth. Its page tells the log and its description.
+#[test]
+fn a_log_without_an_estimate_says_so() {
+    let (folder, run) = recorded("csv", &[]);
+    let text = std::fs::read_to_string(run.join("sensors.csv")).unwrap();
+    let column = text.lines().next().unwrap().split(',');
+    let column = column.clone().position(|n| n == "link1_inclination");
+    let mut out = text.lines().next().unwrap().to_owned() + "\n";
+    for line in text.lines().skip(1) {
+        let mut cells: Vec<&str> = line.split(',').collect();
+        // No linkage closes at 3 rad.
+        cells[column.unwrap()] = "3";
+        out += &(cells.join(",") + "\n");
+    }
+    std::fs::write(folder.path().join("upside.csv"), out).unwrap();
+    let truth = ["upside.csv", "--truth", "run/truth.csv"];
+    let said = estimated(
+        folder.path(),
+        &[&truth[..], &["--estimator", "paper-body"]].concat(),
+    );
+    assert!(said.contains("No estimator has an estimate"), "{said}");
+    assert!(!said.contains("Without truth"), "{said}");
+    let mut report = robhaz(folder.path());
+    let made = report.args(["report", "runs/upside-estimate"]).status();
+    assert!(made.unwrap().success());
+    let page = folder.path().join("runs/upside-estimate/report.html");
+    let page = std::fs::read_to_string(page).unwrap();
+    for part in ["How it was made", "upside.csv", "[budget]"] {
+        assert!(page.contains(part), "{part}");
+    }
+}

@@ -209,14 +209,16 @@ fn part(frames: &[SensorFrame]) -> &[SensorFrame] {
     &frames[begin..end.max(begin)]
 }
 
-/// All findings, and what `best` has found of the torques' scale. `order`: the encoders to which the torques belong, if these show it. `resolved`: whether the readings follow
-/// each other closely enough for the filters.
+/// All findings, and what `best` has found of the torques' scale. `order`: the encoders to which the torques belong, if these
+/// show it. `resolved`: whether the readings follow each other closely enough for the filters. `quiet`: whether the torques
+/// may be in another unit, so that they show no wiring.
 pub fn findings(
     frames: &[SensorFrame],
     robot: &Robot,
     settings: &EstimatorSettings,
     order: Option<[usize; 3]>,
     resolved: bool,
+    quiet: bool,
 ) -> (Vec<Finding>, Option<TorqueScale>) {
     let own = Judgement::of(frames, robot, settings, &OWN);
     if own.absurd > OFTEN {
@@ -265,7 +267,10 @@ pub fn findings(
         judged.len()
     );
     let is_better = resolved && best != OWN && least < BETTER * nis_of_own;
-    let finding = if is_better || best != OWN && is_other {
+    let finding = if quiet {
+        let remedy = "correct the unit of the torques, or state their noise, first";
+        Finding::cannot_tell(WIRING, CHANNEL, figure, remedy)
+    } else if is_better || best != OWN && is_other {
         let remedy = format!("{}{}", best.words(), also(&as_well));
         Finding::fault(WIRING, best.channels(), figure, remedy)
     } else if let [other, ..] = as_well[..] {

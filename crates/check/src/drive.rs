@@ -190,12 +190,19 @@ pub fn findings(recording: &Recording, motion: &Motion, budget: &NoiseBudget) ->
     // Noise and different gains make differences, too.
     let least = GATE * noise.hypot(budget.torque_gain * common);
     if size.is_nan() || size <= least {
-        let figure = format!("the torques differ by {size:.2} N m RMS only, {least:.2} are needed");
+        let figure = if size.is_nan() {
+            "the wheels do not turn together long enough".to_owned()
+        } else {
+            format!("the torques differ by {size:.2} N m RMS only, {least:.2} are needed")
+        };
         let remedy = "drive over an obstacle, so that the wheels' torques differ";
-        let pairing = Finding::cannot_tell(PAIRING, CHANNEL, &figure, remedy);
+        let mut pairing = Finding::cannot_tell(PAIRING, CHANNEL, &figure, remedy);
+        if size.is_finite() {
+            pairing = pairing.with("difference", size, "N m");
+        }
         let delay = Finding::cannot_tell(DELAY, LATE, figure, remedy);
         return Answer {
-            findings: vec![pairing.with("difference", size, "N m"), delay],
+            findings: vec![pairing, delay],
             wiring: None,
         };
     }

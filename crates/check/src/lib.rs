@@ -144,7 +144,9 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
     ));
     let settings = stated.settings(&log.frames);
     let resolved = log.recording.dt < LONGEST_STEP && turn < LARGEST_TURN_OF_FILTERS;
-    let (agreement, scale) = agreement::findings(&log.frames, robot, &settings, order, resolved);
+    let quiet = rest::has_quiet_torque(&log.findings);
+    let (agreement, scale) =
+        agreement::findings(&log.frames, robot, &settings, order, resolved, quiet);
     log.findings.push(torque_scale::finding(scale, robot));
     log.findings.extend(agreement);
     Report::new(log.findings)

@@ -1,7 +1,7 @@
 //! Zeros and noise while the robot stands, before it moves for the first time.
 
 use crate::recording::Recording;
-use crate::report::Finding;
+use crate::report::{Finding, Verdict};
 use crate::signal::rms;
 use robhaz_estimator::NoiseBudget;
 
@@ -169,6 +169,14 @@ fn torque(x: &AtRest<'_>, limit: f64, level: bool) -> Finding {
         "zero it with the motors off: state offset = {mean:.4} (N m), unless the drive held that torque"
     );
     x.with_mean(Finding::fault(ZERO, &x.name, figure, remedy))
+}
+
+/// Whether a torque was found suspiciously quiet: it may be in another unit.
+pub fn has_quiet_torque(findings: &[Finding]) -> bool {
+    let is_quiet = |f: &Finding| {
+        f.test == NOISE && f.verdict == Verdict::CannotTell && f.channel.starts_with("torque")
+    };
+    findings.iter().any(is_quiet)
 }
 
 fn noise(x: &AtRest<'_>) -> Finding {

@@ -71,8 +71,12 @@ fn of_time(log: &LogReport) -> impl Iterator<Item = Finding> {
 fn of_channel(channel: &ChannelReport) -> impl Iterator<Item = Finding> {
     let name = channel.name.clone();
     let lines = time_lines(&ChannelSummary::from(channel));
-    lines.into_iter().map(move |line| match line.remedy {
-        Some(remedy) => Finding::fault(line.what, &name, line.text, remedy),
-        None => Finding::ok(line.what, &name, line.text),
+    lines.into_iter().map(move |line| {
+        let finding = match line.remedy {
+            Some(remedy) => Finding::fault(line.what, &name, line.text, remedy),
+            None => Finding::ok(line.what, &name, line.text),
+        };
+        let numbers = line.numbers.into_iter();
+        numbers.fold(finding, |f, (name, value, unit)| f.with(name, value, unit))
     })
 }

@@ -5,8 +5,6 @@ use crate::results::{self, Job};
 use crate::terminal::{tell_json, warn_of};
 use miette::{IntoDiagnostic, Report, Result, WrapErr};
 use robhaz_log::{Log, LogOptions, LogPlace, PlaceError};
-use robhaz_scene::LogChoice;
-use robhaz_weigh::Tolerances;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -87,29 +85,13 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
 
 /// Applies descriptions of the sensors and of the robot to a log. Warns where the robot, or how exact it is, is not stated.
 pub fn describe(place: &mut LogPlace, sensors: Option<&Path>, robot: Option<&Path>) -> Result<()> {
-    let choice = &mut place.choice;
-    // How exact the folder's robot is says nothing of another one.
-    choice.states_loads &= robot.is_none();
-    if let Some(path) = sensors {
-        *choice = LogChoice::load(path, choice.clone())?;
-    }
-    if let Some(path) = robot {
-        choice.take_robot(path)?;
-    }
+    let (choice, notice) = place.choice.clone().described(sensors, robot)?;
     if !choice.states_robot && !place.is_described {
         let warning = "no robot is stated, so it is robot A: --robot ROBOT.toml states yours";
         place.warnings.push(warning.to_owned());
     }
-    if !choice.states_loads {
-        choice.take_built_loads().into_diagnostic()?;
-        let Tolerances { mass, centre, pin } = Tolerances::BUILT;
-        place.warnings.push(format!(
-            "how exact the robot's description is is not stated, so it counts as people build them: masses to {:.0} %, centres of mass to {:.0} mm, pins to {:.0} mm; state budget.body_cg and budget.link_masses, or weigh the robot (docs/weighing.md)",
-            100.0 * mass,
-            1e3 * centre,
-            1e3 * pin,
-        ));
-    }
+    place.warnings.extend(notice);
+    place.choice = choice;
     Ok(())
 }
 

@@ -70,7 +70,7 @@ struct Tables {
     readings: ChannelPlan,
     rows: Box<dyn Rows>,
     forces: Vec<Forces>,
-    /// Tables of forces that cannot be opened.
+    /// Tables of forces that cannot be read.
     left_out: Vec<String>,
 }
 
@@ -109,7 +109,9 @@ impl Tables {
         };
         let (mut forces, mut left_out) = (Vec::new(), Vec::new());
         for (name, path) in forces_in(folder)? {
-            match Forces::open(name, path) {
+            // A fault in the middle of a table is found before anything is written.
+            let checked = Forces::open(name.clone(), path.clone()).and_then(Forces::read_through);
+            match checked.and_then(|()| Forces::open(name, path)) {
                 Ok(table) => forces.push(table),
                 Err(error) => left_out.push(format!("left out: {error}")),
             }
@@ -185,6 +187,12 @@ impl Forces {
             ahead: None,
             ended: false,
         })
+    }
+
+    /// Reads all rows, for their faults.
+    fn read_through(mut self) -> Result<(), LogError> {
+        while self.rows.next_row()?.is_some() {}
+        Ok(())
     }
 
     /// The row of a time (s), in the order of [`FORCE_COLUMNS`]; `None` where the table has none.

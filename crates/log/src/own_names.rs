@@ -16,6 +16,8 @@ use std::path::Path;
 const TIME: &str = "time";
 /// What helps when a table has other columns.
 const REMEDY: &str = "rename the columns, or say with --sensors SENSORS.toml which column is which reading and its unit (docs/logs.md)";
+/// What to do about a table of the truth. A description does not map its columns.
+const TRUTH_REMEDY: &str = "rename the columns as in the table truth of a run: time, and wheelN_normal_force and wheelN_traction of each wheel";
 
 /// The topic with the readings of an exported run.
 pub const TOPIC: &str = "/robhaz/readings";
@@ -61,7 +63,7 @@ pub fn readings(path: &Path) -> Result<ChannelPlan, LogError> {
         }
     }
     let time = time(&found, &mut problems, &mut missing);
-    check(path, &found, problems, &missing)?;
+    check(path, &found, problems, &missing, REMEDY)?;
     Ok(ChannelPlan {
         name: TablePlace::stem(path),
         place: ChannelPlace::Table(TablePlace {
@@ -100,7 +102,7 @@ pub fn truth(path: &Path, clock: Option<&ChannelChoice>) -> Result<ChannelPlan, 
         }
         None => time(&found, &mut problems, &mut missing),
     };
-    check(path, &found, problems, &missing)?;
+    check(path, &found, problems, &missing, TRUTH_REMEDY)?;
     let columns = found.into_iter().map(|c| c.name);
     Ok(ChannelPlan {
         name: TablePlace::stem(path),
@@ -159,6 +161,7 @@ fn check(
     found: &[ColumnInfo],
     mut problems: Vec<String>,
     missing: &[String],
+    remedy: &str,
 ) -> Result<(), LogError> {
     if !missing.is_empty() {
         problems.insert(0, format!("has no column {}", missing.join(", ")));
@@ -167,7 +170,7 @@ fn check(
         return Ok(());
     }
     let message = format!(
-        "{}; found {}; {REMEDY}",
+        "{}; found {}; {remedy}",
         problems.join("; "),
         ColumnInfo::list(found)
     );

@@ -4,12 +4,13 @@ use crate::error::{EstimateError, of_scene};
 use crate::estimate::Estimate;
 use crate::readings::Readings;
 use crate::table::Table;
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyRuntimeError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use robhaz_estimator::{LinkReading, SensorFrame};
 use robhaz_record::{BatchBuilder, Table as Columns};
 use robhaz_run::{FeltGround, Frame};
-use robhaz_scene::{LogChoice, RobotChoice};
+use robhaz_scene::LogChoice;
+use std::ffi::CString;
 use std::path::PathBuf;
 
 /// See the stub `_robhaz.pyi`.
@@ -56,19 +57,20 @@ impl Estimator {
     #[new]
     #[pyo3(signature = (name="best", *, robot=None, sensors=None, contact_angles=None))]
     fn new(
+        py: Python<'_>,
         name: &str,
         robot: Option<PathBuf>,
         sensors: Option<PathBuf>,
         contact_angles: Option<&str>,
     ) -> PyResult<Self> {
-        let mut choice = LogChoice::default();
-        if let Some(path) = sensors {
-            choice = LogChoice::load(&path, choice).map_err(of_scene)?;
+        let described = LogChoice::default().described(sensors.as_deref(), robot.as_deref());
+        let (choice, notice) = described.map_err(of_scene)?;
+        let estimator = Self::of(choice, name, contact_angles)?;
+        if let Some(notice) = notice {
+            let text = CString::new(format!("{name}: {notice}"))?;
+            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
         }
-        if let Some(path) = robot {
-            choice.robot = RobotChoice::load(&path).map_err(of_scene)?;
-        }
-        Self::of(choice, name, contact_angles)
+        Ok(estimator)
     }
 
     #[pyo3(signature = (time, wheel_angle, motor_torque, inclination, rate, contact_angle=None))]

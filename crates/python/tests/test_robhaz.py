@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -187,6 +188,25 @@ def test_errors_have_the_text_of_the_command(tmp_path):
     steep = {"terrain.kind": "ramp", "terrain.start": -5, "terrain.angle": "60 deg", "terrain.length": 20}
     with pytest.raises(robhaz.RunError, match="^cannot start scene: the robot cannot stand at its start: "):
         robhaz.Scene(steep).run()
+
+
+def test_a_robot_whose_errors_are_not_stated_counts_as_people_build_them(run, tmp_path):
+    """The same default as that of the command on a log: the same deviations. A stated budget is silent."""
+    with pytest.warns(UserWarning, match="^best: how exact .* masses to 3 %"):
+        found = robhaz.Estimator("best").estimate(run.sensors)
+    names = run.sensors.columns
+    rows = zip(*(run.sensors[name] for name in names))
+    lines = [",".join(repr(float(value)) for value in row) for row in rows]
+    (tmp_path / "log.csv").write_text("\n".join([",".join(names), *lines]) + "\n")
+    arguments = ["--estimator", "best", "--format", "csv", "--rerun", "off", "--out", "out"]
+    _command(tmp_path, "estimate", "log.csv", *arguments)
+    table = np.genfromtxt(tmp_path / "out" / "estimate-best.csv", delimiter=",", names=True)
+    for column in ("wheel1_normal_force", "wheel1_normal_force_sigma", "wheel3_traction_sigma"):
+        np.testing.assert_array_equal(found[column], table[column])
+    (tmp_path / "stated.toml").write_text("[budget]\nbody_cg = 0.001\n")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        robhaz.Estimator("best", sensors=tmp_path / "stated.toml")
 
 
 def test_readings_that_cannot_be_taken(run):

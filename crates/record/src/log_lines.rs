@@ -104,12 +104,14 @@ pub fn log_lines(summary: &Summary) -> String {
 }
 
 /// What is wrong, or not, with the time stamps of a channel.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TimeLine {
     /// What it is about.
     pub what: &'static str,
     /// The figures, in words.
     pub text: String,
+    /// The figures: name, value, unit ("-" of a count).
+    pub numbers: Vec<(&'static str, f64, &'static str)>,
     /// What to do, if the estimators suffer from it.
     pub remedy: Option<&'static str>,
 }
@@ -136,11 +138,17 @@ const FEW_ROWS: f64 = 0.01;
 
 /// Lines about the rate of a channel, its gaps, the order of its stamps, and its end.
 pub fn time_lines(channel: &ChannelSummary) -> Vec<TimeLine> {
-    #[expect(clippy::cast_precision_loss, reason = "numbers of rows")]
-    let many = |count: u64| count as f64 > FEW_ROWS * channel.rows as f64;
+    let rows = |count: u64| ("rows", number(count), "-");
+    let many = |count: u64| number(count) > FEW_ROWS * number(channel.rows);
     let mut lines = vec![rate_line(channel)];
-    let mut add = |what, text, remedy: Option<&'static str>| {
-        lines.push(TimeLine { what, text, remedy });
+    let mut add = |what, text, numbers: &[_], remedy: Option<&'static str>| {
+        let numbers = numbers.to_vec();
+        lines.push(TimeLine {
+            what,
+            text,
+            numbers,
+            remedy,
+        });
     };
     if let (Some(by), Some(at)) = (channel.largest_set_back_s, channel.largest_set_back_at_s) {
         let text = format!(
@@ -148,7 +156,9 @@ pub fn time_lines(channel: &ChannelSummary) -> Vec<TimeLine> {
             channel.set_back
         );
         let remedy = "split the log there; stamp readings with a monotonic clock";
-        add("clock", text, Some(remedy));
+        let times = ("times", number(channel.set_back), "-");
+        let numbers = [("set back", by, "s"), ("at", at, "s"), times];
+        add("clock", text, &numbers, Some(remedy));
     }
     if let (Some(longest), Some(at)) = (channel.longest_gap_s, channel.longest_gap_at_s) {
         let text = format!(
@@ -160,7 +170,13 @@ pub fn time_lines(channel: &ChannelSummary) -> Vec<TimeLine> {
         } else {
             many(channel.lost).then_some("find out where rows are lost")
         };
-        add("gaps", text, remedy);
+        let numbers = [
+            ("gaps", number(channel.gaps), "-"),
+            rows(channel.lost),
+            ("longest", longest, "s"),
+            ("at", at, "s"),
+        ];
+        add("gaps", text, &numbers, remedy);
     }
     let counts = [
         (
@@ -185,17 +201,25 @@ pub fn time_lines(channel: &ChannelSummary) -> Vec<TimeLine> {
         // A faster channel has rows that give way: no fault.
         let is_fault = k < 2 && many(*count);
         let remedy = is_fault.then_some("write each row once, in order, with its own time");
-        add("order", format!("{count} rows {what}"), remedy);
+        let text = format!("{count} rows {what}");
+        add("order", text, &[rows(*count)], remedy);
     }
     if let Some(why) = &channel.cut_off {
         let text = format!("CUT OFF, the last row is left out: {why}");
         add(
             "end",
             text,
+            &[],
             Some("the recording was killed, or its disk was full"),
         );
     }
     lines
+}
+
+/// A count as a number of a line.
+#[expect(clippy::cast_precision_loss, reason = "counts of rows")]
+fn number(count: u64) -> f64 {
+    count as f64
 }
 
 fn rate_line(channel: &ChannelSummary) -> TimeLine {
@@ -204,17 +228,23 @@ fn rate_line(channel: &ChannelSummary) -> TimeLine {
         offset => format!(", time stamps {offset:+} s"),
     };
     let period = channel.period_s;
+    let mut numbers = vec![("rows", number(channel.rows), "-")];
     let rate = if period > 0.0 {
+        numbers.push(("rate", 1.0 / period, "Hz"));
         format!(" at {} Hz", digits(1.0 / period))
     } else {
         String::new()
     };
+    if channel.offset_s != 0.0 {
+        numbers.push(("offset", channel.offset_s, "s"));
+    }
     let plausible = 1.0 / HIGHEST_RATE..=1.0 / LOWEST_RATE;
     let is_implausible = period > 0.0 && !plausible.contains(&period);
     let implausible = "no robot is recorded at such a rate: state time_unit of the channel";
     TimeLine {
         what: "rate",
         text: format!("{} rows{rate}{offset}", channel.rows),
+        numbers,
         remedy: is_implausible.then_some(implausible),
     }
 }

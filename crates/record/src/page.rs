@@ -75,7 +75,8 @@ const FIGURES: [(&str, &str); 11] = [
 pub fn page(folder: &Path) -> Result<String, RecordError> {
     let summary = Summary::read(folder)?;
     let figures = figures(&folder.join("figures"))?;
-    let scene = text_if_any(&folder.join("scene.toml"))?;
+    let [scene, log] = ["scene.toml", "log.toml"].map(|name| text_if_any(&folder.join(name)));
+    let (scene, log) = (scene?, log?);
     let title = &summary.scene;
     let runs = [(title.as_str(), &summary)];
     let body = html! {
@@ -110,6 +111,14 @@ pub fn page(folder: &Path) -> Result<String, RecordError> {
             p { "By robhaz " (summary.version) ", from this scene with every choice written out. Saved as " code { "scene.toml" }
                 ", " code { "robhaz run scene.toml" } " makes the same run." }
             pre { (scene) }
+        }
+        @if let Some((log, read)) = log.zip(summary.log.as_ref()) {
+            h2 { "How it was made" }
+            p { "By robhaz " (summary.version) ", from the log " code { (read.source) } " with this description, every choice \
+                 written out. Saved as " code { "log.toml" } " beside the readings, " code { "robhaz estimate" } " of this folder \
+                 makes the same estimate. Which column of the log was which reading is not in it: the readings are saved \
+                 under their own names." }
+            pre { (log) }
         }
     };
     Ok(document(title, &body))

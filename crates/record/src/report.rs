@@ -153,6 +153,8 @@ fn speed(label: &str, summary: &Summary) -> String {
             "{label}: {seconds:.3} s of recorded readings in {wall:.2} s, {factor:.1} times real time. {} count from {} s on.",
             if is_compared(summary) {
                 "Errors"
+            } else if summary.estimators.iter().all(|e| e.means.is_none()) {
+                "No estimator has an estimate, so there are neither means nor errors; they"
             } else {
                 "Without truth there are no errors; means"
             },

@@ -169,7 +169,8 @@ class Estimator:
 
         `name`: a preset (`paper-body`, `paper-wheels`, `true-mass`, `best`) or an estimator that `sensors` lists.
         `sensors` states the noise budget and the damping (docs/logs.md); its columns have no effect here. Without
-        `robot` it is robot A. With `contact_angles="none"` the estimator finds the contact angles itself.
+        `robot` it is robot A. A robot whose errors neither file states (`body_cg`, `link_masses`, `load_covariance`) counts
+        as people build them: masses to 3 %, centres of mass to 5 mm, pins to 1 mm; a warning says so. With `contact_angles="none"` the estimator finds the contact angles itself.
 
         Raises `SceneError` for a file, `ValueError` for an argument.
         """

@@ -7,7 +7,6 @@ use crate::robot::RobotChoice;
 use crate::scene::Scene;
 use crate::suggest::nearest;
 use robhaz_estimator::{ContactAngles, EstimatorSettings, Method, NoiseBudget};
-use robhaz_weigh::{Tolerances, WeighError};
 
 /// What is known of a log beside its readings. SI throughout.
 #[derive(Clone, Debug, PartialEq)]
@@ -130,20 +129,6 @@ impl LogChoice {
             estimators: scene.estimators.iter().map(estimator).collect(),
             mapping: None,
         })
-    }
-
-    /// Where no errors of the robot are stated, they become those of a robot as people build them: [`Tolerances::BUILT`].
-    ///
-    /// # Errors
-    /// [`WeighError`] where the robot cannot stand in the postures of a drive.
-    pub fn take_built_loads(&mut self) -> Result<(), WeighError> {
-        if !self.states_loads {
-            let loads = Tolerances::BUILT.loads(&self.robot.robot)?;
-            let budget = &mut self.budget;
-            (budget.body_cg, budget.link_mass) = (0.0, 0.0);
-            budget.load_covariance = Some(loads);
-        }
-        Ok(())
     }
 
     /// The settings with which an estimator runs: as listed, with its nominal damping and the noise budget.

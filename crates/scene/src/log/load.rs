@@ -9,6 +9,7 @@ use crate::robot::RobotChoice;
 use crate::sections::IGNORED;
 use crate::source::{Node, Source, Value};
 use crate::{estimators, file, name, robot};
+use robhaz_weigh::{Tolerances, WeighError};
 use std::path::{Path, PathBuf};
 
 /// Key of an estimator's own damping.
@@ -47,6 +48,43 @@ impl LogChoice {
 }
 
 impl LogChoice {
+    /// The choice after the user's descriptions of the sensors and of the robot. Where neither states how exact the robot's
+    /// masses, centres of mass and pins are, they count as people build them ([`Tolerances::BUILT`]), and the text says so.
+    ///
+    /// # Errors
+    /// [`SceneError`] with all problems of a file; a robot that cannot stand in the postures of a drive.
+    pub fn described(
+        self,
+        sensors: Option<&Path>,
+        robot: Option<&Path>,
+    ) -> Result<(Self, Option<String>), SceneError> {
+        let mut choice = self;
+        // How exact the robot of a folder is says nothing of another one.
+        choice.states_loads &= robot.is_none();
+        if let Some(path) = sensors {
+            choice = Self::load(path, choice)?;
+        }
+        if let Some(path) = robot {
+            choice.take_robot(path)?;
+        }
+        if choice.states_loads {
+            return Ok((choice, None));
+        }
+        let loads = Tolerances::BUILT.loads(&choice.robot.robot);
+        let refused = |e: WeighError| SceneError::unread("[robot]", e.to_string());
+        let budget = &mut choice.budget;
+        (budget.body_cg, budget.link_mass) = (0.0, 0.0);
+        budget.load_covariance = Some(loads.map_err(refused)?);
+        let Tolerances { mass, centre, pin } = Tolerances::BUILT;
+        let notice = format!(
+            "how exact the robot's description is is not stated, so it counts as people build them: masses to {:.0} %, centres of mass to {:.0} mm, pins to {:.0} mm; state budget.body_cg and budget.link_masses, or weigh the robot (docs/weighing.md)",
+            100.0 * mass,
+            1e3 * centre,
+            1e3 * pin,
+        );
+        Ok((choice, Some(notice)))
+    }
+
     /// Takes the robot of a file with the section `[robot]`, such as a scene or a weighed robot, and, where the file states
     /// them, the keys of `[budget]` that belong to the robot: `body_cg`, `link_masses`, `load_covariance`. Other sections
     /// and keys have no effect.
