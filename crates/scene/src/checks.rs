@@ -1,14 +1,12 @@
 //! Rules that involve several keys.
 
-use crate::conflict::{Conflict, Value, number, word};
 use crate::contact;
 use crate::control;
 use crate::error::Problem;
 use crate::explicit_step;
-use crate::range::short;
+use crate::quantity::short;
 use crate::reader::Reader;
 use crate::scene::Scene;
-use crate::sensors::MODEL_ERROR_PATH;
 use crate::source::Node;
 use robhaz_control::ControlKind;
 use robhaz_sim::EngineKind;
@@ -21,6 +19,39 @@ const MOST_STEPS: f64 = 1e11;
 const MOST_JITTER: f64 = 0.3;
 /// Relative rounding error allowed in a whole number.
 const WHOLE: f64 = 1e-12;
+
+/// A key and its value as text, for messages.
+pub(crate) type Value = (&'static str, String);
+
+/// Keys whose values do not go together, and what is allowed.
+pub(crate) struct Conflict {
+    /// The keys, the one to blame first.
+    pub keys: Vec<Value>,
+    /// What is allowed.
+    pub rule: String,
+}
+
+impl Conflict {
+    /// What was found and what is allowed.
+    pub fn message(&self) -> String {
+        let found: Vec<String> = self
+            .keys
+            .iter()
+            .map(|(key, value)| format!("{key} = {value}"))
+            .collect();
+        format!("found {}, allowed: {}", found.join(" and "), self.rule)
+    }
+}
+
+/// A key and its number.
+pub(crate) fn valued(key: &'static str, value: f64) -> Value {
+    (key, short(value))
+}
+
+/// A key and its word.
+pub(crate) fn named(key: &'static str, value: &str) -> Value {
+    (key, format!("\"{value}\""))
+}
 
 /// Checks the rules whose keys have no problem of their own.
 pub(crate) fn check(reader: &mut Reader, root: &Node, scene: &Scene) {
@@ -52,10 +83,10 @@ pub(crate) fn check(reader: &mut Reader, root: &Node, scene: &Scene) {
 
 fn record(reader: &mut Reader, root: &Node, scene: &Scene) {
     let r = &scene.record;
-    let duration = || number("record.duration", r.duration);
-    let rate = || number("record.rate", r.rate);
+    let duration = || valued("record.duration", r.duration);
+    let rate = || valued("record.rate", r.rate);
     if r.compare_from >= r.duration {
-        let from = number("record.compare_from", r.compare_from);
+        let from = valued("record.compare_from", r.compare_from);
         let rule = "record.compare_from below record.duration";
         conflict(reader, root, vec![from, duration()], rule);
     }
@@ -75,8 +106,8 @@ fn friction_test(reader: &mut Reader, root: &Node, scene: &Scene) {
     let (start, duration) = (scene.control.friction_test.start, scene.record.duration);
     if tests && start >= duration {
         let keys = vec![
-            number("drive.friction_test.start", start),
-            number("record.duration", duration),
+            valued("drive.friction_test.start", start),
+            valued("record.duration", duration),
         ];
         let rule = "drive.friction_test.start below record.duration";
         conflict(reader, root, keys, rule);
@@ -86,8 +117,8 @@ fn friction_test(reader: &mut Reader, root: &Node, scene: &Scene) {
         .and_then(|i| scene.estimators.get(i));
     if let Some(estimator) = estimator.filter(|e| tests && !e.settings.states_covariance()) {
         let keys = vec![
-            word("drive.kind", scene.control.kind.name()),
-            word("drive.estimator", &estimator.name),
+            named("drive.kind", scene.control.kind.name()),
+            named("drive.estimator", &estimator.name),
         ];
         let rule = "an estimator with Kalman filters: drive.estimator of the preset \"best\"";
         conflict(reader, root, keys, rule);
@@ -97,8 +128,8 @@ fn friction_test(reader: &mut Reader, root: &Node, scene: &Scene) {
 fn sensors(reader: &mut Reader, root: &Node, scene: &Scene) {
     if !is_whole(scene.sensors.rate / scene.record.rate) {
         let keys = vec![
-            number("sensors.rate", scene.sensors.rate),
-            number("record.rate", scene.record.rate),
+            valued("sensors.rate", scene.sensors.rate),
+            valued("record.rate", scene.record.rate),
         ];
         let rule = "sensors.rate a whole multiple of record.rate";
         conflict(reader, root, keys, rule);
@@ -106,8 +137,8 @@ fn sensors(reader: &mut Reader, root: &Node, scene: &Scene) {
     let (jitter, rate) = (scene.sensors.spec.jitter, scene.sensors.rate);
     if jitter * rate > MOST_JITTER {
         let keys = vec![
-            number("sensors.jitter", jitter),
-            number("sensors.rate", rate),
+            valued("sensors.jitter", jitter),
+            valued("sensors.rate", rate),
         ];
         let rule = format!(
             "sensors.jitter at most {} s, {MOST_JITTER} of the time between samples",
@@ -120,17 +151,17 @@ fn sensors(reader: &mut Reader, root: &Node, scene: &Scene) {
 /// The nominal robot must be a valid robot.
 fn model_error(reader: &mut Reader, root: &Node, scene: &Scene) {
     if let Err(error) = scene.nominal_robot() {
-        let origin = &root.get(MODEL_ERROR_PATH).unwrap_or(root).origin;
+        let origin = &root.get("model_error").unwrap_or(root).origin;
         let message = format!("with seed {} {error}; allowed: smaller errors", scene.seed);
-        reader.push(Problem::at(origin, MODEL_ERROR_PATH, message).whole());
+        reader.push(Problem::at(origin, "model_error", message).whole());
     }
 }
 
 fn engine(reader: &mut Reader, root: &Node, scene: &Scene) {
     if scene.record.duration / scene.engine.step > MOST_STEPS {
         let keys = vec![
-            number("engine.step", scene.engine.step),
-            number("record.duration", scene.record.duration),
+            valued("engine.step", scene.engine.step),
+            valued("record.duration", scene.record.duration),
         ];
         let rule = format!("at most {} steps", short(MOST_STEPS));
         conflict(reader, root, keys, &rule);

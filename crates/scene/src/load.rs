@@ -1,16 +1,15 @@
 //! From a file to a [`Scene`].
 
 use crate::error::SceneError;
+use crate::form::from_stem;
 use crate::model_error::ModelError;
 use crate::reader::Reader;
 use crate::reference::home_of;
 use crate::scene::{Scene, SensorChoice};
-use crate::sections::{IGNORED, SECTIONS, TOP};
-use crate::source::{Node, Source};
-use crate::{
-    checks, contact, control, drive, estimators, file, name, overrides, robot, seed, sensors,
-    terrain,
-};
+use crate::sections::SCENE;
+use crate::source::{self, Node, Source};
+use crate::write::Out;
+use crate::{checks, contact, control, overrides, sensors};
 use std::path::Path;
 
 impl Scene {
@@ -21,7 +20,7 @@ impl Scene {
     /// [`SceneError`] with all problems of the file, of files that it names, and of the overrides.
     pub fn load(path: &Path, overrides: &[String]) -> Result<Self, SceneError> {
         let shown = path.display().to_string();
-        let text = file::read_toml(path).map_err(|error| {
+        let text = source::read_toml(path).map_err(|error| {
             let message = format!("{error}; allowed: a scene file in TOML, UTF-8");
             SceneError::unread(&shown, message)
         })?;
@@ -42,7 +41,7 @@ impl Scene {
         base_dir: &Path,
         overrides: &[String],
     ) -> Result<Self, SceneError> {
-        file::check_toml(text).map_err(|error| SceneError::unread(source_name, error))?;
+        source::check_toml(text).map_err(|error| SceneError::unread(source_name, error))?;
         let mut reader = Reader::new(base_dir.to_owned(), home_of);
         let mut root = reader.document(&Source::file(source_name, text));
         for text in overrides {
@@ -55,49 +54,32 @@ impl Scene {
     }
 }
 
+impl Scene {
+    /// The scene as a file that reads back as exactly this scene, in any folder that also has copies of its
+    /// [tracks](crate::TerrainChoice::tracks), named [`crate::Track::file_name`]. `version` names the program that writes
+    /// it, such as `robhaz 0.1.0, rapier2d 0.36.1`.
+    pub fn to_toml(&self, version: &str) -> String {
+        let comment =
+            "A scene with every choice written out. SI units. It can be run again as it is.";
+        Out::file(comment, version, SCENE, &mut self.clone())
+    }
+}
+
 fn read(reader: &mut Reader, root: &Node, source_name: &str) -> Scene {
-    top_level(reader, root);
     let stem = Path::new(source_name).file_stem().unwrap_or_default();
-    let given = root.get("name").map(|n| name::read(reader, n, "name"));
-    let seed = root.get("seed").and_then(|n| seed::read(reader, n, "seed"));
-    let seed = seed.unwrap_or(0);
     let grade = sensors::chosen_grade(root);
     let mut scene = Scene {
-        name: given
-            .flatten()
-            .unwrap_or_else(|| name::from_stem(&stem.to_string_lossy())),
-        seed,
-        robot: robot::read(reader, root),
-        terrain: terrain::read(reader, root, seed),
-        estimators: estimators::read(reader, root),
+        name: from_stem(&stem.to_string_lossy()),
         friction: contact::chosen_law(root),
         sensors: SensorChoice::of(grade),
         model_error: ModelError::of_grade(grade),
         ..Scene::default()
     };
-    for section in SECTIONS {
-        if let Some(node) = root.get(section.name) {
-            reader.table(section.keys, node, section.name, &mut scene);
-        }
-    }
-    scene.drive.scalings = drive::read_scalings(reader, root);
-    scene.control.friction_test = control::read_friction_test(reader, root);
-    scene.control.estimator = control::read_estimator(reader, root, &scene);
+    // The seed of random ground that has none of its own.
+    let seed = root.get("seed").and_then(Node::whole);
+    reader.seed = seed.and_then(|s| u64::try_from(s).ok()).unwrap_or_default();
+    reader.table(SCENE, root, "", &mut scene);
+    control::choose_estimator(reader, root, &mut scene);
     checks::check(reader, root, &scene);
     scene
-}
-
-/// Adds a problem for every entry that is neither a top-level key nor a section.
-fn top_level(reader: &mut Reader, root: &Node) {
-    let allowed: Vec<&str> = TOP
-        .iter()
-        .map(|k| k.name)
-        .chain(["robot", terrain::PATH, estimators::PATH])
-        .chain(SECTIONS.iter().map(|s| s.name))
-        .collect();
-    for entry in reader.entries(root, "") {
-        if entry.key != IGNORED && !allowed.contains(&entry.key.as_str()) {
-            reader.unknown(entry, "", &allowed);
-        }
-    }
 }

@@ -2,7 +2,8 @@
 
 use crate::error::{Problem, SceneError};
 use crate::excerpt::harmless;
-use crate::source::{Node, Origin, Source, SourceKind, Value, document};
+use crate::source::{Entry, Node, Origin, Source, SourceKind, Value, document};
+use crate::suggest::nearest;
 use std::collections::{BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -24,6 +25,8 @@ pub(crate) struct Reader {
     hidden_sections: BTreeSet<String>,
     /// Paths in the scene are relative to this folder.
     pub base_dir: PathBuf,
+    /// The seed of the scene.
+    pub seed: u64,
     /// The table that has a key of a name, for messages on misplaced keys.
     pub home_of: fn(&str) -> Option<String>,
 }
@@ -36,8 +39,31 @@ impl Reader {
             hidden: HashMap::new(),
             hidden_sections: BTreeSet::new(),
             base_dir,
+            seed: 0,
             home_of,
         }
+    }
+
+    /// The entries of a table; anything else is a problem.
+    pub fn entries<'n>(&mut self, node: &'n Node, path: &str) -> &'n [Entry] {
+        node.entries().unwrap_or_else(|| {
+            self.refuse(node, path, "a table");
+            &[]
+        })
+    }
+
+    /// A key that its table does not have.
+    pub fn unknown(&mut self, entry: &Entry, path: &str, allowed: &[&str]) {
+        let home_of = self.home_of;
+        self.complain(&entry.origin, &join(path, &short_key(&entry.key)), || {
+            let mut message = format!("unknown key, allowed: {}", allowed.join(", "));
+            if let Some(near) = nearest(&entry.key, allowed) {
+                message += &format!("; did you mean {near}?");
+            } else if let Some(home) = home_of(&entry.key) {
+                message += &format!("; {} belongs to {home}", entry.key);
+            }
+            message
+        });
     }
 
     /// Number of problems so far.
@@ -200,4 +226,13 @@ fn without_echoes(problems: Vec<Problem>) -> Vec<Problem> {
     let mut problems = problems;
     problems.retain(|_| !is_echo.next().unwrap_or(false));
     problems
+}
+
+/// A key in messages: at most its first 60 characters.
+fn short_key(key: &str) -> String {
+    const LONGEST: usize = 60;
+    match key.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}...", &key[..end]),
+        None => key.to_owned(),
+    }
 }

@@ -2,16 +2,16 @@
 
 use super::axis::{Axis, AxisItem, AxisValue, AxisValues, Distribution};
 use crate::error::Problem;
+use crate::form::{Dependent, Form, dependent, items, text};
+use crate::key::{self, keys};
 use crate::reader::{Reader, join};
+use crate::reference::reference;
 use crate::source::{Node, Value};
-use std::collections::HashSet;
+use serde_json::{Value as Json, json};
+use std::collections::{BTreeSet, HashSet};
 
-/// Keys of `[[axis]]`, of which the last six say how its values are given.
-pub const AXIS: [&str; 10] = [
-    "key",
-    "keys",
-    "names",
-    "first",
+/// The ways to give values: a list, whole numbers, and those that draw.
+const WAYS: [&str; 6] = [
     "values",
     "count",
     "uniform",
@@ -19,58 +19,140 @@ pub const AXIS: [&str; 10] = [
     "normal",
     "whole",
 ];
-/// The ways to give values.
-pub const WAYS: [&str; 6] = [
-    "values",
-    "count",
-    "uniform",
-    "log_uniform",
-    "normal",
-    "whole",
-];
-
-/// Those that draw.
-pub const DISTRIBUTIONS: [&str; 4] = ["uniform", "log_uniform", "normal", "whole"];
 
 /// Largest number of runs of a study.
 pub const MOST_RUNS: u64 = 100_000_000;
-/// What a count may be.
-pub const COUNT: &str = "a whole number from 1 to 100000000";
 const WHOLE: &str = "a whole number of at least 0 and below 2^63";
 const ONE_WAY: &str = "one of values, count, uniform, log_uniform, normal, whole";
 
-/// The axes in the file's order.
-pub fn read_axes(reader: &mut Reader, root: &Node) -> Vec<Axis> {
-    let items = match root.get("axis").map(|n| (n, &n.value)) {
-        None => {
-            missing(reader, root, "axis", "one table [[axis]] or several");
-            return Vec::new();
+const fn pair(words: &'static str) -> Dependent<()> {
+    dependent(words, || items(json!({"type": "number"}), 2, 2))
+}
+
+/// A number of runs or samples.
+pub(super) struct RunCount;
+
+impl Form for RunCount {
+    type Value = u64;
+
+    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut u64) {
+        match node.whole().map(u64::try_from) {
+            Some(Ok(count @ 1..=MOST_RUNS)) => *into = count,
+            _ => reader.refuse(node, path, &self.allowed()),
         }
-        Some((_, Value::Array(items))) => items.as_slice(),
-        Some((node, _)) => {
-            reader.refuse(node, "axis", "one table [[axis]] or several");
-            return Vec::new();
-        }
-    };
-    let mut axes: Vec<Axis> = Vec::new();
-    for (i, item) in items.iter().enumerate() {
-        let path = format!("axis[{i}]");
-        let Some(axis) = read_axis(reader, item, &path) else {
-            continue;
-        };
-        for key in &axis.keys {
-            if axes.iter().any(|other| other.keys.contains(key)) {
-                let message = format!("{key} is varied by an axis above");
-                reader.push(Problem::at(&item.origin, &path, message));
-            }
-        }
-        axes.push(axis);
     }
-    axes
+
+    fn text(&self, value: &u64) -> Option<String> {
+        Some(value.to_string())
+    }
+
+    fn allowed(&self) -> String {
+        "a whole number from 1 to 100000000".to_owned()
+    }
+
+    fn schema(&self, _defaults: Option<&mut u64>) -> Json {
+        json!({"type": "integer", "minimum": 1, "maximum": MOST_RUNS})
+    }
+}
+
+keys! {
+    /// The keys of `[[axis]]`. How each is read depends on the others.
+    AXIS: ();
+
+    /// a key of the scene
+    key: KEY => |axis| axis;
+
+    /// keys of the scene that vary together
+    keys: KEY_LIST => |axis| axis;
+
+    /// names of the values, which the dataset shows in place of the values of the first key
+    names: dependent("a list of different texts, one a value", || {
+        json!({"type": "array", "items": text("").schema(None), "uniqueItems": true})
+    }) => |axis| axis;
+
+    /// the first of count whole numbers
+    first ("0"): dependent(WHOLE, || json!({"type": "integer", "minimum": 0})) => |axis| axis;
+
+    /// a list; with keys a list of lists with one value a key
+    values: dependent("a list of values", || json!({"type": "array", "minItems": 1}))
+        => |axis| axis;
+
+    /// as many whole numbers
+    count: dependent("a count", || RunCount.schema(None)) => |axis| axis;
+
+    /// drawn uniformly from [low, high]
+    uniform: pair("[low, high], low below high") => |axis| axis;
+
+    /// drawn from [low, high], the logarithm uniformly
+    log_uniform: pair("[low, high], 0 below low below high") => |axis| axis;
+
+    /// drawn from a normal distribution, [mean, standard deviation]
+    normal: pair("[mean, standard deviation], the second above 0") => |axis| axis;
+
+    /// whole numbers drawn uniformly from [first, last]
+    whole: dependent("[first, last], whole numbers from 0 on, first not above last", || {
+        items(json!({"type": "integer"}), 2, 2)
+    }) => |axis| axis;
+}
+
+const KEY: Dependent<()> = dependent("a key of the scene, such as \"drive.speed\"", key_schema);
+const KEY_LIST: Dependent<()> = dependent(
+    "a list of keys of the scene, such as [\"drive.kp\", \"drive.ki\"]",
+    || json!({"type": "array", "items": key_schema(), "minItems": 1, "uniqueItems": true}),
+);
+
+/// `[[axis]]`: what varies, in the file's order.
+pub(super) struct Axes;
+
+impl Form for Axes {
+    type Value = Vec<Axis>;
+
+    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Vec<Axis>) {
+        for (item, path) in reader.items(node, path, 0..=usize::MAX, &self.allowed()) {
+            let Some(axis) = read_axis(reader, item, &path) else {
+                continue;
+            };
+            for key in &axis.keys {
+                if into.iter().any(|other| other.keys.contains(key)) {
+                    let message = format!("{key} is varied by an axis above");
+                    reader.push(Problem::at(&item.origin, &path, message));
+                }
+            }
+            into.push(axis);
+        }
+    }
+
+    fn text(&self, _value: &Vec<Axis>) -> Option<String> {
+        None
+    }
+
+    fn allowed(&self) -> String {
+        "one table [[axis]] or several".to_owned()
+    }
+
+    fn schema(&self, _defaults: Option<&mut Vec<Axis>>) -> Json {
+        let mut axis = key::schema(AXIS, None);
+        let one_of = |names: &[&str]| {
+            let each: Vec<Json> = names.iter().map(|n| json!({"required": [n]})).collect();
+            json!({"oneOf": each})
+        };
+        axis["allOf"] = json!([one_of(&["key", "keys"]), one_of(&WAYS)]);
+        json!({"type": "array", "minItems": 1, "items": axis})
+    }
+}
+
+/// Whether an axis has a distribution, right or wrong.
+pub(super) fn asks_for_draws(root: &Node) -> bool {
+    let items = match root.get("axis").map(|n| &n.value) {
+        Some(Value::Array(items)) => items.as_slice(),
+        _ => &[],
+    };
+    let has = |axis: &Node| WAYS[2..].iter().any(|way| axis.get(way).is_some());
+    items.iter().any(has)
 }
 
 fn read_axis(reader: &mut Reader, node: &Node, path: &str) -> Option<Axis> {
-    known(reader, node, path, &AXIS);
+    reader.table(AXIS, node, path, &mut ());
     node.entries()?;
     let keys = read_keys(reader, node, path);
     let given: Vec<&str> = WAYS
@@ -111,7 +193,11 @@ fn read_axis(reader: &mut Reader, node: &Node, path: &str) -> Option<Axis> {
         "count" => {
             let first = node.get("first");
             let first = first.map_or(Some(0), |n| whole(reader, n, &join(path, "first")));
-            let (first, count) = (first?, count(reader, value, &at)?);
+            let (first, mark, mut count) = (first?, reader.mark(), 1);
+            RunCount.read(reader, value, &at, &mut count);
+            if reader.mark() > mark {
+                return None;
+            }
             if i64::try_from(count)
                 .ok()
                 .and_then(|n| first.checked_add(n))
@@ -133,14 +219,12 @@ fn read_axis(reader: &mut Reader, node: &Node, path: &str) -> Option<Axis> {
 
 /// The keys of an axis.
 fn read_keys(reader: &mut Reader, node: &Node, path: &str) -> Option<Vec<String>> {
-    const ONE: &str = "a key of the scene, such as \"drive.speed\"";
-    const LIST: &str = "a list of keys of the scene, such as [\"drive.kp\", \"drive.ki\"]";
     let (nodes, path) = match (node.get("key"), node.get("keys")) {
         (Some(key), None) => (std::slice::from_ref(key), join(path, "key")),
         (None, Some(keys)) => match &keys.value {
             Value::Array(items) if !items.is_empty() => (items.as_slice(), join(path, "keys")),
             _ => {
-                reader.refuse(keys, &join(path, "keys"), LIST);
+                reader.refuse(keys, &join(path, "keys"), KEY_LIST.words);
                 return None;
             }
         },
@@ -150,7 +234,7 @@ fn read_keys(reader: &mut Reader, node: &Node, path: &str) -> Option<Vec<String>
             return None;
         }
         (None, None) => {
-            missing(reader, node, &join(path, "key"), ONE);
+            reader.missing(node, &join(path, "key"), KEY.words);
             return None;
         }
     };
@@ -166,7 +250,7 @@ fn read_keys(reader: &mut Reader, node: &Node, path: &str) -> Option<Vec<String>
                 reader.refuse(key, &path, "each key once");
             }
             Value::Text(text) if !text.is_empty() && !text.contains('=') => keys.push(text.clone()),
-            _ => reader.refuse(key, &path, ONE),
+            _ => reader.refuse(key, &path, KEY.words),
         }
     }
     (keys.len() == nodes.len()).then_some(keys)
@@ -243,12 +327,6 @@ fn read_distribution(
     path: &str,
     way: &str,
 ) -> Option<Distribution> {
-    let allowed = match way {
-        "uniform" => "[low, high], low below high",
-        "log_uniform" => "[low, high], 0 below low below high",
-        "normal" => "[mean, standard deviation], the second above 0",
-        _ => "[first, last], whole numbers from 0 on, first not above last",
-    };
     let pair: Option<&[Node; 2]> = match &node.value {
         Value::Array(items) => items.as_slice().try_into().ok(),
         _ => None,
@@ -257,10 +335,7 @@ fn read_distribution(
         Value::Float(number) | Value::Integer(_, number) if number.is_finite() => Some(number),
         _ => None,
     };
-    let index = |node: &Node| match node.value {
-        Value::Integer(Some(whole), _) => i64::try_from(whole).ok(),
-        _ => None,
-    };
+    let index = |node: &Node| i64::try_from(node.whole()?).ok();
     let found = pair.and_then(|[a, b]| {
         Some(match way {
             "uniform" => Distribution::Uniform(number(a)?, number(b)?),
@@ -277,28 +352,15 @@ fn read_distribution(
     };
     let found = found.filter(valid);
     if found.is_none() {
-        reader.refuse(node, path, allowed);
-    }
-    found
-}
-
-pub fn count(reader: &mut Reader, node: &Node, path: &str) -> Option<u64> {
-    let found = match node.value {
-        Value::Integer(Some(count), _) => u64::try_from(count).ok(),
-        _ => None,
-    };
-    let found = found.filter(|count| (1..=MOST_RUNS).contains(count));
-    if found.is_none() {
-        reader.refuse(node, path, COUNT);
+        let key = AXIS.iter().find(|key| key.name == way);
+        let allowed = key.map_or(String::new(), |key| key.field.allowed());
+        reader.refuse(node, path, &allowed);
     }
     found
 }
 
 fn whole(reader: &mut Reader, node: &Node, path: &str) -> Option<i64> {
-    let found = match node.value {
-        Value::Integer(Some(whole), _) => i64::try_from(whole).ok(),
-        _ => None,
-    };
+    let found = node.whole().and_then(|whole| i64::try_from(whole).ok());
     let found = found.filter(|whole| *whole >= 0);
     if found.is_none() {
         reader.refuse(node, path, WHOLE);
@@ -306,16 +368,37 @@ fn whole(reader: &mut Reader, node: &Node, path: &str) -> Option<i64> {
     found
 }
 
-/// Adds a problem for every entry with another key.
-pub fn known(reader: &mut Reader, node: &Node, path: &str, allowed: &[&str]) {
-    for entry in reader.entries(node, path) {
-        if !allowed.contains(&entry.key.as_str()) {
-            reader.unknown(entry, path, allowed);
+/// A key of scenes, or a table above it: those without an index by name, which an editor can offer.
+fn key_schema() -> Json {
+    let mut plain = BTreeSet::new();
+    let mut indexed = BTreeSet::new();
+    for row in reference() {
+        let steps: Vec<&str> = row.key.split('.').collect();
+        for end in 1..=steps.len() {
+            let key = steps[..end].join(".");
+            if key.contains("[]") {
+                let pattern = key
+                    .replace('.', r"\.")
+                    .replace("[]", r"(\.[0-9]+|\[[0-9]+\])");
+                indexed.insert(pattern);
+                // The list itself, too.
+                plain.extend(key.strip_suffix("[]").map(str::to_owned));
+            } else {
+                plain.insert(key);
+            }
+        }
+        // A number of a list, as `robot.geometry.axles.0.1`.
+        if row.allowed.starts_with('[') && !row.key.contains("[]") {
+            indexed.insert(row.key.replace('.', r"\.") + r"(\.[0-9]+|\[[0-9]+\]){1,2}");
         }
     }
-}
-
-pub fn missing(reader: &mut Reader, node: &Node, path: &str, allowed: &str) {
-    let message = format!("missing, and it has no default; allowed: {allowed}");
-    reader.push(Problem::at(&node.origin, path, message).whole());
+    // A part has the keys of the terrain.
+    indexed.insert(r"terrain\.part(\.[0-9]+|\[[0-9]+\])(\..+)?".to_owned());
+    // The dataset has columns of this name: see `axes`.
+    plain.remove("estimator");
+    let indexed: Vec<String> = indexed.into_iter().collect();
+    json!({"anyOf": [
+        {"enum": plain},
+        {"type": "string", "pattern": format!("^({})$", indexed.join("|"))},
+    ]})
 }

@@ -1,6 +1,6 @@
 //! One axis of a study.
 
-use crate::range::short;
+use crate::quantity::short;
 use crate::reference::reference;
 use crate::source::{Node, Origin, Value};
 use std::fmt;

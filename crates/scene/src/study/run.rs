@@ -3,9 +3,8 @@
 use super::axis::{Axis, AxisValue, AxisValues};
 use super::choice::StudyChoice;
 use crate::error::{Problem, SceneError};
-use crate::file;
 use crate::scene::Scene;
-use crate::source::Origin;
+use crate::source::{self, Origin};
 use std::path::{Path, PathBuf};
 
 /// The value of a key in one run.
@@ -45,7 +44,7 @@ impl BaseScene {
     /// [`SceneError`] at the study's key `scene`.
     pub fn load(study: &StudyChoice, folder: &Path) -> Result<Self, SceneError> {
         let path = folder.join(&study.scene);
-        let text = file::read_toml(&path).map_err(|error| {
+        let text = source::read_toml(&path).map_err(|error| {
             let shown = path.display();
             let message = format!("{shown} {error}; allowed: a scene file in TOML, UTF-8");
             let problem = Problem::at(&study.scene_origin, "scene", message);

@@ -102,8 +102,8 @@ fn unknown_keys_and_sections() {
     );
     one(
         "[drives]\nkp = 3",
-        "x.toml:1: drives: unknown key, allowed: name, seed, robot, terrain, estimator, contact, drive, sensors, \
-         model_error, engine, record; did you mean drive?",
+        "x.toml:1: drives: unknown key, allowed: name, seed, robot, terrain, contact, drive, sensors, \
+         model_error, engine, record, estimator; did you mean drive?",
     );
     let found = lines("mu_s = 3\n[[estimator]]\nname = 'true-mass'\npole = 3");
     assert!(

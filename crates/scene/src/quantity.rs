@@ -1,4 +1,6 @@
-//! Units: a bare number is SI, a text such as `"20 cm/s"` carries its own.
+//! Numbers: unit and range. A bare number is SI, a text such as `"20 cm/s"` carries its own unit.
+
+use std::fmt;
 
 /// A unit by its name, and how a number in it becomes SI.
 pub(crate) struct Unit {
@@ -16,6 +18,8 @@ impl Unit {
 /// The units in which a key may be written: SI first. None for a pure number.
 pub(crate) struct Dimension {
     pub units: &'static [Unit],
+    /// Their names.
+    pub names: &'static [&'static str],
 }
 
 /// Why a text is no number of a dimension.
@@ -41,12 +45,16 @@ macro_rules! dimension {
         $(#[$doc])*
         pub(crate) const $name: &Dimension = &Dimension {
             units: &[si($si) $(, Unit { name: $unit, to_si: $to_si })*],
+            names: &[$si $(, $unit)*],
         };
     };
 }
 
 /// A pure number.
-pub(crate) const NONE: &Dimension = &Dimension { units: &[] };
+pub(crate) const NONE: &Dimension = &Dimension {
+    units: &[],
+    names: &[],
+};
 dimension!(LENGTH: "m", "cm" => |v| v / 1e2, "mm" => |v| v / 1e3, "um" => |v| v / 1e6);
 dimension!(TIME: "s", "ms" => |v| v / 1e3, "us" => |v| v / 1e6);
 dimension!(ANGLE: "rad", "deg" => f64::to_radians);
@@ -75,13 +83,12 @@ const LONGEST_UNIT: usize = 200;
 impl Dimension {
     /// Name of the SI unit; empty for a pure number.
     pub fn si(&self) -> &'static str {
-        self.units.first().map_or("", |u| u.name)
+        self.names.first().copied().unwrap_or_default()
     }
 
     /// Names of all units, for messages.
-    pub fn names(&self) -> String {
-        let names: Vec<_> = self.units.iter().map(|u| u.name).collect();
-        names.join(", ")
+    pub fn listed(&self) -> String {
+        self.names.join(", ")
     }
 
     /// The SI value of a text such as `20 cm/s`.
@@ -121,6 +128,164 @@ fn leading_number(text: &str) -> Option<(f64, &str)> {
     })
 }
 
+/// Longest time of a run, s.
+pub(crate) const LONGEST_RUN: f64 = 1e6;
+
+/// An end of a range.
+#[derive(Clone, Copy)]
+enum End {
+    None,
+    /// The end itself is not allowed.
+    Open(f64),
+    /// The end itself is allowed.
+    Closed(f64),
+}
+
+/// The numbers that a key takes, SI. Never an infinite one or a NaN.
+#[derive(Clone, Copy)]
+pub(crate) struct Range {
+    low: End,
+    high: End,
+}
+
+/// Above a number.
+pub(crate) const fn above(low: f64) -> Range {
+    Range {
+        low: End::Open(low),
+        high: End::None,
+    }
+}
+
+/// A number or more.
+pub(crate) const fn at_least(low: f64) -> Range {
+    Range {
+        low: End::Closed(low),
+        high: End::None,
+    }
+}
+
+impl Range {
+    /// And at most `high`.
+    pub const fn at_most(self, high: f64) -> Self {
+        Self {
+            low: self.low,
+            high: End::Closed(high),
+        }
+    }
+
+    /// And below `high`.
+    pub const fn below(self, high: f64) -> Self {
+        Self {
+            low: self.low,
+            high: End::Open(high),
+        }
+    }
+
+    /// Lower and upper end, each with whether it belongs to the range; `None` where there is none.
+    pub fn ends(self) -> [Option<(f64, bool)>; 2] {
+        [self.low, self.high].map(|end| match end {
+            End::None => None,
+            End::Open(at) => Some((at, false)),
+            End::Closed(at) => Some((at, true)),
+        })
+    }
+
+    /// Whether a number lies in it.
+    pub fn contains(self, value: f64) -> bool {
+        let low = match self.low {
+            End::None => true,
+            End::Open(low) => value > low,
+            End::Closed(low) => value >= low,
+        };
+        let high = match self.high {
+            End::None => true,
+            End::Open(high) => value < high,
+            End::Closed(high) => value <= high,
+        };
+        value.is_finite() && low && high
+    }
+}
+
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.low {
+            End::None => {}
+            End::Open(low) => write!(f, "above {}", short(low))?,
+            End::Closed(low) => write!(f, "of at least {}", short(low))?,
+        }
+        if !matches!(self.low, End::None) && !matches!(self.high, End::None) {
+            f.write_str(" and ")?;
+        }
+        match self.high {
+            End::None => Ok(()),
+            End::Open(high) => write!(f, "below {}", short(high)),
+            End::Closed(high) => write!(f, "at most {}", short(high)),
+        }
+    }
+}
+
+/// A number in its short form: `0.2`, `20000`, `1.5e-4`. Reads back as the same number.
+pub(crate) fn short(value: f64) -> String {
+    let size = value.abs();
+    if size == 0.0 || (1e-3..1e6).contains(&size) {
+        format!("{value}")
+    } else {
+        format!("{value:e}")
+    }
+}
+
+/// The unit and range of a number.
+#[derive(Clone, Copy)]
+pub(crate) struct Number {
+    pub unit: &'static Dimension,
+    pub range: Range,
+}
+
+/// A number of a unit, in a range in SI.
+pub(crate) const fn number(unit: &'static Dimension, range: Range) -> Number {
+    Number { unit, range }
+}
+
+impl Number {
+    /// `a number above 0, in N m`
+    pub fn allowed(&self) -> String {
+        match self.unit.si() {
+            "" => format!("a number {}", self.range),
+            si => format!("a number {}, in {si}", self.range),
+        }
+    }
+
+    /// The same, with the units that a text may have.
+    pub fn allowed_in_full(&self) -> String {
+        match self.unit.units.len() {
+            0 => self.allowed(),
+            _ => format!(
+                "{}, or a text with a unit ({})",
+                self.allowed(),
+                self.unit.listed()
+            ),
+        }
+    }
+
+    /// The SI value of a text with a unit; the error says what was `found` and what is allowed.
+    pub fn parse(&self, text: &str, found: &str) -> Result<f64, String> {
+        let full = self.allowed_in_full();
+        self.unit.parse(text).map_err(|error| match error {
+            UnitError::NotANumber => format!("found {found}, allowed: {full}"),
+            // The same message as for a bare number.
+            UnitError::TooLarge => format!("found {found}, allowed: {}", self.allowed()),
+            UnitError::NoUnit => format!("found {found}, a text without a unit, allowed: {full}"),
+            UnitError::Wrong(unit) if self.unit.units.is_empty() => {
+                format!("found {found} with the unit {unit}, allowed: {full}, without a unit")
+            }
+            UnitError::Wrong(unit) => {
+                let units = self.unit.listed();
+                format!("found {found} with the unit {unit}, allowed units: {units}")
+            }
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -158,5 +323,18 @@ mod tests {
         assert_eq!(SPEED.parse("-1e400"), Err(UnitError::TooLarge));
         assert_eq!(LENGTH.parse("3 kg"), Err(UnitError::Wrong("kg".into())));
         assert_eq!(NONE.parse("3 m"), Err(UnitError::Wrong("m".into())));
+    }
+
+    #[test]
+    fn ends_are_in_or_out_as_the_text_says() {
+        let range = above(0.0).at_most(1.5e-4);
+        assert_eq!(range.to_string(), "above 0 and at most 1.5e-4");
+        assert!(!range.contains(0.0) && range.contains(1e-300));
+        assert!(range.contains(1.5e-4) && !range.contains(1.6e-4));
+        let range = at_least(0.0).below(1.0);
+        assert_eq!(range.to_string(), "of at least 0 and below 1");
+        assert!(range.contains(0.0) && !range.contains(1.0));
+        assert!(!at_least(0.0).contains(f64::INFINITY));
+        assert!(!at_least(0.0).contains(f64::NAN));
     }
 }
