@@ -16,6 +16,8 @@ mod closed_form;
 mod command;
 mod conservation;
 mod convergence;
+#[cfg(feature = "viewer")]
+mod corpus;
 mod determinism;
 mod documents;
 mod draws;
