@@ -25,9 +25,7 @@ pub(crate) fn choose_estimator(reader: &mut Reader, root: &Node, scene: &mut Sce
     let labels: Vec<&str> = scene.estimators.iter().map(|e| e.name.as_str()).collect();
     if let Some(node) = root.find(PATH) {
         let label = node.as_text().unwrap_or_default();
-        if labels.contains(&label) {
-            scene.control.estimator = Some(label.to_owned());
-        } else {
+        if !labels.contains(&label) {
             let allowed = listed(&labels) + &did_you_mean(label, &labels);
             reader.refuse(node, PATH, &allowed);
         }

@@ -1,6 +1,6 @@
 //! `[drive]`: eq. (2), motors, their speed control and its friction tests.
 
-use crate::form::{Dependent, Form, List, NAME, Switch, Table, wheels, word};
+use crate::form::{List, NAME, Plain, SWITCH, Table, WHEEL_LIST, WHEEL_SET, word};
 use crate::key::keys;
 use crate::quantity::{LONGEST_RUN, NONE, ROTARY_DAMPING, SPEED, TIME, TORQUE, TORQUE_RATE};
 use crate::quantity::{above, at_least, number};
@@ -72,9 +72,10 @@ keys! {
 }
 
 /// Which one it is, or the default, is known when the estimators are: see [`crate::control`].
-const LABEL: Dependent<Option<String>> = Dependent {
+const LABEL: Plain<Option<String>> = Plain {
     words: "the label of one of the scene's estimators",
-    schema: || NAME.schema(None),
+    schema: NAME.schema,
+    read: |node| Some(node.as_text().map(str::to_owned)),
     text: |label| label.as_deref().map(quote),
 };
 
@@ -82,7 +83,7 @@ keys! {
     FRICTION_TEST: FrictionTestPlan;
 
     /// the tested wheels, in this order
-    wheels: wheels() => |plan| &mut plan.wheels;
+    wheels: WHEEL_LIST => |plan| &mut plan.wheels;
 
     /// time at which the first torque begins to rise, before the end of the run
     start: number(TIME, at_least(0.0).at_most(LONGEST_RUN)) => |plan| &mut plan.start;
@@ -91,14 +92,14 @@ keys! {
     rate: number(TORQUE_RATE, above(0.0).at_most(1.0)) => |plan| &mut plan.rate;
 
     /// whether each wheel is tested in both directions, by which errors of the torque cancel
-    both_ways: Switch => |plan| &mut plan.both_ways;
+    both_ways: SWITCH => |plan| &mut plan.both_ways;
 }
 
 keys! {
     SCALING: SpeedScaling;
 
     /// the wheels that it acts on
-    wheels (required): wheels() => |s| &mut s.wheels;
+    wheels (required): WHEEL_SET => |s| &mut s.wheels;
 
     /// time at which the set speed begins to change
     from (required): number(TIME, at_least(0.0).at_most(LONGEST_RUN)) => |s| &mut s.from;

@@ -1,6 +1,6 @@
 //! `[[estimator]]`: presets, and the keys that change them.
 
-use crate::form::{Form, NAME, Switch, items, word};
+use crate::form::{Form, NAME, SWITCH, items, word};
 use crate::key::{self, keys};
 use crate::quantity::{ANGULAR_FREQUENCY, LENGTH, ROTARY_DAMPING, TIME, above, at_least, number};
 use crate::reader::{Reader, join};
@@ -120,19 +120,19 @@ keys! {
         => |e| &mut e.kalman.contact_angles;
 
     /// inertial loads in addition to gravity; needs filters = "kalman"
-    inertia: Switch => |e| &mut e.kalman.inertia;
+    inertia: SWITCH => |e| &mut e.kalman.inertia;
 
     /// eq. (8) weighted by the inverse covariance of its right-hand side; needs filters = "kalman"
-    whitening: Switch => |e| &mut e.kalman.whitening;
+    whitening: SWITCH => |e| &mut e.kalman.whitening;
 
     /// no negative normal forces
-    nonnegative: Switch => |e| &mut e.nonnegative;
+    nonnegative: SWITCH => |e| &mut e.nonnegative;
 
     /// the parity residual corrects torques and contact angles; needs filters = "kalman"
-    parity: Switch => |e| &mut e.kalman.parity;
+    parity: SWITCH => |e| &mut e.kalman.parity;
 
     /// the rolling constraints correct torques and contact angles; needs filters = "kalman"
-    rolling: Switch => |e| &mut e.kalman.rolling;
+    rolling: SWITCH => |e| &mut e.kalman.rolling;
 }
 
 fn masses_name(masses: Masses) -> &'static str {
@@ -228,7 +228,7 @@ impl Form for Estimators {
         }
     }
 
-    fn text(&self, value: &Self::Value) -> Option<String> {
+    fn text(&self, value: &mut Self::Value) -> Option<String> {
         value.is_empty().then(|| "[]".to_owned())
     }
 

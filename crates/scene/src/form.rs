@@ -15,20 +15,19 @@ use std::marker::PhantomData;
 
 /// What a value may be.
 pub(crate) trait Form: Sync {
-    /// The type of the value.
+    /// The type of the value, or of what holds it.
     type Value;
 
     /// Reads a value. What is not allowed becomes a problem, and leaves `into` as it was.
     fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Self::Value);
 
-    /// The value in TOML; `None` where no line is written for it.
-    fn text(&self, value: &Self::Value) -> Option<String>;
-
-    /// Allowed values in messages.
-    fn allowed(&self) -> String;
-
     /// JSON Schema, with the defaults of keys below that `defaults` holds.
     fn schema(&self, defaults: Option<&mut Self::Value>) -> Json;
+
+    /// Allowed values in messages.
+    fn allowed(&self) -> String {
+        "a table".to_owned()
+    }
 
     /// Allowed values in tables of keys, which have a column for units.
     fn allowed_values(&self) -> String {
@@ -40,15 +39,15 @@ pub(crate) trait Form: Sync {
         &[]
     }
 
-    /// The value as a default in tables of keys.
-    fn shown(&self, value: &Self::Value) -> String {
-        let text = self.text(value).unwrap_or_default();
-        text.trim_matches('"').to_owned()
+    /// The value in TOML; `None` where no line is written for it.
+    fn text(&self, _value: &mut Self::Value) -> Option<String> {
+        None
     }
 
-    /// The value as a default in JSON Schema.
-    fn json(&self, _value: &Self::Value) -> Option<Json> {
-        None
+    /// The value as a default in tables of keys.
+    fn shown(&self, value: &mut Self::Value) -> String {
+        let text = self.text(value).unwrap_or_default();
+        text.trim_matches('"').to_owned()
     }
 
     /// Whether tables of keys list the keys below alone.
@@ -63,6 +62,161 @@ pub(crate) trait Form: Sync {
     fn rows(&self, _rows: &mut Vec<KeyReference>, _path: &str, _value: &mut Self::Value) {}
 }
 
+/// A value that is read from its node alone.
+pub(crate) struct Plain<V> {
+    /// Allowed values in words.
+    pub words: &'static str,
+    /// Allowed values as JSON Schema.
+    pub schema: fn() -> Json,
+    /// The value; `None` for what is not allowed.
+    pub read: fn(&Node) -> Option<V>,
+    /// The value in TOML.
+    pub text: fn(&V) -> Option<String>,
+}
+
+impl<V> Form for Plain<V> {
+    type Value = V;
+
+    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut V) {
+        match (self.read)(node) {
+            Some(value) => *into = value,
+            None => reader.refuse(node, path, self.words),
+        }
+    }
+
+    fn schema(&self, _defaults: Option<&mut V>) -> Json {
+        (self.schema)()
+    }
+
+    fn allowed(&self) -> String {
+        self.words.to_owned()
+    }
+
+    fn text(&self, value: &mut V) -> Option<String> {
+        (self.text)(value)
+    }
+}
+
+/// A value whose allowed values depend on other keys: what reads those reads it, too.
+pub(crate) const fn dependent(words: &'static str, schema: fn() -> Json) -> Plain<()> {
+    Plain {
+        words,
+        schema,
+        read: |_| Some(()),
+        text: |()| None,
+    }
+}
+
+/// A text of at least one character that is no blank; in words. None is written for an empty one.
+pub(crate) const fn text(words: &'static str) -> Plain<String> {
+    Plain {
+        words,
+        schema: || json!({"type": "string", "pattern": r"\S"}),
+        read: |node| {
+            Some(
+                node.as_text()
+                    .filter(|text| !text.trim().is_empty())?
+                    .to_owned(),
+            )
+        },
+        text: |text| (!text.is_empty()).then(|| quote(text)),
+    }
+}
+
+/// Any text.
+pub(crate) const TEXT: Plain<String> = Plain {
+    schema: || json!({"type": "string"}),
+    read: |node| Some(node.as_text()?.to_owned()),
+    ..text("a text")
+};
+
+/// A name that becomes a part of file names.
+pub(crate) const NAME: Plain<String> = Plain {
+    schema: || json!({"type": "string", "pattern": "^[a-z0-9_-]{1,64}$"}),
+    read: |node| {
+        let is_name =
+            |text: &&str| (1..=LONGEST_NAME).contains(&text.len()) && text.chars().all(is_of_name);
+        Some(node.as_text().filter(is_name)?.to_owned())
+    },
+    ..text("a text of 1 to 64 lower-case letters a to z, digits, \"-\" and \"_\"")
+};
+const LONGEST_NAME: usize = 64;
+
+fn is_of_name(c: char) -> bool {
+    c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_'
+}
+
+/// A name from a file's stem: in lower case, with `-` for characters that are not allowed.
+pub fn from_stem(stem: &str) -> String {
+    let allow = |c: char| if is_of_name(c) { c } else { '-' };
+    let stem = stem.to_lowercase();
+    let name: String = stem.chars().take(LONGEST_NAME).map(allow).collect();
+    match name.is_empty() {
+        true => "scene".to_owned(),
+        false => name,
+    }
+}
+
+/// The seed of random numbers. No TOML file has larger numbers than 2^63 - 1.
+pub(crate) const SEED: Plain<u64> = Plain {
+    words: "a whole number of at least 0 and below 2^64",
+    schema: || json!({"type": "integer", "minimum": 0}),
+    read: |node| u64::try_from(node.whole()?).ok(),
+    text: |seed| Some(seed.to_string()),
+};
+
+/// A number of things.
+pub(crate) const COUNT: Plain<u32> = Plain {
+    words: "a whole number of at least 1 and at most 1000",
+    schema: || json!({"type": "integer", "minimum": 1, "maximum": 1000}),
+    read: |node| {
+        let whole = match node.value {
+            #[expect(clippy::cast_possible_truncation, reason = "out of range at the ends")]
+            Value::Float(number) if number.fract() == 0.0 => number as i128,
+            _ => node.whole()?,
+        };
+        u32::try_from(whole).ok().filter(|n| (1..=1000).contains(n))
+    },
+    text: |count| Some(count.to_string()),
+};
+
+/// Different wheels in their order, counted from 1 in the file and from 0 here.
+pub(crate) const WHEEL_LIST: Plain<[Option<usize>; 3]> = Plain {
+    words: "an array of 1 to 3 different wheels: 1 front, 2 middle, 3 rear",
+    schema: || json!({"type": "array", "items": {"enum": [1, 2, 3]}, "minItems": 1, "uniqueItems": true}),
+    read: |node| {
+        let Value::Array(items) = &node.value else {
+            return None;
+        };
+        let mut wheels = [None; 3];
+        for (i, item) in items.iter().enumerate() {
+            let wheel = usize::try_from(item.whole()?).ok()?.checked_sub(1)?;
+            let is_new = wheel < 3 && !wheels.contains(&Some(wheel));
+            *wheels.get_mut(i)? = Some(is_new.then_some(wheel)?);
+        }
+        wheels[0].map(|_| wheels)
+    },
+    text: |wheels| {
+        let wheels: Vec<_> = wheels
+            .iter()
+            .flatten()
+            .map(|w| (w + 1).to_string())
+            .collect();
+        Some(format!("[{}]", wheels.join(", ")))
+    },
+};
+
+/// Different wheels, whether each is among them.
+pub(crate) const WHEEL_SET: Plain<[bool; 3]> = Plain {
+    words: WHEEL_LIST.words,
+    schema: WHEEL_LIST.schema,
+    read: |node| {
+        let wheels = (WHEEL_LIST.read)(node)?;
+        Some([0, 1, 2].map(|w| wheels.contains(&Some(w))))
+    },
+    text: |set| (WHEEL_LIST.text)(&[0, 1, 2].map(|w| set[w].then_some(w))),
+};
+
 impl Form for Number {
     type Value = f64;
 
@@ -73,7 +227,7 @@ impl Form for Number {
     }
 
     /// The shortest decimal that reads back as the same bits.
-    fn text(&self, value: &f64) -> Option<String> {
+    fn text(&self, value: &mut f64) -> Option<String> {
         Some(format!("{value:?}"))
     }
 
@@ -99,123 +253,16 @@ impl Form for Number {
         self.unit.names
     }
 
-    fn shown(&self, value: &f64) -> String {
+    fn shown(&self, value: &mut f64) -> String {
         short(*value)
-    }
-
-    fn json(&self, value: &f64) -> Option<Json> {
-        Some(json!(value))
-    }
-}
-
-/// A whole number from 1 to `most`.
-pub(crate) struct Count {
-    pub most: u32,
-}
-
-impl Count {
-    fn number(&self) -> Number {
-        number(NONE, at_least(1.0).at_most(f64::from(self.most)))
-    }
-}
-
-impl Form for Count {
-    type Value = u32;
-
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut u32) {
-        let number = self.number();
-        match reader.number(&number, node, path) {
-            Some(value) if value.fract() != 0.0 => {
-                reader.refuse(node, path, &format!("a whole number {}", number.range));
-            }
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "a whole number of at least 1 and below 2^32"
-            )]
-            Some(value) => *into = value as u32,
-            None => {}
-        }
-    }
-
-    fn text(&self, value: &u32) -> Option<String> {
-        Some(value.to_string())
-    }
-
-    fn allowed(&self) -> String {
-        self.number().allowed()
-    }
-
-    fn allowed_values(&self) -> String {
-        self.number().allowed_values()
-    }
-
-    fn schema(&self, _defaults: Option<&mut u32>) -> Json {
-        json!({"type": "integer", "minimum": 1, "maximum": self.most})
-    }
-
-    fn json(&self, value: &u32) -> Option<Json> {
-        Some(json!(value))
-    }
-}
-
-/// The seed of random numbers. No TOML file has larger numbers than 2^63 - 1.
-pub(crate) struct Seed;
-
-impl Form for Seed {
-    type Value = u64;
-
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut u64) {
-        match node.whole().map(u64::try_from) {
-            Some(Ok(seed)) => *into = seed,
-            _ => reader.refuse(node, path, &self.allowed()),
-        }
-    }
-
-    fn text(&self, value: &u64) -> Option<String> {
-        Some(value.to_string())
-    }
-
-    fn allowed(&self) -> String {
-        "a whole number of at least 0 and below 2^64".to_owned()
-    }
-
-    fn schema(&self, _defaults: Option<&mut u64>) -> Json {
-        json!({"type": "integer", "minimum": 0})
     }
 }
 
 /// `"off"` or `"on"`, or a boolean.
-pub(crate) struct Switch;
-
-const SWITCH: &[&str] = &["off", "on"];
-
-impl Form for Switch {
-    type Value = bool;
-
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut bool) {
-        match node.value {
-            Value::Boolean(on) => *into = on,
-            _ => *into = reader.word(SWITCH, node, path).map_or(*into, |on| on == 1),
-        }
-    }
-
-    fn text(&self, value: &bool) -> Option<String> {
-        Some(quote(SWITCH[usize::from(*value)]))
-    }
-
-    fn allowed(&self) -> String {
-        quoted(SWITCH)
-    }
-
-    fn schema(&self, _defaults: Option<&mut bool>) -> Json {
-        json!({"enum": ["off", "on", false, true]})
-    }
-
-    fn json(&self, value: &bool) -> Option<Json> {
-        Some(json!(SWITCH[usize::from(*value)]))
-    }
-}
+pub(crate) const SWITCH: Word<bool> = word(&[false, true], |on| match on {
+    false => "off",
+    true => "on",
+});
 
 /// One of a few values, by its word.
 pub(crate) struct Word<E: 'static> {
@@ -228,12 +275,6 @@ pub(crate) const fn word<E>(all: &'static [E], name: fn(E) -> &'static str) -> W
     Word { all, name }
 }
 
-impl<E: Copy> Word<E> {
-    fn words(&self) -> Vec<&'static str> {
-        self.all.iter().map(|e| (self.name)(*e)).collect()
-    }
-}
-
 impl<E: Copy + Sync> Form for Word<E> {
     type Value = E;
 
@@ -243,91 +284,25 @@ impl<E: Copy + Sync> Form for Word<E> {
         }
     }
 
-    fn text(&self, value: &E) -> Option<String> {
-        Some(quote((self.name)(*value)))
+    fn schema(&self, _defaults: Option<&mut E>) -> Json {
+        match self.words().as_slice() {
+            ["off", "on"] => json!({"enum": ["off", "on", false, true]}),
+            words => json!({"enum": words}),
+        }
     }
 
     fn allowed(&self) -> String {
         quoted(&self.words())
     }
 
-    fn schema(&self, _defaults: Option<&mut E>) -> Json {
-        json!({"enum": self.words()})
-    }
-
-    fn json(&self, value: &E) -> Option<Json> {
-        Some(json!((self.name)(*value)))
+    fn text(&self, value: &mut E) -> Option<String> {
+        Some(quote((self.name)(*value)))
     }
 }
 
-/// A text. None is written for an empty one.
-pub(crate) struct Text {
-    /// In words.
-    pub words: &'static str,
-    /// As a regular expression; empty for any text.
-    pub pattern: &'static str,
-}
-
-/// A text of at least one character that is no blank; in words.
-pub(crate) const fn text(words: &'static str) -> Text {
-    Text {
-        words,
-        pattern: r"\S",
-    }
-}
-
-/// A name that becomes a part of file names.
-pub(crate) const NAME: Text = Text {
-    words: "a text of 1 to 64 lower-case letters a to z, digits, \"-\" and \"_\"",
-    pattern: "^[a-z0-9_-]{1,64}$",
-};
-const LONGEST_NAME: usize = 64;
-
-fn is_of_name(c: char) -> bool {
-    c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_'
-}
-
-/// A name from a file's stem: in lower case, with `-` for characters that are not allowed.
-pub fn from_stem(stem: &str) -> String {
-    let allow = |c: char| if is_of_name(c) { c } else { '-' };
-    let stem = stem.to_lowercase();
-    let name: String = stem.chars().take(LONGEST_NAME).map(allow).collect();
-    match name.is_empty() {
-        true => "scene".to_owned(),
-        false => name,
-    }
-}
-
-impl Form for Text {
-    type Value = String;
-
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut String) {
-        let is_allowed = |text: &str| match self.pattern {
-            r"\S" => !text.trim().is_empty(),
-            pattern if pattern == NAME.pattern => {
-                (1..=LONGEST_NAME).contains(&text.len()) && text.chars().all(is_of_name)
-            }
-            _ => true,
-        };
-        match &node.value {
-            Value::Text(text) if is_allowed(text) => into.clone_from(text),
-            _ => reader.refuse(node, path, self.words),
-        }
-    }
-
-    fn text(&self, value: &String) -> Option<String> {
-        (!value.is_empty()).then(|| quote(value))
-    }
-
-    fn allowed(&self) -> String {
-        self.words.to_owned()
-    }
-
-    fn schema(&self, _defaults: Option<&mut String>) -> Json {
-        match self.pattern {
-            "" => json!({"type": "string"}),
-            pattern => json!({"type": "string", "pattern": pattern}),
-        }
+impl<E: Copy> Word<E> {
+    fn words(&self) -> Vec<&'static str> {
+        self.all.iter().map(|e| (self.name)(*e)).collect()
     }
 }
 
@@ -345,8 +320,8 @@ impl<F: Form<Value: Default>> Form for Maybe<F> {
         }
     }
 
-    fn text(&self, value: &Self::Value) -> Option<String> {
-        self.0.text(value.as_ref()?)
+    fn text(&self, value: &mut Self::Value) -> Option<String> {
+        self.0.text(value.as_mut()?)
     }
 
     fn allowed(&self) -> String {
@@ -358,119 +333,66 @@ impl<F: Form<Value: Default>> Form for Maybe<F> {
     }
 }
 
-/// A value whose allowed values depend on other keys: what reads those reads it, too.
-pub(crate) struct Dependent<V> {
-    /// Allowed values in words.
-    pub words: &'static str,
-    /// Allowed values as JSON Schema.
-    pub schema: fn() -> Json,
-    /// The value in TOML.
-    pub text: fn(&V) -> Option<String>,
-}
-
-/// A value of which nothing is written.
-pub(crate) const fn dependent(words: &'static str, schema: fn() -> Json) -> Dependent<()> {
-    Dependent {
-        words,
-        schema,
-        text: |()| None,
-    }
-}
-
-impl<V> Form for Dependent<V> {
-    type Value = V;
-
-    fn read(&self, _reader: &mut Reader, _node: &Node, _path: &str, _into: &mut V) {}
-
-    fn text(&self, value: &V) -> Option<String> {
-        (self.text)(value)
-    }
-
-    fn allowed(&self) -> String {
-        self.words.to_owned()
-    }
-
-    fn schema(&self, _defaults: Option<&mut V>) -> Json {
-        (self.schema)()
-    }
+/// An array of a fixed number of values.
+pub(crate) struct Array<F, V> {
+    item: F,
+    /// In words, with `{}` for an item.
+    words: &'static str,
+    values: PhantomData<V>,
 }
 
 /// `[x, y]`
-pub(crate) struct Point(pub Number);
+pub(crate) type Point = Array<Number, Vec2>;
 
-impl Form for Point {
-    type Value = Vec2;
-
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Vec2) {
-        let mut xy = [into.x, into.y];
-        self.pair().read(reader, node, path, &mut xy);
-        *into = xy.into();
-    }
-
-    fn text(&self, value: &Vec2) -> Option<String> {
-        self.pair().text(&[value.x, value.y])
-    }
-
-    fn allowed(&self) -> String {
-        self.pair().allowed()
-    }
-
-    fn allowed_values(&self) -> String {
-        self.pair().allowed_values()
-    }
-
-    fn schema(&self, _defaults: Option<&mut Vec2>) -> Json {
-        self.pair().schema(None)
-    }
-
-    fn units(&self) -> &'static [&'static str] {
-        self.0.units()
+/// An array of a fixed number of values; `words` have `{}` for an item.
+pub(crate) const fn array<F, V>(words: &'static str, item: F) -> Array<F, V> {
+    Array {
+        item,
+        words,
+        values: PhantomData,
     }
 }
 
-impl Point {
-    fn pair(&self) -> Array<Number, 2> {
-        array("[x, y], each {}", self.0)
+/// A point in a range, SI.
+pub(crate) const fn point(number: Number) -> Point {
+    array("[x, y], each {}", number)
+}
+
+/// Values in a row.
+pub(crate) trait Items<T>: Sync {
+    const COUNT: usize;
+
+    fn items(&mut self) -> &mut [T];
+}
+
+impl<T: Sync, const N: usize> Items<T> for [T; N] {
+    const COUNT: usize = N;
+
+    fn items(&mut self) -> &mut [T] {
+        self
     }
 }
 
-/// An array of `N` values.
-pub(crate) struct Array<F, const N: usize> {
-    /// In words, with `{}` for an item.
-    words: &'static str,
-    item: F,
-}
+impl Items<f64> for Vec2 {
+    const COUNT: usize = 2;
 
-/// An array of `N` values; `words` have `{}` for an item.
-pub(crate) const fn array<F, const N: usize>(words: &'static str, item: F) -> Array<F, N> {
-    Array { words, item }
-}
-
-impl<F, const N: usize> Array<F, N> {
-    /// Of a point, its coordinates are described.
-    fn in_words(&self, item: &str) -> String {
-        let number = item.strip_prefix("[x, y], each ").unwrap_or(item);
-        self.words.replace("{}", number)
+    fn items(&mut self) -> &mut [f64] {
+        self.as_mut_slice()
     }
 }
 
-impl<F: Form<Value: Clone>, const N: usize> Form for Array<F, N> {
-    type Value = [F::Value; N];
+impl<F: Form, V: Items<F::Value>> Form for Array<F, V> {
+    type Value = V;
 
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Self::Value) {
-        match &node.value {
-            Value::Array(items) if items.len() == N => {
-                for (i, (item, into)) in items.iter().zip(into).enumerate() {
-                    self.item.read(reader, item, &format!("{path}[{i}]"), into);
-                }
-            }
-            _ => reader.refuse(node, path, &self.allowed()),
+    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut V) {
+        let items = reader.items(node, path, V::COUNT..=V::COUNT, &self.allowed());
+        for ((item, path), into) in items.into_iter().zip(into.items()) {
+            self.item.read(reader, item, &path, into);
         }
     }
 
-    fn text(&self, value: &Self::Value) -> Option<String> {
-        let items: Option<Vec<String>> = value.iter().map(|v| self.item.text(v)).collect();
-        Some(format!("[{}]", items?.join(", ")))
+    fn schema(&self, _defaults: Option<&mut V>) -> Json {
+        items(self.item.schema(None), V::COUNT, V::COUNT)
     }
 
     fn allowed(&self) -> String {
@@ -481,87 +403,34 @@ impl<F: Form<Value: Clone>, const N: usize> Form for Array<F, N> {
         self.in_words(&self.item.allowed_values())
     }
 
-    fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {
-        items(self.item.schema(None), N, N)
-    }
-
     fn units(&self) -> &'static [&'static str] {
         self.item.units()
     }
-}
 
-/// A list of different wheels, counted from 1 in the file and from 0 here.
-pub(crate) struct Wheels<V>(PhantomData<V>);
-
-/// A list of wheels, or a set of them.
-pub(crate) const fn wheels<V: WheelSet>() -> Wheels<V> {
-    Wheels(PhantomData)
-}
-
-/// How wheels are held.
-pub(crate) trait WheelSet: Sync {
-    fn of(wheels: &[usize]) -> Self;
-    fn listed(&self) -> Vec<usize>;
-}
-
-/// In their order.
-impl WheelSet for [Option<usize>; 3] {
-    fn of(wheels: &[usize]) -> Self {
-        std::array::from_fn(|k| wheels.get(k).copied())
-    }
-
-    fn listed(&self) -> Vec<usize> {
-        self.iter().flatten().copied().collect()
+    fn text(&self, value: &mut V) -> Option<String> {
+        let items = value.items().iter_mut().map(|v| self.item.text(v));
+        Some(format!(
+            "[{}]",
+            items.collect::<Option<Vec<_>>>()?.join(", ")
+        ))
     }
 }
 
-/// As a set.
-impl WheelSet for [bool; 3] {
-    fn of(wheels: &[usize]) -> Self {
-        std::array::from_fn(|k| wheels.contains(&k))
-    }
-
-    fn listed(&self) -> Vec<usize> {
-        (0..3).filter(|k| self[*k]).collect()
+impl<F, V> Array<F, V> {
+    /// Of a point, its coordinates are described.
+    fn in_words(&self, item: &str) -> String {
+        let number = item.strip_prefix("[x, y], each ").unwrap_or(item);
+        self.words.replace("{}", number)
     }
 }
 
-impl<V: WheelSet> Form for Wheels<V> {
-    type Value = V;
-
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut V) {
-        let mut wheels = Vec::new();
-        for (item, path) in reader.items(node, path, 1..=usize::MAX, &self.allowed()) {
-            match item.whole().and_then(|w| usize::try_from(w).ok()) {
-                Some(wheel @ 1..=3) if wheels.contains(&(wheel - 1)) => {
-                    reader.refuse(item, &path, "each wheel once");
-                }
-                Some(wheel @ 1..=3) => wheels.push(wheel - 1),
-                _ => reader.refuse(item, &path, "a wheel: 1 front, 2 middle, 3 rear"),
-            }
-        }
-        *into = V::of(&wheels);
-    }
-
-    fn text(&self, value: &V) -> Option<String> {
-        let wheels = value.listed().into_iter().map(|i| (i + 1).to_string());
-        Some(format!("[{}]", wheels.collect::<Vec<_>>().join(", ")))
-    }
-
-    fn allowed(&self) -> String {
-        "an array of 1 to 3 different wheels: 1 front, 2 middle, 3 rear".to_owned()
-    }
-
-    fn schema(&self, _defaults: Option<&mut V>) -> Json {
-        json!({"type": "array", "items": {"enum": [1, 2, 3]}, "minItems": 1, "uniqueItems": true})
-    }
-}
+type Row = Array<Number, [f64; LOAD_PARAMETERS]>;
 
 /// Rows of a covariance of the load parameters, SI.
 pub(crate) struct Covariance;
 
 impl Covariance {
-    const ROWS: Array<Array<Number, LOAD_PARAMETERS>, LOAD_PARAMETERS> =
+    const ROWS: Array<Row, [[f64; LOAD_PARAMETERS]; LOAD_PARAMETERS]> =
         array("", array("", number(NONE, at_least(-1e12).at_most(1e12))));
 }
 
@@ -590,8 +459,8 @@ impl Form for Covariance {
         }
     }
 
-    fn text(&self, value: &Self::Value) -> Option<String> {
-        let text = Self::ROWS.text(&value.as_ref()?.rows())?;
+    fn text(&self, value: &mut Self::Value) -> Option<String> {
+        let text = Self::ROWS.text(&mut value.as_ref()?.rows())?;
         Some(
             text.replace("[[", "[\n[")
                 .replace("], ", "],\n")
@@ -631,10 +500,6 @@ impl<T> Form for Table<T> {
 
     fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut T) {
         reader.table(self.keys, node, path, into);
-    }
-
-    fn text(&self, _value: &T) -> Option<String> {
-        None
     }
 
     fn allowed(&self) -> String {
@@ -690,10 +555,6 @@ impl<T> Form for List<T> {
                 into.push(value);
             }
         }
-    }
-
-    fn text(&self, _value: &Vec<T>) -> Option<String> {
-        None
     }
 
     fn allowed(&self) -> String {
@@ -766,6 +627,8 @@ impl Reader {
     pub fn word(&mut self, words: &[&str], node: &Node, path: &str) -> Option<usize> {
         let text = match &node.value {
             Value::Text(text) => text.as_str(),
+            // A switch also takes a boolean.
+            Value::Boolean(on) if words == ["off", "on"] => words[usize::from(*on)],
             _ => "",
         };
         let found = words.iter().position(|w| *w == text);

@@ -16,7 +16,7 @@ pub(crate) struct Key<T: 'static> {
     pub name: &'static str,
     pub meaning: &'static str,
     pub absent: Absent,
-    pub field: &'static dyn Field<T>,
+    pub field: &'static dyn Form<Value = T>,
 }
 
 /// What holds where a key is not given.
@@ -65,48 +65,15 @@ pub(crate) struct At<T: 'static, F: Form> {
     pub form: F,
 }
 
-/// [`Form`], with the field found in `T`.
-pub(crate) trait Field<T>: Sync {
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut T);
-    fn text(&self, of: &mut T) -> Option<String>;
-    fn tables(&self, out: &mut Out, path: &str, meaning: &str, of: &mut T);
-    fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, of: &mut T);
-    fn schema(&self, of: Option<&mut T>) -> Json;
-    fn default(&self, of: &mut T) -> (String, Option<Json>);
-    fn units(&self) -> &'static [&'static str];
-    fn allowed(&self) -> String;
-    fn allowed_values(&self) -> String;
-    fn is_section(&self) -> bool;
-}
+impl<T, F: Form> Form for At<T, F> {
+    type Value = T;
 
-impl<T, F: Form> Field<T> for At<T, F> {
     fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut T) {
         self.form.read(reader, node, path, (self.at)(into));
     }
 
-    fn text(&self, of: &mut T) -> Option<String> {
-        self.form.text((self.at)(of))
-    }
-
-    fn tables(&self, out: &mut Out, path: &str, meaning: &str, of: &mut T) {
-        self.form.tables(out, path, meaning, (self.at)(of));
-    }
-
-    fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, of: &mut T) {
-        self.form.rows(rows, path, (self.at)(of));
-    }
-
     fn schema(&self, of: Option<&mut T>) -> Json {
         self.form.schema(of.map(self.at))
-    }
-
-    fn default(&self, of: &mut T) -> (String, Option<Json>) {
-        let value = (self.at)(of);
-        (self.form.shown(value), self.form.json(value))
-    }
-
-    fn units(&self) -> &'static [&'static str] {
-        self.form.units()
     }
 
     fn allowed(&self) -> String {
@@ -117,8 +84,28 @@ impl<T, F: Form> Field<T> for At<T, F> {
         self.form.allowed_values()
     }
 
+    fn units(&self) -> &'static [&'static str] {
+        self.form.units()
+    }
+
+    fn text(&self, of: &mut T) -> Option<String> {
+        self.form.text((self.at)(of))
+    }
+
+    fn shown(&self, of: &mut T) -> String {
+        self.form.shown((self.at)(of))
+    }
+
     fn is_section(&self) -> bool {
         self.form.is_section()
+    }
+
+    fn tables(&self, out: &mut Out, path: &str, meaning: &str, of: &mut T) {
+        self.form.tables(out, path, meaning, (self.at)(of));
+    }
+
+    fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, of: &mut T) {
+        self.form.rows(rows, path, (self.at)(of));
     }
 }
 
@@ -184,7 +171,7 @@ pub(crate) fn row<T>(key: &Key<T>, path: &str, of: &mut T) -> KeyReference {
         default: match key.absent {
             Absent::Required => "required".to_owned(),
             Absent::Words(words) => words.to_owned(),
-            Absent::Default => key.field.default(of).0,
+            Absent::Default => key.field.shown(of),
         },
         allowed: key.field.allowed_values(),
         meaning: key.meaning,
@@ -214,7 +201,9 @@ pub(crate) fn properties<T>(keys: &[Key<T>], mut of: Option<&mut T>) -> Map<Stri
             meaning += &format!(". Default: {default}");
         }
         schema["description"] = json!(meaning);
-        let default = of.as_deref_mut().and_then(|of| key.field.default(of).1);
+        let default = of.as_deref_mut().and_then(|of| key.field.text(of));
+        // Numbers and texts are written as in JSON.
+        let default = default.and_then(|text| serde_json::from_str(&text).ok());
         if let (Some(default), Absent::Default) = (default, key.absent) {
             schema["default"] = default;
         }

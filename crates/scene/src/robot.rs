@@ -140,14 +140,6 @@ impl Form for Section {
         }
     }
 
-    fn text(&self, _value: &RobotChoice) -> Option<String> {
-        None
-    }
-
-    fn allowed(&self) -> String {
-        "a table".to_owned()
-    }
-
     fn schema(&self, _defaults: Option<&mut RobotChoice>) -> Json {
         key::schema(KEYS, None)
     }
@@ -219,10 +211,6 @@ impl Form for Part {
             let message = format!("found {}, but {message}", at.origin.found());
             reader.push(Problem::at(&at.origin, &join(path, key), message).whole());
         }
-    }
-
-    fn text(&self, _value: &RobotChoice) -> Option<String> {
-        None
     }
 
     fn allowed(&self) -> String {

@@ -1,24 +1,19 @@
 //! The keys of geometry and mass files.
 
-use crate::form::{Array, Point, Text, array, section, word};
+use crate::form::{Array, Point, TEXT, array, point, section, word};
 use crate::key::keys;
 use crate::quantity::{ANGLE, INERTIA, LENGTH, MASS, STOP_DAMPING, STOP_STIFFNESS};
 use crate::quantity::{Number, above, at_least, number};
 use crate::robot::RobotChoice;
-use robhaz_model::Carrier;
+use robhaz_model::{Carrier, Vec2};
 use std::f64::consts::PI;
 
 /// Largest coordinate of the robot, m.
 const FARTHEST: f64 = 10.0;
 
-/// Any text.
-const TEXT: Text = Text {
-    words: "a text",
-    pattern: "",
-};
 /// A point of the robot in its nominal pose.
-const POINT: Point = Point(number(LENGTH, at_least(-FARTHEST).at_most(FARTHEST)));
-const THREE_POINTS: Array<Point, 3> = array("[[x, y], [x, y], [x, y]], each {}", POINT);
+const POINT: Point = point(number(LENGTH, at_least(-FARTHEST).at_most(FARTHEST)));
+const THREE_POINTS: Array<Point, [Vec2; 3]> = array("[[x, y], [x, y], [x, y]], each {}", POINT);
 const LINKS: &[Carrier] = &[Carrier::Link1, Carrier::Link2];
 const MASS_OF: Number = number(MASS, above(0.0).at_most(1e6));
 const INERTIA_OF: Number = number(INERTIA, above(0.0).at_most(1e6));

@@ -1,7 +1,7 @@
 //! The keys of a scene file: all sections, those of engine and record.
 
 use crate::estimators::Estimators;
-use crate::form::{NAME, Seed, section, word};
+use crate::form::{NAME, SEED, section, word};
 use crate::key::keys;
 use crate::quantity::{FREQUENCY, LONGEST_RUN, NONE, TIME, above, at_least, number};
 use crate::scene::Scene;
@@ -22,7 +22,7 @@ keys! {
     name ("the file's name without `.toml`"): NAME => |s| &mut s.name;
 
     /// seed of everything random in the run
-    seed: Seed => |s| &mut s.seed;
+    seed: SEED => |s| &mut s.seed;
 
     /// geometry and masses
     robot: robot::Section => |s| &mut s.robot;

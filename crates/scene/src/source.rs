@@ -261,6 +261,14 @@ impl Node {
         }
     }
 
+    /// The items of an array, `None` for anything else.
+    pub fn array(&self) -> Option<&[Self]> {
+        match &self.value {
+            Value::Array(items) => Some(items),
+            _ => None,
+        }
+    }
+
     /// A whole number, `None` for anything else.
     pub fn whole(&self) -> Option<i128> {
         match self.value {

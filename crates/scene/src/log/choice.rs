@@ -269,7 +269,7 @@ impl Form for LogEstimators {
         into.estimators = choices.into_iter().map(estimator).collect();
     }
 
-    fn text(&self, value: &LogChoice) -> Option<String> {
+    fn text(&self, value: &mut LogChoice) -> Option<String> {
         value.estimators.is_empty().then(|| "[]".to_owned())
     }
 

@@ -1,7 +1,7 @@
 //! `[imu.LINK]`: inclination and rate from an inertial measurement unit.
 
 use super::mapping::ByName;
-use crate::form::{Array, Text, array, text, word};
+use crate::form::{Array, Plain, array, text, word};
 use crate::key::{self, keys};
 use crate::quantity::{ANGLE, ANGULAR_RATE, at_least, number};
 use crate::reader::{Reader, join};
@@ -61,8 +61,8 @@ fn axis_name(axis: [f64; 3]) -> &'static str {
 }
 
 const DEGREE: f64 = PI / 180.0;
-const COLUMN: Text = text("a text");
-const XYZ: Array<Text, 3> = array("three columns", COLUMN);
+const COLUMN: Plain<String> = text("a text");
+const XYZ: Array<Plain<String>, [String; 3]> = array("three columns", COLUMN);
 
 keys! {
     KEYS: ImuChoice;

@@ -121,10 +121,6 @@ impl Form for Missing {
         }
     }
 
-    fn text(&self, _value: &Self::Value) -> Option<String> {
-        None
-    }
-
     fn allowed(&self) -> String {
         "an array of names of readings".to_owned()
     }
@@ -157,14 +153,6 @@ impl<C> Form for ByName<C> {
                 None => reader.unknown(entry, path, self.names),
             }
         }
-    }
-
-    fn text(&self, _value: &Vec<C>) -> Option<String> {
-        None
-    }
-
-    fn allowed(&self) -> String {
-        "a table".to_owned()
     }
 
     fn schema(&self, _defaults: Option<&mut Vec<C>>) -> Json {

@@ -2,7 +2,7 @@
 
 use super::axis::{Axis, AxisItem, AxisValue, AxisValues, Distribution};
 use crate::error::Problem;
-use crate::form::{Dependent, Form, dependent, items, text};
+use crate::form::{Form, Plain, items, text};
 use crate::key::{self, keys};
 use crate::reader::{Reader, join};
 use crate::reference::reference;
@@ -19,87 +19,168 @@ const WAYS: [&str; 6] = [
     "normal",
     "whole",
 ];
-
-/// Largest number of runs of a study.
-pub const MOST_RUNS: u64 = 100_000_000;
-const WHOLE: &str = "a whole number of at least 0 and below 2^63";
 const ONE_WAY: &str = "one of values, count, uniform, log_uniform, normal, whole";
 
-const fn pair(words: &'static str) -> Dependent<()> {
-    dependent(words, || items(json!({"type": "number"}), 2, 2))
-}
+/// Largest number of runs of a study.
+pub(super) const MOST_RUNS: u64 = 100_000_000;
 
 /// A number of runs or samples.
-pub(super) struct RunCount;
+pub(super) const RUNS: Plain<u64> = Plain {
+    words: "a whole number from 1 to 100000000",
+    schema: || json!({"type": "integer", "minimum": 1, "maximum": MOST_RUNS}),
+    read: |node| {
+        u64::try_from(node.whole()?)
+            .ok()
+            .filter(|n| (1..=MOST_RUNS).contains(n))
+    },
+    text: |count| Some(count.to_string()),
+};
 
-impl Form for RunCount {
-    type Value = u64;
-
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut u64) {
-        match node.whole().map(u64::try_from) {
-            Some(Ok(count @ 1..=MOST_RUNS)) => *into = count,
-            _ => reader.refuse(node, path, &self.allowed()),
-        }
-    }
-
-    fn text(&self, value: &u64) -> Option<String> {
-        Some(value.to_string())
-    }
-
-    fn allowed(&self) -> String {
-        "a whole number from 1 to 100000000".to_owned()
-    }
-
-    fn schema(&self, _defaults: Option<&mut u64>) -> Json {
-        json!({"type": "integer", "minimum": 1, "maximum": MOST_RUNS})
-    }
+/// The values of the keys of an axis, which depend on each other.
+#[derive(Default)]
+struct Raw {
+    keys: Vec<String>,
+    names: Vec<String>,
+    first: i64,
+    values: Vec<Node>,
+    count: u64,
+    drawn: Option<Distribution>,
 }
 
 keys! {
-    /// The keys of `[[axis]]`. How each is read depends on the others.
-    AXIS: ();
+    /// The keys of `[[axis]]`.
+    AXIS: Raw;
 
     /// a key of the scene
-    key: KEY => |axis| axis;
+    key: KEY => |a| &mut a.keys;
 
     /// keys of the scene that vary together
-    keys: KEY_LIST => |axis| axis;
+    keys: KEY_LIST => |a| &mut a.keys;
 
     /// names of the values, which the dataset shows in place of the values of the first key
-    names: dependent("a list of different texts, one a value", || {
-        json!({"type": "array", "items": text("").schema(None), "uniqueItems": true})
-    }) => |axis| axis;
+    names: NAMES => |a| &mut a.names;
 
     /// the first of count whole numbers
-    first ("0"): dependent(WHOLE, || json!({"type": "integer", "minimum": 0})) => |axis| axis;
+    first ("0"): FIRST => |a| &mut a.first;
 
     /// a list; with keys a list of lists with one value a key
-    values: dependent("a list of values", || json!({"type": "array", "minItems": 1}))
-        => |axis| axis;
+    values: VALUES => |a| &mut a.values;
 
     /// as many whole numbers
-    count: dependent("a count", || RunCount.schema(None)) => |axis| axis;
+    count: RUNS => |a| &mut a.count;
 
     /// drawn uniformly from [low, high]
-    uniform: pair("[low, high], low below high") => |axis| axis;
+    uniform: Plain {
+        words: "[low, high], low below high",
+        read: |node| {
+            let [low, high] = pair(node, number)?;
+            let valid = low < high && (high - low).is_finite();
+            valid.then_some(Some(Distribution::Uniform(low, high)))
+        },
+        ..DRAWN
+    } => |a| &mut a.drawn;
 
     /// drawn from [low, high], the logarithm uniformly
-    log_uniform: pair("[low, high], 0 below low below high") => |axis| axis;
+    log_uniform: Plain {
+        words: "[low, high], 0 below low below high",
+        read: |node| {
+            let [low, high] = pair(node, number)?;
+            (0.0 < low && low < high).then_some(Some(Distribution::LogUniform(low, high)))
+        },
+        ..DRAWN
+    } => |a| &mut a.drawn;
 
     /// drawn from a normal distribution, [mean, standard deviation]
-    normal: pair("[mean, standard deviation], the second above 0") => |axis| axis;
+    normal: Plain {
+        words: "[mean, standard deviation], the second above 0",
+        read: |node| {
+            let [mean, deviation] = pair(node, number)?;
+            (deviation > 0.0).then_some(Some(Distribution::Normal(mean, deviation)))
+        },
+        ..DRAWN
+    } => |a| &mut a.drawn;
 
     /// whole numbers drawn uniformly from [first, last]
-    whole: dependent("[first, last], whole numbers from 0 on, first not above last", || {
-        items(json!({"type": "integer"}), 2, 2)
-    }) => |axis| axis;
+    whole: Plain {
+        words: "[first, last], whole numbers from 0 on, first not above last",
+        schema: || items(json!({"type": "integer"}), 2, 2),
+        read: |node| {
+            let [first, last] = pair(node, index)?;
+            (first <= last).then_some(Some(Distribution::Whole(first, last)))
+        },
+        ..DRAWN
+    } => |a| &mut a.drawn;
 }
 
-const KEY: Dependent<()> = dependent("a key of the scene, such as \"drive.speed\"", key_schema);
-const KEY_LIST: Dependent<()> = dependent(
-    "a list of keys of the scene, such as [\"drive.kp\", \"drive.ki\"]",
-    || json!({"type": "array", "items": key_schema(), "minItems": 1, "uniqueItems": true}),
-);
+const KEY: Plain<Vec<String>> = Plain {
+    words: "a key of the scene, such as \"drive.speed\"",
+    schema: key_schema,
+    read: |node| Some(vec![key_of(node)?]),
+    text: |_| None,
+};
+const KEY_LIST: Plain<Vec<String>> = Plain {
+    words: "a list of different keys of the scene, such as [\"drive.kp\", \"drive.ki\"]",
+    schema: || json!({"type": "array", "items": key_schema(), "minItems": 1, "uniqueItems": true}),
+    read: |node| different(node.array()?.iter().map(key_of).collect()),
+    text: |_| None,
+};
+const NAMES: Plain<Vec<String>> = Plain {
+    words: "a list of different texts, one a value",
+    schema: || json!({"type": "array", "items": text("").schema(None), "uniqueItems": true}),
+    read: |node| different(node.array()?.iter().map(text("").read).collect()),
+    text: |_| None,
+};
+const FIRST: Plain<i64> = Plain {
+    words: "a whole number of at least 0 and below 2^63",
+    schema: || json!({"type": "integer", "minimum": 0}),
+    read: index,
+    text: |_| None,
+};
+const VALUES: Plain<Vec<Node>> = Plain {
+    words: "a list of at least one value",
+    schema: || json!({"type": "array", "minItems": 1}),
+    read: |node| Some(node.array().filter(|items| !items.is_empty())?.to_vec()),
+    text: |_| None,
+};
+/// What the distributions share.
+const DRAWN: Plain<Option<Distribution>> = Plain {
+    words: "",
+    schema: || items(json!({"type": "number"}), 2, 2),
+    read: |_| None,
+    text: |_| None,
+};
+
+fn key_of(node: &Node) -> Option<String> {
+    let key = node.as_text()?;
+    (!key.is_empty() && !key.contains('=')).then(|| key.to_owned())
+}
+
+/// At least one text, each once.
+fn different(texts: Option<Vec<String>>) -> Option<Vec<String>> {
+    let is_different = |texts: &Vec<String>| {
+        !texts.is_empty() && texts.iter().collect::<HashSet<_>>().len() == texts.len()
+    };
+    texts.filter(is_different)
+}
+
+fn number(node: &Node) -> Option<f64> {
+    match node.value {
+        Value::Float(number) | Value::Integer(_, number) if number.is_finite() => Some(number),
+        _ => None,
+    }
+}
+
+fn index(node: &Node) -> Option<i64> {
+    let whole = i64::try_from(node.whole()?).ok()?;
+    (whole >= 0).then_some(whole)
+}
+
+fn pair<N>(node: &Node, read: fn(&Node) -> Option<N>) -> Option<[N; 2]> {
+    let [a, b] = node.array()? else {
+        return None;
+    };
+    Some([read(a)?, read(b)?])
+}
 
 /// `[[axis]]`: what varies, in the file's order.
 pub(super) struct Axes;
@@ -122,10 +203,6 @@ impl Form for Axes {
         }
     }
 
-    fn text(&self, _value: &Vec<Axis>) -> Option<String> {
-        None
-    }
-
     fn allowed(&self) -> String {
         "one table [[axis]] or several".to_owned()
     }
@@ -143,18 +220,16 @@ impl Form for Axes {
 
 /// Whether an axis has a distribution, right or wrong.
 pub(super) fn asks_for_draws(root: &Node) -> bool {
-    let items = match root.get("axis").map(|n| &n.value) {
-        Some(Value::Array(items)) => items.as_slice(),
-        _ => &[],
-    };
     let has = |axis: &Node| WAYS[2..].iter().any(|way| axis.get(way).is_some());
-    items.iter().any(has)
+    root.get("axis")
+        .and_then(Node::array)
+        .is_some_and(|axes| axes.iter().any(has))
 }
 
 fn read_axis(reader: &mut Reader, node: &Node, path: &str) -> Option<Axis> {
-    reader.table(AXIS, node, path, &mut ());
+    let (mark, mut raw) = (reader.mark(), Raw::default());
+    reader.table(AXIS, node, path, &mut raw);
     node.entries()?;
-    let keys = read_keys(reader, node, path);
     let given: Vec<&str> = WAYS
         .into_iter()
         .filter(|way| node.get(way).is_some())
@@ -168,118 +243,79 @@ fn read_axis(reader: &mut Reader, node: &Node, path: &str) -> Option<Axis> {
         reader.push(Problem::at(&node.origin, path, message).whole());
         return None;
     };
-    let keys = keys?;
-    let origin = &node.get(way)?.origin;
-    if let Some(first) = node.get("first").filter(|_| *way != "count") {
-        let message = "has no effect without count".to_owned();
-        reader.push(Problem::at(&first.origin, &join(path, "first"), message));
-    }
-    if let Some(names) = node.get("names").filter(|_| *way != "values") {
-        let message = "has no effect without values".to_owned();
-        reader.push(Problem::at(&names.origin, &join(path, "names"), message));
-    }
-    if *way != "values" && keys.len() > 1 {
-        let message = "keys that vary together need values: one list a value, with one item a key";
-        reader.push(Problem::at(origin, &join(path, way), message.to_owned()));
-        return None;
+    check_keys(reader, node, path, &raw.keys);
+    for (key, of) in [("first", "count"), ("names", "values")] {
+        if let Some(found) = node.get(key).filter(|_| *way != of) {
+            let message = format!("has no effect without {of}");
+            reader.push(Problem::at(&found.origin, &join(path, key), message));
+        }
     }
     let (value, at) = (node.get(way)?, join(path, way));
-    let values = match *way {
-        "values" => {
-            let mut items = read_values(reader, value, &at, keys.len())?;
-            name_items(reader, node, path, &mut items)?;
-            AxisValues::List(items)
-        }
-        "count" => {
-            let first = node.get("first");
-            let first = first.map_or(Some(0), |n| whole(reader, n, &join(path, "first")));
-            let (first, mark, mut count) = (first?, reader.mark(), 1);
-            RunCount.read(reader, value, &at, &mut count);
-            if reader.mark() > mark {
-                return None;
-            }
-            if i64::try_from(count)
-                .ok()
-                .and_then(|n| first.checked_add(n))
-                .is_none()
-            {
-                reader.refuse(value, &at, "a count whose last number is below 2^63");
-                return None;
-            }
-            AxisValues::Whole { first, count }
-        }
-        way => AxisValues::Drawn(read_distribution(reader, value, &at, way)?),
+    if *way != "values" && raw.keys.len() > 1 {
+        let message = "keys that vary together need values: one list a value, with one item a key";
+        reader.push(Problem::at(&value.origin, &at, message.to_owned()));
+    }
+    let last = i64::try_from(raw.count)
+        .ok()
+        .and_then(|n| raw.first.checked_add(n));
+    if last.is_none() {
+        reader.refuse(value, &at, "a count whose last number is below 2^63");
+    }
+    if reader.mark() > mark {
+        return None;
+    }
+    let values = match raw.drawn {
+        Some(drawn) => AxisValues::Drawn(drawn),
+        None if *way == "count" => AxisValues::Whole {
+            first: raw.first,
+            count: raw.count,
+        },
+        None => AxisValues::List(read_values(reader, node, path, &raw)?),
     };
     Some(Axis {
-        keys,
+        keys: raw.keys,
         values,
-        origin: origin.clone(),
+        origin: value.origin.clone(),
     })
 }
 
-/// The keys of an axis.
-fn read_keys(reader: &mut Reader, node: &Node, path: &str) -> Option<Vec<String>> {
-    let (nodes, path) = match (node.get("key"), node.get("keys")) {
-        (Some(key), None) => (std::slice::from_ref(key), join(path, "key")),
-        (None, Some(keys)) => match &keys.value {
-            Value::Array(items) if !items.is_empty() => (items.as_slice(), join(path, "keys")),
-            _ => {
-                reader.refuse(keys, &join(path, "keys"), KEY_LIST.words);
-                return None;
-            }
-        },
+/// There are keys, under one name, and none has the name of a column of the dataset.
+fn check_keys(reader: &mut Reader, node: &Node, path: &str, keys: &[String]) {
+    match (node.get("key"), node.get("keys")) {
         (Some(_), Some(both)) => {
             let message = "found key and keys, allowed: one of them".to_owned();
             reader.push(Problem::at(&both.origin, &join(path, "keys"), message));
-            return None;
         }
-        (None, None) => {
-            reader.missing(node, &join(path, "key"), KEY.words);
-            return None;
-        }
-    };
-    let mut keys = Vec::new();
-    for key in nodes {
-        match &key.value {
-            // The dataset has columns of these names.
-            Value::Text(text) if text == "estimator" || text == "index" => {
+        (None, None) => reader.missing(node, &join(path, "key"), KEY.words),
+        (one, other) => {
+            let found = one
+                .or(other)
+                .filter(|_| keys.iter().any(|key| key == "estimator" || key == "index"));
+            if let Some(found) = found {
+                let path = join(path, if one.is_some() { "key" } else { "keys" });
                 let allowed = "a key below it, such as \"estimator.0.observer_pole\"";
-                reader.refuse(key, &path, allowed);
+                reader.refuse(found, &path, allowed);
             }
-            Value::Text(text) if keys.contains(text) => {
-                reader.refuse(key, &path, "each key once");
-            }
-            Value::Text(text) if !text.is_empty() && !text.contains('=') => keys.push(text.clone()),
-            _ => reader.refuse(key, &path, KEY.words),
         }
     }
-    (keys.len() == nodes.len()).then_some(keys)
 }
 
-fn read_values(reader: &mut Reader, node: &Node, path: &str, keys: usize) -> Option<Vec<AxisItem>> {
-    let Value::Array(items) = &node.value else {
-        reader.refuse(node, path, "a list of values");
-        return None;
-    };
-    if items.is_empty() {
-        reader.refuse(node, path, "at least one value");
-        return None;
-    }
-    let mut out = Vec::new();
-    for (i, item) in items.iter().enumerate() {
-        let path = format!("{path}[{i}]");
-        let nodes = match &item.value {
+/// The items of a list of values with their names.
+fn read_values(reader: &mut Reader, node: &Node, path: &str, raw: &Raw) -> Option<Vec<AxisItem>> {
+    let (mark, keys, mut read) = (reader.mark(), raw.keys.len(), Vec::new());
+    for (i, item) in raw.values.iter().enumerate() {
+        let path = format!("{path}.values[{i}]");
+        let nodes = match item.array() {
             _ if keys == 1 => std::slice::from_ref(item),
-            Value::Array(nodes) if nodes.len() == keys => nodes.as_slice(),
+            Some(nodes) if nodes.len() == keys => nodes,
             _ => {
                 reader.refuse(item, &path, &format!("a list of {keys} values, one a key"));
                 continue;
             }
         };
-        let values: Option<Vec<AxisValue>> = nodes.iter().map(AxisValue::of).collect();
-        match values {
-            Some(values) => out.push(AxisItem {
-                name: None,
+        match nodes.iter().map(AxisValue::of).collect() {
+            Some(values) => read.push(AxisItem {
+                name: raw.names.get(i).cloned(),
                 values,
                 origin: item.origin.clone(),
             }),
@@ -290,82 +326,17 @@ fn read_values(reader: &mut Reader, node: &Node, path: &str, keys: usize) -> Opt
             ),
         }
     }
-    (out.len() == items.len()).then_some(out)
-}
-
-/// Gives the items their names, where the axis has names.
-fn name_items(reader: &mut Reader, node: &Node, path: &str, items: &mut [AxisItem]) -> Option<()> {
-    let Some(node) = node.get("names") else {
-        return Some(());
-    };
-    let path = join(path, "names");
-    let allowed = format!("a list of {} different texts, one a value", items.len());
-    let names: Option<Vec<&String>> = match &node.value {
-        Value::Array(names) if names.len() == items.len() => names
-            .iter()
-            .map(|name| match &name.value {
-                Value::Text(text) if !text.trim().is_empty() => Some(text),
-                _ => None,
-            })
-            .collect(),
-        _ => None,
-    };
-    let names = names.filter(|names| names.iter().collect::<HashSet<_>>().len() == names.len());
-    let Some(names) = names else {
-        reader.refuse(node, &path, &allowed);
-        return None;
-    };
-    for (item, name) in items.iter_mut().zip(names) {
-        item.name = Some(name.clone());
+    if let Some(names) = node
+        .get("names")
+        .filter(|_| raw.names.len() != raw.values.len())
+    {
+        let allowed = format!(
+            "a list of {} different texts, one a value",
+            raw.values.len()
+        );
+        reader.refuse(names, &join(path, "names"), &allowed);
     }
-    Some(())
-}
-
-fn read_distribution(
-    reader: &mut Reader,
-    node: &Node,
-    path: &str,
-    way: &str,
-) -> Option<Distribution> {
-    let pair: Option<&[Node; 2]> = match &node.value {
-        Value::Array(items) => items.as_slice().try_into().ok(),
-        _ => None,
-    };
-    let number = |node: &Node| match node.value {
-        Value::Float(number) | Value::Integer(_, number) if number.is_finite() => Some(number),
-        _ => None,
-    };
-    let index = |node: &Node| i64::try_from(node.whole()?).ok();
-    let found = pair.and_then(|[a, b]| {
-        Some(match way {
-            "uniform" => Distribution::Uniform(number(a)?, number(b)?),
-            "log_uniform" => Distribution::LogUniform(number(a)?, number(b)?),
-            "normal" => Distribution::Normal(number(a)?, number(b)?),
-            _ => Distribution::Whole(index(a)?, index(b)?),
-        })
-    });
-    let valid = |d: &Distribution| match *d {
-        Distribution::Uniform(low, high) => low < high && (high - low).is_finite(),
-        Distribution::LogUniform(low, high) => 0.0 < low && low < high,
-        Distribution::Normal(_, sigma) => sigma > 0.0,
-        Distribution::Whole(first, last) => 0 <= first && first <= last,
-    };
-    let found = found.filter(valid);
-    if found.is_none() {
-        let key = AXIS.iter().find(|key| key.name == way);
-        let allowed = key.map_or(String::new(), |key| key.field.allowed());
-        reader.refuse(node, path, &allowed);
-    }
-    found
-}
-
-fn whole(reader: &mut Reader, node: &Node, path: &str) -> Option<i64> {
-    let found = node.whole().and_then(|whole| i64::try_from(whole).ok());
-    let found = found.filter(|whole| *whole >= 0);
-    if found.is_none() {
-        reader.refuse(node, path, WHOLE);
-    }
-    found
+    (reader.mark() == mark).then_some(read)
 }
 
 /// A key of scenes, or a table above it: those without an index by name, which an editor can offer.

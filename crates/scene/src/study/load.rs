@@ -1,13 +1,13 @@
 //! From a file to a [`StudyChoice`].
 
-use super::axes::{Axes, MOST_RUNS, RunCount, asks_for_draws};
+use super::axes::{Axes, MOST_RUNS, RUNS, asks_for_draws};
 use super::axis::Axis;
 use super::choice::{DrawMethod, Draws, StudyChoice, StudyTables};
 use crate::error::{Problem, SceneError};
-use crate::form::{Form, NAME, Seed, from_stem, section, text, word};
+use crate::form::{Form, NAME, Plain, SEED, from_stem, section, text, word};
 use crate::key::{self, keys};
 use crate::reader::Reader;
-use crate::source::{self, Node, Source, Value};
+use crate::source::{self, Node, Origin, Source};
 use serde_json::{Value as Json, json};
 use std::path::{Path, PathBuf};
 
@@ -19,13 +19,13 @@ keys! {
     name ("the file's name"): NAME => |s| &mut s.name;
 
     /// the base scene; a path relative to the study file
-    scene (required): ScenePath => |s| s;
+    scene (required): SCENE => |s| &mut s.base;
 
     /// overrides key=value of the base scene in every run
-    set: Overrides => |s| s;
+    set: SET => |s| &mut s.overrides;
 
     /// runs that keep their full tables
-    tables ("\"none\""): Tables => |s| &mut s.tables;
+    tables ("\"none\""): TABLES => |s| &mut s.tables;
 
     /// what varies
     axis (required): Axes => |s| &mut s.axes;
@@ -42,10 +42,10 @@ keys! {
     DRAW: Draws;
 
     /// number of samples
-    count (required): RunCount => |d| &mut d.count;
+    count (required): RUNS => |d| &mut d.count;
 
     /// seed of the draws
-    seed ("0"): Seed => |d| &mut d.seed;
+    seed ("0"): SEED => |d| &mut d.seed;
 
     /// each axis has one sample in each of count equally likely intervals (the default); or independent draws
     method: word(&DrawMethod::ALL, DrawMethod::name) => |d| &mut d.method;
@@ -56,104 +56,46 @@ pub(crate) fn schema() -> Json {
     key::schema(STUDY, None)
 }
 
-/// The path of the base scene.
-struct ScenePath;
+/// The base scene and where it was written.
+const SCENE: Plain<(PathBuf, Origin)> = Plain {
+    words: "the path of a scene file",
+    schema: || text("").schema(None),
+    read: |node| {
+        let path = node.as_text().filter(|text| !text.is_empty())?;
+        Some((path.into(), node.origin.clone()))
+    },
+    text: |_| None,
+};
 
-impl Form for ScenePath {
-    type Value = StudyChoice;
+/// Overrides, each with where it was written.
+const SET: Plain<Vec<(String, Origin)>> = Plain {
+    words: "a list of texts key=value, such as [\"drive.kp=2\"]",
+    schema: || json!({"type": "array", "items": {"type": "string", "pattern": "="}}),
+    read: |node| {
+        let item = |item: &Node| Some((item.as_text()?.to_owned(), item.origin.clone()));
+        node.array()?.iter().map(item).collect()
+    },
+    text: |_| None,
+};
 
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut StudyChoice) {
-        match node.as_text() {
-            Some(text) if !text.is_empty() => {
-                (into.scene, into.scene_origin) = (PathBuf::from(text), node.origin.clone());
-            }
-            _ => reader.refuse(node, path, &self.allowed()),
-        }
-    }
-
-    fn text(&self, _value: &StudyChoice) -> Option<String> {
-        None
-    }
-
-    fn allowed(&self) -> String {
-        "the path of a scene file".to_owned()
-    }
-
-    fn schema(&self, _defaults: Option<&mut StudyChoice>) -> Json {
-        text("").schema(None)
-    }
-}
-
-/// Texts `key=value`.
-struct Overrides;
-
-impl Form for Overrides {
-    type Value = StudyChoice;
-
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut StudyChoice) {
-        let allowed = self.allowed();
-        for (item, path) in reader.items(node, path, 0..=usize::MAX, &allowed) {
-            match item.as_text() {
-                Some(text) => {
-                    into.set.push(text.to_owned());
-                    into.set_origins.push(item.origin.clone());
-                }
-                None => reader.refuse(item, &path, &allowed),
-            }
-        }
-    }
-
-    fn text(&self, _value: &StudyChoice) -> Option<String> {
-        None
-    }
-
-    fn allowed(&self) -> String {
-        "a list of texts key=value, such as [\"drive.kp=2\"]".to_owned()
-    }
-
-    fn schema(&self, _defaults: Option<&mut StudyChoice>) -> Json {
-        json!({"type": "array", "items": {"type": "string", "pattern": "="}})
-    }
-}
-
-/// `"none"`, `"all"`, or a list of runs.
-struct Tables;
-
-impl Form for Tables {
-    type Value = StudyTables;
-
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut StudyTables) {
-        let run = |item: &Node| u64::try_from(item.whole()?).ok();
-        let found = match &node.value {
-            Value::Text(text) if text == "none" => Some(StudyTables::None),
-            Value::Text(text) if text == "all" => Some(StudyTables::All),
-            Value::Array(items) => {
-                let runs: Option<Vec<u64>> = items.iter().map(run).collect();
-                runs.map(StudyTables::Runs)
-            }
-            _ => None,
-        };
-        match found {
-            Some(found) => *into = found,
-            None => reader.refuse(node, path, &self.allowed()),
-        }
-    }
-
-    fn text(&self, _value: &StudyTables) -> Option<String> {
-        None
-    }
-
-    fn allowed(&self) -> String {
-        "\"none\", \"all\", or a list of runs such as [0, 7]".to_owned()
-    }
-
-    fn schema(&self, _defaults: Option<&mut StudyTables>) -> Json {
+const TABLES: Plain<StudyTables> = Plain {
+    words: "\"none\", \"all\", or a list of runs such as [0, 7]",
+    schema: || {
         json!({"anyOf": [
             {"enum": ["none", "all"]},
             {"type": "array", "items": {"type": "integer", "minimum": 0}},
         ]})
-    }
-}
+    },
+    read: |node| match (node.as_text(), node.array()) {
+        (Some("none"), _) => Some(StudyTables::None),
+        (Some("all"), _) => Some(StudyTables::All),
+        (_, items) => {
+            let runs = items?.iter().map(|item| u64::try_from(item.whole()?).ok());
+            Some(StudyTables::Runs(runs.collect::<Option<_>>()?))
+        }
+    },
+    text: |_| None,
+};
 
 impl StudyChoice {
     /// Reads a study file.
@@ -186,14 +128,12 @@ fn read(reader: &mut Reader, root: &Node, text: &str, source_name: &str) -> Stud
     let stem = Path::new(source_name).file_stem().unwrap_or_default();
     let mut study = StudyChoice {
         name: from_stem(&stem.to_string_lossy()),
-        scene: PathBuf::new(),
-        set: Vec::new(),
+        base: (PathBuf::new(), root.origin.clone()),
+        overrides: Vec::new(),
         axes: Vec::new(),
         draws: None,
         tables: StudyTables::None,
         text: text.to_owned(),
-        scene_origin: root.origin.clone(),
-        set_origins: Vec::new(),
     };
     reader.table(STUDY, root, "", &mut study);
     let drawn = study.axes.iter().find(|axis| axis.is_drawn());

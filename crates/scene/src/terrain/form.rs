@@ -123,14 +123,6 @@ impl Form for Terrain {
         }
     }
 
-    fn text(&self, _value: &TerrainChoice) -> Option<String> {
-        None
-    }
-
-    fn allowed(&self) -> String {
-        "a table".to_owned()
-    }
-
     /// All keys of the kinds, and for each kind which of them it takes.
     fn schema(&self, _defaults: Option<&mut TerrainChoice>) -> Json {
         let kinds = self.kinds();
@@ -203,10 +195,6 @@ impl Form for Parts {
             Terrain { is_part: true }.read(reader, item, &path, &mut part);
             into.push(part);
         }
-    }
-
-    fn text(&self, _value: &Self::Value) -> Option<String> {
-        None
     }
 
     fn allowed(&self) -> String {

@@ -3,9 +3,9 @@
 use super::TerrainChoice;
 use super::columns::Choice;
 use super::form::Parts;
-use super::points::{FILE, HASH, Points, WhichColumn};
+use super::points::{COLUMN, FILE, HASH, Points};
 use super::track::Track;
-use crate::form::{Count, List, Maybe, Seed, Switch, word};
+use crate::form::{COUNT, List, Maybe, SEED, SWITCH, word};
 use crate::key::{Key, keys};
 use crate::quantity::{ANGLE, LENGTH, NONE, Number, above, at_least, number};
 use crate::reader::{Reader, join};
@@ -233,7 +233,7 @@ keys! {
     run: number(LENGTH, above(0.0).at_most(100.0)) => |g| &mut g.stairs.run;
 
     /// kind stairs only: number of risers, a whole number
-    count: Count { most: 1000 } => |g| &mut g.stairs.count;
+    count: COUNT => |g| &mut g.stairs.count;
 }
 
 keys! {
@@ -246,7 +246,7 @@ keys! {
     wavelength: number(LENGTH, at_least(0.02).at_most(100.0)) => |g| &mut g.sine.wavelength;
 
     /// kind sine only: number of waves, a whole number; at most 1000 m of them
-    periods: Count { most: 1000 } => |g| &mut g.sine.periods;
+    periods: COUNT => |g| &mut g.sine.periods;
 }
 
 keys! {
@@ -263,7 +263,7 @@ keys! {
     ROUGH: Ground;
 
     /// kind rough only: seed of the random ground; the same seed makes the same ground
-    seed ("the scene's `seed`"): Maybe(Seed) => |g| &mut g.seed;
+    seed ("the scene's `seed`"): Maybe(SEED) => |g| &mut g.seed;
 
     /// kind rough only: class of ISO 8608, from very good roads (A) to the roughest ground (H)
     class: word(&RoughClass::ALL, class_name) => |g| &mut g.rough.class;
@@ -296,14 +296,14 @@ keys! {
     file ("none"): FILE => |g| &mut g.file;
 
     /// kind heights with file only: the column of x
-    x_column ("by the first line, else the first"): WhichColumn => |g| &mut g.columns.x;
+    x_column ("by the first line, else the first"): COLUMN => |g| &mut g.columns.x;
 
     /// kind heights with file only: the column of the height
-    height_column ("by the first line, else the second"): WhichColumn
+    height_column ("by the first line, else the second"): COLUMN
         => |g| &mut g.columns.height;
 
     /// kind heights with file only: lines may be in any order; lines of equal x become one point at their mean height
-    sort ("off"): Maybe(Switch) => |g| &mut g.sort;
+    sort ("off"): Maybe(SWITCH) => |g| &mut g.sort;
 
     /// kind heights with file only: hash that the file must have; a resolved scene has it
     file_hash ("none"): HASH => |g| &mut g.file_hash;

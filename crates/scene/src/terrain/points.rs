@@ -4,7 +4,7 @@ use super::columns::{Choice, Column};
 use super::ground::Ground;
 use super::track::{self, Track};
 use crate::error::Problem;
-use crate::form::{Form, Point, Text, items, text};
+use crate::form::{Form, Plain, Point, items, point, text};
 use crate::quantity::{LENGTH, at_least, number};
 use crate::reader::{Reader, grouped, join};
 use crate::source::{self, Node, Value};
@@ -14,16 +14,16 @@ use serde_json::{Value as Json, json};
 
 /// Largest number of points in a scene; more belong into a file.
 const MOST: usize = 100_000;
-const POINT: Point = Point(number(LENGTH, at_least(-1000.0).at_most(1000.0)));
+const POINT: Point = point(number(LENGTH, at_least(-1000.0).at_most(1000.0)));
 
 /// The file of the points.
-pub(super) const FILE: Text = text(
+pub(super) const FILE: Plain<String> = text(
     "the path of a .csv file of at most 2000000 points and 100 MB, relative to the scene file",
 );
 /// The hash of that file.
-pub(super) const HASH: Text = Text {
-    words: "\"sha256:\" and 64 digits",
-    pattern: "^sha256:[0-9a-f]{64}$",
+pub(super) const HASH: Plain<String> = Plain {
+    schema: || json!({"type": "string", "pattern": "^sha256:[0-9a-f]{64}$"}),
+    ..text("\"sha256:\" and 64 digits")
 };
 
 /// Points, x increasing.
@@ -55,8 +55,8 @@ impl Form for Points {
         }
     }
 
-    fn text(&self, value: &Self::Value) -> Option<String> {
-        let lines = value.iter().filter_map(|at| POINT.text(at));
+    fn text(&self, value: &mut Self::Value) -> Option<String> {
+        let lines = value.iter_mut().filter_map(|at| POINT.text(at));
         let lines: Vec<String> = lines.map(|point| format!("    {point},\n")).collect();
         (!lines.is_empty()).then(|| format!("[\n{}]", lines.concat()))
     }
@@ -72,37 +72,25 @@ impl Form for Points {
 }
 
 /// A column of the file.
-pub(super) struct WhichColumn;
-
-impl Form for WhichColumn {
-    type Value = Option<Column>;
-
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Self::Value) {
-        let number = node.whole().and_then(|n| usize::try_from(n).ok());
-        match (&node.value, number) {
-            (Value::Text(name), _) if !name.trim().is_empty() => {
-                *into = Some(Column::Name(name.clone()));
-            }
-            (_, Some(number @ 1..=100_000)) => *into = Some(Column::Number(number)),
-            _ => reader.refuse(node, path, &self.allowed()),
+pub(super) const COLUMN: Plain<Option<Column>> = Plain {
+    words: "a name of the first line, or a number from 1",
+    schema: || json!({"anyOf": [text("").schema(None), {"type": "integer", "minimum": 1}]}),
+    read: |node| match node.as_text() {
+        Some(name) => (!name.trim().is_empty()).then(|| Some(Column::Name(name.to_owned()))),
+        None => {
+            let number = usize::try_from(node.whole()?).ok()?;
+            (1..=100_000)
+                .contains(&number)
+                .then_some(Some(Column::Number(number)))
         }
-    }
-
-    fn text(&self, value: &Self::Value) -> Option<String> {
-        Some(match value.as_ref()? {
+    },
+    text: |column| {
+        Some(match column.as_ref()? {
             Column::Name(name) => quote(name),
             Column::Number(number) => number.to_string(),
         })
-    }
-
-    fn allowed(&self) -> String {
-        "a name of the first line, or a number from 1".to_owned()
-    }
-
-    fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {
-        json!({"anyOf": [text("").schema(None), {"type": "integer", "minimum": 1}]})
-    }
-}
+    },
+};
 
 /// The points of a table whose keys are read, and the file that they come from.
 pub(super) fn resolve(
