@@ -1,6 +1,6 @@
 //! `[contact]`: eqs. (10) and (11), rolling resistance.
 
-use crate::checks::{Conflict, named, valued};
+use crate::checks::{Conflict, conflict, named, valued};
 use crate::form::word;
 use crate::key::keys;
 use crate::quantity::{CONTACT_STIFFNESS, DAMPING, LENGTH, NONE, SPEED};
@@ -72,30 +72,29 @@ pub(crate) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     let kind = || named("contact.friction", law.kind.name());
     let v_s = || valued("contact.v_s", law.v_s);
     let mut found = Vec::new();
-    let mut conflict = |keys, rule: String| found.push(Conflict { keys, rule });
     if law.mu_d > law.mu_s {
-        let keys = vec![
+        let keys = [
             valued("contact.mu_d", law.mu_d),
             valued("contact.mu_s", law.mu_s),
         ];
-        conflict(keys, "contact.mu_d not above contact.mu_s".to_owned());
+        found.push(conflict(keys, "contact.mu_d not above contact.mu_s"));
     }
     if law.v_s >= law.v_d {
-        let keys = vec![v_s(), valued("contact.v_d", law.v_d)];
-        conflict(keys, "contact.v_s below contact.v_d".to_owned());
+        let keys = [v_s(), valued("contact.v_d", law.v_d)];
+        found.push(conflict(keys, "contact.v_s below contact.v_d"));
     }
     let rigid = FrictionLaw::RIGID_LEAST..=FrictionLaw::RIGID_MOST;
     if law.kind == FrictionKind::Rigid && !rigid.contains(&law.v_s) {
         let (least, most) = (short(*rigid.start()), short(*rigid.end()));
         let rule = format!("contact.v_s of at least {least} and at most {most} m/s with this law");
-        conflict(vec![v_s(), kind()], rule);
+        found.push(conflict([v_s(), kind()], rule));
     }
     // The default is allowed: a resolved scene names every key.
     let default = FrictionLaw::default().slip_stiffness;
     if law.kind != FrictionKind::Brush && law.slip_stiffness.to_bits() != default.to_bits() {
-        let keys = vec![valued("contact.slip_stiffness", law.slip_stiffness), kind()];
+        let keys = [valued("contact.slip_stiffness", law.slip_stiffness), kind()];
         let rule = format!("contact.slip_stiffness {default} unless contact.friction = \"brush\"");
-        conflict(keys, rule);
+        found.push(conflict(keys, rule));
     }
     found
 }

@@ -1,6 +1,6 @@
 //! Control of the wheels: the estimator that it gets, and what does not go with it.
 
-use crate::checks::{Conflict, named, valued};
+use crate::checks::{Conflict, conflict, named, valued};
 use crate::estimators;
 use crate::form::{did_you_mean, quoted};
 use crate::quantity::short;
@@ -59,34 +59,30 @@ fn conflicts_of_shared(scene: &Scene) -> Vec<Conflict> {
     let kind = || named("drive.kind", scene.control.kind.name());
     let mut found = Vec::new();
     if !drive.scalings.is_empty() {
-        let count = drive.scalings.len().to_string();
-        found.push(Conflict {
-            keys: vec![("drive.scaling", count), kind()],
-            rule: "no [[drive.scaling]]: one speed control has one set speed for all wheels"
-                .to_owned(),
-        });
+        let count = ("drive.scaling", drive.scalings.len().to_string());
+        let rule = "no [[drive.scaling]]: one speed control has one set speed for all wheels";
+        found.push(conflict([count, kind()], rule));
     }
+    let sensors = || valued("sensors.rate", rate);
     let most = largest_proportional_gain(&scene.robot.robot, rate);
     if drive.kp > most {
-        let sensors = valued("sensors.rate", rate);
-        found.push(Conflict {
-            keys: vec![valued("drive.kp", drive.kp), sensors, kind()],
-            rule: format!(
-                "drive.kp at most {}, what the inertia of a wheel in the air bears at this rate",
-                short(floor(most))
-            ),
-        });
+        let most = short(floor(most));
+        let rule = format!(
+            "drive.kp at most {most}, what the inertia of a wheel in the air bears at this rate"
+        );
+        found.push(conflict(
+            [valued("drive.kp", drive.kp), sensors(), kind()],
+            rule,
+        ));
     }
     let most = largest_integral_ratio(rate) * drive.kp;
     if drive.ki > most {
-        let sensors = valued("sensors.rate", rate);
-        found.push(Conflict {
-            keys: vec![valued("drive.ki", drive.ki), sensors, kind()],
-            rule: format!(
-                "drive.ki at most {}, what drive.kp damps at this rate",
-                short(floor(most))
-            ),
-        });
+        let most = short(floor(most));
+        let rule = format!("drive.ki at most {most}, what drive.kp damps at this rate");
+        found.push(conflict(
+            [valued("drive.ki", drive.ki), sensors(), kind()],
+            rule,
+        ));
     }
     found
 }

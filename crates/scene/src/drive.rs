@@ -1,6 +1,6 @@
 //! `[drive]`: eq. (2), motors, their speed control and its friction tests.
 
-use crate::form::{List, NAME, Plain, SWITCH, Table, WHEEL_LIST, WHEEL_SET, word};
+use crate::form::{List, NAME, Plain, SWITCH, Table, WHEEL_LIST, WHEEL_SET, section, word};
 use crate::key::keys;
 use crate::quantity::{LONGEST_RUN, NONE, ROTARY_DAMPING, SPEED, TIME, TORQUE, TORQUE_RATE};
 use crate::quantity::{above, at_least, number};
@@ -54,9 +54,9 @@ keys! {
 
     /// what kind friction-test does
     friction_test ("each wheel in turn"): Table {
-        keys: FRICTION_TEST,
         words: "a table {wheels, start, rate, both_ways}",
         is_hidden: |plan| *plan == FrictionTestPlan::default(),
+        ..section(FRICTION_TEST)
     } => |s| &mut s.control.friction_test;
 
     /// times in which single wheels have another set speed; those of one wheel must not overlap

@@ -216,7 +216,7 @@ impl Form for Estimators {
         {
             return reader.refuse(node, path, &format!("at most {MOST} estimators"));
         }
-        for (item, path) in reader.items(node, path, 0..=MOST, &self.allowed()) {
+        for (item, path) in reader.items(node, path, 0..=MOST, || self.allowed()) {
             let choice = read_one(reader, item, &path);
             let taken = into.iter().position(|c| c.name == choice.name);
             if let (Some(other), false) = (taken, choice.name.is_empty()) {

@@ -385,7 +385,7 @@ impl<F: Form, V: Items<F::Value>> Form for Array<F, V> {
     type Value = V;
 
     fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut V) {
-        let items = reader.items(node, path, V::COUNT..=V::COUNT, &self.allowed());
+        let items = reader.items(node, path, V::COUNT..=V::COUNT, || self.allowed());
         for ((item, path), into) in items.into_iter().zip(into.items()) {
             self.item.read(reader, item, &path, into);
         }
@@ -484,6 +484,8 @@ pub(crate) struct Table<T: 'static> {
     pub words: &'static str,
     /// Whether it is not written.
     pub is_hidden: fn(&T) -> bool,
+    /// Checks a table whose keys have no problem.
+    pub check: fn(&mut Reader, &Node, &T),
 }
 
 /// A table of which tables of keys list the keys alone.
@@ -492,6 +494,7 @@ pub(crate) const fn section<T>(keys: &'static [Key<T>]) -> Table<T> {
         keys,
         words: "",
         is_hidden: |_| false,
+        check: |_, _, _| {},
     }
 }
 
@@ -499,7 +502,11 @@ impl<T> Form for Table<T> {
     type Value = T;
 
     fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut T) {
+        let mark = reader.mark();
         reader.table(self.keys, node, path, into);
+        if reader.mark() == mark {
+            (self.check)(reader, node, into);
+        }
     }
 
     fn allowed(&self) -> String {
@@ -547,7 +554,7 @@ impl<T> Form for List<T> {
 
     fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Vec<T>) {
         into.clear();
-        for (item, path) in reader.items(node, path, self.least..=self.most, &self.allowed()) {
+        for (item, path) in reader.items(node, path, self.least..=self.most, || self.allowed()) {
             let (mark, mut value) = (reader.mark(), (self.start)());
             reader.table(self.keys, item, &path, &mut value);
             if reader.mark() == mark {
@@ -584,7 +591,7 @@ impl Reader {
         node: &'n Node,
         path: &str,
         count: std::ops::RangeInclusive<usize>,
-        allowed: &str,
+        allowed: impl Fn() -> String,
     ) -> Vec<(&'n Node, String)> {
         match &node.value {
             Value::Array(items) if count.contains(&items.len()) => {
@@ -594,7 +601,7 @@ impl Reader {
                     .collect()
             }
             _ => {
-                self.refuse(node, path, allowed);
+                self.refuse(node, path, &allowed());
                 Vec::new()
             }
         }
@@ -693,12 +700,11 @@ fn escaped(unit: &str) -> String {
 
 fn bounded(number: &Number) -> Json {
     let mut schema = json!({"type": "number"});
-    let [low, high] = number.range.ends();
     let names = [
         ["exclusiveMinimum", "minimum"],
         ["exclusiveMaximum", "maximum"],
     ];
-    for (end, names) in [low, high].into_iter().zip(names) {
+    for (end, names) in [number.range.low, number.range.high].into_iter().zip(names) {
         if let Some((at, included)) = end {
             schema[names[usize::from(included)]] = json!(at);
         }

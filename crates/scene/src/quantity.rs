@@ -131,96 +131,68 @@ fn leading_number(text: &str) -> Option<(f64, &str)> {
 /// Longest time of a run, s.
 pub(crate) const LONGEST_RUN: f64 = 1e6;
 
-/// An end of a range.
-#[derive(Clone, Copy)]
-enum End {
-    None,
-    /// The end itself is not allowed.
-    Open(f64),
-    /// The end itself is allowed.
-    Closed(f64),
-}
-
 /// The numbers that a key takes, SI. Never an infinite one or a NaN.
 #[derive(Clone, Copy)]
 pub(crate) struct Range {
-    low: End,
-    high: End,
+    /// Lower and upper end, each with whether it belongs to the range; `None` where there is none.
+    pub low: Option<(f64, bool)>,
+    pub high: Option<(f64, bool)>,
 }
 
 /// Above a number.
 pub(crate) const fn above(low: f64) -> Range {
     Range {
-        low: End::Open(low),
-        high: End::None,
+        low: Some((low, false)),
+        high: None,
     }
 }
 
 /// A number or more.
 pub(crate) const fn at_least(low: f64) -> Range {
     Range {
-        low: End::Closed(low),
-        high: End::None,
+        low: Some((low, true)),
+        high: None,
     }
 }
 
 impl Range {
     /// And at most `high`.
-    pub const fn at_most(self, high: f64) -> Self {
-        Self {
-            low: self.low,
-            high: End::Closed(high),
-        }
+    pub const fn at_most(mut self, high: f64) -> Self {
+        self.high = Some((high, true));
+        self
     }
 
     /// And below `high`.
-    pub const fn below(self, high: f64) -> Self {
-        Self {
-            low: self.low,
-            high: End::Open(high),
-        }
-    }
-
-    /// Lower and upper end, each with whether it belongs to the range; `None` where there is none.
-    pub fn ends(self) -> [Option<(f64, bool)>; 2] {
-        [self.low, self.high].map(|end| match end {
-            End::None => None,
-            End::Open(at) => Some((at, false)),
-            End::Closed(at) => Some((at, true)),
-        })
+    pub const fn below(mut self, high: f64) -> Self {
+        self.high = Some((high, false));
+        self
     }
 
     /// Whether a number lies in it.
     pub fn contains(self, value: f64) -> bool {
-        let low = match self.low {
-            End::None => true,
-            End::Open(low) => value > low,
-            End::Closed(low) => value >= low,
-        };
-        let high = match self.high {
-            End::None => true,
-            End::Open(high) => value < high,
-            End::Closed(high) => value <= high,
-        };
-        value.is_finite() && low && high
+        let is_within = |distance: f64, included| distance > 0.0 || included && distance == 0.0;
+        value.is_finite()
+            && self
+                .low
+                .is_none_or(|(low, included)| is_within(value - low, included))
+            && self
+                .high
+                .is_none_or(|(high, included)| is_within(high - value, included))
     }
 }
 
 impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.low {
-            End::None => {}
-            End::Open(low) => write!(f, "above {}", short(low))?,
-            End::Closed(low) => write!(f, "of at least {}", short(low))?,
-        }
-        if !matches!(self.low, End::None) && !matches!(self.high, End::None) {
-            f.write_str(" and ")?;
-        }
-        match self.high {
-            End::None => Ok(()),
-            End::Open(high) => write!(f, "below {}", short(high)),
-            End::Closed(high) => write!(f, "at most {}", short(high)),
-        }
+        let low = self.low.map(|(low, included)| match included {
+            true => format!("of at least {}", short(low)),
+            false => format!("above {}", short(low)),
+        });
+        let high = self.high.map(|(high, included)| match included {
+            true => format!("at most {}", short(high)),
+            false => format!("below {}", short(high)),
+        });
+        let ends: Vec<String> = low.into_iter().chain(high).collect();
+        f.write_str(&ends.join(" and "))
     }
 }
 

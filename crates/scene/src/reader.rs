@@ -1,28 +1,22 @@
 //! Collects the problems of a scene while it is read.
 
 use crate::error::{Problem, SceneError};
-use crate::excerpt::harmless;
-use crate::source::{Entry, Node, Origin, Source, SourceKind, Value, document};
+use crate::source::{Entry, Node, Origin, Source, Value, document};
 use crate::suggest::nearest;
-use std::collections::{BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Largest number of problems of a file that are shown.
+/// Largest number of problems that are shown.
 const SHOWN: usize = 20;
-/// Largest number of problems of a file that are kept; further ones are only counted. Sections are not read in the
-/// order of lines: the first problems by line are among these unless there are many more.
+/// Largest number of problems that are kept; further ones are only counted. Sections are not read in the order of lines:
+/// the first problems by line are among these unless there are many more.
 const KEPT: usize = 1000;
 
 /// Collects problems while a scene is read.
 pub(crate) struct Reader {
     problems: Vec<Problem>,
-    /// Number of problems kept for each source, by its name.
-    kept: HashMap<String, usize>,
-    /// Number of further problems of each source, which were only counted.
-    hidden: HashMap<String, usize>,
-    /// The sections of the counted problems.
-    hidden_sections: BTreeSet<String>,
+    /// Number of further problems, which were only counted.
+    hidden: usize,
     /// Paths in the scene are relative to this folder.
     pub base_dir: PathBuf,
     /// The seed of the scene.
@@ -35,9 +29,7 @@ impl Reader {
     pub fn new(base_dir: PathBuf, home_of: fn(&str) -> Option<String>) -> Self {
         Self {
             problems: Vec::new(),
-            kept: HashMap::new(),
-            hidden: HashMap::new(),
-            hidden_sections: BTreeSet::new(),
+            hidden: 0,
             base_dir,
             seed: 0,
             home_of,
@@ -68,49 +60,26 @@ impl Reader {
 
     /// Number of problems so far.
     pub fn mark(&self) -> usize {
-        self.problems.len() + self.hidden.values().sum::<usize>()
-    }
-
-    /// Number of problems of a source so far.
-    pub fn problems_of(&self, source: &str) -> usize {
-        let count = |of: &HashMap<String, usize>| of.get(source).copied().unwrap_or(0);
-        count(&self.kept) + count(&self.hidden)
+        self.problems.len() + self.hidden
     }
 
     /// Whether no problem lies under one of these keys.
     pub fn is_clean(&self, keys: &[&str]) -> bool {
-        let under = |key: &str| keys.iter().any(|k| key.starts_with(k));
-        let hidden = self.hidden_sections.iter().any(|s| under(s));
-        !hidden && !self.problems.iter().any(|p| under(p.key()))
+        let under = |problem: &Problem| keys.iter().any(|k| problem.key().starts_with(k));
+        self.hidden == 0 && !self.problems.iter().any(under)
     }
 
     /// Adds a problem at a place. The message is made only if the problem is kept, so that a file with a million
     /// mistakes is read as fast as a correct one.
     pub fn complain(&mut self, origin: &Origin, key: &str, message: impl FnOnce() -> String) {
-        let name = &origin.source.name;
-        if self.kept.get(name).is_none_or(|count| *count < KEPT) {
-            return self.push(Problem::at(origin, key, message()));
-        }
-        self.hide(name, 1);
-        if let Some((section, _)) = key.split_once(['.', '[']) {
-            self.hidden_sections.insert(format!("{section}."));
+        match self.problems.len() < KEPT {
+            true => self.push(Problem::at(origin, key, message())),
+            false => self.hidden += 1,
         }
     }
 
     pub fn push(&mut self, problem: Problem) {
-        let name = match problem.origin() {
-            Some(origin) => origin.source.name.clone(),
-            None => problem.file().to_owned(),
-        };
-        *self.kept.entry(name).or_default() += 1;
         self.problems.push(problem);
-    }
-
-    /// Counts problems of a source that are not shown.
-    pub fn hide(&mut self, source: &str, count: usize) {
-        if count > 0 {
-            *self.hidden.entry(source.to_owned()).or_default() += count;
-        }
     }
 
     /// Adds a problem: the value at a node is not allowed.
@@ -134,38 +103,30 @@ impl Reader {
             problem.whole = Some(error.origin.line()) == broken;
             self.push(problem);
         }
-        self.hide(&source.name, errors.len().saturating_sub(KEPT));
+        self.hidden += errors.len().saturating_sub(KEPT);
         node
     }
 
-    /// The scene, or its problems.
+    /// The scene, or its problems by file and line.
     pub fn finish<T>(self, value: T) -> Result<T, SceneError> {
         let mut problems = without_echoes(self.problems);
-        let mut hidden: HashMap<String, usize> = HashMap::new();
-        for (source, count) in self.hidden {
-            *hidden.entry(harmless(&source)).or_default() += count;
-        }
-        let count = problems.len() + hidden.values().sum::<usize>();
+        let count = problems.len() + self.hidden;
         let place = |p: &Problem| {
             let line = p.line();
             (line.is_none(), p.file().to_owned(), line)
         };
         problems.sort_by_cached_key(place);
-        let mut shown = Vec::new();
-        for of_file in problems.chunk_by(|a, b| a.file() == b.file()) {
-            let file = of_file[0].file();
-            shown.extend(of_file.iter().take(SHOWN).cloned());
-            let more = of_file.len().saturating_sub(SHOWN) + hidden.remove(file).unwrap_or(0);
-            if more > 0 {
-                let message = format!("and {} more problems", grouped(more));
-                shown.push(Problem::unread(file, message));
-            }
+        problems.truncate(SHOWN);
+        let mut shown = problems.into_iter();
+        let Some(first) = shown.next() else {
+            return Ok(value);
+        };
+        let mut rest: Vec<Problem> = shown.collect();
+        if count > SHOWN {
+            let message = format!("and {} more problems", grouped(count - SHOWN));
+            rest.push(Problem::unread(first.file(), message));
         }
-        let mut shown = shown.into_iter();
-        match shown.next() {
-            None => Ok(value),
-            Some(first) => Err(SceneError::new(first, shown.collect(), count)),
-        }
+        Err(SceneError::new(first, rest, count))
     }
 }
 
@@ -216,7 +177,7 @@ fn without_echoes(problems: Vec<Problem>) -> Vec<Problem> {
         };
         syntax.iter().any(|(error, breaks)| {
             Arc::ptr_eq(&error.source, &origin.source)
-                && origin.source.kind == SourceKind::File
+                && !origin.is_override()
                 && (error.line() == origin.line()
                     || *breaks && (p.whole || origin.line() > error.line()))
         })

@@ -1,7 +1,7 @@
 //! `[robot]`: geometry and masses, by name, from a file, or written in the scene.
 
 use crate::error::Problem;
-use crate::form::{Form, did_you_mean, quoted};
+use crate::form::{Form, Table, did_you_mean, quoted, section};
 use crate::key::{self, Key, keys};
 use crate::reader::{Reader, join};
 use crate::reference::KeyReference;
@@ -25,6 +25,16 @@ struct BuiltIn {
     text: &'static str,
 }
 
+macro_rules! builtin {
+    ($name:literal, $file:literal) => {
+        BuiltIn {
+            name: $name,
+            file: $file,
+            text: include_str!(concat!("../../../", $file)),
+        }
+    };
+}
+
 /// One of the two halves of `[robot]`.
 pub(crate) struct Part {
     /// Full key.
@@ -42,21 +52,9 @@ pub(crate) struct Part {
 pub(crate) const GEOMETRY_PART: Part = Part {
     path: "robot.geometry",
     builtins: &[
-        BuiltIn {
-            name: DEFAULT_GEOMETRY,
-            file: "robots/geometry-a.toml",
-            text: include_str!("../../../robots/geometry-a.toml"),
-        },
-        BuiltIn {
-            name: "B",
-            file: "robots/geometry-b.toml",
-            text: include_str!("../../../robots/geometry-b.toml"),
-        },
-        BuiltIn {
-            name: "C",
-            file: "robots/geometry-c.toml",
-            text: include_str!("../../../robots/geometry-c.toml"),
-        },
+        builtin!("A", "robots/geometry-a.toml"),
+        builtin!("B", "robots/geometry-b.toml"),
+        builtin!("C", "robots/geometry-c.toml"),
     ],
     what: "geometry",
     keys: GEOMETRY,
@@ -72,16 +70,8 @@ pub(crate) const GEOMETRY_PART: Part = Part {
 pub(crate) const MASS_PART: Part = Part {
     path: "robot.mass",
     builtins: &[
-        BuiltIn {
-            name: DEFAULT_MASS,
-            file: "robots/mass-caption.toml",
-            text: include_str!("../../../robots/mass-caption.toml"),
-        },
-        BuiltIn {
-            name: "text",
-            file: "robots/mass-text.toml",
-            text: include_str!("../../../robots/mass-text.toml"),
-        },
+        builtin!("caption", "robots/mass-caption.toml"),
+        builtin!("text", "robots/mass-text.toml"),
     ],
     what: "mass",
     keys: MASSES,
@@ -126,43 +116,20 @@ impl Default for RobotChoice {
 }
 
 /// `[robot]`
-pub(crate) struct Section;
-
-impl Form for Section {
-    type Value = RobotChoice;
-
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut RobotChoice) {
-        *into = RobotChoice::default();
-        let mark = reader.mark();
-        reader.table(KEYS, node, path, into);
-        if let (true, Err(error)) = (reader.mark() == mark, into.robot.check_stance()) {
-            refuse_stance(reader, node, &error);
-        }
-    }
-
-    fn schema(&self, _defaults: Option<&mut RobotChoice>) -> Json {
-        key::schema(KEYS, None)
-    }
-
-    fn is_section(&self) -> bool {
-        true
-    }
-
-    fn tables(&self, out: &mut Out, path: &str, _meaning: &str, value: &mut RobotChoice) {
-        out.tables(KEYS, value, path);
-    }
-
-    fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, value: &mut RobotChoice) {
-        key::rows(rows, KEYS, path, value);
-    }
-}
+pub(crate) const ROBOT: Table<RobotChoice> = Table {
+    check: check_stance,
+    ..section(KEYS)
+};
 
 /// Reports a robot that cannot stand, at the key of its geometry that an override set, else at the likeliest key.
-fn refuse_stance(reader: &mut Reader, section: &Node, error: &StanceError) {
+fn check_stance(reader: &mut Reader, section: &Node, robot: &RobotChoice) {
+    let Err(error) = robot.robot.check_stance() else {
+        return;
+    };
     let Some((_, geometry, path)) = GEOMETRY_PART.content(reader, section.get("geometry")) else {
         return;
     };
-    let keys = stance_keys(error).iter();
+    let keys = stance_keys(&error).iter();
     let written: Vec<(&str, &Node)> = keys
         .filter_map(|key| geometry.find(key).map(|node| (*key, node)))
         .collect();

@@ -25,7 +25,7 @@ keys! {
     seed: SEED => |s| &mut s.seed;
 
     /// geometry and masses
-    robot: robot::Section => |s| &mut s.robot;
+    robot: robot::ROBOT => |s| &mut s.robot;
 
     /// the ground
     terrain: Terrain { is_part: false } => |s| &mut s.terrain;

@@ -68,19 +68,11 @@ fn too_large(most: usize) -> String {
     format!("is too large, allowed: at most {} bytes", grouped(most))
 }
 
-/// Kind of a source.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum SourceKind {
-    /// A file: problems name its lines.
-    File,
-    /// An override of the command line: one line, named by itself.
-    Override,
-}
-
 /// A text with its name.
 #[derive(Debug)]
 pub(crate) struct Source {
-    pub kind: SourceKind,
+    /// Whether it is an override of the command line: one line, named by itself.
+    pub is_override: bool,
     pub name: String,
     pub text: String,
     /// Byte at which each line starts; found once, on demand.
@@ -88,9 +80,9 @@ pub(crate) struct Source {
 }
 
 impl Source {
-    fn new(kind: SourceKind, name: String, text: &str) -> Arc<Self> {
+    fn new(is_override: bool, name: String, text: &str) -> Arc<Self> {
         Arc::new(Self {
-            kind,
+            is_override,
             name,
             text: text.to_owned(),
             line_starts: OnceLock::new(),
@@ -98,12 +90,12 @@ impl Source {
     }
 
     pub fn file(name: &str, text: &str) -> Arc<Self> {
-        Self::new(SourceKind::File, name.to_owned(), text)
+        Self::new(false, name.to_owned(), text)
     }
 
     /// An override `key=value` as given to `--set`.
     pub fn set(text: &str) -> Arc<Self> {
-        Self::new(SourceKind::Override, format!("--set {text}"), text)
+        Self::new(true, format!("--set {text}"), text)
     }
 
     fn line_starts(&self) -> &[usize] {
@@ -145,7 +137,7 @@ impl Origin {
     }
 
     pub fn is_override(&self) -> bool {
-        self.source.kind == SourceKind::Override
+        self.source.is_override
     }
 
     /// The text at the place, on one line and cut.

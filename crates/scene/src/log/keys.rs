@@ -9,7 +9,7 @@ use crate::key::keys;
 use crate::quantity::{
     ANGLE, ANGULAR_RATE, LENGTH, NONE, RATE_WALK, ROTARY_DAMPING, TIME, TORQUE, at_least, number,
 };
-use crate::robot;
+use crate::robot::ROBOT;
 use crate::sensors::MEASURED;
 
 keys! {
@@ -20,7 +20,7 @@ keys! {
     name: Maybe(NAME) => |l| &mut l.name;
 
     /// geometry and masses
-    robot: robot::Section => |l| &mut l.robot;
+    robot: ROBOT => |l| &mut l.robot;
 
     /// eq. (2)
     drive: section(DRIVE) => |l| l;

@@ -7,7 +7,7 @@ use crate::error::SceneError;
 use crate::form::Form;
 use crate::key::keys;
 use crate::reader::Reader;
-use crate::robot::{self, RobotChoice};
+use crate::robot::{ROBOT, RobotChoice};
 use crate::source::{self, Node, Source, Value};
 use crate::write::Out;
 use robhaz_estimator::statics::LoadCovariance;
@@ -93,7 +93,7 @@ impl RobotChoice {
         }
         let mut robot = Self::default();
         if let Some(section) = section {
-            robot::Section.read(&mut reader, section, "robot", &mut robot);
+            ROBOT.read(&mut reader, section, "robot", &mut robot);
         }
         reader.finish(robot)
     }
@@ -117,7 +117,9 @@ fn read(reader: &mut Reader, root: &Node, base: LogChoice) -> LogChoice {
     choice.states_loads |= ROBOTS_BUDGET
         .iter()
         .any(|key| has(&format!("budget.{key}")));
-    choice.states_robot |= has("robot");
+    if has("robot") {
+        (choice.robot, choice.states_robot) = (RobotChoice::default(), true);
+    }
     reader.table(LOG, root, "", &mut choice);
     if has("estimator") || has("drive.viscous_damping") {
         let items = match root.get("estimator").map(|n| &n.value) {
@@ -141,7 +143,7 @@ keys! {
     WEIGHED: RobotChoice;
 
     /// geometry and masses
-    robot: robot::Section => |robot| robot;
+    robot: ROBOT => |robot| robot;
 }
 
 impl RobotChoice {

@@ -115,7 +115,7 @@ impl Form for Missing {
     type Value = Vec<String>;
 
     fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Self::Value) {
-        for (item, path) in reader.items(node, path, 0..=usize::MAX, &self.allowed()) {
+        for (item, path) in reader.items(node, path, 0..=usize::MAX, || self.allowed()) {
             let found = reader.word(&READINGS, item, &path);
             into.extend(found.map(|i| READINGS[i].to_owned()));
         }

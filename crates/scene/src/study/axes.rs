@@ -189,7 +189,7 @@ impl Form for Axes {
     type Value = Vec<Axis>;
 
     fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Vec<Axis>) {
-        for (item, path) in reader.items(node, path, 0..=usize::MAX, &self.allowed()) {
+        for (item, path) in reader.items(node, path, 0..=usize::MAX, || self.allowed()) {
             let Some(axis) = read_axis(reader, item, &path) else {
                 continue;
             };

@@ -190,7 +190,7 @@ impl Form for Parts {
     type Value = Vec<TerrainChoice>;
 
     fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Self::Value) {
-        for (item, path) in reader.items(node, path, 1..=MOST_PARTS, &self.allowed()) {
+        for (item, path) in reader.items(node, path, 1..=MOST_PARTS, || self.allowed()) {
             let mut part = TerrainChoice::default();
             Terrain { is_part: true }.read(reader, item, &path, &mut part);
             into.push(part);

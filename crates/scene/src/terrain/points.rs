@@ -41,7 +41,7 @@ impl Form for Points {
                 format!("found {count} points, allowed: {allowed}; more can stand in a file");
             return reader.push(Problem::at(&node.origin, path, message));
         }
-        for (item, path) in reader.items(node, path, 2..=MOST, &self.allowed()) {
+        for (item, path) in reader.items(node, path, 2..=MOST, || self.allowed()) {
             let (mark, mut point) = (reader.mark(), Vec2::zeros());
             POINT.read(reader, item, &path, &mut point);
             if reader.mark() > mark {
