@@ -14,10 +14,8 @@ pub struct Problem {
     message: String,
     origin: Option<Origin>,
     excerpt: Option<Excerpt>,
-    /// Whether it is about several keys or a missing key. It is then dropped for a file that could only be read in
-    /// part.
+    /// Whether it is about several keys or a missing key.
     pub(crate) whole: bool,
-    pub(crate) syntax: bool,
 }
 
 impl Problem {
@@ -42,7 +40,6 @@ impl Problem {
             origin: None,
             excerpt: None,
             whole: false,
-            syntax: false,
         }
     }
 
@@ -57,13 +54,6 @@ impl Problem {
     pub(crate) fn whole(self) -> Self {
         Self {
             whole: true,
-            ..self
-        }
-    }
-
-    pub(crate) fn syntax(self) -> Self {
-        Self {
-            syntax: true,
             ..self
         }
     }

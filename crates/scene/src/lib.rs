@@ -10,8 +10,9 @@
 //! | `source` | a file or an override as a tree of values with their places |
 //! | `key` | keys: name, meaning, form, field; each declared once |
 //! | `form`, `quantity` | what a value may be: read, written, described; numbers with unit and range |
-//! | `sections` | all keys of a scene; the sections `robot`, `terrain`, `contact`, `drive`, `sensors`, `estimators` |
-//! | `overrides`, `load`, `checks`, `explicit_step`, `control` | from a file and overrides to a checked [`Scene`] |
+//! | `load` | all keys of a scene; from a file to a [`Scene`] and back |
+//! | `robot`, `terrain`, `contact`, `drive`, `sensors`, `estimators` | its sections |
+//! | `overrides`, `checks`, `explicit_step`, `control` | overrides of the command line; rules over several keys |
 //! | `log` | descriptions of recorded logs |
 //! | `study` | study files: what is varied in which scene |
 //! | `write`, `reference`, `schema` | files, tables of keys and JSON Schema from the declarations |
@@ -39,7 +40,6 @@ mod robot;
 mod robot_keys;
 mod scene;
 mod schema;
-mod sections;
 mod sensors;
 mod source;
 mod study;

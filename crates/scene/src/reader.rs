@@ -87,29 +87,24 @@ impl Reader {
         self.complain(&node.origin, path, || refusal(node, allowed));
     }
 
-    /// Parses a text as TOML; syntax errors become problems.
-    pub fn document(&mut self, source: &Arc<Source>) -> Node {
-        let (node, errors) = document(source);
-        let broken = errors
-            .iter()
-            .filter(|e| e.breaks_structure)
-            .map(|e| e.origin.line())
-            .min();
-        for error in errors.iter().take(KEPT) {
-            let line = error.origin.whole_line();
-            let message = format!("TOML does not allow this: {}; found: {line}", error.message);
-            let mut problem = Problem::at(&error.origin, "", message).syntax();
-            // The rest of the file may have been misread.
-            problem.whole = Some(error.origin.line()) == broken;
-            self.push(problem);
+    /// Parses a text as TOML; `None` after syntax errors, which become problems.
+    pub fn document(&mut self, source: &Arc<Source>) -> Option<Node> {
+        let errors = match document(source) {
+            Ok(node) => return Some(node),
+            Err(errors) => errors,
+        };
+        for (origin, message) in errors {
+            self.complain(&origin, "", || {
+                let line = origin.whole_line();
+                format!("TOML does not allow this: {message}; found: {line}")
+            });
         }
-        self.hidden += errors.len().saturating_sub(KEPT);
-        node
+        None
     }
 
-    /// The scene, or its problems by file and line.
-    pub fn finish<T>(self, value: T) -> Result<T, SceneError> {
-        let mut problems = without_echoes(self.problems);
+    /// What was read, or the problems by file and line. Nothing was read only after a problem.
+    pub fn finish<T>(self, value: Option<T>) -> Result<T, SceneError> {
+        let mut problems = self.problems;
         let count = problems.len() + self.hidden;
         let place = |p: &Problem| {
             let line = p.line();
@@ -118,8 +113,9 @@ impl Reader {
         problems.sort_by_cached_key(place);
         problems.truncate(SHOWN);
         let mut shown = problems.into_iter();
-        let Some(first) = shown.next() else {
-            return Ok(value);
+        let first = match (shown.next(), value) {
+            (None, Some(value)) => return Ok(value),
+            (first, _) => first.unwrap_or_else(|| Problem::unread("", "cannot be read".to_owned())),
         };
         let mut rest: Vec<Problem> = shown.collect();
         if count > SHOWN {
@@ -161,32 +157,6 @@ pub(crate) fn grouped(count: usize) -> String {
         out.push(digit);
     }
     out
-}
-
-/// Drops problems that follow from a syntax error: those on its line, and, if the error may have broken the structure
-/// of the rest of the file, those after its line and missing keys.
-fn without_echoes(problems: Vec<Problem>) -> Vec<Problem> {
-    let syntax: Vec<(Origin, bool)> = problems
-        .iter()
-        .filter(|p| p.syntax)
-        .filter_map(|p| Some((p.origin()?.clone(), p.whole)))
-        .collect();
-    let echoes = |p: &Problem| {
-        let Some(origin) = p.origin() else {
-            return false;
-        };
-        syntax.iter().any(|(error, breaks)| {
-            Arc::ptr_eq(&error.source, &origin.source)
-                && !origin.is_override()
-                && (error.line() == origin.line()
-                    || *breaks && (p.whole || origin.line() > error.line()))
-        })
-    };
-    let is_echo: Vec<bool> = problems.iter().map(|p| !p.syntax && echoes(p)).collect();
-    let mut is_echo = is_echo.into_iter();
-    let mut problems = problems;
-    problems.retain(|_| !is_echo.next().unwrap_or(false));
-    problems
 }
 
 /// A key in messages: at most its first 60 characters.

@@ -1,9 +1,9 @@
 //! Every key that a scene file or a log description can have, from the declarations that the reader uses.
 
 use crate::key;
+use crate::load::SCENE;
 use crate::log::{LOG, LogChoice};
 use crate::scene::Scene;
-use crate::sections::SCENE;
 use std::sync::LazyLock;
 
 /// A key of scene files.

@@ -213,14 +213,14 @@ impl Part {
         self.builtins.iter().map(|b| b.name).collect()
     }
 
-    fn builtin(&self, reader: &mut Reader, builtin: &BuiltIn) -> Node {
+    fn builtin(&self, reader: &mut Reader, builtin: &BuiltIn) -> Option<Node> {
         reader.document(&Source::file(builtin.file, builtin.text))
     }
 
     /// The content of a built-in or a file.
     fn by_name(&self, reader: &mut Reader, node: &Node, name: &str) -> Option<Node> {
         if let Some(builtin) = self.builtins.iter().find(|b| b.name == name) {
-            return Some(self.builtin(reader, builtin));
+            return self.builtin(reader, builtin);
         }
         if Path::new(name).extension().is_none_or(|e| e != "toml") {
             let allowed = self.allowed() + &did_you_mean(name, &self.names());
@@ -230,7 +230,7 @@ impl Part {
         let path = reader.base_dir.join(name);
         let shown = path.display().to_string();
         match source::read_toml(&path) {
-            Ok(text) => Some(reader.document(&Source::file(&shown, &text))),
+            Ok(text) => reader.document(&Source::file(&shown, &text)),
             Err(error) => {
                 let message = format!(
                     "found {}, but {shown} {error}; allowed: {}",
@@ -251,7 +251,7 @@ impl Part {
     ) -> Option<(String, Node, &'static str)> {
         let default = &self.builtins[0];
         let (name, node, path) = match chosen.map(|node| (node, &node.value)) {
-            None => (default.name, self.builtin(reader, default), ""),
+            None => (default.name, self.builtin(reader, default)?, ""),
             Some((node, Value::Text(name))) => {
                 (name.as_str(), self.by_name(reader, node, name)?, "")
             }

@@ -1,10 +1,10 @@
 //! JSON Schema of the files that people write: an editor completes and checks them by it.
 
 use crate::key::{self, IGNORED, Key};
+use crate::load::SCENE;
 use crate::log::{LOG, LogChoice};
 use crate::robot_keys::{GEOMETRY, MASSES};
 use crate::scene::Scene;
-use crate::sections::SCENE;
 use crate::{study, terrain};
 use serde_json::{Value, json};
 

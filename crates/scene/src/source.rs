@@ -293,36 +293,23 @@ impl Node {
     }
 }
 
-/// A TOML error and its place.
-pub(crate) struct SyntaxError {
-    pub origin: Origin,
-    pub message: String,
-    /// Whether the rest of the file may have been misread.
-    pub breaks_structure: bool,
-}
-
-/// Reads a TOML document as far as possible, with its syntax errors.
-pub(crate) fn document(source: &Arc<Source>) -> (Node, Vec<SyntaxError>) {
+/// Reads a TOML document; the errors are places with messages.
+pub(crate) fn document(source: &Arc<Source>) -> Result<Node, Vec<(Origin, String)>> {
     let (table, errors) = DeTable::parse_recoverable(&source.text);
     let place = Place { source, offset: 0 };
-    let node = Node::table(&place.origin(table.span()), place.entries(table.get_ref()));
-    let mut found: Vec<SyntaxError> = Vec::new();
-    let mut lines = HashSet::new();
-    for error in errors {
-        let origin = place.origin(error.span().unwrap_or(0..0));
-        // One mistake can cause many errors; the first of a line is enough.
-        if !lines.insert(origin.line()) {
-            continue;
-        }
-        let message = error.message();
-        found.push(SyntaxError {
-            breaks_structure: message != "duplicate key"
-                && !message.starts_with("string values must be quoted"),
-            message: message.to_owned(),
-            origin,
-        });
+    if errors.is_empty() {
+        let origin = place.origin(table.span());
+        return Ok(Node::table(&origin, place.entries(table.get_ref())));
     }
-    (node, found)
+    let mut lines = HashSet::new();
+    let errors = errors.into_iter().map(|error| {
+        let origin = place.origin(error.span().unwrap_or(0..0));
+        (origin, error.message().to_owned())
+    });
+    // One mistake can cause many errors; the first of a line is enough.
+    Err(errors
+        .filter(|(origin, _)| lines.insert(origin.line()))
+        .collect())
 }
 
 /// The part of a source from `offset` on as a TOML value; as a text if it is none.

@@ -40,7 +40,7 @@ impl LogChoice {
         // Keys of one section do not exist in another.
         let mut reader = Reader::new(base_dir.to_owned(), |_| None);
         let root = reader.document(&Source::file(source_name, text));
-        let choice = read(&mut reader, &root, base);
+        let choice = root.map(|root| read(&mut reader, &root, base));
         reader.finish(choice)
     }
 }
@@ -58,14 +58,14 @@ impl LogChoice {
         let text = read_text(path, ROBOT_FILE)?;
         let mut reader = Reader::new(PathBuf::new(), |_| None);
         let root = reader.document(&Source::file(&path.display().to_string(), &text));
-        let entries = root.get("budget").and_then(Node::entries);
-        for entry in entries.unwrap_or_default() {
+        let budget = root.as_ref().and_then(|root| root.get("budget"));
+        for entry in budget.and_then(Node::entries).unwrap_or_default() {
             if ROBOTS_BUDGET.contains(&entry.key.as_str()) {
                 self.states_loads = true;
                 reader.entry(BUDGET, entry, "budget", self);
             }
         }
-        reader.finish(())
+        reader.finish(root.map(|_| ()))
     }
 }
 
@@ -86,15 +86,16 @@ impl RobotChoice {
         let base_dir = path.parent().unwrap_or(Path::new(""));
         let mut reader = Reader::new(base_dir.to_owned(), |_| None);
         let root = reader.document(&Source::file(&shown, &text));
-        let section = root.get("robot");
-        if section.is_none() && reader.mark() == 0 {
+        let section = root.as_ref().map(|root| root.get("robot"));
+        if matches!(section, Some(None)) {
             let message = format!("has no section [robot]; allowed: {allowed}");
             return Err(SceneError::unread(&shown, message));
         }
-        let mut robot = Self::default();
-        if let Some(section) = section {
+        let robot = section.flatten().map(|section| {
+            let mut robot = Self::default();
             ROBOT.read(&mut reader, section, "robot", &mut robot);
-        }
+            robot
+        });
         reader.finish(robot)
     }
 }

@@ -119,7 +119,7 @@ impl StudyChoice {
         source::check_toml(text).map_err(|error| SceneError::unread(source_name, error))?;
         let mut reader = Reader::new(PathBuf::new(), |_| None);
         let root = reader.document(&Source::file(source_name, text));
-        let study = read(&mut reader, &root, text, source_name);
+        let study = root.map(|root| read(&mut reader, &root, text, source_name));
         reader.finish(study)
     }
 }
