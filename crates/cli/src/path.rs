@@ -44,7 +44,6 @@ pub struct Args {
     #[arg(long, value_enum, default_value_t = Format::Parquet)]
     format: Format,
     /// Also saves the path as a recording for the viewer: wheels on the ground, needed and available friction, margin.
-    #[cfg(feature = "viewer")]
     #[arg(long, value_name = "FILE.rrd")]
     save: Option<PathBuf>,
     /// Replaces the files of an earlier judgement.
@@ -95,6 +94,13 @@ pub fn run(args: &Args) -> Result<()> {
     }
     #[cfg(feature = "viewer")]
     let recording = recording(args)?;
+    #[cfg(not(feature = "viewer"))]
+    if args.save.is_some() {
+        bail!(
+            "this robhaz has no path --save: {}",
+            crate::live::WITHOUT_VIEWER
+        );
+    }
     let cannot = || format!("cannot judge the path of {}", args.scene.display());
     let setup = PathSetup::new(&scene, options)
         .into_diagnostic()

@@ -35,7 +35,7 @@ fn runs_in_words(dataset: &Dataset) -> String {
     format!(
         "Study {}, scene {}: {} runs; {failures}. Made by {}.",
         dataset.study.name,
-        dataset.study.scene.display(),
+        dataset.study.scene().display(),
         dataset.runs,
         dataset.version
     )

@@ -1,14 +1,12 @@
 //! Rules that involve several keys.
 
-use crate::conflict::{Conflict, Value, number, word};
 use crate::contact;
 use crate::control;
 use crate::error::Problem;
 use crate::explicit_step;
-use crate::range::short;
+use crate::quantity::short;
 use crate::reader::Reader;
 use crate::scene::Scene;
-use crate::sensors::MODEL_ERROR_PATH;
 use crate::source::Node;
 use robhaz_control::ControlKind;
 use robhaz_sim::EngineKind;
@@ -22,142 +20,181 @@ const MOST_JITTER: f64 = 0.3;
 /// Relative rounding error allowed in a whole number.
 const WHOLE: f64 = 1e-12;
 
-/// Checks the rules whose keys have no problem of their own.
-pub(crate) fn check(reader: &mut Reader, root: &Node, scene: &Scene) {
-    if reader.is_clean(&["contact."]) {
-        report_all(reader, root, &contact::conflicts(scene));
-    }
-    if reader.is_clean(&["record."]) {
-        record(reader, root, scene);
-    }
-    if reader.is_clean(&["drive.", "sensors.", "robot."]) {
-        report_all(reader, root, &control::conflicts(scene));
-    }
-    if reader.is_clean(&["record.", "sensors."]) {
-        sensors(reader, root, scene);
-    }
-    if reader.is_clean(&["record.", "engine."]) {
-        engine(reader, root, scene);
-    }
-    if reader.is_clean(&["record.", "drive."]) {
-        friction_test(reader, root, scene);
-    }
-    if reader.is_clean(&["robot.", "model_error."]) {
-        model_error(reader, root, scene);
-    }
-    if reader.is_clean(&["contact.", "drive.", "engine.", "robot."]) {
-        stability(reader, root, scene);
+/// A key and its value as text, for messages.
+pub(crate) type Value = (&'static str, String);
+
+/// Keys whose values do not go together, and what is allowed.
+pub(crate) struct Conflict {
+    /// The keys, the one to blame first.
+    pub keys: Vec<Value>,
+    /// What is allowed.
+    pub rule: String,
+}
+
+impl Conflict {
+    /// What was found and what is allowed.
+    pub fn message(&self) -> String {
+        let found: Vec<String> = self
+            .keys
+            .iter()
+            .map(|(key, value)| format!("{key} = {value}"))
+            .collect();
+        format!("found {}, allowed: {}", found.join(" and "), self.rule)
     }
 }
 
-fn record(reader: &mut Reader, root: &Node, scene: &Scene) {
+/// Keys that do not go together, the one to blame first, and what is allowed.
+pub(crate) fn conflict(keys: impl Into<Vec<Value>>, rule: impl Into<String>) -> Conflict {
+    Conflict {
+        keys: keys.into(),
+        rule: rule.into(),
+    }
+}
+
+/// A key and its number.
+pub(crate) fn valued(key: &'static str, value: f64) -> Value {
+    (key, short(value))
+}
+
+/// A key and its word.
+pub(crate) fn named(key: &'static str, value: &str) -> Value {
+    (key, format!("\"{value}\""))
+}
+
+/// The rules of a scene that some sections determine.
+type Rules = (&'static [&'static str], fn(&Scene) -> Vec<Conflict>);
+
+const RULES: &[Rules] = &[
+    (&["contact."], contact::conflicts),
+    (&["record."], record),
+    (&["drive.", "sensors.", "robot."], control::conflicts),
+    (&["record.", "sensors."], sensors),
+    (&["record.", "engine."], engine),
+    (&["record.", "drive."], friction_test),
+    (&["contact.", "drive.", "engine.", "robot."], stability),
+];
+
+/// Checks the rules whose keys have no problem of their own.
+pub(crate) fn check(reader: &mut Reader, root: &Node, scene: &Scene) {
+    for (sections, conflicts) in RULES {
+        if reader.is_clean(sections) {
+            for conflict in conflicts(scene) {
+                report(reader, root, &conflict);
+            }
+        }
+    }
+    // The nominal robot must be a valid robot.
+    if reader.is_clean(&["robot.", "model_error."])
+        && let Err(error) = scene.nominal_robot()
+    {
+        let origin = &root.get("model_error").unwrap_or(root).origin;
+        let message = format!("with seed {} {error}; allowed: smaller errors", scene.seed);
+        reader.push(Problem::at(origin, "model_error", message).whole());
+    }
+}
+
+fn record(scene: &Scene) -> Vec<Conflict> {
     let r = &scene.record;
-    let duration = || number("record.duration", r.duration);
-    let rate = || number("record.rate", r.rate);
+    let duration = || valued("record.duration", r.duration);
+    let rate = || valued("record.rate", r.rate);
+    let mut found = Vec::new();
     if r.compare_from >= r.duration {
-        let from = number("record.compare_from", r.compare_from);
-        let rule = "record.compare_from below record.duration";
-        conflict(reader, root, vec![from, duration()], rule);
+        let from = valued("record.compare_from", r.compare_from);
+        found.push(conflict(
+            [from, duration()],
+            "record.compare_from below record.duration",
+        ));
     }
     let count = r.duration * r.rate;
     if count > MOST_RECORDS {
         let rule = format!("at most {} records", short(MOST_RECORDS));
-        conflict(reader, root, vec![rate(), duration()], &rule);
+        found.push(conflict([rate(), duration()], rule));
     } else if !is_whole(count) {
         let rule = "a whole number of records: record.duration times record.rate";
-        conflict(reader, root, vec![duration(), rate()], rule);
+        found.push(conflict([duration(), rate()], rule));
     }
+    found
 }
 
-/// A test that begins after the end of the run would never begin.
-fn friction_test(reader: &mut Reader, root: &Node, scene: &Scene) {
-    let tests = scene.control.kind == ControlKind::FrictionTest;
+/// A test that begins after the end of the run would never begin; it needs covariances.
+fn friction_test(scene: &Scene) -> Vec<Conflict> {
+    let mut found = Vec::new();
+    if scene.control.kind != ControlKind::FrictionTest {
+        return found;
+    }
     let (start, duration) = (scene.control.friction_test.start, scene.record.duration);
-    if tests && start >= duration {
-        let keys = vec![
-            number("drive.friction_test.start", start),
-            number("record.duration", duration),
+    if start >= duration {
+        let keys = [
+            valued("drive.friction_test.start", start),
+            valued("record.duration", duration),
         ];
-        let rule = "drive.friction_test.start below record.duration";
-        conflict(reader, root, keys, rule);
+        found.push(conflict(
+            keys,
+            "drive.friction_test.start below record.duration",
+        ));
     }
     let estimator = scene
         .control_estimator()
         .and_then(|i| scene.estimators.get(i));
-    if let Some(estimator) = estimator.filter(|e| tests && !e.settings.states_covariance()) {
-        let keys = vec![
-            word("drive.kind", scene.control.kind.name()),
-            word("drive.estimator", &estimator.name),
+    if let Some(estimator) = estimator.filter(|e| !e.settings.states_covariance()) {
+        let keys = [
+            named("drive.kind", scene.control.kind.name()),
+            named("drive.estimator", &estimator.name),
         ];
         let rule = "an estimator with Kalman filters: drive.estimator of the preset \"best\"";
-        conflict(reader, root, keys, rule);
+        found.push(conflict(keys, rule));
     }
+    found
 }
 
-fn sensors(reader: &mut Reader, root: &Node, scene: &Scene) {
-    if !is_whole(scene.sensors.rate / scene.record.rate) {
-        let keys = vec![
-            number("sensors.rate", scene.sensors.rate),
-            number("record.rate", scene.record.rate),
-        ];
-        let rule = "sensors.rate a whole multiple of record.rate";
-        conflict(reader, root, keys, rule);
-    }
+fn sensors(scene: &Scene) -> Vec<Conflict> {
     let (jitter, rate) = (scene.sensors.spec.jitter, scene.sensors.rate);
+    let mut found = Vec::new();
+    if !is_whole(rate / scene.record.rate) {
+        let keys = [
+            valued("sensors.rate", rate),
+            valued("record.rate", scene.record.rate),
+        ];
+        found.push(conflict(
+            keys,
+            "sensors.rate a whole multiple of record.rate",
+        ));
+    }
     if jitter * rate > MOST_JITTER {
-        let keys = vec![
-            number("sensors.jitter", jitter),
-            number("sensors.rate", rate),
+        let keys = [
+            valued("sensors.jitter", jitter),
+            valued("sensors.rate", rate),
         ];
-        let rule = format!(
-            "sensors.jitter at most {} s, {MOST_JITTER} of the time between samples",
-            short(MOST_JITTER / rate)
-        );
-        conflict(reader, root, keys, &rule);
+        let most = short(MOST_JITTER / rate);
+        let rule =
+            format!("sensors.jitter at most {most} s, {MOST_JITTER} of the time between samples");
+        found.push(conflict(keys, rule));
     }
+    found
 }
 
-/// The nominal robot must be a valid robot.
-fn model_error(reader: &mut Reader, root: &Node, scene: &Scene) {
-    if let Err(error) = scene.nominal_robot() {
-        let origin = &root.get(MODEL_ERROR_PATH).unwrap_or(root).origin;
-        let message = format!("with seed {} {error}; allowed: smaller errors", scene.seed);
-        reader.push(Problem::at(origin, MODEL_ERROR_PATH, message).whole());
-    }
-}
-
-fn engine(reader: &mut Reader, root: &Node, scene: &Scene) {
-    if scene.record.duration / scene.engine.step > MOST_STEPS {
-        let keys = vec![
-            number("engine.step", scene.engine.step),
-            number("record.duration", scene.record.duration),
-        ];
-        let rule = format!("at most {} steps", short(MOST_STEPS));
-        conflict(reader, root, keys, &rule);
-    }
+fn engine(scene: &Scene) -> Vec<Conflict> {
+    let (step, duration) = (scene.engine.step, scene.record.duration);
+    let keys = [
+        valued("engine.step", step),
+        valued("record.duration", duration),
+    ];
+    let rule = format!("at most {} steps", short(MOST_STEPS));
+    let too_many = duration / step > MOST_STEPS;
+    too_many.then(|| conflict(keys, rule)).into_iter().collect()
 }
 
 /// The step of `rapier` against the stability limits of contact, friction and drive.
-fn stability(reader: &mut Reader, root: &Node, scene: &Scene) {
-    if scene.engine.kind == EngineKind::Rapier {
-        report_all(reader, root, &explicit_step::conflicts(scene));
+fn stability(scene: &Scene) -> Vec<Conflict> {
+    match scene.engine.kind {
+        EngineKind::Rapier => explicit_step::conflicts(scene),
+        EngineKind::Direct => Vec::new(),
     }
 }
 
 /// Whether a number is 1, 2, 3 ... apart from rounding.
 fn is_whole(value: f64) -> bool {
     value.round() >= 1.0 && (value - value.round()).abs() <= WHOLE * value
-}
-
-fn conflict(reader: &mut Reader, root: &Node, keys: Vec<Value>, rule: &str) {
-    let rule = rule.to_owned();
-    report(reader, root, &Conflict { keys, rule });
-}
-
-fn report_all(reader: &mut Reader, root: &Node, found: &[Conflict]) {
-    for conflict in found {
-        report(reader, root, conflict);
-    }
 }
 
 /// Reports a conflict at the key that an override set, else at the first key that is written; defaults have no

@@ -1,7 +1,7 @@
 //! Problems of a scene. Each names its file, line and key, what was found and what is allowed.
 
 use crate::excerpt::{Excerpt, harmless};
-use crate::source::{Origin, SourceKind};
+use crate::source::Origin;
 use miette::{Diagnostic, LabeledSpan, SourceCode};
 use std::fmt;
 
@@ -14,17 +14,15 @@ pub struct Problem {
     message: String,
     origin: Option<Origin>,
     excerpt: Option<Excerpt>,
-    /// Whether it is about several keys or a missing key. It is then dropped for a file that could only be read in
-    /// part.
+    /// Whether it is about several keys or a missing key.
     pub(crate) whole: bool,
-    pub(crate) syntax: bool,
 }
 
 impl Problem {
     pub(crate) fn at(origin: &Origin, key: &str, message: String) -> Self {
         let source = &origin.source;
         Self {
-            line: (source.kind == SourceKind::File).then(|| origin.line()),
+            line: (!source.is_override).then(|| origin.line()),
             key: harmless(key),
             origin: Some(origin.clone()),
             excerpt: Some(Excerpt::of(origin)),
@@ -42,7 +40,6 @@ impl Problem {
             origin: None,
             excerpt: None,
             whole: false,
-            syntax: false,
         }
     }
 
@@ -57,13 +54,6 @@ impl Problem {
     pub(crate) fn whole(self) -> Self {
         Self {
             whole: true,
-            ..self
-        }
-    }
-
-    pub(crate) fn syntax(self) -> Self {
-        Self {
-            syntax: true,
             ..self
         }
     }
@@ -121,7 +111,7 @@ impl Diagnostic for Problem {
     }
 }
 
-/// The problems of a scene: at least one, at most 20 of each file.
+/// The problems of a scene: at least one, at most 20.
 ///
 /// `Display` gives the first problem and the number of others; [`SceneError::problems`] gives those that are shown. As
 /// a [`Diagnostic`] it shows the place of the first problem, and the others as related diagnostics.
@@ -158,8 +148,8 @@ impl SceneError {
         self.problems().all(|problem| problem.whole)
     }
 
-    /// The problems that are shown: file by file in the order of their lines, those of overrides last. Of a file with
-    /// more than 20, the first 20 and a last one with the number of the others.
+    /// The problems that are shown: file by file in the order of their lines, those of overrides last. Of more than 20, the
+    /// first 20 and a last one with the number of the others.
     pub fn problems(&self) -> impl Iterator<Item = &Problem> {
         std::iter::once(&*self.first).chain(&self.rest)
     }

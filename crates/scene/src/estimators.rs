@@ -1,15 +1,16 @@
 //! `[[estimator]]`: presets, and the keys that change them.
 
-use crate::json;
-use crate::key::{Key, Words};
-use crate::name;
-use crate::range::{above, at_least};
+use crate::form::{Form, NAME, SWITCH, items, word};
+use crate::key::{self, keys};
+use crate::quantity::{ANGULAR_FREQUENCY, LENGTH, ROTARY_DAMPING, TIME, above, at_least, number};
 use crate::reader::{Reader, join};
+use crate::reference::KeyReference;
 use crate::source::{Entry, Node, Origin, Value};
-use crate::units::{ANGULAR_FREQUENCY, LENGTH, ROTARY_DAMPING, TIME};
+use crate::write::Out;
 use robhaz_estimator::{
     ContactAngles, EstimatorSettings, Filters, KalmanMethod, Masses, Method, PaperMethod,
 };
+use serde_json::Value as Json;
 
 /// Key of the list of estimators.
 pub(crate) const PATH: &str = "estimator";
@@ -26,12 +27,15 @@ pub struct EstimatorChoice {
 }
 
 /// Names of the presets, in the order of [`settings`].
-pub(crate) const PRESETS: Words = &["paper-body", "paper-wheels", "true-mass", "best"];
+pub(crate) const PRESETS: &[&str] = &["paper-body", "paper-wheels", "true-mass", "best"];
 
 /// The values of the keys of one estimator, those of both methods: a file may name keys in any order.
 /// [`Keys::settings`] turns them into settings, which hold one method only.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Keys {
+    /// Index of its preset.
+    preset: usize,
+    label: String,
     masses: Masses,
     filters: Filters,
     paper: PaperMethod,
@@ -43,12 +47,14 @@ pub(crate) struct Keys {
 
 impl Keys {
     /// The keys that give these settings. Those of the other method are at their defaults.
-    pub fn of(settings: &EstimatorSettings) -> Self {
+    pub fn of(label: &str, settings: &EstimatorSettings) -> Self {
         let (paper, kalman) = match settings.method {
             Method::Paper(paper) => (paper, KalmanMethod::FILTERS_ONLY),
             Method::Kalman(kalman) => (PaperMethod::DEFAULT, kalman),
         };
         Self {
+            preset: preset_of(settings),
+            label: label.to_owned(),
             masses: settings.masses,
             filters: settings.method.filters(),
             paper,
@@ -75,96 +81,67 @@ impl Keys {
     }
 }
 
-/// The keys of one estimator.
-pub(crate) const KEYS: &[Key<Keys>] = &[
-    Key::<Keys>::own_word(
-        "name",
-        "",
-        PRESETS,
-        "the preset: the linkage's mass lumped to the body (Fig. 7), lumped to the wheels (Fig. 8) or at its true place; or Kalman filters with all methods",
-    )
-    .required(),
-    Key::own(
-        "label",
-        "its name",
-        name::FORM,
-        "unique name in tables, figures and file names",
-    ),
-    Key::number(
-        "observer_pole",
-        ANGULAR_FREQUENCY,
-        above(0.0).at_most(1e6),
-        |e| &mut e.paper.observer_pole,
-        "pole omega_c of the traction observer, eq. (3); needs filters = \"paper\"",
-    ),
-    Key::number(
-        "crossover_time",
-        TIME,
-        above(0.0).at_most(1e6),
-        |e| &mut e.paper.crossover_time,
-        "crossover between gyroscope (shorter times) and inclinometer (longer times); needs filters = \"paper\"",
-    ),
-    Key::number(
-        "viscous_damping",
-        ROTARY_DAMPING,
-        at_least(0.0).at_most(1e3),
-        |e| &mut e.viscous_damping,
-        "nominal damping B; [model_error] adds its error",
-    ),
-    Key::word(
-        "masses",
-        &["body", "wheels", "true"],
-        |e| e.masses as usize,
-        |e, i| e.masses = [Masses::LumpedToBody, Masses::LumpedToWheels, Masses::True][i],
-        "place of the linkage's mass",
-    ),
-    Key::word(
-        "filters",
-        &["paper", "kalman"],
-        |e| e.filters as usize,
-        |e, i| e.filters = [Filters::Paper, Filters::Kalman][i],
-        "traction by eq. (3) and link angles by a complementary filter, or both by Kalman filters",
-    ),
-    Key::number(
-        "moment_lever",
-        LENGTH,
-        above(0.0).at_most(1e3),
-        |e| &mut e.moment_lever,
-        "row scaling of eq. (8): moments count as forces at this lever; 1 m in the paper",
-    ),
-    Key::word(
-        "contact_angles",
-        &["given", "none"],
-        |e| e.kalman.contact_angles as usize,
-        |e, i| e.kalman.contact_angles = [ContactAngles::Given, ContactAngles::Unknown][i],
-        "whether the estimator reads the contact angles, as the paper does, or finds them itself; none needs rolling = \"on\"",
-    ),
-    Key::switch(
-        "inertia",
-        |e| &mut e.kalman.inertia,
-        "inertial loads in addition to gravity; needs filters = \"kalman\"",
-    ),
-    Key::switch(
-        "whitening",
-        |e| &mut e.kalman.whitening,
-        "eq. (8) weighted by the inverse covariance of its right-hand side; needs filters = \"kalman\"",
-    ),
-    Key::switch(
-        "nonnegative",
-        |e| &mut e.nonnegative,
-        "no negative normal forces",
-    ),
-    Key::switch(
-        "parity",
-        |e| &mut e.kalman.parity,
-        "the parity residual corrects torques and contact angles; needs filters = \"kalman\"",
-    ),
-    Key::switch(
-        "rolling",
-        |e| &mut e.kalman.rolling,
-        "the rolling constraints correct torques and contact angles; needs filters = \"kalman\"",
-    ),
-];
+keys! {
+    /// The keys of one estimator.
+    pub(crate) KEYS: Keys;
+
+    /// the preset: the linkage's mass lumped to the body (Fig. 7), lumped to the wheels (Fig. 8) or at its true place;
+    /// or Kalman filters with all methods
+    name (required): word(&[0, 1, 2, 3], |preset| PRESETS[preset]) => |e| &mut e.preset;
+
+    /// unique name in tables, figures and file names
+    label ("its name"): NAME => |e| &mut e.label;
+
+    /// pole omega_c of the traction observer, eq. (3); needs filters = "paper"
+    observer_pole: number(ANGULAR_FREQUENCY, above(0.0).at_most(1e6))
+        => |e| &mut e.paper.observer_pole;
+
+    /// crossover between gyroscope (shorter times) and inclinometer (longer times); needs filters = "paper"
+    crossover_time: number(TIME, above(0.0).at_most(1e6)) => |e| &mut e.paper.crossover_time;
+
+    /// nominal damping B; [model_error] adds its error
+    viscous_damping: number(ROTARY_DAMPING, at_least(0.0).at_most(1e3))
+        => |e| &mut e.viscous_damping;
+
+    /// place of the linkage's mass
+    masses: word(&[Masses::LumpedToBody, Masses::LumpedToWheels, Masses::True], masses_name)
+        => |e| &mut e.masses;
+
+    /// traction by eq. (3) and link angles by a complementary filter, or both by Kalman filters
+    filters: word(&[Filters::Paper, Filters::Kalman], |f| ["paper", "kalman"][f as usize])
+        => |e| &mut e.filters;
+
+    /// row scaling of eq. (8): moments count as forces at this lever; 1 m in the paper
+    moment_lever: number(LENGTH, above(0.0).at_most(1e3)) => |e| &mut e.moment_lever;
+
+    /// whether the estimator reads the contact angles, as the paper does, or finds them itself; none needs rolling =
+    /// "on"
+    contact_angles: word(&[ContactAngles::Given, ContactAngles::Unknown], angles_name)
+        => |e| &mut e.kalman.contact_angles;
+
+    /// inertial loads in addition to gravity; needs filters = "kalman"
+    inertia: SWITCH => |e| &mut e.kalman.inertia;
+
+    /// eq. (8) weighted by the inverse covariance of its right-hand side; needs filters = "kalman"
+    whitening: SWITCH => |e| &mut e.kalman.whitening;
+
+    /// no negative normal forces
+    nonnegative: SWITCH => |e| &mut e.nonnegative;
+
+    /// the parity residual corrects torques and contact angles; needs filters = "kalman"
+    parity: SWITCH => |e| &mut e.kalman.parity;
+
+    /// the rolling constraints correct torques and contact angles; needs filters = "kalman"
+    rolling: SWITCH => |e| &mut e.kalman.rolling;
+}
+
+fn masses_name(masses: Masses) -> &'static str {
+    ["body", "wheels", "true"][masses as usize]
+}
+
+fn angles_name(angles: ContactAngles) -> &'static str {
+    ["given", "none"][angles as usize]
+}
 
 /// Index of the preset `best`.
 pub(crate) const BEST: usize = 3;
@@ -180,14 +157,13 @@ pub(crate) fn settings(preset: usize) -> EstimatorSettings {
 }
 
 /// The preset that settings come from: presets differ in masses and method.
-pub(crate) fn preset_of(found: &EstimatorSettings) -> &'static str {
-    let preset = match (found.method, found.masses) {
+fn preset_of(found: &EstimatorSettings) -> usize {
+    match (found.method, found.masses) {
         (Method::Kalman(_), _) => BEST,
         (Method::Paper(_), Masses::LumpedToBody) => 0,
         (Method::Paper(_), Masses::LumpedToWheels) => 1,
         (Method::Paper(_), Masses::True) => 2,
-    };
-    PRESETS[preset]
+    }
 }
 
 /// Label of the default estimator that is given no contact angles.
@@ -227,57 +203,72 @@ pub(crate) fn default_node(origin: &Origin) -> Node {
     }
 }
 
-/// JSON Schema of the list. Defaults are those of the preset.
-pub(crate) fn schema() -> serde_json::Value {
-    json::array(json::table(KEYS, None), 0, MOST)
-}
+/// The list of estimators; an empty one means no estimator. Defaults are those of the preset.
+pub(crate) struct Estimators;
 
-/// Reads the list; an empty one means no estimator.
-pub(crate) fn read(reader: &mut Reader, root: &Node) -> Vec<EstimatorChoice> {
-    let Some(node) = root.get(PATH) else {
-        return defaults();
-    };
-    let Value::Array(items) = &node.value else {
-        reader.refuse(node, PATH, "an array of tables, each headed [[estimator]]");
-        return Vec::new();
-    };
-    if items.len() > MOST {
-        reader.refuse(node, PATH, &format!("at most {MOST} estimators"));
-        return Vec::new();
-    }
-    let mut choices: Vec<EstimatorChoice> = Vec::new();
-    for (i, item) in items.iter().enumerate() {
-        let path = format!("{PATH}[{i}]");
-        let choice = read_one(reader, item, &path);
-        let taken = choices.iter().position(|c| c.name == choice.name);
-        if let (Some(other), false) = (taken, choice.name.is_empty()) {
-            let by = item.get("label").or_else(|| item.get("name"));
-            reader.refuse(
-                by.unwrap_or(item),
-                &join(&path, "label"),
-                &format!("a label that {PATH}[{other}] does not have"),
-            );
+impl Form for Estimators {
+    type Value = Vec<EstimatorChoice>;
+
+    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Self::Value) {
+        into.clear();
+        if let Value::Array(items) = &node.value
+            && items.len() > MOST
+        {
+            return reader.refuse(node, path, &format!("at most {MOST} estimators"));
         }
-        choices.push(choice);
+        for (item, path) in reader.items(node, path, 0..=MOST, || self.allowed()) {
+            let choice = read_one(reader, item, &path);
+            let taken = into.iter().position(|c| c.name == choice.name);
+            if let (Some(other), false) = (taken, choice.name.is_empty()) {
+                let by = item.get("label").or_else(|| item.get("name"));
+                let allowed = format!("a label that {PATH}[{other}] does not have");
+                reader.refuse(by.unwrap_or(item), &join(&path, "label"), &allowed);
+            }
+            into.push(choice);
+        }
     }
-    choices
+
+    fn text(&self, value: &mut Self::Value) -> Option<String> {
+        value.is_empty().then(|| "[]".to_owned())
+    }
+
+    fn allowed(&self) -> String {
+        "an array of tables, each headed [[estimator]]".to_owned()
+    }
+
+    fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {
+        items(key::schema(KEYS, None), 0, MOST)
+    }
+
+    fn is_section(&self) -> bool {
+        true
+    }
+
+    fn tables(&self, out: &mut Out, path: &str, _meaning: &str, value: &mut Self::Value) {
+        for estimator in value {
+            out.head(&format!("[[{path}]]"), "");
+            out.fields(KEYS, &mut Keys::of(&estimator.name, &estimator.settings));
+        }
+    }
+
+    fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, _value: &mut Self::Value) {
+        let mut keys = Keys::of("", &settings(0));
+        key::rows(rows, KEYS, &format!("{path}[]"), &mut keys);
+    }
 }
 
 fn read_one(reader: &mut Reader, node: &Node, path: &str) -> EstimatorChoice {
-    let preset = node
-        .get("name")
-        .and_then(|n| reader.word(PRESETS, n, &join(path, "name")));
+    // Needed before the other keys, which change its values. An unknown word is refused when the table is read.
+    let named = node.get("name").and_then(Node::as_text);
+    let preset = PRESETS.iter().position(|p| Some(*p) == named);
     let preset_settings = settings(preset.unwrap_or(0));
-    let mut keys = Keys::of(&preset_settings);
+    let name = preset.map_or("", |p| PRESETS[p]);
+    let mut keys = Keys::of(name, &preset_settings);
     reader.table(KEYS, node, path, &mut keys);
     refuse_other_method(reader, node, path, &keys);
-    let label = match node.get("label") {
-        Some(label) => name::read(reader, label, &join(path, "label")),
-        None => preset.map(|p| PRESETS[p].to_owned()),
-    };
     EstimatorChoice {
         // Empty after a problem only.
-        name: label.unwrap_or_default(),
+        name: keys.label.clone(),
         settings: keys.settings(&preset_settings),
     }
 }

@@ -1,8 +1,8 @@
 //! The scene against the stability limits of the steps of `rapier`, which the engine divides into [`MOST_PARTS`] parts at
 //! most.
 
-use crate::conflict::{Conflict, Value, number, word};
-use crate::range::short;
+use crate::checks::{Conflict, Value, named, valued};
+use crate::quantity::short;
 use crate::scene::Scene;
 use robhaz_sim::drive::FRICTION_SPEED;
 use robhaz_sim::friction::FrictionKind;
@@ -26,12 +26,12 @@ pub(crate) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     let robot = &scene.robot.robot;
     let limits = [
         (
-            vec![number("contact.damping", scene.contact.damping)],
+            vec![valued("contact.damping", scene.contact.damping)],
             f64::from(MOST_PARTS) * longest_step_for_contact(&scene.contact, robot),
             "39 times the wheel's mass over the damping",
         ),
         (
-            vec![number("contact.stiffness", scene.contact.stiffness)],
+            vec![valued("contact.stiffness", scene.contact.stiffness)],
             longest_step_for_stiffness(&scene.contact, robot),
             "two over the natural frequency of the wheel on the contact",
         ),
@@ -53,7 +53,7 @@ pub(crate) fn conflicts(scene: &Scene) -> Vec<Conflict> {
 }
 
 fn step(scene: &Scene) -> Value {
-    number("engine.step", scene.engine.step)
+    valued("engine.step", scene.engine.step)
 }
 
 /// The keys that make friction or rolling resistance stiff, the longest step (s), and the reason.
@@ -67,17 +67,17 @@ fn friction(scene: &Scene) -> (Vec<Value>, f64, &'static str) {
     let longest =
         parts * longest_step_for_friction(law, rolling, robot, 2.0 * robot.mean_wheel_load());
     if rolling_is_stiffer(law, rolling, robot) {
-        let key = number("contact.rolling_resistance", rolling.coefficient);
+        let key = valued("contact.rolling_resistance", rolling.coefficient);
         let why = "the moment's slope at standstill against wheel and rotor";
         return (vec![key], longest, why);
     }
-    let v_s = number("contact.v_s", law.v_s);
-    let kind = word("contact.friction", law.kind.name());
+    let v_s = valued("contact.v_s", law.v_s);
+    let kind = named("contact.friction", law.kind.name());
     let keys = match law.kind {
         FrictionKind::Adams => vec![v_s],
         FrictionKind::Rigid => vec![kind, v_s],
         FrictionKind::Brush => {
-            let stiffness = number("contact.slip_stiffness", law.slip_stiffness);
+            let stiffness = valued("contact.slip_stiffness", law.slip_stiffness);
             vec![kind, stiffness]
         }
     };
@@ -92,8 +92,8 @@ fn drive(scene: &Scene) -> Vec<Conflict> {
     let Some(greatest) = largest_slope(&scene.robot.robot, part) else {
         return vec![Conflict {
             keys: vec![
-                number("robot.mass.wheel_inertia", mass.wheel_inertia),
-                number("robot.mass.rotor_inertia", mass.rotor_inertia),
+                valued("robot.mass.wheel_inertia", mass.wheel_inertia),
+                valued("robot.mass.rotor_inertia", mass.rotor_inertia),
             ],
             rule: "inertias of wheels and rotors small against those of the links; or engine.kind = \"direct\""
                 .to_owned(),
@@ -122,7 +122,7 @@ fn drive(scene: &Scene) -> Vec<Conflict> {
             String::new()
         };
         found.push(Conflict {
-            keys: vec![number(key.0, key.1), step(scene)],
+            keys: vec![valued(key.0, key.1), step(scene)],
             rule: format!(
                 "engine.step at most {longest} s{instead}, the drive's slope against wheel, rotor and links; \
                  or engine.kind = \"direct\""
@@ -132,7 +132,7 @@ fn drive(scene: &Scene) -> Vec<Conflict> {
     let most = largest_integral_gain(drive, part);
     if drive.ki > most {
         found.push(Conflict {
-            keys: vec![number("drive.ki", drive.ki), step(scene)],
+            keys: vec![valued("drive.ki", drive.ki), step(scene)],
             rule: format!(
                 "drive.ki at most {}, what drive.kp and the losses damp at this step; or engine.kind = \"direct\"",
                 floor(most)

@@ -1,294 +1,213 @@
-//! Declarations of keys: name, unit, range, meaning and the field that a key sets.
+//! Keys: name, meaning, form of the value, and the field that it sets. Each is declared once, by [`keys!`].
 //!
-//! Reading, writing, defaults and the reference in `docs/scenes.md` all come from these declarations. Defaults are not
-//! declared: they come from the `Default` or a named constructor of the type that holds the field.
+//! Reading, writing, the reference in `docs/scenes.md` and JSON Schema walk these declarations. Defaults are not declared:
+//! they come from the `Default` or a named constructor of the type that holds the field.
 
-use crate::range::{Range, at_least};
-use crate::units::{Dimension, NONE};
-use robhaz_estimator::statics::{LOAD_PARAMETERS, LoadCovariance};
-use robhaz_model::Vec2;
-use serde_json::Value;
+use crate::error::Problem;
+use crate::form::{Form, object};
+use crate::reader::{Reader, join};
+use crate::reference::KeyReference;
+use crate::source::{Entry, Node};
+use crate::write::Out;
+use serde_json::{Map, Value as Json, json};
 
 /// A key of a table that sets a field of `T`.
 pub(crate) struct Key<T: 'static> {
     pub name: &'static str,
     pub meaning: &'static str,
-    pub field: Field<T>,
-    /// Whether it must be given.
-    pub required: bool,
+    pub absent: Absent,
+    pub field: &'static dyn Form<Value = T>,
 }
 
-/// The unit and range of a number.
-#[derive(Clone, Copy)]
-pub(crate) struct Number {
-    pub unit: &'static Dimension,
-    pub range: Range,
+/// What holds where a key is not given.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Absent {
+    /// What the field holds before the file is read.
+    Default,
+    /// The default in words, where it follows from other keys.
+    Words(&'static str),
+    /// It must be given.
+    Required,
 }
 
-/// Type of a key's value.
-pub(crate) enum Field<T: 'static> {
-    Number(Number, fn(&mut T) -> &mut f64),
-    /// A whole number from 1 on.
-    Count(Number, fn(&T) -> u32, fn(&mut T, u32)),
-    /// `[a, b, c]`: one for each link.
-    Three(Number, fn(&mut T) -> &mut [f64; 3]),
-    /// `[x, y]`
-    Point(Number, fn(&mut T) -> &mut Vec2),
-    /// `[[x, y], [x, y], [x, y]]`
-    ThreePoints(Number, fn(&mut T) -> &mut [Vec2; 3]),
-    /// `"off"` or `"on"`
-    Switch(fn(&mut T) -> &mut bool),
-    /// One of a few words, by its index.
-    Word(Words, fn(&T) -> usize, fn(&mut T, usize)),
-    /// `["word", "word", "word"]`
-    ThreeWords(Words, fn(&T) -> [usize; 3], fn(&mut T, [usize; 3])),
-    /// Rows of a covariance of the load parameters; not written where there is none.
-    LoadCovariance(fn(&mut T) -> &mut Option<LoadCovariance>),
-    /// A text of at least one character; empty where it is not given.
-    Text(fn(&mut T) -> &mut String),
-    /// A table within the table.
-    Table(&'static [Key<T>]),
-    /// A value that the section reads itself; its default in words.
-    Own {
-        default: &'static str,
-        form: Form,
-    },
-    /// A word that the section reads itself, since other keys depend on it.
-    OwnWord {
-        default: &'static str,
-        words: Words,
-    },
+/// Declares the keys of a table: the meaning as a doc comment, the name, `(required)` or the default in words where the field
+/// does not hold it, the form of the value, and the field.
+macro_rules! keys {
+    ($(#[doc = $about:literal])* $vis:vis $table:ident: $t:ty; $(
+        $(#[doc = $meaning:literal])+
+        $name:ident $(($($absent:tt)+))?: $form:expr => $at:expr;
+    )+) => {
+        $(#[doc = $about])*
+        $vis const $table: &[crate::key::Key<$t>] = &[$(crate::key::Key {
+            name: stringify!($name),
+            meaning: concat!($($meaning),+).trim_ascii(),
+            absent: crate::key::absent!($($($absent)+)?),
+            field: &crate::key::At::<$t, _> { at: $at, form: $form },
+        }),+];
+    };
+}
+macro_rules! absent {
+    () => {
+        crate::key::Absent::Default
+    };
+    (required) => {
+        crate::key::Absent::Required
+    };
+    ($words:literal) => {
+        crate::key::Absent::Words($words)
+    };
+}
+pub(crate) use {absent, keys};
+
+/// A form of values at a field of `T`.
+pub(crate) struct At<T: 'static, F: Form> {
+    pub at: fn(&mut T) -> &mut F::Value,
+    pub form: F,
 }
 
-/// Allowed values that a section reads itself.
-#[derive(Clone, Copy)]
-pub(crate) struct Form {
-    /// In words.
-    pub words: &'static str,
-    /// As JSON Schema.
-    pub schema: fn() -> Value,
-}
+impl<T, F: Form> Form for At<T, F> {
+    type Value = T;
 
-/// Off and on.
-pub(crate) const SWITCH: Words = &["off", "on"];
-
-/// Words to choose from.
-pub(crate) type Words = &'static [&'static str];
-
-impl<T> Key<T> {
-    const fn new(name: &'static str, field: Field<T>, meaning: &'static str) -> Self {
-        Self {
-            name,
-            meaning,
-            field,
-            required: false,
-        }
+    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut T) {
+        self.form.read(reader, node, path, (self.at)(into));
     }
 
-    pub const fn number(
-        name: &'static str,
-        unit: &'static Dimension,
-        range: Range,
-        at: fn(&mut T) -> &mut f64,
-        meaning: &'static str,
-    ) -> Self {
-        Self::new(name, Field::Number(Number { unit, range }, at), meaning)
+    fn schema(&self, of: Option<&mut T>) -> Json {
+        self.form.schema(of.map(self.at))
     }
 
-    /// A whole number from 1 to `most`.
-    pub const fn count(
-        name: &'static str,
-        most: u32,
-        get: fn(&T) -> u32,
-        set: fn(&mut T, u32),
-        meaning: &'static str,
-    ) -> Self {
-        let number = Number {
-            unit: NONE,
-            range: at_least(1.0).at_most(most as f64),
+    fn allowed(&self) -> String {
+        self.form.allowed()
+    }
+
+    fn allowed_values(&self) -> String {
+        self.form.allowed_values()
+    }
+
+    fn units(&self) -> &'static [&'static str] {
+        self.form.units()
+    }
+
+    fn text(&self, of: &mut T) -> Option<String> {
+        self.form.text((self.at)(of))
+    }
+
+    fn shown(&self, of: &mut T) -> String {
+        self.form.shown((self.at)(of))
+    }
+
+    fn is_section(&self) -> bool {
+        self.form.is_section()
+    }
+
+    fn tables(&self, out: &mut Out, path: &str, meaning: &str, of: &mut T) {
+        self.form.tables(out, path, meaning, (self.at)(of));
+    }
+
+    fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, of: &mut T) {
+        self.form.rows(rows, path, (self.at)(of));
+    }
+}
+
+/// A table of any file that names the versions that wrote it. It is not read.
+pub(crate) const IGNORED: &str = "resolved";
+
+impl Reader {
+    /// Reads a whole table.
+    pub fn table<T>(&mut self, keys: &[Key<T>], node: &Node, path: &str, into: &mut T) {
+        let Some(entries) = node.entries() else {
+            return self.refuse(node, path, "a table");
         };
-        Self::new(name, Field::Count(number, get, set), meaning)
-    }
-
-    pub const fn switch(
-        name: &'static str,
-        at: fn(&mut T) -> &mut bool,
-        meaning: &'static str,
-    ) -> Self {
-        Self::new(name, Field::Switch(at), meaning)
-    }
-
-    pub const fn three(
-        name: &'static str,
-        unit: &'static Dimension,
-        range: Range,
-        at: fn(&mut T) -> &mut [f64; 3],
-        meaning: &'static str,
-    ) -> Self {
-        Self::new(name, Field::Three(Number { unit, range }, at), meaning)
-    }
-
-    pub const fn point(
-        name: &'static str,
-        unit: &'static Dimension,
-        range: Range,
-        at: fn(&mut T) -> &mut Vec2,
-        meaning: &'static str,
-    ) -> Self {
-        Self::new(name, Field::Point(Number { unit, range }, at), meaning)
-    }
-
-    pub const fn three_points(
-        name: &'static str,
-        unit: &'static Dimension,
-        range: Range,
-        at: fn(&mut T) -> &mut [Vec2; 3],
-        meaning: &'static str,
-    ) -> Self {
-        let number = Number { unit, range };
-        Self::new(name, Field::ThreePoints(number, at), meaning)
-    }
-
-    pub const fn word(
-        name: &'static str,
-        words: Words,
-        get: fn(&T) -> usize,
-        set: fn(&mut T, usize),
-        meaning: &'static str,
-    ) -> Self {
-        Self::new(name, Field::Word(words, get, set), meaning)
-    }
-
-    pub const fn three_words(
-        name: &'static str,
-        words: Words,
-        get: fn(&T) -> [usize; 3],
-        set: fn(&mut T, [usize; 3]),
-        meaning: &'static str,
-    ) -> Self {
-        Self::new(name, Field::ThreeWords(words, get, set), meaning)
-    }
-
-    pub const fn load_covariance(
-        name: &'static str,
-        at: fn(&mut T) -> &mut Option<LoadCovariance>,
-        meaning: &'static str,
-    ) -> Self {
-        Self::new(name, Field::LoadCovariance(at), meaning)
-    }
-
-    pub const fn text(
-        name: &'static str,
-        at: fn(&mut T) -> &mut String,
-        meaning: &'static str,
-    ) -> Self {
-        Self::new(name, Field::Text(at), meaning)
-    }
-
-    pub const fn table(name: &'static str, keys: &'static [Key<T>], meaning: &'static str) -> Self {
-        Self::new(name, Field::Table(keys), meaning)
-    }
-
-    pub const fn own(
-        name: &'static str,
-        default: &'static str,
-        form: Form,
-        meaning: &'static str,
-    ) -> Self {
-        Self::new(name, Field::Own { default, form }, meaning)
-    }
-
-    pub const fn own_word(
-        name: &'static str,
-        default: &'static str,
-        words: Words,
-        meaning: &'static str,
-    ) -> Self {
-        Self::new(name, Field::OwnWord { default, words }, meaning)
-    }
-
-    /// The same key, without a default.
-    pub const fn required(self) -> Self {
-        Self {
-            required: true,
-            ..self
+        for entry in entries {
+            self.entry(keys, entry, path, into);
         }
-    }
-}
-
-impl Number {
-    /// `a number above 0, in N m`
-    pub fn allowed(&self) -> String {
-        match self.unit.si() {
-            "" => format!("a number {}", self.range),
-            si => format!("a number {}, in {si}", self.range),
-        }
-    }
-
-    /// The same, with the units that a text may have.
-    pub fn allowed_in_full(&self) -> String {
-        match self.unit.units.len() {
-            0 => self.allowed(),
-            _ => format!(
-                "{}, or a text with a unit ({})",
-                self.allowed(),
-                self.unit.names()
-            ),
-        }
-    }
-}
-
-impl<T> Field<T> {
-    /// Allowed values, in words.
-    pub fn allowed(&self) -> String {
-        let number = self.number().map(Number::allowed_in_full);
-        self.in_words(&number.unwrap_or_default())
-    }
-
-    /// Allowed values, without units.
-    pub fn allowed_values(&self) -> String {
-        let range = self.number().map(|n| n.range.to_string());
-        self.in_words(range.unwrap_or_default().trim_start_matches("of "))
-    }
-
-    fn in_words(&self, number: &str) -> String {
-        match self {
-            Self::Number(..) | Self::Count(..) => number.to_owned(),
-            Self::Three(..) => format!("[a, b, c], each {number}"),
-            Self::Point(..) => format!("[x, y], each {number}"),
-            Self::ThreePoints(..) => format!("[[x, y], [x, y], [x, y]], each {number}"),
-            Self::Switch(_) => quoted(SWITCH),
-            Self::Word(words, ..) | Self::OwnWord { words, .. } => quoted(words),
-            Self::ThreeWords(words, ..) => format!("three of {}", quoted(words)),
-            Self::LoadCovariance(_) => {
-                format!("{LOAD_PARAMETERS} rows of {LOAD_PARAMETERS} numbers, a covariance")
+        for key in keys.iter().filter(|k| k.absent == Absent::Required) {
+            if node.get(key.name).is_none() {
+                self.missing(node, &join(path, key.name), &key.field.allowed());
             }
-            Self::Text(_) => "a text".to_owned(),
-            Self::Table(_) => "a table".to_owned(),
-            Self::Own { form, .. } => form.words.to_owned(),
         }
     }
 
-    /// Unit and range of a field made of numbers.
-    pub fn number(&self) -> Option<&Number> {
-        match self {
-            Self::Number(n, _)
-            | Self::Count(n, ..)
-            | Self::Three(n, _)
-            | Self::Point(n, _)
-            | Self::ThreePoints(n, _) => Some(n),
-            _ => None,
+    /// Reads one entry of a table.
+    pub fn entry<T>(&mut self, keys: &[Key<T>], entry: &Entry, path: &str, into: &mut T) {
+        match keys.iter().find(|k| k.name == entry.key) {
+            Some(key) => key
+                .field
+                .read(self, &entry.node, &join(path, key.name), into),
+            None if path.is_empty() && entry.key == IGNORED => {}
+            None => self.unknown(entry, path, &names(keys)),
         }
     }
 
-    /// The SI unit; empty where there is none.
-    pub fn unit(&self) -> &'static str {
-        self.number().map_or("", |n| n.unit.si())
+    /// Adds a problem: a table lacks a key.
+    pub fn missing(&mut self, node: &Node, path: &str, allowed: &str) {
+        let message = format!("missing, and it has no default; allowed: {allowed}");
+        self.push(Problem::at(&node.origin, path, message).whole());
     }
 }
 
-/// `"one", "two"`
-pub(crate) fn quoted(words: &[&str]) -> String {
-    let words: Vec<_> = words.iter().map(|w| format!("\"{w}\"")).collect();
-    words.join(", ")
+/// The names of keys, in their order.
+pub(crate) fn names<T>(keys: &[Key<T>]) -> Vec<&'static str> {
+    keys.iter().map(|k| k.name).collect()
+}
+
+/// The rows of the reference: keys of a table, then those of the tables in it. `of` holds the defaults.
+pub(crate) fn rows<T>(rows: &mut Vec<KeyReference>, keys: &[Key<T>], path: &str, of: &mut T) {
+    for key in keys.iter().filter(|k| !k.field.is_section()) {
+        rows.push(row(key, path, of));
+    }
+    for key in keys {
+        key.field.rows(rows, &join(path, key.name), of);
+    }
+}
+
+/// The row of one key.
+pub(crate) fn row<T>(key: &Key<T>, path: &str, of: &mut T) -> KeyReference {
+    let units = key.field.units();
+    KeyReference {
+        key: join(path, key.name),
+        unit: units.first().copied().unwrap_or_default(),
+        other_units: units.get(1..).unwrap_or_default().join(", "),
+        default: match key.absent {
+            Absent::Required => "required".to_owned(),
+            Absent::Words(words) => words.to_owned(),
+            Absent::Default => key.field.shown(of),
+        },
+        allowed: key.field.allowed_values(),
+        meaning: key.meaning,
+    }
+}
+
+/// JSON Schema of a table with these keys and no others; with the defaults that the keys have in `of`.
+pub(crate) fn schema<T>(keys: &[Key<T>], of: Option<&mut T>) -> Json {
+    object(properties(keys, of), &required(keys))
+}
+
+/// The names of the keys without a default.
+pub(crate) fn required<T>(keys: &[Key<T>]) -> Vec<&'static str> {
+    let required = keys.iter().filter(|k| k.absent == Absent::Required);
+    required.map(|k| k.name).collect()
+}
+
+/// JSON Schema of each key.
+pub(crate) fn properties<T>(keys: &[Key<T>], mut of: Option<&mut T>) -> Map<String, Json> {
+    let property = |key: &Key<T>| {
+        let mut schema = key.field.schema(of.as_deref_mut());
+        let mut meaning = key.meaning.to_owned();
+        if let Some(unit) = key.field.units().first() {
+            meaning += &format!(". Unit: {unit}");
+        }
+        if let Absent::Words(default) = key.absent {
+            meaning += &format!(". Default: {default}");
+        }
+        schema["description"] = json!(meaning);
+        let default = of.as_deref_mut().and_then(|of| key.field.text(of));
+        // Numbers and texts are written as in JSON.
+        let default = default.and_then(|text| serde_json::from_str(&text).ok());
+        if let (Some(default), Absent::Default) = (default, key.absent) {
+            schema["default"] = default;
+        }
+        (key.name.to_owned(), schema)
+    };
+    keys.iter().map(property).collect()
 }

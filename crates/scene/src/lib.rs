@@ -7,19 +7,18 @@
 //!
 //! | modules | job |
 //! |---|---|
-//! | `source` | a text as a tree of values with their places |
-//! | `key`, `range`, `units` | declarations of keys |
-//! | `reader`, `fields` | problems; values of a table by its declarations |
-//! | `terrain`, `robot`, `contact`, `drive`, `control`, `estimators`, `sensors`, `sections` | the sections of a scene and their keys |
-//! | `overrides`, `load`, `checks`, `explicit_step` | from a file and overrides to a checked [`Scene`] |
+//! | `source` | a file or an override as a tree of values with their places |
+//! | `key` | keys: name, meaning, form, field; each declared once |
+//! | `form`, `quantity` | what a value may be: read, written, described; numbers with unit and range |
+//! | `load` | all keys of a scene; from a file to a [`Scene`] and back |
+//! | `robot`, `terrain`, `contact`, `drive`, `sensors`, `estimators` | its sections |
+//! | `overrides`, `checks`, `explicit_step`, `control` | overrides of the command line; rules over several keys |
 //! | `log` | descriptions of recorded logs |
 //! | `study` | study files: what is varied in which scene |
-//! | `write`, `reference` | the resolved scene; all keys |
-//! | `json`, `schema` | JSON Schema for editors |
-//! | `error`, `excerpt`, `suggest` | messages |
+//! | `write`, `reference`, `schema` | files, tables of keys and JSON Schema from the declarations |
+//! | `reader`, `error`, `excerpt`, `suggest` | problems and their messages |
 
 mod checks;
-mod conflict;
 mod contact;
 mod control;
 mod drive;
@@ -27,45 +26,38 @@ mod error;
 mod estimators;
 mod excerpt;
 mod explicit_step;
-mod fields;
-mod file;
-mod json;
+mod form;
 mod key;
 mod load;
 mod log;
 mod model_error;
-mod name;
 mod overrides;
 mod plant_failure;
-mod range;
+mod quantity;
 mod reader;
 mod reference;
 mod robot;
 mod robot_keys;
 mod scene;
 mod schema;
-mod sections;
-mod seed;
 mod sensors;
 mod source;
 mod study;
 mod suggest;
 mod terrain;
-mod units;
-mod wheels;
 mod write;
 
 pub use error::{Problem, SceneError};
 pub use estimators::EstimatorChoice;
 pub use excerpt::harmless;
+pub use form::from_stem;
 pub use log::{
     ChannelChoice, ImuChoice, InclinationSource, LogChoice, LogEstimator, Mapping,
-    NeedsContactAngles, READINGS, ReadingChoice, UnknownEstimator, log_reference,
+    NeedsContactAngles, READINGS, ReadingChoice, UnknownEstimator,
 };
 pub use model_error::{ModelError, ModelErrorTooLarge, NominalRobot, simulated_weighing};
-pub use name::from_stem;
 pub use plant_failure::PlantFailure;
-pub use reference::{KeyReference, reference};
+pub use reference::{KeyReference, log_reference, reference};
 pub use robhaz_control::ControlKind;
 pub use robhaz_sim::EngineKind;
 pub use robhaz_sim::sensors::{Grade, SensorSpec};

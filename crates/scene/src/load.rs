@@ -1,17 +1,95 @@
-//! From a file to a [`Scene`].
+//! The keys of a scene file; from a file to a [`Scene`], and back.
 
 use crate::error::SceneError;
+use crate::estimators::Estimators;
+use crate::form::{NAME, SEED, from_stem, section, word};
+use crate::key::keys;
 use crate::model_error::ModelError;
+use crate::quantity::{FREQUENCY, LONGEST_RUN, NONE, TIME, above, at_least, number};
 use crate::reader::Reader;
 use crate::reference::home_of;
 use crate::scene::{Scene, SensorChoice};
-use crate::sections::{IGNORED, SECTIONS, TOP};
-use crate::source::{Node, Source};
-use crate::{
-    checks, contact, control, drive, estimators, file, name, overrides, robot, seed, sensors,
-    terrain,
-};
+use crate::source::{self, Node, Source};
+use crate::terrain::Terrain;
+use crate::write::Out;
+use crate::{checks, contact, control, drive, overrides, robot, sensors};
+use robhaz_sim::{EngineKind, StartKind};
 use std::path::Path;
+
+/// Longest step of `rapier`, s: an impact lasts some milliseconds. What is stable depends on robot and ground.
+const LONGEST_STEP: f64 = 1e-3;
+/// Fastest rate of records, Hz.
+const FASTEST: f64 = 1e6;
+
+keys! {
+    /// The keys of a scene file, in the order of the resolved scene.
+    pub(crate) SCENE: Scene;
+
+    /// name of the scene: names the default output folder
+    name ("the file's name without `.toml`"): NAME => |s| &mut s.name;
+
+    /// seed of everything random in the run
+    seed: SEED => |s| &mut s.seed;
+
+    /// geometry and masses
+    robot: robot::ROBOT => |s| &mut s.robot;
+
+    /// the ground
+    terrain: Terrain { is_part: false } => |s| &mut s.terrain;
+
+    /// eqs. (10) and (11): wheel and ground
+    contact: section(contact::KEYS) => |s| s;
+
+    /// eq. (2): motors and their speed control
+    drive: section(drive::KEYS) => |s| s;
+
+    /// errors of the readings
+    sensors: section(sensors::KEYS) => |s| s;
+
+    /// differences between the nominal robot and the simulated one
+    model_error: section(sensors::MODEL_ERROR) => |s| s;
+
+    /// the engine that computes the truth
+    engine: section(ENGINE) => |s| s;
+
+    /// duration and rate of the records
+    record: section(RECORD) => |s| s;
+
+    /// the estimators
+    estimator: Estimators => |s| &mut s.estimators;
+}
+
+keys! {
+    ENGINE: Scene;
+
+    /// which engine: rigid bodies in rapier2d, or the equations of motion with a stiff solver
+    kind: word(&EngineKind::ALL, EngineKind::name) => |s| &mut s.engine.kind;
+
+    /// pose at time zero: static equilibrium on the ground, or the nominal pose with all wheels at equal penetration,
+    /// from which the robot settles
+    start: word(&StartKind::ALL, StartKind::name) => |s| &mut s.engine.start;
+
+    /// largest integration step of rapier, cut into 13 parts while an edge hits a wheel, and into as many as stiff laws
+    /// need
+    step: number(TIME, above(0.0).at_most(LONGEST_STEP)) => |s| &mut s.engine.step;
+
+    /// error allowed in a step of direct, in units of 1 mm, 10 mrad, 0.1 m/s and 0.1 rad/s
+    tolerance: number(NONE, at_least(1e-9).at_most(1e-2)) => |s| &mut s.engine.tolerance;
+}
+
+keys! {
+    RECORD: Scene;
+
+    /// simulated time; a whole number of records
+    duration: number(TIME, above(0.0).at_most(LONGEST_RUN)) => |s| &mut s.record.duration;
+
+    /// records a second
+    rate: number(FREQUENCY, above(0.0).at_most(FASTEST)) => |s| &mut s.record.rate;
+
+    /// errors are computed from this time on, after rest and start; below duration
+    compare_from: number(TIME, at_least(0.0).at_most(LONGEST_RUN))
+        => |s| &mut s.record.compare_from;
+}
 
 impl Scene {
     /// Reads a scene file; `overrides` are texts `key=value` that take precedence over the file, later ones over
@@ -21,7 +99,7 @@ impl Scene {
     /// [`SceneError`] with all problems of the file, of files that it names, and of the overrides.
     pub fn load(path: &Path, overrides: &[String]) -> Result<Self, SceneError> {
         let shown = path.display().to_string();
-        let text = file::read_toml(path).map_err(|error| {
+        let text = source::read_toml(path).map_err(|error| {
             let message = format!("{error}; allowed: a scene file in TOML, UTF-8");
             SceneError::unread(&shown, message)
         })?;
@@ -42,62 +120,47 @@ impl Scene {
         base_dir: &Path,
         overrides: &[String],
     ) -> Result<Self, SceneError> {
-        file::check_toml(text).map_err(|error| SceneError::unread(source_name, error))?;
+        source::check_toml(text).map_err(|error| SceneError::unread(source_name, error))?;
         let mut reader = Reader::new(base_dir.to_owned(), home_of);
-        let mut root = reader.document(&Source::file(source_name, text));
-        for text in overrides {
-            overrides::apply(&mut reader, &mut root, text);
-        }
-        sensors::forget_old_grade(&mut root);
-        contact::forget_old_law(&mut root);
-        let scene = read(&mut reader, &root, source_name);
+        let root = reader.document(&Source::file(source_name, text));
+        let scene = root.map(|mut root| {
+            for text in overrides {
+                overrides::apply(&mut reader, &mut root, text);
+            }
+            sensors::forget_old_grade(&mut root);
+            contact::forget_old_law(&mut root);
+            read(&mut reader, &root, source_name)
+        });
         reader.finish(scene)
     }
 }
 
+impl Scene {
+    /// The scene as a file that reads back as exactly this scene, in any folder that also has copies of its
+    /// [tracks](crate::TerrainChoice::tracks), named [`crate::Track::file_name`]. `version` names the program that writes
+    /// it, such as `robhaz 0.1.0, rapier2d 0.36.1`.
+    pub fn to_toml(&self, version: &str) -> String {
+        let comment =
+            "A scene with every choice written out. SI units. It can be run again as it is.";
+        Out::file(comment, version, SCENE, &mut self.clone())
+    }
+}
+
 fn read(reader: &mut Reader, root: &Node, source_name: &str) -> Scene {
-    top_level(reader, root);
     let stem = Path::new(source_name).file_stem().unwrap_or_default();
-    let given = root.get("name").map(|n| name::read(reader, n, "name"));
-    let seed = root.get("seed").and_then(|n| seed::read(reader, n, "seed"));
-    let seed = seed.unwrap_or(0);
     let grade = sensors::chosen_grade(root);
     let mut scene = Scene {
-        name: given
-            .flatten()
-            .unwrap_or_else(|| name::from_stem(&stem.to_string_lossy())),
-        seed,
-        robot: robot::read(reader, root),
-        terrain: terrain::read(reader, root, seed),
-        estimators: estimators::read(reader, root),
+        name: from_stem(&stem.to_string_lossy()),
         friction: contact::chosen_law(root),
         sensors: SensorChoice::of(grade),
         model_error: ModelError::of_grade(grade),
         ..Scene::default()
     };
-    for section in SECTIONS {
-        if let Some(node) = root.get(section.name) {
-            reader.table(section.keys, node, section.name, &mut scene);
-        }
-    }
-    scene.drive.scalings = drive::read_scalings(reader, root);
-    scene.control.friction_test = control::read_friction_test(reader, root);
-    scene.control.estimator = control::read_estimator(reader, root, &scene);
+    // The seed of random ground that has none of its own.
+    let seed = root.get("seed").and_then(Node::whole);
+    reader.seed = seed.and_then(|s| u64::try_from(s).ok()).unwrap_or_default();
+    reader.table(SCENE, root, "", &mut scene);
+    control::choose_estimator(reader, root, &mut scene);
     checks::check(reader, root, &scene);
     scene
-}
-
-/// Adds a problem for every entry that is neither a top-level key nor a section.
-fn top_level(reader: &mut Reader, root: &Node) {
-    let allowed: Vec<&str> = TOP
-        .iter()
-        .map(|k| k.name)
-        .chain(["robot", terrain::PATH, estimators::PATH])
-        .chain(SECTIONS.iter().map(|s| s.name))
-        .collect();
-    for entry in reader.entries(root, "") {
-        if entry.key != IGNORED && !allowed.contains(&entry.key.as_str()) {
-            reader.unknown(entry, "", &allowed);
-        }
-    }
 }

@@ -8,7 +8,7 @@ use crate::source::{Entry, Node, Origin, Source, Value, value_or_text};
 use std::sync::Arc;
 
 /// One step of a dotted key.
-enum Step<'a> {
+pub(crate) enum Step<'a> {
     Key(&'a str),
     Index(usize),
 }
@@ -42,7 +42,7 @@ fn malformed(reader: &mut Reader, source: &Arc<Source>, length: usize) {
 }
 
 /// `a.b.0.c` or `a.b[0].c`, taken apart.
-fn steps(key: &str) -> Option<Vec<Step<'_>>> {
+pub(crate) fn steps(key: &str) -> Option<Vec<Step<'_>>> {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     let mut steps = Vec::new();
     for part in key.split('.') {

@@ -1,29 +1,26 @@
 //! Collects the problems of a scene while it is read.
 
 use crate::error::{Problem, SceneError};
-use crate::excerpt::harmless;
-use crate::source::{Node, Origin, Source, SourceKind, Value, document};
-use std::collections::{BTreeSet, HashMap};
+use crate::source::{Entry, Node, Origin, Source, Value, document};
+use crate::suggest::nearest;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Largest number of problems of a file that are shown.
+/// Largest number of problems that are shown.
 const SHOWN: usize = 20;
-/// Largest number of problems of a file that are kept; further ones are only counted. Sections are not read in the
-/// order of lines: the first problems by line are among these unless there are many more.
+/// Largest number of problems that are kept; further ones are only counted. Sections are not read in the order of lines:
+/// the first problems by line are among these unless there are many more.
 const KEPT: usize = 1000;
 
 /// Collects problems while a scene is read.
 pub(crate) struct Reader {
     problems: Vec<Problem>,
-    /// Number of problems kept for each source, by its name.
-    kept: HashMap<String, usize>,
-    /// Number of further problems of each source, which were only counted.
-    hidden: HashMap<String, usize>,
-    /// The sections of the counted problems.
-    hidden_sections: BTreeSet<String>,
+    /// Number of further problems, which were only counted.
+    hidden: usize,
     /// Paths in the scene are relative to this folder.
     pub base_dir: PathBuf,
+    /// The seed of the scene.
+    pub seed: u64,
     /// The table that has a key of a name, for messages on misplaced keys.
     pub home_of: fn(&str) -> Option<String>,
 }
@@ -32,59 +29,57 @@ impl Reader {
     pub fn new(base_dir: PathBuf, home_of: fn(&str) -> Option<String>) -> Self {
         Self {
             problems: Vec::new(),
-            kept: HashMap::new(),
-            hidden: HashMap::new(),
-            hidden_sections: BTreeSet::new(),
+            hidden: 0,
             base_dir,
+            seed: 0,
             home_of,
         }
     }
 
-    /// Number of problems so far.
-    pub fn mark(&self) -> usize {
-        self.problems.len() + self.hidden.values().sum::<usize>()
+    /// The entries of a table; anything else is a problem.
+    pub fn entries<'n>(&mut self, node: &'n Node, path: &str) -> &'n [Entry] {
+        node.entries().unwrap_or_else(|| {
+            self.refuse(node, path, "a table");
+            &[]
+        })
     }
 
-    /// Number of problems of a source so far.
-    pub fn problems_of(&self, source: &str) -> usize {
-        let count = |of: &HashMap<String, usize>| of.get(source).copied().unwrap_or(0);
-        count(&self.kept) + count(&self.hidden)
+    /// A key that its table does not have.
+    pub fn unknown(&mut self, entry: &Entry, path: &str, allowed: &[&str]) {
+        let home_of = self.home_of;
+        self.complain(&entry.origin, &join(path, &short_key(&entry.key)), || {
+            let mut message = format!("unknown key, allowed: {}", allowed.join(", "));
+            if let Some(near) = nearest(&entry.key, allowed) {
+                message += &format!("; did you mean {near}?");
+            } else if let Some(home) = home_of(&entry.key) {
+                message += &format!("; {} belongs to {home}", entry.key);
+            }
+            message
+        });
+    }
+
+    /// Number of problems so far.
+    pub fn mark(&self) -> usize {
+        self.problems.len() + self.hidden
     }
 
     /// Whether no problem lies under one of these keys.
     pub fn is_clean(&self, keys: &[&str]) -> bool {
-        let under = |key: &str| keys.iter().any(|k| key.starts_with(k));
-        let hidden = self.hidden_sections.iter().any(|s| under(s));
-        !hidden && !self.problems.iter().any(|p| under(p.key()))
+        let under = |problem: &Problem| keys.iter().any(|k| problem.key().starts_with(k));
+        self.hidden == 0 && !self.problems.iter().any(under)
     }
 
     /// Adds a problem at a place. The message is made only if the problem is kept, so that a file with a million
     /// mistakes is read as fast as a correct one.
     pub fn complain(&mut self, origin: &Origin, key: &str, message: impl FnOnce() -> String) {
-        let name = &origin.source.name;
-        if self.kept.get(name).is_none_or(|count| *count < KEPT) {
-            return self.push(Problem::at(origin, key, message()));
-        }
-        self.hide(name, 1);
-        if let Some((section, _)) = key.split_once(['.', '[']) {
-            self.hidden_sections.insert(format!("{section}."));
+        match self.problems.len() < KEPT {
+            true => self.push(Problem::at(origin, key, message())),
+            false => self.hidden += 1,
         }
     }
 
     pub fn push(&mut self, problem: Problem) {
-        let name = match problem.origin() {
-            Some(origin) => origin.source.name.clone(),
-            None => problem.file().to_owned(),
-        };
-        *self.kept.entry(name).or_default() += 1;
         self.problems.push(problem);
-    }
-
-    /// Counts problems of a source that are not shown.
-    pub fn hide(&mut self, source: &str, count: usize) {
-        if count > 0 {
-            *self.hidden.entry(source.to_owned()).or_default() += count;
-        }
     }
 
     /// Adds a problem: the value at a node is not allowed.
@@ -92,54 +87,42 @@ impl Reader {
         self.complain(&node.origin, path, || refusal(node, allowed));
     }
 
-    /// Parses a text as TOML; syntax errors become problems.
-    pub fn document(&mut self, source: &Arc<Source>) -> Node {
-        let (node, errors) = document(source);
-        let broken = errors
-            .iter()
-            .filter(|e| e.breaks_structure)
-            .map(|e| e.origin.line())
-            .min();
-        for error in errors.iter().take(KEPT) {
-            let line = error.origin.whole_line();
-            let message = format!("TOML does not allow this: {}; found: {line}", error.message);
-            let mut problem = Problem::at(&error.origin, "", message).syntax();
-            // The rest of the file may have been misread.
-            problem.whole = Some(error.origin.line()) == broken;
-            self.push(problem);
+    /// Parses a text as TOML; `None` after syntax errors, which become problems.
+    pub fn document(&mut self, source: &Arc<Source>) -> Option<Node> {
+        let errors = match document(source) {
+            Ok(node) => return Some(node),
+            Err(errors) => errors,
+        };
+        for (origin, message) in errors {
+            self.complain(&origin, "", || {
+                let line = origin.whole_line();
+                format!("TOML does not allow this: {message}; found: {line}")
+            });
         }
-        self.hide(&source.name, errors.len().saturating_sub(KEPT));
-        node
+        None
     }
 
-    /// The scene, or its problems.
-    pub fn finish<T>(self, value: T) -> Result<T, SceneError> {
-        let mut problems = without_echoes(self.problems);
-        let mut hidden: HashMap<String, usize> = HashMap::new();
-        for (source, count) in self.hidden {
-            *hidden.entry(harmless(&source)).or_default() += count;
-        }
-        let count = problems.len() + hidden.values().sum::<usize>();
+    /// What was read, or the problems by file and line. Nothing was read only after a problem.
+    pub fn finish<T>(self, value: Option<T>) -> Result<T, SceneError> {
+        let mut problems = self.problems;
+        let count = problems.len() + self.hidden;
         let place = |p: &Problem| {
             let line = p.line();
             (line.is_none(), p.file().to_owned(), line)
         };
         problems.sort_by_cached_key(place);
-        let mut shown = Vec::new();
-        for of_file in problems.chunk_by(|a, b| a.file() == b.file()) {
-            let file = of_file[0].file();
-            shown.extend(of_file.iter().take(SHOWN).cloned());
-            let more = of_file.len().saturating_sub(SHOWN) + hidden.remove(file).unwrap_or(0);
-            if more > 0 {
-                let message = format!("and {} more problems", grouped(more));
-                shown.push(Problem::unread(file, message));
-            }
+        problems.truncate(SHOWN);
+        let mut shown = problems.into_iter();
+        let first = match (shown.next(), value) {
+            (None, Some(value)) => return Ok(value),
+            (first, _) => first.unwrap_or_else(|| Problem::unread("", "cannot be read".to_owned())),
+        };
+        let mut rest: Vec<Problem> = shown.collect();
+        if count > SHOWN {
+            let message = format!("and {} more problems", grouped(count - SHOWN));
+            rest.push(Problem::unread(first.file(), message));
         }
-        let mut shown = shown.into_iter();
-        match shown.next() {
-            None => Ok(value),
-            Some(first) => Err(SceneError::new(first, shown.collect(), count)),
-        }
+        Err(SceneError::new(first, rest, count))
     }
 }
 
@@ -176,28 +159,11 @@ pub(crate) fn grouped(count: usize) -> String {
     out
 }
 
-/// Drops problems that follow from a syntax error: those on its line, and, if the error may have broken the structure
-/// of the rest of the file, those after its line and missing keys.
-fn without_echoes(problems: Vec<Problem>) -> Vec<Problem> {
-    let syntax: Vec<(Origin, bool)> = problems
-        .iter()
-        .filter(|p| p.syntax)
-        .filter_map(|p| Some((p.origin()?.clone(), p.whole)))
-        .collect();
-    let echoes = |p: &Problem| {
-        let Some(origin) = p.origin() else {
-            return false;
-        };
-        syntax.iter().any(|(error, breaks)| {
-            Arc::ptr_eq(&error.source, &origin.source)
-                && origin.source.kind == SourceKind::File
-                && (error.line() == origin.line()
-                    || *breaks && (p.whole || origin.line() > error.line()))
-        })
-    };
-    let is_echo: Vec<bool> = problems.iter().map(|p| !p.syntax && echoes(p)).collect();
-    let mut is_echo = is_echo.into_iter();
-    let mut problems = problems;
-    problems.retain(|_| !is_echo.next().unwrap_or(false));
-    problems
+/// A key in messages: at most its first 60 characters.
+fn short_key(key: &str) -> String {
+    const LONGEST: usize = 60;
+    match key.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}...", &key[..end]),
+        None => key.to_owned(),
+    }
 }

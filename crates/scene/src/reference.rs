@@ -1,13 +1,9 @@
-//! Every key that a scene file can have, from the declarations that the reader uses.
+//! Every key that a scene file or a log description can have, from the declarations that the reader uses.
 
-use crate::key::{Field, Key, SWITCH};
-use crate::range::short;
-use crate::reader::join;
+use crate::key;
+use crate::load::SCENE;
+use crate::log::{LOG, LogChoice};
 use crate::scene::Scene;
-use crate::sections::{SECTIONS, TOP};
-use crate::terrain::{self, Parameters, Visitor};
-use crate::{control, drive, estimators, robot, robot_keys, write};
-use robhaz_control::FrictionTestPlan;
 use std::sync::LazyLock;
 
 /// A key of scene files.
@@ -30,89 +26,27 @@ pub struct KeyReference {
 /// Every key that a scene file can have, section by section.
 pub fn reference() -> Vec<KeyReference> {
     let mut rows = Vec::new();
-    let mut scene = Scene::default();
-    let mut robot = scene.robot.robot.clone();
-    list(&mut rows, TOP, &mut scene, "");
-    list(&mut rows, robot::KEYS, &mut (), "robot");
-    let path = robot::GEOMETRY_PART.path;
-    list(&mut rows, robot_keys::GEOMETRY, &mut robot.geometry, path);
-    let path = robot::MASS_PART.path;
-    list(&mut rows, robot_keys::MASSES, &mut robot.mass, path);
-    list(&mut rows, terrain::COMMON, &mut (), terrain::PATH);
-    list(&mut rows, terrain::STRETCHES, &mut (), terrain::PATH);
-    for kind in terrain::KINDS {
-        Parameters::standard(kind).show(&mut OfKind { rows: &mut rows });
-    }
-    let mut bump = terrain::NO_BUMP;
-    list(&mut rows, terrain::BUMP, &mut bump, "terrain.bumps[]");
-    let mut stretch = terrain::NO_STRETCH;
-    let path = "terrain.stretch[]";
-    list(&mut rows, terrain::STRETCH, &mut stretch, path);
-    for section in SECTIONS {
-        list(&mut rows, section.keys, &mut scene, section.name);
-        if section.name == drive::PATH {
-            let mut scaling = drive::NO_SCALING;
-            list(&mut rows, drive::SCALINGS, &mut scaling, "drive.scaling[]");
-            let mut plan = FrictionTestPlan::default();
-            let path = control::FRICTION_TEST_PATH;
-            list(&mut rows, control::FRICTION_TESTS, &mut plan, path);
-        }
-    }
-    let mut keys = estimators::Keys::of(&estimators::settings(0));
-    list(&mut rows, estimators::KEYS, &mut keys, "estimator[]");
+    key::rows(&mut rows, SCENE, "", &mut Scene::default());
     rows
 }
 
-/// Lists the keys of a kind of ground.
-struct OfKind<'a> {
-    rows: &'a mut Vec<KeyReference>,
-}
-
-impl Visitor for OfKind<'_> {
-    fn visit<T>(&mut self, keys: &'static [Key<T>], parameters: &mut T) {
-        for key in keys {
-            let path = join(terrain::PATH, key.name);
-            // Several kinds have a start; its declaration and default are the same in all.
-            if !self.rows.iter().any(|r| r.key == path) {
-                self.rows.push(row(key, parameters, path));
-            }
-        }
-    }
-}
-
-fn list<T>(rows: &mut Vec<KeyReference>, keys: &[Key<T>], defaults: &mut T, path: &str) {
-    for key in keys {
-        let path = join(path, key.name);
-        if let Field::Table(keys) = key.field {
-            list(rows, keys, defaults, &path);
-        } else {
-            rows.push(row(key, defaults, path));
-        }
-    }
-}
-
-fn row<T>(key: &Key<T>, defaults: &mut T, path: String) -> KeyReference {
-    let number = key.field.number();
-    let others = number.map(|n| n.unit.units.iter().skip(1).map(|u| u.name));
-    KeyReference {
-        key: path,
-        unit: key.field.unit(),
-        other_units: others.map_or(String::new(), |o| o.collect::<Vec<_>>().join(", ")),
-        default: match &key.field {
-            _ if key.required => "required".to_owned(),
-            Field::Own { default, .. } | Field::OwnWord { default, .. } => (*default).to_owned(),
-            // Computed from other keys of the same table.
-            Field::ThreePoints(..) => "mean of own pins and axles".to_owned(),
-            Field::Point(..) => "from body_cg and wheelbase".to_owned(),
-            Field::Number(_, at) => short(*at(defaults)),
-            Field::Count(_, get, _) => get(defaults).to_string(),
-            Field::Switch(at) => SWITCH[usize::from(*at(defaults))].to_owned(),
-            Field::Word(words, get, _) => words[get(defaults)].to_owned(),
-            field => write::value(field, defaults).unwrap_or_default(),
-        },
-        allowed: key.field.allowed_values(),
-        meaning: key.meaning,
-    }
+/// The rows of the tables of keys in `docs/logs.md`: key, SI unit, default, allowed values, meaning. Those of `[robot]` and
+/// `[[estimator]]` are as in a scene.
+pub fn log_reference() -> Vec<[String; 5]> {
+    let mut rows = Vec::new();
+    key::rows(&mut rows, LOG, "", &mut LogChoice::default());
+    let as_in_a_scene = |key: &str| key.starts_with("robot.") || key.starts_with("estimator");
+    let own = rows.into_iter().filter(|row| !as_in_a_scene(&row.key));
+    own.map(|r| {
+        [
+            r.key,
+            r.unit.to_owned(),
+            r.default,
+            r.allowed,
+            r.meaning.to_owned(),
+        ]
+    })
+    .collect()
 }
 
 /// The table that has a key of this name, as written in a file.
@@ -139,27 +73,5 @@ mod tests {
         assert_eq!(home_of("mu_s").as_deref(), Some("[contact]"));
         assert_eq!(home_of("observer_pole").as_deref(), Some("[[estimator]]"));
         assert_eq!(home_of("gravity"), None);
-    }
-
-    /// Kinds that share a key share its declaration: the reference lists it once.
-    #[test]
-    fn kinds_agree_on_shared_keys() {
-        struct Rows(Vec<KeyReference>);
-        impl Visitor for Rows {
-            fn visit<T>(&mut self, keys: &'static [Key<T>], parameters: &mut T) {
-                let rows = keys.iter().map(|k| row(k, parameters, k.name.to_owned()));
-                self.0.extend(rows);
-            }
-        }
-        let mut rows = Rows(Vec::new());
-        for kind in terrain::KINDS {
-            Parameters::standard(kind).show(&mut rows);
-        }
-        let rows = rows.0;
-        for row in &rows {
-            let same: Vec<_> = rows.iter().filter(|r| r.key == row.key).collect();
-            assert!(same.iter().all(|r| *r == row), "{same:?}");
-        }
-        assert_eq!(rows.iter().filter(|r| r.key == "start").count(), 6);
     }
 }

@@ -1,19 +1,15 @@
 //! `[robot]`: geometry and masses, by name, from a file, or written in the scene.
 
 use crate::error::Problem;
-use crate::file;
-use crate::json;
-use crate::key::{Form, Key, quoted};
+use crate::form::{Form, Table, did_you_mean, quoted, section};
+use crate::key::{self, Key, keys};
 use crate::reader::{Reader, join};
-use crate::robot_keys::{
-    BODY_LOWER, BODY_UPPER, GEOMETRY, HALF_WIDTH, LINK_CG, MASSES, OUTLINE_PATH,
-};
-use crate::source::{Entry, Node, Origin, Source, Value};
-use crate::suggest::nearest;
-use robhaz_model::{
-    Bar, Geometry, GeometryError, MassSet, Outline, Pin, PinStop, Robot, StanceError, mean_link_cgs,
-};
-use serde_json::json;
+use crate::reference::KeyReference;
+use crate::robot_keys::{GEOMETRY, MASSES};
+use crate::source::{self, Entry, Node, Origin, Source, Value};
+use crate::write::Out;
+use robhaz_model::{Bar, Geometry, GeometryError, Outline, Pin, Robot, StanceError, mean_link_cgs};
+use serde_json::{Value as Json, json};
 use std::path::Path;
 
 /// Largest deviation of an axle's height from the wheel radius in the nominal pose, m.
@@ -29,6 +25,16 @@ struct BuiltIn {
     text: &'static str,
 }
 
+macro_rules! builtin {
+    ($name:literal, $file:literal) => {
+        BuiltIn {
+            name: $name,
+            file: $file,
+            text: include_str!(concat!("../../../", $file)),
+        }
+    };
+}
+
 /// One of the two halves of `[robot]`.
 pub(crate) struct Part {
     /// Full key.
@@ -36,70 +42,56 @@ pub(crate) struct Part {
     /// The first is the default.
     builtins: &'static [BuiltIn],
     what: &'static str,
+    keys: &'static [Key<RobotChoice>],
+    name: fn(&mut RobotChoice) -> &mut String,
+    /// Completes and checks a table whose keys have no problem; the error is the key at fault and why.
+    check: fn(&mut RobotChoice, &Node) -> Result<(), (&'static str, String)>,
 }
 
 /// `robot.geometry`
 pub(crate) const GEOMETRY_PART: Part = Part {
     path: "robot.geometry",
     builtins: &[
-        BuiltIn {
-            name: DEFAULT_GEOMETRY,
-            file: "robots/geometry-a.toml",
-            text: include_str!("../../../robots/geometry-a.toml"),
-        },
-        BuiltIn {
-            name: "B",
-            file: "robots/geometry-b.toml",
-            text: include_str!("../../../robots/geometry-b.toml"),
-        },
-        BuiltIn {
-            name: "C",
-            file: "robots/geometry-c.toml",
-            text: include_str!("../../../robots/geometry-c.toml"),
-        },
+        builtin!("A", "robots/geometry-a.toml"),
+        builtin!("B", "robots/geometry-b.toml"),
+        builtin!("C", "robots/geometry-c.toml"),
     ],
     what: "geometry",
+    keys: GEOMETRY,
+    name: |robot| &mut robot.geometry_name,
+    check: |robot, node| {
+        let geometry = &mut robot.robot.geometry;
+        complete(geometry, node);
+        check(geometry)
+    },
 };
 
 /// `robot.mass`
 pub(crate) const MASS_PART: Part = Part {
     path: "robot.mass",
     builtins: &[
-        BuiltIn {
-            name: DEFAULT_MASS,
-            file: "robots/mass-caption.toml",
-            text: include_str!("../../../robots/mass-caption.toml"),
-        },
-        BuiltIn {
-            name: "text",
-            file: "robots/mass-text.toml",
-            text: include_str!("../../../robots/mass-text.toml"),
-        },
+        builtin!("caption", "robots/mass-caption.toml"),
+        builtin!("text", "robots/mass-text.toml"),
     ],
     what: "mass",
+    keys: MASSES,
+    name: |robot| &mut robot.mass_name,
+    check: |robot, _| {
+        let checked = robot.robot.mass.check();
+        checked.map_err(|error| (error.entry, error.to_string()))
+    },
 };
 
-/// The keys of `[robot]` itself.
-pub(crate) const KEYS: &[Key<()>] = &[
-    Key::own(
-        "geometry",
-        DEFAULT_GEOMETRY,
-        Form {
-            words: "\"A\", \"B\", \"C\", the path of a .toml file, or a table",
-            schema: || GEOMETRY_PART.schema(json::table(GEOMETRY, None)),
-        },
-        "dimensions of the robot; a path is relative to the scene file",
-    ),
-    Key::own(
-        "mass",
-        DEFAULT_MASS,
-        Form {
-            words: "\"caption\", \"text\", the path of a .toml file, or a table",
-            schema: || MASS_PART.schema(json::table(MASSES, None)),
-        },
-        "masses and inertias; a path is relative to the scene file",
-    ),
-];
+keys! {
+    /// The keys of `[robot]` itself.
+    KEYS: RobotChoice;
+
+    /// dimensions of the robot; a path is relative to the scene file
+    geometry ("A"): GEOMETRY_PART => |robot| robot;
+
+    /// masses and inertias; a path is relative to the scene file
+    mass ("caption"): MASS_PART => |robot| robot;
+}
 
 /// The robot, and the names under which its parts were chosen.
 #[derive(Clone, Debug, PartialEq)]
@@ -123,55 +115,27 @@ impl Default for RobotChoice {
     }
 }
 
-/// Reads the section.
-pub(crate) fn read(reader: &mut Reader, root: &Node) -> RobotChoice {
-    if let Some(node) = root.get("robot") {
-        reader.table(KEYS, node, "robot", &mut ());
-    }
-    let mark = reader.mark();
-    let geometry = read_part(reader, root, &GEOMETRY_PART, read_geometry);
-    let mass = read_part(reader, root, &MASS_PART, read_masses);
-    let robot = Robot {
-        // Both exist unless there is a problem.
-        geometry: geometry.value.unwrap_or_else(Geometry::a),
-        mass: mass.value.unwrap_or_else(MassSet::caption),
-    };
-    if let (true, Err(error)) = (reader.mark() == mark, robot.check_stance()) {
-        refuse_stance(reader, root, &geometry.place, &error);
-    }
-    RobotChoice {
-        geometry_name: geometry.name,
-        mass_name: mass.name,
-        robot,
-    }
-}
-
-/// A half of `[robot]` as it was read.
-struct ReadPart<T> {
-    name: String,
-    place: Place,
-    value: Option<T>,
-}
-
-/// Origin of one half of `[robot]`.
-struct Place {
-    /// Its table.
-    node: Option<Node>,
-    /// The key under which the table is; empty for a file.
-    path: String,
-}
+/// `[robot]`
+pub(crate) const ROBOT: Table<RobotChoice> = Table {
+    check: check_stance,
+    ..section(KEYS)
+};
 
 /// Reports a robot that cannot stand, at the key of its geometry that an override set, else at the likeliest key.
-fn refuse_stance(reader: &mut Reader, root: &Node, place: &Place, error: &StanceError) {
-    let keys = stance_keys(error);
-    let whole = place.node.as_ref().unwrap_or(root);
+fn check_stance(reader: &mut Reader, section: &Node, robot: &RobotChoice) {
+    let Err(error) = robot.robot.check_stance() else {
+        return;
+    };
+    let Some((_, geometry, path)) = GEOMETRY_PART.content(reader, section.get("geometry")) else {
+        return;
+    };
+    let keys = stance_keys(&error).iter();
     let written: Vec<(&str, &Node)> = keys
-        .iter()
-        .filter_map(|key| whole.find(key).map(|node| (*key, node)))
+        .filter_map(|key| geometry.find(key).map(|node| (*key, node)))
         .collect();
     let changed = written.iter().find(|(_, node)| node.origin.is_override());
-    let (key, node) = *changed.or(written.first()).unwrap_or(&("", whole));
-    let path = join(&place.path, key);
+    let (key, node) = *changed.or(written.first()).unwrap_or(&("", &geometry));
+    let path = join(path, key);
     reader.push(Problem::at(&node.origin, &path, error.to_string()).whole());
 }
 
@@ -185,69 +149,35 @@ fn stance_keys(error: &StanceError) -> &'static [&'static str] {
             Pin::R => &["pins.r"],
             Pin::S => &["pins.s"],
         },
-        StanceError::CentreBelowGround { bar, .. } if *bar != Bar::Body => &[LINK_CG],
+        StanceError::CentreBelowGround { bar, .. } if *bar != Bar::Body => &["link_cg"],
         StanceError::CentreBelowGround { .. } => &["body_cg"],
         StanceError::TipsForward { .. } | StanceError::TipsBackward { .. } => {
-            &["body_cg", "axles", LINK_CG]
+            &["body_cg", "axles", "link_cg"]
         }
         StanceError::Folds { .. } | StanceError::Undetermined => &[
-            "body_cg", "pins.q", "pins.p", "pins.r", "pins.s", "axles", LINK_CG,
+            "body_cg", "pins.q", "pins.p", "pins.r", "pins.s", "axles", "link_cg",
         ],
     }
 }
 
-fn read_part<T>(
-    reader: &mut Reader,
-    root: &Node,
-    part: &Part,
-    read: fn(&mut Reader, &Node, &str) -> Option<T>,
-) -> ReadPart<T> {
-    let (chosen, node, path) = match root.find(part.path) {
-        None => {
-            let default = &part.builtins[0];
-            (default.name, Some(part.builtin(reader, default)), "")
-        }
-        Some(node) => match &node.value {
-            Value::Text(name) => (name.as_str(), part.by_name(reader, node, name), ""),
-            Value::Table(_) => ("inline", Some(node.clone()), part.path),
-            _ => {
-                reader.refuse(node, part.path, &part.allowed());
-                ("", None, "")
-            }
-        },
-    };
-    let Some(node) = node else {
-        return ReadPart {
-            name: chosen.to_owned(),
-            place: Place {
-                node: None,
-                path: path.to_owned(),
-            },
-            value: None,
-        };
-    };
-    let name = match node.get("name").map(|n| (n, &n.value)) {
-        Some((_, Value::Text(name))) => name.clone(),
-        Some((name, _)) => {
-            reader.refuse(name, &join(path, "name"), "a text");
-            String::new()
-        }
-        None => chosen.to_owned(),
-    };
-    let value = read(reader, &node, path);
-    ReadPart {
-        name,
-        place: Place {
-            node: Some(node),
-            path: path.to_owned(),
-        },
-        value,
-    }
-}
+impl Form for Part {
+    type Value = RobotChoice;
 
-impl Part {
-    fn names(&self) -> Vec<&'static str> {
-        self.builtins.iter().map(|b| b.name).collect()
+    fn read(&self, reader: &mut Reader, node: &Node, _path: &str, into: &mut RobotChoice) {
+        let mark = reader.mark();
+        let Some((name, node, path)) = self.content(reader, Some(node)) else {
+            return;
+        };
+        *(self.name)(into) = name;
+        reader.table(self.keys, &node, path, into);
+        if reader.mark() > mark {
+            return;
+        }
+        if let Err((key, message)) = (self.check)(into, &node) {
+            let at = node.find(key).unwrap_or(&node);
+            let message = format!("found {}, but {message}", at.origin.found());
+            reader.push(Problem::at(&at.origin, &join(path, key), message).whole());
+        }
     }
 
     fn allowed(&self) -> String {
@@ -258,32 +188,49 @@ impl Part {
         )
     }
 
-    /// JSON Schema of its key: a name, a path, or a table.
-    fn schema(&self, table: serde_json::Value) -> serde_json::Value {
+    fn allowed_values(&self) -> String {
+        let names = quoted(&self.names());
+        format!("{names}, the path of a .toml file, or a table")
+    }
+
+    fn schema(&self, _defaults: Option<&mut RobotChoice>) -> Json {
+        let table = key::schema(self.keys, None);
         json!({"anyOf": [{"enum": self.names()}, {"type": "string", "pattern": r"\.toml$"}, table]})
     }
 
-    fn builtin(&self, reader: &mut Reader, builtin: &BuiltIn) -> Node {
+    fn tables(&self, out: &mut Out, path: &str, meaning: &str, value: &mut RobotChoice) {
+        out.head(&format!("[{path}]"), meaning);
+        out.table(self.keys, value, path);
+    }
+
+    fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, value: &mut RobotChoice) {
+        key::rows(rows, self.keys, path, value);
+    }
+}
+
+impl Part {
+    fn names(&self) -> Vec<&'static str> {
+        self.builtins.iter().map(|b| b.name).collect()
+    }
+
+    fn builtin(&self, reader: &mut Reader, builtin: &BuiltIn) -> Option<Node> {
         reader.document(&Source::file(builtin.file, builtin.text))
     }
 
     /// The content of a built-in or a file.
     fn by_name(&self, reader: &mut Reader, node: &Node, name: &str) -> Option<Node> {
         if let Some(builtin) = self.builtins.iter().find(|b| b.name == name) {
-            return Some(self.builtin(reader, builtin));
+            return self.builtin(reader, builtin);
         }
         if Path::new(name).extension().is_none_or(|e| e != "toml") {
-            let mut allowed = self.allowed();
-            if let Some(near) = nearest(name, &self.names()) {
-                allowed += &format!("; did you mean \"{near}\"?");
-            }
+            let allowed = self.allowed() + &did_you_mean(name, &self.names());
             reader.refuse(node, self.path, &allowed);
             return None;
         }
         let path = reader.base_dir.join(name);
         let shown = path.display().to_string();
-        match file::read_toml(&path) {
-            Ok(text) => Some(reader.document(&Source::file(&shown, &text))),
+        match source::read_toml(&path) {
+            Ok(text) => reader.document(&Source::file(&shown, &text)),
             Err(error) => {
                 let message = format!(
                     "found {}, but {shown} {error}; allowed: {}",
@@ -296,6 +243,27 @@ impl Part {
         }
     }
 
+    /// The name and the table that `chosen`, or the default, stands for, and the table's key; an empty one for a file.
+    fn content(
+        &self,
+        reader: &mut Reader,
+        chosen: Option<&Node>,
+    ) -> Option<(String, Node, &'static str)> {
+        let default = &self.builtins[0];
+        let (name, node, path) = match chosen.map(|node| (node, &node.value)) {
+            None => (default.name, self.builtin(reader, default)?, ""),
+            Some((node, Value::Text(name))) => {
+                (name.as_str(), self.by_name(reader, node, name)?, "")
+            }
+            Some((node, Value::Table(_))) => ("inline", node.clone(), self.path),
+            Some((node, _)) => {
+                reader.refuse(node, self.path, &self.allowed());
+                return None;
+            }
+        };
+        Some((name.to_owned(), node, path))
+    }
+
     /// The table that `chosen` (or the default) names, so that an override can change a part of it. Its name gets the
     /// ending [`CHANGED`].
     pub(crate) fn written_out(
@@ -304,18 +272,15 @@ impl Part {
         chosen: Option<&Node>,
         origin: &Origin,
     ) -> Option<Node> {
-        let (name, node) = match chosen.map(|c| (c, &c.value)) {
-            None => {
-                let default = &self.builtins[0];
-                (default.name, self.builtin(reader, default))
-            }
-            Some((node, Value::Text(name))) => (name.as_str(), self.by_name(reader, node, name)?),
-            Some((node, _)) => match node.get("name").map(|n| &n.value) {
-                Some(Value::Text(name)) => (name.as_str(), node.clone()),
-                _ => return Some(node.clone()),
-            },
+        let own_name = chosen.map(|c| c.get("name").and_then(Node::as_text));
+        let (name, node) = match (chosen, own_name.flatten()) {
+            (Some(table), Some(name)) => (name.to_owned(), table.clone()),
+            (Some(other), None) if other.as_text().is_none() => return Some(other.clone()),
+            _ => self
+                .content(reader, chosen)
+                .map(|(name, node, _)| (name, node))?,
         };
-        let name = name.strip_suffix(CHANGED).unwrap_or(name);
+        let name = name.strip_suffix(CHANGED).unwrap_or(&name);
         let mut entries: Vec<Entry> = node.entries().unwrap_or_default().to_vec();
         entries.retain(|e| e.key != "name");
         entries.push(Entry {
@@ -330,42 +295,21 @@ impl Part {
 /// Ends the name of a part that an override has changed.
 const CHANGED: &str = ", changed";
 
-fn read_geometry(reader: &mut Reader, node: &Node, path: &str) -> Option<Geometry> {
-    let mark = reader.mark();
-    // Filled in key by key; only the stops have defaults.
-    let mut geometry = Geometry {
-        stop: PinStop::standard(),
-        ..Geometry::a()
-    };
-    reader.table(GEOMETRY, node, path, &mut geometry);
-    if reader.mark() != mark {
-        return None;
-    }
-    if node.get(LINK_CG).is_none() {
+/// Keys that are not given follow from the other keys.
+fn complete(geometry: &mut Geometry, node: &Node) {
+    let lacks = |key: &str| node.find(key).is_none();
+    if lacks("link_cg") {
         geometry.link_cg = mean_link_cgs(&geometry.axles, &geometry.carriers, &geometry.pins);
     }
-    complete_outline(&mut geometry, node);
-    if let Err((key, message)) = check(&geometry) {
-        let at = node.find(key).unwrap_or(node);
-        let message = format!("found {}, but {message}", at.origin.found());
-        reader.push(Problem::at(&at.origin, &join(path, key), message).whole());
-        return None;
-    }
-    Some(geometry)
-}
-
-/// Keys of the outline that are not given follow from the other keys.
-fn complete_outline(geometry: &mut Geometry, node: &Node) {
     let derived = Outline::derived(&geometry.axles, geometry.body_cg);
     let outline = &mut geometry.outline;
-    let is_given = |key: &str| node.find(&join(OUTLINE_PATH, key)).is_some();
-    if !is_given(BODY_LOWER) {
+    if lacks("outline.body_lower") {
         outline.body_lower = derived.body_lower;
     }
-    if !is_given(BODY_UPPER) {
+    if lacks("outline.body_upper") {
         outline.body_upper = derived.body_upper;
     }
-    if !is_given(HALF_WIDTH) {
+    if lacks("outline.half_width") {
         outline.half_width = derived.half_width;
     }
 }
@@ -387,7 +331,7 @@ fn check(geometry: &Geometry) -> Result<(), (&'static str, String)> {
     if !(outline.body_upper.x > outline.body_lower.x && outline.body_upper.y > outline.body_lower.y)
     {
         let message = "the upper front corner of the body's box must be ahead of its lower rear corner and above it";
-        return Err((OUTLINE_PATH, message.to_owned()));
+        return Err(("outline", message.to_owned()));
     }
     let radius = geometry.wheel_radius;
     if geometry.axles.iter().any(|a| (a.y - radius).abs() > LEVEL) {
@@ -397,15 +341,4 @@ fn check(geometry: &Geometry) -> Result<(), (&'static str, String)> {
         return Err(("axles", message));
     }
     Ok(())
-}
-
-fn read_masses(reader: &mut Reader, node: &Node, path: &str) -> Option<MassSet> {
-    let mark = reader.mark();
-    let mut masses = MassSet::caption();
-    reader.table(MASSES, node, path, &mut masses);
-    if let (true, Err(error)) = (reader.mark() == mark, masses.check()) {
-        let message = error.to_string();
-        reader.push(Problem::at(&node.origin, &join(path, error.entry), message).whole());
-    }
-    (reader.mark() == mark).then_some(masses)
 }

@@ -1,10 +1,11 @@
 //! JSON Schema of the files that people write: an editor completes and checks them by it.
 
-use crate::json::{object, table};
+use crate::key::{self, IGNORED, Key};
+use crate::load::SCENE;
+use crate::log::{LOG, LogChoice};
 use crate::robot_keys::{GEOMETRY, MASSES};
 use crate::scene::Scene;
-use crate::sections::{IGNORED, SECTIONS, TOP};
-use crate::{estimators, json, log, robot, study, terrain};
+use crate::{study, terrain};
 use serde_json::{Value, json};
 
 /// A kind of file.
@@ -26,41 +27,34 @@ pub enum SchemaKind {
 /// of bare numbers, not the rules between keys, nor ranges of texts with units: what it refuses the reader refuses, too.
 pub fn schema(kind: SchemaKind) -> Value {
     let (title, mut schema) = match kind {
-        SchemaKind::Scene => ("Scene of robhaz", scene()),
+        SchemaKind::Scene => {
+            let mut scene = file(SCENE, &mut Scene::default());
+            scene["definitions"] = json!({"part": terrain::part_schema()});
+            ("Scene of robhaz", scene)
+        }
         SchemaKind::Study => ("Study of robhaz", study::schema()),
-        SchemaKind::Geometry => ("Geometry of a robot for robhaz", table(GEOMETRY, None)),
-        SchemaKind::Mass => ("Masses of a robot for robhaz", table(MASSES, None)),
-        SchemaKind::Sensors => ("Description of a log for robhaz", log::schema()),
+        SchemaKind::Geometry => (
+            "Geometry of a robot for robhaz",
+            key::schema(GEOMETRY, None),
+        ),
+        SchemaKind::Mass => ("Masses of a robot for robhaz", key::schema(MASSES, None)),
+        SchemaKind::Sensors => (
+            "Description of a log for robhaz",
+            file(LOG, &mut LogChoice::default()),
+        ),
     };
     schema["$schema"] = json!("http://json-schema.org/draft-07/schema#");
     schema["title"] = json!(title);
     schema
 }
 
-fn scene() -> Value {
-    let mut defaults = Scene::default();
-    let mut all = json::properties(TOP, Some(&mut defaults));
-    let mut add = |name: &str, mut schema: Value, meaning: &str| {
-        schema["description"] = json!(meaning);
-        all.insert(name.to_owned(), schema);
-    };
-    add("robot", table(robot::KEYS, None), "geometry and masses");
-    add(terrain::PATH, terrain::section(), "the ground");
-    for section in SECTIONS {
-        let table = table(section.keys, Some(&mut defaults));
-        add(section.name, table, section.meaning);
-    }
-    add(estimators::PATH, estimators::schema(), "the estimators");
-    add(
-        IGNORED,
-        json!({"type": "object"}),
-        "what wrote the file; not read",
-    );
-    let mut scene = object(all, &[]);
-    scene["definitions"] = json!({"part": terrain::part()});
-    scene
+/// A file with these keys, and what wrote it.
+fn file<T>(keys: &[Key<T>], defaults: &mut T) -> Value {
+    let mut schema = key::schema(keys, Some(defaults));
+    schema["properties"][IGNORED] =
+        json!({"type": "object", "description": "what wrote the file; not read"});
+    schema
 }
-
 #[cfg(test)]
 mod tests {
     use super::*;

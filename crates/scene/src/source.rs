@@ -1,23 +1,78 @@
-//! A file or an override as a tree of nodes with their places in the text.
+//! Files up to a size limit; a file or an override as a tree of nodes with their places in the text.
 
+use crate::reader::grouped;
 use std::collections::HashSet;
+use std::fs::File;
+use std::io::Read;
 use std::ops::Range;
+use std::path::Path;
 use std::sync::{Arc, OnceLock};
 use toml::de::{DeInteger, DeTable, DeValue};
+use tracing::debug;
 
-/// Kind of a source.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum SourceKind {
-    /// A file: problems name its lines.
-    File,
-    /// An override of the command line: one line, named by itself.
-    Override,
+/// Largest size of a scene or robot file, bytes: enough for 100 000 points of full precision.
+const MOST_TOML: usize = 6_000_000;
+/// Largest number of words and signs of such a file: each takes some hundred bytes of memory.
+const MOST_TOKENS: usize = 1_000_000;
+/// Largest size of a track, bytes.
+pub(crate) const MOST_TRACK: usize = 100_000_000;
+
+/// The content of a file of at most `most` bytes; the error completes the sentence "FILE ...".
+pub(crate) fn read(path: &Path, most: usize) -> Result<Vec<u8>, String> {
+    let cannot = |error: std::io::Error| format!("cannot be read: {error}");
+    let file = File::open(path).map_err(cannot)?;
+    let mut bytes = Vec::new();
+    // Reading one byte more than allowed detects larger files, also pipes, which have no length.
+    let mut file = file.take(most as u64 + 1);
+    file.read_to_end(&mut bytes).map_err(cannot)?;
+    match bytes.len() > most {
+        true => Err(too_large(most)),
+        false => {
+            debug!(path = %path.display(), bytes = bytes.len(), "read");
+            Ok(bytes)
+        }
+    }
+}
+
+/// The text of a scene or robot file.
+pub(crate) fn read_toml(path: &Path) -> Result<String, String> {
+    let text = String::from_utf8(read(path, MOST_TOML)?).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        format!("cannot be read: byte {at} is no UTF-8")
+    })?;
+    check_toml(&text).map(|()| text)
+}
+
+/// Checks the size of the text of a scene or robot file.
+pub(crate) fn check_toml(text: &str) -> Result<(), String> {
+    if text.len() > MOST_TOML {
+        return Err(too_large(MOST_TOML));
+    }
+    let mut before = b' ';
+    let tokens = text.bytes().filter(|b| {
+        let is_space = |b: u8| b == b' ' || b == b'\t';
+        let starts = b",=[]{}\"'.\n".contains(b) || is_space(*b) && !is_space(before);
+        before = *b;
+        starts
+    });
+    if tokens.count() > MOST_TOKENS {
+        let most = grouped(MOST_TOKENS);
+        return Err(format!(
+            "is too large, allowed: at most {most} words and signs"
+        ));
+    }
+    Ok(())
+}
+
+fn too_large(most: usize) -> String {
+    format!("is too large, allowed: at most {} bytes", grouped(most))
 }
 
 /// A text with its name.
 #[derive(Debug)]
 pub(crate) struct Source {
-    pub kind: SourceKind,
+    /// Whether it is an override of the command line: one line, named by itself.
+    pub is_override: bool,
     pub name: String,
     pub text: String,
     /// Byte at which each line starts; found once, on demand.
@@ -25,9 +80,9 @@ pub(crate) struct Source {
 }
 
 impl Source {
-    fn new(kind: SourceKind, name: String, text: &str) -> Arc<Self> {
+    fn new(is_override: bool, name: String, text: &str) -> Arc<Self> {
         Arc::new(Self {
-            kind,
+            is_override,
             name,
             text: text.to_owned(),
             line_starts: OnceLock::new(),
@@ -35,12 +90,12 @@ impl Source {
     }
 
     pub fn file(name: &str, text: &str) -> Arc<Self> {
-        Self::new(SourceKind::File, name.to_owned(), text)
+        Self::new(false, name.to_owned(), text)
     }
 
     /// An override `key=value` as given to `--set`.
     pub fn set(text: &str) -> Arc<Self> {
-        Self::new(SourceKind::Override, format!("--set {text}"), text)
+        Self::new(true, format!("--set {text}"), text)
     }
 
     fn line_starts(&self) -> &[usize] {
@@ -82,7 +137,7 @@ impl Origin {
     }
 
     pub fn is_override(&self) -> bool {
-        self.source.kind == SourceKind::Override
+        self.source.is_override
     }
 
     /// The text at the place, on one line and cut.
@@ -190,6 +245,30 @@ impl Node {
         }
     }
 
+    /// A text, `None` for anything else.
+    pub fn as_text(&self) -> Option<&str> {
+        match &self.value {
+            Value::Text(text) => Some(text),
+            _ => None,
+        }
+    }
+
+    /// The items of an array, `None` for anything else.
+    pub fn array(&self) -> Option<&[Self]> {
+        match &self.value {
+            Value::Array(items) => Some(items),
+            _ => None,
+        }
+    }
+
+    /// A whole number, `None` for anything else.
+    pub fn whole(&self) -> Option<i128> {
+        match self.value {
+            Value::Integer(whole, _) => whole,
+            _ => None,
+        }
+    }
+
     /// The value of a key of a table.
     pub fn get(&self, key: &str) -> Option<&Node> {
         let entry = self.entries()?.iter().find(|e| e.key == key)?;
@@ -214,36 +293,23 @@ impl Node {
     }
 }
 
-/// A TOML error and its place.
-pub(crate) struct SyntaxError {
-    pub origin: Origin,
-    pub message: String,
-    /// Whether the rest of the file may have been misread.
-    pub breaks_structure: bool,
-}
-
-/// Reads a TOML document as far as possible, with its syntax errors.
-pub(crate) fn document(source: &Arc<Source>) -> (Node, Vec<SyntaxError>) {
+/// Reads a TOML document; the errors are places with messages.
+pub(crate) fn document(source: &Arc<Source>) -> Result<Node, Vec<(Origin, String)>> {
     let (table, errors) = DeTable::parse_recoverable(&source.text);
     let place = Place { source, offset: 0 };
-    let node = Node::table(&place.origin(table.span()), place.entries(table.get_ref()));
-    let mut found: Vec<SyntaxError> = Vec::new();
-    let mut lines = HashSet::new();
-    for error in errors {
-        let origin = place.origin(error.span().unwrap_or(0..0));
-        // One mistake can cause many errors; the first of a line is enough.
-        if !lines.insert(origin.line()) {
-            continue;
-        }
-        let message = error.message();
-        found.push(SyntaxError {
-            breaks_structure: message != "duplicate key"
-                && !message.starts_with("string values must be quoted"),
-            message: message.to_owned(),
-            origin,
-        });
+    if errors.is_empty() {
+        let origin = place.origin(table.span());
+        return Ok(Node::table(&origin, place.entries(table.get_ref())));
     }
-    (node, found)
+    let mut lines = HashSet::new();
+    let errors = errors.into_iter().map(|error| {
+        let origin = place.origin(error.span().unwrap_or(0..0));
+        (origin, error.message().to_owned())
+    });
+    // One mistake can cause many errors; the first of a line is enough.
+    Err(errors
+        .filter(|(origin, _)| lines.insert(origin.line()))
+        .collect())
 }
 
 /// The part of a source from `offset` on as a TOML value; as a text if it is none.

@@ -137,14 +137,14 @@ fn choices_of_every_kind_come_back() {
 fn the_file_explains_itself() {
     let text = load("smooth", &[]).to_toml("robhaz 1.2.3");
     for line in [
-        "name = \"smooth\"",
+        "name = \"smooth\" # name of the scene: names the default output folder",
         "[resolved] # what wrote this file; not read",
         "version = \"robhaz 1.2.3\"",
         "kp = 5.0 # N m s; proportional gain on the wheel speed",
         "wheel_radius = 0.1 # m; radius of every wheel",
         "[robot.geometry.pins] # positions of the four pins",
         "q = [-0.05, 0.14] # m; between link 1 and link 2",
-        "label = \"paper-body\"",
+        "label = \"paper-body\" # unique name in tables, figures and file names",
     ] {
         assert!(text.lines().any(|l| l == line), "{line}\n{text}");
     }

@@ -21,74 +21,123 @@ impl Profile {
         ])
     }
 
-    /// Profile `cosbump`: one cosine bump, 60 mm high and 0.70 m long, around x = 1.2 m.
+    /// Profile `cosbump`: [`CosBump::default`].
     pub fn cosbump() -> Self {
-        Self::CosBump(CosBump {
+        Self::CosBump(CosBump::default())
+    }
+
+    /// Profile `ramp`: [`Ramp::default`].
+    pub fn ramp() -> Self {
+        Self::Ramp(Ramp::default())
+    }
+
+    /// Profile `step`: [`Stairs::step`].
+    pub fn step() -> Self {
+        Self::Stairs(Stairs::step())
+    }
+
+    /// Profile `stairs`: [`Stairs::default`].
+    pub fn stairs() -> Self {
+        Self::Stairs(Stairs::default())
+    }
+
+    /// Profile `sine`: [`Sine::default`].
+    pub fn sine() -> Self {
+        Self::Sine(Sine::default())
+    }
+
+    /// Profile `ditch`: [`Ditch::default`].
+    pub fn ditch() -> Self {
+        Self::Ditch(Ditch::default())
+    }
+
+    /// Profile `rough`: [`RoughSettings::default`] with a seed.
+    pub fn rough(seed: u64) -> Self {
+        let settings = RoughSettings::default();
+        Self::Rough(Rough::new(RoughSettings { seed, ..settings }))
+    }
+}
+
+impl Default for CosBump {
+    /// One cosine bump, 60 mm high and 0.70 m long, around x = 1.2 m.
+    fn default() -> Self {
+        Self {
             height: 0.06,
             centre: 1.2,
             half_width: 0.35,
-        })
+        }
     }
+}
 
-    /// Profile `ramp`: an incline of 15 deg, 0.8 m long, from x = 0.7 m.
-    pub fn ramp() -> Self {
-        Self::Ramp(Ramp {
+impl Default for Ramp {
+    /// An incline of 15 deg, 0.8 m long, from x = 0.7 m.
+    fn default() -> Self {
+        Self {
             angle: 15.0_f64.to_radians(),
             start: 0.7,
             length: 0.8,
-        })
+        }
     }
+}
 
-    /// Profile `step`: a kerb of 50 mm at x = 0.7 m.
+impl Stairs {
+    /// A kerb of 50 mm at x = 0.7 m.
     pub fn step() -> Self {
-        Self::Stairs(Stairs {
+        Self {
             rise: 0.05,
-            run: 0.3,
             count: 1,
-            start: 0.7,
-        })
+            ..Self::default()
+        }
     }
+}
 
-    /// Profile `stairs`: 4 steps of 80 mm, 300 mm apart, from x = 0.7 m.
-    pub fn stairs() -> Self {
-        Self::Stairs(Stairs {
+impl Default for Stairs {
+    /// 4 steps of 80 mm, 300 mm apart, from x = 0.7 m.
+    fn default() -> Self {
+        Self {
             rise: 0.08,
             run: 0.3,
             count: 4,
             start: 0.7,
-        })
+        }
     }
+}
 
-    /// Profile `sine`: 5 waves of 0.5 m, 20 mm from trough to crest, from x = 0.7 m.
-    pub fn sine() -> Self {
-        Self::Sine(Sine {
+impl Default for Sine {
+    /// 5 waves of 0.5 m, 20 mm from trough to crest, from x = 0.7 m.
+    fn default() -> Self {
+        Self {
             amplitude: 0.01,
             wavelength: 0.5,
             start: 0.7,
             periods: 5,
-        })
+        }
     }
+}
 
-    /// Profile `ditch`: 50 mm deep and 120 mm wide, at x = 0.7 m.
-    pub fn ditch() -> Self {
-        Self::Ditch(Ditch {
+impl Default for Ditch {
+    /// 50 mm deep and 120 mm wide, at x = 0.7 m.
+    fn default() -> Self {
+        Self {
             depth: 0.05,
             width: 0.12,
             start: 0.7,
-        })
+        }
     }
+}
 
-    /// Profile `rough`: class C, wavelengths from 0.2 m to 10 m; 10 m long from x = 0.7 m, with fades of 1 m.
-    pub fn rough(seed: u64) -> Self {
-        Self::Rough(Rough::new(RoughSettings {
+impl Default for RoughSettings {
+    /// Class C, wavelengths from 0.2 m to 10 m; 10 m long from x = 0.7 m, with fades of 1 m.
+    fn default() -> Self {
+        Self {
             class: RoughClass::C,
             shortest: 0.2,
             longest: 10.0,
             start: 0.7,
             extent: 10.0,
             fade: 1.0,
-            seed,
-        }))
+            seed: 0,
+        }
     }
 }
 

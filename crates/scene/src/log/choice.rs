@@ -1,12 +1,19 @@
 //! A log description with every choice made.
 
 use super::mapping::Mapping;
-use crate::estimators::{self, EstimatorChoice, PRESETS};
+use crate::estimators::{self, EstimatorChoice, Estimators, KEYS, Keys, PRESETS};
+use crate::form::Form;
+use crate::key::Key;
 use crate::model_error::ModelErrorTooLarge;
+use crate::reader::Reader;
+use crate::reference::KeyReference;
 use crate::robot::RobotChoice;
 use crate::scene::Scene;
+use crate::source::Node;
 use crate::suggest::nearest;
+use crate::write::Out;
 use robhaz_estimator::{ContactAngles, EstimatorSettings, Method, NoiseBudget};
+use serde_json::Value as Json;
 
 /// What is known of a log beside its readings. SI throughout.
 #[derive(Clone, Debug, PartialEq)]
@@ -196,6 +203,11 @@ impl LogChoice {
         names.map(|e| e.choice.name.as_str()).collect()
     }
 
+    /// The mapping, for its keys.
+    pub(super) fn mapped(&mut self) -> &mut Mapping {
+        self.mapping.get_or_insert_default()
+    }
+
     fn named(&self, name: &str) -> Result<LogEstimator, UnknownEstimator> {
         if let Some(listed) = self.estimators.iter().find(|e| e.choice.name == name) {
             return Ok(listed.clone());
@@ -220,5 +232,61 @@ impl LogChoice {
             hint: near.map_or(String::new(), |near| format!("; did you mean {near}?")),
             allowed: allowed.join(", "),
         })
+    }
+}
+
+/// `[[estimator]]` of a log: a damping that is not given is the common one.
+pub(super) struct LogEstimators;
+
+/// Key of an estimator's own damping.
+pub(super) const DAMPING: &str = "viscous_damping";
+
+impl Form for LogEstimators {
+    type Value = LogChoice;
+
+    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut LogChoice) {
+        let mut choices = Vec::new();
+        Estimators.read(reader, node, path, &mut choices);
+        let estimator = |choice: EstimatorChoice| LogEstimator {
+            viscous_damping: choice.settings.viscous_damping,
+            choice,
+        };
+        into.estimators = choices.into_iter().map(estimator).collect();
+    }
+
+    fn text(&self, value: &mut LogChoice) -> Option<String> {
+        value.estimators.is_empty().then(|| "[]".to_owned())
+    }
+
+    fn allowed(&self) -> String {
+        Estimators.allowed()
+    }
+
+    fn schema(&self, _defaults: Option<&mut LogChoice>) -> Json {
+        Estimators.schema(None)
+    }
+
+    fn is_section(&self) -> bool {
+        true
+    }
+
+    fn tables(&self, out: &mut Out, path: &str, _meaning: &str, value: &mut LogChoice) {
+        for estimator in &value.estimators {
+            let listed = &estimator.choice;
+            // With the common damping the settings stay those of a preset, whose figure has its own name.
+            let is_common = estimator.viscous_damping.to_bits() == value.viscous_damping.to_bits();
+            let nominal = EstimatorSettings {
+                viscous_damping: estimator.viscous_damping,
+                ..listed.settings
+            };
+            out.head(&format!("[[{path}]]"), "");
+            let is_written = |key: &&Key<Keys>| !(is_common && key.name == DAMPING);
+            let mut keys = Keys::of(&listed.name, &nominal);
+            out.fields(KEYS.iter().filter(is_written), &mut keys);
+        }
+    }
+
+    fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, _value: &mut LogChoice) {
+        Estimators.rows(rows, path, &mut Vec::new());
     }
 }

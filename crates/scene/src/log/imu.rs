@@ -1,15 +1,12 @@
 //! `[imu.LINK]`: inclination and rate from an inertial measurement unit.
 
-use super::rows::rows;
-use crate::json;
-use crate::key::{Form, Key, Words};
-use crate::range::at_least;
+use super::mapping::ByName;
+use crate::form::{Array, Plain, array, text, word};
+use crate::key::{self, keys};
+use crate::quantity::{ANGLE, ANGULAR_RATE, at_least, number};
 use crate::reader::{Reader, join};
-use crate::source::{Node, Value};
-use crate::units::{ANGLE, ANGULAR_RATE};
-
-/// Name of the section.
-pub(super) const IMU: &str = "imu";
+use crate::source::Node;
+use std::f64::consts::PI;
 
 /// An inertial measurement unit on a link.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,207 +44,99 @@ pub enum InclinationSource {
     Orientation,
 }
 
-/// The values of the keys of an IMU, as words.
-struct ImuKeys {
-    channel: String,
-    forward: usize,
-    up: usize,
-    inclination: usize,
-    rate_unit: usize,
-    inclination_offset: f64,
-    rate_offset: f64,
+/// The axes of the sensor, as [`AXIS_NAMES`].
+const AXES: [[f64; 3]; 6] = [
+    [1.0, 0.0, 0.0],
+    [-1.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0],
+    [0.0, -1.0, 0.0],
+    [0.0, 0.0, 1.0],
+    [0.0, 0.0, -1.0],
+];
+const AXIS_NAMES: [&str; 6] = ["+x", "-x", "+y", "-y", "+z", "-z"];
+
+fn axis_name(axis: [f64; 3]) -> &'static str {
+    let place = AXES.iter().position(|a| *a == axis);
+    AXIS_NAMES[place.unwrap_or_default()]
 }
 
-impl ImuKeys {
+const DEGREE: f64 = PI / 180.0;
+const COLUMN: Plain<String> = text("a text");
+const XYZ: Array<Plain<String>, [String; 3]> = array("three columns", COLUMN);
+
+keys! {
+    KEYS: ImuChoice;
+
+    /// name of its channel; the first by default
+    channel: text("a text") => |i| &mut i.channel;
+
+    /// its axis that points forward in the nominal pose
+    forward: word(&AXES, axis_name) => |i| &mut i.forward;
+
+    /// its axis that points up in the nominal pose
+    up: word(&AXES, axis_name) => |i| &mut i.up;
+
+    /// what the inclination follows from: the direction of the specific force, or the orientation
+    inclination: word(&[InclinationSource::Acceleration, InclinationSource::Orientation], |source| {
+        ["acceleration", "orientation"][source as usize]
+    }) => |i| &mut i.inclination;
+
+    /// columns of the specific force: at rest the axis that points up reads +g; any unit
+    acceleration ("linear_acceleration.x .y .z"): XYZ => |i| &mut i.acceleration;
+
+    /// columns of the orientation: quaternion from the sensor to a world whose z axis points up
+    orientation ("orientation.x .y .z .w"): array("four columns", COLUMN) => |i| &mut i.orientation;
+
+    /// columns of the angular velocity
+    angular_velocity ("angular_velocity.x .y .z"): XYZ => |i| &mut i.angular_velocity;
+
+    /// unit of the angular velocity
+    rate_unit: word(&[1.0, DEGREE], |unit| if unit < 1.0 { "deg/s" } else { "rad/s" })
+        => |i| &mut i.rate_factor;
+
+    /// inclination that the sensor shows in the nominal pose: subtracted
+    inclination_offset: number(ANGLE, at_least(-3.2).at_most(3.2)) => |i| &mut i.inclination_offset;
+
+    /// rate that the sensor shows at rest: subtracted
+    rate_offset: number(ANGULAR_RATE, at_least(-1e2).at_most(1e2)) => |i| &mut i.rate_offset;
+}
+
+/// `[imu.LINK]`
+pub(super) const IMUS: ByName<ImuChoice> = ByName {
+    names: &["link1", "link2"],
+    placeholder: "LINK",
+    read: imu,
+    schema: || key::schema(KEYS, Some(&mut ImuChoice::standard(""))),
+    rows: |rows, path| key::rows(rows, KEYS, path, &mut ImuChoice::standard("")),
+};
+
+fn imu(reader: &mut Reader, link: &'static str, node: &Node, path: &str) -> ImuChoice {
+    let mut imu = ImuChoice::standard(link);
+    reader.table(KEYS, node, path, &mut imu);
+    // Axes along the same line.
+    if imu.forward.map(f64::abs) == imu.up.map(f64::abs) {
+        let at = node.get("up").or(node.get("forward")).unwrap_or(node);
+        reader.refuse(at, &join(path, "up"), "another axis than forward");
+    }
+    imu
+}
+
+impl ImuChoice {
     /// As in ROS: x forward, z up.
-    fn standard() -> Self {
+    fn standard(link: &'static str) -> Self {
+        let names = |start: &str| ["x", "y", "z"].map(|axis| format!("{start}.{axis}"));
         Self {
+            link,
             channel: String::new(),
-            forward: 0,
-            up: 4,
-            inclination: 0,
-            rate_unit: 0,
+            forward: AXES[0],
+            up: AXES[4],
+            inclination: InclinationSource::Acceleration,
+            acceleration: names("linear_acceleration"),
+            orientation: ["x", "y", "z", "w"].map(|axis| format!("orientation.{axis}")),
+            angular_velocity: names("angular_velocity"),
+            rate_factor: 1.0,
             inclination_offset: 0.0,
             rate_offset: 0.0,
         }
     }
-}
-
-const THREE_COLUMNS: Form = Form {
-    words: "three columns",
-    schema: || json::array(json::text(), 3, 3),
-};
-
-const AXES: Words = &["+x", "-x", "+y", "-y", "+z", "-z"];
-const RATE_UNITS: Words = &["rad/s", "deg/s"];
-
-const IMU_KEYS: &[Key<ImuKeys>] = &[
-    Key::text(
-        "channel",
-        |i| &mut i.channel,
-        "name of its channel; the first by default",
-    ),
-    Key::word(
-        "forward",
-        AXES,
-        |i| i.forward,
-        |i, w| i.forward = w,
-        "its axis that points forward in the nominal pose",
-    ),
-    Key::word(
-        "up",
-        AXES,
-        |i| i.up,
-        |i, w| i.up = w,
-        "its axis that points up in the nominal pose",
-    ),
-    Key::word(
-        "inclination",
-        &["acceleration", "orientation"],
-        |i| i.inclination,
-        |i, w| i.inclination = w,
-        "what the inclination follows from: the direction of the specific force, or the orientation",
-    ),
-    Key::own(
-        "acceleration",
-        "linear_acceleration.x .y .z",
-        THREE_COLUMNS,
-        "columns of the specific force: at rest the axis that points up reads +g; any unit",
-    ),
-    Key::own(
-        "orientation",
-        "orientation.x .y .z .w",
-        Form {
-            words: "four columns",
-            schema: || json::array(json::text(), 4, 4),
-        },
-        "columns of the orientation: quaternion from the sensor to a world whose z axis points up",
-    ),
-    Key::own(
-        "angular_velocity",
-        "angular_velocity.x .y .z",
-        THREE_COLUMNS,
-        "columns of the angular velocity",
-    ),
-    Key::word(
-        "rate_unit",
-        RATE_UNITS,
-        |i| i.rate_unit,
-        |i, w| i.rate_unit = w,
-        "unit of the angular velocity",
-    ),
-    Key::number(
-        "inclination_offset",
-        ANGLE,
-        at_least(-3.2).at_most(3.2),
-        |i| &mut i.inclination_offset,
-        "inclination that the sensor shows in the nominal pose: subtracted",
-    ),
-    Key::number(
-        "rate_offset",
-        ANGULAR_RATE,
-        at_least(-1e2).at_most(1e2),
-        |i| &mut i.rate_offset,
-        "rate that the sensor shows at rest: subtracted",
-    ),
-];
-
-/// The rows of the keys, as in [`super::reference`].
-pub(super) fn keys() -> Vec<[String; 5]> {
-    rows("imu.LINK", IMU_KEYS, &mut ImuKeys::standard())
-}
-
-/// JSON Schema of a unit.
-pub(super) fn schema() -> serde_json::Value {
-    json::table(IMU_KEYS, Some(&mut ImuKeys::standard()))
-}
-
-/// The links that can carry one.
-pub(super) const LINKS: [&str; 2] = ["link1", "link2"];
-
-/// Reads the section.
-pub(super) fn read(reader: &mut Reader, root: &Node) -> Vec<ImuChoice> {
-    let Some(node) = root.get(IMU) else {
-        return Vec::new();
-    };
-    let mut imus = Vec::new();
-    for entry in reader.entries(node, IMU) {
-        match LINKS.iter().find(|link| **link == entry.key) {
-            Some(link) => imus.push(imu(reader, link, &entry.node)),
-            None => reader.unknown(entry, IMU, &LINKS),
-        }
-    }
-    imus
-}
-
-fn imu(reader: &mut Reader, link: &'static str, node: &Node) -> ImuChoice {
-    let path = format!("{IMU}.{link}");
-    let mut keys = ImuKeys::standard();
-    reader.table(IMU_KEYS, node, &path, &mut keys);
-    if keys.forward / 2 == keys.up / 2 {
-        let at = node.get("up").or(node.get("forward")).unwrap_or(node);
-        reader.refuse(at, &join(&path, "up"), "another axis than forward");
-    }
-    let names = |start: &str, axes: &[&str]| -> Vec<String> {
-        axes.iter().map(|axis| format!("{start}.{axis}")).collect()
-    };
-    let xyz = ["x", "y", "z"];
-    let standard = (
-        names("linear_acceleration", &xyz),
-        names("orientation", &["x", "y", "z", "w"]),
-        names("angular_velocity", &xyz),
-    );
-    ImuChoice {
-        link,
-        forward: axis(keys.forward),
-        up: axis(keys.up),
-        inclination: match keys.inclination {
-            0 => InclinationSource::Acceleration,
-            _ => InclinationSource::Orientation,
-        },
-        acceleration: columns(reader, node, &path, "acceleration", standard.0),
-        orientation: columns(reader, node, &path, "orientation", standard.1),
-        angular_velocity: columns(reader, node, &path, "angular_velocity", standard.2),
-        rate_factor: match keys.rate_unit {
-            0 => 1.0,
-            _ => 1.0_f64.to_radians(),
-        },
-        inclination_offset: keys.inclination_offset,
-        rate_offset: keys.rate_offset,
-        channel: keys.channel,
-    }
-}
-
-/// Unit vector of an axis in [`AXES`].
-fn axis(index: usize) -> [f64; 3] {
-    let mut axis = [0.0; 3];
-    axis[index / 2] = if index.is_multiple_of(2) { 1.0 } else { -1.0 };
-    axis
-}
-
-/// The names of `N` columns, or the standard ones.
-fn columns<const N: usize>(
-    reader: &mut Reader,
-    node: &Node,
-    path: &str,
-    key: &str,
-    standard: Vec<String>,
-) -> [String; N] {
-    let path = join(path, key);
-    let mut names = standard;
-    if let Some(node) = node.get(key) {
-        match &node.value {
-            Value::Array(items) if items.len() == N => {
-                let items = items.iter().enumerate();
-                let texts: Vec<_> = items
-                    .filter_map(|(i, item)| reader.text(item, &format!("{path}[{i}]")))
-                    .collect();
-                names = texts;
-            }
-            _ => reader.refuse(node, &path, &format!("the names of {N} columns")),
-        }
-    }
-    let mut names = names.into_iter();
-    // Fewer only after a problem.
-    std::array::from_fn(|_| names.next().unwrap_or_default())
 }

@@ -1,205 +1,148 @@
-//! The keys of a log description that set numbers and words.
+//! The keys of a log description.
 
-use super::choice::LogChoice;
-use crate::key::{Key, Words};
-use crate::range::at_least;
-use crate::units::{ANGLE, ANGULAR_RATE, LENGTH, NONE, RATE_WALK, ROTARY_DAMPING, TIME, TORQUE};
+use super::choice::{LogChoice, LogEstimators};
+use super::imu::IMUS;
+use super::mapping::{CHANNELS, Missing};
+use super::reading::READING;
+use crate::form::{Covariance, Maybe, NAME, section, text};
+use crate::key::keys;
+use crate::quantity::{
+    ANGLE, ANGULAR_RATE, LENGTH, NONE, RATE_WALK, ROTARY_DAMPING, TIME, TORQUE, at_least, number,
+};
+use crate::robot::ROBOT;
+use crate::sensors::MEASURED;
 
-/// A section whose keys set fields of the description.
-pub(super) struct Section {
-    pub name: &'static str,
-    pub meaning: &'static str,
-    pub keys: &'static [Key<LogChoice>],
+keys! {
+    /// All keys, in the order of a resolved description.
+    pub(crate) LOG: LogChoice;
+
+    /// name of the log
+    name: Maybe(NAME) => |l| &mut l.name;
+
+    /// geometry and masses
+    robot: ROBOT => |l| &mut l.robot;
+
+    /// eq. (2)
+    drive: section(DRIVE) => |l| l;
+
+    /// wheel and ground
+    contact: section(CONTACT) => |l| l;
+
+    /// standard deviations of all sensor errors, from data sheets
+    budget: section(BUDGET) => |l| l;
+
+    /// what counts
+    record: section(RECORD) => |l| l;
+
+    /// the estimators
+    estimator: LogEstimators => |l| l;
+
+    /// name of the channel whose rows are the frames
+    time_base ("the first"): Maybe(text("a text")) => |l| &mut l.mapped().time_base;
+
+    /// readings that the log does not have
+    missing: Missing => |l| &mut l.mapped().missing;
+
+    /// tables or topics with a clock of their own
+    channel: CHANNELS => |l| &mut l.mapped().channels;
+
+    /// columns of single readings
+    reading: READING => |l| &mut l.mapped().readings;
+
+    /// columns of inertial measurement units
+    imu: IMUS => |l| &mut l.mapped().imus;
 }
 
-/// What inclinometers measure: [`robhaz_estimator::NoiseBudget::specific_force`] off and on.
-const MEASURED: Words = &["gravity", "specific-force"];
+keys! {
+    DRIVE: LogChoice;
 
-/// All these sections, in the order of a resolved description.
-pub(super) const SECTIONS: &[Section] = &[
-    Section {
-        name: "drive",
-        meaning: "eq. (2)",
-        keys: DRIVE,
-    },
-    Section {
-        name: "contact",
-        meaning: "wheel and ground",
-        keys: CONTACT,
-    },
-    Section {
-        name: "budget",
-        meaning: "standard deviations of all sensor errors, from data sheets",
-        keys: BUDGET,
-    },
-    Section {
-        name: "record",
-        meaning: "what counts",
-        keys: RECORD,
-    },
-];
+    /// nominal damping B of the wheel module, at the wheel
+    viscous_damping: number(ROTARY_DAMPING, at_least(0.0).at_most(1e3))
+        => |l| &mut l.viscous_damping;
+}
 
-const DRIVE: &[Key<LogChoice>] = &[Key::number(
-    "viscous_damping",
-    ROTARY_DAMPING,
-    at_least(0.0).at_most(1e3),
-    |l| &mut l.viscous_damping,
-    "nominal damping B of the wheel module, at the wheel",
-)];
+keys! {
+    CONTACT: LogChoice;
 
-const CONTACT: &[Key<LogChoice>] = &[Key::number(
-    "compression",
-    LENGTH,
-    at_least(0.0).at_most(0.1),
-    |l| &mut l.compression,
-    "compression of wheel and ground at the mean wheel load: a wheel rolls with its radius less this",
-)];
+    /// compression of wheel and ground at the mean wheel load: a wheel rolls with its radius less this
+    compression: number(LENGTH, at_least(0.0).at_most(0.1)) => |l| &mut l.compression;
+}
 
-const RECORD: &[Key<LogChoice>] = &[Key::number(
-    "compare_from",
-    TIME,
-    at_least(0.0).at_most(1e6),
-    |l| &mut l.compare_from,
-    "errors and means count from this time on, after rest and start; 0 for a log that is shorter",
-)];
+keys! {
+    RECORD: LogChoice;
 
-const BUDGET: &[Key<LogChoice>] = &[
-    Key::number(
-        "encoder_counts",
-        NONE,
-        at_least(0.0).at_most(1e12),
-        |l| &mut l.budget.encoder_counts,
-        "counts of the encoder in a turn of the wheel; 0 for an exact angle",
-    ),
-    Key::number(
-        "jitter",
-        TIME,
-        at_least(0.0).at_most(1.0),
-        |l| &mut l.budget.jitter,
-        "error of the time stamps",
-    ),
-    Key::number(
-        "torque_noise",
-        TORQUE,
-        at_least(0.0).at_most(1e3),
-        |l| &mut l.budget.torque_noise,
-        "white noise of the torque, of a sample",
-    ),
-    Key::number(
-        "torque_offset",
-        TORQUE,
-        at_least(0.0).at_most(1e3),
-        |l| &mut l.budget.torque_offset,
-        "constant offset of the torque",
-    ),
-    Key::number(
-        "torque_gain",
-        NONE,
-        at_least(0.0).at_most(1.0),
-        |l| &mut l.budget.torque_gain,
-        "relative error of the torque's scale",
-    ),
-    Key::number(
-        "gear_friction",
-        TORQUE,
-        at_least(0.0).at_most(1e3),
-        |l| &mut l.budget.gear_friction,
-        "dry friction in the gears that the motor torque does not show, at the wheel",
-    ),
-    Key::number(
-        "rolling_resistance",
-        NONE,
-        at_least(0.0).at_most(1.0),
-        |l| &mut l.budget.rolling_resistance,
-        "coefficient of the rolling resistance: its standard deviation about 0",
-    ),
-    Key::number(
-        "inclination_noise",
-        ANGLE,
-        at_least(0.0).at_most(1.0),
-        |l| &mut l.budget.inclination_noise,
-        "white noise of the inclinometers, of a sample",
-    ),
-    Key::number(
-        "inclination_bias",
-        ANGLE,
-        at_least(0.0).at_most(1.0),
-        |l| &mut l.budget.inclination_bias,
-        "constant error of the inclinometers",
-    ),
-    Key::word(
-        "inclination_feels",
-        MEASURED,
-        |l| usize::from(l.budget.specific_force),
-        |l, i| l.budget.specific_force = i == 1,
-        "what the inclinometers measure: the direction of gravity, or of the specific force, which includes the link's acceleration",
-    ),
-    Key::number(
-        "inclination_lag",
-        TIME,
-        at_least(0.0).at_most(1e3),
-        |l| &mut l.budget.inclination_lag,
-        "time constant of the inclinometers' low pass, 1/(2 pi bandwidth)",
-    ),
-    Key::number(
-        "inclination_place",
-        LENGTH,
-        at_least(0.0).at_most(10.0),
-        |l| &mut l.budget.inclination_place,
-        "distance of an inclinometer from the centre of mass of its link",
-    ),
-    Key::number(
-        "rate_noise",
-        ANGULAR_RATE,
-        at_least(0.0).at_most(1e2),
-        |l| &mut l.budget.rate_noise,
-        "white noise of the gyros, of a sample",
-    ),
-    Key::number(
-        "rate_bias",
-        ANGULAR_RATE,
-        at_least(0.0).at_most(1e2),
-        |l| &mut l.budget.rate_bias,
-        "bias of the gyros at the start",
-    ),
-    Key::number(
-        "rate_walk",
-        RATE_WALK,
-        at_least(0.0).at_most(1e2),
-        |l| &mut l.budget.rate_walk,
-        "random walk of the gyros' bias: its standard deviation after one second",
-    ),
-    Key::number(
-        "contact_angle_error",
-        ANGLE,
-        at_least(0.0).at_most(1.0),
-        |l| &mut l.budget.contact_angle,
-        "error of the contact angles in the log",
-    ),
-    Key::number(
-        "contact_angle_time",
-        TIME,
-        at_least(0.0).at_most(1e6),
-        |l| &mut l.budget.contact_angle_time,
-        "correlation time of that error; 0 for white noise",
-    ),
-    Key::number(
-        "body_cg",
-        LENGTH,
-        at_least(0.0).at_most(1.0),
-        |l| &mut l.budget.body_cg,
-        "error of the position of the body's centre of mass in the drawings",
-    ),
-    Key::number(
-        "link_masses",
-        NONE,
-        at_least(0.0).at_most(1.0),
-        |l| &mut l.budget.link_mass,
-        "relative error of the masses of links 1 to 3",
-    ),
-    Key::load_covariance(
-        "load_covariance",
-        |l| &mut l.budget.load_covariance,
-        "covariance of masses, centres of mass and pins of a robot that was weighed, as `robhaz weigh` writes it (weighing.md); body_cg and link_masses are 0 then",
-    ),
-];
+    /// errors and means count from this time on, after rest and start; 0 for a log that is shorter
+    compare_from: number(TIME, at_least(0.0).at_most(1e6)) => |l| &mut l.compare_from;
+}
+
+keys! {
+    pub(super) BUDGET: LogChoice;
+
+    /// counts of the encoder in a turn of the wheel; 0 for an exact angle
+    encoder_counts: number(NONE, at_least(0.0).at_most(1e12)) => |l| &mut l.budget.encoder_counts;
+
+    /// error of the time stamps
+    jitter: number(TIME, at_least(0.0).at_most(1.0)) => |l| &mut l.budget.jitter;
+
+    /// white noise of the torque, of a sample
+    torque_noise: number(TORQUE, at_least(0.0).at_most(1e3)) => |l| &mut l.budget.torque_noise;
+
+    /// constant offset of the torque
+    torque_offset: number(TORQUE, at_least(0.0).at_most(1e3)) => |l| &mut l.budget.torque_offset;
+
+    /// relative error of the torque's scale
+    torque_gain: number(NONE, at_least(0.0).at_most(1.0)) => |l| &mut l.budget.torque_gain;
+
+    /// dry friction in the gears that the motor torque does not show, at the wheel
+    gear_friction: number(TORQUE, at_least(0.0).at_most(1e3)) => |l| &mut l.budget.gear_friction;
+
+    /// coefficient of the rolling resistance: its standard deviation about 0
+    rolling_resistance: number(NONE, at_least(0.0).at_most(1.0))
+        => |l| &mut l.budget.rolling_resistance;
+
+    /// white noise of the inclinometers, of a sample
+    inclination_noise: number(ANGLE, at_least(0.0).at_most(1.0))
+        => |l| &mut l.budget.inclination_noise;
+
+    /// constant error of the inclinometers
+    inclination_bias: number(ANGLE, at_least(0.0).at_most(1.0))
+        => |l| &mut l.budget.inclination_bias;
+
+    /// what the inclinometers measure: the direction of gravity, or of the specific force, which includes the link's
+    /// acceleration
+    inclination_feels: MEASURED => |l| &mut l.budget.specific_force;
+
+    /// time constant of the inclinometers' low pass, 1/(2 pi bandwidth)
+    inclination_lag: number(TIME, at_least(0.0).at_most(1e3)) => |l| &mut l.budget.inclination_lag;
+
+    /// distance of an inclinometer from the centre of mass of its link
+    inclination_place: number(LENGTH, at_least(0.0).at_most(10.0))
+        => |l| &mut l.budget.inclination_place;
+
+    /// white noise of the gyros, of a sample
+    rate_noise: number(ANGULAR_RATE, at_least(0.0).at_most(1e2)) => |l| &mut l.budget.rate_noise;
+
+    /// bias of the gyros at the start
+    rate_bias: number(ANGULAR_RATE, at_least(0.0).at_most(1e2)) => |l| &mut l.budget.rate_bias;
+
+    /// random walk of the gyros' bias: its standard deviation after one second
+    rate_walk: number(RATE_WALK, at_least(0.0).at_most(1e2)) => |l| &mut l.budget.rate_walk;
+
+    /// error of the contact angles in the log
+    contact_angle_error: number(ANGLE, at_least(0.0).at_most(1.0))
+        => |l| &mut l.budget.contact_angle;
+
+    /// correlation time of that error; 0 for white noise
+    contact_angle_time: number(TIME, at_least(0.0).at_most(1e6))
+        => |l| &mut l.budget.contact_angle_time;
+
+    /// error of the position of the body's centre of mass in the drawings
+    body_cg: number(LENGTH, at_least(0.0).at_most(1.0)) => |l| &mut l.budget.body_cg;
+
+    /// relative error of the masses of links 1 to 3
+    link_masses: number(NONE, at_least(0.0).at_most(1.0)) => |l| &mut l.budget.link_mass;
+
+    /// covariance of masses, centres of mass and pins of a robot that was weighed, as `robhaz weigh` writes it
+    /// (weighing.md); body_cg and link_masses are 0 then
+    load_covariance: Covariance => |l| &mut l.budget.load_covariance;
+}

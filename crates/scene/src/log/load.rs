@@ -1,19 +1,18 @@
-//! From a file to a [`LogChoice`].
+//! From a file to a [`LogChoice`], and back.
 
-use super::choice::{LogChoice, LogEstimator};
-use super::keys::SECTIONS;
+use super::choice::{DAMPING, LogChoice};
+use super::keys::{BUDGET, LOG};
 use super::mapping;
 use crate::error::SceneError;
+use crate::form::Form;
+use crate::key::keys;
 use crate::reader::Reader;
-use crate::robot::RobotChoice;
-use crate::sections::IGNORED;
-use crate::source::{Node, Source, Value};
-use crate::{estimators, file, name, robot};
+use crate::robot::{ROBOT, RobotChoice};
+use crate::source::{self, Node, Source, Value};
+use crate::write::Out;
+use robhaz_estimator::statics::LoadCovariance;
 use robhaz_weigh::{Tolerances, WeighError};
 use std::path::{Path, PathBuf};
-
-/// Key of an estimator's own damping.
-const DAMPING: &str = "viscous_damping";
 
 impl LogChoice {
     /// Reads a log description. What it does not state is as in `base`.
@@ -38,11 +37,11 @@ impl LogChoice {
         base_dir: &Path,
         base: Self,
     ) -> Result<Self, SceneError> {
-        file::check_toml(text).map_err(|error| SceneError::unread(source_name, error))?;
+        source::check_toml(text).map_err(|error| SceneError::unread(source_name, error))?;
         // Keys of one section do not exist in another.
         let mut reader = Reader::new(base_dir.to_owned(), |_| None);
         let root = reader.document(&Source::file(source_name, text));
-        let choice = read(&mut reader, &root, base);
+        let choice = root.map(|root| read(&mut reader, &root, base));
         reader.finish(choice)
     }
 }
@@ -97,24 +96,21 @@ impl LogChoice {
         let text = read_text(path, ROBOT_FILE)?;
         let mut reader = Reader::new(PathBuf::new(), |_| None);
         let root = reader.document(&Source::file(&path.display().to_string(), &text));
-        let entries = root.get("budget").and_then(Node::entries);
-        let keys = SECTIONS.iter().find(|s| s.name == "budget");
-        if let (Some(entries), Some(section)) = (entries, keys) {
-            for entry in entries {
-                if ROBOTS_BUDGET.contains(&entry.key.as_str()) {
-                    self.states_loads = true;
-                    reader.entry(section.keys, entry, section.name, self);
-                }
+        let budget = root.as_ref().and_then(|root| root.get("budget"));
+        for entry in budget.and_then(Node::entries).unwrap_or_default() {
+            if ROBOTS_BUDGET.contains(&entry.key.as_str()) {
+                self.states_loads = true;
+                reader.entry(BUDGET, entry, "budget", self);
             }
         }
-        reader.finish(())
+        reader.finish(root.map(|_| ()))
     }
 }
 
 /// What a file of a robot is.
 const ROBOT_FILE: &str = "a file in TOML, UTF-8, with the section [robot] of a scene, such as the lines `[robot]`, `geometry = \"A\"` (or a file with a geometry), `mass = \"caption\"`";
 /// The keys of `[budget]` that belong to the robot, not to its sensors.
-pub(super) const ROBOTS_BUDGET: [&str; 3] = ["body_cg", "link_masses", "load_covariance"];
+const ROBOTS_BUDGET: [&str; 3] = ["body_cg", "link_masses", "load_covariance"];
 
 impl RobotChoice {
     /// The robot of a file with the section `[robot]`, such as a scene. Other sections have no effect.
@@ -128,90 +124,95 @@ impl RobotChoice {
         let base_dir = path.parent().unwrap_or(Path::new(""));
         let mut reader = Reader::new(base_dir.to_owned(), |_| None);
         let root = reader.document(&Source::file(&shown, &text));
-        if root.get("robot").is_none() && reader.mark() == 0 {
+        let section = root.as_ref().map(|root| root.get("robot"));
+        if matches!(section, Some(None)) {
             let message = format!("has no section [robot]; allowed: {allowed}");
             return Err(SceneError::unread(&shown, message));
         }
-        let robot = robot::read(&mut reader, &root);
+        let robot = section.flatten().map(|section| {
+            let mut robot = Self::default();
+            ROBOT.read(&mut reader, section, "robot", &mut robot);
+            robot
+        });
         reader.finish(robot)
     }
 }
 
 fn read_text(path: &Path, allowed: &str) -> Result<String, SceneError> {
-    file::read_toml(path).map_err(|error| {
+    source::read_toml(path).map_err(|error| {
         let message = format!("{error}; allowed: {allowed}");
         SceneError::unread(&path.display().to_string(), message)
     })
 }
 
 fn read(reader: &mut Reader, root: &Node, base: LogChoice) -> LogChoice {
-    top_level(reader, root);
+    let has = |key: &str| root.find(key).is_some();
+    let maps = ["time_base", "missing", "channel", "reading", "imu"];
+    let maps = maps.into_iter().any(has);
     let mut choice = base;
-    let budget = root.get("budget");
-    choice.states_loads |= budget.is_some_and(|b| ROBOTS_BUDGET.iter().any(|k| b.get(k).is_some()));
-    if let Some(node) = root.get("name") {
-        choice.name = name::read(reader, node, "name");
+    if maps {
+        choice.mapping = None;
     }
-    if root.get("robot").is_some() {
-        choice.robot = robot::read(reader, root);
-        choice.states_robot = true;
+    choice.states_loads |= ROBOTS_BUDGET
+        .iter()
+        .any(|key| has(&format!("budget.{key}")));
+    if has("robot") {
+        (choice.robot, choice.states_robot) = (RobotChoice::default(), true);
     }
-    for section in SECTIONS {
-        if let Some(node) = root.get(section.name) {
-            reader.table(section.keys, node, section.name, &mut choice);
+    reader.table(LOG, root, "", &mut choice);
+    if has("estimator") || has("drive.viscous_damping") {
+        let items = match root.get("estimator").map(|n| &n.value) {
+            Some(Value::Array(items)) => items.as_slice(),
+            _ => &[],
+        };
+        for (i, estimator) in choice.estimators.iter_mut().enumerate() {
+            if items.get(i).and_then(|item| item.get(DAMPING)).is_none() {
+                estimator.viscous_damping = choice.viscous_damping;
+            }
         }
     }
-    if root.get(estimators::PATH).is_some() {
-        choice.estimators = read_estimators(reader, root, choice.viscous_damping);
-    } else if root.find("drive.viscous_damping").is_some() {
-        let damping = choice.viscous_damping;
-        let listed = choice.estimators.iter_mut();
-        listed.for_each(|e| e.viscous_damping = damping);
-    }
-    if let Some(mapping) = mapping::read(reader, root) {
-        choice.mapping = Some(mapping);
+    if let (true, Some(mapping)) = (maps, &choice.mapping) {
+        mapping::check(reader, root, mapping);
     }
     choice
 }
 
-/// The list of estimators; those without a damping of their own get `damping`, N m s.
-fn read_estimators(reader: &mut Reader, root: &Node, damping: f64) -> Vec<LogEstimator> {
-    let items = match root.get(estimators::PATH).map(|n| &n.value) {
-        Some(Value::Array(items)) => items.as_slice(),
-        _ => &[],
-    };
-    let choices = estimators::read(reader, root).into_iter().enumerate();
-    let of_choice = |(i, choice): (usize, estimators::EstimatorChoice)| {
-        let has_own = items.get(i).is_some_and(|item| item.get(DAMPING).is_some());
-        LogEstimator {
-            viscous_damping: match has_own {
-                true => choice.settings.viscous_damping,
-                false => damping,
-            },
-            choice,
-        }
-    };
-    choices.map(of_choice).collect()
+keys! {
+    /// What a weighed robot has in its file beside the budget.
+    WEIGHED: RobotChoice;
+
+    /// geometry and masses
+    robot: ROBOT => |robot| robot;
 }
 
-/// Adds a problem for every entry that is neither a top-level key nor a section.
-fn top_level(reader: &mut Reader, root: &Node) {
-    let own = ["name", "robot", estimators::PATH];
-    let of_mapping = [
-        mapping::TIME_BASE,
-        mapping::MISSING,
-        mapping::CHANNEL,
-        mapping::READING,
-        mapping::IMU,
-    ];
-    let allowed: Vec<&str> = own
-        .into_iter()
-        .chain(of_mapping)
-        .chain(SECTIONS.iter().map(|s| s.name))
-        .collect();
-    for entry in reader.entries(root, "") {
-        if entry.key != IGNORED && !allowed.contains(&entry.key.as_str()) {
-            reader.unknown(entry, "", &allowed);
-        }
+impl RobotChoice {
+    /// A weighed robot as a file: `[robot]`, and the keys of `[budget]` that go with it. `version` names the program that
+    /// writes it.
+    pub fn weighed_to_toml(&self, covariance: &LoadCovariance, version: &str) -> String {
+        let comment =
+            "A weighed robot, and how exact it is. SI units. For `robhaz estimate --robot`.";
+        let mut out = Out(Out::file(comment, version, WEIGHED, &mut self.clone()));
+        let mut choice = LogChoice::default();
+        let budget = &mut choice.budget;
+        (budget.body_cg, budget.link_mass) = (0.0, 0.0);
+        budget.load_covariance = Some(*covariance);
+        out.head("[budget]", "errors of the weighing");
+        let of_robot = BUDGET
+            .iter()
+            .filter(|key| ROBOTS_BUDGET.contains(&key.name));
+        out.fields(of_robot, &mut choice);
+        out.0
+    }
+}
+
+impl LogChoice {
+    /// The description as a file that reads back as this one. `version` names the program that writes it.
+    pub fn to_toml(&self, version: &str) -> String {
+        let comment = "What was known of a log, with every choice written out. SI units.";
+        let mut written = Self {
+            mapping: None,
+            ..self.clone()
+        };
+        Out::file(comment, version, LOG, &mut written)
     }
 }

@@ -1,13 +1,15 @@
 //! Which column of which channel is which reading: `[[channel]]`, `[reading.NAME]`, `[imu.LINK]`.
 
-use super::imu::{self, ImuChoice};
-use super::reading::{self, READINGS, ReadingChoice};
-use super::rows::{ANY, rows};
-use crate::json;
-use crate::key::{Key, Words, quoted};
+use super::imu::ImuChoice;
+use super::reading::{READINGS, ReadingChoice};
+use crate::error::Problem;
+use crate::form::{Form, List, items, object, quoted, text, word};
+use crate::key::keys;
+use crate::quantity::{Range, TIME, at_least, number};
 use crate::reader::{Reader, join};
-use crate::source::{Node, Value};
-use crate::units::TIME;
+use crate::reference::KeyReference;
+use crate::source::Node;
+use serde_json::{Value as Json, json};
 
 /// The columns of a log and the readings that follow from them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -42,7 +44,7 @@ pub struct ChannelChoice {
 }
 
 /// Units of a time column: `s`, `ms`, `us`, `ns`.
-const TIME_UNITS: Words = &["s", "ms", "us", "ns"];
+const TIME_UNITS: [&str; 4] = ["s", "ms", "us", "ns"];
 
 impl ChannelChoice {
     fn standard() -> Self {
@@ -62,131 +64,122 @@ impl ChannelChoice {
     }
 }
 
-/// The top-level keys.
-pub(super) const TIME_BASE: &str = "time_base";
-pub(super) const MISSING: &str = "missing";
-pub(super) const CHANNEL: &str = "channel";
-pub(super) use super::imu::IMU;
-pub(super) use super::reading::READING;
+/// Any number that is not absurd.
+pub(super) const ANY: Range = at_least(-1e12).at_most(1e12);
 
-/// The keys of a channel.
-pub(super) const CHANNEL_KEYS: &[Key<ChannelChoice>] = &[
-    Key::<ChannelChoice>::text("name", |c| &mut c.name, "its name in this file").required(),
-    Key::text(
-        "table",
-        |c| &mut c.table,
-        "file beside the log or in its folder; without it the log itself",
-    ),
-    Key::text("topic", |c| &mut c.topic, "topic of an MCAP file"),
-    Key::text(
-        "time",
-        |c| &mut c.time,
-        "column of the time, `time` by default; of a topic the clock: `header` by default, or `log`",
-    ),
-    Key::word(
-        "time_unit",
-        TIME_UNITS,
-        |c| c.time_unit,
-        |c, i| c.time_unit = i,
-        "unit of a time column of plain numbers",
-    ),
-    Key::number(
-        "offset",
-        TIME,
-        ANY,
-        |c| &mut c.offset,
-        "added to the time stamps: of a clock that is slow, or minus the delay of the sensor",
-    ),
-];
+keys! {
+    /// The keys of a channel.
+    pub(super) CHANNEL_KEYS: ChannelChoice;
 
-/// The rows of the keys of the mapping, as in [`super::reference`].
-pub(super) fn keys() -> Vec<[String; 5]> {
-    let mut all = rows("channel[]", CHANNEL_KEYS, &mut ChannelChoice::standard());
-    all.extend(reading::keys());
-    all.extend(imu::keys());
-    all
+    /// its name in this file
+    name (required): text("a text") => |c| &mut c.name;
+
+    /// file beside the log or in its folder; without it the log itself
+    table: text("a text") => |c| &mut c.table;
+
+    /// topic of an MCAP file
+    topic: text("a text") => |c| &mut c.topic;
+
+    /// column of the time, `time` by default; of a topic the clock: `header` by default, or `log`
+    time: text("a text") => |c| &mut c.time;
+
+    /// unit of a time column of plain numbers
+    time_unit: word(&[0, 1, 2, 3], |unit| TIME_UNITS[unit]) => |c| &mut c.time_unit;
+
+    /// added to the time stamps: of a clock that is slow, or minus the delay of the sensor
+    offset: number(TIME, ANY) => |c| &mut c.offset;
 }
 
-/// JSON Schema of a channel.
-pub(super) fn channel() -> serde_json::Value {
-    json::table(CHANNEL_KEYS, Some(&mut ChannelChoice::standard()))
-}
+/// `[[channel]]`
+pub(super) const CHANNELS: List<ChannelChoice> = List {
+    keys: CHANNEL_KEYS,
+    words: "an array of tables, each headed [[channel]]",
+    least: 0,
+    most: 1000,
+    start: ChannelChoice::standard,
+    check: |reader, node, path, channel, others| {
+        if others.iter().any(|other| other.name == channel.name) {
+            let (name, path) = (node.get("name").unwrap_or(node), join(path, "name"));
+            reader.refuse(name, &path, "a name that no other channel has");
+        }
+        if let (Some(table), false) = (node.get("table"), channel.topic.is_empty()) {
+            reader.refuse(table, &join(path, "table"), "a table or a topic, not both");
+        }
+    },
+};
 
-/// Reads the mapping; `None` where the file has none.
-pub(super) fn read(reader: &mut Reader, root: &Node) -> Option<Mapping> {
-    let has = |key: &&str| root.get(key).is_some();
-    let any = [TIME_BASE, MISSING, CHANNEL, READING, IMU].iter().any(has);
-    if !any {
-        return None;
-    }
-    let mapping = Mapping {
-        time_base: root.get(TIME_BASE).and_then(|n| reader.text(n, TIME_BASE)),
-        missing: missing(reader, root),
-        channels: channels(reader, root),
-        readings: reading::read(reader, root),
-        imus: imu::read(reader, root),
-    };
-    check(reader, root, &mapping);
-    Some(mapping)
-}
+/// Names of readings.
+pub(super) struct Missing;
 
-fn missing(reader: &mut Reader, root: &Node) -> Vec<String> {
-    let Some(node) = root.get(MISSING) else {
-        return Vec::new();
-    };
-    let Value::Array(items) = &node.value else {
-        reader.refuse(node, MISSING, "an array of names of readings");
-        return Vec::new();
-    };
-    let mut names = Vec::new();
-    for (i, item) in items.iter().enumerate() {
-        if let Some(found) = reader.word(&READINGS, item, &format!("{MISSING}[{i}]")) {
-            names.push(READINGS[found].to_owned());
+impl Form for Missing {
+    type Value = Vec<String>;
+
+    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Self::Value) {
+        for (item, path) in reader.items(node, path, 0..=usize::MAX, || self.allowed()) {
+            let found = reader.word(&READINGS, item, &path);
+            into.extend(found.map(|i| READINGS[i].to_owned()));
         }
     }
-    names
+
+    fn allowed(&self) -> String {
+        "an array of names of readings".to_owned()
+    }
+
+    fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {
+        items(json!({"enum": READINGS}), 0, READINGS.len())
+    }
 }
 
-fn channels(reader: &mut Reader, root: &Node) -> Vec<ChannelChoice> {
-    let Some(node) = root.get(CHANNEL) else {
-        return Vec::new();
-    };
-    let Value::Array(items) = &node.value else {
-        reader.refuse(node, CHANNEL, "an array of tables, each headed [[channel]]");
-        return Vec::new();
-    };
-    let mut channels: Vec<ChannelChoice> = Vec::new();
-    for (i, item) in items.iter().enumerate() {
-        let path = format!("{CHANNEL}[{i}]");
-        let mut channel = ChannelChoice::standard();
-        reader.table(CHANNEL_KEYS, item, &path, &mut channel);
-        if channels.iter().any(|c| c.name == channel.name) {
-            let allowed = "a name that no other channel has";
-            reader.refuse(
-                item.get("name").unwrap_or(item),
-                &join(&path, "name"),
-                allowed,
-            );
+/// Tables by the names of what they describe.
+pub(super) struct ByName<C> {
+    pub names: &'static [&'static str],
+    /// Stands for a name in tables of keys.
+    pub placeholder: &'static str,
+    pub read: fn(&mut Reader, &'static str, &Node, &str) -> C,
+    pub schema: fn() -> Json,
+    pub rows: fn(&mut Vec<KeyReference>, &str),
+}
+
+impl<C> Form for ByName<C> {
+    type Value = Vec<C>;
+
+    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Vec<C>) {
+        for entry in reader.entries(node, path) {
+            match self.names.iter().find(|name| **name == entry.key) {
+                Some(name) => {
+                    let path = join(path, name);
+                    into.push((self.read)(reader, name, &entry.node, &path));
+                }
+                None => reader.unknown(entry, path, self.names),
+            }
         }
-        if let (Some(table), false) = (item.get("table"), channel.topic.is_empty()) {
-            reader.refuse(table, &join(&path, "table"), "a table or a topic, not both");
-        }
-        channels.push(channel);
     }
-    channels
+
+    fn schema(&self, _defaults: Option<&mut Vec<C>>) -> Json {
+        let table = |name: &&str| ((*name).to_owned(), (self.schema)());
+        object(self.names.iter().map(table).collect(), &[])
+    }
+
+    fn is_section(&self) -> bool {
+        true
+    }
+
+    fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, _value: &mut Vec<C>) {
+        (self.rows)(rows, &join(path, self.placeholder));
+    }
 }
 
 /// Every reading comes from one place, and every channel that is named exists.
-fn check(reader: &mut Reader, root: &Node, mapping: &Mapping) {
+pub(super) fn check(reader: &mut Reader, root: &Node, mapping: &Mapping) {
     let of_imu = |name: &str| {
         let imu = mapping.imus.iter().find(|i| name.starts_with(i.link));
-        imu.map(|imu| format!("{IMU}.{}", imu.link))
+        imu.map(|imu| format!("imu.{}", imu.link))
     };
     let mut without = Vec::new();
     for name in READINGS {
         let of_reading = mapping.readings.iter().any(|r| r.name == name);
         let places: Vec<String> = of_reading
-            .then(|| format!("{READING}.{name}"))
+            .then(|| format!("reading.{name}"))
             .into_iter()
             .chain(of_imu(name))
             .chain(
@@ -194,7 +187,7 @@ fn check(reader: &mut Reader, root: &Node, mapping: &Mapping) {
                     .missing
                     .iter()
                     .any(|m| m == name)
-                    .then(|| MISSING.to_owned()),
+                    .then(|| "missing".to_owned()),
             )
             .collect();
         match places.as_slice() {
@@ -212,26 +205,24 @@ fn check(reader: &mut Reader, root: &Node, mapping: &Mapping) {
     }
     if !without.is_empty() {
         let message = format!(
-            "no column for {}; allowed: [reading.NAME] or [imu.LINK] for each reading, or its name in `{MISSING}`",
+            "no column for {}; allowed: [reading.NAME] or [imu.LINK] for each reading, or its name in `missing`",
             without.join(", ")
         );
-        reader.push(crate::error::Problem::at(&root.origin, READING, message).whole());
+        reader.push(Problem::at(&root.origin, "reading", message).whole());
     }
     let names: Vec<&str> = mapping.channels.iter().map(|c| c.name.as_str()).collect();
-    let of_readings = mapping.readings.iter().map(|r| {
-        (
-            format!("{READING}.{}.{CHANNEL}", r.name),
-            r.channel.as_str(),
-        )
-    });
+    let of_readings = mapping
+        .readings
+        .iter()
+        .map(|r| (format!("reading.{}.channel", r.name), r.channel.as_str()));
     let of_imus = mapping
         .imus
         .iter()
-        .map(|i| (format!("{IMU}.{}.{CHANNEL}", i.link), i.channel.as_str()));
+        .map(|i| (format!("imu.{}.channel", i.link), i.channel.as_str()));
     let base = mapping.time_base.as_deref().unwrap_or_default();
     let named = of_readings
         .chain(of_imus)
-        .chain([(TIME_BASE.to_owned(), base)]);
+        .chain([("time_base".to_owned(), base)]);
     for (path, channel) in named.filter(|(_, channel)| !channel.is_empty()) {
         if !names.contains(&channel)
             && let Some(node) = root.find(&path)

@@ -5,8 +5,7 @@
 //! |---|---|
 //! | `choice` | the result of reading a description |
 //! | `keys`, `mapping`, `reading`, `imu` | declarations of its keys; columns and the readings that follow from them |
-//! | `rows`, `reference`, `schema` | all keys; JSON Schema |
-//! | `load`, `write` | from a file; as a file |
+//! | `load` | from a file; as a file |
 
 mod choice;
 mod imu;
@@ -14,14 +13,9 @@ mod keys;
 mod load;
 mod mapping;
 mod reading;
-mod reference;
-mod rows;
-mod schema;
-mod write;
 
 pub use choice::{LogChoice, LogEstimator, NeedsContactAngles, UnknownEstimator};
 pub use imu::{ImuChoice, InclinationSource};
+pub(crate) use keys::LOG;
 pub use mapping::{ChannelChoice, Mapping};
 pub use reading::{READINGS, ReadingChoice};
-pub use reference::log_reference;
-pub(crate) use schema::sensors as schema;

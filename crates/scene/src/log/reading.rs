@@ -1,17 +1,13 @@
 //! `[reading.NAME]`: readings that are numbers in a column.
 
-use super::rows::{ANY, rows};
-use crate::json;
-use crate::key::{Form, Key, Number, Words};
-use crate::range::{above, at_least};
+use super::mapping::{ANY, ByName};
+use crate::form::{dependent, text, with_unit, word};
+use crate::key::{self, keys};
+use crate::quantity::{ANGLE, ANGULAR_RATE, Dimension, NONE, TORQUE, above, at_least, number};
 use crate::reader::{Reader, join};
-use crate::source::{Entry, Node};
-use crate::units::{ANGLE, ANGULAR_RATE, Dimension, NONE, TORQUE};
+use crate::source::Node;
 use serde_json::json;
 use std::f64::consts::TAU;
-
-/// Name of the section.
-pub(super) const READING: &str = "reading";
 
 /// A reading that is a number in a column.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,11 +45,13 @@ pub const READINGS: [&str; 13] = [
 struct ReadingKeys {
     channel: String,
     column: String,
-    sign: usize,
+    sign: f64,
     scale: f64,
     gear_ratio: f64,
     counts: f64,
     torque_constant: f64,
+    /// Unit and offset, whose allowed values depend on the reading.
+    of_reading: (),
 }
 
 impl ReadingKeys {
@@ -61,114 +59,67 @@ impl ReadingKeys {
         Self {
             channel: String::new(),
             column: String::new(),
-            sign: 0,
+            sign: 1.0,
             scale: 1.0,
             gear_ratio: 1.0,
             counts: 0.0,
             torque_constant: 0.0,
+            of_reading: (),
         }
     }
 }
 
-const SIGNS: Words = &["+", "-"];
+keys! {
+    READING_KEYS: ReadingKeys;
 
-const READING_KEYS: &[Key<ReadingKeys>] = &[
-    Key::text(
-        "channel",
-        |r| &mut r.channel,
-        "name of its channel; the first by default",
-    ),
-    Key::<ReadingKeys>::text(
-        "column",
-        |r| &mut r.column,
-        "its column; of a topic NAME.position, NAME.effort of a joint",
-    )
-    .required(),
-    Key::own(
-        "unit",
-        "SI",
-        Form {
-            words: "of an angle rad, deg, turns, counts; of a torque N m, mN m, A, mA; of a rate rad/s, deg/s",
-            schema: || json!({"enum": ["rad", "deg", "turns", "counts", "N m", "mN m", "A", "mA", "rad/s", "deg/s"]}),
-        },
-        "unit of the column",
-    ),
-    Key::word(
-        "sign",
-        SIGNS,
-        |r| r.sign,
-        |r, i| r.sign = i,
-        "minus where the column counts backwards",
-    ),
-    Key::number(
-        "scale",
-        NONE,
-        above(0.0).at_most(1e12),
-        |r| &mut r.scale,
-        "further factor",
-    ),
-    Key::number(
-        "gear_ratio",
-        NONE,
-        above(0.0).at_most(1e6),
-        |r| &mut r.gear_ratio,
-        "of a wheel's angle and motor torque only, where the column is of the motor: turns of the motor in a turn of the wheel; divides an angle, multiplies a torque",
-    ),
-    Key::number(
-        "counts",
-        NONE,
-        at_least(0.0).at_most(1e12),
-        |r| &mut r.counts,
-        "counts in a turn; needed with unit = \"counts\"",
-    ),
-    Key::number(
-        "torque_constant",
-        NONE,
-        at_least(0.0).at_most(1e6),
-        |r| &mut r.torque_constant,
-        "torque of the motor for a current, N m/A; needed with unit = \"A\" or \"mA\"",
-    ),
-    Key::own(
-        "offset",
-        "0",
-        Form {
-            words: "a number, or a text with a unit",
-            schema: || {
-                let units = [ANGLE, TORQUE, ANGULAR_RATE].map(json::with_unit);
-                json!({"anyOf": [{"type": "number"}, {"anyOf": units}]})
-            },
-        },
-        "value of the reading where it should be 0, in its SI unit: subtracted last",
-    ),
-];
+    /// name of its channel; the first by default
+    channel: text("a text") => |r| &mut r.channel;
 
-/// The rows of the keys, as in [`super::reference`].
-pub(super) fn keys() -> Vec<[String; 5]> {
-    rows("reading.NAME", READING_KEYS, &mut ReadingKeys::standard())
+    /// its column; of a topic NAME.position, NAME.effort of a joint
+    column (required): text("a text") => |r| &mut r.column;
+
+    /// unit of the column
+    unit ("SI"): dependent(
+        "of an angle rad, deg, turns, counts; of a torque N m, mN m, A, mA; of a rate rad/s, deg/s",
+        || json!({"enum": [
+            "rad", "deg", "turns", "counts", "N m", "mN m", "A", "mA", "rad/s", "deg/s",
+        ]}),
+    ) => |r| &mut r.of_reading;
+
+    /// minus where the column counts backwards
+    sign: word(&[1.0, -1.0], |sign| if sign < 0.0 { "-" } else { "+" }) => |r| &mut r.sign;
+
+    /// further factor
+    scale: number(NONE, above(0.0).at_most(1e12)) => |r| &mut r.scale;
+
+    /// of a wheel's angle and motor torque only, where the column is of the motor: turns of the motor in a turn of the
+    /// wheel; divides an angle, multiplies a torque
+    gear_ratio: number(NONE, above(0.0).at_most(1e6)) => |r| &mut r.gear_ratio;
+
+    /// counts in a turn; needed with unit = "counts"
+    counts: number(NONE, at_least(0.0).at_most(1e12)) => |r| &mut r.counts;
+
+    /// torque of the motor for a current, N m/A; needed with unit = "A" or "mA"
+    torque_constant: number(NONE, at_least(0.0).at_most(1e6)) => |r| &mut r.torque_constant;
+
+    /// value of the reading where it should be 0, in its SI unit: subtracted last
+    offset ("0"): dependent("a number, or a text with a unit", || {
+        let units = [ANGLE, TORQUE, ANGULAR_RATE].map(with_unit);
+        json!({"anyOf": [{"type": "number"}, {"anyOf": units}]})
+    }) => |r| &mut r.of_reading;
 }
 
-/// JSON Schema of a reading.
-pub(super) fn schema() -> serde_json::Value {
-    json::table(READING_KEYS, Some(&mut ReadingKeys::standard()))
-}
-
-/// Reads the section.
-pub(super) fn read(reader: &mut Reader, root: &Node) -> Vec<ReadingChoice> {
-    let Some(node) = root.get(READING) else {
-        return Vec::new();
-    };
-    let mut readings = Vec::new();
-    for entry in reader.entries(node, READING) {
-        match READINGS.iter().find(|name| **name == entry.key) {
-            Some(name) => readings.push(reading(reader, name, entry)),
-            None => reader.unknown(entry, READING, &READINGS),
-        }
-    }
-    readings
-}
+/// `[reading.NAME]`
+pub(super) const READING: ByName<ReadingChoice> = ByName {
+    names: &READINGS,
+    placeholder: "NAME",
+    read: reading,
+    schema: || key::schema(READING_KEYS, Some(&mut ReadingKeys::standard())),
+    rows: |rows, path| key::rows(rows, READING_KEYS, path, &mut ReadingKeys::standard()),
+};
 
 /// Dimension of a reading, and its further units with their factors.
-fn dimension(name: &str) -> (&'static Dimension, Words) {
+fn dimension(name: &str) -> (&'static Dimension, &'static [&'static str]) {
     match name {
         name if name.ends_with("_motor_torque") => (TORQUE, &["N m", "mN m", "A", "mA"]),
         name if name.ends_with("_rate") => (ANGULAR_RATE, &["rad/s", "deg/s"]),
@@ -176,30 +127,26 @@ fn dimension(name: &str) -> (&'static Dimension, Words) {
     }
 }
 
-fn reading(reader: &mut Reader, name: &'static str, entry: &Entry) -> ReadingChoice {
-    let (node, path) = (&entry.node, format!("{READING}.{name}"));
+fn reading(reader: &mut Reader, name: &'static str, node: &Node, path: &str) -> ReadingChoice {
     let mut keys = ReadingKeys::standard();
-    reader.table(READING_KEYS, node, &path, &mut keys);
+    reader.table(READING_KEYS, node, path, &mut keys);
     let (dimension, units) = dimension(name);
     let unit = node
         .get("unit")
-        .and_then(|n| reader.word(units, n, &join(&path, "unit")));
+        .and_then(|n| reader.word(units, n, &join(path, "unit")));
     let unit = units[unit.unwrap_or(0)];
-    let number = Number {
-        unit: dimension,
-        range: ANY,
-    };
+    let number = number(dimension, ANY);
     let offset = node
         .get("offset")
-        .and_then(|n| reader.number(&number, n, &join(&path, "offset")));
+        .and_then(|n| reader.number(&number, n, &join(path, "offset")));
     let mut needs = |key: &str, value: f64, needed: bool| {
         if needed && value <= 0.0 {
             let at = node.get(key).or(node.get("unit")).unwrap_or(node);
             let allowed = format!("{key} above 0, which unit = \"{unit}\" needs");
-            reader.refuse(at, &join(&path, key), &allowed);
+            reader.refuse(at, &join(path, key), &allowed);
         } else if !needed && let Some(found) = node.get(key) {
             let allowed = format!("no {key}: unit = \"{unit}\" does not need it");
-            reader.refuse(found, &join(&path, key), &allowed);
+            reader.refuse(found, &join(path, key), &allowed);
         }
     };
     needs("counts", keys.counts, unit == "counts");
@@ -208,7 +155,7 @@ fn reading(reader: &mut Reader, name: &'static str, entry: &Entry) -> ReadingCho
         name.ends_with("_angle") && !name.contains("contact") || name.ends_with("_motor_torque");
     if !is_of_motor && let Some(found) = node.get("gear_ratio") {
         let allowed = "gear_ratio of a wheel's angle or motor torque only: a gear has no part in other readings";
-        reader.refuse(found, &join(&path, "gear_ratio"), allowed);
+        reader.refuse(found, &join(path, "gear_ratio"), allowed);
     }
     ReadingChoice {
         name,
@@ -233,6 +180,5 @@ fn factor(unit: &str, keys: &ReadingKeys) -> f64 {
         "deg/s" => 1.0_f64.to_radians(),
         _ => 1.0,
     };
-    let sign = if keys.sign == 1 { -1.0 } else { 1.0 };
-    sign * keys.scale * of_unit
+    keys.sign * keys.scale * of_unit
 }

@@ -2,16 +2,16 @@
 
 use super::axis::{Axis, AxisItem, AxisValue, AxisValues, Distribution};
 use crate::error::Problem;
+use crate::form::{Form, Plain, items, text};
+use crate::key::{self, keys};
 use crate::reader::{Reader, join};
+use crate::reference::reference;
 use crate::source::{Node, Value};
-use std::collections::HashSet;
+use serde_json::{Value as Json, json};
+use std::collections::{BTreeSet, HashSet};
 
-/// Keys of `[[axis]]`, of which the last six say how its values are given.
-pub const AXIS: [&str; 10] = [
-    "key",
-    "keys",
-    "names",
-    "first",
+/// The ways to give values: a list, whole numbers, and those that draw.
+const WAYS: [&str; 6] = [
     "values",
     "count",
     "uniform",
@@ -19,60 +19,217 @@ pub const AXIS: [&str; 10] = [
     "normal",
     "whole",
 ];
-/// The ways to give values.
-pub const WAYS: [&str; 6] = [
-    "values",
-    "count",
-    "uniform",
-    "log_uniform",
-    "normal",
-    "whole",
-];
-
-/// Those that draw.
-pub const DISTRIBUTIONS: [&str; 4] = ["uniform", "log_uniform", "normal", "whole"];
-
-/// Largest number of runs of a study.
-pub const MOST_RUNS: u64 = 100_000_000;
-/// What a count may be.
-pub const COUNT: &str = "a whole number from 1 to 100000000";
-const WHOLE: &str = "a whole number of at least 0 and below 2^63";
 const ONE_WAY: &str = "one of values, count, uniform, log_uniform, normal, whole";
 
-/// The axes in the file's order.
-pub fn read_axes(reader: &mut Reader, root: &Node) -> Vec<Axis> {
-    let items = match root.get("axis").map(|n| (n, &n.value)) {
-        None => {
-            missing(reader, root, "axis", "one table [[axis]] or several");
-            return Vec::new();
-        }
-        Some((_, Value::Array(items))) => items.as_slice(),
-        Some((node, _)) => {
-            reader.refuse(node, "axis", "one table [[axis]] or several");
-            return Vec::new();
-        }
+/// Largest number of runs of a study.
+pub(super) const MOST_RUNS: u64 = 100_000_000;
+
+/// A number of runs or samples.
+pub(super) const RUNS: Plain<u64> = Plain {
+    words: "a whole number from 1 to 100000000",
+    schema: || json!({"type": "integer", "minimum": 1, "maximum": MOST_RUNS}),
+    read: |node| {
+        u64::try_from(node.whole()?)
+            .ok()
+            .filter(|n| (1..=MOST_RUNS).contains(n))
+    },
+    text: |count| Some(count.to_string()),
+};
+
+/// The values of the keys of an axis, which depend on each other.
+#[derive(Default)]
+struct Raw {
+    keys: Vec<String>,
+    names: Vec<String>,
+    first: i64,
+    values: Vec<Node>,
+    count: u64,
+    drawn: Option<Distribution>,
+}
+
+keys! {
+    /// The keys of `[[axis]]`.
+    AXIS: Raw;
+
+    /// a key of the scene
+    key: KEY => |a| &mut a.keys;
+
+    /// keys of the scene that vary together
+    keys: KEY_LIST => |a| &mut a.keys;
+
+    /// names of the values, which the dataset shows in place of the values of the first key
+    names: NAMES => |a| &mut a.names;
+
+    /// the first of count whole numbers
+    first ("0"): FIRST => |a| &mut a.first;
+
+    /// a list; with keys a list of lists with one value a key
+    values: VALUES => |a| &mut a.values;
+
+    /// as many whole numbers
+    count: RUNS => |a| &mut a.count;
+
+    /// drawn uniformly from [low, high]
+    uniform: Plain {
+        words: "[low, high], low below high",
+        read: |node| {
+            let [low, high] = pair(node, number)?;
+            let valid = low < high && (high - low).is_finite();
+            valid.then_some(Some(Distribution::Uniform(low, high)))
+        },
+        ..DRAWN
+    } => |a| &mut a.drawn;
+
+    /// drawn from [low, high], the logarithm uniformly
+    log_uniform: Plain {
+        words: "[low, high], 0 below low below high",
+        read: |node| {
+            let [low, high] = pair(node, number)?;
+            (0.0 < low && low < high).then_some(Some(Distribution::LogUniform(low, high)))
+        },
+        ..DRAWN
+    } => |a| &mut a.drawn;
+
+    /// drawn from a normal distribution, [mean, standard deviation]
+    normal: Plain {
+        words: "[mean, standard deviation], the second above 0",
+        read: |node| {
+            let [mean, deviation] = pair(node, number)?;
+            (deviation > 0.0).then_some(Some(Distribution::Normal(mean, deviation)))
+        },
+        ..DRAWN
+    } => |a| &mut a.drawn;
+
+    /// whole numbers drawn uniformly from [first, last]
+    whole: Plain {
+        words: "[first, last], whole numbers from 0 on, first not above last",
+        schema: || items(json!({"type": "integer"}), 2, 2),
+        read: |node| {
+            let [first, last] = pair(node, index)?;
+            (first <= last).then_some(Some(Distribution::Whole(first, last)))
+        },
+        ..DRAWN
+    } => |a| &mut a.drawn;
+}
+
+const KEY: Plain<Vec<String>> = Plain {
+    words: "a key of the scene, such as \"drive.speed\"",
+    schema: key_schema,
+    read: |node| Some(vec![key_of(node)?]),
+    text: |_| None,
+};
+const KEY_LIST: Plain<Vec<String>> = Plain {
+    words: "a list of different keys of the scene, such as [\"drive.kp\", \"drive.ki\"]",
+    schema: || json!({"type": "array", "items": key_schema(), "minItems": 1, "uniqueItems": true}),
+    read: |node| different(node.array()?.iter().map(key_of).collect()),
+    text: |_| None,
+};
+const NAMES: Plain<Vec<String>> = Plain {
+    words: "a list of different texts, one a value",
+    schema: || json!({"type": "array", "items": text("").schema(None), "uniqueItems": true}),
+    read: |node| different(node.array()?.iter().map(text("").read).collect()),
+    text: |_| None,
+};
+const FIRST: Plain<i64> = Plain {
+    words: "a whole number of at least 0 and below 2^63",
+    schema: || json!({"type": "integer", "minimum": 0}),
+    read: index,
+    text: |_| None,
+};
+const VALUES: Plain<Vec<Node>> = Plain {
+    words: "a list of at least one value",
+    schema: || json!({"type": "array", "minItems": 1}),
+    read: |node| Some(node.array().filter(|items| !items.is_empty())?.to_vec()),
+    text: |_| None,
+};
+/// What the distributions share.
+const DRAWN: Plain<Option<Distribution>> = Plain {
+    words: "",
+    schema: || items(json!({"type": "number"}), 2, 2),
+    read: |_| None,
+    text: |_| None,
+};
+
+fn key_of(node: &Node) -> Option<String> {
+    let key = node.as_text()?;
+    (!key.is_empty() && !key.contains('=')).then(|| key.to_owned())
+}
+
+/// At least one text, each once.
+fn different(texts: Option<Vec<String>>) -> Option<Vec<String>> {
+    let is_different = |texts: &Vec<String>| {
+        !texts.is_empty() && texts.iter().collect::<HashSet<_>>().len() == texts.len()
     };
-    let mut axes: Vec<Axis> = Vec::new();
-    for (i, item) in items.iter().enumerate() {
-        let path = format!("axis[{i}]");
-        let Some(axis) = read_axis(reader, item, &path) else {
-            continue;
-        };
-        for key in &axis.keys {
-            if axes.iter().any(|other| other.keys.contains(key)) {
-                let message = format!("{key} is varied by an axis above");
-                reader.push(Problem::at(&item.origin, &path, message));
-            }
-        }
-        axes.push(axis);
+    texts.filter(is_different)
+}
+
+fn number(node: &Node) -> Option<f64> {
+    match node.value {
+        Value::Float(number) | Value::Integer(_, number) if number.is_finite() => Some(number),
+        _ => None,
     }
-    axes
+}
+
+fn index(node: &Node) -> Option<i64> {
+    let whole = i64::try_from(node.whole()?).ok()?;
+    (whole >= 0).then_some(whole)
+}
+
+fn pair<N>(node: &Node, read: fn(&Node) -> Option<N>) -> Option<[N; 2]> {
+    let [a, b] = node.array()? else {
+        return None;
+    };
+    Some([read(a)?, read(b)?])
+}
+
+/// `[[axis]]`: what varies, in the file's order.
+pub(super) struct Axes;
+
+impl Form for Axes {
+    type Value = Vec<Axis>;
+
+    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Vec<Axis>) {
+        for (item, path) in reader.items(node, path, 0..=usize::MAX, || self.allowed()) {
+            let Some(axis) = read_axis(reader, item, &path) else {
+                continue;
+            };
+            for key in &axis.keys {
+                if into.iter().any(|other| other.keys.contains(key)) {
+                    let message = format!("{key} is varied by an axis above");
+                    reader.push(Problem::at(&item.origin, &path, message));
+                }
+            }
+            into.push(axis);
+        }
+    }
+
+    fn allowed(&self) -> String {
+        "one table [[axis]] or several".to_owned()
+    }
+
+    fn schema(&self, _defaults: Option<&mut Vec<Axis>>) -> Json {
+        let mut axis = key::schema(AXIS, None);
+        let one_of = |names: &[&str]| {
+            let each: Vec<Json> = names.iter().map(|n| json!({"required": [n]})).collect();
+            json!({"oneOf": each})
+        };
+        axis["allOf"] = json!([one_of(&["key", "keys"]), one_of(&WAYS)]);
+        json!({"type": "array", "minItems": 1, "items": axis})
+    }
+}
+
+/// Whether an axis has a distribution, right or wrong.
+pub(super) fn asks_for_draws(root: &Node) -> bool {
+    let has = |axis: &Node| WAYS[2..].iter().any(|way| axis.get(way).is_some());
+    root.get("axis")
+        .and_then(Node::array)
+        .is_some_and(|axes| axes.iter().any(has))
 }
 
 fn read_axis(reader: &mut Reader, node: &Node, path: &str) -> Option<Axis> {
-    known(reader, node, path, &AXIS);
+    let (mark, mut raw) = (reader.mark(), Raw::default());
+    reader.table(AXIS, node, path, &mut raw);
     node.entries()?;
-    let keys = read_keys(reader, node, path);
     let given: Vec<&str> = WAYS
         .into_iter()
         .filter(|way| node.get(way).is_some())
@@ -86,116 +243,79 @@ fn read_axis(reader: &mut Reader, node: &Node, path: &str) -> Option<Axis> {
         reader.push(Problem::at(&node.origin, path, message).whole());
         return None;
     };
-    let keys = keys?;
-    let origin = &node.get(way)?.origin;
-    if let Some(first) = node.get("first").filter(|_| *way != "count") {
-        let message = "has no effect without count".to_owned();
-        reader.push(Problem::at(&first.origin, &join(path, "first"), message));
-    }
-    if let Some(names) = node.get("names").filter(|_| *way != "values") {
-        let message = "has no effect without values".to_owned();
-        reader.push(Problem::at(&names.origin, &join(path, "names"), message));
-    }
-    if *way != "values" && keys.len() > 1 {
-        let message = "keys that vary together need values: one list a value, with one item a key";
-        reader.push(Problem::at(origin, &join(path, way), message.to_owned()));
-        return None;
+    check_keys(reader, node, path, &raw.keys);
+    for (key, of) in [("first", "count"), ("names", "values")] {
+        if let Some(found) = node.get(key).filter(|_| *way != of) {
+            let message = format!("has no effect without {of}");
+            reader.push(Problem::at(&found.origin, &join(path, key), message));
+        }
     }
     let (value, at) = (node.get(way)?, join(path, way));
-    let values = match *way {
-        "values" => {
-            let mut items = read_values(reader, value, &at, keys.len())?;
-            name_items(reader, node, path, &mut items)?;
-            AxisValues::List(items)
-        }
-        "count" => {
-            let first = node.get("first");
-            let first = first.map_or(Some(0), |n| whole(reader, n, &join(path, "first")));
-            let (first, count) = (first?, count(reader, value, &at)?);
-            if i64::try_from(count)
-                .ok()
-                .and_then(|n| first.checked_add(n))
-                .is_none()
-            {
-                reader.refuse(value, &at, "a count whose last number is below 2^63");
-                return None;
-            }
-            AxisValues::Whole { first, count }
-        }
-        way => AxisValues::Drawn(read_distribution(reader, value, &at, way)?),
+    if *way != "values" && raw.keys.len() > 1 {
+        let message = "keys that vary together need values: one list a value, with one item a key";
+        reader.push(Problem::at(&value.origin, &at, message.to_owned()));
+    }
+    let last = i64::try_from(raw.count)
+        .ok()
+        .and_then(|n| raw.first.checked_add(n));
+    if last.is_none() {
+        reader.refuse(value, &at, "a count whose last number is below 2^63");
+    }
+    if reader.mark() > mark {
+        return None;
+    }
+    let values = match raw.drawn {
+        Some(drawn) => AxisValues::Drawn(drawn),
+        None if *way == "count" => AxisValues::Whole {
+            first: raw.first,
+            count: raw.count,
+        },
+        None => AxisValues::List(read_values(reader, node, path, &raw)?),
     };
     Some(Axis {
-        keys,
+        keys: raw.keys,
         values,
-        origin: origin.clone(),
+        origin: value.origin.clone(),
     })
 }
 
-/// The keys of an axis.
-fn read_keys(reader: &mut Reader, node: &Node, path: &str) -> Option<Vec<String>> {
-    const ONE: &str = "a key of the scene, such as \"drive.speed\"";
-    const LIST: &str = "a list of keys of the scene, such as [\"drive.kp\", \"drive.ki\"]";
-    let (nodes, path) = match (node.get("key"), node.get("keys")) {
-        (Some(key), None) => (std::slice::from_ref(key), join(path, "key")),
-        (None, Some(keys)) => match &keys.value {
-            Value::Array(items) if !items.is_empty() => (items.as_slice(), join(path, "keys")),
-            _ => {
-                reader.refuse(keys, &join(path, "keys"), LIST);
-                return None;
-            }
-        },
+/// There are keys, under one name, and none has the name of a column of the dataset.
+fn check_keys(reader: &mut Reader, node: &Node, path: &str, keys: &[String]) {
+    match (node.get("key"), node.get("keys")) {
         (Some(_), Some(both)) => {
             let message = "found key and keys, allowed: one of them".to_owned();
             reader.push(Problem::at(&both.origin, &join(path, "keys"), message));
-            return None;
         }
-        (None, None) => {
-            missing(reader, node, &join(path, "key"), ONE);
-            return None;
-        }
-    };
-    let mut keys = Vec::new();
-    for key in nodes {
-        match &key.value {
-            // The dataset has columns of these names.
-            Value::Text(text) if text == "estimator" || text == "index" => {
+        (None, None) => reader.missing(node, &join(path, "key"), KEY.words),
+        (one, other) => {
+            let found = one
+                .or(other)
+                .filter(|_| keys.iter().any(|key| key == "estimator" || key == "index"));
+            if let Some(found) = found {
+                let path = join(path, if one.is_some() { "key" } else { "keys" });
                 let allowed = "a key below it, such as \"estimator.0.observer_pole\"";
-                reader.refuse(key, &path, allowed);
+                reader.refuse(found, &path, allowed);
             }
-            Value::Text(text) if keys.contains(text) => {
-                reader.refuse(key, &path, "each key once");
-            }
-            Value::Text(text) if !text.is_empty() && !text.contains('=') => keys.push(text.clone()),
-            _ => reader.refuse(key, &path, ONE),
         }
     }
-    (keys.len() == nodes.len()).then_some(keys)
 }
 
-fn read_values(reader: &mut Reader, node: &Node, path: &str, keys: usize) -> Option<Vec<AxisItem>> {
-    let Value::Array(items) = &node.value else {
-        reader.refuse(node, path, "a list of values");
-        return None;
-    };
-    if items.is_empty() {
-        reader.refuse(node, path, "at least one value");
-        return None;
-    }
-    let mut out = Vec::new();
-    for (i, item) in items.iter().enumerate() {
-        let path = format!("{path}[{i}]");
-        let nodes = match &item.value {
+/// The items of a list of values with their names.
+fn read_values(reader: &mut Reader, node: &Node, path: &str, raw: &Raw) -> Option<Vec<AxisItem>> {
+    let (mark, keys, mut read) = (reader.mark(), raw.keys.len(), Vec::new());
+    for (i, item) in raw.values.iter().enumerate() {
+        let path = format!("{path}.values[{i}]");
+        let nodes = match item.array() {
             _ if keys == 1 => std::slice::from_ref(item),
-            Value::Array(nodes) if nodes.len() == keys => nodes.as_slice(),
+            Some(nodes) if nodes.len() == keys => nodes,
             _ => {
                 reader.refuse(item, &path, &format!("a list of {keys} values, one a key"));
                 continue;
             }
         };
-        let values: Option<Vec<AxisValue>> = nodes.iter().map(AxisValue::of).collect();
-        match values {
-            Some(values) => out.push(AxisItem {
-                name: None,
+        match nodes.iter().map(AxisValue::of).collect() {
+            Some(values) => read.push(AxisItem {
+                name: raw.names.get(i).cloned(),
                 values,
                 origin: item.origin.clone(),
             }),
@@ -206,116 +326,50 @@ fn read_values(reader: &mut Reader, node: &Node, path: &str, keys: usize) -> Opt
             ),
         }
     }
-    (out.len() == items.len()).then_some(out)
-}
-
-/// Gives the items their names, where the axis has names.
-fn name_items(reader: &mut Reader, node: &Node, path: &str, items: &mut [AxisItem]) -> Option<()> {
-    let Some(node) = node.get("names") else {
-        return Some(());
-    };
-    let path = join(path, "names");
-    let allowed = format!("a list of {} different texts, one a value", items.len());
-    let names: Option<Vec<&String>> = match &node.value {
-        Value::Array(names) if names.len() == items.len() => names
-            .iter()
-            .map(|name| match &name.value {
-                Value::Text(text) if !text.trim().is_empty() => Some(text),
-                _ => None,
-            })
-            .collect(),
-        _ => None,
-    };
-    let names = names.filter(|names| names.iter().collect::<HashSet<_>>().len() == names.len());
-    let Some(names) = names else {
-        reader.refuse(node, &path, &allowed);
-        return None;
-    };
-    for (item, name) in items.iter_mut().zip(names) {
-        item.name = Some(name.clone());
+    if let Some(names) = node
+        .get("names")
+        .filter(|_| raw.names.len() != raw.values.len())
+    {
+        let allowed = format!(
+            "a list of {} different texts, one a value",
+            raw.values.len()
+        );
+        reader.refuse(names, &join(path, "names"), &allowed);
     }
-    Some(())
+    (reader.mark() == mark).then_some(read)
 }
 
-fn read_distribution(
-    reader: &mut Reader,
-    node: &Node,
-    path: &str,
-    way: &str,
-) -> Option<Distribution> {
-    let allowed = match way {
-        "uniform" => "[low, high], low below high",
-        "log_uniform" => "[low, high], 0 below low below high",
-        "normal" => "[mean, standard deviation], the second above 0",
-        _ => "[first, last], whole numbers from 0 on, first not above last",
-    };
-    let pair: Option<&[Node; 2]> = match &node.value {
-        Value::Array(items) => items.as_slice().try_into().ok(),
-        _ => None,
-    };
-    let number = |node: &Node| match node.value {
-        Value::Float(number) | Value::Integer(_, number) if number.is_finite() => Some(number),
-        _ => None,
-    };
-    let index = |node: &Node| match node.value {
-        Value::Integer(Some(whole), _) => i64::try_from(whole).ok(),
-        _ => None,
-    };
-    let found = pair.and_then(|[a, b]| {
-        Some(match way {
-            "uniform" => Distribution::Uniform(number(a)?, number(b)?),
-            "log_uniform" => Distribution::LogUniform(number(a)?, number(b)?),
-            "normal" => Distribution::Normal(number(a)?, number(b)?),
-            _ => Distribution::Whole(index(a)?, index(b)?),
-        })
-    });
-    let valid = |d: &Distribution| match *d {
-        Distribution::Uniform(low, high) => low < high && (high - low).is_finite(),
-        Distribution::LogUniform(low, high) => 0.0 < low && low < high,
-        Distribution::Normal(_, sigma) => sigma > 0.0,
-        Distribution::Whole(first, last) => 0 <= first && first <= last,
-    };
-    let found = found.filter(valid);
-    if found.is_none() {
-        reader.refuse(node, path, allowed);
-    }
-    found
-}
-
-pub fn count(reader: &mut Reader, node: &Node, path: &str) -> Option<u64> {
-    let found = match node.value {
-        Value::Integer(Some(count), _) => u64::try_from(count).ok(),
-        _ => None,
-    };
-    let found = found.filter(|count| (1..=MOST_RUNS).contains(count));
-    if found.is_none() {
-        reader.refuse(node, path, COUNT);
-    }
-    found
-}
-
-fn whole(reader: &mut Reader, node: &Node, path: &str) -> Option<i64> {
-    let found = match node.value {
-        Value::Integer(Some(whole), _) => i64::try_from(whole).ok(),
-        _ => None,
-    };
-    let found = found.filter(|whole| *whole >= 0);
-    if found.is_none() {
-        reader.refuse(node, path, WHOLE);
-    }
-    found
-}
-
-/// Adds a problem for every entry with another key.
-pub fn known(reader: &mut Reader, node: &Node, path: &str, allowed: &[&str]) {
-    for entry in reader.entries(node, path) {
-        if !allowed.contains(&entry.key.as_str()) {
-            reader.unknown(entry, path, allowed);
+/// A key of scenes, or a table above it: those without an index by name, which an editor can offer.
+fn key_schema() -> Json {
+    let mut plain = BTreeSet::new();
+    let mut indexed = BTreeSet::new();
+    for row in reference() {
+        let steps: Vec<&str> = row.key.split('.').collect();
+        for end in 1..=steps.len() {
+            let key = steps[..end].join(".");
+            if key.contains("[]") {
+                let pattern = key
+                    .replace('.', r"\.")
+                    .replace("[]", r"(\.[0-9]+|\[[0-9]+\])");
+                indexed.insert(pattern);
+                // The list itself, too.
+                plain.extend(key.strip_suffix("[]").map(str::to_owned));
+            } else {
+                plain.insert(key);
+            }
+        }
+        // A number of a list, as `robot.geometry.axles.0.1`.
+        if row.allowed.starts_with('[') && !row.key.contains("[]") {
+            indexed.insert(row.key.replace('.', r"\.") + r"(\.[0-9]+|\[[0-9]+\]){1,2}");
         }
     }
-}
-
-pub fn missing(reader: &mut Reader, node: &Node, path: &str, allowed: &str) {
-    let message = format!("missing, and it has no default; allowed: {allowed}");
-    reader.push(Problem::at(&node.origin, path, message).whole());
+    // A part has the keys of the terrain.
+    indexed.insert(r"terrain\.part(\.[0-9]+|\[[0-9]+\])(\..+)?".to_owned());
+    // The dataset has columns of this name: see `axes`.
+    plain.remove("estimator");
+    let indexed: Vec<String> = indexed.into_iter().collect();
+    json!({"anyOf": [
+        {"enum": plain},
+        {"type": "string", "pattern": format!("^({})$", indexed.join("|"))},
+    ]})
 }

@@ -1,6 +1,7 @@
 //! One axis of a study.
 
-use crate::range::short;
+use crate::overrides::{Step, steps};
+use crate::quantity::short;
 use crate::reference::reference;
 use crate::source::{Node, Origin, Value};
 use std::fmt;
@@ -117,27 +118,18 @@ impl Axis {
 
     /// SI unit of a bare number of a key, empty where it has none or the key is unknown.
     pub fn unit(key: &str) -> &'static str {
-        let pattern = without_indices(key);
+        let step = |step: Step<'_>| match step {
+            Step::Key(name) => format!(".{name}"),
+            Step::Index(_) => "[]".to_owned(),
+        };
+        let steps = steps(key).unwrap_or_default().into_iter().map(step);
+        // As in the reference: `estimator[].observer_pole`.
+        let pattern = steps.collect::<String>();
+        let pattern = pattern.trim_start_matches('.');
         let rows = reference();
         let row = rows.iter().find(|row| row.key == pattern);
         row.map_or("", |row| row.unit)
     }
-}
-
-/// `estimator.0.observer_pole` and `estimator[0].observer_pole` as in the reference: `estimator[].observer_pole`.
-fn without_indices(key: &str) -> String {
-    let mut out = String::new();
-    for part in key.split('.') {
-        let (name, index) = part.split_at(part.find('[').unwrap_or(part.len()));
-        if !index.is_empty() {
-            out += &format!(".{name}[]");
-        } else if name.parse::<usize>().is_ok() {
-            out += "[]";
-        } else {
-            out += &format!(".{name}");
-        }
-    }
-    out.trim_start_matches('.').to_owned()
 }
 
 #[cfg(test)]

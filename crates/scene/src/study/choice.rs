@@ -2,17 +2,17 @@
 
 use super::axis::Axis;
 use crate::source::Origin;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What is varied in which scene: the content of a study file.
 #[derive(Clone, Debug)]
 pub struct StudyChoice {
     /// `name` of the file, else the file's stem: the name of the default output folder.
     pub name: String,
-    /// The base scene, relative to the folder of the study file unless absolute.
-    pub scene: PathBuf,
-    /// Overrides `key=value` of the base scene in every run.
-    pub set: Vec<String>,
+    /// The base scene, and where it was written.
+    pub(super) base: (PathBuf, Origin),
+    /// Overrides `key=value` of the base scene in every run, and where each was written.
+    pub(super) overrides: Vec<(String, Origin)>,
     /// The axes in the file's order.
     pub axes: Vec<Axis>,
     /// How axes with a distribution are drawn; `None` without such an axis.
@@ -21,9 +21,13 @@ pub struct StudyChoice {
     pub tables: StudyTables,
     /// Text of the file.
     pub text: String,
-    /// Where the scene and each item of `set` were written.
-    pub(super) scene_origin: Origin,
-    pub(super) set_origins: Vec<Origin>,
+}
+
+impl StudyChoice {
+    /// The base scene, relative to the folder of the study file unless absolute.
+    pub fn scene(&self) -> &Path {
+        &self.base.0
+    }
 }
 
 /// How the axes with a distribution are drawn. Together they are one list of `count` samples.

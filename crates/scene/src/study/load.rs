@@ -1,19 +1,102 @@
 //! From a file to a [`StudyChoice`].
 
-use super::axes::{COUNT, DISTRIBUTIONS, MOST_RUNS, count, known, missing, read_axes};
+use super::axes::{Axes, MOST_RUNS, RUNS, asks_for_draws};
 use super::axis::Axis;
 use super::choice::{DrawMethod, Draws, StudyChoice, StudyTables};
 use crate::error::{Problem, SceneError};
-use crate::key::quoted;
+use crate::form::{Form, NAME, Plain, SEED, from_stem, section, text, word};
+use crate::key::{self, keys};
 use crate::reader::Reader;
-use crate::source::{Node, Source, Value};
-use crate::{file, name, seed};
+use crate::source::{self, Node, Origin, Source};
+use serde_json::{Value as Json, json};
 use std::path::{Path, PathBuf};
 
-/// Keys of a study file.
-pub(super) const TOP: [&str; 6] = ["name", "scene", "set", "tables", "axis", "draw"];
-/// Keys of `[draw]`.
-pub(super) const DRAW: [&str; 3] = ["count", "seed", "method"];
+keys! {
+    /// The keys of a study file.
+    STUDY: StudyChoice;
+
+    /// name of the study and of the default folder
+    name ("the file's name"): NAME => |s| &mut s.name;
+
+    /// the base scene; a path relative to the study file
+    scene (required): SCENE => |s| &mut s.base;
+
+    /// overrides key=value of the base scene in every run
+    set: SET => |s| &mut s.overrides;
+
+    /// runs that keep their full tables
+    tables ("\"none\""): TABLES => |s| &mut s.tables;
+
+    /// what varies
+    axis (required): Axes => |s| &mut s.axes;
+
+    /// how axes with a distribution are drawn
+    draw: section(DRAW) => |s| s.draws.get_or_insert(Draws {
+        count: 1,
+        seed: 0,
+        method: DrawMethod::LatinHypercube,
+    });
+}
+
+keys! {
+    DRAW: Draws;
+
+    /// number of samples
+    count (required): RUNS => |d| &mut d.count;
+
+    /// seed of the draws
+    seed ("0"): SEED => |d| &mut d.seed;
+
+    /// each axis has one sample in each of count equally likely intervals (the default); or independent draws
+    method: word(&DrawMethod::ALL, DrawMethod::name) => |d| &mut d.method;
+}
+
+/// JSON Schema of a study file.
+pub(crate) fn schema() -> Json {
+    key::schema(STUDY, None)
+}
+
+/// The base scene and where it was written.
+const SCENE: Plain<(PathBuf, Origin)> = Plain {
+    words: "the path of a scene file",
+    schema: || text("").schema(None),
+    read: |node| {
+        let path = node.as_text().filter(|text| !text.is_empty())?;
+        Some((path.into(), node.origin.clone()))
+    },
+    text: |_| None,
+};
+
+/// Overrides, each with where it was written.
+const SET: Plain<Vec<(String, Origin)>> = Plain {
+    words: "a list of texts key=value, such as [\"drive.kp=2\"]",
+    schema: || json!({"type": "array", "items": {"type": "string", "pattern": "="}}),
+    read: |node| {
+        let item = |item: &Node| Some((item.as_text()?.to_owned(), item.origin.clone()));
+        node.array()?.iter().map(item).collect()
+    },
+    text: |_| None,
+};
+
+const TABLES: Plain<StudyTables> = Plain {
+    words: "\"none\", \"all\", or a list of runs such as [0, 7]",
+    schema: || {
+        json!({"anyOf": [
+            {"enum": ["none", "all"]},
+            {"type": "array", "items": {"type": "integer", "minimum": 0}},
+        ]})
+    },
+    read: |node| match (node.as_text(), node.array()) {
+        (Some("none"), _) => Some(StudyTables::None),
+        (Some("all"), _) => Some(StudyTables::All),
+        (_, items) => {
+            let runs = items?.iter().map(|item| u64::try_from(item.whole()?).ok());
+            Some(StudyTables::Runs(runs.collect::<Option<_>>()?))
+        }
+    },
+    text: |_| None,
+};
+
 impl StudyChoice {
     /// Reads a study file.
     ///
@@ -21,7 +104,7 @@ impl StudyChoice {
     /// [`SceneError`] with all problems of the file. The base scene is not read: see [`super::BaseScene`].
     pub fn load(path: &Path) -> Result<Self, SceneError> {
         let shown = path.display().to_string();
-        let text = file::read_toml(path).map_err(|error| {
+        let text = source::read_toml(path).map_err(|error| {
             let message = format!("{error}; allowed: a study file in TOML, UTF-8");
             SceneError::unread(&shown, message)
         })?;
@@ -33,146 +116,46 @@ impl StudyChoice {
     /// # Errors
     /// As [`StudyChoice::load`].
     pub fn parse(text: &str, source_name: &str) -> Result<Self, SceneError> {
-        file::check_toml(text).map_err(|error| SceneError::unread(source_name, error))?;
+        source::check_toml(text).map_err(|error| SceneError::unread(source_name, error))?;
         let mut reader = Reader::new(PathBuf::new(), |_| None);
         let root = reader.document(&Source::file(source_name, text));
-        let study = read(&mut reader, &root, text, source_name);
+        let study = root.map(|root| read(&mut reader, &root, text, source_name));
         reader.finish(study)
     }
 }
 
 fn read(reader: &mut Reader, root: &Node, text: &str, source_name: &str) -> StudyChoice {
-    known(reader, root, "", &TOP);
     let stem = Path::new(source_name).file_stem().unwrap_or_default();
-    let given = root.get("name").map(|n| name::read(reader, n, "name"));
-    let scene = root.get("scene");
-    if scene.is_none() {
-        missing(reader, root, "scene", "the path of a scene file");
-    }
-    let path = scene.and_then(|n| match &n.value {
-        Value::Text(path) if !path.is_empty() => Some(PathBuf::from(path)),
-        _ => {
-            reader.refuse(n, "scene", "the path of a scene file");
-            None
-        }
-    });
-    let set = read_set(reader, root);
-    let axes = read_axes(reader, root);
-    let study = StudyChoice {
-        name: given
-            .flatten()
-            .unwrap_or_else(|| name::from_stem(&stem.to_string_lossy())),
-        scene: path.unwrap_or_default(),
-        set: set.iter().map(|(text, _)| text.clone()).collect(),
-        draws: read_draws(reader, root, &axes),
-        tables: read_tables(reader, root),
+    let mut study = StudyChoice {
+        name: from_stem(&stem.to_string_lossy()),
+        base: (PathBuf::new(), root.origin.clone()),
+        overrides: Vec::new(),
+        axes: Vec::new(),
+        draws: None,
+        tables: StudyTables::None,
         text: text.to_owned(),
-        scene_origin: scene.map_or(&root.origin, |n| &n.origin).clone(),
-        set_origins: set.iter().map(|(_, node)| node.origin.clone()).collect(),
-        axes,
     };
+    reader.table(STUDY, root, "", &mut study);
+    let drawn = study.axes.iter().find(|axis| axis.is_drawn());
+    // An axis with a mistake is not among the axes.
+    let problem = match (root.get("draw"), drawn) {
+        (None, Some(axis)) => Some((
+            &axis.origin,
+            "an axis with a distribution needs [draw] with its number of samples, such as count = 100",
+        )),
+        (Some(draw), None) if !asks_for_draws(root) => Some((
+            &draw.origin,
+            "has no effect: no axis has a distribution (uniform, log_uniform, normal, whole)",
+        )),
+        _ => None,
+    };
+    if let Some((origin, message)) = problem {
+        reader.push(Problem::at(origin, "draw", message.to_owned()));
+    }
     if let Some(message) = too_many(&study) {
         reader.push(Problem::at(&root.origin, "", message).whole());
     }
     study
-}
-
-fn read_set<'n>(reader: &mut Reader, root: &'n Node) -> Vec<(String, &'n Node)> {
-    const ALLOWED: &str = "a list of texts key=value, such as [\"drive.kp=2\"]";
-    let Some(node) = root.get("set") else {
-        return Vec::new();
-    };
-    let Value::Array(items) = &node.value else {
-        reader.refuse(node, "set", ALLOWED);
-        return Vec::new();
-    };
-    let mut set = Vec::new();
-    for (i, item) in items.iter().enumerate() {
-        match &item.value {
-            Value::Text(text) => set.push((text.clone(), item)),
-            _ => reader.refuse(item, &format!("set[{i}]"), ALLOWED),
-        }
-    }
-    set
-}
-
-fn read_tables(reader: &mut Reader, root: &Node) -> StudyTables {
-    const ALLOWED: &str = "\"none\", \"all\", or a list of runs such as [0, 7]";
-    let Some(node) = root.get("tables") else {
-        return StudyTables::None;
-    };
-    let runs = match &node.value {
-        Value::Text(text) if text == "none" => return StudyTables::None,
-        Value::Text(text) if text == "all" => return StudyTables::All,
-        Value::Array(items) => {
-            let runs = items.iter().map(|item| match item.value {
-                Value::Integer(Some(run), _) => u64::try_from(run).ok(),
-                _ => None,
-            });
-            runs.collect::<Option<Vec<u64>>>()
-        }
-        _ => None,
-    };
-    if runs.is_none() {
-        reader.refuse(node, "tables", ALLOWED);
-    }
-    StudyTables::Runs(runs.unwrap_or_default())
-}
-
-/// Whether the file has an axis with a distribution, right or wrong.
-fn asks_for_draws(root: &Node) -> bool {
-    let items = match root.get("axis").map(|n| &n.value) {
-        Some(Value::Array(items)) => items.as_slice(),
-        _ => &[],
-    };
-    let has = |axis: &Node| DISTRIBUTIONS.iter().any(|way| axis.get(way).is_some());
-    items.iter().any(has)
-}
-
-fn read_draws(reader: &mut Reader, root: &Node, axes: &[Axis]) -> Option<Draws> {
-    let drawn = axes.iter().find(|axis| axis.is_drawn());
-    let Some(node) = root.get("draw") else {
-        if let Some(axis) = drawn {
-            let message = "an axis with a distribution needs [draw] with its number of samples, such as count = 100";
-            reader.push(Problem::at(&axis.origin, "draw", message.to_owned()));
-        }
-        return None;
-    };
-    known(reader, node, "draw", &DRAW);
-    // An axis with a mistake is not among the axes.
-    if drawn.is_none() && !asks_for_draws(root) {
-        let message =
-            "has no effect: no axis has a distribution (uniform, log_uniform, normal, whole)";
-        reader.push(Problem::at(&node.origin, "draw", message.to_owned()));
-    }
-    if node.get("count").is_none() {
-        missing(reader, node, "draw.count", COUNT);
-    }
-    let count = node
-        .get("count")
-        .and_then(|n| count(reader, n, "draw.count"));
-    let seed = node
-        .get("seed")
-        .and_then(|n| seed::read(reader, n, "draw.seed"));
-    let method = node.get("method").map(|n| {
-        let found = match &n.value {
-            Value::Text(text) => DrawMethod::ALL.into_iter().find(|m| m.name() == text),
-            _ => None,
-        };
-        if found.is_none() {
-            reader.refuse(
-                n,
-                "draw.method",
-                &quoted(&DrawMethod::ALL.map(DrawMethod::name)),
-            );
-        }
-        found.unwrap_or_default()
-    });
-    Some(Draws {
-        count: count?,
-        seed: seed.unwrap_or(0),
-        method: method.unwrap_or_default(),
-    })
 }
 
 /// A message where a study has too many runs, or keeps tables of runs that it does not have.

@@ -5,7 +5,6 @@
 //! | `choice` | the result of reading a study file |
 //! | `axis` | one axis: its keys and values |
 //! | `load`, `axes` | from a file |
-//! | `schema` | JSON Schema |
 //! | `run` | the scene of one run; problems at the place in the study file that causes them |
 
 mod axes;
@@ -13,9 +12,8 @@ mod axis;
 mod choice;
 mod load;
 mod run;
-mod schema;
 
 pub use axis::{Axis, AxisItem, AxisValue, AxisValues, Distribution};
 pub use choice::{DrawMethod, Draws, StudyChoice, StudyTables};
+pub(crate) use load::schema;
 pub use run::{BaseScene, Setting};
-pub(crate) use schema::study as schema;

@@ -3,9 +3,8 @@
 use super::axis::{Axis, AxisValue, AxisValues};
 use super::choice::StudyChoice;
 use crate::error::{Problem, SceneError};
-use crate::file;
 use crate::scene::Scene;
-use crate::source::Origin;
+use crate::source::{self, Origin};
 use std::path::{Path, PathBuf};
 
 /// The value of a key in one run.
@@ -44,11 +43,11 @@ impl BaseScene {
     /// # Errors
     /// [`SceneError`] at the study's key `scene`.
     pub fn load(study: &StudyChoice, folder: &Path) -> Result<Self, SceneError> {
-        let path = folder.join(&study.scene);
-        let text = file::read_toml(&path).map_err(|error| {
+        let path = folder.join(study.scene());
+        let text = source::read_toml(&path).map_err(|error| {
             let shown = path.display();
             let message = format!("{shown} {error}; allowed: a scene file in TOML, UTF-8");
-            let problem = Problem::at(&study.scene_origin, "scene", message);
+            let problem = Problem::at(&study.base.1, "scene", message);
             SceneError::new(problem, Vec::new(), 1)
         })?;
         Ok(Self { text, path })
@@ -60,9 +59,9 @@ impl BaseScene {
     /// [`SceneError`] with all problems. Those that a setting or an item of `set` causes are at their place in the study file.
     pub fn scene(&self, study: &StudyChoice, settings: &[Setting]) -> Result<Scene, SceneError> {
         let overrides: Vec<String> = study
-            .set
+            .overrides
             .iter()
-            .cloned()
+            .map(|(text, _)| text.clone())
             .chain(settings.iter().map(Setting::as_override))
             .collect();
         let folder = self.path.parent().unwrap_or(Path::new(""));
@@ -91,8 +90,9 @@ fn place<'a>(
     if let Some(setting) = settings.iter().rev().find(|s| is_it(&s.as_override())) {
         return Some(study.axes.get(setting.axis)?.origin_of(setting.item));
     }
-    let of_set = study.set.iter().rposition(|text| is_it(text))?;
-    study.set_origins.get(of_set)
+    let mut of_set = study.overrides.iter().rev();
+    let (_, origin) = of_set.find(|(text, _)| is_it(text))?;
+    Some(origin)
 }
 
 impl Axis {

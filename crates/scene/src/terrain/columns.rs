@@ -1,6 +1,6 @@
 //! Which columns of a track are x and height, and in which units.
 
-use crate::units::{LENGTH, Unit};
+use crate::quantity::{LENGTH, Unit};
 use csv::ByteRecord;
 
 /// Format of a track, for messages.
@@ -221,7 +221,7 @@ fn unit_of(header: &str) -> Result<Option<&'static Unit>, String> {
                 "the unit \"{}\" of column \"{}\", allowed units: {}",
                 short(&unit),
                 short(header),
-                LENGTH.names()
+                LENGTH.listed()
             )),
         },
     }

@@ -1,21 +1,51 @@
-//! `[terrain]`: kinds of ground, each with a table of keys of its own, and points from tracks.
+//! `[terrain]`: kinds of ground, each with keys of its own, and points from tracks.
 
-mod bump;
-mod choice;
 mod columns;
-mod kinds;
+mod form;
+mod ground;
 mod points;
-mod read;
-mod schema;
-mod section;
-mod tables;
 mod track;
 
-pub(crate) use bump::{BUMP, NO_BUMP};
-pub use choice::TerrainChoice;
-pub(crate) use columns::Column;
-pub(crate) use kinds::{DEFAULT, KINDS, Parameters, Visitor, kind_of};
-pub(crate) use read::read;
-pub(crate) use schema::{part, section};
-pub(crate) use section::{COMMON, NO_STRETCH, PATH, STRETCH, STRETCHES};
+pub(crate) use form::{Terrain, part_schema};
 pub use track::Track;
+
+use robhaz_model::Robot;
+use robhaz_sim::friction::Stretch;
+use robhaz_terrain::{Profile, Terrain as Built};
+
+/// The ground, and the name of its kind.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TerrainChoice {
+    /// `flat`, `smooth`, `bumps` and so on, as in scene files.
+    pub kind: &'static str,
+    /// Its shape.
+    pub profile: Profile,
+    /// Friction stretches, from rear to front; they do not overlap.
+    pub stretches: Vec<Stretch>,
+    /// The files of its points: a run's folder gets a copy of each, named [`Track::file_name`].
+    pub tracks: Vec<Track>,
+}
+
+impl TerrainChoice {
+    /// A ground without stretches and files.
+    fn of(kind: &'static str, profile: Profile) -> Self {
+        Self {
+            kind,
+            profile,
+            stretches: Vec::new(),
+            tracks: Vec::new(),
+        }
+    }
+
+    /// The ground for a robot: blunt corners are rounded for the radius of its wheels.
+    pub fn build(&self, robot: &Robot) -> Built {
+        Built::for_wheels(self.profile.clone(), robot.geometry.wheel_radius)
+    }
+}
+
+impl Default for TerrainChoice {
+    /// The smooth course.
+    fn default() -> Self {
+        Self::of(ground::DEFAULT, Profile::smooth())
+    }
+}

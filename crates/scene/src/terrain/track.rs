@@ -169,6 +169,7 @@ impl Parser<'_> {
     }
 
     fn points(&mut self, choice: &Choice) -> Vec<Vec2> {
+        let mark = self.reader.mark();
         let mut points = Vec::new();
         let mut records = csv_reader(self.text.bytes, self.separator.0);
         let mut record = ByteRecord::new();
@@ -226,7 +227,7 @@ impl Parser<'_> {
         if choice.sort {
             points = sorted(points);
         }
-        if points.len() < 2 && self.reader.problems_of(&self.text.name) == 0 {
+        if points.len() < 2 && self.reader.mark() == mark {
             let message = format!(
                 "found {} with the separator {}, allowed: 2 to {} points, one a line; {HEADER_RULE}",
                 match points.len() {

@@ -116,11 +116,13 @@ fn wrong_scalings_are_refused() {
     let times = "from = 1\nto = 2\nfactor = 0";
     one(
         &scaling(&format!("wheels = [4]\n{times}")),
-        "x.toml:2: drive.scaling[0].wheels[0]: found 4, allowed: a wheel: 1 front, 2 middle, 3 rear",
+        "x.toml:2: drive.scaling[0].wheels: found [4] (an array), allowed: an array of 1 to 3 different wheels: \
+         1 front, 2 middle, 3 rear",
     );
     one(
         &scaling(&format!("wheels = [1, 1]\n{times}")),
-        "x.toml:2: drive.scaling[0].wheels[1]: found 1, allowed: each wheel once",
+        "x.toml:2: drive.scaling[0].wheels: found [1, 1] (an array), allowed: an array of 1 to 3 different wheels: \
+         1 front, 2 middle, 3 rear",
     );
     for bad in ["[]", "1", "'front'"] {
         let found = lines(&scaling(&format!("wheels = {bad}\n{times}")));

@@ -102,8 +102,8 @@ fn unknown_keys_and_sections() {
     );
     one(
         "[drives]\nkp = 3",
-        "x.toml:1: drives: unknown key, allowed: name, seed, robot, terrain, estimator, contact, drive, sensors, \
-         model_error, engine, record; did you mean drive?",
+        "x.toml:1: drives: unknown key, allowed: name, seed, robot, terrain, contact, drive, sensors, \
+         model_error, engine, record, estimator; did you mean drive?",
     );
     let found = lines("mu_s = 3\n[[estimator]]\nname = 'true-mass'\npole = 3");
     assert!(
@@ -292,8 +292,9 @@ fn estimators() {
     );
 }
 
+/// What a text means that is no TOML is not guessed at: its other problems are told when it is.
 #[test]
-fn syntax_errors_come_together_with_the_rest() {
+fn syntax_errors_come_first() {
     one(
         "[drive]\nkp = 1\nkp = 2",
         "x.toml:3: TOML does not allow this: duplicate key; found: kp = 2",
@@ -304,15 +305,11 @@ fn syntax_errors_come_together_with_the_rest() {
             "x.toml:2: TOML does not allow this: string values must be quoted, expected literal string; \
              found: speed = 30 cm/s",
             "x.toml:3: TOML does not allow this: duplicate key; found: [drive]",
-            "x.toml:4: drive.ki: found -1, allowed: a number of at least 0 and at most 1e6, in N m",
-            "x.toml:6: contact.mu_s: found 20, allowed: a number of at least 0 and at most 10",
         ]
     );
-    // What follows a line that breaks the structure is not guessed at.
     let found = lines("[contact]\nmu_s = 20\n[drive\nkp = 3\n");
-    assert_eq!(found.len(), 2);
-    assert!(found[0].starts_with("x.toml:2: contact.mu_s: found 20"));
-    assert!(found[1].starts_with("x.toml:3: TOML does not allow this: unclosed table"));
+    assert_eq!(found.len(), 1);
+    assert!(found[0].starts_with("x.toml:3: TOML does not allow this: unclosed table"));
 }
 
 #[test]

@@ -15,10 +15,11 @@ const SHORTEST: f64 = 1e-3;
 const STRAIGHT: f64 = 1e-10;
 
 /// How the ground goes from point to point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Interpolation {
     /// Polynomials of fifth degree, each between the heights of its two points and monotone: no summit where there is no
     /// point. Height, slope and curvature are continuous, also where the level ground joins.
+    #[default]
     Monotone,
     /// The natural cubic spline: height, slope and curvature are continuous, the curvature is 0 at both ends. It swings beyond
     /// its points where they jump.

@@ -1,4 +1,6 @@
-//! Units: a bare number is SI, a text such as `"20 cm/s"` carries its own.
+//! Numbers: unit and range. A bare number is SI, a text such as `"20 cm/s"` carries its own unit.
+
+use std::fmt;
 
 /// A unit by its name, and how a number in it becomes SI.
 pub(crate) struct Unit {
@@ -16,6 +18,8 @@ impl Unit {
 /// The units in which a key may be written: SI first. None for a pure number.
 pub(crate) struct Dimension {
     pub units: &'static [Unit],
+    /// Their names.
+    pub names: &'static [&'static str],
 }
 
 /// Why a text is no number of a dimension.
@@ -41,12 +45,16 @@ macro_rules! dimension {
         $(#[$doc])*
         pub(crate) const $name: &Dimension = &Dimension {
             units: &[si($si) $(, Unit { name: $unit, to_si: $to_si })*],
+            names: &[$si $(, $unit)*],
         };
     };
 }
 
 /// A pure number.
-pub(crate) const NONE: &Dimension = &Dimension { units: &[] };
+pub(crate) const NONE: &Dimension = &Dimension {
+    units: &[],
+    names: &[],
+};
 dimension!(LENGTH: "m", "cm" => |v| v / 1e2, "mm" => |v| v / 1e3, "um" => |v| v / 1e6);
 dimension!(TIME: "s", "ms" => |v| v / 1e3, "us" => |v| v / 1e6);
 dimension!(ANGLE: "rad", "deg" => f64::to_radians);
@@ -75,13 +83,12 @@ const LONGEST_UNIT: usize = 200;
 impl Dimension {
     /// Name of the SI unit; empty for a pure number.
     pub fn si(&self) -> &'static str {
-        self.units.first().map_or("", |u| u.name)
+        self.names.first().copied().unwrap_or_default()
     }
 
     /// Names of all units, for messages.
-    pub fn names(&self) -> String {
-        let names: Vec<_> = self.units.iter().map(|u| u.name).collect();
-        names.join(", ")
+    pub fn listed(&self) -> String {
+        self.names.join(", ")
     }
 
     /// The SI value of a text such as `20 cm/s`.
@@ -121,6 +128,136 @@ fn leading_number(text: &str) -> Option<(f64, &str)> {
     })
 }
 
+/// Longest time of a run, s.
+pub(crate) const LONGEST_RUN: f64 = 1e6;
+
+/// The numbers that a key takes, SI. Never an infinite one or a NaN.
+#[derive(Clone, Copy)]
+pub(crate) struct Range {
+    /// Lower and upper end, each with whether it belongs to the range; `None` where there is none.
+    pub low: Option<(f64, bool)>,
+    pub high: Option<(f64, bool)>,
+}
+
+/// Above a number.
+pub(crate) const fn above(low: f64) -> Range {
+    Range {
+        low: Some((low, false)),
+        high: None,
+    }
+}
+
+/// A number or more.
+pub(crate) const fn at_least(low: f64) -> Range {
+    Range {
+        low: Some((low, true)),
+        high: None,
+    }
+}
+
+impl Range {
+    /// And at most `high`.
+    pub const fn at_most(mut self, high: f64) -> Self {
+        self.high = Some((high, true));
+        self
+    }
+
+    /// And below `high`.
+    pub const fn below(mut self, high: f64) -> Self {
+        self.high = Some((high, false));
+        self
+    }
+
+    /// Whether a number lies in it.
+    pub fn contains(self, value: f64) -> bool {
+        let is_within = |distance: f64, included| distance > 0.0 || included && distance == 0.0;
+        value.is_finite()
+            && self
+                .low
+                .is_none_or(|(low, included)| is_within(value - low, included))
+            && self
+                .high
+                .is_none_or(|(high, included)| is_within(high - value, included))
+    }
+}
+
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let low = self.low.map(|(low, included)| match included {
+            true => format!("of at least {}", short(low)),
+            false => format!("above {}", short(low)),
+        });
+        let high = self.high.map(|(high, included)| match included {
+            true => format!("at most {}", short(high)),
+            false => format!("below {}", short(high)),
+        });
+        let ends: Vec<String> = low.into_iter().chain(high).collect();
+        f.write_str(&ends.join(" and "))
+    }
+}
+
+/// A number in its short form: `0.2`, `20000`, `1.5e-4`. Reads back as the same number.
+pub(crate) fn short(value: f64) -> String {
+    let size = value.abs();
+    if size == 0.0 || (1e-3..1e6).contains(&size) {
+        format!("{value}")
+    } else {
+        format!("{value:e}")
+    }
+}
+
+/// The unit and range of a number.
+#[derive(Clone, Copy)]
+pub(crate) struct Number {
+    pub unit: &'static Dimension,
+    pub range: Range,
+}
+
+/// A number of a unit, in a range in SI.
+pub(crate) const fn number(unit: &'static Dimension, range: Range) -> Number {
+    Number { unit, range }
+}
+
+impl Number {
+    /// `a number above 0, in N m`
+    pub fn allowed(&self) -> String {
+        match self.unit.si() {
+            "" => format!("a number {}", self.range),
+            si => format!("a number {}, in {si}", self.range),
+        }
+    }
+
+    /// The same, with the units that a text may have.
+    pub fn allowed_in_full(&self) -> String {
+        match self.unit.units.len() {
+            0 => self.allowed(),
+            _ => format!(
+                "{}, or a text with a unit ({})",
+                self.allowed(),
+                self.unit.listed()
+            ),
+        }
+    }
+
+    /// The SI value of a text with a unit; the error says what was `found` and what is allowed.
+    pub fn parse(&self, text: &str, found: &str) -> Result<f64, String> {
+        let full = self.allowed_in_full();
+        self.unit.parse(text).map_err(|error| match error {
+            UnitError::NotANumber => format!("found {found}, allowed: {full}"),
+            // The same message as for a bare number.
+            UnitError::TooLarge => format!("found {found}, allowed: {}", self.allowed()),
+            UnitError::NoUnit => format!("found {found}, a text without a unit, allowed: {full}"),
+            UnitError::Wrong(unit) if self.unit.units.is_empty() => {
+                format!("found {found} with the unit {unit}, allowed: {full}, without a unit")
+            }
+            UnitError::Wrong(unit) => {
+                let units = self.unit.listed();
+                format!("found {found} with the unit {unit}, allowed units: {units}")
+            }
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -158,5 +295,18 @@ mod tests {
         assert_eq!(SPEED.parse("-1e400"), Err(UnitError::TooLarge));
         assert_eq!(LENGTH.parse("3 kg"), Err(UnitError::Wrong("kg".into())));
         assert_eq!(NONE.parse("3 m"), Err(UnitError::Wrong("m".into())));
+    }
+
+    #[test]
+    fn ends_are_in_or_out_as_the_text_says() {
+        let range = above(0.0).at_most(1.5e-4);
+        assert_eq!(range.to_string(), "above 0 and at most 1.5e-4");
+        assert!(!range.contains(0.0) && range.contains(1e-300));
+        assert!(range.contains(1.5e-4) && !range.contains(1.6e-4));
+        let range = at_least(0.0).below(1.0);
+        assert_eq!(range.to_string(), "of at least 0 and below 1");
+        assert!(range.contains(0.0) && !range.contains(1.0));
+        assert!(!at_least(0.0).contains(f64::INFINITY));
+        assert!(!at_least(0.0).contains(f64::NAN));
     }
 }

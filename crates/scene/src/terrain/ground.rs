@@ -1,0 +1,475 @@
+//! The kinds of ground: the keys of each, and the values of all keys of a ground.
+
+use super::TerrainChoice;
+use super::columns::Choice;
+use super::form::Parts;
+use super::points::{COLUMN, FILE, HASH, Points};
+use super::track::Track;
+use crate::form::{COUNT, List, Maybe, SEED, SWITCH, word};
+use crate::key::{Key, keys};
+use crate::quantity::{ANGLE, LENGTH, NONE, Number, above, at_least, number};
+use crate::reader::{Reader, join};
+use crate::source::Node;
+use robhaz_model::Vec2;
+use robhaz_sim::friction::Stretch;
+use robhaz_terrain::{
+    Bump, CosBump, Course, Ditch, Heights, Interpolation, Profile, Ramp, Rough, RoughClass,
+    RoughSettings, Sine, Stairs,
+};
+
+/// A kind of ground.
+#[derive(Clone, Copy)]
+pub(super) struct Kind {
+    pub name: &'static str,
+    /// Its own keys.
+    keys: &'static [Key<Ground>],
+    /// Whether it has the key `start`, too.
+    starts: bool,
+}
+
+const fn kind(name: &'static str, keys: &'static [Key<Ground>]) -> Kind {
+    Kind {
+        name,
+        keys,
+        starts: false,
+    }
+}
+
+const fn starting(name: &'static str, keys: &'static [Key<Ground>]) -> Kind {
+    Kind {
+        starts: true,
+        ..kind(name, keys)
+    }
+}
+
+/// All kinds, in the order of the reference.
+pub(super) const KINDS: &[Kind] = &[
+    kind("flat", &[]),
+    kind(DEFAULT, &[]),
+    kind("bumps", BUMPS),
+    kind("cosbump", COSBUMP),
+    starting("ramp", RAMP),
+    starting("step", STEP),
+    starting("stairs", STAIRS),
+    starting("sine", SINE),
+    starting("ditch", DITCH),
+    starting("rough", ROUGH),
+    kind("heights", HEIGHTS),
+    kind("parts", PARTS),
+];
+/// The kind of a scene that names none.
+pub(super) const DEFAULT: &str = "smooth";
+
+impl Kind {
+    /// The kind of a name; the default one for an unknown name.
+    pub fn named(name: &str) -> Self {
+        let found = KINDS.iter().find(|k| k.name == name);
+        found.copied().unwrap_or_default()
+    }
+
+    /// The tables of its keys.
+    pub fn tables(self) -> [&'static [Key<Ground>]; 2] {
+        [if self.starts { START } else { &[] }, self.keys]
+    }
+
+    /// The names of its keys.
+    pub fn names(self) -> impl Iterator<Item = &'static str> {
+        self.tables().into_iter().flatten().map(|k| k.name)
+    }
+}
+
+impl Default for Kind {
+    fn default() -> Self {
+        kind(DEFAULT, &[])
+    }
+}
+
+/// The values of the keys of a ground, those of all kinds: [`Ground::choice`] takes those of its kind. SI.
+#[derive(Clone, Default)]
+pub(super) struct Ground {
+    kind: Kind,
+    start: f64,
+    bumps: Vec<Bump>,
+    cosbump: CosBump,
+    ramp: Ramp,
+    step: Stairs,
+    stairs: Stairs,
+    sine: Sine,
+    ditch: Ditch,
+    rough: RoughSettings,
+    seed: Option<u64>,
+    pub points: Vec<Vec2>,
+    pub file: String,
+    pub file_hash: String,
+    pub columns: Choice,
+    /// Of the lines of a file; `None` without one.
+    pub sort: Option<bool>,
+    interpolation: Interpolation,
+    smoothing: f64,
+    parts: Vec<TerrainChoice>,
+    stretches: Vec<Stretch>,
+}
+
+keys! {
+    /// The key of every kind.
+    pub(super) COMMON: Ground;
+
+    /// level ground; the main course of five bumps; Gaussian bumps; one cosine bump; an incline; one kerb; stairs;
+    /// waves; a trench; random ground; ground through points; a sequence of other kinds
+    kind ("smooth"): word(KINDS, |kind| kind.name) => |g| &mut g.kind;
+}
+
+keys! {
+    /// The key of every kind, in the section itself only: parts of a course do not have it.
+    pub(super) STRETCHES: Ground;
+
+    /// friction stretches, from rear to front; they must not overlap
+    stretch ("none"): List {
+        keys: STRETCH,
+        words: "up to 1000 tables, each headed [[terrain.stretch]]",
+        least: 0,
+        // Each contact looks them up.
+        most: 1000,
+        start: || Stretch { from: 0.0, to: 0.0, mu_s: 0.0, mu_d: 0.0 },
+        check: check_stretch,
+    } => |g| &mut g.stretches;
+}
+
+keys! {
+    STRETCH: Stretch;
+
+    /// x of its start; compared with the contact's x
+    from (required): number(LENGTH, at_least(-1000.0).at_most(10_000.0)) => |s| &mut s.from;
+
+    /// x of its end, above from
+    to (required): number(LENGTH, at_least(-1000.0).at_most(10_000.0)) => |s| &mut s.to;
+
+    /// static friction coefficient there
+    mu_s (required): number(NONE, at_least(0.0).at_most(10.0)) => |s| &mut s.mu_s;
+
+    /// dynamic friction coefficient there, not above mu_s
+    mu_d (required): number(NONE, at_least(0.0).at_most(10.0)) => |s| &mut s.mu_d;
+}
+
+/// A coordinate along the ground.
+const PLACE: Number = number(LENGTH, at_least(-1000.0).at_most(1000.0));
+/// A height that may be negative.
+const HEIGHT: Number = number(LENGTH, at_least(-10.0).at_most(10.0));
+
+keys! {
+    BUMPS: Ground;
+
+    /// kind bumps only: Gaussian bumps that add up
+    bumps (required): List {
+        keys: BUMP,
+        words: "an array of 1 to 1000 tables {height, centre, width}",
+        least: 1,
+        most: 1000,
+        start: || Bump { height: 0.0, centre: 0.0, width: 1.0 },
+        check: |_, _, _, _, _| {},
+    } => |g| &mut g.bumps;
+}
+
+keys! {
+    BUMP: Bump;
+
+    /// height of the summit; negative for a hollow
+    height (required): HEIGHT => |b| &mut b.height;
+
+    /// where the summit is; the middle wheel starts at 0
+    centre (required): PLACE => |b| &mut b.centre;
+
+    /// half width at 1/e of the height
+    // Knots of the ground are a tenth of the narrowest width apart.
+    width (required): number(LENGTH, at_least(0.005).at_most(10.0)) => |b| &mut b.width;
+}
+
+keys! {
+    COSBUMP: Ground;
+
+    /// kind cosbump only: height of the summit; negative for a hollow
+    height: HEIGHT => |g| &mut g.cosbump.height;
+
+    /// kind cosbump only: where the summit is
+    centre: PLACE => |g| &mut g.cosbump.centre;
+
+    /// kind cosbump only: half of the bump's length
+    half_width: number(LENGTH, at_least(0.005).at_most(100.0)) => |g| &mut g.cosbump.half_width;
+}
+
+keys! {
+    START: Ground;
+
+    /// kinds ramp, step, stairs, sine, ditch and rough: where the level ground ends; the middle wheel starts at 0
+    start: PLACE => |g| &mut g.start;
+}
+
+keys! {
+    RAMP: Ground;
+
+    /// kind ramp only: slope of the incline; negative downhill
+    // 80 deg: steeper ground is a riser.
+    angle: number(ANGLE, at_least(-1.396).at_most(1.396)) => |g| &mut g.ramp.angle;
+
+    /// kind ramp only: length along the incline
+    length: number(LENGTH, above(0.0).at_most(1000.0)) => |g| &mut g.ramp.length;
+}
+
+keys! {
+    /// Stairs of one riser.
+    STEP: Ground;
+
+    /// kind step only: height of the kerb, other than 0; negative for a kerb down
+    kerb: HEIGHT => |g| &mut g.step.rise;
+}
+
+keys! {
+    STAIRS: Ground;
+
+    /// kind stairs only: height of each riser, other than 0; negative for stairs down
+    rise: HEIGHT => |g| &mut g.stairs.rise;
+
+    /// kind stairs only: length of each tread
+    run: number(LENGTH, above(0.0).at_most(100.0)) => |g| &mut g.stairs.run;
+
+    /// kind stairs only: number of risers, a whole number
+    count: COUNT => |g| &mut g.stairs.count;
+}
+
+keys! {
+    SINE: Ground;
+
+    /// kind sine only: half of the height from trough to crest; negative for waves below the level ground
+    amplitude: HEIGHT => |g| &mut g.sine.amplitude;
+
+    /// kind sine only: from crest to crest
+    wavelength: number(LENGTH, at_least(0.02).at_most(100.0)) => |g| &mut g.sine.wavelength;
+
+    /// kind sine only: number of waves, a whole number; at most 1000 m of them
+    periods: COUNT => |g| &mut g.sine.periods;
+}
+
+keys! {
+    DITCH: Ground;
+
+    /// kind ditch only: depth of the bottom
+    depth: number(LENGTH, above(0.0).at_most(10.0)) => |g| &mut g.ditch.depth;
+
+    /// kind ditch only: from wall to wall
+    width: number(LENGTH, above(0.0).at_most(100.0)) => |g| &mut g.ditch.width;
+}
+
+keys! {
+    ROUGH: Ground;
+
+    /// kind rough only: seed of the random ground; the same seed makes the same ground
+    seed ("the scene's `seed`"): Maybe(SEED) => |g| &mut g.seed;
+
+    /// kind rough only: class of ISO 8608, from very good roads (A) to the roughest ground (H)
+    class: word(&RoughClass::ALL, class_name) => |g| &mut g.rough.class;
+
+    /// kind rough only: shortest wavelength
+    shortest: number(LENGTH, at_least(0.05).at_most(100.0)) => |g| &mut g.rough.shortest;
+
+    /// kind rough only: longest wavelength, above shortest
+    longest: number(LENGTH, above(0.05).at_most(1000.0)) => |g| &mut g.rough.longest;
+
+    /// kind rough only: length along x, both fades included
+    extent: number(LENGTH, above(0.0).at_most(1000.0)) => |g| &mut g.rough.extent;
+
+    /// kind rough only: length over which the height rises from zero at the start and falls to zero at the end, at most
+    /// half of extent
+    fade: number(LENGTH, above(0.0).at_most(500.0)) => |g| &mut g.rough.fade;
+}
+
+fn class_name(class: RoughClass) -> &'static str {
+    ["A", "B", "C", "D", "E", "F", "G", "H"][class as usize]
+}
+
+keys! {
+    HEIGHTS: Ground;
+
+    /// kind heights only: points that the ground goes through, m; heights count from the first
+    points ("none"): Points => |g| &mut g.points;
+
+    /// kind heights only: points from a file, instead of points
+    file ("none"): FILE => |g| &mut g.file;
+
+    /// kind heights with file only: the column of x
+    x_column ("by the first line, else the first"): COLUMN => |g| &mut g.columns.x;
+
+    /// kind heights with file only: the column of the height
+    height_column ("by the first line, else the second"): COLUMN
+        => |g| &mut g.columns.height;
+
+    /// kind heights with file only: lines may be in any order; lines of equal x become one point at their mean height
+    sort ("off"): Maybe(SWITCH) => |g| &mut g.sort;
+
+    /// kind heights with file only: hash that the file must have; a resolved scene has it
+    file_hash ("none"): HASH => |g| &mut g.file_hash;
+
+    /// kind heights only: a smooth curve that stays between its points, a natural cubic spline, or straight pieces with
+    /// corners
+    interpolation: word(&Interpolation::ALL, interpolation_name) => |g| &mut g.interpolation;
+
+    /// kind heights only: wavelength whose amplitude is halved; shorter waves are removed; 0 for no smoothing
+    smoothing: number(LENGTH, at_least(0.0).at_most(100.0)) => |g| &mut g.smoothing;
+}
+
+fn interpolation_name(interpolation: Interpolation) -> &'static str {
+    ["monotone", "spline", "corners"][interpolation as usize]
+}
+
+keys! {
+    PARTS: Ground;
+
+    /// kind parts only: the parts, each with the keys of [terrain] except stretch, from rear to front
+    part (required): Parts => |g| &mut g.parts;
+}
+
+impl Ground {
+    /// The values before a file changes them: those of the standard profile of a kind.
+    pub fn standard(kind: Kind) -> Self {
+        Self {
+            kind,
+            start: Ramp::default().start,
+            step: Stairs::step(),
+            ..Self::default()
+        }
+    }
+
+    /// The values that give a ground.
+    pub fn of(choice: &TerrainChoice) -> Self {
+        let mut ground = Self::standard(Kind::named(choice.kind));
+        ground.stretches.clone_from(&choice.stretches);
+        match &choice.profile {
+            Profile::Flat => {}
+            Profile::Bumps(bumps) => ground.bumps.clone_from(bumps),
+            Profile::CosBump(bump) => ground.cosbump = *bump,
+            Profile::Ramp(ramp) => (ground.ramp, ground.start) = (*ramp, ramp.start),
+            Profile::Stairs(stairs) => {
+                (ground.step, ground.stairs, ground.start) = (*stairs, *stairs, stairs.start);
+            }
+            Profile::Sine(sine) => (ground.sine, ground.start) = (*sine, sine.start),
+            Profile::Ditch(ditch) => (ground.ditch, ground.start) = (*ditch, ditch.start),
+            Profile::Rough(rough) => {
+                let rough = *rough.settings();
+                (ground.rough, ground.start, ground.seed) = (rough, rough.start, Some(rough.seed));
+            }
+            Profile::Heights(heights) => {
+                ground.interpolation = heights.interpolation();
+                ground.smoothing = heights.smoothing();
+                match choice.tracks.first() {
+                    None => ground.points = heights.points().to_vec(),
+                    Some(track) => {
+                        (ground.file, ground.file_hash) = (track.file_name(), track.hash());
+                        ground.sort = Some(track.choice.sort);
+                        ground.columns = track.choice.clone();
+                    }
+                }
+            }
+            Profile::Course(course) => {
+                let parts = course.profiles().enumerate();
+                let part = |(i, profile): (usize, &Profile)| {
+                    let tracks = choice.tracks.iter().filter(|t| t.part == Some(i));
+                    TerrainChoice {
+                        tracks: tracks.cloned().collect(),
+                        ..TerrainChoice::of(kind_of(profile), profile.clone())
+                    }
+                };
+                ground.parts = parts.map(part).collect();
+            }
+        }
+        ground
+    }
+
+    /// The ground that these values give; `points` are those of kind heights, `seed` is the scene's.
+    pub fn choice(self, points: Vec<Vec2>, track: Option<Track>, seed: u64) -> TerrainChoice {
+        let start = self.start;
+        let mut tracks: Vec<Track> = track.into_iter().collect();
+        let profile = match self.kind.name {
+            "flat" => Profile::Flat,
+            "bumps" => Profile::Bumps(self.bumps),
+            "cosbump" => Profile::CosBump(self.cosbump),
+            "ramp" => Profile::Ramp(Ramp { start, ..self.ramp }),
+            "step" => Profile::Stairs(Stairs { start, ..self.step }),
+            "stairs" => Profile::Stairs(Stairs {
+                start,
+                ..self.stairs
+            }),
+            "sine" => Profile::Sine(Sine { start, ..self.sine }),
+            "ditch" => Profile::Ditch(Ditch {
+                start,
+                ..self.ditch
+            }),
+            "rough" => Profile::Rough(Rough::new(RoughSettings {
+                start,
+                seed: self.seed.unwrap_or(seed),
+                ..self.rough
+            })),
+            "heights" => Profile::Heights(Heights::with_smoothing(
+                points,
+                self.interpolation,
+                self.smoothing,
+            )),
+            "parts" => {
+                let profiles = self.parts.into_iter().enumerate().map(|(i, part)| {
+                    let of_part = |track| Track {
+                        part: Some(i),
+                        ..track
+                    };
+                    tracks.extend(part.tracks.into_iter().map(of_part));
+                    part.profile
+                });
+                Profile::Course(Course::new(profiles.collect()))
+            }
+            _ => Profile::smooth(),
+        };
+        TerrainChoice {
+            kind: self.kind.name,
+            profile,
+            stretches: self.stretches,
+            tracks,
+        }
+    }
+}
+
+/// The kind that can describe any profile of a shape: of `step` and `stairs`, `stairs`.
+fn kind_of(profile: &Profile) -> &'static str {
+    match profile {
+        Profile::Flat => "flat",
+        Profile::Bumps(_) => "bumps",
+        Profile::CosBump(_) => "cosbump",
+        Profile::Ramp(_) => "ramp",
+        Profile::Stairs(_) => "stairs",
+        Profile::Sine(_) => "sine",
+        Profile::Ditch(_) => "ditch",
+        Profile::Rough(_) => "rough",
+        Profile::Heights(_) => "heights",
+        Profile::Course(_) => "parts",
+    }
+}
+
+fn check_stretch(
+    reader: &mut Reader,
+    node: &Node,
+    path: &str,
+    stretch: &mut Stretch,
+    before: &[Stretch],
+) {
+    let mut refuse = |key: &str, rule: String| {
+        if let Some(node) = node.get(key) {
+            reader.refuse(node, &join(path, key), &rule);
+        }
+    };
+    if stretch.to <= stretch.from {
+        refuse("to", format!("above from, {} m", stretch.from));
+    }
+    if stretch.mu_d > stretch.mu_s {
+        refuse("mu_d", format!("not above mu_s, {}", stretch.mu_s));
+    }
+    if let Some(before) = before.last().filter(|b| stretch.from < b.to) {
+        let rule = format!("not below the end of the stretch before, {} m", before.to);
+        refuse("from", rule);
+    }
+}
