@@ -57,7 +57,8 @@ class Study:
     def __init__(self, asked):
         self.asked, self.score = asked, "nrmse" if asked.kind == "calibration" else asked.y
         # The second name is that of earlier versions.
-        files = [asked.study / f"{name}.parquet" for name in ("study", "sweep")] if asked.study.is_dir() else [asked.study]
+        names = [asked.study / "study.parquet", asked.study / "sweep.parquet"]
+        files = names if asked.study.is_dir() else [asked.study]
         file = next((file for file in files if file.is_file()), files[0])
         if not file.is_file():
             stopped = any(asked.study.glob("runs*.jsonl"))

@@ -7,7 +7,7 @@ use miette::{IntoDiagnostic, Result, bail};
 use robhaz_record::Dataset;
 use robhaz_scene::{Scene, Setting};
 use robhaz_study::{Done, Job, Report, RunRecord, Shard, Study, Watch, compute, compute_in_memory};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
@@ -182,12 +182,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
         Some(report) => serde_json::to_value(report).into_diagnostic()?,
         None => json!({"runs": runs, "failed": failed}),
     };
-    document["name"] = json!(name);
-    document["folder"] = json!(folder.as_deref().map(shown));
-    let dataset = done.as_ref().and_then(|done| done.dataset.as_deref());
-    document["dataset"] = json!(dataset.map(shown));
-    document["computed"] = json!(done.as_ref().map_or(study.runs(), |done| done.computed));
-    document["damaged"] = json!(done.as_ref().map_or(0, |done| done.damaged));
+    add_call(&mut document, &study, folder.as_deref(), done.as_ref());
     document["jobs"] = json!(jobs);
     document["wall_s"] = json!(wall);
     let mut lines: Vec<String> = report.iter().map(Report::text).collect();
@@ -195,6 +190,16 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
         lines.push(summary(done, folder, failed, jobs, wall));
     }
     tell(&lines.join("\n"), &document)
+}
+
+/// Adds to the document what was computed, and where it is.
+fn add_call(document: &mut Value, study: &Study, folder: Option<&Path>, done: Option<&Done>) {
+    let dataset = done.and_then(|done| done.dataset.as_deref());
+    document["name"] = json!(study.choice().name);
+    document["folder"] = json!(folder.map(shown));
+    document["dataset"] = json!(dataset.map(shown));
+    document["computed"] = json!(done.map_or(study.runs(), |done| done.computed));
+    document["damaged"] = json!(done.map_or(0, |done| done.damaged));
 }
 
 /// What was computed, and where it is.
