@@ -4,10 +4,14 @@
 //! With `--nocapture` each test prints its table. All runs use the engine direct. Figures are means over ten seeds on
 //! the main scene and five elsewhere, and of one seed with ideal sensors, where no error is random.
 
+use crate::seeds::{SeedScores, study};
 use crate::support::scene;
 use robhaz_run::Observers;
 use robhaz_scene::{Scene, SensorSpec};
-use robhaz_study::{Consistency, CovarianceVerdict, SeedScores, TruthRun, floor, ladder, study};
+use robhaz_study::{
+    Consistency, CovarianceVerdict, Report, Study, TruthRun, Watch, compute_in_memory, floor,
+    ladder,
+};
 
 const SEEDS: [u64; 10] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9];
 const DRIVES: [(&str, &[&str]); 2] = [("PI", &[]), ("soft", &["drive.kp=2", "drive.ki=0"])];
@@ -62,7 +66,7 @@ fn seeds_of(scene: &Scene, seeds: usize) -> &'static [u64] {
 
 /// The scores of the scene's first estimator.
 fn measure(scene: &Scene, truth: &TruthRun, seeds: usize) -> SeedScores {
-    let summaries = study(scene, truth, seeds_of(scene, seeds), &|| ()).unwrap();
+    let summaries = study(scene, truth, seeds_of(scene, seeds)).unwrap();
     summaries.into_iter().next().unwrap()
 }
 
@@ -157,7 +161,7 @@ fn model_errors_dominate_the_error_that_is_left() {
     let error = |keys: &[&str]| {
         let scene = with_best("smooth", &[DRIVES[1].1, keys]);
         let truth = TruthRun::of(&scene).unwrap();
-        let summaries = study(&scene, &truth, &SEEDS, &|| ()).unwrap();
+        let summaries = study(&scene, &truth, &SEEDS).unwrap();
         100.0 * summaries[0].nrmse().unwrap().mean
     };
     let [_, _, (_, friction, _), _, (_, all, _), _] = CASES;
@@ -289,14 +293,20 @@ fn the_cramer_rao_bound_is_that_of_the_independent_implementation() {
 fn whitening_reaches_the_bound_of_one_sample_and_best_beats_it() {
     for (drive, drive_keys) in DRIVES {
         let mut scene = with_best("smooth", &[drive_keys, &["sensors.grade=typical"]]);
-        let of = |name: &str| ladder().into_iter().find(|e| e.name == name).unwrap();
+        let of = |name: &str| {
+            ladder()
+                .unwrap()
+                .into_iter()
+                .find(|e| e.name == name)
+                .unwrap()
+        };
         scene.estimators = ["whitening", "rolling"].map(of).to_vec();
         let truth = TruthRun::of(&scene).unwrap();
         let all = floor(&scene, &truth).unwrap();
         let mut averaged = scene.clone();
         averaged.sensors.spec.torque_noise = 0.0;
         let noiseless = floor(&averaged, &truth).unwrap();
-        let summaries = study(&scene, &truth, &SEEDS, &|| ()).unwrap();
+        let summaries = study(&scene, &truth, &SEEDS).unwrap();
         let [whitening, best] = [0, 1].map(|i| summaries[i].nrmse().unwrap());
         println!(
             "{drive}: bound {:.3} %, without white noise {:.3} %; whitening {:.3} %, best {:.3} %",
@@ -320,9 +330,9 @@ fn whitening_reaches_the_bound_of_one_sample_and_best_beats_it() {
 #[test]
 fn every_rung_of_the_ladder_carries() {
     let mut scene = with_best("smooth", &[&["sensors.grade=typical"]]);
-    scene.estimators = ladder();
+    scene.estimators = ladder().unwrap();
     let truth = TruthRun::of(&scene).unwrap();
-    let summaries = study(&scene, &truth, &SEEDS[..5], &|| ()).unwrap();
+    let summaries = study(&scene, &truth, &SEEDS[..5]).unwrap();
     let errors: Vec<f64> = summaries.iter().map(|s| s.nrmse().unwrap().mean).collect();
     let place = |name: &str| summaries.iter().position(|s| s.name == name).unwrap();
     let (best, whitening) = (place("rolling"), place("whitening"));
@@ -338,16 +348,34 @@ fn every_rung_of_the_ladder_carries() {
     assert!(errors[place("no-angles")] < errors[whitening], "{errors:?}");
 }
 
-/// Determinism: one thread and three give the same bits.
+/// Determinism and equivalence: on one thread and on three a study gives the bits of the plain loop over seeds and samples.
 #[test]
 fn a_study_does_not_depend_on_threads() {
-    let short = ["record.duration=3", "sensors.grade=poor"];
+    let short = ["record.duration=3", "sensors.grade=poor", "record.rate=500"];
     let scene = with_best("smooth", &[&short]);
-    let truth = TruthRun::of(&scene).unwrap();
-    let of = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        let study = || study(&scene, &truth, &SEEDS[..7], &|| ());
-        pool.build().unwrap().install(study).unwrap()
+    let study_of = |jobs| {
+        let study = Study::of_scene(&scene, 7, true).unwrap();
+        let data = compute_in_memory(&study, jobs, &Watch::SILENT).unwrap();
+        Report::of(&study, &data).unwrap()
     };
-    assert!(of(1) == of(3));
+    let report = study_of(1);
+    assert!(report == study_of(3));
+    let truth = TruthRun::of(&scene).unwrap();
+    let scene = Scene {
+        estimators: ladder().unwrap(),
+        ..scene
+    };
+    assert_eq!(report.floor, floor(&scene, &truth));
+    let plain = study(&scene, &truth, &SEEDS[..7]).unwrap();
+    assert_eq!(plain.len(), report.estimators.len());
+    for (line, scores) in report.estimators.iter().zip(&plain) {
+        assert_eq!(line.name, scores.name);
+        assert_eq!(line.nrmse, scores.nrmse());
+        assert_eq!(line.nrmse_at_one_contact, scores.at_one_contact().nrmse());
+        assert_eq!(line.traction_rmse_n, scores.traction_rmse());
+        assert_eq!(line.stated, scores.stated());
+        assert_eq!(line.error_over_stated, scores.normalised());
+        assert_eq!(line.consistency, scores.consistency());
+        assert_eq!(line.missing, scores.missing());
+    }
 }

@@ -280,8 +280,6 @@ fn study_and_verify_can_be_stopped() {
                 "10000",
                 "--set",
                 "record.duration=20",
-                "--out",
-                "study.json",
             ] as &[&str],
             "-INT",
             130,

@@ -34,11 +34,12 @@ mod properties;
 mod random_scenes;
 mod reference;
 mod run_command;
+mod seeds;
 mod sensors;
 mod study_command;
+mod study_files;
 mod study_pages;
 mod support;
-mod sweep_command;
 mod tracks;
 mod verify_command;
 #[cfg(feature = "viewer")]

@@ -59,27 +59,24 @@ fn each_command_prints_one_document() {
     let verify = document(at, &["verify", "short.toml", "--set", "record.duration=1"]);
     has(&verify, &["scene", "checks"]);
     has(&verify["checks"][0], &["check", "passed", "finding"]);
-    let study = document(
-        at,
-        &["study", "short.toml", "--seeds", "2", "--out", "study.json"],
-    );
-    let written: Value = serde_json::from_slice(&fs::read(at.join("study.json")).unwrap()).unwrap();
-    assert_eq!(study, written);
-    let keys = ["runs", "run_s", "total_s", "jobs", "first"];
-    has(&document(at, &["sweep", "study.toml", "--dry-run"]), &keys);
-    let sweep = document(at, &["sweep", "study.toml", "--out", "swept"]);
-    has(
-        &sweep,
-        &[
-            "name", "folder", "dataset", "runs", "computed", "failed", "jobs", "wall_s",
-        ],
-    );
-    assert_eq!((&sweep["runs"], &sweep["failed"]), (&4.into(), &0.into()));
+    let of_call = [
+        "name", "folder", "dataset", "runs", "computed", "failed", "damaged", "jobs", "wall_s",
+    ];
+    let study = document(at, &["study", "short.toml", "--seeds", "2"]);
+    has(&study, &of_call);
+    has(&study, &["seeds", "samples", "floor", "estimators"]);
+    let keys = ["runs", "truths", "shortest_s", "longest_s", "first"];
+    has(&document(at, &["study", "study.toml", "--dry-run"]), &keys);
+    let study = document(at, &["study", "study.toml", "--out", "studied"]);
+    has(&study, &of_call);
+    has(&study, &["seeds", "samples", "floor", "estimators"]);
+    assert_eq!((&study["runs"], &study["failed"]), (&4.into(), &0.into()));
     let shard = document(
         at,
-        &["sweep", "study.toml", "--out", "one", "--shard", "1/1"],
+        &["study", "study.toml", "--out", "one", "--shard", "1/2"],
     );
-    assert_eq!(shard["computed"], 4);
+    has(&shard, &of_call);
+    assert_eq!(shard["computed"], 2);
     has(&document(at, &["report", "runs/short"]), &["page"]);
     has(&document(at, &["new", "mine"]), &["scene"]);
     has(
@@ -132,7 +129,7 @@ fn exit_codes_are_those_of_the_help() {
     assert_eq!(code(&["fly"]), Some(2));
     assert_eq!(code(&["run"]), Some(2));
     assert_eq!(code(&["schema", "rover"]), Some(2));
-    assert_eq!(code(&["sweep", "study.toml", "--shard", "0/2"]), Some(2));
+    assert_eq!(code(&["study", "study.toml", "--shard", "0/2"]), Some(2));
     let no_go = [
         "--json",
         "path",

@@ -1,27 +1,27 @@
-//! The command `robhaz study`.
+//! The command `robhaz study` on a scene.
 
 use crate::support::{robhaz, short_scene, text};
 use std::fs;
 
-/// A study prints its table, says what was run, writes the same as JSON, and repeats to the bit.
+/// A study prints its table, says what was run, prints the same as JSON, repeats to the bit, and with a folder leaves its
+/// dataset, also of shards.
 #[test]
-fn study_prints_a_table_and_writes_json() {
+fn study_prints_a_table_and_writes_its_dataset() {
     let dir = tempfile::tempdir().unwrap();
     short_scene(dir.path(), "");
-    let study = |json: &str| {
+    let study = |more: &[&str]| {
         let output = robhaz(dir.path())
             .args(["study", "short.toml", "--ladder", "--engine", "direct"])
             .args(["--set", "sensors.grade=typical", "--seeds", "5"])
-            .args(["--out", json])
+            .args(more)
             .output()
             .unwrap();
         assert!(output.status.success(), "{}", text(&output.stderr));
         // No progress bar in a pipe.
         assert!(output.stderr.is_empty(), "{}", text(&output.stderr));
-        let json = fs::read_to_string(dir.path().join(json)).unwrap();
-        (text(&output.stdout), json)
+        text(&output.stdout)
     };
-    let (shown, json) = study("first.json");
+    let shown = study(&[]);
     for words in [
         "paper-wheels",
         "rolling",
@@ -31,7 +31,8 @@ fn study_prints_a_table_and_writes_json() {
     ] {
         assert!(shown.contains(words), "{words} is missing in:\n{shown}");
     }
-    let report: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
+    let report: serde_json::Value = serde_json::from_str(&study(&["--json"])).unwrap();
     assert_eq!(report["samples"], 1001);
     assert_eq!(report["estimators"].as_array().unwrap().len(), 12);
     let best = &report["estimators"][9];
@@ -42,19 +43,14 @@ fn study_prints_a_table_and_writes_json() {
     assert!(best["consistency"]["nees"]["mean"].as_f64().unwrap() > 0.0);
     // The paper's filters state no covariance: nothing, not zero.
     assert!(report["estimators"][0]["stated"].is_null());
-    assert!((shown, json) == study("second.json"));
-    // No file is replaced unasked, and the scene never.
-    for (json, why) in [
-        ("first.json", "first.json exists"),
-        ("short.toml", "short.toml"),
-    ] {
-        let output = robhaz(dir.path())
-            .args(["study", "short.toml", "--out", json])
-            .output()
-            .unwrap();
-        assert!(!output.status.success());
-        assert!(text(&output.stderr).contains(why));
-    }
+    assert_eq!(shown, study(&["--jobs", "1"]));
+    let whole = study(&["--out", "whole"]);
+    assert!(whole.starts_with(shown.trim_end()) && whole.contains("Dataset: whole/study.parquet"));
+    study(&["--out", "parts", "--shard", "2/2"]);
+    study(&["--out", "parts", "--shard", "1/2"]);
+    assert!(study(&["--out", "parts"]).starts_with(shown.trim_end()));
+    let dataset = |name: &str| fs::read(dir.path().join(name).join("study.parquet")).unwrap();
+    assert!(dataset("whole") == dataset("parts"));
 }
 
 /// What cannot be studied is refused with the reason.
@@ -67,7 +63,7 @@ fn study_refuses_what_it_cannot_do() {
         (vec!["--seeds", "0"], "1..=10000"),
         (
             vec!["--set", "seed=18446744073709551615"],
-            "the last seed must be below 2^64",
+            "the last seed must be below 2^63",
         ),
         (
             vec![
@@ -79,7 +75,6 @@ fn study_refuses_what_it_cannot_do() {
             "10000001 samples",
         ),
         (vec!["--engine", "box2d"], "direct"),
-        (vec!["--out", "nowhere/out.json"], "nowhere/out.json"),
     ];
     for (args, reason) in refused {
         let output = robhaz(dir.path())

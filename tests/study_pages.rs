@@ -54,8 +54,8 @@ fn the_commands_of_the_page_on_studies_run() {
     fs::write(dir.path().join("studies/speed.toml"), shorter).unwrap();
     assert_eq!(run_all(dir.path(), "studies.md"), (6, 2));
     assert!(dir.path().join("runs/speed/report.html").is_file());
-    let dataset = |name: &str| fs::read(dir.path().join(name).join("sweep.parquet")).unwrap();
-    assert!(dataset("runs/speed") == dataset("runs/speed-merged"));
+    let dataset = |name: &str| fs::read(dir.path().join(name).join("study.parquet")).unwrap();
+    assert!(dataset("runs/speed") == dataset("runs/speed-parts"));
 }
 
 /// The study of the ladder has the estimators of `robhaz study --ladder`.
@@ -64,7 +64,7 @@ fn the_study_of_the_ladder_has_its_rungs() {
     let study = StudyChoice::load(&root().join("studies/ladder.toml")).unwrap();
     let base = BaseScene::load(&study, &root().join("studies")).unwrap();
     let scene = base.scene(&study, &[]).unwrap();
-    assert_eq!(scene.estimators, robhaz_study::ladder());
+    assert_eq!(scene.estimators, robhaz_study::ladder().unwrap());
 }
 
 /// The commands of the pages on the shipped studies run, with one seed and shorter runs.

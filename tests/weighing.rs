@@ -1,9 +1,10 @@
 //! `robhaz weigh` from drawings to a weighed robot, and the truth of a robot on blocks.
 
+use crate::seeds::study;
 use crate::support::{keep, robhaz, root, scene, text};
 use robhaz_model::Robot;
 use robhaz_scene::{LogChoice, RobotChoice, Scene};
-use robhaz_study::{CovarianceVerdict, TruthRun, study};
+use robhaz_study::{CovarianceVerdict, TruthRun};
 use robhaz_weigh::plate_forces;
 use std::fs;
 use std::path::Path;
@@ -190,7 +191,7 @@ fn weighing_brings_the_error_of_the_drawings_back() {
         let scores = |scales: &str| {
             let scene = scene("smooth", &[&drawings, drive, &[scales][..]].concat());
             let truth = TruthRun::of(&scene).unwrap();
-            let scores = study(&scene, &truth, &seeds, &|| ()).unwrap();
+            let scores = study(&scene, &truth, &seeds).unwrap();
             scores.into_iter().next().unwrap()
         };
         let [drawn, weighed] =

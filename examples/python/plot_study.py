@@ -1,4 +1,4 @@
-"""Draws a study from the dataset of `robhaz sweep` or `robhaz merge`. It needs no robhaz, only
+"""Draws a study from the dataset of `robhaz study`. It needs no robhaz, only
 
     pip install pandas pyarrow "matplotlib>=3.10"
     python examples/python/plot_study.py runs/speed
@@ -56,16 +56,19 @@ class Study:
 
     def __init__(self, asked):
         self.asked, self.score = asked, "nrmse" if asked.kind == "calibration" else asked.y
-        file = asked.study / "sweep.parquet" if asked.study.is_dir() else asked.study
+        # The second name is that of earlier versions.
+        names = [asked.study / "study.parquet", asked.study / "sweep.parquet"]
+        files = names if asked.study.is_dir() else [asked.study]
+        file = next((file for file in files if file.is_file()), files[0])
         if not file.is_file():
-            stopped = (asked.study / "runs.jsonl").exists()
-            raise Refused(f"there is no {file}" + "; the sweep is not complete, robhaz sweep continues it" * stopped)
+            stopped = any(asked.study.glob("runs*.jsonl"))
+            raise Refused(f"there is no {file}" + "; the study is not complete, robhaz study continues it" * stopped)
         try:
             parquet = pq.ParquetFile(file)
             self.notes = {key.decode(): value.decode() for key, value in (parquet.metadata.metadata or {}).items()}
             self.file = tomllib.loads(self.notes["robhaz.study"])
         except (ValueError, KeyError) as error:
-            raise Refused(f"{file} is not the dataset of a sweep: {error!r}") from error
+            raise Refused(f"{file} is not the dataset of a study: {error!r}") from error
         self.fields = {field.name: field.metadata for field in parquet.schema_arrow}
         self.all = parquet.read().to_pandas()
         for name, values in self.all.items():
@@ -288,7 +291,7 @@ KINDS = {kind.__name__: kind for kind in (bands, heat, ladder, calibration, hist
 
 def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("study", type=Path, help="folder of a finished sweep, or its dataset")
+    parser.add_argument("study", type=Path, help="folder of a finished study, or its dataset")
     parser.add_argument("--kind", choices=KINDS, default="bands")
     parser.add_argument("--x", metavar="COLUMN")
     parser.add_argument("--x2", metavar="COLUMN")

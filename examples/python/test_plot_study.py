@@ -1,4 +1,4 @@
-"""The script draws what the dataset of a real sweep holds, and the commands of the documents draw.
+"""The script draws what the dataset of a real study holds, and the commands of the documents draw.
 
     pip install pytest pandas pyarrow "matplotlib>=3.10"
     ROBHAZ=target/release/robhaz pytest examples/python/test_plot_study.py
@@ -59,34 +59,34 @@ uniform = [-0.1, 1.0]
 
 
 @pytest.fixture(scope="module")
-def sweeps(tmp_path_factory):
-    """The folder of two finished sweeps: of listed values and of drawn ones, of which some fail."""
-    folder = tmp_path_factory.mktemp("sweeps")
+def studies(tmp_path_factory):
+    """The folder of two finished studies: of listed values and of drawn ones, of which some fail."""
+    folder = tmp_path_factory.mktemp("studies")
     (folder / "scene.toml").write_text(SCENE)
     for name, study in (("listed", LISTED), ("drawn", DRAWN)):
         (folder / f"{name}.toml").write_text(study)
-        command = [ROBHAZ, "sweep", folder / f"{name}.toml", "--out", folder / name, "--quiet"]
+        command = [ROBHAZ, "study", folder / f"{name}.toml", "--out", folder / name, "--quiet"]
         subprocess.run(command, check=True)
     return folder
 
 
-def draw(sweep, *options, suffix="svg"):
-    return plot_study.main([str(sweep), *options, "--out", str(sweep / f"figure.{suffix}")])
+def draw(study, *options, suffix="svg"):
+    return plot_study.main([str(study), *options, "--out", str(study / f"figure.{suffix}")])
 
 
-def dataset(sweep):
-    return pd.read_parquet(sweep / "sweep.parquet")
+def dataset(study):
+    return pd.read_parquet(study / "study.parquet")
 
 
 def caption(figure):
     return " ".join(figure.get_supxlabel().split())
 
 
-def test_bands_have_the_quantiles_of_the_runs(sweeps):
+def test_bands_have_the_quantiles_of_the_runs(studies):
     """Each point of a line is the median of the six runs at a speed; the bands have the four other quantiles."""
-    figure = draw(sweeps / "listed")
+    figure = draw(studies / "listed")
     (axis,) = figure.axes
-    scores = dataset(sweeps / "listed").groupby(["estimator", "drive.speed"]).nrmse
+    scores = dataset(studies / "listed").groupby(["estimator", "drive.speed"]).nrmse
     assert [line.get_label() for line in axis.lines] == ["paper-body", "best"]
     bands = iter(axis.collections)
     for line in axis.lines:
@@ -103,25 +103,25 @@ def test_bands_have_the_quantiles_of_the_runs(sweeps):
     assert "18 runs, seed 0 to 2; none failed" in caption(figure)
 
 
-def test_drawn_values_are_in_groups_and_failures_are_counted(sweeps):
+def test_drawn_values_are_in_groups_and_failures_are_counted(studies):
     """Each run is in one group; the axis of a logarithm that was drawn is logarithmic."""
-    runs = dataset(sweeps / "drawn")
+    runs = dataset(studies / "drawn")
     failed, complete = runs.error.notna().sum(), runs[runs.estimator == "best"].nrmse.count()
     assert failed > 0 and complete >= 20
-    figure = draw(sweeps / "drawn", "--estimator", "best")
+    figure = draw(studies / "drawn", "--estimator", "best")
     (axis,) = figure.axes
     assert len(axis.lines[0].get_xdata()) == complete // 10 and axis.get_xscale() == "log"
     assert f"40 runs, one seed; {failed} of them failed and are not drawn" in caption(figure)
     assert "runs of each group of neighbouring drive.kp" in caption(figure)
     # Every run is in a cell of the map, and the map has a median wherever a run is.
-    map_ = draw(sweeps / "drawn", "--kind", "heat", "--estimator", "best").axes[0].collections[0].get_array()
+    map_ = draw(studies / "drawn", "--kind", "heat", "--estimator", "best").axes[0].collections[0].get_array()
     assert map_.shape == (3, 3) and 0 < map_.count() <= complete
 
 
-def test_a_map_has_the_medians(sweeps):
+def test_a_map_has_the_medians(studies):
     """A map for each estimator over speed and ground, from the same scale of colours. Linked keys count once."""
-    figure = draw(sweeps / "listed", "--kind", "heat")
-    medians = dataset(sweeps / "listed").groupby(["estimator", "terrain.kind", "drive.speed"]).nrmse.median()
+    figure = draw(studies / "listed", "--kind", "heat")
+    medians = dataset(studies / "listed").groupby(["estimator", "terrain.kind", "drive.speed"]).nrmse.median()
     meshes = {axis.get_title("left"): axis.collections[0] for axis in figure.axes[:2]}
     for axis in figure.axes[:2]:
         assert (axis.get_xlabel(), axis.get_ylabel()) == ("drive.speed", "terrain.kind")
@@ -134,10 +134,10 @@ def test_a_map_has_the_medians(sweeps):
     assert "no run, 0 of 12 cells" in caption(figure)
 
 
-def test_a_ladder_has_boxes_and_points(sweeps):
+def test_a_ladder_has_boxes_and_points(studies):
     """Estimators from the top down, each with its median over all runs and at each speed; then grounds."""
-    runs = dataset(sweeps / "listed")
-    figure = draw(sweeps / "listed", "--kind", "ladder")
+    runs = dataset(studies / "listed")
+    figure = draw(studies / "listed", "--kind", "ladder")
     (axis,) = figure.axes
     for place, name in enumerate(["paper-body", "best"]):
         scores = runs[runs.estimator == name].nrmse
@@ -145,46 +145,46 @@ def test_a_ladder_has_boxes_and_points(sweeps):
     medians = runs.groupby(["estimator", "drive.speed"]).nrmse.median()
     points = axis.lines[-1].get_xdata()
     np.testing.assert_allclose(points, [*medians["paper-body"], *medians["best"]])
-    grounds = draw(sweeps / "listed", "--kind", "ladder", "--x2", "terrain.kind")
+    grounds = draw(studies / "listed", "--kind", "ladder", "--x2", "terrain.kind")
     assert [axis.get_title("left") for axis in grounds.axes] == ["paper-body", "best"]
     median = runs[(runs.estimator == "best") & (runs["terrain.kind"] == "cosbump")].nrmse.median()
     assert grounds.axes[1].get_yticklabels()[1].get_text() == f"cosbump  {median:.3g}"
     # Bands over words are the same figure.
-    same = draw(sweeps / "listed", "--x", "terrain.kind")
+    same = draw(studies / "listed", "--x", "terrain.kind")
     assert [axis.get_title("left") for axis in same.axes] == ["paper-body", "best"]
 
 
-def test_calibration_has_each_stated_deviation(sweeps):
+def test_calibration_has_each_stated_deviation(studies):
     """A point for each run of an estimator that states a standard deviation; the other one is named."""
-    figure = draw(sweeps / "listed", "--kind", "calibration")
-    runs = dataset(sweeps / "listed")
+    figure = draw(studies / "listed", "--kind", "calibration")
+    runs = dataset(studies / "listed")
     best = runs[runs.estimator == "best"]
     (points,) = figure.axes[0].collections
     np.testing.assert_allclose(points.get_offsets(), best[["stated", "nrmse"]])
     assert "state no standard deviation: paper-body." in caption(figure)
     with pytest.raises(SystemExit):
-        draw(sweeps / "listed", "--kind", "calibration", "--estimator", "paper-body")
+        draw(studies / "listed", "--kind", "calibration", "--estimator", "paper-body")
 
 
-def test_a_histogram_counts_all_runs(sweeps):
+def test_a_histogram_counts_all_runs(studies):
     """Conservation: the bars of each estimator have as many runs as the dataset."""
-    figure = draw(sweeps / "listed", "--kind", "histogram", "--y", "rmse")
+    figure = draw(studies / "listed", "--kind", "histogram", "--y", "rmse")
     assert len(figure.axes) == 2 and figure.axes[1].get_xlabel() == "rmse (N)"
     for axis in figure.axes:
         assert sum(bar.get_height() for bar in axis.patches) == 18
 
 
-def test_files_are_whole_and_equal(sweeps):
+def test_files_are_whole_and_equal(studies):
     """The ending chooses the format; the same dataset gives the same bytes, with its text as text."""
-    files = {suffix: sweeps / "listed" / f"figure.{suffix}" for suffix in ("svg", "png", "pdf")}
+    files = {suffix: studies / "listed" / f"figure.{suffix}" for suffix in ("svg", "png", "pdf")}
     for suffix, start in (("svg", b"<?xml"), ("png", b"\x89PNG"), ("pdf", b"%PDF-")):
-        draw(sweeps / "listed", suffix=suffix)
+        draw(studies / "listed", suffix=suffix)
         first = files[suffix].read_bytes()
-        draw(sweeps / "listed", suffix=suffix)
+        draw(studies / "listed", suffix=suffix)
         assert first.startswith(start) and files[suffix].read_bytes() == first
     assert "RMS error of N over wheels and samples" in files["svg"].read_text()
-    plot_study.main([str(sweeps / "listed")])
-    assert (sweeps / "listed" / "bands.svg").is_file()
+    plot_study.main([str(studies / "listed")])
+    assert (studies / "listed" / "bands.svg").is_file()
 
 
 @pytest.mark.parametrize(
@@ -202,30 +202,30 @@ def test_files_are_whole_and_equal(sweeps):
         (["--out", "nowhere/figure.svg"], "nowhere/figure.svg"),
     ],
 )
-def test_mistakes_name_what_is_allowed(sweeps, capsys, options, message):
+def test_mistakes_name_what_is_allowed(studies, capsys, options, message):
     with pytest.raises(SystemExit) as stopped:
-        plot_study.main([str(sweeps / "listed"), *options])
+        plot_study.main([str(studies / "listed"), *options])
     assert stopped.value.code == 1
     error = capsys.readouterr().err
     assert message in error and error.count("\n") == 1
 
 
-def test_what_is_no_dataset_is_refused(sweeps, tmp_path, capsys):
-    """A folder without one, a stopped sweep, a text, a Parquet file of something else, a sweep without scores."""
+def test_what_is_no_dataset_is_refused(studies, tmp_path, capsys):
+    """A folder without one, a stopped study, a text, a Parquet file of something else, a study without scores."""
     text, other = tmp_path / "text.parquet", tmp_path / "other.parquet"
     text.write_text("time,force\n")
     pd.DataFrame({"time": [0.0]}).to_parquet(other)
-    cases = [(tmp_path, "there is no"), (text, "not the dataset of a sweep"), (other, "robhaz.study")]
+    cases = [(tmp_path, "there is no"), (text, "not the dataset of a study"), (other, "robhaz.study")]
     stopped = tmp_path / "stopped"
     stopped.mkdir()
     (stopped / "runs.jsonl").touch()
-    # The failed runs of a sweep alone.
-    parquet = pq.ParquetFile(sweeps / "drawn" / "sweep.parquet")
+    # The failed runs of a study alone.
+    parquet = pq.ParquetFile(studies / "drawn" / "study.parquet")
     notes = {key: value for key, value in parquet.metadata.metadata.items() if key != b"ARROW:schema"}
     table = parquet.read()
     failed = table.filter(table["error"].is_valid()).replace_schema_metadata(notes)
     pq.write_table(failed, tmp_path / "failed.parquet")
-    cases.append((stopped, "not complete, robhaz sweep continues it"))
+    cases.append((stopped, "not complete, robhaz study continues it"))
     cases.append((tmp_path / "failed.parquet", "runs failed, such as: robot.geometry.body_cg: the linkage folds"))
     for path, message in cases:
         with pytest.raises(SystemExit):
@@ -254,5 +254,5 @@ def test_the_documents_commands_draw(tmp_path, monkeypatch):
         study = Path("studies", Path(folder).name).with_suffix(".toml")
         if not study.exists():
             study.write_text(shortened((ROOT / study).read_text()))
-            subprocess.run([ROBHAZ, "sweep", study, "--out", folder, "--quiet"], check=True)
+            subprocess.run([ROBHAZ, "study", study, "--out", folder, "--quiet"], check=True)
         assert plot_study.main([folder, *options]).axes, command

@@ -1,4 +1,4 @@
-"""A sweep on a real Ray on this machine: a worker is killed meanwhile, and the dataset is that of one process.
+"""A study on a real Ray on this machine: a worker is killed meanwhile, and the dataset is that of one process.
 
     ROBHAZ=target/release/robhaz pytest examples/ray
 """
@@ -19,12 +19,12 @@ ROBHAZ = shutil.which(os.environ.get("ROBHAZ", "robhaz"))
 HERE = Path(__file__).parent
 
 
-def worker_of(folder: Path):
-    """Process of the Ray worker whose command computes the shard in this folder; None while there is none."""
+def worker_of(shard: str):
+    """Process of the Ray worker whose command computes this shard; None while there is none."""
     for process in Path("/proc").glob("[0-9]*"):
         try:
             words = (process / "cmdline").read_bytes().split(b"\0")
-            if b"sweep" in words and str(folder).encode() in words:
+            if b"--shard" in words and shard.encode() in words:
                 status = (process / "status").read_text()
                 return int(next(line for line in status.splitlines() if line.startswith("PPid:")).split()[1])
         except (FileNotFoundError, ProcessLookupError):
@@ -33,9 +33,9 @@ def worker_of(folder: Path):
 
 
 def test_a_lost_worker_leaves_the_dataset_of_one_process(study, tmp_path):
-    subprocess.run([ROBHAZ, "sweep", study, "--out", tmp_path / "alone", "--quiet"], check=True)
+    subprocess.run([ROBHAZ, "study", study, "--out", tmp_path / "alone", "--quiet"], check=True)
     out = tmp_path / "out"
-    command = [sys.executable, HERE / "sweep.py", study, "--shards", "3", "--out", out, "--robhaz", ROBHAZ]
+    command = [sys.executable, HERE / "study.py", study, "--shards", "3", "--out", out, "--robhaz", ROBHAZ]
     # A loaded machine takes longer to start Ray than its default of 30 s.
     environment = {"RAY_raylet_start_wait_time_s": "240"} | os.environ
     log = tmp_path / "log"
@@ -43,8 +43,8 @@ def test_a_lost_worker_leaves_the_dataset_of_one_process(study, tmp_path):
         driver = subprocess.Popen(command, env=environment, stdout=file, stderr=file)
     killed = None
     while driver.poll() is None:
-        worker = worker_of(out / "shard-1")
-        journal = out / "shard-1" / "runs.jsonl"
+        worker = worker_of("1/3")
+        journal = out / "runs-1-of-3.jsonl"
         # In mid-work: some runs of the shard are done, others are not.
         if killed is None and worker and journal.exists() and journal.stat().st_size > 0:
             os.kill(worker, signal.SIGKILL)
@@ -52,5 +52,5 @@ def test_a_lost_worker_leaves_the_dataset_of_one_process(study, tmp_path):
         time.sleep(0.02)
     assert driver.returncode == 0, log.read_text()
     assert killed, "no worker was killed in mid-work"
-    dataset = out / "merged" / "sweep.parquet"
-    assert dataset.read_bytes() == (tmp_path / "alone" / "sweep.parquet").read_bytes()
+    dataset = out / "study.parquet"
+    assert dataset.read_bytes() == (tmp_path / "alone" / "study.parquet").read_bytes()

@@ -1,4 +1,4 @@
-"""A sweep under a real Slurm on this machine: a task is killed meanwhile, and the dataset is that of one process.
+"""A study under a real Slurm on this machine: a task is killed meanwhile, and the dataset is that of one process.
 
     ROBHAZ=target/release/robhaz pytest examples/slurm
 """
@@ -115,10 +115,9 @@ def slurm(tmp_path):
 
 def test_a_requeued_task_leaves_the_dataset_of_one_process(slurm, study, tmp_path):
     alone = tmp_path / "alone"
-    subprocess.run([ROBHAZ, "sweep", study, "--out", alone, "--quiet"], check=True)
+    subprocess.run([ROBHAZ, "study", study, "--out", alone, "--quiet"], check=True)
 
     out = tmp_path / "out"
-    out.mkdir()
     environment = slurm | {"STUDY": str(study), "OUT": str(out), "SHARDS": "3", "ROBHAZ": shutil.which(ROBHAZ)}
 
     def sbatch(*arguments):
@@ -126,13 +125,13 @@ def test_a_requeued_task_leaves_the_dataset_of_one_process(slurm, study, tmp_pat
         found = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
         return found.stdout.strip()
 
-    job = sbatch("--array=1-3", str(HERE / "sweep.sbatch"))
-    sbatch(f"--dependency=afterok:{job}", str(HERE / "merge.sbatch"))
-    journal = out / "shard-1" / "runs.jsonl"
+    job = sbatch("--array=1-3", str(HERE / "study.sbatch"))
+    sbatch(f"--dependency=afterok:{job}", str(HERE / "dataset.sbatch"))
+    journal = out / "runs-1-of-3.jsonl"
     wait_for("finished run of the first shard", lambda: journal.exists() and journal.stat().st_size > 0)
     # The task is killed and starts again.
     subprocess.run(["scontrol", "requeue", f"{job}_1"], env=environment, check=True)
-    merged = out / "merged" / "sweep.parquet"
-    wait_for("merged dataset", merged.exists)
-    assert merged.read_bytes() == (alone / "sweep.parquet").read_bytes()
-    assert "runs are done already" in (tmp_path / "sweep-1.log").read_text(), "the first task was not killed in mid-work"
+    dataset = out / "study.parquet"
+    wait_for("dataset", dataset.exists)
+    assert dataset.read_bytes() == (alone / "study.parquet").read_bytes()
+    assert "runs are done already" in (tmp_path / "study-1.log").read_text(), "the first task was not killed in mid-work"

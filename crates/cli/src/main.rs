@@ -8,7 +8,6 @@ mod export;
 mod interrupt;
 mod keys;
 mod live;
-mod merge;
 mod new;
 mod output;
 mod output_file;
@@ -21,7 +20,6 @@ mod run;
 mod schema;
 mod shell;
 mod study;
-mod sweep;
 mod terminal;
 mod verify;
 #[cfg(feature = "viewer")]
@@ -91,7 +89,7 @@ enum Command {
     Export(export::Args),
     /// Print the table of errors of one or several finished runs.
     Compare(compare::Args),
-    /// Write a run, an estimate or a sweep as one page of HTML that needs no other file: errors, figures, how it was made.
+    /// Write a run, an estimate or a study as one page of HTML that needs no other file: errors, figures, how it was made.
     Report(report::Args),
     /// Check the simulated truth of a scene: both engines, conservation, half the step; one verdict a line.
     Verify(verify::Args),
@@ -101,14 +99,10 @@ enum Command {
     /// Judge the path of a scene from its geometry before it is driven: needed friction, go or no-go. Exit code 0 for go,
     /// 1 for no-go and for errors.
     Path(path::Args),
-    /// Repeat a scene with many seeds: errors of its estimators and consistency of their covariance; with --ladder, the
-    /// effect of each method.
+    /// Run a scene with many seeds of its sensors, or a study file, which varies anything: errors of the estimators,
+    /// consistency of their covariance, one table of scores. On all cores or many machines; stopped at any instant, the same
+    /// command goes on.
     Study(study::Args),
-    /// Run a study file: one base scene with anything varied, on all cores or many machines; one table of scores. Stopped at
-    /// any instant, the same command goes on.
-    Sweep(sweep::Args),
-    /// Make one dataset of the shards of a sweep.
-    Merge(merge::Args),
     /// Masses and centres of mass of a robot from its wheels on scales, with the budget for the estimators; the postures that
     /// tell most.
     Weigh(weigh::Args),
@@ -165,6 +159,10 @@ const ABSENT: &[(&str, &str)] = &[
     ("view", live::WITHOUT_VIEWER),
     ("man", "robhaz COMMAND --help prints the same"),
     (
+        "merge",
+        "robhaz study STUDY.toml --out DIR makes the dataset of all shards in DIR",
+    ),
+    (
         "plot",
         "examples/python/plot_study.py draws the dataset of a study",
     ),
@@ -172,6 +170,7 @@ const ABSENT: &[(&str, &str)] = &[
         "recover",
         "tables of a run that was killed are not kept: the same command runs it again with --force",
     ),
+    ("sweep", "robhaz study STUDY.toml does the same"),
 ];
 
 /// Adds to the error of a command that is not there what does its work.
@@ -208,8 +207,6 @@ fn main() -> ExitCode {
         Command::View(args) => view::run(&args, &interrupt),
         Command::Path(args) => path::run(&args),
         Command::Study(args) => study::run(&args, &interrupt),
-        Command::Sweep(args) => sweep::run(&args, &interrupt),
-        Command::Merge(args) => merge::run(&args),
         Command::Weigh(args) => weigh::run(&args),
         Command::Completions(args) => shell::completions(&args, Cli::command()),
     };

@@ -1,10 +1,10 @@
-//! `robhaz report`: a run or a sweep on one page.
+//! `robhaz report`: a run or a study on one page.
 
 use crate::output_file::{Format, OutputFile};
 use crate::terminal::{shown, tell};
 use miette::{IntoDiagnostic, Result};
-use robhaz_record::{Dataset, page, sweep_page};
-use robhaz_sweep::DATASET;
+use robhaz_record::{Dataset, page, study_page};
+use robhaz_study::DATASET;
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -13,10 +13,13 @@ const PAGE: Format = Format {
     extension: "html",
 };
 
+/// Name of the dataset in folders of earlier versions.
+const SWEEP: &str = "sweep.parquet";
+
 /// Arguments of `robhaz report`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Folder of a finished run, estimate or sweep.
+    /// Folder of a finished run, estimate or study.
     run: PathBuf,
     /// The file; by default `report.html` in that folder.
     #[arg(long, value_name = "FILE")]
@@ -28,11 +31,10 @@ pub struct Args {
 
 /// Writes the page.
 pub fn run(args: &Args) -> Result<()> {
-    let dataset = args.run.join(DATASET);
-    let text = if dataset.is_file() {
-        sweep_page(&Dataset::read(&dataset).into_diagnostic()?)
-    } else {
-        page(&args.run).into_diagnostic()?
+    let datasets = [DATASET, SWEEP].map(|name| args.run.join(name));
+    let text = match datasets.iter().find(|path| path.is_file()) {
+        Some(dataset) => study_page(&Dataset::read(dataset).into_diagnostic()?),
+        None => page(&args.run).into_diagnostic()?,
     };
     let default = || args.run.join("report.html");
     let target = args.out.clone().unwrap_or_else(default);

@@ -15,7 +15,7 @@ pub struct Args {
 enum Kind {
     /// Scenes, and files with the section robot of a scene.
     Scene,
-    /// Studies of `robhaz sweep`.
+    /// Studies of `robhaz study`.
     Study,
     /// Geometries of robots, as in robots/geometry-a.toml.
     Geometry,

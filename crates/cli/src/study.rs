@@ -1,30 +1,60 @@
-//! `robhaz study`: errors of a scene's estimators and consistency of their covariance, over many seeds.
+//! `robhaz study`: a scene with many seeds, or a study file, from its runs to its dataset and its report.
 
 use crate::interrupt::Interrupt;
-use crate::output_file::{Format, OutputFile};
-use crate::progress::bar;
-use crate::terminal::{tell, warn};
-use indicatif::{ProgressBar, ProgressStyle};
-use miette::{IntoDiagnostic, Result, WrapErr, bail};
-use robhaz_scene::Scene;
-use robhaz_study::{Report, TruthRun, floor, ladder, study};
-use std::path::PathBuf;
-use std::time::Duration;
+use crate::terminal::{Output, print, print_json, shown, tell, warn_of};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use miette::{IntoDiagnostic, Result, bail};
+use robhaz_record::Dataset;
+use robhaz_scene::{Scene, Setting};
+use robhaz_study::{Done, Job, Report, RunRecord, Shard, Study, Watch, compute, compute_in_memory};
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+use std::io::IsTerminal as _;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+use tracing::{debug, info};
 
-/// The format of `--out`.
-const JSON: Format = Format {
-    what: "results of a study",
-    extension: "json",
-};
+/// Runs that `--dry-run` lists.
+const LISTED: u64 = 20;
+/// Most runs of which the report is printed: it needs the dataset in memory.
+const MOST_REPORTED: u64 = 100_000;
+/// Time between two lines of progress where standard error is no terminal, as in the log of a cluster's job.
+const LINE_TIME: Duration = Duration::from_secs(60);
 
 /// Arguments of `robhaz study`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Scene file (TOML).
-    scene: PathBuf,
-    /// Number of seeds, from the scene's seed on; fewer than 5 give no verdict.
-    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=10_000))]
-    seeds: u64,
+    /// Scene file, which is simulated once and observed with many seeds, or study file (TOML).
+    file: PathBuf,
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Folder of the dataset, in which a study that was stopped goes on. Without it, that of a study file is `runs/NAME`, and
+    /// a scene writes nothing.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Number of threads, at most 1024; without it one a core.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
+    /// Computes only every N-th run, from the I-th on: one of N parts, I from 1 on. The same command without --shard makes the
+    /// dataset of all parts in the folder, and computes what is missing.
+    #[arg(long, value_name = "I/N", value_parser = shard)]
+    shard: Option<Shard>,
+    /// Lists the runs, their number and simulated time. Computes and writes nothing.
+    #[arg(long)]
+    dry_run: bool,
+    /// An option of earlier versions.
+    #[arg(long, hide = true)]
+    force: bool,
+}
+
+/// What a study file says itself.
+#[derive(clap::Args)]
+struct SceneArgs {
+    /// Number of seeds of a scene, from its own on; 10 without it. Fewer than 5 give no verdict.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    seeds: Option<u64>,
     /// Sets a key of the scene, in place of the file's value: `--set sensors.grade=typical`. Can be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -35,81 +65,298 @@ pub struct Args {
     /// each has one method more than the one above. The last two are given no contact angles.
     #[arg(long)]
     ladder: bool,
-    /// Also writes the result to a JSON file.
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
-    /// Replaces an existing JSON file.
-    #[arg(long)]
-    force: bool,
 }
 
-/// Simulates the scene once, estimates with the readings of every seed, prints the table.
+/// `2/8`
+fn shard(text: &str) -> Result<Shard, String> {
+    let parts = text.split_once('/');
+    let parts = parts.and_then(|(part, of)| Some((part.parse().ok()?, of.parse().ok()?)));
+    let shard = parts.and_then(|(part, of)| Shard::new(part, of));
+    shard.ok_or_else(|| "allowed: I/N with I from 1 to N, such as 1/8".to_owned())
+}
+
+/// Whether a file is a study file: it names its scene, or has an axis. One that cannot be read is taken for a scene.
+fn is_study(path: &Path) -> bool {
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    text.lines().any(|line| {
+        let key = line.split('=').next().unwrap_or(line).trim();
+        line.trim().starts_with("[[axis]]") || (key == "scene" && line.contains('='))
+    })
+}
+
+impl Args {
+    /// The study, and the folder of its dataset.
+    fn study(&self) -> Result<(Study, Option<PathBuf>)> {
+        let SceneArgs {
+            seeds,
+            set,
+            engine,
+            ladder,
+        } = &self.scene;
+        if self.force || self.out.as_ref().and_then(|out| out.extension()) == Some("json".as_ref())
+        {
+            bail!(
+                "this version has no --out FILE.json and no --force: robhaz study --json prints the result, --out names the folder \
+                 of the dataset"
+            );
+        }
+        if is_study(&self.file) {
+            if seeds.is_some() || engine.is_some() || *ladder || !set.is_empty() {
+                bail!(
+                    "{} is a study file: its axes and its key set say what --seeds, --set, --engine and --ladder say of a scene",
+                    self.file.display()
+                );
+            }
+            let study = Study::load(&self.file)?;
+            let named = || PathBuf::from("runs").join(&study.choice().name);
+            let folder = self.out.clone().unwrap_or_else(named);
+            return Ok((study, Some(folder)));
+        }
+        if self.shard.is_some() && self.out.is_none() {
+            bail!("the shard of a scene needs a folder: --out DIR");
+        }
+        let mut overrides = set.clone();
+        overrides.extend(engine.iter().map(|kind| format!("engine.kind={kind}")));
+        let scene = Scene::load(&self.file, &overrides)?;
+        let study = Study::of_scene(&scene, seeds.unwrap_or(10), *ladder)?;
+        Ok((study, self.out.clone()))
+    }
+}
+
+/// Computes the runs that are missing, and reports.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
-    let mut overrides = args.set.clone();
-    overrides.extend(args.engine.iter().map(|kind| format!("engine.kind={kind}")));
-    let mut scene = Scene::load(&args.scene, &overrides)?;
-    warn(&scene);
-    // Its control drives it, whatever is studied.
-    let driven = scene.clone();
-    if args.ladder {
-        scene.estimators = ladder();
+    let (study, folder) = args.study()?;
+    let name = &study.choice().name;
+    let warnings = study.warnings();
+    warnings.iter().for_each(|warning| warn_of(name, warning));
+    let shard = args.shard.unwrap_or(Shard::ALL);
+    if args.dry_run {
+        return dry_run(&study, shard);
     }
-    if scene.estimators.is_empty() {
-        bail!(
-            "{} has no estimator to study: leave out `estimator = []`, or study the --ladder",
-            scene.name
-        );
-    }
-    let Some(last) = scene.seed.checked_add(args.seeds - 1) else {
-        bail!(
-            "{} seeds from {} on: the last seed must be below 2^64",
-            args.seeds,
-            scene.seed
-        );
+    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+    // A thread without a run is of no use.
+    let runs = usize::try_from(shard.count(study.runs())).unwrap_or(usize::MAX);
+    let jobs = args.jobs.map_or_else(cores, usize::from).min(runs).max(1);
+    info!(
+        study = name,
+        runs = study.runs(),
+        truths = study.truths(),
+        jobs,
+        "study"
+    );
+    interrupt.listen()?;
+    let progress = Progress::new(Output::get().quiet);
+    let watch = Watch {
+        begin: &|done, runs| progress.begin(done, runs),
+        finished: &|record| progress.finished(record),
+        stop: &|| interrupt.cause(),
     };
-    let seeds: Vec<u64> = (scene.seed..=last).collect();
-    let inputs = [args.scene.clone()];
-    let create = |path: &PathBuf| OutputFile::create(path, JSON, &inputs, args.force);
-    // Tried before the study is computed. Nothing is left of it: a signal may end the process meanwhile.
-    args.out.as_ref().map(create).transpose()?;
-    let report = report(&driven, &scene, &seeds, interrupt)?;
-    tell(
-        &report.text(),
-        &serde_json::to_value(&report).into_diagnostic()?,
-    )?;
-    if let Some(file) = args.out.as_ref().map(create).transpose()? {
-        let text = serde_json::to_string_pretty(&report).into_diagnostic()?;
-        std::fs::write(file.path(), text + "\n")
-            .into_diagnostic()
-            .wrap_err_with(|| format!("cannot write {}", file.path().display()))?;
-        file.finish()?;
+    let start = Instant::now();
+    let all = || -> Result<(Option<Done>, Option<Dataset>)> {
+        let Some(folder) = folder.as_deref() else {
+            return Ok((None, Some(compute_in_memory(&study, jobs, &watch)?)));
+        };
+        let done = compute(
+            &study,
+            &Job {
+                folder,
+                shard,
+                jobs,
+            },
+            &watch,
+        )?;
+        let dataset = done
+            .dataset
+            .as_ref()
+            .filter(|_| study.runs() <= MOST_REPORTED);
+        let data = dataset.map(|path| Dataset::read(path)).transpose();
+        Ok((Some(done), data.into_diagnostic()?))
+    };
+    let computed = all();
+    progress.bar.finish_and_clear();
+    let (done, data) = computed?;
+    let wall = start.elapsed().as_secs_f64();
+    let failed = progress.failed.load(Ordering::Relaxed);
+    let report = data.map(|data| Report::of(&study, &data)).transpose()?;
+    let mut document = match &report {
+        Some(report) => serde_json::to_value(report).into_diagnostic()?,
+        None => json!({"runs": runs, "failed": failed}),
+    };
+    add_call(&mut document, &study, folder.as_deref(), done.as_ref());
+    document["jobs"] = json!(jobs);
+    document["wall_s"] = json!(wall);
+    let mut lines: Vec<String> = report.iter().map(Report::text).collect();
+    if let (Some(done), Some(folder)) = (&done, &folder) {
+        lines.push(summary(done, folder, failed, jobs, wall));
     }
-    Ok(())
+    tell(&lines.join("\n"), &document)
 }
 
-/// Simulates `driven` once and studies the estimators of `scene` on its truth.
-fn report(driven: &Scene, scene: &Scene, seeds: &[u64], interrupt: &Interrupt) -> Result<Report> {
-    let progress = bar(ProgressBar::new(seeds.len() as u64));
-    let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len}");
-    progress.set_style(style.into_diagnostic()?);
-    progress.enable_steady_tick(Duration::from_millis(100));
-    progress.set_message("simulating");
-    let shown = progress.clone();
-    interrupt.end_process("study", move || shown.finish_and_clear())?;
-    let cannot = || format!("cannot study {}", scene.name);
-    let truth = TruthRun::of(driven)
-        .into_diagnostic()
-        .wrap_err_with(cannot)?;
-    progress.set_message("observing");
-    let scores = study(scene, &truth, seeds, &|| progress.inc(1))
-        .into_diagnostic()
-        .wrap_err_with(cannot)?;
-    progress.finish_and_clear();
-    Ok(Report::new(
-        scene,
-        &truth,
-        seeds,
-        floor(scene, &truth),
-        &scores,
-    ))
+/// Adds to the document what was computed, and where it is.
+fn add_call(document: &mut Value, study: &Study, folder: Option<&Path>, done: Option<&Done>) {
+    let dataset = done.and_then(|done| done.dataset.as_deref());
+    document["name"] = json!(study.choice().name);
+    document["folder"] = json!(folder.map(shown));
+    document["dataset"] = json!(dataset.map(shown));
+    document["computed"] = json!(done.map_or(study.runs(), |done| done.computed));
+    document["damaged"] = json!(done.map_or(0, |done| done.damaged));
+}
+
+/// What was computed, and where it is.
+fn summary(done: &Done, folder: &Path, failed: u64, jobs: usize, wall: f64) -> String {
+    let mut text = match done.computed {
+        0 => format!("All {} runs are done.", done.runs),
+        computed => format!(
+            "{computed} of {} runs computed in {wall:.1} s on {jobs} threads, {:.2} runs a second.",
+            done.runs,
+            computed as f64 / wall
+        ),
+    };
+    // Writing into a text cannot fail.
+    if done.damaged > 0 {
+        let _ = write!(
+            text,
+            "\nLines of runs*.jsonl with a wrong checksum (damaged, or of another study): {}. Their runs were computed again.",
+            done.damaged
+        );
+    }
+    if failed > 0 {
+        let _ = write!(text, "\n{failed} of them failed: see the column error.");
+    }
+    let _ = match &done.dataset {
+        Some(dataset) => write!(text, "\nDataset: {}", dataset.display()),
+        None => write!(
+            text,
+            "\nThis part is complete. With all parts in {} the same command without --shard makes the dataset.",
+            folder.display()
+        ),
+    };
+    text
+}
+
+/// Lists the runs, how many there are, and the time that they simulate.
+fn dry_run(study: &Study, shard: Shard) -> Result<()> {
+    let runs = (0..study.runs()).filter(|run| shard.has(*run));
+    let overrides = |run: u64| -> Vec<String> {
+        let settings = study.settings(run);
+        settings.iter().map(Setting::as_override).collect()
+    };
+    let listed: Vec<(u64, Vec<String>)> = runs
+        .take(LISTED as usize)
+        .map(|run| (run, overrides(run)))
+        .collect();
+    let mut text = String::new();
+    for (run, overrides) in &listed {
+        // Writing into a text cannot fail.
+        let _ = writeln!(text, "run {run}: {}", overrides.join(" "));
+    }
+    let count = shard.count(study.runs());
+    if count > LISTED {
+        let _ = writeln!(text, "... and {} more", count - LISTED);
+    }
+    let durations = study.scenes().iter().map(|scene| scene.record.duration);
+    let shortest = durations.clone().fold(f64::INFINITY, f64::min);
+    let longest = durations.fold(0.0, f64::max);
+    let each = match longest > shortest {
+        true => format!("{shortest} to {longest} s"),
+        false => format!("{longest} s"),
+    };
+    let truths = study.truths().min(count);
+    let shared = match truths < count {
+        true => format!("{truths} simulated, the others observe one of these"),
+        false => "each simulated".to_owned(),
+    };
+    let _ = write!(text, "{count} runs of {each}; {shared}.");
+    // A plan is what was asked for: also with --quiet.
+    match Output::get().json {
+        true => print_json(&json!({
+            "runs": count,
+            "truths": truths,
+            "shortest_s": shortest,
+            "longest_s": longest,
+            "first": listed.iter().map(|(run, set)| json!({"run": run, "set": set})).collect::<Vec<_>>(),
+        })),
+        false => print(&text),
+    }
+}
+
+/// `12 s`, `3.4 min`, `5.6 h`, `7.8 d`
+fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 100.0 => format!("{s:.0} s"),
+        s if s < 6000.0 => format!("{:.1} min", s / 60.0),
+        s if s < 48.0 * 3600.0 => format!("{:.1} h", s / 3600.0),
+        s => format!("{:.1} d", s / 86400.0),
+    }
+}
+
+/// A bar on a terminal, else a line a minute.
+struct Progress {
+    bar: ProgressBar,
+    quiet: bool,
+    failed: AtomicU64,
+    /// Start, runs done before it, and time of the last line; `None` on a terminal.
+    lines: Mutex<Option<(Instant, u64, Instant)>>,
+}
+
+impl Progress {
+    fn new(quiet: bool) -> Self {
+        let bar = ProgressBar::hidden();
+        let terminal = std::io::stderr().is_terminal();
+        if terminal && !quiet {
+            bar.set_draw_target(ProgressDrawTarget::stderr());
+        }
+        let now = Instant::now();
+        Self {
+            bar,
+            quiet,
+            failed: AtomicU64::new(0),
+            lines: Mutex::new((!terminal && !quiet).then_some((now, 0, now))),
+        }
+    }
+
+    fn begin(&self, done: u64, runs: u64) {
+        self.bar.set_length(runs);
+        self.bar.set_position(done);
+        // What an earlier call has computed says nothing about the rate.
+        self.bar.reset_eta();
+        let style = "{wide_bar} {pos}/{len} runs  {per_sec}  {eta} left";
+        if let Ok(style) = ProgressStyle::with_template(style) {
+            self.bar.set_style(style);
+        }
+        if let Ok(mut lines) = self.lines.lock()
+            && let Some((_, before, _)) = lines.as_mut()
+        {
+            *before = done;
+        }
+        if done > 0 && done < runs && !self.quiet {
+            self.bar
+                .suspend(|| eprintln!("{done} of {runs} runs are done already."));
+        }
+    }
+
+    fn finished(&self, record: &RunRecord) {
+        self.bar.inc(1);
+        match &record.error {
+            None => debug!(run = record.run, "run done"),
+            Some(error) => info!(run = record.run, error, "run failed"),
+        }
+        if record.error.is_some() {
+            self.failed.fetch_add(1, Ordering::Relaxed);
+        }
+        let Ok(mut lines) = self.lines.lock() else {
+            return;
+        };
+        let Some((start, before, last)) = lines.as_mut() else {
+            return;
+        };
+        if last.elapsed() < LINE_TIME {
+            return;
+        }
+        *last = Instant::now();
+        let (done, runs) = (self.bar.position(), self.bar.length().unwrap_or(0));
+        let rate = (done - *before) as f64 / start.elapsed().as_secs_f64();
+        let left = duration((runs - done) as f64 / rate);
+        eprintln!("{done} of {runs} runs, {rate:.2} a second, {left} left");
+    }
 }

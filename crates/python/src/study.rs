@@ -4,7 +4,7 @@ use crate::error::of_run;
 use crate::scene::Scene;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use robhaz_study::{Report, TruthRun, floor, ladder};
+use robhaz_study::{Report, StudyError, Watch, compute_in_memory};
 
 /// See the stub `_robhaz.pyi`.
 #[pyclass(frozen, module = "robhaz")]
@@ -35,34 +35,21 @@ impl Study {
 #[pyo3(signature = (scene, seeds=10, *, ladder=false))]
 pub fn study(py: Python<'_>, scene: &Scene, seeds: u64, ladder: bool) -> PyResult<Study> {
     scene.warn(py)?;
-    let mut checked = scene.checked.clone();
-    if ladder {
-        checked.estimators = self::ladder();
-    }
-    let name = &checked.name;
-    if checked.estimators.is_empty() {
-        return Err(PyValueError::new_err(format!(
-            "{name} has no estimator to study: leave out `estimator = []`, or study the ladder"
-        )));
-    }
     if !(1..=10_000).contains(&seeds) {
         let text = format!("seeds: found {seeds}, allowed: 1 to 10000");
         return Err(PyValueError::new_err(text));
     }
-    let Some(last) = checked.seed.checked_add(seeds - 1) else {
-        return Err(PyValueError::new_err(format!(
-            "{seeds} seeds from {} on: the last seed must be below 2^64",
-            checked.seed
-        )));
+    let refused = |error: StudyError| match error {
+        StudyError::NoEstimator(_) | StudyError::Seeds { .. } => {
+            PyValueError::new_err(error.to_string())
+        }
+        error => of_run(&format!("cannot study {}", scene.checked.name), &error),
     };
-    let seeds: Vec<u64> = (checked.seed..=last).collect();
-    let cannot = format!("cannot study {name}");
     let report = py.detach(|| {
-        let truth = TruthRun::of(&checked).map_err(|e| of_run(&cannot, &e))?;
-        let scores = robhaz_study::study(&checked, &truth, &seeds, &|| {});
-        let scores = scores.map_err(|e| of_run(&cannot, &e))?;
-        let floor = floor(&checked, &truth);
-        Ok::<_, PyErr>(Report::new(&checked, &truth, &seeds, floor, &scores))
-    })?;
+        let study = robhaz_study::Study::of_scene(&scene.checked, seeds, ladder)?;
+        let jobs = std::thread::available_parallelism().map_or(1, usize::from);
+        Report::of(&study, &compute_in_memory(&study, jobs, &Watch::SILENT)?)
+    });
+    let report = report.map_err(refused)?;
     Ok(Study { report })
 }

@@ -1,4 +1,4 @@
-//! The dataset of a sweep, read back: one row a run and estimator.
+//! The dataset of a study, read back: one row a run and estimator.
 
 use crate::error::{RecordError, io_error};
 use arrow_array::cast::AsArray as _;
@@ -8,10 +8,11 @@ use arrow_schema::{DataType, Field, SchemaRef};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use robhaz_scene::StudyChoice;
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::fs::File;
 use std::path::Path;
 
-/// The dataset of a sweep, in memory: 8 bytes a number.
+/// The dataset of a study, in memory: 8 bytes a number.
 #[derive(Clone, Debug)]
 pub struct Dataset {
     /// All columns, each with one value a row.
@@ -49,38 +50,47 @@ pub enum DatasetValues {
 }
 
 impl Dataset {
-    /// Reads the Parquet file of a finished sweep.
+    /// Reads the Parquet file of a finished study.
     ///
     /// # Errors
-    /// [`RecordError`] if it cannot be read or is no dataset of a sweep.
+    /// [`RecordError`] if it cannot be read or is no dataset of a study.
     pub fn read(path: &Path) -> Result<Self, RecordError> {
         let file = File::open(path).map_err(io_error("read", path))?;
-        let not = |reason: &dyn std::fmt::Display| RecordError::NotADataset {
-            path: path.to_path_buf(),
-            reason: reason.to_string(),
-        };
+        let not = |reason: &dyn Display| not_a_dataset(path, reason);
         let reader = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| not(&e))?;
         let metadata = reader.metadata().file_metadata().key_value_metadata();
-        let text = |key: &str| {
-            let entry = metadata.and_then(|list| list.iter().find(|e| e.key == key));
-            let value = entry.and_then(|e| e.value.clone());
-            value.ok_or_else(|| not(&format!("its metadata have no {key}")))
+        let metadata = metadata.cloned().unwrap_or_default();
+        let note = |key: &str| {
+            let entry = metadata.iter().find(|entry| entry.key == key);
+            entry.and_then(|entry| entry.value.clone())
         };
-        let name = text("robhaz.name")?;
-        let study = text("robhaz.study")?;
-        let mut study = StudyChoice::parse(&study, "its study file").map_err(|e| not(&e))?;
-        study.name = name;
-        let runs = text("robhaz.runs")?.parse().map_err(|e| not(&e))?;
-        let (version, scene) = (text("robhaz.version")?, text("robhaz.scene")?);
         let schema = reader.schema().clone();
         let batches = reader.build().map_err(|e| not(&e))?;
         let batches: Vec<RecordBatch> = batches.collect::<Result<_, _>>().map_err(|e| not(&e))?;
+        Self::of(path, &schema, &batches, note)
+    }
+
+    /// The dataset of rows that are in memory. `note` gives the metadata of its file, `path` is its name in messages.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn of(
+        path: &Path,
+        schema: &SchemaRef,
+        batches: &[RecordBatch],
+        note: impl Fn(&str) -> Option<String>,
+    ) -> Result<Self, RecordError> {
+        let not = |reason: &dyn Display| not_a_dataset(path, reason);
+        let text = |key: &str| note(key).ok_or_else(|| not(&format!("its metadata have no {key}")));
+        let study = text("robhaz.study")?;
+        let mut study = StudyChoice::parse(&study, "its study file").map_err(|e| not(&e))?;
+        study.name = text("robhaz.name")?;
         Ok(Self {
-            columns: columns(&schema, &batches).map_err(|e| not(&e))?,
+            columns: columns(schema, batches).map_err(|e| not(&e))?,
             study,
-            runs,
-            version,
-            scene,
+            runs: text("robhaz.runs")?.parse().map_err(|e| not(&e))?,
+            version: text("robhaz.version")?,
+            scene: text("robhaz.scene")?,
         })
     }
 
@@ -121,6 +131,13 @@ impl Dataset {
         let mut list: Vec<_> = found.into_iter().map(|(e, (n, i))| (e, n, i)).collect();
         list.sort_by_key(|(_, count, first)| (u64::MAX - count, *first));
         list
+    }
+}
+
+fn not_a_dataset(path: &Path, reason: &dyn Display) -> RecordError {
+    RecordError::NotADataset {
+        path: path.to_path_buf(),
+        reason: reason.to_string(),
     }
 }
 

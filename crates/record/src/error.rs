@@ -66,8 +66,8 @@ pub enum RecordError {
         /// The first difference.
         source: serde_json::Error,
     },
-    /// A file that is no dataset of a sweep.
-    #[error("{path} is not the dataset of a sweep: {reason}", path = path.display())]
+    /// A file that is no dataset of a study.
+    #[error("{path} is not the dataset of a study: {reason}", path = path.display())]
     NotADataset {
         /// The file.
         path: PathBuf,

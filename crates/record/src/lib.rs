@@ -7,10 +7,10 @@
 //! | the ground that an estimator has found | `ground-NAME`, `.parquet` or `.csv` | [`TableSink`] |
 //! | a path judged before it is driven | `path`, `.parquet` or `.csv`, `figures/needed_friction` | [`write_path`] |
 //! | all tables, in memory | none | [`MemorySink`] |
-//! | all of it on one page | `report.html` | [`page`], of a sweep [`sweep_page`] |
+//! | all of it on one page | `report.html` | [`page`], of a study [`study_page`] |
 //! | errors of each estimator | `summary.json` | [`SummarySink`], [`Summary`] |
 //! | Figs. 5 to 8 of the paper, all estimators, the path | `fig5_linkage.svg`, ... | [`FigureSink`] |
-//! | the dataset of a sweep, read back | `sweep.parquet` | [`Dataset`] |
+//! | the dataset of a study, read back | `study.parquet` | [`Dataset`] |
 //! | runs and estimators side by side | the terminal | [`comparison_table`], [`comparison_json`], [`comparison_csv`], [`comparison_markdown`] |
 //!
 //! Every column of every table is declared once, with its unit, in [`Table`]. Everything is in SI; the same run leaves the
@@ -36,8 +36,8 @@ mod parquet_table;
 mod point_table;
 mod quantile;
 mod report;
+mod study_page;
 mod summary;
-mod sweep_page;
 mod table;
 mod terrain_table;
 #[cfg(test)]
@@ -55,11 +55,11 @@ pub use log_lines::{TimeLine, time_lines};
 pub use memory::MemorySink;
 pub use page::page;
 pub use report::comparison_table;
+pub use study_page::study_page;
 pub use summary::{
     BrokenOff, ChannelSummary, EstimatorSummary, FrictionSummary, FrictionTestSummary, LogSummary,
     MeanForces, NominalRobot, ProgressSummary, SensorErrors, Summary, SummarySink,
 };
-pub use sweep_page::sweep_page;
 pub use table::TableSink;
 
 #[cfg(test)]

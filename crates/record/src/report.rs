@@ -291,6 +291,8 @@ mod tests {
             stated: None,
             coverage: None,
             nees: None,
+            error_over_stated: None,
+            nis: None,
             lag_s: None,
             ground: None,
             samples: 90,

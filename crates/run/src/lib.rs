@@ -42,6 +42,9 @@ pub use source::{Sample, Simulation, Source, sensor_frame};
 
 use robhaz_estimator::GroundPoint;
 use robhaz_scene::Scene;
+use robhaz_sim::Truth;
+use source::Observation;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tracing::debug;
 
@@ -101,6 +104,16 @@ impl Run {
         run.driver = Driver::of(scene)?;
         run.wall = start.elapsed();
         Ok(run)
+    }
+
+    /// The sensors and estimators of a scene on a truth that was simulated before, one item a sample of the sensors, in one
+    /// loop. Where the truth is that of the scene, all records are those of [`Run::new`], to the bit. No control drives.
+    ///
+    /// # Errors
+    /// [`RunError::ModelError`].
+    pub fn observing(scene: &Scene, truth: Arc<[Truth]>) -> Result<Self, RunError> {
+        let source = Box::new(Observation::new(scene, truth));
+        Ok(Self::ready(RunDescription::of(scene)?, source))
     }
 
     /// A run on recorded readings, with the estimators of its description and without a control, on several threads.

@@ -63,7 +63,7 @@ pub(crate) fn run(
     mut hand_on: impl FnMut(&[Frame<'_>]) -> Result<(), RunError>,
 ) -> Result<(), RunError> {
     let count = estimators.count();
-    // Its own threads: those of a sweep may all wait for runs like this one.
+    // Its own threads: those of a study may all wait for runs like this one.
     let pool = ThreadPoolBuilder::new().build()?;
     let is_over = AtomicBool::new(false);
     let mut result = Ok(());

@@ -7,6 +7,7 @@ use robhaz_model::WheelCommand;
 use robhaz_scene::{PlantFailure, Scene};
 use robhaz_sim::sensors::{Readings, Sensors};
 use robhaz_sim::{Plant, Truth};
+use std::sync::Arc;
 
 /// One sample of a source.
 #[derive(Clone, Copy, Debug)]
@@ -79,12 +80,7 @@ impl Source for Simulation {
         let truth = *self.plant.next_truth().map_err(PlantFailure::from)?;
         let is_record = self.taken.is_multiple_of(self.samples_per_record);
         self.taken += 1;
-        Ok(Some(Sample {
-            time: truth.time,
-            truth: Some(truth),
-            sensors: sensor_frame(&self.sensors.read(&truth)),
-            is_record,
-        }))
+        Ok(Some(read(&mut self.sensors, &truth, is_record)))
     }
 
     fn command(&mut self, commands: [WheelCommand; 3]) {
@@ -93,6 +89,52 @@ impl Source for Simulation {
 
     fn mean_step(&self) -> Option<f64> {
         Some(self.plant.mean_step())
+    }
+}
+
+/// A truth that was simulated before, read by the sensors of a scene.
+pub(crate) struct Observation {
+    truth: Arc<[Truth]>,
+    sensors: Sensors,
+    /// Samples taken so far.
+    taken: usize,
+    samples_per_record: u64,
+}
+
+impl Observation {
+    /// The first sample is next.
+    pub(crate) fn new(scene: &Scene, truth: Arc<[Truth]>) -> Self {
+        Self {
+            truth,
+            sensors: scene.sensors(),
+            taken: 0,
+            samples_per_record: scene.samples_per_record(),
+        }
+    }
+}
+
+impl Source for Observation {
+    fn next_sample(&mut self) -> Result<Option<Sample>, RunError> {
+        let Some(truth) = self.truth.get(self.taken) else {
+            return Ok(None);
+        };
+        let is_record = (self.taken as u64).is_multiple_of(self.samples_per_record);
+        self.taken += 1;
+        Ok(Some(read(&mut self.sensors, truth, is_record)))
+    }
+
+    fn mean_step(&self) -> Option<f64> {
+        None
+    }
+}
+
+/// The sample of a truth, with its readings.
+fn read(sensors: &mut Sensors, truth: &Truth, is_record: bool) -> Sample {
+    Sample {
+        time: truth.time,
+        truth: Some(*truth),
+        sensors: sensor_frame(&sensors.read(truth)),
+        is_record,
     }
 }
 

@@ -11,6 +11,7 @@
 //! | bias | mean of `N_estimated - N_true`, per wheel | [`ForceErrors::bias`] |
 //! | lag | `-sum(e dN/dt)/sum((dN/dt)^2)`, e = error of N, over samples without impacts | [`Statistics::lag`] |
 //! | coverage | share of errors of N within two stated standard deviations | [`Statistics::coverage`] |
+//! | Cramer-Rao bound | smallest NRMSE of an unbiased estimate from one sample | [`Bound::nrmse`] |
 //! | mu_n | T/N, where N is at least [`LEAST_LOAD`] | [`needed_friction`] |
 //! | mu_n of an estimate | what it states, else T/N | [`estimated_needed_friction`] |
 //! | errors of the ground | RMSE and coverage of height and slope over the points found | [`GroundErrors`] |
@@ -18,6 +19,7 @@
 //! | contact states | share of events found within 20 ms, shares of false and missed flags | [`contact`] |
 //! | events | contact lost, two contacts, slip, end stop, body or a link touches the ground | [`events`] |
 
+mod bound;
 pub mod contact;
 mod errors;
 pub mod events;
@@ -30,6 +32,7 @@ mod score;
 mod statistics;
 mod sum;
 
+pub use bound::{Bound, SampleNoise};
 pub use errors::{ForceErrors, rms_over_wheels};
 pub use friction::{LEAST_LOAD, estimated_needed_friction, needed_friction};
 pub use ground::{GroundErrors, TrueGround, ground_origin};

@@ -1,76 +1,53 @@
-//! Many seeds of one scene: how exact the estimators are, whether their stated covariance is right, and what each step from the
-//! paper's estimator to `best` contributes.
+//! Many runs: a scene with many seeds, or a study file that varies anything; on all cores or many machines, into one dataset
+//! and one report. How exact the estimators are, whether their stated covariance is right, and what each step from the paper's
+//! estimator to `best` contributes.
 //!
-//! The truth of a scene does not depend on sensor noise: a [`TruthRun`] is simulated once and observed anew with every seed.
+//! A [`Study`] knows the settings of every run by its index alone, so that any process computes any run without asking
+//! another. [`compute`] computes the runs of one [`Shard`] on several threads. Runs whose scenes differ in sensors and
+//! estimators alone have one truth, a [`TruthRun`]: it is simulated once and observed anew by each. Each finished run is one
+//! line of a journal in the study's folder: a process that is killed loses the runs in flight, and the next one goes on. The
+//! dataset of all journals has the same bytes for any number of threads, shards and interruptions. [`Report`] sums it up.
+//!
+//! | modules | job |
+//! |---|---|
+//! | `study` | study file and base scene, or scene and seeds, checked; what identifies them |
+//! | `plan`, `draw` | the settings of every run, and which runs have one truth; drawn values |
+//! | `truth_run`, `single` | the truth of several runs, its Cramer-Rao bound; one run and its scores |
+//! | `ablation` | the ladder of estimators |
+//! | `scores`, `columns` | columns of scores; all columns of the dataset |
+//! | `journal`, `folder`, `files` | finished runs on disk; the folder of a study; files that are complete or not there |
+//! | `shard`, `compute` | a part of the runs; its runs, on several threads |
+//! | `dataset`, `report` | the dataset of all journals; means, consistency and verdicts |
+//! | `statistics`, `consistency` | means with standard errors; is a stated covariance right? |
 
 mod ablation;
+mod columns;
+mod compute;
 mod consistency;
-mod floor;
+mod dataset;
+mod draw;
+mod error;
+mod files;
+mod folder;
+mod journal;
+mod plan;
 mod report;
-mod seeds;
+mod scores;
+mod shard;
+mod single;
 mod statistics;
+mod study;
 mod truth_run;
 
 pub use ablation::ladder;
+pub use compute::{Done, Job, Watch, compute, compute_in_memory};
 pub use consistency::{Consistency, CovarianceVerdict};
-pub use floor::{SampleNoise, floor};
-pub use report::Report;
-pub use seeds::{SeedErrors, SeedScores};
+pub use error::StudyError;
+pub use folder::DATASET;
+pub use journal::{Row, RunRecord};
+pub use report::{Line, Report};
+pub use scores::{Outcome, ScoreColumn};
+pub use shard::Shard;
 pub use statistics::Mean;
-pub use truth_run::{TruthRun, TruthRunError};
-
-use rayon::prelude::*;
-use robhaz_run::Observers;
-use robhaz_scene::{ModelErrorTooLarge, Scene};
-use robhaz_score::Score;
-
-/// Observes a truth once, with the scene's seed. Returns a score for each of the scene's estimators.
-///
-/// # Errors
-/// [`ModelErrorTooLarge`] when the nominal robot that this seed draws is not a valid robot.
-pub fn observe(scene: &Scene, run: &TruthRun) -> Result<Vec<Score>, ModelErrorTooLarge> {
-    let mut observers = Observers::new(scene)?;
-    let mut scores = vec![Score::new(truth_run::rule(scene)); scene.estimators.len()];
-    for truth in run.samples() {
-        let (_, estimates) = observers.observe(truth);
-        for (score, estimate) in scores.iter_mut().zip(estimates) {
-            score.add(truth, estimate.as_ref().ok());
-        }
-    }
-    Ok(scores)
-}
-
-/// Observes a truth with each of `seeds`, on the threads of the current rayon pool. Returns the scores of each of the scene's
-/// estimators. The result does not depend on the number of threads. `done` is called after every seed.
-///
-/// # Errors
-/// As [`observe`], of the first seed in the list that fails.
-pub fn study(
-    scene: &Scene,
-    run: &TruthRun,
-    seeds: &[u64],
-    done: &(dyn Fn() + Sync),
-) -> Result<Vec<SeedScores>, ModelErrorTooLarge> {
-    let with_seed = |&seed: &u64| {
-        let scene = Scene {
-            seed,
-            ..scene.clone()
-        };
-        let scores = observe(&scene, run);
-        done();
-        scores
-    };
-    // Collected in the order of the seeds; errors are looked at afterwards, so that the first one counts.
-    let runs: Vec<_> = seeds.par_iter().map(with_seed).collect();
-    let mut of_estimators: Vec<SeedScores> = scene
-        .estimators
-        .iter()
-        .map(|e| SeedScores::new(&e.name))
-        .collect();
-    for scores in runs {
-        for (of_estimator, score) in of_estimators.iter_mut().zip(scores?) {
-            of_estimator.add(&score);
-        }
-    }
-    Ok(of_estimators)
-}
+pub use study::{Identity, Study};
+pub use truth_run::{TruthRun, TruthRunError, floor};

@@ -1,37 +1,46 @@
 //! The result of a study, as a table and as JSON.
 
 use crate::consistency::{Consistency, CovarianceVerdict};
-use crate::seeds::SeedScores;
+use crate::error::StudyError;
 use crate::statistics::{LEAST_RUNS, Mean};
-use crate::truth_run::TruthRun;
+use crate::study::Study;
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Row, Table};
+use robhaz_record::Dataset;
 use robhaz_scene::Scene;
 use serde::Serialize;
 
 /// Width of the table, columns of text.
 const WIDTH: u16 = 110;
 
-/// The result of a study. Errors of N and standard deviations are fractions of the mean true N.
+/// The result of a study: means over all its complete runs. Errors of N and standard deviations are fractions of the mean true N.
+/// What is not the same in all runs is `None`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
-    /// Name of the scene.
+    /// Name of the scene, or of the study file.
     pub scene: String,
+    /// Whether the runs differ in their seeds alone.
+    #[serde(skip)]
+    only_seeds: bool,
+    /// Number of runs.
+    pub runs: u64,
+    /// How many of them failed, and have no scores.
+    pub failed: u64,
     /// Engine that computed the truth.
-    pub engine: String,
+    pub engine: Option<String>,
     /// Grade of the sensors.
-    pub sensors: String,
+    pub sensors: Option<String>,
     /// The seeds.
     pub seeds: Vec<u64>,
     /// Errors count from this time on, s.
-    pub compare_from_s: f64,
-    /// Number of samples of one seed that count.
-    pub samples: usize,
+    pub compare_from_s: Option<f64>,
+    /// Number of samples of a run that count.
+    pub samples: Option<u64>,
     /// How many of these have a wheel with two contacts.
-    pub two_contacts: usize,
-    /// Number of samples of one seed left out because no single contact is equivalent to the contacts of a wheel.
-    pub left_out: usize,
-    /// Cramer-Rao bound of one sample: [`crate::floor`]. `None` where torques and contact angles are exact.
+    pub two_contacts: Option<u64>,
+    /// Number of samples of a run left out because no single contact is equivalent to the contacts of a wheel.
+    pub left_out: Option<u64>,
+    /// Cramer-Rao bound of one sample: [`robhaz_score::Bound::nrmse`], the mean over the runs. `None` where torques and contact angles are exact.
     pub floor: Option<f64>,
     /// One line per estimator.
     pub estimators: Vec<Line>,
@@ -60,31 +69,115 @@ pub struct Line {
     pub verdict: Option<CovarianceVerdict>,
     /// Verdict by the NIS.
     pub parity_verdict: Option<CovarianceVerdict>,
-    /// Number of samples without an estimate, of all seeds together.
+    /// Number of samples without an estimate, of all runs together.
     pub missing: u64,
+    /// Number of samples that count, of all runs together.
+    #[serde(skip)]
+    counted: u64,
+}
+
+/// The rows of one estimator.
+struct Rows<'a> {
+    data: &'a Dataset,
+    label: &'a str,
+}
+
+impl Rows<'_> {
+    /// The values of a column, in the order of the runs.
+    fn of(&self, column: &str) -> Vec<f64> {
+        let labels = self.data.words("estimator").iter();
+        let rows = labels.zip(self.data.numbers(column));
+        let own = rows.filter(|(label, _)| label.as_deref() == Some(self.label));
+        own.filter_map(|(_, value)| *value).collect()
+    }
+
+    fn mean(&self, column: &str) -> Option<Mean> {
+        Mean::of(&self.of(column))
+    }
+
+    /// Samples that count, by run.
+    fn counted(&self) -> Vec<f64> {
+        let (samples, missing) = (self.of("samples"), self.of("missing"));
+        samples.iter().zip(missing).map(|(s, m)| s + m).collect()
+    }
+}
+
+/// The value that all have; `None` where they differ.
+fn common<T: PartialEq>(mut values: impl Iterator<Item = T>) -> Option<T> {
+    let first = values.next()?;
+    values.all(|value| value == first).then_some(first)
+}
+
+/// The value of a count that is the same in all runs; of estimators that miss samples the largest one.
+fn count(estimators: &[Rows<'_>], of: impl Fn(&Rows<'_>) -> Vec<f64>) -> Option<u64> {
+    let counts = estimators.iter().map(|rows| common(of(rows).into_iter()));
+    let largest = counts.collect::<Option<Vec<f64>>>()?.into_iter();
+    // Counts, written as numbers.
+    largest.reduce(f64::max).map(|count| count as u64)
 }
 
 impl Report {
-    /// The report on a scene whose truth was observed with `seeds`.
-    pub fn new(
-        scene: &Scene,
-        run: &TruthRun,
-        seeds: &[u64],
-        floor: Option<f64>,
-        scores: &[SeedScores],
-    ) -> Self {
-        Self {
-            scene: scene.name.clone(),
-            engine: scene.engine.kind.name().to_owned(),
-            sensors: scene.sensors.grade.name().to_owned(),
-            seeds: seeds.to_vec(),
-            compare_from_s: scene.record.compare_from,
-            samples: run.counted(),
-            two_contacts: run.two_contacts(),
-            left_out: run.left_out(),
-            floor,
-            estimators: scores.iter().map(|s| Line::new(s, floor)).collect(),
+    /// The report on the dataset of a study.
+    ///
+    /// # Errors
+    /// [`StudyError::Failed`] where a run of a scene failed, or has no sample that counts.
+    pub fn of(study: &Study, data: &Dataset) -> Result<Self, StudyError> {
+        let failures = data.failures();
+        let only_seeds = study.driven().is_some();
+        let labels = data.estimators().into_iter();
+        let estimators: Vec<Rows<'_>> = labels.map(|label| Rows { data, label }).collect();
+        let name = &study.choice().name;
+        if let (true, Some((reason, ..))) = (only_seeds, failures.first()) {
+            return Err(StudyError::Failed {
+                scene: name.clone(),
+                reason: (*reason).to_owned(),
+            });
         }
+        let scenes = study.scenes();
+        let compare_from_s = common(scenes.iter().map(|scene| scene.record.compare_from));
+        let samples = count(&estimators, |rows| rows.counted());
+        let left_out = count(&estimators, |rows| rows.of("no_equivalent"));
+        if let (true, Some(0), Some(compared), Some(from)) =
+            (only_seeds, samples, left_out, compare_from_s)
+        {
+            return Err(StudyError::Failed {
+                scene: name.clone(),
+                reason: format!(
+                    "no sample counts: in each of the {compared} samples from {from} s on the contacts of a wheel have no \
+                     equivalent single contact"
+                ),
+            });
+        }
+        let bounds: Vec<f64> = data.numbers("bound").iter().filter_map(|b| *b).collect();
+        // Equal bounds keep their bits.
+        let floor = common(bounds.iter().copied());
+        let floor = floor.or_else(|| Mean::of(&bounds).map(|bound| bound.mean));
+        Ok(Self {
+            scene: name.clone(),
+            only_seeds,
+            runs: data.runs,
+            failed: failures.iter().map(|(_, count, _)| count).sum(),
+            engine: common(
+                scenes
+                    .iter()
+                    .map(|scene| scene.engine.kind.name().to_owned()),
+            ),
+            sensors: common(
+                scenes
+                    .iter()
+                    .map(|scene| scene.sensors.grade.name().to_owned()),
+            ),
+            seeds: seeds(data, scenes),
+            compare_from_s,
+            samples,
+            two_contacts: count(&estimators, |rows| rows.of("two_contacts")),
+            left_out,
+            floor,
+            estimators: estimators
+                .iter()
+                .map(|rows| Line::new(rows, floor))
+                .collect(),
+        })
     }
 
     /// The table, and below it what was run.
@@ -98,8 +191,9 @@ impl Report {
         for line in &self.estimators {
             table.add_row(line.row());
         }
-        let mut text = String::from(
-            "Errors of the normal forces N in % of their mean, of the tractions T in N; means over the seeds\n",
+        let mut text = format!(
+            "Errors of the normal forces N in % of their mean, of the tractions T in N; means over the {}\n",
+            self.each(true)
         );
         text.push_str(&table.trim_fmt());
         text.push('\n');
@@ -119,7 +213,8 @@ impl Report {
             .any(|l| l.verdict == Some(CovarianceVerdict::NotJudged))
         {
             text.push_str(&format!(
-                "\nNot judged: a verdict needs at least {LEAST_RUNS} seeds, and random errors that differ between them."
+                "\nNot judged: a verdict needs at least {LEAST_RUNS} {}, and random errors that differ between them.",
+                self.each(true)
             ));
         }
         for line in &self.estimators {
@@ -141,13 +236,24 @@ impl Report {
         }
         for line in self.estimators.iter().filter(|l| l.missing > 0) {
             text.push_str(&format!(
-                "\n{}: no estimate in {} of {} samples of all seeds; these do not count.",
+                "\n{}: no estimate in {} of {} samples of all {}; these do not count.",
                 line.name,
                 line.missing,
-                self.samples * self.seeds.len()
+                line.counted,
+                self.each(true)
             ));
         }
         text
+    }
+
+    /// What means are over.
+    fn each(&self, several: bool) -> &'static str {
+        match (self.only_seeds, several) {
+            (true, true) => "seeds",
+            (true, false) => "seed",
+            (false, true) => "runs",
+            (false, false) => "run",
+        }
     }
 
     /// Errors of N over the samples without two contacts. Impacts on corners make most of the error of the others.
@@ -160,7 +266,7 @@ impl Report {
             ))
         };
         let errors: Vec<String> = self.estimators.iter().filter_map(of).collect();
-        if self.two_contacts == 0 || errors.is_empty() {
+        if self.two_contacts == Some(0) || errors.is_empty() {
             return String::new();
         }
         let errors = errors.join(", ");
@@ -169,43 +275,66 @@ impl Report {
 
     fn what_was_run(&self) -> String {
         let seeds = match self.seeds.as_slice() {
-            [] => "no seed".to_owned(),
+            [] => "seeds vary".to_owned(),
             [one] => format!("seed {one}"),
             [first, .., last] => format!("{} seeds, {first} to {last}", self.seeds.len()),
         };
-        let left_out = match self.left_out {
-            0 => "none left out".to_owned(),
-            n => format!(
-                "{n} left out because the contacts of a wheel have no equivalent single contact"
-            ),
+        let runs = match (self.only_seeds, self.failed) {
+            (true, _) => String::new(),
+            (false, 0) => format!("{} runs, none failed; ", self.runs),
+            (false, failed) => format!("{} runs, {failed} of them failed; ", self.runs),
+        };
+        let common = |value: &Option<String>| value.clone().unwrap_or("several".to_owned());
+        let (engine, sensors) = (common(&self.engine), common(&self.sensors));
+        let from = self.compare_from_s.map(|from| format!(" from {from} s on"));
+        let from = from.unwrap_or_default();
+        let samples = match self.samples {
+            Some(samples) => format!("{samples} samples a {}{from}", self.each(false)),
+            None => format!("samples{from}"),
         };
         let two_contacts = match self.two_contacts {
-            0 => String::new(),
-            n => format!("{n} of them with two contacts of a wheel, "),
+            Some(0) => String::new(),
+            Some(n) => format!("{n} of them with two contacts of a wheel, "),
+            None => "some of them with two contacts of a wheel, ".to_owned(),
+        };
+        let left_out = match self.left_out {
+            Some(0) => "none".to_owned(),
+            Some(n) => n.to_string(),
+            None => "some".to_owned(),
+        };
+        let why = match self.left_out {
+            Some(0) => "",
+            _ => " because the contacts of a wheel have no equivalent single contact",
         };
         format!(
-            "{}: {seeds}; engine {}, sensors {}; {} samples a seed from {} s on, {two_contacts}{left_out}.",
-            self.scene, self.engine, self.sensors, self.samples, self.compare_from_s
+            "{}: {runs}{seeds}; engine {engine}, sensors {sensors}; {samples}, {two_contacts}{left_out} left out{why}.",
+            self.scene
         )
     }
 }
 
 impl Line {
-    fn new(scores: &SeedScores, floor: Option<f64>) -> Self {
-        let nrmse = scores.nrmse();
-        let consistency = scores.consistency();
+    fn new(rows: &Rows<'_>, floor: Option<f64>) -> Self {
+        let nrmse = rows.mean("nrmse");
+        let consistency = rows.mean("nees").zip(rows.mean("coverage"));
+        let consistency = consistency.map(|(nees, coverage)| Consistency {
+            nees,
+            nis: rows.mean("nis"),
+            coverage,
+        });
         Self {
-            name: scores.name.clone(),
+            name: rows.label.to_owned(),
             nrmse,
-            nrmse_at_one_contact: scores.at_one_contact().nrmse(),
-            traction_rmse_n: scores.traction_rmse(),
-            stated: scores.stated(),
-            error_over_stated: scores.normalised(),
+            nrmse_at_one_contact: rows.mean("nrmse_at_one_contact"),
+            traction_rmse_n: rows.mean("traction_rmse"),
+            stated: rows.mean("stated"),
+            error_over_stated: rows.mean("error_over_stated"),
             error_over_floor: nrmse.zip(floor).map(|(error, floor)| error.mean / floor),
             consistency,
             verdict: consistency.map(|c| c.verdict()),
             parity_verdict: consistency.and_then(|c| c.parity_verdict()),
-            missing: scores.missing(),
+            missing: rows.of("missing").iter().sum::<f64>() as u64,
+            counted: rows.counted().iter().sum::<f64>() as u64,
         }
     }
 
@@ -236,6 +365,24 @@ impl Line {
             self.verdict.map_or("-", CovarianceVerdict::words),
         ));
         row
+    }
+}
+
+/// The seeds of all runs, each once, from the least on.
+fn seeds(data: &Dataset, scenes: &[Scene]) -> Vec<u64> {
+    let mut varied: Vec<u64> = data
+        .numbers("seed")
+        .iter()
+        .flatten()
+        .map(|s| *s as u64)
+        .collect();
+    varied.sort_unstable();
+    varied.dedup();
+    match varied.is_empty() {
+        true => common(scenes.iter().map(|scene| scene.seed))
+            .into_iter()
+            .collect(),
+        false => varied,
     }
 }
 

@@ -1,11 +1,12 @@
 //! The truth of a scene at every sample of its sensors.
 
-use robhaz_run::{DrivenPlant, StartError};
+use robhaz_run::{DrivenPlant, StartError, Stop};
 use robhaz_scene::{PlantFailure, Scene};
-use robhaz_score::{Compared, Inclusion, Rule};
+use robhaz_score::{Bound, Compared, Inclusion, Rule, SampleNoise};
 use robhaz_sim::Truth;
+use std::sync::Arc;
 
-/// Why a scene cannot be studied.
+/// Why a scene has no truth that can be observed.
 #[derive(Debug, thiserror::Error)]
 pub enum TruthRunError {
     /// The truth of the whole run is kept in memory.
@@ -22,6 +23,9 @@ pub enum TruthRunError {
     /// The simulation left its range of validity.
     #[error("the simulation stopped")]
     Plant(#[from] PlantFailure),
+    /// The caller stopped it.
+    #[error("stopped by {0}")]
+    Stopped(&'static str),
     /// No sample counts.
     #[error(
         "no sample counts: in each of the {compared} samples from {from} s on the contacts of a wheel have no equivalent single contact"
@@ -41,6 +45,20 @@ pub(crate) fn rule(scene: &Scene) -> Rule {
     }
 }
 
+/// The Cramer-Rao bound of the estimators of a scene, before its first sample.
+pub(crate) fn bound(scene: &Scene) -> Bound {
+    let noise = SampleNoise::of(&scene.sensors.spec, scene.drive.gear_friction);
+    Bound::new(noise, scene.robot.robot.clone())
+}
+
+/// The Cramer-Rao bound of a scene on a truth, from one sample: [`Bound::nrmse`].
+pub fn floor(scene: &Scene, run: &TruthRun) -> Option<f64> {
+    let mut bound = bound(scene);
+    run.counting()
+        .for_each(|(truth, compared)| bound.add(truth, &compared));
+    bound.nrmse()
+}
+
 /// Largest number of samples of a run, about 0.5 GB.
 pub const MOST_SAMPLES: u64 = 500_000;
 
@@ -49,7 +67,7 @@ pub const MOST_SAMPLES: u64 = 500_000;
 /// other seeds observe without driving.
 #[derive(Clone, Debug)]
 pub struct TruthRun {
-    truth: Vec<Truth>,
+    truth: Arc<[Truth]>,
     rule: Rule,
 }
 
@@ -59,26 +77,36 @@ impl TruthRun {
     /// # Errors
     /// [`TruthRunError`]
     pub fn of(scene: &Scene) -> Result<Self, TruthRunError> {
+        let run = Self::simulate(scene, &|| None)?;
+        match run.counted() {
+            0 => Err(TruthRunError::NothingCounts {
+                compared: run.left_out(),
+                from: scene.record.compare_from,
+            }),
+            _ => Ok(run),
+        }
+    }
+
+    /// The same for a truth of which no sample may count. `stop` is asked at every sample.
+    pub(crate) fn simulate(scene: &Scene, stop: Stop<'_>) -> Result<Self, TruthRunError> {
         let found = (scene.record_count() - 1) * scene.samples_per_record() + 1;
         if found > MOST_SAMPLES {
             return Err(TruthRunError::TooLong { found });
         }
         let mut plant = DrivenPlant::new(scene, &scene.plant_setup())?;
-        let truth: Vec<Truth> = (0..found)
-            .map(|_| plant.next_truth())
-            .collect::<Result<_, _>>()
-            .map_err(PlantFailure::from)?;
-        let run = Self {
-            truth,
-            rule: rule(scene),
+        let next = |_| match stop() {
+            Some(cause) => Err(TruthRunError::Stopped(cause)),
+            None => Ok(plant.next_truth().map_err(PlantFailure::from)?),
         };
-        if run.counted() == 0 {
-            return Err(TruthRunError::NothingCounts {
-                compared: run.left_out(),
-                from: scene.record.compare_from,
-            });
-        }
-        Ok(run)
+        Ok(Self {
+            truth: (0..found).map(next).collect::<Result<_, _>>()?,
+            rule: rule(scene),
+        })
+    }
+
+    /// The samples, for [`robhaz_run::Run::observing`].
+    pub(crate) fn shared(&self) -> Arc<[Truth]> {
+        Arc::clone(&self.truth)
     }
 
     /// Every sample.
@@ -98,12 +126,6 @@ impl TruthRun {
     /// Number of samples that count.
     pub fn counted(&self) -> usize {
         self.counting().count()
-    }
-
-    /// How many of the samples that count have a wheel with two contacts.
-    pub fn two_contacts(&self) -> usize {
-        let two = |(_, compared): &(&Truth, Compared)| compared.two_contacts;
-        self.counting().filter(two).count()
     }
 
     /// Number of samples left out because a wheel has no equivalent contact.

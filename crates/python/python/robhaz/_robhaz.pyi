@@ -266,7 +266,7 @@ class Study:
     """The result of a study. `print(study)` shows the table of `robhaz study`."""
 
     def as_dict(self) -> dict[str, Any]:
-        """The content of `robhaz study --json`. Errors of N and standard deviations are fractions of the mean true
+        """The report in `robhaz study --json`. Errors of N and standard deviations are fractions of the mean true
         N."""
 
 def study(scene: Scene, seeds: int = 10, *, ladder: bool = False) -> Study:

@@ -293,6 +293,12 @@ pub struct EstimatorSummary {
     /// Mean NEES of the three N: 3 if the stated covariance is right. `None` if the estimator states none.
     #[serde(default)]
     pub nees: Option<f64>,
+    /// RMS of the errors of N, each over its stated standard deviation: 1 if these are right. `None` if the estimator states none.
+    #[serde(default)]
+    pub error_over_stated: Option<f64>,
+    /// Mean NIS of the parity residual: 1 if its expected variance is right. `None` if the estimator expects none.
+    #[serde(default)]
+    pub nis: Option<f64>,
     /// Time by which the estimated N follow the true ones, s: [`robhaz_score::Statistics::lag`]. `None` where the truth hardly changes,
     /// and in the summaries of earlier versions.
     #[serde(default)]
@@ -396,6 +402,8 @@ impl EstimatorSummary {
             stated: score.stated(),
             coverage: score.coverage(),
             nees: score.nees(),
+            error_over_stated: score.normalised(),
+            nis: score.nis(),
             lag_s: score.lag(),
             ground: None,
             samples: score.samples(),
@@ -439,6 +447,8 @@ impl EstimatorSummary {
             ("stated", self.stated),
             ("coverage", self.coverage),
             ("nees", self.nees),
+            ("error_over_stated", self.error_over_stated),
+            ("nis", self.nis),
             ("lag_s", self.lag_s),
         ];
         let of_stated = stated

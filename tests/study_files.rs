@@ -1,4 +1,4 @@
-//! The commands `robhaz sweep` and `robhaz merge`: the same dataset whatever happens on the way.
+//! The command `robhaz study` on study files: the same dataset whatever happens on the way.
 #![cfg(unix)]
 
 use crate::support::{robhaz, text};
@@ -33,7 +33,7 @@ fn succeed(folder: &Path, arguments: &[&str]) -> String {
 }
 
 fn dataset(folder: &Path, name: &str) -> Vec<u8> {
-    fs::read(folder.join(name).join("sweep.parquet")).unwrap()
+    fs::read(folder.join(name).join("study.parquet")).unwrap()
 }
 
 /// An axis of each kind; 500 runs.
@@ -42,14 +42,14 @@ const MANY: &str = "tables = [3]\n[[axis]]\nkey = \"drive.speed\"\nvalues = [0.1
     [[axis]]\nkey = \"robot.mass.body\"\nnormal = [5, 0.2]\n[[axis]]\nkey = \"contact.mu_s\"\nuniform = [0.75, 1]\n\
     [draw]\ncount = 25\n";
 
-/// Kills at random instants, 20 of them, lose nothing: the dataset has the same bytes as that of a sweep that was left alone.
-/// So has the one of three shards, with other numbers of threads.
+/// Kills at random instants, 20 of them, lose nothing: the dataset has the same bytes as that of a study that was left alone.
+/// So has the one of three shards, with other numbers of threads, and that of one shard and the rest.
 #[test]
 fn kills_and_shards_leave_the_same_dataset() {
     let dir = study(MANY);
     succeed(
         dir.path(),
-        &["sweep", "study.toml", "--out", "alone", "--jobs", "2"],
+        &["study", "study.toml", "--out", "alone", "--jobs", "2"],
     );
     let whole = dataset(dir.path(), "alone");
 
@@ -59,7 +59,7 @@ fn kills_and_shards_leave_the_same_dataset() {
     let (mut lines, mut random) = (vec![0], 12345_u64);
     for kill in 0..20 {
         let mut child = robhaz(dir.path())
-            .args(["sweep", "study.toml", "--out", "killed", "--jobs", "2"])
+            .args(["study", "study.toml", "--out", "killed", "--jobs", "2"])
             .stdout(Stdio::null())
             .stderr(Stdio::null())
             .spawn()
@@ -82,53 +82,38 @@ fn kills_and_shards_leave_the_same_dataset() {
     assert!(*lines.last().unwrap() >= 15 * 19, "{lines:?}");
     let said = succeed(
         dir.path(),
-        &["sweep", "study.toml", "--out", "killed", "--jobs", "3"],
+        &["study", "study.toml", "--out", "killed", "--jobs", "3"],
     );
     assert!(said.contains(" of 500 runs computed in "), "{said}");
     assert!(
-        !said.starts_with("500 of"),
+        !said.contains("500 of 500"),
         "finished runs were repeated: {said}"
     );
     assert!(dataset(dir.path(), "killed") == whole);
     assert!(!journal.exists());
 
+    // Most runs of a shard have a truth of their own, most of the whole study share one with others.
     for part in ["1", "2", "3"] {
-        let (shard, out) = (format!("{part}/3"), format!("part-{part}"));
-        let said = succeed(
-            dir.path(),
-            &[
-                "sweep",
-                "study.toml",
-                "--shard",
-                &shard,
-                "--out",
-                &out,
-                "--jobs",
-                part,
-            ],
-        );
+        let shard = format!("{part}/3");
+        let study = ["study", "study.toml", "--out", "parts", "--jobs", part];
+        let said = succeed(dir.path(), &[&study[..], &["--shard", &shard]].concat());
         assert!(said.contains("This part is complete"), "{said}");
-        if part == "2" {
-            let output = run(
-                dir.path(),
-                &["merge", "part-1", "part-2", "--out", "merged"],
-            );
-            let error = text(&output.stderr);
-            assert!(!output.status.success());
-            assert!(
-                error.contains("166 of 500 runs are missing, the first one is run 2"),
-                "{error}"
-            );
-            assert!(!dir.path().join("merged").exists());
-        }
+        assert!(!dir.path().join("parts/study.parquet").exists());
     }
-    succeed(
-        dir.path(),
-        &["merge", "part-3", "part-1", "part-2", "--out", "merged"],
-    );
-    assert!(dataset(dir.path(), "merged") == whole);
+    let said = succeed(dir.path(), &["study", "study.toml", "--out", "parts"]);
+    assert!(said.contains("All 500 runs are done."), "{said}");
+    assert!(dataset(dir.path(), "parts") == whole);
+    // A finished folder stays as it is.
+    let said = succeed(dir.path(), &["study", "study.toml", "--out", "parts"]);
+    assert!(said.contains("All 500 runs are done."), "{said}");
+    // What no shard has computed is computed.
+    let second = ["study", "study.toml", "--out", "part", "--shard", "2/3"];
+    succeed(dir.path(), &second);
+    let said = succeed(dir.path(), &["study", "study.toml", "--out", "part"]);
+    assert!(said.contains("333 of 500 runs computed in "), "{said}");
+    assert!(dataset(dir.path(), "part") == whole);
     // The tables of run 3 came along.
-    for folder in ["alone", "killed", "merged"] {
+    for folder in ["alone", "killed", "parts"] {
         let tables = dir.path().join(folder).join("tables/run-000003");
         for name in ["scene.toml", "truth.parquet", "estimate-best.parquet"] {
             assert!(tables.join(name).is_file(), "{folder}: {name}");
@@ -142,15 +127,15 @@ fn kills_and_shards_leave_the_same_dataset() {
     }
 }
 
-/// A finished sweep computes nothing again. A changed study or base scene is refused, and what is there stays.
+/// A finished study computes nothing again. A changed study or base scene is refused, and what is there stays.
 #[test]
 fn a_changed_study_is_refused() {
     let dir = study("[[axis]]\nkey = \"seed\"\ncount = 3\n");
-    let sweep = ["sweep", "study.toml", "--out", "out"];
-    let said = succeed(dir.path(), &sweep);
+    let study_of = ["study", "study.toml", "--out", "out"];
+    let said = succeed(dir.path(), &study_of);
     assert!(said.contains("3 of 3 runs computed"), "{said}");
     let whole = dataset(dir.path(), "out");
-    assert!(succeed(dir.path(), &sweep).contains("All 3 runs are done."));
+    assert!(succeed(dir.path(), &study_of).contains("All 3 runs are done."));
     let edits = [
         (
             "study.toml",
@@ -164,7 +149,7 @@ fn a_changed_study_is_refused() {
         let path = dir.path().join(file);
         let before = fs::read_to_string(&path).unwrap();
         fs::write(&path, before.replace(old, new)).unwrap();
-        let output = run(dir.path(), &sweep);
+        let output = run(dir.path(), &study_of);
         let error = text(&output.stderr);
         assert!(
             !output.status.success() && error.contains(reason),
@@ -176,16 +161,16 @@ fn a_changed_study_is_refused() {
     // A folder with something else is left alone.
     fs::create_dir(dir.path().join("mine")).unwrap();
     fs::write(dir.path().join("mine/notes.txt"), "mine").unwrap();
-    let output = run(dir.path(), &["sweep", "study.toml", "--out", "mine"]);
-    assert!(text(&output.stderr).contains("holds no sweep"));
+    let output = run(dir.path(), &["study", "study.toml", "--out", "mine"]);
+    assert!(text(&output.stderr).contains("holds no study"));
 }
 
-/// Ctrl-C ends a sweep in order: exit code 130, the number of finished runs, and the same command goes on.
+/// Ctrl-C ends a study in order: exit code 130, the number of finished runs, and the same command goes on.
 #[test]
-fn an_interrupted_sweep_goes_on() {
+fn an_interrupted_study_goes_on() {
     let dir = study("[[axis]]\nkey = \"seed\"\ncount = 3000\n");
     let child = robhaz(dir.path())
-        .args(["sweep", "study.toml", "--out", "out"])
+        .args(["study", "study.toml", "--out", "out"])
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
@@ -210,13 +195,13 @@ fn an_interrupted_sweep_goes_on() {
     assert!(lines.ends_with('\n') && error.contains(&format!("{} of 3000", lines.lines().count())));
 }
 
-/// A full disk (here: a limit on the size of files) ends the sweep with its reason and keeps the finished runs.
+/// A full disk (here: a limit on the size of files) ends the study with its reason and keeps the finished runs.
 #[test]
 fn a_full_disk_keeps_finished_runs() {
     let dir = study("[[axis]]\nkey = \"seed\"\ncount = 60\n");
     let robhaz = env!("CARGO_BIN_EXE_robhaz");
     // 16 blocks of 512 or 1024 bytes: some ten lines.
-    let script = format!("ulimit -f 16; exec '{robhaz}' sweep study.toml --out out");
+    let script = format!("ulimit -f 16; exec '{robhaz}' study study.toml --out out");
     let output = std::process::Command::new("sh")
         .args(["-c", &script])
         .current_dir(dir.path())
@@ -232,8 +217,8 @@ fn a_full_disk_keeps_finished_runs() {
         journal.lines().count() > 3 && journal.ends_with('\n'),
         "{journal}"
     );
-    succeed(dir.path(), &["sweep", "study.toml", "--out", "out"]);
-    succeed(dir.path(), &["sweep", "study.toml", "--out", "undisturbed"]);
+    succeed(dir.path(), &["study", "study.toml", "--out", "out"]);
+    succeed(dir.path(), &["study", "study.toml", "--out", "undisturbed"]);
     assert!(dataset(dir.path(), "out") == dataset(dir.path(), "undisturbed"));
 }
 
@@ -320,7 +305,7 @@ fn mistakes_in_a_study_name_their_place() {
     ];
     for (axes, place, reason) in mistakes {
         let dir = study(axes);
-        let output = run(dir.path(), &["sweep", "study.toml", "--out", "out"]);
+        let output = run(dir.path(), &["study", "study.toml", "--out", "out"]);
         let error = text(&output.stderr);
         // The report wraps its lines.
         let flat: String = error
@@ -337,30 +322,29 @@ fn mistakes_in_a_study_name_their_place() {
     }
     let dir = study("[[axis]]\nkey = \"seed\"\ncount = 2\n");
     fs::remove_file(dir.path().join("scene.toml")).unwrap();
-    let output = run(dir.path(), &["sweep", "study.toml"]);
+    let output = run(dir.path(), &["study", "study.toml"]);
     let error = text(&output.stderr);
     assert!(
         error.contains("study.toml:1: scene") && error.contains("cannot be read"),
         "{error}"
     );
-    let output = run(dir.path(), &["sweep", "study.toml", "--shard", "3/2"]);
+    let output = run(dir.path(), &["study", "study.toml", "--shard", "3/2"]);
     assert!(text(&output.stderr).contains("I from 1 to N"));
 }
 
-/// A digit that changes in the journal of a stopped sweep is found by its line's checksum and said,
-/// its run is computed again, and the dataset is as if nothing had happened. Shards with such a
-/// line are not merged.
+/// A digit that changes in the journal of a stopped study is found by its line's checksum and said,
+/// its run is computed again, and the dataset is as if nothing had happened.
 #[test]
 fn a_changed_digit_does_not_reach_the_dataset() {
     let dir = study("[[axis]]\nkey = \"seed\"\ncount = 4\n");
     let at = |name: &str| dir.path().join(name);
-    succeed(dir.path(), &["sweep", "study.toml", "--out", "whole"]);
+    succeed(dir.path(), &["study", "study.toml", "--out", "whole"]);
     let shard = |part: &str| {
-        let arguments = ["sweep", "study.toml", "--shard", part, "--out", "part"];
+        let arguments = ["study", "study.toml", "--shard", part, "--out", "part"];
         succeed(dir.path(), &arguments)
     };
     shard("1/2");
-    let journal = at("part/runs.jsonl");
+    let journal = at("part/runs-1-of-2.jsonl");
     let lines = fs::read_to_string(&journal).unwrap();
     // The first digit of a score.
     let place = lines.find("scores\":[").unwrap() + "scores\":[".len();
@@ -368,15 +352,11 @@ fn a_changed_digit_does_not_reach_the_dataset() {
     let mut changed = lines.into_bytes();
     changed[place] = if changed[place] == b'3' { b'4' } else { b'3' };
     fs::write(&journal, changed).unwrap();
-    let merged = run(dir.path(), &["merge", "part", "--out", "merged"]);
-    let error = text(&merged.stderr);
-    let damaged = "lines of runs.jsonl with a wrong checksum: 1";
-    assert!(!merged.status.success(), "{error}");
-    assert!(error.replace("\n  │", "").contains(damaged), "{error}");
     let said = shard("1/2");
     assert!(said.starts_with("1 of 2 runs computed"), "{said}");
-    assert!(said.contains("with a wrong checksum: 1"), "{said}");
+    assert!(said.contains("with a wrong checksum (damaged, or of another study): 1."));
     shard("2/2");
+    succeed(dir.path(), &["study", "study.toml", "--out", "part"]);
     assert!(dataset(dir.path(), "part") == dataset(dir.path(), "whole"));
 }
 
@@ -385,7 +365,7 @@ fn a_changed_digit_does_not_reach_the_dataset() {
 #[test]
 fn the_number_of_threads_is_bounded() {
     let dir = study("[[axis]]\nkey = \"seed\"\ncount = 3\n");
-    let jobs = |jobs: &str| run(dir.path(), &["sweep", "study.toml", "--jobs", jobs]);
+    let jobs = |jobs: &str| run(dir.path(), &["study", "study.toml", "--jobs", jobs]);
     for (count, code) in [("100000", 2), ("0", 2), ("1024", 0)] {
         let output = jobs(count);
         let error = text(&output.stderr);
@@ -406,7 +386,7 @@ fn a_failing_run_does_not_stop_the_others() {
         )
     };
     let dir = study(&axes("[0.04, 0.08]"));
-    let said = succeed(dir.path(), &["sweep", "study.toml", "--out", "out"]);
+    let said = succeed(dir.path(), &["study", "study.toml", "--out", "out"]);
     assert!(said.contains("4 of 4 runs computed"), "{said}");
     assert!(
         said.contains("1 of them failed: see the column error."),
@@ -414,7 +394,7 @@ fn a_failing_run_does_not_stop_the_others() {
     );
     // Where no run can succeed the study is refused.
     let dir = study(&axes("[0.04, 0.05]").replace("[0.02, 0.06]", "[0.06, 0.07]"));
-    let output = run(dir.path(), &["sweep", "study.toml", "--out", "out"]);
+    let output = run(dir.path(), &["study", "study.toml", "--out", "out"]);
     let error = text(&output.stderr);
     assert!(
         !output.status.success() && error.contains("below record.duration"),
@@ -422,16 +402,85 @@ fn a_failing_run_does_not_stop_the_others() {
     );
 }
 
-/// `--dry-run` lists the runs, estimates the time and writes nothing.
+/// `--dry-run` lists the runs, their simulated time and the truths that they share, also with `--quiet`, and writes nothing.
 #[test]
 fn a_dry_run_lists_the_runs() {
     let dir = study(MANY);
-    let said = succeed(dir.path(), &["sweep", "study.toml", "--dry-run"]);
+    let said = succeed(dir.path(), &["study", "study.toml", "--dry-run"]);
     let words = [
         "run 0: drive.speed=0.1 drive.kp=2 drive.ki=0 seed=0 robot.mass.body=",
         "... and 480 more",
-        "500 runs, ",
+        "500 runs of 0.04 s; 100 simulated, the others observe one of these.",
     ];
     assert!(words.iter().all(|w| said.contains(w)), "{said}");
+    let quiet = ["-q", "study", "study.toml", "--dry-run"];
+    assert_eq!(succeed(dir.path(), &quiet), said);
     assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 2);
+}
+
+/// Sensors, model errors and estimators leave the truth as it is, unless the control takes readings.
+#[test]
+fn runs_that_differ_in_sensors_alone_share_their_truth() {
+    let axis = |key: &str, values: &str| format!("[[axis]]\nkey = \"{key}\"\nvalues = {values}\n");
+    let seen = [
+        axis("sensors.torque_gain", "[0, 0.02]"),
+        axis("model_error.link_masses", "[0, 0.1]"),
+        axis("estimator.1.name", "[\"best\", \"true-mass\"]"),
+        axis("record.compare_from", "[0.01, 0.02]"),
+        axis("seed", "[1, 2, 3]"),
+    ]
+    .concat();
+    let plan = |axes: &str, set: &str| {
+        let dir = study(&format!("{set}{axes}"));
+        succeed(dir.path(), &["study", "study.toml", "--dry-run"])
+    };
+    assert!(plan(&seen, "").contains("48 runs of 0.04 s; 1 simulated"));
+    let speeds = axis("drive.speed", "[0.1, 0.2]");
+    assert!(plan(&(seen.clone() + &speeds), "").contains("96 runs of 0.04 s; 2 simulated"));
+    let rates = axis("sensors.rate", "[1000, 2000]");
+    assert!(plan(&(seen + &rates), "").contains("96 runs of 0.04 s; 2 simulated"));
+    let closed = "set = [\"drive.kind=shared\", \"drive.estimator=best\"]\n";
+    let said = plan(&axis("seed", "[1, 2, 3]"), closed);
+    assert!(said.contains("3 runs of 0.04 s; each simulated."), "{said}");
+}
+
+/// Commands, options and folders of earlier versions are answered with what does their work now.
+#[test]
+fn what_has_gone_is_answered() {
+    let dir = study("[[axis]]\nkey = \"seed\"\ncount = 2\n");
+    fs::create_dir(dir.path().join("old")).unwrap();
+    let manifest = "{\"name\": \"study\", \"version\": \"robhaz 0.0.9, rapier2d 0.1\"}";
+    fs::write(dir.path().join("old/sweep.json"), manifest).unwrap();
+    let cases = [
+        (vec!["sweep", "study.toml"], "robhaz study STUDY.toml"),
+        (vec!["merge", "a", "b"], "robhaz study STUDY.toml --out DIR"),
+        (
+            vec!["study", "scene.toml", "--out", "a.json"],
+            "robhaz study --json",
+        ),
+        (
+            vec!["study", "scene.toml", "--force"],
+            "robhaz study --json",
+        ),
+        (vec!["study", "study.toml", "--ladder"], "is a study file"),
+        (vec!["study", "scene.toml", "--shard", "1/2"], "--out DIR"),
+        (
+            vec!["study", "study.toml", "--out", "old"],
+            "a sweep of robhaz 0.0.9",
+        ),
+    ];
+    for (arguments, answer) in cases {
+        let output = run(dir.path(), &arguments);
+        let error = text(&output.stderr).replace("\n  │ ", " ");
+        assert!(!output.status.success(), "{arguments:?}");
+        assert!(error.contains(answer), "{arguments:?}: {error}");
+    }
+    // The dataset of a finished sweep is read.
+    succeed(dir.path(), &["study", "study.toml", "--out", "new"]);
+    fs::rename(
+        dir.path().join("new/study.parquet"),
+        dir.path().join("old/sweep.parquet"),
+    )
+    .unwrap();
+    succeed(dir.path(), &["report", "old"]);
 }

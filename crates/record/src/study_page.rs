@@ -1,13 +1,13 @@
-//! The results of a sweep as one page of HTML that needs no other file.
+//! The results of a study as one page of HTML that needs no other file.
 
 use crate::dataset::{Dataset, DatasetColumn, DatasetValues};
 use crate::page::document;
 use crate::quantile::quantiles;
 use maud::{Markup, html};
 
-/// The page of a sweep: scores of each estimator, failures with their reasons, study file and base
+/// The page of a study: scores of each estimator, failures with their reasons, study file and base
 /// scene.
-pub fn sweep_page(dataset: &Dataset) -> String {
+pub fn study_page(dataset: &Dataset) -> String {
     let study = &dataset.study;
     let body = html! {
         h1 { (study.name) }
@@ -19,7 +19,7 @@ pub fn sweep_page(dataset: &Dataset) -> String {
         h2 { "Failed runs" }
         (failures(dataset))
         h2 { "How it was made" }
-        p { "By " (dataset.version) ", " code { "robhaz sweep" } ", from this study file and base scene." }
+        p { "By " (dataset.version) ", " code { "robhaz study" } ", from this study file and base scene." }
         pre { (study.text) }
         pre { (dataset.scene) }
     };

@@ -1,11 +1,10 @@
 //! The Cramer-Rao bound of N from the readings of one sample.
 
-use crate::truth_run::TruthRun;
+use crate::rule::Compared;
 use nalgebra::{Matrix3, Matrix4, Vector4};
 use robhaz_estimator::statics::{Arms, Equilibrium, Loads};
 use robhaz_model::Robot;
-use robhaz_scene::Scene;
-use robhaz_score::Compared;
+use robhaz_sim::sensors::SensorSpec;
 use robhaz_sim::{EquivalentContact, Truth};
 
 /// Standard deviations of the inputs of eq. (8) at one sample.
@@ -22,14 +21,14 @@ pub struct SampleNoise {
 }
 
 impl SampleNoise {
-    /// The standard deviations of a scene's sensors. The error of a rounded reading is uniform over its step.
-    pub fn of(scene: &Scene) -> Self {
-        let spec = &scene.sensors.spec;
+    /// The standard deviations of sensors, and of drives with a gear friction (N m) that the readings do not have. The error of
+    /// a rounded reading is uniform over its step.
+    pub fn of(spec: &SensorSpec, gear_friction: f64) -> Self {
         let step = spec.torque_step / 12.0_f64.sqrt();
         Self {
             torque_gain: spec.torque_gain,
             torque: spec.torque_offset.hypot(spec.torque_noise).hypot(step),
-            gear_friction: spec.torque_friction + scene.drive.gear_friction,
+            gear_friction: spec.torque_friction + gear_friction,
             contact_angle: spec.contact_angle_error,
         }
     }
@@ -101,27 +100,45 @@ impl SampleNoise {
     }
 }
 
-/// Cramer-Rao bound of the NRMSE from one sample, -: RMS of the smallest standard deviation of N over wheels and samples, over the
-/// mean of N. `None` where torques and contact angles are exact.
-pub fn floor(scene: &Scene, run: &TruthRun) -> Option<f64> {
-    let errors = SampleNoise::of(scene);
-    let (mut square, mut load, mut wheels) = (0.0, 0.0, 0.0);
-    for (
-        truth,
-        Compared {
-            wheels: contacts, ..
-        },
-    ) in run.counting()
-    {
-        let Some(covariance) = errors.covariance(&scene.robot.robot, truth, &contacts) else {
-            continue;
-        };
-        square += covariance.trace().max(0.0);
-        load += contacts.iter().map(|c| c.normal_force).sum::<f64>();
-        wheels += 3.0;
+/// The Cramer-Rao bound of a run, from the sums over its samples that count.
+#[derive(Clone, Debug)]
+pub struct Bound {
+    noise: SampleNoise,
+    robot: Robot,
+    square: f64,
+    load: f64,
+    wheels: f64,
+}
+
+impl Bound {
+    /// A bound without samples.
+    pub fn new(noise: SampleNoise, robot: Robot) -> Self {
+        Self {
+            noise,
+            robot,
+            square: 0.0,
+            load: 0.0,
+            wheels: 0.0,
+        }
     }
-    let floor = (square / wheels).sqrt() / (load / wheels);
-    (floor > 0.0).then_some(floor)
+
+    /// Adds a sample that counts.
+    pub fn add(&mut self, truth: &Truth, compared: &Compared) {
+        let contacts = &compared.wheels;
+        let Some(covariance) = self.noise.covariance(&self.robot, truth, contacts) else {
+            return;
+        };
+        self.square += covariance.trace().max(0.0);
+        self.load += contacts.iter().map(|c| c.normal_force).sum::<f64>();
+        self.wheels += 3.0;
+    }
+
+    /// Cramer-Rao bound of the NRMSE from one sample, -: RMS of the smallest standard deviation of N over wheels and samples, over
+    /// the mean of N. `None` where torques and contact angles are exact, and without samples.
+    pub fn nrmse(&self) -> Option<f64> {
+        let bound = (self.square / self.wheels).sqrt() / (self.load / self.wheels);
+        (bound > 0.0).then_some(bound)
+    }
 }
 
 #[cfg(test)]

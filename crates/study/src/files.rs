@@ -1,6 +1,6 @@
 //! Files and folders that are complete or not there.
 
-use crate::error::{SweepError, io_error};
+use crate::error::{StudyError, io_error};
 use std::fs::{self, File};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -12,9 +12,11 @@ pub fn partial(path: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// Writes a small file. It has its name only when all of it is on the disk.
-pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), SweepError> {
-    let temporary = partial(path);
+/// Writes a small file. It has its name only when all of it is on the disk. Several processes may write the same content.
+pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), StudyError> {
+    let mut temporary = partial(path).into_os_string();
+    temporary.push(format!("-{}", std::process::id()));
+    let temporary = PathBuf::from(temporary);
     let mut file = File::create(&temporary).map_err(io_error("create", &temporary))?;
     file.write_all(content)
         .and_then(|()| file.sync_all())
@@ -23,7 +25,7 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), SweepError> {
 }
 
 /// Gives a complete file or folder its name, and waits until the disk has the name, too.
-pub fn settle(temporary: &Path, path: &Path) -> Result<(), SweepError> {
+pub fn settle(temporary: &Path, path: &Path) -> Result<(), StudyError> {
     fs::rename(temporary, path).map_err(io_error("rename", temporary))?;
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -32,19 +34,4 @@ pub fn settle(temporary: &Path, path: &Path) -> Result<(), SweepError> {
     // Some file systems cannot sync a folder; the content is there in any case.
     let _ = File::open(folder).and_then(|folder| folder.sync_all());
     Ok(())
-}
-
-/// Copies a folder of files. It has its name only when it is complete. One that is there stays.
-pub fn copy_folder(from: &Path, to: &Path) -> Result<(), SweepError> {
-    if to.exists() {
-        return Ok(());
-    }
-    let temporary = partial(to);
-    fs::create_dir_all(&temporary).map_err(io_error("create", &temporary))?;
-    for entry in fs::read_dir(from).map_err(io_error("read", from))? {
-        let entry = entry.map_err(io_error("read", from))?;
-        let target = temporary.join(entry.file_name());
-        fs::copy(entry.path(), &target).map_err(io_error("write", &target))?;
-    }
-    settle(&temporary, to)
 }

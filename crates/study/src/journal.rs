@@ -1,14 +1,15 @@
 //! The journal: one line of JSON for each finished run, in the order in which they finish.
 //!
 //! A line is appended with one write. A killed process can leave the last line torn; it is cut off
-//! at the next start, and its run is repeated. Each line ends with a checksum of what is before it.
-//! A line that does not match its checksum is damaged: it counts as not there, and is reported.
+//! at the next start, and its run is repeated. Each line ends with a checksum of the identity of
+//! the study and of what is before it. A line that does not match its checksum is damaged, or of another study: it counts as
+//! not there, and is reported.
 
-use crate::error::{SweepError, io_error};
+use crate::error::{StudyError, io_error};
 use robhaz_sim::random::Fnv1a;
 use serde::{Deserialize, Serialize};
-use std::fs::{File, OpenOptions};
-use std::io::{BufRead, BufReader, Read as _, Seek, SeekFrom, Write};
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{BufRead as _, BufReader, Error, ErrorKind, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -26,6 +27,20 @@ pub struct RunRecord {
     pub rows: Vec<Row>,
 }
 
+impl RunRecord {
+    /// A run without scores.
+    pub(crate) fn failed(run: u64, reason: String) -> Self {
+        Self {
+            run,
+            error: Some(reason),
+            rows: vec![Row {
+                estimator: None,
+                scores: Vec::new(),
+            }],
+        }
+    }
+}
+
 /// The scores of one estimator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Row {
@@ -35,52 +50,36 @@ pub struct Row {
     pub scores: Vec<Option<f64>>,
 }
 
-/// Where the line of a run is.
-#[derive(Clone, Copy, Debug)]
-pub struct Place {
-    /// Index of the run.
-    pub run: u64,
-    /// In bytes.
-    pub offset: u64,
-    /// In bytes, with the line break.
-    pub length: u32,
-}
-
 /// What a journal holds.
 #[derive(Debug, Default)]
 pub struct Scanned {
-    /// The finished runs.
-    pub places: Vec<Place>,
+    /// The finished runs: index, and place of the line in bytes.
+    pub places: Vec<(u64, u64)>,
     /// Length up to the last complete line, bytes.
     pub length: u64,
     /// Number of damaged lines.
     pub damaged: u64,
 }
 
-/// Reads through a journal. It is empty if there is no such file.
-pub fn scan(path: &Path) -> Result<Scanned, SweepError> {
+/// Reads through the journal of the study with the hash `study`. It is empty if there is no such file.
+pub fn scan(path: &Path, study: &str) -> Result<Scanned, StudyError> {
     let mut scanned = Scanned::default();
     let file = match File::open(path) {
         Ok(file) => file,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(scanned),
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(scanned),
         Err(error) => return Err(io_error("read", path)(error)),
     };
     let (mut reader, mut line) = (BufReader::new(file), Vec::new());
     loop {
         line.clear();
-        let length = reader
-            .read_until(b'\n', &mut line)
-            .map_err(io_error("read", path))?;
-        if length == 0 || line.last() != Some(&b'\n') {
+        let length = reader.read_until(b'\n', &mut line);
+        let length = length.map_err(io_error("read", path))?;
+        if line.last() != Some(&b'\n') {
             return Ok(scanned);
         }
-        match (decode(&line), u32::try_from(length)) {
-            (Ok(record), Ok(length)) => scanned.places.push(Place {
-                run: record.run,
-                offset: scanned.length,
-                length,
-            }),
-            _ => scanned.damaged += 1,
+        match decode(&line, study) {
+            Ok(record) => scanned.places.push((record.run, scanned.length)),
+            Err(_) => scanned.damaged += 1,
         }
         scanned.length += length as u64;
     }
@@ -90,67 +89,79 @@ pub fn scan(path: &Path) -> Result<Scanned, SweepError> {
 const CHECKSUM: &[u8] = br#","fnv1a":""#;
 
 /// Value of [`CHECKSUM`], its closing quote and brace, and the line break.
-fn ending(before: &[u8]) -> String {
+fn ending(before: &[u8], study: &str) -> String {
     let mut hash = Fnv1a::default();
+    hash.add(study.as_bytes());
     hash.add(before);
     format!("{:016x}\"}}\n", hash.value())
 }
 
 /// The line of a run.
-fn encode(record: &RunRecord) -> Result<Vec<u8>, std::io::Error> {
+fn encode(record: &RunRecord, study: &str) -> Result<Vec<u8>, Error> {
     let mut line = serde_json::to_vec(record)?;
     // The object goes on.
     line.pop();
     line.extend_from_slice(CHECKSUM);
-    let ending = ending(&line);
+    let ending = ending(&line, study);
     line.extend_from_slice(ending.as_bytes());
     Ok(line)
 }
 
 /// The run of a line.
-fn decode(line: &[u8]) -> Result<RunRecord, std::io::Error> {
+fn decode(line: &[u8], study: &str) -> Result<RunRecord, Error> {
     const ENDING: usize = 16 + 3;
     let split = line.len().checked_sub(ENDING);
     let matches = split.is_some_and(|at| {
         let (before, found) = line.split_at(at);
-        before.ends_with(CHECKSUM) && found == ending(before).as_bytes()
+        before.ends_with(CHECKSUM) && found == ending(before, study).as_bytes()
     });
     if !matches {
         let why = "a line does not match its checksum";
-        return Err(std::io::Error::new(std::io::ErrorKind::InvalidData, why));
+        return Err(Error::new(ErrorKind::InvalidData, why));
     }
     Ok(serde_json::from_slice(line)?)
 }
 
-/// A journal to which runs are appended.
+/// A journal to which runs are appended. No other process opens it meanwhile.
 #[derive(Debug)]
 pub struct Journal {
     file: File,
     path: PathBuf,
+    study: String,
     length: u64,
     synced: Instant,
 }
 
 impl Journal {
-    /// Opens a journal of which `length` bytes are complete lines; the rest is cut off.
-    pub fn open(path: &Path, length: u64) -> Result<Self, SweepError> {
+    /// Opens a journal, and reads through it. A torn last line is cut off.
+    ///
+    /// # Errors
+    /// [`StudyError::InUse`]: another process has it open.
+    pub fn open(path: &Path, study: &str) -> Result<(Self, Scanned), StudyError> {
         let mut options = OpenOptions::new();
         let options = options.create(true).write(true).truncate(false);
         let mut file = options.open(path).map_err(io_error("open", path))?;
-        file.set_len(length)
+        // A file system without locks: the study goes on without that protection.
+        if matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
+            return Err(StudyError::InUse(path.to_path_buf()));
+        }
+        let scanned = scan(path, study)?;
+        file.set_len(scanned.length)
             .and_then(|()| file.seek(SeekFrom::End(0)))
             .map_err(io_error("write", path))?;
-        Ok(Self {
+        let journal = Self {
             file,
             path: path.to_path_buf(),
-            length,
+            study: study.to_owned(),
+            length: scanned.length,
             synced: Instant::now(),
-        })
+        };
+        Ok((journal, scanned))
     }
 
     /// Appends a run, completely or not at all.
-    pub fn append(&mut self, record: &RunRecord) -> Result<(), SweepError> {
-        let written = encode(record).and_then(|line| {
+    pub fn append(&mut self, record: &RunRecord) -> Result<(), StudyError> {
+        let written = encode(record, &self.study).and_then(|line| {
             self.file.write_all(&line)?;
             Ok(line.len() as u64)
         });
@@ -169,7 +180,7 @@ impl Journal {
     }
 
     /// Waits until the disk has every line.
-    pub fn sync(&mut self) -> Result<(), SweepError> {
+    pub fn sync(&mut self) -> Result<(), StudyError> {
         self.synced = Instant::now();
         self.file.sync_data().map_err(io_error("write", &self.path))
     }
@@ -180,30 +191,30 @@ impl Journal {
 pub struct JournalReader {
     reader: BufReader<File>,
     path: PathBuf,
-    position: u64,
+    study: String,
 }
 
 impl JournalReader {
     /// Opens a journal.
-    pub fn open(path: &Path) -> Result<Self, SweepError> {
+    pub fn open(path: &Path, study: &str) -> Result<Self, StudyError> {
         Ok(Self {
             reader: BufReader::new(File::open(path).map_err(io_error("read", path))?),
             path: path.to_path_buf(),
-            position: 0,
+            study: study.to_owned(),
         })
     }
 
-    /// The run at a place.
-    pub fn read(&mut self, place: &Place) -> Result<RunRecord, SweepError> {
-        let mut line = vec![0; place.length as usize];
-        // Runs are nearly in order: most seeks stay in the buffer.
-        let distance = place.offset.wrapping_sub(self.position).cast_signed();
-        self.reader
-            .seek_relative(distance)
-            .and_then(|()| self.reader.read_exact(&mut line))
-            .map_err(io_error("read", &self.path))?;
-        self.position = place.offset + u64::from(place.length);
-        decode(&line).map_err(io_error("read", &self.path))
+    /// The run whose line begins at a place.
+    pub fn read(&mut self, place: u64) -> Result<RunRecord, StudyError> {
+        let mut line = Vec::new();
+        let read = self.reader.stream_position().and_then(|position| {
+            // Runs are nearly in order: most seeks stay in the buffer.
+            let distance = place.wrapping_sub(position).cast_signed();
+            self.reader.seek_relative(distance)?;
+            self.reader.read_until(b'\n', &mut line)?;
+            decode(&line, &self.study)
+        });
+        read.map_err(io_error("read", &self.path))
     }
 }
 
@@ -224,27 +235,29 @@ mod tests {
 
     /// Cut at any byte, the complete lines stay, and what is appended then can be read. Numbers keep their bits.
     #[test]
-    fn a_journal_that_is_cut_keeps_its_complete_lines() -> Result<(), SweepError> {
+    fn a_journal_that_is_cut_keeps_its_complete_lines() -> Result<(), StudyError> {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("runs.jsonl");
-        let mut journal = Journal::open(&path, 0)?;
+        let (mut journal, _) = Journal::open(&path, "mine")?;
         for run in [4, 2, 9] {
             journal.append(&record(run))?;
         }
+        drop(journal);
         let whole = std::fs::read(&path).expect("the journal");
         let line = whole.len() / 3;
         for cut in 0..whole.len() {
             std::fs::write(&path, &whole[..cut]).expect("written");
-            let scanned = scan(&path)?;
+            let scanned = scan(&path, "mine")?;
             assert_eq!((scanned.places.len(), scanned.damaged), (cut / line, 0));
-            let mut journal = Journal::open(&path, scanned.length)?;
+            assert_eq!(scan(&path, "other")?.damaged, cut as u64 / line as u64);
+            let (mut journal, _) = Journal::open(&path, "mine")?;
             journal.append(&record(7))?;
-            let places = scan(&path)?.places;
-            let mut reader = JournalReader::open(&path)?;
+            let places = scan(&path, "mine")?.places;
+            let mut reader = JournalReader::open(&path, "mine")?;
             let last = places.last().expect("a run");
-            assert_eq!(reader.read(last)?, record(7));
+            assert_eq!(reader.read(last.1)?, record(7));
             // Backwards, too.
-            assert_eq!(reader.read(&places[0])?.rows, record(4).rows);
+            assert_eq!(reader.read(places[0].1)?.rows, record(4).rows);
         }
         Ok(())
     }
@@ -252,10 +265,10 @@ mod tests {
     /// Any other byte in a line is found, whatever it makes of the line: another number, another
     /// key. The line is left out, and its run counts as not done.
     #[test]
-    fn a_changed_byte_is_found() -> Result<(), SweepError> {
+    fn a_changed_byte_is_found() -> Result<(), StudyError> {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("runs.jsonl");
-        let mut journal = Journal::open(&path, 0)?;
+        let (mut journal, _) = Journal::open(&path, "mine")?;
         journal.append(&record(1))?;
         journal.append(&record(2))?;
         let whole = std::fs::read(&path).expect("the journal");
@@ -265,8 +278,8 @@ mod tests {
                 let mut bytes = whole.clone();
                 bytes[place] = byte;
                 std::fs::write(&path, &bytes).expect("written");
-                let scanned = scan(&path)?;
-                let runs: Vec<u64> = scanned.places.iter().map(|place| place.run).collect();
+                let scanned = scan(&path, "mine")?;
+                let runs: Vec<u64> = scanned.places.iter().map(|place| place.0).collect();
                 let expected = if bytes == whole {
                     (vec![1, 2], 0)
                 } else {

@@ -1,9 +1,45 @@
-//! The scores of one estimator over many seeds.
+//! The scores of estimators over many seeds of one truth, by the plain loop over its samples: what `robhaz study` is compared
+//! with, and scores at one contact, which it has not.
 
-use crate::consistency::Consistency;
-use crate::statistics::Mean;
-use robhaz_score::{Score, Statistics};
+use rayon::prelude::*;
+use robhaz_run::Observers;
+use robhaz_scene::{ModelErrorTooLarge, Scene};
+use robhaz_score::{Rule, Score, Statistics};
+use robhaz_study::{Consistency, Mean, TruthRun};
 use std::ops::Deref;
+
+/// Observes a truth with each of `seeds`. Returns the scores of each of the scene's estimators.
+pub fn study(
+    scene: &Scene,
+    run: &TruthRun,
+    seeds: &[u64],
+) -> Result<Vec<SeedScores>, ModelErrorTooLarge> {
+    let observe = |&seed: &u64| {
+        let scene = Scene {
+            seed,
+            ..scene.clone()
+        };
+        let mut observers = Observers::new(&scene)?;
+        let rule = Rule {
+            compare_from: scene.record.compare_from,
+        };
+        let mut scores = vec![Score::new(rule); scene.estimators.len()];
+        for truth in run.samples() {
+            let (_, estimates) = observers.observe(truth);
+            for (score, estimate) in scores.iter_mut().zip(estimates) {
+                score.add(truth, estimate.as_ref().ok());
+            }
+        }
+        Ok::<_, ModelErrorTooLarge>(scores)
+    };
+    let runs: Vec<Vec<Score>> = seeds.par_iter().map(observe).collect::<Result<_, _>>()?;
+    let of = |(k, e): (usize, &robhaz_scene::EstimatorChoice)| {
+        let mut scores = SeedScores::new(&e.name);
+        runs.iter().for_each(|run| scores.add(&run[k]));
+        scores
+    };
+    Ok(scene.estimators.iter().enumerate().map(of).collect())
+}
 
 /// The errors of one estimator, one per seed.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -63,7 +99,7 @@ impl Deref for SeedScores {
 }
 
 impl SeedScores {
-    pub(crate) fn new(name: &str) -> Self {
+    fn new(name: &str) -> Self {
         Self {
             name: name.to_owned(),
             all: SeedErrors::default(),
@@ -72,7 +108,7 @@ impl SeedScores {
         }
     }
 
-    pub(crate) fn add(&mut self, score: &Score) {
+    fn add(&mut self, score: &Score) {
         self.all.0.push(*score.all());
         self.one_contact.0.push(*score.at_one_contact());
         self.missing += score.missing();

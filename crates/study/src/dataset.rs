@@ -1,31 +1,31 @@
-//! The dataset of one or several journals, in the order of the runs.
+//! The dataset of all runs, in their order: the same bytes for any number of threads, shards and interruptions.
 
 use crate::columns::RowBuilder;
-use crate::error::{SweepError, io_error};
+use crate::error::{StudyError, io_error};
 use crate::files;
-use crate::folder::{Folder, JOURNAL, TABLES, check_same, read_identity};
-use crate::journal::{JournalReader, Place, scan};
-use crate::plan::Plan;
-use crate::sweep::Identity;
+use crate::folder::Folder;
+use crate::journal::{JournalReader, RunRecord, Scanned};
+use crate::study::{Identity, Study};
 use parquet::arrow::ArrowWriter;
 use parquet::basic::Compression;
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
-use std::fs::{self, File};
+use robhaz_record::Dataset;
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Rows of a batch: with 40 columns about 2 MB.
+/// Rows of a batch: with 45 columns about 12 MB.
 const BATCH_ROWS: usize = 8 * 1024;
 /// Rows in a row group.
 const GROUP_ROWS: usize = 64 * 1024;
 
 /// Where the line of each run is: 24 bytes a run.
 pub struct Finished {
+    journals: Vec<PathBuf>,
     /// Number of the journal and place in it, by the index of the run.
-    places: Vec<Option<(u32, u64, u32)>>,
-    /// Damaged lines of all journals.
+    places: Vec<Option<(u32, u64)>>,
     damaged: u64,
 }
 
@@ -33,17 +33,21 @@ impl Finished {
     /// None of `runs` runs.
     pub fn new(runs: u64) -> Self {
         Self {
+            journals: Vec::new(),
             places: vec![None; usize::try_from(runs).unwrap_or(usize::MAX)],
             damaged: 0,
         }
     }
 
     /// Adds the runs of a journal. A run that is there twice is the same twice: the first counts.
-    pub fn add(&mut self, journal: u32, places: &[Place]) {
-        for place in places {
-            let run = usize::try_from(place.run).ok();
+    pub fn add(&mut self, journal: &Path, scanned: &Scanned) {
+        let number = u32::try_from(self.journals.len()).unwrap_or(u32::MAX);
+        self.journals.push(journal.to_path_buf());
+        self.damaged += scanned.damaged;
+        for (run, place) in &scanned.places {
+            let run = usize::try_from(*run).ok();
             if let Some(slot) = run.and_then(|run| self.places.get_mut(run)) {
-                slot.get_or_insert((journal, place.offset, place.length));
+                slot.get_or_insert((number, *place));
             }
         }
     }
@@ -55,129 +59,36 @@ impl Finished {
             .is_some_and(Option::is_some)
     }
 
-    /// [`SweepError::Incomplete`] if a run is missing.
-    fn check_complete(&self) -> Result<(), SweepError> {
-        let missing = self.places.iter().filter(|p| p.is_none()).count() as u64;
-        let first = self.places.iter().position(Option::is_none);
-        match first {
-            None => Ok(()),
-            Some(first) => Err(SweepError::Incomplete {
-                missing,
-                runs: self.places.len() as u64,
-                first: first as u64,
-                damaged: self.damaged,
-            }),
-        }
+    /// Damaged lines of all journals.
+    pub fn damaged(&self) -> u64 {
+        self.damaged
     }
 }
 
-/// Makes the dataset of the journal in a folder. Returns its path.
-///
-/// # Errors
-/// [`SweepError::Incomplete`] where runs are missing; nothing is written then.
-pub fn merge(identity: &Identity, plan: &Plan, folder: &Folder) -> Result<PathBuf, SweepError> {
-    write(identity, plan, &[folder.journal()], &folder.dataset())?;
-    Ok(folder.dataset())
-}
-
-/// Makes the dataset of several shards, each in the folder that a sweep wrote, in the folder `out`: the bytes that one machine
-/// would have written. Copies their tables. Returns the dataset's path and the number of runs.
-///
-/// # Errors
-/// [`SweepError`]: folders of different studies, missing runs, or files that cannot be read or written.
-pub fn merge_shards(shards: &[PathBuf], out: &Path) -> Result<(PathBuf, u64), SweepError> {
-    let mut identity: Option<Identity> = None;
-    for shard in shards {
-        let Some(found) = read_identity(shard)? else {
-            return Err(SweepError::NoSweep(shard.clone()));
-        };
-        match &identity {
-            Some(wanted) => check_same(shard, &found, wanted)?,
-            None => identity = Some(found),
-        }
-    }
-    let Some(identity) = identity else {
-        return Err(SweepError::NoSweep(PathBuf::from(
-            "an empty list of folders",
-        )));
-    };
-    let plan = identity.plan("the study of these shards")?;
-    let journals: Vec<PathBuf> = shards.iter().map(|shard| shard.join(JOURNAL)).collect();
-    // Before anything is written.
-    finished(&journals, plan.runs())?.check_complete()?;
-    let folder = Folder::open(out, &identity)?;
-    for shard in shards {
-        copy_tables(&shard.join(TABLES), &folder.all_tables())?;
-    }
-    write(&identity, &plan, &journals, &folder.dataset())?;
-    let dataset = folder.dataset();
-    folder.tidy()?;
-    Ok((dataset, plan.runs()))
-}
-
-/// Copies the complete tables of all runs of a shard.
-fn copy_tables(from: &Path, to: &Path) -> Result<(), SweepError> {
-    if !from.is_dir() {
-        return Ok(());
-    }
-    for entry in fs::read_dir(from).map_err(io_error("read", from))? {
-        let entry = entry.map_err(io_error("read", from))?;
-        let is_complete = entry.path().extension().is_none();
-        if is_complete && entry.path() != to.join(entry.file_name()) {
-            files::copy_folder(&entry.path(), &to.join(entry.file_name()))?;
-        }
-    }
-    Ok(())
-}
-
-fn finished(journals: &[PathBuf], runs: u64) -> Result<Finished, SweepError> {
-    let mut finished = Finished::new(runs);
-    for (number, journal) in (0_u32..).zip(journals) {
-        let scanned = scan(journal)?;
-        finished.add(number, &scanned.places);
-        finished.damaged += scanned.damaged;
-    }
-    Ok(finished)
-}
-
-fn write(
-    identity: &Identity,
-    plan: &Plan,
-    journals: &[PathBuf],
-    path: &Path,
-) -> Result<(), SweepError> {
-    let finished = finished(journals, plan.runs())?;
-    finished.check_complete()?;
-    // A shard without runs has no journal.
-    let open = |journal: &PathBuf| {
-        journal
-            .exists()
-            .then(|| JournalReader::open(journal))
-            .transpose()
-    };
-    let mut readers: Vec<Option<JournalReader>> =
-        journals.iter().map(open).collect::<Result<_, _>>()?;
-    let temporary = files::partial(path);
-    let failed = |source: ParquetError| SweepError::Parquet {
-        path: path.to_path_buf(),
+/// Writes the dataset of finished runs, which must be all runs.
+pub fn write(study: &Study, finished: &Finished, folder: &Folder) -> Result<(), StudyError> {
+    let hash = &study.identity().sha256;
+    let open = |path: &PathBuf| JournalReader::open(path, hash);
+    let mut readers: Vec<JournalReader> = finished
+        .journals
+        .iter()
+        .map(open)
+        .collect::<Result<_, _>>()?;
+    let path = folder.dataset();
+    let temporary = files::partial(&path);
+    let failed = |source: ParquetError| StudyError::Parquet {
+        path: path.clone(),
         source,
     };
     let file = File::create(&temporary).map_err(io_error("create", &temporary))?;
-    let mut rows = RowBuilder::new(plan);
-    let mut writer =
-        ArrowWriter::try_new(file, Arc::clone(rows.schema()), Some(properties(identity)))
-            .map_err(failed)?;
+    let mut rows = RowBuilder::new(study.plan());
+    let (schema, notes) = (Arc::clone(rows.schema()), properties(study.identity()));
+    let mut writer = ArrowWriter::try_new(file, schema, Some(notes)).map_err(failed)?;
     for (run, place) in (0_u64..).zip(&finished.places) {
-        let Some((journal, offset, length)) = *place else {
-            continue;
-        };
-        if let Some(Some(reader)) = readers.get_mut(journal as usize) {
-            let record = reader.read(&Place {
-                run,
-                offset,
-                length,
-            })?;
-            rows.push(&record, &plan.settings(run));
+        if let Some((journal, place)) = place
+            && let Some(reader) = readers.get_mut(*journal as usize)
+        {
+            rows.push(&reader.read(*place)?, &study.settings(run));
         }
         if rows.rows() >= BATCH_ROWS {
             writer.write(&rows.take()?).map_err(failed)?;
@@ -186,37 +97,64 @@ fn write(
     writer.write(&rows.take()?).map_err(failed)?;
     let file = writer.into_inner().map_err(failed)?;
     file.sync_all().map_err(io_error("write", &temporary))?;
-    files::settle(&temporary, path)
+    files::settle(&temporary, &path)
+}
+
+/// The dataset of records in the order of the runs, without a file.
+pub fn in_memory(study: &Study, records: &[RunRecord]) -> Result<Dataset, StudyError> {
+    let mut rows = RowBuilder::new(study.plan());
+    for record in records {
+        rows.push(record, &study.settings(record.run));
+    }
+    let notes = |key: &str| {
+        let notes = notes(study.identity());
+        let note = notes.into_iter().find(|(name, _)| *name == key);
+        note.map(|(_, text)| text)
+    };
+    let batches = [rows.take()?];
+    Ok(Dataset::of(
+        Path::new("a dataset in memory"),
+        rows.schema(),
+        &batches,
+        notes,
+    )?)
+}
+
+/// What a dataset says of itself.
+fn notes(identity: &Identity) -> [(&'static str, String); 6] {
+    [
+        ("robhaz.name", identity.name.clone()),
+        ("robhaz.version", identity.version.clone()),
+        ("robhaz.runs", identity.runs.to_string()),
+        ("robhaz.sha256", identity.sha256.clone()),
+        ("robhaz.study", identity.study.clone()),
+        ("robhaz.scene", identity.scene.clone()),
+    ]
 }
 
 fn properties(identity: &Identity) -> WriterProperties {
-    let entry = |key: &str, value: &str| KeyValue::new(key.to_owned(), value.to_owned());
-    let metadata = vec![
-        entry("robhaz.name", &identity.name),
-        entry("robhaz.version", &identity.version),
-        entry("robhaz.runs", &identity.runs.to_string()),
-        entry("robhaz.sha256", &identity.sha256),
-        entry("robhaz.study", &identity.study),
-        entry("robhaz.scene", &identity.scene),
-    ];
+    let notes = notes(identity).map(|(key, text)| KeyValue::new(key.to_owned(), text));
     WriterProperties::builder()
         .set_compression(Compression::SNAPPY)
         .set_statistics_enabled(EnabledStatistics::Chunk)
         .set_offset_index_disabled(true)
         .set_max_row_group_row_count(Some(GROUP_ROWS))
-        .set_key_value_metadata(Some(metadata))
+        .set_key_value_metadata(Some(notes.to_vec()))
         .build()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Job, ScoreColumn, Shard, Sweep, Watch, compute};
+    use crate::scores::Outcome;
+    use crate::single::BoundSink;
+    use crate::{Job, ScoreColumn, Shard, Study, Watch, compute};
     use arrow_array::cast::AsArray as _;
     use arrow_array::types::{Float64Type, Int64Type, UInt64Type};
     use arrow_array::{Array as _, RecordBatch};
     use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
     use robhaz_record::SummarySink;
+    use std::fs;
 
     const SCENE: &str = "[terrain]\nkind = \"flat\"\n[sensors]\ngrade = \"typical\"\n[record]\nduration = 0.1\n\
         compare_from = 0.05\n[[estimator]]\nname = \"paper-wheels\"\n[[estimator]]\nname = \"best\"\n";
@@ -231,18 +169,13 @@ mod tests {
         let dir = tempfile::tempdir()?;
         fs::write(dir.path().join("scene.toml"), SCENE)?;
         fs::write(dir.path().join("study.toml"), STUDY)?;
-        let sweep = Sweep::load(&dir.path().join("study.toml"))?;
+        let study = Study::load(&dir.path().join("study.toml"))?;
         let job = Job {
             folder: &dir.path().join("out"),
             shard: Shard::ALL,
             jobs: 2,
         };
-        let watch = Watch {
-            begin: &|_, _| {},
-            finished: &|_| {},
-            stop: &|| None,
-        };
-        let done = compute(&sweep, &job, &watch)?;
+        let done = compute(&study, &job, &Watch::SILENT)?;
         let file = File::open(done.dataset.ok_or("no dataset")?)?;
         let reader = ParquetRecordBatchReaderBuilder::try_new(file)?;
         let metadata = reader.metadata().file_metadata().key_value_metadata();
@@ -276,12 +209,17 @@ mod tests {
         let errors = errors.as_string::<i32>();
         for row in 0..8 {
             let mut summary = SummarySink::new();
-            robhaz_run::run(&sweep.scene(index.value(row))?, &mut [&mut summary])?;
-            let summary = summary.summary()?;
-            let estimator = &summary.estimators[row % 2];
+            let scene = study.scene(index.value(row))?;
+            let mut bound = BoundSink::new(&scene);
+            robhaz_run::run(&scene, &mut [&mut summary, &mut bound])?;
+            let outcome = Outcome {
+                summary: summary.summary()?,
+                bound: bound.0.nrmse(),
+            };
+            let estimator = &outcome.summary.estimators[row % 2];
             assert_eq!(estimators.value(row), estimator.name);
             for score in ScoreColumn::all() {
-                let expected = score.value(&summary, Some(estimator));
+                let expected = score.value(&outcome, Some(estimator));
                 let found = column(score.name)?;
                 let found = match found.as_primitive_opt::<Float64Type>() {
                     Some(numbers) => numbers.is_valid(row).then(|| numbers.value(row)),

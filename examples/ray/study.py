@@ -1,7 +1,7 @@
-"""A sweep on a Ray cluster: each task computes one shard, a lost worker's shard goes on elsewhere.
+"""A study on a Ray cluster: each task computes one shard, a lost worker's shard goes on elsewhere.
 
     pip install ray
-    python examples/ray/sweep.py studies/speed.toml --shards 16 --out runs/speed
+    python examples/ray/study.py studies/speed.toml --shards 16 --out runs/speed
 
 All nodes need the same `robhaz` binary and a folder that all of them see. Without `--address` Ray starts on this machine.
 """
@@ -29,7 +29,7 @@ def die_with_parent():
 @ray.remote(max_retries=5, retry_exceptions=True)
 def shard(robhaz: str, study: str, part: int, of: int, threads: int, folder: str) -> int:
     """Computes a shard, or what is left of it. Returns its number."""
-    command = [robhaz, "sweep", study, "--shard", f"{part}/{of}", "--jobs", str(threads), "--out", folder, "--quiet"]
+    command = [robhaz, "study", study, "--shard", f"{part}/{of}", "--jobs", str(threads), "--out", folder, "--quiet"]
     done = subprocess.run(command, preexec_fn=die_with_parent, capture_output=True, text=True)
     if done.returncode != 0:
         # A command of the worker that was lost may need a moment to end.
@@ -39,19 +39,16 @@ def shard(robhaz: str, study: str, part: int, of: int, threads: int, folder: str
 
 
 def finished_runs(folder: Path) -> int:
-    """Finished runs of all shards: a journal has one line a run."""
-    return sum(journal.read_bytes().count(b"\n") for journal in folder.glob("shard-*/runs.jsonl"))
+    """Finished runs of all shards: their journals have one line a run."""
+    return sum(journal.read_bytes().count(b"\n") for journal in folder.glob("runs-*.jsonl"))
 
 
-def sweep(robhaz: str, study: Path, shards: int, threads: int, out: Path, poll: float = 5.0) -> Path:
-    """Computes all shards, prints progress, merges them. Returns the path of the dataset."""
-    out = out.resolve()
-    out.mkdir(parents=True, exist_ok=True)
-    folders = [out / f"shard-{part}" for part in range(1, shards + 1)]
+def run(robhaz: str, study: Path, shards: int, threads: int, out: Path, poll: float = 5.0) -> Path:
+    """Computes all shards, prints progress, makes the dataset. Returns its path."""
+    out, study = out.resolve(), study.resolve()
     of_thread = shard.options(num_cpus=threads)
     pending = [
-        of_thread.remote(robhaz, str(study.resolve()), part, shards, threads, str(folder))
-        for part, folder in enumerate(folders, start=1)
+        of_thread.remote(robhaz, str(study), part, shards, threads, str(out)) for part in range(1, shards + 1)
     ]
     start, before = time.monotonic(), finished_runs(out)
     while pending:
@@ -60,9 +57,8 @@ def sweep(robhaz: str, study: Path, shards: int, threads: int, out: Path, poll: 
         runs = finished_runs(out)
         rate = (runs - before) / (time.monotonic() - start)
         print(f"{runs} runs, {rate:.2f} a second, {shards - len(pending)} of {shards} shards", flush=True)
-    merged = out / "merged"
-    subprocess.run([robhaz, "merge", *folders, "--out", merged], check=True)
-    return merged / "sweep.parquet"
+    subprocess.run([robhaz, "study", study, "--out", out], check=True)
+    return out / "study.parquet"
 
 
 def main():
@@ -78,7 +74,7 @@ def main():
         ray.init(address=arguments.address)
     else:
         ray.init(include_dashboard=False)
-    sweep(arguments.robhaz, arguments.study, arguments.shards, arguments.threads, arguments.out)
+    run(arguments.robhaz, arguments.study, arguments.shards, arguments.threads, arguments.out)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,173 @@
+//! Columns of the dataset: index, varied keys, estimator, scores, error.
+
+use crate::journal::RunRecord;
+use crate::plan::Plan;
+use crate::scores::ScoreColumn;
+use arrow_array::{
+    ArrayRef, BooleanArray, Float64Array, Int64Array, RecordBatch, StringArray, UInt64Array,
+};
+use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
+use robhaz_scene::{Axis, AxisItem, AxisValue, AxisValues, Distribution, Setting};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// A value that waits for its batch.
+type Cell = Option<AxisValue>;
+
+/// The narrowest type that takes all values of the `i`-th key of an axis, or their names.
+fn type_of(axis: &Axis, i: usize) -> DataType {
+    let named = |items: &[AxisItem]| items.iter().any(|item| item.name.is_some());
+    if matches!(&axis.values, AxisValues::List(items) if i == 0 && named(items)) {
+        return DataType::Utf8;
+    }
+    let all = |is_it: fn(&AxisValue) -> bool| match &axis.values {
+        AxisValues::List(items) => items.iter().filter_map(|v| v.values.get(i)).all(is_it),
+        AxisValues::Whole { .. } | AxisValues::Drawn(Distribution::Whole(..)) => {
+            is_it(&AxisValue::Whole(0))
+        }
+        AxisValues::Drawn(_) => is_it(&AxisValue::Number(0.0)),
+    };
+    if all(|v| matches!(v, AxisValue::Whole(_))) {
+        DataType::Int64
+    } else if all(|v| matches!(v, AxisValue::Whole(_) | AxisValue::Number(_))) {
+        DataType::Float64
+    } else if all(|v| matches!(v, AxisValue::Boolean(_))) {
+        DataType::Boolean
+    } else {
+        DataType::Utf8
+    }
+}
+
+/// The values of a column. One of another kind is null, which the column of a key refuses.
+fn array(kind: &DataType, cells: &[Cell]) -> ArrayRef {
+    let numbers = cells.iter().map(|cell| match cell {
+        Some(AxisValue::Number(number)) => Some(*number),
+        #[expect(clippy::cast_precision_loss, reason = "a whole number among others")]
+        Some(AxisValue::Whole(whole)) => Some(*whole as f64),
+        _ => None,
+    });
+    let whole = cells.iter().map(|cell| match cell {
+        Some(AxisValue::Whole(whole)) => Some(*whole),
+        _ => None,
+    });
+    match kind {
+        DataType::UInt64 => {
+            let counts = whole.map(|whole| whole.and_then(|w| u64::try_from(w).ok()));
+            Arc::new(counts.collect::<UInt64Array>())
+        }
+        DataType::Int64 => Arc::new(whole.collect::<Int64Array>()),
+        DataType::Float64 => Arc::new(numbers.collect::<Float64Array>()),
+        DataType::Boolean => {
+            let flags = cells.iter().map(|cell| match cell {
+                Some(AxisValue::Boolean(flag)) => Some(*flag),
+                _ => None,
+            });
+            Arc::new(flags.collect::<BooleanArray>())
+        }
+        _ => {
+            let words = cells.iter().map(|cell| match cell {
+                Some(AxisValue::Text(text)) => Some(text.clone()),
+                other => other.as_ref().map(AxisValue::to_string),
+            });
+            Arc::new(words.collect::<StringArray>())
+        }
+    }
+}
+
+/// Collects rows of the dataset and makes Arrow batches of them.
+pub struct RowBuilder {
+    schema: SchemaRef,
+    /// The cells of each column.
+    columns: Vec<Vec<Cell>>,
+}
+
+impl RowBuilder {
+    /// The rows of a study.
+    pub fn new(plan: &Plan) -> Self {
+        let mut fields = vec![field("index", DataType::UInt64, "", "index of the run")];
+        for axis in plan.axes() {
+            for (i, key) in axis.keys.iter().enumerate() {
+                let kind = type_of(axis, i);
+                let unit = match kind {
+                    DataType::Int64 | DataType::Float64 => Axis::unit(key),
+                    _ => "",
+                };
+                fields.push(field(key, kind, unit, "key of the scene, varied"));
+            }
+        }
+        let nullable = |field: Field| field.with_nullable(true);
+        let text = "label of the estimator; null for a run that failed";
+        fields.push(nullable(field("estimator", DataType::Utf8, "", text)));
+        fields.extend(ScoreColumn::all().iter().map(|c| {
+            let kind = match c.is_count {
+                true => DataType::UInt64,
+                false => DataType::Float64,
+            };
+            nullable(field(c.name, kind, c.unit, c.description))
+        }));
+        let text = "why the run failed; null for a complete run";
+        fields.push(nullable(field("error", DataType::Utf8, "", text)));
+        Self {
+            columns: vec![Vec::new(); fields.len()],
+            schema: Arc::new(Schema::new(fields)),
+        }
+    }
+
+    /// Names, types and metadata of the columns.
+    pub fn schema(&self) -> &SchemaRef {
+        &self.schema
+    }
+
+    /// Number of rows since the last batch.
+    pub fn rows(&self) -> usize {
+        self.columns.first().map_or(0, Vec::len)
+    }
+
+    /// Adds the rows of a run with its settings.
+    pub fn push(&mut self, record: &RunRecord, settings: &[Setting]) {
+        let text = |text: &Option<String>| text.clone().map(AxisValue::Text);
+        let setting = |s: &Setting| text(&s.name).unwrap_or_else(|| s.value.clone());
+        for row in &record.rows {
+            let index = i64::try_from(record.run).ok().map(AxisValue::Whole);
+            let scores = ScoreColumn::all().iter().enumerate().map(|(i, column)| {
+                let score = row.scores.get(i).copied().flatten()?;
+                Some(match column.is_count {
+                    #[expect(
+                        clippy::cast_possible_truncation,
+                        reason = "a count, written as a number"
+                    )]
+                    true => AxisValue::Whole(score as i64),
+                    false => AxisValue::Number(score),
+                })
+            });
+            let cells = std::iter::once(index)
+                .chain(settings.iter().map(setting).map(Some))
+                .chain([text(&row.estimator)])
+                .chain(scores)
+                .chain([text(&record.error)]);
+            for (column, cell) in self.columns.iter_mut().zip(cells) {
+                column.push(cell);
+            }
+        }
+    }
+
+    /// The rows since the last batch.
+    ///
+    /// # Errors
+    /// [`ArrowError`] where columns have different lengths.
+    pub fn take(&mut self) -> Result<RecordBatch, ArrowError> {
+        let fields = self.schema.fields().iter();
+        let arrays = fields.zip(&self.columns);
+        let arrays = arrays.map(|(field, cells)| array(field.data_type(), cells));
+        let batch = RecordBatch::try_new(Arc::clone(&self.schema), arrays.collect());
+        self.columns.iter_mut().for_each(Vec::clear);
+        batch
+    }
+}
+
+fn field(name: &str, kind: DataType, unit: &str, description: &str) -> Field {
+    Field::new(name, kind, false).with_metadata(HashMap::from([
+        ("unit".to_owned(), unit.to_owned()),
+        ("description".to_owned(), description.to_owned()),
+    ]))
+}

@@ -1,0 +1,237 @@
+//! The runs of a shard, on several threads.
+
+use crate::dataset::{self, Finished};
+use crate::error::StudyError;
+use crate::folder::Folder;
+use crate::journal::{Journal, RunRecord, scan};
+use crate::shard::Shard;
+use crate::single::{self, SharedTruth};
+use crate::study::Study;
+use rayon::ThreadPoolBuilder;
+use rayon::prelude::*;
+use robhaz_record::Dataset;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// What is to be computed, and where it is written.
+#[derive(Clone, Copy, Debug)]
+pub struct Job<'a> {
+    /// Folder of the study.
+    pub folder: &'a Path,
+    /// Its part of the runs.
+    pub shard: Shard,
+    /// Number of threads, at least 1.
+    pub jobs: usize,
+}
+
+/// What the caller hears of, and how it stops.
+pub struct Watch<'a> {
+    /// Called once with the number of runs of the shard that are done already, and of all.
+    pub begin: &'a (dyn Fn(u64, u64) + Sync),
+    /// Called after every run.
+    pub finished: &'a (dyn Fn(&RunRecord) + Sync),
+    /// A cause to stop, or `None` to go on. Runs in flight are given up.
+    pub stop: &'a (dyn Fn() -> Option<&'static str> + Sync),
+}
+
+impl Watch<'_> {
+    /// Hears of nothing and never stops.
+    pub const SILENT: Self = Self {
+        begin: &|_, _| {},
+        finished: &|_| {},
+        stop: &|| None,
+    };
+}
+
+/// A shard without runs left.
+#[derive(Clone, Debug)]
+pub struct Done {
+    /// Runs of the shard.
+    pub runs: u64,
+    /// Runs that this call has computed.
+    pub computed: u64,
+    /// Damaged lines of the journals, whose runs were computed again.
+    pub damaged: u64,
+    /// The dataset; `None` of a shard.
+    pub dataset: Option<PathBuf>,
+}
+
+/// Computes the missing runs of a shard. With all runs of the study it makes the dataset, of whichever shards have computed
+/// them in its folder.
+///
+/// # Errors
+/// [`StudyError`]; [`StudyError::Stopped`] when the caller stopped it. Finished runs stay in the folder.
+pub fn compute(study: &Study, job: &Job<'_>, watch: &Watch<'_>) -> Result<Done, StudyError> {
+    let folder = Folder::open(job.folder, study.identity())?;
+    let (shard, dataset, hash) = (job.shard, folder.dataset(), &study.identity().sha256);
+    let runs = shard.count(study.runs());
+    let done = |computed, damaged, dataset| Done {
+        runs,
+        computed,
+        damaged,
+        dataset,
+    };
+    if dataset.exists() {
+        folder.tidy()?;
+        (watch.begin)(runs, runs);
+        return Ok(done(0, 0, Some(dataset)));
+    }
+    let own = folder.journal(shard);
+    let (journal, scanned) = Journal::open(&own, hash)?;
+    let mut finished = Finished::new(study.runs());
+    finished.add(&own, &scanned);
+    // Where the dataset is made of other shards' journals, no process may have one open.
+    let mut others = Vec::new();
+    for path in folder.journals()?.iter().filter(|path| **path != own) {
+        if shard == Shard::ALL {
+            let (journal, scanned) = Journal::open(path, hash)?;
+            finished.add(path, &scanned);
+            others.push(journal);
+        } else {
+            finished.add(path, &scan(path, hash)?);
+        }
+    }
+    let journal = Mutex::new(journal);
+    let work = Work {
+        study,
+        folder: Some(&folder),
+        is_pending: &|run| shard.has(run) && !finished.has(run),
+        keep: &|record| lock(&journal).append(&record),
+        watch,
+        failure: Mutex::new(None),
+    };
+    let computed = work.run(job.jobs, runs);
+    lock(&journal).sync()?;
+    let (computed, damaged) = (computed?, finished.damaged());
+    if shard != Shard::ALL {
+        return Ok(done(computed, damaged, None));
+    }
+    let mut finished = Finished::new(study.runs());
+    for path in folder.journals()? {
+        finished.add(&path, &scan(&path, hash)?);
+    }
+    dataset::write(study, &finished, &folder)?;
+    folder.tidy()?;
+    Ok(done(computed, damaged, Some(dataset)))
+}
+
+/// Computes all runs on `jobs` threads, without files. Returns the dataset.
+///
+/// # Errors
+/// As [`compute`]. When the caller stopped it, nothing stays.
+pub fn compute_in_memory(
+    study: &Study,
+    jobs: usize,
+    watch: &Watch<'_>,
+) -> Result<Dataset, StudyError> {
+    let records = Mutex::new(Vec::new());
+    let work = Work {
+        study,
+        folder: None,
+        is_pending: &|_| true,
+        keep: &|record| {
+            lock(&records).push(record);
+            Ok(())
+        },
+        watch,
+        failure: Mutex::new(None),
+    };
+    work.run(jobs, study.runs())?;
+    let mut records = lock(&records);
+    records.sort_by_key(|record| record.run);
+    dataset::in_memory(study, &records)
+}
+
+/// What the threads share.
+struct Work<'a> {
+    study: &'a Study,
+    /// Where tables go.
+    folder: Option<&'a Folder>,
+    is_pending: &'a (dyn Fn(u64) -> bool + Sync),
+    keep: &'a (dyn Fn(RunRecord) -> Result<(), StudyError> + Sync),
+    watch: &'a Watch<'a>,
+    /// The first error ends all threads.
+    failure: Mutex<Option<StudyError>>,
+}
+
+impl Work<'_> {
+    /// Computes the pending ones of `runs` runs on `jobs` threads. Returns how many were computed.
+    fn run(&self, jobs: usize, runs: u64) -> Result<u64, StudyError> {
+        let left = (0..self.study.runs()).filter(|run| (self.is_pending)(*run));
+        let left = left.count() as u64;
+        (self.watch.begin)(runs - left, runs);
+        let pool = ThreadPoolBuilder::new().num_threads(jobs).build()?;
+        let truths = (0..self.study.truths()).into_par_iter();
+        let computed = pool.install(|| truths.map(|truth| self.of_truth(truth)).sum::<u64>());
+        if let Some(failure) = lock(&self.failure).take() {
+            return Err(failure);
+        }
+        match (self.watch.stop)().filter(|_| computed < left) {
+            None => Ok(computed),
+            Some(cause) => Err(StudyError::Stopped {
+                cause,
+                done: runs - left + computed,
+                runs,
+                kept: self.folder.is_some(),
+            }),
+        }
+    }
+
+    /// Computes the pending runs of one truth. Returns how many.
+    fn of_truth(&self, truth: u64) -> u64 {
+        let plan = self.study.plan();
+        let runs = || (0..plan.runs_of_truth()).map(|place| plan.run(truth, place));
+        let mut pending = runs().filter(|run| (self.is_pending)(*run));
+        let (Some(first), second) = (pending.next(), pending.next()) else {
+            return 0;
+        };
+        if self.stop().is_some() {
+            return 0;
+        }
+        // The truth of a single run is not kept, but for a scene, whose control may be driven by another seed.
+        let shared = match second.is_some() || self.study.driven().is_some() {
+            true => SharedTruth::simulate(self.study, first, &|| self.stop()),
+            false => SharedTruth::None,
+        };
+        let places = (0..plan.runs_of_truth()).into_par_iter();
+        let pending = places.map(|place| plan.run(truth, place));
+        let pending = pending.filter(|run| (self.is_pending)(*run));
+        pending.map(|run| u64::from(self.one(run, &shared))).sum()
+    }
+
+    /// Whether a run was computed; otherwise it was stopped.
+    fn one(&self, run: u64, truth: &SharedTruth) -> bool {
+        let stop = || self.stop();
+        if stop().is_some() {
+            return false;
+        }
+        let keeps = self.study.choice().tables.keeps(run);
+        let tables = self.folder.filter(|_| keeps);
+        let tables = tables.map(|folder| folder.tables(run));
+        let computed = single::compute(self.study, run, truth, tables.as_deref(), &stop);
+        let kept = computed.and_then(|record| {
+            let Some(record) = record else {
+                return Ok(false);
+            };
+            (self.watch.finished)(&record);
+            (self.keep)(record)?;
+            Ok(true)
+        });
+        kept.unwrap_or_else(|error| {
+            lock(&self.failure).get_or_insert(error);
+            false
+        })
+    }
+
+    fn stop(&self) -> Option<&'static str> {
+        match lock(&self.failure).is_some() {
+            true => Some("an error"),
+            false => (self.watch.stop)(),
+        }
+    }
+}
+
+/// A panic of another thread leaves no half-changed value behind: all changes are single calls.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

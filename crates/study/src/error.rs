@@ -1,0 +1,133 @@
+//! Why a study cannot go on.
+
+use arrow_schema::ArrowError;
+use parquet::errors::ParquetError;
+use robhaz_record::RecordError;
+use robhaz_scene::SceneError;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Why a study cannot go on. A run that fails is no such error: it is a row of the dataset with its reason.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum StudyError {
+    /// The study file, its base scene, or a value of an axis.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Scene(#[from] SceneError),
+    /// A scene without estimators.
+    #[error(
+        "{0} has no estimator to study: leave out `estimator = []`, or study the --ladder (in Python ladder=True)"
+    )]
+    NoEstimator(String),
+    /// Seeds that a study cannot count.
+    #[error("{seeds} seeds from {first} on: the last seed must be below 2^63")]
+    Seeds {
+        /// Their number.
+        seeds: u64,
+        /// The first.
+        first: u64,
+    },
+    /// A run of a scene failed: none of the others says more.
+    #[error("cannot study {scene}: {reason}")]
+    Failed {
+        /// Its name.
+        scene: String,
+        /// The reason of the first run that failed.
+        reason: String,
+    },
+    /// The folder holds the runs of another study, or of another version of this one.
+    #[error("{folder} holds runs of another study: {difference}")]
+    #[diagnostic(help(
+        "write elsewhere with --out DIR, or remove the folder; runs of two studies never mix"
+    ))]
+    OtherStudy {
+        /// The folder.
+        folder: PathBuf,
+        /// What differs, found and wanted.
+        difference: String,
+    },
+    /// The folder holds a sweep.
+    #[error("{folder} holds a sweep of {version}, which this version does not continue")]
+    #[diagnostic(help(
+        "write elsewhere with --out DIR; robhaz report reads the dataset of a finished sweep"
+    ))]
+    Earlier {
+        /// The folder.
+        folder: PathBuf,
+        /// The version that wrote it.
+        version: String,
+    },
+    /// The folder holds something, but no study.
+    #[error("{0} is not empty and holds no study: it is left alone")]
+    #[diagnostic(help("write elsewhere with --out DIR"))]
+    NotAStudy(PathBuf),
+    /// Another process computes runs of this shard.
+    #[error("another process is writing {0}")]
+    #[diagnostic(help("wait for its end"))]
+    InUse(PathBuf),
+    /// An error of the file system.
+    #[error("cannot {action} {path}")]
+    Io {
+        /// The failed action.
+        action: &'static str,
+        /// The path.
+        path: PathBuf,
+        /// The cause.
+        source: io::Error,
+    },
+    /// A manifest of a study that cannot be read.
+    #[error("{path} is no description of a study")]
+    Manifest {
+        /// The file.
+        path: PathBuf,
+        /// The cause.
+        source: serde_json::Error,
+    },
+    /// The dataset cannot be made.
+    #[error("cannot make rows of the dataset")]
+    Rows(#[from] ArrowError),
+    /// The dataset cannot be written.
+    #[error("cannot write {path}")]
+    Parquet {
+        /// The file.
+        path: PathBuf,
+        /// The cause.
+        source: ParquetError,
+    },
+    /// The dataset cannot be read.
+    #[error(transparent)]
+    Dataset(#[from] RecordError),
+    /// A signal stopped the study.
+    #[error("stopped by {cause}; {done} of {runs} runs are done")]
+    #[diagnostic(help("{}", after_a_stop(*kept)))]
+    Stopped {
+        /// The signal.
+        cause: &'static str,
+        /// Finished runs of this shard.
+        done: u64,
+        /// Runs of this shard.
+        runs: u64,
+        /// Whether the finished runs are in a folder.
+        kept: bool,
+    },
+    /// The threads cannot be started.
+    #[error("cannot start the threads")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+}
+
+const fn after_a_stop(kept: bool) -> &'static str {
+    match kept {
+        true => "the same command goes on where it stopped",
+        false => "nothing was written; with --out DIR the same command goes on where it stopped",
+    }
+}
+
+/// An error of the file system at a path.
+pub fn io_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> StudyError {
+    let path = path.to_path_buf();
+    move |source| StudyError::Io {
+        action,
+        path,
+        source,
+    }
+}

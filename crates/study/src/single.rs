@@ -1,0 +1,230 @@
+//! One run and its scores.
+
+use crate::error::{StudyError, io_error};
+use crate::files;
+use crate::journal::{Row, RunRecord};
+use crate::scores::{Outcome, ScoreColumn};
+use crate::study::{Study, seen_by_plant};
+use crate::truth_run::{TruthRun, bound, rule};
+use robhaz_record::{EstimatorSummary, SummarySink, TableFormat, TableSink};
+use robhaz_run::{
+    ClearanceNeed, Frame, Run, RunDescription, RunEnd, RunError, Sink, SinkError, Stop,
+};
+use robhaz_scene::{Scene, SceneError};
+use robhaz_score::{Bound, Inclusion, Rule};
+use std::error::Error;
+use std::fs;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+
+/// What the runs of one truth share.
+#[derive(Debug)]
+pub enum SharedTruth {
+    /// Nothing: each simulates its own.
+    None,
+    /// The truth, and what of its scene it depends on; `None` where it is that of all runs.
+    Kept(TruthRun, Option<Box<Scene>>),
+    /// The reason why there is none.
+    Failed(String),
+}
+
+impl SharedTruth {
+    /// Simulates the truth of several runs of a study, of which `run` is one. Without memory or without success each run
+    /// simulates its own and has its reason.
+    pub fn simulate(study: &Study, run: u64, stop: Stop<'_>) -> Self {
+        let simulated = catch_unwind(AssertUnwindSafe(|| match study.driven() {
+            Some(scene) => match TruthRun::simulate(scene, stop) {
+                Ok(truth) => Self::Kept(truth, None),
+                Err(error) => Self::Failed(in_one_line(&error)),
+            },
+            None => {
+                let scene = study.scene(run).ok();
+                let truth = scene.and_then(|scene| {
+                    let truth = TruthRun::simulate(&scene, stop).ok()?;
+                    Some((truth, Box::new(seen_by_plant(&scene))))
+                });
+                truth.map_or(Self::None, |(truth, seen)| Self::Kept(truth, Some(seen)))
+            }
+        }));
+        simulated.unwrap_or(Self::None)
+    }
+
+    /// The run of a scene.
+    fn run(&self, scene: &Scene) -> Result<Run, RunError> {
+        match self {
+            Self::Kept(truth, seen)
+                if seen
+                    .as_ref()
+                    .is_none_or(|seen| **seen == seen_by_plant(scene)) =>
+            {
+                Run::observing(scene, truth.shared())
+            }
+            _ => Run::new(scene),
+        }
+    }
+}
+
+/// Computes a run. Its full tables go to `tables`, if given. `None` when `stop` named a cause.
+///
+/// # Errors
+/// [`StudyError`] where the tables cannot be written. A run that fails for another reason is a record with this reason.
+pub fn compute(
+    study: &Study,
+    run: u64,
+    truth: &SharedTruth,
+    tables: Option<&Path>,
+    stop: Stop<'_>,
+) -> Result<Option<RunRecord>, StudyError> {
+    // A panic is a mistake of ours. It ends its run, not the study.
+    let computed = catch_unwind(AssertUnwindSafe(|| {
+        outcome(study, run, truth, tables, stop)
+    }));
+    Ok(match computed {
+        Ok(outcome) => match outcome? {
+            Ok(outcome) => Some(RunRecord {
+                run,
+                error: None,
+                rows: rows(&outcome),
+            }),
+            Err(_) if stop().is_some() => None,
+            Err(reason) => Some(RunRecord::failed(run, reason)),
+        },
+        Err(_) => {
+            let reason = "internal error: the run panicked".to_owned();
+            Some(RunRecord::failed(run, reason))
+        }
+    })
+}
+
+/// How a run ended, or why it has no scores.
+fn outcome(
+    study: &Study,
+    run: u64,
+    truth: &SharedTruth,
+    tables: Option<&Path>,
+    stop: Stop<'_>,
+) -> Result<Result<Outcome, String>, StudyError> {
+    if let SharedTruth::Failed(reason) = truth {
+        return Ok(Err(reason.clone()));
+    }
+    let scene = match study.scene(run) {
+        Ok(scene) => scene,
+        Err(error) => return Ok(Err(of_scene(&error))),
+    };
+    let temporary = tables.map(|folder| prepare(study, &scene, folder));
+    let temporary = temporary.transpose()?;
+    let table = |folder: &PathBuf| TableSink::new(folder, TableFormat::Parquet);
+    let (mut summary, mut bound) = (SummarySink::new(), BoundSink::new(&scene));
+    let mut table_sink = temporary.as_ref().map(table);
+    let mut sinks: Vec<&mut dyn Sink> = vec![&mut summary, &mut bound];
+    sinks.extend(table_sink.iter_mut().map(|sink| sink as &mut dyn Sink));
+    let ready = truth.run(&scene);
+    let ended = ready.and_then(|run| run.until(&mut sinks, stop));
+    if let (Some(temporary), Some(folder)) = (&temporary, tables) {
+        match ended {
+            // Of the sinks only that of the tables can fail: the disk.
+            Err(RunError::Sink(error)) => {
+                let cannot = io_error("write tables to", folder);
+                return Err(cannot(std::io::Error::other(error)));
+            }
+            Err(RunError::Stopped { .. }) => {}
+            _ => files::settle(temporary, folder)?,
+        }
+    }
+    let summary = summary.summary().map_err(|error| in_one_line(&error));
+    Ok(match ended {
+        Ok(_) => summary.map(|summary| Outcome {
+            summary,
+            bound: bound.0.nrmse(),
+        }),
+        Err(error) => Err(in_one_line(&error)),
+    })
+}
+
+/// A sink for the Cramer-Rao bound.
+pub struct BoundSink(pub Bound, Rule);
+
+impl BoundSink {
+    /// For a run of a scene.
+    pub fn new(scene: &Scene) -> Self {
+        Self(bound(scene), rule(scene))
+    }
+}
+
+impl Sink for BoundSink {
+    fn clearance_need(&self) -> ClearanceNeed {
+        ClearanceNeed::Never
+    }
+
+    fn begin(&mut self, _run: &RunDescription) -> Result<(), SinkError> {
+        Ok(())
+    }
+
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
+        if let Some(truth) = frame.truth
+            && let Inclusion::Included(compared) = self.1.judge(truth)
+        {
+            self.0.add(truth, &compared);
+        }
+        Ok(())
+    }
+
+    fn end(&mut self, _end: Option<&RunEnd>) -> Result<(), SinkError> {
+        Ok(())
+    }
+}
+
+/// An empty folder for the tables of a run, with its scene and tracks.
+fn prepare(study: &Study, scene: &Scene, folder: &Path) -> Result<PathBuf, StudyError> {
+    let temporary = files::partial(folder);
+    for old in [folder, &temporary] {
+        // Of a run that was killed before its line was in the journal.
+        if old.exists() {
+            fs::remove_dir_all(old).map_err(io_error("remove", old))?;
+        }
+    }
+    fs::create_dir_all(&temporary).map_err(io_error("create", &temporary))?;
+    let version = &study.identity().version;
+    let text = scene.to_toml(version).into_bytes();
+    let tracks = scene.terrain.tracks.iter();
+    let tracks = tracks.map(|track| (track.file_name(), track.bytes.to_vec()));
+    for (name, content) in std::iter::once(("scene.toml".to_owned(), text)).chain(tracks) {
+        let path = temporary.join(name);
+        fs::write(&path, content).map_err(io_error("write", &path))?;
+    }
+    Ok(temporary)
+}
+
+fn rows(outcome: &Outcome) -> Vec<Row> {
+    let row = |estimator: Option<&EstimatorSummary>| Row {
+        estimator: estimator.map(|e| e.name.clone()),
+        scores: ScoreColumn::all()
+            .iter()
+            .map(|column| column.value(outcome, estimator))
+            .collect(),
+    };
+    match outcome.summary.estimators.as_slice() {
+        [] => vec![row(None)],
+        estimators => estimators.iter().map(|e| row(Some(e))).collect(),
+    }
+}
+
+/// The problems of a scene without the names of files, which differ between machines.
+fn of_scene(error: &SceneError) -> String {
+    let problems = error.problems().map(|p| match p.key() {
+        "" => p.message().to_owned(),
+        key => format!("{key}: {}", p.message()),
+    });
+    problems.collect::<Vec<_>>().join("; ")
+}
+
+/// An error with its causes.
+fn in_one_line(error: &dyn Error) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        text = format!("{text}: {error}");
+        cause = error.source();
+    }
+    text
+}
