@@ -162,7 +162,7 @@ def _reads(folder, text):
     """Whether the command reads a study of a scene."""
     (folder / "a.toml").write_text('name = "a"\n')
     (folder / "study.toml").write_text(text)
-    done = subprocess.run([COMMAND, "sweep", "study.toml", "--dry-run"], cwd=folder, capture_output=True)
+    done = subprocess.run([COMMAND, "study", "study.toml", "--dry-run"], cwd=folder, capture_output=True)
     return done.returncode == 0
 
 

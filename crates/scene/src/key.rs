@@ -30,8 +30,8 @@ pub(crate) enum Absent {
     Required,
 }
 
-/// Declares the keys of a table: the meaning as a doc comment, the name, `(required)` or the default in words where the field
-/// does not hold it, the form of the value, and the field.
+/// Declares the keys of a table: the meaning as a doc comment, the name, `(required)` or the default in words where the
+/// field does not hold it, the form of the value, and the field.
 macro_rules! keys {
     ($(#[doc = $about:literal])* $vis:vis $table:ident: $t:ty; $(
         $(#[doc = $meaning:literal])+

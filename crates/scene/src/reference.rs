@@ -30,13 +30,15 @@ pub fn reference() -> Vec<KeyReference> {
     rows
 }
 
-/// The rows of the tables of keys in `docs/logs.md`: key, SI unit, default, allowed values, meaning. Those of `[robot]` and
-/// `[[estimator]]` are as in a scene.
+/// The rows of the tables of keys in `docs/logs.md`: key, SI unit, default, allowed values, meaning. The text
+/// explains the keys above all tables; those of `[robot]` and `[[estimator]]` are as in a scene.
 pub fn log_reference() -> Vec<[String; 5]> {
     let mut rows = Vec::new();
     key::rows(&mut rows, LOG, "", &mut LogChoice::default());
     let as_in_a_scene = |key: &str| key.starts_with("robot.") || key.starts_with("estimator");
-    let own = rows.into_iter().filter(|row| !as_in_a_scene(&row.key));
+    let own = rows
+        .into_iter()
+        .filter(|row| row.key.contains('.') && !as_in_a_scene(&row.key));
     own.map(|r| {
         [
             r.key,

@@ -35,6 +35,9 @@ macro_rules! builtin {
     };
 }
 
+/// The key at fault, and why.
+type Fault = (&'static str, String);
+
 /// One of the two halves of `[robot]`.
 pub(crate) struct Part {
     /// Full key.
@@ -44,8 +47,8 @@ pub(crate) struct Part {
     what: &'static str,
     keys: &'static [Key<RobotChoice>],
     name: fn(&mut RobotChoice) -> &mut String,
-    /// Completes and checks a table whose keys have no problem; the error is the key at fault and why.
-    check: fn(&mut RobotChoice, &Node) -> Result<(), (&'static str, String)>,
+    /// Completes and checks a table whose keys have no problem.
+    check: fn(&mut RobotChoice, &Node) -> Result<(), Fault>,
 }
 
 /// `robot.geometry`
@@ -315,7 +318,7 @@ fn complete(geometry: &mut Geometry, node: &Node) {
 }
 
 /// The key at fault and why.
-fn check(geometry: &Geometry) -> Result<(), (&'static str, String)> {
+fn check(geometry: &Geometry) -> Result<(), Fault> {
     if let Err(error) = geometry.check() {
         let key = match error {
             GeometryError::WheelRadius(_) => "wheel_radius",

@@ -55,9 +55,9 @@ const AXES: [[f64; 3]; 6] = [
 ];
 const AXIS_NAMES: [&str; 6] = ["+x", "-x", "+y", "-y", "+z", "-z"];
 
-fn axis_name(axis: [f64; 3]) -> &'static str {
-    let place = AXES.iter().position(|a| *a == axis);
-    AXIS_NAMES[place.unwrap_or_default()]
+fn axis_name([x, y, z]: [f64; 3]) -> &'static str {
+    let mut along = [x, -x, y, -y, z, -z].into_iter();
+    AXIS_NAMES[along.position(|part| part > 0.5).unwrap_or_default()]
 }
 
 const DEGREE: f64 = PI / 180.0;
@@ -113,8 +113,8 @@ pub(super) const IMUS: ByName<ImuChoice> = ByName {
 fn imu(reader: &mut Reader, link: &'static str, node: &Node, path: &str) -> ImuChoice {
     let mut imu = ImuChoice::standard(link);
     reader.table(KEYS, node, path, &mut imu);
-    // Axes along the same line.
-    if imu.forward.map(f64::abs) == imu.up.map(f64::abs) {
+    let along: f64 = imu.forward.iter().zip(imu.up).map(|(a, b)| a * b).sum();
+    if along.abs() > 0.5 {
         let at = node.get("up").or(node.get("forward")).unwrap_or(node);
         reader.refuse(at, &join(path, "up"), "another axis than forward");
     }

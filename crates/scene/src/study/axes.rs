@@ -127,7 +127,7 @@ const KEY_LIST: Plain<Vec<String>> = Plain {
 const NAMES: Plain<Vec<String>> = Plain {
     words: "a list of different texts, one a value",
     schema: || json!({"type": "array", "items": text("").schema(None), "uniqueItems": true}),
-    read: |node| different(node.array()?.iter().map(text("").read).collect()),
+    read: |node| node.array()?.iter().map(text("").read).collect(),
     text: |_| None,
 };
 const FIRST: Plain<i64> = Plain {
@@ -326,14 +326,11 @@ fn read_values(reader: &mut Reader, node: &Node, path: &str, raw: &Raw) -> Optio
             ),
         }
     }
-    if let Some(names) = node
-        .get("names")
-        .filter(|_| raw.names.len() != raw.values.len())
-    {
-        let allowed = format!(
-            "a list of {} different texts, one a value",
-            raw.values.len()
-        );
+    let different: HashSet<&String> = raw.names.iter().collect();
+    let fit = [different.len(), raw.values.len()] == [raw.names.len(); 2];
+    if let Some(names) = node.get("names").filter(|_| !fit) {
+        let count = raw.values.len();
+        let allowed = format!("a list of {count} different texts, one a value");
         reader.refuse(names, &join(path, "names"), &allowed);
     }
     (reader.mark() == mark).then_some(read)
