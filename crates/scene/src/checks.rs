@@ -1,5 +1,6 @@
 //! Rules that involve several keys.
 
+use crate::conflict::{Conflict, conflict, named, valued};
 use crate::contact;
 use crate::control;
 use crate::error::Problem;
@@ -19,47 +20,6 @@ const MOST_STEPS: f64 = 1e11;
 const MOST_JITTER: f64 = 0.3;
 /// Relative rounding error allowed in a whole number.
 const WHOLE: f64 = 1e-12;
-
-/// A key and its value as text, for messages.
-pub(crate) type Value = (&'static str, String);
-
-/// Keys whose values do not go together, and what is allowed.
-pub(crate) struct Conflict {
-    /// The keys, the one to blame first.
-    pub keys: Vec<Value>,
-    /// What is allowed.
-    pub rule: String,
-}
-
-impl Conflict {
-    /// What was found and what is allowed.
-    pub fn message(&self) -> String {
-        let found: Vec<String> = self
-            .keys
-            .iter()
-            .map(|(key, value)| format!("{key} = {value}"))
-            .collect();
-        format!("found {}, allowed: {}", found.join(" and "), self.rule)
-    }
-}
-
-/// Keys that do not go together, the one to blame first, and what is allowed.
-pub(crate) fn conflict(keys: impl Into<Vec<Value>>, rule: impl Into<String>) -> Conflict {
-    Conflict {
-        keys: keys.into(),
-        rule: rule.into(),
-    }
-}
-
-/// A key and its number.
-pub(crate) fn valued(key: &'static str, value: f64) -> Value {
-    (key, short(value))
-}
-
-/// A key and its word.
-pub(crate) fn named(key: &'static str, value: &str) -> Value {
-    (key, format!("\"{value}\""))
-}
 
 /// The rules of a scene that some sections determine.
 type Rules = (&'static [&'static str], fn(&Scene) -> Vec<Conflict>);

@@ -1,6 +1,6 @@
 //! `[contact]`: eqs. (10) and (11), rolling resistance.
 
-use crate::checks::{Conflict, conflict, named, valued};
+use crate::conflict::{Conflict, conflict, named, valued};
 use crate::form::word;
 use crate::key::keys;
 use crate::quantity::{CONTACT_STIFFNESS, DAMPING, LENGTH, NONE, SPEED};

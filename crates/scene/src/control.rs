@@ -1,6 +1,6 @@
 //! Control of the wheels: the estimator that it gets, and what does not go with it.
 
-use crate::checks::{Conflict, conflict, named, valued};
+use crate::conflict::{Conflict, conflict, named, valued};
 use crate::estimators;
 use crate::form::{did_you_mean, quoted};
 use crate::quantity::short;

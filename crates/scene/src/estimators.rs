@@ -1,10 +1,9 @@
 //! `[[estimator]]`: presets, and the keys that change them.
 
-use crate::form::{Form, NAME, SWITCH, items, word};
+use crate::form::{Form, KeyReference, NAME, SWITCH, items, word};
 use crate::key::{self, keys};
 use crate::quantity::{ANGULAR_FREQUENCY, LENGTH, ROTARY_DAMPING, TIME, above, at_least, number};
 use crate::reader::{Reader, join};
-use crate::reference::KeyReference;
 use crate::source::{Entry, Node, Origin, Value};
 use crate::write::Out;
 use robhaz_estimator::{

@@ -1,7 +1,7 @@
 //! The scene against the stability limits of the steps of `rapier`, which the engine divides into [`MOST_PARTS`] parts at
 //! most.
 
-use crate::checks::{Conflict, Value, named, valued};
+use crate::conflict::{Conflict, Value, named, valued};
 use crate::quantity::short;
 use crate::scene::Scene;
 use robhaz_sim::drive::FRICTION_SPEED;

@@ -1,10 +1,8 @@
 //! Forms: what the value of a key may be. Each reads, writes and describes values of one type.
 
 use crate::error::Problem;
-use crate::key::{self, Key};
 use crate::quantity::{Dimension, NONE, Number, at_least, number, short};
 use crate::reader::{Reader, refusal};
-use crate::reference::KeyReference;
 use crate::source::{Node, Value};
 use crate::suggest::nearest;
 use crate::write::{Out, quote};
@@ -12,6 +10,23 @@ use robhaz_estimator::statics::{LOAD_PARAMETERS, LoadCovariance};
 use robhaz_model::Vec2;
 use serde_json::{Map, Value as Json, json};
 use std::marker::PhantomData;
+
+/// A key of scene files.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct KeyReference {
+    /// Full dotted key; `[]` stands for an index.
+    pub key: String,
+    /// SI unit of a bare number; empty where there is none.
+    pub unit: &'static str,
+    /// Other units that a text may carry.
+    pub other_units: String,
+    /// Default in the SI unit, or in words; `required` if there is none.
+    pub default: String,
+    /// Allowed values.
+    pub allowed: String,
+    /// Meaning of the key.
+    pub meaning: &'static str,
+}
 
 /// What a value may be.
 pub(crate) trait Form: Sync {
@@ -474,113 +489,6 @@ impl Form for Covariance {
 
     fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {
         Self::ROWS.schema(None)
-    }
-}
-
-/// A table.
-pub(crate) struct Table<T: 'static> {
-    pub keys: &'static [Key<T>],
-    /// In words; empty for a section, of which tables of keys list the keys alone.
-    pub words: &'static str,
-    /// Whether it is not written.
-    pub is_hidden: fn(&T) -> bool,
-    /// Checks a table whose keys have no problem.
-    pub check: fn(&mut Reader, &Node, &T),
-}
-
-/// A table of which tables of keys list the keys alone.
-pub(crate) const fn section<T>(keys: &'static [Key<T>]) -> Table<T> {
-    Table {
-        keys,
-        words: "",
-        is_hidden: |_| false,
-        check: |_, _, _| {},
-    }
-}
-
-impl<T> Form for Table<T> {
-    type Value = T;
-
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut T) {
-        let mark = reader.mark();
-        reader.table(self.keys, node, path, into);
-        if reader.mark() == mark {
-            (self.check)(reader, node, into);
-        }
-    }
-
-    fn allowed(&self) -> String {
-        match self.words {
-            "" => "a table".to_owned(),
-            words => words.to_owned(),
-        }
-    }
-
-    fn schema(&self, defaults: Option<&mut T>) -> Json {
-        key::schema(self.keys, defaults)
-    }
-
-    fn is_section(&self) -> bool {
-        self.words.is_empty()
-    }
-
-    fn tables(&self, out: &mut Out, path: &str, meaning: &str, value: &mut T) {
-        if !(self.is_hidden)(value) {
-            out.head(&format!("[{path}]"), meaning);
-            out.table(self.keys, value, path);
-        }
-    }
-
-    fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, value: &mut T) {
-        key::rows(rows, self.keys, path, value);
-    }
-}
-
-/// Tables, each headed `[[path]]`.
-pub(crate) struct List<T: 'static> {
-    pub keys: &'static [Key<T>],
-    /// In words; empty for a list of which tables of keys list the keys alone.
-    pub words: &'static str,
-    pub least: usize,
-    pub most: usize,
-    /// An item before its keys are read.
-    pub start: fn() -> T,
-    /// Checks an item whose keys have no problem, with those before it.
-    pub check: fn(&mut Reader, &Node, &str, &mut T, &[T]),
-}
-
-impl<T> Form for List<T> {
-    type Value = Vec<T>;
-
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Vec<T>) {
-        into.clear();
-        for (item, path) in reader.items(node, path, self.least..=self.most, || self.allowed()) {
-            let (mark, mut value) = (reader.mark(), (self.start)());
-            reader.table(self.keys, item, &path, &mut value);
-            if reader.mark() == mark {
-                (self.check)(reader, item, &path, &mut value, into);
-                into.push(value);
-            }
-        }
-    }
-
-    fn allowed(&self) -> String {
-        self.words.to_owned()
-    }
-
-    fn schema(&self, _defaults: Option<&mut Vec<T>>) -> Json {
-        items(key::schema(self.keys, None), self.least, self.most)
-    }
-
-    fn tables(&self, out: &mut Out, path: &str, _meaning: &str, value: &mut Vec<T>) {
-        for item in value {
-            out.head(&format!("[[{path}]]"), "");
-            out.table(self.keys, item, path);
-        }
-    }
-
-    fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, _value: &mut Vec<T>) {
-        key::rows(rows, self.keys, &format!("{path}[]"), &mut (self.start)());
     }
 }
 

@@ -4,11 +4,10 @@
 //! they come from the `Default` or a named constructor of the type that holds the field.
 
 use crate::error::Problem;
-use crate::form::{Form, object};
+use crate::form::{Form, KeyReference, object};
 use crate::reader::{Reader, join};
-use crate::reference::KeyReference;
 use crate::source::{Entry, Node};
-use crate::write::Out;
+use crate::write::{Out, quote};
 use serde_json::{Map, Value as Json, json};
 
 /// A key of a table that sets a field of `T`.
@@ -143,6 +142,50 @@ impl Reader {
     pub fn missing(&mut self, node: &Node, path: &str, allowed: &str) {
         let message = format!("missing, and it has no default; allowed: {allowed}");
         self.push(Problem::at(&node.origin, path, message).whole());
+    }
+}
+
+impl Out {
+    /// A whole file: a line of comment, the keys, the `version` of the program that writes it, the tables.
+    pub fn file<T: 'static>(comment: &str, version: &str, keys: &[Key<T>], of: &mut T) -> String {
+        let mut out = Self::default();
+        out.line(&format!("# {comment}"));
+        out.fields(keys, of);
+        out.head(&format!("[{IGNORED}]"), "what wrote this file; not read");
+        out.key("version", &quote(version), "");
+        out.tables(keys, of, "");
+        out.0
+    }
+
+    /// The keys of a table whose heading is written, then the tables in it.
+    pub fn table<T: 'static>(&mut self, keys: &[Key<T>], of: &mut T, path: &str) {
+        self.fields(keys, of);
+        self.tables(keys, of, path);
+    }
+
+    /// Keys with their units and meanings.
+    pub fn fields<'k, T: 'static>(
+        &mut self,
+        keys: impl IntoIterator<Item = &'k Key<T>>,
+        of: &mut T,
+    ) {
+        for key in keys {
+            let Some(value) = key.field.text(of) else {
+                continue;
+            };
+            match key.field.units().first() {
+                None => self.key(key.name, &value, key.meaning),
+                Some(unit) => self.key(key.name, &value, &format!("{unit}; {}", key.meaning)),
+            }
+        }
+    }
+
+    /// The tables in a table.
+    pub fn tables<T>(&mut self, keys: &[Key<T>], of: &mut T, path: &str) {
+        for key in keys {
+            key.field
+                .tables(self, &join(path, key.name), key.meaning, of);
+        }
     }
 }
 

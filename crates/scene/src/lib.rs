@@ -9,16 +9,17 @@
 //! |---|---|
 //! | `source` | a file or an override as a tree of values with their places |
 //! | `key` | keys: name, meaning, form, field; each declared once |
-//! | `form`, `quantity` | what a value may be: read, written, described; numbers with unit and range |
+//! | `form`, `tables`, `quantity` | what a value may be: read, written, described; tables of keys; numbers with unit and range |
 //! | `load` | all keys of a scene; from a file to a [`Scene`] and back |
 //! | `robot`, `terrain`, `contact`, `drive`, `sensors`, `estimators` | its sections |
-//! | `overrides`, `checks`, `explicit_step`, `control` | overrides of the command line; rules over several keys |
+//! | `overrides`, `checks`, `conflict`, `explicit_step`, `control` | overrides of the command line; rules over several keys |
 //! | `log` | descriptions of recorded logs |
 //! | `study` | study files: what is varied in which scene |
 //! | `write`, `reference`, `schema` | files, tables of keys and JSON Schema from the declarations |
 //! | `reader`, `error`, `excerpt`, `suggest` | problems and their messages |
 
 mod checks;
+mod conflict;
 mod contact;
 mod control;
 mod drive;
@@ -37,27 +38,27 @@ mod quantity;
 mod reader;
 mod reference;
 mod robot;
-mod robot_keys;
 mod scene;
 mod schema;
 mod sensors;
 mod source;
 mod study;
 mod suggest;
+mod tables;
 mod terrain;
 mod write;
 
 pub use error::{Problem, SceneError};
 pub use estimators::EstimatorChoice;
 pub use excerpt::harmless;
-pub use form::from_stem;
+pub use form::{KeyReference, from_stem};
 pub use log::{
     ChannelChoice, ImuChoice, InclinationSource, LogChoice, LogEstimator, Mapping,
     NeedsContactAngles, READINGS, ReadingChoice, UnknownEstimator,
 };
 pub use model_error::{ModelError, ModelErrorTooLarge, NominalRobot, simulated_weighing};
 pub use plant_failure::PlantFailure;
-pub use reference::{KeyReference, log_reference, reference};
+pub use reference::{log_reference, reference};
 pub use robhaz_control::ControlKind;
 pub use robhaz_sim::EngineKind;
 pub use robhaz_sim::sensors::{Grade, SensorSpec};

@@ -2,19 +2,20 @@
 
 use crate::error::SceneError;
 use crate::estimators::Estimators;
-use crate::form::{NAME, SEED, from_stem, section, word};
-use crate::key::keys;
+use crate::form::{KeyReference, NAME, SEED, from_stem, word};
+use crate::key::{self, keys};
 use crate::model_error::ModelError;
 use crate::quantity::{FREQUENCY, LONGEST_RUN, NONE, TIME, above, at_least, number};
 use crate::reader::Reader;
-use crate::reference::home_of;
 use crate::scene::{Scene, SensorChoice};
 use crate::source::{self, Node, Source};
+use crate::tables::section;
 use crate::terrain::Terrain;
 use crate::write::Out;
 use crate::{checks, contact, control, drive, overrides, robot, sensors};
 use robhaz_sim::{EngineKind, StartKind};
 use std::path::Path;
+use std::sync::LazyLock;
 
 /// Longest step of `rapier`, s: an impact lasts some milliseconds. What is stable depends on robot and ground.
 const LONGEST_STEP: f64 = 1e-3;
@@ -163,4 +164,38 @@ fn read(reader: &mut Reader, root: &Node, source_name: &str) -> Scene {
     control::choose_estimator(reader, root, &mut scene);
     checks::check(reader, root, &scene);
     scene
+}
+
+/// Every key that a scene file can have, section by section.
+pub(crate) fn scene_keys() -> Vec<KeyReference> {
+    let mut rows = Vec::new();
+    key::rows(&mut rows, SCENE, "", &mut Scene::default());
+    rows
+}
+
+/// The table that has a key of this name, as written in a file.
+pub(crate) fn home_of(name: &str) -> Option<String> {
+    // Made once: it takes milliseconds.
+    static KEYS: LazyLock<Vec<KeyReference>> = LazyLock::new(scene_keys);
+    let suffix = format!(".{name}");
+    let keys = KEYS.iter().filter(|k| k.key.ends_with(&suffix));
+    // A section rather than an item of a list.
+    let key = keys.min_by_key(|k| k.key.contains("[]"))?;
+    let section = key.key.strip_suffix(&suffix)?;
+    Some(match section.strip_suffix("[]") {
+        Some(list) => format!("[[{list}]]"),
+        None => format!("[{section}]"),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn misplaced_keys_find_their_section() {
+        assert_eq!(home_of("mu_s").as_deref(), Some("[contact]"));
+        assert_eq!(home_of("observer_pole").as_deref(), Some("[[estimator]]"));
+        assert_eq!(home_of("gravity"), None);
+    }
 }

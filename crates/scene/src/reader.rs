@@ -1,6 +1,7 @@
 //! Collects the problems of a scene while it is read.
 
 use crate::error::{Problem, SceneError};
+use crate::quantity::grouped;
 use crate::source::{Entry, Node, Origin, Source, Value, document};
 use crate::suggest::nearest;
 use std::path::PathBuf;
@@ -144,19 +145,6 @@ pub(crate) fn refusal(node: &Node, allowed: &str) -> String {
         _ => format!(" ({})", node.type_name()),
     };
     format!("found {found}{kind}, allowed: {allowed}")
-}
-
-/// A count with a space between groups of three digits.
-pub(crate) fn grouped(count: usize) -> String {
-    let digits = count.to_string();
-    let mut out = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            out.push(' ');
-        }
-        out.push(digit);
-    }
-    out
 }
 
 /// A key in messages: at most its first 60 characters.

@@ -3,7 +3,7 @@
 use crate::key::{self, IGNORED, Key};
 use crate::load::SCENE;
 use crate::log::{LOG, LogChoice};
-use crate::robot_keys::{GEOMETRY, MASSES};
+use crate::robot::{GEOMETRY, MASSES};
 use crate::scene::Scene;
 use crate::{study, terrain};
 use serde_json::{Value, json};

@@ -1,6 +1,6 @@
 //! Files up to a size limit; a file or an override as a tree of nodes with their places in the text.
 
-use crate::reader::grouped;
+use crate::quantity::grouped;
 use std::collections::HashSet;
 use std::fs::File;
 use std::io::Read;

@@ -3,10 +3,10 @@
 use super::mapping::Mapping;
 use crate::estimators::{self, EstimatorChoice, Estimators, KEYS, Keys, PRESETS};
 use crate::form::Form;
+use crate::form::KeyReference;
 use crate::key::Key;
 use crate::model_error::ModelErrorTooLarge;
 use crate::reader::Reader;
-use crate::reference::KeyReference;
 use crate::robot::RobotChoice;
 use crate::scene::Scene;
 use crate::source::Node;

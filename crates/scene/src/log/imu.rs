@@ -1,6 +1,6 @@
 //! `[imu.LINK]`: inclination and rate from an inertial measurement unit.
 
-use super::mapping::ByName;
+use super::by_name::ByName;
 use crate::form::{Array, Plain, array, text, word};
 use crate::key::{self, keys};
 use crate::quantity::{ANGLE, ANGULAR_RATE, at_least, number};

@@ -1,14 +1,15 @@
 //! Which column of which channel is which reading: `[[channel]]`, `[reading.NAME]`, `[imu.LINK]`.
 
+use super::by_name::ANY;
 use super::imu::ImuChoice;
 use super::reading::{READINGS, ReadingChoice};
 use crate::error::Problem;
-use crate::form::{Form, List, items, object, quoted, text, word};
+use crate::form::{Form, items, quoted, text, word};
 use crate::key::keys;
-use crate::quantity::{Range, TIME, at_least, number};
+use crate::quantity::{TIME, number};
 use crate::reader::{Reader, join};
-use crate::reference::KeyReference;
 use crate::source::Node;
+use crate::tables::List;
 use serde_json::{Value as Json, json};
 
 /// The columns of a log and the readings that follow from them.
@@ -63,9 +64,6 @@ impl ChannelChoice {
         [1, 1_000, 1_000_000, 1_000_000_000][self.time_unit]
     }
 }
-
-/// Any number that is not absurd.
-pub(super) const ANY: Range = at_least(-1e12).at_most(1e12);
 
 keys! {
     /// The keys of a channel.
@@ -127,45 +125,6 @@ impl Form for Missing {
 
     fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {
         items(json!({"enum": READINGS}), 0, READINGS.len())
-    }
-}
-
-/// Tables by the names of what they describe.
-pub(super) struct ByName<C> {
-    pub names: &'static [&'static str],
-    /// Stands for a name in tables of keys.
-    pub placeholder: &'static str,
-    pub read: fn(&mut Reader, &'static str, &Node, &str) -> C,
-    pub schema: fn() -> Json,
-    pub rows: fn(&mut Vec<KeyReference>, &str),
-}
-
-impl<C> Form for ByName<C> {
-    type Value = Vec<C>;
-
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Vec<C>) {
-        for entry in reader.entries(node, path) {
-            match self.names.iter().find(|name| **name == entry.key) {
-                Some(name) => {
-                    let path = join(path, name);
-                    into.push((self.read)(reader, name, &entry.node, &path));
-                }
-                None => reader.unknown(entry, path, self.names),
-            }
-        }
-    }
-
-    fn schema(&self, _defaults: Option<&mut Vec<C>>) -> Json {
-        let table = |name: &&str| ((*name).to_owned(), (self.schema)());
-        object(self.names.iter().map(table).collect(), &[])
-    }
-
-    fn is_section(&self) -> bool {
-        true
-    }
-
-    fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, _value: &mut Vec<C>) {
-        (self.rows)(rows, &join(path, self.placeholder));
     }
 }
 

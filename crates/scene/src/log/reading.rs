@@ -1,6 +1,6 @@
 //! `[reading.NAME]`: readings that are numbers in a column.
 
-use super::mapping::{ANY, ByName};
+use super::by_name::{ANY, ByName};
 use crate::form::{dependent, text, with_unit, word};
 use crate::key::{self, keys};
 use crate::quantity::{ANGLE, ANGULAR_RATE, Dimension, NONE, TORQUE, above, at_least, number};

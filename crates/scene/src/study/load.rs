@@ -4,10 +4,11 @@ use super::axes::{Axes, MOST_RUNS, RUNS, asks_for_draws};
 use super::axis::Axis;
 use super::choice::{DrawMethod, Draws, StudyChoice, StudyTables};
 use crate::error::{Problem, SceneError};
-use crate::form::{Form, NAME, Plain, SEED, from_stem, section, text, word};
+use crate::form::{Form, NAME, Plain, SEED, from_stem, text, word};
 use crate::key::{self, keys};
 use crate::reader::Reader;
 use crate::source::{self, Node, Origin, Source};
+use crate::tables::section;
 use serde_json::{Value as Json, json};
 use std::path::{Path, PathBuf};
 

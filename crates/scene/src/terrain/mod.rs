@@ -1,12 +1,11 @@
 //! `[terrain]`: kinds of ground, each with keys of its own, and points from tracks.
 
 mod columns;
-mod form;
 mod ground;
 mod points;
 mod track;
 
-pub(crate) use form::{Terrain, part_schema};
+pub(crate) use ground::{Terrain, part_schema};
 pub use track::Track;
 
 use robhaz_model::Robot;

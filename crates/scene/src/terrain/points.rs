@@ -1,12 +1,11 @@
 //! Points that the ground goes through, in the scene itself or in a separate file.
 
 use super::columns::{Choice, Column};
-use super::ground::Ground;
 use super::track::{self, Track};
 use crate::error::Problem;
 use crate::form::{Form, Plain, Point, items, point, text};
-use crate::quantity::{LENGTH, at_least, number};
-use crate::reader::{Reader, grouped, join};
+use crate::quantity::{LENGTH, at_least, grouped, number};
+use crate::reader::{Reader, join};
 use crate::source::{self, Node, Value};
 use crate::write::quote;
 use robhaz_model::Vec2;
@@ -92,15 +91,26 @@ pub(super) const COLUMN: Plain<Option<Column>> = Plain {
     },
 };
 
+/// The values of the keys of a ground through points. SI.
+#[derive(Clone, Default)]
+pub(super) struct PointKeys {
+    pub points: Vec<Vec2>,
+    pub file: String,
+    pub file_hash: String,
+    pub columns: Choice,
+    /// Of the lines of a file; `None` without one.
+    pub sort: Option<bool>,
+}
+
 /// The points of a table whose keys are read, and the file that they come from.
 pub(super) fn resolve(
     reader: &mut Reader,
     node: &Node,
     path: &str,
-    ground: &Ground,
+    keys: &PointKeys,
 ) -> (Vec<Vec2>, Option<Track>) {
     match (node.get("file"), node.get("points")) {
-        (Some(file), None) => match from_file(reader, node, file, path, ground) {
+        (Some(file), None) => match from_file(reader, node, file, path, keys) {
             Some((points, track)) => (points, Some(track)),
             None => (Vec::new(), None),
         },
@@ -111,7 +121,7 @@ pub(super) fn resolve(
                     reader.refuse(given, &join(path, key), allowed);
                 }
             }
-            (ground.points.clone(), None)
+            (keys.points.clone(), None)
         }
         (file, _) => {
             let found = if file.is_some() { "both" } else { "neither" };
@@ -127,14 +137,14 @@ fn from_file(
     node: &Node,
     file: &Node,
     path: &str,
-    ground: &Ground,
+    keys: &PointKeys,
 ) -> Option<(Vec<Vec2>, Track)> {
     let key = join(path, "file");
     // Empty after a problem.
-    if ground.file.is_empty() {
+    if keys.file.is_empty() {
         return None;
     }
-    let found = reader.base_dir.join(&ground.file);
+    let found = reader.base_dir.join(&keys.file);
     let bytes = match source::read(&found, source::MOST_TRACK) {
         Ok(bytes) => bytes,
         Err(error) => {
@@ -146,8 +156,8 @@ fn from_file(
         }
     };
     let choice = Choice {
-        sort: ground.sort == Some(true),
-        ..ground.columns.clone()
+        sort: keys.sort == Some(true),
+        ..keys.columns.clone()
     };
     let points = track::read(reader, (&found, &key), &bytes, &choice)?;
     let track = Track {
@@ -156,7 +166,7 @@ fn from_file(
         choice,
     };
     let hash = track.hash();
-    if let Some(given) = node.get("file_hash").filter(|_| ground.file_hash != hash) {
+    if let Some(given) = node.get("file_hash").filter(|_| keys.file_hash != hash) {
         let allowed = format!("{hash}, which the file has: it is not the one that was meant");
         reader.refuse(given, &join(path, "file_hash"), &allowed);
     }

@@ -2,7 +2,8 @@
 
 use super::columns::{Choice, Columns, HEADER_RULE, is_header_with_units};
 use crate::error::Problem;
-use crate::reader::{Reader, grouped};
+use crate::quantity::grouped;
+use crate::reader::Reader;
 use crate::source::{Origin, Source};
 use csv::{ByteRecord, ReaderBuilder};
 use robhaz_model::Vec2;
