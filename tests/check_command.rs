@@ -25,7 +25,12 @@ fn write_log(folder: &Path) {
     let mut command = robhaz(folder);
     command.arg("run").arg(root().join("scenes/smooth.toml"));
     command.args(["--engine", "direct", "--rerun", "off", "--format", "csv"]);
-    for set in ["sensors.grade=typical", "record.duration=12"] {
+    for set in [
+        "sensors.grade=typical",
+        "record.duration=12",
+        "record.rate=200",
+        "sensors.rate=200",
+    ] {
         command.args(["--set", set]);
     }
     let output = command.args(["--out", "run"]).output().unwrap();

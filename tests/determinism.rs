@@ -75,18 +75,15 @@ fn run_all<T: Send>(
         .install(|| scenes.par_iter().map(run).collect())
 }
 
-/// Determinism: one thread and several give the same bits, also if there are more threads than cores.
+/// Determinism: one thread and several, more than most machines have cores, give the same bits.
 #[test]
 fn threads_change_no_bit() {
     let scenes = scenes();
     let alone = run_all(&scenes, 1, bits);
     assert_eq!(alone.len(), scenes.len());
-    for threads in [2, 8] {
-        let together = run_all(&scenes, threads, bits);
-        for (scene, (a, b)) in scenes.iter().zip(alone.iter().zip(together)) {
-            let engine = scene.engine.kind.name();
-            assert_eq!(*a, b, "{} on {threads} threads, {engine}", scene.name);
-        }
+    let together = run_all(&scenes, 8, bits);
+    for (scene, (a, b)) in scenes.iter().zip(alone.iter().zip(together)) {
+        assert_eq!(*a, b, "{}, {}", scene.name, scene.engine.kind.name());
     }
 }
 

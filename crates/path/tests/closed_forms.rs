@@ -232,8 +232,8 @@ fn a_given_mean_leaves_the_ice() {
     assert!(!without.contains("stretches"), "{without}");
 }
 
-/// Closed form: stairs that are longer than the robot need at every step what one step needs; 60
-/// of them climb 0.6 m. 1e-6: the accuracy of the place of a kink, 1e-10 m, over the 1 mm by which
+/// Closed form: stairs that are longer than the robot need at every step what one step needs; 30
+/// of them climb 0.3 m. 1e-6: the accuracy of the place of a kink, 1e-10 m, over the 1 mm by which
 /// the contacts of a kerb of 10 mm change from place to place.
 #[test]
 fn long_stairs_need_at_every_step_the_same() {
@@ -243,11 +243,11 @@ fn long_stairs_need_at_every_step_the_same() {
         );
         judged(&text, &[], Options::default())
     };
-    let (one, many) = (stairs(1), stairs(60));
+    let (one, many) = (stairs(1), stairs(30));
     assert!(many.go, "{:?}", many.first_failure);
     let last = many.places.last().unwrap();
     // Level behind the last step: the centre of the front wheel is a radius above it.
-    assert!((last.wheel_y[0] - 0.7).abs() < 1e-9, "{last:?}");
+    assert!((last.wheel_y[0] - 0.4).abs() < 1e-9, "{last:?}");
     let (a, b) = (one.needed_mu.unwrap(), many.needed_mu.unwrap());
     assert!((a - b).abs() < 1e-6, "{a} {b}");
 }

@@ -1,6 +1,6 @@
 //! For any content of a file the reader returns a scene or problems: no panic, bounded time and memory, short messages.
 //!
-//! Sixty mutations each of the shipped scenes, tracks and robots, always the same ones. A failure names its case.
+//! Thirty mutations each of the shipped scenes, tracks and robots, always the same ones. A failure names its case.
 #![allow(
     clippy::unwrap_used,
     reason = "helpers of tests may stop at the first surprise"
@@ -285,9 +285,9 @@ fn mutated_tracks_are_read_or_refused() {
     let german = german.replace(',', ";").replace('.', ",");
     originals.push(german.replace("x;y", "Weg [m];Höhe [m]").into_bytes());
     let scene = "[terrain]\nkind = 'heights'\nfile = 'track.csv'\n";
-    reads((2, 60), &originals, "track.csv", scene);
+    reads((2, 30), &originals, "track.csv", scene);
     reads(
-        (3, 60),
+        (3, 30),
         &originals,
         "track.csv",
         &format!("{scene}sort = 'on'\nsmoothing = 0.1\n"),
@@ -299,7 +299,7 @@ fn mutated_robots_are_read_or_refused() {
     for (seed, part) in [(4, "geometry"), (5, "mass")] {
         let originals = files("robots", part, ".toml");
         reads(
-            (seed, 60),
+            (seed, 30),
             &originals,
             "robot.toml",
             &format!("[robot]\n{part} = 'robot.toml'\n"),

@@ -66,8 +66,8 @@ fn robots_that_cannot_stand() {
     }
     // In a file: its name and line.
     let dir = tempfile::tempdir().expect("a folder");
-    let text =
-        include_str!("../../../../robots/geometry-a.toml").replace("[0.03, 0.30]", "[1.0, 0.30]");
+    let text = include_str!("../../../../../robots/geometry-a.toml")
+        .replace("[0.03, 0.30]", "[1.0, 0.30]");
     std::fs::write(dir.path().join("front.toml"), &text).expect("written");
     let error = Scene::parse("robot.geometry = 'front.toml'", "x.toml", dir.path(), &[]);
     let line = error.expect_err("a robot that cannot stand").to_string();
@@ -107,7 +107,7 @@ fn robots() {
 /// Problems that `Geometry::check` finds are reported at their line in the robot's file.
 #[test]
 fn impossible_geometries() {
-    let good = include_str!("../../../../robots/geometry-a.toml");
+    let good = include_str!("../../../../../robots/geometry-a.toml");
     let dir = tempfile::tempdir().unwrap();
     let check = |from: &str, to: &str, key: &str, message: &str| {
         let text = good.replace(from, to);

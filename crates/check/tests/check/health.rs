@@ -1,12 +1,10 @@
 //! Health of `best` on honest and faulty readings: a contradiction must be reported soon, and honest sensors must raise none.
 //!
-//! A flag that honest sensors raise is soon ignored. `cargo test --release -p robhaz-check --test health -- --ignored
+//! A flag that honest sensors raise is soon ignored. `cargo test --release -p robhaz-check --test check health:: -- --ignored
 //! --nocapture` repeats the study over 100 seeds of all scenes.
 
-mod common;
-
-use common::faults::fault;
-use common::{Failure, SOFT, readings, scene};
+use crate::common::faults::fault;
+use crate::common::{Failure, SOFT, readings, scene};
 use rayon::prelude::*;
 use robhaz_estimator::{Channels, EstimateError, Estimator, Flags, SensorFrame};
 use robhaz_scene::Scene;

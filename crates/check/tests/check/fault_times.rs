@@ -1,10 +1,8 @@
 //! How long `best` takes to report faults, on every ground on which the robot rolls; and starts on uneven ground, which must not
 //! look like late torques.
 
-mod common;
-
-use common::faults::fault;
-use common::{Failure, SOFT, readings, scene};
+use crate::common::faults::fault;
+use crate::common::{Failure, SOFT, readings, scene};
 use rayon::prelude::*;
 use robhaz_estimator::{Channels, EstimateError, Estimator, Flags, SensorFrame};
 use robhaz_scene::Scene;

@@ -1,10 +1,8 @@
 //! Clocks that are set, and gaps: what `best` states as trusted stays within what it states.
 //!
-//! `cargo test --release -p robhaz-check --test clock_faults -- --ignored --nocapture` runs the study.
+//! `cargo test --release -p robhaz-check --test check clock_faults:: -- --ignored --nocapture` runs the study.
 
-mod common;
-
-use common::{Failure, SOFT, readings_of, scene};
+use crate::common::{Failure, SOFT, readings_of, scene};
 use rayon::prelude::*;
 use robhaz_estimator::{Estimator, Flags, SensorFrame};
 use robhaz_scene::Scene;

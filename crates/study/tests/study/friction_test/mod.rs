@@ -2,7 +2,7 @@
 //! and no onset of slip where no wheel slides.
 //!
 //! The studies behind the tables in `docs/friction.md`:
-//! `cargo test --release -p robhaz-study --test friction_test study_of_ -- --ignored --nocapture`. The variable `ROBHAZ_CASES` selects
+//! `cargo test --release -p robhaz-study --test study friction_test -- --ignored --nocapture`. The variable `ROBHAZ_CASES` selects
 //! the cases whose name contains one of its words, divided by semicolons; `ROBHAZ_SEEDS` is the number of seeds, 20 by default.
 
 mod level;

@@ -1,7 +1,7 @@
 //! The verdict of `robhaz path --drive shared|speed` against driving in the simulator: random paths, engine `direct`, the same drive.
 //!
 //! The study behind the table in `docs/friction.md`:
-//! `cargo test --release -p robhaz-study --test path_verdict study -- --ignored --nocapture`. `ROBHAZ_PATHS` is the number of paths,
+//! `cargo test --release -p robhaz-study --test study path_verdict::study -- --ignored --nocapture`. `ROBHAZ_PATHS` is the number of paths,
 //! `ROBHAZ_SERIES` the number of the series that they are drawn from, `ROBHAZ_DRIVE` the drive, `shared` by default. `ROBHAZ_OUTCOMES` names a file that keeps how the drives ended:
 //! where it exists, nothing is driven and only the verdict is computed anew.
 

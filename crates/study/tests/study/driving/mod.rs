@@ -1,8 +1,8 @@
 //! What shared traction is worth: needed friction, slip and energy on rolling ground; steepest ramp and highest kerb.
 //!
 //! The study behind the tables in `docs/friction.md`:
-//! `cargo test --release -p robhaz-study --test driving study -- --ignored --nocapture`; its figure:
-//! `ROBHAZ_FIGURE=driving.svg cargo test --release -p robhaz-study --test driving figure -- --ignored`.
+//! `cargo test --release -p robhaz-study --test study driving::study -- --ignored --nocapture`; its figure:
+//! `ROBHAZ_FIGURE=driving.svg cargo test --release -p robhaz-study --test study driving::figure -- --ignored`.
 #![allow(
     clippy::unwrap_used,
     reason = "helpers of tests may stop at the first surprise"

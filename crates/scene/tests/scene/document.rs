@@ -6,7 +6,7 @@
 
 use robhaz_scene::{KeyReference, reference};
 
-const DOCUMENT: &str = include_str!("../../../docs/scenes.md");
+const DOCUMENT: &str = include_str!("../../../../docs/scenes.md");
 
 fn row(key: &KeyReference) -> String {
     let unit = match (key.unit, key.other_units.as_str()) {

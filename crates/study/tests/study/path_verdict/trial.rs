@@ -1,6 +1,6 @@
 //! One random path: its verdict, and what driving it showed.
 
-use crate::grounds::{Kind, RandomPath, random_path};
+use super::grounds::{Kind, RandomPath, random_path};
 use robhaz_path::{DriveKind, Options, PathReport, PathSetup, judge};
 use robhaz_run::{DrivenPlant, TruthClearance};
 use robhaz_sim::Truth;

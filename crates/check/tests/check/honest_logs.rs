@@ -1,11 +1,9 @@
 //! Honest logs of all lengths, rates and speeds: `check` must not call them faulty. A user who gets false alarms ignores
 //! the true ones.
 //!
-//! `cargo test --release -p robhaz-check --test honest_logs -- --ignored --nocapture` runs 2 400 logs and prints each alarm.
+//! `cargo test --release -p robhaz-check --test check honest_logs:: -- --ignored --nocapture` runs 2 400 logs and prints each alarm.
 
-mod common;
-
-use common::{Failure, SOFT, readings_of, report, scene};
+use crate::common::{Failure, SOFT, readings_of, report, scene};
 use rayon::prelude::*;
 use robhaz_check::{Report, Verdict};
 use robhaz_sim::Truth;
