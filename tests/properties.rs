@@ -20,10 +20,6 @@ fn speeds() -> impl Strategy<Value = f64> {
 /// Checks the properties of one record. The error names the one that is violated.
 fn check_record(scene: &Scene, terrain: &Terrain, truth: &Truth) -> Result<(), String> {
     let geometry = &scene.robot.robot.geometry;
-    let written = format!("{truth:?}");
-    if written.contains("NaN") || written.contains("inf") {
-        return Err("a value is no number".to_owned());
-    }
     for (i, w) in truth.wheels.iter().enumerate() {
         let wheel = i + 1;
         // Independent of the plant: at its nearest point, the ground must be below the wheel's centre.
@@ -122,11 +118,16 @@ fn runs(cases: u32, seconds: f64, engine: EngineKind) -> Outcome {
         let setup = scene.plant_setup();
         let mut plant = Plant::new(&setup);
         let records = (seconds / setup.period) as u32;
-        for _ in 0..records {
+        for record in 0..records {
             let next = plant.as_mut().map_err(|why| *why);
             match next.and_then(Plant::next_truth) {
                 Ok(truth) => {
                     let checked = check_record(&scene, &setup.terrain, truth);
+                    // Of every tenth record only: to write one takes as long as to simulate it.
+                    if record % 10 == 0 {
+                        let written = format!("{truth:?}");
+                        prop_assert!(!written.contains("NaN") && !written.contains("inf"));
+                    }
                     let context = || format!("t = {}: {:?}", truth.time, scene.terrain.profile);
                     outcome.borrow_mut().count(&scene, truth);
                     prop_assert!(checked.is_ok(), "{:?}, {}", checked, context());
