@@ -11,7 +11,7 @@ use robhaz_log::LogPlace;
 use robhaz_record::Summary;
 use robhaz_run::{RunDescription, Sink};
 use robhaz_scene::{LogChoice, RecordChoice, Scene};
-use robhaz_viewer::{ComparedRun, PictureOptions, Theme};
+use robhaz_viewer::{ComparedRun, PictureOptions};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `robhaz view`.
@@ -30,9 +30,6 @@ pub struct Args {
     /// Size of the picture in pixels.
     #[arg(long, value_name = "WIDTHxHEIGHT", requires = "screenshot", value_parser = size, default_value = "1400x900")]
     size: [u32; 2],
-    /// Background of the picture: dark as in the viewer, or light for print.
-    #[arg(long, value_enum, requires = "screenshot", default_value_t = Background::Dark)]
-    theme: Background,
     /// Saves the comparison of several runs as one recording instead of opening it.
     #[arg(long, value_name = "FILE", conflicts_with = "screenshot")]
     save: Option<PathBuf>,
@@ -45,15 +42,6 @@ pub struct Args {
     /// Sets a key of the scene, in place of the file's value. Can be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-}
-
-/// Background of a picture.
-#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum Background {
-    /// Dark, as in the viewer.
-    Dark,
-    /// White.
-    Light,
 }
 
 /// The resolved scene in the folder of a run.
@@ -153,10 +141,6 @@ fn show(
     let options = PictureOptions {
         size: args.size,
         at: args.at,
-        theme: match args.theme {
-            Background::Dark => Theme::Dark,
-            Background::Light => Theme::Light,
-        },
     };
     robhaz_viewer::picture(recording, file.path(), options, &stop).into_diagnostic()?;
     say(&format!("Picture in {}", file.finish()?.display()))

@@ -59,7 +59,6 @@ mod scene_view;
 mod series;
 mod shapes;
 mod sink;
-mod theme;
 mod writer;
 
 pub use compared::ComparedRun;
@@ -71,4 +70,3 @@ pub use picture::{PictureOptions, picture};
 pub use program::open;
 pub use reading::{recording_end, recording_is_closed};
 pub use sink::RecordingSink;
-pub use theme::Theme;

@@ -7,11 +7,10 @@ use crate::error::Cause;
 use crate::print::PrintCopy;
 use crate::program::{Started, free_port, start_error};
 use crate::reading::recording_content;
-use crate::theme::Theme;
 use robhaz_run::Stop;
 use std::ffi::OsStr;
 use std::fs::File;
-use std::io::{BufReader, BufWriter};
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -25,20 +24,13 @@ const PERIOD: Duration = Duration::from_millis(500);
 /// of 5 m 0.0004.
 const LEAST_SHARE: f64 = 1e-4;
 
-/// Height of the bar at the top of the viewer's window, pixels. It cannot be hidden.
-const TITLE_BAR: u32 = 28;
-/// Width of the window's rounded corners, pixels.
-const CORNER: usize = 10;
-
-/// Size, time and theme of a picture.
+/// Size and time of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PictureOptions {
     /// Width and height of the picture, pixels.
     pub size: [u32; 2],
     /// Simulated time to show, s. `None`: the middle of the run.
     pub at: Option<f64>,
-    /// Dark as in the viewer, or light for print.
-    pub theme: Theme,
 }
 
 impl Default for PictureOptions {
@@ -47,13 +39,12 @@ impl Default for PictureOptions {
         Self {
             size: [1400, 900],
             at: None,
-            theme: Theme::Dark,
         }
     }
 }
 
 /// Starts the installed viewer without a window, shows a recording in it, and saves its picture to `out` (PNG). The
-/// picture has the views alone, without the panels around them.
+/// picture has the views below the window's bar, without the panels around them.
 ///
 /// The picture is saved when the whole recording is loaded, two pictures in a row are equal, and
 /// the data are in them: the colours of all three wheels, or, where the recording has no robot,
@@ -88,7 +79,7 @@ pub fn picture(
     }
     let copy = PrintCopy::of(recording, out, end)?;
     let port = free_port()?;
-    let size = format!("{}x{}", options.size[0], options.size[1] + TITLE_BAR);
+    let size = format!("{}x{}", options.size[0], options.size[1]);
     let mut viewer = Started::at(
         port,
         &[
@@ -102,7 +93,7 @@ pub fn picture(
         start: Instant::now(),
         stop,
     };
-    let taken = take(port, out, [time, end], content, options.theme, &deadline);
+    let taken = take(port, out, [time, end], content, &deadline);
     // A viewer that cannot draw listens for a moment and exits: its output is the reason.
     let message = viewer.exit_message();
     viewer.end();
@@ -151,7 +142,6 @@ fn take(
     out: &Path,
     [time, end]: [f64; 2],
     content: Content,
-    theme: Theme,
     deadline: &Deadline<'_>,
 ) -> Result<(), ViewerError> {
     let mut control = Control::call(port)?;
@@ -174,8 +164,6 @@ fn take(
         let image = draft.take(&mut control, deadline)?;
         let missing = image.missing(content);
         if missing.is_none() && before.as_ref() == Some(&image) {
-            let written = image.views().write(&draft.0, theme);
-            written.map_err(ViewerError::write(&draft.0.display().to_string()))?;
             return std::fs::rename(&draft.0, out).map_err(|source| ViewerError::Create {
                 path: out.to_owned(),
                 source,
@@ -225,12 +213,9 @@ impl Drop for Draft {
     }
 }
 
-/// The pixels of a picture.
+/// Red, green and blue of each pixel of a picture.
 #[derive(PartialEq)]
 struct Image {
-    /// Width and height, pixels.
-    size: [u32; 2],
-    /// Red, green and blue of each pixel, row by row from the top.
     pixels: Vec<[u8; 3]>,
 }
 
@@ -247,49 +232,7 @@ impl Image {
         bytes.truncate(info.buffer_size());
         let pixels = bytes.chunks_exact(info.color_type.samples());
         let pixels = pixels.filter_map(|p| p.get(..3)?.try_into().ok()).collect();
-        Ok(Self {
-            size: [info.width, info.height],
-            pixels,
-        })
-    }
-
-    /// The picture without the title bar, lower by the bar's height. It leaves out empty rows at the top, and rows at
-    /// the bottom if those are too few.
-    fn views(&self) -> Self {
-        let width = self.size[0] as usize;
-        let bar = TITLE_BAR as usize;
-        let empty = |row: &&[[u8; 3]]| {
-            let inner = row.get(CORNER..width.saturating_sub(CORNER));
-            inner.is_some_and(|inner| inner.windows(2).all(|pair| pair[0] == pair[1]))
-        };
-        let rows: Vec<&[[u8; 3]]> = self.pixels.chunks_exact(width.max(1)).collect();
-        let top = rows.iter().take(bar).take_while(|row| empty(row)).count();
-        let height = rows.len().saturating_sub(bar);
-        let kept: Vec<[u8; 3]> = rows
-            .iter()
-            .skip(top)
-            .take(height)
-            .copied()
-            .flatten()
-            .copied()
-            .collect();
-        Self {
-            size: [self.size[0], u32::try_from(height).unwrap_or(u32::MAX)],
-            pixels: kept,
-        }
-    }
-
-    /// Writes the picture in a theme.
-    fn write(&self, path: &Path, theme: Theme) -> Result<(), Cause> {
-        let file = BufWriter::new(File::create(path)?);
-        let mut encoder = png::Encoder::new(file, self.size[0], self.size[1]);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_depth(png::BitDepth::Eight);
-        let mut writer = encoder.write_header()?;
-        let bytes: Vec<u8> = self.pixels.iter().flat_map(|p| theme.pixel(*p)).collect();
-        writer.write_image_data(&bytes)?;
-        writer.finish()?;
-        Ok(())
+        Ok(Self { pixels })
     }
 
     /// Names what is missing. `None` for a picture that shows the data.
@@ -325,7 +268,6 @@ mod tests {
     #[test]
     fn a_picture_without_the_wheels_is_not_enough() {
         let mut image = Image {
-            size: [100, 100],
             pixels: vec![[13, 16, 17]; 10_000],
         };
         let missing = image.missing(Content::Wheels).expect("nothing is shown");
@@ -345,38 +287,11 @@ mod tests {
     #[test]
     fn a_picture_of_lines_needs_one_of_them() {
         let mut image = Image {
-            size: [100, 100],
             pixels: vec![[13, 16, 17]; 10_000],
         };
         assert!(image.missing(Content::Lines).is_some());
         image.pixels[..20].fill(crate::colours::by_index(0).0);
         assert_eq!(image.missing(Content::Lines), None);
         assert!(image.missing(Content::Wheels).is_some());
-    }
-
-    /// Closed form: an empty bar of 28 rows is left out; a first row with a pattern is not.
-    #[test]
-    fn the_title_bar_is_left_out() {
-        let width = 40;
-        let row = |grey: u8| vec![[grey; 3]; width];
-        let mut pixels: Vec<[u8; 3]> = (0..28).flat_map(|_| row(13)).collect();
-        pixels.extend((0..20_u8).flat_map(|k| [vec![[k; 3]; 20], row(99)[20..].to_vec()].concat()));
-        let image = Image {
-            size: [40, 48],
-            pixels,
-        };
-        let views = image.views();
-        assert_eq!(views.size, [40, 20]);
-        assert_eq!(views.pixels[0], [0; 3]);
-        assert_eq!(views.pixels.len(), 800);
-        // A picture whose first row is not empty keeps it.
-        let full = Image {
-            size: [40, 48],
-            pixels: (0..48_u8)
-                .flat_map(|k| [vec![[k; 3]; 20], row(99)[20..].to_vec()].concat())
-                .collect(),
-        };
-        assert_eq!(full.views().pixels[0], [0; 3]);
-        assert_eq!(full.views().size, [40, 20]);
     }
 }
