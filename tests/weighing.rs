@@ -2,10 +2,10 @@
 
 use crate::seeds::study;
 use crate::support::{keep, robhaz, root, scene, text};
+use robhaz_masses::plate_forces;
 use robhaz_model::Robot;
 use robhaz_scene::{LogChoice, RobotChoice, Scene};
 use robhaz_study::{CovarianceVerdict, TruthRun};
-use robhaz_weigh::plate_forces;
 use std::fs;
 use std::path::Path;
 

@@ -46,6 +46,7 @@ mod study;
 mod suggest;
 mod tables;
 mod terrain;
+pub mod text_table;
 mod write;
 
 pub use error::{Problem, SceneError};

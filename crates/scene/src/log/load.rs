@@ -11,7 +11,7 @@ use crate::robot::{ROBOT, RobotChoice};
 use crate::source::{self, Node, Source, Value};
 use crate::write::Out;
 use robhaz_estimator::statics::LoadCovariance;
-use robhaz_weigh::{Tolerances, WeighError};
+use robhaz_masses::{Tolerances, WeighError};
 use std::path::{Path, PathBuf};
 
 impl LogChoice {

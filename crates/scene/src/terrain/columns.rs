@@ -1,7 +1,7 @@
 //! Which columns of a track are x and height, and in which units.
 
 use crate::quantity::{LENGTH, Unit};
-use csv::ByteRecord;
+use crate::text_table::{TextRow, decimal, name_and_unit};
 
 /// Format of a track, for messages.
 pub(crate) const HEADER_RULE: &str = "columns separated by comma, semicolon or tab; either two columns, x and height in m, or a \
@@ -49,16 +49,12 @@ pub(crate) struct Columns {
 
 impl Columns {
     /// From the first line; the error describes what was found.
-    pub fn of(first: &ByteRecord, choice: &Choice) -> Result<Self, String> {
-        let cells: Vec<String> = first
-            .iter()
-            .map(|cell| String::from_utf8_lossy(cell).trim().to_owned())
-            .collect();
+    pub fn of(first: &TextRow, choice: &Choice) -> Result<Self, String> {
+        let cells = first.texts();
         // `nan` and `inf` are lost values, not names.
-        let is_number = |cell: &String| quantity(cell).is_some() || cell.parse::<f64>().is_ok();
+        let is_number = |cell: &String| decimal(cell).or_else(|| with_unit(cell)).is_some();
         let is_header = !cells.iter().any(is_number);
-        let filled = cells.iter().rposition(|c| !c.is_empty());
-        let count = filled.map_or(0, |last| last + 1);
+        let count = first.filled();
         let names = if is_header { cells } else { Vec::new() };
         if count < 2 {
             return Err("one column".to_owned());
@@ -94,11 +90,10 @@ impl Columns {
     /// The length in a cell of a column, m.
     pub fn value(&self, index: usize, cell: &str) -> Option<f64> {
         let unit = self.units[usize::from(index == self.height)];
-        match (number(cell), unit) {
-            (Some(value), Some(unit)) => Some(unit.to_si(value)),
-            (Some(value), None) => Some(value),
-            (None, None) => quantity(cell),
-            (None, Some(_)) => None,
+        let number = decimal(cell).filter(|v| v.is_finite());
+        match unit {
+            Some(unit) => number.map(|value| unit.to_si(value)),
+            None => number.or_else(|| with_unit(cell)),
         }
     }
 
@@ -171,10 +166,10 @@ fn unclear(names: &[String], count: usize) -> String {
 }
 
 /// Whether a comment is a header of several columns with a unit in brackets, such as `# x [mm], height [mm]`.
-pub fn is_header_with_units(comment: &str, separator: u8) -> bool {
+pub fn is_header_with_units(comment: &str, separator: char) -> bool {
     let cells: Vec<&str> = comment
         .trim_start_matches('#')
-        .split(char::from(separator))
+        .split(separator)
         .map(str::trim)
         .collect();
     let has_unit = |cell: &&str| {
@@ -193,14 +188,8 @@ fn short(name: &str) -> String {
 /// A header's name in small letters and its unit: `x [mm]`, `Height (cm)`, `z_mm`, `x / mm`, `x in mm`.
 fn split(header: &str) -> (String, Option<String>) {
     let header = header.trim();
-    let brackets = [('[', ']'), ('(', ')')]
-        .into_iter()
-        .find_map(|(open, close)| {
-            let (name, unit) = header.strip_suffix(close)?.rsplit_once(open)?;
-            Some((name, unit))
-        });
-    if let Some((name, unit)) = brackets {
-        return (name.trim().to_lowercase(), Some(unit.trim().to_owned()));
+    if let Some((name, unit)) = name_and_unit(header) {
+        return (name.to_lowercase(), Some(unit.to_owned()));
     }
     if let Some((name, unit)) = header.rsplit_once([' ', '_', '/'])
         && unit_named(unit).is_some()
@@ -233,25 +222,9 @@ fn unit_named(name: &str) -> Option<&'static Unit> {
     LENGTH.units.iter().find(|u| u.name == name)
 }
 
-/// A number with a decimal point or comma.
-fn number(cell: &str) -> Option<f64> {
-    let plain = |c: char| "0123456789+-.,eE\u{2212}".contains(c);
-    if cell.len() > 400 || !cell.chars().all(plain) {
-        return None;
-    }
-    let cell = cell.replace('\u{2212}', "-");
-    let cell = match (cell.contains(','), cell.contains('.')) {
-        // One of them separates thousands, but which one is ambiguous.
-        (true, true) => return None,
-        (true, false) => cell.replace(',', "."),
-        _ => cell,
-    };
-    cell.parse().ok().filter(|v: &f64| v.is_finite())
-}
-
-/// A number in m, or one with its own unit.
-fn quantity(cell: &str) -> Option<f64> {
-    number(cell).or_else(|| LENGTH.parse(&cell.replace(',', ".")).ok())
+/// A length with its own unit, m.
+fn with_unit(cell: &str) -> Option<f64> {
+    LENGTH.parse(&cell.replace(',', ".")).ok()
 }
 
 #[cfg(test)]
@@ -278,16 +251,5 @@ mod tests {
         }
         assert_eq!(unit_named("\u{b5}m").map(|u| u.name), Some("um"));
         assert!(unit_of("x [ft]").is_err());
-    }
-
-    #[test]
-    fn decimals_have_a_point_or_a_comma() {
-        assert_eq!(number("1,5"), Some(1.5));
-        assert_eq!(number("-1.5e-3"), Some(-1.5e-3));
-        assert_eq!(number("\u{2212}2"), Some(-2.0));
-        for bad in ["1.234,5", "1,234,5", "", "nan", "inf", "0x10", "1 5"] {
-            assert_eq!(number(bad), None, "{bad}");
-        }
-        assert_eq!(quantity("15,5 mm"), Some(0.0155));
     }
 }

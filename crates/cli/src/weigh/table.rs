@@ -1,10 +1,11 @@
 //! The table of a weighing as comma-separated text: one posture a line.
 
-use crate::blocks::Blocks;
-use crate::measurements::{Measurements, Reading};
-use csv::{ReaderBuilder, StringRecord, Trim};
+use robhaz_masses::{Blocks, Measurements, Reading};
 use robhaz_model::GRAVITY;
+use robhaz_scene::text_table::{TextRow, TextTable, decimal, name_and_unit};
 use std::fmt::Write as _;
+use std::fs::File;
+use std::io;
 use std::path::Path;
 
 /// Why a table cannot be used.
@@ -16,7 +17,7 @@ pub enum TableError {
         /// The file.
         path: String,
         /// The cause.
-        source: csv::Error,
+        source: io::Error,
     },
     /// A column.
     #[error("{path}, first line: {message}")]
@@ -62,6 +63,7 @@ const ALLOWED: &str = "link1 [deg], link2 [deg], wheel1 [N], wheel2 [N], wheel3 
 const STEEPEST: f64 = 1.6;
 /// Largest force, N.
 const LARGEST: f64 = 1e6;
+const FORCE: &str = "a force of at least 0 and at most 1e6 N";
 
 /// Reads a table.
 ///
@@ -78,17 +80,13 @@ pub fn read_table(path: &Path) -> Result<Measurements, TableError> {
         path: shown.clone(),
         source,
     };
-    let mut reader = ReaderBuilder::new()
-        .comment(Some(b'#'))
-        .flexible(true)
-        .trim(Trim::All)
-        .from_path(path)
-        .map_err(read)?;
-    let columns = columns(&shown, reader.headers().map_err(read)?)?;
+    let mut table = File::open(path).and_then(TextTable::open).map_err(read)?;
+    let mut text = TextRow::default();
+    table.read(&mut text).map_err(read)?;
+    let columns = columns(&shown, &text)?;
     let mut measurements = Measurements::default();
-    for record in reader.records() {
-        let record = record.map_err(read)?;
-        row(&shown, &columns, &record, &mut measurements)?;
+    while table.read(&mut text).map_err(read)? {
+        row(&shown, &columns, &text, &mut measurements)?;
     }
     if measurements.readings.is_empty() && measurements.weight.is_none() {
         return Err(TableError::Header {
@@ -99,15 +97,14 @@ pub fn read_table(path: &Path) -> Result<Measurements, TableError> {
     Ok(measurements)
 }
 
-fn columns(path: &str, header: &StringRecord) -> Result<Vec<Column>, TableError> {
+fn columns(path: &str, header: &TextRow) -> Result<Vec<Column>, TableError> {
     let refuse = |message: String| TableError::Header {
         path: path.to_owned(),
         message,
     };
     let mut columns: Vec<Column> = Vec::new();
-    for text in header {
-        let text = text.trim_start_matches('\u{feff}');
-        let column = column(text)
+    for text in header.texts() {
+        let column = column(&text)
             .ok_or_else(|| refuse(format!("found column {text:?}, allowed: {ALLOWED}")))?;
         let is_taken = |c: &Column| c.content == column.content && c.content != Content::Block;
         if columns.iter().any(is_taken) {
@@ -129,8 +126,7 @@ fn columns(path: &str, header: &StringRecord) -> Result<Vec<Column>, TableError>
 
 /// `link1 [deg]` and the like.
 fn column(text: &str) -> Option<Column> {
-    let (name, unit) = text.strip_suffix(']')?.rsplit_once('[')?;
-    let (name, unit) = (name.trim(), unit.trim());
+    let (name, unit) = name_and_unit(text)?;
     let indexed = |stem: &str, most: usize| {
         let index: usize = name.strip_prefix(stem)?.parse().ok()?;
         (1..=most).contains(&index).then(|| index - 1)
@@ -166,27 +162,28 @@ fn column(text: &str) -> Option<Column> {
 fn row(
     path: &str,
     columns: &[Column],
-    record: &StringRecord,
+    row: &TextRow,
     into: &mut Measurements,
 ) -> Result<(), TableError> {
-    let line = record.position().map_or(0, csv::Position::line);
+    let line = row.line();
     let refuse = |column: Option<&Column>, message: String| TableError::Cell {
         path: path.to_owned(),
         line,
         column: column.map_or(String::new(), |c| format!(", column {:?}", c.name)),
         message,
     };
-    if record.len() != columns.len() {
-        let (found, allowed) = (record.len(), columns.len());
+    let (found, allowed) = (row.count(), columns.len());
+    if found != allowed {
         let message = format!("found {found} cells, allowed: {allowed}, as in the first line");
         return Err(refuse(None, message));
     }
     let (mut angles, mut forces) = ([None; 2], [None; 3]);
-    for (column, cell) in columns.iter().zip(record) {
+    for (i, column) in columns.iter().enumerate() {
+        let cell = row.text(i);
         if cell.is_empty() || column.content == Content::Block {
             continue;
         }
-        let value = cell.parse::<f64>().ok().map(|v| v * column.to_si);
+        let value = decimal(&cell).map(|v| v * column.to_si);
         let checked = |range: std::ops::RangeInclusive<f64>, allowed: &str| match value {
             Some(value) if range.contains(&value) => Ok(value),
             _ => {
@@ -200,20 +197,14 @@ fn row(
                 angles[i] = Some(checked(-STEEPEST..=STEEPEST, allowed)?);
             }
             Content::Wheel(i) => {
-                forces[i] = Some(checked(
-                    0.0..=LARGEST,
-                    "a force of at least 0 and at most 1e6 N",
-                )?);
+                forces[i] = Some(checked(0.0..=LARGEST, FORCE)?);
             }
             Content::Weight if into.weight.is_some() => {
                 let message = "the weight stands in an earlier line; allowed: once";
                 return Err(refuse(Some(column), message.to_owned()));
             }
             Content::Weight => {
-                into.weight = Some(checked(
-                    0.0..=LARGEST,
-                    "a force of at least 0 and at most 1e6 N",
-                )?);
+                into.weight = Some(checked(0.0..=LARGEST, FORCE)?);
             }
             Content::Block => {}
         }
