@@ -1,6 +1,5 @@
 //! Problems of a scene. Each names its file, line and key, what was found and what is allowed.
 
-use crate::excerpt::{Excerpt, harmless};
 use crate::source::Origin;
 use miette::{Diagnostic, LabeledSpan, SourceCode};
 use std::fmt;
@@ -13,7 +12,6 @@ pub struct Problem {
     key: String,
     message: String,
     origin: Option<Origin>,
-    excerpt: Option<Excerpt>,
     /// Whether it is about several keys or a missing key.
     pub(crate) whole: bool,
 }
@@ -25,7 +23,6 @@ impl Problem {
             line: (!source.is_override).then(|| origin.line()),
             key: harmless(key),
             origin: Some(origin.clone()),
-            excerpt: Some(Excerpt::of(origin)),
             ..Self::unread(&source.name, message)
         }
     }
@@ -38,7 +35,6 @@ impl Problem {
             key: String::new(),
             message: harmless(&message),
             origin: None,
-            excerpt: None,
             whole: false,
         }
     }
@@ -101,12 +97,12 @@ impl std::error::Error for Problem {}
 
 impl Diagnostic for Problem {
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        let excerpt = self.excerpt.as_ref()?;
-        Some(excerpt)
+        Some(&*self.origin.as_ref()?.source)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let label = LabeledSpan::new_with_span(None, self.excerpt.as_ref()?.span);
+        let place = self.origin.as_ref()?.of_first_line();
+        let label = LabeledSpan::new_with_span(None, (place.start, place.len()));
         Some(Box::new(std::iter::once(label)))
     }
 }
@@ -182,5 +178,31 @@ impl Diagnostic for SceneError {
             return None;
         }
         Some(Box::new(self.rest.iter().map(|p| p as &dyn Diagnostic)))
+    }
+}
+
+/// Escapes a text for terminals: control characters and marks of the writing direction become escapes such as `\u{1b}`,
+/// a tab becomes a space.
+pub fn harmless(text: &str) -> String {
+    let is_mark = |c: char| matches!(c, '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}');
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '\t' => out.push(' '),
+            c if c.is_control() || is_mark(c) => out.extend(c.escape_unicode()),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_that_is_printed_commands_a_terminal() {
+        let shown = harmless("a\u{1b}[31mb\u{9b}\r\n\tc\u{202e}é");
+        assert_eq!(shown, r"a\u{1b}[31mb\u{9b}\u{d}\u{a} c\u{202e}é");
     }
 }

@@ -16,7 +16,7 @@
 //! | `log` | descriptions of recorded logs |
 //! | `study` | study files: what is varied in which scene |
 //! | `write`, `reference`, `schema` | files, tables of keys and JSON Schema from the declarations |
-//! | `reader`, `error`, `excerpt`, `suggest` | problems and their messages |
+//! | `reader`, `error`, `suggest` | problems and their messages |
 
 mod checks;
 mod conflict;
@@ -25,7 +25,6 @@ mod control;
 mod drive;
 mod error;
 mod estimators;
-mod excerpt;
 mod explicit_step;
 mod form;
 mod key;
@@ -49,9 +48,8 @@ mod terrain;
 pub mod text_table;
 mod write;
 
-pub use error::{Problem, SceneError};
+pub use error::{Problem, SceneError, harmless};
 pub use estimators::EstimatorChoice;
-pub use excerpt::harmless;
 pub use form::{KeyReference, from_stem};
 pub use log::{
     ChannelChoice, ImuChoice, InclinationSource, LogChoice, LogEstimator, Mapping,
