@@ -7,8 +7,10 @@ use self::table::{blank_table, read_table, write_table};
 use crate::output_file::{Format, OutputFile};
 use crate::terminal::say;
 use miette::{IntoDiagnostic, Result, WrapErr};
-use robhaz_masses::{Accuracy, Blocks, Measurements, Plan, Tolerances, plan, weigh};
-use robhaz_scene::{RobotChoice, simulated_weighing};
+use robhaz_masses::{
+    Accuracy, Blocks, Measurements, Plan, Tolerances, plan, simulated_weighing, weigh,
+};
+use robhaz_scene::RobotChoice;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `robhaz weigh`.

@@ -3,7 +3,7 @@
 use crate::error::{LogError, open_file};
 use crate::rows::{ColumnInfo, Place, Row, Rows, TimeColumn, repeated};
 use crate::stamp::{Stamp, TimeUnit};
-use robhaz_scene::text_table::{TextRow, TextTable, decimal, name_and_unit};
+use robhaz_terrain::text_table::{TextRow, TextTable, decimal, name_and_unit};
 use std::fs::File;
 use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};

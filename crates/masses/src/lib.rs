@@ -13,6 +13,7 @@
 //! | the covariance in the seven parameters that forces depend on | `loads.rs` |
 //! | postures on blocks, and those that tell most | `blocks.rs`, `plan.rs` |
 //! | what the scales would show of a given robot | `simulate.rs` |
+//! | the nominal robot of a simulation: drawn, and weighed if it is | `model_error.rs` |
 //!
 //! On scales the wheels are free or on plates that give way, so that no traction acts: T = 0 but for a small rest
 //! ([`Accuracy::horizontal_force`]). With one wheel each on links 1 and 2, eq. (8) then determines the three normal
@@ -28,6 +29,7 @@ mod error;
 mod fit;
 mod loads;
 mod measurements;
+mod model_error;
 mod parameters;
 mod plan;
 mod prior;
@@ -39,6 +41,7 @@ pub use error::WeighError;
 pub use fit::{Misfit, Weighed, weigh};
 pub use loads::{ForceDeviation, LoadDeviation};
 pub use measurements::{Accuracy, Measurements, Reading};
+pub use model_error::{ModelError, ModelErrorTooLarge, NominalRobot, simulated_weighing};
 pub use parameters::{PARAMETERS, ParameterName, Tolerances, parameter_names};
 pub use plan::{Plan, PlanError, PlannedPosture, plan};
 pub use simulate::simulate;

@@ -112,14 +112,23 @@ impl<V> Form for Plain<V> {
     }
 }
 
-/// A value whose allowed values depend on other keys: what reads those reads it, too.
-pub(crate) const fn dependent(words: &'static str, schema: fn() -> Json) -> Plain<()> {
+/// A value that is never written.
+pub(crate) const fn read_only<V>(
+    words: &'static str,
+    schema: fn() -> Json,
+    read: fn(&Node) -> Option<V>,
+) -> Plain<V> {
     Plain {
         words,
         schema,
-        read: |_| Some(()),
-        text: |()| None,
+        read,
+        text: |_| None,
     }
+}
+
+/// A value whose allowed values depend on other keys: what reads those reads it, too.
+pub(crate) const fn dependent(words: &'static str, schema: fn() -> Json) -> Plain<()> {
+    read_only(words, schema, |_| Some(()))
 }
 
 /// A text of at least one character that is no blank; in words. None is written for an empty one.

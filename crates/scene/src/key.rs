@@ -120,8 +120,18 @@ impl Reader {
         for entry in entries {
             self.entry(keys, entry, path, into);
         }
-        for key in keys.iter().filter(|k| k.absent == Absent::Required) {
-            if node.get(key.name).is_none() {
+        self.require(keys, node, path);
+    }
+
+    /// Adds a problem for each key without a default that a table lacks.
+    pub fn require<'k, T: 'static>(
+        &mut self,
+        keys: impl IntoIterator<Item = &'k Key<T>>,
+        node: &Node,
+        path: &str,
+    ) {
+        for key in keys {
+            if key.absent == Absent::Required && node.get(key.name).is_none() {
                 self.missing(node, &join(path, key.name), &key.field.allowed());
             }
         }
@@ -158,8 +168,13 @@ impl Out {
     }
 
     /// The keys of a table whose heading is written, then the tables in it.
-    pub fn table<T: 'static>(&mut self, keys: &[Key<T>], of: &mut T, path: &str) {
-        self.fields(keys, of);
+    pub fn table<'k, T: 'static>(
+        &mut self,
+        keys: impl IntoIterator<Item = &'k Key<T>> + Clone,
+        of: &mut T,
+        path: &str,
+    ) {
+        self.fields(keys.clone(), of);
         self.tables(keys, of, path);
     }
 
@@ -181,7 +196,12 @@ impl Out {
     }
 
     /// The tables in a table.
-    pub fn tables<T>(&mut self, keys: &[Key<T>], of: &mut T, path: &str) {
+    pub fn tables<'k, T: 'static>(
+        &mut self,
+        keys: impl IntoIterator<Item = &'k Key<T>>,
+        of: &mut T,
+        path: &str,
+    ) {
         for key in keys {
             key.field
                 .tables(self, &join(path, key.name), key.meaning, of);
@@ -190,8 +210,10 @@ impl Out {
 }
 
 /// The names of keys, in their order.
-pub(crate) fn names<T>(keys: &[Key<T>]) -> Vec<&'static str> {
-    keys.iter().map(|k| k.name).collect()
+pub(crate) fn names<'k, T: 'static>(
+    keys: impl IntoIterator<Item = &'k Key<T>>,
+) -> Vec<&'static str> {
+    keys.into_iter().map(|k| k.name).collect()
 }
 
 /// The rows of the reference: keys of a table, then those of the tables in it. `of` holds the defaults.
@@ -227,13 +249,17 @@ pub(crate) fn schema<T>(keys: &[Key<T>], of: Option<&mut T>) -> Json {
 }
 
 /// The names of the keys without a default.
-pub(crate) fn required<T>(keys: &[Key<T>]) -> Vec<&'static str> {
-    let required = keys.iter().filter(|k| k.absent == Absent::Required);
-    required.map(|k| k.name).collect()
+pub(crate) fn required<'k, T: 'static>(
+    keys: impl IntoIterator<Item = &'k Key<T>>,
+) -> Vec<&'static str> {
+    names((keys.into_iter()).filter(|k| k.absent == Absent::Required))
 }
 
 /// JSON Schema of each key.
-pub(crate) fn properties<T>(keys: &[Key<T>], mut of: Option<&mut T>) -> Map<String, Json> {
+pub(crate) fn properties<'k, T: 'static>(
+    keys: impl IntoIterator<Item = &'k Key<T>>,
+    mut of: Option<&mut T>,
+) -> Map<String, Json> {
     let property = |key: &Key<T>| {
         let mut schema = key.field.schema(of.as_deref_mut());
         let mut meaning = key.meaning.to_owned();
@@ -252,5 +278,5 @@ pub(crate) fn properties<T>(keys: &[Key<T>], mut of: Option<&mut T>) -> Map<Stri
         }
         (key.name.to_owned(), schema)
     };
-    keys.iter().map(property).collect()
+    keys.into_iter().map(property).collect()
 }

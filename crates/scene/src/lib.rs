@@ -30,7 +30,6 @@ mod form;
 mod key;
 mod load;
 mod log;
-mod model_error;
 mod overrides;
 mod plant_failure;
 mod quantity;
@@ -45,7 +44,6 @@ mod study;
 mod suggest;
 mod tables;
 mod terrain;
-pub mod text_table;
 mod write;
 
 pub use error::{Problem, SceneError, harmless};
@@ -55,10 +53,10 @@ pub use log::{
     ChannelChoice, ImuChoice, InclinationSource, LogChoice, LogEstimator, Mapping,
     NeedsContactAngles, READINGS, ReadingChoice, UnknownEstimator,
 };
-pub use model_error::{ModelError, ModelErrorTooLarge, NominalRobot, simulated_weighing};
 pub use plant_failure::PlantFailure;
 pub use reference::{log_reference, reference};
 pub use robhaz_control::ControlKind;
+pub use robhaz_masses::{ModelError, ModelErrorTooLarge, NominalRobot};
 pub use robhaz_sim::EngineKind;
 pub use robhaz_sim::sensors::{Grade, SensorSpec};
 pub use robot::RobotChoice;

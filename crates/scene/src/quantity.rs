@@ -8,13 +8,6 @@ pub(crate) struct Unit {
     to_si: fn(f64) -> f64,
 }
 
-impl Unit {
-    /// A number of this unit in SI.
-    pub fn to_si(&self, value: f64) -> f64 {
-        (self.to_si)(value)
-    }
-}
-
 /// The units in which a key may be written: SI first. None for a pure number.
 pub(crate) struct Dimension {
     pub units: &'static [Unit],

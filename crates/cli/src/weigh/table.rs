@@ -2,7 +2,7 @@
 
 use robhaz_masses::{Blocks, Measurements, Reading};
 use robhaz_model::GRAVITY;
-use robhaz_scene::text_table::{TextRow, TextTable, decimal, name_and_unit};
+use robhaz_terrain::text_table::{TextRow, TextTable, decimal, name_and_unit};
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io;

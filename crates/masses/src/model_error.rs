@@ -1,10 +1,13 @@
 //! Model errors: how the nominal robot, which the estimators are given, differs from the simulated one.
 
+use crate::blocks::{Blocks, BlocksError};
+use crate::error::WeighError;
+use crate::fit::weigh;
+use crate::measurements::{Accuracy, Measurements};
+use crate::parameters::Tolerances;
+use crate::plan::{PlanError, plan};
+use crate::simulate::simulate;
 use robhaz_estimator::statics::LoadCovariance;
-use robhaz_masses::{
-    Accuracy, Blocks, BlocksError, Measurements, PlanError, Tolerances, WeighError, plan, simulate,
-    weigh,
-};
 use robhaz_model::{GeometryError, MassError, Pins, Robot, Vec2};
 use robhaz_sim::random::Stream;
 use robhaz_sim::sensors::Grade;
