@@ -113,25 +113,20 @@ impl Diagnostic for Problem {
 /// a [`Diagnostic`] it shows the place of the first problem, and the others as related diagnostics.
 #[derive(Debug)]
 pub struct SceneError {
-    /// Boxed to keep results small.
-    first: Box<Problem>,
-    rest: Vec<Problem>,
+    /// Those that are shown: at least one.
+    shown: Vec<Problem>,
     /// Number of all problems.
     count: usize,
 }
 
 impl SceneError {
-    /// `count` is the number of all problems, including those that are not shown.
-    pub(crate) fn new(first: Problem, rest: Vec<Problem>, count: usize) -> Self {
-        Self {
-            first: Box::new(first),
-            rest,
-            count,
-        }
+    /// `count` is the number of all problems, including those that are not `shown`.
+    pub(crate) fn new(shown: Vec<Problem>, count: usize) -> Self {
+        Self { shown, count }
     }
 
     pub(crate) fn unread(file: &str, message: String) -> Self {
-        Self::new(Problem::unread(file, message), Vec::new(), 1)
+        Self::new(vec![Problem::unread(file, message)], 1)
     }
 
     /// Number of all problems.
@@ -147,17 +142,17 @@ impl SceneError {
     /// The problems that are shown: file by file in the order of their lines, those of overrides last. Of more than 20, the
     /// first 20 and a last one with the number of the others.
     pub fn problems(&self) -> impl Iterator<Item = &Problem> {
-        std::iter::once(&*self.first).chain(&self.rest)
+        self.shown.iter()
     }
 }
 
 impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.first.fmt(f)?;
-        match self.count - 1 {
-            0 => Ok(()),
-            1 => f.write_str(" (and 1 more problem)"),
-            n => write!(f, " (and {n} more problems)"),
+        self.shown.first().map_or(Ok(()), |first| first.fmt(f))?;
+        match self.count {
+            0 | 1 => Ok(()),
+            2 => f.write_str(" (and 1 more problem)"),
+            n => write!(f, " (and {} more problems)", n - 1),
         }
     }
 }
@@ -166,18 +161,16 @@ impl std::error::Error for SceneError {}
 
 impl Diagnostic for SceneError {
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.first.source_code()
+        self.shown.first()?.source_code()
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        self.first.labels()
+        self.shown.first()?.labels()
     }
 
     fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
-        if self.rest.is_empty() {
-            return None;
-        }
-        Some(Box::new(self.rest.iter().map(|p| p as &dyn Diagnostic)))
+        let rest = self.shown.get(1..).filter(|rest| !rest.is_empty())?;
+        Some(Box::new(rest.iter().map(|p| p as &dyn Diagnostic)))
     }
 }
 

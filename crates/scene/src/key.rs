@@ -4,7 +4,8 @@
 //! they come from the `Default` or a named constructor of the type that holds the field.
 
 use crate::error::Problem;
-use crate::form::{Form, KeyReference, object};
+use crate::form::{Form, KeyReference};
+use crate::json::object;
 use crate::reader::{Reader, join};
 use crate::source::{Entry, Node};
 use crate::write::{Out, quote};

@@ -9,13 +9,13 @@
 //! |---|---|
 //! | `source` | a file or an override as a tree of values with their places |
 //! | `key` | keys: name, meaning, form, field; each declared once |
-//! | `form`, `tables`, `quantity` | what a value may be: read, written, described; tables of keys; numbers with unit and range |
+//! | `form`, `values`, `tables`, `quantity` | what a value may be: read, written, described; single values; tables of keys; numbers with unit and range |
 //! | `load` | all keys of a scene; from a file to a [`Scene`] and back |
 //! | `robot`, `terrain`, `contact`, `drive`, `sensors`, `estimators` | its sections |
 //! | `overrides`, `checks`, `conflict`, `explicit_step`, `control` | overrides of the command line; rules over several keys |
 //! | `log` | descriptions of recorded logs |
 //! | `study` | study files: what is varied in which scene |
-//! | `write`, `reference`, `schema` | files, tables of keys and JSON Schema from the declarations |
+//! | `write`, `reference`, `schema`, `json` | files, tables of keys and JSON Schema from the declarations |
 //! | `reader`, `error`, `suggest` | problems and their messages |
 
 mod checks;
@@ -27,6 +27,7 @@ mod error;
 mod estimators;
 mod explicit_step;
 mod form;
+mod json;
 mod key;
 mod load;
 mod log;
@@ -44,11 +45,12 @@ mod study;
 mod suggest;
 mod tables;
 mod terrain;
+mod values;
 mod write;
 
 pub use error::{Problem, SceneError, harmless};
 pub use estimators::EstimatorChoice;
-pub use form::{KeyReference, from_stem};
+pub use form::KeyReference;
 pub use log::{
     ChannelChoice, ImuChoice, InclinationSource, LogChoice, LogEstimator, Mapping,
     NeedsContactAngles, READINGS, ReadingChoice, UnknownEstimator,
@@ -67,3 +69,4 @@ pub use study::{
     StudyChoice, StudyTables,
 };
 pub use terrain::{TerrainChoice, Track};
+pub use values::from_stem;

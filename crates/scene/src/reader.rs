@@ -134,17 +134,17 @@ impl Reader {
         };
         problems.sort_by_cached_key(place);
         problems.truncate(SHOWN);
-        let mut shown = problems.into_iter();
-        let first = match (shown.next(), value) {
+        let first = match (problems.first(), value) {
             (None, Some(value)) => return Ok(value),
-            (first, _) => first.unwrap_or_else(|| Problem::unread("", "cannot be read".to_owned())),
+            (None, None) => return Err(SceneError::unread("", "cannot be read".to_owned())),
+            (Some(first), _) => first,
         };
-        let mut rest: Vec<Problem> = shown.collect();
         if count > SHOWN {
             let message = format!("and {} more problems", grouped(count - SHOWN));
-            rest.push(Problem::unread(first.file(), message));
+            let more = Problem::unread(first.file(), message);
+            problems.push(more);
         }
-        Err(SceneError::new(first, rest, count))
+        Err(SceneError::new(problems, count))
     }
 }
 

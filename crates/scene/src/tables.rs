@@ -1,6 +1,7 @@
 //! Forms that hold keys: a table, a list of tables.
 
-use crate::form::{Form, KeyReference, items};
+use crate::form::{Form, KeyReference};
+use crate::json::items;
 use crate::key::{self, Key};
 use crate::reader::Reader;
 use crate::source::Node;

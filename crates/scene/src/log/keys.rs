@@ -4,7 +4,7 @@ use super::choice::{LogChoice, LogEstimators};
 use super::imu::IMUS;
 use super::mapping::{CHANNELS, Missing};
 use super::reading::READING;
-use crate::form::{Covariance, Maybe, NAME, text};
+use crate::form::Maybe;
 use crate::key::keys;
 use crate::quantity::{
     ANGLE, ANGULAR_RATE, LENGTH, NONE, RATE_WALK, ROTARY_DAMPING, TIME, TORQUE, at_least, number,
@@ -12,6 +12,7 @@ use crate::quantity::{
 use crate::robot::ROBOT;
 use crate::sensors::MEASURED;
 use crate::tables::section;
+use crate::values::{Covariance, NAME, text};
 
 keys! {
     /// All keys, in the order of a resolved description.

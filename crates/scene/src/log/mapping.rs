@@ -4,12 +4,14 @@ use super::by_name::ANY;
 use super::imu::ImuChoice;
 use super::reading::{READINGS, ReadingChoice};
 use crate::error::Problem;
-use crate::form::{Form, items, quoted, text, word};
+use crate::form::{Form, quoted, word};
+use crate::json::items;
 use crate::key::keys;
 use crate::quantity::{TIME, number};
 use crate::reader::{Reader, join};
 use crate::source::Node;
 use crate::tables::List;
+use crate::values::text;
 use serde_json::{Value as Json, json};
 
 /// The columns of a log and the readings that follow from them.

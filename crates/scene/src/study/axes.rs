@@ -2,11 +2,13 @@
 
 use super::axis::{Axis, AxisItem, AxisValue, AxisValues, Distribution};
 use crate::error::Problem;
-use crate::form::{Form, Plain, items, read_only, text};
+use crate::form::{Form, Plain, read_only};
+use crate::json::items;
 use crate::key::{self, keys};
 use crate::reader::{Reader, join};
 use crate::reference::reference;
 use crate::source::{Node, Value};
+use crate::values::text;
 use serde_json::{Value as Json, json};
 use std::collections::{BTreeSet, HashSet};
 

@@ -4,11 +4,12 @@ use super::axes::{Axes, MOST_RUNS, RUNS};
 use super::axis::Axis;
 use super::choice::{DrawMethod, Draws, StudyChoice, StudyTables};
 use crate::error::{Problem, SceneError};
-use crate::form::{Form, NAME, Plain, SEED, from_stem, read_only, text, word};
+use crate::form::{Form, Plain, read_only, word};
 use crate::key::{self, keys};
 use crate::reader::Reader;
 use crate::source::{Node, Origin};
 use crate::tables::section;
+use crate::values::{NAME, SEED, from_stem, text};
 use serde_json::{Value as Json, json};
 use std::path::{Path, PathBuf};
 

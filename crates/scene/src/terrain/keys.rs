@@ -3,12 +3,14 @@
 use super::TerrainChoice;
 use super::ground::{DEFAULT, Ground, KINDS};
 use super::points::{self, COLUMN, FILE, HASH, Points};
-use crate::form::{COUNT, Form, KeyReference, Maybe, SEED, SWITCH, items, object, word};
+use crate::form::{Form, KeyReference, Maybe, word};
+use crate::json::{items, object};
 use crate::key::{self, Key, keys, properties, required};
 use crate::quantity::{ANGLE, LENGTH, NONE, Number, above, at_least, number};
 use crate::reader::{Reader, join};
 use crate::source::{Entry, Node};
 use crate::tables::List;
+use crate::values::{COUNT, SEED, SWITCH};
 use crate::write::Out;
 use robhaz_sim::friction::Stretch;
 use robhaz_terrain::{Bump, Interpolation, RoughClass};

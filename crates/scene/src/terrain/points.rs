@@ -2,10 +2,12 @@
 
 use super::track::Track;
 use crate::error::Problem;
-use crate::form::{Form, Plain, Point, items, point, text};
+use crate::form::{Form, Plain, Point, point};
+use crate::json::items;
 use crate::quantity::{LENGTH, at_least, grouped, number};
 use crate::reader::{Reader, join};
 use crate::source::{self, Node, Origin, Source, Value};
+use crate::values::text;
 use crate::write::quote;
 use robhaz_model::Vec2;
 use robhaz_terrain::{Column, TrackError, TrackFormat, read_track};
