@@ -1,8 +1,6 @@
 //! Forms: what the value of a key may be. Each reads, writes and describes values of one type.
 
-use crate::error::Problem;
-use crate::json::{bounded, items, with_unit};
-use crate::quantity::{Number, short};
+use crate::json::items;
 use crate::reader::{Reader, refusal};
 use crate::source::{Node, Value};
 use crate::suggest::nearest;
@@ -131,47 +129,6 @@ pub(crate) const fn dependent(words: &'static str, schema: fn() -> Json) -> Plai
     read_only(words, schema, |_| Some(()))
 }
 
-impl Form for Number {
-    type Value = f64;
-
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut f64) {
-        if let Some(value) = reader.number(self, node, path) {
-            *into = value;
-        }
-    }
-
-    /// The shortest decimal that reads back as the same bits.
-    fn text(&self, value: &mut f64) -> Option<String> {
-        Some(format!("{value:?}"))
-    }
-
-    fn allowed(&self) -> String {
-        self.allowed_in_full()
-    }
-
-    fn allowed_values(&self) -> String {
-        let range = self.range.to_string();
-        range.trim_start_matches("of ").to_owned()
-    }
-
-    /// A number in its range, or a text of a number and a unit. The range of such a text is not in the schema.
-    fn schema(&self, _defaults: Option<&mut f64>) -> Json {
-        let bare = bounded(self);
-        match self.unit.units.is_empty() {
-            true => bare,
-            false => json!({"anyOf": [bare, with_unit(self.unit)]}),
-        }
-    }
-
-    fn units(&self) -> &'static [&'static str] {
-        self.unit.names
-    }
-
-    fn shown(&self, value: &mut f64) -> String {
-        short(*value)
-    }
-}
-
 /// One of a few values, by its word.
 pub(crate) struct Word<E: 'static> {
     all: &'static [E],
@@ -249,9 +206,6 @@ pub(crate) struct Array<F, V> {
     values: PhantomData<V>,
 }
 
-/// `[x, y]`
-pub(crate) type Point = Array<Number, Vec2>;
-
 /// An array of a fixed number of values; `words` have `{}` for an item.
 pub(crate) const fn array<F, V>(words: &'static str, item: F) -> Array<F, V> {
     Array {
@@ -259,11 +213,6 @@ pub(crate) const fn array<F, V>(words: &'static str, item: F) -> Array<F, V> {
         words,
         values: PhantomData,
     }
-}
-
-/// A point in a range, SI.
-pub(crate) const fn point(number: Number) -> Point {
-    array("[x, y], each {}", number)
 }
 
 /// Values in a row.
@@ -353,29 +302,6 @@ impl Reader {
                 Vec::new()
             }
         }
-    }
-
-    /// A number in SI, within its range.
-    pub fn number(&mut self, number: &Number, node: &Node, path: &str) -> Option<f64> {
-        let value = match &node.value {
-            Value::Float(value) | Value::Integer(_, value) => *value,
-            Value::Text(text) => match number.parse(text, &node.origin.found()) {
-                Ok(value) => value,
-                Err(message) => {
-                    self.push(Problem::at(&node.origin, path, message));
-                    return None;
-                }
-            },
-            _ => {
-                self.refuse(node, path, &number.allowed_in_full());
-                return None;
-            }
-        };
-        if number.range.contains(value) {
-            return Some(value);
-        }
-        self.refuse(node, path, &number.allowed());
-        None
     }
 
     /// The index of a word among those allowed.

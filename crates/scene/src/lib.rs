@@ -8,8 +8,8 @@
 //! | modules | job |
 //! |---|---|
 //! | `source` | a file or an override as a tree of values with their places |
-//! | `key` | keys: name, meaning, form, field; each declared once |
-//! | `form`, `values`, `tables`, `quantity` | what a value may be: read, written, described; single values; tables of keys; numbers with unit and range |
+//! | `key` | keys: name, meaning, form, field; each declared once; tables of keys |
+//! | `form`, `values`, `quantity` | what a value may be: read, written, described; single values; numbers with unit and range |
 //! | `load` | all keys of a scene; from a file to a [`Scene`] and back |
 //! | `robot`, `terrain`, `contact`, `drive`, `sensors`, `estimators` | its sections |
 //! | `overrides`, `checks`, `conflict`, `explicit_step`, `control` | overrides of the command line; rules over several keys |
@@ -43,7 +43,6 @@ mod sensors;
 mod source;
 mod study;
 mod suggest;
-mod tables;
 mod terrain;
 mod values;
 mod write;

@@ -3,12 +3,11 @@
 use crate::error::SceneError;
 use crate::estimators::Estimators;
 use crate::form::{KeyReference, word};
-use crate::key::{self, keys};
+use crate::key::{self, keys, section};
 use crate::quantity::{FREQUENCY, LONGEST_RUN, NONE, TIME, above, at_least, number};
 use crate::reader::Reader;
 use crate::scene::{Scene, SensorChoice};
 use crate::source::Node;
-use crate::tables::section;
 use crate::terrain::Terrain;
 use crate::values::{NAME, SEED, from_stem};
 use crate::write::Out;

@@ -1,9 +1,9 @@
 //! Collects the problems of a scene while it is read.
 
 use crate::error::{Problem, SceneError};
-use crate::quantity::grouped;
 use crate::source::{self, Entry, Node, Origin, Source, Value, document};
 use crate::suggest::nearest;
+use crate::write::grouped;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 

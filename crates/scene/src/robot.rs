@@ -1,13 +1,14 @@
 //! `[robot]`: geometry and masses, by name, from a file, or written in the scene.
 
 use crate::error::Problem;
-use crate::form::{Array, Form, KeyReference, Point, array, did_you_mean, point, quoted, word};
-use crate::key::{self, Key, keys};
-use crate::quantity::{ANGLE, INERTIA, LENGTH, MASS, STOP_DAMPING, STOP_STIFFNESS};
-use crate::quantity::{Number, above, at_least, number};
+use crate::form::{Array, Form, KeyReference, array, did_you_mean, quoted, word};
+use crate::key::{self, Key, Table, keys, section};
+use crate::quantity::{
+    ANGLE, INERTIA, LENGTH, MASS, Number, Point, STOP_DAMPING, STOP_STIFFNESS, above, at_least,
+    number, point,
+};
 use crate::reader::{Reader, join};
 use crate::source::{self, Entry, Node, Origin, Source, Value};
-use crate::tables::{Table, section};
 use crate::values::TEXT;
 use crate::write::Out;
 use robhaz_model::{

@@ -1,6 +1,6 @@
 //! Files up to a size limit; a file or an override as a tree of nodes with their places in the text.
 
-use crate::quantity::grouped;
+use crate::write::grouped;
 use miette::{MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 use std::collections::HashSet;
 use std::fs::File;

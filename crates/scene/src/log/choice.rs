@@ -2,8 +2,7 @@
 
 use super::mapping::Mapping;
 use crate::estimators::{self, EstimatorChoice, Estimators, KEYS, Keys, PRESETS};
-use crate::form::Form;
-use crate::form::KeyReference;
+use crate::form::{Form, KeyReference};
 use crate::key::Key;
 use crate::reader::Reader;
 use crate::robot::RobotChoice;

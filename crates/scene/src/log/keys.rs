@@ -5,13 +5,12 @@ use super::imu::IMUS;
 use super::mapping::{CHANNELS, Missing};
 use super::reading::READING;
 use crate::form::Maybe;
-use crate::key::keys;
+use crate::key::{keys, section};
 use crate::quantity::{
     ANGLE, ANGULAR_RATE, LENGTH, NONE, RATE_WALK, ROTARY_DAMPING, TIME, TORQUE, at_least, number,
 };
 use crate::robot::ROBOT;
 use crate::sensors::MEASURED;
-use crate::tables::section;
 use crate::values::{Covariance, NAME, text};
 
 keys! {

@@ -6,11 +6,10 @@ use super::reading::{READINGS, ReadingChoice};
 use crate::error::Problem;
 use crate::form::{Form, quoted, word};
 use crate::json::items;
-use crate::key::keys;
+use crate::key::{List, keys};
 use crate::quantity::{TIME, number};
 use crate::reader::{Reader, join};
 use crate::source::Node;
-use crate::tables::List;
 use crate::values::text;
 use serde_json::{Value as Json, json};
 

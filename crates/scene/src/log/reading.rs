@@ -2,9 +2,10 @@
 
 use super::by_name::{ANY, ByName};
 use crate::form::{dependent, word};
-use crate::json::with_unit;
 use crate::key::{self, keys};
-use crate::quantity::{ANGLE, ANGULAR_RATE, Dimension, NONE, TORQUE, above, at_least, number};
+use crate::quantity::{
+    ANGLE, ANGULAR_RATE, Dimension, NONE, TORQUE, above, at_least, number, with_unit,
+};
 use crate::reader::{Reader, join};
 use crate::source::Node;
 use crate::values::text;

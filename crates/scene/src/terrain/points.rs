@@ -2,13 +2,13 @@
 
 use super::track::Track;
 use crate::error::Problem;
-use crate::form::{Form, Plain, Point, point};
+use crate::form::{Form, Plain};
 use crate::json::items;
-use crate::quantity::{LENGTH, at_least, grouped, number};
+use crate::quantity::{LENGTH, Point, at_least, number, point};
 use crate::reader::{Reader, join};
 use crate::source::{self, Node, Origin, Source, Value};
 use crate::values::text;
-use crate::write::quote;
+use crate::write::{grouped, quote};
 use robhaz_model::Vec2;
 use robhaz_terrain::{Column, TrackError, TrackFormat, read_track};
 use serde_json::{Value as Json, json};
