@@ -115,7 +115,7 @@ pub fn run(args: &Args) -> Result<()> {
 fn weigh_robot(args: &Args, drawings: &RobotChoice, path: &Path) -> Result<()> {
     let inputs = [args.robot.clone(), path.to_path_buf()];
     let file = create(args, ROBOTS, &inputs)?;
-    let measurements = read_table(path).into_diagnostic()?;
+    let measurements = read_table(path)?;
     let (tolerances, accuracy) = (args.errors.tolerances(), args.errors.accuracy());
     let weighed = weigh(&drawings.robot, &measurements, &tolerances, &accuracy)
         .into_diagnostic()
