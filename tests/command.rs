@@ -1,4 +1,4 @@
-//! The command as a user types it: new scenes, help, comparisons, bad scenes.
+//! The command as a user types it: new scenes, help, comparisons.
 
 use crate::support::{robhaz, root, short_scene, text};
 use std::fs;
@@ -123,48 +123,6 @@ fn runs_are_compared_in_the_form_that_is_asked_for() {
     let columns = |line: &str| line.replace("\\|", "").matches('|').count();
     let lines: Vec<usize> = markdown.lines().map(columns).collect();
     assert_eq!(lines, vec![header.len() + 1; rows.len() + 2], "{markdown}");
-}
-
-/// Bad scenes: file, line, key, what was found, what is allowed.
-#[test]
-fn bad_scenes_are_distinguished() {
-    let dir = tempfile::tempdir().unwrap();
-    let cases = [
-        (
-            "\n[drive]\ntorque_limit = -3\n",
-            ["short.toml", ":9", "drive.torque_limit", "-3", "above 0"],
-        ),
-        (
-            "\n[drive]\nspeeed = 0.2\n",
-            ["short.toml", ":9", "drive.speeed", "unknown", "speed"],
-        ),
-        (
-            "\n[drive]\nspeed = \"2 kg\"\n",
-            ["short.toml", ":9", "drive.speed", "kg", "m/s"],
-        ),
-        (
-            "\n[wheels]\ncount = 6\n",
-            ["short.toml", ":8", "wheels", "unknown", "robot"],
-        ),
-    ];
-    for (extra, words) in cases {
-        short_scene(dir.path(), extra);
-        let output = robhaz(dir.path())
-            .args(["run", "short.toml"])
-            .output()
-            .unwrap();
-        assert!(!output.status.success());
-        let said = text(&output.stderr);
-        for word in words {
-            assert!(said.contains(word), "{word} is missing in:\n{said}");
-        }
-        assert!(!dir.path().join("runs").exists());
-    }
-    let output = robhaz(dir.path())
-        .args(["run", "nowhere.toml"])
-        .output()
-        .unwrap();
-    assert!(text(&output.stderr).contains("nowhere.toml"));
 }
 
 /// Every shipped scene loads.

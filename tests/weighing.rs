@@ -2,10 +2,10 @@
 
 use crate::seeds::study;
 use crate::support::{keep, robhaz, root, scene, text};
+use robhaz_masses::plate_forces;
 use robhaz_model::Robot;
 use robhaz_scene::{LogChoice, RobotChoice, Scene};
 use robhaz_study::{CovarianceVerdict, TruthRun};
-use robhaz_weigh::plate_forces;
 use std::fs;
 use std::path::Path;
 
@@ -110,66 +110,6 @@ fn the_example_leads_from_drawings_to_a_weighed_robot() {
         LogChoice::default(),
     );
     assert_eq!(again.unwrap().budget, choice.budget);
-}
-
-/// Bad tables are refused with file, line and column, and what is allowed.
-#[test]
-fn bad_tables_are_refused() {
-    let dir = tempfile::tempdir().unwrap();
-    fs::copy(
-        root().join("examples/weigh/drawings.toml"),
-        dir.path().join("drawings.toml"),
-    )
-    .unwrap();
-    let head = "link1 [deg],link2 [deg],wheel1 [N],wheel2 [N],wheel3 [N]\n";
-    let refused = |table: &str, expected: &[&str]| {
-        fs::write(dir.path().join("table.csv"), table).unwrap();
-        let (done, said) = run_in(
-            dir.path(),
-            &["weigh", "table.csv", "--robot", "drawings.toml"],
-        );
-        // The report breaks lines.
-        let said = said
-            .replace('│', " ")
-            .split_whitespace()
-            .collect::<Vec<_>>()
-            .join(" ");
-        assert!(!done, "{said}");
-        for part in expected {
-            assert!(said.contains(part), "{part}: {said}");
-        }
-    };
-    refused(
-        "link1 [deg],link2 [deg],scale [N]\n",
-        &["first line", "scale [N]", "allowed: link1 [deg]"],
-    );
-    refused("wheel1 [N]\n43\n", &["inclinations", "missing"]);
-    refused(head, &["no line with a reading"]);
-    refused(
-        &format!("{head}0,0,43,x,45\n"),
-        &["line 2", "wheel2 [N]", "found \"x\"", "allowed: a force"],
-    );
-    refused(
-        &format!("{head}0,0,43,48\n"),
-        &["line 2", "found 4 cells, allowed: 5"],
-    );
-    refused(
-        &format!("{head}0,,43,48,45\n"),
-        &["line 2", "an inclination is missing"],
-    );
-    refused(
-        &format!("{head}120,0,43,48,45\n"),
-        &["line 2", "link1 [deg]", "between -91 and 91 deg"],
-    );
-    refused(
-        &format!("{head}45,-10,43,48,45\n"),
-        &["line 2", "end stops", "check signs and units"],
-    );
-    // Kilograms under a heading of newtons.
-    refused(
-        &format!("{head}0,0,4.4,4.9,4.6\n"),
-        &["do not fit", "wheel", "units"],
-    );
 }
 
 /// Acceptance: twelve robots that differ from their drawings by 10 mm (centre of mass), 10 % (link masses) and 2 mm (pins),

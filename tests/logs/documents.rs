@@ -1,6 +1,7 @@
 //! docs/logs.md and the columns of the truth say what the reader does.
 
 use crate::support::{robhaz, root, text};
+use robhaz_scene::KeyReference;
 
 /// Every column of the truth that a run writes has its place when it is read, but for the contacts of a wheel one by one and the
 /// clearance, which is no truth of a sensor.
@@ -48,7 +49,15 @@ fn the_commands_of_the_document_work() {
 #[test]
 fn the_document_has_every_key() {
     let document = std::fs::read_to_string(root().join("docs/logs.md")).unwrap();
-    let row = |[key, unit, default, allowed, meaning]: [String; 5]| {
+    let row = |row: KeyReference| {
+        let KeyReference {
+            key,
+            unit,
+            default,
+            allowed,
+            meaning,
+            ..
+        } = row;
         format!("| `{key}` | {unit} | {default} | {allowed} | {meaning} |")
     };
     let rows: Vec<String> = robhaz_scene::log_reference().into_iter().map(row).collect();

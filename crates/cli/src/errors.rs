@@ -2,8 +2,14 @@
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use miette::{Diagnostic, ReportHandler};
+use robhaz_scene::harmless;
 use std::fmt;
 use std::io::IsTerminal as _;
+
+/// Columns of the lines of a file that are shown.
+const WIDTH: usize = 120;
+/// Lines with more bytes are not shown: that would take seconds.
+const LONGEST: usize = 100_000;
 
 /// Shows errors on standard error.
 struct Shown;
@@ -18,6 +24,7 @@ impl ReportHandler for Shown {
         } else {
             Renderer::styled()
         };
+        let renderer = renderer.term_width(WIDTH);
         f.write_str(&renderer.render(&groups))
     }
 }
@@ -50,10 +57,13 @@ fn snippet(
     let label = error.labels()?.next()?;
     let source = error.source_code()?;
     let lines = source.read_span(label.inner(), 1, 1).ok()?;
-    let text = String::from_utf8_lossy(lines.data()).into_owned();
+    let lines = Some(lines).filter(|lines| lines.data().len() <= LONGEST)?;
+    // The renderer replaces all control characters but these, which are as long as a middle dot.
+    let is_control = |c: char| ('\u{80}'..='\u{9f}').contains(&c);
+    let text = String::from_utf8_lossy(lines.data()).replace(is_control, "\u{b7}");
     let start = label.offset().checked_sub(lines.span().offset())?;
     let place = start.min(text.len())..(start + label.len()).min(text.len());
     let snippet = Snippet::source(text).line_start(lines.line() + 1);
-    let snippet = snippet.path(lines.name().map(str::to_owned));
+    let snippet = snippet.path(lines.name().map(harmless));
     Some(snippet.annotation(AnnotationKind::Primary.span(place)))
 }

@@ -1,13 +1,16 @@
 //! `robhaz weigh`: masses and centres of mass from wheels on scales.
 
+mod table;
+mod text;
+
+use self::table::{blank_table, read_table, write_table};
 use crate::output_file::{Format, OutputFile};
 use crate::terminal::say;
 use miette::{IntoDiagnostic, Result, WrapErr};
-use robhaz_scene::{RobotChoice, simulated_weighing};
-use robhaz_weigh::{
-    Accuracy, Blocks, Measurements, Plan, Tolerances, blank_table, plan, read_table, weigh,
-    write_table,
+use robhaz_masses::{
+    Accuracy, Blocks, Measurements, Plan, Tolerances, plan, simulated_weighing, weigh,
 };
+use robhaz_scene::RobotChoice;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `robhaz weigh`.
@@ -112,12 +115,12 @@ pub fn run(args: &Args) -> Result<()> {
 fn weigh_robot(args: &Args, drawings: &RobotChoice, path: &Path) -> Result<()> {
     let inputs = [args.robot.clone(), path.to_path_buf()];
     let file = create(args, ROBOTS, &inputs)?;
-    let measurements = read_table(path).into_diagnostic()?;
+    let measurements = read_table(path)?;
     let (tolerances, accuracy) = (args.errors.tolerances(), args.errors.accuracy());
     let weighed = weigh(&drawings.robot, &measurements, &tolerances, &accuracy)
         .into_diagnostic()
         .wrap_err_with(|| format!("cannot weigh with {}", path.display()))?;
-    say(&weighed.text())?;
+    say(&text::weighed(&weighed))?;
     let robot = RobotChoice {
         geometry_name: format!("{}, weighed", drawings.geometry_name),
         mass_name: format!("{}, weighed", drawings.mass_name),
@@ -138,7 +141,7 @@ fn plan_postures(args: &Args, drawings: &RobotChoice, count: usize) -> Result<()
     let heights: Vec<f64> = args.blocks.iter().map(|mm| 1e-3 * mm).collect();
     let (tolerances, accuracy) = (args.errors.tolerances(), args.errors.accuracy());
     let plan = plan(&drawings.robot, &tolerances, &accuracy, &heights, count).into_diagnostic()?;
-    say(&plan.text())?;
+    say(&text::plan(&plan))?;
     let blocks: Vec<Blocks> = plan.postures.iter().map(|p| p.blocks).collect();
     let text = match &args.simulate {
         Some(path) => write_table(&simulated(args, path, &plan)?, &blocks),

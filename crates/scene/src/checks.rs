@@ -55,23 +55,23 @@ pub(crate) fn check(reader: &mut Reader, root: &Node, scene: &Scene) {
 
 fn record(scene: &Scene) -> Vec<Conflict> {
     let r = &scene.record;
-    let duration = || valued("record.duration", r.duration);
-    let rate = || valued("record.rate", r.rate);
+    let [duration, rate, from] = [
+        valued("record.duration", r.duration),
+        valued("record.rate", r.rate),
+        valued("record.compare_from", r.compare_from),
+    ];
     let mut found = Vec::new();
     if r.compare_from >= r.duration {
-        let from = valued("record.compare_from", r.compare_from);
-        found.push(conflict(
-            [from, duration()],
-            "record.compare_from below record.duration",
-        ));
+        let rule = "record.compare_from below record.duration";
+        found.push(conflict([from, duration.clone()], rule));
     }
     let count = r.duration * r.rate;
     if count > MOST_RECORDS {
         let rule = format!("at most {} records", short(MOST_RECORDS));
-        found.push(conflict([rate(), duration()], rule));
+        found.push(conflict([rate, duration], rule));
     } else if !is_whole(count) {
         let rule = "a whole number of records: record.duration times record.rate";
-        found.push(conflict([duration(), rate()], rule));
+        found.push(conflict([duration, rate], rule));
     }
     found
 }
@@ -79,26 +79,20 @@ fn record(scene: &Scene) -> Vec<Conflict> {
 /// A test that begins after the end of the run would never begin; it needs covariances.
 fn friction_test(scene: &Scene) -> Vec<Conflict> {
     let mut found = Vec::new();
-    if scene.control.kind != ControlKind::FrictionTest {
+    let control = &scene.control;
+    if control.kind != ControlKind::FrictionTest {
         return found;
     }
-    let (start, duration) = (scene.control.friction_test.start, scene.record.duration);
+    let (start, duration) = (control.friction_test.start, scene.record.duration);
     if start >= duration {
-        let keys = [
-            valued("drive.friction_test.start", start),
-            valued("record.duration", duration),
-        ];
-        found.push(conflict(
-            keys,
-            "drive.friction_test.start below record.duration",
-        ));
+        let start = valued("drive.friction_test.start", start);
+        let rule = "drive.friction_test.start below record.duration";
+        found.push(conflict([start, valued("record.duration", duration)], rule));
     }
-    let estimator = scene
-        .control_estimator()
-        .and_then(|i| scene.estimators.get(i));
+    let estimator = (scene.control_estimator()).and_then(|i| scene.estimators.get(i));
     if let Some(estimator) = estimator.filter(|e| !e.settings.states_covariance()) {
         let keys = [
-            named("drive.kind", scene.control.kind.name()),
+            named("drive.kind", control.kind.name()),
             named("drive.estimator", &estimator.name),
         ];
         let rule = "an estimator with Kalman filters: drive.estimator of the preset \"best\"";
@@ -108,40 +102,41 @@ fn friction_test(scene: &Scene) -> Vec<Conflict> {
 }
 
 fn sensors(scene: &Scene) -> Vec<Conflict> {
-    let (jitter, rate) = (scene.sensors.spec.jitter, scene.sensors.rate);
+    let (jitter, rate, record_rate) = (
+        scene.sensors.spec.jitter,
+        scene.sensors.rate,
+        scene.record.rate,
+    );
+    let sensors_rate = || valued("sensors.rate", rate);
     let mut found = Vec::new();
-    if !is_whole(rate / scene.record.rate) {
-        let keys = [
-            valued("sensors.rate", rate),
-            valued("record.rate", scene.record.rate),
-        ];
-        found.push(conflict(
-            keys,
-            "sensors.rate a whole multiple of record.rate",
-        ));
+    if !is_whole(rate / record_rate) {
+        let keys = [sensors_rate(), valued("record.rate", record_rate)];
+        let rule = "sensors.rate a whole multiple of record.rate";
+        found.push(conflict(keys, rule));
     }
     if jitter * rate > MOST_JITTER {
-        let keys = [
-            valued("sensors.jitter", jitter),
-            valued("sensors.rate", rate),
-        ];
         let most = short(MOST_JITTER / rate);
         let rule =
             format!("sensors.jitter at most {most} s, {MOST_JITTER} of the time between samples");
-        found.push(conflict(keys, rule));
+        found.push(conflict(
+            [valued("sensors.jitter", jitter), sensors_rate()],
+            rule,
+        ));
     }
     found
 }
 
 fn engine(scene: &Scene) -> Vec<Conflict> {
     let (step, duration) = (scene.engine.step, scene.record.duration);
+    if duration / step <= MOST_STEPS {
+        return Vec::new();
+    }
     let keys = [
         valued("engine.step", step),
         valued("record.duration", duration),
     ];
     let rule = format!("at most {} steps", short(MOST_STEPS));
-    let too_many = duration / step > MOST_STEPS;
-    too_many.then(|| conflict(keys, rule)).into_iter().collect()
+    vec![conflict(keys, rule)]
 }
 
 /// The step of `rapier` against the stability limits of contact, friction and drive.

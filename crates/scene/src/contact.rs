@@ -3,8 +3,9 @@
 use crate::conflict::{Conflict, conflict, named, valued};
 use crate::form::word;
 use crate::key::keys;
-use crate::quantity::{CONTACT_STIFFNESS, DAMPING, LENGTH, NONE, SPEED};
-use crate::quantity::{above, at_least, number, short};
+use crate::quantity::{
+    CONTACT_STIFFNESS, DAMPING, LENGTH, NONE, SPEED, above, at_least, number, short,
+};
 use crate::scene::Scene;
 use crate::source::Node;
 use robhaz_sim::friction::{FrictionKind, FrictionLaw};

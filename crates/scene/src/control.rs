@@ -2,8 +2,8 @@
 
 use crate::conflict::{Conflict, conflict, named, valued};
 use crate::estimators;
+use crate::explicit_step::floor;
 use crate::form::{did_you_mean, quoted};
-use crate::quantity::short;
 use crate::reader::Reader;
 use crate::scene::Scene;
 use crate::source::Node;
@@ -45,16 +45,11 @@ pub(crate) fn choose_estimator(reader: &mut Reader, root: &Node, scene: &mut Sce
     }
 }
 
-/// Keys that do not go together with the kind of control.
+/// What does not go with one speed control, which has one set speed, and gains that the rate of its samples limits.
 pub(crate) fn conflicts(scene: &Scene) -> Vec<Conflict> {
-    match scene.control.kind {
-        ControlKind::Speed | ControlKind::FrictionTest => Vec::new(),
-        ControlKind::Shared => conflicts_of_shared(scene),
+    if scene.control.kind != ControlKind::Shared {
+        return Vec::new();
     }
-}
-
-/// One speed control has one set speed, and gains that the rate of its samples limits.
-fn conflicts_of_shared(scene: &Scene) -> Vec<Conflict> {
     let (drive, rate) = (&scene.drive, scene.sensors.rate);
     let kind = || named("drive.kind", scene.control.kind.name());
     let mut found = Vec::new();
@@ -63,33 +58,26 @@ fn conflicts_of_shared(scene: &Scene) -> Vec<Conflict> {
         let rule = "no [[drive.scaling]]: one speed control has one set speed for all wheels";
         found.push(conflict([count, kind()], rule));
     }
-    let sensors = || valued("sensors.rate", rate);
-    let most = largest_proportional_gain(&scene.robot.robot, rate);
-    if drive.kp > most {
-        let most = short(floor(most));
-        let rule = format!(
-            "drive.kp at most {most}, what the inertia of a wheel in the air bears at this rate"
-        );
-        found.push(conflict(
-            [valued("drive.kp", drive.kp), sensors(), kind()],
-            rule,
-        ));
-    }
-    let most = largest_integral_ratio(rate) * drive.kp;
-    if drive.ki > most {
-        let most = short(floor(most));
-        let rule = format!("drive.ki at most {most}, what drive.kp damps at this rate");
-        found.push(conflict(
-            [valued("drive.ki", drive.ki), sensors(), kind()],
-            rule,
-        ));
+    let gains = [
+        (
+            "drive.kp",
+            drive.kp,
+            largest_proportional_gain(&scene.robot.robot, rate),
+            "what the inertia of a wheel in the air bears at this rate",
+        ),
+        (
+            "drive.ki",
+            drive.ki,
+            largest_integral_ratio(rate) * drive.kp,
+            "what drive.kp damps at this rate",
+        ),
+    ];
+    for (key, gain, most, why) in gains.into_iter().filter(|(_, gain, most, _)| gain > most) {
+        let keys = [valued(key, gain), valued("sensors.rate", rate), kind()];
+        let rule = format!("{key} at most {}, {why}", floor(most));
+        found.push(conflict(keys, rule));
     }
     found
-}
-
-/// Rounded down to hundredths, so that what a message allows is allowed.
-fn floor(limit: f64) -> f64 {
-    (limit * 100.0).floor() / 100.0
 }
 
 /// The labels in words.

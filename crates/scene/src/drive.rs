@@ -1,13 +1,14 @@
 //! `[drive]`: eq. (2), motors, their speed control and its friction tests.
 
-use crate::form::{NAME, Plain, SWITCH, WHEEL_LIST, WHEEL_SET, word};
-use crate::key::keys;
-use crate::quantity::{LONGEST_RUN, NONE, ROTARY_DAMPING, SPEED, TIME, TORQUE, TORQUE_RATE};
-use crate::quantity::{above, at_least, number};
+use crate::form::{Plain, word};
+use crate::key::{List, Table, keys, section};
+use crate::quantity::{
+    LONGEST_RUN, NONE, ROTARY_DAMPING, SPEED, TIME, TORQUE, TORQUE_RATE, above, at_least, number,
+};
 use crate::reader::{Reader, join};
 use crate::scene::Scene;
 use crate::source::Node;
-use crate::tables::{List, Table, section};
+use crate::values::{NAME, SWITCH, WHEEL_LIST, WHEEL_SET};
 use crate::write::quote;
 use robhaz_control::{ControlKind, FrictionTestPlan};
 use robhaz_sim::scaling::SpeedScaling;

@@ -1,6 +1,5 @@
 //! Problems of a scene. Each names its file, line and key, what was found and what is allowed.
 
-use crate::excerpt::{Excerpt, harmless};
 use crate::source::Origin;
 use miette::{Diagnostic, LabeledSpan, SourceCode};
 use std::fmt;
@@ -13,7 +12,6 @@ pub struct Problem {
     key: String,
     message: String,
     origin: Option<Origin>,
-    excerpt: Option<Excerpt>,
     /// Whether it is about several keys or a missing key.
     pub(crate) whole: bool,
 }
@@ -25,7 +23,6 @@ impl Problem {
             line: (!source.is_override).then(|| origin.line()),
             key: harmless(key),
             origin: Some(origin.clone()),
-            excerpt: Some(Excerpt::of(origin)),
             ..Self::unread(&source.name, message)
         }
     }
@@ -38,7 +35,6 @@ impl Problem {
             key: String::new(),
             message: harmless(&message),
             origin: None,
-            excerpt: None,
             whole: false,
         }
     }
@@ -101,12 +97,12 @@ impl std::error::Error for Problem {}
 
 impl Diagnostic for Problem {
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        let excerpt = self.excerpt.as_ref()?;
-        Some(excerpt)
+        Some(&*self.origin.as_ref()?.source)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let label = LabeledSpan::new_with_span(None, self.excerpt.as_ref()?.span);
+        let place = self.origin.as_ref()?.of_first_line();
+        let label = LabeledSpan::new_with_span(None, (place.start, place.len()));
         Some(Box::new(std::iter::once(label)))
     }
 }
@@ -117,25 +113,20 @@ impl Diagnostic for Problem {
 /// a [`Diagnostic`] it shows the place of the first problem, and the others as related diagnostics.
 #[derive(Debug)]
 pub struct SceneError {
-    /// Boxed to keep results small.
-    first: Box<Problem>,
-    rest: Vec<Problem>,
+    /// Those that are shown: at least one.
+    shown: Vec<Problem>,
     /// Number of all problems.
     count: usize,
 }
 
 impl SceneError {
-    /// `count` is the number of all problems, including those that are not shown.
-    pub(crate) fn new(first: Problem, rest: Vec<Problem>, count: usize) -> Self {
-        Self {
-            first: Box::new(first),
-            rest,
-            count,
-        }
+    /// `count` is the number of all problems, including those that are not `shown`.
+    pub(crate) fn new(shown: Vec<Problem>, count: usize) -> Self {
+        Self { shown, count }
     }
 
     pub(crate) fn unread(file: &str, message: String) -> Self {
-        Self::new(Problem::unread(file, message), Vec::new(), 1)
+        Self::new(vec![Problem::unread(file, message)], 1)
     }
 
     /// Number of all problems.
@@ -151,17 +142,17 @@ impl SceneError {
     /// The problems that are shown: file by file in the order of their lines, those of overrides last. Of more than 20, the
     /// first 20 and a last one with the number of the others.
     pub fn problems(&self) -> impl Iterator<Item = &Problem> {
-        std::iter::once(&*self.first).chain(&self.rest)
+        self.shown.iter()
     }
 }
 
 impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.first.fmt(f)?;
-        match self.count - 1 {
-            0 => Ok(()),
-            1 => f.write_str(" (and 1 more problem)"),
-            n => write!(f, " (and {n} more problems)"),
+        self.shown.first().map_or(Ok(()), |first| first.fmt(f))?;
+        match self.count {
+            0 | 1 => Ok(()),
+            2 => f.write_str(" (and 1 more problem)"),
+            n => write!(f, " (and {} more problems)", n - 1),
         }
     }
 }
@@ -170,17 +161,41 @@ impl std::error::Error for SceneError {}
 
 impl Diagnostic for SceneError {
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.first.source_code()
+        self.shown.first()?.source_code()
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        self.first.labels()
+        self.shown.first()?.labels()
     }
 
     fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
-        if self.rest.is_empty() {
-            return None;
+        let rest = self.shown.get(1..).filter(|rest| !rest.is_empty())?;
+        Some(Box::new(rest.iter().map(|p| p as &dyn Diagnostic)))
+    }
+}
+
+/// Escapes a text for terminals: control characters and marks of the writing direction become escapes such as `\u{1b}`,
+/// a tab becomes a space.
+pub fn harmless(text: &str) -> String {
+    let is_mark = |c: char| matches!(c, '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}');
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '\t' => out.push(' '),
+            c if c.is_control() || is_mark(c) => out.extend(c.escape_unicode()),
+            c => out.push(c),
         }
-        Some(Box::new(self.rest.iter().map(|p| p as &dyn Diagnostic)))
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_that_is_printed_commands_a_terminal() {
+        let shown = harmless("a\u{1b}[31mb\u{9b}\r\n\tc\u{202e}é");
+        assert_eq!(shown, r"a\u{1b}[31mb\u{9b}\u{d}\u{a} c\u{202e}é");
     }
 }

@@ -1,10 +1,12 @@
 //! `[[estimator]]`: presets, and the keys that change them.
 
-use crate::form::{Form, KeyReference, NAME, SWITCH, items, word};
+use crate::form::{Form, KeyReference, word};
+use crate::json::items;
 use crate::key::{self, keys};
 use crate::quantity::{ANGULAR_FREQUENCY, LENGTH, ROTARY_DAMPING, TIME, above, at_least, number};
 use crate::reader::{Reader, join};
 use crate::source::{Entry, Node, Origin, Value};
+use crate::values::{NAME, SWITCH};
 use crate::write::Out;
 use robhaz_estimator::{
     ContactAngles, EstimatorSettings, Filters, KalmanMethod, Masses, Method, PaperMethod,

@@ -1,14 +1,12 @@
 //! Forms: what the value of a key may be. Each reads, writes and describes values of one type.
 
-use crate::error::Problem;
-use crate::quantity::{Dimension, NONE, Number, at_least, number, short};
+use crate::json::items;
 use crate::reader::{Reader, refusal};
 use crate::source::{Node, Value};
 use crate::suggest::nearest;
 use crate::write::{Out, quote};
-use robhaz_estimator::statics::{LOAD_PARAMETERS, LoadCovariance};
 use robhaz_model::Vec2;
-use serde_json::{Map, Value as Json, json};
+use serde_json::{Value as Json, json};
 use std::marker::PhantomData;
 
 /// A key of scene files.
@@ -112,172 +110,24 @@ impl<V> Form for Plain<V> {
     }
 }
 
-/// A value whose allowed values depend on other keys: what reads those reads it, too.
-pub(crate) const fn dependent(words: &'static str, schema: fn() -> Json) -> Plain<()> {
+/// A value that is never written.
+pub(crate) const fn read_only<V>(
+    words: &'static str,
+    schema: fn() -> Json,
+    read: fn(&Node) -> Option<V>,
+) -> Plain<V> {
     Plain {
         words,
         schema,
-        read: |_| Some(()),
-        text: |()| None,
+        read,
+        text: |_| None,
     }
 }
 
-/// A text of at least one character that is no blank; in words. None is written for an empty one.
-pub(crate) const fn text(words: &'static str) -> Plain<String> {
-    Plain {
-        words,
-        schema: || json!({"type": "string", "pattern": r"\S"}),
-        read: |node| {
-            Some(
-                node.as_text()
-                    .filter(|text| !text.trim().is_empty())?
-                    .to_owned(),
-            )
-        },
-        text: |text| (!text.is_empty()).then(|| quote(text)),
-    }
+/// A value whose allowed values depend on other keys: what reads those reads it, too.
+pub(crate) const fn dependent(words: &'static str, schema: fn() -> Json) -> Plain<()> {
+    read_only(words, schema, |_| Some(()))
 }
-
-/// Any text.
-pub(crate) const TEXT: Plain<String> = Plain {
-    schema: || json!({"type": "string"}),
-    read: |node| Some(node.as_text()?.to_owned()),
-    ..text("a text")
-};
-
-/// A name that becomes a part of file names.
-pub(crate) const NAME: Plain<String> = Plain {
-    schema: || json!({"type": "string", "pattern": "^[a-z0-9_-]{1,64}$"}),
-    read: |node| {
-        let is_name =
-            |text: &&str| (1..=LONGEST_NAME).contains(&text.len()) && text.chars().all(is_of_name);
-        Some(node.as_text().filter(is_name)?.to_owned())
-    },
-    ..text("a text of 1 to 64 lower-case letters a to z, digits, \"-\" and \"_\"")
-};
-const LONGEST_NAME: usize = 64;
-
-fn is_of_name(c: char) -> bool {
-    c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_'
-}
-
-/// A name from a file's stem: in lower case, with `-` for characters that are not allowed.
-pub fn from_stem(stem: &str) -> String {
-    let allow = |c: char| if is_of_name(c) { c } else { '-' };
-    let stem = stem.to_lowercase();
-    let name: String = stem.chars().take(LONGEST_NAME).map(allow).collect();
-    match name.is_empty() {
-        true => "scene".to_owned(),
-        false => name,
-    }
-}
-
-/// The seed of random numbers. No TOML file has larger numbers than 2^63 - 1.
-pub(crate) const SEED: Plain<u64> = Plain {
-    words: "a whole number of at least 0 and below 2^64",
-    schema: || json!({"type": "integer", "minimum": 0}),
-    read: |node| u64::try_from(node.whole()?).ok(),
-    text: |seed| Some(seed.to_string()),
-};
-
-/// A number of things.
-pub(crate) const COUNT: Plain<u32> = Plain {
-    words: "a whole number of at least 1 and at most 1000",
-    schema: || json!({"type": "integer", "minimum": 1, "maximum": 1000}),
-    read: |node| {
-        let whole = match node.value {
-            #[expect(clippy::cast_possible_truncation, reason = "out of range at the ends")]
-            Value::Float(number) if number.fract() == 0.0 => number as i128,
-            _ => node.whole()?,
-        };
-        u32::try_from(whole).ok().filter(|n| (1..=1000).contains(n))
-    },
-    text: |count| Some(count.to_string()),
-};
-
-/// Different wheels in their order, counted from 1 in the file and from 0 here.
-pub(crate) const WHEEL_LIST: Plain<[Option<usize>; 3]> = Plain {
-    words: "an array of 1 to 3 different wheels: 1 front, 2 middle, 3 rear",
-    schema: || json!({"type": "array", "items": {"enum": [1, 2, 3]}, "minItems": 1, "uniqueItems": true}),
-    read: |node| {
-        let Value::Array(items) = &node.value else {
-            return None;
-        };
-        let mut wheels = [None; 3];
-        for (i, item) in items.iter().enumerate() {
-            let wheel = usize::try_from(item.whole()?).ok()?.checked_sub(1)?;
-            let is_new = wheel < 3 && !wheels.contains(&Some(wheel));
-            *wheels.get_mut(i)? = Some(is_new.then_some(wheel)?);
-        }
-        wheels[0].map(|_| wheels)
-    },
-    text: |wheels| {
-        let wheels: Vec<_> = wheels
-            .iter()
-            .flatten()
-            .map(|w| (w + 1).to_string())
-            .collect();
-        Some(format!("[{}]", wheels.join(", ")))
-    },
-};
-
-/// Different wheels, whether each is among them.
-pub(crate) const WHEEL_SET: Plain<[bool; 3]> = Plain {
-    words: WHEEL_LIST.words,
-    schema: WHEEL_LIST.schema,
-    read: |node| {
-        let wheels = (WHEEL_LIST.read)(node)?;
-        Some([0, 1, 2].map(|w| wheels.contains(&Some(w))))
-    },
-    text: |set| (WHEEL_LIST.text)(&[0, 1, 2].map(|w| set[w].then_some(w))),
-};
-
-impl Form for Number {
-    type Value = f64;
-
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut f64) {
-        if let Some(value) = reader.number(self, node, path) {
-            *into = value;
-        }
-    }
-
-    /// The shortest decimal that reads back as the same bits.
-    fn text(&self, value: &mut f64) -> Option<String> {
-        Some(format!("{value:?}"))
-    }
-
-    fn allowed(&self) -> String {
-        self.allowed_in_full()
-    }
-
-    fn allowed_values(&self) -> String {
-        let range = self.range.to_string();
-        range.trim_start_matches("of ").to_owned()
-    }
-
-    /// A number in its range, or a text of a number and a unit. The range of such a text is not in the schema.
-    fn schema(&self, _defaults: Option<&mut f64>) -> Json {
-        let bare = bounded(self);
-        match self.unit.units.is_empty() {
-            true => bare,
-            false => json!({"anyOf": [bare, with_unit(self.unit)]}),
-        }
-    }
-
-    fn units(&self) -> &'static [&'static str] {
-        self.unit.names
-    }
-
-    fn shown(&self, value: &mut f64) -> String {
-        short(*value)
-    }
-}
-
-/// `"off"` or `"on"`, or a boolean.
-pub(crate) const SWITCH: Word<bool> = word(&[false, true], |on| match on {
-    false => "off",
-    true => "on",
-});
 
 /// One of a few values, by its word.
 pub(crate) struct Word<E: 'static> {
@@ -356,9 +206,6 @@ pub(crate) struct Array<F, V> {
     values: PhantomData<V>,
 }
 
-/// `[x, y]`
-pub(crate) type Point = Array<Number, Vec2>;
-
 /// An array of a fixed number of values; `words` have `{}` for an item.
 pub(crate) const fn array<F, V>(words: &'static str, item: F) -> Array<F, V> {
     Array {
@@ -366,11 +213,6 @@ pub(crate) const fn array<F, V>(words: &'static str, item: F) -> Array<F, V> {
         words,
         values: PhantomData,
     }
-}
-
-/// A point in a range, SI.
-pub(crate) const fn point(number: Number) -> Point {
-    array("[x, y], each {}", number)
 }
 
 /// Values in a row.
@@ -439,59 +281,6 @@ impl<F, V> Array<F, V> {
     }
 }
 
-type Row = Array<Number, [f64; LOAD_PARAMETERS]>;
-
-/// Rows of a covariance of the load parameters, SI.
-pub(crate) struct Covariance;
-
-impl Covariance {
-    const ROWS: Array<Row, [[f64; LOAD_PARAMETERS]; LOAD_PARAMETERS]> =
-        array("", array("", number(NONE, at_least(-1e12).at_most(1e12))));
-}
-
-impl Form for Covariance {
-    type Value = Option<LoadCovariance>;
-
-    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Self::Value) {
-        let is_row =
-            |n: &Node| matches!(&n.value, Value::Array(cells) if cells.len() == LOAD_PARAMETERS);
-        match &node.value {
-            Value::Array(rows) if rows.len() == LOAD_PARAMETERS && rows.iter().all(is_row) => {}
-            _ => return reader.refuse(node, path, &self.allowed()),
-        }
-        let (mark, mut rows) = (reader.mark(), [[0.0; LOAD_PARAMETERS]; LOAD_PARAMETERS]);
-        Self::ROWS.read(reader, node, path, &mut rows);
-        if reader.mark() != mark {
-            return;
-        }
-        match LoadCovariance::new(&rows) {
-            Ok(covariance) => *into = Some(covariance),
-            Err(error) => {
-                let allowed = self.allowed();
-                let message = format!("it is no covariance: {error}; allowed: {allowed}");
-                reader.push(Problem::at(&node.origin, path, message).whole());
-            }
-        }
-    }
-
-    fn text(&self, value: &mut Self::Value) -> Option<String> {
-        let text = Self::ROWS.text(&mut value.as_ref()?.rows())?;
-        Some(
-            text.replace("[[", "[\n[")
-                .replace("], ", "],\n")
-                .replace("]]", "]\n]"),
-        )
-    }
-
-    fn allowed(&self) -> String {
-        format!("{LOAD_PARAMETERS} rows of {LOAD_PARAMETERS} numbers, a covariance")
-    }
-
-    fn schema(&self, _defaults: Option<&mut Self::Value>) -> Json {
-        Self::ROWS.schema(None)
-    }
-}
-
 impl Reader {
     /// The items of an array with so many, each with its path; none after a problem.
     pub fn items<'n>(
@@ -513,29 +302,6 @@ impl Reader {
                 Vec::new()
             }
         }
-    }
-
-    /// A number in SI, within its range.
-    pub fn number(&mut self, number: &Number, node: &Node, path: &str) -> Option<f64> {
-        let value = match &node.value {
-            Value::Float(value) | Value::Integer(_, value) => *value,
-            Value::Text(text) => match number.parse(text, &node.origin.found()) {
-                Ok(value) => value,
-                Err(message) => {
-                    self.push(Problem::at(&node.origin, path, message));
-                    return None;
-                }
-            },
-            _ => {
-                self.refuse(node, path, &number.allowed_in_full());
-                return None;
-            }
-        };
-        if number.range.contains(value) {
-            return Some(value);
-        }
-        self.refuse(node, path, &number.allowed());
-        None
     }
 
     /// The index of a word among those allowed.
@@ -565,76 +331,4 @@ pub(crate) fn did_you_mean(found: &str, words: &[&str]) -> String {
 pub(crate) fn quoted(words: &[&str]) -> String {
     let words: Vec<_> = words.iter().map(|w| format!("\"{w}\"")).collect();
     words.join(", ")
-}
-
-/// JSON Schema of a table with these properties and no others.
-pub(crate) fn object(properties: Map<String, Json>, required: &[&str]) -> Json {
-    let mut object = json!({
-        "type": "object",
-        "additionalProperties": false,
-        "properties": properties,
-    });
-    if !required.is_empty() {
-        object["required"] = json!(required);
-    }
-    object
-}
-
-/// JSON Schema of a list of at least `least` and at most `most` items.
-pub(crate) fn items(item: Json, least: usize, most: usize) -> Json {
-    json!({"type": "array", "items": item, "minItems": least, "maxItems": most})
-}
-
-/// A text of a number, as the reader takes it, and a unit.
-pub(crate) fn with_unit(unit: &Dimension) -> Json {
-    const NUMBER: &str = r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?";
-    let units: Vec<String> = unit.names.iter().map(|name| escaped(name)).collect();
-    let pattern = format!(r"^\s*{NUMBER}\s*({})\s*$", units.join("|"));
-    json!({"type": "string", "pattern": pattern})
-}
-
-/// The name of a unit as a regular expression; any blanks between its parts.
-fn escaped(unit: &str) -> String {
-    let mut out = String::new();
-    for c in unit.chars() {
-        match c {
-            ' ' => out += r"\s+",
-            c if c.is_ascii_alphanumeric() => out.push(c),
-            c => out.extend(['\\', c]),
-        }
-    }
-    out
-}
-
-fn bounded(number: &Number) -> Json {
-    let mut schema = json!({"type": "number"});
-    let names = [
-        ["exclusiveMinimum", "minimum"],
-        ["exclusiveMaximum", "maximum"],
-    ];
-    for (end, names) in [number.range.low, number.range.high].into_iter().zip(names) {
-        if let Some((at, included)) = end {
-            schema[names[usize::from(included)]] = json!(at);
-        }
-    }
-    schema
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::quantity::{INERTIA, RATE_WALK};
-
-    #[test]
-    fn units_are_taken_literally() {
-        assert_eq!(escaped(RATE_WALK.si()), r"rad\/s\/sqrt\(s\)");
-        assert_eq!(escaped(INERTIA.si()), r"kg\s+m\^2");
-    }
-
-    #[test]
-    fn stems_become_names() {
-        assert_eq!(from_stem("smooth-soft_2"), "smooth-soft_2");
-        assert_eq!(from_stem("My Scene"), "my-scene");
-        assert_eq!(from_stem(""), "scene");
-    }
 }

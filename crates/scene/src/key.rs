@@ -1,10 +1,11 @@
-//! Keys: name, meaning, form of the value, and the field that it sets. Each is declared once, by [`keys!`].
+//! Keys and tables of keys. A key has a name, a meaning, the form of its value, and the field that it sets. Each is declared once, by [`keys!`].
 //!
 //! Reading, writing, the reference in `docs/scenes.md` and JSON Schema walk these declarations. Defaults are not declared:
 //! they come from the `Default` or a named constructor of the type that holds the field.
 
 use crate::error::Problem;
-use crate::form::{Form, KeyReference, object};
+use crate::form::{Form, KeyReference};
+use crate::json::{items, object};
 use crate::reader::{Reader, join};
 use crate::source::{Entry, Node};
 use crate::write::{Out, quote};
@@ -120,8 +121,18 @@ impl Reader {
         for entry in entries {
             self.entry(keys, entry, path, into);
         }
-        for key in keys.iter().filter(|k| k.absent == Absent::Required) {
-            if node.get(key.name).is_none() {
+        self.require(keys, node, path);
+    }
+
+    /// Adds a problem for each key without a default that a table lacks.
+    pub fn require<'k, T: 'static>(
+        &mut self,
+        keys: impl IntoIterator<Item = &'k Key<T>>,
+        node: &Node,
+        path: &str,
+    ) {
+        for key in keys {
+            if key.absent == Absent::Required && node.get(key.name).is_none() {
                 self.missing(node, &join(path, key.name), &key.field.allowed());
             }
         }
@@ -158,8 +169,13 @@ impl Out {
     }
 
     /// The keys of a table whose heading is written, then the tables in it.
-    pub fn table<T: 'static>(&mut self, keys: &[Key<T>], of: &mut T, path: &str) {
-        self.fields(keys, of);
+    pub fn table<'k, T: 'static>(
+        &mut self,
+        keys: impl IntoIterator<Item = &'k Key<T>> + Clone,
+        of: &mut T,
+        path: &str,
+    ) {
+        self.fields(keys.clone(), of);
         self.tables(keys, of, path);
     }
 
@@ -181,7 +197,12 @@ impl Out {
     }
 
     /// The tables in a table.
-    pub fn tables<T>(&mut self, keys: &[Key<T>], of: &mut T, path: &str) {
+    pub fn tables<'k, T: 'static>(
+        &mut self,
+        keys: impl IntoIterator<Item = &'k Key<T>>,
+        of: &mut T,
+        path: &str,
+    ) {
         for key in keys {
             key.field
                 .tables(self, &join(path, key.name), key.meaning, of);
@@ -190,8 +211,10 @@ impl Out {
 }
 
 /// The names of keys, in their order.
-pub(crate) fn names<T>(keys: &[Key<T>]) -> Vec<&'static str> {
-    keys.iter().map(|k| k.name).collect()
+pub(crate) fn names<'k, T: 'static>(
+    keys: impl IntoIterator<Item = &'k Key<T>>,
+) -> Vec<&'static str> {
+    keys.into_iter().map(|k| k.name).collect()
 }
 
 /// The rows of the reference: keys of a table, then those of the tables in it. `of` holds the defaults.
@@ -227,13 +250,17 @@ pub(crate) fn schema<T>(keys: &[Key<T>], of: Option<&mut T>) -> Json {
 }
 
 /// The names of the keys without a default.
-pub(crate) fn required<T>(keys: &[Key<T>]) -> Vec<&'static str> {
-    let required = keys.iter().filter(|k| k.absent == Absent::Required);
-    required.map(|k| k.name).collect()
+pub(crate) fn required<'k, T: 'static>(
+    keys: impl IntoIterator<Item = &'k Key<T>>,
+) -> Vec<&'static str> {
+    names((keys.into_iter()).filter(|k| k.absent == Absent::Required))
 }
 
 /// JSON Schema of each key.
-pub(crate) fn properties<T>(keys: &[Key<T>], mut of: Option<&mut T>) -> Map<String, Json> {
+pub(crate) fn properties<'k, T: 'static>(
+    keys: impl IntoIterator<Item = &'k Key<T>>,
+    mut of: Option<&mut T>,
+) -> Map<String, Json> {
     let property = |key: &Key<T>| {
         let mut schema = key.field.schema(of.as_deref_mut());
         let mut meaning = key.meaning.to_owned();
@@ -252,5 +279,112 @@ pub(crate) fn properties<T>(keys: &[Key<T>], mut of: Option<&mut T>) -> Map<Stri
         }
         (key.name.to_owned(), schema)
     };
-    keys.iter().map(property).collect()
+    keys.into_iter().map(property).collect()
+}
+
+/// A table.
+pub(crate) struct Table<T: 'static> {
+    pub keys: &'static [Key<T>],
+    /// In words; empty for a section, of which tables of keys list the keys alone.
+    pub words: &'static str,
+    /// Whether it is not written.
+    pub is_hidden: fn(&T) -> bool,
+    /// Checks a table whose keys have no problem.
+    pub check: fn(&mut Reader, &Node, &T),
+}
+
+/// A table of which tables of keys list the keys alone.
+pub(crate) const fn section<T>(keys: &'static [Key<T>]) -> Table<T> {
+    Table {
+        keys,
+        words: "",
+        is_hidden: |_| false,
+        check: |_, _, _| {},
+    }
+}
+
+impl<T> Form for Table<T> {
+    type Value = T;
+
+    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut T) {
+        let mark = reader.mark();
+        reader.table(self.keys, node, path, into);
+        if reader.mark() == mark {
+            (self.check)(reader, node, into);
+        }
+    }
+
+    fn allowed(&self) -> String {
+        match self.words {
+            "" => "a table".to_owned(),
+            words => words.to_owned(),
+        }
+    }
+
+    fn schema(&self, defaults: Option<&mut T>) -> Json {
+        schema(self.keys, defaults)
+    }
+
+    fn is_section(&self) -> bool {
+        self.words.is_empty()
+    }
+
+    fn tables(&self, out: &mut Out, path: &str, meaning: &str, value: &mut T) {
+        if !(self.is_hidden)(value) {
+            out.head(&format!("[{path}]"), meaning);
+            out.table(self.keys, value, path);
+        }
+    }
+
+    fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, value: &mut T) {
+        self::rows(rows, self.keys, path, value);
+    }
+}
+
+/// Tables, each headed `[[path]]`.
+pub(crate) struct List<T: 'static> {
+    pub keys: &'static [Key<T>],
+    /// In words; empty for a list of which tables of keys list the keys alone.
+    pub words: &'static str,
+    pub least: usize,
+    pub most: usize,
+    /// An item before its keys are read.
+    pub start: fn() -> T,
+    /// Checks an item whose keys have no problem, with those before it.
+    pub check: fn(&mut Reader, &Node, &str, &mut T, &[T]),
+}
+
+impl<T> Form for List<T> {
+    type Value = Vec<T>;
+
+    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut Vec<T>) {
+        into.clear();
+        for (item, path) in reader.items(node, path, self.least..=self.most, || self.allowed()) {
+            let (mark, mut value) = (reader.mark(), (self.start)());
+            reader.table(self.keys, item, &path, &mut value);
+            if reader.mark() == mark {
+                (self.check)(reader, item, &path, &mut value, into);
+                into.push(value);
+            }
+        }
+    }
+
+    fn allowed(&self) -> String {
+        self.words.to_owned()
+    }
+
+    fn schema(&self, _defaults: Option<&mut Vec<T>>) -> Json {
+        items(schema(self.keys, None), self.least, self.most)
+    }
+
+    fn tables(&self, out: &mut Out, path: &str, _meaning: &str, value: &mut Vec<T>) {
+        for item in value {
+            out.head(&format!("[[{path}]]"), "");
+            out.table(self.keys, item, path);
+        }
+    }
+
+    fn rows(&self, rows: &mut Vec<KeyReference>, path: &str, _value: &mut Vec<T>) {
+        self::rows(rows, self.keys, &format!("{path}[]"), &mut (self.start)());
+    }
 }

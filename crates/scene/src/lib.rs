@@ -8,15 +8,15 @@
 //! | modules | job |
 //! |---|---|
 //! | `source` | a file or an override as a tree of values with their places |
-//! | `key` | keys: name, meaning, form, field; each declared once |
-//! | `form`, `tables`, `quantity` | what a value may be: read, written, described; tables of keys; numbers with unit and range |
+//! | `key` | keys: name, meaning, form, field; each declared once; tables of keys |
+//! | `form`, `values`, `quantity` | what a value may be: read, written, described; single values; numbers with unit and range |
 //! | `load` | all keys of a scene; from a file to a [`Scene`] and back |
 //! | `robot`, `terrain`, `contact`, `drive`, `sensors`, `estimators` | its sections |
 //! | `overrides`, `checks`, `conflict`, `explicit_step`, `control` | overrides of the command line; rules over several keys |
 //! | `log` | descriptions of recorded logs |
 //! | `study` | study files: what is varied in which scene |
-//! | `write`, `reference`, `schema` | files, tables of keys and JSON Schema from the declarations |
-//! | `reader`, `error`, `excerpt`, `suggest` | problems and their messages |
+//! | `write`, `reference`, `schema`, `json` | files, tables of keys and JSON Schema from the declarations |
+//! | `reader`, `error`, `suggest` | problems and their messages |
 
 mod checks;
 mod conflict;
@@ -25,13 +25,12 @@ mod control;
 mod drive;
 mod error;
 mod estimators;
-mod excerpt;
 mod explicit_step;
 mod form;
+mod json;
 mod key;
 mod load;
 mod log;
-mod model_error;
 mod overrides;
 mod plant_failure;
 mod quantity;
@@ -44,22 +43,21 @@ mod sensors;
 mod source;
 mod study;
 mod suggest;
-mod tables;
 mod terrain;
+mod values;
 mod write;
 
-pub use error::{Problem, SceneError};
+pub use error::{Problem, SceneError, harmless};
 pub use estimators::EstimatorChoice;
-pub use excerpt::harmless;
-pub use form::{KeyReference, from_stem};
+pub use form::KeyReference;
 pub use log::{
     ChannelChoice, ImuChoice, InclinationSource, LogChoice, LogEstimator, Mapping,
     NeedsContactAngles, READINGS, ReadingChoice, UnknownEstimator,
 };
-pub use model_error::{ModelError, ModelErrorTooLarge, NominalRobot, simulated_weighing};
 pub use plant_failure::PlantFailure;
 pub use reference::{log_reference, reference};
 pub use robhaz_control::ControlKind;
+pub use robhaz_masses::{ModelError, ModelErrorTooLarge, NominalRobot};
 pub use robhaz_sim::EngineKind;
 pub use robhaz_sim::sensors::{Grade, SensorSpec};
 pub use robot::RobotChoice;
@@ -70,3 +68,4 @@ pub use study::{
     StudyChoice, StudyTables,
 };
 pub use terrain::{TerrainChoice, Track};
+pub use values::from_stem;

@@ -2,17 +2,17 @@
 
 use crate::error::SceneError;
 use crate::estimators::Estimators;
-use crate::form::{KeyReference, NAME, SEED, from_stem, word};
-use crate::key::{self, keys};
-use crate::model_error::ModelError;
+use crate::form::{KeyReference, word};
+use crate::key::{self, keys, section};
 use crate::quantity::{FREQUENCY, LONGEST_RUN, NONE, TIME, above, at_least, number};
 use crate::reader::Reader;
 use crate::scene::{Scene, SensorChoice};
-use crate::source::{self, Node, Source};
-use crate::tables::section;
+use crate::source::Node;
 use crate::terrain::Terrain;
+use crate::values::{NAME, SEED, from_stem};
 use crate::write::Out;
 use crate::{checks, contact, control, drive, overrides, robot, sensors};
+use robhaz_masses::ModelError;
 use robhaz_sim::{EngineKind, StartKind};
 use std::path::Path;
 use std::sync::LazyLock;
@@ -100,10 +100,7 @@ impl Scene {
     /// [`SceneError`] with all problems of the file, of files that it names, and of the overrides.
     pub fn load(path: &Path, overrides: &[String]) -> Result<Self, SceneError> {
         let shown = path.display().to_string();
-        let text = source::read_toml(path).map_err(|error| {
-            let message = format!("{error}; allowed: a scene file in TOML, UTF-8");
-            SceneError::unread(&shown, message)
-        })?;
+        let text = Reader::text(path, "a scene file in TOML, UTF-8")?;
         let base_dir = path.parent().unwrap_or(Path::new(""));
         Self::parse(&text, &shown, base_dir, overrides)
     }
@@ -121,18 +118,15 @@ impl Scene {
         base_dir: &Path,
         overrides: &[String],
     ) -> Result<Self, SceneError> {
-        source::check_toml(text).map_err(|error| SceneError::unread(source_name, error))?;
-        let mut reader = Reader::new(base_dir.to_owned(), home_of);
-        let root = reader.document(&Source::file(source_name, text));
-        let scene = root.map(|mut root| {
+        let reader = Reader::new(base_dir.to_owned(), home_of);
+        reader.read(source_name, text, |reader, mut root| {
             for text in overrides {
-                overrides::apply(&mut reader, &mut root, text);
+                overrides::apply(reader, &mut root, text);
             }
             sensors::forget_old_grade(&mut root);
             contact::forget_old_law(&mut root);
-            read(&mut reader, &root, source_name)
-        });
-        reader.finish(scene)
+            Some(read(reader, &root, source_name))
+        })
     }
 }
 

@@ -1,18 +1,17 @@
-//! Numbers: unit and range. A bare number is SI, a text such as `"20 cm/s"` carries its own unit.
+//! Numbers: unit and range, read, written and described. A bare number is SI, a text such as `"20 cm/s"` carries its own unit.
 
+use crate::error::Problem;
+use crate::form::{Array, Form, array};
+use crate::reader::Reader;
+use crate::source::{Node, Value};
+use robhaz_model::Vec2;
+use serde_json::{Value as Json, json};
 use std::fmt;
 
 /// A unit by its name, and how a number in it becomes SI.
 pub(crate) struct Unit {
     pub name: &'static str,
     to_si: fn(f64) -> f64,
-}
-
-impl Unit {
-    /// A number of this unit in SI.
-    pub fn to_si(&self, value: f64) -> f64 {
-        (self.to_si)(value)
-    }
 }
 
 /// The units in which a key may be written: SI first. None for a pure number.
@@ -258,22 +257,125 @@ impl Number {
     }
 }
 
-/// A count with a space between groups of three digits.
-pub(crate) fn grouped(count: usize) -> String {
-    let digits = count.to_string();
-    let mut out = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            out.push(' ');
+impl Form for Number {
+    type Value = f64;
+
+    fn read(&self, reader: &mut Reader, node: &Node, path: &str, into: &mut f64) {
+        if let Some(value) = reader.number(self, node, path) {
+            *into = value;
         }
-        out.push(digit);
+    }
+
+    /// The shortest decimal that reads back as the same bits.
+    fn text(&self, value: &mut f64) -> Option<String> {
+        Some(format!("{value:?}"))
+    }
+
+    fn allowed(&self) -> String {
+        self.allowed_in_full()
+    }
+
+    fn allowed_values(&self) -> String {
+        let range = self.range.to_string();
+        range.trim_start_matches("of ").to_owned()
+    }
+
+    /// A number in its range, or a text of a number and a unit. The range of such a text is not in the schema.
+    fn schema(&self, _defaults: Option<&mut f64>) -> Json {
+        let bare = bounded(self);
+        match self.unit.units.is_empty() {
+            true => bare,
+            false => json!({"anyOf": [bare, with_unit(self.unit)]}),
+        }
+    }
+
+    fn units(&self) -> &'static [&'static str] {
+        self.unit.names
+    }
+
+    fn shown(&self, value: &mut f64) -> String {
+        short(*value)
+    }
+}
+
+impl Reader {
+    /// A number in SI, within its range.
+    pub fn number(&mut self, number: &Number, node: &Node, path: &str) -> Option<f64> {
+        let value = match &node.value {
+            Value::Float(value) | Value::Integer(_, value) => *value,
+            Value::Text(text) => match number.parse(text, &node.origin.found()) {
+                Ok(value) => value,
+                Err(message) => {
+                    self.push(Problem::at(&node.origin, path, message));
+                    return None;
+                }
+            },
+            _ => {
+                self.refuse(node, path, &number.allowed_in_full());
+                return None;
+            }
+        };
+        if number.range.contains(value) {
+            return Some(value);
+        }
+        self.refuse(node, path, &number.allowed());
+        None
+    }
+}
+
+/// `[x, y]`
+pub(crate) type Point = Array<Number, Vec2>;
+
+/// A point in a range, SI.
+pub(crate) const fn point(number: Number) -> Point {
+    array("[x, y], each {}", number)
+}
+
+/// A text of a number, as the reader takes it, and a unit.
+pub(crate) fn with_unit(unit: &Dimension) -> Json {
+    const NUMBER: &str = r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?";
+    let units: Vec<String> = unit.names.iter().map(|name| escaped(name)).collect();
+    let pattern = format!(r"^\s*{NUMBER}\s*({})\s*$", units.join("|"));
+    json!({"type": "string", "pattern": pattern})
+}
+
+/// The name of a unit as a regular expression; any blanks between its parts.
+fn escaped(unit: &str) -> String {
+    let mut out = String::new();
+    for c in unit.chars() {
+        match c {
+            ' ' => out += r"\s+",
+            c if c.is_ascii_alphanumeric() => out.push(c),
+            c => out.extend(['\\', c]),
+        }
     }
     out
+}
+
+/// A number in its range.
+fn bounded(number: &Number) -> Json {
+    let mut schema = json!({"type": "number"});
+    let names = [
+        ["exclusiveMinimum", "minimum"],
+        ["exclusiveMaximum", "maximum"],
+    ];
+    for (end, names) in [number.range.low, number.range.high].into_iter().zip(names) {
+        if let Some((at, included)) = end {
+            schema[names[usize::from(included)]] = json!(at);
+        }
+    }
+    schema
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn units_are_taken_literally() {
+        assert_eq!(escaped(RATE_WALK.si()), r"rad\/s\/sqrt\(s\)");
+        assert_eq!(escaped(INERTIA.si()), r"kg\s+m\^2");
+    }
 
     #[test]
     fn units_become_si() {

@@ -1,10 +1,10 @@
 //! Collects the problems of a scene while it is read.
 
 use crate::error::{Problem, SceneError};
-use crate::quantity::grouped;
-use crate::source::{Entry, Node, Origin, Source, Value, document};
+use crate::source::{self, Entry, Node, Origin, Source, Value, document};
 use crate::suggest::nearest;
-use std::path::PathBuf;
+use crate::write::grouped;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Largest number of problems that are shown.
@@ -35,6 +35,27 @@ impl Reader {
             seed: 0,
             home_of,
         }
+    }
+
+    /// The text of a file; `allowed` says what it must be.
+    pub fn text(path: &Path, allowed: &str) -> Result<String, SceneError> {
+        source::read_toml(path).map_err(|error| {
+            let message = format!("{error}; allowed: {allowed}");
+            SceneError::unread(&path.display().to_string(), message)
+        })
+    }
+
+    /// Parses a text as TOML and reads it with `read`; the error has all problems.
+    pub fn read<T>(
+        mut self,
+        name: &str,
+        text: &str,
+        read: impl FnOnce(&mut Self, Node) -> Option<T>,
+    ) -> Result<T, SceneError> {
+        source::check_toml(text).map_err(|error| SceneError::unread(name, error))?;
+        let root = self.document(&Source::file(name, text));
+        let value = root.and_then(|root| read(&mut self, root));
+        self.finish(value)
     }
 
     /// The entries of a table; anything else is a problem.
@@ -104,7 +125,7 @@ impl Reader {
     }
 
     /// What was read, or the problems by file and line. Nothing was read only after a problem.
-    pub fn finish<T>(self, value: Option<T>) -> Result<T, SceneError> {
+    fn finish<T>(self, value: Option<T>) -> Result<T, SceneError> {
         let mut problems = self.problems;
         let count = problems.len() + self.hidden;
         let place = |p: &Problem| {
@@ -113,17 +134,17 @@ impl Reader {
         };
         problems.sort_by_cached_key(place);
         problems.truncate(SHOWN);
-        let mut shown = problems.into_iter();
-        let first = match (shown.next(), value) {
+        let first = match (problems.first(), value) {
             (None, Some(value)) => return Ok(value),
-            (first, _) => first.unwrap_or_else(|| Problem::unread("", "cannot be read".to_owned())),
+            (None, None) => return Err(SceneError::unread("", "cannot be read".to_owned())),
+            (Some(first), _) => first,
         };
-        let mut rest: Vec<Problem> = shown.collect();
         if count > SHOWN {
             let message = format!("and {} more problems", grouped(count - SHOWN));
-            rest.push(Problem::unread(first.file(), message));
+            let more = Problem::unread(first.file(), message);
+            problems.push(more);
         }
-        Err(SceneError::new(first, rest, count))
+        Err(SceneError::new(problems, count))
     }
 }
 

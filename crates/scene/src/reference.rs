@@ -10,23 +10,12 @@ pub fn reference() -> Vec<KeyReference> {
     scene_keys()
 }
 
-/// The rows of the tables of keys in `docs/logs.md`: key, SI unit, default, allowed values, meaning. The text
-/// explains the keys above all tables; those of `[robot]` and `[[estimator]]` are as in a scene.
-pub fn log_reference() -> Vec<[String; 5]> {
+/// The rows of the tables of keys in `docs/logs.md`. The text explains the keys above all tables; those of `[robot]` and
+/// `[[estimator]]` are as in a scene.
+pub fn log_reference() -> Vec<KeyReference> {
     let mut rows = Vec::new();
     key::rows(&mut rows, LOG, "", &mut LogChoice::default());
     let as_in_a_scene = |key: &str| key.starts_with("robot.") || key.starts_with("estimator");
-    let own = rows
-        .into_iter()
-        .filter(|row| row.key.contains('.') && !as_in_a_scene(&row.key));
-    own.map(|r| {
-        [
-            r.key,
-            r.unit.to_owned(),
-            r.default,
-            r.allowed,
-            r.meaning.to_owned(),
-        ]
-    })
-    .collect()
+    rows.retain(|row| row.key.contains('.') && !as_in_a_scene(&row.key));
+    rows
 }

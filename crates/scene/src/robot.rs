@@ -1,15 +1,15 @@
 //! `[robot]`: geometry and masses, by name, from a file, or written in the scene.
 
 use crate::error::Problem;
-use crate::form::{
-    Array, Form, KeyReference, Point, TEXT, array, did_you_mean, point, quoted, word,
+use crate::form::{Array, Form, KeyReference, array, did_you_mean, quoted, word};
+use crate::key::{self, Key, Table, keys, section};
+use crate::quantity::{
+    ANGLE, INERTIA, LENGTH, MASS, Number, Point, STOP_DAMPING, STOP_STIFFNESS, above, at_least,
+    number, point,
 };
-use crate::key::{self, Key, keys};
-use crate::quantity::{ANGLE, INERTIA, LENGTH, MASS, STOP_DAMPING, STOP_STIFFNESS};
-use crate::quantity::{Number, above, at_least, number};
 use crate::reader::{Reader, join};
 use crate::source::{self, Entry, Node, Origin, Source, Value};
-use crate::tables::{Table, section};
+use crate::values::TEXT;
 use crate::write::Out;
 use robhaz_model::{
     Bar, Carrier, Geometry, GeometryError, Outline, Pin, Robot, StanceError, Vec2, mean_link_cgs,
@@ -24,20 +24,12 @@ const LEVEL: f64 = 1e-4;
 const DEFAULT_GEOMETRY: &str = "A";
 const DEFAULT_MASS: &str = "caption";
 
-/// A robot file that is compiled into the program.
-struct BuiltIn {
-    name: &'static str,
-    file: &'static str,
-    text: &'static str,
-}
+/// A robot file that is compiled into the program: its name, path and text.
+type BuiltIn = (&'static str, &'static str, &'static str);
 
 macro_rules! builtin {
     ($name:literal, $file:literal) => {
-        BuiltIn {
-            name: $name,
-            file: $file,
-            text: include_str!(concat!("../../../", $file)),
-        }
+        ($name, $file, include_str!(concat!("../../../", $file)))
     };
 }
 
@@ -219,17 +211,13 @@ impl Form for Part {
 
 impl Part {
     fn names(&self) -> Vec<&'static str> {
-        self.builtins.iter().map(|b| b.name).collect()
-    }
-
-    fn builtin(&self, reader: &mut Reader, builtin: &BuiltIn) -> Option<Node> {
-        reader.document(&Source::file(builtin.file, builtin.text))
+        self.builtins.iter().map(|b| b.0).collect()
     }
 
     /// The content of a built-in or a file.
     fn by_name(&self, reader: &mut Reader, node: &Node, name: &str) -> Option<Node> {
-        if let Some(builtin) = self.builtins.iter().find(|b| b.name == name) {
-            return self.builtin(reader, builtin);
+        if let Some((_, file, text)) = self.builtins.iter().find(|b| b.0 == name) {
+            return reader.document(&Source::file(file, text));
         }
         if Path::new(name).extension().is_none_or(|e| e != "toml") {
             let allowed = self.allowed() + &did_you_mean(name, &self.names());
@@ -258,9 +246,11 @@ impl Part {
         reader: &mut Reader,
         chosen: Option<&Node>,
     ) -> Option<(String, Node, &'static str)> {
-        let default = &self.builtins[0];
         let (name, node, path) = match chosen.map(|node| (node, &node.value)) {
-            None => (default.name, self.builtin(reader, default)?, ""),
+            None => {
+                let (name, file, text) = self.builtins[0];
+                (name, reader.document(&Source::file(file, text))?, "")
+            }
             Some((node, Value::Text(name))) => {
                 (name.as_str(), self.by_name(reader, node, name)?, "")
             }

@@ -1,6 +1,7 @@
 //! Files up to a size limit; a file or an override as a tree of nodes with their places in the text.
 
-use crate::quantity::grouped;
+use crate::write::grouped;
+use miette::{MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 use std::collections::HashSet;
 use std::fs::File;
 use std::io::Read;
@@ -122,6 +123,31 @@ impl Source {
     }
 }
 
+/// The lines around a place, for whom shows it.
+impl SourceCode for Source {
+    fn read_span<'a>(
+        &'a self,
+        span: &SourceSpan,
+        before: usize,
+        after: usize,
+    ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
+        let line = self.line_of(span.offset());
+        let first = line.saturating_sub(before).max(1);
+        let last = (line..=line + after).rev().find_map(|n| self.line_span(n));
+        let start = self.line_starts()[first - 1];
+        let text = self.text.get(start..last.map_or(start, |last| last.end));
+        let text = text.ok_or(MietteError::OutOfBounds)?;
+        Ok(Box::new(MietteSpanContents::new_named(
+            self.name.clone(),
+            text.as_bytes(),
+            (start, text.len()).into(),
+            first - 1,
+            0,
+            text.lines().count(),
+        )))
+    }
+}
+
 /// A place in a source.
 #[derive(Clone, Debug)]
 pub(crate) struct Origin {
@@ -138,6 +164,12 @@ impl Origin {
 
     pub fn is_override(&self) -> bool {
         self.source.is_override
+    }
+
+    /// Of a place over several lines, what is on the first.
+    pub fn of_first_line(&self) -> Range<usize> {
+        let line = self.source.line_span(self.line()).unwrap_or_default();
+        self.span.start..self.span.end.min(line.end).max(self.span.start)
     }
 
     /// The text at the place, on one line and cut.

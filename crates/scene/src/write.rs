@@ -34,3 +34,16 @@ fn with_comment(text: &str, comment: &str) -> String {
 pub(crate) fn quote(value: &str) -> String {
     toml::Value::String(value.to_owned()).to_string()
 }
+
+/// A count with a space between groups of three digits.
+pub(crate) fn grouped(count: usize) -> String {
+    let digits = count.to_string();
+    let mut out = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push(' ');
+        }
+        out.push(digit);
+    }
+    out
+}

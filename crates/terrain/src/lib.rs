@@ -3,7 +3,8 @@
 //! A [`Profile`] describes the height of the ground over x by its parameters: level ground, bumps, ramps, stairs. A
 //! [`Terrain`] holds the same ground as a chain of straight and curved edges, with a grid that finds the edges near a
 //! wheel. Distances are measured along the normal of the curve itself. A polygon in place of the curve would have
-//! kinks, which appear as spikes of the normal force.
+//! kinks, which appear as spikes of the normal force. [`read_track`] reads measured points; [`text_table`] is the reader of
+//! text tables for all other crates, too.
 
 mod blunt;
 mod bumps;
@@ -26,6 +27,8 @@ mod sine;
 mod stairs;
 mod survey;
 mod terrain;
+pub mod text_table;
+mod track;
 
 pub use bumps::Bump;
 pub use contact::Contact;
@@ -41,6 +44,7 @@ pub use sine::Sine;
 pub use stairs::Stairs;
 pub use survey::Surveyed;
 pub use terrain::{Hint, Terrain};
+pub use track::{Column, TrackError, TrackFormat, read_track};
 
 /// A point or direction in the plane (x forward, y up).
 pub type Vec2 = nalgebra::Vector2<f64>;

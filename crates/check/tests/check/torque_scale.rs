@@ -8,9 +8,9 @@
 use crate::common::{Failure, SOFT, readings, scene};
 use robhaz_check::{Finding, Stated, Verdict, check};
 use robhaz_estimator::{Channels, Estimator, EstimatorSettings, SensorFrame, TorqueScale};
+use robhaz_masses::Tolerances;
 use robhaz_scene::Scene;
 use robhaz_study::TruthRun;
-use robhaz_weigh::Tolerances;
 
 /// What `best` makes of a log.
 struct Outcome {

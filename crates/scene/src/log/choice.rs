@@ -2,10 +2,8 @@
 
 use super::mapping::Mapping;
 use crate::estimators::{self, EstimatorChoice, Estimators, KEYS, Keys, PRESETS};
-use crate::form::Form;
-use crate::form::KeyReference;
+use crate::form::{Form, KeyReference};
 use crate::key::Key;
-use crate::model_error::ModelErrorTooLarge;
 use crate::reader::Reader;
 use crate::robot::RobotChoice;
 use crate::scene::Scene;
@@ -13,6 +11,7 @@ use crate::source::Node;
 use crate::suggest::nearest;
 use crate::write::Out;
 use robhaz_estimator::{ContactAngles, EstimatorSettings, Method, NoiseBudget};
+use robhaz_masses::ModelErrorTooLarge;
 use serde_json::Value as Json;
 
 /// What is known of a log beside its readings. SI throughout.

@@ -1,11 +1,12 @@
 //! `[imu.LINK]`: inclination and rate from an inertial measurement unit.
 
 use super::by_name::ByName;
-use crate::form::{Array, Plain, array, text, word};
+use crate::form::{Array, Plain, array, word};
 use crate::key::{self, keys};
 use crate::quantity::{ANGLE, ANGULAR_RATE, at_least, number};
 use crate::reader::{Reader, join};
 use crate::source::Node;
+use crate::values::text;
 use std::f64::consts::PI;
 
 /// An inertial measurement unit on a link.

@@ -4,14 +4,14 @@ use super::choice::{LogChoice, LogEstimators};
 use super::imu::IMUS;
 use super::mapping::{CHANNELS, Missing};
 use super::reading::READING;
-use crate::form::{Covariance, Maybe, NAME, text};
-use crate::key::keys;
+use crate::form::Maybe;
+use crate::key::{keys, section};
 use crate::quantity::{
     ANGLE, ANGULAR_RATE, LENGTH, NONE, RATE_WALK, ROTARY_DAMPING, TIME, TORQUE, at_least, number,
 };
 use crate::robot::ROBOT;
 use crate::sensors::MEASURED;
-use crate::tables::section;
+use crate::values::{Covariance, NAME, text};
 
 keys! {
     /// All keys, in the order of a resolved description.

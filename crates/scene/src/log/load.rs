@@ -3,15 +3,15 @@
 use super::choice::{DAMPING, LogChoice};
 use super::keys::{BUDGET, LOG};
 use super::mapping;
-use crate::error::SceneError;
+use crate::error::{Problem, SceneError};
 use crate::form::Form;
 use crate::key::keys;
 use crate::reader::Reader;
 use crate::robot::{ROBOT, RobotChoice};
-use crate::source::{self, Node, Source, Value};
+use crate::source::{Node, Value};
 use crate::write::Out;
 use robhaz_estimator::statics::LoadCovariance;
-use robhaz_weigh::{Tolerances, WeighError};
+use robhaz_masses::{Tolerances, WeighError};
 use std::path::{Path, PathBuf};
 
 impl LogChoice {
@@ -21,7 +21,7 @@ impl LogChoice {
     /// [`SceneError`] with all problems of the file and of robot files that it names.
     pub fn load(path: &Path, base: Self) -> Result<Self, SceneError> {
         let shown = path.display().to_string();
-        let text = read_text(path, "a log description in TOML, UTF-8")?;
+        let text = Reader::text(path, "a log description in TOML, UTF-8")?;
         let base_dir = path.parent().unwrap_or(Path::new(""));
         Self::parse(&text, &shown, base_dir, base)
     }
@@ -37,12 +37,11 @@ impl LogChoice {
         base_dir: &Path,
         base: Self,
     ) -> Result<Self, SceneError> {
-        source::check_toml(text).map_err(|error| SceneError::unread(source_name, error))?;
         // Keys of one section do not exist in another.
-        let mut reader = Reader::new(base_dir.to_owned(), |_| None);
-        let root = reader.document(&Source::file(source_name, text));
-        let choice = root.map(|root| read(&mut reader, &root, base));
-        reader.finish(choice)
+        let reader = Reader::new(base_dir.to_owned(), |_| None);
+        reader.read(source_name, text, |reader, root| {
+            Some(read(reader, &root, base))
+        })
     }
 }
 
@@ -93,17 +92,18 @@ impl LogChoice {
     pub fn take_robot(&mut self, path: &Path) -> Result<(), SceneError> {
         self.robot = RobotChoice::load(path)?;
         self.states_robot = true;
-        let text = read_text(path, ROBOT_FILE)?;
-        let mut reader = Reader::new(PathBuf::new(), |_| None);
-        let root = reader.document(&Source::file(&path.display().to_string(), &text));
-        let budget = root.as_ref().and_then(|root| root.get("budget"));
-        for entry in budget.and_then(Node::entries).unwrap_or_default() {
-            if ROBOTS_BUDGET.contains(&entry.key.as_str()) {
-                self.states_loads = true;
-                reader.entry(BUDGET, entry, "budget", self);
+        let text = Reader::text(path, ROBOT_FILE)?;
+        let reader = Reader::new(PathBuf::new(), |_| None);
+        reader.read(&path.display().to_string(), &text, |reader, root| {
+            let budget = root.get("budget").and_then(Node::entries);
+            for entry in budget.unwrap_or_default() {
+                if ROBOTS_BUDGET.contains(&entry.key.as_str()) {
+                    self.states_loads = true;
+                    reader.entry(BUDGET, entry, "budget", self);
+                }
             }
-        }
-        reader.finish(root.map(|_| ()))
+            Some(())
+        })
     }
 }
 
@@ -118,31 +118,21 @@ impl RobotChoice {
     /// # Errors
     /// [`SceneError`] with all problems of `[robot]`, or a file without that section.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
-        let allowed = ROBOT_FILE;
         let shown = path.display().to_string();
-        let text = read_text(path, allowed)?;
+        let text = Reader::text(path, ROBOT_FILE)?;
         let base_dir = path.parent().unwrap_or(Path::new(""));
-        let mut reader = Reader::new(base_dir.to_owned(), |_| None);
-        let root = reader.document(&Source::file(&shown, &text));
-        let section = root.as_ref().map(|root| root.get("robot"));
-        if matches!(section, Some(None)) {
-            let message = format!("has no section [robot]; allowed: {allowed}");
-            return Err(SceneError::unread(&shown, message));
-        }
-        let robot = section.flatten().map(|section| {
+        let reader = Reader::new(base_dir.to_owned(), |_| None);
+        reader.read(&shown, &text, |reader, root| {
+            let Some(section) = root.get("robot") else {
+                let message = format!("has no section [robot]; allowed: {ROBOT_FILE}");
+                reader.push(Problem::unread(&shown, message));
+                return None;
+            };
             let mut robot = Self::default();
-            ROBOT.read(&mut reader, section, "robot", &mut robot);
-            robot
-        });
-        reader.finish(robot)
+            ROBOT.read(reader, section, "robot", &mut robot);
+            Some(robot)
+        })
     }
-}
-
-fn read_text(path: &Path, allowed: &str) -> Result<String, SceneError> {
-    source::read_toml(path).map_err(|error| {
-        let message = format!("{error}; allowed: {allowed}");
-        SceneError::unread(&path.display().to_string(), message)
-    })
 }
 
 fn read(reader: &mut Reader, root: &Node, base: LogChoice) -> LogChoice {

@@ -4,12 +4,13 @@ use super::by_name::ANY;
 use super::imu::ImuChoice;
 use super::reading::{READINGS, ReadingChoice};
 use crate::error::Problem;
-use crate::form::{Form, items, quoted, text, word};
-use crate::key::keys;
+use crate::form::{Form, quoted, word};
+use crate::json::items;
+use crate::key::{List, keys};
 use crate::quantity::{TIME, number};
 use crate::reader::{Reader, join};
 use crate::source::Node;
-use crate::tables::List;
+use crate::values::text;
 use serde_json::{Value as Json, json};
 
 /// The columns of a log and the readings that follow from them.
@@ -28,7 +29,7 @@ pub struct Mapping {
 }
 
 /// A table or topic: rows with time stamps of one clock.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ChannelChoice {
     /// Its name in this description.
     pub name: String,
@@ -48,17 +49,6 @@ pub struct ChannelChoice {
 const TIME_UNITS: [&str; 4] = ["s", "ms", "us", "ns"];
 
 impl ChannelChoice {
-    fn standard() -> Self {
-        Self {
-            name: String::new(),
-            table: String::new(),
-            topic: String::new(),
-            time: String::new(),
-            time_unit: 0,
-            offset: 0.0,
-        }
-    }
-
     /// Units of the time column in a second.
     pub fn time_units_per_second(&self) -> u32 {
         [1, 1_000, 1_000_000, 1_000_000_000][self.time_unit]
@@ -94,7 +84,7 @@ pub(super) const CHANNELS: List<ChannelChoice> = List {
     words: "an array of tables, each headed [[channel]]",
     least: 0,
     most: 1000,
-    start: ChannelChoice::standard,
+    start: ChannelChoice::default,
     check: |reader, node, path, channel, others| {
         if others.iter().any(|other| other.name == channel.name) {
             let (name, path) = (node.get("name").unwrap_or(node), join(path, "name"));
@@ -130,25 +120,18 @@ impl Form for Missing {
 
 /// Every reading comes from one place, and every channel that is named exists.
 pub(super) fn check(reader: &mut Reader, root: &Node, mapping: &Mapping) {
-    let of_imu = |name: &str| {
-        let imu = mapping.imus.iter().find(|i| name.starts_with(i.link));
-        imu.map(|imu| format!("imu.{}", imu.link))
-    };
     let mut without = Vec::new();
     for name in READINGS {
-        let of_reading = mapping.readings.iter().any(|r| r.name == name);
-        let places: Vec<String> = of_reading
-            .then(|| format!("reading.{name}"))
-            .into_iter()
-            .chain(of_imu(name))
-            .chain(
-                mapping
-                    .missing
-                    .iter()
-                    .any(|m| m == name)
-                    .then(|| "missing".to_owned()),
-            )
-            .collect();
+        let readings = mapping
+            .readings
+            .iter()
+            .map(|r| (r.name == name, "reading", name));
+        let imus = (mapping.imus.iter()).map(|i| (name.starts_with(i.link), "imu", i.link));
+        let found = readings.chain(imus).filter(|(is_it, ..)| *is_it);
+        let mut places: Vec<String> = found.map(|(_, table, of)| join(table, of)).collect();
+        if mapping.missing.iter().any(|missing| missing == name) {
+            places.push("missing".to_owned());
+        }
         match places.as_slice() {
             [] => without.push(name),
             [_] => {}
@@ -170,18 +153,13 @@ pub(super) fn check(reader: &mut Reader, root: &Node, mapping: &Mapping) {
         reader.push(Problem::at(&root.origin, "reading", message).whole());
     }
     let names: Vec<&str> = mapping.channels.iter().map(|c| c.name.as_str()).collect();
-    let of_readings = mapping
-        .readings
-        .iter()
-        .map(|r| (format!("reading.{}.channel", r.name), r.channel.as_str()));
-    let of_imus = mapping
-        .imus
-        .iter()
-        .map(|i| (format!("imu.{}.channel", i.link), i.channel.as_str()));
+    let channel = |table: &str, of: &str, channel| (format!("{table}.{of}.channel"), channel);
+    let readings = mapping.readings.iter();
+    let readings = readings.map(|r| channel("reading", r.name, r.channel.as_str()));
+    let imus = mapping.imus.iter();
+    let imus = imus.map(|i| channel("imu", i.link, i.channel.as_str()));
     let base = mapping.time_base.as_deref().unwrap_or_default();
-    let named = of_readings
-        .chain(of_imus)
-        .chain([("time_base".to_owned(), base)]);
+    let named = readings.chain(imus).chain([("time_base".to_owned(), base)]);
     for (path, channel) in named.filter(|(_, channel)| !channel.is_empty()) {
         if !names.contains(&channel)
             && let Some(node) = root.find(&path)

@@ -1,11 +1,14 @@
 //! `[reading.NAME]`: readings that are numbers in a column.
 
 use super::by_name::{ANY, ByName};
-use crate::form::{dependent, text, with_unit, word};
+use crate::form::{dependent, word};
 use crate::key::{self, keys};
-use crate::quantity::{ANGLE, ANGULAR_RATE, Dimension, NONE, TORQUE, above, at_least, number};
+use crate::quantity::{
+    ANGLE, ANGULAR_RATE, Dimension, NONE, TORQUE, above, at_least, number, with_unit,
+};
 use crate::reader::{Reader, join};
 use crate::source::Node;
+use crate::values::text;
 use serde_json::json;
 use std::f64::consts::TAU;
 

@@ -2,11 +2,13 @@
 
 use super::axis::{Axis, AxisItem, AxisValue, AxisValues, Distribution};
 use crate::error::Problem;
-use crate::form::{Form, Plain, items, text};
+use crate::form::{Form, Plain, read_only};
+use crate::json::items;
 use crate::key::{self, keys};
 use crate::reader::{Reader, join};
 use crate::reference::reference;
 use crate::source::{Node, Value};
+use crate::values::text;
 use serde_json::{Value as Json, json};
 use std::collections::{BTreeSet, HashSet};
 
@@ -70,85 +72,66 @@ keys! {
     count: RUNS => |a| &mut a.count;
 
     /// drawn uniformly from [low, high]
-    uniform: Plain {
-        words: "[low, high], low below high",
-        read: |node| {
-            let [low, high] = pair(node, number)?;
-            let valid = low < high && (high - low).is_finite();
-            valid.then_some(Some(Distribution::Uniform(low, high)))
-        },
-        ..DRAWN
-    } => |a| &mut a.drawn;
+    uniform: drawn("[low, high], low below high", |node| {
+        let [low, high] = pair(node, number)?;
+        let valid = low < high && (high - low).is_finite();
+        valid.then_some(Some(Distribution::Uniform(low, high)))
+    }) => |a| &mut a.drawn;
 
     /// drawn from [low, high], the logarithm uniformly
-    log_uniform: Plain {
-        words: "[low, high], 0 below low below high",
-        read: |node| {
-            let [low, high] = pair(node, number)?;
-            (0.0 < low && low < high).then_some(Some(Distribution::LogUniform(low, high)))
-        },
-        ..DRAWN
-    } => |a| &mut a.drawn;
+    log_uniform: drawn("[low, high], 0 below low below high", |node| {
+        let [low, high] = pair(node, number)?;
+        (0.0 < low && low < high).then_some(Some(Distribution::LogUniform(low, high)))
+    }) => |a| &mut a.drawn;
 
     /// drawn from a normal distribution, [mean, standard deviation]
-    normal: Plain {
-        words: "[mean, standard deviation], the second above 0",
-        read: |node| {
-            let [mean, deviation] = pair(node, number)?;
-            (deviation > 0.0).then_some(Some(Distribution::Normal(mean, deviation)))
-        },
-        ..DRAWN
-    } => |a| &mut a.drawn;
+    normal: drawn("[mean, standard deviation], the second above 0", |node| {
+        let [mean, deviation] = pair(node, number)?;
+        (deviation > 0.0).then_some(Some(Distribution::Normal(mean, deviation)))
+    }) => |a| &mut a.drawn;
 
     /// whole numbers drawn uniformly from [first, last]
     whole: Plain {
-        words: "[first, last], whole numbers from 0 on, first not above last",
         schema: || items(json!({"type": "integer"}), 2, 2),
-        read: |node| {
+        ..drawn("[first, last], whole numbers from 0 on, first not above last", |node| {
             let [first, last] = pair(node, index)?;
             (first <= last).then_some(Some(Distribution::Whole(first, last)))
-        },
-        ..DRAWN
+        })
     } => |a| &mut a.drawn;
 }
 
-const KEY: Plain<Vec<String>> = Plain {
-    words: "a key of the scene, such as \"drive.speed\"",
-    schema: key_schema,
-    read: |node| Some(vec![key_of(node)?]),
-    text: |_| None,
-};
-const KEY_LIST: Plain<Vec<String>> = Plain {
-    words: "a list of different keys of the scene, such as [\"drive.kp\", \"drive.ki\"]",
-    schema: || json!({"type": "array", "items": key_schema(), "minItems": 1, "uniqueItems": true}),
-    read: |node| different(node.array()?.iter().map(key_of).collect()),
-    text: |_| None,
-};
-const NAMES: Plain<Vec<String>> = Plain {
-    words: "a list of different texts, one a value",
-    schema: || json!({"type": "array", "items": text("").schema(None), "uniqueItems": true}),
-    read: |node| node.array()?.iter().map(text("").read).collect(),
-    text: |_| None,
-};
-const FIRST: Plain<i64> = Plain {
-    words: "a whole number of at least 0 and below 2^63",
-    schema: || json!({"type": "integer", "minimum": 0}),
-    read: index,
-    text: |_| None,
-};
-const VALUES: Plain<Vec<Node>> = Plain {
-    words: "a list of at least one value",
-    schema: || json!({"type": "array", "minItems": 1}),
-    read: |node| Some(node.array().filter(|items| !items.is_empty())?.to_vec()),
-    text: |_| None,
-};
-/// What the distributions share.
-const DRAWN: Plain<Option<Distribution>> = Plain {
-    words: "",
-    schema: || items(json!({"type": "number"}), 2, 2),
-    read: |_| None,
-    text: |_| None,
-};
+const KEY: Plain<Vec<String>> = read_only(
+    "a key of the scene, such as \"drive.speed\"",
+    key_schema,
+    |node| Some(vec![key_of(node)?]),
+);
+const KEY_LIST: Plain<Vec<String>> = read_only(
+    "a list of different keys of the scene, such as [\"drive.kp\", \"drive.ki\"]",
+    || json!({"type": "array", "items": key_schema(), "minItems": 1, "uniqueItems": true}),
+    |node| different(node.array()?.iter().map(key_of).collect()),
+);
+const NAMES: Plain<Vec<String>> = read_only(
+    "a list of different texts, one a value",
+    || json!({"type": "array", "items": text("").schema(None), "uniqueItems": true}),
+    |node| node.array()?.iter().map(text("").read).collect(),
+);
+const FIRST: Plain<i64> = read_only(
+    "a whole number of at least 0 and below 2^63",
+    || json!({"type": "integer", "minimum": 0}),
+    index,
+);
+const VALUES: Plain<Vec<Node>> = read_only(
+    "a list of at least one value",
+    || json!({"type": "array", "minItems": 1}),
+    |node| Some(node.array().filter(|items| !items.is_empty())?.to_vec()),
+);
+/// A distribution by two numbers.
+const fn drawn(
+    words: &'static str,
+    read: fn(&Node) -> Option<Option<Distribution>>,
+) -> Plain<Option<Distribution>> {
+    read_only(words, || items(json!({"type": "number"}), 2, 2), read)
+}
 
 fn key_of(node: &Node) -> Option<String> {
     let key = node.as_text()?;
@@ -218,14 +201,6 @@ impl Form for Axes {
     }
 }
 
-/// Whether an axis has a distribution, right or wrong.
-pub(super) fn asks_for_draws(root: &Node) -> bool {
-    let has = |axis: &Node| WAYS[2..].iter().any(|way| axis.get(way).is_some());
-    root.get("axis")
-        .and_then(Node::array)
-        .is_some_and(|axes| axes.iter().any(has))
-}
-
 fn read_axis(reader: &mut Reader, node: &Node, path: &str) -> Option<Axis> {
     let (mark, mut raw) = (reader.mark(), Raw::default());
     reader.table(AXIS, node, path, &mut raw);
@@ -255,10 +230,7 @@ fn read_axis(reader: &mut Reader, node: &Node, path: &str) -> Option<Axis> {
         let message = "keys that vary together need values: one list a value, with one item a key";
         reader.push(Problem::at(&value.origin, &at, message.to_owned()));
     }
-    let last = i64::try_from(raw.count)
-        .ok()
-        .and_then(|n| raw.first.checked_add(n));
-    if last.is_none() {
+    if i64::try_from(raw.count).is_ok_and(|count| raw.first.checked_add(count).is_none()) {
         reader.refuse(value, &at, "a count whose last number is below 2^63");
     }
     if reader.mark() > mark {

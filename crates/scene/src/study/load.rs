@@ -1,14 +1,14 @@
 //! From a file to a [`StudyChoice`].
 
-use super::axes::{Axes, MOST_RUNS, RUNS, asks_for_draws};
+use super::axes::{Axes, MOST_RUNS, RUNS};
 use super::axis::Axis;
 use super::choice::{DrawMethod, Draws, StudyChoice, StudyTables};
 use crate::error::{Problem, SceneError};
-use crate::form::{Form, NAME, Plain, SEED, from_stem, text, word};
-use crate::key::{self, keys};
+use crate::form::{Form, Plain, read_only, word};
+use crate::key::{self, keys, section};
 use crate::reader::Reader;
-use crate::source::{self, Node, Origin, Source};
-use crate::tables::section;
+use crate::source::{Node, Origin};
+use crate::values::{NAME, SEED, from_stem, text};
 use serde_json::{Value as Json, json};
 use std::path::{Path, PathBuf};
 
@@ -58,36 +58,34 @@ pub(crate) fn schema() -> Json {
 }
 
 /// The base scene and where it was written.
-const SCENE: Plain<(PathBuf, Origin)> = Plain {
-    words: "the path of a scene file",
-    schema: || text("").schema(None),
-    read: |node| {
+const SCENE: Plain<(PathBuf, Origin)> = read_only(
+    "the path of a scene file",
+    || text("").schema(None),
+    |node| {
         let path = node.as_text().filter(|text| !text.is_empty())?;
         Some((path.into(), node.origin.clone()))
     },
-    text: |_| None,
-};
+);
 
 /// Overrides, each with where it was written.
-const SET: Plain<Vec<(String, Origin)>> = Plain {
-    words: "a list of texts key=value, such as [\"drive.kp=2\"]",
-    schema: || json!({"type": "array", "items": {"type": "string", "pattern": "="}}),
-    read: |node| {
+const SET: Plain<Vec<(String, Origin)>> = read_only(
+    "a list of texts key=value, such as [\"drive.kp=2\"]",
+    || json!({"type": "array", "items": {"type": "string", "pattern": "="}}),
+    |node| {
         let item = |item: &Node| Some((item.as_text()?.to_owned(), item.origin.clone()));
         node.array()?.iter().map(item).collect()
     },
-    text: |_| None,
-};
+);
 
-const TABLES: Plain<StudyTables> = Plain {
-    words: "\"none\", \"all\", or a list of runs such as [0, 7]",
-    schema: || {
+const TABLES: Plain<StudyTables> = read_only(
+    "\"none\", \"all\", or a list of runs such as [0, 7]",
+    || {
         json!({"anyOf": [
             {"enum": ["none", "all"]},
             {"type": "array", "items": {"type": "integer", "minimum": 0}},
         ]})
     },
-    read: |node| match (node.as_text(), node.array()) {
+    |node| match (node.as_text(), node.array()) {
         (Some("none"), _) => Some(StudyTables::None),
         (Some("all"), _) => Some(StudyTables::All),
         (_, items) => {
@@ -95,8 +93,7 @@ const TABLES: Plain<StudyTables> = Plain {
             Some(StudyTables::Runs(runs.collect::<Option<_>>()?))
         }
     },
-    text: |_| None,
-};
+);
 
 impl StudyChoice {
     /// Reads a study file.
@@ -105,10 +102,7 @@ impl StudyChoice {
     /// [`SceneError`] with all problems of the file. The base scene is not read: see [`super::BaseScene`].
     pub fn load(path: &Path) -> Result<Self, SceneError> {
         let shown = path.display().to_string();
-        let text = source::read_toml(path).map_err(|error| {
-            let message = format!("{error}; allowed: a study file in TOML, UTF-8");
-            SceneError::unread(&shown, message)
-        })?;
+        let text = Reader::text(path, "a study file in TOML, UTF-8")?;
         Self::parse(&text, &shown)
     }
 
@@ -117,11 +111,10 @@ impl StudyChoice {
     /// # Errors
     /// As [`StudyChoice::load`].
     pub fn parse(text: &str, source_name: &str) -> Result<Self, SceneError> {
-        source::check_toml(text).map_err(|error| SceneError::unread(source_name, error))?;
-        let mut reader = Reader::new(PathBuf::new(), |_| None);
-        let root = reader.document(&Source::file(source_name, text));
-        let study = root.map(|root| read(&mut reader, &root, text, source_name));
-        reader.finish(study)
+        let reader = Reader::new(PathBuf::new(), |_| None);
+        reader.read(source_name, text, |reader, root| {
+            Some(read(reader, &root, text, source_name))
+        })
     }
 }
 
@@ -138,13 +131,13 @@ fn read(reader: &mut Reader, root: &Node, text: &str, source_name: &str) -> Stud
     };
     reader.table(STUDY, root, "", &mut study);
     let drawn = study.axes.iter().find(|axis| axis.is_drawn());
-    // An axis with a mistake is not among the axes.
     let problem = match (root.get("draw"), drawn) {
         (None, Some(axis)) => Some((
             &axis.origin,
             "an axis with a distribution needs [draw] with its number of samples, such as count = 100",
         )),
-        (Some(draw), None) if !asks_for_draws(root) => Some((
+        // An axis with a mistake is not among the axes.
+        (Some(draw), None) if reader.is_clean(&["axis"]) => Some((
             &draw.origin,
             "has no effect: no axis has a distribution (uniform, log_uniform, normal, whole)",
         )),

@@ -48,7 +48,7 @@ impl BaseScene {
             let shown = path.display();
             let message = format!("{shown} {error}; allowed: a scene file in TOML, UTF-8");
             let problem = Problem::at(&study.base.1, "scene", message);
-            SceneError::new(problem, Vec::new(), 1)
+            SceneError::new(vec![problem], 1)
         })?;
         Ok(Self { text, path })
     }
@@ -71,9 +71,7 @@ impl BaseScene {
                 Some(origin) => p.moved_to(origin),
                 None => p.clone(),
             });
-            let mut moved: Vec<Problem> = moved.collect();
-            let first = moved.remove(0);
-            SceneError::new(first, moved, error.count())
+            SceneError::new(moved.collect(), error.count())
         })
     }
 }

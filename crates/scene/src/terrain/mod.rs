@@ -1,11 +1,11 @@
 //! `[terrain]`: kinds of ground, each with keys of its own, and points from tracks.
 
-mod columns;
 mod ground;
+mod keys;
 mod points;
 mod track;
 
-pub(crate) use ground::{Terrain, part_schema};
+pub(crate) use keys::{Terrain, part_schema};
 pub use track::Track;
 
 use robhaz_model::Robot;

@@ -1,14 +1,16 @@
 //! Points that the ground goes through, in the scene itself or in a separate file.
 
-use super::columns::{Choice, Column};
-use super::track::{self, Track};
+use super::track::Track;
 use crate::error::Problem;
-use crate::form::{Form, Plain, Point, items, point, text};
-use crate::quantity::{LENGTH, at_least, grouped, number};
+use crate::form::{Form, Plain};
+use crate::json::items;
+use crate::quantity::{LENGTH, Point, at_least, number, point};
 use crate::reader::{Reader, join};
-use crate::source::{self, Node, Value};
-use crate::write::quote;
+use crate::source::{self, Node, Origin, Source, Value};
+use crate::values::text;
+use crate::write::{grouped, quote};
 use robhaz_model::Vec2;
+use robhaz_terrain::{Column, TrackError, TrackFormat, read_track};
 use serde_json::{Value as Json, json};
 
 /// Largest number of points in a scene; more belong into a file.
@@ -97,7 +99,7 @@ pub(super) struct PointKeys {
     pub points: Vec<Vec2>,
     pub file: String,
     pub file_hash: String,
-    pub columns: Choice,
+    pub columns: TrackFormat,
     /// Of the lines of a file; `None` without one.
     pub sort: Option<bool>,
 }
@@ -155,15 +157,21 @@ fn from_file(
             return None;
         }
     };
-    let choice = Choice {
-        sort: keys.sort == Some(true),
-        ..keys.columns.clone()
-    };
-    let points = track::read(reader, (&found, &key), &bytes, &choice)?;
     let track = Track {
         part: None,
         bytes: bytes.into(),
-        choice,
+        format: TrackFormat {
+            sort: keys.sort == Some(true),
+            ..keys.columns.clone()
+        },
+    };
+    let shown = found.display().to_string();
+    let points = match read_track(&track.bytes, &track.format) {
+        Ok(points) => points,
+        Err(error) => {
+            reader.push(problem(&shown, &track.bytes, &key, error));
+            return None;
+        }
     };
     let hash = track.hash();
     if let Some(given) = node.get("file_hash").filter(|_| keys.file_hash != hash) {
@@ -171,4 +179,21 @@ fn from_file(
         reader.refuse(given, &join(path, "file_hash"), &allowed);
     }
     Some((points, track))
+}
+
+/// The problem of a track at its line.
+fn problem(
+    file: &str,
+    bytes: &[u8],
+    key: &str,
+    TrackError { line, message }: TrackError,
+) -> Problem {
+    let Some(line) = line.and_then(|line| usize::try_from(line).ok()) else {
+        return Problem::unread(file, message);
+    };
+    let text = String::from_utf8_lossy(bytes);
+    let source = Source::file(file, text.trim_start_matches('\u{feff}'));
+    let span = source.line_span(line).unwrap_or_default();
+    let origin = Origin { source, span };
+    Problem::at(&origin, key, message)
 }

@@ -83,12 +83,12 @@ fn wrong_controls_are_refused() {
     one(
         "[drive]\nkind = 'shared'\nkp = 10.2",
         "x.toml:3: drive.kp: found drive.kp = 10.2 and sensors.rate = 1000 and drive.kind = \"shared\", \
-         allowed: drive.kp at most 10.11, what the inertia of a wheel in the air bears at this rate",
+         allowed: drive.kp at most 10.1, what the inertia of a wheel in the air bears at this rate",
     );
     one(
         "[drive]\nkind = 'shared'\nki = 200",
         "x.toml:3: drive.ki: found drive.ki = 200 and sensors.rate = 1000 and drive.kind = \"shared\", \
-         allowed: drive.ki at most 192.3, what drive.kp damps at this rate",
+         allowed: drive.ki at most 192, what drive.kp damps at this rate",
     );
 }
 

@@ -1,10 +1,9 @@
 //! Which columns of a track are x and height, and in which units.
 
-use crate::quantity::{LENGTH, Unit};
-use csv::ByteRecord;
+use crate::text_table::{TextRow, decimal, name_and_unit};
 
 /// Format of a track, for messages.
-pub(crate) const HEADER_RULE: &str = "columns separated by comma, semicolon or tab; either two columns, x and height in m, or a \
+pub(super) const HEADER_RULE: &str = "columns separated by comma, semicolon or tab; either two columns, x and height in m, or a \
      first line that names x and height (also y, z, elevation), with units such as x [mm]; among more columns x_column and \
      height_column choose by name or number";
 
@@ -14,26 +13,28 @@ const X: &[&str] = &[
 ];
 const HEIGHT: &[&str] = &["height", "y", "z", "h", "elevation", "elev", "altitude"];
 
-/// How a scene names a column.
+/// What must be known of a track beside its text.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct TrackFormat {
+    /// The column of x; `None` to find it by its name.
+    pub x: Option<Column>,
+    /// The column of the height; `None` to find it by its name.
+    pub height: Option<Column>,
+    /// Whether lines may come in any order of x.
+    pub sort: bool,
+}
+
+/// How a column is chosen.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Column {
+pub enum Column {
     /// By its name, with or without the unit.
     Name(String),
     /// By its number from 1.
     Number(usize),
 }
 
-/// Choices of a scene about a track.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Choice {
-    pub x: Option<Column>,
-    pub height: Option<Column>,
-    /// Whether lines may come in any order of x.
-    pub sort: bool,
-}
-
 /// The columns of a track.
-pub(crate) struct Columns {
+pub(super) struct Columns {
     /// Whether the first line names them.
     pub is_header: bool,
     /// How many there are.
@@ -43,30 +44,26 @@ pub(crate) struct Columns {
     /// Index of the column of the height.
     pub height: usize,
     names: Vec<String>,
-    /// Units of `x` and `height` where the header gives them.
-    units: [Option<&'static Unit>; 2],
+    /// Units of `x` and `height` in a metre, where the header gives them.
+    per_metre: [Option<f64>; 2],
 }
 
 impl Columns {
     /// From the first line; the error describes what was found.
-    pub fn of(first: &ByteRecord, choice: &Choice) -> Result<Self, String> {
-        let cells: Vec<String> = first
-            .iter()
-            .map(|cell| String::from_utf8_lossy(cell).trim().to_owned())
-            .collect();
+    pub fn of(first: &TextRow, format: &TrackFormat) -> Result<Self, String> {
+        let cells = first.texts();
         // `nan` and `inf` are lost values, not names.
-        let is_number = |cell: &String| quantity(cell).is_some() || cell.parse::<f64>().is_ok();
+        let is_number = |cell: &String| decimal(cell).or_else(|| with_unit(cell)).is_some();
         let is_header = !cells.iter().any(is_number);
-        let filled = cells.iter().rposition(|c| !c.is_empty());
-        let count = filled.map_or(0, |last| last + 1);
+        let count = first.filled();
         let names = if is_header { cells } else { Vec::new() };
         if count < 2 {
             return Err("one column".to_owned());
         }
-        let x = place("x_column", choice.x.as_ref(), X, &names, count)?;
+        let x = place("x_column", format.x.as_ref(), X, &names, count)?;
         let height = place(
             "height_column",
-            choice.height.as_ref(),
+            format.height.as_ref(),
             HEIGHT,
             &names,
             count,
@@ -86,19 +83,17 @@ impl Columns {
             count,
             x,
             height,
-            units: [unit(x)?, unit(height)?],
+            per_metre: [unit(x)?, unit(height)?],
             names,
         })
     }
 
     /// The length in a cell of a column, m.
     pub fn value(&self, index: usize, cell: &str) -> Option<f64> {
-        let unit = self.units[usize::from(index == self.height)];
-        match (number(cell), unit) {
-            (Some(value), Some(unit)) => Some(unit.to_si(value)),
-            (Some(value), None) => Some(value),
-            (None, None) => quantity(cell),
-            (None, Some(_)) => None,
+        let number = decimal(cell).filter(|v| v.is_finite());
+        match self.per_metre[usize::from(index == self.height)] {
+            Some(per_metre) => Some(number? / per_metre),
+            None => number.or_else(|| with_unit(cell)),
         }
     }
 
@@ -171,17 +166,14 @@ fn unclear(names: &[String], count: usize) -> String {
 }
 
 /// Whether a comment is a header of several columns with a unit in brackets, such as `# x [mm], height [mm]`.
-pub fn is_header_with_units(comment: &str, separator: u8) -> bool {
+pub(super) fn is_header_with_units(comment: &str, separator: char) -> bool {
     let cells: Vec<&str> = comment
         .trim_start_matches('#')
-        .split(char::from(separator))
+        .split(separator)
         .map(str::trim)
         .collect();
     let has_unit = |cell: &&str| {
-        cell.ends_with([']', ')'])
-            && split(cell)
-                .1
-                .is_some_and(|unit| unit_named(&unit).is_some())
+        cell.ends_with([']', ')']) && split(cell).1.is_some_and(|unit| per_metre(&unit).is_some())
     };
     cells.len() > 1 && cells.iter().any(has_unit)
 }
@@ -193,17 +185,11 @@ fn short(name: &str) -> String {
 /// A header's name in small letters and its unit: `x [mm]`, `Height (cm)`, `z_mm`, `x / mm`, `x in mm`.
 fn split(header: &str) -> (String, Option<String>) {
     let header = header.trim();
-    let brackets = [('[', ']'), ('(', ')')]
-        .into_iter()
-        .find_map(|(open, close)| {
-            let (name, unit) = header.strip_suffix(close)?.rsplit_once(open)?;
-            Some((name, unit))
-        });
-    if let Some((name, unit)) = brackets {
-        return (name.trim().to_lowercase(), Some(unit.trim().to_owned()));
+    if let Some((name, unit)) = name_and_unit(header) {
+        return (name.to_lowercase(), Some(unit.to_owned()));
     }
     if let Some((name, unit)) = header.rsplit_once([' ', '_', '/'])
-        && unit_named(unit).is_some()
+        && per_metre(unit).is_some()
     {
         let name = name.trim_end_matches([' ', '_', '/']);
         let name = name.strip_suffix(" in").unwrap_or(name);
@@ -212,46 +198,35 @@ fn split(header: &str) -> (String, Option<String>) {
     (header.to_lowercase(), None)
 }
 
-fn unit_of(header: &str) -> Result<Option<&'static Unit>, String> {
-    match split(header).1 {
-        None => Ok(None),
-        Some(unit) => match unit_named(&unit) {
-            Some(found) => Ok(Some(found)),
-            None => Err(format!(
-                "the unit \"{}\" of column \"{}\", allowed units: {}",
-                short(&unit),
-                short(header),
-                LENGTH.listed()
-            )),
-        },
-    }
-}
-
-fn unit_named(name: &str) -> Option<&'static Unit> {
-    // Both signs for micro.
-    let name = name.replace(['\u{b5}', '\u{3bc}'], "u");
-    LENGTH.units.iter().find(|u| u.name == name)
-}
-
-/// A number with a decimal point or comma.
-fn number(cell: &str) -> Option<f64> {
-    let plain = |c: char| "0123456789+-.,eE\u{2212}".contains(c);
-    if cell.len() > 400 || !cell.chars().all(plain) {
-        return None;
-    }
-    let cell = cell.replace('\u{2212}', "-");
-    let cell = match (cell.contains(','), cell.contains('.')) {
-        // One of them separates thousands, but which one is ambiguous.
-        (true, true) => return None,
-        (true, false) => cell.replace(',', "."),
-        _ => cell,
+/// Units in a metre, of the unit that a header names.
+fn unit_of(header: &str) -> Result<Option<f64>, String> {
+    let Some(unit) = split(header).1 else {
+        return Ok(None);
     };
-    cell.parse().ok().filter(|v: &f64| v.is_finite())
+    let found = per_metre(&unit).ok_or_else(|| {
+        let (unit, header) = (short(&unit), short(header));
+        format!("the unit \"{unit}\" of column \"{header}\", allowed units: m, cm, mm, um")
+    });
+    found.map(Some)
 }
 
-/// A number in m, or one with its own unit.
-fn quantity(cell: &str) -> Option<f64> {
-    number(cell).or_else(|| LENGTH.parse(&cell.replace(',', ".")).ok())
+/// Units in a metre: sub-units divide, since 35 cm is then exactly the double 0.35.
+fn per_metre(unit: &str) -> Option<f64> {
+    match unit {
+        "m" => Some(1.0),
+        "cm" => Some(1e2),
+        "mm" => Some(1e3),
+        // Both signs for micro.
+        "um" | "\u{b5}m" | "\u{3bc}m" => Some(1e6),
+        _ => None,
+    }
+}
+
+/// A length with its own unit, m.
+fn with_unit(cell: &str) -> Option<f64> {
+    let number = cell.trim_end_matches(char::is_alphabetic);
+    let value = decimal(number.trim_end())? / per_metre(&cell[number.len()..])?;
+    value.is_finite().then_some(value)
 }
 
 #[cfg(test)]
@@ -276,18 +251,9 @@ mod tests {
                 "{header}"
             );
         }
-        assert_eq!(unit_named("\u{b5}m").map(|u| u.name), Some("um"));
+        assert_eq!(unit_of("z [\u{b5}m]"), Ok(Some(1e6)));
         assert!(unit_of("x [ft]").is_err());
-    }
-
-    #[test]
-    fn decimals_have_a_point_or_a_comma() {
-        assert_eq!(number("1,5"), Some(1.5));
-        assert_eq!(number("-1.5e-3"), Some(-1.5e-3));
-        assert_eq!(number("\u{2212}2"), Some(-2.0));
-        for bad in ["1.234,5", "1,234,5", "", "nan", "inf", "0x10", "1 5"] {
-            assert_eq!(number(bad), None, "{bad}");
-        }
-        assert_eq!(quantity("15,5 mm"), Some(0.0155));
+        assert_eq!(with_unit("15,5 mm"), Some(0.0155));
+        assert_eq!(with_unit("inf m"), None);
     }
 }

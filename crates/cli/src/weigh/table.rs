@@ -1,44 +1,12 @@
 //! The table of a weighing as comma-separated text: one posture a line.
 
-use crate::blocks::Blocks;
-use crate::measurements::{Measurements, Reading};
-use csv::{ReaderBuilder, StringRecord, Trim};
+use miette::{IntoDiagnostic, Result, WrapErr, miette};
+use robhaz_masses::{Blocks, Measurements, Reading};
 use robhaz_model::GRAVITY;
+use robhaz_terrain::text_table::{TextRow, TextTable, decimal, name_and_unit};
 use std::fmt::Write as _;
+use std::fs::File;
 use std::path::Path;
-
-/// Why a table cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum TableError {
-    /// An error of the file system, or text that is no table.
-    #[error("cannot read {path}: {source}")]
-    Read {
-        /// The file.
-        path: String,
-        /// The cause.
-        source: csv::Error,
-    },
-    /// A column.
-    #[error("{path}, first line: {message}")]
-    Header {
-        /// The file.
-        path: String,
-        /// What was found, what is allowed.
-        message: String,
-    },
-    /// A cell or a line.
-    #[error("{path}, line {line}{column}: {message}")]
-    Cell {
-        /// The file.
-        path: String,
-        /// Its line.
-        line: u64,
-        /// `, column ...`; empty for the whole line.
-        column: String,
-        /// What was found, what is allowed.
-        message: String,
-    },
-}
 
 /// What a column is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,6 +30,7 @@ const ALLOWED: &str = "link1 [deg], link2 [deg], wheel1 [N], wheel2 [N], wheel3 
 const STEEPEST: f64 = 1.6;
 /// Largest force, N.
 const LARGEST: f64 = 1e6;
+const FORCE: &str = "a force of at least 0 and at most 1e6 N";
 
 /// Reads a table.
 ///
@@ -71,66 +40,55 @@ const LARGEST: f64 = 1e6;
 /// that begin with `#` are comments.
 ///
 /// # Errors
-/// [`TableError`] with file, line and column.
-pub fn read_table(path: &Path) -> Result<Measurements, TableError> {
-    let shown = path.display().to_string();
-    let read = |source| TableError::Read {
-        path: shown.clone(),
-        source,
-    };
-    let mut reader = ReaderBuilder::new()
-        .comment(Some(b'#'))
-        .flexible(true)
-        .trim(Trim::All)
-        .from_path(path)
-        .map_err(read)?;
-    let columns = columns(&shown, reader.headers().map_err(read)?)?;
+/// File, line and column, what was found, what is allowed.
+pub fn read_table(path: &Path) -> Result<Measurements> {
+    let shown = path.display();
+    let unread = || format!("cannot read {shown}");
+    let opened = File::open(path).and_then(TextTable::open);
+    let mut table = opened.into_diagnostic().wrap_err_with(unread)?;
+    let mut text = TextRow::default();
+    let mut next = |text: &mut TextRow| table.read(text).into_diagnostic().wrap_err_with(unread);
+    next(&mut text)?;
+    let of_header = |message: String| miette!("{shown}, first line: {message}");
+    let columns = columns(&text).map_err(of_header)?;
     let mut measurements = Measurements::default();
-    for record in reader.records() {
-        let record = record.map_err(read)?;
-        row(&shown, &columns, &record, &mut measurements)?;
+    while next(&mut text)? {
+        let of_row = |message| miette!("{shown}, line {}{message}", text.line());
+        row(&columns, &text, &mut measurements).map_err(of_row)?;
     }
-    if measurements.readings.is_empty() && measurements.weight.is_none() {
-        return Err(TableError::Header {
-            path: shown,
-            message: "no line with a reading of a scale follows; allowed: at least one".to_owned(),
-        });
+    if measurements.count() == 0 {
+        let message = "no line with a reading of a scale follows; allowed: at least one";
+        return Err(of_header(message.to_owned()));
     }
     Ok(measurements)
 }
 
-fn columns(path: &str, header: &StringRecord) -> Result<Vec<Column>, TableError> {
-    let refuse = |message: String| TableError::Header {
-        path: path.to_owned(),
-        message,
-    };
+/// The error says what was found and what is allowed.
+fn columns(header: &TextRow) -> Result<Vec<Column>, String> {
     let mut columns: Vec<Column> = Vec::new();
-    for text in header {
-        let text = text.trim_start_matches('\u{feff}');
-        let column = column(text)
-            .ok_or_else(|| refuse(format!("found column {text:?}, allowed: {ALLOWED}")))?;
+    for text in header.texts() {
+        let column =
+            column(&text).ok_or_else(|| format!("found column {text:?}, allowed: {ALLOWED}"))?;
         let is_taken = |c: &Column| c.content == column.content && c.content != Content::Block;
         if columns.iter().any(is_taken) {
-            return Err(refuse(format!("column {text:?} occurs twice")));
+            return Err(format!("column {text:?} occurs twice"));
         }
         columns.push(column);
     }
     let has = |content: Content| columns.iter().any(|c| c.content == content);
     let wheels = (0..3).any(|i| has(Content::Wheel(i)));
     if wheels && !(has(Content::Link(0)) && has(Content::Link(1))) {
-        let message = "the inclinations link1 [deg] and link2 [deg] are missing";
-        return Err(refuse(message.to_owned()));
+        return Err("the inclinations link1 [deg] and link2 [deg] are missing".to_owned());
     }
     if !wheels && !has(Content::Weight) {
-        return Err(refuse(format!("no column of a scale; allowed: {ALLOWED}")));
+        return Err(format!("no column of a scale; allowed: {ALLOWED}"));
     }
     Ok(columns)
 }
 
 /// `link1 [deg]` and the like.
 fn column(text: &str) -> Option<Column> {
-    let (name, unit) = text.strip_suffix(']')?.rsplit_once('[')?;
-    let (name, unit) = (name.trim(), unit.trim());
+    let (name, unit) = name_and_unit(text)?;
     let indexed = |stem: &str, most: usize| {
         let index: usize = name.strip_prefix(stem)?.parse().ok()?;
         (1..=most).contains(&index).then(|| index - 1)
@@ -163,35 +121,27 @@ fn column(text: &str) -> Option<Column> {
     })
 }
 
-fn row(
-    path: &str,
-    columns: &[Column],
-    record: &StringRecord,
-    into: &mut Measurements,
-) -> Result<(), TableError> {
-    let line = record.position().map_or(0, csv::Position::line);
-    let refuse = |column: Option<&Column>, message: String| TableError::Cell {
-        path: path.to_owned(),
-        line,
-        column: column.map_or(String::new(), |c| format!(", column {:?}", c.name)),
-        message,
-    };
-    if record.len() != columns.len() {
-        let (found, allowed) = (record.len(), columns.len());
-        let message = format!("found {found} cells, allowed: {allowed}, as in the first line");
-        return Err(refuse(None, message));
+/// The error continues the place of the line.
+fn row(columns: &[Column], row: &TextRow, into: &mut Measurements) -> Result<(), String> {
+    let (found, allowed) = (row.count(), columns.len());
+    if found != allowed {
+        return Err(format!(
+            ": found {found} cells, allowed: {allowed}, as in the first line"
+        ));
     }
     let (mut angles, mut forces) = ([None; 2], [None; 3]);
-    for (column, cell) in columns.iter().zip(record) {
+    for (i, column) in columns.iter().enumerate() {
+        let refuse = |message: String| format!(", column {:?}: {message}", column.name);
+        let cell = row.text(i);
         if cell.is_empty() || column.content == Content::Block {
             continue;
         }
-        let value = cell.parse::<f64>().ok().map(|v| v * column.to_si);
+        let value = decimal(&cell).map(|v| v * column.to_si);
         let checked = |range: std::ops::RangeInclusive<f64>, allowed: &str| match value {
             Some(value) if range.contains(&value) => Ok(value),
             _ => {
                 let message = format!("found {cell:?}, allowed: {allowed}, or an empty cell");
-                Err(refuse(Some(column), message))
+                Err(refuse(message))
             }
         };
         match column.content {
@@ -200,20 +150,14 @@ fn row(
                 angles[i] = Some(checked(-STEEPEST..=STEEPEST, allowed)?);
             }
             Content::Wheel(i) => {
-                forces[i] = Some(checked(
-                    0.0..=LARGEST,
-                    "a force of at least 0 and at most 1e6 N",
-                )?);
+                forces[i] = Some(checked(0.0..=LARGEST, FORCE)?);
             }
             Content::Weight if into.weight.is_some() => {
                 let message = "the weight stands in an earlier line; allowed: once";
-                return Err(refuse(Some(column), message.to_owned()));
+                return Err(refuse(message.to_owned()));
             }
             Content::Weight => {
-                into.weight = Some(checked(
-                    0.0..=LARGEST,
-                    "a force of at least 0 and at most 1e6 N",
-                )?);
+                into.weight = Some(checked(0.0..=LARGEST, FORCE)?);
             }
             Content::Block => {}
         }
@@ -222,16 +166,13 @@ fn row(
         (_, [None, None, None]) => Ok(()),
         ([Some(a), Some(b)], forces) => {
             into.readings.push(Reading {
-                line,
+                line: row.line(),
                 inclinations: [a, b],
                 forces,
             });
             Ok(())
         }
-        _ => {
-            let message = "a scale was read, but an inclination is missing; allowed: both";
-            Err(refuse(None, message.to_owned()))
-        }
+        _ => Err(": a scale was read, but an inclination is missing; allowed: both".to_owned()),
     }
 }
 

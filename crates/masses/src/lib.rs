@@ -8,12 +8,12 @@
 //! |---|---|
 //! | the unknowns and what the drawings know of them | `parameters.rs` |
 //! | forces on the plates: eq. (8) with contact angles of 0 | `statics.rs` |
-//! | readings and their errors | `measurements.rs`, `table.rs` |
+//! | readings and their errors | `measurements.rs` |
 //! | least squares with a prior (Gauss and Newton) | `prior.rs`, `fit.rs` |
 //! | the covariance in the seven parameters that forces depend on | `loads.rs` |
 //! | postures on blocks, and those that tell most | `blocks.rs`, `plan.rs` |
-//! | the results in words | `text.rs` |
 //! | what the scales would show of a given robot | `simulate.rs` |
+//! | the nominal robot of a simulation: drawn, and weighed if it is | `model_error.rs` |
 //!
 //! On scales the wheels are free or on plates that give way, so that no traction acts: T = 0 but for a small rest
 //! ([`Accuracy::horizontal_force`]). With one wheel each on links 1 and 2, eq. (8) then determines the three normal
@@ -29,21 +29,20 @@ mod error;
 mod fit;
 mod loads;
 mod measurements;
+mod model_error;
 mod parameters;
 mod plan;
 mod prior;
 mod simulate;
 mod statics;
-mod table;
-mod text;
 
 pub use blocks::{Blocks, BlocksError};
 pub use error::WeighError;
 pub use fit::{Misfit, Weighed, weigh};
 pub use loads::{ForceDeviation, LoadDeviation};
 pub use measurements::{Accuracy, Measurements, Reading};
+pub use model_error::{ModelError, ModelErrorTooLarge, NominalRobot, simulated_weighing};
 pub use parameters::{PARAMETERS, ParameterName, Tolerances, parameter_names};
 pub use plan::{Plan, PlanError, PlannedPosture, plan};
 pub use simulate::simulate;
 pub use statics::{PlateError, plate_forces};
-pub use table::{TableError, blank_table, read_table, write_table};

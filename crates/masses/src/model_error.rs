@@ -1,13 +1,16 @@
 //! Model errors: how the nominal robot, which the estimators are given, differs from the simulated one.
 
+use crate::blocks::{Blocks, BlocksError};
+use crate::error::WeighError;
+use crate::fit::weigh;
+use crate::measurements::{Accuracy, Measurements};
+use crate::parameters::Tolerances;
+use crate::plan::{PlanError, plan};
+use crate::simulate::simulate;
 use robhaz_estimator::statics::LoadCovariance;
 use robhaz_model::{GeometryError, MassError, Pins, Robot, Vec2};
 use robhaz_sim::random::Stream;
 use robhaz_sim::sensors::Grade;
-use robhaz_weigh::{
-    Accuracy, Blocks, BlocksError, Measurements, PlanError, Tolerances, WeighError, plan, simulate,
-    weigh,
-};
 use std::f64::consts::TAU;
 
 /// Size of the model errors. With all values 0 the nominal robot is the simulated one.

@@ -1,11 +1,11 @@
 //! What a weighing brings: robots that differ from their drawings, weighed with scales of a stated error.
 
 use robhaz_estimator::statics::load_parameters;
-use robhaz_model::{Geometry, MassSet, Robot, Vec2};
-use robhaz_weigh::{
+use robhaz_masses::{
     Accuracy, Measurements, Reading, Tolerances, WeighError, Weighed, plan, plate_forces, simulate,
     weigh,
 };
+use robhaz_model::{Geometry, MassSet, Robot, Vec2};
 use std::error::Error;
 
 /// Draws from N(0, 1): a linear congruential generator (Knuth's MMIX) and the sum of twelve uniform numbers, which differs

@@ -1,0 +1,137 @@
+//! Results as text for the terminal.
+
+use comfy_table::presets::UTF8_FULL_CONDENSED;
+use comfy_table::{Cell, CellAlignment, Table};
+use robhaz_masses::{LoadDeviation, PARAMETERS, Plan, Weighed, parameter_names};
+
+/// A deviation above this share of its prior counts as not seen.
+const NOT_SEEN: f64 = 0.95;
+
+/// The load parameters, the single values, and what was not seen.
+pub fn weighed(of: &Weighed) -> String {
+    let mean = of.robot.mean_wheel_load();
+    let percent = |force: f64| 100.0 * force / mean;
+    let [first, second] = of
+        .inclination_offsets
+        .map(|(offset, sigma)| format!("{:+.2} ±{:.2}", offset.to_degrees(), sigma.to_degrees()));
+    let unseen: Vec<_> = unseen(of).map(|i| parameter_names()[i].name).collect();
+    let unseen = match unseen.as_slice() {
+        [] => "All single values were seen better than the drawings know them.".to_owned(),
+        names => format!(
+            "Not seen by these readings, kept as in the drawings: {}.",
+            names.join(", ")
+        ),
+    };
+    format!(
+        "What the wheel forces depend on, with one standard deviation\n{}\n\
+             Single values; they are known as far as the drawings separate them\n{}\n\
+             {unseen}\n\
+             Offsets of the inclinations, deg: link1 {first}, link2 {second}\n\
+             Fit: weighted sum of squares {:.1} for {} readings.\n\
+             Error of N by masses, centres of mass and pins, on a driven ground: {:.2} N ({:.1} %) by the drawings, {:.2} N ({:.2} %) \
+             after weighing.",
+        load_table(of),
+        value_table(of),
+        of.misfit.sum,
+        of.misfit.readings,
+        of.forces.before,
+        percent(of.forces.before),
+        of.forces.after,
+        percent(of.forces.after),
+    )
+}
+
+/// Indices of the single values that the scales did not see.
+fn unseen(of: &Weighed) -> impl Iterator<Item = usize> + '_ {
+    (0..PARAMETERS).filter(|i| of.deviation[*i] > NOT_SEEN * of.prior[*i])
+}
+
+fn load_table(of: &Weighed) -> Table {
+    let mut table = table(&["", "drawings", "weighed", "unit"]);
+    for LoadDeviation {
+        name,
+        unit,
+        drawn,
+        found,
+        prior,
+        deviation,
+    } in &of.loads
+    {
+        table.add_row(cells(&[
+            (*name).to_owned(),
+            format!("{drawn:.4} ±{prior:.4}"),
+            format!("{found:.4} ±{deviation:.4}"),
+            (*unit).to_owned(),
+        ]));
+    }
+    table
+}
+
+fn value_table(of: &Weighed) -> Table {
+    let mut table = table(&["", "drawings", "weighed", "unit"]);
+    for (i, name) in parameter_names().iter().enumerate() {
+        // Lengths in mm.
+        let (factor, unit, digits) = match name.unit {
+            "m" => (1e3, "mm", 2),
+            unit => (1.0, unit, 3),
+        };
+        let shown = |value: f64, sigma: f64| {
+            let (value, sigma) = (factor * value, factor * sigma);
+            format!("{value:.digits$} ±{sigma:.digits$}")
+        };
+        table.add_row(cells(&[
+            name.name.to_owned(),
+            shown(of.drawn[i], of.prior[i]),
+            shown(of.found[i], of.deviation[i]),
+            unit.to_owned(),
+        ]));
+    }
+    table
+}
+
+/// The postures, and how exact the forces are after each.
+pub fn plan(of: &Plan) -> String {
+    let header = [
+        "posture",
+        "block1, mm",
+        "block2, mm",
+        "block3, mm",
+        "link1, deg",
+        "link2, deg",
+        "N1, N",
+        "N2, N",
+        "N3, N",
+        "error of N after it, N",
+    ];
+    let mut table = table(&header);
+    for (k, posture) in of.postures.iter().enumerate() {
+        let mut row = vec![(k + 1).to_string()];
+        row.extend(posture.blocks.map(|h| format!("{:.0}", 1e3 * h)));
+        row.extend(posture.angles.map(|a| format!("{:.1}", a.to_degrees())));
+        row.extend(posture.forces.map(|n| format!("{n:.1}")));
+        row.push(format!("{:.3}", posture.after));
+        table.add_row(cells(&row));
+    }
+    format!(
+        "The postures that tell most, of {} on these blocks; angles and forces by the drawings\n{table}\n\
+             Without weighing, the drawings' tolerances are an error of N of {:.2} N.",
+        of.candidates, of.before
+    )
+}
+
+fn table(header: &[&str]) -> Table {
+    let mut table = Table::new();
+    table.load_preset(UTF8_FULL_CONDENSED);
+    let header: Vec<_> = header.iter().map(|h| (*h).to_owned()).collect();
+    table.set_header(cells(&header));
+    table
+}
+
+/// The first cell to the left, numbers to the right.
+fn cells(row: &[String]) -> Vec<Cell> {
+    let cell = |(i, text): (usize, &String)| match i {
+        0 => Cell::new(text),
+        _ => Cell::new(text).set_alignment(CellAlignment::Right),
+    };
+    row.iter().enumerate().map(cell).collect()
+}
