@@ -172,11 +172,12 @@ impl BestFilters {
         let direction = equations.parity_direction.as_ref();
         let weighted = direction.filter(|_| self.method.whitening);
         let inputs = |a, b| self.motion.input_covariance(a, b);
-        let mut forces = solve(&equations, weighted, &right, inputs);
+        let by_gain = self.motion.by_common_gain();
+        let (mut forces, by_scale) = solve(&equations, weighted, &right, inputs, &by_gain);
         forces.consider(&equations.inverse, &nominal.by_rolling_resistance);
         self.consider_shaking(nominal, &equations, &right.sensitivity, &mut forces);
         let stated = self.scale.stated();
-        self.consider_scale(&equations, &mut forces);
+        self.consider_scale(&by_scale, &mut forces);
         self.discard_wrong_states(&settings.budget);
         self.last_normal_force = forces.normal;
         self.last_traction = forces.traction;

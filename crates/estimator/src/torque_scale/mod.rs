@@ -92,6 +92,8 @@ pub(crate) struct StatedDeviation {
 /// Finds the ratio, and decides what follows from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ScaleFilter {
+    /// [`crate::NoiseBudget::payload`]. Not part of the state.
+    payload: f64,
     balance: WorkBalance,
     /// Ratio with which the loads are multiplied.
     applied: f64,
@@ -110,21 +112,22 @@ impl ScaleFilter {
     const COUNTS: f64 = 1.5;
     /// Deviations of a new ratio from the applied one from which on the new one is applied.
     const FOLLOWS: f64 = 2.0;
-    /// Relative deviation of the tractions while the ratio is not known: readings of 0.4 of their
-    /// size err by five of these.
-    const UNKNOWN: f64 = 0.3;
+    /// Standard deviation of the torques' scale before any reading, relative: ln(2)/2. A factor of
+    /// two, such as a gear's efficiency of 0.5 that nobody states, is two of them.
+    const PRIOR: f64 = 0.4;
     /// Least ratio: motor torques that are 20 times too small.
     const LEAST: f64 = 0.05;
 
-    /// See [`WorkBalance::new`].
-    pub fn new(between: f64, resisted: f64, gain: f64) -> Self {
+    /// See [`WorkBalance::new`]; `payload` is that of the budget.
+    pub fn new(between: f64, resisted: f64, gain: f64, payload: f64) -> Self {
         Self {
+            payload,
             balance: WorkBalance::new(between, resisted, gain),
             applied: 1.0,
             contradicts: false,
             deviation: StatedDeviation {
-                tractions: Self::UNKNOWN,
-                forces: 0.0,
+                tractions: Self::PRIOR,
+                forces: payload,
             },
         }
     }
@@ -178,14 +181,18 @@ impl ScaleFilter {
         } else {
             of_mass
         };
+        let square_of = |x: f64| x * x;
+        // Of a scale, the mass being right: its mean square about 1, with which the tractions are computed.
+        let (prior, of_ratio) = (square_of(Self::PRIOR), square_of(sigma));
+        let kept = prior / (prior + of_ratio);
+        let of_scale = kept * of_ratio + square_of(kept * rest);
+        // Of a payload, the scale being right, beyond the error of the mass that the loads have anyway.
+        let prior = square_of(mass) + square_of(self.payload);
+        let of_payload = (prior * of_ratio / (prior + of_ratio) - square_of(mass)).max(0.0);
         let excess = robhaz_model::sqrt((1.0 - Self::COUNTS * Self::COUNTS / square).max(0.0));
         self.deviation = StatedDeviation {
-            tractions: if sigma < TorqueScale::KNOWN {
-                excess * rest.abs()
-            } else {
-                Self::UNKNOWN.max(excess * rest.abs())
-            },
-            forces: excess * libm::expm1(other).abs(),
+            tractions: robhaz_model::sqrt(of_scale),
+            forces: robhaz_model::sqrt(of_payload + square_of(excess * libm::expm1(other))),
         };
         before
     }
