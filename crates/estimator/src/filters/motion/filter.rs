@@ -152,21 +152,18 @@ impl MotionFilter {
         self.filter.p[INPUTS + a][INPUTS + b]
     }
 
-    /// Errors of the inputs by an error of 1 of all torque gains. Gains are consider states with independent priors: by how much the
-    /// estimates err with a gain is their covariance over its variance. Without a prior no estimate counts as wrong.
+    /// Errors of the inputs by an error of 1 of all torque gains. These are consider states with independent priors: by how much an
+    /// estimate errs with one is their covariance over its variance. Without a prior no estimate counts as wrong.
     pub fn by_common_gain(&self) -> [f64; input::COUNT] {
+        let mut by = [0.0; input::COUNT];
+        by[input::TORQUE_GAIN..].fill(1.0);
         let p = &self.filter.p;
-        core::array::from_fn(|k| {
-            let by_gain = |i: usize| {
-                let variance = p[TORQUE_GAIN + i][TORQUE_GAIN + i];
-                match k.checked_sub(input::TORQUE_GAIN) {
-                    Some(gain) => f64::from(u8::from(gain == i)),
-                    None if variance > 0.0 => p[INPUTS + k][TORQUE_GAIN + i] / variance,
-                    None => 0.0,
-                }
-            };
-            [0, 1, 2].map(by_gain).iter().sum()
-        })
+        for gain in (TORQUE_GAIN..COUNT).filter(|gain| p[*gain][*gain] > 0.0) {
+            for (k, error) in by.iter_mut().take(input::TORQUE_GAIN).enumerate() {
+                *error += p[INPUTS + k][gain] / p[gain][gain];
+            }
+        }
+        by
     }
 
     /// Variance of the unexplained load, N^2: see [`MotionFilter::check_parity`].
