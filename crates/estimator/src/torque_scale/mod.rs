@@ -113,10 +113,9 @@ impl ScaleFilter {
     const COUNTS: f64 = 1.5;
     /// Deviations of a new ratio from the applied one from which on the new one is applied.
     const FOLLOWS: f64 = 2.0;
-    /// Standard deviation of the torques' scale before any reading, relative: of a log-normal scale
-    /// of which a factor of two (the efficiency of a worm gear, half of the motors' currents) is two
-    /// deviations.
-    const PRIOR: f64 = 0.4;
+    /// Standard deviation of the torques' scale before any reading, relative: torques of half their
+    /// size (the efficiency of a worm gear, half of the motors' currents) err by two of these.
+    const PRIOR: f64 = 0.5;
     /// Least ratio: motor torques that are 20 times too small.
     const LEAST: f64 = 0.05;
 
