@@ -134,8 +134,10 @@ impl BestFilters {
         self.ground.forget_left();
     }
 
-    /// Takes over what lasts from `before`: the memory of the ground, whose section ends, and the torques' scale.
-    pub fn end_ground(&mut self, before: &Self) {
+    /// Takes over what lasts from `before`: the memory of the ground, whose section ends, the torques' scale, and the velocity
+    /// about which the constraints of rolling are linearised.
+    pub fn take_over(&mut self, before: &Self) {
+        self.motion.assume_velocity(before.motion.velocity());
         self.ground = before.ground;
         self.ground.forget_left();
         self.ground.end_section();

@@ -93,6 +93,15 @@ impl MotionFilter {
         }
     }
 
+    /// Takes `velocity` (m/s) for that of Q, as uncertain as before, unless no reading could correct it any more.
+    pub fn assume_velocity(&mut self, velocity: Vec2) {
+        let largest = TUNING.gate * TUNING.unknown_velocity;
+        // Written so that a NaN is not taken.
+        if velocity.norm_squared() < largest * largest {
+            (self.filter.x[VELOCITY], self.filter.x[VELOCITY + 1]) = (velocity.x, velocity.y);
+        }
+    }
+
     /// Velocity of Q, m/s.
     pub fn velocity(&self) -> Vec2 {
         Vec2::new(self.filter.x[VELOCITY], self.filter.x[VELOCITY + 1])
