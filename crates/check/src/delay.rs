@@ -68,8 +68,8 @@ pub struct Delay {
 }
 
 /// The delay, within `longest` steps of `dt` (s), at which the regressors explain `y` best; between steps by a parabola.
-/// `memory` is the largest number of samples over which residuals are correlated. `None` where the best is at an end, or where there
-/// are too few samples to tell.
+/// `memory` is the largest number of samples over which residuals are correlated. `None` where the best is at an end, or where
+/// there are too few samples to tell.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_precision_loss,
