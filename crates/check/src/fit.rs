@@ -71,7 +71,8 @@ pub fn robust_fit<const K: usize>(y: &[f64], x: &[&[f64]; K]) -> Option<Fit<K>> 
     Some(found)
 }
 
-fn residuals<const K: usize>(y: &[f64], x: &[&[f64]; K], fit: &Fit<K>) -> Vec<f64> {
+/// What the fit leaves of `y`.
+pub fn residuals<const K: usize>(y: &[f64], x: &[&[f64]; K], fit: &Fit<K>) -> Vec<f64> {
     let predicted = |i: usize| -> f64 { (0..K).map(|k| fit.coefficients[k] * x[k][i]).sum() };
     y.iter()
         .enumerate()
@@ -80,10 +81,11 @@ fn residuals<const K: usize>(y: &[f64], x: &[&[f64]; K], fit: &Fit<K>) -> Vec<f6
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    fn wave(n: usize, shift: f64) -> Vec<f64> {
+    /// Two waves, `shift` samples late.
+    pub fn wave(n: usize, shift: f64) -> Vec<f64> {
         let at = |i: usize| {
             let t = i as f64 - shift;
             (0.05 * t).sin() + 0.5 * (0.013 * t).cos()

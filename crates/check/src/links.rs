@@ -509,6 +509,7 @@ fn delay_of(recording: &Recording, changes: &Changes, k: usize) -> Finding {
     let allowed = Allowed {
         early: GYRO_DELAY + MARGIN,
         late: INCLINOMETER_LAG + MARGIN,
+        explained: CERTAIN,
     };
     let allowed = allowed.at_period(recording.slowest);
     // All samples: those that fit best without a delay would hide it.

@@ -47,7 +47,7 @@ impl FilterState {
     fn start_after(&mut self, before: &Self) {
         if let (Self::Best(filters), Self::Best(before)) = (self, before) {
             filters.forget_motion();
-            filters.end_ground(before);
+            filters.take_over(before);
         }
     }
 

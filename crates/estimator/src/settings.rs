@@ -149,6 +149,9 @@ pub struct NoiseBudget {
     /// Errors of masses, centres of mass and pins together, of a robot that was weighed. They count in addition to the
     /// two above, which are 0 then.
     pub load_covariance: Option<LoadCovariance>,
+    /// Payload that nobody has stated, over the mass of the robot. It counts in the stated deviations alone, and until the
+    /// torques show the robot's weight ([`crate::TorqueScale`]).
+    pub payload: f64,
 }
 
 impl NoiseBudget {
@@ -178,6 +181,7 @@ impl NoiseBudget {
             body_cg: 0.0,
             link_mass: 0.0,
             load_covariance: None,
+            payload: 0.0,
         }
     }
 }

@@ -85,6 +85,9 @@ impl Tolerances {
         pin: 0.001,
     };
 
+    /// What such a robot carries, over its mass: robots of this size carry up to 15 % of it, which is two deviations.
+    pub const PAYLOAD: f64 = 0.075;
+
     /// Standard deviations of the unknowns, kg and m.
     pub(crate) fn deviations(&self, drawings: &Robot) -> Values {
         // A distance has two coordinates.

@@ -6,8 +6,9 @@
 //! not be blamed.
 
 use crate::common::{Failure, SOFT, readings, scene};
+use rayon::prelude::*;
 use robhaz_check::{Finding, Stated, Verdict, check};
-use robhaz_estimator::{Channels, Estimator, EstimatorSettings, SensorFrame, TorqueScale};
+use robhaz_estimator::{Channels, Estimator, EstimatorSettings, Flags, SensorFrame, TorqueScale};
 use robhaz_masses::Tolerances;
 use robhaz_scene::Scene;
 use robhaz_study::TruthRun;
@@ -128,6 +129,7 @@ fn a_payload_is_stated() -> Result<(), Failure> {
             let mut settings = described.nominal_settings(&described.estimators[1])?;
             let robot = described.nominal_robot()?;
             settings.budget.load_covariance = Some(Tolerances::BUILT.loads(&robot)?);
+            settings.budget.payload = Tolerances::PAYLOAD;
             let outcome = estimate(&described, settings, &frames, &truth)?;
             let ratio = outcome.scale.ratio;
             let what = format!("{name} {seed}");
@@ -186,5 +188,132 @@ fn level_ground_cannot_tell() -> Result<(), Failure> {
         );
         assert!(found.figure.contains("level ground"), "{}", found.figure);
     }
+    Ok(())
+}
+
+/// Samples of a log from 2 s on.
+#[derive(Default)]
+struct Count {
+    samples: u32,
+    /// Of N, within two stated deviations.
+    within: u32,
+    /// Trusted (no flag that warns, healthy), and off by more than five stated deviations.
+    off: u32,
+    /// When health first named the scale, s.
+    alarm: Option<f64>,
+    scale: Option<TorqueScale>,
+    /// Mean stated deviation of N over the mean N.
+    stated: f64,
+}
+
+fn count(
+    scene: &Scene,
+    settings: EstimatorSettings,
+    frames: &[SensorFrame],
+    truth: &TruthRun,
+) -> Result<Count, Failure> {
+    let mut estimator = Estimator::new(&scene.nominal_robot()?, settings);
+    let mut count = Count::default();
+    let (mut sigmas, mut forces) = (0.0, 0.0);
+    for (frame, true_sample) in frames.iter().zip(truth.samples()) {
+        let estimate = estimator.update(frame)?;
+        let suspect = estimate.health.is_some_and(|h| !h.suspect.is_empty());
+        let alarm = estimate
+            .health
+            .is_some_and(|h| h.suspect.contains(Channels::TORQUE_SCALE));
+        if alarm && count.alarm.is_none() {
+            count.alarm = Some(frame.time);
+        }
+        count.scale = estimate.torque_scale;
+        if frame.time < 2.0 {
+            continue;
+        }
+        let warned = [
+            Flags::SENSOR_STALE,
+            Flags::SENSOR_ABSURD,
+            Flags::OUT_OF_RANGE,
+            Flags::CONTRADICTION,
+        ];
+        let trusted = !suspect && !warned.iter().any(|f| estimate.flags.contains(*f));
+        let mut off = 0.0_f64;
+        for (i, wheel) in true_sample.wheels.iter().enumerate() {
+            let Some(contact) = wheel.equivalent_contact() else {
+                continue;
+            };
+            let sigma = estimate.sigma_normal(i).ok_or("deviation")?.max(1e-3);
+            let of_normal = (estimate.normal_force[i] - contact.normal_force).abs() / sigma;
+            count.within += u32::from(of_normal < 2.0);
+            count.samples += 1;
+            sigmas += sigma;
+            forces += contact.normal_force;
+            off = off.max(of_normal);
+            let sigma = estimate.sigma_traction(i).ok_or("deviation")?.max(1e-3);
+            off = off.max((estimate.traction[i] - contact.traction).abs() / sigma);
+        }
+        count.off += 3 * u32::from(trusted && off > 5.0);
+    }
+    count.stated = sigmas / forces;
+    Ok(count)
+}
+
+const GROUNDS: [&str; 4] = ["smooth", "sine", "course", "rough"];
+
+/// Torques of 0.4 to 2 times their size, payloads of 1 and 2 kg, and honest logs: of no log more
+/// than 1 % of the samples are trusted and off by more than five stated deviations.
+#[test]
+#[ignore = "half a minute of two cores"]
+fn nothing_wrong_is_trusted() -> Result<(), Failure> {
+    let mut beyond = Vec::new();
+    for name in GROUNDS {
+        for drive in [&[][..], &SOFT] {
+            for (load, factors) in [
+                (0.0, &[0.4, 0.5, 0.7, 0.85, 1.0, 1.2, 1.6, 2.0][..]),
+                (1.0, &[1.0]),
+                (2.0, &[1.0]),
+            ] {
+                let mass = format!("robot.mass.body={}", 5.0 + load);
+                let loaded = scene(name, &[drive, &[TYPICAL, &mass]].concat())?;
+                let truth = TruthRun::of(&loaded)?;
+                let described = scene(name, &[drive, &[TYPICAL]].concat())?;
+                let results: Vec<(String, Count)> = factors
+                    .par_iter()
+                    .flat_map(|f| [(*f, 0), (*f, 1)])
+                    .map(|(factor, k)| {
+                        let frames = scaled(readings(&loaded, &truth, 5), factor);
+                        let mut settings = described.nominal_settings(&described.estimators[k])?;
+                        if load > 0.0 {
+                            let robot = described.nominal_robot()?;
+                            let loads = Tolerances::BUILT.loads(&robot)?;
+                            settings.budget.load_covariance = Some(loads);
+                            settings.budget.payload = Tolerances::PAYLOAD;
+                        }
+                        let count = count(&described, settings, &frames, &truth)?;
+                        let drive = if drive.is_empty() { "PI" } else { "soft" };
+                        let kind = ["given angles", "no angles"][k];
+                        let what =
+                            format!("{name}, {drive}, {load} kg, torques x {factor}, {kind}");
+                        Ok((what, count))
+                    })
+                    .collect::<Result<_, Failure>>()?;
+                for (what, count) in results {
+                    let percent = |n: u32| 100.0 * f64::from(n) / f64::from(count.samples);
+                    let scale = count.scale.ok_or("scale")?;
+                    println!(
+                        "{what}: {:.1} % within two sigma, {:.2} % trusted beyond five, mean stated {:.1} % of N, ratio {:.3} +- {:.3}, alarm {:?}",
+                        percent(count.within),
+                        percent(count.off),
+                        100.0 * count.stated,
+                        scale.ratio,
+                        scale.sigma,
+                        count.alarm,
+                    );
+                    if percent(count.off) > 1.0 {
+                        beyond.push(what);
+                    }
+                }
+            }
+        }
+    }
+    assert!(beyond.is_empty(), "{beyond:?}");
     Ok(())
 }

@@ -134,8 +134,10 @@ impl BestFilters {
         self.ground.forget_left();
     }
 
-    /// Takes over what lasts from `before`: the memory of the ground, whose section ends, and the torques' scale.
-    pub fn end_ground(&mut self, before: &Self) {
+    /// Takes over what lasts from `before`: the memory of the ground, whose section ends, the torques' scale, and the velocity
+    /// about which the constraints of rolling are linearised.
+    pub fn take_over(&mut self, before: &Self) {
+        self.motion.assume_velocity(before.motion.velocity());
         self.ground = before.ground;
         self.ground.forget_left();
         self.ground.end_section();
@@ -172,11 +174,12 @@ impl BestFilters {
         let direction = equations.parity_direction.as_ref();
         let weighted = direction.filter(|_| self.method.whitening);
         let inputs = |a, b| self.motion.input_covariance(a, b);
-        let mut forces = solve(&equations, weighted, &right, inputs);
+        let by_gain = self.motion.by_common_gain();
+        let (mut forces, by_scale) = solve(&equations, weighted, &right, inputs, &by_gain);
         forces.consider(&equations.inverse, &nominal.by_rolling_resistance);
         self.consider_shaking(nominal, &equations, &right.sensitivity, &mut forces);
         let stated = self.scale.stated();
-        self.consider_scale(&equations, &mut forces);
+        self.consider_scale(&by_scale, &mut forces);
         self.discard_wrong_states(&settings.budget);
         self.last_normal_force = forces.normal;
         self.last_traction = forces.traction;

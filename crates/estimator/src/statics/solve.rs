@@ -36,18 +36,21 @@ impl RightSide {
 /// their means given `w' y = 0`; for y that is `y - R w (w' y)/(w' R w)`. The result is consistent, so any left inverse of
 /// H_N gives the same N: that of weighted least squares with the weight `R^-1`.
 ///
-/// `inputs` gives the covariance of two uncertain inputs by their indices in [`input`], SI.
+/// `inputs` gives the covariance of two uncertain inputs by their indices in [`input`], SI. The second result is the error of
+/// the forces `[T1 N1 T2 N2 T3 N3]` by the errors `considered` of the inputs, which have no part in the weights.
 pub(crate) fn solve(
     equations: &Equations,
     parity: Option<&Vector4<f64>>,
     right: &RightSide,
     inputs: impl Fn(usize, usize) -> f64,
-) -> Forces {
-    let mut joint = Joint::new(&equations.equilibrium, right, &inputs);
+    considered: &[f64; input::COUNT],
+) -> (Forces, [f64; 6]) {
+    let mut joint = Joint::new(&equations.equilibrium, right, &inputs, considered);
     if let Some(w) = parity {
         joint.impose(w);
     }
-    joint.forces(&equations.inverse)
+    let inverse = &equations.inverse;
+    (joint.forces(inverse), joint.error.forces(inverse))
 }
 
 impl Forces {
@@ -63,12 +66,25 @@ impl Forces {
     }
 }
 
+/// A value, or an error, of the right-hand side y and of the tractions T, N.
+struct Sides {
+    y: Vector4<f64>,
+    traction: [f64; 3],
+}
+
+impl Sides {
+    /// `[T1 N1 T2 N2 T3 N3]`, N.
+    fn forces(&self, inverse: &LeastSquaresInverse) -> [f64; 6] {
+        let ([t1, t2, t3], [n1, n2, n3]) = (self.traction, inverse.solve(&self.y));
+        [t1, n1, t2, n2, t3, n3]
+    }
+}
+
 /// Right-hand side y and tractions T as jointly Gaussian.
 struct Joint {
-    /// Mean of the right-hand side, N.
-    y: Vector4<f64>,
-    /// Mean of the tractions, N.
-    traction: [f64; 3],
+    mean: Sides,
+    /// By the considered errors.
+    error: Sides,
     /// R: covariance of the equation error, N^2.
     yy: Matrix4<f64>,
     /// Covariance of each traction with the equation error, N^2.
@@ -83,7 +99,10 @@ impl Joint {
         equilibrium: &Equilibrium,
         right: &RightSide,
         inputs: &impl Fn(usize, usize) -> f64,
+        considered: &[f64; input::COUNT],
     ) -> Self {
+        let by = |(k, derivative): (usize, f64)| derivative * considered[k];
+        let of_traction = |i: usize| right.tractions[i].gradient(i).map(by).iter().sum();
         let causes = causes(&right.tractions, inputs);
         let [t1, t2, t3] = equilibrium.h_t.map(|column| -column);
         let [x, y, angle1, angle2, angle3, ..] = right.sensitivity.columns;
@@ -99,9 +118,19 @@ impl Joint {
         for (column, effect) in columns.iter().zip(&effects) {
             yy += column * effect.transpose();
         }
+        let mut of_rows = Vector4::zeros();
+        for (column, error) in right.sensitivity.columns.iter().zip(considered) {
+            of_rows += column * *error;
+        }
         Self {
-            y: right.value,
-            traction: right.tractions.map(|t| t.value),
+            mean: Sides {
+                y: right.value,
+                traction: right.tractions.map(|t| t.value),
+            },
+            error: Sides {
+                y: of_rows,
+                traction: [0, 1, 2].map(of_traction),
+            },
             yy,
             ty: [0, 1, 2].map(|i| effects[DIRECT + i]),
             tt: [0, 1, 2].map(|i| [0, 1, 2].map(|j| causes[DIRECT + i][DIRECT + j])),
@@ -116,11 +145,15 @@ impl Joint {
         if !(variance > 0.0) {
             return;
         }
-        let step = w.dot(&self.y) / variance;
-        self.y -= rw * step;
         let tw = self.ty.map(|c| c.dot(w));
+        for sides in [&mut self.mean, &mut self.error] {
+            let step = w.dot(&sides.y) / variance;
+            sides.y -= rw * step;
+            for (traction, tw) in sides.traction.iter_mut().zip(tw) {
+                *traction -= tw * step;
+            }
+        }
         for i in 0..3 {
-            self.traction[i] -= tw[i] * step;
             self.ty[i] -= rw * (tw[i] / variance);
             for j in 0..3 {
                 self.tt[i][j] -= tw[i] * tw[j] / variance;
@@ -143,8 +176,8 @@ impl Joint {
             }
         }
         Forces {
-            normal: inverse.solve(&self.y),
-            traction: self.traction,
+            normal: inverse.solve(&self.mean.y),
+            traction: self.mean.traction,
             covariance,
         }
     }
@@ -253,7 +286,9 @@ mod tests {
                 tractions,
                 loads: Matrix4::identity() * 0.1,
             };
-            let found = solve(&equations, equations.parity_direction.as_ref(), &right, inputs);
+            let considered = |k: usize| p[(k, 0)];
+            let considered = core::array::from_fn(considered);
+            let (found, error) = solve(&equations, equations.parity_direction.as_ref(), &right, inputs, &considered);
 
             // Right-hand side and tractions as one Gaussian.
             let h = Normals::from_columns(&e.h_n);
@@ -279,6 +314,17 @@ mod tests {
             let between = of_normal * h.transpose() * weight * t_y.transpose();
 
             let scale = 100.0 + normal.norm();
+            // The forces are linear in the right-hand side: an error moves them as it does that side.
+            let considered = SMatrix::<f64, INPUTS, 1>::from(considered);
+            let of_rows = a * considered;
+            let error_of_normal = of_normal * h.transpose() * weight * of_rows;
+            let left = weight * (of_rows - h * error_of_normal);
+            let error_of_traction = g * considered - t_y * left;
+            for i in 0..3 {
+                let of_traction = error[2 * i] - error_of_traction[i];
+                let of_normal = error[2 * i + 1] - error_of_normal[i];
+                prop_assert!(of_traction.abs().max(of_normal.abs()) < 1e-8 * scale, "{error:?}");
+            }
             let covariance = |i: usize, j: usize| found.covariance[i][j];
             for i in 0..3 {
                 prop_assert!((found.normal[i] - normal[i]).abs() < 1e-8 * scale, "{:?} {normal}", found.normal);
@@ -310,7 +356,7 @@ mod tests {
                 tractions: [none; 3],
                 loads: Matrix4::identity() * (sigma * sigma),
             };
-            let found = solve(&equations, None, &right, |_, _| 0.0);
+            let (found, _) = solve(&equations, None, &right, |_, _| 0.0, &[0.0; INPUTS]);
             let expected = inverse.solve(&y);
             prop_assert!((0..3).all(|i| found.normal[i].to_bits() == expected[i].to_bits()));
             for i in 0..3 {

@@ -3,7 +3,8 @@
 //!
 //! A payload makes it greater just as torques do that are read too large. Only the prior tells them
 //! apart: the budget's error of the masses. Within that prior the masses take their share of what
-//! the [`WorkBalance`] finds. Beyond it the forces are those of the described masses with scaled
+//! the [`WorkBalance`] finds; what a scale or an unstated payload may change beyond that is considered in
+//! the stated deviations alone. Beyond the prior the forces are those of the described masses with scaled
 //! torques, and their deviations contain what a payload would change.
 
 mod balance;
@@ -92,6 +93,8 @@ pub(crate) struct StatedDeviation {
 /// Finds the ratio, and decides what follows from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ScaleFilter {
+    /// [`crate::NoiseBudget::payload`]. Not part of the state.
+    payload: f64,
     balance: WorkBalance,
     /// Ratio with which the loads are multiplied.
     applied: f64,
@@ -110,21 +113,22 @@ impl ScaleFilter {
     const COUNTS: f64 = 1.5;
     /// Deviations of a new ratio from the applied one from which on the new one is applied.
     const FOLLOWS: f64 = 2.0;
-    /// Relative deviation of the tractions while the ratio is not known: readings of 0.4 of their
-    /// size err by five of these.
-    const UNKNOWN: f64 = 0.3;
+    /// Standard deviation of the torques' scale before any reading, relative: torques of half their
+    /// size (the efficiency of a worm gear, half of the motors' currents) err by two of these.
+    const PRIOR: f64 = 0.5;
     /// Least ratio: motor torques that are 20 times too small.
     const LEAST: f64 = 0.05;
 
-    /// See [`WorkBalance::new`].
-    pub fn new(between: f64, resisted: f64, gain: f64) -> Self {
+    /// See [`WorkBalance::new`]; `payload` is that of the budget.
+    pub fn new(between: f64, resisted: f64, gain: f64, payload: f64) -> Self {
         Self {
+            payload,
             balance: WorkBalance::new(between, resisted, gain),
             applied: 1.0,
             contradicts: false,
             deviation: StatedDeviation {
-                tractions: Self::UNKNOWN,
-                forces: 0.0,
+                tractions: Self::PRIOR,
+                forces: payload,
             },
         }
     }
@@ -171,23 +175,35 @@ impl ScaleFilter {
         }
         let of_mass = log * mass * mass / allowed;
         self.applied = libm::exp(of_mass);
+        self.deviation = self.within_budget(log - of_mass, of_mass, sigma, mass);
+        before
+    }
+
+    /// Deviations while the budget allows the ratio. Its logarithm has the deviation `sigma`; `of_mass` of
+    /// it is applied as the masses' share, `rest` is not. `mass` is the deviation of the described mass,
+    /// which the loads have anyway.
+    fn within_budget(&self, rest: f64, of_mass: f64, sigma: f64, mass: f64) -> StatedDeviation {
+        let square = |x: f64| x * x;
+        let (measured, mass) = (square(sigma), square(mass));
+        let posterior = |prior: f64| prior * measured / (prior + measured);
+        // The scale, if there is no payload: mean square about 1, as the tractions are not corrected.
+        let prior = square(Self::PRIOR);
+        let shift = rest * prior / (prior + measured);
+        let of_scale = posterior(prior) + square(shift);
+        // The payload, if the scale is right.
+        let of_payload = (posterior(mass + square(self.payload)) - mass).max(0.0);
         // Of what the masses took, or of what they left, whichever is more.
-        let rest = log - of_mass;
-        let other = if rest.abs() > of_mass.abs() {
+        let most = if rest.abs() > of_mass.abs() {
             rest
         } else {
             of_mass
         };
-        let excess = robhaz_model::sqrt((1.0 - Self::COUNTS * Self::COUNTS / square).max(0.0));
-        self.deviation = StatedDeviation {
-            tractions: if sigma < TorqueScale::KNOWN {
-                excess * rest.abs()
-            } else {
-                Self::UNKNOWN.max(excess * rest.abs())
-            },
-            forces: excess * libm::expm1(other).abs(),
-        };
-        before
+        let allowed = square(Self::COUNTS) * (measured + mass);
+        let excess = (1.0 - allowed / square(rest + of_mass)).max(0.0);
+        StatedDeviation {
+            tractions: robhaz_model::sqrt(of_scale),
+            forces: robhaz_model::sqrt(of_payload + excess * square(libm::expm1(most))),
+        }
     }
 
     /// Ratio with which weight and inertia are multiplied, so that they fit the torques as they are

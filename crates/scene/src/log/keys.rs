@@ -146,4 +146,8 @@ keys! {
     /// covariance of masses, centres of mass and pins of a robot that was weighed, as `robhaz weigh` writes it
     /// (weighing.md); body_cg and link_masses are 0 then
     load_covariance: Covariance => |l| &mut l.budget.load_covariance;
+
+    /// payload that the robot may carry and [robot] does not have, over the robot's mass: it widens what is stated until the
+    /// torques show the weight
+    payload: number(NONE, at_least(0.0).at_most(1.0)) => |l| &mut l.budget.payload;
 }

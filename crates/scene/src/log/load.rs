@@ -73,12 +73,16 @@ impl LogChoice {
         let budget = &mut choice.budget;
         (budget.body_cg, budget.link_mass) = (0.0, 0.0);
         budget.load_covariance = Some(loads.map_err(refused)?);
+        if budget.payload <= 0.0 {
+            budget.payload = Tolerances::PAYLOAD;
+        }
         let Tolerances { mass, centre, pin } = Tolerances::BUILT;
         let notice = format!(
-            "how exact the robot's description is is not stated, so it counts as people build them: masses to {:.0} %, centres of mass to {:.0} mm, pins to {:.0} mm; state budget.body_cg and budget.link_masses, or weigh the robot (docs/weighing.md)",
+            "how exact the robot's description is is not stated, so it counts as people build them: masses to {:.0} %, centres of mass to {:.0} mm, pins to {:.0} mm, an unstated payload of {:.1} % of its mass; state budget.body_cg and budget.link_masses, or weigh the robot (docs/weighing.md)",
             100.0 * mass,
             1e3 * centre,
             1e3 * pin,
+            100.0 * budget.payload,
         );
         Ok((choice, Some(notice)))
     }

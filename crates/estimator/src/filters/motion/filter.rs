@@ -93,6 +93,15 @@ impl MotionFilter {
         }
     }
 
+    /// Takes `velocity` (m/s) for that of Q, as uncertain as before, unless no reading could correct it any more.
+    pub fn assume_velocity(&mut self, velocity: Vec2) {
+        let largest = TUNING.gate * TUNING.unknown_velocity;
+        // Written so that a NaN is not taken.
+        if velocity.norm_squared() < largest * largest {
+            (self.filter.x[VELOCITY], self.filter.x[VELOCITY + 1]) = (velocity.x, velocity.y);
+        }
+    }
+
     /// Velocity of Q, m/s.
     pub fn velocity(&self) -> Vec2 {
         Vec2::new(self.filter.x[VELOCITY], self.filter.x[VELOCITY + 1])
@@ -150,6 +159,20 @@ impl MotionFilter {
     /// Covariance of the inputs `a` and `b`, SI.
     pub fn input_covariance(&self, a: usize, b: usize) -> f64 {
         self.filter.p[INPUTS + a][INPUTS + b]
+    }
+
+    /// Errors of the inputs by an error of 1 of all torque gains. These are consider states with independent priors: by how much an
+    /// estimate errs with one is their covariance over its variance. Without a prior no estimate counts as wrong.
+    pub fn by_common_gain(&self) -> [f64; input::COUNT] {
+        let mut by = [0.0; input::COUNT];
+        by[input::TORQUE_GAIN..].fill(1.0);
+        let p = &self.filter.p;
+        for gain in (TORQUE_GAIN..COUNT).filter(|gain| p[*gain][*gain] > 0.0) {
+            for (k, error) in by.iter_mut().take(input::TORQUE_GAIN).enumerate() {
+                *error += p[INPUTS + k][gain] / p[gain][gain];
+            }
+        }
+        by
     }
 
     /// Variance of the unexplained load, N^2: see [`MotionFilter::check_parity`].

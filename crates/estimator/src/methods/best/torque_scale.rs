@@ -7,9 +7,8 @@ use crate::frame::Instant;
 use crate::health::HealthMonitor;
 use crate::nominal::Nominal;
 use crate::settings::NoiseBudget;
-use crate::statics::{Arms, Equations, Forces};
+use crate::statics::{Arms, Forces};
 use crate::torque_scale::{Rolling, ScaleFilter};
-use nalgebra::Vector4;
 use robhaz_model::{Bar, GRAVITY, Robot, Vec2, perp};
 
 /// Steepest way of an axle, as dy/dx. On a steeper one an error of its place is one of its height,
@@ -26,7 +25,8 @@ pub(super) fn filter(robot: &Robot, budget: &NoiseBudget) -> ScaleFilter {
     let torques = 3.0 * budget.gear_friction + robhaz_model::sqrt(3.0) * budget.torque_offset;
     let rolling = budget.rolling_resistance * 3.0 * robot.mean_wheel_load();
     let resisted = torques / robot.geometry.wheel_radius + rolling;
-    ScaleFilter::new(front.x - middle.x, resisted, budget.torque_gain)
+    let between = front.x - middle.x;
+    ScaleFilter::new(between, resisted, budget.torque_gain, budget.payload)
 }
 
 impl BestFilters {
@@ -99,25 +99,12 @@ impl BestFilters {
         })
     }
 
-    /// Adds what an error of the ratio would change to the covariance of the forces.
-    pub(super) fn consider_scale(&self, equations: &Equations, forces: &mut Forces) {
+    /// Adds what an error of the torques' scale and one of the mass would change to the covariance of the forces; `by_scale` is what
+    /// an error of 1 of the scale changes, N.
+    pub(super) fn consider_scale(&self, by_scale: &[f64; 6], forces: &mut Forces) {
         let deviation = self.scale.deviation();
-        if !(deviation.tractions > 0.0) {
-            return;
-        }
-        let mut of_tractions = Vector4::zeros();
-        for (column, traction) in equations.equilibrium.h_t.iter().zip(&forces.traction) {
-            of_tractions -= column * *traction;
-        }
-        let of_normal = equations.inverse.solve(&of_tractions);
-        let (mut by_tractions, mut by_all) = ([0.0; 6], [0.0; 6]);
-        for i in 0..3 {
-            by_tractions[2 * i] = deviation.tractions * forces.traction[i];
-            by_tractions[2 * i + 1] = deviation.tractions * of_normal[i];
-            by_all[2 * i] = deviation.forces * forces.traction[i];
-            by_all[2 * i + 1] = deviation.forces * forces.normal[i];
-        }
-        forces.add_error(&by_tractions);
-        forces.add_error(&by_all);
+        let ([t1, t2, t3], [n1, n2, n3]) = (forces.traction, forces.normal);
+        forces.add_error(&by_scale.map(|force| deviation.tractions * force));
+        forces.add_error(&[t1, n1, t2, n2, t3, n3].map(|force| deviation.forces * force));
     }
 }

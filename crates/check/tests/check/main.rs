@@ -1,0 +1,9 @@
+//! The checks of logs: honest and faulty readings.
+
+mod clock_faults;
+mod common;
+mod fault_times;
+mod health;
+mod honest_logs;
+mod study;
+mod torque_scale;

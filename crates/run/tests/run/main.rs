@@ -1,0 +1,6 @@
+//! The loop of a run and what it records.
+
+mod clearance;
+mod commands;
+mod ground;
+mod replay;
