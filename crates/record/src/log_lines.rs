@@ -1,9 +1,10 @@
 //! What is printed of recorded logs: means of the estimates, and what became of the rows.
 
 use crate::estimator_rows::{first_cells, heading, right};
-use crate::summary::{ChannelSummary, EstimatorSummary, LogSummary, MeanForces, Summary};
+use crate::summary::{EstimatorSummary, MeanForces, Summary};
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{Row, Table};
+use robhaz_run::{ChannelReport, LogReport};
 
 /// Share of the records with a flag from which on it is printed.
 const OFTEN: f64 = 0.001;
@@ -137,7 +138,7 @@ const LONGEST_GAP: f64 = 0.5;
 const FEW_ROWS: f64 = 0.01;
 
 /// Lines about the rate of a channel, its gaps, the order of its stamps, and its end.
-pub fn time_lines(channel: &ChannelSummary) -> Vec<TimeLine> {
+pub fn time_lines(channel: &ChannelReport) -> Vec<TimeLine> {
     let rows = |count: u64| ("rows", number(count), "-");
     let many = |count: u64| number(count) > FEW_ROWS * number(channel.rows);
     let mut lines = vec![rate_line(channel)];
@@ -150,7 +151,7 @@ pub fn time_lines(channel: &ChannelSummary) -> Vec<TimeLine> {
             remedy,
         });
     };
-    if let (Some(by), Some(at)) = (channel.largest_set_back_s, channel.largest_set_back_at_s) {
+    if let (Some(by), Some(at)) = (channel.largest_set_back, channel.largest_set_back_at) {
         let text = format!(
             "the clock was set back by {by:.3} s at {at:.3} s, or rows are repeated; {} in all",
             channel.set_back
@@ -160,7 +161,7 @@ pub fn time_lines(channel: &ChannelSummary) -> Vec<TimeLine> {
         let numbers = [("set back", by, "s"), ("at", at, "s"), times];
         add("clock", text, &numbers, Some(remedy));
     }
-    if let (Some(longest), Some(at)) = (channel.longest_gap_s, channel.longest_gap_at_s) {
+    if let (Some(longest), Some(at)) = (channel.longest_gap, channel.longest_gap_at) {
         let text = format!(
             "{} gaps, in which about {} rows are lost, the longest {longest:.3} s at {at:.3} s",
             channel.gaps, channel.lost
@@ -222,12 +223,12 @@ fn number(count: u64) -> f64 {
     count as f64
 }
 
-fn rate_line(channel: &ChannelSummary) -> TimeLine {
-    let offset = match channel.offset_s {
+fn rate_line(channel: &ChannelReport) -> TimeLine {
+    let offset = match channel.offset {
         0.0 => String::new(),
         offset => format!(", time stamps {offset:+} s"),
     };
-    let period = channel.period_s;
+    let period = channel.period;
     let mut numbers = vec![("rows", number(channel.rows), "-")];
     let rate = if period > 0.0 {
         numbers.push(("rate", 1.0 / period, "Hz"));
@@ -235,8 +236,8 @@ fn rate_line(channel: &ChannelSummary) -> TimeLine {
     } else {
         String::new()
     };
-    if channel.offset_s != 0.0 {
-        numbers.push(("offset", channel.offset_s, "s"));
+    if channel.offset != 0.0 {
+        numbers.push(("offset", channel.offset, "s"));
     }
     let plausible = 1.0 / HIGHEST_RATE..=1.0 / LOWEST_RATE;
     let is_implausible = period > 0.0 && !plausible.contains(&period);
@@ -249,7 +250,7 @@ fn rate_line(channel: &ChannelSummary) -> TimeLine {
     }
 }
 
-fn missing_line(log: &LogSummary) -> Option<String> {
+fn missing_line(log: &LogReport) -> Option<String> {
     let missing: Vec<String> = log
         .missing
         .iter()

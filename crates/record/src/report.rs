@@ -2,11 +2,10 @@
 
 use crate::estimator_rows::{first_cells, heading, right};
 use crate::log_lines::{log_lines, means_table};
-use crate::summary::{
-    ClearanceSummary, EstimatorSummary, FrictionSummary, ProgressSummary, Summary, Suspicion,
-};
+use crate::summary::{ClearanceSummary, EstimatorSummary, FrictionSummary, Summary, Suspicion};
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{ContentArrangement, Row, Table};
+use robhaz_score::Progress;
 
 /// Width of the table, columns of text.
 const WIDTH: u16 = 100;
@@ -225,21 +224,21 @@ fn without_two_contacts(estimators: &[EstimatorSummary]) -> String {
 }
 
 /// A sentence about a robot that is stuck or spins its wheels.
-fn trouble(progress: &ProgressSummary) -> Option<String> {
-    let spinning = progress.spinning_s;
+fn trouble(progress: &Progress) -> Option<String> {
+    let spinning = progress.spinning;
     let spins = spinning.iter().any(|time| *time >= LONG_SPIN);
     let wheels = format!(
         "the wheels spun for {:.1}, {:.1} and {:.1} s (front, middle, rear)",
         spinning[0], spinning[1], spinning[2]
     );
-    match progress.stuck_since_s {
+    match progress.stuck_since {
         Some(since) => Some(format!(
             "the robot is STUCK since {since:.1} s: it came {:.2} m of the {:.2} m that the drive asked for; {wheels}.",
-            progress.distance_m, progress.asked_m
+            progress.distance, progress.asked
         )),
         None if spins => Some(format!(
             "{wheels}; the robot came {:.2} m of the {:.2} m that the drive asked for.",
-            progress.distance_m, progress.asked_m
+            progress.distance, progress.asked
         )),
         None => None,
     }
@@ -319,11 +318,11 @@ mod tests {
             version: "0.1.0".to_owned(),
             broken_off: None,
             clearance: None,
-            progress: Some(ProgressSummary {
-                distance_m: 3.72,
-                asked_m: 3.78,
-                stuck_since_s: None,
-                spinning_s: [0.1, 0.0, 1.9],
+            progress: Some(Progress {
+                distance: 3.72,
+                asked: 3.78,
+                stuck_since: None,
+                spinning: [0.1, 0.0, 1.9],
             }),
             events: None,
             friction_tests: Vec::new(),
@@ -411,13 +410,13 @@ mod tests {
     /// A run that is stuck or spins says so, one that travels does not.
     #[test]
     fn a_stuck_robot_is_reported() {
-        let line = |since, spinning_s| {
+        let line = |since, spinning| {
             let mut summary = summary(0);
-            summary.progress = Some(ProgressSummary {
-                distance_m: 0.88,
-                asked_m: 3.78,
-                stuck_since_s: since,
-                spinning_s,
+            summary.progress = Some(Progress {
+                distance: 0.88,
+                asked: 3.78,
+                stuck_since: since,
+                spinning,
             });
             comparison_table(&[("stairs", &summary)])
         };

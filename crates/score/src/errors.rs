@@ -24,19 +24,6 @@ pub struct ForceErrors {
     pub max_abs_time_s: Option<f64>,
 }
 
-impl ForceErrors {
-    /// Whether all numbers are finite.
-    pub fn is_finite(&self) -> bool {
-        let bias = self.bias.iter().flatten().chain(&self.max_abs_time_s);
-        let mut numbers = self
-            .rmse
-            .iter()
-            .chain([&self.rmse_all, &self.max_abs])
-            .chain(bias);
-        numbers.all(|v| v.is_finite()) && self.nrmse.is_none_or(f64::is_finite)
-    }
-}
-
 /// Root mean square error of N over the three wheels at one sample, N.
 pub fn rms_over_wheels(estimate: &Estimate, compared: &Compared) -> f64 {
     let wheels = compared.wheels.iter().zip(estimate.normal_force);

@@ -2,11 +2,11 @@
 
 use crate::journal::RunRecord;
 use crate::plan::Plan;
-use crate::scores::ScoreColumn;
 use arrow_array::{
     ArrayRef, BooleanArray, Float64Array, Int64Array, RecordBatch, StringArray, UInt64Array,
 };
 use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
+use robhaz_record::ScoreColumn;
 use robhaz_scene::{Axis, AxisItem, AxisValue, AxisValues, Distribution, Setting};
 use std::collections::HashMap;
 use std::sync::Arc;

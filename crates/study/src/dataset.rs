@@ -146,14 +146,13 @@ fn properties(identity: &Identity) -> WriterProperties {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scores::Outcome;
     use crate::single::BoundSink;
-    use crate::{Job, ScoreColumn, Shard, Study, Watch, compute};
+    use crate::{Job, Shard, Study, Watch, compute};
     use arrow_array::cast::AsArray as _;
     use arrow_array::types::{Float64Type, Int64Type, UInt64Type};
     use arrow_array::{Array as _, RecordBatch};
     use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-    use robhaz_record::SummarySink;
+    use robhaz_record::{ScoreColumn, SummarySink};
     use std::fs;
 
     const SCENE: &str = "[terrain]\nkind = \"flat\"\n[sensors]\ngrade = \"typical\"\n[record]\nduration = 0.1\n\
@@ -212,14 +211,11 @@ mod tests {
             let scene = study.scene(index.value(row))?;
             let mut bound = BoundSink::new(&scene);
             robhaz_run::run(&scene, &mut [&mut summary, &mut bound])?;
-            let outcome = Outcome {
-                summary: summary.summary()?,
-                bound: bound.0.nrmse(),
-            };
-            let estimator = &outcome.summary.estimators[row % 2];
+            let (summary, bound) = (summary.summary()?, bound.0.nrmse());
+            let estimator = &summary.estimators[row % 2];
             assert_eq!(estimators.value(row), estimator.name);
             for score in ScoreColumn::all() {
-                let expected = score.value(&outcome, Some(estimator));
+                let expected = score.value(&summary, bound, Some(estimator));
                 let found = column(score.name)?;
                 let found = match found.as_primitive_opt::<Float64Type>() {
                     Some(numbers) => numbers.is_valid(row).then(|| numbers.value(row)),

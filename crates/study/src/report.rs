@@ -5,8 +5,9 @@ use crate::error::StudyError;
 use crate::statistics::{LEAST_RUNS, Mean};
 use crate::study::Study;
 use comfy_table::presets::UTF8_FULL_CONDENSED;
-use comfy_table::{Cell, CellAlignment, ContentArrangement, Row, Table};
+use comfy_table::{Cell, ContentArrangement, Row, Table};
 use robhaz_record::Dataset;
+use robhaz_record::estimator_rows::{first_cells, heading, right};
 use robhaz_scene::Scene;
 use serde::Serialize;
 
@@ -339,7 +340,7 @@ impl Line {
     }
 
     fn row(&self) -> Row {
-        let mut row = Row::from(vec![Cell::new(&self.name)]);
+        let mut row = first_cells(None, &self.name);
         let c = self.consistency;
         let number = |value: Option<f64>, digits: usize| match value {
             Some(value) => format!("{value:.digits$}"),
@@ -349,9 +350,9 @@ impl Line {
             self.nrmse.map_or_else(|| "-".to_owned(), percent),
             number(self.error_over_floor, 2),
             number(self.traction_rmse_n.map(|m| m.mean), 2),
-            self.stated.map_or_else(
-                || "-".to_owned(),
-                |m| format!("{:.*}", digits(&m), 100.0 * m.mean),
+            number(
+                self.stated.map(|m| 100.0 * m.mean),
+                self.stated.map_or(0, |m| digits(&m)),
             ),
             number(self.error_over_stated.map(|m| m.mean), 2),
             number(c.map(|c| 100.0 * c.coverage.mean), 1),
@@ -406,7 +407,6 @@ fn digits(share: &Mean) -> usize {
 }
 
 fn header() -> Row {
-    let mut row = Row::from(vec![Cell::new("estimator")]);
     let names = [
         "error of N\n% ± s.e.",
         "error/\nbound",
@@ -417,13 +417,7 @@ fn header() -> Row {
         "NEES\n(3)",
         "NIS\n(1)",
     ];
-    for name in names {
-        row.add_cell(right(name));
-    }
+    let mut row = heading(&names, false);
     row.add_cell(Cell::new("stated\nsigma is"));
     row
-}
-
-fn right(text: impl ToString) -> Cell {
-    Cell::new(text).set_alignment(CellAlignment::Right)
 }
