@@ -44,45 +44,40 @@ fn header(several: bool) -> Row {
 fn rows(label: Option<&str>, estimator: &EstimatorSummary) -> [Row; 2] {
     let mut normal = first_cells(label, &estimator.name);
     let mut traction = first_cells(label.map(|_| ""), "");
-    let Some(means) = &estimator.means else {
-        fill(&mut normal, "N", None, None);
-        fill(&mut traction, "T", None, None);
-        return [normal, traction];
-    };
-    let MeanForces {
-        normal_force_sigma,
-        traction_sigma,
-        ..
-    } = means;
+    let means = estimator.means.as_ref();
+    let force = |of: fn(&MeanForces) -> [f64; 3]| means.map(of);
+    let sigma = |of: fn(&MeanForces) -> Option<[f64; 3]>| means.and_then(of);
     fill(
         &mut normal,
         "N",
-        Some(&means.normal_force),
-        normal_force_sigma.as_ref(),
+        force(|m| m.normal_force),
+        sigma(|m| m.normal_force_sigma),
     );
     fill(
         &mut traction,
         "T",
-        Some(&means.traction),
-        traction_sigma.as_ref(),
+        force(|m| m.traction),
+        sigma(|m| m.traction_sigma),
     );
-    let parity = means.parity.map(|p| format!("{p:.2}"));
-    normal.add_cell(right(parity.unwrap_or_else(|| "-".to_owned())));
+    if let Some(means) = means {
+        normal.add_cell(right(or_dash(means.parity)));
+    }
     [normal, traction]
 }
 
+fn or_dash(value: Option<f64>) -> String {
+    value.map_or("-".to_owned(), |v| format!("{v:.2}"))
+}
+
 /// Adds the cells of one force: its name, its mean with deviation of each wheel, its sum.
-fn fill(row: &mut Row, force: &str, means: Option<&[f64; 3]>, sigma: Option<&[f64; 3]>) {
+fn fill(row: &mut Row, force: &str, means: Option<[f64; 3]>, sigma: Option<[f64; 3]>) {
     row.add_cell(right(force));
     for i in 0..3 {
-        let mean = means.map_or("-".to_owned(), |means| format!("{:.2}", means[i]));
-        let sigma = sigma.map_or("-".to_owned(), |sigma| format!("{:.2}", sigma[i]));
+        let [mean, sigma] = [means, sigma].map(|of| or_dash(of.map(|of| of[i])));
         row.add_cell(right(format!("{mean} {sigma:>6}")));
     }
-    let sum = means.map_or("-".to_owned(), |means| {
-        format!("{:.2}", means.iter().sum::<f64>())
-    });
-    row.add_cell(right(sum));
+    let sum = means.map(|means| means.iter().sum());
+    row.add_cell(right(or_dash(sum)));
 }
 
 /// Lines about a log: its channels, what was left out, readings that are missing, flags of the estimators.
@@ -139,80 +134,71 @@ const FEW_ROWS: f64 = 0.01;
 
 /// Lines about the rate of a channel, its gaps, the order of its stamps, and its end.
 pub fn time_lines(channel: &ChannelReport) -> Vec<TimeLine> {
+    let line = |what, text, numbers: &[_], remedy| TimeLine {
+        what,
+        text,
+        numbers: numbers.to_vec(),
+        remedy,
+    };
     let rows = |count: u64| ("rows", number(count), "-");
     let many = |count: u64| number(count) > FEW_ROWS * number(channel.rows);
     let mut lines = vec![rate_line(channel)];
-    let mut add = |what, text, numbers: &[_], remedy: Option<&'static str>| {
-        let numbers = numbers.to_vec();
-        lines.push(TimeLine {
-            what,
-            text,
-            numbers,
-            remedy,
-        });
-    };
     if let (Some(by), Some(at)) = (channel.largest_set_back, channel.largest_set_back_at) {
+        let count = channel.set_back;
         let text = format!(
-            "the clock was set back by {by:.3} s at {at:.3} s, or rows are repeated; {} in all",
-            channel.set_back
+            "the clock was set back by {by:.3} s at {at:.3} s, or rows are repeated; {count} in all"
         );
         let remedy = "split the log there; stamp readings with a monotonic clock";
-        let times = ("times", number(channel.set_back), "-");
+        let times = ("times", number(count), "-");
         let numbers = [("set back", by, "s"), ("at", at, "s"), times];
-        add("clock", text, &numbers, Some(remedy));
+        lines.push(line("clock", text, &numbers, Some(remedy)));
     }
     if let (Some(longest), Some(at)) = (channel.longest_gap, channel.longest_gap_at) {
+        let (gaps, lost) = (channel.gaps, channel.lost);
         let text = format!(
-            "{} gaps, in which about {} rows are lost, the longest {longest:.3} s at {at:.3} s",
-            channel.gaps, channel.lost
+            "{gaps} gaps, in which about {lost} rows are lost, the longest {longest:.3} s at {at:.3} s"
         );
-        let remedy = if longest > LONGEST_GAP {
-            Some("the estimators start anew after 0.5 s: split the log there")
-        } else {
-            many(channel.lost).then_some("find out where rows are lost")
+        let remedy = match longest > LONGEST_GAP {
+            true => Some("the estimators start anew after 0.5 s: split the log there"),
+            false => many(lost).then_some("find out where rows are lost"),
         };
-        let numbers = [
-            ("gaps", number(channel.gaps), "-"),
-            rows(channel.lost),
-            ("longest", longest, "s"),
-            ("at", at, "s"),
-        ];
-        add("gaps", text, &numbers, remedy);
+        let times = [("longest", longest, "s"), ("at", at, "s")];
+        let numbers = [[("gaps", number(gaps), "-"), rows(lost)], times].concat();
+        lines.push(line("gaps", text, &numbers, remedy));
     }
+    // A faster channel has rows that give way, and rows before the first frame: no fault.
+    let write = Some("write each row once, in order, with its own time");
     let counts = [
         (
             channel.duplicates,
             "with the time of the row before are left out",
+            write,
         ),
-        (channel.late, "earlier than the row before are left out"),
+        (
+            channel.late,
+            "earlier than the row before are left out",
+            write,
+        ),
         (
             channel.before_start,
             "from before the first frame are left out",
+            None,
         ),
         (
             channel.superseded,
             "give way to a newer one of the same frame",
+            None,
         ),
     ];
-    for (k, (count, what)) in counts
-        .iter()
-        .enumerate()
-        .filter(|(_, (count, _))| *count > 0)
-    {
-        // A faster channel has rows that give way: no fault.
-        let is_fault = k < 2 && many(*count);
-        let remedy = is_fault.then_some("write each row once, in order, with its own time");
+    for (count, what, remedy) in counts.into_iter().filter(|(count, ..)| *count > 0) {
         let text = format!("{count} rows {what}");
-        add("order", text, &[rows(*count)], remedy);
+        let remedy = remedy.filter(|_| many(count));
+        lines.push(line("order", text, &[rows(count)], remedy));
     }
     if let Some(why) = &channel.cut_off {
         let text = format!("CUT OFF, the last row is left out: {why}");
-        add(
-            "end",
-            text,
-            &[],
-            Some("the recording was killed, or its disk was full"),
-        );
+        let remedy = "the recording was killed, or its disk was full";
+        lines.push(line("end", text, &[], Some(remedy)));
     }
     lines
 }

@@ -287,22 +287,9 @@ mod tests {
             normal_force: Some(errors(scale)),
             traction: Some(errors(0.5)),
             mean_normal_force: Some([50.0; 3]),
-            stated: None,
-            coverage: None,
-            nees: None,
-            error_over_stated: None,
-            nis: None,
-            lag_s: None,
-            ground: None,
             samples: 90,
             missing,
-            two_contacts: 0,
-            no_equivalent: 0,
-            normal_force_at_one_contact: None,
-            contacts: None,
-            suspects: Default::default(),
-            torque_scale: None,
-            means: None,
+            ..EstimatorSummary::default()
         };
         let run = described(&scene());
         Summary {

@@ -50,10 +50,10 @@ pub struct ChannelReport {
     #[serde(default)]
     pub set_back: u64,
     /// By how much at most, s; `None` if never.
-    #[serde(default, rename = "largest_set_back_s")]
+    #[serde(rename = "largest_set_back_s")]
     pub largest_set_back: Option<f64>,
     /// Time before that, s.
-    #[serde(default, rename = "largest_set_back_at_s")]
+    #[serde(rename = "largest_set_back_at_s")]
     pub largest_set_back_at: Option<f64>,
     /// Rows left out because a newer one of the same frame has all readings.
     pub superseded: u64,

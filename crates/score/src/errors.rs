@@ -15,12 +15,10 @@ pub struct ForceErrors {
     /// `rmse_all` over the mean true normal force of the three wheels, -; `None` when no wheel ever carried load.
     pub nrmse: Option<f64>,
     /// Mean error of each wheel, estimate minus truth, N; `None` in results of earlier versions.
-    #[serde(default)]
     pub bias: Option<[f64; 3]>,
     /// Largest absolute error of any wheel, N.
     pub max_abs: f64,
     /// Time of that error, s; `None` in results of earlier versions.
-    #[serde(default)]
     pub max_abs_time_s: Option<f64>,
 }
 

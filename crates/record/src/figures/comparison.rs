@@ -1,9 +1,9 @@
 //! All estimators in one figure: errors of N over time, RMSE in the key.
 
-use super::header::{Entry, Header, Mark};
+use super::header::{Entry, Mark};
 use super::page::{Column, Page, Scale};
 use super::panel::{Layer, Panel};
-use super::paper::{start_entry, time_axis, wheel_panel};
+use super::paper::{page, start_entry, wheel_panel};
 use super::run::{EstimatorTraces, RunTraces};
 use super::style::{estimator as look_of, line};
 
@@ -29,19 +29,17 @@ pub fn comparison(run: &RunTraces) -> Page<'_> {
         .map(|(place, estimator)| entry(place, estimator))
         .collect();
     key.extend(start_entry(run));
-    Page {
-        header: Header {
-            title: "Errors of the normal forces, all estimators".to_owned(),
-            subtitle: format!(
-                "estimated minus true; means over {:.0} ms",
-                1e3 * run.interval
-            ),
-            key,
-        },
-        strips: Vec::new(),
-        axis: time_axis(run),
-        columns: vec![Column::new(Scale::Own, std::iter::once(rms).chain(wheels))],
-    }
+    let subtitle = format!(
+        "estimated minus true; means over {:.0} ms",
+        1e3 * run.interval
+    );
+    page(
+        run,
+        "Errors of the normal forces, all estimators",
+        subtitle,
+        key,
+        vec![Column::new(Scale::Own, std::iter::once(rms).chain(wheels))],
+    )
 }
 
 fn layers<'a>(

@@ -15,12 +15,27 @@ const WHEEL_TITLES: [&str; 3] = ["Wheel 1 (front)", "Wheel 2 (middle)", "Wheel 3
 const HEIGHT: f64 = 138.0;
 const NORMAL_FORCE: &str = "normal force N (N)";
 
-/// Time from 0 to the end of the run.
-pub fn time_axis(run: &RunTraces) -> Axis {
-    Axis {
-        label: "time (s)",
-        range: 0.0..run.end,
-        compare_from: run.rule.compare_from,
+/// A figure over time.
+pub fn page<'a>(
+    run: &RunTraces,
+    title: &str,
+    subtitle: String,
+    key: Vec<Entry>,
+    columns: Vec<Column<'a>>,
+) -> Page<'a> {
+    Page {
+        header: Header {
+            title: title.to_owned(),
+            subtitle,
+            key,
+        },
+        strips: Vec::new(),
+        axis: Axis {
+            label: "time (s)",
+            range: 0.0..run.end,
+            compare_from: run.rule.compare_from,
+        },
+        columns,
     }
 }
 
@@ -46,16 +61,13 @@ pub fn linkage(run: &RunTraces) -> Page<'_> {
         });
         Column::new(Scale::Own, panels)
     };
-    Page {
-        header: Header {
-            title: "Position of the linkage's pins (the paper's Fig. 5)".to_owned(),
-            subtitle: "in world axes, measured from pin Q".to_owned(),
-            key: key(run, self::shown(run), &[LINKAGE], false),
-        },
-        strips: Vec::new(),
-        axis: time_axis(run),
-        columns: vec![column(0, "x from Q (mm)"), column(1, "y from Q (mm)")],
-    }
+    page(
+        run,
+        "Position of the linkage's pins (the paper's Fig. 5)",
+        "in world axes, measured from pin Q".to_owned(),
+        key(run, self::shown(run), &[LINKAGE], false),
+        vec![column(0, "x from Q (mm)"), column(1, "y from Q (mm)")],
+    )
 }
 
 /// Fig. 6: N and T of every wheel.
@@ -73,19 +85,16 @@ pub fn forces(run: &RunTraces) -> Page<'_> {
         let layers = layers(&run.traction[i], estimate, WHEELS[i]);
         force_panel(i, "traction T (N)", errors.map(|(_, t)| t.rmse[i]), layers)
     });
-    Page {
-        header: Header {
-            title: "Force distribution over the wheels (the paper's Fig. 6)".to_owned(),
-            subtitle: String::new(),
-            key: key(run, shown, &WHEELS, shown.is_some_and(has_band)),
-        },
-        strips: Vec::new(),
-        axis: time_axis(run),
-        columns: vec![
+    page(
+        run,
+        "Force distribution over the wheels (the paper's Fig. 6)",
+        String::new(),
+        key(run, shown, &WHEELS, shown.is_some_and(has_band)),
+        vec![
             Column::new(Scale::Common, normal),
             Column::new(Scale::Common, traction),
         ],
-    }
+    )
 }
 
 /// Figs. 7 and 8, and figures of the same form: N of every wheel; with a covariance also its error, each with two
@@ -114,16 +123,13 @@ pub fn normal_forces<'a>(run: &'a RunTraces, estimator: &'a EstimatorTraces) -> 
         });
         columns.push(Column::new(Scale::Common, error));
     }
-    Page {
-        header: Header {
-            title: estimator.kind.names(&estimator.name).1,
-            subtitle: overall(&summary),
-            key: key(run, Some(estimator), &WHEELS, banded),
-        },
-        strips: Vec::new(),
-        axis: time_axis(run),
+    page(
+        run,
+        &estimator.kind.names(&estimator.name).1,
+        overall(&summary),
+        key(run, Some(estimator), &WHEELS, banded),
         columns,
-    }
+    )
 }
 
 /// Needed friction of every wheel with two standard deviations, of an estimator that states them.
@@ -133,16 +139,13 @@ pub fn needed_friction<'a>(run: &'a RunTraces, estimator: &'a EstimatorTraces) -
         let layers = layers(&run.needed[i], estimate, WHEELS[i]);
         wheel_panel(i, "needed friction T/N", 0.02, layers)
     });
-    Page {
-        header: Header {
-            title: format!("Needed friction by {}", estimator.name),
-            subtitle: String::new(),
-            key: key(run, Some(estimator), &WHEELS, true),
-        },
-        strips: Vec::new(),
-        axis: time_axis(run),
-        columns: vec![Column::new(Scale::Common, panels)],
-    }
+    page(
+        run,
+        &format!("Needed friction by {}", estimator.name),
+        String::new(),
+        key(run, Some(estimator), &WHEELS, true),
+        vec![Column::new(Scale::Common, panels)],
+    )
 }
 
 /// The estimator that Figs. 5 and 6 show.

@@ -41,22 +41,16 @@ pub struct Summary {
     /// Version of robhaz.
     pub version: String,
     /// Why and when the run ended before its source did; `None` for a complete run. All else then holds up to that time.
-    #[serde(default)]
     pub broken_off: Option<BrokenOff>,
     /// Travel of the robot; `None` for recorded readings and in the summaries of earlier versions.
-    #[serde(default)]
     pub progress: Option<Progress>,
     /// Numbers of events of wheels, end stops and bars; `None` for recorded readings and in the summaries of earlier versions.
-    #[serde(default)]
     pub events: Option<EventCounts>,
     /// Clearance of body and links to the ground; `None` for recorded readings and in the summaries of earlier versions.
-    #[serde(default)]
     pub clearance: Option<ClearanceSummary>,
     /// The friction of the ground; `None` for recorded readings and in the summaries of earlier versions.
-    #[serde(default)]
     pub friction: Option<FrictionSummary>,
     /// The control of the wheels; `None` for recorded readings and in the summaries of earlier versions.
-    #[serde(default)]
     pub control: Option<ControlSummary>,
     /// Results of the friction tests, in their order.
     #[serde(default)]
@@ -64,7 +58,7 @@ pub struct Summary {
     /// Sensor errors that were drawn for the run; no estimator knows them. `None` for recorded readings.
     pub sensors: Option<SensorErrors>,
     /// What a recorded log held; `None` for simulations.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub log: Option<LogReport>,
     /// The nominal robot, which the estimators were given.
     #[serde(alias = "told")]

@@ -14,7 +14,6 @@ pub struct MeanForces {
     /// RMS of the stated standard deviation of N of each wheel, N. `None` if the estimator states none.
     pub normal_force_sigma: Option<[f64; 3]>,
     /// The same of T of each wheel, N.
-    #[serde(default)]
     pub traction_sigma: Option<[f64; 3]>,
     /// Mean needed friction T/N of each wheel, -; `None` for a wheel without load.
     #[serde(default)]

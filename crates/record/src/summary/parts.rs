@@ -211,7 +211,7 @@ impl TorqueScaleSummary {
 }
 
 /// Errors of one estimator.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EstimatorSummary {
     /// Its label.
     #[serde(skip)]
@@ -224,27 +224,20 @@ pub struct EstimatorSummary {
     pub mean_normal_force: Option<[f64; 3]>,
     /// Stated standard deviation of N over the mean of N, -: [`robhaz_score::Statistics::stated`]. `None` if the
     /// estimator states none.
-    #[serde(default)]
     pub stated: Option<f64>,
     /// Share of errors of N within two stated standard deviations, -. `None` if the estimator states none.
-    #[serde(default)]
     pub coverage: Option<f64>,
     /// Mean NEES of the three N: 3 if the stated covariance is right. `None` if the estimator states none.
-    #[serde(default)]
     pub nees: Option<f64>,
     /// RMS of the errors of N, each over its stated standard deviation: 1 if these are right. `None` if the estimator states none.
-    #[serde(default)]
     pub error_over_stated: Option<f64>,
     /// Mean NIS of the parity residual: 1 if its expected variance is right. `None` if the estimator expects none.
-    #[serde(default)]
     pub nis: Option<f64>,
     /// Time by which the estimated N follow the true ones, s: [`robhaz_score::Statistics::lag`]. `None` where the truth hardly changes,
     /// and in the summaries of earlier versions.
-    #[serde(default)]
     pub lag_s: Option<f64>,
     /// Errors of the ground that the estimator has found. `None` if it finds none, for recorded readings, and in the summaries of
     /// earlier versions.
-    #[serde(default)]
     pub ground: Option<GroundErrors>,
     /// Number of records compared; without truth, of records with an estimate.
     pub samples: u64,
@@ -258,19 +251,17 @@ pub struct EstimatorSummary {
     #[serde(default)]
     pub no_equivalent: u64,
     /// Errors of the normal forces over the records at which no wheel has two contacts; `None` when there are none.
-    #[serde(default)]
     pub normal_force_at_one_contact: Option<ForceErrors>,
     /// How well contact states were found: in the air, two contacts, sliding. `None` if the estimator states none.
-    #[serde(default)]
     pub contacts: Option<FlagScores>,
     /// Channels whose readings contradicted others, over all records.
     #[serde(default, skip_serializing_if = "Suspects::is_empty")]
     pub suspects: Suspects,
     /// The torques against the weight at the end; of a recorded log alone.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub torque_scale: Option<TorqueScaleSummary>,
     /// Means over the records that count; of a recorded log alone.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub means: Option<MeanForces>,
 }
 
@@ -322,16 +313,13 @@ impl EstimatorSummary {
             error_over_stated: score.normalised(),
             nis: score.nis(),
             lag_s: score.lag(),
-            ground: None,
             samples: score.samples(),
             missing: score.missing(),
             two_contacts: score.two_contacts(),
             no_equivalent: score.no_equivalent(),
             normal_force_at_one_contact: score.at_one_contact().normal_force(),
             contacts,
-            suspects: Suspects::new(),
-            torque_scale: None,
-            means: None,
+            ..Self::default()
         }
     }
 
