@@ -7,7 +7,7 @@ use robhaz_record::RecordError;
 use robhaz_record::figures::style::{LINKAGE, SURFACE, TRUTH, WHEELS, line};
 use robhaz_record::figures::{
     Axis, Column, Entry, Header, Layer, Mark, PLOT_WIDTH, Page, Panel, SPACING, Scale, Shape,
-    Strip, Trace, write_figure,
+    Strip, Trace, extremes, write_figure,
 };
 use robhaz_terrain::Terrain;
 use std::ops::Range;
@@ -142,9 +142,7 @@ fn strip(ground: &Terrain, places: &[Place], shown: &Range<f64>, radius: f64) ->
     let tops = wheels.filter(|(x, _)| shown.contains(x));
     let tops = tops.map(|(_, y)| y + radius);
     let heights = surface.iter().map(|p| p.y).chain(tops);
-    let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), y| {
-        (a.min(y), b.max(y))
-    });
+    let (low, high) = extremes(heights);
     let y = low - 0.3 * BESIDE..high + 0.3 * BESIDE;
     let scale = (PLOT_WIDTH / (shown.end - shown.start)).min(TALLEST / (y.end - y.start));
     let more = 0.5 * (PLOT_WIDTH / scale - (shown.end - shown.start));

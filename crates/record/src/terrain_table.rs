@@ -1,6 +1,7 @@
 //! The table `terrain`: the ground of a run.
 
 use crate::point_table::{PointColumn, batch_of_points};
+use crate::quantile::extremes;
 use arrow_array::RecordBatch;
 use arrow_schema::ArrowError;
 use robhaz_run::{RunDescription, World};
@@ -49,9 +50,7 @@ fn survey(run: &RunDescription, world: &World) -> Vec<Surveyed> {
         _ => Some(terrain.extent()),
     };
     let all = reached.chain(ends.into_iter().flat_map(|(from, to)| [from, to]));
-    let (from, to) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-        (low.min(x), high.max(x))
-    });
+    let (from, to) = extremes(all);
     let (from, to) = (from - MARGIN, to + MARGIN);
     terrain.survey(from, to, SPACING.max((to - from) / MOST))
 }

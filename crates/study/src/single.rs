@@ -6,9 +6,7 @@ use crate::journal::{Row, RunRecord};
 use crate::study::{Study, seen_by_plant};
 use crate::truth_run::{TruthRun, bound, rule};
 use robhaz_record::{EstimatorSummary, ScoreColumn, Summary, SummarySink, TableFormat, TableSink};
-use robhaz_run::{
-    ClearanceNeed, Frame, Run, RunDescription, RunEnd, RunError, Sink, SinkError, Stop,
-};
+use robhaz_run::{ClearanceNeed, Frame, Run, RunError, Sink, SinkError, Stop};
 use robhaz_scene::{Scene, SceneError};
 use robhaz_score::{Bound, Inclusion, Rule};
 use std::error::Error;
@@ -152,20 +150,12 @@ impl Sink for BoundSink {
         ClearanceNeed::Never
     }
 
-    fn begin(&mut self, _run: &RunDescription) -> Result<(), SinkError> {
-        Ok(())
-    }
-
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
         if let Some(truth) = frame.truth
             && let Inclusion::Included(compared) = self.1.judge(truth)
         {
             self.0.add(truth, &compared);
         }
-        Ok(())
-    }
-
-    fn end(&mut self, _end: Option<&RunEnd>) -> Result<(), SinkError> {
         Ok(())
     }
 }

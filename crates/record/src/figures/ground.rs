@@ -7,6 +7,7 @@ use super::run::RunTraces;
 use super::style::{FELT, band_color, estimate_line, truth_line};
 use super::trace::{Estimated, Trace};
 use crate::felt_ground::ComparedPoint;
+use crate::quantile::extremes;
 use robhaz_score::GroundErrors;
 
 const MM: f64 = 1e3;
@@ -35,9 +36,7 @@ impl GroundTraces {
             .collect();
         let longest = *sections.iter().max_by_key(|section| section.len())?;
         let (first, _) = longest.first()?;
-        let places = || longest.iter().map(|(p, _)| p.x);
-        let from = places().fold(f64::INFINITY, f64::min);
-        let to = places().fold(f64::NEG_INFINITY, f64::max);
+        let (from, to) = extremes(longest.iter().map(|(p, _)| p.x));
         let count = longest.len() as u64;
         let compared = longest.iter().filter_map(|(p, t)| Some((*p, (*t)?)));
         let mut traces = Self {

@@ -17,6 +17,7 @@ mod strip;
 pub mod style;
 mod trace;
 
+pub use crate::quantile::extremes;
 pub use files::write_figure;
 pub use header::{Entry, Header, Mark};
 pub use page::{Column, Page, Scale};

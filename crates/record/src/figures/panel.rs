@@ -8,6 +8,7 @@ use super::style::{
     truth_line, units, upward_text,
 };
 use super::trace::{Estimated, Point, Trace, outlines};
+use crate::quantile::extremes;
 use plotters::coord::ranged1d::{Ranged, ValueFormatter};
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
@@ -303,14 +304,8 @@ impl<'a> Panel<'a> {
 
 /// Decades that hold all values, at most six.
 fn decades(points: &[Point]) -> Range<f64> {
-    let logs = points
-        .iter()
-        .map(|p| p.1)
-        .filter(|v| *v > 0.0)
-        .map(f64::log10);
-    let (low, high) = logs.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-        (low.min(v), high.max(v))
-    });
+    let values = points.iter().map(|p| p.1).filter(|v| *v > 0.0);
+    let (low, high) = extremes(values.map(f64::log10));
     let (low, high) = if low > high { (-1.0, 1.0) } else { (low, high) };
     let high = high.ceil().max(low.floor() + 1.0);
     // A little lower, so that rounding does not drop the label of the lowest decade.

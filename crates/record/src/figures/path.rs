@@ -7,6 +7,7 @@ use super::run::RunTraces;
 use super::strip::{PLOT_WIDTH, SPACING, Shape, Strip, pair};
 use super::style::{ROBOT, WHEELS, line};
 use super::trace::Point;
+use crate::quantile::extremes;
 use plotters::style::WHITE;
 use robhaz_model::{Bar, Pin, Vec2};
 use robhaz_sim::{ContactTruth, Truth};
@@ -62,12 +63,6 @@ pub fn path<'a>(run: &'a RunTraces, ground: &Terrain) -> Page<'a> {
         axis: Axis::of_places("place of the wheel's centre, x (m)", reach),
         columns: vec![Column::new(Scale::Own, [panel])],
     }
-}
-
-fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-        (low.min(value), high.max(value))
-    })
 }
 
 /// Divides the ground that is shown, m, into strips with robots and paths. Returns them and their common scale, px per m.
