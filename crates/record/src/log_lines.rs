@@ -81,22 +81,22 @@ fn fill(row: &mut Row, force: &str, means: Option<[f64; 3]>, sigma: Option<[f64;
 }
 
 /// Lines about a log: its channels, what was left out, readings that are missing, flags of the estimators.
-pub fn log_lines(summary: &Summary) -> String {
+pub fn log_lines(summary: &Summary) -> Vec<String> {
     let Some(log) = &summary.log else {
-        return String::new();
+        return Vec::new();
     };
-    let mut lines: Vec<String> = Vec::new();
-    for channel in &log.channels {
-        let of_channel = time_lines(channel);
-        lines.extend(of_channel.iter().map(|line| line.of(&channel.name)));
-    }
+    let of_channel = |channel: &ChannelReport| {
+        let lines = time_lines(channel).into_iter();
+        lines.map(|line| line.of(&channel.name)).collect::<Vec<_>>()
+    };
+    let mut lines: Vec<String> = log.channels.iter().flat_map(of_channel).collect();
     lines.extend(missing_line(log));
     if !log.absent.is_empty() {
         lines.push(format!("not in the log: {}", log.absent.join(", ")));
     }
     let flags = |e: &EstimatorSummary| flags_line(e.means.as_ref()?, e);
     lines.extend(summary.estimators.iter().filter_map(flags));
-    lines.iter().map(|line| format!("\n  {line}.")).collect()
+    lines.iter().map(|line| format!("  {line}.")).collect()
 }
 
 /// What is wrong, or not, with the time stamps of a channel.
