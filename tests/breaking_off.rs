@@ -102,11 +102,8 @@ fn said(output: &Output) -> String {
 }
 
 /// The table of the truth while it is written.
-fn growing(format: &str) -> &'static str {
-    match format {
-        "csv" => "truth.csv",
-        _ => "truth.parquet.partial",
-    }
+fn growing(format: &str) -> String {
+    format!("truth.{format}.partial")
 }
 
 /// Ctrl-C and SIGTERM end a run in order: complete tables, figures, a summary with time and cause, the shell's exit
@@ -221,7 +218,8 @@ fn a_killed_run_looks_unfinished_and_is_replaced() {
         run.child().kill().unwrap();
         run.output();
         assert!(!dir.path().join("runs/long").exists());
-        assert!(!partial.join("truth.parquet").exists() && !partial.join("summary.json").exists());
+        let complete = [&format!("truth.{format}"), "summary.json"];
+        assert!(complete.iter().all(|name| !partial.join(name).exists()));
         let compared = robhaz(dir.path(), &["compare", "runs/long.partial"])
             .output()
             .unwrap();

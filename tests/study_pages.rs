@@ -23,6 +23,17 @@ fn run_all(folder: &Path, page: &str) -> (usize, usize) {
     (ours.len(), scripts.len())
 }
 
+/// docs/studies.md explains every score that the dataset has.
+#[test]
+fn the_page_on_studies_has_every_score() {
+    let page = fs::read_to_string(root().join("docs/studies.md")).unwrap();
+    let scores = robhaz_record::ScoreColumn::all();
+    let missing = scores
+        .iter()
+        .filter(|s| !page.contains(&format!("`{}`", s.name)));
+    assert_eq!(missing.map(|s| s.name).collect::<Vec<_>>(), [""; 0]);
+}
+
 /// Every command of docs/studies.md runs, on the study that it shows, with fewer seeds and shorter runs.
 #[test]
 fn the_commands_of_the_page_on_studies_run() {

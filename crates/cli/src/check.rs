@@ -5,7 +5,7 @@ use crate::terminal::{tell, warn_of};
 use miette::{IntoDiagnostic, Result, bail};
 use robhaz_check::{Finding, Report, Stated, Verdict, check};
 use robhaz_log::{Log, LogOptions, LogPlace};
-use robhaz_record::{ChannelSummary, time_lines};
+use robhaz_record::time_lines;
 use robhaz_run::{ChannelReport, LogReport};
 use std::path::PathBuf;
 
@@ -70,7 +70,7 @@ fn of_time(log: &LogReport) -> impl Iterator<Item = Finding> {
 
 fn of_channel(channel: &ChannelReport) -> impl Iterator<Item = Finding> {
     let name = channel.name.clone();
-    let lines = time_lines(&ChannelSummary::from(channel));
+    let lines = time_lines(channel);
     lines.into_iter().map(move |line| {
         let finding = match line.remedy {
             Some(remedy) => Finding::fault(line.what, &name, line.text, remedy),

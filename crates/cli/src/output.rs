@@ -254,7 +254,13 @@ fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
 const FIGURES: &str = "figures";
 
 /// Extensions of tables: finished ones, those being written, and streams of earlier versions.
-const TABLE_ENDS: [&str; 4] = [".parquet.partial", ".parquet", ".csv", ".arrows"];
+const TABLE_ENDS: [&str; 5] = [
+    ".parquet.partial",
+    ".parquet",
+    ".csv.partial",
+    ".csv",
+    ".arrows",
+];
 
 /// Whether the run of a resolved scene writes a file of this name.
 fn is_of_a_run(name: &str, scene: &str) -> bool {

@@ -1,7 +1,7 @@
 //! Speed of a run.
 
 use crate::interrupt::{Interrupt, POLL_TIME};
-use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
+use robhaz_run::{ClearanceNeed, Frame, RunDescription, Sink, SinkError};
 use std::time::{Duration, Instant};
 
 /// Speed of a run.
@@ -52,10 +52,6 @@ impl Sink for PaceSink {
                 std::thread::sleep(left.min(POLL_TIME));
             }
         }
-        Ok(())
-    }
-
-    fn end(&mut self, _end: Option<&RunEnd>) -> Result<(), SinkError> {
         Ok(())
     }
 }

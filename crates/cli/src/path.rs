@@ -2,12 +2,13 @@
 
 #[cfg(feature = "viewer")]
 use crate::output_file::OutputFile;
+use crate::results::Format;
 use crate::terminal::{tell, warn};
 #[cfg(feature = "viewer")]
 use crate::view::RECORDING;
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
-use robhaz_path::{DriveKind, Options, PathSetup, judge};
-use robhaz_record::{TableFormat, path_files, write_path};
+use robhaz_path::{DriveKind, Options, PathSetup, judge, path_files, write_path};
+use robhaz_record::TableFormat;
 use robhaz_scene::Scene;
 use std::path::{Path, PathBuf};
 
@@ -62,15 +63,6 @@ enum Drive {
     Speed,
 }
 
-/// Format of the table.
-#[derive(Clone, Copy, clap::ValueEnum)]
-enum Format {
-    /// Apache Parquet, units in the field metadata.
-    Parquet,
-    /// Comma-separated text.
-    Csv,
-}
-
 /// Judges the path and prints the result. An error if the robot cannot pass.
 pub fn run(args: &Args) -> Result<()> {
     let scene = Scene::load(&args.scene, &args.set)?;
@@ -85,10 +77,7 @@ pub fn run(args: &Args) -> Result<()> {
         },
         distance: args.distance,
     };
-    let format = match args.format {
-        Format::Parquet => TableFormat::Parquet,
-        Format::Csv => TableFormat::Csv,
-    };
+    let format = args.format.into();
     if let Some(folder) = &args.out {
         check_folder(folder, format, args.force)?;
     }
@@ -111,7 +100,7 @@ pub fn run(args: &Args) -> Result<()> {
     }
     #[cfg(feature = "viewer")]
     if let Some(file) = recording {
-        robhaz_viewer::save_path(&setup, &report, file.path()).into_diagnostic()?;
+        save(&setup, &report, file.path())?;
         file.finish()?;
     }
     tell(
@@ -131,6 +120,26 @@ fn recording(args: &Args) -> Result<Option<OutputFile>> {
     let inputs = std::slice::from_ref(&args.scene);
     let create = |file: &PathBuf| OutputFile::create(file, RECORDING, inputs, args.force);
     Ok(args.save.as_ref().map(create).transpose()?)
+}
+
+#[cfg(feature = "viewer")]
+fn save(setup: &PathSetup, report: &robhaz_path::PathReport, out: &Path) -> Result<()> {
+    let place = |p: &robhaz_path::Place| robhaz_viewer::PathPlace {
+        wheels: [0, 1, 2].map(|i| [p.wheel_x[i], p.wheel_y[i]].into()),
+        needed_mu: p.needed_mu,
+        available_mu: p.available_mu(),
+        margin: p.margin,
+    };
+    let failure = report.first_failure.as_ref();
+    let path = robhaz_viewer::JudgedPath {
+        name: &format!("path of {}, drive {}", report.scene, report.drive),
+        terrain: &setup.terrain,
+        wheel_radius: setup.robot.geometry.wheel_radius,
+        places: &report.places.iter().map(place).collect::<Vec<_>>(),
+        failure: failure.map(|failure| (failure.x, failure.reason.words())),
+        text: &report.text(),
+    };
+    robhaz_viewer::save_path(&path, out).into_diagnostic()
 }
 
 /// Refuses a folder that holds other files of the same names.

@@ -39,11 +39,20 @@ pub struct Args {
 
 /// Format of the tables.
 #[derive(Clone, Copy, clap::ValueEnum)]
-enum Format {
+pub enum Format {
     /// Apache Parquet, units in the field metadata.
     Parquet,
     /// Comma-separated text.
     Csv,
+}
+
+impl From<Format> for TableFormat {
+    fn from(format: Format) -> Self {
+        match format {
+            Format::Parquet => Self::Parquet,
+            Format::Csv => Self::Csv,
+        }
+    }
 }
 
 /// What a command writes beside the results of its run.
@@ -146,11 +155,7 @@ fn record(
     viewing: &mut Viewing,
     interrupt: &Interrupt,
 ) -> Result<RunEnd, RunError> {
-    let format = match args.format {
-        Format::Parquet => TableFormat::Parquet,
-        Format::Csv => TableFormat::Csv,
-    };
-    let mut tables = TableSink::new(folder.path(), format);
+    let mut tables = TableSink::new(folder.path(), args.format.into());
     let mut figures = FigureSink::new(&folder.path().join("figures"));
     let mut progress = Progress::new();
     let mut pace = PaceSink::new(args.pace, interrupt);

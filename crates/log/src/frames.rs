@@ -136,8 +136,9 @@ impl Frames {
             Accept::SetBack(by) => {
                 report.set_back += 1;
                 report.late += 1;
-                if report.largest_set_back.is_none_or(|(most, _)| by > most) {
-                    report.largest_set_back = Some((by, channel.newest));
+                if report.largest_set_back.is_none_or(|most| by > most) {
+                    report.largest_set_back = Some(by);
+                    report.largest_set_back_at = Some(channel.newest);
                 }
             }
             // The first reading has refused a clock that was set.
@@ -239,7 +240,8 @@ fn note_gap(report: &mut ChannelReport, step: f64, start: f64) {
     )]
     let lost = (step / report.period).round() as u64;
     report.lost += lost.saturating_sub(1);
-    if report.longest_gap.is_none_or(|(longest, _)| step > longest) {
-        report.longest_gap = Some((step, start));
+    if report.longest_gap.is_none_or(|longest| step > longest) {
+        report.longest_gap = Some(step);
+        report.longest_gap_at = Some(start);
     }
 }

@@ -16,9 +16,12 @@
 //! | `judge` | judges the places and the path |
 //! | `setup` | what is judged |
 //! | `report`, `text` | the result, and its words |
+//! | `files`, `figure` | table and figure of the result |
 
 mod balance;
 mod curve;
+mod figure;
+mod files;
 mod follow;
 mod judge;
 mod mechanism;
@@ -31,6 +34,7 @@ mod tractions;
 #[cfg(test)]
 mod vertex;
 
+pub use files::{path_files, write_path};
 pub use judge::judge;
 pub use report::{Failure, PathReport, Place, Reason};
 pub use setup::{DriveKind, Options, PathError, PathSetup, Stretch};

@@ -4,7 +4,7 @@ use crate::error::of_run;
 use crate::table::Table;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use robhaz_record::{MemorySink, Summary, SummarySink, comparison_table};
+use robhaz_record::{Summary, SummarySink, TableSink, comparison_table};
 use robhaz_run::RunError;
 use robhaz_scene::Scene;
 use std::cell::{Cell, RefCell};
@@ -53,7 +53,7 @@ fn simulate(scene: &Scene) -> PyResult<Results> {
     let start = robhaz_run::Run::new(scene);
     let run = start.map_err(|e| of_run(&format!("cannot start {name}"), &e))?;
     let run = run.on_threads();
-    let (mut memory, mut summary) = (MemorySink::new(), SummarySink::new());
+    let (mut memory, mut summary) = (TableSink::in_memory(), SummarySink::new());
     let (samples, interrupt) = (Cell::new(0_u32), RefCell::new(None));
     let stop = || {
         samples.set(samples.get().wrapping_add(1));

@@ -1,8 +1,8 @@
 //! Rows of a table as Arrow batches.
 
-use crate::columns::{Column, Kind, Table};
+use crate::columns::{Kind, Table};
 use arrow_array::{ArrayRef, Float64Array, RecordBatch, UInt32Array};
-use arrow_buffer::NullBufferBuilder;
+use arrow_buffer::{BooleanBuffer, NullBuffer};
 use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
 use robhaz_run::Frame;
 use std::collections::HashMap;
@@ -12,93 +12,12 @@ use std::sync::Arc;
 /// Records that stay in the fast cache of a core while column after column takes its values.
 const ROWS_AT_ONCE: usize = 32;
 
-/// Values of one column that wait for their batch.
-enum Buffer {
-    Float(Vec<f64>),
-    Optional(Gappy),
-    Count(Vec<u32>),
-}
-
-/// Numbers with gaps. Validity bits are only made from the first gap on.
-struct Gappy {
-    values: Vec<f64>,
-    valid: NullBufferBuilder,
-}
-
-impl Gappy {
-    fn new() -> Self {
-        Self {
-            values: Vec::new(),
-            valid: NullBufferBuilder::new(0),
-        }
-    }
-
-    /// Notes which values from `first` on are there: those that are finite.
-    fn mark(&mut self, first: usize) {
-        let added = &mut self.values[first..];
-        // Without a way out of the loop, so that it takes several values at once.
-        if added
-            .iter()
-            .fold(true, |all, value| all & value.is_finite())
-        {
-            self.valid.append_n_non_nulls(added.len());
-            return;
-        }
-        for value in added {
-            self.valid.append(value.is_finite());
-            if !value.is_finite() {
-                *value = 0.0;
-            }
-        }
-    }
-
-    fn take(&mut self) -> Float64Array {
-        Float64Array::new(emptied(&mut self.values).into(), self.valid.finish())
-    }
-}
-
-/// The values of a buffer, which keeps room for as many: the next batch is about as long.
-fn emptied<T>(buffer: &mut Vec<T>) -> Vec<T> {
-    let next = Vec::with_capacity(buffer.len());
-    std::mem::replace(buffer, next)
-}
-
-impl Buffer {
-    fn new(column: &Column) -> Self {
-        match column.kind() {
-            Kind::Float => Self::Float(Vec::new()),
-            Kind::Optional => Self::Optional(Gappy::new()),
-            Kind::Count => Self::Count(Vec::new()),
-        }
-    }
-
-    /// Adds the values of the buffer's column.
-    fn add(&mut self, column: &Column, frames: &[Frame<'_>]) {
-        match self {
-            Self::Float(buffer) => column.add_floats(frames, buffer),
-            Self::Optional(buffer) => {
-                let first = buffer.values.len();
-                column.add_floats(frames, &mut buffer.values);
-                buffer.mark(first);
-            }
-            Self::Count(buffer) => column.add_counts(frames, buffer),
-        }
-    }
-
-    fn take(&mut self) -> ArrayRef {
-        match self {
-            Self::Float(buffer) => Arc::new(Float64Array::from(emptied(buffer))),
-            Self::Optional(buffer) => Arc::new(buffer.take()),
-            Self::Count(buffer) => Arc::new(UInt32Array::from(emptied(buffer))),
-        }
-    }
-}
-
 /// Collects rows of a table and makes Arrow batches of them. Unit and description of a column are in the metadata of its
 /// field.
 pub struct BatchBuilder {
     table: Table,
-    buffers: Vec<Buffer>,
+    /// The values of each column.
+    values: Vec<Vec<f64>>,
     rows: usize,
     schema: SchemaRef,
 }
@@ -106,13 +25,13 @@ pub struct BatchBuilder {
 impl BatchBuilder {
     /// A table without rows. `metadata` are keys and values of the table as a whole.
     pub fn new(table: Table, metadata: &[(&str, String)]) -> Self {
-        let fields: Vec<Field> = table.columns.iter().map(field).collect();
-        let metadata = metadata.iter().map(|(k, v)| ((*k).to_owned(), v.clone()));
+        let fields = table.columns.iter();
+        let fields = fields.map(|c| field(&c.name, c.unit, &c.description, c.kind()));
         Self {
-            buffers: table.columns.iter().map(Buffer::new).collect(),
+            values: vec![Vec::new(); table.columns.len()],
+            schema: schema(fields.collect(), metadata),
             table,
             rows: 0,
-            schema: Arc::new(Schema::new_with_metadata(fields, metadata.collect())),
         }
     }
 
@@ -129,21 +48,15 @@ impl BatchBuilder {
     }
 
     fn add(&mut self, frames: &[Frame<'_>]) {
-        for (buffer, column) in self.buffers.iter_mut().zip(&self.table.columns) {
-            buffer.add(column, frames);
+        for (values, column) in self.values.iter_mut().zip(&self.table.columns) {
+            column.add(frames, values);
         }
         self.rows += frames.len();
     }
 
     /// Makes room for more rows, where their number is known.
     pub fn reserve(&mut self, rows: usize) {
-        for buffer in &mut self.buffers {
-            match buffer {
-                Buffer::Float(values) => values.reserve(rows),
-                Buffer::Optional(gappy) => gappy.values.reserve(rows),
-                Buffer::Count(counts) => counts.reserve(rows),
-            }
-        }
+        self.values.iter_mut().for_each(|v| v.reserve(rows));
     }
 
     /// Number of rows since the last batch.
@@ -164,23 +77,61 @@ impl BatchBuilder {
     /// The rows since the last batch.
     ///
     /// # Errors
-    /// [`ArrowError`] where a column gave a value of another kind than its own.
+    /// [`ArrowError`] where columns have different lengths.
     pub fn take(&mut self) -> Result<RecordBatch, ArrowError> {
-        self.rows = 0;
-        let arrays = self.buffers.iter_mut().map(Buffer::take).collect();
-        RecordBatch::try_new(Arc::clone(&self.schema), arrays)
+        let rows = std::mem::take(&mut self.rows);
+        let columns = self.values.iter_mut().zip(&self.table.columns);
+        // The next batch is about as long.
+        let arrays = columns.map(|(values, column)| {
+            let values = std::mem::replace(values, Vec::with_capacity(rows));
+            array(values, column.kind())
+        });
+        RecordBatch::try_new(Arc::clone(&self.schema), arrays.collect())
     }
 }
 
-fn field(column: &Column) -> Field {
-    let (kind, nullable) = match column.kind() {
+/// A column of Arrow, with what a table says of it.
+pub fn field(name: &str, unit: &str, description: &str, kind: Kind) -> Field {
+    let (of_values, nullable) = match kind {
         // Only columns with gaps are nullable: validity bits cost time.
         Kind::Float => (DataType::Float64, false),
         Kind::Optional => (DataType::Float64, true),
         Kind::Count => (DataType::UInt32, false),
     };
-    Field::new(&column.name, kind, nullable).with_metadata(HashMap::from([
-        ("unit".to_owned(), column.unit.to_owned()),
-        ("description".to_owned(), column.description.clone()),
+    Field::new(name, of_values, nullable).with_metadata(HashMap::from([
+        ("unit".to_owned(), unit.to_owned()),
+        ("description".to_owned(), description.to_owned()),
     ]))
+}
+
+/// Columns, with keys and values of the table as a whole.
+pub fn schema(fields: Vec<Field>, metadata: &[(&str, String)]) -> SchemaRef {
+    let metadata = metadata.iter().map(|(k, v)| ((*k).to_owned(), v.clone()));
+    Arc::new(Schema::new_with_metadata(fields, metadata.collect()))
+}
+
+/// The values of a column.
+pub fn array(mut values: Vec<f64>, kind: Kind) -> ArrayRef {
+    let all_finite = |values: &[f64]| values.iter().fold(true, |all, v| all & v.is_finite());
+    match kind {
+        Kind::Optional if !all_finite(&values) => {
+            let valid = BooleanBuffer::collect_bool(values.len(), |i| values[i].is_finite());
+            // Defined bytes in the gaps.
+            values
+                .iter_mut()
+                .filter(|v| !v.is_finite())
+                .for_each(|v| *v = 0.0);
+            Arc::new(Float64Array::new(
+                values.into(),
+                Some(NullBuffer::new(valid)),
+            ))
+        }
+        Kind::Float | Kind::Optional => Arc::new(Float64Array::from(values)),
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "small counts, kept as numbers"
+        )]
+        Kind::Count => Arc::new(values.iter().map(|v| *v as u32).collect::<UInt32Array>()),
+    }
 }

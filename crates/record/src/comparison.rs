@@ -1,83 +1,84 @@
 //! The comparison of runs for other programs and for documents: a row for each run and estimator.
 
+use crate::scores::ScoreColumn;
 use crate::summary::{EstimatorSummary, Summary};
 use indexmap::IndexMap;
 use serde_json::Value;
 
-/// A number of a row: its name, its unit, and where it is found.
-struct Figure {
-    name: &'static str,
-    unit: &'static str,
-    of: fn(&EstimatorSummary) -> Option<f64>,
-}
-
-/// All numbers, in the order of the columns.
-const FIGURES: [Figure; 16] = [
-    figure("rmse_wheel1", "N", |e| Some(e.normal_force?.rmse[0])),
-    figure("rmse_wheel2", "N", |e| Some(e.normal_force?.rmse[1])),
-    figure("rmse_wheel3", "N", |e| Some(e.normal_force?.rmse[2])),
-    figure("rmse", "N", |e| Some(e.normal_force?.rmse_all)),
-    figure("nrmse", "-", |e| e.normal_force?.nrmse),
-    figure("bias_wheel1", "N", |e| Some(e.normal_force?.bias?[0])),
-    figure("bias_wheel2", "N", |e| Some(e.normal_force?.bias?[1])),
-    figure("bias_wheel3", "N", |e| Some(e.normal_force?.bias?[2])),
-    figure("largest_error", "N", |e| Some(e.normal_force?.max_abs)),
-    figure("largest_error_time", "s", |e| {
-        e.normal_force?.max_abs_time_s
-    }),
-    figure("lag", "s", |e| e.lag_s),
-    figure("stated_sigma", "-", |e| e.stated),
-    figure("coverage", "-", |e| e.coverage),
-    figure("nees", "-", |e| e.nees),
-    figure("traction_rmse", "N", |e| Some(e.traction?.rmse_all)),
-    figure("traction_largest_error", "N", |e| Some(e.traction?.max_abs)),
+/// The scores of a row, in the order of the columns: their names here and in the list of scores.
+const SCORES: [(&str, &str); 18] = [
+    ("rmse_wheel1", "rmse_front"),
+    ("rmse_wheel2", "rmse_middle"),
+    ("rmse_wheel3", "rmse_rear"),
+    ("rmse", "rmse"),
+    ("nrmse", "nrmse"),
+    ("bias_wheel1", "bias_front"),
+    ("bias_wheel2", "bias_middle"),
+    ("bias_wheel3", "bias_rear"),
+    ("largest_error", "max_error"),
+    ("largest_error_time", "max_error_time"),
+    ("lag", "lag"),
+    ("stated_sigma", "stated"),
+    ("coverage", "coverage"),
+    ("nees", "nees"),
+    ("traction_rmse", "traction_rmse"),
+    ("traction_largest_error", "traction_max_error"),
+    ("samples", "samples"),
+    ("missing", "missing"),
 ];
 
-const fn figure(
-    name: &'static str,
-    unit: &'static str,
-    of: fn(&EstimatorSummary) -> Option<f64>,
-) -> Figure {
-    Figure { name, unit, of }
-}
-
-/// Where a count is found.
-type CountOf = fn(&EstimatorSummary) -> u64;
-
-/// Counts of records after the numbers.
-const COUNTS: [(&str, CountOf); 2] = [("samples", |e| e.samples), ("missing", |e| e.missing)];
-
-/// Columns before the numbers.
+/// Columns before the scores.
 const NAMES: [&str; 3] = ["run", "scene", "estimator"];
 
-/// The runs with their labels as rows: the texts of [`NAMES`], and the estimator.
-fn rows<'a>(
-    runs: &'a [(&str, &Summary)],
-) -> impl Iterator<Item = ([&'a str; 3], &'a EstimatorSummary)> {
-    runs.iter().flat_map(|(label, summary)| {
-        let names = move |e: &'a EstimatorSummary| [*label, &summary.scene, &e.name];
-        summary.estimators.iter().map(move |e| (names(e), e))
-    })
+/// The scores with their names here.
+fn scores() -> impl Iterator<Item = (&'static str, &'static ScoreColumn)> {
+    let score = |(here, name): (&'static str, &str)| {
+        let found = ScoreColumn::all().iter().find(|score| score.name == name);
+        found.map(|score| (here, score))
+    };
+    SCORES.into_iter().filter_map(score)
 }
 
-/// A JSON array with an object for each run and estimator: `run`, `scene`, `estimator`, and the numbers by name, all digits;
+/// A score, and whether it is a count.
+type Score = (Option<f64>, bool);
+
+/// The runs with their labels as rows: the texts of [`NAMES`], and each score.
+fn rows(runs: &[(&str, &Summary)]) -> Vec<([String; 3], Vec<Score>)> {
+    let row = |label: &str, run: &Summary, estimator: &EstimatorSummary| {
+        let names = [label, &run.scene, &estimator.name].map(str::to_owned);
+        let value =
+            |(_, s): (&str, &ScoreColumn)| (s.value(run, None, Some(estimator)), s.is_count);
+        (names, scores().map(value).collect())
+    };
+    let of_run = |(label, run): &(&str, &Summary)| {
+        let estimators = run.estimators.iter();
+        estimators.map(|e| row(label, run, e)).collect::<Vec<_>>()
+    };
+    runs.iter().flat_map(of_run).collect()
+}
+
+/// A JSON array with an object for each run and estimator: `run`, `scene`, `estimator`, and the scores by name, all digits;
 /// null where there is none.
 ///
 /// # Errors
 /// Those of the writer; in memory there is none to expect.
 pub fn comparison_json(runs: &[(&str, &Summary)]) -> Result<String, serde_json::Error> {
-    let object = |(names, estimator): ([&str; 3], &EstimatorSummary)| {
-        let names = NAMES.into_iter().zip(names.map(Value::from));
-        let numbers = FIGURES
-            .iter()
-            .map(|f| (f.name, (f.of)(estimator).map_or(Value::Null, Value::from)));
-        let counts = COUNTS.map(|(name, of)| (name, Value::from(of(estimator))));
-        names
-            .chain(numbers)
-            .chain(counts)
-            .collect::<IndexMap<_, _>>()
+    let number = |(value, is_count): Score| match value {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a count, kept as a number"
+        )]
+        Some(count) if is_count => Value::from(count as u64),
+        value => Value::from(value),
     };
-    let array: Vec<_> = rows(runs).map(object).collect();
+    let object = |(names, scores_of): ([String; 3], Vec<_>)| {
+        let names = NAMES.into_iter().zip(names.map(Value::from));
+        let values = scores_of.into_iter().map(number);
+        let values = scores().map(|(name, _)| name).zip(values);
+        names.chain(values).collect::<IndexMap<_, _>>()
+    };
+    let array: Vec<_> = rows(runs).into_iter().map(object).collect();
     serde_json::to_string_pretty(&array)
 }
 
@@ -87,17 +88,10 @@ pub fn comparison_json(runs: &[(&str, &Summary)]) -> Result<String, serde_json::
 /// Those of the writer; in memory there is none to expect.
 pub fn comparison_csv(runs: &[(&str, &Summary)]) -> Result<String, csv::Error> {
     let mut writer = csv::Writer::from_writer(Vec::new());
-    let figures = FIGURES.iter().map(|f| f.name);
-    let counts = COUNTS.iter().map(|(name, _)| *name);
-    writer.write_record(NAMES.into_iter().chain(figures).chain(counts))?;
-    for (names, estimator) in rows(runs) {
-        let numbers = FIGURES.iter().map(|figure| {
-            let value = (figure.of)(estimator);
-            value.map_or_else(String::new, |v| v.to_string())
-        });
-        let counts = COUNTS.iter().map(|(_, of)| of(estimator).to_string());
-        let names = names.map(str::to_owned);
-        writer.write_record(names.into_iter().chain(numbers).chain(counts))?;
+    writer.write_record(NAMES.into_iter().chain(scores().map(|(name, _)| name)))?;
+    for (names, values) in rows(runs) {
+        let text = |(value, _): Score| value.map_or_else(String::new, |v| v.to_string());
+        writer.write_record(names.into_iter().chain(values.into_iter().map(text)))?;
     }
     let bytes = writer
         .into_inner()
@@ -107,23 +101,18 @@ pub fn comparison_csv(runs: &[(&str, &Summary)]) -> Result<String, csv::Error> {
 
 /// Titles with units, and the cells of each row with four significant digits.
 pub(crate) fn comparison_cells(runs: &[(&str, &Summary)]) -> (Vec<String>, Vec<Vec<String>>) {
-    let title = |figure: &Figure| match figure.unit {
-        "-" => figure.name.to_owned(),
-        unit => format!("{}, {unit}", figure.name),
+    let title = |(name, score): (&str, &ScoreColumn)| match score.unit {
+        "" => name.to_owned(),
+        unit => format!("{name}, {unit}"),
     };
-    let names = NAMES.map(str::to_owned).into_iter();
-    let counts = COUNTS.map(|(name, _)| name.to_owned());
-    let titles = names.chain(FIGURES.iter().map(title)).chain(counts);
-    let row = |(names, estimator): ([&str; 3], &EstimatorSummary)| {
-        let number = |f: &Figure| (f.of)(estimator).map_or_else(String::new, significant);
-        let counts = COUNTS.map(|(_, of)| of(estimator).to_string());
-        let names = names.map(str::to_owned).into_iter();
-        names
-            .chain(FIGURES.iter().map(number))
-            .chain(counts)
-            .collect()
+    let titles = NAMES.map(str::to_owned).into_iter();
+    let cell = |(value, _): Score| value.map_or_else(String::new, significant);
+    let row = |(names, values): ([String; 3], Vec<_>)| {
+        let values = values.into_iter().map(cell);
+        names.into_iter().chain(values).collect()
     };
-    (titles.collect(), rows(runs).map(row).collect())
+    let rows = rows(runs).into_iter().map(row);
+    (titles.chain(scores().map(title)).collect(), rows.collect())
 }
 
 /// A table in Markdown, four significant digits, with units in its header.
@@ -152,6 +141,11 @@ fn significant(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_score_is_in_the_list() {
+        assert_eq!(scores().count(), SCORES.len());
+    }
 
     #[test]
     fn numbers_have_four_digits() {

@@ -78,9 +78,9 @@ pub enum RecordError {
     #[error("the run has no summary: it goes on, or it has no record")]
     Unfinished,
     /// A number of the summary cannot be written as JSON.
-    #[error("{key} in the summary is not a finite number")]
+    #[error("{key} in the summary has a number that is not finite")]
     NotFinite {
-        /// The keys that lead to it, joined by dots.
+        /// The key below which it is.
         key: String,
     },
     /// The summary cannot be turned into JSON.
@@ -107,6 +107,14 @@ pub(crate) fn parquet_error(
 ) -> impl FnOnce(parquet::errors::ParquetError) -> RecordError + use<> {
     let path = path.to_path_buf();
     move |source| RecordError::Parquet { path, source }
+}
+
+/// Creates a folder and those above it, where they do not exist.
+///
+/// # Errors
+/// [`RecordError::Io`].
+pub fn create_folder(folder: &Path) -> Result<(), RecordError> {
+    std::fs::create_dir_all(folder).map_err(io_error("create", folder))
 }
 
 /// Refuses names that would lead out of the folder or that some file system cannot hold.

@@ -1,5 +1,6 @@
 //! The ground that the estimators of a run have found, beside the true one.
 
+use crate::quantile::extremes;
 use robhaz_estimator::GroundPoint;
 use robhaz_model::Vec2;
 use robhaz_run::{Frame, RunDescription, RunEnd};
@@ -85,9 +86,7 @@ impl FeltGrounds {
     fn survey(&self, terrain: &Terrain, points: &[GroundPoint]) -> Option<(Vec2, Vec<Surveyed>)> {
         let origin = self.origin?;
         let places = points.iter().filter(|p| p.section == 0).map(|p| p.x);
-        let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-            (low.min(x), high.max(x))
-        });
+        let (low, high) = extremes(places);
         let (from, to) = (origin.x + low - SPACING, origin.x + high + SPACING);
         let spacing = SPACING.max((to - from) / MOST);
         (low <= high).then(|| (origin, terrain.survey(from, to, spacing)))

@@ -8,3 +8,13 @@ pub enum TableFormat {
     /// Comma-separated text; units and descriptions stand in `columns.csv` beside it.
     Csv,
 }
+
+impl TableFormat {
+    /// Extension of its files, without the dot.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Parquet => "parquet",
+            Self::Csv => "csv",
+        }
+    }
+}

@@ -5,60 +5,57 @@
 //! | tables of truth, readings and estimates | `truth`, `sensors`, `estimate-NAME`, `.parquet` or `.csv` | [`TableSink`] |
 //! | the ground | `terrain`, `.parquet` or `.csv` | [`TableSink`] |
 //! | the ground that an estimator has found | `ground-NAME`, `.parquet` or `.csv` | [`TableSink`] |
-//! | a path judged before it is driven | `path`, `.parquet` or `.csv`, `figures/needed_friction` | [`write_path`] |
-//! | all tables, in memory | none | [`MemorySink`] |
+//! | all tables, in memory | none | [`TableSink::in_memory`] |
 //! | all of it on one page | `report.html` | [`page`], of a study [`study_page`] |
 //! | errors of each estimator | `summary.json` | [`SummarySink`], [`Summary`] |
 //! | Figs. 5 to 8 of the paper, all estimators, the path | `fig5_linkage.svg`, ... | [`FigureSink`] |
 //! | the dataset of a study, read back | `study.parquet` | [`Dataset`] |
 //! | runs and estimators side by side | the terminal | [`comparison_table`], [`comparison_json`], [`comparison_csv`], [`comparison_markdown`] |
 //!
-//! Every column of every table is declared once, with its unit, in [`Table`]. Everything is in SI; the same run leaves the
-//! same bytes, except for the duration of the computation in the summary.
+//! Every column of every table is declared once, with its unit, in [`Table`], and every score in [`ScoreColumn`]. Everything
+//! is in SI; the same run leaves the same bytes, except for the duration of the computation in the summary.
 
 mod batch;
 mod columns;
 mod comparison;
-mod csv_table;
 mod dataset;
 mod error;
-mod estimator_rows;
+pub mod estimator_rows;
 mod felt_ground;
-mod figures;
+pub mod figures;
 mod format;
 mod ground_table;
-mod judged_path;
 mod log_lines;
 mod log_page;
-mod memory;
 mod page;
-mod parquet_table;
 mod point_table;
 mod quantile;
 mod report;
+mod scores;
 mod study_page;
 mod summary;
 mod table;
+mod table_file;
 mod terrain_table;
 #[cfg(test)]
 mod testing;
 
 pub use batch::BatchBuilder;
-pub use columns::{Column, Kind, Table, Value};
+pub use columns::{Column, Kind, Table};
 pub use comparison::{comparison_csv, comparison_json, comparison_markdown};
 pub use dataset::{Dataset, DatasetColumn, DatasetValues};
-pub use error::RecordError;
+pub use error::{RecordError, create_folder};
 pub use figures::FigureSink;
 pub use format::TableFormat;
-pub use judged_path::{path_files, write_path};
 pub use log_lines::{TimeLine, time_lines};
-pub use memory::MemorySink;
 pub use page::page;
+pub use point_table::{PointColumn, write_points};
 pub use report::comparison_table;
+pub use scores::ScoreColumn;
 pub use study_page::study_page;
 pub use summary::{
-    BrokenOff, ChannelSummary, EstimatorSummary, FrictionSummary, FrictionTestSummary, LogSummary,
-    MeanForces, NominalRobot, ProgressSummary, SensorErrors, Summary, SummarySink,
+    BrokenOff, EstimatorSummary, FrictionSummary, FrictionTestSummary, MeanForces, NominalRobot,
+    SensorErrors, Summary, SummarySink,
 };
 pub use table::TableSink;
 

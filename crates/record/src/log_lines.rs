@@ -1,9 +1,10 @@
 //! What is printed of recorded logs: means of the estimates, and what became of the rows.
 
 use crate::estimator_rows::{first_cells, heading, right};
-use crate::summary::{ChannelSummary, EstimatorSummary, LogSummary, MeanForces, Summary};
+use crate::summary::{EstimatorSummary, MeanForces, Summary};
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{Row, Table};
+use robhaz_run::{ChannelReport, LogReport};
 
 /// Share of the records with a flag from which on it is printed.
 const OFTEN: f64 = 0.001;
@@ -43,64 +44,59 @@ fn header(several: bool) -> Row {
 fn rows(label: Option<&str>, estimator: &EstimatorSummary) -> [Row; 2] {
     let mut normal = first_cells(label, &estimator.name);
     let mut traction = first_cells(label.map(|_| ""), "");
-    let Some(means) = &estimator.means else {
-        fill(&mut normal, "N", None, None);
-        fill(&mut traction, "T", None, None);
-        return [normal, traction];
-    };
-    let MeanForces {
-        normal_force_sigma,
-        traction_sigma,
-        ..
-    } = means;
+    let means = estimator.means.as_ref();
+    let force = |of: fn(&MeanForces) -> [f64; 3]| means.map(of);
+    let sigma = |of: fn(&MeanForces) -> Option<[f64; 3]>| means.and_then(of);
     fill(
         &mut normal,
         "N",
-        Some(&means.normal_force),
-        normal_force_sigma.as_ref(),
+        force(|m| m.normal_force),
+        sigma(|m| m.normal_force_sigma),
     );
     fill(
         &mut traction,
         "T",
-        Some(&means.traction),
-        traction_sigma.as_ref(),
+        force(|m| m.traction),
+        sigma(|m| m.traction_sigma),
     );
-    let parity = means.parity.map(|p| format!("{p:.2}"));
-    normal.add_cell(right(parity.unwrap_or_else(|| "-".to_owned())));
+    if let Some(means) = means {
+        normal.add_cell(right(or_dash(means.parity)));
+    }
     [normal, traction]
 }
 
+fn or_dash(value: Option<f64>) -> String {
+    value.map_or("-".to_owned(), |v| format!("{v:.2}"))
+}
+
 /// Adds the cells of one force: its name, its mean with deviation of each wheel, its sum.
-fn fill(row: &mut Row, force: &str, means: Option<&[f64; 3]>, sigma: Option<&[f64; 3]>) {
+fn fill(row: &mut Row, force: &str, means: Option<[f64; 3]>, sigma: Option<[f64; 3]>) {
     row.add_cell(right(force));
     for i in 0..3 {
-        let mean = means.map_or("-".to_owned(), |means| format!("{:.2}", means[i]));
-        let sigma = sigma.map_or("-".to_owned(), |sigma| format!("{:.2}", sigma[i]));
+        let [mean, sigma] = [means, sigma].map(|of| or_dash(of.map(|of| of[i])));
         row.add_cell(right(format!("{mean} {sigma:>6}")));
     }
-    let sum = means.map_or("-".to_owned(), |means| {
-        format!("{:.2}", means.iter().sum::<f64>())
-    });
-    row.add_cell(right(sum));
+    let sum = means.map(|means| means.iter().sum());
+    row.add_cell(right(or_dash(sum)));
 }
 
 /// Lines about a log: its channels, what was left out, readings that are missing, flags of the estimators.
-pub fn log_lines(summary: &Summary) -> String {
+pub fn log_lines(summary: &Summary) -> Vec<String> {
     let Some(log) = &summary.log else {
-        return String::new();
+        return Vec::new();
     };
-    let mut lines: Vec<String> = Vec::new();
-    for channel in &log.channels {
-        let of_channel = time_lines(channel);
-        lines.extend(of_channel.iter().map(|line| line.of(&channel.name)));
-    }
+    let of_channel = |channel: &ChannelReport| {
+        let lines = time_lines(channel).into_iter();
+        lines.map(|line| line.of(&channel.name)).collect::<Vec<_>>()
+    };
+    let mut lines: Vec<String> = log.channels.iter().flat_map(of_channel).collect();
     lines.extend(missing_line(log));
     if !log.absent.is_empty() {
         lines.push(format!("not in the log: {}", log.absent.join(", ")));
     }
     let flags = |e: &EstimatorSummary| flags_line(e.means.as_ref()?, e);
     lines.extend(summary.estimators.iter().filter_map(flags));
-    lines.iter().map(|line| format!("\n  {line}.")).collect()
+    lines.iter().map(|line| format!("  {line}.")).collect()
 }
 
 /// What is wrong, or not, with the time stamps of a channel.
@@ -137,81 +133,72 @@ const LONGEST_GAP: f64 = 0.5;
 const FEW_ROWS: f64 = 0.01;
 
 /// Lines about the rate of a channel, its gaps, the order of its stamps, and its end.
-pub fn time_lines(channel: &ChannelSummary) -> Vec<TimeLine> {
+pub fn time_lines(channel: &ChannelReport) -> Vec<TimeLine> {
+    let line = |what, text, numbers: &[_], remedy| TimeLine {
+        what,
+        text,
+        numbers: numbers.to_vec(),
+        remedy,
+    };
     let rows = |count: u64| ("rows", number(count), "-");
     let many = |count: u64| number(count) > FEW_ROWS * number(channel.rows);
     let mut lines = vec![rate_line(channel)];
-    let mut add = |what, text, numbers: &[_], remedy: Option<&'static str>| {
-        let numbers = numbers.to_vec();
-        lines.push(TimeLine {
-            what,
-            text,
-            numbers,
-            remedy,
-        });
-    };
-    if let (Some(by), Some(at)) = (channel.largest_set_back_s, channel.largest_set_back_at_s) {
+    if let (Some(by), Some(at)) = (channel.largest_set_back, channel.largest_set_back_at) {
+        let count = channel.set_back;
         let text = format!(
-            "the clock was set back by {by:.3} s at {at:.3} s, or rows are repeated; {} in all",
-            channel.set_back
+            "the clock was set back by {by:.3} s at {at:.3} s, or rows are repeated; {count} in all"
         );
         let remedy = "split the log there; stamp readings with a monotonic clock";
-        let times = ("times", number(channel.set_back), "-");
+        let times = ("times", number(count), "-");
         let numbers = [("set back", by, "s"), ("at", at, "s"), times];
-        add("clock", text, &numbers, Some(remedy));
+        lines.push(line("clock", text, &numbers, Some(remedy)));
     }
-    if let (Some(longest), Some(at)) = (channel.longest_gap_s, channel.longest_gap_at_s) {
+    if let (Some(longest), Some(at)) = (channel.longest_gap, channel.longest_gap_at) {
+        let (gaps, lost) = (channel.gaps, channel.lost);
         let text = format!(
-            "{} gaps, in which about {} rows are lost, the longest {longest:.3} s at {at:.3} s",
-            channel.gaps, channel.lost
+            "{gaps} gaps, in which about {lost} rows are lost, the longest {longest:.3} s at {at:.3} s"
         );
-        let remedy = if longest > LONGEST_GAP {
-            Some("the estimators start anew after 0.5 s: split the log there")
-        } else {
-            many(channel.lost).then_some("find out where rows are lost")
+        let remedy = match longest > LONGEST_GAP {
+            true => Some("the estimators start anew after 0.5 s: split the log there"),
+            false => many(lost).then_some("find out where rows are lost"),
         };
-        let numbers = [
-            ("gaps", number(channel.gaps), "-"),
-            rows(channel.lost),
-            ("longest", longest, "s"),
-            ("at", at, "s"),
-        ];
-        add("gaps", text, &numbers, remedy);
+        let times = [("longest", longest, "s"), ("at", at, "s")];
+        let numbers = [[("gaps", number(gaps), "-"), rows(lost)], times].concat();
+        lines.push(line("gaps", text, &numbers, remedy));
     }
+    // A faster channel has rows that give way, and rows before the first frame: no fault.
+    let write = Some("write each row once, in order, with its own time");
     let counts = [
         (
             channel.duplicates,
             "with the time of the row before are left out",
+            write,
         ),
-        (channel.late, "earlier than the row before are left out"),
+        (
+            channel.late,
+            "earlier than the row before are left out",
+            write,
+        ),
         (
             channel.before_start,
             "from before the first frame are left out",
+            None,
         ),
         (
             channel.superseded,
             "give way to a newer one of the same frame",
+            None,
         ),
     ];
-    for (k, (count, what)) in counts
-        .iter()
-        .enumerate()
-        .filter(|(_, (count, _))| *count > 0)
-    {
-        // A faster channel has rows that give way: no fault.
-        let is_fault = k < 2 && many(*count);
-        let remedy = is_fault.then_some("write each row once, in order, with its own time");
+    for (count, what, remedy) in counts.into_iter().filter(|(count, ..)| *count > 0) {
         let text = format!("{count} rows {what}");
-        add("order", text, &[rows(*count)], remedy);
+        let remedy = remedy.filter(|_| many(count));
+        lines.push(line("order", text, &[rows(count)], remedy));
     }
     if let Some(why) = &channel.cut_off {
         let text = format!("CUT OFF, the last row is left out: {why}");
-        add(
-            "end",
-            text,
-            &[],
-            Some("the recording was killed, or its disk was full"),
-        );
+        let remedy = "the recording was killed, or its disk was full";
+        lines.push(line("end", text, &[], Some(remedy)));
     }
     lines
 }
@@ -222,12 +209,12 @@ fn number(count: u64) -> f64 {
     count as f64
 }
 
-fn rate_line(channel: &ChannelSummary) -> TimeLine {
-    let offset = match channel.offset_s {
+fn rate_line(channel: &ChannelReport) -> TimeLine {
+    let offset = match channel.offset {
         0.0 => String::new(),
         offset => format!(", time stamps {offset:+} s"),
     };
-    let period = channel.period_s;
+    let period = channel.period;
     let mut numbers = vec![("rows", number(channel.rows), "-")];
     let rate = if period > 0.0 {
         numbers.push(("rate", 1.0 / period, "Hz"));
@@ -235,8 +222,8 @@ fn rate_line(channel: &ChannelSummary) -> TimeLine {
     } else {
         String::new()
     };
-    if channel.offset_s != 0.0 {
-        numbers.push(("offset", channel.offset_s, "s"));
+    if channel.offset != 0.0 {
+        numbers.push(("offset", channel.offset, "s"));
     }
     let plausible = 1.0 / HIGHEST_RATE..=1.0 / LOWEST_RATE;
     let is_implausible = period > 0.0 && !plausible.contains(&period);
@@ -249,7 +236,7 @@ fn rate_line(channel: &ChannelSummary) -> TimeLine {
     }
 }
 
-fn missing_line(log: &LogSummary) -> Option<String> {
+fn missing_line(log: &LogReport) -> Option<String> {
     let missing: Vec<String> = log
         .missing
         .iter()

@@ -2,6 +2,7 @@
 
 use crate::comparison::comparison_cells;
 use crate::error::{RecordError, io_error};
+use crate::figures::CAPTIONS;
 use crate::log_page::means_page;
 use crate::report::remarks;
 use crate::summary::{EstimatorSummary, Summary};
@@ -24,48 +25,6 @@ pre { background: #f5f5f5; padding: .8rem; overflow-x: auto; font-size: 12.5px; 
 figure { margin: 1rem 0; } img { max-width: 100%; height: auto; } figcaption { color: #555; }
 @media print { pre { white-space: pre-wrap; } figure, tr { break-inside: avoid; } }
 ";
-
-/// What each figure shows, by the start of its file name, in the order of the page.
-const FIGURES: [(&str, &str); 11] = [
-    (
-        "comparison",
-        "Errors of the normal forces of all estimators.",
-    ),
-    (
-        "path",
-        "Ground, paths of the wheels' centres, and N of each wheel over its place.",
-    ),
-    (
-        "needed_friction_",
-        "Needed friction T/N by an estimator, with two standard deviations.",
-    ),
-    (
-        "needed_friction",
-        "Friction that the path needs, before it is driven.",
-    ),
-    ("fig5_linkage", "Pins relative to Q (the paper's Fig. 5)."),
-    (
-        "fig6_forces",
-        "N and T of every wheel (the paper's Fig. 6).",
-    ),
-    (
-        "fig7_",
-        "N, linkage mass lumped to the body (the paper's Fig. 7).",
-    ),
-    (
-        "fig8_",
-        "N, linkage mass lumped to the wheels (the paper's Fig. 8).",
-    ),
-    (
-        "normal_force_",
-        "N by an estimator, with two standard deviations where it states them.",
-    ),
-    (
-        "ground_",
-        "The ground that an estimator has found, with two standard deviations.",
-    ),
-    ("", ""),
-];
 
 /// The page of a run, complete or broken off, or of an estimate, from its folder: what happened, errors of the estimators, all
 /// figures within the page, and the scene or description from which it was made.
@@ -219,16 +178,17 @@ fn figures(folder: &Path) -> Result<Vec<(String, &'static str, String)>, RecordE
         let Some(stem) = stem.filter(|_| is_svg) else {
             continue;
         };
-        let place = FIGURES
-            .iter()
-            .position(|(start, _)| stem.starts_with(start));
-        let place = place.unwrap_or(FIGURES.len() - 1);
+        let mut captions = CAPTIONS.iter();
+        let place = captions.position(|(start, _)| stem.starts_with(start));
+        let place = place.unwrap_or(CAPTIONS.len());
         let bytes = std::fs::read(&path).map_err(io_error("read", &path))?;
         let image = image(&bytes);
         found.push((place, stem, image));
     }
     found.sort();
-    let captioned = |(place, stem, image): (usize, String, String)| (stem, FIGURES[place].1, image);
+    let captioned = |(place, stem, image): (usize, String, String)| {
+        (stem, CAPTIONS.get(place).map_or("", |c| c.1), image)
+    };
     Ok(found.into_iter().map(captioned).collect())
 }
 

@@ -3,10 +3,11 @@
 use crate::estimator_rows::{first_cells, heading, right};
 use crate::log_lines::{log_lines, means_table};
 use crate::summary::{
-    ClearanceSummary, EstimatorSummary, FrictionSummary, ProgressSummary, Summary, Suspicion,
+    BrokenOff, ClearanceSummary, EstimatorSummary, FrictionSummary, Summary, Suspicion,
 };
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{ContentArrangement, Row, Table};
+use robhaz_score::Progress;
 
 /// Width of the table, columns of text.
 const WIDTH: u16 = 100;
@@ -42,31 +43,36 @@ pub fn comparison_table(runs: &[(&str, &Summary)]) -> String {
 
 /// What happened in a run, in sentences: its speed, its end, what the errors leave out, faults.
 pub(crate) fn remarks(label: &str, summary: &Summary) -> Vec<String> {
-    let mut text = speed(label, summary);
-    if let Some(broken_off) = &summary.broken_off {
-        text.push_str(&format!(
-            "\n  {label} broke off at {:.3} s: {}. The errors are of what was recorded.",
-            broken_off.time_s, broken_off.reason,
+    let mut lines = vec![speed(label, summary)];
+    if let Some(BrokenOff { reason, time_s }) = &summary.broken_off {
+        lines.push(format!(
+            "  {label} broke off at {time_s:.3} s: {reason}. The errors are of what was recorded."
         ));
     }
-    text.push_str(&two_contacts(summary));
-    if let Some(trouble) = summary.progress.as_ref().and_then(trouble) {
-        text.push_str(&format!("\n{label}: {trouble}"));
-    }
-    if let Some(touch) = summary.clearance.as_ref().and_then(touch) {
-        text.push_str(&format!("\n{label}: {touch}"));
-    }
+    lines.extend(two_contacts(summary));
+    let trouble = summary.progress.as_ref().and_then(trouble);
+    let touch = summary.clearance.as_ref().and_then(touch);
+    let found = trouble.into_iter().chain(touch);
+    lines.extend(found.map(|what| format!("{label}: {what}")));
     for estimator in &summary.estimators {
-        if estimator.missing > 0 {
-            text.push_str(&missing(estimator));
+        let EstimatorSummary {
+            name,
+            missing,
+            samples,
+            ..
+        } = estimator;
+        if *missing > 0 {
+            let all = missing + samples;
+            lines.push(format!(
+                "  {name}: no estimate in {missing} of {all} records; these do not count."
+            ));
         }
-        text.push_str(&suspects(estimator));
-        if let Some(scale) = &estimator.torque_scale {
-            text.push_str(&format!("\n  {}: {}.", estimator.name, scale.words));
-        }
+        lines.extend(suspects(estimator));
+        let scale = estimator.torque_scale.as_ref();
+        lines.extend(scale.map(|scale| format!("  {name}: {}.", scale.words)));
     }
-    text.push_str(&log_lines(summary));
-    text.lines().map(str::to_owned).collect()
+    lines.extend(log_lines(summary));
+    lines
 }
 
 /// Whether there are errors of an estimator.
@@ -164,82 +170,66 @@ fn speed(label: &str, summary: &Summary) -> String {
 }
 
 /// Channels whose readings contradicted others.
-fn suspects(estimator: &EstimatorSummary) -> String {
-    let channel = |(name, suspicion): (&String, &Suspicion)| {
-        format!(
-            "{name} from {:.1} s on ({} records)",
-            suspicion.first_s, suspicion.records
-        )
+fn suspects(estimator: &EstimatorSummary) -> Option<String> {
+    let channel = |(name, Suspicion { first_s, records }): (&String, &Suspicion)| {
+        format!("{name} from {first_s:.1} s on ({records} records)")
     };
     let channels: Vec<String> = estimator.suspects.iter().map(channel).collect();
-    if channels.is_empty() {
-        return String::new();
-    }
-    format!(
-        "\n  {}: READINGS CONTRADICT EACH OTHER: {}. `robhaz check` looks for the cause.",
-        estimator.name,
-        channels.join(", ")
-    )
+    let (name, list) = (&estimator.name, channels.join(", "));
+    (!channels.is_empty()).then(|| {
+        format!(
+            "  {name}: READINGS CONTRADICT EACH OTHER: {list}. `robhaz check` looks for the cause."
+        )
+    })
 }
 
 /// How many records have a wheel with two contacts, and how many are left out, the same for all estimators of a run.
-fn two_contacts(summary: &Summary) -> String {
+fn two_contacts(summary: &Summary) -> Vec<String> {
+    let mut lines = Vec::new();
     let Some(first) = summary.estimators.first() else {
-        return String::new();
+        return lines;
     };
-    let mut text = String::new();
-    if first.two_contacts > 0 {
-        text.push_str(&format!(
-            "\n  {} of {} records have a wheel with two contacts: compared with the equivalent single contact.",
-            first.two_contacts, first.samples
+    let (two, samples, left_out) = (first.two_contacts, first.samples, first.no_equivalent);
+    if two > 0 {
+        lines.push(format!(
+            "  {two} of {samples} records have a wheel with two contacts: compared with the equivalent single contact."
         ));
-        text.push_str(&without_two_contacts(&summary.estimators));
-    }
-    if first.no_equivalent > 0 {
-        text.push_str(&format!(
-            "\n  {} of {} records left out: the contacts of a wheel have no equivalent single contact.",
-            first.no_equivalent,
-            first.no_equivalent + first.missing + first.samples
-        ));
-    }
-    text
-}
-
-/// NRMSE of all estimators over the records without two contacts. Impacts on corners make most of the error of the
-/// others.
-fn without_two_contacts(estimators: &[EstimatorSummary]) -> String {
-    let errors: Vec<String> = estimators
-        .iter()
-        .filter_map(|e| {
+        // Impacts on corners make most of the error of these records.
+        let without = |e: &EstimatorSummary| {
             let nrmse = e.normal_force_at_one_contact?.nrmse?;
             Some(format!("{} {:.1}", e.name, 100.0 * nrmse))
-        })
-        .collect();
-    if errors.is_empty() {
-        return String::new();
+        };
+        let errors: Vec<String> = summary.estimators.iter().filter_map(without).collect();
+        if !errors.is_empty() {
+            let errors = errors.join(", ");
+            lines.push(format!("  NRMSE in % without these records: {errors}."));
+        }
     }
-    format!(
-        "\n  NRMSE in % without these records: {}.",
-        errors.join(", ")
-    )
+    if left_out > 0 {
+        let all = left_out + first.missing + samples;
+        lines.push(format!(
+            "  {left_out} of {all} records left out: the contacts of a wheel have no equivalent single contact."
+        ));
+    }
+    lines
 }
 
 /// A sentence about a robot that is stuck or spins its wheels.
-fn trouble(progress: &ProgressSummary) -> Option<String> {
-    let spinning = progress.spinning_s;
+fn trouble(progress: &Progress) -> Option<String> {
+    let spinning = progress.spinning;
     let spins = spinning.iter().any(|time| *time >= LONG_SPIN);
     let wheels = format!(
         "the wheels spun for {:.1}, {:.1} and {:.1} s (front, middle, rear)",
         spinning[0], spinning[1], spinning[2]
     );
-    match progress.stuck_since_s {
+    match progress.stuck_since {
         Some(since) => Some(format!(
             "the robot is STUCK since {since:.1} s: it came {:.2} m of the {:.2} m that the drive asked for; {wheels}.",
-            progress.distance_m, progress.asked_m
+            progress.distance, progress.asked
         )),
         None if spins => Some(format!(
             "{wheels}; the robot came {:.2} m of the {:.2} m that the drive asked for.",
-            progress.distance_m, progress.asked_m
+            progress.distance, progress.asked
         )),
         None => None,
     }
@@ -258,19 +248,10 @@ fn touch(clearance: &ClearanceSummary) -> Option<String> {
     ))
 }
 
-fn missing(estimator: &EstimatorSummary) -> String {
-    format!(
-        "\n  {}: no estimate in {} of {} records; these do not count.",
-        estimator.name,
-        estimator.missing,
-        estimator.missing + estimator.samples
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::summary::{BrokenOff, NominalRobot, SensorErrors};
+    use crate::summary::{NominalRobot, SensorErrors};
     use crate::testing::{described, scene};
     use robhaz_score::ForceErrors;
 
@@ -288,22 +269,9 @@ mod tests {
             normal_force: Some(errors(scale)),
             traction: Some(errors(0.5)),
             mean_normal_force: Some([50.0; 3]),
-            stated: None,
-            coverage: None,
-            nees: None,
-            error_over_stated: None,
-            nis: None,
-            lag_s: None,
-            ground: None,
             samples: 90,
             missing,
-            two_contacts: 0,
-            no_equivalent: 0,
-            normal_force_at_one_contact: None,
-            contacts: None,
-            suspects: Default::default(),
-            torque_scale: None,
-            means: None,
+            ..EstimatorSummary::default()
         };
         let run = described(&scene());
         Summary {
@@ -319,11 +287,11 @@ mod tests {
             version: "0.1.0".to_owned(),
             broken_off: None,
             clearance: None,
-            progress: Some(ProgressSummary {
-                distance_m: 3.72,
-                asked_m: 3.78,
-                stuck_since_s: None,
-                spinning_s: [0.1, 0.0, 1.9],
+            progress: Some(Progress {
+                distance: 3.72,
+                asked: 3.78,
+                stuck_since: None,
+                spinning: [0.1, 0.0, 1.9],
             }),
             events: None,
             friction_tests: Vec::new(),
@@ -411,13 +379,13 @@ mod tests {
     /// A run that is stuck or spins says so, one that travels does not.
     #[test]
     fn a_stuck_robot_is_reported() {
-        let line = |since, spinning_s| {
+        let line = |since, spinning| {
             let mut summary = summary(0);
-            summary.progress = Some(ProgressSummary {
-                distance_m: 0.88,
-                asked_m: 3.78,
-                stuck_since_s: since,
-                spinning_s,
+            summary.progress = Some(Progress {
+                distance: 0.88,
+                asked: 3.78,
+                stuck_since: since,
+                spinning,
             });
             comparison_table(&[("stairs", &summary)])
         };

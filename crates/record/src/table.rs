@@ -1,92 +1,160 @@
-//! The sink that writes the tables.
+//! The sink that makes the tables.
 
+use crate::batch::BatchBuilder;
 use crate::columns::Table;
-use crate::csv_table::{CsvTable, write_columns};
-use crate::error::{RecordError, check_name, io_error};
+use crate::error::{RecordError, check_name, create_folder, parquet_error};
 use crate::felt_ground::FeltGrounds;
 use crate::format::TableFormat;
-use crate::ground_table::write_grounds;
-use crate::parquet_table::ParquetTables;
-use crate::terrain_table::write_terrain;
+use crate::ground_table::ground_batches;
+use crate::table_file::{GROUP_ROWS, TableFile, start_columns, write_table};
+use crate::terrain_table::terrain_batch;
+use arrow_array::RecordBatch;
+use arrow_schema::ArrowError;
+use rayon::prelude::*;
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use std::path::{Path, PathBuf};
 use std::slice;
 
-/// Writes the tables `truth`, `sensors`, `commands`, `estimate-NAME`, `ground-NAME` and `terrain` of
-/// a run into a folder. Recorded readings have neither `truth` nor `terrain`; only a control that
+/// Makes the tables `truth`, `sensors`, `commands`, `estimate-NAME`, `ground-NAME` and `terrain` of
+/// a run, in a folder or in memory. Recorded readings have neither `truth` nor `terrain`; only a control that
 /// takes readings has `commands`. An estimator that finds no ground has no table `ground-NAME`; it is
-/// written at the end of the run, because points change until the robot has left them.
+/// made at the end of the run, because points change until the robot has left them.
 ///
-/// A Parquet table that is not complete has another name; a run that breaks off closes its tables.
+/// A file that is not complete has another name; a run that breaks off closes its tables.
+#[derive(Default)]
 pub struct TableSink {
-    folder: PathBuf,
-    format: TableFormat,
-    /// The tables that are written as CSV.
-    csv: Vec<CsvTable>,
-    /// The tables that are written as Parquet.
-    parquet: ParquetTables,
-    /// The ground that the estimators find: its tables are written at the end.
+    /// Where the files are; `None` in memory.
+    folder: Option<(PathBuf, TableFormat)>,
+    tables: Vec<RowTable>,
+    /// The ground that the estimators find.
     grounds: Option<(RunDescription, FeltGrounds)>,
     /// A row could not be written.
     failed: bool,
+    in_memory: Vec<(String, RecordBatch)>,
+}
+
+/// A table whose rows come record by record.
+struct RowTable {
+    rows: BatchBuilder,
+    /// `None` in memory.
+    file: Option<TableFile>,
+}
+
+impl RowTable {
+    fn push_all(&mut self, frames: &[Frame<'_>]) -> Result<(), RecordError> {
+        self.rows.push_all(frames);
+        match &mut self.file {
+            Some(file) if self.rows.rows() >= GROUP_ROWS => write_rows(&mut self.rows, file),
+            _ => Ok(()),
+        }
+    }
+
+    /// Completes its file, or returns what is in memory.
+    fn finish(mut self) -> Result<Option<(String, RecordBatch)>, RecordError> {
+        let Some(mut file) = self.file else {
+            let batch = self.rows.take().map_err(arrow_error)?;
+            return Ok(Some((self.rows.name().to_owned(), batch)));
+        };
+        if self.rows.rows() > 0 {
+            write_rows(&mut self.rows, &mut file)?;
+        }
+        file.finish().map(|()| None)
+    }
+}
+
+fn write_rows(rows: &mut BatchBuilder, file: &mut TableFile) -> Result<(), RecordError> {
+    file.write(&rows.take().map_err(arrow_error)?)
+}
+
+/// Only a mistake of ours makes a batch whose columns do not go together.
+fn arrow_error(error: ArrowError) -> RecordError {
+    parquet_error(Path::new("a table"))(error.into())
 }
 
 impl TableSink {
     /// A sink for a folder, which is made if need be.
     pub fn new(folder: &Path, format: TableFormat) -> Self {
         Self {
-            folder: folder.to_path_buf(),
-            format,
-            csv: Vec::new(),
-            parquet: ParquetTables::default(),
-            grounds: None,
-            failed: false,
+            folder: Some((folder.to_path_buf(), format)),
+            ..Self::default()
         }
     }
 
+    /// A sink that keeps the tables as Arrow batches, with the same names, columns and metadata.
+    pub fn in_memory() -> Self {
+        Self::default()
+    }
+
+    /// Name and content of each table in memory: `truth`, `sensors`, `estimate-NAME`, then `terrain` and `ground-NAME`. Empty
+    /// before the end of the run.
+    pub fn into_tables(self) -> Vec<(String, RecordBatch)> {
+        self.in_memory
+    }
+
     fn open(&mut self, run: &RunDescription) -> Result<(), RecordError> {
-        let folder = &self.folder;
-        for estimator in &run.estimators {
-            check_name(&estimator.label, folder)?;
-        }
-        std::fs::create_dir_all(folder).map_err(io_error("create", folder))?;
-        let tables = Table::all(run);
-        if self.format == TableFormat::Csv {
-            write_columns(folder, &tables)?;
+        if let Some((folder, format)) = &self.folder {
+            for estimator in &run.estimators {
+                check_name(&estimator.label, folder)?;
+            }
+            create_folder(folder)?;
+            start_columns(folder, *format)?;
         }
         self.grounds = Some((run.clone(), FeltGrounds::new(run)));
         let metadata = metadata(run);
-        write_terrain(folder, self.format, run, &metadata)?;
-        for table in tables {
-            match self.format {
-                TableFormat::Csv => self.csv.push(CsvTable::create(folder, table)?),
-                TableFormat::Parquet => self.parquet.add(folder, table, &metadata)?,
-            }
+        for table in Table::all(run) {
+            let rows = BatchBuilder::new(table, &metadata);
+            let create = |(folder, format): &(PathBuf, TableFormat)| {
+                TableFile::create(folder, *format, rows.name(), rows.schema())
+            };
+            let file = self.folder.as_ref().map(create).transpose()?;
+            self.tables.push(RowTable { rows, file });
         }
         Ok(())
     }
 
+    /// Adds the rows of records to all tables, on all cores. A table that cannot be written is left out from then on.
     fn push_all(&mut self, frames: &[Frame<'_>]) -> Result<(), RecordError> {
         if let Some((_, grounds)) = &mut self.grounds {
             frames.iter().for_each(|frame| grounds.add(frame));
         }
-        for table in &mut self.csv {
-            frames.iter().try_for_each(|frame| table.push(frame))?;
-        }
-        self.parquet.push_all(frames)
+        let written = self.tables.par_iter_mut().map(|t| t.push_all(frames));
+        let written: Vec<_> = written.collect();
+        let mut is_whole = written.iter().map(Result::is_ok);
+        self.tables.retain(|_| is_whole.next().unwrap_or(true));
+        written.into_iter().collect()
     }
 
-    fn write_grounds(&mut self, end: Option<&RunEnd>) -> Result<(), RecordError> {
+    /// Closes all tables even if one fails.
+    fn close(&mut self) -> Result<(), RecordError> {
+        let tables = std::mem::take(&mut self.tables);
+        let closed: Vec<_> = tables.into_par_iter().map(RowTable::finish).collect();
+        for table in closed {
+            self.in_memory.extend(table?);
+        }
+        Ok(())
+    }
+
+    /// The tables of the ground, true and found.
+    fn make_grounds(&mut self, end: Option<&RunEnd>) -> Result<(), RecordError> {
         let Some((run, mut grounds)) = self.grounds.take() else {
             return Ok(());
         };
         grounds.finish(end);
-        write_grounds(&self.folder, self.format, &run, &grounds, &metadata(&run))
+        let metadata = metadata(&run);
+        let terrain = terrain_batch(&run, &metadata).map_err(arrow_error)?;
+        let found = ground_batches(&run, &grounds, &metadata).map_err(arrow_error)?;
+        for (name, batch) in terrain.into_iter().chain(found) {
+            match &self.folder {
+                Some((folder, format)) => write_table(folder, *format, &name, &batch)?,
+                None => self.in_memory.push((name, batch)),
+            }
+        }
+        Ok(())
     }
 }
 
 /// What a file says of its run.
-pub fn metadata(run: &RunDescription) -> [(&'static str, String); 2] {
+fn metadata(run: &RunDescription) -> [(&'static str, String); 2] {
     [
         ("scene", run.name.clone()),
         ("robhaz_version", env!("CARGO_PKG_VERSION").to_owned()),
@@ -109,14 +177,9 @@ impl Sink for TableSink {
     }
 
     fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
-        // One table that cannot be closed must not keep the others open.
-        let parquet = self.parquet.close();
-        let csv: Vec<_> = self.csv.drain(..).map(|mut table| table.close()).collect();
-        csv.into_iter()
-            .chain([parquet])
-            .collect::<Result<(), _>>()?;
+        self.close()?;
         if !self.failed {
-            self.write_grounds(end)?;
+            self.make_grounds(end)?;
         }
         Ok(())
     }
@@ -125,10 +188,11 @@ impl Sink for TableSink {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::columns::{Kind, Value};
+    use crate::columns::Kind;
     use crate::testing::{Record, described, log, records, scene};
     use arrow_array::{Array, Float64Array, RecordBatch, UInt32Array};
     use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+    use robhaz_run::RunError;
     use std::fs::{self, File};
 
     fn write(folder: &Path, format: TableFormat, records: &[Record]) {
@@ -180,17 +244,14 @@ mod tests {
         }
     }
 
-    fn cell(kind: Kind, array: &dyn Array, row: usize) -> Value {
+    fn cell(kind: Kind, array: &dyn Array, row: usize) -> Option<f64> {
         let array = array.as_any();
         if kind == Kind::Count {
             let counts: &UInt32Array = array.downcast_ref().expect("counts");
-            return Value::Count(counts.value(row));
+            return Some(f64::from(counts.value(row)));
         }
         let floats: &Float64Array = array.downcast_ref().expect("floats");
-        if kind == Kind::Optional {
-            return Value::Optional(floats.is_valid(row).then(|| floats.value(row)));
-        }
-        Value::Float(floats.value(row))
+        floats.is_valid(row).then(|| floats.value(row))
     }
 
     /// Whoever opens the file sees units, meanings, scene and version.
@@ -247,12 +308,8 @@ mod tests {
             assert_eq!(rows.len(), records.len());
             for (row, record) in rows.iter().zip(&records) {
                 for (text, column) in row.iter().zip(&table.columns) {
-                    let value = match column.kind() {
-                        Kind::Count => Value::Count(text.parse().expect("a count")),
-                        Kind::Float => Value::Float(text.parse().expect("a number")),
-                        Kind::Optional if text.is_empty() => Value::Optional(None),
-                        Kind::Optional => Value::Optional(Some(text.parse().expect("a number"))),
-                    };
+                    let is_missing = column.kind() == Kind::Optional && text.is_empty();
+                    let value = (!is_missing).then(|| text.parse().expect("a number"));
                     assert_eq!(value, column.value(&record.frame()), "{}", column.name);
                 }
             }
@@ -326,11 +383,7 @@ mod tests {
                     .collect()
             };
             let [all, found] = [0, 1].map(|i| names(folders[i].path()));
-            let extension = if format == TableFormat::Csv {
-                "csv"
-            } else {
-                "parquet"
-            };
+            let extension = format.extension();
             let missing: Vec<&String> = all.difference(&found).collect();
             assert_eq!(
                 missing,
@@ -356,5 +409,84 @@ mod tests {
             .begin(&described(&scene))
             .expect_err("refused");
         assert!(error.to_string().contains("\"../x\""), "{error}");
+    }
+
+    /// Equivalence: the tables in memory are those of the folder, to the bit, with the same columns, units and descriptions.
+    #[test]
+    fn memory_holds_what_a_folder_holds() -> Result<(), RunError> {
+        let mut scene = scene();
+        scene.record.duration = 3.0;
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut files = TableSink::new(folder.path(), TableFormat::Parquet);
+        let mut memory = TableSink::in_memory();
+        robhaz_run::run(&scene, &mut [&mut files, &mut memory])?;
+        let tables = memory.into_tables();
+        let count = std::fs::read_dir(folder.path()).expect("files").count();
+        assert_eq!(tables.len(), count);
+        for (name, batch) in tables {
+            let file = File::open(folder.path().join(format!("{name}.parquet"))).expect("a table");
+            let reader = ParquetRecordBatchReaderBuilder::try_new(file).expect("a footer");
+            assert_eq!(reader.schema().fields(), batch.schema().fields(), "{name}");
+            let reader = reader.with_batch_size(batch.num_rows().max(1));
+            let rows = reader.build().expect("a reader");
+            let mut rows = rows.map(|batch| batch.expect("rows"));
+            let read = rows.next().expect("a batch");
+            assert_eq!(read.columns(), batch.columns(), "{name}");
+            assert!(rows.next().is_none());
+        }
+        Ok(())
+    }
+
+    /// The bytes of a table do not depend on how its rows come, one by one or many at once, over
+    /// several batches and row groups.
+    #[test]
+    fn a_table_does_not_depend_on_how_its_rows_come() {
+        let folders = [(); 2].map(|()| tempfile::tempdir().expect("a folder"));
+        let records = records();
+        let rows = records.iter().cycle().take(40_001);
+        let rows: Vec<_> = rows.map(|record| record.without_truth()).collect();
+        // A row group is a multiple of 1 and of 256: groups end at the same rows.
+        for (folder, at_once) in folders.iter().zip([1, 256]) {
+            let mut sink = TableSink::new(folder.path(), TableFormat::Parquet);
+            sink.begin(&log()).expect("begins");
+            for some in rows.chunks(at_once) {
+                sink.frames(some).expect("rows");
+            }
+            sink.end(None).expect("closed");
+        }
+        let names = fs::read_dir(folders[0].path()).expect("files");
+        let names: Vec<_> = names
+            .map(|file| file.expect("a file").file_name())
+            .collect();
+        assert_eq!(names.len(), 4, "{names:?}");
+        for name in names {
+            let [a, b] = [0, 1].map(|i| fs::read(folders[i].path().join(&name)).expect("a table"));
+            assert!(a == b, "{name:?}");
+        }
+    }
+
+    /// A sink that goes without an end leaves no table that looks complete; a folder that has gone is an error.
+    #[test]
+    fn an_incomplete_table_has_no_name() {
+        for format in [TableFormat::Parquet, TableFormat::Csv] {
+            let folder = tempfile::tempdir().expect("a folder");
+            let begin = || {
+                let mut sink = TableSink::new(folder.path(), format);
+                sink.begin(&log()).expect("begins");
+                sink.frame(&records()[0].without_truth()).expect("a row");
+                sink
+            };
+            drop(begin());
+            let name = format!("estimate-mine.{}", format.extension());
+            let file = |name: &str| folder.path().join(name).is_file();
+            assert!(file(&format!("{name}.partial")) && !file(&name));
+            let mut sink = begin();
+            fs::remove_dir_all(folder.path()).expect("removed");
+            let error = sink.end(None).expect_err("nowhere to put it").to_string();
+            assert!(
+                error.contains(&format!(".{}", format.extension())),
+                "{error}"
+            );
+        }
     }
 }

@@ -1,13 +1,11 @@
 //! The table `terrain`: the ground of a run.
 
-use crate::error::RecordError;
-use crate::format::TableFormat;
-use crate::point_table::{PointColumn, batch_of_points, write_points};
+use crate::point_table::{PointColumn, batch_of_points};
+use crate::quantile::extremes;
 use arrow_array::RecordBatch;
 use arrow_schema::ArrowError;
 use robhaz_run::{RunDescription, World};
 use robhaz_terrain::{Profile, Surveyed};
-use std::path::Path;
 
 const NAME: &str = "terrain";
 /// Largest distance of rows on a curve, m: a twentieth of a wheel's radius.
@@ -17,50 +15,12 @@ const MOST: f64 = 1e6;
 /// Ground before and behind the reach of the run and the profile, m.
 const MARGIN: f64 = 1.0;
 
-const COLUMNS: [PointColumn<Surveyed>; 4] = [
-    PointColumn {
-        name: "x",
-        unit: "m",
-        description: "position along the ground",
-        nullable: false,
-        get: |p| Some(p.x),
-    },
-    PointColumn {
-        name: "height",
-        unit: "m",
-        description: "height of the ground",
-        nullable: false,
-        get: |p| Some(p.height),
-    },
-    PointColumn {
-        name: "slope",
-        unit: "1",
-        description: "dy/dx; two rows at one x where it jumps, empty on a riser",
-        nullable: true,
-        get: |p| p.slope,
-    },
-    PointColumn {
-        name: "curvature",
-        unit: "1/m",
-        description: "y''/(1 + y'^2)^(3/2), positive in hollows; empty on a riser",
-        nullable: true,
-        get: |p| p.curvature,
-    },
-];
-
-/// Writes the table, and with CSV its lines of `columns.csv`, which is there already. Recorded readings have no ground.
-pub fn write_terrain(
-    folder: &Path,
-    format: TableFormat,
-    run: &RunDescription,
-    metadata: &[(&str, String)],
-) -> Result<(), RecordError> {
-    let Some(world) = &run.world else {
-        return Ok(());
-    };
-    let points = survey(run, world);
-    write_points(folder, format, NAME, &COLUMNS, &points, metadata)
-}
+const COLUMNS: &[PointColumn<Surveyed>] = crate::point_columns! {
+    Float "x", "m", "position along the ground" => |p| Some(p.x);
+    Float "height", "m", "height of the ground" => |p| Some(p.height);
+    Optional "slope", "1", "dy/dx; two rows at one x where it jumps, empty on a riser" => |p| p.slope;
+    Optional "curvature", "1/m", "y''/(1 + y'^2)^(3/2), positive in hollows; empty on a riser" => |p| p.curvature;
+};
 
 /// Name and content of the table, as an Arrow batch. Recorded readings have no ground.
 pub fn terrain_batch(
@@ -70,7 +30,7 @@ pub fn terrain_batch(
     let Some(world) = &run.world else {
         return Ok(None);
     };
-    let batch = batch_of_points(&COLUMNS, &survey(run, world), metadata)?;
+    let batch = batch_of_points(COLUMNS, &survey(run, world), metadata)?;
     Ok(Some((NAME.to_owned(), batch)))
 }
 
@@ -90,9 +50,7 @@ fn survey(run: &RunDescription, world: &World) -> Vec<Surveyed> {
         _ => Some(terrain.extent()),
     };
     let all = reached.chain(ends.into_iter().flat_map(|(from, to)| [from, to]));
-    let (from, to) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-        (low.min(x), high.max(x))
-    });
+    let (from, to) = extremes(all);
     let (from, to) = (from - MARGIN, to + MARGIN);
     terrain.survey(from, to, SPACING.max((to - from) / MOST))
 }
@@ -110,6 +68,8 @@ pub fn rows_of_columns() -> impl Iterator<Item = Vec<String>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::format::TableFormat;
+    use crate::table_file::{start_columns, write_table};
     use arrow_array::Array;
     use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
     use robhaz_terrain::Terrain;
@@ -123,10 +83,12 @@ mod tests {
         scene.terrain.profile = Profile::step();
         scene.record.duration = 20.0;
         let run = crate::testing::described(&scene);
-        let metadata = [("scene", "trial".to_owned())];
-        std::fs::write(folder.path().join("columns.csv"), "").expect("written");
         for format in [TableFormat::Csv, TableFormat::Parquet] {
-            write_terrain(folder.path(), format, &run, &metadata).expect("written");
+            start_columns(folder.path(), format).expect("begun");
+            let (name, batch) = terrain_batch(&run, &[])
+                .expect("a batch")
+                .expect("a ground");
+            write_table(folder.path(), format, &name, &batch).expect("written");
         }
         let expected = survey(&run, run.world.as_ref().expect("a simulation"));
         let far = scene.robot.robot.geometry.axles[0].x + 20.0 * scene.drive.speed + MARGIN;
@@ -146,7 +108,7 @@ mod tests {
 
         let file = File::open(folder.path().join("terrain.parquet")).expect("the table");
         let builder = ParquetRecordBatchReaderBuilder::try_new(file).expect("a footer");
-        for column in &COLUMNS {
+        for column in COLUMNS {
             let field = builder
                 .schema()
                 .field_with_name(column.name)

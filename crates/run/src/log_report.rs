@@ -1,45 +1,60 @@
 //! What a recorded log held, and what became of its rows.
 
-/// What a recorded log held, and what became of its rows.
-#[derive(Clone, Debug, Default, PartialEq)]
+use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
+
+/// What a recorded log held, and what became of its rows. Its keys in `summary.json` have units.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LogReport {
     /// The file or folder, as the user named it.
     pub source: String,
     /// Time stamp of the log at time 0 of the run, s.
+    #[serde(rename = "start_s")]
     pub start: f64,
     /// The channels; the first is the time base: its rows are the frames.
     pub channels: Vec<ChannelReport>,
     /// Number of frames without each reading, by name; only readings that the log has.
-    pub missing: Vec<(String, u64)>,
+    pub missing: IndexMap<String, u64>,
     /// Readings that the log does not have at all.
     pub absent: Vec<String>,
 }
 
 /// What a channel of a log held.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ChannelReport {
     /// Its name: the table or topic.
     pub name: String,
     /// Rows read.
     pub rows: u64,
     /// Median time between rows, s.
+    #[serde(rename = "period_s")]
     pub period: f64,
     /// Offset that was added to its time stamps, s.
+    #[serde(rename = "offset_s")]
     pub offset: f64,
     /// Gaps of more than one and a half periods.
     pub gaps: u64,
     /// Rows that these gaps could hold.
     pub lost: u64,
-    /// The longest gap, s, and the time of its start. `None` without gaps.
-    pub longest_gap: Option<(f64, f64)>,
+    /// The longest gap, s; `None` without gaps.
+    #[serde(rename = "longest_gap_s")]
+    pub longest_gap: Option<f64>,
+    /// Start of the longest gap, s.
+    #[serde(rename = "longest_gap_at_s")]
+    pub longest_gap_at: Option<f64>,
     /// Rows left out because they have the time of the row before.
     pub duplicates: u64,
     /// Rows left out because they are earlier than the row before.
     pub late: u64,
     /// How often the clock was set back, or rows are repeated.
+    #[serde(default)]
     pub set_back: u64,
-    /// By how much it was set back most, s, and the time before that.
-    pub largest_set_back: Option<(f64, f64)>,
+    /// By how much at most, s; `None` if never.
+    #[serde(rename = "largest_set_back_s")]
+    pub largest_set_back: Option<f64>,
+    /// Time before that, s.
+    #[serde(rename = "largest_set_back_at_s")]
+    pub largest_set_back_at: Option<f64>,
     /// Rows left out because a newer one of the same frame has all readings.
     pub superseded: u64,
     /// Rows left out because they are earlier than the first frame.

@@ -87,7 +87,9 @@ pub trait Sink {
     ///
     /// # Errors
     /// The sink cannot start. The run does not start.
-    fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError>;
+    fn begin(&mut self, _run: &RunDescription) -> Result<(), SinkError> {
+        Ok(())
+    }
 
     /// Called at every record, in order of time.
     ///
@@ -108,5 +110,7 @@ pub trait Sink {
     ///
     /// # Errors
     /// The sink cannot finish.
-    fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError>;
+    fn end(&mut self, _end: Option<&RunEnd>) -> Result<(), SinkError> {
+        Ok(())
+    }
 }

@@ -60,14 +60,6 @@ pub struct FlagScore {
     pub missed_share: Option<f64>,
 }
 
-impl FlagScore {
-    /// Whether all numbers are finite.
-    pub fn is_finite(&self) -> bool {
-        let numbers = [self.delay_s, self.false_share, self.missed_share];
-        numbers.iter().flatten().all(|v| v.is_finite())
-    }
-}
-
 /// How well each contact state was found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FlagScores {
@@ -77,13 +69,6 @@ pub struct FlagScores {
     pub two_contacts: FlagScore,
     /// Sliding.
     pub sliding: FlagScore,
-}
-
-impl FlagScores {
-    /// Whether all numbers are finite.
-    pub fn is_finite(&self) -> bool {
-        self.air.is_finite() && self.two_contacts.is_finite() && self.sliding.is_finite()
-    }
 }
 
 /// Compares the contact states of an estimator with the truth, event by event and sample by sample.

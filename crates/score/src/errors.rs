@@ -15,26 +15,11 @@ pub struct ForceErrors {
     /// `rmse_all` over the mean true normal force of the three wheels, -; `None` when no wheel ever carried load.
     pub nrmse: Option<f64>,
     /// Mean error of each wheel, estimate minus truth, N; `None` in results of earlier versions.
-    #[serde(default)]
     pub bias: Option<[f64; 3]>,
     /// Largest absolute error of any wheel, N.
     pub max_abs: f64,
     /// Time of that error, s; `None` in results of earlier versions.
-    #[serde(default)]
     pub max_abs_time_s: Option<f64>,
-}
-
-impl ForceErrors {
-    /// Whether all numbers are finite.
-    pub fn is_finite(&self) -> bool {
-        let bias = self.bias.iter().flatten().chain(&self.max_abs_time_s);
-        let mut numbers = self
-            .rmse
-            .iter()
-            .chain([&self.rmse_all, &self.max_abs])
-            .chain(bias);
-        numbers.all(|v| v.is_finite()) && self.nrmse.is_none_or(f64::is_finite)
-    }
 }
 
 /// Root mean square error of N over the three wheels at one sample, N.

@@ -80,13 +80,6 @@ impl GroundErrors {
             slope_coverage: slope.coverage(),
         })
     }
-
-    /// Whether all numbers are finite.
-    pub fn is_finite(&self) -> bool {
-        let numbers = [self.height_rmse_m, self.height_coverage];
-        let of_slope = self.slope_rmse_rad.iter().chain(&self.slope_coverage);
-        numbers.iter().chain(of_slope).all(|v| v.is_finite())
-    }
 }
 
 #[cfg(test)]
@@ -121,7 +114,6 @@ mod tests {
                 .slope_rmse_rad
                 .is_some_and(|s| (s - 0.3).abs() < 1e-15)
         );
-        assert!(errors.is_finite());
         assert_eq!(GroundErrors::of([]), None);
     }
 }

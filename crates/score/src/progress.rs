@@ -2,6 +2,7 @@
 
 use robhaz_sim::Truth;
 use robhaz_sim::drive::Drive;
+use serde::{Deserialize, Serialize};
 
 /// Advance that counts as a gain, in wheel radii: 10 mm for the default robot.
 const GAIN: f64 = 0.1;
@@ -14,18 +15,22 @@ const PATIENCE: f64 = 2.0;
 /// creep stays below a tenth of it.
 const SPIN: f64 = 0.5;
 
-/// Progress of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// Progress of a run. Its keys in `summary.json` have units.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
     /// Travel of the body along x since the start, m, positive in the direction of `drive.speed`.
+    #[serde(rename = "distance_m")]
     pub distance: f64,
     /// Integral of the set speed of travel over time ([`Drive::travel_speed`]), m, with the sign of `distance`.
+    #[serde(rename = "asked_m")]
     pub asked: f64,
     /// Time since which the robot has not advanced as its set speed asks, s; `None` where it advances, or that speed is
     /// zero.
+    #[serde(rename = "stuck_since_s")]
     pub stuck_since: Option<f64>,
     /// Time for which each wheel spun, s: its slip speed differed from the one that its set speed asks for by more than
     /// half the set speed. A wheel that is driven apart and slips as asked does not spin.
+    #[serde(rename = "spinning_s")]
     pub spinning: [f64; 3],
 }
 

@@ -2,11 +2,11 @@
 
 use crate::journal::RunRecord;
 use crate::plan::Plan;
-use crate::scores::ScoreColumn;
 use arrow_array::{
     ArrayRef, BooleanArray, Float64Array, Int64Array, RecordBatch, StringArray, UInt64Array,
 };
 use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
+use robhaz_record::ScoreColumn;
 use robhaz_scene::{Axis, AxisItem, AxisValue, AxisValues, Distribution, Setting};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -40,37 +40,33 @@ fn type_of(axis: &Axis, i: usize) -> DataType {
 
 /// The values of a column. One of another kind is null, which the column of a key refuses.
 fn array(kind: &DataType, cells: &[Cell]) -> ArrayRef {
-    let numbers = cells.iter().map(|cell| match cell {
-        Some(AxisValue::Number(number)) => Some(*number),
-        #[expect(clippy::cast_precision_loss, reason = "a whole number among others")]
-        Some(AxisValue::Whole(whole)) => Some(*whole as f64),
+    fn all<T, A: FromIterator<Option<T>>>(
+        cells: &[Cell],
+        of: impl Fn(&AxisValue) -> Option<T>,
+    ) -> Arc<A> {
+        let values = cells.iter().map(|cell| cell.as_ref().and_then(&of));
+        Arc::new(values.collect())
+    }
+    let whole = |value: &AxisValue| match value {
+        AxisValue::Whole(whole) => Some(*whole),
         _ => None,
-    });
-    let whole = cells.iter().map(|cell| match cell {
-        Some(AxisValue::Whole(whole)) => Some(*whole),
-        _ => None,
-    });
+    };
     match kind {
-        DataType::UInt64 => {
-            let counts = whole.map(|whole| whole.and_then(|w| u64::try_from(w).ok()));
-            Arc::new(counts.collect::<UInt64Array>())
-        }
-        DataType::Int64 => Arc::new(whole.collect::<Int64Array>()),
-        DataType::Float64 => Arc::new(numbers.collect::<Float64Array>()),
-        DataType::Boolean => {
-            let flags = cells.iter().map(|cell| match cell {
-                Some(AxisValue::Boolean(flag)) => Some(*flag),
-                _ => None,
-            });
-            Arc::new(flags.collect::<BooleanArray>())
-        }
-        _ => {
-            let words = cells.iter().map(|cell| match cell {
-                Some(AxisValue::Text(text)) => Some(text.clone()),
-                other => other.as_ref().map(AxisValue::to_string),
-            });
-            Arc::new(words.collect::<StringArray>())
-        }
+        DataType::UInt64 => all::<_, UInt64Array>(cells, |v| whole(v)?.try_into().ok()),
+        DataType::Int64 => all::<_, Int64Array>(cells, whole),
+        DataType::Float64 => all::<_, Float64Array>(cells, |value| match value {
+            AxisValue::Number(number) => Some(*number),
+            #[expect(clippy::cast_precision_loss, reason = "a whole number among others")]
+            other => whole(other).map(|whole| whole as f64),
+        }),
+        DataType::Boolean => all::<_, BooleanArray>(cells, |value| match value {
+            AxisValue::Boolean(flag) => Some(*flag),
+            _ => None,
+        }),
+        _ => all::<_, StringArray>(cells, |value| match value {
+            AxisValue::Text(text) => Some(text.clone()),
+            other => Some(other.to_string()),
+        }),
     }
 }
 

@@ -1,14 +1,13 @@
 //! The dataset of all runs, in their order: the same bytes for any number of threads, shards and interruptions.
 
 use crate::columns::RowBuilder;
-use crate::error::{StudyError, io_error};
+use crate::error::{StudyError, io_error, parquet_error};
 use crate::files;
 use crate::folder::Folder;
 use crate::journal::{JournalReader, RunRecord, Scanned};
 use crate::study::{Identity, Study};
 use parquet::arrow::ArrowWriter;
 use parquet::basic::Compression;
-use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use robhaz_record::Dataset;
@@ -76,14 +75,11 @@ pub fn write(study: &Study, finished: &Finished, folder: &Folder) -> Result<(), 
         .collect::<Result<_, _>>()?;
     let path = folder.dataset();
     let temporary = files::partial(&path);
-    let failed = |source: ParquetError| StudyError::Parquet {
-        path: path.clone(),
-        source,
-    };
     let file = File::create(&temporary).map_err(io_error("create", &temporary))?;
     let mut rows = RowBuilder::new(study.plan());
     let (schema, notes) = (Arc::clone(rows.schema()), properties(study.identity()));
-    let mut writer = ArrowWriter::try_new(file, schema, Some(notes)).map_err(failed)?;
+    let mut writer =
+        ArrowWriter::try_new(file, schema, Some(notes)).map_err(parquet_error(&path))?;
     for (run, place) in (0_u64..).zip(&finished.places) {
         if let Some((journal, place)) = place
             && let Some(reader) = readers.get_mut(*journal as usize)
@@ -91,11 +87,15 @@ pub fn write(study: &Study, finished: &Finished, folder: &Folder) -> Result<(), 
             rows.push(&reader.read(*place)?, &study.settings(run));
         }
         if rows.rows() >= BATCH_ROWS {
-            writer.write(&rows.take()?).map_err(failed)?;
+            writer
+                .write(&rows.take().map_err(parquet_error(&path))?)
+                .map_err(parquet_error(&path))?;
         }
     }
-    writer.write(&rows.take()?).map_err(failed)?;
-    let file = writer.into_inner().map_err(failed)?;
+    writer
+        .write(&rows.take().map_err(parquet_error(&path))?)
+        .map_err(parquet_error(&path))?;
+    let file = writer.into_inner().map_err(parquet_error(&path))?;
     file.sync_all().map_err(io_error("write", &temporary))?;
     files::settle(&temporary, &path)
 }
@@ -111,13 +111,9 @@ pub fn in_memory(study: &Study, records: &[RunRecord]) -> Result<Dataset, StudyE
         let note = notes.into_iter().find(|(name, _)| *name == key);
         note.map(|(_, text)| text)
     };
-    let batches = [rows.take()?];
-    Ok(Dataset::of(
-        Path::new("a dataset in memory"),
-        rows.schema(),
-        &batches,
-        notes,
-    )?)
+    let name = Path::new("a dataset in memory");
+    let batches = [rows.take().map_err(parquet_error(name))?];
+    Ok(Dataset::of(name, rows.schema(), &batches, notes)?)
 }
 
 /// What a dataset says of itself.
@@ -146,14 +142,13 @@ fn properties(identity: &Identity) -> WriterProperties {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scores::Outcome;
     use crate::single::BoundSink;
-    use crate::{Job, ScoreColumn, Shard, Study, Watch, compute};
+    use crate::{Job, Shard, Study, Watch, compute};
     use arrow_array::cast::AsArray as _;
     use arrow_array::types::{Float64Type, Int64Type, UInt64Type};
     use arrow_array::{Array as _, RecordBatch};
     use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-    use robhaz_record::SummarySink;
+    use robhaz_record::{ScoreColumn, SummarySink};
     use std::fs;
 
     const SCENE: &str = "[terrain]\nkind = \"flat\"\n[sensors]\ngrade = \"typical\"\n[record]\nduration = 0.1\n\
@@ -212,14 +207,11 @@ mod tests {
             let scene = study.scene(index.value(row))?;
             let mut bound = BoundSink::new(&scene);
             robhaz_run::run(&scene, &mut [&mut summary, &mut bound])?;
-            let outcome = Outcome {
-                summary: summary.summary()?,
-                bound: bound.0.nrmse(),
-            };
-            let estimator = &outcome.summary.estimators[row % 2];
+            let (summary, bound) = (summary.summary()?, bound.0.nrmse());
+            let estimator = &summary.estimators[row % 2];
             assert_eq!(estimators.value(row), estimator.name);
             for score in ScoreColumn::all() {
-                let expected = score.value(&outcome, Some(estimator));
+                let expected = score.value(&summary, bound, Some(estimator));
                 let found = column(score.name)?;
                 let found = match found.as_primitive_opt::<Float64Type>() {
                     Some(numbers) => numbers.is_valid(row).then(|| numbers.value(row)),

@@ -1,6 +1,5 @@
 //! Why a study cannot go on.
 
-use arrow_schema::ArrowError;
 use parquet::errors::ParquetError;
 use robhaz_record::RecordError;
 use robhaz_scene::SceneError;
@@ -65,16 +64,6 @@ pub enum StudyError {
     #[error("another process is writing {0}")]
     #[diagnostic(help("wait for its end"))]
     InUse(PathBuf),
-    /// An error of the file system.
-    #[error("cannot {action} {path}")]
-    Io {
-        /// The failed action.
-        action: &'static str,
-        /// The path.
-        path: PathBuf,
-        /// The cause.
-        source: io::Error,
-    },
     /// A manifest of a study that cannot be read.
     #[error("{path} is no description of a study")]
     Manifest {
@@ -83,20 +72,9 @@ pub enum StudyError {
         /// The cause.
         source: serde_json::Error,
     },
-    /// The dataset cannot be made.
-    #[error("cannot make rows of the dataset")]
-    Rows(#[from] ArrowError),
-    /// The dataset cannot be written.
-    #[error("cannot write {path}")]
-    Parquet {
-        /// The file.
-        path: PathBuf,
-        /// The cause.
-        source: ParquetError,
-    },
-    /// The dataset cannot be read.
+    /// A file cannot be written or read.
     #[error(transparent)]
-    Dataset(#[from] RecordError),
+    Record(#[from] RecordError),
     /// A signal stopped the study.
     #[error("stopped by {cause}; {done} of {runs} runs are done")]
     #[diagnostic(help("{}", after_a_stop(*kept)))]
@@ -125,9 +103,22 @@ const fn after_a_stop(kept: bool) -> &'static str {
 /// An error of the file system at a path.
 pub fn io_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> StudyError {
     let path = path.to_path_buf();
-    move |source| StudyError::Io {
-        action,
-        path,
-        source,
+    move |source| {
+        StudyError::Record(RecordError::Io {
+            action,
+            path,
+            source,
+        })
+    }
+}
+
+/// An error of the dataset at a path.
+pub fn parquet_error<E: Into<ParquetError>>(path: &Path) -> impl Fn(E) -> StudyError {
+    let path = path.to_path_buf();
+    move |source| {
+        StudyError::Record(RecordError::Parquet {
+            path: path.clone(),
+            source: source.into(),
+        })
     }
 }

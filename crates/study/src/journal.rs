@@ -46,7 +46,7 @@ impl RunRecord {
 pub struct Row {
     /// Label of the estimator; `None` for a failed run.
     pub estimator: Option<String>,
-    /// Scores in the order of [`crate::ScoreColumn::all`]; empty for a failed run.
+    /// Scores in the order of [`robhaz_record::ScoreColumn::all`]; empty for a failed run.
     pub scores: Vec<Option<f64>>,
 }
 

@@ -5,8 +5,9 @@ use crate::error::StudyError;
 use crate::statistics::{LEAST_RUNS, Mean};
 use crate::study::Study;
 use comfy_table::presets::UTF8_FULL_CONDENSED;
-use comfy_table::{Cell, CellAlignment, ContentArrangement, Row, Table};
+use comfy_table::{Cell, ContentArrangement, Row, Table};
 use robhaz_record::Dataset;
+use robhaz_record::estimator_rows::{first_cells, heading, right};
 use robhaz_scene::Scene;
 use serde::Serialize;
 
@@ -127,11 +128,12 @@ impl Report {
         let labels = data.estimators().into_iter();
         let estimators: Vec<Rows<'_>> = labels.map(|label| Rows { data, label }).collect();
         let name = &study.choice().name;
+        let failed = |reason: String| StudyError::Failed {
+            scene: name.clone(),
+            reason,
+        };
         if let (true, Some((reason, ..))) = (only_seeds, failures.first()) {
-            return Err(StudyError::Failed {
-                scene: name.clone(),
-                reason: (*reason).to_owned(),
-            });
+            return Err(failed((*reason).to_owned()));
         }
         let scenes = study.scenes();
         let compare_from_s = common(scenes.iter().map(|scene| scene.record.compare_from));
@@ -140,13 +142,10 @@ impl Report {
         if let (true, Some(0), Some(compared), Some(from)) =
             (only_seeds, samples, left_out, compare_from_s)
         {
-            return Err(StudyError::Failed {
-                scene: name.clone(),
-                reason: format!(
-                    "no sample counts: in each of the {compared} samples from {from} s on the contacts of a wheel have no \
-                     equivalent single contact"
-                ),
-            });
+            return Err(failed(format!(
+                "no sample counts: in each of the {compared} samples from {from} s on the contacts of a wheel have no equivalent \
+                 single contact"
+            )));
         }
         let bounds: Vec<f64> = data.numbers("bound").iter().filter_map(|b| *b).collect();
         // Equal bounds keep their bits.
@@ -157,26 +156,15 @@ impl Report {
             only_seeds,
             runs: data.runs,
             failed: failures.iter().map(|(_, count, _)| count).sum(),
-            engine: common(
-                scenes
-                    .iter()
-                    .map(|scene| scene.engine.kind.name().to_owned()),
-            ),
-            sensors: common(
-                scenes
-                    .iter()
-                    .map(|scene| scene.sensors.grade.name().to_owned()),
-            ),
+            engine: common(scenes.iter().map(|s| s.engine.kind.name())).map(str::to_owned),
+            sensors: common(scenes.iter().map(|s| s.sensors.grade.name())).map(str::to_owned),
             seeds: seeds(data, scenes),
             compare_from_s,
             samples,
             two_contacts: count(&estimators, |rows| rows.of("two_contacts")),
             left_out,
             floor,
-            estimators: estimators
-                .iter()
-                .map(|rows| Line::new(rows, floor))
-                .collect(),
+            estimators: estimators.iter().map(|e| Line::new(e, floor)).collect(),
         })
     }
 
@@ -191,59 +179,43 @@ impl Report {
         for line in &self.estimators {
             table.add_row(line.row());
         }
-        let mut text = format!(
-            "Errors of the normal forces N in % of their mean, of the tractions T in N; means over the {}\n",
-            self.each(true)
-        );
-        text.push_str(&table.trim_fmt());
-        text.push('\n');
-        text.push_str(&match self.floor {
+        let each = self.each(true);
+        let bound = match self.floor {
             Some(floor) => format!(
-                "Cramer-Rao bound of one sample, for the errors of torques and contact angles: {:.2} %.\n",
+                "Cramer-Rao bound of one sample, for the errors of torques and contact angles: {:.2} %.",
                 100.0 * floor
             ),
-            None => "Cramer-Rao bound of one sample: none, torques and contact angles are exact.\n"
+            None => "Cramer-Rao bound of one sample: none, torques and contact angles are exact."
                 .to_owned(),
-        });
-        text.push_str(&self.what_was_run());
-        text.push_str(&self.without_two_contacts());
-        if self
-            .estimators
-            .iter()
-            .any(|l| l.verdict == Some(CovarianceVerdict::NotJudged))
+        };
+        let mut lines = vec![
+            format!(
+                "Errors of the normal forces N in % of their mean, of the tractions T in N; means over the {each}"
+            ),
+            table.trim_fmt(),
+            bound,
+            self.what_was_run(),
+        ];
+        lines.extend(self.without_two_contacts());
+        let mut verdicts = self.estimators.iter().map(|line| line.verdict);
+        if verdicts.any(|verdict| verdict == Some(CovarianceVerdict::NotJudged)) {
+            lines.push(format!(
+                "Not judged: a verdict needs at least {LEAST_RUNS} {each}, and random errors that differ between them."
+            ));
+        }
+        lines.extend(self.estimators.iter().filter_map(Line::wrong_parity));
+        for Line {
+            name,
+            missing,
+            counted,
+            ..
+        } in self.estimators.iter().filter(|l| l.missing > 0)
         {
-            text.push_str(&format!(
-                "\nNot judged: a verdict needs at least {LEAST_RUNS} {}, and random errors that differ between them.",
-                self.each(true)
+            lines.push(format!(
+                "{name}: no estimate in {missing} of {counted} samples of all {each}; these do not count."
             ));
         }
-        for line in &self.estimators {
-            let nis = line.consistency.and_then(|c| c.nis);
-            let (Some(verdict), Some(nis)) = (line.parity_verdict, nis) else {
-                continue;
-            };
-            if matches!(
-                verdict,
-                CovarianceVerdict::Cautious | CovarianceVerdict::Overconfident
-            ) {
-                text.push_str(&format!(
-                    "\n{}: the expected variance of the parity residual is {} (NIS {:.2}).",
-                    line.name,
-                    verdict.words(),
-                    nis.mean,
-                ));
-            }
-        }
-        for line in self.estimators.iter().filter(|l| l.missing > 0) {
-            text.push_str(&format!(
-                "\n{}: no estimate in {} of {} samples of all {}; these do not count.",
-                line.name,
-                line.missing,
-                line.counted,
-                self.each(true)
-            ));
-        }
-        text
+        lines.join("\n")
     }
 
     /// What means are over.
@@ -257,7 +229,7 @@ impl Report {
     }
 
     /// Errors of N over the samples without two contacts. Impacts on corners make most of the error of the others.
-    fn without_two_contacts(&self) -> String {
+    fn without_two_contacts(&self) -> Option<String> {
         let of = |line: &Line| {
             Some(format!(
                 "{} {}",
@@ -266,11 +238,10 @@ impl Report {
             ))
         };
         let errors: Vec<String> = self.estimators.iter().filter_map(of).collect();
-        if self.two_contacts == Some(0) || errors.is_empty() {
-            return String::new();
-        }
+        let is_of_interest = self.two_contacts != Some(0) && !errors.is_empty();
         let errors = errors.join(", ");
-        format!("\nError of N in % over the samples without two contacts: {errors}.")
+        is_of_interest
+            .then(|| format!("Error of N in % over the samples without two contacts: {errors}."))
     }
 
     fn what_was_run(&self) -> String {
@@ -338,8 +309,21 @@ impl Line {
         }
     }
 
+    /// What is wrong with the expected variance of the parity residual.
+    fn wrong_parity(&self) -> Option<String> {
+        use CovarianceVerdict::{Cautious, Overconfident};
+        let nis = self.consistency?.nis?.mean;
+        let verdict = self
+            .parity_verdict
+            .filter(|v| matches!(v, Cautious | Overconfident))?;
+        let (name, words) = (&self.name, verdict.words());
+        Some(format!(
+            "{name}: the expected variance of the parity residual is {words} (NIS {nis:.2})."
+        ))
+    }
+
     fn row(&self) -> Row {
-        let mut row = Row::from(vec![Cell::new(&self.name)]);
+        let mut row = first_cells(None, &self.name);
         let c = self.consistency;
         let number = |value: Option<f64>, digits: usize| match value {
             Some(value) => format!("{value:.digits$}"),
@@ -349,9 +333,9 @@ impl Line {
             self.nrmse.map_or_else(|| "-".to_owned(), percent),
             number(self.error_over_floor, 2),
             number(self.traction_rmse_n.map(|m| m.mean), 2),
-            self.stated.map_or_else(
-                || "-".to_owned(),
-                |m| format!("{:.*}", digits(&m), 100.0 * m.mean),
+            number(
+                self.stated.map(|m| 100.0 * m.mean),
+                self.stated.map_or(0, |m| digits(&m)),
             ),
             number(self.error_over_stated.map(|m| m.mean), 2),
             number(c.map(|c| 100.0 * c.coverage.mean), 1),
@@ -406,7 +390,6 @@ fn digits(share: &Mean) -> usize {
 }
 
 fn header() -> Row {
-    let mut row = Row::from(vec![Cell::new("estimator")]);
     let names = [
         "error of N\n% ± s.e.",
         "error/\nbound",
@@ -417,13 +400,7 @@ fn header() -> Row {
         "NEES\n(3)",
         "NIS\n(1)",
     ];
-    for name in names {
-        row.add_cell(right(name));
-    }
+    let mut row = heading(&names, false);
     row.add_cell(Cell::new("stated\nsigma is"));
     row
-}
-
-fn right(text: impl ToString) -> Cell {
-    Cell::new(text).set_alignment(CellAlignment::Right)
 }

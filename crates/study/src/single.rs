@@ -3,13 +3,10 @@
 use crate::error::{StudyError, io_error};
 use crate::files;
 use crate::journal::{Row, RunRecord};
-use crate::scores::{Outcome, ScoreColumn};
 use crate::study::{Study, seen_by_plant};
 use crate::truth_run::{TruthRun, bound, rule};
-use robhaz_record::{EstimatorSummary, SummarySink, TableFormat, TableSink};
-use robhaz_run::{
-    ClearanceNeed, Frame, Run, RunDescription, RunEnd, RunError, Sink, SinkError, Stop,
-};
+use robhaz_record::{EstimatorSummary, ScoreColumn, Summary, SummarySink, TableFormat, TableSink};
+use robhaz_run::{ClearanceNeed, Frame, Run, RunError, Sink, SinkError, Stop};
 use robhaz_scene::{Scene, SceneError};
 use robhaz_score::{Bound, Inclusion, Rule};
 use std::error::Error;
@@ -84,7 +81,7 @@ pub fn compute(
             Ok(outcome) => Some(RunRecord {
                 run,
                 error: None,
-                rows: rows(&outcome),
+                rows: rows(&outcome.0, outcome.1),
             }),
             Err(_) if stop().is_some() => None,
             Err(reason) => Some(RunRecord::failed(run, reason)),
@@ -96,14 +93,14 @@ pub fn compute(
     })
 }
 
-/// How a run ended, or why it has no scores.
+/// Summary and Cramer-Rao bound of a run, or why it has no scores.
 fn outcome(
     study: &Study,
     run: u64,
     truth: &SharedTruth,
     tables: Option<&Path>,
     stop: Stop<'_>,
-) -> Result<Result<Outcome, String>, StudyError> {
+) -> Result<Result<(Summary, Option<f64>), String>, StudyError> {
     if let SharedTruth::Failed(reason) = truth {
         return Ok(Err(reason.clone()));
     }
@@ -133,10 +130,7 @@ fn outcome(
     }
     let summary = summary.summary().map_err(|error| in_one_line(&error));
     Ok(match ended {
-        Ok(_) => summary.map(|summary| Outcome {
-            summary,
-            bound: bound.0.nrmse(),
-        }),
+        Ok(_) => summary.map(|summary| (summary, bound.0.nrmse())),
         Err(error) => Err(in_one_line(&error)),
     })
 }
@@ -156,20 +150,12 @@ impl Sink for BoundSink {
         ClearanceNeed::Never
     }
 
-    fn begin(&mut self, _run: &RunDescription) -> Result<(), SinkError> {
-        Ok(())
-    }
-
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
         if let Some(truth) = frame.truth
             && let Inclusion::Included(compared) = self.1.judge(truth)
         {
             self.0.add(truth, &compared);
         }
-        Ok(())
-    }
-
-    fn end(&mut self, _end: Option<&RunEnd>) -> Result<(), SinkError> {
         Ok(())
     }
 }
@@ -195,15 +181,15 @@ fn prepare(study: &Study, scene: &Scene, folder: &Path) -> Result<PathBuf, Study
     Ok(temporary)
 }
 
-fn rows(outcome: &Outcome) -> Vec<Row> {
+fn rows(run: &Summary, bound: Option<f64>) -> Vec<Row> {
     let row = |estimator: Option<&EstimatorSummary>| Row {
         estimator: estimator.map(|e| e.name.clone()),
         scores: ScoreColumn::all()
             .iter()
-            .map(|column| column.value(outcome, estimator))
+            .map(|column| column.value(run, bound, estimator))
             .collect(),
     };
-    match outcome.summary.estimators.as_slice() {
+    match run.estimators.as_slice() {
         [] => vec![row(None)],
         estimators => estimators.iter().map(|e| row(Some(e))).collect(),
     }

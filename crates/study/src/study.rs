@@ -3,7 +3,7 @@
 use crate::ablation::{LADDER, ladder};
 use crate::error::StudyError;
 use crate::plan::Plan;
-use crate::scores::ScoreColumn;
+use robhaz_record::ScoreColumn;
 use robhaz_scene::{BaseScene, EngineKind, Scene, SceneError, Setting, StudyChoice};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};

@@ -65,7 +65,7 @@ pub use compared::ComparedRun;
 pub use comparison::save_comparison;
 pub use error::{VIEWER_VERSION, ViewerError};
 pub use live::{LiveReport, LiveSink};
-pub use path::save_path;
+pub use path::{JudgedPath, PathPlace, save_path};
 pub use picture::{PictureOptions, picture};
 pub use program::open;
 pub use reading::{recording_end, recording_is_closed};

@@ -14,7 +14,7 @@ use rerun::archetypes::{
 };
 use rerun::components::{MediaType, Radius};
 use robhaz_model::Vec2;
-use robhaz_path::{PathReport, PathSetup, Place};
+use robhaz_terrain::Terrain;
 use std::path::Path;
 
 /// Distance between points of the ground, m.
@@ -22,22 +22,51 @@ const SPACING: f64 = 0.005;
 /// Length of drawn ground beyond the axles, m.
 const BESIDE: f64 = 0.4;
 
+/// A path that was judged before it is driven.
+#[derive(Clone, Copy)]
+pub struct JudgedPath<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// The ground.
+    pub terrain: &'a Terrain,
+    /// Radius of the wheels, m.
+    pub wheel_radius: f64,
+    /// Its places from the start on.
+    pub places: &'a [PathPlace],
+    /// The first place that the robot cannot pass: x of the middle wheel's centre, m, and the reason.
+    pub failure: Option<(f64, &'a str)>,
+    /// The result in words.
+    pub text: &'a str,
+}
+
+/// A place of a judged path.
+#[derive(Clone, Copy, Debug)]
+pub struct PathPlace {
+    /// Centres of the front, middle and rear wheel, m.
+    pub wheels: [Vec2; 3],
+    /// Needed friction, -; `None` where no allowed forces balance the robot.
+    pub needed_mu: Option<f64>,
+    /// Available friction, -.
+    pub available_mu: Option<f64>,
+    /// How far all friction coefficients can fall, -.
+    pub margin: Option<f64>,
+}
+
 /// Writes a judged path as a new recording at `out`, with the layout of its views.
 ///
 /// # Errors
 /// [`ViewerError::Create`], [`ViewerError::Write`]: `out` cannot be written.
-pub fn save_path(setup: &PathSetup, report: &PathReport, out: &Path) -> Result<(), ViewerError> {
+pub fn save_path(path: &JudgedPath<'_>, out: &Path) -> Result<(), ViewerError> {
     let destination = out.display().to_string();
     let file = RrdFile::begin(RrdFile::create(out)?).map_err(ViewerError::write(&destination))?;
-    let name = format!("path of {}, drive {}", report.scene, report.drive);
-    let mut writer = Writer::start(&destination, Box::new(file), &name, fingerprint(report))?;
-    let ground = ground(setup, report);
+    let mut writer = Writer::start(&destination, Box::new(file), path.name, fingerprint(path))?;
+    let ground = ground(path);
     layout::path::log(&mut writer, &ground)?;
     writer.constant(
         EntityPath::properties(),
-        &RecordingInfo::update_fields().with_name(name.as_str()),
+        &RecordingInfo::update_fields().with_name(path.name),
     )?;
-    let page = TextDocument::new(page(&name, report));
+    let page = TextDocument::new(page(path));
     writer.constant("about", &page.with_media_type(MediaType::markdown()))?;
     // The viewer's 2-D axes have y down.
     writer.constant("world", &Transform3D::from_scale([1.0, -1.0, 1.0]))?;
@@ -47,35 +76,35 @@ pub fn save_path(setup: &PathSetup, report: &PathReport, out: &Path) -> Result<(
             .with_colors([colours::GROUND])
             .with_radii([Radius::new_ui_points(1.5)]),
     )?;
-    let travelled = travelled(report);
-    log_wheels(&mut writer, setup, report, &travelled)?;
-    log_failure(&mut writer, setup, report)?;
-    log_friction(&mut writer, report, &travelled)?;
+    let travelled = travelled(path);
+    log_wheels(&mut writer, path, &travelled)?;
+    log_failure(&mut writer, path)?;
+    log_friction(&mut writer, path, &travelled)?;
     writer.finish()
 }
 
 /// The ground from behind the rear wheel at the start to ahead of the front wheel at the end, m.
-fn ground(setup: &PathSetup, report: &PathReport) -> Vec<Vec2> {
-    let (Some(first), Some(last)) = (report.places.first(), report.places.last()) else {
+fn ground(path: &JudgedPath<'_>) -> Vec<Vec2> {
+    let (Some(first), Some(last)) = (path.places.first(), path.places.last()) else {
         return Vec::new();
     };
-    let (from, to) = (first.wheel_x[2] - BESIDE, last.wheel_x[0] + BESIDE);
-    setup.terrain.outline(from, to, SPACING)
+    let (from, to) = (first.wheels[2].x - BESIDE, last.wheels[0].x + BESIDE);
+    path.terrain.outline(from, to, SPACING)
 }
 
 /// Distance that the middle wheel has travelled at each place, m.
-fn travelled(report: &PathReport) -> Vec<f64> {
-    let start = report.places.first().map_or(0.0, Place::x);
-    report.places.iter().map(|p| p.x() - start).collect()
+fn travelled(path: &JudgedPath<'_>) -> Vec<f64> {
+    let start = path.places.first().map_or(0.0, |p| p.wheels[1].x);
+    let places = path.places.iter();
+    places.map(|p| p.wheels[1].x - start).collect()
 }
 
 fn log_wheels(
     out: &mut Writer,
-    setup: &PathSetup,
-    report: &PathReport,
+    path: &JudgedPath<'_>,
     travelled: &[f64],
 ) -> Result<(), ViewerError> {
-    let radius = narrow(setup.robot.geometry.wheel_radius);
+    let radius = narrow(path.wheel_radius);
     out.constant(
         "world/wheels",
         &Ellipses2D::update_fields()
@@ -83,27 +112,22 @@ fn log_wheels(
             .with_colors(WHEELS)
             .with_line_radii([Radius::new_ui_points(2.5)]),
     )?;
-    let places = report.places.iter();
-    let centres = places.flat_map(|p| p.wheel_x.into_iter().zip(p.wheel_y));
+    let centres = path.places.iter().flat_map(|p| p.wheels);
     out.columns(
         "world/wheels",
         travelled,
         Ellipses2D::update_fields()
-            .with_centers(centres.map(|(x, y)| flat(Vec2::new(x, y))))
+            .with_centers(centres.map(flat))
             .columns(std::iter::repeat_n(WHEELS.len(), travelled.len())),
     )
 }
 
 /// Marks the place of the first failure, below the middle wheel.
-fn log_failure(
-    out: &mut Writer,
-    setup: &PathSetup,
-    report: &PathReport,
-) -> Result<(), ViewerError> {
-    let Some(failure) = &report.first_failure else {
+fn log_failure(out: &mut Writer, path: &JudgedPath<'_>) -> Result<(), ViewerError> {
+    let Some((x, reason)) = path.failure else {
         return Ok(());
     };
-    let below = setup.terrain.outline(failure.x, failure.x, SPACING);
+    let below = path.terrain.outline(x, x, SPACING);
     let Some(point) = below.first().copied() else {
         return Ok(());
     };
@@ -112,14 +136,14 @@ fn log_failure(
         &Points2D::new([flat(point)])
             .with_colors([NEUTRAL])
             .with_radii([Radius::new_ui_points(6.0)])
-            .with_labels([format!("no-go: {}", failure.reason.words())])
+            .with_labels([format!("no-go: {reason}")])
             .with_show_labels(true),
     )
 }
 
 fn log_friction(
     out: &mut Writer,
-    report: &PathReport,
+    path: &JudgedPath<'_>,
     travelled: &[f64],
 ) -> Result<(), ViewerError> {
     let mut friction = Plot::new(
@@ -138,8 +162,8 @@ fn log_friction(
     );
     // A gap: no allowed forces balance the robot.
     let or_gap = |value: Option<f64>| value.unwrap_or(f64::NAN);
-    for (place, distance) in report.places.iter().zip(travelled) {
-        let pair = [place.available_mu(), place.needed_mu];
+    for (place, distance) in path.places.iter().zip(travelled) {
+        let pair = [place.available_mu, place.needed_mu];
         friction.push(*distance, pair.map(or_gap));
         margin.push(*distance, [0.0, or_gap(place.margin)]);
     }
@@ -148,7 +172,8 @@ fn log_friction(
 }
 
 /// The page that explains the recording.
-fn page(name: &str, report: &PathReport) -> String {
+fn page(path: &JudgedPath<'_>) -> String {
+    let JudgedPath { name, text, .. } = path;
     format!(
         "# The {name}\n\n\
          - Judged before it is driven; nothing here is simulated.\n\
@@ -156,16 +181,20 @@ fn page(name: &str, report: &PathReport) -> String {
          - Wheels: front blue, middle vermilion, rear green.\n\
          - Needed friction mu_n: narrow line; available friction mu and margin zero: wide grey lines. A gap is a place where \
          no allowed forces balance the robot.\n\n\
-         ```text\n{}\n```\n",
-        report.text()
+         ```text\n{text}\n```\n"
     )
 }
 
 /// A number that distinguishes judgements of the same name.
-fn fingerprint(report: &PathReport) -> u64 {
-    let values = report.places.iter().flat_map(|p| {
+fn fingerprint(path: &JudgedPath<'_>) -> u64 {
+    let values = path.places.iter().flat_map(|p| {
         let or_gap = |value: Option<f64>| value.unwrap_or(f64::NAN);
-        [p.x(), p.wheel_y[1], or_gap(p.needed_mu), or_gap(p.margin)]
+        [
+            p.wheels[1].x,
+            p.wheels[1].y,
+            or_gap(p.needed_mu),
+            or_gap(p.margin),
+        ]
     });
     values.fold(0, |all: u64, value| {
         all.rotate_left(5).wrapping_mul(31) ^ value.to_bits()

@@ -1,14 +1,13 @@
 //! The columns of every table, each declared once: name, unit, description, and the source of its values.
 
 mod column;
-mod commands;
 mod estimate;
 mod sensors;
 #[cfg(test)]
 mod tests;
 mod truth;
 
-pub use column::{Column, Kind, Table, Value};
+pub use column::{Column, Kind, Table};
 use robhaz_run::RunDescription;
 
 impl Table {

@@ -1,77 +1,49 @@
-//! The columns of `sensors`.
+//! The columns of `sensors` and `commands`.
 
-use super::column::{Column, Source, Table, WHEEL, column};
-use robhaz_estimator::SensorFrame;
+use super::column::{Source, Table, WHEEL, columns};
+use robhaz_model::WheelCommand;
 
 impl Table {
     /// `sensors`: the readings, which are all that an estimator sees; empty where a reading was lost.
     pub fn sensors() -> Self {
-        let mut columns = vec![column(
-            "time",
-            "s",
-            "time stamp of the sample",
-            Source::float(|f| f.sensors.time),
-        )];
-        for i in 0..3 {
-            columns.extend(wheel_readings(i));
+        let time = columns! { Source::record; "", ""; "time", "s", "time stamp of the sample" => |f| f.sensors.time; };
+        let mut table = Self {
+            columns: time.into(),
+            ..Self::new("sensors")
+        };
+        for (i, of) in WHEEL.into_iter().enumerate() {
+            table.columns.extend(columns! { Source::reading; format!("wheel{}_", i + 1), of;
+                "angle", "rad", "encoder, turn against its link, forward positive" => move |s| s.wheel_angle[i];
+                "motor_torque", "N m", "motor torque from its current, after the gear, forward positive" =>
+                    move |s| s.motor_torque[i];
+                "contact_angle", "rad", "contact angle gamma as given to the estimators" => move |s| s.contact_angle[i];
+            });
         }
-        columns.extend([
-            of_sensors(
-                "link1_inclination",
-                "rad",
-                "inclinometer on link1, turn from the nominal pose",
-                |s| s.link1.inclination,
-            ),
-            of_sensors("link1_rate", "rad/s", "rate gyroscope on link1", |s| {
-                s.link1.rate
-            }),
-            of_sensors(
-                "link2_inclination",
-                "rad",
-                "inclinometer on link2, turn from the nominal pose",
-                |s| s.link2.inclination,
-            ),
-            of_sensors("link2_rate", "rad/s", "rate gyroscope on link2", |s| {
-                s.link2.rate
-            }),
-        ]);
-        Self {
-            name: "sensors".to_owned(),
-            columns,
-        }
+        table.columns.extend(columns! { Source::reading; "", "";
+            "link1_inclination", "rad", "inclinometer on link1, turn from the nominal pose" => |s| s.link1.inclination;
+            "link1_rate", "rad/s", "rate gyroscope on link1" => |s| s.link1.rate;
+            "link2_inclination", "rad", "inclinometer on link2, turn from the nominal pose" => |s| s.link2.inclination;
+            "link2_rate", "rad/s", "rate gyroscope on link2" => |s| s.link2.rate;
+        });
+        table
     }
-}
 
-fn of_sensors(
-    name: impl Into<String>,
-    unit: &'static str,
-    description: impl Into<String>,
-    get: impl Fn(&SensorFrame) -> Option<f64> + Send + Sync + 'static,
-) -> Column {
-    let source = Source::optional(move |f| get(f.sensors));
-    column(name, unit, description, source)
-}
-
-fn wheel_readings(i: usize) -> [Column; 3] {
-    let (n, wheel) = (i + 1, WHEEL[i]);
-    [
-        of_sensors(
-            format!("wheel{n}_angle"),
-            "rad",
-            format!("{wheel}: encoder, turn against its link, forward positive"),
-            move |s| s.wheel_angle[i],
-        ),
-        of_sensors(
-            format!("wheel{n}_motor_torque"),
-            "N m",
-            format!("{wheel}: motor torque from its current, after the gear, forward positive"),
-            move |s| s.motor_torque[i],
-        ),
-        of_sensors(
-            format!("wheel{n}_contact_angle"),
-            "rad",
-            format!("{wheel}: contact angle gamma as given to the estimators"),
-            move |s| s.contact_angle[i],
-        ),
-    ]
+    /// `commands`: what the control asks of each wheel after the readings of a record. It acts from the next sample on. A
+    /// wheel has a torque or a set speed, or neither where its drive follows its own plan.
+    pub fn commands() -> Self {
+        let mut table = Self::new("commands");
+        for (i, of) in WHEEL.into_iter().enumerate() {
+            table.columns.extend(columns! { Source::record_or_none; format!("wheel{}_", i + 1), of;
+                "torque_command", "N m", "commanded motor torque, forward positive" => move |f| match f.commands?[i] {
+                    WheelCommand::Torque(torque) => Some(torque),
+                    WheelCommand::Planned | WheelCommand::Speed(_) => None,
+                };
+                "speed_command", "rad/s", "commanded spin speed, forward positive" => move |f| match f.commands?[i] {
+                    WheelCommand::Speed(speed) => Some(speed),
+                    WheelCommand::Planned | WheelCommand::Torque(_) => None,
+                };
+            });
+        }
+        table
+    }
 }

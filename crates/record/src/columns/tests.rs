@@ -113,14 +113,14 @@ fn commands_have_one_form() {
         ]),
         ..record.frame()
     };
-    let values: Vec<Value> = Table::commands()
+    let values: Vec<Option<f64>> = Table::commands()
         .columns
         .iter()
         .map(|c| c.value(&frame))
         .collect();
-    let mut expected = vec![Value::Float(0.5)];
+    let mut expected = vec![Some(0.5)];
     let wheels = [Some(1.5), None, None, Some(2.5), None, None];
-    expected.extend(wheels.map(Value::Optional));
+    expected.extend(wheels);
     assert_eq!(values, expected);
     let mut scene = scene();
     let has = |scene: &Scene| {
@@ -179,7 +179,7 @@ fn every_column_has_a_name_and_a_description_of_its_own() {
     }
 }
 
-fn value(table: &Table, name: &str, frame: &Frame<'_>) -> Value {
+fn value(table: &Table, name: &str, frame: &Frame<'_>) -> Option<f64> {
     let column = table
         .columns
         .iter()
@@ -201,17 +201,13 @@ fn values_come_from_the_field_that_the_name_says() {
         ("pin_s_force_x", pin_s.force.x),
         ("pin_s_y", pin_s.position.y),
     ] {
-        assert_eq!(
-            value(&truth, name, &frame),
-            Value::Float(expected),
-            "{name}"
-        );
+        assert_eq!(value(&truth, name, &frame), Some(expected), "{name}");
     }
-    assert_eq!(value(&truth, "wheel3_contacts", &frame), Value::Count(1));
+    assert_eq!(value(&truth, "wheel3_contacts", &frame), Some(1.0));
     let estimate = good_estimate(&record.truth, 2.0);
     assert_eq!(
         value(&Table::estimate(0, "a"), "wheel3_needed_friction", &frame),
-        Value::Optional(Some(estimate.traction[2] / estimate.normal_force[2]))
+        Some(estimate.traction[2] / estimate.normal_force[2])
     );
 }
 
@@ -222,17 +218,11 @@ fn both_contacts_of_a_wheel_have_columns() {
     let mut record = frame_of(1.0);
     let get = |record: &crate::testing::Record, name: &str| value(&table, name, &record.frame());
     let one = record.truth.wheels[1].contact_list[0];
-    assert_eq!(
-        get(&record, "wheel2_contact1_x"),
-        Value::Optional(Some(one.point.x))
-    );
-    assert_eq!(get(&record, "wheel2_contact2_x"), Value::Optional(None));
-    assert_eq!(get(&record, "wheel2_sliding"), Value::Count(0));
+    assert_eq!(get(&record, "wheel2_contact1_x"), Some(one.point.x));
+    assert_eq!(get(&record, "wheel2_contact2_x"), None);
+    assert_eq!(get(&record, "wheel2_sliding"), Some(0.0));
     let n = record.truth.wheels[1].normal_force;
-    assert_eq!(
-        get(&record, "wheel2_equivalent_normal_force"),
-        Value::Optional(Some(n))
-    );
+    assert_eq!(get(&record, "wheel2_equivalent_normal_force"), Some(n));
 
     // A riser ahead: its normal points backward, its tangent up.
     let wheel = &mut record.truth.wheels[1];
@@ -259,23 +249,13 @@ fn both_contacts_of_a_wheel_have_columns() {
         ("slip_speed", -0.03),
     ] {
         let name = format!("wheel2_contact2_{part}");
-        assert_eq!(
-            get(&record, &name),
-            Value::Optional(Some(expected)),
-            "{name}"
-        );
+        assert_eq!(get(&record, &name), Some(expected), "{name}");
     }
-    assert_eq!(get(&record, "wheel2_sliding"), Value::Count(1));
+    assert_eq!(get(&record, "wheel2_sliding"), Some(1.0));
     // Closed form: |F| = 5 N and T = 4 N leave 3 N.
-    assert_eq!(
-        get(&record, "wheel2_equivalent_normal_force"),
-        Value::Optional(Some(3.0))
-    );
+    assert_eq!(get(&record, "wheel2_equivalent_normal_force"), Some(3.0));
     record.truth.wheels[1].traction = 5.5;
-    assert_eq!(
-        get(&record, "wheel2_equivalent_contact_angle"),
-        Value::Optional(None)
-    );
+    assert_eq!(get(&record, "wheel2_equivalent_contact_angle"), None);
 }
 
 /// Contact states are small integers; an estimator that states none has no value.
@@ -292,7 +272,7 @@ fn contact_states_are_small_integers() {
         ]
         .map(|name| value(&table, name, &record.frame()))
     };
-    assert_eq!(of(&record), [Value::Optional(None); 4]);
+    assert_eq!(of(&record), [None; 4]);
     let state = |state, sliding| ContactEstimate {
         state,
         sliding,
@@ -305,10 +285,7 @@ fn contact_states_are_small_integers() {
             state(ContactState::TwoContacts, true),
         ]);
     }
-    assert_eq!(
-        of(&record),
-        [0.0, 1.0, 2.0, 1.0].map(|v| Value::Optional(Some(v)))
-    );
+    assert_eq!(of(&record), [0.0, 1.0, 2.0, 1.0].map(Some));
 }
 
 /// An estimate that failed leaves gaps, but its row keeps the time.
@@ -317,14 +294,9 @@ fn a_failed_estimate_is_nothing_not_a_number() {
     let record = failed_frame(1.0);
     let frame = record.frame();
     let table = Table::estimate(0, "a");
-    assert_eq!(table.columns[0].value(&frame), Value::Float(1.0));
+    assert_eq!(table.columns[0].value(&frame), Some(1.0));
     for column in &table.columns[1..] {
-        assert_eq!(
-            column.value(&frame),
-            Value::Optional(None),
-            "{}",
-            column.name
-        );
+        assert_eq!(column.value(&frame), None, "{}", column.name);
     }
 }
 
@@ -335,9 +307,9 @@ fn a_lost_reading_is_nothing_not_a_number() {
     record.sensors.motor_torque[1] = None;
     let frame = record.frame();
     let table = Table::sensors();
-    assert_eq!(value(&table, "time", &frame), Value::Float(1.0));
+    assert_eq!(value(&table, "time", &frame), Some(1.0));
     for column in &table.columns[1..] {
-        let lost = column.value(&frame) == Value::Optional(None);
+        let lost = column.value(&frame).is_none();
         assert_eq!(
             lost,
             column.name == "wheel2_motor_torque",
@@ -361,7 +333,7 @@ fn a_wheel_without_load_has_no_needed_friction() {
                 "wheel1_needed_friction",
                 &record.frame()
             ),
-            Value::Optional(None)
+            None
         );
     }
 }
@@ -384,6 +356,6 @@ fn a_stated_needed_friction_counts() {
     for (column, expected) in [("", 0.3), ("_sigma", 0.02)] {
         let name = format!("wheel2_needed_friction{column}");
         let found = value(&table, &name, &record.frame());
-        assert_eq!(found, Value::Optional(Some(expected)));
+        assert_eq!(found, Some(expected));
     }
 }

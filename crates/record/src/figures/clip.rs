@@ -1,6 +1,7 @@
 //! The range that a panel shows, and the parts of a line inside it.
 
 use super::trace::Point;
+use crate::quantile::extremes;
 use std::ops::Range;
 
 /// Share of the values on each side that may lie outside of the bulk.
@@ -35,13 +36,11 @@ pub fn range<'a>(lines: impl Iterator<Item = &'a Point>, least_span: f64) -> Ran
 
 /// Range of a panel with all values of these lines, at least `least_span` high.
 pub fn whole<'a>(lines: impl Iterator<Item = &'a Point>, least_span: f64) -> Range<f64> {
-    let extremes = lines.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| {
-        (low.min(p.1), high.max(p.1))
-    });
-    if extremes.0 > extremes.1 {
+    let (low, high) = extremes(lines.map(|p| p.1));
+    if low > high {
         return 0.0..least_span;
     }
-    with_margin(extremes.0, extremes.1, least_span)
+    with_margin(low, high, least_span)
 }
 
 fn with_margin(low: f64, high: f64, least_span: f64) -> Range<f64> {
@@ -52,11 +51,7 @@ fn with_margin(low: f64, high: f64, least_span: f64) -> Range<f64> {
 
 /// A note where a panel does not show all values.
 pub fn cut(points: impl Iterator<Item = Point>, range: &Range<f64>) -> Option<String> {
-    let mut extremes = (f64::INFINITY, f64::NEG_INFINITY);
-    for (_, value) in points {
-        extremes = (extremes.0.min(value), extremes.1.max(value));
-    }
-    let (low, high) = extremes;
+    let (low, high) = extremes(points.map(|p| p.1));
     let below = low < range.start;
     let above = high > range.end;
     let height = range.end - range.start;

@@ -1,33 +1,26 @@
 //! All estimators in one figure: errors of N over time, RMSE in the key.
 
-use super::header::{Entry, Header, Mark};
-use super::page::{Column, Page};
+use super::header::{Entry, Mark};
+use super::page::{Column, Page, Scale};
 use super::panel::{Layer, Panel};
-use super::paper::{WHEEL_TITLES, start_entry, time_axis};
+use super::paper::{page, start_entry, wheel_panel};
 use super::run::{EstimatorTraces, RunTraces};
 use super::style::{estimator as look_of, line};
 
 /// Errors of N of every estimator: RMS over the wheels, and each wheel's own.
 pub fn comparison(run: &RunTraces) -> Page<'_> {
     let rms = Panel {
-        title: "RMS over the three wheels".to_owned(),
-        note: String::new(),
-        y_label: "error of N (N)",
-        least_span: 0.0,
         logarithmic: true,
-        height: 210.0,
-        layers: layers(run, |e| &e.rms_error).collect(),
+        ..Panel::new(
+            "RMS over the three wheels",
+            "error of N (N)",
+            (0.0, 210.0),
+            layers(run, |e| &e.rms_error).collect(),
+        )
     };
-    let wheels = (0..3).map(|i| Panel {
-        title: WHEEL_TITLES[i].to_owned(),
-        note: String::new(),
-        y_label: "error of N (N)",
-        least_span: 0.2,
-        logarithmic: false,
-        height: 138.0,
-        layers: layers(run, |e| &e.error[i])
-            .chain([Layer::Level(0.0)])
-            .collect(),
+    let wheels = (0..3).map(|i| {
+        let errors = layers(run, |e| &e.error[i].line).chain([Layer::Level(0.0)]);
+        wheel_panel(i, "error of N (N)", 0.2, errors.collect())
     });
     let mut key: Vec<Entry> = run
         .estimators
@@ -36,18 +29,17 @@ pub fn comparison(run: &RunTraces) -> Page<'_> {
         .map(|(place, estimator)| entry(place, estimator))
         .collect();
     key.extend(start_entry(run));
-    Page {
-        header: Header {
-            title: "Errors of the normal forces, all estimators".to_owned(),
-            subtitle: format!(
-                "estimated minus true; means over {:.0} ms",
-                1e3 * run.interval
-            ),
-            key,
-        },
-        axis: time_axis(run),
-        columns: vec![Column::of_own_scales(std::iter::once(rms).chain(wheels))],
-    }
+    let subtitle = format!(
+        "estimated minus true; means over {:.0} ms",
+        1e3 * run.interval
+    );
+    page(
+        run,
+        "Errors of the normal forces, all estimators",
+        subtitle,
+        key,
+        vec![Column::new(Scale::Own, std::iter::once(rms).chain(wheels))],
+    )
 }
 
 fn layers<'a>(

@@ -1,12 +1,13 @@
 //! The ground as an estimator has found it, beside the true one.
 
 use super::header::{Entry, Header, Mark};
-use super::page::{Column, Page};
+use super::page::{Column, Page, Scale};
 use super::panel::{Axis, Layer, Panel};
 use super::run::RunTraces;
 use super::style::{FELT, band_color, estimate_line, truth_line};
-use super::trace::{Band, Trace};
+use super::trace::{Estimated, Trace};
 use crate::felt_ground::ComparedPoint;
+use crate::quantile::extremes;
 use robhaz_score::GroundErrors;
 
 const MM: f64 = 1e3;
@@ -17,12 +18,9 @@ const GAP: f64 = 0.035;
 pub struct GroundTraces {
     name: String,
     truth: Trace,
-    height: Trace,
-    height_band: Band,
-    error: Trace,
-    error_band: Band,
-    slope_error: Trace,
-    slope_band: Band,
+    height: Estimated,
+    error: Estimated,
+    slope_error: Estimated,
     errors: Option<GroundErrors>,
     /// First and last place, m.
     range: std::ops::Range<f64>,
@@ -38,20 +36,15 @@ impl GroundTraces {
             .collect();
         let longest = *sections.iter().max_by_key(|section| section.len())?;
         let (first, _) = longest.first()?;
-        let places = || longest.iter().map(|(p, _)| p.x);
-        let from = places().fold(f64::INFINITY, f64::min);
-        let to = places().fold(f64::NEG_INFINITY, f64::max);
+        let (from, to) = extremes(longest.iter().map(|(p, _)| p.x));
         let count = longest.len() as u64;
         let compared = longest.iter().filter_map(|(p, t)| Some((*p, (*t)?)));
         let mut traces = Self {
             name: name.to_owned(),
             truth: Trace::new(count),
-            height: Trace::new(count),
-            height_band: Band::new(count),
-            error: Trace::new(count),
-            error_band: Band::new(count),
-            slope_error: Trace::new(count),
-            slope_band: Band::new(count),
+            height: Estimated::new(count),
+            error: Estimated::new(count),
+            slope_error: Estimated::new(count),
             errors: GroundErrors::of(compared),
             range: from..to,
             sections: (first.section, sections.len()),
@@ -68,37 +61,24 @@ impl GroundTraces {
     }
 
     fn add(&mut self, (point, truth): &ComparedPoint) {
-        let x = point.x;
-        let half = 2.0 * point.sigma_height;
-        let slope_half = 2.0 * point.sigma_slope;
-        let angle = truth.and_then(|t| t.slope);
+        let (x, height) = (point.x, point.height);
+        let (sigma, slope_sigma) = (point.sigma_height, point.sigma_slope.to_degrees());
+        let error = truth.map(|t| MM * (height - t.height));
+        let slope_error = truth
+            .and_then(|t| t.slope)
+            .map(|s| (point.slope - s).to_degrees());
         self.truth.add(x, truth.map(|t| t.height));
-        self.height.add(x, Some(point.height));
-        self.height_band.add(x, Some((point.height, half)));
-        self.error
-            .add(x, truth.map(|t| MM * (point.height - t.height)));
-        self.error_band.add(x, Some((0.0, MM * half)));
+        self.height.add(x, Some(height), Some(sigma));
+        self.error.add_error(x, error, Some(MM * sigma));
         self.slope_error
-            .add(x, angle.map(|a| (point.slope - a).to_degrees()));
-        self.slope_band.add(x, Some((0.0, slope_half.to_degrees())));
+            .add_error(x, slope_error, Some(slope_sigma));
     }
 
     /// Breaks the lines: there is no point.
     fn interrupt(&mut self) {
-        for trace in [
-            &mut self.truth,
-            &mut self.height,
-            &mut self.error,
-            &mut self.slope_error,
-        ] {
-            trace.interrupt();
-        }
-        for band in [
-            &mut self.height_band,
-            &mut self.error_band,
-            &mut self.slope_band,
-        ] {
-            band.interrupt();
+        self.truth.interrupt();
+        for estimated in [&mut self.height, &mut self.error, &mut self.slope_error] {
+            estimated.interrupt();
         }
     }
 
@@ -109,55 +89,28 @@ impl GroundTraces {
 
     /// The figure. Without truth it has the profile alone.
     pub fn page(&self, run: &RunTraces) -> Page<'_> {
-        let panel = |title: &str, y_label, least_span, height, layers| Panel {
-            title: title.to_owned(),
-            note: String::new(),
-            y_label,
-            least_span,
-            logarithmic: false,
-            height,
-            layers,
-        };
-        let mut profile = vec![
-            Layer::Band(&self.height_band, FELT),
-            Layer::Estimate(&self.height, FELT),
-        ];
-        let mut panels = Vec::new();
+        let mut profile = vec![Layer::Estimate(&self.height, FELT)];
+        let mut errors = Vec::new();
         if run.has_truth() && self.errors.is_some() {
             profile.push(Layer::Truth(&self.truth));
-            let error = |error, band| {
-                vec![
-                    Layer::Band(band, FELT),
-                    Layer::Estimate(error, FELT),
-                    Layer::Level(0.0),
-                ]
+            let panel = |title: &str, y_label, error| {
+                let layers = vec![Layer::Estimate(error, FELT), Layer::Level(0.0)];
+                Panel::new(title, y_label, (0.2, 150.0), layers)
             };
-            let height = error(&self.error, &self.error_band);
-            let slope = error(&self.slope_error, &self.slope_band);
-            panels.push(panel(
-                "Error of the height",
-                "error (mm)",
-                0.2,
-                150.0,
-                height,
-            ));
-            panels.push(panel(
+            errors.push(panel("Error of the height", "error (mm)", &self.error));
+            errors.push(panel(
                 "Error of the slope",
                 "error (deg)",
-                0.2,
-                150.0,
-                slope,
+                &self.slope_error,
             ));
         }
-        panels.insert(0, panel("Profile", "height y (m)", 0.01, 210.0, profile));
+        let profile = Panel::new("Profile", "height y (m)", (0.01, 210.0), profile);
+        let panels = [profile].into_iter().chain(errors);
         Page {
             header: self.header(run),
-            axis: Axis {
-                label: "place along the path, x (m)",
-                range: self.range.clone(),
-                compare_from: self.range.start,
-            },
-            columns: vec![Column::of_own_scales(panels.into_iter())],
+            strips: Vec::new(),
+            axis: Axis::of_places("place along the path, x (m)", self.range.clone()),
+            columns: vec![Column::new(Scale::Own, panels)],
         }
     }
 

@@ -1,9 +1,8 @@
 //! Title, subtitle and key over the panels of a figure.
 
-use super::files::Drawn;
+use super::area::{Area, Drawn, write};
 use super::helvetica;
 use super::style::{grid_line, text, units};
-use plotters::coord::Shift;
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -45,11 +44,7 @@ impl Mark {
         }
     }
 
-    fn draw<DB>(self, page: &DrawingArea<DB, Shift>, (x, y): (f64, f64)) -> Drawn
-    where
-        DB: DrawingBackend,
-        DB::ErrorType: 'static,
-    {
+    fn draw(self, page: &Area<'_>, (x, y): (f64, f64)) -> Drawn {
         let ends = [(units(x), units(y)), (units(x + self.width()), units(y))];
         match self {
             Self::Line(style) => page.draw(&PathElement::new(ends, style))?,
@@ -102,7 +97,7 @@ impl Entry {
     fn width(&self) -> f64 {
         let marks: f64 = self.marks.iter().map(|m| m.width() + SAMPLE_GAP).sum();
         // Other fonts than Helvetica that a reader may have for it are wider.
-        marks + 1.1 * LETTERS * helvetica::width(&self.label, false)
+        marks + 1.1 * LETTERS * helvetica::width(&self.label)
     }
 }
 
@@ -152,11 +147,10 @@ impl Header {
     }
 
     /// Draws it at the top of a page.
-    pub fn draw<DB>(&self, page: &DrawingArea<DB, Shift>) -> Drawn
-    where
-        DB: DrawingBackend,
-        DB::ErrorType: 'static,
-    {
+    ///
+    /// # Errors
+    /// The error of the drawing library.
+    pub fn draw(&self, page: &Area<'_>) -> Drawn {
         let title = text(16.0, FontStyle::Bold, HPos::Left, VPos::Top);
         write(page, &self.title, (MARGIN, MARGIN), title)?;
         let plain = || text(LETTERS, FontStyle::Normal, HPos::Left, VPos::Center);
@@ -180,19 +174,4 @@ impl Header {
         }
         Ok(())
     }
-}
-
-/// Writes words at a place in px.
-pub fn write<DB>(
-    area: &DrawingArea<DB, Shift>,
-    words: &str,
-    (x, y): (f64, f64),
-    style: TextStyle<'static>,
-) -> Drawn
-where
-    DB: DrawingBackend,
-    DB::ErrorType: 'static,
-{
-    area.draw(&Text::new(words.to_owned(), (units(x), units(y)), style))?;
-    Ok(())
 }

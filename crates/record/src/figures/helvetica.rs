@@ -1,9 +1,9 @@
 //! Widths of the letters of Helvetica, one of the fonts that every PDF reader has.
 //!
-//! Source: Adobe's font metrics (AFM) of Helvetica and Helvetica-Bold, characters 32 to 126, in thousandths of the size.
+//! Source: Adobe's font metrics (AFM) of Helvetica, characters 32 to 126, in thousandths of the size.
 
 #[rustfmt::skip]
-const NORMAL: [u16; 95] = [
+const WIDTHS: [u16; 95] = [
     278, 278, 355, 556, 556, 889, 667, 191, 333, 333, 389, 584, 278, 333, 278, 278,
     556, 556, 556, 556, 556, 556, 556, 556, 556, 556, 278, 278, 584, 584, 584, 556,
     1015, 667, 667, 722, 722, 667, 611, 778, 722, 278, 500, 667, 556, 833, 722, 778,
@@ -11,22 +11,11 @@ const NORMAL: [u16; 95] = [
     333, 556, 556, 500, 556, 556, 278, 556, 556, 222, 222, 500, 222, 833, 556, 556,
     556, 556, 333, 500, 278, 556, 500, 722, 500, 500, 500, 334, 260, 334, 584,
 ];
-#[rustfmt::skip]
-const BOLD: [u16; 95] = [
-    278, 333, 474, 556, 556, 889, 722, 238, 333, 333, 389, 584, 278, 333, 278, 278,
-    556, 556, 556, 556, 556, 556, 556, 556, 556, 556, 333, 333, 584, 584, 584, 611,
-    975, 722, 722, 722, 722, 667, 611, 778, 722, 278, 556, 722, 611, 833, 722, 778,
-    667, 778, 722, 667, 611, 722, 667, 944, 667, 667, 611, 333, 278, 333, 584, 556,
-    333, 556, 611, 556, 611, 556, 333, 611, 611, 278, 278, 556, 278, 889, 611, 611,
-    611, 611, 389, 556, 333, 611, 556, 778, 556, 556, 500, 389, 280, 389, 584,
-];
-
 /// Width of a line of text in sizes of its font. Characters outside of ASCII count as wide as `?`.
-pub fn width(text: &str, bold: bool) -> f64 {
-    let widths = if bold { &BOLD } else { &NORMAL };
+pub fn width(text: &str) -> f64 {
     let of = |c: char| {
         let index = (c as usize).checked_sub(32);
-        index.and_then(|i| widths.get(i)).copied().unwrap_or(556)
+        index.and_then(|i| WIDTHS.get(i)).copied().unwrap_or(556)
     };
     text.chars().map(|c| f64::from(of(c))).sum::<f64>() / 1000.0
 }
@@ -38,9 +27,8 @@ mod tests {
     /// Golden: widths as Adobe's metrics have them.
     #[test]
     fn widths_are_those_of_the_metrics() {
-        for (text, normal, bold) in [("i", 222, 278), ("W", 944, 944), ("0 ", 834, 834)] {
-            assert!((width(text, false) - f64::from(normal) / 1000.0).abs() < 1e-12);
-            assert!((width(text, true) - f64::from(bold) / 1000.0).abs() < 1e-12);
+        for (text, expected) in [("i", 222), ("W", 944), ("0 ", 834)] {
+            assert!((width(text) - f64::from(expected) / 1000.0).abs() < 1e-12);
         }
     }
 }

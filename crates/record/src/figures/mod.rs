@@ -1,5 +1,6 @@
 //! Figures of a run: Figs. 5 to 8 of the paper, all estimators, and the robot on the ground.
 
+mod area;
 mod clip;
 mod comparison;
 mod files;
@@ -7,22 +8,26 @@ mod ground;
 mod header;
 mod helvetica;
 mod kind;
-mod needed_friction;
 mod page;
 mod panel;
 mod paper;
 mod path;
 mod run;
-mod strips;
-mod style;
+mod strip;
+pub mod style;
 mod trace;
 
-use crate::error::{RecordError, check_name, io_error};
-use files::Picture;
+pub use crate::quantile::extremes;
+pub use files::write_figure;
+pub use header::{Entry, Header, Mark};
+pub use page::{Column, Page, Scale};
+pub use panel::{Axis, Layer, Panel};
+pub use strip::{PLOT_WIDTH, SPACING, Shape, Strip};
+pub use trace::{Estimated, Trace};
+
+use crate::error::{RecordError, check_name, create_folder};
 use ground::GroundTraces;
-use needed_friction::NeededFriction;
 use rayon::prelude::*;
-use robhaz_path::{PathReport, PathSetup};
 use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
 use run::{EstimatorTraces, RunTraces};
 use std::path::{Path, PathBuf};
@@ -48,11 +53,49 @@ pub struct FigureSink {
     run: Option<RunTraces>,
 }
 
-/// Start of the names of the figures of the needed friction.
-const NEEDED_FRICTION: &str = "needed_friction_";
+/// What each figure shows, by its file name in the order of a page; the label of an estimator follows after `_`.
+pub(crate) const CAPTIONS: [(&str, &str); 10] = [
+    (
+        "comparison",
+        "Errors of the normal forces of all estimators.",
+    ),
+    (
+        "path",
+        "Ground, paths of the wheels' centres, and N of each wheel over its place.",
+    ),
+    (
+        "needed_friction_",
+        "Needed friction T/N by an estimator, with two standard deviations.",
+    ),
+    (
+        "needed_friction",
+        "Friction that the path needs, before it is driven.",
+    ),
+    ("fig5_linkage", "Pins relative to Q (the paper's Fig. 5)."),
+    (
+        "fig6_forces",
+        "N and T of every wheel (the paper's Fig. 6).",
+    ),
+    (
+        "fig7_",
+        "N, linkage mass lumped to the body (the paper's Fig. 7).",
+    ),
+    (
+        "fig8_",
+        "N, linkage mass lumped to the wheels (the paper's Fig. 8).",
+    ),
+    (
+        "normal_force_",
+        "N by an estimator, with two standard deviations where it states them.",
+    ),
+    (
+        "ground_",
+        "The ground that an estimator has found, with two standard deviations.",
+    ),
+];
 
-/// Draws and writes one figure. They do not depend on each other, and are drawn on all cores.
-type Figure<'a> = Box<dyn Fn() -> Result<(), RecordError> + Send + Sync + 'a>;
+/// Name and content of a figure. They do not depend on each other, and are drawn on all cores.
+type Figure<'a> = (String, Box<dyn Fn() -> Page<'a> + Send + Sync + 'a>);
 
 impl FigureSink {
     /// A sink for a folder, which is created where it does not exist.
@@ -69,16 +112,11 @@ impl FigureSink {
         let Some((stem, "svg" | "pdf")) = file.rsplit_once('.') else {
             return false;
         };
-        let of_all = ["fig5_linkage", "fig6_forces", "comparison", "path"];
-        let of_one = [
-            "fig7_",
-            "fig8_",
-            "normal_force_",
-            NEEDED_FRICTION,
-            "ground_",
-        ];
-        let estimator = of_one.iter().find_map(|start| stem.strip_prefix(start));
-        of_all.contains(&stem) || estimator.is_some_and(|e| estimators.contains(&e))
+        CAPTIONS.iter().any(|(name, _)| match name.ends_with('_') {
+            true => (stem.strip_prefix(name)).is_some_and(|e| estimators.contains(&e)),
+            // That of a judged path is of no run.
+            false => stem == *name && stem != "needed_friction",
+        })
     }
 
     fn draw(&mut self, end: Option<&RunEnd>) -> Result<(), RecordError> {
@@ -86,70 +124,40 @@ impl FigureSink {
             return Ok(());
         };
         run.finish(end);
-        let (run, folder) = (&run, self.folder.as_path());
+        let run = &run;
+        let of_ground = |(k, e): (usize, &EstimatorTraces)| {
+            GroundTraces::new(&e.name, &run.felt.compared(k, run.ground.as_ref()))
+        };
+        let estimators = run.estimators.par_iter().enumerate();
+        let grounds: Vec<GroundTraces> = estimators.filter_map(of_ground).collect();
         let mut figures: Vec<Figure<'_>> = Vec::new();
         if run.has_truth() || run.shown.is_some() {
-            figures.push(Box::new(|| {
-                write_picture(folder, "fig5_linkage", &paper::linkage(run))
-            }));
-            figures.push(Box::new(|| {
-                write_picture(folder, "fig6_forces", &paper::forces(run))
-            }));
+            figures.push(("fig5_linkage".to_owned(), Box::new(|| paper::linkage(run))));
+            figures.push(("fig6_forces".to_owned(), Box::new(|| paper::forces(run))));
         }
-        for estimator in &run.estimators {
-            let (stem, _) = estimator.kind.names(&estimator.name);
-            let write = move || write_picture(folder, &stem, &paper::normal_forces(run, estimator));
-            figures.push(Box::new(write));
-        }
-        let states = |e: &&EstimatorTraces| e.needed_band.iter().any(|band| !band.is_empty());
-        for estimator in run.estimators.iter().filter(states) {
-            let stem = format!("{NEEDED_FRICTION}{}", estimator.name);
-            let write =
-                move || write_picture(folder, &stem, &paper::needed_friction(run, estimator));
-            figures.push(Box::new(write));
+        for e in &run.estimators {
+            let (stem, _) = e.kind.names(&e.name);
+            figures.push((stem, Box::new(|| paper::normal_forces(run, e))));
+            if e.needed.iter().any(Estimated::has_band) {
+                let stem = format!("needed_friction_{}", e.name);
+                figures.push((stem, Box::new(|| paper::needed_friction(run, e))));
+            }
         }
         if run.has_truth() && !run.estimators.is_empty() {
-            let write = || write_picture(folder, "comparison", &comparison::comparison(run));
-            figures.push(Box::new(write));
+            let page = || comparison::comparison(run);
+            figures.push(("comparison".to_owned(), Box::new(page)));
         }
-        for (k, estimator) in run.estimators.iter().enumerate() {
-            figures.push(Box::new(move || {
-                let points = run.felt.compared(k, run.ground.as_ref());
-                match GroundTraces::new(&estimator.name, &points) {
-                    Some(traces) => write_picture(folder, &traces.stem(), &traces.page(run)),
-                    None => Ok(()),
-                }
-            }));
+        for ground in &grounds {
+            figures.push((ground.stem(), Box::new(|| ground.page(run))));
         }
-        figures.push(Box::new(|| match path::path(run) {
-            Some(path) => write_picture(folder, "path", &path),
-            None => Ok(()),
-        }));
+        if let Some(ground) = run.ground.as_ref().filter(|_| !run.poses.is_empty()) {
+            let page = || path::path(run, ground);
+            figures.push(("path".to_owned(), Box::new(page)));
+        }
         // All of them, and the first failure.
-        let written: Vec<_> = figures.par_iter().map(|write| write()).collect();
+        let write = |(stem, page): &Figure<'_>| write_figure(&self.folder, stem, &page());
+        let written: Vec<_> = figures.par_iter().map(write).collect();
         written.into_iter().collect()
-    }
-}
-
-/// Writes a figure into a folder.
-fn write_picture(folder: &Path, stem: &str, picture: &impl Picture) -> Result<(), RecordError> {
-    let path = folder.join(format!("{stem}.svg"));
-    let bytes = files::svg(picture).map_err(|reason| RecordError::Figure {
-        path: path.clone(),
-        reason,
-    })?;
-    std::fs::write(&path, bytes).map_err(io_error("write", &path))
-}
-
-/// Writes the figure `needed_friction` of a judged path into an existing folder. Without a place there is none.
-pub fn write_needed_friction(
-    folder: &Path,
-    setup: &PathSetup,
-    report: &PathReport,
-) -> Result<(), RecordError> {
-    match NeededFriction::new(setup, report) {
-        Some(picture) => write_picture(folder, "needed_friction", &picture),
-        None => Ok(()),
     }
 }
 
@@ -162,7 +170,7 @@ impl Sink for FigureSink {
         for estimator in &run.estimators {
             check_name(&estimator.label, &self.folder)?;
         }
-        std::fs::create_dir_all(&self.folder).map_err(io_error("create", &self.folder))?;
+        create_folder(&self.folder)?;
         self.run = Some(RunTraces::new(run));
         Ok(())
     }

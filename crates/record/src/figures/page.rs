@@ -1,48 +1,49 @@
-//! Columns of panels over a common axis, below a header.
+//! A figure: a header, and below it parts of the ground and columns of panels over a common axis.
 
-use super::files::{Drawn, Picture};
+use super::area::{Area, Drawn};
 use super::header::{Header, MARGIN, WIDTH};
 use super::panel::{Axis, PANEL_TITLE, Panel, X_LABELS};
+use super::strip::Strip;
 use super::style::units;
-use plotters::coord::Shift;
-use plotters::prelude::*;
 use std::ops::Range;
 
 /// Distance between columns, px.
 const GAP: f64 = 12.0;
 
+/// The vertical ranges of the panels of a column.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// One range, so that their heights can be compared.
+    Common,
+    /// Each has a range of its own.
+    Own,
+    /// Each has a range of its own, which holds every value: for panels whose extremes decide.
+    Whole,
+}
+
 /// Panels from top to bottom.
 pub struct Column<'a> {
     /// The panels.
     pub panels: Vec<Panel<'a>>,
-    /// Whether all have one range, so that their heights can be compared.
-    pub one_scale: bool,
+    /// Their ranges.
+    pub scale: Scale,
 }
 
 impl<'a> Column<'a> {
-    /// Panels whose heights can be compared.
-    pub fn of_one_scale(panels: impl Iterator<Item = Panel<'a>>) -> Self {
-        Self {
-            panels: panels.collect(),
-            one_scale: true,
-        }
-    }
-
-    /// Panels each with a range of its own.
-    pub fn of_own_scales(panels: impl Iterator<Item = Panel<'a>>) -> Self {
-        Self {
-            panels: panels.collect(),
-            one_scale: false,
-        }
+    /// A column of panels.
+    pub fn new(scale: Scale, panels: impl IntoIterator<Item = Panel<'a>>) -> Self {
+        let panels = panels.into_iter().collect();
+        Self { panels, scale }
     }
 
     /// The range of each panel, in the unit of the data.
     fn ranges(&self, axis: &Axis) -> Vec<Range<f64>> {
-        if self.one_scale {
-            vec![Panel::shared_range(&self.panels, axis); self.panels.len()]
-        } else {
-            let each = self.panels.chunks(1);
-            each.map(|panel| Panel::shared_range(panel, axis)).collect()
+        let panels = self.panels.iter();
+        let own = |panel| Panel::shared_range(std::slice::from_ref(panel), axis);
+        match self.scale {
+            Scale::Common => vec![Panel::shared_range(&self.panels, axis); self.panels.len()],
+            Scale::Own => panels.map(own).collect(),
+            Scale::Whole => panels.map(Panel::whole_range).collect(),
         }
     }
 
@@ -52,47 +53,61 @@ impl<'a> Column<'a> {
     }
 }
 
-/// A figure of panels.
+/// A figure.
 pub struct Page<'a> {
     /// Title and key.
     pub header: Header,
+    /// Parts of the ground, from top to bottom.
+    pub strips: Vec<Strip>,
     /// The horizontal axis of all panels.
     pub axis: Axis,
-    /// The columns from left to right.
+    /// The columns below, from left to right.
     pub columns: Vec<Column<'a>>,
 }
 
-impl Picture for Page<'_> {
-    fn size(&self) -> (u32, u32) {
+impl Page<'_> {
+    /// Width and height, px.
+    pub fn size(&self) -> (u32, u32) {
         let panels = self.columns.iter().map(Column::height).fold(0.0, f64::max);
-        (WIDTH, whole(self.header.bottom() + panels + 0.5 * MARGIN))
+        let strips: f64 = self.strips.iter().map(Strip::height).sum();
+        let height = self.header.bottom() + strips + panels + 0.5 * MARGIN;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "the height of a picture"
+        )]
+        let height = height.ceil() as u32;
+        (WIDTH, height)
     }
 
-    fn draw<DB>(&self, page: &DrawingArea<DB, Shift>) -> Drawn
-    where
-        DB: DrawingBackend,
-        DB::ErrorType: 'static,
-    {
+    /// Draws it on a white page of its size.
+    ///
+    /// # Errors
+    /// The error of the drawing library.
+    pub fn draw(&self, page: &Area<'_>) -> Drawn {
         self.header.draw(page)?;
+        let part = |left: f64, top: f64, width: f64, height: f64| {
+            let corner = (units(left), units(top));
+            page.clone().shrink(corner, (units(width), units(height)))
+        };
+        let full = f64::from(WIDTH) - 2.0 * MARGIN;
+        let mut first = self.header.bottom();
+        for strip in &self.strips {
+            strip.draw(&part(MARGIN, first, full, strip.height()))?;
+            first += strip.height();
+        }
         #[expect(clippy::cast_precision_loss, reason = "a few columns")]
         let count = self.columns.len() as f64;
-        let width = (f64::from(WIDTH) - 2.0 * MARGIN - (count - 1.0) * GAP) / count;
+        let width = (full - (count - 1.0) * GAP) / count;
         let mut left = MARGIN;
         for column in &self.columns {
-            let mut top = self.header.bottom();
-            for (r, (panel, range)) in column
-                .panels
-                .iter()
-                .zip(column.ranges(&self.axis))
-                .enumerate()
-            {
+            let mut top = first;
+            let panels = column.panels.iter().zip(column.ranges(&self.axis));
+            for (r, (panel, range)) in panels.enumerate() {
                 let last = r + 1 == column.panels.len();
                 let height = PANEL_TITLE + panel.height;
-                let with_labels = height + if last { X_LABELS } else { 0.0 };
-                let area = page.clone().shrink(
-                    (units(left), units(top)),
-                    (units(width), units(with_labels)),
-                );
+                let labels = if last { X_LABELS } else { 0.0 };
+                let area = part(left, top, width, height + labels);
                 panel.draw(&area, &self.axis, &range, last)?;
                 top += height;
             }
@@ -100,15 +115,4 @@ impl Picture for Page<'_> {
         }
         Ok(())
     }
-}
-
-/// The next whole number of px.
-pub fn whole(px: f64) -> u32 {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "the height of a picture"
-    )]
-    let px = px.ceil() as u32;
-    px
 }

@@ -1,15 +1,16 @@
 //! One panel: lines and areas over time, or over the position on the ground.
 
+use super::area::{Area, Drawn, write};
 use super::clip::{clamp, clip, cut, range, tidy, whole};
-use super::files::Drawn;
-use super::header::{dashed, write};
+use super::header::dashed;
 use super::style::{
     SCALE, START, band_color, estimate_line, frame_line, grid_line, line, spread_color, text,
     truth_line, units, upward_text,
 };
-use super::trace::{Band, Point, Trace, outlines};
-use plotters::coord::Shift;
+use super::trace::{Estimated, Point, Trace, outlines};
+use crate::quantile::extremes;
 use plotters::coord::ranged1d::{Ranged, ValueFormatter};
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 use std::ops::Range;
@@ -23,10 +24,8 @@ pub const X_LABELS: f64 = 40.0;
 
 /// A layer of a panel. Layers are drawn in the order of the variants: areas below lines.
 pub enum Layer<'a> {
-    /// Two standard deviations around an estimate.
-    Band(&'a Band, RGBColor),
-    /// An estimate: the area of its values in each interval of time, and the line of their means.
-    Estimate(&'a Trace, RGBColor),
+    /// An estimate: its two standard deviations, the area of its values in each interval of time, and the line of their means.
+    Estimate(&'a Estimated, RGBColor),
     /// True values, with every peak.
     Truth(&'a Trace),
     /// True values in a colour, with every peak.
@@ -45,8 +44,9 @@ impl Layer<'_> {
             points.filter(|p| p.0 >= from).collect()
         };
         match self {
-            Self::Band(band, _) => late(band.outlines()),
-            Self::Estimate(trace, _) => late(trace.extremes()),
+            Self::Estimate(estimate, _) => {
+                late([estimate.band(), estimate.line.extremes()].concat())
+            }
             Self::Mean(trace, _, _) => late(trace.means()),
             Self::Truth(trace) | Self::Colored(trace, _) => {
                 trace.extremes().into_iter().flatten().collect()
@@ -85,7 +85,60 @@ pub struct Axis {
     pub compare_from: f64,
 }
 
-impl Panel<'_> {
+impl Axis {
+    /// An axis of places, at which all estimates count.
+    pub fn of_places(label: &'static str, range: Range<f64>) -> Self {
+        let compare_from = range.start;
+        Self {
+            label,
+            range,
+            compare_from,
+        }
+    }
+}
+
+/// A chart over the horizontal axis.
+type Chart<'a, Y> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, Y>>;
+
+/// Grid, axes and their labels, about `y_labels` of them at the vertical axis.
+pub fn mesh<Y>(chart: &mut Chart<'_, Y>, y_labels: usize) -> Drawn
+where
+    Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
+{
+    chart
+        .configure_mesh()
+        .light_line_style(TRANSPARENT)
+        .bold_line_style(grid_line())
+        .axis_style(frame_line())
+        .x_labels(11)
+        .y_labels(y_labels)
+        .x_label_formatter(&tick)
+        .y_label_formatter(&tick)
+        .label_style(text(11.5, FontStyle::Normal, HPos::Center, VPos::Center))
+        .set_all_tick_mark_size(units(4.0))
+        .draw()?;
+    Ok(())
+}
+
+impl<'a> Panel<'a> {
+    /// A panel with a linear axis and without a note. `least_span` in the unit of the data, `height` in px.
+    pub fn new(
+        title: &str,
+        y_label: &'static str,
+        (least_span, height): (f64, f64),
+        layers: Vec<Layer<'a>>,
+    ) -> Self {
+        Self {
+            title: title.to_owned(),
+            note: String::new(),
+            y_label,
+            least_span,
+            logarithmic: false,
+            height,
+            layers,
+        }
+    }
+
     /// The range of the vertical axis that several panels share.
     ///
     /// It holds the truth of the whole run and the estimates from `compare_from` on: an estimator's first samples, before
@@ -117,35 +170,32 @@ impl Panel<'_> {
     }
 
     /// Draws the panel; `labelled` when it is the last of its column.
-    pub fn draw<DB>(
-        &self,
-        area: &DrawingArea<DB, Shift>,
-        axis: &Axis,
-        y: &Range<f64>,
-        labelled: bool,
-    ) -> Drawn
-    where
-        DB: DrawingBackend,
-        DB::ErrorType: 'static,
-    {
+    ///
+    /// # Errors
+    /// The error of the drawing library.
+    pub fn draw(&self, area: &Area<'_>, axis: &Axis, y: &Range<f64>, labelled: bool) -> Drawn {
         let width = f64::from(area.dim_in_pixel().0) / f64::from(SCALE);
         self.texts(area, axis, width, y)?;
+        let below = if labelled { units(X_LABELS) } else { 0 };
         let mut builder = ChartBuilder::on(area);
         builder
             .margin_top(units(PANEL_TITLE))
             .margin_right(units(2.0))
             .set_label_area_size(LabelAreaPosition::Left, units(Y_LABELS))
-            .set_label_area_size(
-                LabelAreaPosition::Bottom,
-                if labelled { units(X_LABELS) } else { 0 },
-            );
+            .set_label_area_size(LabelAreaPosition::Bottom, below);
         if self.logarithmic {
             let y_axis = (y.start..y.end).log_scale();
-            let mut chart = builder.build_cartesian_2d(axis.range.clone(), y_axis)?;
-            self.draw_on(&mut chart, axis, y)?;
+            self.draw_on(
+                builder.build_cartesian_2d(axis.range.clone(), y_axis)?,
+                axis,
+                y,
+            )?;
         } else {
-            let mut chart = builder.build_cartesian_2d(axis.range.clone(), y.clone())?;
-            self.draw_on(&mut chart, axis, y)?;
+            self.draw_on(
+                builder.build_cartesian_2d(axis.range.clone(), y.clone())?,
+                axis,
+                y,
+            )?;
         }
         if labelled {
             let middle = Y_LABELS + 0.5 * (width - Y_LABELS);
@@ -156,37 +206,27 @@ impl Panel<'_> {
         Ok(())
     }
 
-    fn draw_on<DB, Y>(
-        &self,
-        chart: &mut ChartContext<'_, DB, Cartesian2d<plotters::coord::types::RangedCoordf64, Y>>,
-        axis: &Axis,
-        y: &Range<f64>,
-    ) -> Drawn
+    fn draw_on<Y>(&self, mut chart: Chart<'_, Y>, axis: &Axis, y: &Range<f64>) -> Drawn
     where
-        DB: DrawingBackend,
-        DB::ErrorType: 'static,
         Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
     {
         let (left, right) = (axis.range.start, axis.range.end);
         let start = axis.compare_from.clamp(left, right);
-        chart.draw_series([Rectangle::new(
-            [(left, y.start), (start, y.end)],
-            START.filled(),
-        )])?;
-        chart
-            .configure_mesh()
-            .light_line_style(TRANSPARENT)
-            .bold_line_style(grid_line())
-            .axis_style(frame_line())
-            .x_labels(11)
-            .y_labels(6)
-            .x_label_formatter(&tick)
-            .y_label_formatter(&tick)
-            .label_style(text(11.5, FontStyle::Normal, HPos::Center, VPos::Center))
-            .set_all_tick_mark_size(units(4.0))
-            .draw()?;
-        self.draw_areas(chart, y)?;
-        self.draw_lines(chart, axis, y)?;
+        let not_compared = [(left, y.start), (start, y.end)];
+        chart.draw_series([Rectangle::new(not_compared, START.filled())])?;
+        mesh(&mut chart, 6)?;
+        for (area, color) in self.areas() {
+            chart.draw_series([Polygon::new(clamp(&area, y), color.filled())])?;
+        }
+        for (piece, style, dashes) in self.lines(axis) {
+            for part in clip(&piece, y) {
+                if dashes {
+                    chart.draw_series([dashed(part, style)])?;
+                } else {
+                    chart.draw_series([PathElement::new(part, style)])?;
+                }
+            }
+        }
         let corners = [
             (left, y.start),
             (right, y.start),
@@ -198,96 +238,63 @@ impl Panel<'_> {
         Ok(())
     }
 
-    fn draw_areas<DB, Y>(
-        &self,
-        chart: &mut ChartContext<'_, DB, Cartesian2d<plotters::coord::types::RangedCoordf64, Y>>,
-        y: &Range<f64>,
-    ) -> Drawn
-    where
-        DB: DrawingBackend,
-        DB::ErrorType: 'static,
-        Y: Ranged<ValueType = f64>,
-    {
+    /// Outlines of the areas, with their colours.
+    fn areas(&self) -> Vec<(Vec<Point>, RGBColor)> {
+        let mut areas = Vec::new();
         for layer in &self.layers {
-            let (areas, color) = match layer {
-                Layer::Band(band, color) => (band.outlines(), band_color(*color)),
-                Layer::Estimate(trace, color) if trace.stride() > 1 => (
-                    outlines(&trace.lows(), &trace.highs()),
-                    spread_color(*color),
-                ),
-                _ => continue,
-            };
-            for area in areas {
-                chart.draw_series([Polygon::new(clamp(&area, y), color.filled())])?;
-            }
-        }
-        Ok(())
-    }
-
-    fn draw_lines<DB, Y>(
-        &self,
-        chart: &mut ChartContext<'_, DB, Cartesian2d<plotters::coord::types::RangedCoordf64, Y>>,
-        axis: &Axis,
-        y: &Range<f64>,
-    ) -> Drawn
-    where
-        DB: DrawingBackend,
-        DB::ErrorType: 'static,
-        Y: Ranged<ValueType = f64>,
-    {
-        // Wide lines below narrow ones.
-        let truths = self.layers.iter().filter_map(|layer| match layer {
-            Layer::Truth(trace) => Some((trace.extremes(), truth_line(), false)),
-            Layer::Level(value) => {
-                let ends = vec![(axis.range.start, *value), (axis.range.end, *value)];
-                Some((vec![ends], truth_line(), false))
-            }
-            _ => None,
-        });
-        let others = self.layers.iter().filter_map(|layer| match layer {
-            Layer::Colored(trace, color) => Some((trace.extremes(), line(*color, 1.4), false)),
-            Layer::Estimate(trace, color) => Some((trace.means(), estimate_line(*color), false)),
-            Layer::Mean(trace, color, dashes) => Some((trace.means(), line(*color, 1.2), *dashes)),
-            _ => None,
-        });
-        for (pieces, style, dashes) in truths.chain(others) {
-            for part in pieces.iter().flat_map(|piece| clip(piece, y)) {
-                if dashes {
-                    chart.draw_series([dashed(part, style)])?;
-                } else {
-                    chart.draw_series([PathElement::new(part, style)])?;
+            if let Layer::Estimate(estimate, color) = layer {
+                let with = |color: RGBColor| move |area| (area, color);
+                areas.extend(estimate.band().into_iter().map(with(band_color(*color))));
+                if estimate.line.stride() > 1 {
+                    let spread = outlines(&estimate.line.lows(), &estimate.line.highs());
+                    areas.extend(spread.into_iter().map(with(spread_color(*color))));
                 }
             }
         }
-        Ok(())
+        areas
+    }
+
+    /// Pieces of the lines, with their looks and whether they are dashed: wide ones first, below narrow ones.
+    fn lines(&self, axis: &Axis) -> Vec<(Vec<Point>, ShapeStyle, bool)> {
+        let (mut wide, mut narrow) = (Vec::new(), Vec::new());
+        for layer in &self.layers {
+            let (to, pieces, style, dashes) = match layer {
+                Layer::Truth(trace) => (&mut wide, trace.extremes(), truth_line(), false),
+                Layer::Level(value) => {
+                    let ends = vec![(axis.range.start, *value), (axis.range.end, *value)];
+                    (&mut wide, vec![ends], truth_line(), false)
+                }
+                Layer::Colored(trace, color) => {
+                    (&mut narrow, trace.extremes(), line(*color, 1.4), false)
+                }
+                Layer::Estimate(estimate, color) => (
+                    &mut narrow,
+                    estimate.line.means(),
+                    estimate_line(*color),
+                    false,
+                ),
+
+                Layer::Mean(trace, color, dashes) => {
+                    (&mut narrow, trace.means(), line(*color, 1.2), *dashes)
+                }
+            };
+            to.extend(pieces.into_iter().map(|piece| (piece, style, dashes)));
+        }
+        wide.append(&mut narrow);
+        wide
     }
 
     /// Title, note and name of the vertical axis.
-    fn texts<DB>(
-        &self,
-        area: &DrawingArea<DB, Shift>,
-        axis: &Axis,
-        width: f64,
-        y: &Range<f64>,
-    ) -> Drawn
-    where
-        DB: DrawingBackend,
-        DB::ErrorType: 'static,
-    {
+    fn texts(&self, area: &Area<'_>, axis: &Axis, width: f64, y: &Range<f64>) -> Drawn {
         let middle = 0.55 * PANEL_TITLE;
         let bold = text(12.5, FontStyle::Bold, HPos::Left, VPos::Center);
         write(area, &self.title, (Y_LABELS, middle), bold)?;
         let points = self.layers.iter().flat_map(|l| l.points(axis.compare_from));
-        let cut = if self.logarithmic {
-            None
-        } else {
-            cut(points, y)
-        };
-        let notes: Vec<&str> = [Some(self.note.as_str()), cut.as_deref()]
-            .into_iter()
-            .flatten()
-            .filter(|note| !note.is_empty())
-            .collect();
+        let mut notes = vec![self.note.clone()];
+        if !self.logarithmic {
+            notes.extend(cut(points, y));
+        }
+        notes.retain(|note| !note.is_empty());
         let right = text(12.0, FontStyle::Normal, HPos::Right, VPos::Center);
         write(area, &notes.join(", "), (width - 2.0, middle), right)?;
         let label = (9.0, PANEL_TITLE + 0.5 * self.height);
@@ -297,14 +304,8 @@ impl Panel<'_> {
 
 /// Decades that hold all values, at most six.
 fn decades(points: &[Point]) -> Range<f64> {
-    let logs = points
-        .iter()
-        .map(|p| p.1)
-        .filter(|v| *v > 0.0)
-        .map(f64::log10);
-    let (low, high) = logs.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-        (low.min(v), high.max(v))
-    });
+    let values = points.iter().map(|p| p.1).filter(|v| *v > 0.0);
+    let (low, high) = extremes(values.map(f64::log10));
     let (low, high) = if low > high { (-1.0, 1.0) } else { (low, high) };
     let high = high.ceil().max(low.floor() + 1.0);
     // A little lower, so that rounding does not drop the label of the lowest decade.
@@ -312,7 +313,7 @@ fn decades(points: &[Point]) -> Range<f64> {
 }
 
 /// The label of a tick, without the rounding error of binary fractions.
-pub fn tick(value: &f64) -> String {
+fn tick(value: &f64) -> String {
     tidy(*value).to_string()
 }
 
@@ -330,15 +331,7 @@ mod tests {
     }
 
     fn panel(layers: Vec<Layer<'_>>) -> Panel<'_> {
-        Panel {
-            title: String::new(),
-            note: String::new(),
-            y_label: "N (N)",
-            least_span: 2.0,
-            logarithmic: false,
-            height: 100.0,
-            layers,
-        }
+        Panel::new("", "N (N)", (2.0, 100.0), layers)
     }
 
     /// Closed form: truth 10 N at all times, estimate 12 N that starts at 900 N. From 0.5 s on 10 to 12 N are shown; with
@@ -346,7 +339,8 @@ mod tests {
     #[test]
     fn samples_before_the_filter_has_settled_do_not_set_the_range() {
         let truth = trace(|_| 10.0);
-        let estimate = trace(|t| if t < 0.4 { 900.0 } else { 12.0 });
+        let mut estimate = Estimated::new(201);
+        estimate.line = trace(|t| if t < 0.4 { 900.0 } else { 12.0 });
         let panels = [panel(vec![
             Layer::Truth(&truth),
             Layer::Estimate(&estimate, BLACK),

@@ -1,25 +1,41 @@
 //! Figs. 5 to 8 of the paper, and figures of the same form for any estimator.
 
 use super::header::{Entry, Header, Mark};
-use super::page::{Column, Page};
+use super::page::{Column, Page, Scale};
 use super::panel::{Axis, Layer, Panel};
 use super::run::{EstimatorTraces, PINS, RunTraces};
 use super::style::{LINKAGE, START, WHEELS, band_color, estimate_line, spread_color, truth_line};
-use super::trace::{Band, Trace};
+use super::trace::{Estimated, Trace};
 use crate::summary::EstimatorSummary;
 use plotters::style::RGBColor;
 
 /// Titles of the panels of the wheels.
-pub const WHEEL_TITLES: [&str; 3] = ["Wheel 1 (front)", "Wheel 2 (middle)", "Wheel 3 (rear)"];
+const WHEEL_TITLES: [&str; 3] = ["Wheel 1 (front)", "Wheel 2 (middle)", "Wheel 3 (rear)"];
 /// Height of a panel, px.
 const HEIGHT: f64 = 138.0;
+const NORMAL_FORCE: &str = "normal force N (N)";
 
-/// Time from 0 to the end of the run.
-pub fn time_axis(run: &RunTraces) -> Axis {
-    Axis {
-        label: "time (s)",
-        range: 0.0..run.end,
-        compare_from: run.rule.compare_from,
+/// A figure over time.
+pub fn page<'a>(
+    run: &RunTraces,
+    title: &str,
+    subtitle: String,
+    key: Vec<Entry>,
+    columns: Vec<Column<'a>>,
+) -> Page<'a> {
+    Page {
+        header: Header {
+            title: title.to_owned(),
+            subtitle,
+            key,
+        },
+        strips: Vec::new(),
+        axis: Axis {
+            label: "time (s)",
+            range: 0.0..run.end,
+            compare_from: run.rule.compare_from,
+        },
+        columns,
     }
 }
 
@@ -32,138 +48,104 @@ pub fn start_entry(run: &RunTraces) -> Option<Entry> {
 
 /// Fig. 5: the pins' positions.
 pub fn linkage(run: &RunTraces) -> Page<'_> {
+    let shown = run.shown.as_ref();
     let column = |axis: usize, y_label: &'static str| {
-        Column::of_own_scales(PINS.iter().enumerate().map(move |(k, (_, title))| {
-            let estimate = run.shown.as_ref().map(|s| &s.pins[k][axis]);
-            let error = run
-                .shown
-                .as_ref()
-                .and_then(|s| s.pin_errors[k][axis].value());
+        let panels = PINS.iter().enumerate().map(|(k, (_, title))| {
+            let estimate = shown.map(|s| &s.pins[k][axis]);
+            let layers = layers(&run.pins[k][axis], estimate, LINKAGE);
+            let error = shown.and_then(|s| s.pin_errors[k][axis].value());
             Panel {
-                title: (*title).to_owned(),
                 note: error.map_or(String::new(), pin_note),
-                y_label,
-                least_span: 2.0,
-                logarithmic: false,
-                height: HEIGHT,
-                layers: layers(&run.pins[k][axis], estimate, None, LINKAGE),
+                ..Panel::new(title, y_label, (2.0, HEIGHT), layers)
             }
-        }))
+        });
+        Column::new(Scale::Own, panels)
     };
-    Page {
-        header: Header {
-            title: "Position of the linkage's pins (the paper's Fig. 5)".to_owned(),
-            subtitle: "in world axes, measured from pin Q".to_owned(),
-            key: key(run, shown(run), &[LINKAGE], false),
-        },
-        axis: time_axis(run),
-        columns: vec![column(0, "x from Q (mm)"), column(1, "y from Q (mm)")],
-    }
+    page(
+        run,
+        "Position of the linkage's pins (the paper's Fig. 5)",
+        "in world axes, measured from pin Q".to_owned(),
+        key(run, self::shown(run), &[LINKAGE], false),
+        vec![column(0, "x from Q (mm)"), column(1, "y from Q (mm)")],
+    )
 }
 
 /// Fig. 6: N and T of every wheel.
 pub fn forces(run: &RunTraces) -> Page<'_> {
-    let summary = shown(run).map(|e| e.summary());
+    let shown = shown(run);
+    let summary = shown.map(|e| e.summary());
     let errors = summary.and_then(|s| s.normal_force.zip(s.traction));
     let normal = (0..3).map(|i| {
-        let estimate = shown(run);
-        force_panel(i, "normal force N (N)").with(
-            errors.map(|(n, _)| n.rmse[i]),
-            layers(
-                &run.normal_force[i],
-                estimate.map(|e| &e.normal_force[i]),
-                estimate.map(|e| &e.band[i]),
-                WHEELS[i],
-            ),
-        )
+        let estimate = shown.map(|e| &e.normal_force[i]);
+        let layers = layers(&run.normal_force[i], estimate, WHEELS[i]);
+        force_panel(i, NORMAL_FORCE, errors.map(|(n, _)| n.rmse[i]), layers)
     });
     let traction = (0..3).map(|i| {
-        let estimate = run.shown.as_ref();
-        force_panel(i, "traction T (N)").with(
-            errors.map(|(_, t)| t.rmse[i]),
-            layers(
-                &run.traction[i],
-                estimate.map(|s| &s.traction[i]),
-                estimate.map(|s| &s.traction_band[i]),
-                WHEELS[i],
-            ),
-        )
+        let estimate = run.shown.as_ref().map(|s| &s.traction[i]);
+        let layers = layers(&run.traction[i], estimate, WHEELS[i]);
+        force_panel(i, "traction T (N)", errors.map(|(_, t)| t.rmse[i]), layers)
     });
-    let banded = shown(run).is_some_and(has_band);
-    Page {
-        header: Header {
-            title: "Force distribution over the wheels (the paper's Fig. 6)".to_owned(),
-            subtitle: String::new(),
-            key: key(run, shown(run), &WHEELS, banded),
-        },
-        axis: time_axis(run),
-        columns: vec![Column::of_one_scale(normal), Column::of_one_scale(traction)],
-    }
+    page(
+        run,
+        "Force distribution over the wheels (the paper's Fig. 6)",
+        String::new(),
+        key(run, shown, &WHEELS, shown.is_some_and(has_band)),
+        vec![
+            Column::new(Scale::Common, normal),
+            Column::new(Scale::Common, traction),
+        ],
+    )
 }
 
 /// Figs. 7 and 8, and figures of the same form: N of every wheel; with a covariance also its error, each with two
 /// standard deviations.
 pub fn normal_forces<'a>(run: &'a RunTraces, estimator: &'a EstimatorTraces) -> Page<'a> {
     let summary = estimator.summary();
-    let errors = summary.normal_force;
     let normal = (0..3).map(|i| {
-        let (truth, band) = (&run.normal_force[i], &estimator.band[i]);
         let estimate = Some(&estimator.normal_force[i]);
-        force_panel(i, "normal force N (N)").with(
-            errors.map(|e| e.rmse[i]),
-            layers(truth, estimate, Some(band), WHEELS[i]),
+        let layers = layers(&run.normal_force[i], estimate, WHEELS[i]);
+        force_panel(
+            i,
+            NORMAL_FORCE,
+            summary.normal_force.map(|e| e.rmse[i]),
+            layers,
         )
     });
-    let mut columns = vec![Column::of_one_scale(normal)];
+    let mut columns = vec![Column::new(Scale::Common, normal)];
     let banded = has_band(estimator);
     if banded && run.has_truth() {
-        let error = (0..3).map(|i| Panel {
-            least_span: 0.2,
-            ..force_panel(i, "error of N (N)").with(
-                None,
-                vec![
-                    Layer::Band(&estimator.error_band[i], WHEELS[i]),
-                    Layer::Estimate(&estimator.error[i], WHEELS[i]),
-                    Layer::Level(0.0),
-                ],
-            )
+        let error = (0..3).map(|i| {
+            let layers = vec![
+                Layer::Estimate(&estimator.error[i], WHEELS[i]),
+                Layer::Level(0.0),
+            ];
+            wheel_panel(i, "error of N (N)", 0.2, layers)
         });
-        columns.push(Column::of_one_scale(error));
+        columns.push(Column::new(Scale::Common, error));
     }
-    Page {
-        header: Header {
-            title: estimator.kind.names(&estimator.name).1,
-            subtitle: overall(&summary),
-            key: key(run, Some(estimator), &WHEELS, banded),
-        },
-        axis: time_axis(run),
+    page(
+        run,
+        &estimator.kind.names(&estimator.name).1,
+        overall(&summary),
+        key(run, Some(estimator), &WHEELS, banded),
         columns,
-    }
+    )
 }
 
 /// Needed friction of every wheel with two standard deviations, of an estimator that states them.
 pub fn needed_friction<'a>(run: &'a RunTraces, estimator: &'a EstimatorTraces) -> Page<'a> {
-    let panel = |i: usize| Panel {
-        least_span: 0.02,
-        ..force_panel(i, "needed friction T/N").with(
-            None,
-            layers(
-                &run.needed[i],
-                Some(&estimator.needed[i]),
-                Some(&estimator.needed_band[i]),
-                WHEELS[i],
-            ),
-        )
-    };
-    Page {
-        header: Header {
-            title: format!("Needed friction by {}", estimator.name),
-            subtitle: String::new(),
-            key: key(run, Some(estimator), &WHEELS, true),
-        },
-        axis: time_axis(run),
-        columns: vec![Column::of_one_scale((0..3).map(panel))],
-    }
+    let panels = (0..3).map(|i| {
+        let estimate = Some(&estimator.needed[i]);
+        let layers = layers(&run.needed[i], estimate, WHEELS[i]);
+        wheel_panel(i, "needed friction T/N", 0.02, layers)
+    });
+    page(
+        run,
+        &format!("Needed friction by {}", estimator.name),
+        String::new(),
+        key(run, Some(estimator), &WHEELS, true),
+        vec![Column::new(Scale::Common, panels)],
+    )
 }
 
 /// The estimator that Figs. 5 and 6 show.
@@ -172,44 +154,40 @@ fn shown(run: &RunTraces) -> Option<&EstimatorTraces> {
 }
 
 fn has_band(estimator: &EstimatorTraces) -> bool {
-    estimator.band.iter().any(|band| !band.is_empty())
+    estimator.normal_force.iter().any(Estimated::has_band)
 }
 
-/// A panel of a force on a wheel without content.
-fn force_panel<'a>(wheel: usize, y_label: &'static str) -> Panel<'a> {
+/// A panel of a wheel.
+pub fn wheel_panel<'a>(
+    wheel: usize,
+    y_label: &'static str,
+    least_span: f64,
+    layers: Vec<Layer<'a>>,
+) -> Panel<'a> {
+    Panel::new(WHEEL_TITLES[wheel], y_label, (least_span, HEIGHT), layers)
+}
+
+/// A panel of a force on a wheel, with its RMSE (N) as note.
+fn force_panel<'a>(
+    wheel: usize,
+    y_label: &'static str,
+    rmse: Option<f64>,
+    layers: Vec<Layer<'a>>,
+) -> Panel<'a> {
     Panel {
-        title: WHEEL_TITLES[wheel].to_owned(),
-        note: String::new(),
-        y_label,
-        least_span: 2.0,
-        logarithmic: false,
-        height: HEIGHT,
-        layers: Vec::new(),
+        note: rmse.map_or(String::new(), |r| format!("RMSE {r:.2} N")),
+        ..wheel_panel(wheel, y_label, 2.0, layers)
     }
 }
 
-impl<'a> Panel<'a> {
-    /// The panel with its layers, and with an RMSE (N) as its note.
-    fn with(self, rmse: Option<f64>, layers: Vec<Layer<'a>>) -> Self {
-        Self {
-            note: rmse.map_or(String::new(), |r| format!("RMSE {r:.2} N")),
-            layers,
-            ..self
-        }
-    }
-}
-
-/// Truth, estimate and its band.
+/// Truth and estimate.
 fn layers<'a>(
     truth: &'a Trace,
-    estimate: Option<&'a Trace>,
-    band: Option<&'a Band>,
+    estimate: Option<&'a Estimated>,
     color: RGBColor,
 ) -> Vec<Layer<'a>> {
-    let band = band.map(|band| Layer::Band(band, color));
-    let estimate = estimate.map(|trace| Layer::Estimate(trace, color));
-    let truth = Layer::Truth(truth);
-    band.into_iter().chain([truth]).chain(estimate).collect()
+    let estimate = estimate.map(|estimate| Layer::Estimate(estimate, color));
+    [Layer::Truth(truth)].into_iter().chain(estimate).collect()
 }
 
 /// The key to panels of truth and one estimator.

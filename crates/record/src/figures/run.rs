@@ -1,7 +1,7 @@
 //! The traces of a run for its figures.
 
 use super::kind::Kind;
-use super::trace::{Band, Trace};
+use super::trace::{Estimated, Trace};
 use crate::felt_ground::FeltGrounds;
 use crate::summary::EstimatorSummary;
 use robhaz_estimator::Estimate;
@@ -57,15 +57,11 @@ pub struct RunTraces {
 pub struct EstimatorTraces {
     pub name: String,
     pub kind: Kind,
-    pub normal_force: [Trace; 3],
-    /// N with two standard deviations; empty without a covariance.
-    pub band: [Band; 3],
-    /// Error of N, and two standard deviations around zero.
-    pub error: [Trace; 3],
-    pub error_band: [Band; 3],
-    /// Needed friction, and two standard deviations; the latter empty if the estimator states none.
-    pub needed: [Trace; 3],
-    pub needed_band: [Band; 3],
+    /// Estimate and error of N, N.
+    pub normal_force: [Estimated; 3],
+    pub error: [Estimated; 3],
+    /// Needed friction, -.
+    pub needed: [Estimated; 3],
     /// RMS over the wheels of the error of N.
     pub rms_error: Trace,
     pub score: Score,
@@ -74,9 +70,8 @@ pub struct EstimatorTraces {
 /// The traces that Figs. 5 and 6 show beside N.
 pub struct Shown {
     pub index: usize,
-    pub traction: [Trace; 3],
-    pub traction_band: [Band; 3],
-    pub pins: [[Trace; 2]; 3],
+    pub traction: [Estimated; 3],
+    pub pins: [[Estimated; 2]; 3],
     /// Errors of x and y of each of [`PINS`], mm.
     pub pin_errors: [[Rms; 2]; 3],
 }
@@ -105,16 +100,15 @@ impl RunTraces {
             traction: traces(records),
             needed: traces(records),
             normal_force_at: traces(records),
-            pins: pin_traces(records),
+            pins: [(); 3].map(|()| [(); 2].map(|()| Trace::new(records))),
             estimators: estimators
                 .iter()
                 .map(|e| EstimatorTraces::new(e, records, rule))
                 .collect(),
             shown: shown.map(|index| Shown {
                 index,
-                traction: traces(records),
-                traction_band: bands(records),
-                pins: pin_traces(records),
+                traction: estimated(records),
+                pins: [(); 3].map(|()| [(); 2].map(|()| Estimated::new(records))),
                 pin_errors: Default::default(),
             }),
             poses: Vec::new(),
@@ -195,12 +189,9 @@ impl EstimatorTraces {
         Self {
             name: estimator.label.clone(),
             kind: Kind::of(&estimator.listed),
-            normal_force: traces(records),
-            band: bands(records),
-            error: traces(records),
-            error_band: bands(records),
-            needed: traces(records),
-            needed_band: bands(records),
+            normal_force: estimated(records),
+            error: estimated(records),
+            needed: estimated(records),
             rms_error: Trace::new(records),
             score: Score::new(rule),
         }
@@ -212,15 +203,12 @@ impl EstimatorTraces {
             let error = normal
                 .zip(compared)
                 .map(|(n, c)| n - c.wheels[i].normal_force);
-            let half = estimate.and_then(|e| e.sigma_normal(i)).map(|s| 2.0 * s);
-            self.normal_force[i].add(time, normal);
-            self.band[i].add(time, normal.zip(half));
-            self.error[i].add(time, error);
-            self.error_band[i].add(time, half.map(|h| (0.0, h)));
+            let sigma = estimate.and_then(|e| e.sigma_normal(i));
+            self.normal_force[i].add(time, normal, sigma);
+            self.error[i].add_error(time, error, sigma);
             let needed = estimate.and_then(|e| estimated_needed_friction(e, i));
-            let band = needed.and_then(|(value, sigma)| Some((value, 2.0 * sigma?)));
-            self.needed[i].add(time, needed.map(|(value, _)| value));
-            self.needed_band[i].add(time, band);
+            let sigma = needed.and_then(|(_, sigma)| sigma);
+            self.needed[i].add(time, needed.map(|(value, _)| value), sigma);
         }
         let rms = estimate.zip(compared).map(|(e, c)| rms_over_wheels(e, c));
         self.rms_error.add(time, rms);
@@ -234,14 +222,13 @@ impl Shown {
         let estimate: Option<&Estimate> = estimate.and_then(|e| e.as_ref().ok());
         for i in 0..3 {
             let traction = estimate.map(|e| e.traction[i]);
-            let half = estimate.and_then(|e| e.sigma_traction(i)).map(|s| 2.0 * s);
-            self.traction[i].add(time, traction);
-            self.traction_band[i].add(time, traction.zip(half));
+            let sigma = estimate.and_then(|e| e.sigma_traction(i));
+            self.traction[i].add(time, traction, sigma);
         }
         for (k, (pin, _)) in PINS.into_iter().enumerate() {
-            let from_q = estimate.map(|e| e.pin_from_q[index_of(pin)] * MM);
-            self.pins[k][0].add(time, from_q.map(|v| v.x));
-            self.pins[k][1].add(time, from_q.map(|v| v.y));
+            let from_q = estimate.map(|e| e.pin_from_q[pin as usize] * MM);
+            self.pins[k][0].add(time, from_q.map(|v| v.x), None);
+            self.pins[k][1].add(time, from_q.map(|v| v.y), None);
             if let (Some(from_q), Some(truth), true) = (from_q, frame.truth, compared) {
                 let error = from_q - true_from_q(truth, pin);
                 // A truth of a log may have forces alone.
@@ -258,25 +245,11 @@ fn traces(records: u64) -> [Trace; 3] {
     [(); 3].map(|()| Trace::new(records))
 }
 
-fn bands(records: u64) -> [Band; 3] {
-    [(); 3].map(|()| Band::new(records))
-}
-
-fn pin_traces(records: u64) -> [[Trace; 2]; 3] {
-    [(); 3].map(|()| [Trace::new(records), Trace::new(records)])
+fn estimated(records: u64) -> [Estimated; 3] {
+    [(); 3].map(|()| Estimated::new(records))
 }
 
 /// True position of a pin from Q, mm.
 fn true_from_q(truth: &Truth, pin: Pin) -> Vec2 {
     (truth.pin(pin).position - truth.pin(Pin::Q).position) * MM
-}
-
-/// Index of a pin in the arrays of an estimate, which are in the order of [`Pin::ALL`].
-fn index_of(pin: Pin) -> usize {
-    match pin {
-        Pin::P => 0,
-        Pin::Q => 1,
-        Pin::R => 2,
-        Pin::S => 3,
-    }
 }

@@ -156,41 +156,59 @@ impl Trace {
     }
 }
 
-/// The area between two bounds, reduced like a [`Trace`].
+/// A quantity with two standard deviations around it.
 #[derive(Clone, Debug)]
-pub struct Band {
+pub struct Estimated {
+    /// The quantity.
+    pub line: Trace,
     lower: Trace,
     upper: Trace,
 }
 
-impl Band {
-    /// An empty band for a run of `records`.
+impl Estimated {
+    /// Without values, for a run of `records`.
     pub fn new(records: u64) -> Self {
+        let trace = || Trace::new(records);
         Self {
-            lower: Trace::new(records),
-            upper: Trace::new(records),
+            line: trace(),
+            lower: trace(),
+            upper: trace(),
         }
     }
 
-    /// The next record: centre and half width; `None` where there is no band.
-    pub fn add(&mut self, at: f64, band: Option<(f64, f64)>) {
-        self.lower.add(at, band.map(|(centre, half)| centre - half));
-        self.upper.add(at, band.map(|(centre, half)| centre + half));
+    /// The next record: value, and one standard deviation; `None` where there is none.
+    pub fn add(&mut self, at: f64, value: Option<f64>, sigma: Option<f64>) {
+        self.add_around(at, value, value, sigma);
+    }
+
+    /// The next record of an error: the deviations are those around zero, also where there is no error.
+    pub fn add_error(&mut self, at: f64, error: Option<f64>, sigma: Option<f64>) {
+        self.add_around(at, error, Some(0.0), sigma);
+    }
+
+    fn add_around(&mut self, at: f64, value: Option<f64>, centre: Option<f64>, sigma: Option<f64>) {
+        let band = centre.zip(sigma);
+        self.line.add(at, value);
+        self.lower
+            .add(at, band.map(|(centre, sigma)| centre - 2.0 * sigma));
+        self.upper
+            .add(at, band.map(|(centre, sigma)| centre + 2.0 * sigma));
     }
 
     /// Ends the current piece, as [`Trace::interrupt`].
     pub fn interrupt(&mut self) {
-        self.lower.interrupt();
-        self.upper.interrupt();
+        for trace in [&mut self.line, &mut self.lower, &mut self.upper] {
+            trace.interrupt();
+        }
     }
 
-    /// Whether it never had a width.
-    pub fn is_empty(&self) -> bool {
-        self.outlines().is_empty()
+    /// Whether it has standard deviations.
+    pub fn has_band(&self) -> bool {
+        !self.band().is_empty()
     }
 
-    /// Closed outlines of its pieces. In an interval it spans from the lowest lower to the highest upper bound.
-    pub fn outlines(&self) -> Vec<Vec<Point>> {
+    /// Closed outlines of the pieces of its band. In an interval it spans from the lowest lower to the highest upper bound.
+    pub fn band(&self) -> Vec<Vec<Point>> {
         outlines(&self.lower.lows(), &self.upper.highs())
     }
 }
@@ -267,13 +285,13 @@ mod tests {
     /// Closed form: the outline of a band goes along its lower bound and back along the upper one.
     #[test]
     fn a_band_is_closed_around_its_centre() {
-        let mut band = Band::new(3);
-        assert!(band.is_empty());
+        let mut estimated = Estimated::new(3);
+        assert!(!estimated.has_band());
         for k in 0..3 {
-            band.add(f64::from(k), Some((10.0, 2.0)));
+            estimated.add(f64::from(k), Some(10.0), Some(1.0));
         }
         assert_eq!(
-            band.outlines(),
+            estimated.band(),
             [[
                 (0.0, 8.0),
                 (1.0, 8.0),

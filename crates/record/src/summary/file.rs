@@ -1,13 +1,15 @@
 //! The file `summary.json`: its content, written and read.
 
 use super::clearance::ClearanceSummary;
-use super::log::LogSummary;
 use super::parts::{
     BrokenOff, ControlSummary, EstimatorSummary, FrictionSummary, FrictionTestSummary,
-    NominalRobot, ProgressSummary, SensorErrors,
+    NominalRobot, SensorErrors,
 };
 use crate::error::{RecordError, io_error};
+use robhaz_run::LogReport;
+use robhaz_score::Progress;
 use robhaz_score::events::EventCounts;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::Path;
@@ -39,22 +41,16 @@ pub struct Summary {
     /// Version of robhaz.
     pub version: String,
     /// Why and when the run ended before its source did; `None` for a complete run. All else then holds up to that time.
-    #[serde(default)]
     pub broken_off: Option<BrokenOff>,
     /// Travel of the robot; `None` for recorded readings and in the summaries of earlier versions.
-    #[serde(default)]
-    pub progress: Option<ProgressSummary>,
+    pub progress: Option<Progress>,
     /// Numbers of events of wheels, end stops and bars; `None` for recorded readings and in the summaries of earlier versions.
-    #[serde(default)]
     pub events: Option<EventCounts>,
     /// Clearance of body and links to the ground; `None` for recorded readings and in the summaries of earlier versions.
-    #[serde(default)]
     pub clearance: Option<ClearanceSummary>,
     /// The friction of the ground; `None` for recorded readings and in the summaries of earlier versions.
-    #[serde(default)]
     pub friction: Option<FrictionSummary>,
     /// The control of the wheels; `None` for recorded readings and in the summaries of earlier versions.
-    #[serde(default)]
     pub control: Option<ControlSummary>,
     /// Results of the friction tests, in their order.
     #[serde(default)]
@@ -62,8 +58,8 @@ pub struct Summary {
     /// Sensor errors that were drawn for the run; no estimator knows them. `None` for recorded readings.
     pub sensors: Option<SensorErrors>,
     /// What a recorded log held; `None` for simulations.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub log: Option<LogSummary>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub log: Option<LogReport>,
     /// The nominal robot, which the estimators were given.
     #[serde(alias = "told")]
     pub nominal: NominalRobot,
@@ -120,50 +116,31 @@ impl Summary {
         serde_json::from_str(&text).map_err(|source| RecordError::NotASummary { path, source })
     }
 
-    /// The first number that JSON cannot hold.
+    /// The key below which a number is not finite.
     fn not_finite(&self) -> Option<String> {
         let run = [
             ("duration_s", self.duration_s),
             ("wall_s", self.wall_s),
             ("real_time_factor", self.real_time_factor),
-            ("step_s", self.step_s.unwrap_or_default()),
-            ("record_rate_hz", self.record_rate_hz),
-            ("compare_from_s", self.compare_from_s),
         ];
         let of_run = run.iter().find(|(_, value)| !value.is_finite());
-        let parts = [
-            (
-                "progress",
-                self.progress.is_none_or(|progress| progress.is_finite()),
-            ),
-            (
-                "friction",
-                self.friction
-                    .as_ref()
-                    .is_none_or(FrictionSummary::is_finite),
-            ),
-            (
-                "sensors",
-                self.sensors.as_ref().is_none_or(SensorErrors::is_finite),
-            ),
-            ("nominal", self.nominal.is_finite()),
-            (
-                "friction_tests",
-                self.friction_tests
-                    .iter()
-                    .all(FrictionTestSummary::is_finite),
-            ),
-        ];
-        let of_parts = parts.iter().find(|(_, finite)| !finite);
-        let of_run = of_run
-            .map(|(key, _)| key)
-            .or_else(|| of_parts.map(|(key, _)| key));
-        of_run.map(|key| (*key).to_owned()).or_else(|| {
-            self.estimators
-                .iter()
-                .find_map(EstimatorSummary::not_finite)
-        })
+        let nameless = |e: &EstimatorSummary| EstimatorSummary {
+            name: String::new(),
+            ..e.clone()
+        };
+        let mut estimators = self.estimators.iter();
+        let of_estimators = estimators.find(|e| !comes_back(&nameless(e)));
+        let key = of_run.map(|(key, _)| (*key).to_owned());
+        key.or_else(|| of_estimators.map(|e| format!("estimators.{}", e.name)))
+            .or_else(|| (!comes_back(self)).then(|| "a key".to_owned()))
     }
+}
+
+/// Whether a value is what is read of its JSON: a number that is not finite becomes null, and NaN does not equal itself.
+fn comes_back<T: Serialize + DeserializeOwned + PartialEq>(value: &T) -> bool {
+    let text = serde_json::to_string(value);
+    let read = text.and_then(|text| serde_json::from_str(&text));
+    read.is_ok_and(|read: T| read == *value)
 }
 
 /// A list of estimators as a JSON object, in order.

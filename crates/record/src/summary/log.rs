@@ -1,99 +1,8 @@
 //! The parts of a summary that only a recorded log has.
 
 use robhaz_estimator::{Estimate, Flags};
-use robhaz_run::{ChannelReport, LogReport};
 use robhaz_score::estimated_needed_friction;
 use serde::{Deserialize, Serialize};
-
-/// What a log held, and what became of its rows.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LogSummary {
-    /// The file or folder, as the user named it.
-    pub source: String,
-    /// Time stamp of the log at time 0 of the run, s.
-    pub start_s: f64,
-    /// The channels; the first is the time base: its rows are the frames.
-    pub channels: Vec<ChannelSummary>,
-    /// Number of frames without each reading, of those that the log has.
-    pub missing: indexmap::IndexMap<String, u64>,
-    /// Readings that the log does not have.
-    pub absent: Vec<String>,
-}
-
-/// What a channel of a log held: [`ChannelReport`] with its units.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ChannelSummary {
-    /// Its name: the table or topic.
-    pub name: String,
-    /// Rows read.
-    pub rows: u64,
-    /// Median time between rows, s.
-    pub period_s: f64,
-    /// Offset that was added to its time stamps, s.
-    pub offset_s: f64,
-    /// Gaps of more than one and a half periods.
-    pub gaps: u64,
-    /// Rows that these gaps could hold.
-    pub lost: u64,
-    /// The longest gap, s; `None` without gaps.
-    pub longest_gap_s: Option<f64>,
-    /// Start of the longest gap, s.
-    pub longest_gap_at_s: Option<f64>,
-    /// Rows left out because they have the time of the row before.
-    pub duplicates: u64,
-    /// Rows left out because they are earlier than the row before.
-    pub late: u64,
-    /// How often the clock was set back, or rows are repeated.
-    #[serde(default)]
-    pub set_back: u64,
-    /// By how much at most, s; `None` if never.
-    #[serde(default)]
-    pub largest_set_back_s: Option<f64>,
-    /// Time before that, s.
-    #[serde(default)]
-    pub largest_set_back_at_s: Option<f64>,
-    /// Rows in whose place a newer one of the same frame counts.
-    pub superseded: u64,
-    /// Rows left out because they are earlier than the first frame.
-    pub before_start: u64,
-    /// Where and why the channel ends before its end.
-    pub cut_off: Option<String>,
-}
-
-impl From<&ChannelReport> for ChannelSummary {
-    fn from(report: &ChannelReport) -> Self {
-        Self {
-            name: report.name.clone(),
-            rows: report.rows,
-            period_s: report.period,
-            offset_s: report.offset,
-            gaps: report.gaps,
-            lost: report.lost,
-            longest_gap_s: report.longest_gap.map(|(length, _)| length),
-            longest_gap_at_s: report.longest_gap.map(|(_, start)| start),
-            duplicates: report.duplicates,
-            late: report.late,
-            set_back: report.set_back,
-            largest_set_back_s: report.largest_set_back.map(|(by, _)| by),
-            largest_set_back_at_s: report.largest_set_back.map(|(_, at)| at),
-            superseded: report.superseded,
-            before_start: report.before_start,
-            cut_off: report.cut_off.clone(),
-        }
-    }
-}
-
-impl From<&LogReport> for LogSummary {
-    fn from(report: &LogReport) -> Self {
-        Self {
-            source: report.source.clone(),
-            start_s: report.start,
-            channels: report.channels.iter().map(ChannelSummary::from).collect(),
-            missing: report.missing.iter().cloned().collect(),
-            absent: report.absent.clone(),
-        }
-    }
-}
 
 /// Means of one estimator's forces, of records that count.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -105,7 +14,6 @@ pub struct MeanForces {
     /// RMS of the stated standard deviation of N of each wheel, N. `None` if the estimator states none.
     pub normal_force_sigma: Option<[f64; 3]>,
     /// The same of T of each wheel, N.
-    #[serde(default)]
     pub traction_sigma: Option<[f64; 3]>,
     /// Mean needed friction T/N of each wheel, -; `None` for a wheel without load.
     #[serde(default)]
@@ -223,20 +131,5 @@ impl ForceSums {
             reading_absurd: absurd,
             out_of_range,
         })
-    }
-}
-
-impl MeanForces {
-    /// Whether every number is finite.
-    pub(super) fn is_finite(&self) -> bool {
-        let forces = self.normal_force.iter().chain(&self.traction);
-        let stated = self.normal_force_sigma.iter().chain(&self.traction_sigma);
-        let stated = stated.flatten().chain(&self.parity);
-        let needed = self
-            .needed_friction
-            .iter()
-            .chain(&self.largest_needed_friction);
-        let stated = stated.chain(needed.flatten());
-        forces.chain(stated).all(|v| v.is_finite())
     }
 }

@@ -11,10 +11,9 @@ mod tests;
 
 pub use clearance::ClearanceSummary;
 pub use file::Summary;
-pub use log::{ChannelSummary, LogSummary, MeanForces};
+pub use log::MeanForces;
 pub use parts::{
-    BrokenOff, EstimatorSummary, FrictionSummary, FrictionTestSummary, NominalRobot,
-    ProgressSummary, SensorErrors,
+    BrokenOff, EstimatorSummary, FrictionSummary, FrictionTestSummary, NominalRobot, SensorErrors,
 };
 pub use sink::SummarySink;
 pub use suspects::Suspicion;

@@ -6,7 +6,7 @@ use robhaz_estimator::{FrictionTestResult, TorqueScale};
 use robhaz_model::{Pin, Robot};
 use robhaz_run::{RunDescription, World};
 use robhaz_score::contact::FlagScores;
-use robhaz_score::{ForceErrors, GroundErrors, Progress, Score};
+use robhaz_score::{ForceErrors, GroundErrors, Score};
 use robhaz_sim::friction::FrictionKind;
 use robhaz_sim::sensors::DrawnErrors;
 use serde::{Deserialize, Serialize};
@@ -18,42 +18,6 @@ pub struct BrokenOff {
     pub reason: String,
     /// Simulated time of the last record, s.
     pub time_s: f64,
-}
-
-/// Travel of the robot, and whether it was stuck at the end: [`Progress`] with its units.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ProgressSummary {
-    /// Travel of the body along x, m, positive in the direction of `drive.speed`.
-    pub distance_m: f64,
-    /// Integral of the set speed of travel, m: that of the middle one of the three wheels' set speeds.
-    pub asked_m: f64,
-    /// Time since which the robot has not advanced, s; `None` where it advanced to the end.
-    pub stuck_since_s: Option<f64>,
-    /// Time for which each wheel spun against its set speed, s.
-    pub spinning_s: [f64; 3],
-}
-
-impl From<Progress> for ProgressSummary {
-    fn from(progress: Progress) -> Self {
-        Self {
-            distance_m: progress.distance,
-            asked_m: progress.asked,
-            stuck_since_s: progress.stuck_since,
-            spinning_s: progress.spinning,
-        }
-    }
-}
-
-impl ProgressSummary {
-    pub(super) fn is_finite(&self) -> bool {
-        let numbers = [self.distance_m, self.asked_m];
-        let since = self.stuck_since_s;
-        numbers
-            .iter()
-            .chain(&since)
-            .chain(&self.spinning_s)
-            .all(|v| v.is_finite())
-    }
 }
 
 /// The result of a friction test.
@@ -92,17 +56,6 @@ impl FrictionTestSummary {
             slipped_distance: result.slipped_distance,
             duration: result.duration,
         }
-    }
-
-    pub(super) fn is_finite(&self) -> bool {
-        let numbers = [
-            self.time,
-            self.mu_max,
-            self.sigma,
-            self.slipped_distance,
-            self.duration,
-        ];
-        numbers.iter().chain(&self.x).all(|v| v.is_finite())
     }
 
     /// The result in one line.
@@ -182,20 +135,6 @@ impl FrictionSummary {
         }
     }
 
-    pub(super) fn is_finite(&self) -> bool {
-        let numbers = [
-            self.mu_s,
-            self.mu_d,
-            self.v_s,
-            self.v_d,
-            self.rolling_resistance,
-        ];
-        numbers
-            .iter()
-            .chain(&self.slip_stiffness)
-            .all(|v| v.is_finite())
-    }
-
     /// The law in a few words; `None` for the default law without rolling resistance.
     pub(crate) fn in_words(&self) -> Option<String> {
         let stiffness = self
@@ -272,7 +211,7 @@ impl TorqueScaleSummary {
 }
 
 /// Errors of one estimator.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EstimatorSummary {
     /// Its label.
     #[serde(skip)]
@@ -285,27 +224,20 @@ pub struct EstimatorSummary {
     pub mean_normal_force: Option<[f64; 3]>,
     /// Stated standard deviation of N over the mean of N, -: [`robhaz_score::Statistics::stated`]. `None` if the
     /// estimator states none.
-    #[serde(default)]
     pub stated: Option<f64>,
     /// Share of errors of N within two stated standard deviations, -. `None` if the estimator states none.
-    #[serde(default)]
     pub coverage: Option<f64>,
     /// Mean NEES of the three N: 3 if the stated covariance is right. `None` if the estimator states none.
-    #[serde(default)]
     pub nees: Option<f64>,
     /// RMS of the errors of N, each over its stated standard deviation: 1 if these are right. `None` if the estimator states none.
-    #[serde(default)]
     pub error_over_stated: Option<f64>,
     /// Mean NIS of the parity residual: 1 if its expected variance is right. `None` if the estimator expects none.
-    #[serde(default)]
     pub nis: Option<f64>,
     /// Time by which the estimated N follow the true ones, s: [`robhaz_score::Statistics::lag`]. `None` where the truth hardly changes,
     /// and in the summaries of earlier versions.
-    #[serde(default)]
     pub lag_s: Option<f64>,
     /// Errors of the ground that the estimator has found. `None` if it finds none, for recorded readings, and in the summaries of
     /// earlier versions.
-    #[serde(default)]
     pub ground: Option<GroundErrors>,
     /// Number of records compared; without truth, of records with an estimate.
     pub samples: u64,
@@ -319,19 +251,17 @@ pub struct EstimatorSummary {
     #[serde(default)]
     pub no_equivalent: u64,
     /// Errors of the normal forces over the records at which no wheel has two contacts; `None` when there are none.
-    #[serde(default)]
     pub normal_force_at_one_contact: Option<ForceErrors>,
     /// How well contact states were found: in the air, two contacts, sliding. `None` if the estimator states none.
-    #[serde(default)]
     pub contacts: Option<FlagScores>,
     /// Channels whose readings contradicted others, over all records.
     #[serde(default, skip_serializing_if = "Suspects::is_empty")]
     pub suspects: Suspects,
     /// The torques against the weight at the end; of a recorded log alone.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub torque_scale: Option<TorqueScaleSummary>,
     /// Means over the records that count; of a recorded log alone.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub means: Option<MeanForces>,
 }
 
@@ -353,14 +283,6 @@ impl SensorErrors {
             rate_scale,
         }
     }
-
-    pub(super) fn is_finite(&self) -> bool {
-        let of_torques = self.torque_gain.iter().chain(&self.torque_offset);
-        let of_links = [&self.inclination_bias, &self.rate_bias, &self.rate_scale];
-        of_torques
-            .chain(of_links.into_iter().flatten())
-            .all(|v| v.is_finite())
-    }
 }
 
 impl NominalRobot {
@@ -375,20 +297,6 @@ impl NominalRobot {
             rotor_inertia: mass.rotor_inertia,
             wheel_radius: geometry.wheel_radius,
         }
-    }
-
-    pub(super) fn is_finite(&self) -> bool {
-        let points = self.pins.iter().chain([&self.body_cg]).flatten();
-        let numbers = [
-            self.viscous_damping,
-            self.wheel_inertia,
-            self.rotor_inertia,
-            self.wheel_radius,
-        ];
-        points
-            .chain(&self.link_masses)
-            .chain(&numbers)
-            .all(|v| v.is_finite())
     }
 }
 
@@ -405,16 +313,13 @@ impl EstimatorSummary {
             error_over_stated: score.normalised(),
             nis: score.nis(),
             lag_s: score.lag(),
-            ground: None,
             samples: score.samples(),
             missing: score.missing(),
             two_contacts: score.two_contacts(),
             no_equivalent: score.no_equivalent(),
             normal_force_at_one_contact: score.at_one_contact().normal_force(),
             contacts,
-            suspects: Suspects::new(),
-            torque_scale: None,
-            means: None,
+            ..Self::default()
         }
     }
 
@@ -426,48 +331,5 @@ impl EstimatorSummary {
             missing: if compared { self.missing } else { sums.missing },
             ..self
         }
-    }
-
-    /// The first key whose number JSON cannot hold.
-    pub(super) fn not_finite(&self) -> Option<String> {
-        let name = &self.name;
-        let forces = [
-            ("normal_force", &self.normal_force),
-            ("traction", &self.traction),
-            (
-                "normal_force_at_one_contact",
-                &self.normal_force_at_one_contact,
-            ),
-        ];
-        let of_forces = forces
-            .iter()
-            .find(|(_, errors)| errors.is_some_and(|e| !e.is_finite()));
-        let load = self.mean_normal_force.iter().flatten();
-        let stated = [
-            ("stated", self.stated),
-            ("coverage", self.coverage),
-            ("nees", self.nees),
-            ("error_over_stated", self.error_over_stated),
-            ("nis", self.nis),
-            ("lag_s", self.lag_s),
-        ];
-        let of_stated = stated
-            .iter()
-            .find(|(_, value)| value.is_some_and(|v| !v.is_finite()));
-        let contacts = self.contacts.is_some_and(|c| !c.is_finite());
-        let ground = self.ground.is_some_and(|errors| !errors.is_finite());
-        let of_means = self.means.as_ref().is_some_and(|m| !m.is_finite());
-        of_forces
-            .map(|(force, _)| *force)
-            .or(contacts.then_some("contacts"))
-            .or(ground.then_some("ground"))
-            .or(of_stated.map(|(key, _)| *key))
-            .or(of_means.then_some("means"))
-            .map(|key| format!("estimators.{name}.{key}"))
-            .or_else(|| {
-                load.copied()
-                    .find(|value| !value.is_finite())
-                    .map(|_| format!("estimators.{name}.mean_normal_force"))
-            })
     }
 }

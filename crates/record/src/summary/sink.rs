@@ -2,7 +2,7 @@
 
 use super::clearance::ClearanceSummary;
 use super::file::Summary;
-use super::log::{ForceSums, LogSummary};
+use super::log::ForceSums;
 use super::parts::{
     BrokenOff, ControlSummary, EstimatorSummary, FrictionSummary, FrictionTestSummary,
     NominalRobot, SensorErrors, TorqueScaleSummary,
@@ -11,7 +11,9 @@ use super::suspects::{Suspects, add_suspects};
 use crate::error::RecordError;
 use crate::felt_ground::FeltGrounds;
 use robhaz_estimator::TorqueScale;
-use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
+use robhaz_run::{
+    ClearanceNeed, EstimatorDescription, Frame, RunDescription, RunEnd, Sink, SinkError,
+};
 use robhaz_score::contact::ContactScore;
 use robhaz_score::events::{EventCounts, EventDetector};
 use robhaz_score::{ProgressMeter, Rule, Score};
@@ -21,24 +23,60 @@ use robhaz_sim::Truth;
 #[derive(Debug, Default)]
 pub struct SummarySink {
     run: Option<RunDescription>,
-    /// Scores of the estimators, in the order of the run; those of contact states where an estimator states them.
-    scores: Vec<(Score, Option<ContactScore>)>,
+    estimators: Vec<EstimatorSums>,
     /// Progress and events of a simulation.
     progress: Option<ProgressMeter>,
     events: Option<(EventDetector, EventCounts)>,
     /// Clearance so far.
     clearance: Option<ClearanceSummary>,
     grounds: FeltGrounds,
-    /// Sums over the estimates of a recorded log; empty for a simulation.
-    sums: Vec<ForceSums>,
-    /// The torques' scale of each estimator at its last estimate.
-    scales: Vec<Option<TorqueScale>>,
-    /// Suspect channels of each estimator.
-    suspects: Vec<Suspects>,
     rule: Option<Rule>,
     /// Whether a record had a truth.
     compared: bool,
     end: Option<RunEnd>,
+}
+
+/// Sums over the records of one estimator.
+#[derive(Debug)]
+struct EstimatorSums {
+    score: Score,
+    /// Where it states contact states.
+    contacts: Option<ContactScore>,
+    /// Of a recorded log.
+    forces: Option<ForceSums>,
+    /// The torques' scale at the last estimate that has one.
+    scale: Option<TorqueScale>,
+    suspects: Suspects,
+}
+
+impl EstimatorSums {
+    fn new(rule: Rule, states_contacts: bool, of_log: bool) -> Self {
+        Self {
+            score: Score::new(rule),
+            contacts: states_contacts.then(|| ContactScore::new(rule)),
+            forces: of_log.then(ForceSums::default),
+            scale: None,
+            suspects: Suspects::new(),
+        }
+    }
+
+    /// The summary of the estimator of a run, whose records had a truth if `compared`.
+    fn summary(&self, name: &str, run: &RunDescription, compared: bool) -> EstimatorSummary {
+        let contacts = self.contacts.as_ref().and_then(ContactScore::scores);
+        let summary = EstimatorSummary {
+            suspects: self.suspects.clone(),
+            ..EstimatorSummary::new(name, &self.score, contacts)
+        };
+        let Some(forces) = &self.forces else {
+            return summary;
+        };
+        let described = run.nominal_robot.mass.total();
+        let scale = self.scale.as_ref();
+        EstimatorSummary {
+            torque_scale: scale.map(|scale| TorqueScaleSummary::of(scale, described)),
+            ..summary.with_means(forces, compared)
+        }
+    }
 }
 
 impl SummarySink {
@@ -57,7 +95,12 @@ impl SummarySink {
         };
         let world = run.world.as_ref();
         let terrain = world.map(|w| w.terrain.build(&run.robot.robot));
-        let estimators = run.estimators.iter().zip(&self.scores).enumerate();
+        let estimators = run.estimators.iter().zip(&self.estimators).enumerate();
+        let summary =
+            |(k, (e, sums)): (usize, (&EstimatorDescription, &EstimatorSums))| EstimatorSummary {
+                ground: self.grounds.errors(k, terrain.as_ref()),
+                ..sums.summary(&e.label, run, self.compared)
+            };
         Ok(Summary {
             scene: run.name.clone(),
             engine: world.map(|w| w.engine.name().to_owned()),
@@ -73,7 +116,7 @@ impl SummarySink {
                 reason,
                 time_s: end.duration,
             }),
-            progress: self.progress.as_ref().map(|meter| meter.progress().into()),
+            progress: self.progress.as_ref().map(|meter| meter.progress()),
             events: self.events.as_ref().map(|(_, counts)| *counts),
             clearance: self.clearance.clone(),
             friction: world.map(FrictionSummary::of),
@@ -84,48 +127,21 @@ impl SummarySink {
                 .map(FrictionTestSummary::of)
                 .collect(),
             sensors: world.map(SensorErrors::of),
-            log: end.log.as_ref().map(LogSummary::from),
+            log: end.log.clone(),
             nominal: NominalRobot::of(run),
-            estimators: estimators
-                .map(|(k, (e, (score, contacts)))| {
-                    let estimator = EstimatorSummary {
-                        ground: self.grounds.errors(k, terrain.as_ref()),
-                        suspects: self.suspects.get(k).cloned().unwrap_or_default(),
-                        ..EstimatorSummary::new(
-                            &e.label,
-                            score,
-                            contacts.as_ref().and_then(ContactScore::scores),
-                        )
-                    };
-                    match self.sums.get(k) {
-                        Some(sums) => EstimatorSummary {
-                            torque_scale: self.scale(k, run.nominal_robot.mass.total()),
-                            ..estimator.with_means(sums, self.compared)
-                        },
-                        None => estimator,
-                    }
-                })
-                .collect(),
+            estimators: estimators.map(summary).collect(),
         })
-    }
-}
-
-impl SummarySink {
-    /// The torques' scale of an estimator, for a described mass of one side, kg.
-    fn scale(&self, index: usize, described: f64) -> Option<TorqueScaleSummary> {
-        let scale = self.scales.get(index)?.as_ref()?;
-        Some(TorqueScaleSummary::of(scale, described))
     }
 
     /// Adds a record with its truth.
     fn compare(&mut self, truth: &Truth, frame: &Frame<'_>) {
         let judged = self.rule.map(|rule| rule.judge(truth));
-        for (i, (score, contacts)) in self.scores.iter_mut().enumerate() {
+        for (i, sums) in self.estimators.iter_mut().enumerate() {
             let estimate = frame.estimates.get(i).and_then(|e| e.as_ref().ok());
             if let Some(judged) = &judged {
-                score.add_judged(truth.time, judged, estimate);
+                sums.score.add_judged(truth.time, judged, estimate);
             }
-            if let Some(contacts) = contacts {
+            if let Some(contacts) = &mut sums.contacts {
                 contacts.add(truth, estimate);
             }
         }
@@ -162,24 +178,15 @@ impl Sink for SummarySink {
         let world = run.world.as_ref();
         *self = Self {
             run: Some(run.clone()),
-            scores: run
+            estimators: run
                 .estimators
                 .iter()
-                .map(|e| {
-                    let contacts = e.settings.states_contacts();
-                    (Score::new(rule), contacts.then(|| ContactScore::new(rule)))
-                })
+                .map(|e| EstimatorSums::new(rule, e.settings.states_contacts(), world.is_none()))
                 .collect(),
             progress: world.map(|w| ProgressMeter::new(&w.drive, geometry.wheel_radius)),
             events: world.map(|_| (EventDetector::new(geometry.stop), EventCounts::default())),
             clearance: None,
             grounds: FeltGrounds::new(run),
-            sums: match world {
-                Some(_) => Vec::new(),
-                None => vec![ForceSums::default(); run.estimators.len()],
-            },
-            scales: vec![None; run.estimators.len()],
-            suspects: vec![Suspects::new(); run.estimators.len()],
             rule: Some(rule),
             compared: false,
             end: None,
@@ -193,19 +200,15 @@ impl Sink for SummarySink {
             self.compare(truth, frame);
         }
         self.grounds.add(frame);
-        for (suspects, estimate) in self.suspects.iter_mut().zip(frame.estimates) {
-            if let Ok(estimate) = estimate {
-                add_suspects(suspects, frame.time, estimate);
+        let counts = self.rule.is_some_and(|rule| rule.compares(frame.time));
+        for (sums, estimate) in self.estimators.iter_mut().zip(frame.estimates) {
+            let estimate = estimate.as_ref().ok();
+            if let Some(estimate) = estimate {
+                add_suspects(&mut sums.suspects, frame.time, estimate);
+                sums.scale = estimate.torque_scale.or(sums.scale);
             }
-        }
-        for (scale, estimate) in self.scales.iter_mut().zip(frame.estimates) {
-            if let Ok(estimate) = estimate {
-                *scale = estimate.torque_scale.or(*scale);
-            }
-        }
-        if self.rule.is_some_and(|rule| rule.compares(frame.time)) {
-            for (sums, estimate) in self.sums.iter_mut().zip(frame.estimates) {
-                sums.add(estimate.as_ref().ok());
+            if let Some(forces) = sums.forces.as_mut().filter(|_| counts) {
+                forces.add(estimate);
             }
         }
         Ok(())

@@ -1,15 +1,7 @@
-//! Columns of scores and events.
+//! The scores of a run: name, unit, meaning and value of each, declared once. `robhaz compare`, the pages and the dataset of a
+//! study take theirs from here.
 
-use robhaz_record::{EstimatorSummary, FrictionTestSummary, Summary};
-
-/// What is known of a run after its end.
-#[derive(Clone, Debug)]
-pub struct Outcome {
-    /// Its summary.
-    pub summary: Summary,
-    /// The Cramer-Rao bound: [`robhaz_score::Bound::nrmse`].
-    pub bound: Option<f64>,
-}
+use crate::summary::{EstimatorSummary, FrictionTestSummary, Summary};
 
 /// A column of scores or events.
 #[derive(Clone, Copy, Debug)]
@@ -21,7 +13,7 @@ pub struct ScoreColumn {
     /// Its meaning.
     pub description: &'static str,
     /// Whether it holds counts.
-    pub(crate) is_count: bool,
+    pub is_count: bool,
     of: Of,
 }
 
@@ -31,13 +23,15 @@ enum Of {
     /// A score of one estimator.
     Estimator(fn(&EstimatorSummary) -> Option<f64>),
     /// A value of the run, the same for all its estimators.
-    Run(fn(&Outcome) -> Option<f64>),
+    Run(fn(&Summary) -> Option<f64>),
+    /// The Cramer-Rao bound of the run: [`robhaz_score::Bound::nrmse`]. A summary does not have it.
+    Bound,
 }
 
-/// A column an entry: name, unit, meaning, value. A count has the unit `#`.
+/// A score an entry: name, unit, meaning, value. A count has the unit `#`.
 macro_rules! columns {
-    ($($owner:ident $name:literal, $unit:literal, $description:literal: $of:expr;)*) => {
-        &[$(ScoreColumn::new($name, $unit, $description, Of::$owner($of))),*]
+    ($($owner:ident $name:literal, $unit:literal, $description:literal $(: $of:expr)?;)*) => {
+        &[$(ScoreColumn::new($name, $unit, $description, Of::$owner$(($of))?)),*]
     };
 }
 
@@ -79,27 +73,26 @@ static COLUMNS: &[ScoreColumn] = columns! {
     Estimator "two_contacts", "#", "records compared at which a wheel has two contacts": |e| number(e.two_contacts);
     Estimator "no_equivalent", "#", "records left out: no single contact is equivalent to those of a wheel":
         |e| number(e.no_equivalent);
-    Run "bound", "", "Cramer-Rao bound of nrmse from one sample; null where torques and contact angles are exact":
-        |run| run.bound;
-    Run "duration", "s", "simulated time": |run| Some(run.summary.duration_s);
+    Bound "bound", "", "Cramer-Rao bound of nrmse from one sample; null where torques and contact angles are exact";
+    Run "duration", "s", "simulated time": |run| Some(run.duration_s);
     Run "distance", "m", "travel of the body along x, positive in the direction of drive.speed":
-        |run| Some(run.summary.progress?.distance_m);
-    Run "asked_distance", "m", "integral of the set speed of travel": |run| Some(run.summary.progress?.asked_m);
+        |run| Some(run.progress?.distance);
+    Run "asked_distance", "m", "integral of the set speed of travel": |run| Some(run.progress?.asked);
     Run "stuck_since", "s", "time since which the robot has not advanced; null where it advanced to the end":
-        |run| run.summary.progress?.stuck_since_s;
-    Run "spinning_front", "s", "time for which the front wheel spun": |run| Some(run.summary.progress?.spinning_s[0]);
-    Run "spinning_middle", "s", "time for which the middle wheel spun": |run| Some(run.summary.progress?.spinning_s[1]);
-    Run "spinning_rear", "s", "time for which the rear wheel spun": |run| Some(run.summary.progress?.spinning_s[2]);
-    Run "contact_lost_events", "#", "how often a wheel lost its contact": |run| number(run.summary.events?.contact_lost);
+        |run| run.progress?.stuck_since;
+    Run "spinning_front", "s", "time for which the front wheel spun": |run| Some(run.progress?.spinning[0]);
+    Run "spinning_middle", "s", "time for which the middle wheel spun": |run| Some(run.progress?.spinning[1]);
+    Run "spinning_rear", "s", "time for which the rear wheel spun": |run| Some(run.progress?.spinning[2]);
+    Run "contact_lost_events", "#", "how often a wheel lost its contact": |run| number(run.events?.contact_lost);
     Run "two_contact_events", "#", "how often a wheel with one contact got a second one":
-        |run| number(run.summary.events?.two_contacts);
-    Run "slip_events", "#", "how often a wheel began to slip": |run| number(run.summary.events?.slips);
-    Run "end_stop_events", "#", "how often pin Q reached an end stop": |run| number(run.summary.events?.end_stops);
+        |run| number(run.events?.two_contacts);
+    Run "slip_events", "#", "how often a wheel began to slip": |run| number(run.events?.slips);
+    Run "end_stop_events", "#", "how often pin Q reached an end stop": |run| number(run.events?.end_stops);
     Run "least_clearance", "m", "least distance of body and links to the ground":
-        |run| Some(run.summary.clearance.as_ref()?.least_m);
+        |run| Some(run.clearance.as_ref()?.least_m);
     Run "touch_events", "#", "how often body or links began to touch the ground, whose force is not modelled":
-        |run| number(run.summary.clearance.as_ref()?.touches);
-    Run "friction_tests", "#", "friction tests that were made": |run| number(run.summary.friction_tests.len() as u64);
+        |run| number(run.clearance.as_ref()?.touches);
+    Run "friction_tests", "#", "friction tests that were made": |run| number(run.friction_tests.len() as u64);
     Run "friction_tests_slipped", "#", "friction tests that ended in slip, so that mu_max was found":
         |run| number(slipped(run).count() as u64);
     Run "friction_test_mu_max", "", "mean of mu_max over the friction tests that ended in slip; null without one":
@@ -112,8 +105,8 @@ fn number(count: u64) -> Option<f64> {
 }
 
 /// The friction tests that ended in slip.
-fn slipped(run: &Outcome) -> impl Iterator<Item = &FrictionTestSummary> {
-    run.summary.friction_tests.iter().filter(|t| t.ramps > 0)
+fn slipped(run: &Summary) -> impl Iterator<Item = &FrictionTestSummary> {
+    run.friction_tests.iter().filter(|t| t.ramps > 0)
 }
 
 impl ScoreColumn {
@@ -138,11 +131,17 @@ impl ScoreColumn {
         COLUMNS
     }
 
-    /// The value for one estimator of a run; `None` where there is none, or it is not finite.
-    pub fn value(&self, outcome: &Outcome, estimator: Option<&EstimatorSummary>) -> Option<f64> {
+    /// The value for one estimator of a run with this `bound`; `None` where there is none, or it is not finite.
+    pub fn value(
+        &self,
+        run: &Summary,
+        bound: Option<f64>,
+        estimator: Option<&EstimatorSummary>,
+    ) -> Option<f64> {
         let value = match self.of {
             Of::Estimator(of) => of(estimator?),
-            Of::Run(of) => of(outcome),
+            Of::Run(of) => of(run),
+            Of::Bound => bound,
         };
         value.filter(|value| value.is_finite())
     }
