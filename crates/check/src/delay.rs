@@ -18,11 +18,12 @@ pub struct Allowed {
 
 /// Standard deviations beyond what is allowed.
 const GATE: f64 = 2.0;
-/// Least improvement of the fit over the best allowed delay: the square of two standard deviations. The deviation of a delay
-/// holds near it only; the fit tells whether it is much better than without.
-const IMPROVEMENT: f64 = 4.0;
-/// Least number of independent residuals: with fewer the deviation itself is known to a sixth only, 1/sqrt(2 n).
-const LEAST_INDEPENDENT: f64 = 20.0;
+/// Least improvement of the fit over the best allowed delay: the square of three standard deviations, 0.3 % by chance. The
+/// deviation of a delay holds near it only; the fit tells whether it is much better than without.
+const IMPROVEMENT: f64 = 9.0;
+/// Least length of a log in times over which residuals may be correlated. With fewer the correlation, and with it the
+/// deviation, is known to a sixth only, 1/sqrt(2 n).
+const LEAST_LENGTH: f64 = 20.0;
 
 impl Allowed {
     /// With half the period of the slower channel (s): its readings show no shorter delay.
@@ -40,7 +41,7 @@ impl Allowed {
         let beyond = (delay.seconds - self.late).max(-self.early - delay.seconds);
         let is_certain = delay.improvement > IMPROVEMENT
             && delay.explained > self.explained
-            && delay.independent >= LEAST_INDEPENDENT;
+            && delay.length >= LEAST_LENGTH;
         if beyond <= 0.0 {
             Verdict::Ok
         } else if is_certain && beyond > GATE * delay.sigma {
@@ -63,8 +64,8 @@ pub struct Delay {
     /// How much better than at the best of the allowed delays: difference of the residuals' sums of squares over their
     /// variance, chi-square with one degree of freedom if there is no delay.
     pub improvement: f64,
-    /// Number of independent residuals.
-    pub independent: f64,
+    /// Length of the signals in times over which residuals may be correlated, less the coefficients.
+    pub length: f64,
 }
 
 /// The delay, within `longest` steps of `dt` (s), at which the regressors explain `y` best; between steps by a parabola.
@@ -113,8 +114,8 @@ pub fn delay<const K: usize>(
     let shifted = x.map(|x| delayed(x, lag));
     let refs: [&[f64]; K] = core::array::from_fn(|k| shifted[k].as_slice());
     let left_over = residuals(y, &refs, &here);
-    let memory = correlation(&left_over, &slope(x, &refs, lag, &here)?, memory);
-    let independent = here.count as f64 / memory - K as f64;
+    let correlated = correlation(&left_over, &slope(x, &refs, lag, &here)?, memory);
+    let independent = here.count as f64 / correlated - K as f64;
     if independent <= 0.0 {
         return None;
     }
@@ -126,7 +127,7 @@ pub fn delay<const K: usize>(
         seconds: (lag as f64 + shift) * dt,
         sigma: (2.0 * cost(&here) / (curvature * independent)).sqrt() * dt,
         explained: here.explained,
-        independent,
+        length: here.count as f64 / memory.max(1) as f64 - K as f64,
         improvement: (independent * (least / cost(&here) - 1.0)).max(0.0),
     })
 }
@@ -188,7 +189,7 @@ mod tests {
                 seconds,
                 sigma,
                 improvement,
-                independent: 40.0,
+                length: 40.0,
                 explained,
             };
             allowed.judge(&delay)

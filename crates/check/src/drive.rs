@@ -10,7 +10,7 @@
 //! with the same a and b, not both positive, for all wheels, whatever the common set speed is. The pairing of torques and
 //! encoders, and the signs, that this explains best are the true ones.
 
-use crate::delay::{Allowed, delay};
+use crate::delay::{Allowed, Delay, delay};
 use crate::links::{in_words, with_numbers};
 use crate::motion::Motion;
 use crate::recording::Recording;
@@ -316,6 +316,11 @@ fn late(recording: &Recording, [torque, angle, speed]: &[Vec<f64>; 3]) -> Findin
     let remedy = "drive under speed control over an obstacle, so that the wheels' torques differ";
     let Some(found) = found.filter(|d| d.explained > EXPLAINED) else {
         return Finding::cannot_tell(DELAY, channel, "torques do not follow the encoders", remedy);
+    };
+    // The wheels are one behind the other in these signals, at the same times: only the time counts.
+    let found = Delay {
+        length: found.length / 3.0,
+        ..found
     };
     let figure = in_words(&found);
     match allowed.judge(&found) {
