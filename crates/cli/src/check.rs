@@ -3,7 +3,7 @@
 use crate::estimate::{describe, shown};
 use crate::terminal::{tell, warn_of};
 use miette::{IntoDiagnostic, Result, bail};
-use robhaz_check::{Finding, Report, Stated, Verdict, check};
+use robhaz_log::check::{Finding, Report, Stated, Verdict, check};
 use robhaz_log::{Log, LogOptions, LogPlace};
 use robhaz_record::time_lines;
 use robhaz_run::{ChannelReport, LogReport};

@@ -1,4 +1,5 @@
-//! Recorded logs as a source of readings: Parquet, CSV and MCAP; folders of runs.
+//! Recorded logs as a source of readings: Parquet, CSV and MCAP; folders of runs. [`check`](mod@check) tells whether a log is what the
+//! estimators take it for.
 //!
 //! ```text
 //! files -> Rows of each channel -> Frames on one time -> SensorFrame -> (the loop of crate `run`)
@@ -19,6 +20,7 @@
 //! cannot be used is refused before anything is written. Its rows are kept, up to 128 MB; a longer log is read again.
 
 mod cdr;
+pub mod check;
 mod csv_table;
 mod error;
 mod events;

@@ -1,6 +1,6 @@
 //! Health of `best` on honest and faulty readings: a contradiction must be reported soon, and honest sensors must raise none.
 //!
-//! A flag that honest sensors raise is soon ignored. `cargo test --release -p robhaz-check --test check health:: -- --ignored
+//! A flag that honest sensors raise is soon ignored. `cargo test --release -p robhaz-log --test check health:: -- --ignored
 //! --nocapture` repeats the study over 100 seeds of all scenes.
 
 use crate::common::faults::fault;

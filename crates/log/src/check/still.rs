@@ -1,7 +1,7 @@
 //! Channels that do not change, and channels at the end of their range.
 
-use crate::report::Finding;
-use crate::rewire::Channel;
+use crate::check::report::Finding;
+use crate::check::rewire::Channel;
 use robhaz_estimator::{NoiseBudget, SensorFrame};
 use std::f64::consts::TAU;
 

@@ -5,14 +5,14 @@
 //! for radians, and a link that follows the other link's gyroscope exchanged channels. That of the second is the scale of
 //! the encoders: 1/57.3 if they are in degrees, negative if it is the inclinometer whose sign is wrong.
 
-use crate::delay::{Allowed, Delay, delay};
-use crate::fit::robust_fit;
-use crate::ground::Signs;
-use crate::motion::Motion;
-use crate::recording::Recording;
-use crate::report::{Finding, Verdict};
-use crate::rewire::{Change, Channel, Tested};
-use crate::signal::{derivative, difference, integral, rms, smooth, zip};
+use crate::check::delay::{Allowed, Delay, delay};
+use crate::check::fit::robust_fit;
+use crate::check::ground::Signs;
+use crate::check::motion::Motion;
+use crate::check::recording::Recording;
+use crate::check::report::{Finding, Verdict};
+use crate::check::rewire::{Change, Channel, Tested};
+use crate::check::signal::{derivative, difference, integral, rms, smooth, zip};
 use robhaz_estimator::NoiseBudget;
 use robhaz_model::{Carrier, GRAVITY, Robot};
 use std::f64::consts::TAU;

@@ -1,11 +1,11 @@
 //! Honest logs of all lengths, rates and speeds: `check` must not call them faulty. A user who gets false alarms ignores
 //! the true ones.
 //!
-//! `cargo test --release -p robhaz-check --test check honest_logs:: -- --ignored --nocapture` runs 2 400 logs and prints each alarm.
+//! `cargo test --release -p robhaz-log --test check honest_logs:: -- --ignored --nocapture` runs 2 400 logs and prints each alarm.
 
 use crate::common::{Failure, SOFT, readings_of, report, scene};
 use rayon::prelude::*;
-use robhaz_check::{Report, Verdict};
+use robhaz_log::check::{Report, Verdict};
 use robhaz_sim::Truth;
 use robhaz_study::TruthRun;
 use std::collections::BTreeMap;

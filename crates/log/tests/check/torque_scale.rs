@@ -7,8 +7,8 @@
 
 use crate::common::{Failure, SOFT, readings, scene};
 use rayon::prelude::*;
-use robhaz_check::{Finding, Stated, Verdict, check};
 use robhaz_estimator::{Channels, Estimator, EstimatorSettings, Flags, SensorFrame, TorqueScale};
+use robhaz_log::check::{Finding, Stated, Verdict, check};
 use robhaz_masses::Tolerances;
 use robhaz_scene::Scene;
 use robhaz_study::TruthRun;

@@ -1,7 +1,7 @@
 //! Motion of the robot as encoders and inclinometers show it.
 
-use crate::recording::Recording;
-use crate::signal::{derivative, median, smooth, zip};
+use crate::check::recording::Recording;
+use crate::check::signal::{derivative, median, smooth, zip};
 use robhaz_model::{Robot, Vec2};
 
 /// Time over which speeds and angles are averaged, s.

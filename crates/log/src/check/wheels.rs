@@ -1,10 +1,10 @@
 //! Encoders against each other: signs and counts.
 
-use crate::motion::Motion;
-use crate::recording::Recording;
-use crate::report::Finding;
-use crate::rewire::{Change, Channel, Tested};
-use crate::signal::{median, zip};
+use crate::check::motion::Motion;
+use crate::check::recording::Recording;
+use crate::check::report::Finding;
+use crate::check::rewire::{Change, Channel, Tested};
+use crate::check::signal::{median, zip};
 use robhaz_model::Robot;
 
 /// Difference of the turns of a wheel from those of the others that is a fault, -: more than slip makes, less than any mistake

@@ -1,13 +1,13 @@
 //! Faults of wiring, units and sensors against `check`: a fault that the readings show must be found under the name of its
 //! channel, honest readings must not be called faulty.
 //!
-//! `cargo test --release -p robhaz-check --test check study:: -- --ignored --nocapture` prints the table of
+//! `cargo test --release -p robhaz-log --test check study:: -- --ignored --nocapture` prints the table of
 //! `docs/on-your-robot.md`.
 
 use crate::common::faults::{FAULTS, Fault};
 use crate::common::{Failure, SOFT, readings, report, scene};
 use rayon::prelude::*;
-use robhaz_check::Report;
+use robhaz_log::check::Report;
 use robhaz_study::TruthRun;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -43,9 +43,10 @@ fn words(report: &Report) -> Vec<String> {
 
 /// Whether a fault was found under the name of one of its channels, and whether a remedy names it exactly.
 fn found(fault: &Fault, report: &Report) -> (bool, bool) {
-    let named = |f: &robhaz_check::Finding| fault.channels.iter().any(|c| f.channel.contains(c));
+    let named =
+        |f: &robhaz_log::check::Finding| fault.channels.iter().any(|c| f.channel.contains(c));
     let exact =
-        |f: &robhaz_check::Finding| f.remedy.as_ref().is_some_and(|r| r.contains(fault.exact));
+        |f: &robhaz_log::check::Finding| f.remedy.as_ref().is_some_and(|r| r.contains(fault.exact));
     let channel = report.faults().any(named);
     (channel, channel && report.faults().any(exact))
 }

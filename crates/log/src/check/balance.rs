@@ -10,12 +10,12 @@
 //! where J = J_wheel + J_rotor. All coefficients are known from the drawings. Wrong signs leave a larger remainder than
 //! right ones.
 
-use crate::course::{Course, STEP, fused};
-use crate::ground::scale_of;
-use crate::motion::Motion;
-use crate::recording::Recording;
-use crate::report::Finding;
-use crate::signal::{derivative, median, rms, smooth, zip};
+use crate::check::course::{Course, STEP, fused};
+use crate::check::ground::scale_of;
+use crate::check::motion::Motion;
+use crate::check::recording::Recording;
+use crate::check::report::Finding;
+use crate::check::signal::{derivative, median, rms, smooth, zip};
 use robhaz_model::{GRAVITY, Robot};
 
 /// Time over which torques are averaged, s.

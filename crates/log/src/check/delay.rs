@@ -1,8 +1,8 @@
 //! Delays between channels, and when they are a fault.
 
-use crate::fit::{Fit, fit, residuals};
-use crate::report::Verdict;
-use crate::signal::delayed;
+use crate::check::fit::{Fit, fit, residuals};
+use crate::check::report::Verdict;
+use crate::check::signal::delayed;
 
 /// Delays that channels may have, s: of the later one, from `-early` to `late`.
 #[derive(Clone, Copy, Debug)]
@@ -18,9 +18,9 @@ pub struct Allowed {
 
 /// Standard deviations beyond what is allowed.
 const GATE: f64 = 2.0;
-/// Least improvement of the fit over the best allowed delay: the square of three standard deviations, 0.3 % by chance. The
-/// deviation of a delay holds near it only; the fit tells whether it is much better than without.
-const IMPROVEMENT: f64 = 9.0;
+/// Least improvement of the fit over the best allowed delay: the square of two standard deviations. The deviation of a delay
+/// holds near it only; the fit tells whether it is much better than without.
+const IMPROVEMENT: f64 = 4.0;
 /// Least length of a log in times over which residuals may be correlated. With fewer the correlation, and with it the
 /// deviation, is known to a sixth only, 1/sqrt(2 n).
 const LEAST_LENGTH: f64 = 20.0;
@@ -174,7 +174,7 @@ fn correlation(residuals: &[f64], slope: &[f64], longest: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::tests::wave;
+    use crate::check::fit::tests::wave;
 
     /// A delay that is allowed, one that is beyond, and two that only look so.
     #[test]

@@ -11,10 +11,10 @@
 //! where lambda is the distance of the axles. The lambda that fits best, over the true one, is the scale of the encoders.
 //! The means of both sides differ where the inclinometers have different offsets.
 
-use crate::course::{Course, Links, STEP};
-use crate::report::{Finding, Verdict};
-use crate::rewire::{Change, Channel, Tested};
-use crate::signal::{median, rms, zip};
+use crate::check::course::{Course, Links, STEP};
+use crate::check::report::{Finding, Verdict};
+use crate::check::rewire::{Change, Channel, Tested};
+use crate::check::signal::{median, rms, zip};
 use robhaz_estimator::NoiseBudget;
 use robhaz_model::{GRAVITY, Robot};
 

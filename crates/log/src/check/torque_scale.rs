@@ -1,6 +1,6 @@
 //! The torques against the weight, as `best` has found them: [`robhaz_estimator::TorqueScale`].
 
-use crate::report::Finding;
+use crate::check::report::Finding;
 use robhaz_estimator::TorqueScale;
 use robhaz_model::Robot;
 

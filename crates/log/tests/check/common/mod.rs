@@ -2,8 +2,8 @@
 
 pub mod faults;
 
-use robhaz_check::{Report, Stated, check};
 use robhaz_estimator::SensorFrame;
+use robhaz_log::check::{Report, Stated, check};
 use robhaz_run::sensor_frame;
 use robhaz_scene::Scene;
 use robhaz_sim::Truth;

@@ -1,6 +1,6 @@
 //! Channels of a frame, and changes of their wiring: factors, signs and exchanges.
 
-use crate::report::Finding;
+use crate::check::report::Finding;
 use robhaz_estimator::SensorFrame;
 use std::fmt;
 

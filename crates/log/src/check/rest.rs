@@ -1,8 +1,8 @@
 //! Zeros and noise while the robot stands, before it moves for the first time.
 
-use crate::recording::Recording;
-use crate::report::{Finding, Verdict};
-use crate::signal::rms;
+use crate::check::recording::Recording;
+use crate::check::report::{Finding, Verdict};
+use crate::check::signal::rms;
 use robhaz_estimator::NoiseBudget;
 
 /// Shortest rest that is used, s.

@@ -3,8 +3,8 @@
 //! Wheels that turn at a steady speed are a clock, too: where all three have turned by much more or less than the time
 //! stamps say, the clock was set.
 
-use crate::report::Finding;
-use crate::signal::median;
+use crate::check::report::Finding;
+use crate::check::signal::median;
 use robhaz_estimator::SensorFrame;
 
 /// Time over which speeds before and after a step are taken, s.

@@ -1,6 +1,6 @@
 //! Least squares with few coefficients, and delays between signals.
 
-use crate::signal::median;
+use crate::check::signal::median;
 use nalgebra::{SMatrix, SVector};
 
 /// Coefficients of a least-squares fit.

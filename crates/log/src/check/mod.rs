@@ -39,11 +39,11 @@ mod wheels;
 
 pub use report::{Finding, Report, Verdict};
 
-use clock::Clock;
-use course::Course;
-use motion::Motion;
-use recording::Recording;
-use rewire::{Change, Channel, Tested};
+use self::clock::Clock;
+use self::course::Course;
+use self::motion::Motion;
+use self::recording::Recording;
+use self::rewire::{Change, Channel, Tested};
 use robhaz_estimator::{EstimatorSettings, NoiseBudget, SensorFrame};
 use robhaz_model::Robot;
 use std::borrow::Cow;

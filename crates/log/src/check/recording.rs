@@ -1,7 +1,7 @@
 //! Readings of a log on equal steps of time.
 
-use crate::clock::Clock;
-use crate::signal::median;
+use crate::check::clock::Clock;
+use crate::check::signal::median;
 use robhaz_estimator::SensorFrame;
 
 /// Longest time without a reading that is bridged by a straight line, s; two periods of a slower channel.

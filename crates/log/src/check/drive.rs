@@ -10,13 +10,13 @@
 //! with the same a and b, not both positive, for all wheels, whatever the common set speed is. The pairing of torques and
 //! encoders, and the signs, that this explains best are the true ones.
 
-use crate::delay::{Allowed, Delay, delay};
-use crate::links::{in_words, with_numbers};
-use crate::motion::Motion;
-use crate::recording::Recording;
-use crate::report::{Finding, Verdict};
-use crate::rewire::Channel;
-use crate::signal::{high_pass, smooth};
+use crate::check::delay::{Allowed, Delay, delay};
+use crate::check::links::{in_words, with_numbers};
+use crate::check::motion::Motion;
+use crate::check::recording::Recording;
+use crate::check::report::{Finding, Verdict};
+use crate::check::rewire::Channel;
+use crate::check::signal::{high_pass, smooth};
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 use robhaz_estimator::NoiseBudget;
 

@@ -4,14 +4,14 @@
 //! acceleration with a positive coefficient, whatever the control is. All three negative ones mean the torques, or the
 //! encoders: these, if the inclinometers show the acceleration the other way round, too.
 
-use crate::fit::fit;
-use crate::links::Sign;
-use crate::motion::Motion;
-use crate::recording::Recording;
-use crate::report::Finding;
-use crate::rest::rest;
-use crate::rewire::{Change, Channel, Tested};
-use crate::signal::smooth;
+use crate::check::fit::fit;
+use crate::check::links::Sign;
+use crate::check::motion::Motion;
+use crate::check::recording::Recording;
+use crate::check::report::Finding;
+use crate::check::rest::rest;
+use crate::check::rewire::{Change, Channel, Tested};
+use crate::check::signal::smooth;
 
 /// Time from the first motion on that counts as the start, and as much rest before it as there is, s.
 const START: f64 = 1.0;

@@ -1,13 +1,13 @@
 //! The estimator's own judgement: [`robhaz_estimator::Health`] of `best` over the whole log, and over the same log with
 //! its wheels and links wired otherwise.
 //!
-//! Which torque belongs to which encoder, the speed control shows ([`crate::drive`]). That leaves the wheel to which both
+//! Which torque belongs to which encoder, the speed control shows ([`crate::check::drive`]). That leaves the wheel to which both
 //! belong, and the link of gyroscope and inclinometer: 12 wirings, 72 if the torques show nothing. `best` runs with each;
 //! the one with the least mean NIS fits best.
 
-use crate::drive::ORDERS;
-use crate::report::{Finding, Verdict};
-use crate::rewire::Channel;
+use crate::check::drive::ORDERS;
+use crate::check::report::{Finding, Verdict};
+use crate::check::rewire::Channel;
 use robhaz_estimator::{Channels, Estimator, EstimatorSettings, Flags, SensorFrame, TorqueScale};
 use robhaz_model::Robot;
 

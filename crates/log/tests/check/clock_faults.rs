@@ -1,6 +1,6 @@
 //! Clocks that are set, and gaps: what `best` states as trusted stays within what it states.
 //!
-//! `cargo test --release -p robhaz-check --test check clock_faults:: -- --ignored --nocapture` runs the study.
+//! `cargo test --release -p robhaz-log --test check clock_faults:: -- --ignored --nocapture` runs the study.
 
 use crate::common::{Failure, SOFT, readings_of, scene};
 use rayon::prelude::*;

@@ -1,8 +1,8 @@
 //! Readings along the path, and the curve of the axles that they show.
 
-use crate::motion::Motion;
-use crate::recording::Recording;
-use crate::signal::{integral, smooth, zip};
+use crate::check::motion::Motion;
+use crate::check::recording::Recording;
+use crate::check::signal::{integral, smooth, zip};
 use robhaz_model::{Robot, Vec2};
 
 /// Step of the path, m.
