@@ -182,8 +182,8 @@ fn model_errors_dominate_the_error_that_is_left() {
 /// levels.
 #[test]
 fn best_meets_its_levels_on_other_terrain_and_geometry() {
-    // Friction in the plant and in the reading are equivalent, as `smooth` shows for both drives.
-    let included = |case: &str| case != "friction in the plant";
+    // Friction as on `smooth`, where the one in the plant and the one in the reading are equivalent, is part of the CAD errors.
+    let included = |case: &str| !case.starts_with("friction");
     for name in ["cosbump", "sine", "flat", "rough"] {
         assert_levels(name, &[], 5, 1.3, included);
     }

@@ -331,20 +331,20 @@ fn large_files_full_of_mistakes_have_short_messages() {
         &lines(&|i| format!("key{i} = 1\n"), 8000),
         "and 7 980 more problems",
     );
-    refused("syntax.toml", &"= = =\n".repeat(100_000), "more problems");
+    refused("syntax.toml", &"= = =\n".repeat(20_000), "more problems");
     refused(
         "long.toml",
-        &format!("drive.kp = \"{}\"", "1".repeat(5_000_000)),
+        &format!("drive.kp = \"{}\"", "1".repeat(1_000_000)),
         "allowed: a number",
     );
     refused(
         "wide.toml",
-        &format!("{} = 1", "k".repeat(5_000_000)),
+        &format!("{} = 1", "k".repeat(1_000_000)),
         "unknown key",
     );
     refused(
         "array.toml",
-        &format!("drive.kp = [{}]", "0,".repeat(490_000)),
+        &format!("drive.kp = [{}]", "0,".repeat(100_000)),
         "allowed: a number",
     );
     refused(
@@ -354,17 +354,17 @@ fn large_files_full_of_mistakes_have_short_messages() {
     );
     refused(
         "words.csv",
-        &lines(&|i| format!("{i} high\n"), 50_000),
+        &lines(&|i| format!("{i} high\n"), 10_000),
         "separator comma",
     );
     refused(
         "cells.csv",
-        &lines(&|i| format!("{i},high\n"), 50_000),
+        &lines(&|i| format!("{i},high\n"), 10_000),
         "cells.csv:1: terrain.file: found \"high\" in column 2",
     );
     refused(
         "back.csv",
-        &lines(&|i| format!("{};0,1\n", 1000 - i % 2), 50_000),
+        &lines(&|i| format!("{};0,1\n", 1000 - i % 2), 10_000),
         "back.csv:2: terrain.file: found x = 999 m",
     );
     let points = lines(&|i| format!("[{}, 0],\n", i as f64 / 1000.0), 100_001);
