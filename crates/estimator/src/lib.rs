@@ -104,7 +104,7 @@ pub use friction_test::{
     FrictionTest, FrictionTestEnd, FrictionTestPhase, FrictionTestResult, RampLimit, together,
 };
 pub use ground::{FrictionBounds, GroundPoint};
-pub use health::{Channels, Health};
+pub use health::{Channels, DRIVING_SPEED, Health, LATE_TORQUE, PAIRINGS};
 pub use settings::{
     ContactAngles, EstimatorSettings, Filters, KalmanMethod, Masses, Method, NoiseBudget,
     PaperMethod,

@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 /// Start of the names of tables of estimates.
 const ESTIMATE: &str = "estimate-";
 /// What a table of forces may have of each wheel, in the order of the message. The first two are required.
-const FORCE_COLUMNS: [&str; PARTS] = [
+const FORCE_COLUMNS: [&str; NUMBERS / 3] = [
     "normal_force",
     "traction",
     "normal_force_sigma",
@@ -30,7 +30,8 @@ const FORCE_COLUMNS: [&str; PARTS] = [
     "needed_friction",
     "needed_friction_sigma",
 ];
-const PARTS: usize = 7;
+/// Numbers of a message: those of one kind of all wheels, then those of the next.
+const NUMBERS: usize = 21;
 
 /// What a format holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,8 +59,9 @@ struct Forces {
     name: String,
     path: PathBuf,
     rows: Box<dyn Rows>,
-    /// Column of each number of [`FORCE_COLUMNS`] of each wheel, by wheel.
-    cells: [[Option<usize>; 3]; PARTS],
+    /// Its columns, and the place of each in the message.
+    columns: Vec<String>,
+    places: Vec<usize>,
     /// A row that is later than the last row of readings.
     ahead: Option<Row>,
     ended: bool,
@@ -161,17 +163,15 @@ impl Forces {
     fn open(name: String, path: PathBuf) -> Result<Self, LogError> {
         let format = TableFormat::of(&path).ok_or_else(|| TableFormat::refusal(&path))?;
         let found = format.columns(&path)?;
-        let mut columns = Vec::new();
-        let mut cells = [[None; 3]; PARTS];
-        for (cells, part) in cells.iter_mut().zip(FORCE_COLUMNS) {
-            for (i, cell) in cells.iter_mut().enumerate() {
-                let column = format!("wheel{}_{part}", i + 1);
-                if found.iter().any(|c| c.name == column) {
-                    *cell = Some(columns.len());
-                    columns.push(column);
-                } else if FORCE_COLUMNS[..2].contains(&part) {
-                    return Err(LogError::whole(&path, format!("has no column {column}")));
-                }
+        let (mut columns, mut places) = (Vec::new(), Vec::new());
+        for place in 0..NUMBERS {
+            let (part, wheel) = (place / 3, place % 3 + 1);
+            let column = format!("wheel{wheel}_{}", FORCE_COLUMNS[part]);
+            if found.iter().any(|c| c.name == column) {
+                columns.push(column);
+                places.push(place);
+            } else if part < 2 {
+                return Err(LogError::whole(&path, format!("has no column {column}")));
             }
         }
         let place = TablePlace {
@@ -183,7 +183,8 @@ impl Forces {
             name,
             rows: place.open(&columns)?,
             path,
-            cells,
+            columns,
+            places,
             ahead: None,
             ended: false,
         })
@@ -195,8 +196,8 @@ impl Forces {
         Ok(())
     }
 
-    /// The row of a time (s), in the order of [`FORCE_COLUMNS`]; `None` where the table has none.
-    fn at(&mut self, time: f64) -> Result<Option<[[f64; 3]; PARTS]>, LogError> {
+    /// The cells of the row of a time (s), in the order of the columns; `None` where the table has none.
+    fn at(&mut self, time: f64) -> Result<Option<Vec<Option<f64>>>, LogError> {
         // Times of one run are equal to the bit; those of its tables as text too.
         const SAME: f64 = 1e-9;
         loop {
@@ -213,13 +214,18 @@ impl Forces {
                 return Ok(None);
             }
             if difference >= -SAME {
-                let number = |cell: Option<usize>| -> Option<f64> { *row.cells.get(cell?)? };
-                let numbers = self
-                    .cells
-                    .map(|c| c.map(|cell| number(cell).unwrap_or(f64::NAN)));
-                return Ok(Some(numbers));
+                return Ok(Some(row.cells));
             }
         }
+    }
+
+    /// The message of a row.
+    fn message(&self, time: f64, cells: &[Option<f64>]) -> Vec<u8> {
+        let mut numbers = [f64::NAN; NUMBERS];
+        for (place, cell) in self.places.iter().zip(cells) {
+            numbers[*place] = cell.unwrap_or(f64::NAN);
+        }
+        encode_forces(time, &numbers)
     }
 
     fn topic(&self) -> String {
@@ -310,9 +316,9 @@ fn write_mcap(tables: &mut Tables, out: &Path) -> Result<Exported, LogError> {
             topics.write(i, ids[i], time, message)?;
         }
         for (i, forces) in tables.forces.iter_mut().enumerate() {
-            if let Some(numbers) = forces.at(time)? {
-                let (i, message) = (i + messages.len(), encode_forces(time, &numbers));
-                topics.write(i, ids[i], time, &message)?;
+            if let Some(cells) = forces.at(time)? {
+                let i = i + messages.len();
+                topics.write(i, ids[i], time, &forces.message(time, &cells))?;
             }
         }
         rows += 1;
@@ -358,42 +364,29 @@ fn write_csv(tables: &mut Tables, out: &Path) -> Result<Exported, LogError> {
     let mut names = vec!["time".to_owned()];
     names.extend(Reading::all().map(|r| r.name().to_owned()));
     for forces in &tables.forces {
-        for (part, cells) in FORCE_COLUMNS.iter().zip(&forces.cells) {
-            for (i, _) in cells.iter().enumerate().filter(|(_, cell)| cell.is_some()) {
-                names.push(format!("{}.wheel{}_{part}", forces.name, i + 1));
-            }
-        }
+        let columns = forces.columns.iter();
+        names.extend(columns.map(|column| format!("{}.{column}", forces.name)));
     }
     writeln!(text, "{}", names.join(",")).map_err(LogError::io(out))?;
     let mut rows = 0;
     while let Some((time, values)) = tables.next()? {
         let mut cells: Vec<Option<f64>> = std::iter::once(Some(time)).chain(values).collect();
         for forces in &mut tables.forces {
-            let numbers = forces.at(time)?;
-            for (part, of_part) in forces.cells.iter().enumerate() {
-                let present = of_part
-                    .iter()
-                    .enumerate()
-                    .filter(|(_, cell)| cell.is_some());
-                cells.extend(present.map(|(i, _)| numbers.map(|n| n[part][i])));
-            }
+            let row = forces.at(time)?;
+            cells.extend(row.unwrap_or_else(|| vec![None; forces.columns.len()]));
         }
         // The shortest text that reads back as the same number; nothing where there is none.
-        let cell = |v: Option<f64>| v.filter(|v| v.is_finite()).map(|v| format!("{v:?}"));
-        let cells: Vec<String> = cells
-            .into_iter()
-            .map(|v| cell(v).unwrap_or_default())
-            .collect();
+        let text_of = |cell: &Option<f64>| cell.map_or(String::new(), |v| format!("{v:?}"));
+        let cells: Vec<String> = cells.iter().map(text_of).collect();
         writeln!(text, "{}", cells.join(",")).map_err(LogError::io(out))?;
         rows += 1;
     }
     text.flush().map_err(LogError::io(out))?;
-    let forces = tables.forces.iter().map(|f| f.name.clone());
+    let mut parts = vec!["readings".to_owned()];
+    parts.extend(tables.forces.iter().map(|f| f.name.clone()));
     Ok(Exported {
         rows,
-        parts: std::iter::once("readings".to_owned())
-            .chain(forces)
-            .collect(),
+        parts,
         warnings: Vec::new(),
     })
 }

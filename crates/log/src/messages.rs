@@ -231,10 +231,10 @@ pub const FORCES: &str = "robhaz_msgs/msg/WheelForces";
 /// Its definition.
 pub const FORCES_DEFINITION: &str = include_str!("definitions/WheelForces.msg");
 
-/// `WheelForces`: the numbers of each wheel, in the order of the definition.
-pub fn encode_forces(time: f64, of_wheels: &[[f64; 3]]) -> Vec<u8> {
+/// `WheelForces`: the numbers in the order of the definition.
+pub fn encode_forces(time: f64, numbers: &[f64]) -> Vec<u8> {
     let mut writer = with_header(time, "");
     writer.array(&[time]);
-    of_wheels.iter().for_each(|values| writer.array(values));
+    writer.array(numbers);
     writer.into_bytes()
 }

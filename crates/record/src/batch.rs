@@ -1,9 +1,10 @@
 //! Rows of a table as Arrow batches.
 
 use crate::columns::{Kind, Table};
+use crate::error::RecordError;
 use arrow_array::{ArrayRef, Float64Array, RecordBatch, UInt32Array};
 use arrow_buffer::{BooleanBuffer, NullBuffer};
-use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
+use arrow_schema::{DataType, Field, Schema, SchemaRef};
 use robhaz_run::Frame;
 use std::collections::HashMap;
 use std::slice;
@@ -26,7 +27,7 @@ impl BatchBuilder {
     /// A table without rows. `metadata` are keys and values of the table as a whole.
     pub fn new(table: Table, metadata: &[(&str, String)]) -> Self {
         let fields = table.columns.iter();
-        let fields = fields.map(|c| field(&c.name, c.unit, &c.description, c.kind()));
+        let fields = fields.map(|c| field(&c.name, c.unit, &c.description, c.kind().values()));
         Self {
             values: vec![Vec::new(); table.columns.len()],
             schema: schema(fields.collect(), metadata),
@@ -77,8 +78,8 @@ impl BatchBuilder {
     /// The rows since the last batch.
     ///
     /// # Errors
-    /// [`ArrowError`] where columns have different lengths.
-    pub fn take(&mut self) -> Result<RecordBatch, ArrowError> {
+    /// [`RecordError::Batch`] where columns have different lengths.
+    pub fn take(&mut self) -> Result<RecordBatch, RecordError> {
         let rows = std::mem::take(&mut self.rows);
         let columns = self.values.iter_mut().zip(&self.table.columns);
         // The next batch is about as long.
@@ -86,19 +87,30 @@ impl BatchBuilder {
             let values = std::mem::replace(values, Vec::with_capacity(rows));
             array(values, column.kind())
         });
-        RecordBatch::try_new(Arc::clone(&self.schema), arrays.collect())
+        let batch = RecordBatch::try_new(Arc::clone(&self.schema), arrays.collect());
+        Ok(batch?)
     }
 }
 
-/// A column of Arrow, with what a table says of it.
-pub fn field(name: &str, unit: &str, description: &str, kind: Kind) -> Field {
-    let (of_values, nullable) = match kind {
-        // Only columns with gaps are nullable: validity bits cost time.
-        Kind::Float => (DataType::Float64, false),
-        Kind::Optional => (DataType::Float64, true),
-        Kind::Count => (DataType::UInt32, false),
-    };
-    Field::new(name, of_values, nullable).with_metadata(HashMap::from([
+impl Kind {
+    /// Type of its values, and whether there are gaps. Only columns with gaps are nullable: validity bits cost time.
+    pub(crate) fn values(self) -> (DataType, bool) {
+        match self {
+            Self::Float => (DataType::Float64, false),
+            Self::Optional => (DataType::Float64, true),
+            Self::Count => (DataType::UInt32, false),
+        }
+    }
+}
+
+/// A column of Arrow, with what a table says of it: type of its values, and whether there are gaps.
+pub fn field(
+    name: &str,
+    unit: &str,
+    description: &str,
+    (values, has_gaps): (DataType, bool),
+) -> Field {
+    Field::new(name, values, has_gaps).with_metadata(HashMap::from([
         ("unit".to_owned(), unit.to_owned()),
         ("description".to_owned(), description.to_owned()),
     ]))

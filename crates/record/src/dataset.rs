@@ -58,19 +58,13 @@ impl Dataset {
         let file = File::open(path).map_err(io_error("read", path))?;
         let not = |reason: &dyn Display| not_a_dataset(path, reason);
         let reader = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| not(&e))?;
-        let metadata = reader.metadata().file_metadata().key_value_metadata();
-        let metadata = metadata.cloned().unwrap_or_default();
-        let note = |key: &str| {
-            let entry = metadata.iter().find(|entry| entry.key == key);
-            entry.and_then(|entry| entry.value.clone())
-        };
         let schema = reader.schema().clone();
         let batches = reader.build().map_err(|e| not(&e))?;
         let batches: Vec<RecordBatch> = batches.collect::<Result<_, _>>().map_err(|e| not(&e))?;
-        Self::of(path, &schema, &batches, note)
+        Self::of(path, &schema, &batches)
     }
 
-    /// The dataset of rows that are in memory. `note` gives the metadata of its file, `path` is its name in messages.
+    /// The dataset of rows that are in memory, with the metadata of its file in the schema. `path` is its name in messages.
     ///
     /// # Errors
     /// As [`Self::read`].
@@ -78,10 +72,12 @@ impl Dataset {
         path: &Path,
         schema: &SchemaRef,
         batches: &[RecordBatch],
-        note: impl Fn(&str) -> Option<String>,
     ) -> Result<Self, RecordError> {
         let not = |reason: &dyn Display| not_a_dataset(path, reason);
-        let text = |key: &str| note(key).ok_or_else(|| not(&format!("its metadata have no {key}")));
+        let text = |key: &str| {
+            let note = schema.metadata().get(key).cloned();
+            note.ok_or_else(|| not(&format!("its metadata have no {key}")))
+        };
         let study = text("robhaz.study")?;
         let mut study = StudyChoice::parse(&study, "its study file").map_err(|e| not(&e))?;
         study.name = text("robhaz.name")?;

@@ -24,6 +24,9 @@ pub enum RecordError {
         /// The cause.
         source: parquet::errors::ParquetError,
     },
+    /// Columns of a table do not go together: a mistake of the program.
+    #[error("cannot make a table")]
+    Batch(#[from] arrow_schema::ArrowError),
     /// A figure cannot be drawn.
     #[error("cannot draw {path}: {reason}", path = path.display())]
     Figure {

@@ -3,7 +3,7 @@
 /// Format of the tables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TableFormat {
-    /// Apache Parquet with Snappy; unit and description of a column stand in its field metadata.
+    /// Apache Parquet; unit and description of a column stand in its field metadata.
     Parquet,
     /// Comma-separated text; units and descriptions stand in `columns.csv` beside it.
     Csv,

@@ -1,9 +1,9 @@
 //! The table `ground-NAME`: the ground as an estimator has found it.
 
+use crate::error::RecordError;
 use crate::felt_ground::{ComparedPoint, FeltGrounds};
 use crate::point_table::{PointColumn, batch_of_points};
 use arrow_array::RecordBatch;
-use arrow_schema::ArrowError;
 use robhaz_run::RunDescription;
 
 const COLUMNS: &[PointColumn<ComparedPoint>] = crate::point_columns! {
@@ -30,7 +30,7 @@ pub fn ground_batches(
     run: &RunDescription,
     grounds: &FeltGrounds,
     metadata: &[(&str, String)],
-) -> Result<Vec<(String, RecordBatch)>, ArrowError> {
+) -> Result<Vec<(String, RecordBatch)>, RecordError> {
     let robot = &run.robot.robot;
     let terrain = run.world.as_ref().map(|w| w.terrain.build(robot));
     let mut batches = Vec::new();

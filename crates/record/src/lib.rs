@@ -40,7 +40,7 @@ mod terrain_table;
 #[cfg(test)]
 mod testing;
 
-pub use batch::BatchBuilder;
+pub use batch::{BatchBuilder, field, schema};
 pub use columns::{Column, Kind, Table};
 pub use comparison::{comparison_csv, comparison_json, comparison_markdown};
 pub use dataset::{Dataset, DatasetColumn, DatasetValues};
@@ -58,6 +58,7 @@ pub use summary::{
     SensorErrors, Summary, SummarySink,
 };
 pub use table::TableSink;
+pub use table_file::{GROUP_ROWS, TableFile};
 
 #[cfg(test)]
 mod tests {

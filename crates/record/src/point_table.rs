@@ -2,11 +2,10 @@
 
 use crate::batch::{array, field, schema};
 use crate::columns::Kind;
-use crate::error::{RecordError, parquet_error};
+use crate::error::RecordError;
 use crate::format::TableFormat;
 use crate::table_file::{start_columns, write_table};
 use arrow_array::RecordBatch;
-use arrow_schema::ArrowError;
 use std::path::Path;
 
 /// A column of a table of points.
@@ -40,20 +39,21 @@ macro_rules! point_columns {
 /// The table as an Arrow batch. `metadata` are keys and values of the table as a whole.
 ///
 /// # Errors
-/// [`ArrowError`] where two columns have one name.
+/// [`RecordError::Batch`] where columns have different lengths.
 pub fn batch_of_points<T>(
     columns: &[PointColumn<T>],
     points: &[T],
     metadata: &[(&str, String)],
-) -> Result<RecordBatch, ArrowError> {
+) -> Result<RecordBatch, RecordError> {
     let fields = columns.iter();
-    let fields = fields.map(|c| field(c.name, c.unit, c.description, c.kind));
+    let fields = fields.map(|c| field(c.name, c.unit, c.description, c.kind.values()));
     let values = |column: &PointColumn<T>| {
         let values = points.iter().map(column.get);
         values.map(|v| v.unwrap_or(f64::NAN)).collect()
     };
     let arrays = columns.iter().map(|c| array(values(c), c.kind));
-    RecordBatch::try_new(schema(fields.collect(), metadata), arrays.collect())
+    let batch = RecordBatch::try_new(schema(fields.collect(), metadata), arrays.collect());
+    Ok(batch?)
 }
 
 /// Writes the table `name` into a folder that has no other; with CSV also `columns.csv`. `metadata` are keys and values of the
@@ -70,7 +70,6 @@ pub fn write_points<T>(
     metadata: &[(&str, String)],
 ) -> Result<(), RecordError> {
     start_columns(folder, format)?;
-    let batch = batch_of_points(columns, points, metadata);
-    let batch = batch.map_err(|e| parquet_error(&folder.join(name))(e.into()))?;
+    let batch = batch_of_points(columns, points, metadata)?;
     write_table(folder, format, name, &batch)
 }

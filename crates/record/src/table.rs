@@ -2,14 +2,13 @@
 
 use crate::batch::BatchBuilder;
 use crate::columns::Table;
-use crate::error::{RecordError, check_name, create_folder, parquet_error};
+use crate::error::{RecordError, check_name, create_folder};
 use crate::felt_ground::FeltGrounds;
 use crate::format::TableFormat;
 use crate::ground_table::ground_batches;
 use crate::table_file::{GROUP_ROWS, TableFile, start_columns, write_table};
 use crate::terrain_table::terrain_batch;
 use arrow_array::RecordBatch;
-use arrow_schema::ArrowError;
 use rayon::prelude::*;
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use std::path::{Path, PathBuf};
@@ -44,7 +43,7 @@ impl RowTable {
     fn push_all(&mut self, frames: &[Frame<'_>]) -> Result<(), RecordError> {
         self.rows.push_all(frames);
         match &mut self.file {
-            Some(file) if self.rows.rows() >= GROUP_ROWS => write_rows(&mut self.rows, file),
+            Some(file) if self.rows.rows() >= GROUP_ROWS => file.write(&self.rows.take()?),
             _ => Ok(()),
         }
     }
@@ -52,23 +51,12 @@ impl RowTable {
     /// Completes its file, or returns what is in memory.
     fn finish(mut self) -> Result<Option<(String, RecordBatch)>, RecordError> {
         let Some(mut file) = self.file else {
-            let batch = self.rows.take().map_err(arrow_error)?;
+            let batch = self.rows.take()?;
             return Ok(Some((self.rows.name().to_owned(), batch)));
         };
-        if self.rows.rows() > 0 {
-            write_rows(&mut self.rows, &mut file)?;
-        }
-        file.finish().map(|()| None)
+        file.write(&self.rows.take()?)?;
+        file.finish(false).map(|()| None)
     }
-}
-
-fn write_rows(rows: &mut BatchBuilder, file: &mut TableFile) -> Result<(), RecordError> {
-    file.write(&rows.take().map_err(arrow_error)?)
-}
-
-/// Only a mistake of ours makes a batch whose columns do not go together.
-fn arrow_error(error: ArrowError) -> RecordError {
-    parquet_error(Path::new("a table"))(error.into())
 }
 
 impl TableSink {
@@ -104,7 +92,7 @@ impl TableSink {
         for table in Table::all(run) {
             let rows = BatchBuilder::new(table, &metadata);
             let create = |(folder, format): &(PathBuf, TableFormat)| {
-                TableFile::create(folder, *format, rows.name(), rows.schema())
+                TableFile::create(folder, *format, rows.name(), rows.schema(), false)
             };
             let file = self.folder.as_ref().map(create).transpose()?;
             self.tables.push(RowTable { rows, file });
@@ -141,8 +129,8 @@ impl TableSink {
         };
         grounds.finish(end);
         let metadata = metadata(&run);
-        let terrain = terrain_batch(&run, &metadata).map_err(arrow_error)?;
-        let found = ground_batches(&run, &grounds, &metadata).map_err(arrow_error)?;
+        let terrain = terrain_batch(&run, &metadata)?;
+        let found = ground_batches(&run, &grounds, &metadata)?;
         for (name, batch) in terrain.into_iter().chain(found) {
             match &self.folder {
                 Some((folder, format)) => write_table(folder, *format, &name, &batch)?,

@@ -1,9 +1,9 @@
 //! The table `terrain`: the ground of a run.
 
+use crate::error::RecordError;
 use crate::point_table::{PointColumn, batch_of_points};
 use crate::quantile::extremes;
 use arrow_array::RecordBatch;
-use arrow_schema::ArrowError;
 use robhaz_run::{RunDescription, World};
 use robhaz_terrain::{Profile, Surveyed};
 
@@ -26,7 +26,7 @@ const COLUMNS: &[PointColumn<Surveyed>] = crate::point_columns! {
 pub fn terrain_batch(
     run: &RunDescription,
     metadata: &[(&str, String)],
-) -> Result<Option<(String, RecordBatch)>, ArrowError> {
+) -> Result<Option<(String, RecordBatch)>, RecordError> {
     let Some(world) = &run.world else {
         return Ok(None);
     };

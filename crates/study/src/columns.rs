@@ -5,10 +5,9 @@ use crate::plan::Plan;
 use arrow_array::{
     ArrayRef, BooleanArray, Float64Array, Int64Array, RecordBatch, StringArray, UInt64Array,
 };
-use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
-use robhaz_record::ScoreColumn;
+use arrow_schema::{DataType, SchemaRef};
+use robhaz_record::{RecordError, ScoreColumn, field, schema};
 use robhaz_scene::{Axis, AxisItem, AxisValue, AxisValues, Distribution, Setting};
-use std::collections::HashMap;
 use std::sync::Arc;
 
 /// A value that waits for its batch.
@@ -78,9 +77,10 @@ pub struct RowBuilder {
 }
 
 impl RowBuilder {
-    /// The rows of a study.
-    pub fn new(plan: &Plan) -> Self {
-        let mut fields = vec![field("index", DataType::UInt64, "", "index of the run")];
+    /// The rows of a study. `notes` are keys and values of the dataset as a whole.
+    pub fn new(plan: &Plan, notes: &[(&str, String)]) -> Self {
+        let index = (DataType::UInt64, false);
+        let mut fields = vec![field("index", "", "index of the run", index)];
         for axis in plan.axes() {
             for (i, key) in axis.keys.iter().enumerate() {
                 let kind = type_of(axis, i);
@@ -88,24 +88,23 @@ impl RowBuilder {
                     DataType::Int64 | DataType::Float64 => Axis::unit(key),
                     _ => "",
                 };
-                fields.push(field(key, kind, unit, "key of the scene, varied"));
+                fields.push(field(key, unit, "key of the scene, varied", (kind, false)));
             }
         }
-        let nullable = |field: Field| field.with_nullable(true);
         let text = "label of the estimator; null for a run that failed";
-        fields.push(nullable(field("estimator", DataType::Utf8, "", text)));
+        fields.push(field("estimator", "", text, (DataType::Utf8, true)));
         fields.extend(ScoreColumn::all().iter().map(|c| {
             let kind = match c.is_count {
                 true => DataType::UInt64,
                 false => DataType::Float64,
             };
-            nullable(field(c.name, kind, c.unit, c.description))
+            field(c.name, c.unit, c.description, (kind, true))
         }));
         let text = "why the run failed; null for a complete run";
-        fields.push(nullable(field("error", DataType::Utf8, "", text)));
+        fields.push(field("error", "", text, (DataType::Utf8, true)));
         Self {
             columns: vec![Vec::new(); fields.len()],
-            schema: Arc::new(Schema::new(fields)),
+            schema: schema(fields, notes),
         }
     }
 
@@ -150,20 +149,13 @@ impl RowBuilder {
     /// The rows since the last batch.
     ///
     /// # Errors
-    /// [`ArrowError`] where columns have different lengths.
-    pub fn take(&mut self) -> Result<RecordBatch, ArrowError> {
+    /// [`RecordError::Batch`] where columns have different lengths.
+    pub fn take(&mut self) -> Result<RecordBatch, RecordError> {
         let fields = self.schema.fields().iter();
         let arrays = fields.zip(&self.columns);
         let arrays = arrays.map(|(field, cells)| array(field.data_type(), cells));
         let batch = RecordBatch::try_new(Arc::clone(&self.schema), arrays.collect());
         self.columns.iter_mut().for_each(Vec::clear);
-        batch
+        Ok(batch?)
     }
-}
-
-fn field(name: &str, kind: DataType, unit: &str, description: &str) -> Field {
-    Field::new(name, kind, false).with_metadata(HashMap::from([
-        ("unit".to_owned(), unit.to_owned()),
-        ("description".to_owned(), description.to_owned()),
-    ]))
 }

@@ -1,24 +1,13 @@
 //! The dataset of all runs, in their order: the same bytes for any number of threads, shards and interruptions.
 
 use crate::columns::RowBuilder;
-use crate::error::{StudyError, io_error, parquet_error};
+use crate::error::StudyError;
 use crate::files;
-use crate::folder::Folder;
+use crate::folder::{Folder, TABLE};
 use crate::journal::{JournalReader, RunRecord, Scanned};
 use crate::study::{Identity, Study};
-use parquet::arrow::ArrowWriter;
-use parquet::basic::Compression;
-use parquet::file::metadata::KeyValue;
-use parquet::file::properties::{EnabledStatistics, WriterProperties};
-use robhaz_record::Dataset;
-use std::fs::File;
+use robhaz_record::{Dataset, GROUP_ROWS, TableFile, TableFormat};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-
-/// Rows of a batch: with 45 columns about 12 MB.
-const BATCH_ROWS: usize = 8 * 1024;
-/// Rows in a row group.
-const GROUP_ROWS: usize = 64 * 1024;
 
 /// Where the line of each run is: 24 bytes a run.
 pub struct Finished {
@@ -73,47 +62,33 @@ pub fn write(study: &Study, finished: &Finished, folder: &Folder) -> Result<(), 
         .iter()
         .map(open)
         .collect::<Result<_, _>>()?;
-    let path = folder.dataset();
-    let temporary = files::partial(&path);
-    let file = File::create(&temporary).map_err(io_error("create", &temporary))?;
-    let mut rows = RowBuilder::new(study.plan());
-    let (schema, notes) = (Arc::clone(rows.schema()), properties(study.identity()));
-    let mut writer =
-        ArrowWriter::try_new(file, schema, Some(notes)).map_err(parquet_error(&path))?;
+    let mut rows = RowBuilder::new(study.plan(), &notes(study.identity()));
+    let mut file = TableFile::create(&folder.0, TableFormat::Parquet, TABLE, rows.schema(), true)?;
     for (run, place) in (0_u64..).zip(&finished.places) {
         if let Some((journal, place)) = place
             && let Some(reader) = readers.get_mut(*journal as usize)
         {
             rows.push(&reader.read(*place)?, &study.settings(run));
         }
-        if rows.rows() >= BATCH_ROWS {
-            writer
-                .write(&rows.take().map_err(parquet_error(&path))?)
-                .map_err(parquet_error(&path))?;
+        if rows.rows() >= GROUP_ROWS {
+            file.write(&rows.take()?)?;
         }
     }
-    writer
-        .write(&rows.take().map_err(parquet_error(&path))?)
-        .map_err(parquet_error(&path))?;
-    let file = writer.into_inner().map_err(parquet_error(&path))?;
-    file.sync_all().map_err(io_error("write", &temporary))?;
-    files::settle(&temporary, &path)
+    file.write(&rows.take()?)?;
+    // The journals go next.
+    file.finish(true)?;
+    files::sync_parent(&folder.dataset());
+    Ok(())
 }
 
 /// The dataset of records in the order of the runs, without a file.
 pub fn in_memory(study: &Study, records: &[RunRecord]) -> Result<Dataset, StudyError> {
-    let mut rows = RowBuilder::new(study.plan());
+    let mut rows = RowBuilder::new(study.plan(), &notes(study.identity()));
     for record in records {
         rows.push(record, &study.settings(record.run));
     }
-    let notes = |key: &str| {
-        let notes = notes(study.identity());
-        let note = notes.into_iter().find(|(name, _)| *name == key);
-        note.map(|(_, text)| text)
-    };
-    let name = Path::new("a dataset in memory");
-    let batches = [rows.take().map_err(parquet_error(name))?];
-    Ok(Dataset::of(name, rows.schema(), &batches, notes)?)
+    let (name, batches) = (Path::new("a dataset in memory"), [rows.take()?]);
+    Ok(Dataset::of(name, rows.schema(), &batches)?)
 }
 
 /// What a dataset says of itself.
@@ -128,20 +103,8 @@ fn notes(identity: &Identity) -> [(&'static str, String); 6] {
     ]
 }
 
-fn properties(identity: &Identity) -> WriterProperties {
-    let notes = notes(identity).map(|(key, text)| KeyValue::new(key.to_owned(), text));
-    WriterProperties::builder()
-        .set_compression(Compression::SNAPPY)
-        .set_statistics_enabled(EnabledStatistics::Chunk)
-        .set_offset_index_disabled(true)
-        .set_max_row_group_row_count(Some(GROUP_ROWS))
-        .set_key_value_metadata(Some(notes.to_vec()))
-        .build()
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::single::BoundSink;
     use crate::{Job, Shard, Study, Watch, compute};
     use arrow_array::cast::AsArray as _;
@@ -149,7 +112,7 @@ mod tests {
     use arrow_array::{Array as _, RecordBatch};
     use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
     use robhaz_record::{ScoreColumn, SummarySink};
-    use std::fs;
+    use std::fs::{self, File};
 
     const SCENE: &str = "[terrain]\nkind = \"flat\"\n[sensors]\ngrade = \"typical\"\n[record]\nduration = 0.1\n\
         compare_from = 0.05\n[[estimator]]\nname = \"paper-wheels\"\n[[estimator]]\nname = \"best\"\n";

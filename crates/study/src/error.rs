@@ -1,6 +1,5 @@
 //! Why a study cannot go on.
 
-use parquet::errors::ParquetError;
 use robhaz_record::RecordError;
 use robhaz_scene::SceneError;
 use std::io;
@@ -108,17 +107,6 @@ pub fn io_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> 
             action,
             path,
             source,
-        })
-    }
-}
-
-/// An error of the dataset at a path.
-pub fn parquet_error<E: Into<ParquetError>>(path: &Path) -> impl Fn(E) -> StudyError {
-    let path = path.to_path_buf();
-    move |source| {
-        StudyError::Record(RecordError::Parquet {
-            path: path.clone(),
-            source: source.into(),
         })
     }
 }

@@ -27,11 +27,15 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), StudyError> {
 /// Gives a complete file or folder its name, and waits until the disk has the name, too.
 pub fn settle(temporary: &Path, path: &Path) -> Result<(), StudyError> {
     fs::rename(temporary, path).map_err(io_error("rename", temporary))?;
+    sync_parent(path);
+    Ok(())
+}
+
+/// Waits until the disk has the name of a file or folder. Some file systems cannot; the content is there in any case.
+pub fn sync_parent(path: &Path) {
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
-    // Some file systems cannot sync a folder; the content is there in any case.
     let _ = File::open(folder).and_then(|folder| folder.sync_all());
-    Ok(())
 }

@@ -16,15 +16,17 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Name of the dataset.
+/// Name of the file of the dataset.
 pub const DATASET: &str = "study.parquet";
+/// Name of the dataset.
+pub const TABLE: &str = "study";
 const MANIFEST: &str = "study.json";
 /// Manifest and dataset of the command `sweep` of earlier versions.
 const EARLIER: [&str; 2] = ["sweep.json", "sweep.parquet"];
 
 /// The folder of a study.
 #[derive(Debug)]
-pub struct Folder(PathBuf);
+pub struct Folder(pub PathBuf);
 
 impl Folder {
     /// Opens a folder, or creates it, for the runs of a study.

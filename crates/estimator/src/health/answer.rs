@@ -105,7 +105,7 @@ impl Answer {
         self.torque_torque
     }
 
-    /// Share of the torques' differences that a stable speed control explains, for each of [`pairings`].
+    /// Share of the torques' differences that a stable speed control explains, for each of [`PAIRINGS`].
     pub fn shares(&self) -> [f64; 6] {
         let mut shares = [0.0; 6];
         let Some(determinant) = self.determinant() else {
@@ -199,8 +199,11 @@ fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     x + y + z
 }
 
+/// All pairings of torques and encoders: the encoder of each torque. The first is the stated one.
+pub const PAIRINGS: [[usize; 3]; 6] = pairings([0, 1, 2]);
+
 /// The wheels' values in all orders; the first is the stated one.
-const fn pairings([a, b, c]: [f64; 3]) -> [[f64; 3]; 6] {
+const fn pairings<T: Copy>([a, b, c]: [T; 3]) -> [[T; 3]; 6] {
     [
         [a, b, c],
         [b, a, c],

@@ -27,9 +27,11 @@ mod start;
 mod turning;
 mod wiring;
 
+pub use answer::PAIRINGS;
 pub use channels::Channels;
-pub use monitor::Health;
+pub use monitor::{DRIVING_SPEED, Health};
 pub(crate) use monitor::{HealthMonitor, Innovations, TorqueReading};
 pub(crate) use smoothing::WheelReadings;
+pub use start::LATE_TORQUE;
 pub(crate) use start::RollingRobot;
 pub(crate) use turning::TurnReadings;

@@ -7,6 +7,9 @@ use super::turning::{Pace, TurnReadings, Turning};
 use super::wiring::Wiring;
 use robhaz_model::Carrier;
 
+/// Least speed of a robot that drives, m/s.
+pub const DRIVING_SPEED: f64 = 0.02;
+
 /// Whether the readings agree with each other and with the robot's model.
 ///
 /// Each number is the mean over the last two seconds of driving of the normalised innovations squared of a test: at most
@@ -65,8 +68,6 @@ pub(crate) struct HealthMonitor {
 }
 
 impl HealthMonitor {
-    /// Least speed of a robot that drives, m/s.
-    pub const DRIVES: f64 = 0.02;
     /// Time after a wheel was at an edge or slid from which on inclinations count, s. A wheel that lands or grips again
     /// accelerates the robot, and no inclinometer is believed while a wheel is suspect: the link angles are off for a moment. [`Turning`]
     /// holds meanwhile.

@@ -3,6 +3,10 @@
 use super::smoothing::{Smoothing, Step};
 use crate::filters::Kalman;
 
+/// Delay from which on torques are late, s: a speed control answers its encoders sooner, and filters of a motor's current are
+/// shorter.
+pub const LATE_TORQUE: f64 = 0.008;
+
 /// What the drawings say of a robot whose wheels all roll, per rad of a wheel.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RollingRobot {
@@ -78,10 +82,8 @@ impl Start {
     const DAMPING: f64 = 0.25;
     /// Part of the squared torque of the acceleration that the fit leaves at most.
     const LEFT: f64 = 0.02;
-    /// Delay from which on torques are late, s: filters of a motor's current are shorter.
-    const DELAY: f64 = 0.008;
-    /// Standard deviations beyond that which tell that torques are late. Those that tell that they are not: one.
-    const LATE: f64 = 3.0;
+    /// Standard deviations beyond [`LATE_TORQUE`] which tell that torques are late. Those that tell that they are not: one.
+    pub const LATE: f64 = 3.0;
 
     /// Whether the last start that showed it found the torques late.
     pub fn late(&self) -> bool {
@@ -174,7 +176,7 @@ impl Start {
         let Some((delay, sigma)) = self.delay(dt, robot) else {
             return;
         };
-        let beyond = delay - Self::DELAY;
+        let beyond = delay - LATE_TORQUE;
         if beyond > Self::LATE * sigma {
             self.late = true;
         } else if beyond < -sigma {

@@ -2,7 +2,7 @@
 
 use super::answer::Answer;
 use super::smoothing::{Smoothing, WheelReadings};
-use super::start::{RollingRobot, Start};
+use super::start::{LATE_TORQUE, RollingRobot, Start};
 
 /// Finds out whether torques are exchanged or late.
 ///
@@ -42,16 +42,12 @@ impl Wiring {
     const EXPLAINED: f64 = 0.8;
     /// Share that the stated pairing leaves at least: below it the ratio of the residuals is that of their noise.
     const LEAST_RESIDUAL: f64 = 0.005;
-    /// Delay of a torque behind its encoder that a control itself may have, s: as in `robhaz check`.
-    const CONTROL_DELAY: f64 = 0.008;
     /// Share that the fit of a delay leaves at most: a control beyond its limits is not linear.
     const LEFT: f64 = 0.02;
-    /// Standard deviations beyond that which tell that torques are late. Those that tell that they are not: one.
-    const LATE: f64 = 3.0;
     /// Time for which a fit must find torques late, or not late, or another pairing better, s: an impact disturbs it for some
     /// hundredths.
     const LASTS: f64 = 0.2;
-    /// The torques that belong to another encoder, for each pairing of [`pairings`].
+    /// The torques that belong to another encoder, for each of [`PAIRINGS`](super::answer::PAIRINGS).
     const MOVED: [[bool; 3]; 6] = [
         [false; 3],
         [true, true, false],
@@ -142,11 +138,11 @@ impl Wiring {
         else {
             return;
         };
-        let beyond = found.delay - Self::CONTROL_DELAY;
+        let beyond = found.delay - LATE_TORQUE;
         let doubts = if self.late {
             beyond < -found.sigma
         } else {
-            beyond > Self::LATE * found.sigma
+            beyond > Start::LATE * found.sigma
         };
         self.doubted = if doubts { self.doubted + dt } else { 0.0 };
         if self.doubted > Self::LASTS {

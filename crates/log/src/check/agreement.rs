@@ -5,10 +5,11 @@
 //! belong, and the link of gyroscope and inclinometer: 12 wirings, 72 if the torques show nothing. `best` runs with each;
 //! the one with the least mean NIS fits best.
 
-use crate::check::drive::ORDERS;
 use crate::check::report::{Finding, Verdict};
 use crate::check::rewire::Channel;
-use robhaz_estimator::{Channels, Estimator, EstimatorSettings, Flags, SensorFrame, TorqueScale};
+use robhaz_estimator::{
+    Channels, Estimator, EstimatorSettings, Flags, PAIRINGS, SensorFrame, TorqueScale,
+};
 use robhaz_model::Robot;
 
 const TEST: &str = "agreement of all";
@@ -39,8 +40,8 @@ struct Case {
 
 /// The wiring of the log.
 const OWN: Case = Case {
-    encoders: ORDERS[0],
-    torques: ORDERS[0],
+    encoders: PAIRINGS[0],
+    torques: PAIRINGS[0],
     links: false,
 };
 
@@ -48,8 +49,8 @@ impl Case {
     /// All wirings in which torque i belongs to encoder `order[i]`; without `order` in which it belongs to any.
     fn all(order: Option<[usize; 3]>) -> Vec<Self> {
         let mut all = Vec::new();
-        for encoders in ORDERS {
-            for torques in ORDERS {
+        for encoders in PAIRINGS {
+            for torques in PAIRINGS {
                 let fits = |order: [usize; 3]| torques.map(|i| order[i]) == encoders;
                 if order.is_none_or(fits) {
                     all.extend([false, true].map(|links| Self {
@@ -225,9 +226,9 @@ pub fn findings(
         return (vec![contradiction(&own, resolved)], own.scale);
     }
     let part = part(frames);
-    let is_other = order.is_some_and(|o| o != ORDERS[0]);
+    let is_other = order.is_some_and(|o| o != PAIRINGS[0]);
     let is_right = own.first.is_none() && own.refused <= OFTEN && !is_other;
-    let mut cases = Case::all(if is_right { Some(ORDERS[0]) } else { order });
+    let mut cases = Case::all(if is_right { Some(PAIRINGS[0]) } else { order });
     if !cases.contains(&OWN) {
         cases.insert(0, OWN);
     }

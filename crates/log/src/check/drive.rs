@@ -18,7 +18,7 @@ use crate::check::report::{Finding, Verdict};
 use crate::check::rewire::Channel;
 use crate::check::signal::{high_pass, smooth};
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
-use robhaz_estimator::NoiseBudget;
+use robhaz_estimator::{LATE_TORQUE, NoiseBudget, PAIRINGS};
 
 /// Time over which torques are averaged, s: as spin speeds.
 const SMOOTHING: f64 = 0.05;
@@ -34,8 +34,6 @@ const BETTER: f64 = 0.5;
 const EQUAL: f64 = 1e-3;
 /// A wiring fits as well as the best if it leaves a tenth more.
 const AS_WELL: f64 = 0.1;
-/// Delay of a torque behind its encoder that a control itself may have, s.
-const CONTROL_DELAY: f64 = 0.008;
 /// Share that a fit must explain to show a delay. Honest logs at 0.1 m/s whose fits explain 96 to 98.6 % look late by up to
 /// 85 ms; a drive that answers its encoders explains 99.6 %.
 const CERTAIN: f64 = 0.99;
@@ -53,21 +51,11 @@ pub type Wiring = ([usize; 3], [f64; 3]);
 /// The wiring of the log.
 const OWN: Wiring = ([0, 1, 2], [1.0; 3]);
 
-/// All pairings of three things.
-pub const ORDERS: [[usize; 3]; 6] = [
-    [0, 1, 2],
-    [1, 0, 2],
-    [0, 2, 1],
-    [2, 1, 0],
-    [1, 2, 0],
-    [2, 0, 1],
-];
-
 /// All wirings, the fewest changes first.
 fn wirings() -> Vec<Wiring> {
     let of = |bits: u32| [0, 1, 2].map(|i| if bits >> i & 1 == 1 { -1.0 } else { 1.0 });
     let mut all: Vec<Wiring> = (0..8)
-        .flat_map(|bits| ORDERS.map(|order| (order, of(bits))))
+        .flat_map(|bits| PAIRINGS.map(|order| (order, of(bits))))
         .collect();
     all.sort_by_key(|(order, signs)| {
         let moved = (0..3).filter(|i| order[*i] != *i).count();
@@ -299,8 +287,8 @@ fn late(recording: &Recording, [torque, angle, speed]: &[Vec<f64>; 3]) -> Findin
     let longest = recording.steps(LONGEST_DELAY);
     let memory = recording.steps(0.25);
     let allowed = Allowed {
-        early: CONTROL_DELAY,
-        late: CONTROL_DELAY,
+        early: LATE_TORQUE,
+        late: LATE_TORQUE,
         explained: CERTAIN,
     };
     let allowed = allowed.at_period(recording.slowest);

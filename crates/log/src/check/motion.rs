@@ -2,12 +2,11 @@
 
 use crate::check::recording::Recording;
 use crate::check::signal::{derivative, median, smooth, zip};
-use robhaz_model::{Robot, Vec2};
+use robhaz_estimator::DRIVING_SPEED;
+use robhaz_model::{Robot, Vec2, rotate};
 
 /// Time over which speeds and angles are averaged, s.
 const SMOOTHING: f64 = 0.05;
-/// Rim speed of a robot that drives, m/s.
-pub const DRIVES: f64 = 0.02;
 
 /// Motion of the robot, from the readings alone.
 pub struct Motion {
@@ -35,7 +34,7 @@ impl Motion {
         let axle = |i: usize| -> Vec<Vec2> {
             let arm = geometry.axles[i] - geometry.pins.q;
             let tilt = &tilt[geometry.carriers[i].index()];
-            tilt.iter().map(|angle| turned(arm, *angle)).collect()
+            tilt.iter().map(|angle| rotate(arm, *angle)).collect()
         };
         let (front, rear) = (axle(0), axle(2));
         let line = |(f, r): (&Vec2, &Vec2)| (f.y - r.y).atan2(f.x - r.x);
@@ -60,14 +59,9 @@ impl Motion {
 
     /// A signal where the robot drives, at rest a NaN.
     pub fn while_driving(&self, robot: &Robot, x: &[f64]) -> Vec<f64> {
-        let least = DRIVES / robot.geometry.wheel_radius;
+        let least = DRIVING_SPEED / robot.geometry.wheel_radius;
         zip(x, &self.middle_spin, |x, spin| {
             if spin.abs() > least { x } else { f64::NAN }
         })
     }
-}
-
-fn turned(arm: Vec2, angle: f64) -> Vec2 {
-    let (sin, cos) = angle.sin_cos();
-    Vec2::new(arm.x * cos - arm.y * sin, arm.x * sin + arm.y * cos)
 }

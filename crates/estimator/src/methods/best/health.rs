@@ -4,7 +4,7 @@ use super::BestFilters;
 use crate::contact::{ContactEstimate, ContactState};
 use crate::frame::{Held, Inputs, Instant};
 use crate::health::{
-    Channels, Health, HealthMonitor, Innovations, RollingRobot, TorqueReading, TurnReadings,
+    Channels, DRIVING_SPEED, Health, Innovations, RollingRobot, TorqueReading, TurnReadings,
     WheelReadings,
 };
 use crate::nominal::Nominal;
@@ -24,7 +24,7 @@ impl BestFilters {
         };
         let model_holds = contact.iter().all(rolls) && !self.motion.is_any_suspect();
         let speed = self.motion.velocity().norm_squared();
-        let drives = speed > HealthMonitor::DRIVES * HealthMonitor::DRIVES;
+        let drives = speed > DRIVING_SPEED * DRIVING_SPEED;
         let has_noise = nominal.settings.budget.torque_noise > 0.0;
         let rim = [0, 1, 2].map(|i| {
             let spin = self.wheels[i].settled_speed().unwrap_or(0.0);
@@ -32,7 +32,7 @@ impl BestFilters {
         });
         let torques = [0, 1, 2].map(|i| TorqueReading {
             value: instant.inputs.motor_torque[i].now(),
-            varies: has_noise && rim[i] > HealthMonitor::DRIVES,
+            varies: has_noise && rim[i] > DRIVING_SPEED,
         });
         self.health
             .update(innovations, &torques, drives, model_holds, instant.dt);

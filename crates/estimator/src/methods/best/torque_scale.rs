@@ -4,7 +4,7 @@ use super::BestFilters;
 use crate::contact::{ContactEstimate, ContactState};
 use crate::flags::Flags;
 use crate::frame::Instant;
-use crate::health::HealthMonitor;
+use crate::health::DRIVING_SPEED;
 use crate::nominal::Nominal;
 use crate::settings::NoiseBudget;
 use crate::statics::{Arms, Forces};
@@ -70,7 +70,7 @@ impl BestFilters {
             let of_axle: Vec2 = velocity + perp(*axle) * rate;
             let ahead = of_axle.x.abs();
             // Written so that a NaN leaves, too.
-            if !(ahead > HealthMonitor::DRIVES && of_axle.y.abs() < STEEPEST * ahead) {
+            if !(ahead > DRIVING_SPEED && of_axle.y.abs() < STEEPEST * ahead) {
                 return None;
             }
             let speed = libm::copysign(robhaz_model::sqrt(of_axle.norm_squared()), of_axle.x);
