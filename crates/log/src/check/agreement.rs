@@ -23,6 +23,8 @@ const FEW: f64 = 3.0;
 const AS_WELL: f64 = 1.1;
 /// Mean NIS over that of the log's wiring below which another one is a fault.
 const BETTER: f64 = 0.7;
+/// Sum of the mean NIS up to which the readings agree as wired: each mean is 1 for innovations as stated.
+const AGREE: f64 = 1.0;
 /// Number of wirings that are named.
 const MOST_SHOWN: usize = 3;
 /// NIS of a frame without an estimate: far above that of any contradiction.
@@ -267,7 +269,7 @@ pub fn findings(
         "{} wirings tried: sum of the mean NIS {nis_of_own:.1} as wired, {least:.1} at best",
         judged.len()
     );
-    let is_better = resolved && best != OWN && least < BETTER * nis_of_own;
+    let is_better = resolved && best != OWN && nis_of_own > AGREE && least < BETTER * nis_of_own;
     let finding = if quiet {
         let remedy = "correct the unit of the torques, or state their noise, first";
         Finding::cannot_tell(WIRING, CHANNEL, figure, remedy)

@@ -5,7 +5,7 @@
 
 use crate::common::{Failure, SOFT, readings_of, report, scene};
 use rayon::prelude::*;
-use robhaz_log::check::{Report, Verdict};
+use robhaz_log::check::{Report, Stated, Verdict, check};
 use robhaz_sim::Truth;
 use robhaz_study::TruthRun;
 use std::collections::BTreeMap;
@@ -222,6 +222,25 @@ fn short_logs_have_no_delay() -> Result<(), Failure> {
             assert!(faults.is_empty(), "{name} {seed} {faults:?}");
         }
     }
+    Ok(())
+}
+
+/// Readings that agree far better than their budget says show no wrong wiring, however small the differences between
+/// wirings are.
+#[test]
+fn quiet_readings_on_an_edge_have_no_fault() -> Result<(), Failure> {
+    let quiet = scene("step", &["record.duration=6", "engine.kind=rapier"])?;
+    let frames = readings_of(&quiet, TruthRun::of(&quiet)?.samples(), 0);
+    let settings = quiet.nominal_settings(&quiet.estimators[0])?;
+    let stated = Stated {
+        robot: &quiet.nominal_robot()?,
+        budget: settings.budget,
+        viscous_damping: settings.viscous_damping,
+        compression: settings.compression,
+    };
+    let report = check(&frames, &stated);
+    let mut wiring = report.faults().filter(|f| f.test == "wheels and links");
+    assert!(wiring.next().is_none(), "{report:?}");
     Ok(())
 }
 
