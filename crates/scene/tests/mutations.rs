@@ -1,6 +1,7 @@
 //! For any content of a file the reader returns a scene or problems: no panic, bounded time and memory, short messages.
 //!
-//! Thirty mutations each of the shipped scenes, tracks and robots, always the same ones. A failure names its case.
+//! Three hundred mutations of the shipped scenes, thirty of tracks in each use and of robots in each part, always the same
+//! ones. A failure names its case.
 #![allow(
     clippy::unwrap_used,
     reason = "helpers of tests may stop at the first surprise"

@@ -75,7 +75,8 @@ impl<'a> TextTable<'a> {
                     true => cells.iter().filter(|b| **b == b'\n').count() as u64,
                     false => 0,
                 };
-                row.line = self.reader.position().line() - inside - self.passed;
+                let passed = inside + self.passed;
+                row.line = self.reader.position().line().saturating_sub(passed);
                 return Ok(true);
             }
         }

@@ -4,7 +4,6 @@ use robhaz_estimator::SensorFrame;
 use std::f64::consts::TAU;
 
 /// A fault.
-#[allow(dead_code, reason = "of one of the tests that share this module")]
 pub struct Fault {
     pub name: &'static str,
     /// A finding names the fault if its channels contain one of these.
@@ -587,7 +586,6 @@ pub const FAULTS: &[Fault] = &[
 ];
 
 /// A fault by its name.
-#[allow(dead_code, reason = "of one of the tests that share this module")]
 pub fn fault(name: &str) -> Option<fn(&mut Vec<SensorFrame>)> {
     let found = FAULTS.iter().find(|fault| fault.name == name);
     found.map(|fault| fault.change)
@@ -595,7 +593,6 @@ pub fn fault(name: &str) -> Option<fn(&mut Vec<SensorFrame>)> {
 
 impl Fault {
     /// Why the readings of a ground and drive cannot show it; `None` where they do.
-    #[allow(dead_code, reason = "of one of the tests that share this module")]
     pub fn hidden(&self, ground: &str, drive: &str) -> Option<&'static str> {
         let both = format!("{ground} {drive}");
         let here = |(place, _): &&(&str, &str)| [ground, drive, &both].contains(place);

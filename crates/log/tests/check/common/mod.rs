@@ -29,7 +29,6 @@ pub fn scene(name: &str, overrides: &[&str]) -> Result<Scene, Failure> {
 }
 
 /// The readings of a scene whose truth is known, with the sensor errors of a seed.
-#[allow(dead_code, reason = "of one of the tests that share this module")]
 pub fn readings(scene: &Scene, truth: &TruthRun, seed: u64) -> Vec<SensorFrame> {
     readings_of(scene, truth.samples(), seed)
 }
@@ -47,7 +46,6 @@ pub fn readings_of<'a>(
 }
 
 /// What `check` says of frames with what a scene states, without contact angles: no robot knows them.
-#[allow(dead_code, reason = "of one of the tests that share this module")]
 pub fn report(scene: &Scene, frames: &[SensorFrame]) -> Result<Report, Failure> {
     let settings = scene.nominal_settings(&scene.estimators[0])?;
     let mut frames = frames.to_vec();
