@@ -7,11 +7,15 @@ use crate::ground::{FrictionBounds, GroundMemory, GroundPoint};
 use crate::methods::{BestFilters, PaperFilters};
 use crate::nominal::Nominal;
 use crate::settings::{EstimatorSettings, Method};
+use crate::units::Units;
 use robhaz_model::Robot;
 
 /// An estimator for one robot. It takes one frame of readings after the other.
 #[derive(Clone, Debug)]
 pub struct Estimator {
+    settings: EstimatorSettings,
+    /// Units of all that follows.
+    units: Units,
     nominal: Nominal,
     state: State,
 }
@@ -93,15 +97,19 @@ impl State {
 impl Estimator {
     /// An estimator for a robot at rest, from its nominal drawings and masses.
     pub fn new(robot: &Robot, settings: EstimatorSettings) -> Self {
+        let units = Units::of(robot, settings.gravity);
+        let nominal = Nominal::new(&units.robot_in(robot), units.settings_in(&settings));
         Self {
-            nominal: Nominal::new(robot, settings),
-            state: State::new(robot, &settings),
+            settings,
+            units,
+            state: State::new(&nominal.robot, &nominal.settings),
+            nominal,
         }
     }
 
     /// Its settings.
     pub fn settings(&self) -> &EstimatorSettings {
-        &self.nominal.settings
+        &self.settings
     }
 
     /// The filters of `best`.
@@ -115,6 +123,7 @@ impl Estimator {
 
     /// Takes the readings of one instant and estimates the forces of that instant.
     ///
+    /// Times below are those of robot A on Earth; a robot of another size, or on another planet, has them times sqrt(r/g) over A's.
     /// The last good value stands in for a missing reading, and a flag says so. After a gap of more than 0.5 s the filters
     /// start anew; after a step back of more than 0.5 s (a clock that was set) everything does. Where all wheels have turned
     /// further than they can since the last frame, the clock was set back by less: `best` takes the time from their speeds, as
@@ -124,6 +133,18 @@ impl Estimator {
     /// [`EstimateError`]. After [`EstimateError::Time`] the estimator is unchanged. After the other errors it has taken the
     /// readings, and continues with the next frame.
     pub fn update(&mut self, frame: &SensorFrame) -> Result<Estimate, EstimateError> {
+        let estimate = self.update_in_units(&self.units.frame_in(frame));
+        match estimate {
+            Ok(estimate) => Ok(self.units.estimate_out(&estimate, frame.time)),
+            Err(EstimateError::Time { last, .. }) => Err(EstimateError::Time {
+                last: self.units.time_out(last),
+                now: frame.time,
+            }),
+            Err(error) => Err(error),
+        }
+    }
+
+    fn update_in_units(&mut self, frame: &SensorFrame) -> Result<Estimate, EstimateError> {
         let (mut dt, mut flags) = self.advance_clock(frame.time)?;
         if let Some(time) = self.state.time_of_wheels(&self.nominal, frame, dt) {
             flags |= Flags::SENSOR_STALE;
@@ -171,7 +192,8 @@ impl Estimator {
     /// a kerb, have none.
     pub fn ground(&self) -> impl Iterator<Item = GroundPoint> + '_ {
         let memory = self.state.filters.ground();
-        memory.into_iter().flat_map(GroundMemory::points)
+        let points = memory.into_iter().flat_map(GroundMemory::points);
+        points.map(|point| self.units.point_out(point))
     }
 
     /// The points of the ground that left the memory with the last update, in their final form. All wheels have passed them. To
@@ -180,24 +202,28 @@ impl Estimator {
     /// A robot that comes back to a place gives its points again.
     pub fn completed_ground(&self) -> impl Iterator<Item = GroundPoint> + '_ {
         let memory = self.state.filters.ground();
-        memory.into_iter().flat_map(GroundMemory::completed)
+        let points = memory.into_iter().flat_map(GroundMemory::completed);
+        points.map(|point| self.units.point_out(point))
     }
 
     /// Angle of the ground at a place along the path (m), rad, and its standard deviation for a wheel that comes to that place
     /// now. `None` where the ground is not in memory.
     pub fn ground_slope(&self, x: f64) -> Option<(f64, f64)> {
+        let x = self.units.length_in(x);
         self.state.filters.ground()?.slope_at(x)
     }
 
     /// Bounds of the friction at a place along the path (m), in the frame of [`Self::ground`]. `None` from the paper's methods.
     pub fn friction_at(&self, x: f64) -> Option<FrictionBounds> {
+        let x = self.units.length_in(x);
         Some(self.state.filters.ground()?.friction_at(x))
     }
 
     /// Places of the contacts of front, middle and rear wheel along the path, m, in the frame of [`Self::ground`]. `None` before
     /// the robot has moved, and from the paper's methods.
     pub fn wheel_places(&self) -> Option<[f64; 3]> {
-        self.state.filters.ground()?.wheel_places()
+        let places = self.state.filters.ground()?.wheel_places()?;
+        Some(places.map(|place| self.units.length_out(place)))
     }
 
     /// Sets the time of a frame, s. Returns the time since the last frame (s; 0 at the first), and the flag of a clock that

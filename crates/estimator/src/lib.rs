@@ -93,6 +93,7 @@ pub mod statics;
 #[cfg(test)]
 mod testing;
 mod torque_scale;
+mod units;
 
 pub use contact::{ContactEstimate, ContactState};
 pub use estimate::{Estimate, EstimateError, Parity, ReadingErrors};

@@ -76,6 +76,7 @@ impl Keys {
             viscous_damping: self.viscous_damping,
             moment_lever: self.moment_lever,
             nonnegative: self.nonnegative,
+            gravity: preset.gravity,
             compression: preset.compression,
             budget: preset.budget,
         }

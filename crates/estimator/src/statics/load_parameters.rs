@@ -175,6 +175,13 @@ impl LoadCovariance {
         core::array::from_fn(|i| core::array::from_fn(|j| self.0[(i, j)]))
     }
 
+    /// The same covariance of parameters in these units (kg, kg m) in place of SI.
+    pub(crate) fn in_units(&self, units: &[f64; LOAD_PARAMETERS]) -> Self {
+        Self(SMatrix::from_fn(|i, j| {
+            self.0[(i, j)] / (units[i] * units[j])
+        }))
+    }
+
     /// Covariance of the loads in the rows of eq. (8), N^2, for links at `arms` and moment rows divided by `lever`, m.
     pub fn of_loads(&self, arms: &Arms, lever: f64) -> Matrix4<f64> {
         let j = SMatrix::<f64, 4, LOAD_PARAMETERS>::from_columns(&by_load_parameters(arms, lever));

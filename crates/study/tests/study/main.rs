@@ -4,3 +4,4 @@ mod driving;
 mod friction_test;
 mod no_angles;
 mod path_verdict;
+mod scale;
