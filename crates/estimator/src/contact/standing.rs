@@ -46,11 +46,6 @@ impl StandingDetector {
         self.stands
     }
 
-    /// Whether the posture has changed since the wheels last turned: the robot has moved.
-    pub fn has_moved(&self) -> bool {
-        self.turned <= 0.0
-    }
-
     /// Mean deviation of the contact angles from the lines between the axles that would balance the tractions, rad: above 0 where they
     /// push more than the weight along these lines and the inertia of a robot that follows its rims can resist.
     ///

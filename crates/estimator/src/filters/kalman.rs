@@ -95,14 +95,13 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         };
         (
             innovation,
-            self.apply_within(N - CONSIDERED, &ph, difference, variance, gate),
+            self.apply_within(&ph, difference, variance, gate),
         )
     }
 
-    /// [`Self::apply_to`], unless the innovation lies beyond `gate` standard deviations. Returns whether it was used.
+    /// [`Self::apply`], unless the innovation lies beyond `gate` standard deviations. Returns whether it was used.
     pub fn apply_within(
         &mut self,
-        estimated: usize,
         ph: &[f64; N],
         difference: f64,
         variance: f64,
@@ -111,19 +110,14 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         // Written so that a NaN is rejected too.
         let used = variance > 0.0 && difference * difference / variance <= gate * gate;
         if used {
-            self.apply_to(estimated, ph, difference, variance);
+            self.apply(ph, difference, variance);
         }
         used
     }
 
     /// Corrects the state by an innovation, for known `P h` and variance of the innovation.
     pub fn apply(&mut self, ph: &[f64; N], difference: f64, variance: f64) {
-        self.apply_to(N - CONSIDERED, ph, difference, variance);
-    }
-
-    /// [`Self::apply`] to the first `estimated` states only, at most all but the consider states; the others are considered.
-    pub fn apply_to(&mut self, estimated: usize, ph: &[f64; N], difference: f64, variance: f64) {
-        let estimated = estimated.min(N - CONSIDERED);
+        let estimated = N - CONSIDERED;
         let root = 1.0 / robhaz_model::sqrt(variance);
         // P -= s s' is symmetric to the bit.
         let s = ph.map(|value| value * root);

@@ -18,8 +18,8 @@ pub struct LinkAngleKalman {
     smooth_rate: f64,
     /// Derivative of the low-pass filtered rate, rad/s^2.
     acceleration: f64,
-    /// Variance of the unexplained angular acceleration, rad^2/s^4: see [`Self::unexplained_acceleration`].
-    unexplained: f64,
+    /// Variance of the unmodelled angular acceleration, rad^2/s^4: see [`Self::unmodelled_acceleration`].
+    unmodelled: f64,
     /// Expected reading of the inclinometer after its low pass, rad: angle of the link, and what its acceleration adds.
     expected: f64,
     /// Time since the gyroscope was last read, s.
@@ -40,9 +40,7 @@ pub struct LinkReadings {
     /// Inclination, rad; `None` if it is not of this instant.
     pub inclination: Option<f64>,
     /// Angle between the specific force and gravity at the inclinometer, rad, as estimated: positive for a forward acceleration.
-    pub felt: f64,
-    /// Standard deviation of `felt` from accelerations that no filter follows, rad.
-    pub shaking: f64,
+    pub apparent_tilt: f64,
 }
 
 impl LinkAngleKalman {
@@ -61,8 +59,6 @@ impl LinkAngleKalman {
     const LONGEST_UNREAD: f64 = 1.0;
     /// Relative error of the acceleration that is subtracted from the inclinometer.
     const ACCELERATION_ERROR: f64 = 0.5;
-    /// Acceleration of a robot that drives, m/s^2.
-    const COMMON_ACCELERATION: f64 = 0.3;
     /// Least noise of an inclinometer, rad. With a budget of zero the gyroscope would count for nothing.
     const LEAST_NOISE: f64 = 5e-4;
     /// Angular acceleration from which a change of the rate is an impact, rad/s^2: 15 times `v^2/(R l)`, that of a link with l = 0.3 m
@@ -71,9 +67,9 @@ impl LinkAngleKalman {
     /// The change must also be this many standard deviations of the gyroscope's noise in a difference of two readings.
     const IMPACT_GATE: f64 = 6.0;
     /// Distance of the rate from its low pass, in standard deviations of the gyroscope's noise, that shows no acceleration yet.
-    const EXPLAINED: f64 = 4.0;
-    /// Least variance of an unexplained acceleration, rad^2/s^4: of 0.01 rad/s^2, which is some hundredths of a newton of N.
-    const LEAST_UNEXPLAINED: f64 = 1e-4;
+    const MODELLED: f64 = 4.0;
+    /// Least variance of an unmodelled acceleration, rad^2/s^4: of 0.01 rad/s^2, which is some hundredths of a newton of N.
+    const LEAST_UNMODELLED: f64 = 1e-4;
     /// Error of an inclinometer's lag, s.
     const LAG_ERROR: f64 = 0.002;
     /// The same relative to the lag: tolerance of a low pass.
@@ -81,24 +77,17 @@ impl LinkAngleKalman {
 
     /// A filter that waits for its first reading.
     pub fn new(budget: &NoiseBudget) -> Self {
-        let tilt = Self::inclination_noise(budget);
+        let noise = Self::inclination_noise(budget);
         Self {
-            filter: Kalman::new([0.0; 2], [tilt, budget.rate_bias]),
+            filter: Kalman::new([0.0; 2], [noise, budget.rate_bias]),
             rate: 0.0,
             smooth_rate: 0.0,
             acceleration: 0.0,
-            unexplained: 0.0,
+            unmodelled: 0.0,
             expected: 0.0,
             unread: 0.0,
             started: false,
         }
-    }
-
-    /// Widens the angle by what a moving robot's acceleration adds to an inclination: the next reading may be the first, and the robot not at
-    /// rest.
-    pub fn forget_acceleration(&mut self) {
-        let felt = Self::COMMON_ACCELERATION / robhaz_model::GRAVITY;
-        self.filter.p[ANGLE][ANGLE] += felt * felt;
     }
 
     /// Whether it has had its first reading.
@@ -136,20 +125,20 @@ impl LinkAngleKalman {
             self.follow_impact(budget, dt, self.rate - last);
         }
         self.smooth(budget, dt);
-        let felt = if budget.specific_force {
-            readings.felt
+        let tilt = if budget.specific_force {
+            readings.apparent_tilt
         } else {
             0.0
         };
-        self.expect(budget, dt, felt);
+        self.expect(budget, dt, tilt);
         readings
             .inclination
-            .map(|inclination| self.correct(budget, inclination, felt, readings.shaking))
+            .map(|inclination| self.correct(budget, inclination, tilt))
     }
 
-    /// Passes what the inclinometer feels, its angle from gravity `felt` (rad) included, through its low pass.
-    fn expect(&mut self, budget: &NoiseBudget, dt: f64, felt: f64) {
-        let now = self.filter.x[ANGLE] + felt;
+    /// Passes what the inclinometer feels, its angle from gravity `tilt` (rad) included, through its low pass.
+    fn expect(&mut self, budget: &NoiseBudget, dt: f64, tilt: f64) {
+        let now = self.filter.x[ANGLE] + tilt;
         let weight = if budget.inclination_lag > 0.0 {
             -libm::expm1(-dt / budget.inclination_lag)
         } else {
@@ -198,15 +187,15 @@ impl LinkAngleKalman {
             let smoothing = Self::SMOOTHING * (budget.rate_noise / Self::GYRO_NOISE);
             let smoothing = smoothing.clamp(Self::SHORTEST_SMOOTHING, Self::SMOOTHING);
             let ahead = self.rate - self.smooth_rate - smoothing * self.acceleration;
-            let of_jump = if ahead.abs() > Self::EXPLAINED * budget.rate_noise {
+            let of_jump = if ahead.abs() > Self::MODELLED * budget.rate_noise {
                 ahead * ahead / (smoothing * smoothing)
             } else {
                 0.0
             };
             let weight = dt / (smoothing + dt);
-            let unexplained = of_jump.max((1.0 - weight) * self.unexplained);
-            self.unexplained = if unexplained > Self::LEAST_UNEXPLAINED {
-                unexplained
+            let unmodelled = of_jump.max((1.0 - weight) * self.unmodelled);
+            self.unmodelled = if unmodelled > Self::LEAST_UNMODELLED {
+                unmodelled
             } else {
                 0.0
             };
@@ -216,16 +205,10 @@ impl LinkAngleKalman {
         }
     }
 
-    /// Corrects the angle by an inclination (rad) at the angle `felt` from gravity, of which `shaking` is unknown (rad).
-    fn correct(
-        &mut self,
-        budget: &NoiseBudget,
-        inclination: f64,
-        felt: f64,
-        shaking: f64,
-    ) -> Innovation {
+    /// Corrects the angle by an inclination (rad) at the angle `tilt` from gravity.
+    fn correct(&mut self, budget: &NoiseBudget, inclination: f64, tilt: f64) -> Innovation {
         let noise = Self::inclination_noise(budget);
-        let uncertain = root_sum_square(Self::ACCELERATION_ERROR * felt, shaking);
+        let uncertain = Self::ACCELERATION_ERROR * tilt;
         let late = self.late(budget);
         let r = noise * noise + uncertain * uncertain + late * late;
         let before = self.filter.x[ANGLE];
@@ -287,8 +270,8 @@ impl LinkAngleKalman {
     ///
     /// At a constant acceleration a low pass of time constant s lags by s times the acceleration. A rate that is farther ahead, by d, has
     /// changed within s, and the derivative of the low pass errs by d/s. It holds for s, since a link that shakes crosses its low pass.
-    pub fn unexplained_acceleration(&self) -> f64 {
-        robhaz_model::sqrt(self.unexplained)
+    pub fn unmodelled_acceleration(&self) -> f64 {
+        robhaz_model::sqrt(self.unmodelled)
     }
 
     /// Bias of the gyroscope and its standard deviation, rad/s.

@@ -45,8 +45,8 @@ pub(crate) struct FrictionSample<'a> {
     /// Directions of the tangents at the contacts.
     pub tangents: &'a [Vec2; 3],
     pub contact: &'a [ContactEstimate; 3],
-    /// Whether each wheel can be judged: no impact, no stop, no reading that has been missing for long.
-    pub clear: [bool; 3],
+    /// Whether wheels can be judged: no impact, no stop, no reading that has been missing for long.
+    pub clear: bool,
     /// What the estimated differences of the torque offsets have taken from the tractions, N; their sum is zero.
     pub removed: [f64; 3],
     /// Standard deviation of such a difference by the data sheet, N.
@@ -100,7 +100,7 @@ impl FrictionObserver {
                     sigma: sample.lasting / forces.normal(i),
                 };
             }
-            let Some(needed) = needed.filter(|_| one && sample.clear[i]) else {
+            let Some(needed) = needed.filter(|_| one && sample.clear) else {
                 self.watches[i].reset();
                 continue;
             };

@@ -50,11 +50,10 @@ impl GroundMemory {
     }
 
     /// What known ground shows of the contact angle of wheel `i`, rad, and the variance of the white noise of the same effect, one
-    /// measurement a point. `None` on unknown ground, and where the heights of the wheels do not agree as well as on ground that they
-    /// have in common: then they are not where they seem to be, as at an edge that holds the robot.
+    /// measurement a point. `None` on unknown ground.
     pub fn known_slope(&self, i: usize) -> Option<(f64, f64)> {
         let place = self.wheel_places()?.get(i).copied()?;
-        let (slope, sigma) = self.slope_at(place).filter(|_| self.drift.agrees())?;
+        let (slope, sigma) = self.slope_at(place)?;
         let white = (2.0 * SLOPE_LENGTH / self.cells.spacing()).max(1.0);
         Some((slope, white * (sigma * sigma + REPEATED * REPEATED)))
     }

@@ -1,13 +1,13 @@
 //! The filters of `best`: Kalman filters for link angles, ground torques, and motion with the readings' errors.
 
-mod felt;
 mod health;
 mod motion;
-mod shaking;
+mod specific_force;
 mod statics;
 #[cfg(test)]
 mod tests;
 mod torque_scale;
+mod unmodelled_turning;
 
 use super::smooth_forces::SmoothForces;
 use super::wheel::Wheel;
@@ -16,7 +16,7 @@ use crate::contact::{
     ContactDetector, ContactEstimate, ContactEvidence, RollingResiduals, StandingDetector,
 };
 use crate::estimate::{Estimate, EstimateError, ReadingErrors};
-use crate::filters::motion::{MotionFilter, TORQUE_ERRORS};
+use crate::filters::motion::MotionFilter;
 use crate::filters::{Innovation, LinkAngleKalman, LinkReadings};
 use crate::flags::Flags;
 use crate::frame::{Inputs, Instant, SensorFrame};
@@ -43,7 +43,7 @@ pub(crate) struct BestFilters {
     /// Tractions of the last estimate, before the bound N >= 0, N.
     last_traction: [f64; 3],
     /// Angle between the specific force and gravity at each inclinometer as of the last estimate, rad.
-    last_felt: [f64; 2],
+    last_apparent_tilt: [f64; 2],
     /// Forces about which the sensitivity is linearised.
     smooth_forces: SmoothForces,
     /// Time for which the parity residual has been beyond its gate without a break, s.
@@ -51,8 +51,6 @@ pub(crate) struct BestFilters {
     /// Contact state of each wheel.
     contact: [ContactDetector; 3],
     standing: StandingDetector,
-    /// Estimated errors of the torque readings when the robot was last seen to move: see [`MotionFilter::discard_motion`].
-    torque_errors: [f64; TORQUE_ERRORS],
     friction: FrictionObserver,
     health: HealthMonitor,
     scale: ScaleFilter,
@@ -78,12 +76,11 @@ impl BestFilters {
             ground: GroundMemory::new(&robot.geometry),
             last_normal_force: [mean_load; 3],
             last_traction: [0.0; 3],
-            last_felt: [0.0; 2],
+            last_apparent_tilt: [0.0; 2],
             smooth_forces: SmoothForces::at_rest(mean_load),
             time_beyond_gate: 0.0,
             contact: [ContactDetector::default(); 3],
             standing: StandingDetector::default(),
-            torque_errors: [0.0; TORQUE_ERRORS],
             friction: FrictionObserver::default(),
             health: HealthMonitor::default(),
             scale: torque_scale::filter(robot, budget),
@@ -94,9 +91,6 @@ impl BestFilters {
     pub fn forget_motion(&mut self) {
         for wheel in &mut self.wheels {
             wheel.forget_speed();
-        }
-        for link in &mut self.links {
-            link.forget_acceleration();
         }
         self.motion.forget_velocity();
     }
@@ -162,10 +156,10 @@ impl BestFilters {
     ) -> Result<Estimate, EstimateError> {
         let settings = &nominal.settings;
         let mut innovations = Innovations::default();
-        let (link_angles, felt) = self.update_links(nominal, instant, &mut innovations);
+        let (link_angles, inclination) = self.update_links(nominal, instant, &mut innovations);
         let arms = Arms::new(&nominal.robot.geometry, link_angles[0], link_angles[1])
             .map_err(EstimateError::Linkage)?;
-        let rolling = self.update_motion(nominal, instant, &arms, &felt, &mut innovations);
+        let rolling = self.update_motion(nominal, instant, &arms, &inclination, &mut innovations);
         self.update_ground(nominal, instant, &arms);
 
         let equations = self.equations(nominal, instant.inputs, arms, link_angles)?;
@@ -177,7 +171,7 @@ impl BestFilters {
         let by_gain = self.motion.by_common_gain();
         let (mut forces, by_scale) = solve(&equations, weighted, &right, inputs, &by_gain);
         forces.consider(&equations.inverse, &nominal.by_rolling_resistance);
-        self.consider_shaking(nominal, &equations, &right.sensitivity, &mut forces);
+        self.consider_unmodelled_turning(nominal, &equations, &right.sensitivity, &mut forces);
         let stated = self.scale.stated();
         self.consider_scale(&by_scale, &mut forces);
         self.discard_wrong_states(&settings.budget);
@@ -228,8 +222,8 @@ impl BestFilters {
         Ok(estimate)
     }
 
-    /// Advances the link angles, rad. A filter that has not started yet starts. Returns the angles, and what the inclinometers show
-    /// beyond the expected reading, rad.
+    /// Advances the link angles, rad. A filter that has not started yet starts. Returns the angles, and the innovations of the
+    /// inclinometers, rad.
     fn update_links(
         &mut self,
         nominal: &Nominal,
@@ -237,26 +231,28 @@ impl BestFilters {
         innovations: &mut Innovations,
     ) -> ([f64; 2], [Option<f64>; 2]) {
         let budget = &nominal.settings.budget;
-        let mut felt = [None; 2];
+        let mut innovation_of = [None; 2];
         for i in 0..2 {
             let (rate, inclination) = (instant.inputs.rate[i], instant.inputs.inclination[i]);
             let readings = LinkReadings {
                 rate: rate.now(),
                 inclination: inclination.now(),
-                felt: self.last_felt[i],
-                shaking: self.shaking_felt(nominal, i),
+                apparent_tilt: self.last_apparent_tilt[i],
             };
             let link = &mut self.links[i];
             if link.started() {
                 let innovation = link.update(budget, instant.dt, &readings);
-                felt[i] = innovation.map(|innovation| innovation.value);
+                innovation_of[i] = innovation.map(|innovation| innovation.value);
                 innovations.inclination[i] = innovation.as_ref().map(Innovation::nis);
             } else {
                 let rate = readings.rate.unwrap_or(0.0);
                 link.start(inclination.value, inclination.age, rate);
             }
         }
-        ([self.links[0].angle(), self.links[1].angle()], felt)
+        (
+            [self.links[0].angle(), self.links[1].angle()],
+            innovation_of,
+        )
     }
 
     /// Contact states, from the forces of this estimate before the bound N >= 0, the mean load of a wheel (N) and the residuals of
@@ -284,7 +280,7 @@ impl BestFilters {
     fn update_ground(&mut self, nominal: &Nominal, instant: &Instant<'_>, arms: &Arms) {
         let (robot, budget) = (&nominal.robot, &nominal.settings.budget);
         let least = EstimatorSettings::UNLOADED * nominal.mean_load;
-        let touches = |i: usize| self.last_normal_force[i] > least && !self.motion.is_suspect(i);
+        let touches = |i: usize| self.last_normal_force[i] > least;
         let angle = |i: usize| {
             let (_, sigma) = self.motion.contact_angle_error(i);
             (self.contact_angle(i, instant.inputs), sigma)
@@ -337,7 +333,7 @@ impl BestFilters {
             forces,
             tangents,
             contact,
-            clear: [0, 1, 2].map(|i| !doubtful && !self.motion.is_suspect(i)),
+            clear: !doubtful,
             removed: offsets.map(|offset| (offset - mean) / radius),
             lasting: DIFFERENCES * budget.torque_offset / radius,
             mean_load: nominal.mean_load,

@@ -6,13 +6,10 @@ use super::tuning::TUNING;
 use crate::contact::ContactVelocity;
 use crate::filters::Kalman;
 
-/// Least cosine of the direction of the velocity: dy/dx of a steeper one is not linear in its angle.
-const LEAST_COSINE: f64 = 0.3;
-
 impl MotionFilter {
     /// Corrects the states by an error of the direction of the velocity of Q, as dy/dx, with its variance: see
-    /// [`crate::ground::GroundMemory::take_direction_error`]. Returns the change of that direction, as dy/dx; zero while a wheel is suspect
-    /// or the robot hardly rolls.
+    /// [`crate::ground::GroundMemory::take_direction_error`]. Returns the change of that direction, as dy/dx; zero while
+    /// the robot hardly rolls.
     ///
     /// A lasting error of the direction and the sum of the torque offsets are one: the parity residual ties them. So this is
     /// what separates a slope from torque offsets on even ground.
@@ -21,7 +18,7 @@ impl MotionFilter {
         let speed = robhaz_model::sqrt(velocity.norm_squared());
         let (cos, sin) = (velocity.x / speed, velocity.y / speed);
         // Written so that a NaN leaves, too.
-        if !(speed > ContactVelocity::SLOW && cos.abs() > LEAST_COSINE) || self.is_any_suspect() {
+        if !(speed > ContactVelocity::SLOW) {
             return 0.0;
         }
         // The angle changes with dy/dx by cos^2.
@@ -30,21 +27,20 @@ impl MotionFilter {
         let ph = self.filter.covariance_times(&h);
         let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
         let variance = of_states + level * level * variance;
-        let estimated = self.estimated_states();
         self.filter
-            .apply_within(estimated, &ph, -level * error, variance, TUNING.gate);
+            .apply_within(&ph, -level * error, variance, TUNING.gate);
         let after = self.velocity();
         after.y / after.x - velocity.y / velocity.x
     }
 
     /// Corrects the states by what the ground shows of the contact angle of wheel `i`: it is `slope`, rad, with this variance; `given`
-    /// is the given one. See [`crate::ground::GroundMemory::known_slope`]. Nothing while a wheel is suspect or the robot hardly rolls.
+    /// is the given one. See [`crate::ground::GroundMemory::known_slope`]. Nothing while the robot hardly rolls.
     ///
     /// The direction of a wheel's velocity depends on the robot's speed, which nothing shows while two wheels slide. The ground that the
     /// wheels ahead have felt does not.
     pub fn correct_contact_angle(&mut self, i: usize, given: f64, slope: f64, variance: f64) {
         let slow = ContactVelocity::SLOW * ContactVelocity::SLOW;
-        if !(self.velocity().norm_squared() > slow) || self.is_any_suspect() {
+        if !(self.velocity().norm_squared() > slow) {
             return;
         }
         let state = CONTACT_ANGLE + i;
@@ -52,8 +48,7 @@ impl MotionFilter {
         let ph = self.filter.covariance_times(&h);
         let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
         let error = given - slope - self.filter.x[state];
-        let estimated = self.estimated_states();
         self.filter
-            .apply_within(estimated, &ph, error, of_states + variance, TUNING.gate);
+            .apply_within(&ph, error, of_states + variance, TUNING.gate);
     }
 }

@@ -1,12 +1,10 @@
 //! The motion filter's state and its readout.
 
-use super::felt_mean::FeltMean;
 use super::states::{
     ACCELERATION, CONSIDERED, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, INPUTS, TORQUE_GAIN,
     TORQUE_OFFSET, VELOCITY,
 };
 use super::tuning::TUNING;
-use super::turns::Turns;
 use crate::filters::Kalman;
 use crate::settings::{ContactAngles, NoiseBudget};
 use crate::statics::input;
@@ -25,14 +23,10 @@ pub(crate) struct MotionFilter {
     pub(super) sliding: [f64; 3],
     /// Variance of the unexplained load, N^2.
     pub(super) unexplained: f64,
-    /// How far the slips of wheels that may slide differ beyond creep, m/s.
-    pub(super) disagreement: f64,
+    /// Time since the inclinometers last showed the acceleration, s.
+    pub(super) since_acceleration: f64,
     /// Mean square of the change of the acceleration over a time, by that time, m^2/s^5: see [`MotionFilter::predict`].
     pub(super) acceleration_change: f64,
-    /// What the inclinometers have felt since it last corrected the states.
-    pub(super) felt: FeltMean,
-    /// When the rolling constraints of each wheel last corrected the states, and how uncertain they were.
-    pub(super) turns: Turns,
 }
 
 impl MotionFilter {
@@ -69,10 +63,8 @@ impl MotionFilter {
             suspect: [0.0; 3],
             sliding: [0.0; 3],
             unexplained: 0.0,
-            disagreement: 0.0,
+            since_acceleration: 0.0,
             acceleration_change: 0.0,
-            felt: FeltMean::default(),
-            turns: Turns::default(),
         }
     }
 
@@ -112,11 +104,6 @@ impl MotionFilter {
         let p = &self.filter.p;
         let (x, y) = (VELOCITY, VELOCITY + 1);
         [p[x][x], p[x][y], p[y][y]]
-    }
-
-    /// Whether wheel `i` is suspect: see `TUNING.suspect_gate`.
-    pub fn is_suspect(&self, i: usize) -> bool {
-        self.suspect[i] > 0.0
     }
 
     /// Whether any wheel is suspect.
@@ -178,16 +165,6 @@ impl MotionFilter {
     /// Variance of the unexplained load, N^2: see [`MotionFilter::check_parity`].
     pub fn unexplained_load(&self) -> f64 {
         self.unexplained
-    }
-
-    /// How many of the first states measurements correct. While a wheel is suspect, errors of the readings are only considered: what an
-    /// impact or an edge does to the innovations would pass for a torque offset.
-    pub(super) fn estimated_states(&self) -> usize {
-        if self.is_any_suspect() {
-            TORQUE_OFFSET
-        } else {
-            TORQUE_GAIN
-        }
     }
 
     /// A state and its standard deviation.

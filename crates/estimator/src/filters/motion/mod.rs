@@ -5,7 +5,7 @@
 //!   penetration (`rolling.rs`).
 //! - A wheel rolls. The speed of its centre is that of its rim minus the slip, and the slip of a wheel that grips is
 //!   proportional to T/N: creep (`rolling.rs`).
-//! - The inclinometers feel the acceleration of the robot (`felt.rs`).
+//! - The inclinometers measure the acceleration of the robot (`specific_force.rs`).
 //! - The parity residual of eq. (8) is zero (`parity.rs`).
 //! - The profile of the ground closes: front, middle and rear wheel find the same heights at the same places (`closure.rs`).
 //!
@@ -16,27 +16,24 @@
 //! observes one combination of their errors. The fifth shows the lasting error of the direction of the velocity, which the
 //! others cannot tell from a torque offset common to all wheels.
 //!
-//! States and their indices are in `states.rs`, their change over time is in `prediction.rs`, at which samples which constraint
-//! corrects them in `turns.rs`, all constants in `tuning.rs`, and time-correlated errors in `noise.rs`.
+//! States and their indices are in `states.rs`, their change over time is in `prediction.rs`, their constants in `tuning.rs`,
+//! and time-correlated errors in `noise.rs`.
 
 mod closure;
-mod felt;
-mod felt_mean;
 mod filter;
 mod noise;
 mod parity;
 mod prediction;
 mod rolling;
+mod specific_force;
 mod standing;
 mod states;
 #[cfg(test)]
 mod tests;
 mod tuning;
-mod turns;
 
-pub(crate) use felt::FeltAcceleration;
 pub(crate) use filter::MotionFilter;
 pub(crate) use parity::ParityResidual;
 pub(crate) use prediction::MeasuredAccelerations;
 pub(crate) use rolling::RollingWheel;
-pub(crate) use states::TORQUE_ERRORS;
+pub(crate) use specific_force::SensedAcceleration;

@@ -30,7 +30,7 @@ pub(crate) struct ParityCheck {
 
 impl MotionFilter {
     /// Tests a parity residual z against its predicted standard deviation sigma and, with `correct`, corrects the states by
-    /// it, if it is its turn ([`super::turns::Turns`]). `dt` is the time since the last sample, s.
+    /// it. `dt` is the time since the last sample, s.
     ///
     /// The variance of the unexplained load becomes the larger of its decayed old value and `z^2 - (2 sigma)^2`, N^2; sigma is
     /// that without unexplained load. A residual beyond the gate makes all wheels suspect.
@@ -43,20 +43,6 @@ impl MotionFilter {
         let linearisation = TUNING.parity.sigma * TUNING.parity.sigma;
         let sample_variance = residual.variance + linearisation;
         let square = residual.value * residual.value;
-        let due = self.turns.next_parity(dt);
-        let last = self.turns.parity_variance() + sample_variance;
-        // Written so that a NaN does not wait.
-        let is_noise = square <= TUNING.early * TUNING.early * last;
-        if correct && is_noise && !due && !self.is_any_suspect() {
-            return ParityCheck {
-                innovation: Innovation {
-                    value: -residual.value,
-                    variance: last,
-                },
-                within_gate: true,
-                corrected: false,
-            };
-        }
         let mut h = [(0, 0.0); input::COUNT];
         for (k, entry) in h.iter_mut().enumerate() {
             *entry = (INPUTS + k, residual.gradient[k]);
@@ -79,13 +65,10 @@ impl MotionFilter {
         let within_gate = square <= gate;
         let corrected = correct && within_gate;
         if corrected {
-            let dt = self.turns.parity_taken(of_states);
             // Correlated errors enter as the equivalent white noise, with at least the variance of this sample.
             let lasting =
                 (sample_variance + self.unexplained) * (2.0 * TUNING.parity.time / dt).max(1.0);
-            let estimated = self.estimated_states();
-            self.filter
-                .apply_to(estimated, &ph, -residual.value, of_states + lasting);
+            self.filter.apply(&ph, -residual.value, of_states + lasting);
         }
         ParityCheck {
             innovation,

@@ -49,7 +49,7 @@ struct Constrained<'a> {
     wheel: &'a RollingWheel,
     /// Of the wheel's centre.
     velocity: ContactVelocity,
-    /// Time since its constraints last corrected the states, s.
+    /// Time since the last sample, s.
     dt: f64,
     /// See [`MotionFilter::speed_ratio`].
     speed_ratio: f64,
@@ -59,9 +59,9 @@ struct Constrained<'a> {
 }
 
 impl MotionFilter {
-    /// Applies the rolling constraints of the `wheels` that carry load, `dt` seconds after the last sample: of those whose turn it
-    /// is ([`super::turns::Turns`]), and of those that show more than noise. Without `correct` the measurement rows contain the
-    /// velocity only; states that are correlated with it still change. Returns the residuals before the corrections.
+    /// Applies the rolling constraints of the `wheels` that carry load, `dt` seconds after the last sample. Without `correct` the
+    /// measurement rows contain the velocity only; states that are correlated with it still change. Returns the residuals before the
+    /// corrections.
     pub fn roll(
         &mut self,
         budget: &NoiseBudget,
@@ -69,22 +69,17 @@ impl MotionFilter {
         dt: f64,
         correct: bool,
     ) -> [Option<RollingResiduals>; 3] {
-        let loaded = wheels.each_ref().map(Option::is_some);
-        let turn = self.turns.next(loaded, dt);
         let mut found = [None; 3];
         for i in 0..3 {
             if let Some(wheel) = &wheels[i] {
-                let sample = self.sample(i, wheel, turn.waited[i], correct);
-                let waits = !(turn.due[i] || self.suspect[i] > 0.0 || self.sliding[i] > 0.0);
-                let residuals = waits.then(|| self.residuals_of_noise(&sample)).flatten();
-                found[i] = Some(residuals.unwrap_or_else(|| self.roll_wheel(budget, &sample)));
+                let sample = self.sample(i, wheel, dt, correct);
+                found[i] = Some(self.roll_wheel(budget, &sample));
             }
         }
-        self.disagreement = disagreement(wheels, &found);
         found
     }
 
-    /// One wheel, `dt` seconds after its constraints last corrected the states.
+    /// One wheel, `dt` seconds after the last sample.
     fn sample<'a>(
         &self,
         i: usize,
@@ -105,24 +100,6 @@ impl MotionFilter {
         }
     }
 
-    /// Residuals of a wheel whose turn it is not. `None` if they are beyond `TUNING.early`.
-    fn residuals_of_noise(&self, sample: &Constrained<'_>) -> Option<RollingResiduals> {
-        let creep = self.creep(sample.i, sample.wheel).slip();
-        let slip = sample
-            .wheel
-            .rim_speed
-            .map(|rim_speed| [rim_speed - sample.velocity.speed - creep, creep]);
-        let found = self.turns.residuals(sample.i, sample.velocity.away, slip);
-        // In these forms a NaN is no noise.
-        let is_noise = |residual: f64, variance: f64| {
-            residual * residual <= TUNING.early * TUNING.early * variance
-        };
-        let along = |slip: SlipResidual| is_noise(slip.beyond_creep, slip.variance);
-        let is_noise = is_noise(found.away, found.away_sigma * found.away_sigma)
-            && found.slip.is_none_or(along);
-        is_noise.then_some(found)
-    }
-
     /// Both constraints of one wheel.
     fn roll_wheel(&mut self, budget: &NoiseBudget, sample: &Constrained<'_>) -> RollingResiduals {
         let (shared, away_sigma) = self.constrain_direction(budget, sample);
@@ -130,13 +107,11 @@ impl MotionFilter {
             .wheel
             .rim_speed
             .map(|rim_speed| self.constrain_speed(sample, rim_speed, shared));
-        let residuals = RollingResiduals {
+        RollingResiduals {
             away: sample.velocity.away,
             away_sigma,
             slip,
-        };
-        self.turns.taken(sample.i, &residuals);
-        residuals
+        }
     }
 
     /// Creep of wheel `i`.
@@ -174,20 +149,13 @@ impl MotionFilter {
         let mut of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
 
         let given = self.angles == ContactAngles::Given;
-        // Below the speed at which a velocity has a direction, noise would pass for slopes.
-        let correct = sample.correct && (given || velocity.rolls());
+        let correct = sample.correct;
         let penetration = TUNING.penetration_speed.at_speed(sample.speed_ratio);
         let sample_variance =
             of_states + penetration.sigma * penetration.sigma + bias * bias + noise * noise;
-        let gate = if given {
-            TUNING.suspect_gate
-        } else {
-            TUNING.edge_gate
-        };
+        let gate = TUNING.edge_gate;
         let leaves = velocity.away * velocity.away > gate * gate * sample_variance;
-        if leaves && given {
-            self.suspect[i] = TUNING.suspect_time;
-        } else if leaves && correct {
+        if leaves && correct && !given {
             self.meet_edge(i, &velocity);
             ph = self.filter.covariance_times(&h);
             of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
@@ -202,9 +170,8 @@ impl MotionFilter {
         let r = penetration.white(dt) + shared;
         if correct {
             let variance = of_states + r;
-            let estimated = self.estimated_states();
             self.filter
-                .apply_within(estimated, &ph, -velocity.away, variance, TUNING.gate);
+                .apply_within(&ph, -velocity.away, variance, TUNING.gate);
         } else {
             let (_, sigma) = self.contact_angle_error(i);
             let of_angle = LastingError::new(velocity.speed * sigma, budget.contact_angle_time);
@@ -287,13 +254,6 @@ impl MotionFilter {
         if !shows_creep {
             lasting = root_sum_square(lasting, creep_sigma * wheel.ratio);
         }
-        if may_slide(wheel) {
-            lasting = root_sum_square(lasting, 0.5 * self.disagreement);
-        }
-        if !rolls {
-            // At rest a wheel bears its traction with any slip between 0 and c T/N: the slip itself is noise.
-            lasting = root_sum_square(lasting, slip);
-        }
         let of_torque = by_offset * wheel.torque_sigma;
         let square = |sigma: f64| sigma * sigma;
         let sample_variance = of_states
@@ -324,14 +284,9 @@ impl MotionFilter {
         if self.sliding[i] > 0.0 {
             r += TUNING.sliding.white(dt);
         }
-        let estimated = self.estimated_states();
         let variance = of_states + r;
-        if !self
-            .filter
-            .apply_within(estimated, &ph, innovation, variance, TUNING.gate)
-        {
-            self.widen_velocity(dt);
-        }
+        self.filter
+            .apply_within(&ph, innovation, variance, TUNING.gate);
         for creep in &mut self.filter.x[CREEP..CREEP + 3] {
             *creep = creep.clamp(TUNING.least_creep, TUNING.greatest_creep);
         }
@@ -347,35 +302,4 @@ impl MotionFilter {
             + p[gain][gain] * wheel.torque * wheel.torque;
         robhaz_model::sqrt(torque_variance) / wheel.moment_of_load
     }
-
-    /// Adds 0.25 m^2/s^2 times dt to the velocity's variances after a rejected rim speed. So a wrong velocity estimate cannot
-    /// cause the rejection of all later readings.
-    fn widen_velocity(&mut self, dt: f64) {
-        for v in [VELOCITY, VELOCITY + 1] {
-            self.filter.p[v][v] += TUNING.unknown_velocity * TUNING.unknown_velocity * dt;
-        }
-    }
-}
-
-/// Whether a wheel with this T/N slides on some ground, while on better ground it grips.
-fn may_slide(wheel: &RollingWheel) -> bool {
-    let ratio = wheel.ratio.abs();
-    ratio > TUNING.sticking_ratio && ratio < TUNING.gripping_ratio
-}
-
-/// Largest difference between the slips beyond creep of the wheels that may slide, m/s, less what creep leaves unexplained. One of two
-/// wheels that disagree slides, but their slips do not show which.
-fn disagreement(
-    wheels: &[Option<RollingWheel>; 3],
-    residuals: &[Option<RollingResiduals>; 3],
-) -> f64 {
-    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    for (wheel, residuals) in wheels.iter().zip(residuals) {
-        let slip = residuals.and_then(|residuals| residuals.slip);
-        if let (Some(_), Some(slip)) = (wheel.as_ref().filter(|wheel| may_slide(wheel)), slip) {
-            low = low.min(slip.beyond_creep);
-            high = high.max(slip.beyond_creep);
-        }
-    }
-    (high - low - TUNING.agreeing_slip).max(0.0)
 }

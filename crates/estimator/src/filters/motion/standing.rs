@@ -2,31 +2,16 @@
 
 use super::filter::{MotionFilter, angle_sigma};
 use super::rolling::RollingWheel;
-use super::states::{
-    ACCELERATION, CONTACT_ANGLE, GEAR_FRICTION, TORQUE_ERRORS, TORQUE_OFFSET, VELOCITY,
-};
+use super::states::{ACCELERATION, CONTACT_ANGLE, GEAR_FRICTION, TORQUE_OFFSET, VELOCITY};
 use super::tuning::TUNING;
 use crate::contact::{RollingResiduals, SlipResidual};
 use crate::quadrature::root_sum_square;
 use crate::settings::{ContactAngles, NoiseBudget};
 
 impl MotionFilter {
-    /// Offsets of the torque readings and gear friction, N m.
-    pub fn torque_errors(&self) -> [f64; TORQUE_ERRORS] {
-        core::array::from_fn(|k| self.filter.x[TORQUE_OFFSET + k])
-    }
-
-    /// The robot has been found to stand: what was estimated from its motion since it stopped is discarded.
-    ///
-    /// - Unknown contact angles. What holds the robot is ahead of some of its wheels, in the direction `spin` of their rims (its sign
-    ///   counts): a contact angle lies between that of level ground and that of a wall.
-    /// - Errors of torques: they become those of `torque_errors`, N m, and as uncertain as they have changed since.
-    pub fn discard_motion(&mut self, spin: f64, torque_errors: &[f64; TORQUE_ERRORS]) {
-        for (k, before) in torque_errors.iter().enumerate() {
-            let (now, sigma) = self.estimated(TORQUE_OFFSET + k);
-            let sigma = root_sum_square(sigma, now - before);
-            self.filter.set(TORQUE_OFFSET + k, *before, sigma);
-        }
+    /// The robot has been found to stand: unknown contact angles are discarded. What holds the robot is ahead of some of its wheels, in the
+    /// direction `spin` of their rims (its sign counts): a contact angle lies between that of level ground and that of a wall.
+    pub fn discard_motion(&mut self, spin: f64) {
         if self.angles == ContactAngles::Unknown {
             let angle = libm::copysign(TUNING.held_angle, spin);
             for x in &mut self.filter.x[CONTACT_ANGLE..CONTACT_ANGLE + 3] {

@@ -23,8 +23,6 @@ pub const GEAR_FRICTION: usize = INPUTS + input::GEAR_FRICTION;
 /// creep and contact angles make them observable. A linearised filter is inconsistent there: its variance would fall while
 /// its error grows.
 pub const TORQUE_GAIN: usize = INPUTS + input::TORQUE_GAIN;
-/// Number of estimated errors of torques: offsets and gear friction.
-pub const TORQUE_ERRORS: usize = TORQUE_GAIN - TORQUE_OFFSET;
 /// Number of states.
 pub const COUNT: usize = INPUTS + input::COUNT;
 /// Number of consider states, at the end.

@@ -43,8 +43,6 @@ pub struct Tuning {
     /// Correlation time of the error of a link's angle, s. The angle follows its inclinometer within seconds, so that what both have in
     /// common shows no acceleration.
     pub angle_time: f64,
-    /// Difference between the accelerations that the two links feel that is no contradiction, in standard deviations.
-    pub apart: f64,
     /// Correlation time of what an inclinometer's place and the error of its lag add while its link turns, s.
     pub turning_time: f64,
     /// Slip speed that creep does not explain: standard deviation, m/s, and correlation time, s, at the reference speed. It
@@ -95,10 +93,6 @@ pub struct Tuning {
     pub sliding_gate: f64,
     /// T/N below which a wheel grips on any ground, -.
     pub sticking_ratio: f64,
-    /// T/N up to which a wheel slides on poor ground and grips on other. Beyond, the noise of its slip allows for sliding at any rate.
-    pub gripping_ratio: f64,
-    /// Differences between the slips of such wheels beyond creep that show no sliding, m/s.
-    pub agreeing_slip: f64,
     /// Time for which a wheel then counts as sliding, s.
     pub sliding_time: f64,
     /// Slip of a sliding wheel: standard deviation, m/s, and correlation time, s.
@@ -106,14 +100,8 @@ pub struct Tuning {
     /// Lower limit of the contact-angle error, rad. It keeps the process noise of the acceleration finite where the budget
     /// is zero.
     pub least_angle: f64,
-    /// Residuals of a wheel beyond this many standard deviations of a single sample correct the states at once, not at the wheel's turn.
-    pub early: f64,
     /// Innovations beyond this many standard deviations are rejected.
     pub gate: f64,
-    /// Threshold of the direction constraint, in standard deviations of a single sample. A wheel beyond it becomes suspect: it
-    /// stands on a corner, or on riser and tread. `gate` refers to the much larger equivalent white noise, so a suspect wheel is
-    /// not always rejected.
-    pub suspect_gate: f64,
     /// The same where no contact angle is given: the estimated angle then follows what leaves it, so that the deviation of a wheel that
     /// meets an edge is small.
     pub edge_gate: f64,
@@ -151,7 +139,6 @@ pub const TUNING: Tuning = Tuning {
     penetration_speed: LastingError::new(5e-4, 0.05),
     gyro_noise_factor: 3.0,
     angle_time: 10.0,
-    apart: 2.0,
     turning_time: 0.05,
     slip: LastingError::new(2e-4, 0.5),
     observer_time: 0.05,
@@ -174,14 +161,10 @@ pub const TUNING: Tuning = Tuning {
     held_angle: 0.6,
     sliding_gate: 6.0,
     sticking_ratio: ContactDetector::LEAST_RATIO,
-    gripping_ratio: 0.5,
-    agreeing_slip: 0.01,
     sliding_time: 0.1,
     sliding: LastingError::new(1.0, 1.0),
     least_angle: 1e-3,
-    early: 2.0,
     gate: 5.0,
-    suspect_gate: 4.0,
     edge_gate: 3.0,
     suspect_time: 0.2,
     suspect: LastingError::new(0.1, 0.1),

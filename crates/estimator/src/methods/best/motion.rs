@@ -42,13 +42,10 @@ impl BestFilters {
         if stands && !before {
             let [front, middle, rear] = rim_speeds;
             let spin = front + middle + rear;
-            self.motion.discard_motion(spin, &self.torque_errors);
+            self.motion.discard_motion(spin);
             self.ground.end_section();
         } else if before && !stands {
             self.motion.forget_velocity();
-        }
-        if self.standing.has_moved() {
-            self.torque_errors = self.motion.torque_errors();
         }
     }
 
@@ -60,13 +57,13 @@ impl BestFilters {
     }
 
     /// Advances motion and wheels, and applies the rolling constraints of loaded wheels, in the posture of `arms`, unless the wheels
-    /// spin in place. `felt` is what the inclinometers show beyond the expected readings, rad. Returns the residuals of these constraints.
+    /// spin in place. `inclination` are the innovations of the inclinometers, rad. Returns the residuals of these constraints.
     pub(super) fn update_motion(
         &mut self,
         nominal: &Nominal,
         instant: &Instant<'_>,
         arms: &Arms,
-        felt: &[Option<f64>; 2],
+        inclination: &[Option<f64>; 2],
         innovations: &mut Innovations,
     ) -> [Option<RollingResiduals>; 3] {
         let (robot, settings) = (&nominal.robot, &nominal.settings);
@@ -92,7 +89,7 @@ impl BestFilters {
         if stands {
             self.motion.stand(nominal.mean_load);
         } else if dt > 0.0 && self.method.rolling {
-            self.feel_acceleration(nominal, felt, dt);
+            self.correct_acceleration(nominal, inclination, dt);
         }
         let rolls = |i: usize| dt > 0.0 && self.last_normal_force[i] > least;
         let wheels =
@@ -108,7 +105,7 @@ impl BestFilters {
         if !stands {
             innovations.slip = slip_nis(&residuals);
         }
-        self.last_felt = self.expected_felt(arms);
+        self.last_apparent_tilt = self.apparent_tilt(arms);
         residuals
     }
 

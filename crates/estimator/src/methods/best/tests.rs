@@ -156,11 +156,11 @@ fn offset_covariance(estimator: &Estimator) -> [[f64; 3]; 3] {
     [0, 1, 2].map(|i| [0, 1, 2].map(|j| motion.input_covariance(offset(i), offset(j))))
 }
 
-/// Newton: nothing counts while the rate follows its low pass. A link that shakes with an angular acceleration s may accelerate Q, and the
+/// Newton: nothing counts while the rate follows its low pass. A link that turns with an angular acceleration s may accelerate Q, and the
 /// whole mass M with it, by s times its longest arm. That vertical force is borne by the wheels: the sum of N has at least the deviation
 /// M s arm. Rounding.
 #[test]
-fn shaking_counts_with_the_whole_mass() {
+fn unmodelled_turning_counts_with_the_whole_mass() {
     let nominal = Nominal::new(&Robot::default_a(), EstimatorSettings::best());
     let (robot, budget) = (&nominal.robot, &nominal.settings.budget);
     let still = BestFilters::new(robot, KalmanMethod::ALL_STEPS, budget);
@@ -174,7 +174,7 @@ fn shaking_counts_with_the_whole_mass() {
             covariance: [[0.0; 6]; 6],
         };
         let right = filters.right_side(&nominal, &equations, &filters.smooth_forces);
-        filters.consider_shaking(&nominal, &equations, &right.sensitivity, &mut forces);
+        filters.consider_unmodelled_turning(&nominal, &equations, &right.sensitivity, &mut forces);
         forces.covariance.iter().flatten().sum::<f64>()
     };
     assert!(!(variance_of_sum(&still) > 0.0));
@@ -184,11 +184,10 @@ fn shaking_counts_with_the_whole_mass() {
         let readings = LinkReadings {
             rate: Some(0.012),
             inclination: None,
-            felt: 0.0,
-            shaking: 0.0,
+            apparent_tilt: 0.0,
         };
         filters.links[link].update(budget, 1e-3, &readings);
-        let sigma = filters.links[link].unexplained_acceleration();
+        let sigma = filters.links[link].unmodelled_acceleration();
         assert!(sigma > 0.1, "{sigma}");
         let geometry = &robot.geometry;
         let arm = (geometry.axles[wheel] - geometry.pins.q).norm();

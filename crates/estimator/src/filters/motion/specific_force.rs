@@ -1,18 +1,16 @@
-//! Acceleration of the robot that its inclinometers feel.
+//! Acceleration of the robot from the specific force that its inclinometers measure.
 
-use super::felt_mean::FeltMean;
 use super::filter::MotionFilter;
 use super::noise::LastingError;
 use super::states::{ACCELERATION, CONSIDERED, COUNT};
 use super::tuning::TUNING;
-use super::turns::Turns;
 use crate::filters::Kalman;
 
 /// What one inclinometer shows of the horizontal acceleration of Q at one sample.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct FeltAcceleration {
+pub(crate) struct SensedAcceleration {
     /// Acceleration of Q that it shows, less the estimated one after the same low pass, m/s^2, forward positive.
-    pub difference: f64,
+    pub innovation: f64,
     /// Variance of its white noise, m^2/s^4.
     pub white: f64,
     /// Standard deviation of the error of the link's angle, as acceleration, m/s^2.
@@ -24,69 +22,46 @@ pub(crate) struct FeltAcceleration {
 }
 
 impl MotionFilter {
-    /// Corrects the states by what the inclinometers of links 1 and 2 feel of the acceleration of Q, `dt` seconds after the last sample:
-    /// `None` without a reading. As the other constraints, every third sample at 1 kHz: see [`Turns`]. Nothing while a wheel is suspect:
-    /// what an impact does to the filtered rates of the links would pass for an acceleration.
+    /// Measurement update by the acceleration of Q that the inclinometers of links 1 and 2 show, `dt` seconds after the last sample: `None`
+    /// without a reading. Skipped while a wheel is suspect: an impact on the filtered rates of the links would pass for an acceleration.
     ///
     /// An inclinometer measures the direction of the specific force, and the gyroscope the angle of the link: what is left is the
     /// acceleration along the link, within seconds. It is the only measurement of the robot's motion that does not need a wheel that grips.
-    ///
-    /// Both links feel the same acceleration of Q. Half of what they differ by beyond [`TUNING`]`.apart` deviations counts as a lasting
-    /// error: otherwise a gyroscope with a wrong sign would pass for an acceleration, and no inclination would contradict it.
-    pub fn feel(&mut self, readings: &[Option<FeltAcceleration>; 2], dt: f64) {
-        if self.is_any_suspect() {
-            self.felt = FeltMean::default();
-            return;
-        }
-        self.felt.time += dt;
+    pub fn correct_acceleration(&mut self, readings: &[Option<SensedAcceleration>; 2], dt: f64) {
+        self.since_acceleration += dt;
         let share = match readings {
             [None, None] => return,
             [Some(_), Some(_)] => 0.5,
             _ => 1.0,
         };
-        let (mut white, mut of_angle, mut of_turning, mut lag) = (0.0, 0.0, 0.0, 0.0_f64);
-        for felt in readings.iter().flatten() {
-            self.felt.sum += share * felt.difference;
-            white += share * share * felt.white;
-            // Both links' errors of these kinds may have the same sign.
-            of_angle += share * felt.of_angle;
-            of_turning += share * felt.of_turning;
-            lag = lag.max(felt.lag);
-        }
-        if let [Some(first), Some(second)] = readings {
-            self.felt.apart += first.difference - second.difference;
-        }
-        self.felt.count += 1.0;
-        if !(self.felt.time > Turns::LONGEST_WAIT - Turns::ROUNDING) {
+        let time = core::mem::take(&mut self.since_acceleration);
+        if self.is_any_suspect() {
             return;
         }
-        let FeltMean {
-            sum,
-            apart,
-            count,
-            time,
-        } = core::mem::take(&mut self.felt);
+        let (mut innovation, mut white) = (0.0, 0.0);
+        let (mut of_angle, mut of_turning, mut lag) = (0.0, 0.0, 0.0_f64);
+        for sensed in readings.iter().flatten() {
+            innovation += share * sensed.innovation;
+            white += share * share * sensed.white;
+            // Both links' errors of these kinds may have the same sign.
+            of_angle += share * sensed.of_angle;
+            of_turning += share * sensed.of_turning;
+            lag = lag.max(sensed.lag);
+        }
         // Not less than once the variance, where readings are rarer than errors last.
         let lasting =
             |sigma: f64, lasts: f64| LastingError::new(sigma, lasts.max(0.5 * time)).white(time);
         let change = robhaz_model::sqrt(self.acceleration_change * lag);
-        let square = |sigma: f64| sigma * sigma;
-        // Of the difference of two independent links; `white` is that of their mean.
-        let agreeing = 4.0 * white / count + 2.0 * (square(of_angle) + square(of_turning));
-        let allowed = TUNING.apart * robhaz_model::sqrt(agreeing);
-        let doubt = 0.5 * ((apart / count).abs() - allowed).max(0.0);
-        let r = white / count
+        let r = white
             + lasting(of_angle, TUNING.angle_time)
-            + lasting(doubt, TUNING.angle_time)
             + lasting(of_turning, TUNING.turning_time)
             + lasting(change, lag);
         let h = [(ACCELERATION, 1.0)];
         let ph = self.filter.covariance_times(&h);
         let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
-        let estimated = self.estimated_states();
         // No gate: an impact is an acceleration, too.
         self.filter
-            .apply_within(estimated, &ph, sum / count, of_states + r, f64::INFINITY);
+            .apply_within(&ph, innovation, of_states + r, f64::INFINITY);
     }
 }
 
@@ -116,14 +91,14 @@ mod tests {
                 1.0
             };
             expected += weight * (motion.acceleration().x - acceleration - expected);
-            let felt = FeltAcceleration {
-                difference: -expected,
+            let sensed = SensedAcceleration {
+                innovation: -expected,
                 white: 0.017 * 0.017,
                 of_angle: 0.005,
                 of_turning: 0.0,
                 lag,
             };
-            motion.feel(&read.map(|read| read.then_some(felt)), DT);
+            motion.correct_acceleration(&read.map(|read| read.then_some(sensed)), DT);
         }
         motion
     }
@@ -131,7 +106,7 @@ mod tests {
     /// Closed form: with any of the inclinometers and any lag the speed after a second is the acceleration times the second, less what the
     /// filter takes to follow: 30 ms without a lag, at most 100 ms with one of 20 ms.
     #[test]
-    fn the_speed_of_a_robot_that_slides_is_felt() {
+    fn the_speed_of_a_robot_that_slides_is_found() {
         for read in [[true, false], [false, true], [true, true]] {
             for (lag, late) in [(0.0, 0.05), (0.02, 0.1)] {
                 for acceleration in [0.3, -0.3] {
@@ -150,7 +125,7 @@ mod tests {
     /// Property: inclinometers that are read at every tenth sample only show the acceleration, too: the process of 0.6 m/s^2 is the
     /// larger part of its deviation.
     #[test]
-    fn rare_readings_are_felt() {
+    fn rare_readings_show_the_acceleration() {
         let budget = NoiseBudget::typical();
         let mut motion = MotionFilter::new(&budget, ContactAngles::Unknown);
         let measured = MeasuredAccelerations {
@@ -159,14 +134,14 @@ mod tests {
         };
         for k in 0..1000 {
             motion.predict(&budget, DT, [false; 3], &[0.0; 3], measured);
-            let felt = FeltAcceleration {
-                difference: 0.3 - motion.acceleration().x,
+            let sensed = SensedAcceleration {
+                innovation: 0.3 - motion.acceleration().x,
                 white: 0.017 * 0.017,
                 of_angle: 0.005,
                 of_turning: 0.0,
                 lag: 0.0,
             };
-            motion.feel(&[(k % 10 == 0).then_some(felt); 2], DT);
+            motion.correct_acceleration(&[(k % 10 == 0).then_some(sensed); 2], DT);
         }
         let (found, sigma) = motion.estimated(ACCELERATION);
         assert!((found - 0.3).abs() < 0.02 && sigma < 0.3, "{found} {sigma}");
@@ -183,44 +158,21 @@ mod tests {
         );
     }
 
-    /// Property: what only one of two links feels is believed by less, the more it is.
+    /// Property: while a wheel is suspect what the inclinometers measure changes nothing.
     #[test]
-    fn links_that_differ_are_doubted() {
-        let budget = NoiseBudget::typical();
-        let found = |difference: f64| {
-            let mut motion = MotionFilter::new(&budget, ContactAngles::Unknown);
-            let felt = |difference| FeltAcceleration {
-                difference,
-                white: 1e-4,
-                of_angle: 0.005,
-                of_turning: 0.0,
-                lag: 0.0,
-            };
-            let measured = MeasuredAccelerations::default();
-            for _ in 0..3 {
-                motion.predict(&budget, DT, [false; 3], &[0.0; 3], measured);
-                motion.feel(&[Some(felt(difference)), Some(felt(0.0))], DT);
-            }
-            motion.acceleration().x / difference
-        };
-        assert!(found(1.0) < 0.1 * found(0.01) && found(0.01) > 0.0);
-    }
-
-    /// Property: while a wheel is suspect what the inclinometers feel changes nothing.
-    #[test]
-    fn an_impact_is_not_felt() {
+    fn an_impact_is_no_acceleration() {
         let mut motion = accelerated(0.3, [true; 2], 0.0);
         motion.suspect[1] = 0.2;
         let before = motion;
-        let felt = FeltAcceleration {
-            difference: 5.0,
+        let sensed = SensedAcceleration {
+            innovation: 5.0,
             white: 1e-4,
             of_angle: 0.0,
             of_turning: 0.0,
             lag: 0.0,
         };
         for _ in 0..10 {
-            motion.feel(&[Some(felt); 2], DT);
+            motion.correct_acceleration(&[Some(sensed); 2], DT);
         }
         assert_eq!(motion.filter, before.filter);
     }

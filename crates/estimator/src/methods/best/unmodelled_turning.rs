@@ -1,17 +1,17 @@
-//! Loads of a linkage that shakes faster than its filters follow, as on facets and corners.
+//! Loads of a linkage that turns faster than its filters follow, as on facets and corners.
 
 use super::BestFilters;
 use crate::nominal::Nominal;
 use crate::statics::{Equations, Equilibrium, Forces, Sensitivity, input};
 
 impl BestFilters {
-    /// Adds what unexplained angular accelerations of the links cost to the covariance of N:
-    /// [`crate::filters::LinkAngleKalman::unexplained_acceleration`]. Nothing on ground that the filters follow.
+    /// Adds what unmodelled angular accelerations of the links cost to the covariance of N:
+    /// [`crate::filters::LinkAngleKalman::unmodelled_acceleration`]. Nothing on ground that the filters follow.
     ///
     /// A wheel that is thrown up turns its link, and Q moves with it unless another wheel holds the link there: no sensor shows how
     /// much. So beside the inertia of the turning linkage counts an acceleration of Q in any direction, by the longest arm from Q to an axle
     /// of that link.
-    pub(super) fn consider_shaking(
+    pub(super) fn consider_unmodelled_turning(
         &self,
         nominal: &Nominal,
         equations: &Equations,
@@ -26,11 +26,10 @@ impl BestFilters {
         let [link1, link2] = &self.links;
         let [a1, a2] = [link1.acceleration(), link2.acceleration()];
         let [s1, s2] = [
-            link1.unexplained_acceleration(),
-            link2.unexplained_acceleration(),
+            link1.unmodelled_acceleration(),
+            link2.unmodelled_acceleration(),
         ];
         for (link, sigma, accelerations) in [(0, s1, [a1 + s1, a2]), (1, s2, [a1, a2 + s2])] {
-            // On most ground nothing shakes.
             if !(sigma > 0.0) {
                 continue;
             }
