@@ -117,22 +117,25 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
 
     /// Corrects the state by an innovation, for known `P h` and variance of the innovation.
     pub fn apply(&mut self, ph: &[f64; N], difference: f64, variance: f64) {
-        let estimated = N - CONSIDERED;
+        let considered = N - CONSIDERED..N;
         let root = 1.0 / robhaz_model::sqrt(variance);
         // P -= s s' is symmetric to the bit.
         let s = ph.map(|value| value * root);
         let step = root * difference;
-        for (i, (row, si)) in self.p.iter_mut().zip(s).enumerate() {
-            if i < estimated {
-                self.x[i] += si * step;
-                for (entry, sj) in row.iter_mut().zip(s) {
-                    *entry -= si * sj;
-                }
-            } else {
-                for (entry, sj) in row.iter_mut().zip(s).take(estimated) {
-                    *entry -= si * sj;
-                }
+        let mut kept = [[0.0; CONSIDERED]; CONSIDERED];
+        for (kept, row) in kept.iter_mut().zip(&self.p[considered.clone()]) {
+            kept.copy_from_slice(&row[considered.clone()]);
+        }
+        for (row, si) in self.p.iter_mut().zip(s) {
+            for (entry, sj) in row.iter_mut().zip(s) {
+                *entry -= si * sj;
             }
+        }
+        for (x, si) in self.x.iter_mut().zip(s).take(N - CONSIDERED) {
+            *x += si * step;
+        }
+        for (kept, row) in kept.iter().zip(&mut self.p[considered.clone()]) {
+            row[considered.clone()].copy_from_slice(kept);
         }
     }
 }

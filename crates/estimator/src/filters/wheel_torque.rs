@@ -17,8 +17,6 @@ pub struct TorqueObserverParameters {
     pub torque_sigma: f64,
     /// Speed of the rim relative to the link, m/s.
     pub rim_speed: f64,
-    /// Standard deviation of a step in the torque since the last prediction, N m: gear friction at a change of direction.
-    pub friction_step: f64,
     /// Random walk of the motor torque while it is not read, N m/sqrt(s); 0 with a reading.
     pub unread_walk: f64,
 }
@@ -139,9 +137,8 @@ impl TorqueObserver {
         let faster = faster * robhaz_model::sqrt(faster);
         let jerk = Self::TORQUE_JERK * faster / coarse.clamp(Self::FINEST, 1.0);
         let q = jerk * jerk * dt;
-        p[TORQUE][TORQUE] += q * dt * dt / 3.0
-            + parameters.unread_walk * parameters.unread_walk * dt
-            + parameters.friction_step * parameters.friction_step;
+        p[TORQUE][TORQUE] +=
+            q * dt * dt / 3.0 + parameters.unread_walk * parameters.unread_walk * dt;
         p[TORQUE][RATE] += 0.5 * q * dt;
         p[RATE][TORQUE] += 0.5 * q * dt;
         p[RATE][RATE] += q;
@@ -280,7 +277,6 @@ mod tests {
         encoder_sigma: 1e-6,
         torque_sigma: 1e-3,
         rim_speed: 0.0,
-        friction_step: 0.0,
         unread_walk: 0.0,
     };
     const INERTIA: f64 = PARAMETERS.wheel_inertia + PARAMETERS.rotor_inertia;

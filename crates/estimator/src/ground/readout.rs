@@ -7,8 +7,6 @@ use super::point::GroundPoint;
 
 /// Length along the ground over which the error of a stored slope lasts, m: that of the penetration speed, 50 ms at 0.2 m/s.
 const SLOPE_LENGTH: f64 = 0.01;
-/// Part of that error which lasts for the distance of two wheels, rad: 0.5 deg. It is an error of the wheel that comes there, too.
-const REPEATED: f64 = 8.7e-3;
 
 impl GroundMemory {
     /// All points in memory, in order of x.
@@ -55,7 +53,7 @@ impl GroundMemory {
         let place = self.wheel_places()?.get(i).copied()?;
         let (slope, sigma) = self.slope_at(place)?;
         let white = (2.0 * SLOPE_LENGTH / self.cells.spacing()).max(1.0);
-        Some((slope, white * (sigma * sigma + REPEATED * REPEATED)))
+        Some((slope, white * sigma * sigma))
     }
 
     /// A stored point as it is known now.

@@ -9,7 +9,6 @@ mod tests;
 mod torque_scale;
 mod unmodelled_turning;
 
-use super::smooth_forces::SmoothForces;
 use super::wheel::Wheel;
 use crate::assembly::{Solution, Uncertainty, assemble};
 use crate::contact::{
@@ -44,8 +43,6 @@ pub(crate) struct BestFilters {
     last_traction: [f64; 3],
     /// Angle between the specific force and gravity at each inclinometer as of the last estimate, rad.
     last_apparent_tilt: [f64; 2],
-    /// Forces about which the sensitivity is linearised.
-    smooth_forces: SmoothForces,
     /// Time for which the parity residual has been beyond its gate without a break, s.
     time_beyond_gate: f64,
     /// Contact state of each wheel.
@@ -77,7 +74,6 @@ impl BestFilters {
             last_normal_force: [mean_load; 3],
             last_traction: [0.0; 3],
             last_apparent_tilt: [0.0; 2],
-            smooth_forces: SmoothForces::at_rest(mean_load),
             time_beyond_gate: 0.0,
             contact: [ContactDetector::default(); 3],
             standing: StandingDetector::default(),
@@ -163,7 +159,7 @@ impl BestFilters {
         self.update_ground(nominal, instant, &arms);
 
         let equations = self.equations(nominal, instant.inputs, arms, link_angles)?;
-        let mut right = self.right_side(nominal, &equations, &self.smooth_forces);
+        let mut right = self.right_side(nominal, &equations);
         let parity = self.check_parity(nominal, instant, &equations, &mut right);
         let direction = equations.parity_direction.as_ref();
         let weighted = direction.filter(|_| self.method.whitening);
@@ -177,12 +173,6 @@ impl BestFilters {
         self.discard_wrong_states(&settings.budget);
         self.last_normal_force = forces.normal;
         self.last_traction = forces.traction;
-        self.smooth_forces.follow(
-            nominal.mean_load,
-            &forces.normal,
-            &forces.traction,
-            instant.dt,
-        );
         let contact = self.detect_contacts(nominal.mean_load, &rolling, instant.dt);
         innovations.parity = parity.map(|(parity, _)| parity.nis());
         self.find_scale(nominal, instant, &equations.arms, &contact);

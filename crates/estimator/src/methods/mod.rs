@@ -2,7 +2,6 @@
 
 mod best;
 mod paper;
-mod smooth_forces;
 mod wheel;
 
 pub(crate) use best::BestFilters;

@@ -17,8 +17,6 @@ pub(crate) struct Wheel {
     speed: f64,
     /// Share of the gear friction that acts, with its sign: -1 to 1.
     friction_share: f64,
-    /// The same one sample before.
-    last_friction_share: f64,
     /// Low-pass filtered derivative of the spin speed, rad/s^2.
     acceleration: f64,
 }
@@ -49,7 +47,6 @@ impl Wheel {
             torque: 0.0,
             speed: 0.0,
             friction_share: 0.0,
-            last_friction_share: 0.0,
             acceleration: 0.0,
         }
     }
@@ -89,7 +86,6 @@ impl Wheel {
             self.observer.predict(&parameters, dt, mean, alpha_link);
         }
         self.torque = torque;
-        self.last_friction_share = self.friction_share;
         let innovation = if inputs.angle.fresh() {
             self.observer.measure(&parameters, inputs.angle.value)
         } else {
@@ -145,7 +141,6 @@ impl Wheel {
             encoder_sigma: encoder_sigma(budget, self.speed),
             torque_sigma: budget.torque_noise,
             rim_speed: robot.geometry.wheel_radius * self.speed,
-            friction_step: budget.gear_friction * (self.friction_share - self.last_friction_share),
             unread_walk: if inputs.torque.fresh() {
                 0.0
             } else {

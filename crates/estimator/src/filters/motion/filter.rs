@@ -25,8 +25,6 @@ pub(crate) struct MotionFilter {
     pub(super) unexplained: f64,
     /// Time since the inclinometers last showed the acceleration, s.
     pub(super) since_acceleration: f64,
-    /// Mean square of the change of the acceleration over a time, by that time, m^2/s^5: see [`MotionFilter::predict`].
-    pub(super) acceleration_change: f64,
 }
 
 impl MotionFilter {
@@ -64,7 +62,6 @@ impl MotionFilter {
             sliding: [0.0; 3],
             unexplained: 0.0,
             since_acceleration: 0.0,
-            acceleration_change: 0.0,
         }
     }
 
@@ -177,9 +174,8 @@ impl MotionFilter {
 
     /// Speed over the reference speed, at least 1, by which the ground-dependent constants change.
     pub(super) fn speed_ratio(&self) -> f64 {
-        let (least, greatest) = (TUNING.reference_speed, TUNING.highest_speed);
         let speed = robhaz_model::sqrt(self.velocity().norm_squared());
-        speed.max(least).min(greatest) / least
+        (speed / TUNING.reference_speed).max(1.0)
     }
 
     /// For tests: adds `change` to the uncertain input `k`.

@@ -40,8 +40,7 @@ impl MotionFilter {
         dt: f64,
         correct: bool,
     ) -> ParityCheck {
-        let linearisation = TUNING.parity.sigma * TUNING.parity.sigma;
-        let sample_variance = residual.variance + linearisation;
+        let sample_variance = residual.variance;
         let square = residual.value * residual.value;
         let mut h = [(0, 0.0); input::COUNT];
         for (k, entry) in h.iter_mut().enumerate() {
@@ -67,7 +66,7 @@ impl MotionFilter {
         if corrected {
             // Correlated errors enter as the equivalent white noise, with at least the variance of this sample.
             let lasting =
-                (sample_variance + self.unexplained) * (2.0 * TUNING.parity.time / dt).max(1.0);
+                (sample_variance + self.unexplained) * (2.0 * TUNING.parity_time / dt).max(1.0);
             self.filter.apply(&ph, -residual.value, of_states + lasting);
         }
         ParityCheck {

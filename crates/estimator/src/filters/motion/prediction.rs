@@ -37,13 +37,11 @@ impl MotionFilter {
         expected_slopes: &[f64; 3],
         measured: MeasuredAccelerations,
     ) {
-        let acceleration = self.acceleration_process(budget, measured);
+        let acceleration = self.acceleration_process(measured);
         let decay = Decay {
             acceleration: libm::exp(-dt / acceleration.time),
             contact_angle: self.angle_decay(budget, dt),
         };
-        self.acceleration_change =
-            2.0 * acceleration.sigma * acceleration.sigma / acceleration.time;
         self.propagate(dt, decay);
         self.revert_to(expected_slopes, decay.contact_angle);
         self.add_acceleration_noise(acceleration.sigma, decay.acceleration);
@@ -64,15 +62,9 @@ impl MotionFilter {
     }
 
     /// The Gauss-Markov process of the acceleration of Q, m/s^2 and s.
-    fn acceleration_process(
-        &self,
-        budget: &NoiseBudget,
-        measured: MeasuredAccelerations,
-    ) -> LastingError {
+    fn acceleration_process(&self, measured: MeasuredAccelerations) -> LastingError {
         let speed_ratio = self.speed_ratio();
-        let angle = angle_sigma(budget, self.angles);
-        let fine_angles = robhaz_model::sqrt((TUNING.coarse_angle / angle).max(1.0));
-        let unmeasured = TUNING.acceleration.sigma * fine_angles * speed_ratio * speed_ratio;
+        let unmeasured = TUNING.acceleration.sigma * speed_ratio * speed_ratio;
         let rims = TUNING.rim_factor * measured.rims;
         let links = TUNING.link_factor * measured.links;
         let sigma = robhaz_model::sqrt(unmeasured * unmeasured + rims * rims + links * links);
@@ -162,7 +154,7 @@ impl MotionFilter {
         }
     }
 
-    /// Random walks of torque offsets, gear friction and creep.
+    /// Random walks of torque offsets, of gear friction, and of the creep along the ground, which the wheels have in common.
     fn add_walks(&mut self, dt: f64) {
         let square = |walk: f64| walk * walk * dt;
         let travelled = dt * robhaz_model::sqrt(self.velocity().norm_squared());
@@ -171,14 +163,9 @@ impl MotionFilter {
         }
         self.add_noise(GEAR_FRICTION, square(TUNING.friction_walk));
         let change = TUNING.creep_walk * TUNING.creep_walk * travelled;
-        for i in 0..3 {
-            for j in 0..3 {
-                let share = if i == j {
-                    1.0
-                } else {
-                    TUNING.common_creep_walk
-                };
-                self.filter.p[CREEP + i][CREEP + j] += share * change;
+        for row in &mut self.filter.p[CREEP..CREEP + 3] {
+            for entry in &mut row[CREEP..CREEP + 3] {
+                *entry += change;
             }
         }
     }

@@ -161,7 +161,6 @@ impl MotionFilter {
             of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
         }
 
-        let noise = TUNING.gyro_noise_factor * noise;
         let mut shared = LastingError::new(bias, TUNING.slip.time).white(dt) + noise * noise;
         if self.suspect[i] > 0.0 {
             let doubt = if given { TUNING.suspect } else { TUNING.edge };
@@ -277,18 +276,17 @@ impl MotionFilter {
                 return residual;
             }
         }
-        let mut r = unexplained.white(dt) * factor
-            + LastingError::new(lasting, TUNING.slip.time).white(dt)
-            + LastingError::new(of_torque, TUNING.observer_time).white(dt)
-            + shared;
         if self.sliding[i] > 0.0 {
-            r += TUNING.sliding.white(dt);
+            return residual;
         }
+        let r = unexplained.white(dt) * factor
+            + LastingError::new(lasting, TUNING.slip.time).white(dt)
+            + shared;
         let variance = of_states + r;
         self.filter
             .apply_within(&ph, innovation, variance, TUNING.gate);
         for creep in &mut self.filter.x[CREEP..CREEP + 3] {
-            *creep = creep.clamp(TUNING.least_creep, TUNING.greatest_creep);
+            *creep = creep.max(TUNING.least_creep);
         }
         residual
     }

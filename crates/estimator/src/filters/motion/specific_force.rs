@@ -17,8 +17,6 @@ pub(crate) struct SensedAcceleration {
     pub of_angle: f64,
     /// Standard deviation of what its place and the error of its lag add while the link turns, m/s^2.
     pub of_turning: f64,
-    /// Time constant of its low pass, s.
-    pub lag: f64,
 }
 
 impl MotionFilter {
@@ -39,23 +37,19 @@ impl MotionFilter {
             return;
         }
         let (mut innovation, mut white) = (0.0, 0.0);
-        let (mut of_angle, mut of_turning, mut lag) = (0.0, 0.0, 0.0_f64);
+        let (mut of_angle, mut of_turning) = (0.0, 0.0);
         for sensed in readings.iter().flatten() {
             innovation += share * sensed.innovation;
             white += share * share * sensed.white;
             // Both links' errors of these kinds may have the same sign.
             of_angle += share * sensed.of_angle;
             of_turning += share * sensed.of_turning;
-            lag = lag.max(sensed.lag);
         }
         // Not less than once the variance, where readings are rarer than errors last.
         let lasting =
             |sigma: f64, lasts: f64| LastingError::new(sigma, lasts.max(0.5 * time)).white(time);
-        let change = robhaz_model::sqrt(self.acceleration_change * lag);
-        let r = white
-            + lasting(of_angle, TUNING.angle_time)
-            + lasting(of_turning, TUNING.turning_time)
-            + lasting(change, lag);
+        let r =
+            white + lasting(of_angle, TUNING.angle_time) + lasting(of_turning, TUNING.turning_time);
         let h = [(ACCELERATION, 1.0)];
         let ph = self.filter.covariance_times(&h);
         let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
@@ -96,7 +90,6 @@ mod tests {
                 white: 0.017 * 0.017,
                 of_angle: 0.005,
                 of_turning: 0.0,
-                lag,
             };
             motion.correct_acceleration(&read.map(|read| read.then_some(sensed)), DT);
         }
@@ -139,7 +132,6 @@ mod tests {
                 white: 0.017 * 0.017,
                 of_angle: 0.005,
                 of_turning: 0.0,
-                lag: 0.0,
             };
             motion.correct_acceleration(&[(k % 10 == 0).then_some(sensed); 2], DT);
         }
@@ -169,7 +161,6 @@ mod tests {
             white: 1e-4,
             of_angle: 0.0,
             of_turning: 0.0,
-            lag: 0.0,
         };
         for _ in 0..10 {
             motion.correct_acceleration(&[Some(sensed); 2], DT);

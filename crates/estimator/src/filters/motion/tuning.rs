@@ -8,18 +8,12 @@ use crate::contact::ContactDetector;
 
 /// Constants of the motion filter. A [`LastingError`] is a standard deviation and a correlation time.
 pub struct Tuning {
-    /// Speed for which `acceleration`, `penetration_speed` and `slip` hold, m/s. With k = speed/reference, limited to 1 to
-    /// 50, the standard deviations of penetration speed and slip grow with k, that of the acceleration with k^2. The
+    /// Speed for which `acceleration`, `penetration_speed` and `slip` hold, m/s. With k = speed/reference, at least 1, the standard deviations of penetration speed and slip grow with k, that of the acceleration with k^2. The
     /// correlation times fall with 1/k.
     pub reference_speed: f64,
-    /// Largest speed in that ratio, m/s. No commanded speed is higher.
-    pub highest_speed: f64,
-    /// Unmeasured part of the acceleration of Q, a first-order Gauss-Markov process: standard deviation, m/s^2, and
-    /// correlation time, s, where the budget's contact-angle error is `coarse_angle` or more. For better sensors the standard
-    /// deviation is multiplied by sqrt(coarse_angle/error): a tuning rule, not physics. The measured parts add in quadrature.
+    /// Unmeasured part of the acceleration of Q, a first-order Gauss-Markov process: standard deviation, m/s^2, and correlation time, s. The
+    /// measured parts add in quadrature.
     pub acceleration: LastingError,
-    /// Contact-angle error of the budget for which `acceleration` holds, rad: 2 deg, that of typical sensors.
-    pub coarse_angle: f64,
     /// Correlation time of the acceleration while all three wheels are suspect, s, as after an impact: accelerations
     /// estimated before it no longer hold.
     pub acceleration_time_after_impact: f64,
@@ -37,9 +31,6 @@ pub struct Tuning {
     pub unknown_velocity: f64,
     /// Speed of penetration at the reference speed, m/s and s: 0.5 mm of penetration changes by 2 % over 50 ms.
     pub penetration_speed: LastingError,
-    /// Factor on the standard deviation of the gyroscopes' white noise in the measurement noise, -. It covers the noise left
-    /// in the smoothed velocity, about which the rolling constraints are linearised. `suspect_gate` does not use it.
-    pub gyro_noise_factor: f64,
     /// Correlation time of the error of a link's angle, s. The angle follows its inclinometer within seconds, so that what both have in
     /// common shows no acceleration.
     pub angle_time: f64,
@@ -49,8 +40,6 @@ pub struct Tuning {
     /// is a rolling-radius error of 0.1 %. The time, not scaled by the speed, also holds for the gyroscope's bias, for the
     /// error of creep times T/N, and for the slip of a wheel at rest.
     pub slip: LastingError,
-    /// Correlation time of the torque observer's error in the slip, s.
-    pub observer_time: f64,
     /// Prior of the logarithm of the creep speed in m/s: 1 to 4 mm/s for a hard wheel on rock, 100 mm/s on soft ground at 0.2 m/s (slip
     /// ratio over T/N of 0.005 to 0.5: Pacejka, Tyre and Vehicle Dynamics, ch. 3).
     pub creep: f64,
@@ -58,8 +47,6 @@ pub struct Tuning {
     pub creep_sigma: f64,
     /// Correlation of two wheels in that prior, 0 to 1: wheels on one ground.
     pub common_creep: f64,
-    /// Upper limit of the logarithm of the creep speed in m/s.
-    pub greatest_creep: f64,
     /// Lower limit of the logarithm of the creep speed in m/s: harder wheels act as rigid ones.
     pub least_creep: f64,
     /// T/N beyond this many of its standard deviations corrects the creep speed. Below, slip that is missing shows a torque offset, not a
@@ -73,11 +60,8 @@ pub struct Tuning {
     pub friction_walk: f64,
     /// Change of the logarithm of the creep speed along the ground: random walk, 1/sqrt(m).
     pub creep_walk: f64,
-    /// Correlation of the changes of two wheels, 0 to 1.
-    pub common_creep_walk: f64,
-    /// Linearisation error of the parity residual, N, in addition to the errors of the loads; and the correlation time of
-    /// all errors of that residual, s, those of the torque observer included.
-    pub parity: LastingError,
+    /// Correlation time of all errors of the parity residual, s, those of the torque observer included.
+    pub parity_time: f64,
     /// Prior of the ground where no contact angle is given: RMS deviation of its slope from the line between the wheels, rad.
     pub slope: f64,
     /// Correlation length of that deviation along the ground, m: the wheel's radius smooths shorter waves.
@@ -95,8 +79,6 @@ pub struct Tuning {
     pub sticking_ratio: f64,
     /// Time for which a wheel then counts as sliding, s.
     pub sliding_time: f64,
-    /// Slip of a sliding wheel: standard deviation, m/s, and correlation time, s.
-    pub sliding: LastingError,
     /// Lower limit of the contact-angle error, rad. It keeps the process noise of the acceleration finite where the budget
     /// is zero.
     pub least_angle: f64,
@@ -127,9 +109,7 @@ pub struct Tuning {
 /// The values for all sensors, grounds and robots.
 pub const TUNING: Tuning = Tuning {
     reference_speed: 0.2,
-    highest_speed: 10.0,
     acceleration: LastingError::new(0.015, 1.0),
-    coarse_angle: 0.0349,
     acceleration_time_after_impact: 0.03,
     largest_acceleration: 1e3,
     rim_factor: 2.0,
@@ -137,23 +117,19 @@ pub const TUNING: Tuning = Tuning {
     velocity_at_rest: 0.01,
     unknown_velocity: 0.5,
     penetration_speed: LastingError::new(5e-4, 0.05),
-    gyro_noise_factor: 3.0,
     angle_time: 10.0,
     turning_time: 0.05,
     slip: LastingError::new(2e-4, 0.5),
-    observer_time: 0.05,
     creep: -3.5,      // 30 mm/s
     creep_sigma: 0.8, // a factor of 2.2: 39 mm/s
     common_creep: 0.9,
-    greatest_creep: -1.2, // 0.3 m/s
-    least_creep: -7.6,    // 0.5 mm/s
+    least_creep: -7.6, // 0.5 mm/s
     pulling: 6.0,
     linear_ratio: 0.35,
     offset_walk: 1e-3,
     friction_walk: 2e-3,
     creep_walk: 0.2,
-    common_creep_walk: 0.5,
-    parity: LastingError::new(0.1, 0.03),
+    parity_time: 0.03,
     slope: 0.2,
     slope_length: 0.08,
     unread_angle_walk: 0.5,
@@ -162,7 +138,6 @@ pub const TUNING: Tuning = Tuning {
     sliding_gate: 6.0,
     sticking_ratio: ContactDetector::LEAST_RATIO,
     sliding_time: 0.1,
-    sliding: LastingError::new(1.0, 1.0),
     least_angle: 1e-3,
     gate: 5.0,
     edge_gate: 3.0,

@@ -11,8 +11,6 @@ use robhaz_model::{Bar, GRAVITY, perp};
 impl BestFilters {
     /// Least vertical specific force whose direction is that of gravity, m/s^2: half of gravity.
     const LEAST_UPWARD: f64 = 0.5 * GRAVITY;
-    /// Largest angle between the specific force and gravity, rad. More is an impact, to which the filtered rates are no guide.
-    const LARGEST_TILT: f64 = 0.5;
 
     /// Corrects the motion by the innovations of the inclinometers (rad), `dt` seconds after the last sample.
     pub(super) fn correct_acceleration(
@@ -37,7 +35,6 @@ impl BestFilters {
                     white: noise * noise,
                     of_angle: upward * link.settled_sigma(),
                     of_turning: root_sum_square(of_place, of_lag),
-                    lag: budget.inclination_lag,
                 }
             })
         });
@@ -51,8 +48,7 @@ impl BestFilters {
             let rate = link.smooth_rate();
             let force =
                 self.motion.acceleration() + perp(arm) * link.acceleration() - arm * (rate * rate);
-            let angle = force.x / (GRAVITY + force.y).max(Self::LEAST_UPWARD);
-            angle.clamp(-Self::LARGEST_TILT, Self::LARGEST_TILT)
+            force.x / (GRAVITY + force.y).max(Self::LEAST_UPWARD)
         })
     }
 }

@@ -6,7 +6,6 @@ use crate::filters::LinkAngleKalman;
 use crate::filters::motion::ParityResidual;
 use crate::flags::Flags;
 use crate::frame::{Inputs, Instant, SHORTEST_STEP};
-use crate::methods::smooth_forces::SmoothForces;
 use crate::methods::wheel::Wheel;
 use crate::nominal::Nominal;
 use crate::statics::{Arms, Equations, LinkageMotion, Loads, RightSide, Sensitivity, Traction};
@@ -65,13 +64,8 @@ impl BestFilters {
         [traction(0), traction(1), traction(2)]
     }
 
-    /// Right-hand side of eq. (8) for the estimated tractions, with its sensitivity at the forces `about`.
-    pub(super) fn right_side(
-        &self,
-        nominal: &Nominal,
-        equations: &Equations,
-        about: &SmoothForces,
-    ) -> RightSide {
+    /// Right-hand side of eq. (8) for the estimated tractions, with its sensitivity at the last forces.
+    pub(super) fn right_side(&self, nominal: &Nominal, equations: &Equations) -> RightSide {
         let tractions = self.tractions(nominal);
         let inertial = self.method.inertia.then_some(&nominal.masses);
         let lever = nominal.settings.moment_lever;
@@ -87,7 +81,7 @@ impl BestFilters {
                 geometry,
                 equations,
                 &tractions,
-                (&about.normal, &about.traction),
+                (&self.last_normal_force, &self.last_traction),
                 inertial,
                 lever,
             ),

@@ -22,7 +22,7 @@ proptest! {
         let nominal = Nominal::new(&Robot::default_a(), EstimatorSettings::best());
         let parameters = TorqueObserverParameters {
             wheel_inertia: 0.0075, rotor_inertia: 0.0864, viscous_damping: 0.15,
-            encoder_sigma: 1e-5, torque_sigma: 0.1, rim_speed: 0.0, friction_step: 0.0,
+            encoder_sigma: 1e-5, torque_sigma: 0.1, rim_speed: 0.0,
             unread_walk: 0.0,
         };
         let method = KalmanMethod::ALL_STEPS;
@@ -40,11 +40,11 @@ proptest! {
         let at = |filters: &BestFilters| {
             let arms = Arms::new(&nominal.robot.geometry, theta[0], theta[1]).expect("inside the stops");
             let equations = filters.equations(&nominal, &inputs, arms, theta).expect("regular");
-            let mut about = filters.smooth_forces;
-            let value = filters.right_side(&nominal, &equations, &about).value;
-            about.normal = equations.inverse.solve(&value);
-            about.traction = filters.tractions(&nominal).map(|t| t.value);
-            let right = filters.right_side(&nominal, &equations, &about);
+            let mut about = *filters;
+            let value = about.right_side(&nominal, &equations).value;
+            about.last_normal_force = equations.inverse.solve(&value);
+            about.last_traction = filters.tractions(&nominal).map(|t| t.value);
+            let right = about.right_side(&nominal, &equations);
             (equations, right)
         };
         let (equations, right) = at(&filters);
@@ -173,7 +173,7 @@ fn unmodelled_turning_counts_with_the_whole_mass() {
             traction: [0.0; 3],
             covariance: [[0.0; 6]; 6],
         };
-        let right = filters.right_side(&nominal, &equations, &filters.smooth_forces);
+        let right = filters.right_side(&nominal, &equations);
         filters.consider_unmodelled_turning(&nominal, &equations, &right.sensitivity, &mut forces);
         forces.covariance.iter().flatten().sum::<f64>()
     };
