@@ -50,14 +50,14 @@ impl FilterState {
     /// not assume rest.
     fn start_after(&mut self, before: &Self) {
         if let (Self::Best(filters), Self::Best(before)) = (self, before) {
-            filters.forget_motion();
+            filters.reset_motion();
             filters.take_over(before);
         }
     }
 
-    fn forget_left_ground(&mut self) {
+    fn drop_left_ground(&mut self) {
         if let Self::Best(filters) = self {
-            filters.forget_left_ground();
+            filters.drop_left_ground();
         }
     }
 
@@ -95,7 +95,7 @@ impl State {
 }
 
 impl Estimator {
-    /// An estimator for a robot at rest, from its nominal drawings and masses.
+    /// An estimator for a robot at rest, from its nominal geometry and masses.
     pub fn new(robot: &Robot, settings: EstimatorSettings) -> Self {
         let units = Units::of(robot, settings.gravity);
         let nominal = Nominal::new(&units.robot_in(robot), units.settings_in(&settings));
@@ -244,7 +244,7 @@ impl Estimator {
             return Err(EstimateError::Time { last, now });
         }
         if self.state.started {
-            self.state.filters.forget_left_ground();
+            self.state.filters.drop_left_ground();
         }
         self.state.time = now;
         self.state.started = true;

@@ -41,7 +41,7 @@
 //! | `contact/` | velocity of a wheel relative to the ground, creep, contact state |
 //! | `methods/` | the paper's method and `best`: filters and statics put together |
 //!
-//! The crate is `no_std`, allocates nothing, and depends on the robot's drawings (`robhaz-model`) alone: it cannot reach
+//! The crate is `no_std`, allocates nothing, and depends on the robot's nominal parameters (`robhaz-model`) alone: it cannot reach
 //! the simulator.
 //!
 //! ```

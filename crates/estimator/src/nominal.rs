@@ -1,4 +1,4 @@
-//! The nominal robot: its drawings, its settings, and the equations that every method takes from them.
+//! The nominal robot: its nominal parameters, its settings, and the equations that every method takes from them.
 
 use crate::estimate::EstimateError;
 use crate::flags::Flags;
@@ -64,7 +64,7 @@ impl Nominal {
             .ok_or(EstimateError::Singular)
     }
 
-    /// Covariance of the loads in the rows of eq. (8), N^2: a floor, errors of the drawings, and the torque of a stop.
+    /// Covariance of the loads in the rows of eq. (8), N^2: a floor, errors of the nominal parameters, and the torque of a stop.
     pub fn load_noise(&self, equations: &Equations) -> Matrix4<f64> {
         let (arms, loads) = (&equations.arms, &equations.loads);
         let (settings, budget) = (&self.settings, &self.settings.budget);

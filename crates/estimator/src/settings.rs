@@ -130,7 +130,7 @@ pub struct NoiseBudget {
     pub specific_force: bool,
     /// Time constant of the inclinometers' low pass, s: 1/(2 pi bandwidth).
     pub inclination_lag: f64,
-    /// Distance of an inclinometer from the centre of mass of its link, m, as a standard deviation. It feels the acceleration of its place.
+    /// Distance of an inclinometer from the centre of mass of its link, m, as a standard deviation. It measures the acceleration of its place.
     pub inclination_place: f64,
     /// White noise of a gyroscope, rad/s a sample.
     pub rate_noise: f64,
@@ -142,7 +142,7 @@ pub struct NoiseBudget {
     pub contact_angle: f64,
     /// Correlation time of that error, s.
     pub contact_angle_time: f64,
-    /// Error of the position of the body's centre of mass in the drawings, m.
+    /// Error of the position of the body's centre of mass in the nominal parameters, m.
     pub body_cg: f64,
     /// Relative error of each link's mass.
     pub link_mass: f64,
@@ -155,7 +155,7 @@ pub struct NoiseBudget {
 }
 
 impl NoiseBudget {
-    /// Sensors of the class that a robot of this size carries, up to 0.3 N m of gear friction, wheels on firm ground, exact drawings.
+    /// Sensors of the class that a robot of this size carries, up to 0.3 N m of gear friction, wheels on firm ground, exact nominal parameters.
     ///
     /// Rolling resistance of tyres on concrete and asphalt is 0.010 to 0.020 (Wong, Theory of Ground Vehicles, ch. 1).
     pub const fn typical() -> Self {

@@ -48,8 +48,8 @@ impl SlipResidual {
             [a.min(b), a.max(b)]
         };
         let ([low, high], [other_low, other_high]) = (range(self), range(other));
-        let unexplained = own - own.max(low - other_high).min(high - other_low);
-        unexplained * unexplained / self.variance
+        let unmodelled = own - own.max(low - other_high).min(high - other_low);
+        unmodelled * unmodelled / self.variance
     }
 }
 

@@ -77,9 +77,9 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
     }
 
     /// Corrects the state by a measurement with the innovation `difference`, the row `h` of the measurement matrix and the
-    /// noise variance `r`. An innovation beyond `gate` standard deviations is rejected.
+    /// noise variance `r`; an innovation beyond `gate` standard deviations as in [`Self::apply_within`].
     ///
-    /// Returns the innovation, and whether it was used.
+    /// Returns the innovation, and whether it was within the gate.
     pub fn update<const K: usize>(
         &mut self,
         h: &[(usize, f64); K],
@@ -99,7 +99,10 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         )
     }
 
-    /// [`Self::apply`], unless the innovation lies beyond `gate` standard deviations. Returns whether it was used.
+    /// [`Self::apply`], robust against outliers: the variance of an innovation beyond `gate` standard deviations is inflated until it lies
+    /// at the gate, so that the correction falls with one over the innovation, but no wrong state shuts out all later readings (Chang,
+    /// Robust Kalman filtering based on Mahalanobis distance, J. Geodesy 88, 2014). Returns whether it was within the gate; a number that
+    /// is not finite changes nothing.
     pub fn apply_within(
         &mut self,
         ph: &[f64; N],
@@ -107,12 +110,14 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         variance: f64,
         gate: f64,
     ) -> bool {
+        let nis = difference * difference / variance;
         // Written so that a NaN is rejected too.
-        let used = variance > 0.0 && difference * difference / variance <= gate * gate;
-        if used {
-            self.apply(ph, difference, variance);
+        if !(variance > 0.0 && nis < f64::INFINITY) {
+            return false;
         }
-        used
+        let beyond = nis / (gate * gate);
+        self.apply(ph, difference, variance * beyond.max(1.0));
+        beyond <= 1.0
     }
 
     /// Corrects the state by an innovation, for known `P h` and variance of the innovation.
@@ -208,13 +213,31 @@ mod tests {
             prop_assert!(filter.p[2][2].to_bits() == p[(2, 2)].to_bits());
         }
 
-        /// A measurement beyond the gate, or one that is not a number, changes nothing.
+        /// Closed form: a measurement beyond the gate of five deviations corrects as one whose innovation has the variance d^2/25. Rounding.
         #[test]
-        fn outliers_and_nan_are_rejected(root in prop::array::uniform9(-1.0_f64..1.0), sign in prop::bool::ANY) {
+        fn outliers_count_by_less(root in prop::array::uniform9(-1.0_f64..1.0), far in 20.0_f64..200.0, sign in prop::bool::ANY) {
             let p = covariance(root);
             let before: Kalman<3> = Kalman { x: [1.0, 2.0, 3.0], p: [0, 1, 2].map(|i| [0, 1, 2].map(|j| p[(i, j)])) };
-            let far = if sign { 100.0 } else { -100.0 };
-            for (difference, r) in [(far, 0.1), (f64::NAN, 0.1), (0.1, f64::NAN), (f64::INFINITY, 0.1), (0.1, f64::INFINITY)] {
+            let far = if sign { far } else { -far };
+            let (mut outlier, mut noisy) = (before, before);
+            let (innovation, within) = outlier.update(&[(1, 1.0)], far, 0.1, 5.0);
+            prop_assume!(innovation.nis() > 25.0);
+            prop_assert!(!within);
+            noisy.update(&[(1, 1.0)], far, far * far / 25.0 - p[(1, 1)], f64::INFINITY);
+            for i in 0..3 {
+                prop_assert!((outlier.x[i] - noisy.x[i]).abs() < 1e-9);
+                for j in 0..3 {
+                    prop_assert!((outlier.p[i][j] - noisy.p[i][j]).abs() < 1e-9);
+                }
+            }
+        }
+
+        /// A measurement that is not a finite number changes nothing.
+        #[test]
+        fn nan_is_rejected(root in prop::array::uniform9(-1.0_f64..1.0)) {
+            let p = covariance(root);
+            let before: Kalman<3> = Kalman { x: [1.0, 2.0, 3.0], p: [0, 1, 2].map(|i| [0, 1, 2].map(|j| p[(i, j)])) };
+            for (difference, r) in [(f64::NAN, 0.1), (0.1, f64::NAN), (f64::INFINITY, 0.1), (0.1, f64::INFINITY)] {
                 let mut filter = before;
                 filter.update(&[(1, 1.0)], difference, r, 5.0);
                 prop_assert_eq!(filter, before);

@@ -40,7 +40,7 @@ pub struct LinkReadings {
     /// Inclination, rad; `None` if it is not of this instant.
     pub inclination: Option<f64>,
     /// Angle between the specific force and gravity at the inclinometer, rad, as estimated: positive for a forward acceleration.
-    pub apparent_tilt: f64,
+    pub force_angle: f64,
 }
 
 impl LinkAngleKalman {
@@ -125,20 +125,20 @@ impl LinkAngleKalman {
             self.follow_impact(budget, dt, self.rate - last);
         }
         self.smooth(budget, dt);
-        let tilt = if budget.specific_force {
-            readings.apparent_tilt
+        let force_angle = if budget.specific_force {
+            readings.force_angle
         } else {
             0.0
         };
-        self.expect(budget, dt, tilt);
+        self.expect(budget, dt, force_angle);
         readings
             .inclination
-            .map(|inclination| self.correct(budget, inclination, tilt))
+            .map(|inclination| self.correct(budget, inclination, force_angle))
     }
 
-    /// Passes what the inclinometer feels, its angle from gravity `tilt` (rad) included, through its low pass.
-    fn expect(&mut self, budget: &NoiseBudget, dt: f64, tilt: f64) {
-        let now = self.filter.x[ANGLE] + tilt;
+    /// Passes the inclinometer's expected reading, with its `force_angle` from gravity (rad) included, through its low pass.
+    fn expect(&mut self, budget: &NoiseBudget, dt: f64, force_angle: f64) {
+        let now = self.filter.x[ANGLE] + force_angle;
         let weight = if budget.inclination_lag > 0.0 {
             -libm::expm1(-dt / budget.inclination_lag)
         } else {
@@ -205,10 +205,10 @@ impl LinkAngleKalman {
         }
     }
 
-    /// Corrects the angle by an inclination (rad) at the angle `tilt` from gravity.
-    fn correct(&mut self, budget: &NoiseBudget, inclination: f64, tilt: f64) -> Innovation {
+    /// Corrects the angle by an inclination (rad) where the specific force is at `force_angle` from gravity.
+    fn correct(&mut self, budget: &NoiseBudget, inclination: f64, force_angle: f64) -> Innovation {
         let noise = Self::inclination_noise(budget);
-        let uncertain = Self::ACCELERATION_ERROR * tilt;
+        let uncertain = Self::ACCELERATION_ERROR * force_angle;
         let late = self.late(budget);
         let r = noise * noise + uncertain * uncertain + late * late;
         let before = self.filter.x[ANGLE];
@@ -265,11 +265,11 @@ impl LinkAngleKalman {
         self.acceleration
     }
 
-    /// Standard deviation of the error of [`Self::acceleration`] while the link shakes, rad/s^2; zero while nothing but noise parts the rate
+    /// Standard deviation of the error of [`Self::acceleration`] while the link turns to and fro, rad/s^2; zero while nothing but noise parts the rate
     /// from its low pass.
     ///
     /// At a constant acceleration a low pass of time constant s lags by s times the acceleration. A rate that is farther ahead, by d, has
-    /// changed within s, and the derivative of the low pass errs by d/s. It holds for s, since a link that shakes crosses its low pass.
+    /// changed within s, and the derivative of the low pass errs by d/s. It holds for s, since a link that turns to and fro crosses its low pass.
     pub fn unmodelled_acceleration(&self) -> f64 {
         robhaz_model::sqrt(self.unmodelled)
     }

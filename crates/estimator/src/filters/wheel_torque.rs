@@ -74,7 +74,7 @@ impl TorqueObserver {
     /// Standard deviation of the change of that torque's rate, N m/s.
     const IMPACT_RATE: f64 = 30.0;
     /// Standard deviation of the change of the spin speed, rad/s. Without it the filter would explain the speed change of
-    /// the impact by a lasting torque.
+    /// the impact by a constant torque.
     const IMPACT_SPEED: f64 = 0.02;
 
     /// Starts with a wheel at rest: its speed is within 0.01 rad/s, the ground's torque within 5 N m.
@@ -145,7 +145,7 @@ impl TorqueObserver {
     }
 
     /// The encoder counts from a new zero: its next reading sets the angle.
-    pub fn forget_angle(&mut self) {
+    pub fn reset_angle(&mut self) {
         self.started = false;
     }
 

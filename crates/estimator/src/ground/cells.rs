@@ -116,7 +116,7 @@ impl Cells {
     }
 
     /// Moves the window so that it contains all places from `low` to `high` (m), as far as one sample can. The points that it
-    /// leaves stay readable until [`Self::forget_left`].
+    /// leaves stay readable until [`Self::drop_left`].
     pub fn follow(&mut self, low: f64, high: f64) {
         let ahead = self.number(high) + 1 - (self.first + WINDOW - 1);
         let behind = self.number(low) - self.first;
@@ -138,7 +138,7 @@ impl Cells {
     }
 
     /// Forgets the points that the last sample left.
-    pub fn forget_left(&mut self) {
+    pub fn drop_left(&mut self) {
         for number in self.left() {
             if let Some(known) = self.known.get_mut(Self::slot(number)) {
                 *known = false;

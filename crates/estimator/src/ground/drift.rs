@@ -6,10 +6,10 @@ use crate::filters::Kalman;
 const DRIFT: usize = 0;
 /// Fluctuating error of the direction of the velocity: of dy/dx.
 const SLOPE: usize = 1;
-/// Lasting error of that direction.
-const LASTING_SLOPE: usize = 2;
+/// Slow part of that error.
+const SLOW_SLOPE: usize = 2;
 /// Errors of the angles of links 1 and 2, rad.
-const TILT: usize = 3;
+const LINK_BIAS: usize = 3;
 /// Errors of the stored heights at the nodes, m: node `j` is in the state `NODES + j mod NODE_COUNT`.
 const NODES: usize = 5;
 /// Nodes in memory.
@@ -18,13 +18,13 @@ const COUNT: usize = NODES + NODE_COUNT;
 
 /// Correlation length of the fluctuating direction error, m.
 const SLOPE_LENGTH: f64 = 0.1;
-/// Standard deviation of the lasting one, as dy/dx: 1.1 deg. Offsets of torques leave such an error in the motion filter for as long as
+/// Standard deviation of the slow part, as dy/dx: 1.1 deg. Offsets of torques leave such an error in the motion filter for as long as
 /// they are not found: 1 N at each wheel of a robot of 14 kg is 1.2 deg.
-const LASTING: f64 = 0.02;
-/// Random walk of the lasting one, 1/sqrt(m).
-const LASTING_WALK: f64 = 2e-3;
+const SLOW: f64 = 0.02;
+/// Random walk of the slow part, 1/sqrt(m).
+const SLOW_WALK: f64 = 2e-3;
 /// Random walk of a link angle's error, rad/sqrt(m).
-const TILT_WALK: f64 = 2e-4;
+const BIAS_WALK: f64 = 2e-4;
 /// Measurements over which the misfit is averaged: two wheels over about 0.2 m.
 const RECENT: f64 = 40.0;
 /// Greatest contribution of one measurement to the misfit.
@@ -67,19 +67,19 @@ fn state_of(node: i64) -> usize {
 }
 
 impl Drift {
-    /// At the start of a section. `tilt`: standard deviation of a link angle, rad. The height of the contact with `origin` is
+    /// At the start of a section. `bias`: standard deviation of a link angle, rad. The height of the contact with `origin` is
     /// exact: it defines the datum.
-    pub fn new(tilt: f64, origin: Lever) -> Self {
+    pub fn new(bias: f64, origin: Lever) -> Self {
         let mut filter = Kalman::new([0.0; COUNT], [0.0; COUNT]);
-        let variance = tilt * tilt;
-        for state in [TILT, TILT + 1] {
+        let variance = bias * bias;
+        for state in [LINK_BIAS, LINK_BIAS + 1] {
             filter.p[state][state] = variance;
         }
-        let state = TILT + origin.link.min(1);
+        let state = LINK_BIAS + origin.link.min(1);
         filter.p[DRIFT][DRIFT] = origin.arm * origin.arm * variance;
         filter.p[DRIFT][state] = -origin.arm * variance;
         filter.p[state][DRIFT] = -origin.arm * variance;
-        filter.p[LASTING_SLOPE][LASTING_SLOPE] = LASTING * LASTING;
+        filter.p[SLOW_SLOPE][SLOW_SLOPE] = SLOW * SLOW;
         Self {
             filter,
             misfit: 1.0,
@@ -90,12 +90,12 @@ impl Drift {
     /// deviation of the direction's error.
     pub fn advance(&mut self, forward: f64, length: f64, sigma: f64) {
         let Kalman { x, p } = &mut self.filter;
-        x[DRIFT] += forward * (x[SLOPE] + x[LASTING_SLOPE]);
+        x[DRIFT] += forward * (x[SLOPE] + x[SLOW_SLOPE]);
         for k in 0..COUNT {
-            p[DRIFT][k] += forward * (p[SLOPE][k] + p[LASTING_SLOPE][k]);
+            p[DRIFT][k] += forward * (p[SLOPE][k] + p[SLOW_SLOPE][k]);
         }
         for k in 0..COUNT {
-            p[k][DRIFT] += forward * (p[k][SLOPE] + p[k][LASTING_SLOPE]);
+            p[k][DRIFT] += forward * (p[k][SLOPE] + p[k][SLOW_SLOPE]);
         }
         let keep = libm::exp(-length / SLOPE_LENGTH);
         x[SLOPE] *= keep;
@@ -104,9 +104,9 @@ impl Drift {
             p[k][SLOPE] *= keep;
         }
         p[SLOPE][SLOPE] += sigma * sigma * (1.0 - keep * keep);
-        p[LASTING_SLOPE][LASTING_SLOPE] += LASTING_WALK * LASTING_WALK * length;
-        for state in [TILT, TILT + 1] {
-            p[state][state] += TILT_WALK * TILT_WALK * length;
+        p[SLOW_SLOPE][SLOW_SLOPE] += SLOW_WALK * SLOW_WALK * length;
+        for state in [LINK_BIAS, LINK_BIAS + 1] {
+            p[state][state] += BIAS_WALK * BIAS_WALK * length;
         }
     }
 
@@ -114,9 +114,9 @@ impl Drift {
     pub fn open(&mut self, node: i64, lever: Lever, ahead: f64) {
         let h = [
             (DRIFT, 1.0),
-            (TILT + lever.link.min(1), lever.arm),
+            (LINK_BIAS + lever.link.min(1), lever.arm),
             (SLOPE, ahead),
-            (LASTING_SLOPE, ahead),
+            (SLOW_SLOPE, ahead),
         ];
         let ph = self.filter.covariance_times(&h);
         let variance = Kalman::<COUNT>::along(&ph, &h);
@@ -138,24 +138,24 @@ impl Drift {
 
     /// Estimated error of the height of a contact, m.
     pub fn of_contact(&self, lever: Lever) -> f64 {
-        let h = [(DRIFT, 1.0), (TILT + lever.link.min(1), lever.arm)];
+        let h = [(DRIFT, 1.0), (LINK_BIAS + lever.link.min(1), lever.arm)];
         Kalman::<COUNT>::along(&self.filter.x, &h)
     }
 
     /// Estimated error of the direction of the velocity, as dy/dx.
     pub fn of_direction(&self) -> f64 {
-        let h = [(SLOPE, 1.0), (LASTING_SLOPE, 1.0)];
+        let h = [(SLOPE, 1.0), (SLOW_SLOPE, 1.0)];
         Kalman::<COUNT>::along(&self.filter.x, &h)
     }
 
-    /// That error and its variance, as the filter states it: the prior of the lasting error, and what the passes show.
+    /// That error and its variance, as the filter states it: the prior of its slow part, and what the passes show.
     pub fn stated_direction(&self) -> (f64, f64) {
-        self.combination(&[(SLOPE, 1.0), (LASTING_SLOPE, 1.0)])
+        self.combination(&[(SLOPE, 1.0), (SLOW_SLOPE, 1.0)])
     }
 
     /// The velocity was corrected: its direction, as dy/dx, has changed by `change`.
     pub fn direction_corrected(&mut self, change: f64) {
-        if let Some(error) = self.filter.x.get_mut(LASTING_SLOPE) {
+        if let Some(error) = self.filter.x.get_mut(SLOW_SLOPE) {
             *error += change;
         }
     }
@@ -168,10 +168,13 @@ impl Drift {
     pub fn direction(&self) -> (f64, f64) {
         let (error, variance) = self.stated_direction();
         let p = &self.filter.p;
-        let tilt =
-            0.25 * (p[TILT][TILT] + 2.0 * p[TILT][TILT + 1] + p[TILT + 1][TILT + 1]).max(0.0);
+        let bias = 0.25
+            * (p[LINK_BIAS][LINK_BIAS]
+                + 2.0 * p[LINK_BIAS][LINK_BIAS + 1]
+                + p[LINK_BIAS + 1][LINK_BIAS + 1])
+                .max(0.0);
         let least = LEAST_DIRECTION * LEAST_DIRECTION;
-        (error, self.misfit.min(1.0) * variance + tilt + least)
+        (error, self.misfit.min(1.0) * variance + bias + least)
     }
 
     fn weights(place: Between) -> [(usize, f64); 2] {
@@ -200,14 +203,14 @@ impl Drift {
         )
     }
 
-    /// Corrects all errors by a contact on known ground: `difference` (m) is its height minus the stored one, `variance` (m^2)
+    /// Corrects all errors by a contact on mapped ground: `difference` (m) is its height minus the stored one, `variance` (m^2)
     /// that of the measurement.
     pub fn correct(&mut self, lever: Lever, place: Between, difference: f64, variance: f64) {
         let [(behind, share_behind), (ahead, share_ahead)] = Self::weights(place);
-        let tilt = TILT + lever.link.min(1);
+        let bias = LINK_BIAS + lever.link.min(1);
         let h = [
             (DRIFT, 1.0),
-            (tilt, lever.arm),
+            (bias, lever.arm),
             (behind, -share_behind),
             (ahead, -share_ahead),
         ];

@@ -64,7 +64,7 @@ mod tests {
         assert!(cells.friction_mut(number + 1000).is_none());
         cells.follow(10.0, 10.5);
         for _ in 0..200 {
-            cells.forget_left();
+            cells.drop_left();
             cells.follow(10.0, 10.5);
         }
         // Another place in the same cell of the ring.

@@ -26,7 +26,7 @@ const DIRECTION_EVERY: f64 = 0.3;
 /// Least number of passed points that show it.
 const LEAST_PASSES: i64 = 3;
 /// Length over which the bias of the inclinometers is taken to last, m: it counts in every error of the direction.
-const TILT_LENGTH: f64 = 3.0;
+const BIAS_LENGTH: f64 = 3.0;
 /// Bound of places and speeds, SI. Beyond it they are not those of a robot.
 const LARGEST: f64 = 1e9;
 
@@ -39,7 +39,7 @@ struct LastContact {
     at: [f64; 3],
     /// The point that it passed last.
     passed: i64,
-    /// Whether the wheel came from known ground, which ties its height to that of the points there.
+    /// Whether the wheel came from mapped ground, which ties its height to that of the points there.
     tied: bool,
 }
 
@@ -119,11 +119,11 @@ impl GroundMemory {
     }
 
     /// Forgets the points that left the memory with the last sample. To be called before each sample.
-    pub fn forget_left(&mut self) {
+    pub fn drop_left(&mut self) {
         if self.ended {
             self.start_anew();
         } else {
-            self.cells.forget_left();
+            self.cells.drop_left();
         }
     }
 
@@ -133,10 +133,10 @@ impl GroundMemory {
         *self = Self::empty(cells, self.section.saturating_add(1));
     }
 
-    /// Takes one sample. `tilt`: bias of the inclinometers, rad. A sample with an impossible number changes nothing; when
+    /// Takes one sample. `bias`: bias of the inclinometers, rad. A sample with an impossible number changes nothing; when
     /// the numbers grow beyond all bounds, a new section starts. Returns which wheels have passed
-    /// known ground.
-    pub fn update(&mut self, geometry: &Geometry, tilt: f64, motion: &GroundMotion) -> [bool; 3] {
+    /// mapped ground.
+    pub fn update(&mut self, geometry: &Geometry, bias: f64, motion: &GroundMotion) -> [bool; 3] {
         let mut passed = [Passed::Nothing; 3];
         if self.ended || !motion.is_possible() {
             return [false; 3];
@@ -147,7 +147,7 @@ impl GroundMemory {
         let slope_sigma = self.reckon(motion);
         let contacts = [0, 1, 2].map(|i| motion.contact(geometry, slope_sigma, i));
         if !self.started {
-            self.start(tilt, motion.axles, &contacts);
+            self.start(bias, motion.axles, &contacts);
         }
         let contacts = contacts.map(|contact| contact.moved(self.place));
         let places = contacts.map(|contact| contact.x);
@@ -186,12 +186,12 @@ impl GroundMemory {
 
     /// Puts the origin under the middle axle, at the height of that wheel's contact. The axle's place is known exactly; that of
     /// the contact depends on the contact angle.
-    fn start(&mut self, tilt: f64, axles: [Vec2; 3], contacts: &[Contact; 3]) {
+    fn start(&mut self, bias: f64, axles: [Vec2; 3], contacts: &[Contact; 3]) {
         let [front, axle, rear] = axles;
         let [_, middle, _] = contacts;
         self.started = true;
         self.place = [-axle.x, -middle.y];
-        self.drift = Drift::new(tilt, middle.lever);
+        self.drift = Drift::new(bias, middle.lever);
         self.cells.centre(self.place[0] + 0.5 * (front.x + rear.x));
     }
 
@@ -333,11 +333,11 @@ impl GroundMemory {
         })
     }
 
-    /// Error of the direction of the velocity, as dy/dx, that wheels on known ground have shown since the last such error, and its
-    /// variance with `tilt`, the bias of the inclinometers (rad). Once in [`DIRECTION_EVERY`]; else `None`.
+    /// Error of the direction of the velocity, as dy/dx, that wheels on mapped ground have shown since the last such error, and its
+    /// variance with `bias`, the bias of the inclinometers (rad). Once in [`DIRECTION_EVERY`]; else `None`.
     ///
-    /// The profile closes: the heights that two wheels find at one place differ by what the direction erred by on the way between.
-    pub fn take_direction_error(&mut self, tilt: f64) -> Option<(f64, f64)> {
+    /// Loop closure: the heights that two wheels find at one place differ by what the direction erred by on the way between.
+    pub fn take_direction_error(&mut self, bias: f64) -> Option<(f64, f64)> {
         let is_due = self.length_since_direction >= DIRECTION_EVERY
             && self.passes_since_direction >= LEAST_PASSES;
         if self.ended || !is_due {
@@ -346,8 +346,8 @@ impl GroundMemory {
         (self.length_since_direction, self.passes_since_direction) = (0.0, 0);
         let (error, variance) = self.drift.stated_direction();
         // The mean of two links' biases, as white noise of the same effect.
-        let lasting = 0.5 * tilt * tilt * (2.0 * TILT_LENGTH / DIRECTION_EVERY);
-        Some((error, variance + lasting))
+        let correlated = 0.5 * bias * bias * (2.0 * BIAS_LENGTH / DIRECTION_EVERY);
+        Some((error, variance + correlated))
     }
 
     /// See [`Drift::direction_corrected`].

@@ -22,7 +22,7 @@
 //! | `c_j` | error of the stored heights at node `j`, m | constant |
 //!
 //! The height of `p_i` errs by `d + a_ix b_k`, k the link of wheel `i`. A wheel on new ground at `x` sets the error of what it
-//! stores: `c(x) = d + a_ix b_k`. A wheel on known ground gives a measurement:
+//! stores: `c(x) = d + a_ix b_k`. A wheel on mapped ground gives a measurement:
 //!
 //! ```text
 //! y_i - (y_stored - c(x)) = d + a_ix b_k + noise
@@ -34,7 +34,7 @@
 //! measurement: relative to the first wheel's they are given by the link rates, which the link angles contain already.
 //!
 //! # What is not observable
-//! The mean of `b_1` and `b_2` tilts the whole profile, and no pass of any wheel shows it. Their difference is observable. An
+//! The mean of `b_1` and `b_2` turns the whole profile, and no pass of any wheel shows it. Their difference is observable. An
 //! error with the period of equal wheel spacings repeats from wheel to wheel; only the direction of the velocity reduces it.
 //!
 //! # Friction

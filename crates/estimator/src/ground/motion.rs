@@ -16,7 +16,7 @@ pub(crate) struct GroundMotion {
     pub axles: [Vec2; 3],
     /// Contact angles, rad, and their standard deviations.
     pub contact_angle: [(f64, f64); 3],
-    /// Whether each wheel touches the ground at one place: it is loaded and not suspect.
+    /// Whether each wheel touches the ground at one place: it is loaded.
     pub touches: [bool; 3],
 }
 

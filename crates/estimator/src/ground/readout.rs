@@ -31,7 +31,7 @@ impl GroundMemory {
     /// where the ground is not known.
     ///
     /// The angle is an earlier estimate of the motion filter. As far as its errors last, it says nothing new to that filter: see
-    /// [`Self::known_slope`].
+    /// [`Self::mapped_slope`].
     pub fn slope_at(&self, x: f64) -> Option<(f64, f64)> {
         let number = self.cells.number(x);
         let (behind, ahead) = (self.cells.known(number)?, self.cells.known(number + 1)?);
@@ -47,9 +47,9 @@ impl GroundMemory {
         ))
     }
 
-    /// What known ground shows of the contact angle of wheel `i`, rad, and the variance of the white noise of the same effect, one
-    /// measurement a point. `None` on unknown ground.
-    pub fn known_slope(&self, i: usize) -> Option<(f64, f64)> {
+    /// What mapped ground shows of the contact angle of wheel `i`, rad, and the variance of the white noise of the same effect, one
+    /// measurement a point. `None` on unmapped ground.
+    pub fn mapped_slope(&self, i: usize) -> Option<(f64, f64)> {
         let place = self.wheel_places()?.get(i).copied()?;
         let (slope, sigma) = self.slope_at(place)?;
         let white = (2.0 * SLOPE_LENGTH / self.cells.spacing()).max(1.0);

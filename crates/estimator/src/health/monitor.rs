@@ -5,6 +5,7 @@ use super::smoothing::WheelReadings;
 use super::start::RollingRobot;
 use super::turning::{Pace, TurnReadings, Turning};
 use super::wiring::Wiring;
+use crate::frame::Inputs;
 use robhaz_model::Carrier;
 
 /// Least speed of a robot that drives, m/s.
@@ -13,7 +14,7 @@ pub const DRIVING_SPEED: f64 = 0.02;
 /// Whether the readings agree with each other and with the robot's model.
 ///
 /// Each number is the mean over the last two seconds of driving of the normalised innovations squared of a test: at most
-/// about 1 when readings, drawings and noise budget are right. It stays as it is while the robot stands, and while a wheel
+/// about 1 when readings, nominal parameters and noise budget are right. It stays as it is while the robot stands, and while a wheel
 /// slides, has left the ground or is at an edge, where the model of the innovations does not hold.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Health {
@@ -100,7 +101,9 @@ impl HealthMonitor {
             return;
         }
         self.unsettled = (self.unsettled - dt).max(0.0);
-        let weight = dt / (Mean::WINDOW + dt);
+        // One sample after a gap is no lasting fault, either.
+        let counted = dt.min(Inputs::STALE_AFTER);
+        let weight = counted / (Mean::WINDOW + counted);
         let Innovations {
             encoder,
             slip,

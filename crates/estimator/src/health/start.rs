@@ -7,7 +7,7 @@ use crate::filters::Kalman;
 /// shorter.
 pub const LATE_TORQUE: f64 = 0.008;
 
-/// What the drawings say of a robot whose wheels all roll, per rad of a wheel.
+/// What the nominal parameters say of a robot whose wheels all roll, per rad of a wheel.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RollingRobot {
     /// Inertia of all wheels and rotors and of the robot's mass, `3 (J_wheel + J_rotor) + m r^2`, kg m^2.
@@ -30,7 +30,7 @@ pub(crate) struct RollingRobot {
 /// `[d, J, B, k, c]`. It is about the delay of one step, between that of good torques and that of late ones.
 ///
 /// No control is in this law: the delay is that of the readings alone, whatever drives the wheels. It holds while all wheels
-/// roll and the ground is even. Where they do not, J and B are not those of the drawings, or the fit leaves a part of the
+/// roll and the ground is even. Where they do not, J and B are not those of the nominal parameters, or the fit leaves a part of the
 /// torques: then the start says nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Start {
@@ -73,11 +73,11 @@ impl Start {
     /// Noise of a sum of torques to which the fit's covariance refers, N m. The residuals scale it.
     const REFERENCE: f64 = 0.02;
     /// Standard deviations of d (s), k (N m/rad) and c (N m) before the fit; J and B have those of J, and J over
-    /// [`Self::LASTS`], of the drawings. All are wide: the least squares without them are the same.
+    /// [`Self::LASTS`], of the nominal parameters. All are wide: the least squares without them are the same.
     const PRIOR: [f64; 3] = [0.1, 10.0, 20.0];
-    /// Error of J over J: payload, drawings, gains of the torques.
+    /// Error of J over J: payload, nominal parameters, gains of the torques.
     const INERTIA: f64 = 0.2;
-    /// Torque that grows with the speed beyond the drawings' over the mean torque of the acceleration: the ground's curvature
+    /// Torque that grows with the speed beyond the nominal parameters' over the mean torque of the acceleration: the ground's curvature
     /// where it is larger.
     const DAMPING: f64 = 0.25;
     /// Part of the squared torque of the acceleration that the fit leaves at most.

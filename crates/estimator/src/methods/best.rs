@@ -42,7 +42,7 @@ pub(crate) struct BestFilters {
     /// Tractions of the last estimate, before the bound N >= 0, N.
     last_traction: [f64; 3],
     /// Angle between the specific force and gravity at each inclinometer as of the last estimate, rad.
-    last_apparent_tilt: [f64; 2],
+    last_force_angle: [f64; 2],
     /// Time for which the parity residual has been beyond its gate without a break, s.
     time_beyond_gate: f64,
     /// Contact state of each wheel.
@@ -73,7 +73,7 @@ impl BestFilters {
             ground: GroundMemory::new(&robot.geometry),
             last_normal_force: [mean_load; 3],
             last_traction: [0.0; 3],
-            last_apparent_tilt: [0.0; 2],
+            last_force_angle: [0.0; 2],
             time_beyond_gate: 0.0,
             contact: [ContactDetector::default(); 3],
             standing: StandingDetector::default(),
@@ -84,11 +84,11 @@ impl BestFilters {
     }
 
     /// Marks all velocities as unknown, because the robot may be moving after a gap.
-    pub fn forget_motion(&mut self) {
+    pub fn reset_motion(&mut self) {
         for wheel in &mut self.wheels {
-            wheel.forget_speed();
+            wheel.reset_speed();
         }
-        self.motion.forget_velocity();
+        self.motion.inflate_velocity_variance();
     }
 
     /// Time since the last frame by the wheels, s, if all of them have turned further than they can in the `dt` (s) of the time
@@ -119,9 +119,9 @@ impl BestFilters {
         &self.ground
     }
 
-    /// See [`GroundMemory::forget_left`].
-    pub fn forget_left_ground(&mut self) {
-        self.ground.forget_left();
+    /// See [`GroundMemory::drop_left`].
+    pub fn drop_left_ground(&mut self) {
+        self.ground.drop_left();
     }
 
     /// Takes over what lasts from `before`: the memory of the ground, whose section ends, the torques' scale, and the velocity
@@ -129,7 +129,7 @@ impl BestFilters {
     pub fn take_over(&mut self, before: &Self) {
         self.motion.assume_velocity(before.motion.velocity());
         self.ground = before.ground;
-        self.ground.forget_left();
+        self.ground.drop_left();
         self.ground.end_section();
         self.scale = before.scale;
         self.scale.interrupt();
@@ -227,7 +227,7 @@ impl BestFilters {
             let readings = LinkReadings {
                 rate: rate.now(),
                 inclination: inclination.now(),
-                apparent_tilt: self.last_apparent_tilt[i],
+                force_angle: self.last_force_angle[i],
             };
             let link = &mut self.links[i];
             if link.started() {
@@ -286,16 +286,16 @@ impl BestFilters {
             contact_angle: [angle(0), angle(1), angle(2)],
             touches: [touches(0), touches(1), touches(2)],
         };
-        let tilt = budget.inclination_bias;
-        let passed = self.ground.update(&robot.geometry, tilt, &motion);
+        let bias = budget.inclination_bias;
+        let passed = self.ground.update(&robot.geometry, bias, &motion);
         for i in 0..3 {
-            let known = passed[i].then(|| self.ground.known_slope(i)).flatten();
+            let known = passed[i].then(|| self.ground.mapped_slope(i)).flatten();
             if let Some((slope, variance)) = known {
                 let given = instant.inputs.contact_angle[i].value;
                 self.motion.correct_contact_angle(i, given, slope, variance);
             }
         }
-        if let Some((error, variance)) = self.ground.take_direction_error(tilt) {
+        if let Some((error, variance)) = self.ground.take_direction_error(bias) {
             let change = self.motion.correct_direction(error, variance);
             self.ground.direction_corrected(change);
         }
@@ -315,7 +315,7 @@ impl BestFilters {
         /// of the robot. Their differences show in the slip of gripping wheels, but not where a hard wheel does not creep.
         const DIFFERENCES: f64 = 0.816_496_580_927_726;
         let budget = &nominal.settings.budget;
-        let doubtful = flags.intersects(Flags::DOUBTFUL);
+        let uncertain = flags.intersects(Flags::DOUBTFUL);
         let radius = nominal.robot.geometry.wheel_radius;
         let offsets = [0, 1, 2].map(|i| self.motion.torque_offset(i).0);
         let mean = offsets.iter().sum::<f64>() / 3.0;
@@ -323,7 +323,7 @@ impl BestFilters {
             forces,
             tangents,
             contact,
-            clear: !doubtful,
+            clear: !uncertain,
             removed: offsets.map(|offset| (offset - mean) / radius),
             lasting: DIFFERENCES * budget.torque_offset / radius,
             mean_load: nominal.mean_load,
@@ -337,7 +337,7 @@ impl BestFilters {
     fn discard_wrong_states(&mut self, budget: &NoiseBudget) {
         if self.time_beyond_gate > Self::LONGEST_BEYOND_GATE {
             self.motion = MotionFilter::new(budget, self.method.contact_angles);
-            self.motion.forget_velocity();
+            self.motion.inflate_velocity_variance();
             self.ground.end_section();
             self.time_beyond_gate = 0.0;
         }

@@ -52,7 +52,7 @@ impl Wheel {
     }
 
     /// The wheel may be spinning: for a start after a gap.
-    pub fn forget_speed(&mut self) {
+    pub fn reset_speed(&mut self) {
         self.observer = TorqueObserver::spinning();
     }
 
@@ -76,7 +76,7 @@ impl Wheel {
     ) -> Option<Innovation> {
         let parameters = self.parameters(robot, settings, inputs);
         if inputs.new_zero {
-            self.observer.forget_angle();
+            self.observer.reset_angle();
         }
         let torque = inputs.torque.value;
         if inputs.angle.age > LONGEST_GAP {

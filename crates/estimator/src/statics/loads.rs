@@ -122,17 +122,17 @@ mod tests {
     }
 
     proptest! {
-        /// Equivalence: a robot that accelerates uniformly is one at rest in a gravity that is tilted and stronger.
+        /// Equivalence: a robot that accelerates uniformly is one at rest in a gravity that is turned and stronger.
         #[test]
-        fn uniform_acceleration_is_tilted_gravity(theta in angles(), slopes in slopes(), ax in -5.0_f64..5.0, ay in -5.0_f64..5.0) {
+        fn uniform_acceleration_is_turned_gravity(theta in angles(), slopes in slopes(), ax in -5.0_f64..5.0, ay in -5.0_f64..5.0) {
             let (geometry, mass) = (Geometry::a(), MassSet::caption());
             let masses = mass.true_points();
             let uniform = LinkageMotion { q: Vec2::new(ax, ay), ..LinkageMotion::default() };
             let arms1 = arms(&geometry, theta);
             let accelerated = Loads::moving(&mass, &masses, &arms1, &geometry.carriers, &uniform);
             // In the turned frame "up" is the direction of a + g.
-            let felt = Vec2::new(ax, ay + GRAVITY);
-            let turn = libm::atan2(felt.x, felt.y);
+            let specific = Vec2::new(ax, ay + GRAVITY);
+            let turn = libm::atan2(specific.x, specific.y);
             let arms2 = arms(&geometry, theta.map(|angle| angle + turn));
             let at_rest = Loads::at_rest(&masses);
             let normal = |arms: &Arms, loads: &Loads, slopes: [f64; 3]| {
@@ -142,7 +142,7 @@ mod tests {
             let found = normal(&arms1, &accelerated, slopes).expect("regular");
             let expected = normal(&arms2, &at_rest, slopes.map(|angle| angle + turn));
             // The two force rows turn as a pair, which least squares does not see.
-            let expected = expected.expect("regular").map(|n| n * felt.norm() / GRAVITY);
+            let expected = expected.expect("regular").map(|n| n * specific.norm() / GRAVITY);
             for i in 0..3 {
                 prop_assert!((found[i] - expected[i]).abs() < 1e-9, "{found:?} {expected:?}");
             }
@@ -176,9 +176,9 @@ mod tests {
             let mut add = |of: &dyn Fn(&Posture) -> Vec2, kg: f64, inertia: f64, angle: &dyn Fn(&Posture) -> f64| {
                 let place = |(posture, q): &(Posture, Vec2)| of(posture) + q;
                 let (p0, p1, p2) = (place(&before), place(&at), place(&after));
-                let felt = (p2 - p1 * 2.0 + p0) / (h * h) + Vec2::new(0.0, GRAVITY);
-                force += felt * kg;
-                moment += kg * cross(p1, felt) + inertia * second(angle(&before.0), angle(&at.0), angle(&after.0));
+                let specific = (p2 - p1 * 2.0 + p0) / (h * h) + Vec2::new(0.0, GRAVITY);
+                force += specific * kg;
+                moment += kg * cross(p1, specific) + inertia * second(angle(&before.0), angle(&at.0), angle(&after.0));
             };
             for bar in Bar::ALL {
                 let (kg, inertia) = mass.of(bar);

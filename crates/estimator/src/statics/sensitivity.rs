@@ -1,5 +1,5 @@
 //! Sensitivity of the right-hand side of eq. (8) to the uncertain inputs: inputs that no sensor measures, or that sensors
-//! measure with lasting errors. It carries the covariance of the inputs into that of the forces.
+//! measure with correlated errors. It carries the covariance of the inputs into that of the forces.
 
 use super::equations::Equations;
 use super::equilibrium::Equilibrium;

@@ -14,7 +14,7 @@ pub(crate) struct RightSide {
     pub sensitivity: Sensitivity,
     /// T.
     pub tractions: [Traction; 3],
-    /// Covariance of loads, stop torque and unexplained load, N^2.
+    /// Covariance of loads, stop torque and unmodelled load, N^2.
     pub loads: Matrix4<f64>,
 }
 
@@ -54,10 +54,10 @@ pub(crate) fn solve(
 }
 
 impl Forces {
-    /// Adds an error of the rows of eq. (8) with the deviation `lasting`, N, to the covariance of N. It changes no estimate: an error that
+    /// Adds an error of the rows of eq. (8) with the deviation `constant`, N, to the covariance of N. It changes no estimate: an error that
     /// lasts, or that no equation shows, is not the white noise by which the rows are weighted.
-    pub fn consider(&mut self, inverse: &LeastSquaresInverse, lasting: &Vector4<f64>) {
-        let moved = inverse.solve(lasting);
+    pub fn consider(&mut self, inverse: &LeastSquaresInverse, constant: &Vector4<f64>) {
+        let moved = inverse.solve(constant);
         for (i, a) in moved.iter().enumerate() {
             for (j, b) in moved.iter().enumerate() {
                 self.covariance[2 * i + 1][2 * j + 1] += a * b;

@@ -4,11 +4,11 @@ use super::*;
 use crate::filters::ComplementaryFilter;
 use crate::testing::Random;
 
-fn readings(rate: Option<f64>, inclination: Option<f64>, apparent_tilt: f64) -> LinkReadings {
+fn readings(rate: Option<f64>, inclination: Option<f64>, force_angle: f64) -> LinkReadings {
     LinkReadings {
         rate,
         inclination,
-        apparent_tilt,
+        force_angle,
     }
 }
 
@@ -61,7 +61,7 @@ fn a_gyro_bias_is_found() {
 /// difference a second, would follow the acceleration's error (0.04 rad) by twice 0.04 0.96/(4 pi) = 6 mrad at full
 /// weight.
 #[test]
-fn a_shaken_inclinometer_does_not_carry_the_angle_away() {
+fn an_accelerated_inclinometer_does_not_carry_the_angle_away() {
     let (budget, dt) = (NoiseBudget::typical(), 1e-3);
     let mut filter = LinkAngleKalman::new(&budget);
     let mut paper = ComplementaryFilter::new(0.5);

@@ -1,4 +1,4 @@
-//! What wheels on known ground show: the direction of the velocity, and their contact angles.
+//! What wheels on mapped ground show: the direction of the velocity, and their contact angles.
 
 use super::filter::MotionFilter;
 use super::states::{CONSIDERED, CONTACT_ANGLE, COUNT, VELOCITY};
@@ -11,7 +11,7 @@ impl MotionFilter {
     /// [`crate::ground::GroundMemory::take_direction_error`]. Returns the change of that direction, as dy/dx; zero while
     /// the robot hardly rolls.
     ///
-    /// A lasting error of the direction and the sum of the torque offsets are one: the parity residual ties them. So this is
+    /// A constant error of the direction and the sum of the torque offsets are one: the parity residual ties them. So this is
     /// what separates a slope from torque offsets on even ground.
     pub fn correct_direction(&mut self, error: f64, variance: f64) -> f64 {
         let velocity = self.velocity();
@@ -34,10 +34,10 @@ impl MotionFilter {
     }
 
     /// Corrects the states by what the ground shows of the contact angle of wheel `i`: it is `slope`, rad, with this variance; `given`
-    /// is the given one. See [`crate::ground::GroundMemory::known_slope`]. Nothing while the robot hardly rolls.
+    /// is the given one. See [`crate::ground::GroundMemory::mapped_slope`]. Nothing while the robot hardly rolls.
     ///
     /// The direction of a wheel's velocity depends on the robot's speed, which nothing shows while two wheels slide. The ground that the
-    /// wheels ahead have felt does not.
+    /// wheels ahead have passed does not.
     pub fn correct_contact_angle(&mut self, i: usize, given: f64, slope: f64, variance: f64) {
         let slow = ContactVelocity::SLOW * ContactVelocity::SLOW;
         if !(self.velocity().norm_squared() > slow) {

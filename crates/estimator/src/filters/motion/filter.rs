@@ -17,12 +17,12 @@ pub(crate) struct MotionFilter {
     pub(super) angles: ContactAngles,
     /// Indices as in [`super::states`].
     pub(super) filter: Kalman<COUNT, CONSIDERED>,
-    /// Remaining time for which each wheel is suspect, s.
-    pub(super) suspect: [f64; 3],
+    /// Remaining time after an impact or at an edge, for which measurements are down-weighted or skipped, s.
+    pub(super) impact: f64,
     /// Remaining time for which each wheel counts as sliding, s.
     pub(super) sliding: [f64; 3],
-    /// Variance of the unexplained load, N^2.
-    pub(super) unexplained: f64,
+    /// Variance of the unmodelled load, N^2.
+    pub(super) unmodelled_load: f64,
     /// Time since the inclinometers last showed the acceleration, s.
     pub(super) since_acceleration: f64,
 }
@@ -58,9 +58,9 @@ impl MotionFilter {
         Self {
             angles,
             filter,
-            suspect: [0.0; 3],
+            impact: 0.0,
             sliding: [0.0; 3],
-            unexplained: 0.0,
+            unmodelled_load: 0.0,
             since_acceleration: 0.0,
         }
     }
@@ -76,7 +76,7 @@ impl MotionFilter {
 
     /// Marks the velocity as unknown, because the robot may be moving: raises its two variances, keeps its value and
     /// correlations.
-    pub fn forget_velocity(&mut self) {
+    pub fn inflate_velocity_variance(&mut self) {
         for v in [VELOCITY, VELOCITY + 1] {
             self.filter.p[v][v] = TUNING.unknown_velocity * TUNING.unknown_velocity;
         }
@@ -103,9 +103,9 @@ impl MotionFilter {
         [p[x][x], p[x][y], p[y][y]]
     }
 
-    /// Whether any wheel is suspect.
-    pub fn is_any_suspect(&self) -> bool {
-        self.suspect.iter().any(|time| *time > 0.0)
+    /// Whether an impact or an edge was found within the last `TUNING.impact_time`.
+    pub fn is_after_impact(&self) -> bool {
+        self.impact > 0.0
     }
 
     /// Acceleration of Q, m/s^2.
@@ -159,9 +159,9 @@ impl MotionFilter {
         by
     }
 
-    /// Variance of the unexplained load, N^2: see [`MotionFilter::check_parity`].
-    pub fn unexplained_load(&self) -> f64 {
-        self.unexplained
+    /// Variance of the unmodelled load, N^2: see [`MotionFilter::check_parity`].
+    pub fn unmodelled_load(&self) -> f64 {
+        self.unmodelled_load
     }
 
     /// A state and its standard deviation.

@@ -3,14 +3,14 @@
 /// A first-order Gauss-Markov process, given by its stationary standard deviation (in the unit of its quantity) and its
 /// correlation time (s).
 #[derive(Clone, Copy, Debug)]
-pub struct LastingError {
+pub struct GaussMarkov {
     /// Standard deviation.
     pub sigma: f64,
     /// Correlation time, s.
     pub time: f64,
 }
 
-impl LastingError {
+impl GaussMarkov {
     /// A process with the correlation time `time` (s).
     pub const fn new(sigma: f64, time: f64) -> Self {
         Self { sigma, time }

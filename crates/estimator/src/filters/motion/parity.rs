@@ -32,8 +32,8 @@ impl MotionFilter {
     /// Tests a parity residual z against its predicted standard deviation sigma and, with `correct`, corrects the states by
     /// it. `dt` is the time since the last sample, s.
     ///
-    /// The variance of the unexplained load becomes the larger of its decayed old value and `z^2 - (2 sigma)^2`, N^2; sigma is
-    /// that without unexplained load. A residual beyond the gate makes all wheels suspect.
+    /// The variance of the unmodelled load becomes the larger of its decayed old value and `z^2 - (2 sigma)^2`, N^2; sigma is
+    /// that without unmodelled load. A residual beyond the gate is an impact.
     pub fn check_parity(
         &mut self,
         residual: &ParityResidual,
@@ -53,21 +53,22 @@ impl MotionFilter {
             variance: of_states + sample_variance,
         };
 
-        let explained = TUNING.explained * TUNING.explained * innovation.variance;
+        let explained = TUNING.modelled * TUNING.modelled * innovation.variance;
         let gate = TUNING.gate * TUNING.gate * innovation.variance;
-        let excess = (square - explained).min(TUNING.unexplained_cap);
-        self.unexplained = self.unexplained.max(excess);
+        let excess = (square - explained).min(TUNING.unmodelled_cap);
+        self.unmodelled_load = self.unmodelled_load.max(excess);
         // True at a residual beyond the gate, and afterwards until the variance has decayed below this bound.
-        if self.unexplained > gate - explained {
-            self.suspect = [TUNING.suspect_time; 3];
+        if self.unmodelled_load > gate - explained {
+            self.impact = TUNING.impact_time;
         }
         let within_gate = square <= gate;
         let corrected = correct && within_gate;
         if corrected {
             // Correlated errors enter as the equivalent white noise, with at least the variance of this sample.
-            let lasting =
-                (sample_variance + self.unexplained) * (2.0 * TUNING.parity_time / dt).max(1.0);
-            self.filter.apply(&ph, -residual.value, of_states + lasting);
+            let correlated =
+                (sample_variance + self.unmodelled_load) * (2.0 * TUNING.parity_time / dt).max(1.0);
+            self.filter
+                .apply(&ph, -residual.value, of_states + correlated);
         }
         ParityCheck {
             innovation,

@@ -1,7 +1,7 @@
 //! Prediction of the motion filter: from one sample to the next.
 
 use super::filter::{MotionFilter, angle_sigma};
-use super::noise::LastingError;
+use super::noise::GaussMarkov;
 use super::states::{
     ACCELERATION, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, TORQUE_OFFSET, VELOCITY,
 };
@@ -47,7 +47,7 @@ impl MotionFilter {
         self.add_acceleration_noise(acceleration.sigma, decay.acceleration);
         self.add_angle_noise(budget, dt, fresh_angles, decay.contact_angle);
         self.add_walks(dt);
-        self.decay_suspicion(dt);
+        self.decay(dt);
     }
 
     /// Factor of the contact-angle errors over `dt` (s): a process in time for given angles, along the ground for unknown ones.
@@ -62,16 +62,15 @@ impl MotionFilter {
     }
 
     /// The Gauss-Markov process of the acceleration of Q, m/s^2 and s.
-    fn acceleration_process(&self, measured: MeasuredAccelerations) -> LastingError {
+    fn acceleration_process(&self, measured: MeasuredAccelerations) -> GaussMarkov {
         let speed_ratio = self.speed_ratio();
         let unmeasured = TUNING.acceleration.sigma * speed_ratio * speed_ratio;
         let rims = TUNING.rim_factor * measured.rims;
         let links = TUNING.link_factor * measured.links;
         let sigma = robhaz_model::sqrt(unmeasured * unmeasured + rims * rims + links * links);
-        let after_impact = self.suspect.iter().all(|time| *time > 0.0);
-        LastingError {
+        GaussMarkov {
             sigma: sigma.min(TUNING.largest_acceleration),
-            time: if after_impact {
+            time: if self.is_after_impact() {
                 TUNING.acceleration_time_after_impact
             } else {
                 TUNING.acceleration.time / speed_ratio
@@ -170,14 +169,15 @@ impl MotionFilter {
         }
     }
 
-    /// Decays suspicion and unexplained load over `dt` (s).
-    fn decay_suspicion(&mut self, dt: f64) {
-        for time in self.suspect.iter_mut().chain(&mut self.sliding) {
+    /// Counts down the times after impacts and of sliding, and lets the unmodelled load decay over `dt` (s).
+    fn decay(&mut self, dt: f64) {
+        self.impact = (self.impact - dt).max(0.0);
+        for time in &mut self.sliding {
             *time = (*time - dt).max(0.0);
         }
-        self.unexplained *= libm::exp(-dt / TUNING.unexplained_decay);
-        if self.unexplained < TUNING.unexplained_floor {
-            self.unexplained = 0.0;
+        self.unmodelled_load *= libm::exp(-dt / TUNING.unmodelled_decay);
+        if self.unmodelled_load < TUNING.unmodelled_floor {
+            self.unmodelled_load = 0.0;
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Rolling constraints: a wheel's centre moves along the ground, at the speed of the rim minus the slip.
 
 use super::filter::MotionFilter;
-use super::noise::LastingError;
+use super::noise::GaussMarkov;
 use super::states::{
     CONSIDERED, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY,
 };
@@ -122,12 +122,11 @@ impl MotionFilter {
         }
     }
 
-    /// The direction of the velocity is the contact angle: the speed away from the ground is zero. A wheel beyond
-    /// `TUNING.suspect_gate` becomes suspect; without given contact angles all wheels do beyond `TUNING.edge_gate`, and an edge is
-    /// looked for.
+    /// The direction of the velocity is the contact angle: the speed away from the ground is zero. Without given contact angles a wheel
+    /// beyond `TUNING.edge_gate` has met an edge.
     ///
-    /// Returns the measurement-noise variance common to both constraints, m^2/s^2: gyroscope bias and noise, and the doubt
-    /// in a suspect wheel. And the standard deviation of the speed away from the ground at a single sample, m/s.
+    /// Returns the measurement-noise variance common to both constraints, m^2/s^2: gyroscope bias and noise, and the slip after an
+    /// impact. And the standard deviation of the speed away from the ground at a single sample, m/s.
     fn constrain_direction(
         &mut self,
         budget: &NoiseBudget,
@@ -149,7 +148,8 @@ impl MotionFilter {
         let mut of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
 
         let given = self.angles == ContactAngles::Given;
-        let correct = sample.correct;
+        // Below the speed at which a velocity has a direction, noise would pass for slopes.
+        let correct = sample.correct && (given || velocity.rolls());
         let penetration = TUNING.penetration_speed.at_speed(sample.speed_ratio);
         let sample_variance =
             of_states + penetration.sigma * penetration.sigma + bias * bias + noise * noise;
@@ -161,10 +161,14 @@ impl MotionFilter {
             of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
         }
 
-        let mut shared = LastingError::new(bias, TUNING.slip.time).white(dt) + noise * noise;
-        if self.suspect[i] > 0.0 {
-            let doubt = if given { TUNING.suspect } else { TUNING.edge };
-            shared += doubt.white(dt);
+        let mut shared = GaussMarkov::new(bias, TUNING.slip.time).white(dt) + noise * noise;
+        if self.is_after_impact() {
+            let after_impact = if given {
+                TUNING.impact_noise
+            } else {
+                TUNING.edge_noise
+            };
+            shared += after_impact.white(dt);
         }
         let r = penetration.white(dt) + shared;
         if correct {
@@ -173,7 +177,7 @@ impl MotionFilter {
                 .apply_within(&ph, -velocity.away, variance, TUNING.gate);
         } else {
             let (_, sigma) = self.contact_angle_error(i);
-            let of_angle = LastingError::new(velocity.speed * sigma, budget.contact_angle_time);
+            let of_angle = GaussMarkov::new(velocity.speed * sigma, budget.contact_angle_time);
             let r = r + of_angle.white(dt);
             self.filter.update(&[x, y], -velocity.away, r, TUNING.gate);
         }
@@ -190,18 +194,18 @@ impl MotionFilter {
     /// between both. A velocity into the ground is impossible: another wheel has met an edge, and the velocity of Q is wrong by that
     /// much. Without this distinction a wheel that meets a kerb looks like the other wheels on a downward slope.
     fn meet_edge(&mut self, i: usize, velocity: &ContactVelocity) {
-        self.suspect = [TUNING.suspect_time; 3];
+        self.impact = TUNING.impact_time;
         let away = velocity.away;
         if away > 0.0 {
             let change = (away / velocity.speed).clamp(-TUNING.steepest, TUNING.steepest);
             self.filter.p[CONTACT_ANGLE + i][CONTACT_ANGLE + i] += change * change;
         } else {
-            self.doubt_velocity(perp(velocity.direction) * away);
+            self.inflate_velocity(perp(velocity.direction) * away);
         }
     }
 
     /// Adds the square of `error` (m/s) to the covariance of the velocity.
-    fn doubt_velocity(&mut self, error: Vec2) {
+    fn inflate_velocity(&mut self, error: Vec2) {
         for (i, a) in [error.x, error.y].into_iter().enumerate() {
             for (j, b) in [error.x, error.y].into_iter().enumerate() {
                 self.filter.p[VELOCITY + i][VELOCITY + j] += a * b;
@@ -246,18 +250,18 @@ impl MotionFilter {
         let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
         let innovation = rim_speed - velocity.speed - slip;
 
-        let unexplained = TUNING.slip.at_speed(sample.speed_ratio);
+        let unmodelled = TUNING.slip.at_speed(sample.speed_ratio);
         let factor = creep.variance_factor();
         let creep_sigma = creep.speed * robhaz_model::sqrt(self.filter.p[CREEP + i][CREEP + i]);
-        let mut lasting = creep_sigma * ratio_sigma;
+        let mut correlated = creep_sigma * ratio_sigma;
         if !shows_creep {
-            lasting = root_sum_square(lasting, creep_sigma * wheel.ratio);
+            correlated = root_sum_square(correlated, creep_sigma * wheel.ratio);
         }
         let of_torque = by_offset * wheel.torque_sigma;
         let square = |sigma: f64| sigma * sigma;
         let sample_variance = of_states
-            + square(unexplained.sigma) * factor
-            + square(lasting)
+            + square(unmodelled.sigma) * factor
+            + square(correlated)
             + square(of_torque)
             + square(wheel.bias_sigma)
             + square(wheel.noise_sigma);
@@ -272,21 +276,21 @@ impl MotionFilter {
                 self.sliding[i] = TUNING.sliding_time;
             } else if rolls && self.angles == ContactAngles::Unknown {
                 // A wheel that hardly pulls does not slide: the velocity is wrong.
-                self.doubt_velocity(velocity.direction * innovation);
+                self.inflate_velocity(velocity.direction * innovation);
                 return residual;
             }
         }
         if self.sliding[i] > 0.0 {
             return residual;
         }
-        let r = unexplained.white(dt) * factor
-            + LastingError::new(lasting, TUNING.slip.time).white(dt)
+        let r = unmodelled.white(dt) * factor
+            + GaussMarkov::new(correlated, TUNING.slip.time).white(dt)
             + shared;
         let variance = of_states + r;
         self.filter
             .apply_within(&ph, innovation, variance, TUNING.gate);
         for creep in &mut self.filter.x[CREEP..CREEP + 3] {
-            *creep = creep.max(TUNING.least_creep);
+            *creep = creep.clamp(TUNING.least_creep, TUNING.greatest_creep);
         }
         residual
     }

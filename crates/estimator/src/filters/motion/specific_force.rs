@@ -1,7 +1,7 @@
 //! Acceleration of the robot from the specific force that its inclinometers measure.
 
 use super::filter::MotionFilter;
-use super::noise::LastingError;
+use super::noise::GaussMarkov;
 use super::states::{ACCELERATION, CONSIDERED, COUNT};
 use super::tuning::TUNING;
 use crate::filters::Kalman;
@@ -21,7 +21,7 @@ pub(crate) struct SensedAcceleration {
 
 impl MotionFilter {
     /// Measurement update by the acceleration of Q that the inclinometers of links 1 and 2 show, `dt` seconds after the last sample: `None`
-    /// without a reading. Skipped while a wheel is suspect: an impact on the filtered rates of the links would pass for an acceleration.
+    /// without a reading. Skipped after an impact: what it does to the filtered rates of the links would pass for an acceleration.
     ///
     /// An inclinometer measures the direction of the specific force, and the gyroscope the angle of the link: what is left is the
     /// acceleration along the link, within seconds. It is the only measurement of the robot's motion that does not need a wheel that grips.
@@ -33,7 +33,7 @@ impl MotionFilter {
             _ => 1.0,
         };
         let time = core::mem::take(&mut self.since_acceleration);
-        if self.is_any_suspect() {
+        if self.is_after_impact() {
             return;
         }
         let (mut innovation, mut white) = (0.0, 0.0);
@@ -46,10 +46,11 @@ impl MotionFilter {
             of_turning += share * sensed.of_turning;
         }
         // Not less than once the variance, where readings are rarer than errors last.
-        let lasting =
-            |sigma: f64, lasts: f64| LastingError::new(sigma, lasts.max(0.5 * time)).white(time);
-        let r =
-            white + lasting(of_angle, TUNING.angle_time) + lasting(of_turning, TUNING.turning_time);
+        let white_of =
+            |sigma: f64, lasts: f64| GaussMarkov::new(sigma, lasts.max(0.5 * time)).white(time);
+        let r = white
+            + white_of(of_angle, TUNING.angle_time)
+            + white_of(of_turning, TUNING.turning_time);
         let h = [(ACCELERATION, 1.0)];
         let ph = self.filter.covariance_times(&h);
         let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
@@ -150,11 +151,11 @@ mod tests {
         );
     }
 
-    /// Property: while a wheel is suspect what the inclinometers measure changes nothing.
+    /// Property: after an impact what the inclinometers measure changes nothing.
     #[test]
     fn an_impact_is_no_acceleration() {
         let mut motion = accelerated(0.3, [true; 2], 0.0);
-        motion.suspect[1] = 0.2;
+        motion.impact = 0.2;
         let before = motion;
         let sensed = SensedAcceleration {
             innovation: 5.0,

@@ -39,7 +39,7 @@ impl MotionFilter {
     ///
     /// A force F that errs in direction by an angle a errs by F a^2/2 along itself, which the linear covariance does not contain. For a
     /// Gaussian angle of deviation s its mean square is F^2 (3 s^4)/4, and three times that for three wheels of the load `mean_load`
-    /// (N): the unexplained load is at least that.
+    /// (N): the unmodelled load is at least that.
     pub fn stand(&mut self, mean_load: f64) {
         for i in 0..2 {
             self.filter.set(VELOCITY + i, 0.0, TUNING.velocity_at_rest);
@@ -53,9 +53,9 @@ impl MotionFilter {
             }
             // The root of three times 3/4.
             let second_order = 1.5 * mean_load * TUNING.held_angle * TUNING.held_angle;
-            self.unexplained = self.unexplained.max(second_order * second_order);
+            self.unmodelled_load = self.unmodelled_load.max(second_order * second_order);
         }
-        self.suspect = [TUNING.suspect_time; 3];
+        self.impact = TUNING.impact_time;
     }
 
     /// Residuals of the rolling constraints of wheel `i` of a standing robot, which correct nothing: all of the rim's speed is slip.

@@ -126,7 +126,7 @@ fn rolling_determines_the_velocity() {
         motion.roll(&budget, &[Some(wheel); 3], DT, true);
     }
     let along = Vec2::new(libm::cos(slope), libm::sin(slope)) * speed;
-    // The contact angles' own error, 2 deg over three wheels, tilts the velocity; along the ground the prior of the
+    // The contact angles' own error, 2 deg over three wheels, turns the velocity; along the ground the prior of the
     // acceleration pulls by less than 1e-3.
     assert!(
         (motion.velocity() - along).norm() < 0.01 * speed,
@@ -176,10 +176,10 @@ fn wrong_slopes_do_not_slow_the_robot_down() {
     assert!((speed - 0.2).abs() < 0.04, "{}", motion.velocity());
 }
 
-/// A parity residual beyond its prediction counts as unexplained load, less two standard deviations. The load decays with
-/// its time constant, and all wheels are suspect meanwhile.
+/// A parity residual beyond its prediction counts as unmodelled load, less two standard deviations. The load decays with
+/// its time constant, and measurements are down-weighted meanwhile.
 #[test]
-fn an_impact_becomes_unexplained_load_and_decays() {
+fn an_impact_becomes_unmodelled_load_and_decays() {
     let budget = NoiseBudget::typical();
     let h = [0.0; input::COUNT];
     let mut motion = MotionFilter::new(&budget, ContactAngles::Given);
@@ -187,13 +187,8 @@ fn an_impact_becomes_unexplained_load_and_decays() {
     assert!(!impact.within_gate && impact.innovation.nis() > 300.0);
     let expected = 400.0 - 4.0 * impact.innovation.variance;
     // Rounding of 400 N^2.
-    assert!((motion.unexplained - expected).abs() < 1e-9);
-    assert!(
-        motion
-            .suspect
-            .iter()
-            .all(|time| *time >= TUNING.suspect_time)
-    );
+    assert!((motion.unmodelled_load - expected).abs() < 1e-9);
+    assert!(motion.impact >= TUNING.impact_time);
     for _ in 0..100 {
         motion.predict(
             &budget,
@@ -203,8 +198,8 @@ fn an_impact_becomes_unexplained_load_and_decays() {
             MeasuredAccelerations::default(),
         );
     }
-    let decayed = expected * libm::exp(-0.1 / TUNING.unexplained_decay);
-    assert!((motion.unexplained - decayed).abs() < 1e-9 * expected);
+    let decayed = expected * libm::exp(-0.1 / TUNING.unmodelled_decay);
+    assert!((motion.unmodelled_load - decayed).abs() < 1e-9 * expected);
     // The prediction of the residual itself does not change: its NIS shows impacts.
     let innovation = check(&mut motion, &h, 0.0, 1.0, DT).innovation;
     assert!((innovation.variance - 1.0).abs() < 1e-12);
@@ -217,7 +212,7 @@ fn an_impact_becomes_unexplained_load_and_decays() {
             MeasuredAccelerations::default(),
         );
     }
-    assert_eq!(motion.unexplained.to_bits(), 0.0_f64.to_bits());
+    assert_eq!(motion.unmodelled_load.to_bits(), 0.0_f64.to_bits());
 }
 
 /// A rejected parity residual corrects no state; an accepted one corrects the states that explain it. Torque gains are
@@ -328,7 +323,7 @@ fn only_a_velocity_away_from_the_ground_shows_an_edge() {
             let opened = motion.filter.p[VELOCITY + 1][VELOCITY + 1];
             assert!(opened > 10.0 * velocity, "{opened}");
         }
-        assert!(motion.suspect.iter().all(|time| *time > 0.0));
+        assert!(motion.is_after_impact());
     }
 }
 
@@ -376,7 +371,7 @@ fn the_direction_is_corrected() {
     }
 }
 
-/// Closed form: known ground moves the contact angle, known to 0.01 rad, to the mean weighted by the inverse variances. It turns the velocity
+/// Closed form: mapped ground moves the contact angle, known to 0.01 rad, to the mean weighted by the inverse variances. It turns the velocity
 /// that the direction constraint has tied to that angle, too. A robot that stands takes nothing.
 #[test]
 fn known_ground_corrects_a_contact_angle() {

@@ -3,18 +3,17 @@
 //! A value without a reason beside it is an engineering assumption of the stated size. `docs/estimators.md` lists the
 //! errors and the consistency that this tuning reaches.
 
-use super::noise::LastingError;
-use crate::contact::ContactDetector;
+use super::noise::GaussMarkov;
 
-/// Constants of the motion filter. A [`LastingError`] is a standard deviation and a correlation time.
+/// Constants of the motion filter. A [`GaussMarkov`] is a standard deviation and a correlation time.
 pub struct Tuning {
     /// Speed for which `acceleration`, `penetration_speed` and `slip` hold, m/s. With k = speed/reference, at least 1, the standard deviations of penetration speed and slip grow with k, that of the acceleration with k^2. The
     /// correlation times fall with 1/k.
     pub reference_speed: f64,
     /// Unmeasured part of the acceleration of Q, a first-order Gauss-Markov process: standard deviation, m/s^2, and correlation time, s. The
     /// measured parts add in quadrature.
-    pub acceleration: LastingError,
-    /// Correlation time of the acceleration while all three wheels are suspect, s, as after an impact: accelerations
+    pub acceleration: GaussMarkov,
+    /// Correlation time of the acceleration after an impact or at an edge, s: accelerations
     /// estimated before it no longer hold.
     pub acceleration_time_after_impact: f64,
     /// Upper limit of the acceleration's standard deviation, m/s^2. Larger values come from faulty readings, and rounding
@@ -30,7 +29,7 @@ pub struct Tuning {
     /// after a rejected rim speed, m/s/sqrt(s).
     pub unknown_velocity: f64,
     /// Speed of penetration at the reference speed, m/s and s: 0.5 mm of penetration changes by 2 % over 50 ms.
-    pub penetration_speed: LastingError,
+    pub penetration_speed: GaussMarkov,
     /// Correlation time of the error of a link's angle, s. The angle follows its inclinometer within seconds, so that what both have in
     /// common shows no acceleration.
     pub angle_time: f64,
@@ -39,7 +38,7 @@ pub struct Tuning {
     /// Slip speed that creep does not explain: standard deviation, m/s, and correlation time, s, at the reference speed. It
     /// is a rolling-radius error of 0.1 %. The time, not scaled by the speed, also holds for the gyroscope's bias, for the
     /// error of creep times T/N, and for the slip of a wheel at rest.
-    pub slip: LastingError,
+    pub slip: GaussMarkov,
     /// Prior of the logarithm of the creep speed in m/s: 1 to 4 mm/s for a hard wheel on rock, 100 mm/s on soft ground at 0.2 m/s (slip
     /// ratio over T/N of 0.005 to 0.5: Pacejka, Tyre and Vehicle Dynamics, ch. 3).
     pub creep: f64,
@@ -47,6 +46,8 @@ pub struct Tuning {
     pub creep_sigma: f64,
     /// Correlation of two wheels in that prior, 0 to 1: wheels on one ground.
     pub common_creep: f64,
+    /// Upper limit of the logarithm of the creep speed in m/s: false readings could carry it to where no later one corrects it.
+    pub greatest_creep: f64,
     /// Lower limit of the logarithm of the creep speed in m/s: harder wheels act as rigid ones.
     pub least_creep: f64,
     /// T/N beyond this many of its standard deviations corrects the creep speed. Below, slip that is missing shows a torque offset, not a
@@ -82,48 +83,50 @@ pub struct Tuning {
     /// Lower limit of the contact-angle error, rad. It keeps the process noise of the acceleration finite where the budget
     /// is zero.
     pub least_angle: f64,
-    /// Innovations beyond this many standard deviations are rejected.
+    /// Innovations beyond this many standard deviations count by less: see [`crate::filters::Kalman::apply_within`]. White innovations are
+    /// beyond it once in 150 000 samples.
     pub gate: f64,
     /// The same where no contact angle is given: the estimated angle then follows what leaves it, so that the deviation of a wheel that
     /// meets an edge is small.
     pub edge_gate: f64,
-    /// Time for which a wheel then stays suspect, s. After a parity outlier all wheels are suspect, until this time after the
-    /// unexplained load has decayed.
-    pub suspect_time: f64,
-    /// Additional measurement noise of both rolling constraints of a suspect wheel: standard deviation, m/s, and correlation
+    /// Time after an impact or at an edge for which measurements are down-weighted or skipped, s; after a parity outlier until this time
+    /// after the unmodelled load has decayed.
+    pub impact_time: f64,
+    /// Additional measurement noise of both rolling constraints after an impact: standard deviation, m/s, and correlation
     /// time, s.
-    pub suspect: LastingError,
+    pub impact_noise: GaussMarkov,
     /// The same where no contact angle is given: mean slip of a wheel that meets an edge. The direction of the velocity is then the
     /// only source of the angle.
-    pub edge: LastingError,
-    /// Size of a parity residual that is not yet unexplained load, in standard deviations.
-    pub explained: f64,
-    /// Decay time of the variance of the unexplained load, s.
-    pub unexplained_decay: f64,
-    /// Variance of the unexplained load below which it becomes zero, N^2.
-    pub unexplained_floor: f64,
+    pub edge_noise: GaussMarkov,
+    /// Size of a parity residual that is not yet unmodelled load, in standard deviations.
+    pub modelled: f64,
+    /// Decay time of the variance of the unmodelled load, s.
+    pub unmodelled_decay: f64,
+    /// Variance of the unmodelled load below which it becomes zero, N^2.
+    pub unmodelled_floor: f64,
     /// Upper limit of that variance, N^2: a load of 10 kN.
-    pub unexplained_cap: f64,
+    pub unmodelled_cap: f64,
 }
 
 /// The values for all sensors, grounds and robots.
 pub const TUNING: Tuning = Tuning {
     reference_speed: 0.2,
-    acceleration: LastingError::new(0.015, 1.0),
+    acceleration: GaussMarkov::new(0.015, 1.0),
     acceleration_time_after_impact: 0.03,
     largest_acceleration: 1e3,
     rim_factor: 2.0,
     link_factor: 1.0,
     velocity_at_rest: 0.01,
     unknown_velocity: 0.5,
-    penetration_speed: LastingError::new(5e-4, 0.05),
+    penetration_speed: GaussMarkov::new(5e-4, 0.05),
     angle_time: 10.0,
     turning_time: 0.05,
-    slip: LastingError::new(2e-4, 0.5),
+    slip: GaussMarkov::new(2e-4, 0.5),
     creep: -3.5,      // 30 mm/s
     creep_sigma: 0.8, // a factor of 2.2: 39 mm/s
     common_creep: 0.9,
-    least_creep: -7.6, // 0.5 mm/s
+    greatest_creep: -1.2, // 0.3 m/s
+    least_creep: -7.6,    // 0.5 mm/s
     pulling: 6.0,
     linear_ratio: 0.35,
     offset_walk: 1e-3,
@@ -136,16 +139,16 @@ pub const TUNING: Tuning = Tuning {
     steepest: 1.4,
     held_angle: 0.6,
     sliding_gate: 6.0,
-    sticking_ratio: ContactDetector::LEAST_RATIO,
+    sticking_ratio: 0.25,
     sliding_time: 0.1,
     least_angle: 1e-3,
-    gate: 5.0,
+    gate: 4.5,
     edge_gate: 3.0,
-    suspect_time: 0.2,
-    suspect: LastingError::new(0.1, 0.1),
-    edge: LastingError::new(0.0045, 0.1),
-    explained: 2.0,
-    unexplained_decay: 0.02,
-    unexplained_floor: 1e-6,
-    unexplained_cap: 1e8,
+    impact_time: 0.2,
+    impact_noise: GaussMarkov::new(0.1, 0.1),
+    edge_noise: GaussMarkov::new(0.0045, 0.1),
+    modelled: 2.0,
+    unmodelled_decay: 0.02,
+    unmodelled_floor: 1e-6,
+    unmodelled_cap: 1e8,
 };

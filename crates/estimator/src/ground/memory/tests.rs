@@ -1,4 +1,4 @@
-//! Tests of the memory: exact motion, lasting errors, arbitrary input, sections.
+//! Tests of the memory: exact motion, constant errors, arbitrary input, sections.
 
 extern crate std;
 
@@ -12,7 +12,7 @@ use std::vec::Vec;
 const DT: f64 = 1e-3;
 const SPEED: f64 = 0.2;
 /// Standard deviation of the inclinometers' bias, rad.
-const TILT: f64 = 1e-3;
+const LINK_BIAS: f64 = 1e-3;
 
 /// A wave: height (m) and slope dy/dx at a place (m).
 fn wave(x: f64) -> (f64, f64) {
@@ -65,10 +65,10 @@ fn drive(length: f64, bias: [f64; 2], direction: f64) -> Vec<GroundPoint> {
     let mut points = Vec::new();
     let steps = (length / (SPEED * DT)) as u32;
     for k in 0..=steps {
-        memory.forget_left();
+        memory.drop_left();
         let x = SPEED * DT * f64::from(k);
         let sample = motion(&geometry, x, SPEED, bias, direction);
-        memory.update(&geometry, TILT, &sample);
+        memory.update(&geometry, LINK_BIAS, &sample);
         points.extend(memory.completed());
     }
     points.extend(memory.points());
@@ -98,12 +98,12 @@ fn an_error_of_the_direction_shows() {
         let mut memory = GroundMemory::new(&geometry);
         let (mut corrected, mut found) = (0.0, Vec::new());
         for k in 0..=10_000 {
-            memory.forget_left();
+            memory.drop_left();
             let x = SPEED * DT * f64::from(k);
             let sample = motion(&geometry, x, SPEED, [0.0; 2], direction + corrected);
-            memory.update(&geometry, TILT, &sample);
-            if let Some((error, variance)) = memory.take_direction_error(TILT) {
-                // What the tilt of the links leaves: 1 mrad each, over 3 m.
+            memory.update(&geometry, LINK_BIAS, &sample);
+            if let Some((error, variance)) = memory.take_direction_error(LINK_BIAS) {
+                // What the biases of the links leave: 1 mrad each, over 3 m.
                 assert!(variance > 1e-6, "{variance}");
                 found.push(error);
                 if corrects {
@@ -142,7 +142,7 @@ fn exact_motion_gives_the_ground() {
 /// A direction of the velocity that is 5 mrad too high would raise the profile by 5 mm a metre. The link angles show that it
 /// does not rise: what remains is what their prior allows, 1 mrad.
 #[test]
-fn a_wrong_direction_does_not_tilt_the_profile() {
+fn a_wrong_direction_does_not_turn_the_profile() {
     let points = drive(3.0, [0.0; 2], 5e-3);
     let (height, _) = errors(&points);
     assert!(height < 1e-3, "{height}");
@@ -151,9 +151,9 @@ fn a_wrong_direction_does_not_tilt_the_profile() {
 }
 
 /// Opposite biases of the inclinometers contradict each other where the wheels pass the same place: they are found. Equal
-/// biases tilt the profile, and the stated deviation says so.
+/// biases turn the profile, and the stated deviation says so.
 #[test]
-fn only_the_mean_of_the_biases_tilts_the_profile() {
+fn only_the_mean_of_the_biases_turns_the_profile() {
     let (height, _) = errors(&drive(3.0, [1e-3, -1e-3], 0.0));
     // A chord of 0.3 m between two wheels errs by 0.3 mm.
     assert!(height < 0.3e-3, "{height}");
@@ -173,9 +173,9 @@ fn only_the_mean_of_the_biases_tilts_the_profile() {
 #[test]
 fn passes_do_not_reduce_the_common_error() {
     for point in drive(3.0, [0.0; 2], 0.0) {
-        let common = TILT * core::f64::consts::FRAC_1_SQRT_2 * (point.x.abs() - 0.3).max(0.0);
+        let common = LINK_BIAS * core::f64::consts::FRAC_1_SQRT_2 * (point.x.abs() - 0.3).max(0.0);
         assert!(point.sigma_height > 0.9 * common, "{point:?} {common}");
-        assert!(point.sigma_slope > 0.9 * TILT * core::f64::consts::FRAC_1_SQRT_2);
+        assert!(point.sigma_slope > 0.9 * LINK_BIAS * core::f64::consts::FRAC_1_SQRT_2);
     }
 }
 
@@ -187,8 +187,12 @@ fn a_robot_may_drive_back() {
     let (mut points, mut x) = (Vec::new(), 0.0);
     for k in 0..12_000 {
         let speed = if k < 7000 { SPEED } else { -SPEED };
-        memory.forget_left();
-        memory.update(&geometry, TILT, &motion(&geometry, x, speed, [0.0; 2], 0.0));
+        memory.drop_left();
+        memory.update(
+            &geometry,
+            LINK_BIAS,
+            &motion(&geometry, x, speed, [0.0; 2], 0.0),
+        );
         points.extend(memory.completed());
         let next = if k + 1 < 7000 { SPEED } else { -SPEED };
         x += 0.5 * DT * (speed + next);
@@ -210,9 +214,13 @@ fn every_point_is_completed() {
     let mut before: Vec<f64> = Vec::new();
     let mut completed = 0;
     for k in 0..8000_u32 {
-        memory.forget_left();
+        memory.drop_left();
         let x = SPEED * DT * f64::from(k);
-        memory.update(&geometry, TILT, &motion(&geometry, x, SPEED, [0.0; 2], 0.0));
+        memory.update(
+            &geometry,
+            LINK_BIAS,
+            &motion(&geometry, x, SPEED, [0.0; 2], 0.0),
+        );
         if k == 6000 {
             memory.end_section();
             assert_eq!(memory.wheel_places(), None);
@@ -241,9 +249,13 @@ fn the_slope_at_a_place_is_known_before_the_next_wheel() {
     let geometry = Geometry::a();
     let mut memory = GroundMemory::new(&geometry);
     for k in 0..8000_u32 {
-        memory.forget_left();
+        memory.drop_left();
         let x = SPEED * DT * f64::from(k);
-        memory.update(&geometry, TILT, &motion(&geometry, x, SPEED, [0.0; 2], 0.0));
+        memory.update(
+            &geometry,
+            LINK_BIAS,
+            &motion(&geometry, x, SPEED, [0.0; 2], 0.0),
+        );
     }
     let [front, middle, _] = memory.wheel_places().expect("running");
     let (axle, _) = centre(geometry.wheel_radius, 0.0);
@@ -258,20 +270,20 @@ fn the_slope_at_a_place_is_known_before_the_next_wheel() {
     assert_eq!(memory.slope_at(f64::NAN), None);
 }
 
-/// Known ground shows the slope to the wheels behind the first, within its stated deviation.
+/// mapped ground shows the slope to the wheels behind the first, within its stated deviation.
 #[test]
 fn known_ground_shows_the_slope_of_the_wheels_behind() {
     let geometry = Geometry::a();
     let mut memory = GroundMemory::new(&geometry);
     let (mut passed, mut shown) = ([0; 3], 0);
     for k in 0..8000_u32 {
-        memory.forget_left();
+        memory.drop_left();
         let x = SPEED * DT * f64::from(k);
         let sample = motion(&geometry, x, SPEED, [0.0; 2], 0.0);
-        let known = memory.update(&geometry, TILT, &sample);
+        let known = memory.update(&geometry, LINK_BIAS, &sample);
         for i in 0..3 {
             passed[i] += usize::from(known[i]);
-            let Some((slope, variance)) = memory.known_slope(i).filter(|_| known[i]) else {
+            let Some((slope, variance)) = memory.mapped_slope(i).filter(|_| known[i]) else {
                 continue;
             };
             shown += 1;
@@ -279,7 +291,7 @@ fn known_ground_shows_the_slope_of_the_wheels_behind() {
             assert!(error * error < variance, "{i} {k} {error} {variance}");
         }
     }
-    // 1.6 m of way; the first 0.3 m before the wheels behind come to known ground.
+    // 1.6 m of way; the first 0.3 m before the wheels behind come to mapped ground.
     assert_eq!(passed[0], 0);
     assert!(passed[1] > 100 && passed[2] > 100, "{passed:?}");
     assert!(shown > 200, "{shown}");
@@ -307,7 +319,7 @@ proptest! {
         let geometry = Geometry::a();
         let mut memory = GroundMemory::new(&geometry);
         for (n, touches) in samples {
-            memory.forget_left();
+            memory.drop_left();
             let sample = GroundMotion {
                 dt: n[0].abs(),
                 velocity: Vec2::new(n[1], n[2]),

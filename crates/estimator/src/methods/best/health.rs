@@ -22,7 +22,7 @@ impl BestFilters {
         let rolls = |contact: &ContactEstimate| {
             contact.state == ContactState::OneContact && !contact.sliding
         };
-        let model_holds = contact.iter().all(rolls) && !self.motion.is_any_suspect();
+        let model_holds = contact.iter().all(rolls) && !self.motion.is_after_impact();
         let speed = self.motion.velocity().norm_squared();
         let drives = speed > DRIVING_SPEED * DRIVING_SPEED;
         let has_noise = nominal.settings.budget.torque_noise > 0.0;

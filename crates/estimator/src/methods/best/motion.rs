@@ -45,7 +45,7 @@ impl BestFilters {
             self.motion.discard_motion(spin);
             self.ground.end_section();
         } else if before && !stands {
-            self.motion.forget_velocity();
+            self.motion.inflate_velocity_variance();
         }
     }
 
@@ -105,7 +105,7 @@ impl BestFilters {
         if !stands {
             innovations.slip = slip_nis(&residuals);
         }
-        self.last_apparent_tilt = self.apparent_tilt(arms);
+        self.last_force_angle = self.force_angle(arms);
         residuals
     }
 

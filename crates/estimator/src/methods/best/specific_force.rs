@@ -42,7 +42,7 @@ impl BestFilters {
     }
 
     /// Angle between the specific force and gravity at the centres of mass of links 1 and 2, rad, in the posture of `arms`.
-    pub(super) fn apparent_tilt(&self, arms: &Arms) -> [f64; 2] {
+    pub(super) fn force_angle(&self, arms: &Arms) -> [f64; 2] {
         [(0, Bar::Link1), (1, Bar::Link2)].map(|(k, bar): (usize, Bar)| {
             let (link, arm) = (&self.links[k], arms.centres[bar as usize]);
             let rate = link.smooth_rate();

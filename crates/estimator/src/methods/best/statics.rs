@@ -91,7 +91,7 @@ impl BestFilters {
     }
 
     /// Tests the parity residual against its predicted standard deviation. If `method.parity`, the residual corrects the
-    /// states, and the right-hand side is corrected to first order with H_N unchanged. Unexplained load adds to the noise.
+    /// states, and the right-hand side is corrected to first order with H_N unchanged. Unmodelled load adds to the noise.
     ///
     /// Returns the residual and the flags that it raises; `None` where the contacts leave the parity undefined.
     pub(super) fn check_parity(
@@ -112,7 +112,7 @@ impl BestFilters {
         let dt = instant.dt.max(SHORTEST_STEP);
         let check = self.motion.check_parity(&residual, dt, correct);
 
-        right.loads += Matrix4::from_diagonal_element(self.motion.unexplained_load());
+        right.loads += Matrix4::from_diagonal_element(self.motion.unmodelled_load());
         if check.corrected {
             let after = self.motion.inputs();
             for (k, column) in right.sensitivity.columns.iter().enumerate() {

@@ -184,7 +184,7 @@ fn unmodelled_turning_counts_with_the_whole_mass() {
         let readings = LinkReadings {
             rate: Some(0.012),
             inclination: None,
-            apparent_tilt: 0.0,
+            force_angle: 0.0,
         };
         filters.links[link].update(budget, 1e-3, &readings);
         let sigma = filters.links[link].unmodelled_acceleration();

@@ -43,7 +43,7 @@ impl BestFilters {
         let holds = contact.iter().all(on_one)
             && instant.dt < LONGEST_STEP
             && !instant.flags.contains(Flags::SENSOR_STALE)
-            && !self.motion.is_any_suspect()
+            && !self.motion.is_after_impact()
             && !self.standing.stands();
         let rolling = if holds {
             self.rolling_robot(nominal, arms)
