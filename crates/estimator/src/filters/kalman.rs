@@ -95,7 +95,7 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         };
         (
             innovation,
-            self.apply_within(&ph, difference, variance, gate),
+            self.apply_within(N, &ph, difference, variance, gate),
         )
     }
 
@@ -105,6 +105,7 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
     /// is not finite changes nothing.
     pub fn apply_within(
         &mut self,
+        estimated: usize,
         ph: &[f64; N],
         difference: f64,
         variance: f64,
@@ -116,31 +117,31 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
             return false;
         }
         let beyond = nis / (gate * gate);
-        self.apply(ph, difference, variance * beyond.max(1.0));
+        self.apply(estimated, ph, difference, variance * beyond.max(1.0));
         beyond <= 1.0
     }
 
-    /// Corrects the state by an innovation, for known `P h` and variance of the innovation.
-    pub fn apply(&mut self, ph: &[f64; N], difference: f64, variance: f64) {
-        let considered = N - CONSIDERED..N;
+    /// Corrects the first `estimated` states, at most all but the consider states, by an innovation, for known `P h` and variance of the
+    /// innovation; the others are considered.
+    pub fn apply(&mut self, estimated: usize, ph: &[f64; N], difference: f64, variance: f64) {
+        let estimated = estimated.min(N - CONSIDERED);
         let root = 1.0 / robhaz_model::sqrt(variance);
         // P -= s s' is symmetric to the bit.
         let s = ph.map(|value| value * root);
         let step = root * difference;
-        let mut kept = [[0.0; CONSIDERED]; CONSIDERED];
-        for (kept, row) in kept.iter_mut().zip(&self.p[considered.clone()]) {
-            kept.copy_from_slice(&row[considered.clone()]);
-        }
+        let before = self.p;
         for (row, si) in self.p.iter_mut().zip(s) {
             for (entry, sj) in row.iter_mut().zip(s) {
                 *entry -= si * sj;
             }
         }
-        for (x, si) in self.x.iter_mut().zip(s).take(N - CONSIDERED) {
+        for (x, si) in self.x.iter_mut().zip(s).take(estimated) {
             *x += si * step;
         }
-        for (kept, row) in kept.iter().zip(&mut self.p[considered.clone()]) {
-            row[considered.clone()].copy_from_slice(kept);
+        for (row, before) in self.p.iter_mut().zip(&before).skip(estimated) {
+            for (entry, before) in row.iter_mut().zip(before).skip(estimated) {
+                *entry = *before;
+            }
         }
     }
 }

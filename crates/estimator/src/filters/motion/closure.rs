@@ -9,7 +9,7 @@ use crate::filters::Kalman;
 impl MotionFilter {
     /// Corrects the states by an error of the direction of the velocity of Q, as dy/dx, with its variance: see
     /// [`crate::ground::GroundMemory::take_direction_error`]. Returns the change of that direction, as dy/dx; zero while
-    /// the robot hardly rolls.
+    /// the robot hardly rolls, and after an impact: slopes of false readings would confirm themselves.
     ///
     /// A constant error of the direction and the sum of the torque offsets are one: the parity residual ties them. So this is
     /// what separates a slope from torque offsets on even ground.
@@ -18,7 +18,7 @@ impl MotionFilter {
         let speed = robhaz_model::sqrt(velocity.norm_squared());
         let (cos, sin) = (velocity.x / speed, velocity.y / speed);
         // Written so that a NaN leaves, too.
-        if !(speed > ContactVelocity::SLOW) {
+        if !(speed > ContactVelocity::SLOW) || self.is_after_impact() {
             return 0.0;
         }
         // The angle changes with dy/dx by cos^2.
@@ -27,20 +27,21 @@ impl MotionFilter {
         let ph = self.filter.covariance_times(&h);
         let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
         let variance = of_states + level * level * variance;
+        let estimated = self.estimated_states();
         self.filter
-            .apply_within(&ph, -level * error, variance, TUNING.gate);
+            .apply_within(estimated, &ph, -level * error, variance, TUNING.gate);
         let after = self.velocity();
         after.y / after.x - velocity.y / velocity.x
     }
 
     /// Corrects the states by what the ground shows of the contact angle of wheel `i`: it is `slope`, rad, with this variance; `given`
-    /// is the given one. See [`crate::ground::GroundMemory::mapped_slope`]. Nothing while the robot hardly rolls.
+    /// is the given one. See [`crate::ground::GroundMemory::mapped_slope`]. Nothing while the robot hardly rolls, and after an impact.
     ///
     /// The direction of a wheel's velocity depends on the robot's speed, which nothing shows while two wheels slide. The ground that the
     /// wheels ahead have passed does not.
     pub fn correct_contact_angle(&mut self, i: usize, given: f64, slope: f64, variance: f64) {
         let slow = ContactVelocity::SLOW * ContactVelocity::SLOW;
-        if !(self.velocity().norm_squared() > slow) {
+        if !(self.velocity().norm_squared() > slow) || self.is_after_impact() {
             return;
         }
         let state = CONTACT_ANGLE + i;
@@ -48,7 +49,8 @@ impl MotionFilter {
         let ph = self.filter.covariance_times(&h);
         let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
         let error = given - slope - self.filter.x[state];
+        let estimated = self.estimated_states();
         self.filter
-            .apply_within(&ph, error, of_states + variance, TUNING.gate);
+            .apply_within(estimated, &ph, error, of_states + variance, TUNING.gate);
     }
 }

@@ -164,6 +164,16 @@ impl MotionFilter {
         self.unmodelled_load
     }
 
+    /// How many of the first states measurements correct. After an impact errors of the readings are only considered: what an impact, an
+    /// edge or a false reading does to the innovations would pass for a torque offset, and last.
+    pub(super) fn estimated_states(&self) -> usize {
+        if self.is_after_impact() {
+            TORQUE_OFFSET
+        } else {
+            TORQUE_GAIN
+        }
+    }
+
     /// A state and its standard deviation.
     pub(super) fn estimated(&self, state: usize) -> (f64, f64) {
         (

@@ -67,8 +67,9 @@ impl MotionFilter {
             // Correlated errors enter as the equivalent white noise, with at least the variance of this sample.
             let correlated =
                 (sample_variance + self.unmodelled_load) * (2.0 * TUNING.parity_time / dt).max(1.0);
+            let estimated = self.estimated_states();
             self.filter
-                .apply(&ph, -residual.value, of_states + correlated);
+                .apply(estimated, &ph, -residual.value, of_states + correlated);
         }
         ParityCheck {
             innovation,

@@ -173,8 +173,9 @@ impl MotionFilter {
         let r = penetration.white(dt) + shared;
         if correct {
             let variance = of_states + r;
+            let estimated = self.estimated_states();
             self.filter
-                .apply_within(&ph, -velocity.away, variance, TUNING.gate);
+                .apply_within(estimated, &ph, -velocity.away, variance, TUNING.gate);
         } else {
             let (_, sigma) = self.contact_angle_error(i);
             let of_angle = GaussMarkov::new(velocity.speed * sigma, budget.contact_angle_time);
@@ -287,8 +288,9 @@ impl MotionFilter {
             + GaussMarkov::new(correlated, TUNING.slip.time).white(dt)
             + shared;
         let variance = of_states + r;
+        let estimated = self.estimated_states();
         self.filter
-            .apply_within(&ph, innovation, variance, TUNING.gate);
+            .apply_within(estimated, &ph, innovation, variance, TUNING.gate);
         for creep in &mut self.filter.x[CREEP..CREEP + 3] {
             *creep = creep.clamp(TUNING.least_creep, TUNING.greatest_creep);
         }

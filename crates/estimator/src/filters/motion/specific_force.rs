@@ -55,8 +55,9 @@ impl MotionFilter {
         let ph = self.filter.covariance_times(&h);
         let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
         // No gate: an impact is an acceleration, too.
+        let estimated = self.estimated_states();
         self.filter
-            .apply_within(&ph, innovation, of_states + r, f64::INFINITY);
+            .apply_within(estimated, &ph, innovation, of_states + r, f64::INFINITY);
     }
 }
 
