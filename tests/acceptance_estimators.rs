@@ -4,13 +4,12 @@
 //! With `--nocapture` each test prints its table. All runs use the engine direct. Figures are means over ten seeds on
 //! the main scene and five elsewhere, and of one seed with ideal sensors, where no error is random.
 
-use crate::seeds::{SeedScores, study};
+use crate::seeds::{SeedScores, floor, study};
 use crate::support::scene;
 use robhaz_run::Observers;
 use robhaz_scene::{Scene, SensorSpec};
 use robhaz_study::{
-    Consistency, CovarianceVerdict, Report, Study, TruthRun, Watch, compute_in_memory, floor,
-    ladder,
+    Consistency, CovarianceVerdict, Report, Study, TruthRun, Watch, compute_in_memory, ladder,
 };
 use std::sync::OnceLock;
 
