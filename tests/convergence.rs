@@ -1,19 +1,21 @@
 //! Convergence: with a shorter step or a smaller tolerance, N approaches the exact solution at the order of the method.
 
-use crate::support::{Kept, keep, scene};
+use crate::support::scene;
+use robhaz_run::verify::truth_of;
+use robhaz_sim::Truth;
 
 const DURATION: &str = "record.duration=6";
 
-fn run(overrides: &[&str]) -> Kept {
+fn run(overrides: &[&str]) -> Vec<Truth> {
     let mut all = vec![DURATION];
     all.extend(overrides);
-    keep(&scene("smooth", &all))
+    truth_of(&scene("smooth", &all)).unwrap()
 }
 
 /// RMS difference of N over the three wheels from 1 s on, N.
-fn difference(a: &Kept, b: &Kept) -> f64 {
+fn difference(a: &[Truth], b: &[Truth]) -> f64 {
     let (mut square, mut count) = (0.0, 0.0);
-    for (a, b) in a.truth.iter().zip(&b.truth).skip(1000) {
+    for (a, b) in a.iter().zip(b).skip(1000) {
         for (a, b) in a.wheels.iter().zip(&b.wheels) {
             square += (a.normal_force - b.normal_force).powi(2);
             count += 1.0;

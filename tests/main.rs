@@ -9,6 +9,7 @@ mod acceptance_fig5;
 mod acceptance_fig7_fig8;
 mod architecture;
 mod breaking_off;
+mod check;
 mod check_command;
 mod clearance;
 mod clock_of_logs;

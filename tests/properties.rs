@@ -162,9 +162,9 @@ fn random_runs_by_direct() {
 /// The same with rapier, which takes longer.
 #[test]
 fn random_runs_by_rapier() {
-    let found = runs(15, 2.0, EngineKind::Rapier);
-    println!("rapier, 15 runs of 2 s: {found:?}");
-    assert!(found.ended >= 13, "{found:?}");
+    let found = runs(8, 2.0, EngineKind::Rapier);
+    println!("rapier, 8 runs of 2 s: {found:?}");
+    assert!(found.ended >= 7, "{found:?}");
     // In 2 s few wheels leave the ground.
     assert!(found.two_contacts > 0 && found.sliding > 0);
 }

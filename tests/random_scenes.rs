@@ -247,14 +247,14 @@ fn study(numbers: &[u64]) -> Found {
 /// Property: a small part of the study below.
 #[test]
 fn random_scenes_end_for_physical_reasons_and_engines_agree() {
-    let mut numbers: Vec<u64> = (0..16).collect();
+    let mut numbers: Vec<u64> = (0..8).collect();
     // 435 has a corner of 1 deg: with two contacts there the law of contact made energy.
     numbers.extend([59, 130, 162, 435, 717]);
     let found = study(&numbers);
     println!("{found:#?}");
     assert!(found.unphysical.is_empty(), "{:?}", found.unphysical);
     assert!(found.differ.is_empty(), "{:?}", found.differ);
-    assert!(found.saturated >= 10 && found.in_the_air >= 10);
+    assert!(found.saturated >= 6 && found.in_the_air >= 6);
 }
 
 /// The whole study, a minute and a half: `cargo test --release -p robhaz --test robhaz study_of_500 -- --ignored --nocapture`.

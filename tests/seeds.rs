@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 use robhaz_run::Observers;
 use robhaz_scene::{ModelErrorTooLarge, Scene};
-use robhaz_score::{Rule, Score, Statistics};
+use robhaz_score::{Bound, Inclusion, Rule, SampleNoise, Score, Statistics};
 use robhaz_study::{Consistency, Mean, TruthRun};
 use std::ops::Deref;
 
@@ -39,6 +39,21 @@ pub fn study(
         scores
     };
     Ok(scene.estimators.iter().enumerate().map(of).collect())
+}
+
+/// The Cramer-Rao bound of a scene on a truth, from one sample: [`Bound::nrmse`].
+pub fn floor(scene: &Scene, run: &TruthRun) -> Option<f64> {
+    let noise = SampleNoise::of(&scene.sensors.spec, scene.drive.gear_friction);
+    let mut bound = Bound::new(noise, scene.robot.robot.clone());
+    let rule = Rule {
+        compare_from: scene.record.compare_from,
+    };
+    for truth in run.samples() {
+        if let Inclusion::Included(compared) = rule.judge(truth) {
+            bound.add(truth, &compared);
+        }
+    }
+    bound.nrmse()
 }
 
 /// The errors of one estimator, one per seed.

@@ -38,7 +38,7 @@ pub fn run(args: &Args) -> Result<()> {
     let log = Log::open(place, &options).into_diagnostic()?;
     log.warnings.iter().for_each(|w| warn_of(&log.name, w));
     let (name, choice) = (log.name.clone(), log.choice.clone());
-    let mut source = log.into_source().into_diagnostic()?;
+    let mut source = log.into_source();
     let mut frames = Vec::new();
     while let Some(sample) = source.next_sample().into_diagnostic()? {
         frames.push(sample.sensors);

@@ -75,11 +75,7 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
             .chain(sensors)
             .collect(),
     };
-    let run = log
-        .into_run()
-        .into_diagnostic()
-        .wrap_err_with(|| format!("cannot start {name}"))?;
-    let document = results::write(run, &job, &args.results, interrupt)?;
+    let document = results::write(log.into_run(), &job, &args.results, interrupt)?;
     tell_json(|| Ok(document))
 }
 

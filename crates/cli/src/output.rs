@@ -4,6 +4,7 @@
 //! run, and a run that broke off leaves its files in `FOLDER.partial`. With `--force` files that a run wrote are
 //! removed, and no others.
 
+use miette::{IntoDiagnostic, Report, Result, WrapErr, bail, miette};
 use robhaz_log::LogPlace;
 use robhaz_record::FigureSink;
 use robhaz_scene::harmless;
@@ -11,65 +12,17 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Why a run cannot be written where the user wants it.
-#[derive(Debug, thiserror::Error, miette::Diagnostic)]
-pub enum OutputError {
-    /// The folder exists already.
-    #[error("{0} exists")]
-    #[diagnostic(help("--force replaces the run in it; --out DIR writes elsewhere"))]
-    Exists(PathBuf),
-    /// The folder of an unfinished run exists.
-    #[error("{0} exists: a run broke off there")]
-    #[diagnostic(help("--force replaces it; --out DIR writes elsewhere"))]
-    Unfinished(PathBuf),
-    /// Another process is writing this run: never replaced.
-    #[error("another run is writing in {0}")]
-    #[diagnostic(help("wait for its end, or write elsewhere with --out DIR"))]
-    InUse(PathBuf),
-    /// The target appeared while the run was going on.
-    #[error("{0} appeared during the run: it is left alone")]
-    #[diagnostic(help("move it elsewhere, and rename the folder of the finished run"))]
-    Appeared(PathBuf),
-    /// Not a folder: never replaced.
-    #[error("{0} is a file, not the folder of a run: it is left alone")]
-    #[diagnostic(help("--out DIR writes elsewhere"))]
-    NotAFolder(PathBuf),
-    /// Not the folder of a run: never replaced.
-    #[error("{0} has no scene.toml or log.toml that a run has written: it is left alone")]
-    #[diagnostic(help("--out DIR writes elsewhere"))]
-    NotARun(PathBuf),
-    /// A folder of a run with other files in it: never replaced.
-    #[error("{path} holds {found}, which no run has written: it is left alone")]
-    #[diagnostic(help("move {found} elsewhere, or write elsewhere with --out DIR"))]
-    NotOfARun {
-        /// The folder.
-        path: PathBuf,
-        /// A file in it that is not of a run, relative to the folder.
-        found: String,
-    },
-    /// The path cannot name a folder.
-    #[error("{0} is not the name of a folder to write into")]
-    NoName(PathBuf),
-    /// An error of the file system.
-    #[error("{action} {path}")]
-    Io {
-        /// The failed action.
-        action: &'static str,
-        /// The path.
-        path: PathBuf,
-        /// The cause.
-        source: io::Error,
-    },
+fn io_error<T>(action: &str, path: &Path, done: io::Result<T>) -> Result<T> {
+    done.into_diagnostic()
+        .wrap_err_with(|| format!("{action} {}", path.display()))
 }
 
-fn io_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> OutputError {
-    let path = path.to_path_buf();
-    move |source| OutputError::Io {
-        action,
-        path,
-        source,
-    }
+/// Something that is never replaced, not even with `--force`.
+fn left_alone(what: String) -> Report {
+    miette!(help = ELSEWHERE, "{what}: it is left alone")
 }
+
+const ELSEWHERE: &str = "--out DIR writes elsewhere";
 
 /// Name of the lock file in a folder that a run is writing. The system releases the lock when the process ends.
 const LOCK: &str = "lock";
@@ -86,46 +39,59 @@ pub struct OutputFolder {
 
 impl OutputFolder {
     /// Prepares `target` for a run. An existing folder of that name stays until [`OutputFolder::finish`].
-    pub fn create(target: &Path, force: bool) -> Result<Self, OutputError> {
+    pub fn create(target: &Path, force: bool) -> Result<Self> {
         // Without a slash at the end: with it the partial folder would be inside the target.
         let mut target: PathBuf = target.components().collect();
         if target.is_symlink() {
             // The results go where the link leads.
-            target = fs::canonicalize(&target).map_err(io_error("cannot follow", &target))?;
+            target = io_error("cannot follow", &target, fs::canonicalize(&target))?;
         }
         let Some(name) = target.file_name() else {
-            return Err(OutputError::NoName(target));
+            bail!(
+                "{} is not the name of a folder to write into",
+                target.display()
+            );
         };
         let mut name = name.to_owned();
         name.push(".partial");
         let partial = target.with_file_name(name);
         if is_there(&target) && !is_empty_folder(&target) {
             if !force {
-                return Err(OutputError::Exists(target));
+                bail!(
+                    help = "--force replaces the run in it; --out DIR writes elsewhere",
+                    "{} exists",
+                    target.display()
+                );
             }
             check_replaceable(&target)?;
         }
         if is_there(&partial) {
-            if !force {
-                return Err(if is_being_written(&partial) {
-                    OutputError::InUse(partial)
-                } else {
-                    OutputError::Unfinished(partial)
-                });
+            if force {
+                check_replaceable(&partial)?;
             }
-            check_replaceable(&partial)?;
             if is_being_written(&partial) {
-                return Err(OutputError::InUse(partial));
+                bail!(
+                    help = "wait for its end, or write elsewhere with --out DIR",
+                    "another run is writing in {}",
+                    partial.display()
+                );
             }
-            fs::remove_dir_all(&partial).map_err(io_error("cannot remove", &partial))?;
+            if !force {
+                bail!(
+                    help = "--force replaces it; --out DIR writes elsewhere",
+                    "{} exists: a run broke off there",
+                    partial.display()
+                );
+            }
+            io_error("cannot remove", &partial, fs::remove_dir_all(&partial))?;
         }
         if let Some(parent) = partial.parent().filter(|p| !p.as_os_str().is_empty()) {
-            fs::create_dir_all(parent).map_err(io_error("cannot create", parent))?;
+            io_error("cannot create", parent, fs::create_dir_all(parent))?;
         }
         // Fails if another run has just created it.
-        fs::create_dir(&partial).map_err(io_error("cannot create", &partial))?;
+        io_error("cannot create", &partial, fs::create_dir(&partial))?;
         let path = partial.join(LOCK);
-        let lock = File::create(&path).map_err(io_error("cannot create", &path))?;
+        let lock = io_error("cannot create", &path, File::create(&path))?;
         // A file system without locks: the run goes on without that protection.
         let _ = lock.try_lock();
         Ok(Self {
@@ -142,31 +108,43 @@ impl OutputFolder {
     }
 
     /// Writes a file into the folder.
-    pub fn write(&self, name: &str, content: &[u8]) -> Result<(), OutputError> {
+    pub fn write(&self, name: &str, content: &[u8]) -> Result<()> {
         let path = self.partial.join(name);
-        fs::write(&path, content).map_err(io_error("cannot write", &path))
+        io_error("cannot write", &path, fs::write(&path, content))
     }
 
     /// Gives the finished run its name. Replaces an older run only with `--force`.
-    pub fn finish(self) -> Result<PathBuf, OutputError> {
+    pub fn finish(self) -> Result<PathBuf> {
         if is_there(&self.target) {
             if !is_empty_folder(&self.target) {
                 if !self.force {
-                    return Err(OutputError::Appeared(self.target));
+                    bail!(
+                        help = "move it elsewhere, and rename the folder of the finished run",
+                        "{} appeared during the run: it is left alone",
+                        self.target.display()
+                    );
                 }
                 check_replaceable(&self.target)?;
             }
-            fs::remove_dir_all(&self.target).map_err(io_error("cannot remove", &self.target))?;
+            io_error(
+                "cannot remove",
+                &self.target,
+                fs::remove_dir_all(&self.target),
+            )?;
         }
         self.remove_lock();
-        fs::rename(&self.partial, &self.target)
-            .map_err(io_error("cannot rename", &self.partial))?;
+        let renamed = fs::rename(&self.partial, &self.target);
+        io_error("cannot rename", &self.partial, renamed)?;
         Ok(self.target)
     }
 
     /// Removes the folder of a run that was stopped before its first record.
-    pub fn discard(self) -> Result<(), OutputError> {
-        fs::remove_dir_all(&self.partial).map_err(io_error("cannot remove", &self.partial))
+    pub fn discard(self) -> Result<()> {
+        io_error(
+            "cannot remove",
+            &self.partial,
+            fs::remove_dir_all(&self.partial),
+        )
     }
 
     /// Marks the end of a run that broke off: its folder is no longer being written.
@@ -196,9 +174,12 @@ fn is_empty_folder(path: &Path) -> bool {
 }
 
 /// Checks that a folder holds a run and nothing else: a resolved scene, and files that runs write.
-fn check_replaceable(path: &Path) -> Result<(), OutputError> {
+fn check_replaceable(path: &Path) -> Result<()> {
+    let shown = path.display();
     if !path.is_dir() {
-        return Err(OutputError::NotAFolder(path.to_path_buf()));
+        return Err(left_alone(format!(
+            "{shown} is a file, not the folder of a run"
+        )));
     }
     let read = |name| fs::read_to_string(path.join(name)).unwrap_or_default();
     let (scene, log) = (read("scene.toml"), read(LogPlace::DESCRIPTION));
@@ -225,25 +206,28 @@ fn check_replaceable(path: &Path) -> Result<(), OutputError> {
         found = foreign.map(|name| format!("{FIGURES}/{name}"));
     }
     if let Some(found) = found {
-        return Err(OutputError::NotOfARun {
-            path: path.to_path_buf(),
-            found: harmless(&found),
-        });
+        let found = harmless(&found);
+        bail!(
+            help = format!("move {found} elsewhere, or write elsewhere with --out DIR"),
+            "{shown} holds {found}, which no run has written: it is left alone"
+        );
     }
     let mut lines = scene.lines().chain(log.lines());
     if lines.any(|line| line.starts_with("[resolved]")) {
         Ok(())
     } else {
-        Err(OutputError::NotARun(path.to_path_buf()))
+        Err(left_alone(format!(
+            "{shown} has no scene.toml or log.toml that a run has written"
+        )))
     }
 }
 
 /// Names in a folder, sorted, so that messages do not depend on the file system.
-fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
-    let entries = fs::read_dir(folder).map_err(io_error("cannot read", folder))?;
+fn names(folder: &Path) -> Result<Vec<String>> {
+    let entries = io_error("cannot read", folder, fs::read_dir(folder))?;
     let mut names = Vec::new();
     for entry in entries {
-        let entry = entry.map_err(io_error("cannot read", folder))?;
+        let entry = io_error("cannot read", folder, entry)?;
         names.push(entry.file_name().to_string_lossy().into_owned());
     }
     names.sort();

@@ -1,48 +1,10 @@
 //! A result file that the user names. It appears only when it is complete, and replaces another file only with
 //! `--force`.
 
+use miette::{IntoDiagnostic, Report, Result, WrapErr, bail, miette};
 use std::io;
 use std::path::{Path, PathBuf};
 use tempfile::TempPath;
-
-/// Why a file cannot be written where the user wants it.
-#[derive(Debug, thiserror::Error, miette::Diagnostic)]
-pub enum OutputFileError {
-    /// The name has the extension of another format.
-    #[error("{path} does not end in .{extension}, the only format of {what}")]
-    Format {
-        /// The file.
-        path: PathBuf,
-        /// Its content, in the plural.
-        what: &'static str,
-        /// The allowed extension.
-        extension: &'static str,
-    },
-    /// The command reads this same file, perhaps under another name or through a link.
-    #[error("{path} is the same file as {input}, which is read: it is left alone")]
-    #[diagnostic(help("write to another file; --force does not help here"))]
-    Input {
-        /// The file to be written.
-        path: PathBuf,
-        /// The file to be read.
-        input: PathBuf,
-    },
-    /// The file exists already.
-    #[error("{0} exists")]
-    #[diagnostic(help("--force replaces it"))]
-    Exists(PathBuf),
-    /// The path is a folder.
-    #[error("{0} is a folder: the name of a file is needed")]
-    Folder(PathBuf),
-    /// An error of the file system.
-    #[error("cannot write {path}")]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// The cause.
-        source: io::Error,
-    },
-}
 
 /// Content and extension of a file.
 #[derive(Clone, Copy, Debug)]
@@ -63,46 +25,36 @@ pub struct OutputFile {
 
 impl OutputFile {
     /// Prepares a file. `inputs` are files that the command reads: they are never replaced, not even with `force`.
-    pub fn create(
-        target: &Path,
-        format: Format,
-        inputs: &[PathBuf],
-        force: bool,
-    ) -> Result<Self, OutputFileError> {
-        let path = || target.to_path_buf();
+    pub fn create(target: &Path, format: Format, inputs: &[PathBuf], force: bool) -> Result<Self> {
+        let path = target.display();
         let Format { what, extension } = format;
         if !target
             .extension()
             .is_some_and(|e| e.eq_ignore_ascii_case(extension))
         {
-            let path = path();
-            return Err(OutputFileError::Format {
-                path,
-                what,
-                extension,
-            });
+            bail!("{path} does not end in .{extension}, the only format of {what}");
         }
         // A missing file is not the same file.
         let same = |input: &&PathBuf| same_file::is_same_file(target, input).unwrap_or(false);
         if let Some(input) = inputs.iter().find(same) {
-            return Err(OutputFileError::Input {
-                path: path(),
-                input: input.clone(),
-            });
+            bail!(
+                help = "write to another file; --force does not help here",
+                "{path} is the same file as {}, which is read: it is left alone",
+                input.display()
+            );
         }
         if target.is_dir() {
-            return Err(OutputFileError::Folder(path()));
+            bail!("{path} is a folder: the name of a file is needed");
         }
         // A broken link counts as a file.
         if target.symlink_metadata().is_ok() && !force {
-            return Err(OutputFileError::Exists(path()));
+            return Err(exists(target));
         }
-        let temporary = temporary(target, extension).map_err(|source| OutputFileError::Io {
-            path: path(),
-            source,
-        })?;
+        let temporary = temporary(target, extension)
+            .into_diagnostic()
+            .wrap_err_with(|| format!("cannot write {path}"))?;
         Ok(Self {
-            target: path(),
+            target: target.to_path_buf(),
             temporary,
             force,
         })
@@ -114,7 +66,7 @@ impl OutputFile {
     }
 
     /// Gives the complete file its name. Without `force`, a file that was created meanwhile is not replaced.
-    pub fn finish(self) -> Result<PathBuf, OutputFileError> {
+    pub fn finish(self) -> Result<PathBuf> {
         let named = if self.force {
             self.temporary.persist(&self.target)
         } else {
@@ -123,14 +75,17 @@ impl OutputFile {
         match named {
             Ok(()) => Ok(self.target),
             Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => {
-                Err(OutputFileError::Exists(self.target))
+                Err(exists(&self.target))
             }
-            Err(error) => Err(OutputFileError::Io {
-                path: self.target,
-                source: error.error,
-            }),
+            Err(error) => Err(error.error)
+                .into_diagnostic()
+                .wrap_err_with(|| format!("cannot write {}", self.target.display())),
         }
     }
+}
+
+fn exists(path: &Path) -> Report {
+    miette!(help = "--force replaces it", "{} exists", path.display())
 }
 
 /// A new file in the folder of `target`, with the usual permissions.

@@ -119,7 +119,7 @@ pub fn run(args: &Args) -> Result<()> {
 fn recording(args: &Args) -> Result<Option<OutputFile>> {
     let inputs = std::slice::from_ref(&args.scene);
     let create = |file: &PathBuf| OutputFile::create(file, RECORDING, inputs, args.force);
-    Ok(args.save.as_ref().map(create).transpose()?)
+    args.save.as_ref().map(create).transpose()
 }
 
 #[cfg(feature = "viewer")]

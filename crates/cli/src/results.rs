@@ -6,7 +6,7 @@ use crate::output::OutputFolder;
 use crate::pace::{Pace, PaceSink};
 use crate::progress::Progress;
 use crate::terminal::{say, shown};
-use miette::{IntoDiagnostic, Report, Result, WrapErr};
+use miette::{IntoDiagnostic, Result, WrapErr};
 use robhaz_record::{FigureSink, Summary, SummarySink, TableFormat, TableSink, comparison_table};
 use robhaz_run::{Run, RunEnd, RunError, Sink};
 use serde_json::{Value, json};
@@ -130,7 +130,7 @@ pub fn write(run: Run, job: &Job<'_>, args: &Args, interrupt: &Interrupt) -> Res
         say(&test.in_words())?;
     }
     let complete = format!("the complete run is in {}", folder.path().display());
-    let path = folder.finish().map_err(Report::from).wrap_err(complete)?;
+    let path = folder.finish().wrap_err(complete)?;
     let command_s = job.start.elapsed().as_secs_f64();
     say(&format!(
         "Results in {}; the whole command took {command_s:.2} s, of which {} {:.2} s",

@@ -158,7 +158,7 @@ fn simulated(args: &Args, path: &Path, plan: &Plan) -> Result<Measurements> {
 
 fn create(args: &Args, format: Format, inputs: &[PathBuf]) -> Result<Option<OutputFile>> {
     let create = |path: &PathBuf| OutputFile::create(path, format, inputs, args.force);
-    Ok(args.out.as_ref().map(create).transpose()?)
+    args.out.as_ref().map(create).transpose()
 }
 
 /// Writes the file if one was asked for, and says so.

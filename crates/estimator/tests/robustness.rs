@@ -168,7 +168,7 @@ fn feed(estimator: &mut Estimator, from: f64, seconds: f64) -> Option<Estimate> 
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 32, failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Any frames give an error or finite numbers, and each detectable fault is flagged.
     #[test]

@@ -57,14 +57,12 @@ pub struct Exported {
 struct Forces {
     /// `truth`, or the estimator's name.
     name: String,
-    path: PathBuf,
-    rows: Box<dyn Rows>,
     /// Its columns, and the place of each in the message.
     columns: Vec<String>,
     places: Vec<usize>,
-    /// A row that is later than the last row of readings.
-    ahead: Option<Row>,
-    ended: bool,
+    rows: Vec<Row>,
+    /// The first row that is not earlier than the last row of readings.
+    next: usize,
 }
 
 /// The tables of a folder while they are read.
@@ -72,8 +70,8 @@ struct Tables {
     readings: ChannelPlan,
     rows: Box<dyn Rows>,
     forces: Vec<Forces>,
-    /// Tables of forces that cannot be read.
-    left_out: Vec<String>,
+    /// Tables of forces that cannot be read, or that are cut off.
+    warnings: Vec<String>,
 }
 
 /// Writes the folder of a run or of an estimate into a file.
@@ -86,19 +84,16 @@ pub fn export(folder: &Path, format: ExportFormat, out: &Path) -> Result<Exporte
         ExportFormat::Mcap => write_mcap(&mut tables, out)?,
         ExportFormat::Csv => write_csv(&mut tables, out)?,
     };
-    exported.warnings.append(&mut tables.left_out);
-    let cut = |path: &Path, why: Option<&str>| {
-        why.map(|why| format!("{} is cut off at {why}", path.display()))
-    };
-    exported
-        .warnings
-        .extend(cut(tables.readings.place.path(), tables.rows.cut_off()));
-    for forces in &tables.forces {
-        exported
-            .warnings
-            .extend(cut(&forces.path, forces.rows.cut_off()));
+    exported.warnings = tables.warnings;
+    if let Some(why) = tables.rows.cut_off() {
+        let warning = cut_off(tables.readings.place.path(), why);
+        exported.warnings.push(warning);
     }
     Ok(exported)
+}
+
+fn cut_off(path: &Path, why: &str) -> String {
+    format!("{} is cut off at {why}", path.display())
 }
 
 impl Tables {
@@ -109,20 +104,18 @@ impl Tables {
             ChannelPlace::Table(place) => place.open(&readings.columns)?,
             ChannelPlace::Topic(_) => return Err(no_table(folder)),
         };
-        let (mut forces, mut left_out) = (Vec::new(), Vec::new());
+        let (mut forces, mut warnings) = (Vec::new(), Vec::new());
         for (name, path) in forces_in(folder)? {
-            // A fault in the middle of a table is found before anything is written.
-            let checked = Forces::open(name.clone(), path.clone()).and_then(Forces::read_through);
-            match checked.and_then(|()| Forces::open(name, path)) {
+            match Forces::read(name, &path, &mut warnings) {
                 Ok(table) => forces.push(table),
-                Err(error) => left_out.push(format!("left out: {error}")),
+                Err(error) => warnings.push(format!("left out: {error}")),
             }
         }
         Ok(Self {
             readings,
             rows,
             forces,
-            left_out,
+            warnings,
         })
     }
 
@@ -160,9 +153,10 @@ fn forces_in(folder: &Path) -> Result<Vec<(String, PathBuf)>, LogError> {
 }
 
 impl Forces {
-    fn open(name: String, path: PathBuf) -> Result<Self, LogError> {
-        let format = TableFormat::of(&path).ok_or_else(|| TableFormat::refusal(&path))?;
-        let found = format.columns(&path)?;
+    /// Reads a table, so that a fault in its middle is found before anything is written.
+    fn read(name: String, path: &Path, warnings: &mut Vec<String>) -> Result<Self, LogError> {
+        let format = TableFormat::of(path).ok_or_else(|| TableFormat::refusal(path))?;
+        let found = format.columns(path)?;
         let (mut columns, mut places) = (Vec::new(), Vec::new());
         for place in 0..NUMBERS {
             let (part, wheel) = (place / 3, place % 3 + 1);
@@ -171,61 +165,47 @@ impl Forces {
                 columns.push(column);
                 places.push(place);
             } else if part < 2 {
-                return Err(LogError::whole(&path, format!("has no column {column}")));
+                return Err(LogError::whole(path, format!("has no column {column}")));
             }
         }
         let place = TablePlace {
-            path: path.clone(),
+            path: path.to_path_buf(),
             format,
             time: mapped::time(None),
         };
+        let mut table = place.open(&columns)?;
+        let mut rows = Vec::new();
+        while let Some(row) = table.next_row()? {
+            rows.push(row);
+        }
+        warnings.extend(table.cut_off().map(|why| cut_off(path, why)));
         Ok(Self {
             name,
-            rows: place.open(&columns)?,
-            path,
             columns,
             places,
-            ahead: None,
-            ended: false,
+            rows,
+            next: 0,
         })
     }
 
-    /// Reads all rows, for their faults.
-    fn read_through(mut self) -> Result<(), LogError> {
-        while self.rows.next_row()?.is_some() {}
-        Ok(())
-    }
-
     /// The cells of the row of a time (s), in the order of the columns; `None` where the table has none.
-    fn at(&mut self, time: f64) -> Result<Option<Vec<Option<f64>>>, LogError> {
+    fn at(&mut self, time: f64) -> Option<&[Option<f64>]> {
         // Times of one run are equal to the bit; those of its tables as text too.
         const SAME: f64 = 1e-9;
-        loop {
-            if self.ahead.is_none() && !self.ended {
-                self.ahead = self.rows.next_row()?;
-                self.ended = self.ahead.is_none();
-            }
-            let Some(row) = self.ahead.take() else {
-                return Ok(None);
-            };
-            let difference = row.stamp.seconds() - time;
-            if difference > SAME {
-                self.ahead = Some(row);
-                return Ok(None);
-            }
-            if difference >= -SAME {
-                return Ok(Some(row.cells));
-            }
-        }
+        let late = self.rows[self.next..].iter();
+        self.next += late.take_while(|r| r.stamp.seconds() < time - SAME).count();
+        let row = self.rows.get(self.next)?;
+        (row.stamp.seconds() <= time + SAME).then_some(&row.cells)
     }
 
-    /// The message of a row.
-    fn message(&self, time: f64, cells: &[Option<f64>]) -> Vec<u8> {
+    /// The message of the row of a time, s.
+    fn message(&mut self, time: f64) -> Option<Vec<u8>> {
+        let cells = self.at(time)?.to_vec();
         let mut numbers = [f64::NAN; NUMBERS];
         for (place, cell) in self.places.iter().zip(cells) {
             numbers[*place] = cell.unwrap_or(f64::NAN);
         }
-        encode_forces(time, &numbers)
+        Some(encode_forces(time, &numbers))
     }
 
     fn topic(&self) -> String {
@@ -316,9 +296,9 @@ fn write_mcap(tables: &mut Tables, out: &Path) -> Result<Exported, LogError> {
             topics.write(i, ids[i], time, message)?;
         }
         for (i, forces) in tables.forces.iter_mut().enumerate() {
-            if let Some(cells) = forces.at(time)? {
+            if let Some(message) = forces.message(time) {
                 let i = i + messages.len();
-                topics.write(i, ids[i], time, &forces.message(time, &cells))?;
+                topics.write(i, ids[i], time, &message)?;
             }
         }
         rows += 1;
@@ -372,8 +352,8 @@ fn write_csv(tables: &mut Tables, out: &Path) -> Result<Exported, LogError> {
     while let Some((time, values)) = tables.next()? {
         let mut cells: Vec<Option<f64>> = std::iter::once(Some(time)).chain(values).collect();
         for forces in &mut tables.forces {
-            let row = forces.at(time)?;
-            cells.extend(row.unwrap_or_else(|| vec![None; forces.columns.len()]));
+            let none = vec![None; forces.columns.len()];
+            cells.extend_from_slice(forces.at(time).unwrap_or(&none));
         }
         // The shortest text that reads back as the same number; nothing where there is none.
         let text_of = |cell: &Option<f64>| cell.map_or(String::new(), |v| format!("{v:?}"));

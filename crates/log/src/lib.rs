@@ -2,7 +2,7 @@
 //! estimators take it for.
 //!
 //! ```text
-//! files -> Rows of each channel -> Frames on one time -> SensorFrame -> (the loop of crate `run`)
+//! files -> rows of each channel -> Frames on one time -> SensorFrame -> (the loop of crate `run`)
 //! ```
 //!
 //! | modules | job |
@@ -12,22 +12,20 @@
 //! | `stamp`, `order` | time stamps and their order |
 //! | `readings`, `truth` | readings and truth by the names of columns |
 //! | `own_names`, `mapped`, `formula`, `plan` | which column is which reading |
-//! | `events`, `survey`, `kept`, `frames` | rows of all channels; a first reading, and its rows; frames on one time |
-//! | `place`, `log`, `source` | from a path to a run |
+//! | `survey`, `frames` | rows of all channels, read and judged; frames on one time |
+//! | `place`, `log` | from a path to a run |
 //! | `export` | a run as a log for other tools |
 //!
 //! A log is read to its end for duration, rates, order of the time stamps, and cells that are no numbers, so that a log that
-//! cannot be used is refused before anything is written. Its rows are kept, up to 128 MB; a longer log is read again.
+//! cannot be used is refused before anything is written. Its rows are kept: ten minutes of all readings at 1 kHz take 80 MB.
 
 mod cdr;
 pub mod check;
 mod csv_table;
 mod error;
-mod events;
 mod export;
 mod formula;
 mod frames;
-mod kept;
 mod log;
 mod mapped;
 mod mcap_events;
@@ -39,7 +37,6 @@ mod place;
 mod plan;
 mod readings;
 mod rows;
-mod source;
 mod stamp;
 mod survey;
 mod truth;

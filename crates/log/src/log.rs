@@ -2,13 +2,11 @@
 
 use crate::error::LogError;
 use crate::frames::Frames;
-use crate::kept::Kept;
 use crate::mapped;
 use crate::own_names;
 use crate::place::{LogPlace, no_table};
 use crate::plan::Plan;
 use crate::readings::Reading;
-use crate::source::LogSource;
 use crate::survey::{Survey, survey};
 use robhaz_run::{Run, RunDescription, Source};
 use robhaz_scene::{LogChoice, RecordChoice};
@@ -17,8 +15,6 @@ use std::fmt::Write as _;
 use std::fs::File;
 use std::io::Read as _;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
 
 /// How a log is read.
 #[derive(Clone, Debug, Default)]
@@ -43,8 +39,6 @@ pub struct Log {
     pub warnings: Vec<String>,
     plan: Plan,
     survey: Survey,
-    /// Its rows, if they are kept.
-    kept: Option<Kept>,
     fingerprint: u64,
 }
 
@@ -88,19 +82,18 @@ impl Log {
             plan.channels.push(own_names::truth(truth, clock)?);
             plan.files.push(truth.clone());
         }
-        let ((survey, kept), of_files) = survey_and_hash(&plan)?;
+        let survey = survey(&plan)?;
         let record = record(&survey, &choice, &mut warnings);
         choice.compare_from = record.compare_from;
         warnings.extend(check_truth(&plan, &survey, record.compare_from)?);
         Ok(Self {
-            fingerprint: fingerprint(of_files, &choice),
+            fingerprint: fingerprint(&plan.files, &choice)?,
             name,
             choice,
             record,
             warnings,
             plan,
             survey,
-            kept,
         })
     }
 
@@ -110,26 +103,19 @@ impl Log {
     }
 
     /// The run of its estimators.
-    ///
-    /// # Errors
-    /// [`LogError`] where a file cannot be read again.
-    pub fn into_run(self) -> Result<Run, LogError> {
+    pub fn into_run(self) -> Run {
         let description =
             RunDescription::of_log(&self.name, self.fingerprint, self.record, &self.choice);
         let description = RunDescription {
             has_truth: self.plan.channels.iter().any(|channel| channel.is_truth),
             ..description
         };
-        Ok(Run::of(description, self.into_source()?))
+        Run::of(description, self.into_source())
     }
 
     /// Its readings alone.
-    ///
-    /// # Errors
-    /// [`LogError`] where a file cannot be read again.
-    pub fn into_source(self) -> Result<Box<dyn Source + Send>, LogError> {
-        let frames = Frames::new(self.plan, self.survey, self.kept)?;
-        Ok(Box::new(LogSource::new(frames)))
+    pub fn into_source(self) -> Box<dyn Source + Send> {
+        Box::new(Frames::new(self.plan, self.survey))
     }
 }
 
@@ -227,7 +213,7 @@ fn record(survey: &Survey, choice: &LogChoice, warnings: &mut Vec<String>) -> Re
     }
     RecordChoice {
         duration: survey.duration,
-        rate: rounded(1.0 / survey.periods[0]),
+        rate: rounded(1.0 / survey.channels[0].report.period),
         compare_from,
     }
 }
@@ -237,40 +223,20 @@ fn rounded(rate: f64) -> f64 {
     format!("{rate:.5e}").parse().unwrap_or(rate)
 }
 
-/// The first reading of a log, and beside it the hash of its files.
-fn survey_and_hash(plan: &Plan) -> Result<((Survey, Option<Kept>), Fnv1a), LogError> {
-    let is_refused = AtomicBool::new(false);
-    thread::scope(|scope| {
-        let hash = scope.spawn(|| hash(&plan.files, &is_refused));
-        let surveyed = survey(plan);
-        is_refused.store(surveyed.is_err(), Ordering::Relaxed);
-        let hash = match hash.join() {
-            Ok(hash) => hash,
-            Err(panic) => std::panic::resume_unwind(panic),
-        };
-        Ok((surveyed?, hash?))
-    })
-}
-
-/// Hash of files, as far as it came when `is_over`.
-fn hash(files: &[PathBuf], is_over: &AtomicBool) -> Result<Fnv1a, LogError> {
+/// Hash of the files and of the description.
+fn fingerprint(files: &[PathBuf], choice: &LogChoice) -> Result<u64, LogError> {
     let mut hash = Fnv1a::default();
     let mut buffer = vec![0; 1 << 18];
     for path in files {
         let mut file = File::open(path).map_err(LogError::io(path))?;
-        while !is_over.load(Ordering::Relaxed) {
+        loop {
             match file.read(&mut buffer).map_err(LogError::io(path))? {
                 0 => break,
                 n => hash.add(&buffer[..n]),
             }
         }
     }
-    Ok(hash)
-}
-
-/// Hash of the files and of the description.
-fn fingerprint(mut of_files: Fnv1a, choice: &LogChoice) -> u64 {
     // Writing into the hash cannot fail.
-    let _ = write!(of_files, "{choice:?}");
-    of_files.value()
+    let _ = write!(hash, "{choice:?}");
+    Ok(hash.value())
 }

@@ -1,14 +1,13 @@
 //! Topics of an MCAP file.
 
 use crate::error::{LogError, open_file};
-use crate::events::{Event, Events};
 use crate::messages::{MessageKind, Number};
 use crate::rows::{ColumnInfo, Place, Row};
 use crate::stamp::{Stamp, TimeUnit};
 use mcap::McapError;
 use mcap::records::Record;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use std::collections::{HashMap, VecDeque};
+use std::collections::HashMap;
 use std::fs::File;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
@@ -245,10 +244,12 @@ fn not_of_kind(path: &Path, topic: &str, kind: MessageKind) -> LogError {
     LogError::place(path, format!("topic {topic}"), message)
 }
 
-/// A channel while it is read.
-struct Wanted {
-    place: TopicPlace,
-    columns: Vec<String>,
+/// A channel of a topic while it is read.
+pub struct Wanted<'a> {
+    /// Its number.
+    pub channel: usize,
+    place: &'a TopicPlace,
+    columns: &'a [String],
     /// Messages so far.
     count: u64,
     /// A row of which a later message with the same stamp can hold the rest, and which of its cells
@@ -256,68 +257,46 @@ struct Wanted {
     open: Option<(Row, Vec<bool>)>,
 }
 
-/// Channels of one file, each of a topic.
-pub struct McapEvents {
-    messages: Messages,
-    wanted: Vec<Wanted>,
-    /// Rows that are complete, in the order of the file.
-    ready: VecDeque<Event>,
+/// Reads channels of one file, each of a topic. Returns why the file ends before its end.
+pub fn read(
+    path: &Path,
+    channels: &mut [Wanted<'_>],
+    add: &mut impl FnMut(usize, Row) -> Result<(), LogError>,
+) -> Result<Option<String>, LogError> {
+    let mut messages = Messages::open(path)?;
+    while let Some(added) = messages.next(|messages, message| {
+        let Some((topic, schema)) = messages.topics.get(&message.channel) else {
+            return Ok(());
+        };
+        for wanted in channels.iter_mut().filter(|w| w.place.topic == *topic) {
+            for row in wanted.add(schema, &message)?.into_iter().flatten() {
+                add(wanted.channel, row)?;
+            }
+        }
+        Ok(())
+    })? {
+        added?;
+    }
+    for wanted in channels {
+        if let Some((row, _)) = wanted.open.take() {
+            add(wanted.channel, row)?;
+        }
+    }
+    Ok(messages.cut_off)
 }
 
-impl McapEvents {
-    /// Opens a file at its start for topics of it, each with its chosen columns.
-    pub fn open(path: &Path, topics: Vec<(TopicPlace, Vec<String>)>) -> Result<Self, LogError> {
-        let wanted = topics.into_iter().map(|(place, columns)| Wanted {
+impl<'a> Wanted<'a> {
+    /// A channel before its first message.
+    pub fn new(channel: usize, place: &'a TopicPlace, columns: &'a [String]) -> Self {
+        Self {
+            channel,
             place,
             columns,
             count: 0,
             open: None,
-        });
-        Ok(Self {
-            messages: Messages::open(path)?,
-            wanted: wanted.collect(),
-            ready: VecDeque::new(),
-        })
-    }
-}
-
-impl Events for McapEvents {
-    fn next_event(&mut self, _: usize) -> Result<Option<Event>, LogError> {
-        let (wanted, ready) = (&mut self.wanted, &mut self.ready);
-        while ready.is_empty() {
-            let next = self.messages.next(|messages, message| {
-                let Some((topic, schema)) = messages.topics.get(&message.channel) else {
-                    return Ok(());
-                };
-                for (channel, wanted) in wanted.iter_mut().enumerate() {
-                    if wanted.place.topic == *topic {
-                        let rows = wanted.add(schema, &message)?.into_iter().flatten();
-                        ready.extend(rows.map(|row| Event { channel, row }));
-                    }
-                }
-                Ok(())
-            })?;
-            match next {
-                Some(added) => added?,
-                None => {
-                    let rows = wanted.iter_mut().enumerate();
-                    ready.extend(rows.filter_map(|(channel, wanted)| {
-                        let (row, _) = wanted.open.take()?;
-                        Some(Event { channel, row })
-                    }));
-                    break;
-                }
-            }
         }
-        Ok(ready.pop_front())
     }
 
-    fn cut_off(&self, _: usize) -> Option<&str> {
-        self.messages.cut_off.as_deref()
-    }
-}
-
-impl Wanted {
     /// Adds a message. Returns the rows that are complete then, in their order: one that was open,
     /// that of the message.
     fn add(&mut self, schema: &str, message: &Message<'_>) -> Result<[Option<Row>; 2], LogError> {

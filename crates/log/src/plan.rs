@@ -2,12 +2,11 @@
 
 use crate::csv_table::CsvRows;
 use crate::error::LogError;
-use crate::events::{Events, Sources};
 use crate::formula::Formula;
-use crate::mcap_events::{McapEvents, TopicPlace};
+use crate::mcap_events::{self, TopicPlace, Wanted};
 use crate::parquet_rows::ParquetRows;
 use crate::readings::{Reading, Values};
-use crate::rows::{ColumnInfo, Rows, TimeColumn};
+use crate::rows::{ColumnInfo, Row, Rows, TimeColumn};
 use crate::truth;
 use crate::{csv_table, parquet_rows};
 use robhaz_sim::Truth;
@@ -164,30 +163,42 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Opens the log at its start.
-    pub fn open(&self) -> Result<Box<dyn Events>, LogError> {
-        let mut sources = Sources {
-            tables: Vec::new(),
-            topics: None,
-        };
-        let (mut topics, mut channels) = (Vec::new(), Vec::new());
+    /// Hands all rows with the numbers of their channels to `add`, those of a channel in the order of its file. Returns why
+    /// each channel ends before its end: it was cut off.
+    ///
+    /// # Errors
+    /// [`LogError`] of a file, or of `add`.
+    pub fn read(
+        &self,
+        mut add: impl FnMut(usize, Row) -> Result<(), LogError>,
+    ) -> Result<Vec<Option<String>>, LogError> {
+        let mut cut_off = vec![None; self.channels.len()];
+        let mut topics = Vec::new();
         for (i, channel) in self.channels.iter().enumerate() {
-            let columns = &channel.columns;
-            sources.tables.push(match &channel.place {
-                ChannelPlace::Table(table) => Some(table.open(columns)?),
-                ChannelPlace::Topic(topic) => {
-                    topics.push((topic.clone(), columns.clone()));
-                    channels.push(i);
-                    None
+            if let ChannelPlace::Topic(topic) = &channel.place {
+                topics.push(Wanted::new(i, topic, &channel.columns));
+            }
+        }
+        for (i, channel) in self.channels.iter().enumerate() {
+            match &channel.place {
+                ChannelPlace::Table(table) => {
+                    let mut rows = table.open(&channel.columns)?;
+                    while let Some(row) = rows.next_row()? {
+                        add(i, row)?;
+                    }
+                    cut_off[i] = rows.cut_off().map(str::to_owned);
                 }
-            });
+                // Topics are of one file, that of the log, and are read together.
+                ChannelPlace::Topic(topic) => {
+                    let mut all = std::mem::take(&mut topics);
+                    if !all.is_empty() {
+                        let why = mcap_events::read(&topic.path, &mut all, &mut add)?;
+                        all.iter().for_each(|t| cut_off[t.channel].clone_from(&why));
+                    }
+                }
+            }
         }
-        // Topics are of one file: that of the log.
-        if let Some((first, _)) = topics.first() {
-            let events = McapEvents::open(&first.path.clone(), topics)?;
-            sources.topics = Some((Box::new(events), channels));
-        }
-        Ok(Box::new(sources))
+        Ok(cut_off)
     }
 
     /// Whether a channel has a reading.

@@ -1,80 +1,83 @@
-//! The first reading of a log: duration, rates and order of its time stamps. Nothing is written before it succeeds.
+//! The rows of a log, read once and kept: order of their time stamps, duration, rates. Nothing is written before it succeeds.
 
 use crate::error::LogError;
-use crate::events::{Event, Events};
-use crate::kept::Kept;
-use crate::order::{Accept, MedianStep, Order};
-use crate::plan::Plan;
-use crate::rows::Place;
+use crate::order::{Accept, GAP, Order};
+use crate::plan::{ChannelPlan, Plan};
+use crate::rows::{Place, Row};
 use crate::stamp::Stamp;
 use crate::truth::TruthRows;
+use robhaz_run::ChannelReport;
 
-/// What the first reading found.
-#[derive(Clone, Debug, PartialEq)]
+/// What was read.
 pub struct Survey {
     /// Time stamp of the first frame.
     pub origin: Stamp,
     /// Time from the first frame to the last, s.
     pub duration: f64,
-    /// Median time between rows of each channel, s.
-    pub periods: Vec<f64>,
+    /// The channels in their order.
+    pub channels: Vec<Channel>,
     /// Which rows of the truth can be compared with; `None` without truth.
     pub truth: Option<TruthRows>,
 }
 
-/// The course of one channel.
-#[derive(Default)]
-struct Course {
-    first: Option<Stamp>,
-    last: Option<(Stamp, Place)>,
-    order: Order,
-    steps: MedianStep,
+/// The rows of a channel that count, in order of time.
+pub struct Channel {
+    /// Their times since the first frame, s.
+    pub times: Vec<f64>,
+    /// Their cells, one row after the other; not a number where a cell has none.
+    pub cells: Vec<f64>,
+    /// What became of all rows of its file.
+    pub report: ChannelReport,
 }
 
-/// Reads all channels once: their time stamps, and whether every cell is a number. Returns the rows, too, where there is room
-/// for them.
+/// A channel while it is read.
+#[derive(Default)]
+struct Course {
+    stamps: Vec<Stamp>,
+    cells: Vec<f64>,
+    order: Order,
+    /// Place of the last row that counts.
+    last: Option<Place>,
+    /// Time stamp of the last row before the largest step back.
+    set_back_at: Option<Stamp>,
+    report: ChannelReport,
+}
+
+/// Reads all channels.
 ///
 /// # Errors
 /// [`LogError`]: a file that cannot be read, a time that jumps back, a channel without rows, or channels whose times
 /// have nothing in common.
-pub fn survey(plan: &Plan) -> Result<(Survey, Option<Kept>), LogError> {
-    let mut events = plan.open()?;
-    let mut kept = Kept::new(plan);
+pub fn survey(plan: &Plan) -> Result<Survey, LogError> {
     let mut courses: Vec<Course> = plan.channels.iter().map(|_| Course::default()).collect();
     let of_truth = plan.channels.iter().find(|channel| channel.is_truth);
     let mut truth = of_truth.map(|channel| TruthRows::new(&channel.columns));
-    for channel in 0..plan.channels.len() {
-        while let Some(event) = events.next_event(channel)? {
-            add(plan, &mut courses, &event)?;
-            kept.add(&event);
-            if let Some(truth) = truth
-                .as_mut()
-                .filter(|_| plan.channels[event.channel].is_truth)
-            {
-                truth.add(event.row.stamp, &event.row.cells);
-            }
+    let cut_off = plan.read(|i, row| {
+        if let Some(truth) = truth.as_mut().filter(|_| plan.channels[i].is_truth) {
+            truth.add(row.stamp, &row.cells);
         }
-    }
+        courses[i].add(&plan.channels[i], &row)
+    })?;
     let mut spans = Vec::new();
-    for (i, course) in courses.iter().enumerate() {
-        let (Some(first), Some((last, _))) = (course.first, course.last) else {
-            return Err(empty(plan, i, events.as_ref()));
-        };
-        spans.push((first, last));
+    for (i, (course, cut_off)) in courses.iter_mut().zip(cut_off).enumerate() {
+        course.report.cut_off = cut_off;
+        let ends = course.stamps.first().zip(course.stamps.last());
+        let (first, last) = ends.ok_or_else(|| empty(plan, i, &course.report))?;
+        spans.push((*first, *last));
     }
     let Some(&(origin, end)) = spans.first() else {
         return Err(LogError::whole(&plan.source, "has no channel"));
     };
     let duration = end.since(origin);
-    let periods = courses.into_iter().map(|c| c.steps.median());
-    let periods: Vec<f64> = periods.map(|median| median.unwrap_or(duration)).collect();
     if duration <= 0.0 {
         let message = "has one row only, allowed: at least two with different times";
         return Err(problem(plan, 0, message));
     }
-    for (i, (first, last)) in spans.iter().enumerate().skip(1) {
-        let (from, to) = (plan.time(i, *first, origin), plan.time(i, *last, origin));
-        if to < -periods[i] || from > duration {
+    let mut channels = Vec::new();
+    for (i, course) in courses.into_iter().enumerate() {
+        let channel = course.finish(plan, i, origin, duration);
+        let (from, to) = (channel.times[0], channel.times[channel.times.len() - 1]);
+        if to < -channel.report.period || from > duration {
             let base = &plan.channels[0].name;
             let message = format!(
                 "has times from {from:.3} to {to:.3} s after the start of {base}, which lasts {duration:.3} s: no row in common; \
@@ -82,41 +85,101 @@ pub fn survey(plan: &Plan) -> Result<(Survey, Option<Kept>), LogError> {
             );
             return Err(problem(plan, i, message));
         }
+        channels.push(channel);
     }
-    let survey = Survey {
+    Ok(Survey {
         origin,
         duration,
-        periods,
+        channels,
         truth,
-    };
-    Ok((survey, kept.at_end(events.as_ref())))
+    })
 }
 
-fn add(plan: &Plan, courses: &mut [Course], event: &Event) -> Result<(), LogError> {
-    let (course, row) = (&mut courses[event.channel], &event.row);
-    let first = *course.first.get_or_insert(row.stamp);
-    match course.order.accept(row.stamp.since(first)) {
-        Accept::JumpBack(by) => {
-            let before = course
-                .last
-                .map_or(String::new(), |(_, place)| format!(" after {place}"));
-            let message = format!(
-                "the time jumps back by {by:.3} s{before}: a clock that was set, or two recordings in one; split the log there"
-            );
-            let path = plan.channels[event.channel].place.path();
-            return Err(LogError::place(path, row.place.to_string(), message));
+impl Course {
+    fn add(&mut self, plan: &ChannelPlan, row: &Row) -> Result<(), LogError> {
+        let first = self.stamps.first().copied().unwrap_or(row.stamp);
+        let report = &mut self.report;
+        report.rows += 1;
+        match self.order.accept(row.stamp.since(first)) {
+            Accept::Use => {
+                self.stamps.push(row.stamp);
+                let cells = row.cells.iter();
+                self.cells
+                    .extend(cells.map(|cell| cell.unwrap_or(f64::NAN)));
+                self.last = Some(row.place);
+            }
+            Accept::Duplicate => report.duplicates += 1,
+            Accept::Late => report.late += 1,
+            Accept::SetBack(by) => {
+                report.set_back += 1;
+                report.late += 1;
+                if report.largest_set_back.is_none_or(|most| by > most) {
+                    report.largest_set_back = Some(by);
+                    self.set_back_at = self.stamps.last().copied();
+                }
+            }
+            Accept::JumpBack(by) => {
+                let before = self.last.map_or(String::new(), |p| format!(" after {p}"));
+                let message = format!(
+                    "the time jumps back by {by:.3} s{before}: a clock that was set, or two recordings in one; split the log there"
+                );
+                return Err(LogError::place(
+                    plan.place.path(),
+                    row.place.to_string(),
+                    message,
+                ));
+            }
         }
-        Accept::Use(step) => {
-            step.into_iter().for_each(|step| course.steps.add(step));
-            course.last = Some((row.stamp, row.place));
-        }
-        Accept::Duplicate | Accept::Late | Accept::SetBack(_) => {}
+        Ok(())
     }
-    Ok(())
+
+    /// The channel `i` of a log that starts at `origin`. Without two rows its period is the duration of the log.
+    fn finish(self, plan: &Plan, i: usize, origin: Stamp, duration: f64) -> Channel {
+        let time = |stamp: &Stamp| plan.time(i, *stamp, origin);
+        let times: Vec<f64> = self.stamps.iter().map(time).collect();
+        let steps = || times.windows(2).map(|w| (w[1] - w[0], w[0]));
+        let period = median(steps().map(|(step, _)| step).collect()).unwrap_or(duration);
+        let mut report = ChannelReport {
+            name: plan.channels[i].name.clone(),
+            period,
+            offset: plan.channels[i].offset,
+            largest_set_back_at: self.set_back_at.as_ref().map(time),
+            ..self.report
+        };
+        for (step, start) in steps().filter(|(step, _)| *step > GAP * period) {
+            note_gap(&mut report, step, start);
+        }
+        Channel {
+            times,
+            cells: self.cells,
+            report,
+        }
+    }
 }
 
-fn empty(plan: &Plan, channel: usize, events: &dyn Events) -> LogError {
-    let message = match events.cut_off(channel) {
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+/// Counts a gap of a channel that starts at `start` (s).
+fn note_gap(report: &mut ChannelReport, step: f64, start: f64) {
+    report.gaps += 1;
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the cast saturates; the number is positive"
+    )]
+    let lost = (step / report.period).round() as u64;
+    report.lost += lost.saturating_sub(1);
+    if report.longest_gap.is_none_or(|longest| step > longest) {
+        report.longest_gap = Some(step);
+        report.longest_gap_at = Some(start);
+    }
+}
+
+fn empty(plan: &Plan, channel: usize, report: &ChannelReport) -> LogError {
+    let message = match &report.cut_off {
         Some(why) => format!("has no complete row: cut off at {why}"),
         None => "has no row".to_owned(),
     };

@@ -275,7 +275,7 @@ fn memory(which: &str) -> Option<u64> {
 #[test]
 fn mutated_scenes_are_read_or_refused() {
     let originals = files("scenes", "", ".toml");
-    reads((1, 300), &originals, "scene.toml", "");
+    reads((1, 150), &originals, "scene.toml", "");
 }
 
 #[test]
@@ -300,7 +300,7 @@ fn mutated_robots_are_read_or_refused() {
     for (seed, part) in [(4, "geometry"), (5, "mass")] {
         let originals = files("robots", part, ".toml");
         reads(
-            (seed, 30),
+            (seed, 20),
             &originals,
             "robot.toml",
             &format!("[robot]\n{part} = 'robot.toml'\n"),

@@ -12,7 +12,7 @@
 //! |---|---|
 //! | `study` | study file and base scene, or scene and seeds, checked; what identifies them |
 //! | `plan`, `draw` | the settings of every run, and which runs have one truth; drawn values |
-//! | `truth_run`, `single` | the truth of several runs, its Cramer-Rao bound; one run and its scores |
+//! | `truth_run`, `single` | the truth of several runs; one run and its scores |
 //! | `ablation` | the ladder of estimators |
 //! | `scores`, `columns` | columns of scores; all columns of the dataset |
 //! | `journal`, `folder`, `files` | finished runs on disk; the folder of a study; files that are complete or not there |
@@ -48,4 +48,4 @@ pub use report::{Line, Report};
 pub use shard::Shard;
 pub use statistics::Mean;
 pub use study::{Identity, Study};
-pub use truth_run::{TruthRun, TruthRunError, floor};
+pub use truth_run::{TruthRun, TruthRunError};

@@ -2,7 +2,7 @@
 
 use robhaz_run::{DrivenPlant, StartError, Stop};
 use robhaz_scene::{PlantFailure, Scene};
-use robhaz_score::{Bound, Compared, Inclusion, Rule, SampleNoise};
+use robhaz_score::{Bound, Rule, SampleNoise};
 use robhaz_sim::Truth;
 use std::sync::Arc;
 
@@ -26,16 +26,6 @@ pub enum TruthRunError {
     /// The caller stopped it.
     #[error("stopped by {0}")]
     Stopped(&'static str),
-    /// No sample counts.
-    #[error(
-        "no sample counts: in each of the {compared} samples from {from} s on the contacts of a wheel have no equivalent single contact"
-    )]
-    NothingCounts {
-        /// Samples from `record.compare_from` on.
-        compared: usize,
-        /// `record.compare_from`, s.
-        from: f64,
-    },
 }
 
 /// Which samples of a scene count.
@@ -51,14 +41,6 @@ pub(crate) fn bound(scene: &Scene) -> Bound {
     Bound::new(noise, scene.robot.robot.clone())
 }
 
-/// The Cramer-Rao bound of a scene on a truth, from one sample: [`Bound::nrmse`].
-pub fn floor(scene: &Scene, run: &TruthRun) -> Option<f64> {
-    let mut bound = bound(scene);
-    run.counting()
-        .for_each(|(truth, compared)| bound.add(truth, &compared));
-    bound.nrmse()
-}
-
 /// Largest number of samples of a run, about 0.5 GB.
 pub const MOST_SAMPLES: u64 = 500_000;
 
@@ -66,10 +48,7 @@ pub const MOST_SAMPLES: u64 = 500_000;
 /// control that takes readings it does not depend on sensor noise; with one it is the run of the scene's own seed, which
 /// other seeds observe without driving.
 #[derive(Clone, Debug)]
-pub struct TruthRun {
-    truth: Arc<[Truth]>,
-    rule: Rule,
-}
+pub struct TruthRun(Arc<[Truth]>);
 
 impl TruthRun {
     /// Simulates a scene with its engine.
@@ -77,17 +56,10 @@ impl TruthRun {
     /// # Errors
     /// [`TruthRunError`]
     pub fn of(scene: &Scene) -> Result<Self, TruthRunError> {
-        let run = Self::simulate(scene, &|| None)?;
-        match run.counted() {
-            0 => Err(TruthRunError::NothingCounts {
-                compared: run.left_out(),
-                from: scene.record.compare_from,
-            }),
-            _ => Ok(run),
-        }
+        Self::simulate(scene, &|| None)
     }
 
-    /// The same for a truth of which no sample may count. `stop` is asked at every sample.
+    /// The same; `stop` is asked at every sample.
     pub(crate) fn simulate(scene: &Scene, stop: Stop<'_>) -> Result<Self, TruthRunError> {
         let found = (scene.record_count() - 1) * scene.samples_per_record() + 1;
         if found > MOST_SAMPLES {
@@ -98,39 +70,16 @@ impl TruthRun {
             Some(cause) => Err(TruthRunError::Stopped(cause)),
             None => Ok(plant.next_truth().map_err(PlantFailure::from)?),
         };
-        Ok(Self {
-            truth: (0..found).map(next).collect::<Result<_, _>>()?,
-            rule: rule(scene),
-        })
+        Ok(Self((0..found).map(next).collect::<Result<_, _>>()?))
     }
 
     /// The samples, for [`robhaz_run::Run::observing`].
     pub(crate) fn shared(&self) -> Arc<[Truth]> {
-        Arc::clone(&self.truth)
+        Arc::clone(&self.0)
     }
 
     /// Every sample.
     pub fn samples(&self) -> impl Iterator<Item = &Truth> {
-        self.truth.iter()
-    }
-
-    /// The samples that count in a score, with the forces that estimates are compared with.
-    pub fn counting(&self) -> impl Iterator<Item = (&Truth, Compared)> {
-        let included = |truth| match self.rule.judge(truth) {
-            Inclusion::Included(compared) => Some((truth, compared)),
-            Inclusion::TooEarly | Inclusion::NoEquivalent => None,
-        };
-        self.truth.iter().filter_map(included)
-    }
-
-    /// Number of samples that count.
-    pub fn counted(&self) -> usize {
-        self.counting().count()
-    }
-
-    /// Number of samples left out because a wheel has no equivalent contact.
-    pub fn left_out(&self) -> usize {
-        let left_out = |truth: &&Truth| self.rule.judge(truth) == Inclusion::NoEquivalent;
-        self.truth.iter().filter(left_out).count()
+        self.0.iter()
     }
 }

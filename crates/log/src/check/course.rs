@@ -31,8 +31,6 @@ pub type Links = [(usize, f64); 2];
 /// The inclinations of a log along the path of the robot.
 pub struct Course<'a> {
     robot: &'a Robot,
-    /// The sample at each step of the path, with the fraction from there to the next one.
-    pub samples: Vec<(usize, f64)>,
     /// Inclination of links 1 and 2 at each step, rad.
     tilt: [Vec<f64>; 2],
 }
@@ -48,11 +46,7 @@ impl<'a> Course<'a> {
         let samples = samples(motion, robot);
         let along = |x: &[f64]| mean_along(&samples, x);
         let tilt = tilt.each_ref().map(|x| along(x));
-        Some(Self {
-            robot,
-            samples,
-            tilt,
-        })
+        Some(Self { robot, tilt })
     }
 
     /// Number of steps.

@@ -1,7 +1,7 @@
 //! Delays between channels, and when they are a fault.
 
 use crate::check::fit::{Fit, fit, residuals};
-use crate::check::report::Verdict;
+use crate::check::report::{Finding, Verdict};
 use crate::check::signal::delayed;
 
 /// Delays that channels may have, s: of the later one, from `-early` to `late`.
@@ -66,6 +66,34 @@ pub struct Delay {
     pub improvement: f64,
     /// Length of the signals in times over which residuals may be correlated, less the coefficients.
     pub length: f64,
+}
+
+/// The finding of a delay. `none` and `remedy` say why there is none to judge and which log would show it, `fault` what to do
+/// about one.
+pub fn finding(
+    channel: &str,
+    delay: Option<Delay>,
+    allowed: &Allowed,
+    [none, remedy]: [&str; 2],
+    fault: impl Fn(&Delay) -> String,
+) -> Finding {
+    const TEST: &str = "delay";
+    let Some(delay) = delay else {
+        return Finding::cannot_tell(TEST, channel, none, remedy);
+    };
+    let figure = format!(
+        "{:.1} +- {:.1} ms, {:.1} % explained",
+        1e3 * delay.seconds,
+        1e3 * delay.sigma.max(1e-4),
+        100.0 * delay.explained,
+    );
+    let finding = match allowed.judge(&delay) {
+        Verdict::Ok => Finding::ok(TEST, channel, figure),
+        Verdict::CannotTell => return Finding::cannot_tell(TEST, channel, figure, remedy),
+        Verdict::Fault => Finding::fault(TEST, channel, figure, fault(&delay)),
+    };
+    let finding = finding.with("delay", delay.seconds, "s");
+    finding.with("deviation", delay.sigma, "s")
 }
 
 /// The delay, within `longest` steps of `dt` (s), at which the regressors explain `y` best; between steps by a parabola.

@@ -10,15 +10,15 @@
 //! with the same a and b, not both positive, for all wheels, whatever the common set speed is. The pairing of torques and
 //! encoders, and the signs, that this explains best are the true ones.
 
-use crate::check::delay::{Allowed, Delay, delay};
-use crate::check::links::{in_words, with_numbers};
+use crate::check::delay::{self, Allowed, Delay, delay};
 use crate::check::motion::Motion;
+use crate::check::readings::Readings;
 use crate::check::recording::Recording;
 use crate::check::report::{Finding, Verdict};
 use crate::check::rewire::Channel;
 use crate::check::signal::{high_pass, smooth};
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
-use robhaz_estimator::{LATE_TORQUE, NoiseBudget, PAIRINGS};
+use robhaz_estimator::{LATE_TORQUE, PAIRINGS};
 
 /// Time over which torques are averaged, s: as spin speeds.
 const SMOOTHING: f64 = 0.05;
@@ -172,7 +172,8 @@ pub struct Answer {
 }
 
 /// All findings.
-pub fn findings(recording: &Recording, motion: &Motion, budget: &NoiseBudget) -> Answer {
+pub fn findings(log: &Readings<'_>) -> Answer {
+    let (recording, motion, budget) = (&log.recording, &log.motion, log.budget);
     let signals = Signals::of(recording, motion);
     let moments = Moments::of(&signals);
     let (size, common) = (moments.size(), moments.common());
@@ -300,29 +301,23 @@ fn late(recording: &Recording, [torque, angle, speed]: &[Vec<f64>; 3]) -> Findin
         recording.dt,
         allowed,
     );
-    let channel = LATE;
-    let remedy = "drive under speed control over an obstacle, so that the wheels' torques differ";
-    let Some(found) = found.filter(|d| d.explained > EXPLAINED) else {
-        return Finding::cannot_tell(DELAY, channel, "torques do not follow the encoders", remedy);
-    };
     // The wheels are one behind the other in these signals, at the same times: only the time counts.
-    let found = Delay {
-        length: found.length / 3.0,
-        ..found
-    };
-    let figure = in_words(&found);
-    match allowed.judge(&found) {
-        Verdict::Ok => return with_numbers(Finding::ok(DELAY, channel, figure), &found),
-        Verdict::CannotTell => return Finding::cannot_tell(DELAY, channel, figure, remedy),
-        Verdict::Fault => {}
-    }
-    let (what, offset) = if found.seconds > 0.0 {
-        ("the torques'", -found.seconds)
-    } else {
-        ("the encoders'", found.seconds)
-    };
-    let remedy = format!(
-        "{what} readings arrive late, unless the control itself is that slow: state offset = {offset:.4} of their channel"
-    );
-    with_numbers(Finding::fault(DELAY, channel, figure, remedy), &found)
+    let found = found.filter(|d| d.explained > EXPLAINED).map(|d| Delay {
+        length: d.length / 3.0,
+        ..d
+    });
+    let unknown = [
+        "torques do not follow the encoders",
+        "drive under speed control over an obstacle, so that the wheels' torques differ",
+    ];
+    delay::finding(LATE, found, &allowed, unknown, |found| {
+        let (what, offset) = if found.seconds > 0.0 {
+            ("the torques'", -found.seconds)
+        } else {
+            ("the encoders'", found.seconds)
+        };
+        format!(
+            "{what} readings arrive late, unless the control itself is that slow: state offset = {offset:.4} of their channel"
+        )
+    })
 }

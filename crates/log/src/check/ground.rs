@@ -68,12 +68,6 @@ struct Passing {
     shift: usize,
 }
 
-/// Distance by the encoders over that by the ground; 1 where the ground shows none.
-pub fn scale_of(course: &Course<'_>) -> f64 {
-    let own = passing(course, &WIRINGS[0].0).filter(|p| p.explained > EXPLAINED);
-    own.map_or(1.0, |p| p.scale)
-}
-
 /// What the curve of the axles shows of the signs of the inclinometers. The same signs on both show the same curve, mirrored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Signs {

@@ -1,190 +1,37 @@
-//! Gyroscopes against inclinometers: sign, unit, exchange between the links, delay.
+//! Gyroscopes against inclinometers: sign, unit, exchange between the links.
 //!
 //! Over half a second an inclination changes by the integral of its link's rate, and by the acceleration over g that an
 //! inclinometer measures when the robot starts or stops. The coefficient of the first is 1; -1 shows a wrong sign, 57.3 degrees
 //! for radians, and a link that follows the other link's gyroscope exchanged channels. That of the second is the scale of
 //! the encoders: 1/57.3 if they are in degrees, negative if it is the inclinometer whose sign is wrong.
 
-use crate::check::delay::{Allowed, Delay, delay};
+use crate::check::changes::{Changes, Coefficients, DEGREE, GATE, LEAST_CHANGE, SPAN};
 use crate::check::fit::robust_fit;
 use crate::check::ground::Signs;
-use crate::check::motion::Motion;
-use crate::check::recording::Recording;
+use crate::check::readings::Readings;
 use crate::check::report::{Finding, Verdict};
 use crate::check::rewire::{Change, Channel, Tested};
-use crate::check::signal::{derivative, difference, integral, rms, smooth, zip};
-use robhaz_estimator::NoiseBudget;
-use robhaz_model::{Carrier, GRAVITY, Robot};
+use crate::check::signal::rms;
 use std::f64::consts::TAU;
 
-/// Time over which changes are compared, s: the specific force of the robot's own motion changes less in it than the
-/// angles on uneven ground.
-const SPAN: f64 = 0.5;
-/// Time over which both are averaged, s.
-const SMOOTHING: f64 = 0.02;
-/// Time over which the robot's acceleration is averaged, s.
-const FORWARD: f64 = 0.1;
-/// Change of an angle within [`SPAN`] that shows something, rad: 0.3 deg, several times the noise of a smoothed inclinometer.
-const LEAST_CHANGE: f64 = 0.3 * DEGREE;
-const DEGREE: f64 = std::f64::consts::PI / 180.0;
 /// Share of the changes that the gyroscope must explain.
 const EXPLAINED: f64 = 0.6;
-/// Share from which on a wrong scale is no matter of impacts.
-const CERTAIN: f64 = 0.95;
 /// Error of the slope that is a fault: ten times the scale error of a gyroscope, and more than impacts make.
 const SCALE_ERROR: f64 = 0.25;
-/// Longest delay that is looked for, s.
-const LONGEST_DELAY: f64 = 0.15;
-/// Delay of an inclinometer that is its own lag, s: a low pass of 8 Hz has 20 ms.
-const INCLINOMETER_LAG: f64 = 0.025;
-/// Delay of a gyroscope behind the inclinometer that is a fault, s.
-const GYRO_DELAY: f64 = 0.005;
-/// Error of a delay by accelerations of the robot that the encoders do not show, s.
-const MARGIN: f64 = 0.005;
-
 /// Factor between the encoders' acceleration and that of the inclinometers which is a fault: more than wheels slip that start
 /// a robot, less than a mistake in units, edges or gear ratios.
 const ACCELERATION_ERROR: f64 = 2.0;
-/// Deviations of a coefficient that tell its sign, or that it is not 1.
-const GATE: f64 = 5.0;
 
 const ACCELERATION: &str = "acceleration";
 const SIGN: &str = "sign and unit";
-const DELAY: &str = "delay";
-
-/// Changes of one angle of each link within [`SPAN`].
-struct Changes {
-    /// Of the inclinometers, rad.
-    inclination: [Vec<f64>; 2],
-    /// Of the integrated gyroscopes, rad.
-    rate: [Vec<f64>; 2],
-    /// Of the angle that the encoders' acceleration makes an inclinometer show, rad; none of inclinometers without it.
-    forward: Vec<f64>,
-}
-
-/// Coefficients of the changes of an inclination.
-#[derive(Clone, Copy)]
-struct Coefficients {
-    /// Of the integrated rate.
-    rate: f64,
-    rate_sigma: f64,
-    /// Of the acceleration, with its deviation; `None` of inclinometers that do not measure it.
-    forward: Option<(f64, f64)>,
-    explained: f64,
-}
-
-impl Changes {
-    /// The changes of a recording, `felt` (rad) by the inclinometers in addition to the angles: left out.
-    fn of(recording: &Recording, felt: Option<&[f64]>, forward: &[f64]) -> Self {
-        let half = recording.steps(0.5 * SPAN);
-        let change = |x: &[f64]| difference(&smooth(x, recording.steps(0.5 * SMOOTHING)), half);
-        let inclination = |k: usize| {
-            let read = &recording.inclination[k];
-            felt.map_or_else(|| read.clone(), |felt| zip(read, felt, |x, felt| x - felt))
-        };
-        Self {
-            inclination: [0, 1].map(|k| change(&inclination(k))),
-            rate: [0, 1].map(|k| change(&integral(&recording.rate[k], recording.dt))),
-            forward: change(forward),
-        }
-    }
-
-    /// How inclination `k` follows the gyroscope of link `j` and the acceleration.
-    fn fit(&self, recording: &Recording, k: usize, j: usize) -> Option<Coefficients> {
-        let (y, rate) = (&self.inclination[k], self.rate[j].as_slice());
-        // Residuals are correlated over the span.
-        #[expect(
-            clippy::cast_precision_loss,
-            reason = "the number of steps of half a second"
-        )]
-        let correlated = (recording.steps(SPAN) as f64).sqrt();
-        if let Some(fit) = robust_fit(y, &[rate, self.forward.as_slice()]) {
-            let [of_rate, of_forward] = fit.coefficients;
-            let [rate_sigma, sigma] = fit.deviations.map(|d| d * correlated);
-            return Some(Coefficients {
-                rate: of_rate,
-                rate_sigma,
-                forward: Some((of_forward, sigma)),
-                explained: fit.explained,
-            });
-        }
-        let fit = robust_fit(y, &[rate])?;
-        Some(Coefficients {
-            rate: fit.coefficients[0],
-            rate_sigma: correlated * fit.deviations[0],
-            forward: None,
-            explained: fit.explained,
-        })
-    }
-}
-
-/// Angle that an inclinometer shows more when wheels accelerate the robot as the encoders say, rad; 0 near the ends of the
-/// log, where it is not known. Of the encoders alone, so that no other channel can spoil it.
-fn forward(recording: &Recording, motion: &Motion, robot: &Robot) -> Vec<f64> {
-    let width = recording.steps(0.5 * FORWARD);
-    let lever = robot.geometry.wheel_radius / GRAVITY;
-    let acceleration = derivative(&motion.middle_spin, width, recording.dt);
-    let angle = |a: &f64| if a.is_finite() { lever * a } else { 0.0 };
-    acceleration.iter().map(angle).collect()
-}
-
-/// What inclinometers that measure the specific force feel of the robot's acceleration, rad: that of Q. 0 near the ends of
-/// the log, where it is not known.
-fn felt(recording: &Recording, motion: &Motion, robot: &Robot) -> Vec<f64> {
-    let width = recording.steps(0.5 * FORWARD);
-    let speed = speed_of_q(recording, motion, robot, width);
-    let mut felt = derivative(&speed, width, recording.dt);
-    for value in &mut felt {
-        *value = if value.is_finite() {
-            *value / GRAVITY
-        } else {
-            0.0
-        };
-    }
-    felt
-}
-
-/// Horizontal speed of Q, m/s, averaged over `2 width` samples: the link with two wheels rolls along its own direction, with
-/// the absolute spin of its wheels, and turns Q about the middle of its axles.
-fn speed_of_q(recording: &Recording, motion: &Motion, robot: &Robot, width: usize) -> Vec<f64> {
-    let geometry = &robot.geometry;
-    let carriers = geometry.carriers.map(Carrier::index);
-    let link = usize::from(carriers.iter().sum::<usize>() > 1);
-    let (tilt, rate) = (
-        smooth(&recording.inclination[link], width),
-        smooth(&recording.rate[link], width),
-    );
-    let on_link = (0..3).filter(|i| carriers[*i] == link);
-    let height = on_link.map(|i| geometry.axles[i].y).sum::<f64>() / 2.0;
-    let (radius, arm) = (geometry.wheel_radius, geometry.pins.q.y - height);
-    let spins = motion.middle_spin.iter();
-    spins
-        .zip(tilt.iter().zip(&rate))
-        .map(|(spin, (tilt, rate))| (radius * (spin - rate) - arm * rate) * tilt.cos())
-        .collect()
-}
-
-/// What the changes of the inclinations are fitted to.
-fn changes(recording: &Recording, motion: &Motion, robot: &Robot, budget: &NoiseBudget) -> Changes {
-    let forward = match budget.specific_force {
-        true => forward(recording, motion, robot),
-        false => Vec::new(),
-    };
-    Changes::of(recording, None, &forward)
-}
 
 /// Units of gyroscopes, inclinometers and encoders that are wrong, and what to change before further tests.
-pub fn units(
-    recording: &Recording,
-    motion: &Motion,
-    robot: &Robot,
-    budget: &NoiseBudget,
-) -> Tested {
-    let changes = changes(recording, motion, robot, budget);
+pub fn units(log: &Readings<'_>) -> Tested {
+    let changes = Changes::of_links(log);
     let mut all = Tested::default();
     for k in 0..2 {
         let channel = of_link(k);
-        let Some(found) = changes.fit(recording, k, k).filter(Coefficients::is_known) else {
+        let Some(found) = changes.fit(k, k).filter(Coefficients::is_known) else {
             continue;
         };
         let figure = found.figure();
@@ -215,15 +62,10 @@ pub enum Sign {
 }
 
 /// Scale of all encoders, by the acceleration that the inclinometers measure, and its sign; for right units of the links.
-pub fn acceleration(
-    recording: &Recording,
-    motion: &Motion,
-    robot: &Robot,
-    budget: &NoiseBudget,
-) -> (Tested, Sign) {
+pub fn acceleration(log: &Readings<'_>) -> (Tested, Sign) {
     let channel = "encoders 1 to 3";
-    let changes = changes(recording, motion, robot, budget);
-    let fits = [0, 1].map(|k| changes.fit(recording, k, k));
+    let changes = Changes::of_links(log);
+    let fits = [0, 1].map(|k| changes.fit(k, k));
     let (mut sum, mut weight) = (0.0, 0.0);
     for (value, sigma) in fits.iter().flatten().filter_map(|f| f.forward) {
         sum += value.abs() / (sigma * sigma);
@@ -288,14 +130,8 @@ fn encoder_unit(scale: f64) -> (String, f64) {
 }
 
 /// All findings of the links, and what to change. `on_ground`: what the ground that the wheels pass shows of the inclinometers.
-pub fn findings(
-    recording: &Recording,
-    motion: &Motion,
-    robot: &Robot,
-    budget: &NoiseBudget,
-    on_ground: Signs,
-) -> Tested {
-    let before = changes(recording, motion, robot, budget);
+pub fn findings(log: &Readings<'_>, on_ground: Signs) -> Tested {
+    let before = Changes::of_links(log);
     if let Some(finding) = exchanged(&before, on_ground) {
         let exchange = Change::Exchange(Channel::Gyro(0), Channel::Gyro(1));
         return Tested {
@@ -303,51 +139,18 @@ pub fn findings(
             changes: vec![exchange],
         };
     }
-    let fits = [0, 1].map(|k| before.fit(recording, k, k));
+    let fits = [0, 1].map(|k| before.fit(k, k));
     let mut all = Tested::default();
     for k in 0..2 {
         let (finding, change) = sign(&before, &fits, k, on_ground);
         all.findings.push(finding);
         all.changes.extend(change);
     }
-    // With wrong signs or units a delay has no meaning.
-    if all.findings.iter().any(|f| f.verdict == Verdict::Fault) {
-        return all;
-    }
-    let felt = budget
-        .specific_force
-        .then(|| felt(recording, motion, robot));
-    let changes = Changes::of(recording, felt.as_deref(), &[]);
-    all.findings
-        .extend((0..2).map(|k| delay_of(recording, &changes, k)));
     all
 }
 
 fn of_link(k: usize) -> String {
     format!("{}, {}", Channel::Gyro(k), Channel::Inclinometer(k))
-}
-
-impl Coefficients {
-    /// Whether the coefficient of the rate is known to a tenth of itself.
-    fn is_known(&self) -> bool {
-        self.explained > CERTAIN && self.rate_sigma < 0.1 * self.rate.abs()
-    }
-
-    fn figure(&self) -> String {
-        format!(
-            "inclinometer over integrated gyro {:.3} (1 is right), {:.0} % explained",
-            self.rate,
-            100.0 * self.explained
-        )
-    }
-
-    /// Sign of the coefficient of the acceleration: that of the inclinometer. 0 where it is not known.
-    fn of_acceleration(&self) -> f64 {
-        let known = self
-            .forward
-            .filter(|(value, sigma)| value.abs() > GATE * sigma);
-        known.map_or(0.0, |(value, _)| value.signum())
-    }
 }
 
 fn exchanged(changes: &Changes, on_ground: Signs) -> Option<Finding> {
@@ -502,64 +305,4 @@ fn wrong_sign(fits: &[Option<Coefficients>; 2], k: usize, on_ground: Signs) -> (
          SENSORS.toml"
     );
     (wrong, remedy)
-}
-
-fn delay_of(recording: &Recording, changes: &Changes, k: usize) -> Finding {
-    let channel = format!("inclinometer {} after gyro {}", k + 1, k + 1);
-    let allowed = Allowed {
-        early: GYRO_DELAY + MARGIN,
-        late: INCLINOMETER_LAG + MARGIN,
-        explained: CERTAIN,
-    };
-    let allowed = allowed.at_period(recording.slowest);
-    // All samples: those that fit best without a delay would hide it.
-    let found = Some(&changes.rate[k])
-        .filter(|rate| rms(rate) > LEAST_CHANGE)
-        .and_then(|rate| {
-            delay(
-                &changes.inclination[k],
-                &[rate],
-                recording.steps(LONGEST_DELAY),
-                recording.steps(SPAN),
-                recording.dt,
-                allowed,
-            )
-        })
-        .filter(|delay| delay.explained > EXPLAINED);
-    let remedy = "drive over an obstacle that turns the links by a few degrees";
-    let Some(found) = found else {
-        return Finding::cannot_tell(DELAY, channel, "no common motion", remedy);
-    };
-    let figure = in_words(&found);
-    match allowed.judge(&found) {
-        Verdict::Ok => with_numbers(Finding::ok(DELAY, channel, figure), &found),
-        Verdict::CannotTell => Finding::cannot_tell(DELAY, channel, figure, remedy),
-        Verdict::Fault => {
-            let (late, offset) = if found.seconds > 0.0 {
-                ("its", -found.seconds)
-            } else {
-                ("the gyro's", found.seconds)
-            };
-            let remedy = format!(
-                "{late} readings arrive late: state offset = {offset:.4} of its channel, or read it directly"
-            );
-            with_numbers(Finding::fault(DELAY, channel, figure, remedy), &found)
-        }
-    }
-}
-
-/// A finding with a delay and its deviation.
-pub fn with_numbers(finding: Finding, delay: &Delay) -> Finding {
-    let finding = finding.with("delay", delay.seconds, "s");
-    finding.with("deviation", delay.sigma, "s")
-}
-
-/// A delay in milliseconds.
-pub fn in_words(delay: &Delay) -> String {
-    format!(
-        "{:.1} +- {:.1} ms, {:.1} % explained",
-        1e3 * delay.seconds,
-        1e3 * delay.sigma.max(1e-4),
-        100.0 * delay.explained,
-    )
 }

@@ -6,9 +6,8 @@
 //! | `clock` | Was the clock set? Where is the log split? | the wheels as a clock |
 //! | `still` | Is a channel stuck or saturated? | repeated values |
 //! | `rest` | Are zeros and noise those of the budget? | the rest before the first motion |
-//! | `links` | Signs, units, exchange and delay of gyroscopes and inclinometers | integral of the rate |
+//! | `changes`, `links`, `link_delays` | Signs, units, exchange; delay of gyroscopes and inclinometers | integral of the rate |
 //! | `wheels` | Signs and counts of the encoders | the wheels against each other |
-//! | `balance` | Signs of torques and inclinometers, delay of the torques | weight and inertia |
 //! | `ground` | Scale of the encoders, signs and exchange of the links' sensors | each wheel passes the same ground |
 //! | `start` | Signs of the torques, of all encoders | the robot that starts |
 //! | `drive` | Exchanged wheels, delay of the torques | answer of a speed control |
@@ -18,15 +17,17 @@
 //! Each finding has a verdict, the figure behind it, and what to do. A test that a log cannot answer says so.
 
 mod agreement;
-mod balance;
+mod changes;
 mod clock;
 mod course;
 mod delay;
 mod drive;
 mod fit;
 mod ground;
+mod link_delays;
 mod links;
 mod motion;
+mod readings;
 mod recording;
 mod report;
 mod rest;
@@ -42,6 +43,7 @@ pub use report::{Finding, Report, Verdict};
 use self::clock::Clock;
 use self::course::Course;
 use self::motion::Motion;
+use self::readings::Readings;
 use self::recording::Recording;
 use self::rewire::{Change, Channel, Tested};
 use robhaz_estimator::{EstimatorSettings, NoiseBudget, SensorFrame};
@@ -89,6 +91,8 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
         return Report::new(vec![finding]);
     };
     let mut log = Readings {
+        robot,
+        budget,
         frames: Cow::Borrowed(frames),
         motion: Motion::of(&recording, robot),
         recording,
@@ -96,14 +100,11 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
     };
     log.findings.extend(still::findings(frames, budget));
     log.findings.extend(rest::findings(&log.recording, budget));
-    log.take(wheels::findings(&log.recording, &log.motion, robot), robot);
-    log.take(
-        links::units(&log.recording, &log.motion, robot, budget),
-        robot,
-    );
-    let (acceleration, forward) = links::acceleration(&log.recording, &log.motion, robot, budget);
-    log.take(acceleration, robot);
-    let turn = turn(&log.recording, &log.motion, robot);
+    log.take(wheels::findings(&log));
+    log.take(links::units(&log));
+    let (acceleration, forward) = links::acceleration(&log);
+    log.take(acceleration);
+    let turn = turn(&log);
     if turn > LARGEST_TURN {
         let figure = format!("the wheels turn by {turn:.2} rad between readings");
         let remedy =
@@ -112,18 +113,22 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
             .push(Finding::cannot_tell("motion", "all", figure, remedy));
         return Report::new(log.findings);
     }
-    log.take(start::findings(&log.recording, &log.motion, forward), robot);
+    log.take(start::findings(&log, forward));
     let course = Course::new(&log.motion, robot, &log.recording.inclination);
     let speed = log.motion.speed(robot);
     let (ground, on_ground) = ground::findings(course.as_ref(), robot, budget, speed);
-    log.take(ground, robot);
-    log.take(
-        links::findings(&log.recording, &log.motion, robot, budget, on_ground),
-        robot,
-    );
+    log.take(ground);
+    let links = links::findings(&log, on_ground);
+    // With wrong signs or units a delay has no meaning.
+    let are_right = links.findings.iter().all(|f| f.verdict != Verdict::Fault);
+    log.take(links);
+    if are_right {
+        let delays = link_delays::findings(&log);
+        log.findings.extend(delays);
+    }
     let fused = Course::new(&log.motion, robot, &course::fused(&log.recording));
     log.findings.extend(fused.as_ref().map(ground::distance));
-    let drive = drive::findings(&log.recording, &log.motion, budget);
+    let drive = drive::findings(&log);
     let (order, signs) = drive
         .wiring
         .map_or((None, [1.0; 3]), |(order, signs)| (Some(order), signs));
@@ -134,14 +139,7 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
             .map(|i| Change::Factor(Channel::Torque(i), -1.0))
             .collect(),
     };
-    log.take(signs, robot);
-    let damping = stated.viscous_damping;
-    log.findings.extend(balance::findings(
-        &log.recording,
-        &log.motion,
-        robot,
-        damping,
-    ));
+    log.take(signs);
     let settings = stated.settings(&log.frames);
     let resolved = log.recording.dt < LONGEST_STEP && turn < LARGEST_TURN_OF_FILTERS;
     let quiet = rest::has_quiet_torque(&log.findings);
@@ -150,30 +148,6 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
     log.findings.push(torque_scale::finding(scale, robot));
     log.findings.extend(agreement);
     Report::new(log.findings)
-}
-
-/// The readings with the changes that tests have asked for so far, and what was found.
-struct Readings<'a> {
-    frames: Cow<'a, [SensorFrame]>,
-    recording: Recording,
-    motion: Motion,
-    findings: Vec<Finding>,
-}
-
-impl Readings<'_> {
-    /// Takes what a test found. Later tests see the readings with its changes.
-    fn take(&mut self, tested: Tested, robot: &Robot) {
-        self.findings.extend(tested.findings);
-        if tested.changes.is_empty() {
-            return;
-        }
-        let frames = Change::all(&tested.changes, &self.frames);
-        if let Some(recording) = Recording::new(&Clock::of(&frames)) {
-            self.motion = Motion::of(&recording, robot);
-            self.recording = recording;
-        }
-        self.frames = Cow::Owned(frames);
-    }
 }
 
 /// Largest turn of a wheel between readings with which they show the ground, rad: a quarter of its radius along the path.
@@ -187,8 +161,8 @@ const LONGEST_STEP: f64 = 0.0205;
 const LARGEST_TURN_OF_FILTERS: f64 = 0.021;
 
 /// The turn of the middle wheel between readings of the slowest channel, rad; 0 at rest.
-fn turn(recording: &Recording, motion: &Motion, robot: &Robot) -> f64 {
-    let spin = motion.while_driving(robot, &motion.middle_spin);
+fn turn(log: &Readings<'_>) -> f64 {
+    let spin = log.motion.while_driving(log.robot, &log.motion.middle_spin);
     let spin = signal::median(spin.iter().map(|spin| spin.abs()));
-    spin.unwrap_or(0.0) * recording.slowest
+    spin.unwrap_or(0.0) * log.recording.slowest
 }

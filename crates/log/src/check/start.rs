@@ -6,8 +6,7 @@
 
 use crate::check::fit::fit;
 use crate::check::links::Sign;
-use crate::check::motion::Motion;
-use crate::check::recording::Recording;
+use crate::check::readings::Readings;
 use crate::check::report::Finding;
 use crate::check::rest::rest;
 use crate::check::rewire::{Change, Channel, Tested};
@@ -27,7 +26,8 @@ const GATE: f64 = 5.0;
 const TEST: &str = "sign at the start";
 
 /// All findings, and what to change; for encoders of one sign. `forward` is that of the acceleration by the inclinometers.
-pub fn findings(recording: &Recording, motion: &Motion, forward: Sign) -> Tested {
+pub fn findings(log: &Readings<'_>, forward: Sign) -> Tested {
+    let (recording, motion) = (&log.recording, &log.motion);
     let end = rest(recording);
     let (before, after) = (recording.steps(0.3 * START), recording.steps(START));
     let range = end.saturating_sub(before)..(end + after).min(recording.len());

@@ -1,11 +1,9 @@
 //! Encoders against each other: signs and counts.
 
-use crate::check::motion::Motion;
-use crate::check::recording::Recording;
+use crate::check::readings::Readings;
 use crate::check::report::Finding;
 use crate::check::rewire::{Change, Channel, Tested};
 use crate::check::signal::{median, zip};
-use robhaz_model::Robot;
 
 /// Difference of the turns of a wheel from those of the others that is a fault, -: more than slip makes, less than any mistake
 /// in counts, gear ratios or edges.
@@ -18,7 +16,8 @@ const LEAST_SAMPLES: usize = 50;
 const TEST: &str = "sign and counts";
 
 /// All findings, and what to change before further tests.
-pub fn findings(recording: &Recording, motion: &Motion, robot: &Robot) -> Tested {
+pub fn findings(log: &Readings<'_>) -> Tested {
+    let (recording, motion, robot) = (&log.recording, &log.motion, log.robot);
     let mut all = Tested::default();
     for i in 0..3 {
         let ratios = |spin: &[f64]| {

@@ -52,29 +52,3 @@ impl Kind {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use robhaz_estimator::{Method, PaperMethod};
-
-    /// The label does not make an estimator that of the paper, and a changed preset is not that of the paper.
-    #[test]
-    fn the_preset_decides_not_the_label() {
-        let best = Kind::of(&EstimatorSettings::best());
-        assert_eq!(best.names("paper-body").0, "normal_force_paper-body");
-        assert!(!best.names("paper-body").1.contains("Fig. 7"));
-        let body = Kind::of(&EstimatorSettings::paper_body());
-        assert_eq!(body.names("mine").0, "fig7_mine");
-        let wheels = Kind::of(&EstimatorSettings::paper_wheels());
-        assert!(wheels.names("mine").1.contains("Fig. 8"));
-        let changed = EstimatorSettings {
-            method: Method::Paper(PaperMethod {
-                observer_pole: 10.0,
-                ..PaperMethod::DEFAULT
-            }),
-            ..EstimatorSettings::paper_body()
-        };
-        assert_eq!(Kind::of(&changed), Kind::Other);
-    }
-}

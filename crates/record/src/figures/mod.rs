@@ -17,13 +17,16 @@ mod strip;
 pub mod style;
 mod trace;
 
-pub use crate::quantile::extremes;
+pub use crate::quantile::{extremes, quantiles};
+pub use clip::{clip, cut};
 pub use files::write_figure;
 pub use header::{Entry, Header, Mark};
+pub use helvetica::width as text_width;
 pub use page::{Column, Page, Scale};
 pub use panel::{Axis, Layer, Panel};
-pub use strip::{PLOT_WIDTH, SPACING, Shape, Strip};
-pub use trace::{Estimated, Trace};
+pub use path::{arrow, robots};
+pub use strip::{PLOT_WIDTH, SPACING, Shape, Strip, reduced};
+pub use trace::{Estimated, Point, Trace};
 
 use crate::error::{RecordError, check_name, create_folder};
 use ground::GroundTraces;
@@ -186,6 +189,3 @@ impl Sink for FigureSink {
         Ok(self.draw(end)?)
     }
 }
-
-#[cfg(test)]
-mod tests;

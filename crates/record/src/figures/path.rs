@@ -111,7 +111,7 @@ fn heights(poses: &[Truth], ground: &Terrain, x: &Range<f64>) -> Range<f64> {
 }
 
 /// The poses to draw on a path of a length (m): the first, and each that is far enough from the last one drawn.
-fn robots(poses: &[Truth], length: f64) -> Vec<&Truth> {
+pub fn robots(poses: &[Truth], length: f64) -> Vec<&Truth> {
     let distance = DISTANCE.max(length / MOST);
     let mut chosen: Vec<&Truth> = Vec::new();
     for pose in poses {
@@ -189,7 +189,7 @@ fn pins_of(bar: Bar) -> impl Iterator<Item = Pin> {
 }
 
 /// Shaft and head of an arrow along a contact's normal whose tip is at the contact, m.
-fn arrow(contact: &ContactTruth, length: f64, head: f64) -> ([Point; 2], Vec<Point>) {
+pub fn arrow(contact: &ContactTruth, length: f64, head: f64) -> ([Point; 2], Vec<Point>) {
     let (tip, normal) = (contact.point, contact.normal);
     let tangent = Vec2::new(normal.y, -normal.x);
     let foot = tip - normal * length;
@@ -203,40 +203,4 @@ fn arrow(contact: &ContactTruth, length: f64, head: f64) -> ([Point; 2], Vec<Poi
         [pair(&foot), pair(&neck)],
         corners.iter().map(pair).collect(),
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Closed form: on level ground the arrow of N points up, and its tip is where the wheel touches.
-    #[test]
-    fn the_arrow_of_a_normal_force_ends_at_the_contact() {
-        let contact = ContactTruth {
-            point: Vec2::new(2.0, 0.0),
-            normal: Vec2::y(),
-            ..ContactTruth::default()
-        };
-        let ([foot, _], head) = arrow(&contact, 0.3, 0.02);
-        assert!((foot.0 - 2.0).abs() < 1e-12 && (foot.1 + 0.3).abs() < 1e-12);
-        assert!((head[0].0 - 2.0).abs() < 1e-12 && head[0].1.abs() < 1e-12);
-    }
-
-    /// Robots do not overlap, and a robot that does not move is drawn once.
-    #[test]
-    fn robots_stand_apart() {
-        let pose = |x: f64| {
-            let mut truth = Truth::default();
-            truth.body.position.x = x;
-            truth
-        };
-        let poses: Vec<Truth> = (0..=40).map(|k| pose(0.1 * f64::from(k))).collect();
-        let drawn: Vec<f64> = robots(&poses, 4.0)
-            .iter()
-            .map(|p| p.body.position.x)
-            .collect();
-        assert_eq!(drawn.len(), 5);
-        assert!(drawn.windows(2).all(|w| w[1] - w[0] > DISTANCE - 1e-9));
-        assert_eq!(robots(&[pose(1.0), pose(1.0)], 1.0).len(), 1);
-    }
 }

@@ -6,8 +6,6 @@ mod log;
 mod parts;
 mod sink;
 mod suspects;
-#[cfg(test)]
-mod tests;
 
 pub use clearance::ClearanceSummary;
 pub use file::Summary;

@@ -62,17 +62,17 @@ fn sure(trials: &[Trial]) -> (usize, usize) {
     (sure.count(), failed)
 }
 
-/// Acceptance, on a few paths of each kind: the verdict agrees with driving but for two paths, and no path that is called go with a
+/// Acceptance, on a few paths of each kind: the verdict agrees with driving but for one path, and no path that is called go with a
 /// probability of at least 0.95 stops the robot. The share of all is that of the study in docs/friction.md.
 #[test]
 fn the_verdict_agrees_with_driving() {
-    let trials = trials(100, 28, DriveKind::Shared, &[]);
+    let trials = trials(100, 21, DriveKind::Shared, &[]);
     let wrong: Vec<String> = trials
         .iter()
         .filter(|t| t.go() != t.passed())
         .map(Trial::line)
         .collect();
-    assert!(wrong.len() <= 2, "{wrong:#?}");
+    assert!(wrong.len() <= 1, "{wrong:#?}");
     assert_eq!(sure(&trials).1, 0, "{wrong:#?}");
     // Sensitivity: both verdicts and both outcomes occur.
     for is_go in [true, false] {

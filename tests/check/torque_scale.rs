@@ -5,7 +5,7 @@
 //! must contain what either explanation changes; and honest logs, and logs that cannot tell, must
 //! not be blamed.
 
-use crate::common::{Failure, SOFT, readings, scene};
+use super::common::{Failure, SOFT, readings, scene};
 use rayon::prelude::*;
 use robhaz_estimator::{Channels, Estimator, EstimatorSettings, Flags, SensorFrame, TorqueScale};
 use robhaz_log::check::{Finding, Stated, Verdict, check};

@@ -1,9 +1,9 @@
 //! Honest logs of all lengths, rates and speeds: `check` must not call them faulty. A user who gets false alarms ignores
 //! the true ones.
 //!
-//! `cargo test --release -p robhaz-log --test check honest_logs:: -- --ignored --nocapture` runs 2 400 logs and prints each alarm.
+//! `cargo test --release -p robhaz --test robhaz check::honest_logs:: -- --ignored --nocapture` runs 2 400 logs and prints each alarm.
 
-use crate::common::{Failure, SOFT, readings_of, report, scene};
+use super::common::{Failure, SOFT, readings_of, report, scene};
 use rayon::prelude::*;
 use robhaz_log::check::{Report, Stated, Verdict, check};
 use robhaz_sim::Truth;

@@ -1,11 +1,11 @@
 //! Faults of wiring, units and sensors against `check`: a fault that the readings show must be found under the name of its
 //! channel, honest readings must not be called faulty.
 //!
-//! `cargo test --release -p robhaz-log --test check study:: -- --ignored --nocapture` prints the table of
+//! `cargo test --release -p robhaz --test robhaz check::study:: -- --ignored --nocapture` prints the table of
 //! `docs/on-your-robot.md`.
 
-use crate::common::faults::{FAULTS, Fault};
-use crate::common::{Failure, SOFT, readings, report, scene};
+use super::common::faults::{FAULTS, Fault};
+use super::common::{Failure, SOFT, readings, report, scene};
 use rayon::prelude::*;
 use robhaz_log::check::Report;
 use robhaz_study::TruthRun;

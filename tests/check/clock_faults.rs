@@ -1,8 +1,8 @@
 //! Clocks that are set, and gaps: what `best` states as trusted stays within what it states.
 //!
-//! `cargo test --release -p robhaz-log --test check clock_faults:: -- --ignored --nocapture` runs the study.
+//! `cargo test --release -p robhaz --test robhaz check::clock_faults:: -- --ignored --nocapture` runs the study.
 
-use crate::common::{Failure, SOFT, readings_of, scene};
+use super::common::{Failure, SOFT, readings_of, scene};
 use rayon::prelude::*;
 use robhaz_estimator::{Estimator, Flags, SensorFrame};
 use robhaz_scene::Scene;

@@ -1,25 +1,13 @@
 //! Errors, gaps and events computed by hand; the keys of the file, and what is refused.
 
-use super::file::FILE;
-use super::*;
-use crate::error::RecordError;
 use crate::testing::{
-    described, failed_frame, frame_of, good_estimate, log, record_of, records, scene,
+    END, described, failed_frame, frame_of, good_estimate, log, record_of, records, scene,
 };
+use robhaz_record::{RecordError, Summary, SummarySink, comparison_table};
 use robhaz_run::{RunEnd, Sink};
 use robhaz_scene::{Grade, ModelError, SensorChoice};
 use robhaz_score::events::EventCounts;
 use robhaz_sim::{Truth, WheelTruth};
-
-const END: RunEnd = RunEnd {
-    ground: Vec::new(),
-    duration: 2.0,
-    wall: 0.1,
-    step: Some(1e-4),
-    broken_off: None,
-    friction_tests: Vec::new(),
-    log: None,
-};
 
 fn summary_of(records: &[crate::testing::Record]) -> Summary {
     let mut sink = SummarySink::new();
@@ -220,9 +208,7 @@ fn without_truth_there_are_no_errors() {
     );
     let read: Summary = serde_json::from_str(&json).expect("a summary");
     assert_eq!(Some(read), sink.summary().ok());
-    assert!(
-        !crate::comparison_table(&[("log", &sink.summary().expect("ended"))]).contains("engine")
-    );
+    assert!(!comparison_table(&[("log", &sink.summary().expect("ended"))]).contains("engine"));
 }
 
 /// The keys that scripts read.
@@ -308,9 +294,9 @@ fn wrong_folders_have_errors_of_their_own() {
         Err(RecordError::NoSummary { path }) if path == folder.path()
     ));
     for text in ["{\"scene\": 3}", "not JSON"] {
-        std::fs::write(folder.path().join(FILE), text).expect("written");
+        std::fs::write(folder.path().join("summary.json"), text).expect("written");
         let error = Summary::read(folder.path()).expect_err("no summary");
         assert!(matches!(error, RecordError::NotASummary { .. }));
-        assert!(error.to_string().contains(FILE), "{error}");
+        assert!(error.to_string().contains("summary.json"), "{error}");
     }
 }

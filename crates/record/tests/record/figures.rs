@@ -1,8 +1,11 @@
 //! Structure of the files: their names, texts, numbers of lines and areas.
 
-use super::*;
 use crate::testing::{Record, described, log, records, scene};
 use plotters::style::RGBColor;
+use robhaz_estimator::{EstimatorSettings, Method, PaperMethod};
+use robhaz_record::FigureSink;
+use robhaz_record::figures::{style, text_width};
+use robhaz_run::{Frame, RunDescription, Sink};
 use robhaz_scene::Scene;
 use std::collections::BTreeMap;
 
@@ -115,17 +118,26 @@ fn without_truth_the_estimates_are_drawn_alone() {
     }
 }
 
-/// An estimator that the user calls `paper-body`, but which is another, is not the paper's Fig. 7.
+/// An estimator that the user calls `paper-body`, but which is another, is not the paper's Fig. 7; nor is a changed preset.
 #[test]
 fn a_label_does_not_make_an_estimator_the_papers() {
     let mut scene = scene();
     scene.estimators[0].name = "mine".to_owned();
+    scene.estimators[1].name = "changed".to_owned();
+    scene.estimators[1].settings = EstimatorSettings {
+        method: Method::Paper(PaperMethod {
+            observer_pole: 10.0,
+            ..PaperMethod::DEFAULT
+        }),
+        ..EstimatorSettings::paper_body()
+    };
     scene.estimators[2].name = "paper-body".to_owned();
     let files = draw_scene(&scene, &records());
     let text = |name: &str| String::from_utf8_lossy(&files[name]).into_owned();
     assert!(text("fig7_mine.svg").contains("Fig. 7"));
     assert!(!text("normal_force_paper-body.svg").contains("Fig."));
     assert!(!files.contains_key("fig7_paper-body.svg"));
+    assert!(files.contains_key("normal_force_changed.svg"));
 }
 
 /// Every tag that opens is closed in its turn, and attributes stand in pairs of quotes.
@@ -351,4 +363,12 @@ fn a_broken_run_is_drawn_as_far_as_it_went() {
 fn the_same_records_leave_the_same_figures() {
     let draw = || draw_scene(&scene(), &records());
     assert_eq!(draw(), draw());
+}
+
+/// Golden: widths as Adobe's metrics have them.
+#[test]
+fn widths_are_those_of_the_metrics() {
+    for (text, expected) in [("i", 222), ("W", 944), ("0 ", 834)] {
+        assert!((text_width(text) - f64::from(expected) / 1000.0).abs() < 1e-12);
+    }
 }

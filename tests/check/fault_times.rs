@@ -1,8 +1,8 @@
 //! How long `best` takes to report faults, on every ground on which the robot rolls; and starts on uneven ground, which must not
 //! look like late torques.
 
-use crate::common::faults::fault;
-use crate::common::{Failure, SOFT, readings, scene};
+use super::common::faults::fault;
+use super::common::{Failure, SOFT, readings, scene};
 use rayon::prelude::*;
 use robhaz_estimator::{Channels, EstimateError, Estimator, Flags, SensorFrame};
 use robhaz_scene::Scene;

@@ -1,0 +1,133 @@
+//! Changes of the links' angles within a time, by inclinometers and by gyroscopes, and how the first follow the second.
+
+use crate::check::fit::robust_fit;
+use crate::check::motion::Motion;
+use crate::check::readings::Readings;
+use crate::check::recording::Recording;
+use crate::check::signal::{derivative, difference, integral, smooth, zip};
+use robhaz_model::{GRAVITY, Robot};
+
+/// Time over which changes are compared, s: the specific force of the robot's own motion changes less in it than the
+/// angles on uneven ground.
+pub const SPAN: f64 = 0.5;
+/// Time over which both are averaged, s.
+pub const SMOOTHING: f64 = 0.02;
+/// Time over which the robot's acceleration is averaged, s.
+pub const FORWARD: f64 = 0.1;
+/// Change of an angle within [`SPAN`] that shows something, rad: 0.3 deg, several times the noise of a smoothed inclinometer.
+pub const LEAST_CHANGE: f64 = 0.3 * DEGREE;
+pub const DEGREE: f64 = std::f64::consts::PI / 180.0;
+/// Share from which on a wrong scale is no matter of impacts.
+pub const CERTAIN: f64 = 0.95;
+/// Deviations of a coefficient that tell its sign, or that it is not 1.
+pub const GATE: f64 = 5.0;
+
+/// Changes of one angle of each link within [`SPAN`].
+pub struct Changes {
+    /// Of the inclinometers, rad.
+    pub inclination: [Vec<f64>; 2],
+    /// Of the integrated gyroscopes, rad.
+    pub rate: [Vec<f64>; 2],
+    /// Of the angle that the encoders' acceleration makes an inclinometer show, rad; none of inclinometers without it.
+    pub forward: Vec<f64>,
+    /// Factor of standard deviations: residuals are correlated over the span.
+    correlated: f64,
+}
+
+/// Coefficients of the changes of an inclination.
+#[derive(Clone, Copy)]
+pub struct Coefficients {
+    /// Of the integrated rate.
+    pub rate: f64,
+    pub rate_sigma: f64,
+    /// Of the acceleration, with its deviation; `None` of inclinometers that do not measure it.
+    pub forward: Option<(f64, f64)>,
+    pub explained: f64,
+}
+
+impl Changes {
+    /// The changes of a recording, `felt` (rad) by the inclinometers in addition to the angles: left out.
+    pub fn of(recording: &Recording, felt: Option<&[f64]>, forward: &[f64]) -> Self {
+        let half = recording.steps(0.5 * SPAN);
+        let change = |x: &[f64]| difference(&smooth(x, recording.steps(0.5 * SMOOTHING)), half);
+        let inclination = |k: usize| {
+            let read = &recording.inclination[k];
+            felt.map_or_else(|| read.clone(), |felt| zip(read, felt, |x, felt| x - felt))
+        };
+        #[expect(
+            clippy::cast_precision_loss,
+            reason = "the number of steps of half a second"
+        )]
+        let correlated = (recording.steps(SPAN) as f64).sqrt();
+        Self {
+            correlated,
+            inclination: [0, 1].map(|k| change(&inclination(k))),
+            rate: [0, 1].map(|k| change(&integral(&recording.rate[k], recording.dt))),
+            forward: change(forward),
+        }
+    }
+
+    /// The changes with what the inclinations are fitted to: the rates, and the acceleration where inclinometers feel it.
+    pub fn of_links(log: &Readings<'_>) -> Self {
+        let forward = match log.budget.specific_force {
+            true => forward(&log.recording, &log.motion, log.robot),
+            false => Vec::new(),
+        };
+        Self::of(&log.recording, None, &forward)
+    }
+
+    /// How inclination `k` follows the gyroscope of link `j` and the acceleration.
+    pub fn fit(&self, k: usize, j: usize) -> Option<Coefficients> {
+        let (y, rate) = (&self.inclination[k], self.rate[j].as_slice());
+        if let Some(fit) = robust_fit(y, &[rate, self.forward.as_slice()]) {
+            let [of_rate, of_forward] = fit.coefficients;
+            let [rate_sigma, sigma] = fit.deviations.map(|d| d * self.correlated);
+            return Some(Coefficients {
+                rate: of_rate,
+                rate_sigma,
+                forward: Some((of_forward, sigma)),
+                explained: fit.explained,
+            });
+        }
+        let fit = robust_fit(y, &[rate])?;
+        Some(Coefficients {
+            rate: fit.coefficients[0],
+            rate_sigma: self.correlated * fit.deviations[0],
+            forward: None,
+            explained: fit.explained,
+        })
+    }
+}
+
+impl Coefficients {
+    /// Whether the coefficient of the rate is known to a tenth of itself.
+    pub fn is_known(&self) -> bool {
+        self.explained > CERTAIN && self.rate_sigma < 0.1 * self.rate.abs()
+    }
+
+    pub fn figure(&self) -> String {
+        format!(
+            "inclinometer over integrated gyro {:.3} (1 is right), {:.0} % explained",
+            self.rate,
+            100.0 * self.explained
+        )
+    }
+
+    /// Sign of the coefficient of the acceleration: that of the inclinometer. 0 where it is not known.
+    pub fn of_acceleration(&self) -> f64 {
+        let known = self
+            .forward
+            .filter(|(value, sigma)| value.abs() > GATE * sigma);
+        known.map_or(0.0, |(value, _)| value.signum())
+    }
+}
+
+/// Angle that an inclinometer shows more when wheels accelerate the robot as the encoders say, rad; 0 near the ends of the
+/// log, where it is not known. Of the encoders alone, so that no other channel can spoil it.
+fn forward(recording: &Recording, motion: &Motion, robot: &Robot) -> Vec<f64> {
+    let width = recording.steps(0.5 * FORWARD);
+    let lever = robot.geometry.wheel_radius / GRAVITY;
+    let acceleration = derivative(&motion.middle_spin, width, recording.dt);
+    let angle = |a: &f64| if a.is_finite() { lever * a } else { 0.0 };
+    acceleration.iter().map(angle).collect()
+}

@@ -1,0 +1,94 @@
+//! Ranges and notes of panels.
+
+use plotters::style::BLACK;
+use robhaz_record::figures::{Axis, Estimated, Layer, Panel, Trace, cut};
+use std::ops::Range;
+
+fn trace(values: impl Fn(f64) -> f64) -> Trace {
+    let mut trace = Trace::new(201);
+    for k in 0..=200 {
+        let time = f64::from(k) / 100.0;
+        trace.add(time, Some(values(time)));
+    }
+    trace
+}
+
+fn panel(layers: Vec<Layer<'_>>) -> Panel<'_> {
+    Panel::new("", "N (N)", (2.0, 100.0), layers)
+}
+
+/// Closed form: truth 10 N at all times, estimate 12 N that starts at 900 N. From 0.5 s on 10 to 12 N are shown; with
+/// the margin of 6 % of 2 N, the range is 9.88 to 12.12 N. If the start counts it reaches further.
+#[test]
+fn samples_before_the_filter_has_settled_do_not_set_the_range() {
+    let truth = trace(|_| 10.0);
+    let mut estimate = Estimated::new(201);
+    estimate.line = trace(|t| if t < 0.4 { 900.0 } else { 12.0 });
+    let panels = [panel(vec![
+        Layer::Truth(&truth),
+        Layer::Estimate(&estimate, BLACK),
+    ])];
+    let axis = |compare_from: f64| Axis {
+        label: "time (s)",
+        range: 0.0..2.0,
+        compare_from,
+    };
+    let range = Panel::shared_range(&panels, &axis(0.5));
+    assert!((range.start - 9.88).abs() < 1e-9 && (range.end - 12.12).abs() < 1e-9);
+    assert!(Panel::shared_range(&panels, &axis(0.0)).end > 100.0);
+    // Nothing is compared in a run of 2 s: all counts.
+    assert!(Panel::shared_range(&panels, &axis(3.0)).end > 100.0);
+}
+
+/// Closed form: 1 at 400 places, and -0.26 at one. The common range cuts the peak and says to where, with the digits of
+/// its axis; the whole range holds it, with the margin of 6 % of 1.26.
+#[test]
+fn a_cut_peak_is_named_with_the_digits_of_its_axis() {
+    let values = |k: u32| if k == 7 { -0.26 } else { 1.0 };
+    let mut trace = Trace::new(400);
+    for k in 0..400 {
+        trace.add(f64::from(k), Some(values(k)));
+    }
+    let panel = Panel {
+        least_span: 0.1,
+        ..panel(vec![Layer::Colored(&trace, BLACK)])
+    };
+    let axis = Axis {
+        label: "x (m)",
+        range: 0.0..400.0,
+        compare_from: 0.0,
+    };
+    let note = |range| cut(trace.extremes().concat().into_iter(), &range);
+    let common = Panel::shared_range(std::slice::from_ref(&panel), &axis);
+    assert_eq!(note(common).as_deref(), Some("cut: down to -0.26"));
+    let whole = panel.whole_range();
+    assert!((whole.start + 0.26 + 0.06 * 1.26).abs() < 1e-9);
+    assert_eq!(note(whole), None);
+    let one = |value| cut([(0.0, value)].into_iter(), &(10.0..90.0));
+    assert_eq!(one(-0.3).as_deref(), Some("cut: down to 0"));
+    assert_eq!(one(304.7).as_deref(), Some("cut: up to 305"));
+}
+
+/// Closed form: whole decades around the values, six at most.
+#[test]
+fn a_logarithmic_range_has_whole_decades() {
+    let of = |values: &[f64]| {
+        let mut trace = Trace::new(values.len() as u64);
+        for (x, value) in (0_u32..).zip(values) {
+            trace.add(f64::from(x), Some(*value));
+        }
+        let panel = Panel {
+            logarithmic: true,
+            ..panel(vec![Layer::Truth(&trace)])
+        };
+        Panel::shared_range(&[panel], &Axis::of_places("x (m)", 0.0..2.0))
+    };
+    let near = |found: Range<f64>, low: f64, high: f64| {
+        assert!((found.start / low - 0.999).abs() < 1e-12, "{found:?}");
+        assert!((found.end / high - 1.0).abs() < 1e-12, "{found:?}");
+    };
+    near(of(&[0.02, 5.0]), 0.01, 10.0);
+    near(of(&[1e-12, 5.0]), 1e-5, 10.0);
+    near(of(&[0.0]), 0.1, 10.0);
+    near(of(&[10.0]), 10.0, 100.0);
+}
