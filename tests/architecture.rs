@@ -55,7 +55,11 @@ fn crates_depend_on_layers_before_them() {
     let listed: Vec<String> = table.lines().filter_map(of_row).collect();
     let place = |name: &String| {
         let places: Vec<usize> = (0..listed.len()).filter(|i| listed[*i] == *name).collect();
-        assert_eq!(places.len(), 1, "docs/architecture.md lists {name} {places:?}");
+        assert_eq!(
+            places.len(),
+            1,
+            "docs/architecture.md lists {name} {places:?}"
+        );
         places[0]
     };
     let found = dependencies();
