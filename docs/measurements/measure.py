@@ -249,8 +249,8 @@ PAGES = {
                       [Tests(STUDY, "friction_test::", ignored=True, ROBHAZ_SEEDS="{seeds}")]),
     "driving": ("Drives compared: needed friction, slip, energy; ramps and kerbs climbed", "of the scenes", 1,
                 [Tests(STUDY, "driving::study", ignored=True)]),
-    "path-verdict": ("The verdict of `robhaz path` against driving", "{seeds} random paths of series 1", 280,
-                     [Tests(STUDY, "path_verdict::study", ignored=True, ROBHAZ_PATHS="{seeds}", ROBHAZ_DRIVE=drive)
+    "path-verdict": ("The verdict of `robhaz path` against driving", "{seeds} random paths of series 300, drawn after the verdict was made", 280,
+                     [Tests(STUDY, "path_verdict::study", ignored=True, ROBHAZ_SERIES="300", ROBHAZ_PATHS="{seeds}", ROBHAZ_DRIVE=drive)
                       for drive in ("shared", "speed")]),
     "weighing": ("Weighed robots", "0 to {last} while driving; 40 random robots at rest", 10,
                  [Tests("-p robhaz-masses --test weighing"),
