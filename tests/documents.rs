@@ -124,6 +124,10 @@ fn measured_pages_are_written_by_their_recipe() {
     let mut written = BTreeSet::new();
     for page in pages(&folder) {
         let name = page.file_stem().unwrap().to_str().unwrap().to_owned();
+        // The list of the pages.
+        if name == "README" {
+            continue;
+        }
         let text = std::fs::read_to_string(&page).unwrap();
         let head = format!("\n\nWritten by `just measure {name}`, not by hand. Version: robhaz ");
         assert!(text.contains(&head) && text.contains(", code "), "{name}");

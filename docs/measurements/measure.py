@@ -271,7 +271,9 @@ PAGES = {
                Tests(TRUTH, "engines_agree_on_every_shipped_scene", ignored=True)]),
     "cost": ("Speed of engines and estimators, instructions", "0", 1,
              [Command(["cargo", "bench", "-p", "robhaz-benches", "--locked"], "cargo bench -p robhaz-benches"),
-              Command([".ci/instructions"], ".ci/instructions")]),
+              Command([".ci/instructions"], ".ci/instructions"),
+              Command(["cargo", "run", "--release", "--locked", "--manifest-path", "crates/estimator/no_panic/Cargo.toml",
+                       "--target-dir", TARGET / "no_panic"], "cd crates/estimator/no_panic && cargo run --release")]),
 }
 
 
@@ -306,6 +308,10 @@ def main():
         print(f"{name} ...", file=sys.stderr, flush=True)
         blocks = [f"    {part.command(count)}\n\n{part.text(count).strip()}" for part in parts]
         (asked.out / f"{name}.md").write_text(f"# {title}\n\n{head}\n\n" + "\n\n".join(blocks) + "\n")
+    index = [f"| [{name}]({name}.md) | {page[0]} |" for name, page in PAGES.items()]
+    index = ["# Measurements", "", "Written by `just measure`; the head of each page has the version and the seeds.", "",
+             "| page | content |", "|---|---|", *index]
+    (asked.out / "README.md").write_text("\n".join(index) + "\n")
 
 
 main()
