@@ -6,7 +6,7 @@
     python3 docs/measurements/measure.py --seeds 4 no-angles  # with fewer seeds than the page's own number
     python3 docs/measurements/measure.py --list
 
-A page is written when all its commands have succeeded. It needs Python alone, but for `ablation`, `speed`, `noise-budget`
+A page is written when all its commands have run; where a test fails by its limit, page and exit code say so. It needs Python alone, but for `ablation`, `speed`, `noise-budget`
 and `lumping` (pandas, pyarrow) and `mujoco` (mujoco).
 """
 
@@ -28,13 +28,19 @@ FRICTION = ["sensors.torque_friction=0.5"]
 NOMINAL = ["model_error.body_cg='10 mm'", "model_error.link_masses=0.1", "model_error.pins='2 mm'"]
 # Lines of cargo and of the test harness.
 NOISE = re.compile(r"^(running \d+ test|test result|ok$|successes:|failures:|\s*(Compiling|Finished|Running) )"
-                   r"|has been running for over|^Found \d+ outliers|^  \d+ \(\d|^test \S+ \.\.\. (ok$|ignored)")
+                   r"|has been running for over|^Found \d+ outliers|^  \d+ \(\d|^test \S+ \.\.\. (ok$|ignored)|^FAILED$|^    \w+(::\w+)+$")
+
+BEYOND_LIMITS = []
 
 
 def run(command, **environment):
     """Standard output of a command in the repository."""
     env = os.environ | {key: str(value) for key, value in environment.items()}
     done = subprocess.run([str(word) for word in command], cwd=ROOT, env=env, text=True, capture_output=True)
+    if done.returncode != 0 and "test result: FAILED" in done.stdout:
+        # What was measured is beyond the limit of a test: the page says so.
+        BEYOND_LIMITS.append(" ".join(map(str, command)))
+        return done.stdout + f"\nBEYOND THE LIMIT OF THE TEST: {done.stderr.split('panicked at')[-1].splitlines()[1]}\n"
     if done.returncode != 0:
         raise SystemExit(f"{' '.join(map(str, command))}\n{done.stdout[-4000:]}\n{done.stderr[-4000:]}")
     return done.stdout
@@ -316,6 +322,8 @@ def main():
     index = ["# Measurements", "", "Written by `just measure`; the head of each page has the version and the seeds.", "",
              "| page | content |", "|---|---|", *index]
     (asked.out / "README.md").write_text("\n".join(index) + "\n")
+    if BEYOND_LIMITS:
+        raise SystemExit("beyond the limits of their tests:\n" + "\n".join(BEYOND_LIMITS))
 
 
 main()
