@@ -6,8 +6,8 @@
     python3 docs/measurements/measure.py --seeds 4 no-angles  # with fewer seeds than the page's own number
     python3 docs/measurements/measure.py --list
 
-A page is written when all its commands have run; where a test fails by its limit, page and exit code say so. It needs Python alone, but for `ablation`, `speed`, `noise-budget`
-and `lumping` (pandas, pyarrow) and `mujoco` (mujoco).
+A page is written when all its commands have run; where a test fails by its limit, page and exit code say so. It needs
+Python alone, but for `ablation`, `speed`, `noise-budget` and `lumping` (pandas, pyarrow) and `mujoco` (mujoco).
 """
 
 import argparse
@@ -28,7 +28,8 @@ FRICTION = ["sensors.torque_friction=0.5"]
 NOMINAL = ["model_error.body_cg='10 mm'", "model_error.link_masses=0.1", "model_error.pins='2 mm'"]
 # Lines of cargo and of the test harness.
 NOISE = re.compile(r"^(running \d+ test|test result|ok$|successes:|failures:|\s*(Compiling|Finished|Running) )"
-                   r"|has been running for over|^Found \d+ outliers|^  \d+ \(\d|^test \S+ \.\.\. (ok$|ignored)|^FAILED$|^    \w+(::\w+)+$")
+                   r"|has been running for over|^Found \d+ outliers|^  \d+ \(\d"
+                   r"|^test \S+ \.\.\. (ok$|ignored)|^FAILED$|^    \w+(::\w+)+$")
 
 BEYOND_LIMITS = []
 
