@@ -215,11 +215,14 @@ class Command:
 
 class Mujoco(Command):
     def __init__(self):
-        super().__init__(None, "python examples/mujoco/table.py --command target/release/robhaz --out FOLDER")
+        super().__init__(None, "python examples/mujoco/table.py --command target/release/robhaz --out FOLDER --seeds {}")
 
-    def text(self, _seeds):
+    def command(self, seeds):
+        return self.shown.format(seeds)
+
+    def text(self, seeds):
         with tempfile.TemporaryDirectory() as folder:
-            words = [sys.executable, "examples/mujoco/table.py", "--command", ROBHAZ, "--out", folder]
+            words = [sys.executable, "examples/mujoco/table.py", "--command", ROBHAZ, "--out", folder, "--seeds", seeds]
             return page_of(run(words).splitlines())
 
 
@@ -271,7 +274,7 @@ PAGES = {
                          "ideal sensors, nominal robot": ("smooth", NOMINAL),
                          "ideal sensors, weighed to 0.2 N": ("smooth", [*NOMINAL, "model_error.scales=0.2"])},
                         "best", "no-angles")]),
-    "mujoco": ("`best` without contact angles in MuJoCo", "1 to 10", 10, [Mujoco()]),
+    "mujoco": ("`best` without contact angles in MuJoCo", "1 to {seeds}", 10, [Mujoco()]),
     "speed": ("Error over the speed", "0 to 19", 20, [Dataset("speed", "drive.speed", "estimator", ("nrmse",))]),
     "noise-budget": ("One kind of sensor ideal or poor, all others typical", "0 to 9", 10,
                      [Dataset("noise-budget", "sensors", "estimator")]),
