@@ -4,8 +4,8 @@ r"""Measures what an estimator reaches in MuJoCo's world, and prints the tables 
     python table.py --command ../../target/release/robhaz --out ../../runs/mujoco
     python table.py --command ... --out ... --rows smooth,facets
 
-Each row is one simulation and logs of typical sensors, ten or `--seeds`. A simulation that is already in the folder `--out` is used
-again: delete it after a change of the world.
+Each row is one simulation and logs of typical sensors, ten or `--seeds`. A simulation that is already in the folder
+`--out` is used again: delete it after a change of the world.
 """
 
 import argparse
