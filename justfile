@@ -18,6 +18,10 @@ test-viewer:
 bench:
     cargo bench -p robhaz-benches
 
+# The measured tables of docs/measurements: all, or the named pages; `--seeds N` before the names makes them shorter.
+measure *pages:
+    python3 docs/measurements/measure.py {{ pages }}
+
 # The paper's main scene, with its figures in runs/smooth/figures.
 figures:
     cargo run --release -- run scenes/smooth.toml --force

@@ -2,18 +2,30 @@
 
 use crate::support::root;
 use robhaz_sim::EngineKind;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 
-/// Every path into this repository in backticks or links of the README and the docs exists.
+/// The pages in a folder.
+fn pages(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut pages: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    pages.retain(|page| page.extension().is_some_and(|e| e == "md"));
+    pages.sort();
+    pages
+}
+
+/// README, CONTRIBUTING and the pages of docs.
+fn documents() -> Vec<PathBuf> {
+    let root = root();
+    let mut documents = vec![root.join("README.md"), root.join("CONTRIBUTING.md")];
+    documents.extend(pages(&root.join("docs")));
+    documents
+}
+
+/// Every path into this repository in backticks or links of the README, of CONTRIBUTING and of the docs exists.
 #[test]
 fn paths_named_in_documents_exist() {
     let root = root();
-    let mut documents = vec![root.join("README.md")];
-    for entry in std::fs::read_dir(root.join("docs")).unwrap() {
-        let path = entry.unwrap().path();
-        if path.extension().is_some_and(|e| e == "md") {
-            documents.push(path);
-        }
-    }
     let ours = [
         "crates/",
         "scenes/",
@@ -26,7 +38,7 @@ fn paths_named_in_documents_exist() {
         ".ci/",
     ];
     let mut checked = 0;
-    for document in documents {
+    for document in documents() {
         let text = std::fs::read_to_string(&document).unwrap();
         // Blocks of terminal output name files of the reader.
         let prose: String = text
@@ -50,6 +62,79 @@ fn paths_named_in_documents_exist() {
         }
     }
     assert!(checked > 5, "{checked}");
+}
+
+/// The name by which a link finds a heading.
+fn anchor(heading: &str) -> String {
+    let kept = |c: &char| c.is_alphanumeric() || "_- ".contains(*c);
+    let kept: String = heading.to_lowercase().chars().filter(kept).collect();
+    kept.replace(' ', "-")
+}
+
+/// Every relative link leads to a file, and to a heading where it names one.
+#[test]
+fn links_of_documents_lead_somewhere() {
+    let mut count = 0;
+    for document in documents() {
+        let text = std::fs::read_to_string(&document).unwrap();
+        for rest in text.split("](").skip(1) {
+            let link = rest.split(')').next().unwrap();
+            if link.starts_with("http") {
+                continue;
+            }
+            let (file, heading) = link.split_once('#').unwrap_or((link, ""));
+            let target = match file {
+                "" => document.clone(),
+                file => document.parent().unwrap().join(file),
+            };
+            assert!(target.exists(), "{}: {link}", document.display());
+            count += 1;
+            if heading.is_empty() {
+                continue;
+            }
+            let page = std::fs::read_to_string(&target).unwrap();
+            let headings = page.lines().filter(|line| line.starts_with('#'));
+            let mut anchors =
+                headings.map(|line| anchor(line.trim_start_matches('#').trim_start()));
+            assert!(
+                anchors.any(|a| a == heading),
+                "{}: {link} names no heading",
+                document.display()
+            );
+        }
+    }
+    assert!(count > 100, "{count}");
+}
+
+/// Every page of measured tables is one that `just measure` writes, with the version of the code and the seeds in its head.
+#[test]
+fn measured_pages_are_written_by_their_recipe() {
+    let folder = root().join("docs/measurements");
+    let recipe = std::fs::read_to_string(folder.join("measure.py")).unwrap();
+    let (_, listed) = recipe.split_once("PAGES = {").unwrap();
+    let name = |line: &str| {
+        Some(
+            line.strip_prefix("    \"")?
+                .split_once("\": (")?
+                .0
+                .to_owned(),
+        )
+    };
+    let listed: BTreeSet<String> = listed.lines().filter_map(name).collect();
+    let mut written = BTreeSet::new();
+    for page in pages(&folder) {
+        let name = page.file_stem().unwrap().to_str().unwrap().to_owned();
+        // The list of the pages.
+        if name == "README" {
+            continue;
+        }
+        let text = std::fs::read_to_string(&page).unwrap();
+        let head = format!("\n\nWritten by `just measure {name}`, not by hand. Version: robhaz ");
+        assert!(text.contains(&head) && text.contains(", code "), "{name}");
+        assert!(text.contains("\nSeeds: "), "{name}");
+        written.insert(name);
+    }
+    assert_eq!(listed, written);
 }
 
 /// The library version that a resolved scene states for an engine is the version in Cargo.lock.

@@ -205,7 +205,7 @@ fn ramp_by_direct() {
 /// of the ground over the run agrees within 1 %. The bodies are at most a millimetre apart. The loop stays closed:
 /// within 1 um by rapier's joints, within rounding errors (the bound is 1 nm) in closed form.
 #[test]
-#[ignore = "prints the table of docs/validation.md; conservation::shipped_scenes_verify asserts its bounds over 8 s"]
+#[ignore = "prints a table of docs/measurements/truth.md; conservation::shipped_scenes_verify asserts its bounds over 8 s"]
 fn engines_agree_on_every_shipped_scene() {
     for entry in std::fs::read_dir(crate::support::root().join("scenes")).unwrap() {
         let path = entry.unwrap().path();

@@ -27,6 +27,9 @@ missing = ["wheel1_contact_angle", "wheel2_contact_angle", "wheel3_contact_angle
 viscous_damping = {damping:.6g} # N m s
 
 [budget]
+# The simulated robot is the described one.
+body_cg = 0
+link_masses = 0
 encoder_counts = {encoder_counts}
 torque_gain = {torque_gain}
 torque_offset = {torque_offset} # N m

@@ -4,8 +4,8 @@ r"""Measures what an estimator reaches in MuJoCo's world, and prints the tables 
     python table.py --command ../../target/release/robhaz --out ../../runs/mujoco
     python table.py --command ... --out ... --rows smooth,facets
 
-Each row is one simulation and ten logs of typical sensors. A simulation that is already in the folder `--out` is used
-again: delete it after a change of the world.
+Each row is one simulation and logs of typical sensors, ten or `--seeds`. A simulation that is already in the folder
+`--out` is used again: delete it after a change of the world.
 """
 
 import argparse
@@ -22,7 +22,6 @@ import numpy as np
 
 HERE = Path(__file__).resolve().parent
 DRIVES = {"PI": "", "soft": "--kp 2 --ki 0"}
-SEEDS = range(1, 11)
 # Rows: name, options of simulate.py. Each is driven by the PI and by the soft drive.
 ROWS = {
     "flat": "--terrain flat",
@@ -55,11 +54,11 @@ HEADER = (
 )
 
 
-def simulate(options: list[str], folder: Path) -> None:
+def simulate(options: list[str], folder: Path, seeds: range) -> None:
     """Writes truth and logs, unless they are there."""
     if not (folder / "SENSORS.toml").exists():
-        seeds = [str(seed) for seed in SEEDS]
-        command = [sys.executable, HERE / "simulate.py", *options, "--seed", *seeds, "--out", folder]
+        names = map(str, seeds)
+        command = [sys.executable, HERE / "simulate.py", *options, "--seed", *names, "--out", folder]
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     if "geometry-b" in options:
         (folder / "robot.toml").write_text('[robot]\ngeometry = "B"\n')
@@ -92,10 +91,10 @@ def of_the_world(folder: Path) -> tuple[float | None, float]:
     return creep, 100 * float(np.mean(np.any(normal == 0, axis=1)))
 
 
-def row(command: Path, name: str, drive: str, folder: Path) -> str:
+def row(command: Path, name: str, drive: str, folder: Path, seeds: range) -> str:
     """A line of the table."""
     with ThreadPoolExecutor() as pool:
-        found = list(pool.map(lambda seed: estimate(command, folder, seed), SEEDS))
+        found = list(pool.map(lambda seed: estimate(command, folder, seed), seeds))
     errors = [100 * s["normal_force"]["nrmse"] for s in found]
     within = 100 * np.mean([s["coverage"] for s in found])
     stated = 100 * np.mean([s["stated"] for s in found])
@@ -111,15 +110,19 @@ def main() -> None:
     p.add_argument("--command", type=Path, required=True, help="the command robhaz")
     p.add_argument("--out", type=Path, required=True, help="folder for the logs")
     p.add_argument("--rows", default="", help="words divided by commas: rows whose name contains one of them")
+    p.add_argument("--seeds", type=int, default=10, help="number of logs of a row")
     a = p.parse_args()
+    seeds = range(1, a.seeds + 1)
     print(HEADER, flush=True)
     for name, options in ROWS.items():
         if not any(word in name for word in a.rows.split(",")):
             continue
-        for drive, gains in DRIVES.items():
-            folder = a.out / re.sub("[^a-z0-9]+", "-", f"{name} {drive}".lower())
-            simulate(shlex.split(f"{options} {gains}"), folder)
-            print(row(a.command, name, drive, folder), flush=True)
+        folders = {drive: a.out / re.sub("[^a-z0-9]+", "-", f"{name} {drive}".lower()) for drive in DRIVES}
+        with ThreadPoolExecutor() as pool:
+            both = [pool.submit(simulate, shlex.split(f"{options} {DRIVES[d]}"), folders[d], seeds) for d in DRIVES]
+            _ = [simulation.result() for simulation in both]
+        for drive, folder in folders.items():
+            print(row(a.command, name, drive, folder, seeds), flush=True)
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 //! channel, honest readings must not be called faulty.
 //!
 //! `cargo test --release -p robhaz --test robhaz check::study:: -- --ignored --nocapture` prints the table of
-//! `docs/on-your-robot.md`.
+//! `docs/measurements/check-faults.md`.
 
 use super::common::faults::{FAULTS, Fault};
 use super::common::{Failure, SOFT, readings, report, scene};

@@ -23,7 +23,7 @@ keys! {
     /// proportional gain on the wheel speed
     kp: number(ROTARY_DAMPING, at_least(0.0).at_most(1e6)) => |s| &mut s.drive.kp;
 
-    /// integral gain on the wheel speed; 0 for the soft drive
+    /// integral gain on the wheel speed; 0 for a proportional control alone
     ki: number(TORQUE, at_least(0.0).at_most(1e6)) => |s| &mut s.drive.ki;
 
     /// largest motor torque at the wheel

@@ -137,7 +137,7 @@ keys! {
     contact_angle_time: number(TIME, at_least(0.0).at_most(1e6))
         => |l| &mut l.budget.contact_angle_time;
 
-    /// error of the position of the body's centre of mass in the drawings
+    /// error of the position of the body's nominal centre of mass
     body_cg: number(LENGTH, at_least(0.0).at_most(1.0)) => |l| &mut l.budget.body_cg;
 
     /// relative error of the masses of links 1 to 3

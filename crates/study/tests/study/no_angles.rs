@@ -1,6 +1,6 @@
 //! Acceptance of `best` without any contact angle: other grounds, friction laws, speeds, lasting slip.
 //!
-//! The study behind the tables in `docs/estimators.md`:
+//! The study behind `docs/measurements/no-angles.md`:
 //! `cargo test --release -p robhaz-study --test study no_angles::study_of_all -- --ignored --nocapture`. It runs ten seeds of every case with
 //! both drives. The variable `ROBHAZ_CASES` selects the cases whose name contains one of its words, divided by commas;
 //! `ROBHAZ_FIRST` and `ROBHAZ_SEEDS` are the first seed and the number of seeds.

@@ -1,6 +1,6 @@
 //! What shared traction is worth: needed friction, slip and energy on rolling ground; steepest ramp and highest kerb.
 //!
-//! The study behind the tables in `docs/friction.md`:
+//! The study behind `docs/measurements/driving.md`:
 //! `cargo test --release -p robhaz-study --test study driving::study -- --ignored --nocapture`; its figure:
 //! `ROBHAZ_FIGURE=driving.svg cargo test --release -p robhaz-study --test study driving::figure -- --ignored`.
 #![allow(

@@ -1,7 +1,7 @@
 //! Acceptance of the friction test: mu_max of each wheel against mu_s of the plant, with typical sensors and without contact angles;
 //! and no onset of slip where no wheel slides.
 //!
-//! The studies behind the tables in `docs/friction.md`:
+//! The studies behind `docs/measurements/friction-test.md`:
 //! `cargo test --release -p robhaz-study --test study friction_test -- --ignored --nocapture`. The variable `ROBHAZ_CASES` selects
 //! the cases whose name contains one of its words, divided by semicolons; `ROBHAZ_SEEDS` is the number of seeds, 20 by default.
 
