@@ -78,16 +78,15 @@ pub(crate) fn for_each_chunk(
     Ok(())
 }
 
-/// Times (ns) and first values of the rows of a chunk of scalars.
-pub(crate) fn scalars(chunk: &Chunk) -> Vec<(i64, f64)> {
+/// Times (ns) and values of the rows of a chunk of scalars.
+pub(crate) fn scalars(chunk: &Chunk) -> Vec<(i64, Vec<f64>)> {
     let Some(times) = chunk.timelines().values().next() else {
         return Vec::new();
     };
     let component = Scalars::descriptor_scalars().component;
     let values = chunk.iter_component::<Scalar>(component);
-    let rows = times.times_raw().iter().zip(values);
-    rows.filter_map(|(time, row)| row.as_slice().first().map(|value| (*time, value.0.0)))
-        .collect()
+    let values = values.map(|row| row.as_slice().iter().map(|v| v.0.0).collect());
+    times.times_raw().iter().copied().zip(values).collect()
 }
 
 /// A time in s, from ns.

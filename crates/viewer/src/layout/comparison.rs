@@ -2,12 +2,29 @@
 
 use super::{ContainerKind, Layout, Part, Playing, parts};
 use crate::ViewerError;
-use crate::compared::{ComparedRun, root};
 use crate::ground::Ground;
 use crate::key::of_run as key_of_run;
 use crate::series::WHEEL_NAMES;
 use crate::writer::Writer;
 use rerun::components::Range1D;
+use robhaz_run::RunDescription;
+use std::path::Path;
+
+/// A run to be compared.
+#[derive(Clone, Copy, Debug)]
+pub struct ComparedRun<'a> {
+    /// Name of the run in the comparison.
+    pub label: &'a str,
+    /// Its description.
+    pub description: &'a RunDescription,
+    /// Its recording, written by [`crate::RecordingSink`].
+    pub recording: &'a Path,
+}
+
+/// The entity above those of a run, by the index of the run: `/run1/` for 0.
+pub(crate) fn root(index: usize) -> String {
+    format!("/run{}/", index + 1)
+}
 
 /// Logs the layout and makes it the active one. `largest_error` is the largest RMS error of N of the wheels in any run,
 /// N.

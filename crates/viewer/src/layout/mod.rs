@@ -5,7 +5,6 @@
 
 pub(crate) mod comparison;
 pub(crate) mod parts;
-pub(crate) mod path;
 pub(crate) mod run;
 
 use crate::ViewerError;
@@ -74,7 +73,8 @@ impl<'a> Layout<'a> {
             .with_auto_views(false);
         self.out.layout("viewport", &viewport)?;
         self.panels(playing)?;
-        self.out.activate_layout()
+        self.out.activate_layout();
+        Ok(())
     }
 
     /// A 2-D view. `bounds` are the visible ranges in the frame of `origin`: left to right and top to bottom (y down).
