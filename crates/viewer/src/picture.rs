@@ -4,14 +4,14 @@ use crate::ViewerError;
 use crate::colours::{Colour, WHEELS, hues};
 use crate::control::Control;
 use crate::error::Cause;
-use crate::print::PrintCopy;
+use crate::print::{beside, print_copy};
 use crate::program::{Started, free_port, start_error};
 use crate::reading::recording_content;
 use robhaz_run::Stop;
 use std::ffi::OsStr;
 use std::fs::File;
 use std::io::BufReader;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Longest time until a picture shows the data.
@@ -67,17 +67,13 @@ pub fn picture(
     let end = end.ok_or_else(|| ViewerError::Picture {
         reason: format!("{} has no data", recording.display()),
     })?;
-    let content = if has_wheels {
-        Content::Wheels
-    } else {
-        Content::Lines
-    };
     let time = options.at.unwrap_or(0.5 * end);
     // The recording's end is rounded to a nanosecond. NaN is in no range.
     if !(0.0..=end + 1e-9).contains(&time) {
         return Err(ViewerError::Time { at: time, end });
     }
-    let copy = PrintCopy::of(recording, out, end)?;
+    let copy = beside(out, ".rrd")?;
+    print_copy(recording, &copy, end)?;
     let port = free_port()?;
     let size = format!("{}x{}", options.size[0], options.size[1]);
     let mut viewer = Started::at(
@@ -86,14 +82,14 @@ pub fn picture(
             OsStr::new("--headless"),
             OsStr::new("--window-size"),
             OsStr::new(&size),
-            copy.0.as_os_str(),
+            copy.as_os_str(),
         ],
     )?;
     let deadline = Deadline {
         start: Instant::now(),
         stop,
     };
-    let taken = take(port, out, [time, end], content, &deadline);
+    let taken = take(port, out, [time, end], has_wheels, &deadline);
     // A viewer that cannot draw listens for a moment and exits: its output is the reason.
     let message = viewer.exit_message();
     viewer.end();
@@ -102,15 +98,6 @@ pub fn picture(
         (Err(_), Some(message)) => Err(start_error(&message)),
         (taken, _) => taken,
     }
-}
-
-/// What a picture must show.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Content {
-    /// The robot, with all three wheels.
-    Wheels,
-    /// Lines over time alone.
-    Lines,
 }
 
 /// The limit of waiting for the viewer.
@@ -136,12 +123,12 @@ impl Deadline<'_> {
     }
 }
 
-/// Saves a picture at a `time` of a recording with an `end` (both s).
+/// Saves a picture at a `time` of a recording with an `end` (both s). It must show all three wheels, or lines alone.
 fn take(
     port: u16,
     out: &Path,
     [time, end]: [f64; 2],
-    content: Content,
+    has_wheels: bool,
     deadline: &Deadline<'_>,
 ) -> Result<(), ViewerError> {
     let mut control = Control::call(port)?;
@@ -158,15 +145,15 @@ fn take(
     while deadline.start.elapsed() < MESSAGE_TIME {
         deadline.pause(PERIOD)?;
     }
-    let draft = Draft::beside(out)?;
+    let draft = beside(out, ".png")?;
     let mut before = None;
     loop {
-        let image = draft.take(&mut control, deadline)?;
-        let missing = image.missing(content);
+        let image = take_draft(&draft, &mut control, deadline)?;
+        let missing = image.missing(has_wheels);
         if missing.is_none() && before.as_ref() == Some(&image) {
-            return std::fs::rename(&draft.0, out).map_err(|source| ViewerError::Create {
+            return draft.persist(out).map_err(|error| ViewerError::Create {
                 path: out.to_owned(),
-                source,
+                source: error.error,
             });
         }
         if deadline.is_over() {
@@ -178,38 +165,20 @@ fn take(
     }
 }
 
-/// A file for pictures that may be incomplete. It is removed when the draft is dropped.
-struct Draft(PathBuf);
-
-impl Draft {
-    /// A draft beside the picture. Its path is absolute, because the viewer may have another working directory.
-    fn beside(out: &Path) -> Result<Self, ViewerError> {
-        let path = std::path::absolute(out).map_err(|source| ViewerError::Create {
-            path: out.to_owned(),
-            source,
-        })?;
-        Ok(Self(path.with_extension("partial.png")))
-    }
-
-    /// Takes a picture. The viewer answers before the file is complete, so that reading is repeated until it succeeds.
-    fn take(&self, control: &mut Control, deadline: &Deadline<'_>) -> Result<Image, ViewerError> {
-        let _ = std::fs::remove_file(&self.0);
-        control.save_picture(&self.0)?;
-        loop {
-            match Image::decode(&self.0) {
-                Ok(image) => return Ok(image),
-                Err(cause) if deadline.is_over() => {
-                    return Err(ViewerError::read(&self.0)(cause));
-                }
-                Err(_) => deadline.pause(PERIOD / 10)?,
-            }
+/// Takes a picture. The viewer answers before the file is complete, so that reading is repeated until it succeeds.
+fn take_draft(
+    draft: &Path,
+    control: &mut Control,
+    deadline: &Deadline<'_>,
+) -> Result<Image, ViewerError> {
+    let _ = std::fs::remove_file(draft);
+    control.save_picture(draft)?;
+    loop {
+        match Image::decode(draft) {
+            Ok(image) => return Ok(image),
+            Err(cause) if deadline.is_over() => return Err(ViewerError::read(draft)(cause)),
+            Err(_) => deadline.pause(PERIOD / 10)?,
         }
-    }
-}
-
-impl Drop for Draft {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_file(&self.0);
     }
 }
 
@@ -236,13 +205,13 @@ impl Image {
     }
 
     /// Names what is missing. `None` for a picture that shows the data.
-    fn missing(&self, content: Content) -> Option<String> {
+    fn missing(&self, has_wheels: bool) -> Option<String> {
         #[expect(clippy::cast_precision_loss, reason = "a few million pixels")]
         let share = |colour: Colour| {
             let near = self.pixels.iter().filter(|p| is_near(p, colour)).count();
             near as f64 / self.pixels.len().max(1) as f64
         };
-        if content == Content::Lines {
+        if !has_wheels {
             let is_empty = hues().all(|colour| share(colour) < LEAST_SHARE);
             return is_empty.then(|| "no line has a colour of the data".to_owned());
         }
@@ -270,14 +239,14 @@ mod tests {
         let mut image = Image {
             pixels: vec![[13, 16, 17]; 10_000],
         };
-        let missing = image.missing(Content::Wheels).expect("nothing is shown");
+        let missing = image.missing(true).expect("nothing is shown");
         assert!(missing.contains("front, middle, rear"), "{missing}");
         for (i, Colour(colour)) in WHEELS.into_iter().enumerate() {
             image.pixels[20 * i..20 * i + 20].fill(colour);
         }
-        assert_eq!(image.missing(Content::Wheels), None);
+        assert_eq!(image.missing(true), None);
         image.pixels[..20].fill([0; 3]);
-        let missing = image.missing(Content::Wheels);
+        let missing = image.missing(true);
         let missing = missing.expect("the front wheel is not there");
         assert!(missing.contains("the front wheel"), "{missing}");
     }
@@ -289,9 +258,9 @@ mod tests {
         let mut image = Image {
             pixels: vec![[13, 16, 17]; 10_000],
         };
-        assert!(image.missing(Content::Lines).is_some());
+        assert!(image.missing(false).is_some());
         image.pixels[..20].fill(crate::colours::by_index(0).0);
-        assert_eq!(image.missing(Content::Lines), None);
-        assert!(image.missing(Content::Wheels).is_some());
+        assert_eq!(image.missing(false), None);
+        assert!(image.missing(true).is_some());
     }
 }

@@ -15,7 +15,8 @@ use rerun::log::{Chunk, ChunkId, LogMsg, RowId};
 use rerun::{AsComponents, EntityPath, StoreId, StoreKind, TimePoint, Timeline};
 use std::fs::File;
 use std::io::BufReader;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use tempfile::{NamedTempFile, TempPath};
 
 /// Panels around the views.
 const PANELS: [&str; 3] = ["top_panel", "blueprint_panel", "selection_panel"];
@@ -26,64 +27,61 @@ const LAYOUT: &str = "the layout of a picture";
 /// Name of a plot's time axis in the layout.
 const TIME_AXIS: &str = "TimeAxis";
 
-/// Path of a copy of a recording for pictures. The file is removed when the copy is dropped.
-pub(crate) struct PrintCopy(pub(crate) PathBuf);
-
-impl PrintCopy {
-    /// Copies a recording with an `end` (s) to a file beside the picture.
-    ///
-    /// # Errors
-    /// [`ViewerError::Create`], [`ViewerError::Write`], [`ViewerError::Read`]
-    pub(crate) fn of(recording: &Path, beside: &Path, end: f64) -> Result<Self, ViewerError> {
-        let path = std::path::absolute(beside).map_err(|source| ViewerError::Create {
-            path: beside.to_owned(),
+/// A temporary file beside a picture, of an absolute path: the viewer may have another working directory.
+pub(crate) fn beside(picture: &Path, extension: &str) -> Result<TempPath, ViewerError> {
+    let path = std::path::absolute(picture);
+    let file = path.and_then(|path| {
+        let folder = path.parent().unwrap_or(Path::new("/"));
+        tempfile::Builder::new()
+            .suffix(extension)
+            .tempfile_in(folder)
+    });
+    file.map(NamedTempFile::into_temp_path)
+        .map_err(|source| ViewerError::Create {
+            path: picture.to_owned(),
             source,
-        })?;
-        let copy = Self(path.with_extension("partial.rrd"));
-        let destination = copy.0.display().to_string();
-        let file = RrdFile::create(&copy.0)?;
-        let mut out = RrdFile::begin(file).map_err(ViewerError::write(&destination))?;
-        let mut send = |message| out.send(message).map_err(ViewerError::write(&destination));
-
-        let file = File::open(recording).map_err(ViewerError::read(recording))?;
-        let messages = Decoder::decode_eager(BufReader::new(file));
-        let mut rows = Rows::default();
-        for message in messages.map_err(ViewerError::read(recording))? {
-            let message: LogMsg = message.map_err(ViewerError::read(recording))?;
-            match &message {
-                LogMsg::ArrowMsg(store, arrow) if store.kind() == StoreKind::Blueprint => {
-                    let chunk =
-                        Chunk::from_arrow_msg(arrow).map_err(ViewerError::read(recording))?;
-                    let entity = chunk.entity_path().clone();
-                    let store = store.clone();
-                    send(message)?;
-                    if entity.to_string().ends_with(TIME_AXIS) {
-                        send(rows.next(store, entity, &whole_time(end))?)?;
-                    }
-                }
-                LogMsg::BlueprintActivationCommand(command) => {
-                    let hidden = PanelBlueprint::new().with_state(PanelState::Hidden);
-                    for panel in PANELS {
-                        let store = command.blueprint_id.clone();
-                        send(rows.next(store, EntityPath::from(panel), &hidden)?)?;
-                    }
-                    let time = TimePanelBlueprint::new().with_state(PanelState::Hidden);
-                    let store = command.blueprint_id.clone();
-                    send(rows.next(store, EntityPath::from("time_panel"), &time)?)?;
-                    send(message)?;
-                }
-                _ => send(message)?,
-            }
-        }
-        out.finish().map_err(ViewerError::write(&destination))?;
-        Ok(copy)
-    }
+        })
 }
 
-impl Drop for PrintCopy {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_file(&self.0);
+/// Copies a recording with an `end` (s) to the file `to`.
+///
+/// # Errors
+/// [`ViewerError::Create`], [`ViewerError::Write`], [`ViewerError::Read`]
+pub(crate) fn print_copy(recording: &Path, to: &Path, end: f64) -> Result<(), ViewerError> {
+    let destination = to.display().to_string();
+    let mut out = RrdFile::begin(RrdFile::create(to)?).map_err(ViewerError::write(&destination))?;
+    let mut send = |message| out.send(message).map_err(ViewerError::write(&destination));
+
+    let file = File::open(recording).map_err(ViewerError::read(recording))?;
+    let messages = Decoder::decode_eager(BufReader::new(file));
+    let mut rows = Rows::default();
+    for message in messages.map_err(ViewerError::read(recording))? {
+        let message: LogMsg = message.map_err(ViewerError::read(recording))?;
+        match &message {
+            LogMsg::ArrowMsg(store, arrow) if store.kind() == StoreKind::Blueprint => {
+                let chunk = Chunk::from_arrow_msg(arrow).map_err(ViewerError::read(recording))?;
+                let entity = chunk.entity_path().clone();
+                let store = store.clone();
+                send(message)?;
+                if entity.to_string().ends_with(TIME_AXIS) {
+                    send(rows.next(store, entity, &whole_time(end))?)?;
+                }
+            }
+            LogMsg::BlueprintActivationCommand(command) => {
+                let hidden = PanelBlueprint::new().with_state(PanelState::Hidden);
+                for panel in PANELS {
+                    let store = command.blueprint_id.clone();
+                    send(rows.next(store, EntityPath::from(panel), &hidden)?)?;
+                }
+                let time = TimePanelBlueprint::new().with_state(PanelState::Hidden);
+                let store = command.blueprint_id.clone();
+                send(rows.next(store, EntityPath::from("time_panel"), &time)?)?;
+                send(message)?;
+            }
+            _ => send(message)?,
+        }
     }
+    out.finish().map_err(ViewerError::write(&destination))
 }
 
 /// A time axis of a whole run with an `end` (s).

@@ -41,7 +41,7 @@ pub(crate) fn log(
             let name = format!("{}: whole run [m]", run.label);
             views.push((parts::overview(layout, &name, root, &ground)?, 1.7));
             let name = format!("{} [m]", run.label);
-            views.push((parts::following(layout, &name, root, false)?, 2.4));
+            views.push((parts::following(layout, &name, root, true)?, 2.4));
         }
         layout.container(ContainerKind::Vertical, run.label, &views)
     })?;

@@ -42,21 +42,21 @@ fn show_paths(layout: &mut Layout<'_>, view: Part, root: &str) -> Result<(), Vie
     layout.show_past(view, &format!("{root}{}", bounds_of(LEFT)))
 }
 
-/// The robot in a view that moves with its body. A `legend` of the arrows needs a large view.
+/// The robot in a view that moves with its body. A small view has no legend of the estimated arrows.
 pub(crate) fn following(
     layout: &mut Layout<'_>,
     name: &str,
     root: &str,
-    legend: bool,
+    is_small: bool,
 ) -> Result<Part, ViewerError> {
     let [half_width, above, below] = FOLLOWED;
+    // The axis of the whole ground is left out.
     let mut contents = vec![
         format!("+ {root}world/**"),
-        // The axis of the whole ground.
         format!("- {root}world/scale/**"),
     ];
-    if !legend {
-        contents.push(format!("- {root}world/follow/legend/**"));
+    if is_small {
+        contents.push(format!("- {root}world/follow/legend/estimated"));
     }
     let view = layout.spatial(
         name,

@@ -31,7 +31,7 @@ fn left(layout: &mut Layout<'_>, run: &RunDescription) -> Result<Part, ViewerErr
         let ground = Ground::new(run, world);
         rows.push((parts::overview(layout, "Whole run [m]", "/", &ground)?, 1.0));
         let name = "Along with the body [m]: N and T at the contacts";
-        rows.push((parts::following(layout, name, "/", true)?, 2.5));
+        rows.push((parts::following(layout, name, "/", false)?, 2.5));
     }
     let mut tabs = vec![layout.text_log("Events", "/events")?];
     let states = |e: &EstimatorDescription| e.settings.states_contacts();
