@@ -60,15 +60,15 @@ pub fn write_needed_friction(
     let (needed, available) = (trace(|p| p.needed_mu), trace(Place::available_mu));
     let margin = trace(|p| p.margin);
     let friction = vec![
-        Layer::Mean(&available, SURFACE, true),
-        Layer::Colored(&needed, LINKAGE),
+        Layer::mean(&available, SURFACE, true),
+        Layer::colored(&needed, LINKAGE),
     ];
-    let margin = vec![Layer::Level(0.0), Layer::Colored(&margin, LINKAGE)];
+    let margin = vec![Layer::level(0.0, &range), Layer::colored(&margin, LINKAGE)];
     let panel = |title: &str, y_label, layers| Panel::new(title, y_label, (0.1, PANEL), layers);
     let page = Page {
         header: header(report, std::ptr::eq(first, decisive)),
         axis: Axis::of_places("x of the middle wheel (m)", strip.x.clone()),
-        strips: vec![strip],
+        strip: Some(strip),
         // A single place decides: its peak is not cut.
         columns: vec![Column::new(
             Scale::Whole,

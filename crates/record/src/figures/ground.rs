@@ -88,27 +88,27 @@ impl GroundTraces {
     }
 
     /// The figure. Without truth it has the profile alone.
-    pub fn page(&self, run: &RunTraces) -> Page<'_> {
-        let mut profile = vec![Layer::Estimate(&self.height, FELT)];
-        let mut errors = Vec::new();
-        if run.has_truth() && self.errors.is_some() {
-            profile.push(Layer::Truth(&self.truth));
-            let panel = |title: &str, y_label, error| {
-                let layers = vec![Layer::Estimate(error, FELT), Layer::Level(0.0)];
-                Panel::new(title, y_label, (0.2, 150.0), layers)
-            };
-            errors.push(panel("Error of the height", "error (mm)", &self.error));
-            errors.push(panel(
-                "Error of the slope",
-                "error (deg)",
-                &self.slope_error,
-            ));
+    pub fn page(&self, run: &RunTraces) -> Page {
+        let mut profile = vec![Layer::estimate(&self.height, FELT)];
+        let errors = [
+            ("Error of the height", "error (mm)", &self.error),
+            ("Error of the slope", "error (deg)", &self.slope_error),
+        ];
+        let is_compared = run.has_truth() && self.errors.is_some();
+        if is_compared {
+            profile.insert(0, Layer::truth(&self.truth));
         }
+        let errors = errors.into_iter().filter(|_| is_compared);
+        let errors = errors.map(|(title, y_label, error)| {
+            let zero = Layer::level(0.0, &self.range);
+            let layers = vec![zero, Layer::estimate(error, FELT)];
+            Panel::new(title, y_label, (0.2, 150.0), layers)
+        });
         let profile = Panel::new("Profile", "height y (m)", (0.01, 210.0), profile);
         let panels = [profile].into_iter().chain(errors);
         Page {
             header: self.header(run),
-            strips: Vec::new(),
+            strip: None,
             axis: Axis::of_places("place along the path, x (m)", self.range.clone()),
             columns: vec![Column::new(Scale::Own, panels)],
         }

@@ -1,7 +1,6 @@
 //! Title, subtitle and key over the panels of a figure.
 
 use super::area::{Area, Drawn, write};
-use super::helvetica;
 use super::style::{grid_line, text, units};
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
@@ -16,6 +15,8 @@ const TITLE: f64 = 24.0;
 const SUBTITLE: f64 = 19.0;
 const KEY: f64 = 20.0;
 const LETTERS: f64 = 12.5;
+/// Width of a letter of a sans-serif font, in sizes of the font: a little more than the mean of English text.
+const LETTER: f64 = 0.56;
 /// Length of a line's sample and of an area's, px.
 const LINE_SAMPLE: f64 = 26.0;
 const AREA_SAMPLE: f64 = 20.0;
@@ -96,8 +97,9 @@ impl Entry {
 
     fn width(&self) -> f64 {
         let marks: f64 = self.marks.iter().map(|m| m.width() + SAMPLE_GAP).sum();
-        // Other fonts than Helvetica that a reader may have for it are wider.
-        marks + 1.1 * LETTERS * helvetica::width(&self.label)
+        #[expect(clippy::cast_precision_loss, reason = "some ten letters")]
+        let letters = self.label.chars().count() as f64;
+        marks + LETTER * LETTERS * letters
     }
 }
 

@@ -6,8 +6,6 @@ mod comparison;
 mod files;
 mod ground;
 mod header;
-mod helvetica;
-mod kind;
 mod page;
 mod panel;
 mod paper;
@@ -94,9 +92,6 @@ pub(crate) const CAPTIONS: [(&str, &str); 10] = [
     ),
 ];
 
-/// Name and content of a figure. They do not depend on each other, and are drawn on all cores.
-type Figure<'a> = (String, Box<dyn Fn() -> Page<'a> + Send + Sync + 'a>);
-
 impl FigureSink {
     /// A sink for a folder, which is created where it does not exist.
     pub fn new(folder: &Path) -> Self {
@@ -130,32 +125,31 @@ impl FigureSink {
         };
         let estimators = run.estimators.par_iter().enumerate();
         let grounds: Vec<GroundTraces> = estimators.filter_map(of_ground).collect();
-        let mut figures: Vec<Figure<'_>> = Vec::new();
+        let mut figures: Vec<(String, Page)> = Vec::new();
         if run.has_truth() || run.shown.is_some() {
-            figures.push(("fig5_linkage".to_owned(), Box::new(|| paper::linkage(run))));
-            figures.push(("fig6_forces".to_owned(), Box::new(|| paper::forces(run))));
+            figures.push(("fig5_linkage".to_owned(), paper::linkage(run)));
+            figures.push(("fig6_forces".to_owned(), paper::forces(run)));
         }
         for e in &run.estimators {
-            let (stem, _) = e.kind.names(&e.name);
-            figures.push((stem, Box::new(|| paper::normal_forces(run, e))));
+            figures.push((e.figure.0.clone(), paper::normal_forces(run, e)));
             if e.needed.iter().any(Estimated::has_band) {
                 let stem = format!("needed_friction_{}", e.name);
-                figures.push((stem, Box::new(|| paper::needed_friction(run, e))));
+                figures.push((stem, paper::needed_friction(run, e)));
             }
         }
         if run.has_truth() && !run.estimators.is_empty() {
-            let page = || comparison::comparison(run);
-            figures.push(("comparison".to_owned(), Box::new(page)));
+            figures.push(("comparison".to_owned(), comparison::comparison(run)));
         }
-        for ground in &grounds {
-            figures.push((ground.stem(), Box::new(|| ground.page(run))));
-        }
+        figures.extend(
+            grounds
+                .iter()
+                .map(|ground| (ground.stem(), ground.page(run))),
+        );
         if let Some(ground) = run.ground.as_ref().filter(|_| !run.poses.is_empty()) {
-            let page = || path::path(run, ground);
-            figures.push(("path".to_owned(), Box::new(page)));
+            figures.push(("path".to_owned(), path::path(run, ground)));
         }
-        // All of them, and the first failure.
-        let write = |(stem, page): &Figure<'_>| write_figure(&self.folder, stem, &page());
+        // On all cores: all of them, and the first failure.
+        let write = |(stem, page): &(String, Page)| write_figure(&self.folder, stem, page);
         let written: Vec<_> = figures.par_iter().map(write).collect();
         written.into_iter().collect()
     }

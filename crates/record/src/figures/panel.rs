@@ -1,13 +1,13 @@
 //! One panel: lines and areas over time, or over the position on the ground.
 
 use super::area::{Area, Drawn, write};
-use super::clip::{clamp, clip, cut, range, tidy, whole};
+use super::clip::{clamp, cut, range, tidy};
 use super::header::dashed;
 use super::style::{
-    SCALE, START, band_color, estimate_line, frame_line, grid_line, line, spread_color, text,
-    truth_line, units, upward_text,
+    SCALE, START, band_color, estimate_line, frame_line, grid_line, line, text, truth_line, units,
+    upward_text,
 };
-use super::trace::{Estimated, Point, Trace, outlines};
+use super::trace::{Estimated, Point, Trace};
 use crate::quantile::extremes;
 use plotters::coord::ranged1d::{Ranged, ValueFormatter};
 use plotters::coord::types::RangedCoordf64;
@@ -22,42 +22,80 @@ pub const Y_LABELS: f64 = 58.0;
 /// Height of the labels below it, px.
 pub const X_LABELS: f64 = 40.0;
 
-/// A layer of a panel. Layers are drawn in the order of the variants: areas below lines.
-pub enum Layer<'a> {
-    /// An estimate: its two standard deviations, the area of its values in each interval of time, and the line of their means.
-    Estimate(&'a Estimated, RGBColor),
-    /// True values, with every peak.
-    Truth(&'a Trace),
-    /// True values in a colour, with every peak.
-    Colored(&'a Trace, RGBColor),
-    /// Means alone, dashed or not: many estimates in one panel.
-    Mean(&'a Trace, RGBColor, bool),
-    /// A horizontal line, such as zero error.
-    Level(f64),
+/// A layer of a panel: a line, and areas below the lines of all layers. Lines are drawn in the order of the layers.
+pub struct Layer {
+    /// Pieces of the line.
+    lines: Vec<Vec<Point>>,
+    style: ShapeStyle,
+    is_dashed: bool,
+    /// Closed outlines of the areas, and their colour.
+    areas: Vec<Vec<Point>>,
+    area_color: RGBColor,
+    /// Whether its values before the comparison set the range of the vertical axis.
+    counts_early: bool,
 }
 
-impl Layer<'_> {
-    /// The values that set the range of the vertical axis: all true values, and estimates from a time on.
-    fn points(&self, from: f64) -> Vec<Point> {
-        let late = |pieces: Vec<Vec<Point>>| {
-            let points = pieces.into_iter().flatten();
-            points.filter(|p| p.0 >= from).collect()
-        };
-        match self {
-            Self::Estimate(estimate, _) => {
-                late([estimate.band(), estimate.line.extremes()].concat())
-            }
-            Self::Mean(trace, _, _) => late(trace.means()),
-            Self::Truth(trace) | Self::Colored(trace, _) => {
-                trace.extremes().into_iter().flatten().collect()
-            }
-            Self::Level(value) => vec![(from, *value)],
+impl Layer {
+    fn line(lines: Vec<Vec<Point>>, style: ShapeStyle) -> Self {
+        Self {
+            lines,
+            style,
+            is_dashed: false,
+            areas: Vec::new(),
+            area_color: START,
+            counts_early: false,
         }
+    }
+
+    /// True values, with every peak.
+    pub fn truth(trace: &Trace) -> Self {
+        Self {
+            counts_early: true,
+            ..Self::line(trace.extremes(), truth_line())
+        }
+    }
+
+    /// True values in a colour, with every peak.
+    pub fn colored(trace: &Trace, color: RGBColor) -> Self {
+        Self {
+            counts_early: true,
+            ..Self::line(trace.extremes(), line(color, 1.4))
+        }
+    }
+
+    /// An estimate, with every peak, and its two standard deviations.
+    pub fn estimate(estimate: &Estimated, color: RGBColor) -> Self {
+        Self {
+            areas: estimate.band(),
+            area_color: band_color(color),
+            ..Self::line(estimate.line.extremes(), estimate_line(color))
+        }
+    }
+
+    /// Means alone, dashed or not: many estimates in one panel.
+    pub fn mean(trace: &Trace, color: RGBColor, is_dashed: bool) -> Self {
+        Self {
+            is_dashed,
+            ..Self::line(trace.means(), line(color, 1.2))
+        }
+    }
+
+    /// A horizontal line over a range of the axis, such as zero error.
+    pub fn level(value: f64, range: &Range<f64>) -> Self {
+        let ends = vec![(range.start, value), (range.end, value)];
+        Self::line(vec![ends], truth_line())
+    }
+
+    /// The values that set the range of the vertical axis: all true values, and estimates from a time on.
+    fn values(&self, from: f64) -> impl Iterator<Item = f64> {
+        let points = self.lines.iter().chain(&self.areas).flatten();
+        let counts = move |p: &&Point| self.counts_early || p.0 >= from;
+        points.filter(counts).map(|p| p.1)
     }
 }
 
 /// One quantity, true and estimated.
-pub struct Panel<'a> {
+pub struct Panel {
     /// Title, over its left corner.
     pub title: String,
     /// Error of the estimate, over its right corner.
@@ -71,7 +109,7 @@ pub struct Panel<'a> {
     /// Height of the plot, px.
     pub height: f64,
     /// Lines and areas.
-    pub layers: Vec<Layer<'a>>,
+    pub layers: Vec<Layer>,
 }
 
 /// The horizontal axis that panels share.
@@ -120,13 +158,13 @@ where
     Ok(())
 }
 
-impl<'a> Panel<'a> {
+impl Panel {
     /// A panel with a linear axis and without a note. `least_span` in the unit of the data, `height` in px.
     pub fn new(
         title: &str,
         y_label: &'static str,
         (least_span, height): (f64, f64),
-        layers: Vec<Layer<'a>>,
+        layers: Vec<Layer>,
     ) -> Self {
         Self {
             title: title.to_owned(),
@@ -139,34 +177,25 @@ impl<'a> Panel<'a> {
         }
     }
 
-    /// The range of the vertical axis that several panels share.
+    /// The range of the vertical axis that several panels share. A share `tail` of the values on each side can be cut.
     ///
     /// It holds the truth of the whole run and the estimates from `compare_from` on: an estimator's first samples, before
     /// its filters have settled, do not set it. Where nothing is compared, all estimates count.
-    pub fn shared_range(panels: &[Self], axis: &Axis) -> Range<f64> {
-        let of = |from: f64| -> Vec<Point> {
-            let layers = panels.iter().flat_map(|panel| &panel.layers);
-            layers.flat_map(|layer| layer.points(from)).collect()
-        };
+    pub fn shared_range(panels: &[Self], axis: &Axis, tail: f64) -> Range<f64> {
         let compared = axis.compare_from < axis.range.end;
-        let points = of(if compared {
+        let from = if compared {
             axis.compare_from
         } else {
             f64::NEG_INFINITY
-        });
+        };
+        let layers = panels.iter().flat_map(|panel| &panel.layers);
+        let values: Vec<f64> = layers.flat_map(|layer| layer.values(from)).collect();
         let least_span = panels.iter().map(|p| p.least_span).fold(0.0, f64::max);
         if panels.iter().all(|p| p.logarithmic) {
-            decades(&points)
+            decades(&values)
         } else {
-            range(points.iter(), least_span)
+            range(values, least_span, tail)
         }
-    }
-
-    /// The range of the vertical axis that holds every value, single peaks included: for a panel whose extremes decide.
-    pub fn whole_range(&self) -> Range<f64> {
-        let layers = self.layers.iter();
-        let points: Vec<Point> = layers.flat_map(|l| l.points(f64::NEG_INFINITY)).collect();
-        whole(points.iter(), self.least_span)
     }
 
     /// Draws the panel; `labelled` when it is the last of its column.
@@ -215,16 +244,17 @@ impl<'a> Panel<'a> {
         let not_compared = [(left, y.start), (start, y.end)];
         chart.draw_series([Rectangle::new(not_compared, START.filled())])?;
         mesh(&mut chart, 6)?;
-        for (area, color) in self.areas() {
-            chart.draw_series([Polygon::new(clamp(&area, y), color.filled())])?;
+        for layer in &self.layers {
+            let filled = layer.area_color.filled();
+            let area = |area: &Vec<Point>| Polygon::new(clamp(area, y), filled);
+            chart.draw_series(layer.areas.iter().map(area))?;
         }
-        for (piece, style, dashes) in self.lines(axis) {
-            for part in clip(&piece, y) {
-                if dashes {
-                    chart.draw_series([dashed(part, style)])?;
-                } else {
-                    chart.draw_series([PathElement::new(part, style)])?;
-                }
+        for layer in &self.layers {
+            let lines = layer.lines.iter().map(|line| clamp(line, y));
+            if layer.is_dashed {
+                chart.draw_series(lines.map(|line| dashed(line, layer.style)))?;
+            } else {
+                chart.draw_series(lines.map(|line| PathElement::new(line, layer.style)))?;
             }
         }
         let corners = [
@@ -238,61 +268,15 @@ impl<'a> Panel<'a> {
         Ok(())
     }
 
-    /// Outlines of the areas, with their colours.
-    fn areas(&self) -> Vec<(Vec<Point>, RGBColor)> {
-        let mut areas = Vec::new();
-        for layer in &self.layers {
-            if let Layer::Estimate(estimate, color) = layer {
-                let with = |color: RGBColor| move |area| (area, color);
-                areas.extend(estimate.band().into_iter().map(with(band_color(*color))));
-                if estimate.line.stride() > 1 {
-                    let spread = outlines(&estimate.line.lows(), &estimate.line.highs());
-                    areas.extend(spread.into_iter().map(with(spread_color(*color))));
-                }
-            }
-        }
-        areas
-    }
-
-    /// Pieces of the lines, with their looks and whether they are dashed: wide ones first, below narrow ones.
-    fn lines(&self, axis: &Axis) -> Vec<(Vec<Point>, ShapeStyle, bool)> {
-        let (mut wide, mut narrow) = (Vec::new(), Vec::new());
-        for layer in &self.layers {
-            let (to, pieces, style, dashes) = match layer {
-                Layer::Truth(trace) => (&mut wide, trace.extremes(), truth_line(), false),
-                Layer::Level(value) => {
-                    let ends = vec![(axis.range.start, *value), (axis.range.end, *value)];
-                    (&mut wide, vec![ends], truth_line(), false)
-                }
-                Layer::Colored(trace, color) => {
-                    (&mut narrow, trace.extremes(), line(*color, 1.4), false)
-                }
-                Layer::Estimate(estimate, color) => (
-                    &mut narrow,
-                    estimate.line.means(),
-                    estimate_line(*color),
-                    false,
-                ),
-
-                Layer::Mean(trace, color, dashes) => {
-                    (&mut narrow, trace.means(), line(*color, 1.2), *dashes)
-                }
-            };
-            to.extend(pieces.into_iter().map(|piece| (piece, style, dashes)));
-        }
-        wide.append(&mut narrow);
-        wide
-    }
-
     /// Title, note and name of the vertical axis.
     fn texts(&self, area: &Area<'_>, axis: &Axis, width: f64, y: &Range<f64>) -> Drawn {
         let middle = 0.55 * PANEL_TITLE;
         let bold = text(12.5, FontStyle::Bold, HPos::Left, VPos::Center);
         write(area, &self.title, (Y_LABELS, middle), bold)?;
-        let points = self.layers.iter().flat_map(|l| l.points(axis.compare_from));
+        let values = self.layers.iter().flat_map(|l| l.values(axis.compare_from));
         let mut notes = vec![self.note.clone()];
         if !self.logarithmic {
-            notes.extend(cut(points, y));
+            notes.extend(cut(values, y));
         }
         notes.retain(|note| !note.is_empty());
         let right = text(12.0, FontStyle::Normal, HPos::Right, VPos::Center);
@@ -303,8 +287,8 @@ impl<'a> Panel<'a> {
 }
 
 /// Decades that hold all values, at most six.
-fn decades(points: &[Point]) -> Range<f64> {
-    let values = points.iter().map(|p| p.1).filter(|v| *v > 0.0);
+fn decades(values: &[f64]) -> Range<f64> {
+    let values = values.iter().copied().filter(|v| *v > 0.0);
     let (low, high) = extremes(values.map(f64::log10));
     let (low, high) = if low > high { (-1.0, 1.0) } else { (low, high) };
     let high = high.ceil().max(low.floor() + 1.0);
@@ -320,6 +304,7 @@ fn tick(value: &f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::figures::clip::TAIL;
 
     fn trace(values: impl Fn(f64) -> f64) -> Trace {
         let mut trace = Trace::new(201);
@@ -330,7 +315,7 @@ mod tests {
         trace
     }
 
-    fn panel(layers: Vec<Layer<'_>>) -> Panel<'_> {
+    fn panel(layers: Vec<Layer>) -> Panel {
         Panel::new("", "N (N)", (2.0, 100.0), layers)
     }
 
@@ -342,19 +327,19 @@ mod tests {
         let mut estimate = Estimated::new(201);
         estimate.line = trace(|t| if t < 0.4 { 900.0 } else { 12.0 });
         let panels = [panel(vec![
-            Layer::Truth(&truth),
-            Layer::Estimate(&estimate, BLACK),
+            Layer::truth(&truth),
+            Layer::estimate(&estimate, BLACK),
         ])];
         let axis = |compare_from: f64| Axis {
             label: "time (s)",
             range: 0.0..2.0,
             compare_from,
         };
-        let range = Panel::shared_range(&panels, &axis(0.5));
+        let range = Panel::shared_range(&panels, &axis(0.5), TAIL);
         assert!((range.start - 9.88).abs() < 1e-9 && (range.end - 12.12).abs() < 1e-9);
-        assert!(Panel::shared_range(&panels, &axis(0.0)).end > 100.0);
+        assert!(Panel::shared_range(&panels, &axis(0.0), TAIL).end > 100.0);
         // Nothing is compared in a run of 2 s: all counts.
-        assert!(Panel::shared_range(&panels, &axis(3.0)).end > 100.0);
+        assert!(Panel::shared_range(&panels, &axis(3.0), TAIL).end > 100.0);
     }
 
     /// Closed form: 1 at 400 places, and -0.26 at one. The common range cuts the peak and says to where, with the digits of
@@ -368,20 +353,21 @@ mod tests {
         }
         let panel = Panel {
             least_span: 0.1,
-            ..panel(vec![Layer::Colored(&trace, BLACK)])
+            ..panel(vec![Layer::colored(&trace, BLACK)])
         };
         let axis = Axis {
             label: "x (m)",
             range: 0.0..400.0,
             compare_from: 0.0,
         };
-        let note = |range| cut(panel.layers[0].points(0.0).into_iter(), &range);
-        let common = Panel::shared_range(std::slice::from_ref(&panel), &axis);
+        let note = |range| cut(panel.layers[0].values(0.0), &range);
+        let panels = std::slice::from_ref(&panel);
+        let common = Panel::shared_range(panels, &axis, TAIL);
         assert_eq!(note(common).as_deref(), Some("cut: down to -0.26"));
-        let whole = panel.whole_range();
+        let whole = Panel::shared_range(panels, &axis, 0.0);
         assert!((whole.start + 0.26 + 0.06 * 1.26).abs() < 1e-9);
         assert_eq!(note(whole), None);
-        let one = |value| cut([(0.0, value)].into_iter(), &(10.0..90.0));
+        let one = |value| cut([value].into_iter(), &(10.0..90.0));
         assert_eq!(one(-0.3).as_deref(), Some("cut: down to 0"));
         assert_eq!(one(304.7).as_deref(), Some("cut: up to 305"));
     }
@@ -389,7 +375,7 @@ mod tests {
     /// Closed form: whole decades around the values, six at most.
     #[test]
     fn a_logarithmic_range_has_whole_decades() {
-        let of = |values: &[f64]| decades(&values.iter().map(|v| (0.0, *v)).collect::<Vec<_>>());
+        let of = decades;
         let near = |found: Range<f64>, low: f64, high: f64| {
             assert!((found.start / low - 0.999).abs() < 1e-12, "{found:?}");
             assert!((found.end / high - 1.0).abs() < 1e-12, "{found:?}");

@@ -18,10 +18,7 @@ use std::ops::Range;
 const DISTANCE: f64 = 0.85;
 /// Largest number of robots drawn; on a long path they stand farther apart.
 const MOST: f64 = 12.0;
-/// Length of one strip, m, and largest number of strips: a longer path is drawn at a smaller scale.
-const STRIP: f64 = 6.0;
-const MOST_STRIPS: f64 = 4.0;
-/// Greatest height of a strip's plot, px.
+/// Greatest height of the ground's plot, px.
 const TALLEST: f64 = 520.0;
 /// Length of the arrow of a mean static wheel load, m.
 const MEAN_LOAD_LENGTH: f64 = 0.12;
@@ -31,11 +28,11 @@ const LONGEST: f64 = 3.0 * MEAN_LOAD_LENGTH;
 const BESIDE: f64 = 0.15;
 
 /// The figure of the path of a run, which has a pose.
-pub fn path<'a>(run: &'a RunTraces, ground: &Terrain) -> Page<'a> {
+pub fn path(run: &RunTraces, ground: &Terrain) -> Page {
     let wheels = run.poses.iter().flat_map(|pose| &pose.wheels);
     let (first, last) = extremes(wheels.map(|w| w.position.x));
     let reach = first - BESIDE..last + BESIDE;
-    let (strips, scale) = strips(run, ground, &reach);
+    let (strip, scale) = strip(run, ground, &reach);
     let wheels = ["front wheel", "middle wheel", "rear wheel"];
     let mut key: Vec<Entry> = (wheels.into_iter().zip(WHEELS))
         .map(|(name, color)| Entry::new(Mark::Line(line(color, 1.8)), name))
@@ -44,7 +41,7 @@ pub fn path<'a>(run: &'a RunTraces, ground: &Terrain) -> Page<'a> {
     let label = format!("N at the contact, {:.0} N", run.mean_load);
     key.push(Entry::new(arrow, label));
     let lines = run.normal_force_at.iter().zip(WHEELS);
-    let lines = lines.map(|(trace, color)| Layer::Colored(trace, color));
+    let lines = lines.map(|(trace, color)| Layer::colored(trace, color));
     let panel = Panel::new(
         "Normal force over the place of each wheel",
         "normal force N (N)",
@@ -59,44 +56,34 @@ pub fn path<'a>(run: &'a RunTraces, ground: &Terrain) -> Page<'a> {
                     .to_owned(),
             key,
         },
-        strips,
+        strip: Some(strip),
         axis: Axis::of_places("place of the wheel's centre, x (m)", reach),
         columns: vec![Column::new(Scale::Own, [panel])],
     }
 }
 
-/// Divides the ground that is shown, m, into strips with robots and paths. Returns them and their common scale, px per m.
-fn strips(run: &RunTraces, ground: &Terrain, reach: &Range<f64>) -> (Vec<Strip>, f64) {
+/// The ground that is shown, m, with robots and paths, and its scale, px per m.
+fn strip(run: &RunTraces, ground: &Terrain, reach: &Range<f64>) -> (Strip, f64) {
     let length = reach.end - reach.start;
-    let count = (length / STRIP).ceil().clamp(1.0, MOST_STRIPS);
-    let each = length / count;
-    let mut ranges = Vec::new();
-    let mut k = 0.0;
-    while k < count {
-        let from = reach.start + k * each;
-        let x = from..from + each;
-        ranges.push((heights(&run.poses, ground, &x), x));
-        k += 1.0;
-    }
-    let tallest = ranges.iter().map(|(y, _)| y.end - y.start);
-    let scale = (PLOT_WIDTH / each).min(TALLEST / tallest.fold(0.0, f64::max));
+    let y = heights(&run.poses, ground, reach);
+    let scale = (PLOT_WIDTH / length).min(TALLEST / (y.end - y.start));
     // Where the height limits the scale, more ground is shown on both sides.
-    let more = 0.5 * (PLOT_WIDTH / scale - each);
-    let robots = robots(&run.poses, length);
-    let strip = |(y, x): (Range<f64>, Range<f64>)| {
-        let mut strip = Strip::new(ground, x.start - more..x.end + more, y, scale, 5);
-        add_paths(&mut strip, run);
-        for robot in &robots {
-            if strip.x.contains(&robot.body.position.x) {
-                add_robot(&mut strip.shapes, run, robot, 7.0 / scale);
-            }
-        }
-        strip
-    };
-    (ranges.into_iter().map(strip).collect(), scale)
+    let more = 0.5 * (PLOT_WIDTH / scale - length);
+    let x = reach.start - more..reach.end + more;
+    let mut strip = Strip::new(ground, x, y, scale, 5);
+    // The paths of the three centres nearly coincide: the later ones are thinner.
+    for (i, width) in [3.0, 1.8, 0.8].into_iter().enumerate() {
+        let centres = run.poses.iter().map(|pose| pair(&pose.wheels[i].position));
+        let path = Shape::Line(centres.collect(), line(WHEELS[i], width));
+        strip.shapes.push(path);
+    }
+    for robot in robots(&run.poses, length) {
+        add_robot(&mut strip.shapes, run, robot, 7.0 / scale);
+    }
+    (strip, scale)
 }
 
-/// The heights that a strip shows, m: arrows below the ground, robots above it.
+/// The heights that are shown, m: arrows below the ground, robots above it.
 fn heights(poses: &[Truth], ground: &Terrain, x: &Range<f64>) -> Range<f64> {
     let ground = ground.outline(x.start, x.end, SPACING);
     let (low, high) = extremes(ground.iter().map(|p| p.y));
@@ -105,8 +92,7 @@ fn heights(poses: &[Truth], ground: &Terrain, x: &Range<f64>) -> Range<f64> {
         let pins = pose.pins.iter().map(|p| p.position);
         wheels.chain(pins).chain([pose.body.position])
     });
-    let inside = parts.filter(|p| x.contains(&p.x));
-    let top = inside.map(|p| p.y).fold(high, f64::max);
+    let top = parts.map(|p| p.y).fold(high, f64::max);
     low - 1.6 * MEAN_LOAD_LENGTH..top + 0.13
 }
 
@@ -121,21 +107,6 @@ fn robots(poses: &[Truth], length: f64) -> Vec<&Truth> {
         }
     }
     chosen
-}
-
-/// The paths of the three centres nearly coincide: the later ones are thinner.
-fn add_paths(strip: &mut Strip, run: &RunTraces) {
-    for (i, width) in [3.0, 1.8, 0.8].into_iter().enumerate() {
-        let centres = run.poses.iter().map(|pose| pose.wheels[i].position);
-        let path: Vec<_> = centres.collect();
-        let is_inside = |p: &Vec2| strip.x.contains(&p.x);
-        for part in path.chunk_by(|a, b| is_inside(a) == is_inside(b)) {
-            if part.iter().all(is_inside) {
-                let part = part.iter().map(pair).collect();
-                strip.shapes.push(Shape::Line(part, line(WHEELS[i], width)));
-            }
-        }
-    }
 }
 
 /// A robot with the arrows of its N, whose heads have a length in m, and the time above it.

@@ -209,16 +209,12 @@ impl Estimated {
 
     /// Closed outlines of the pieces of its band. In an interval it spans from the lowest lower to the highest upper bound.
     pub fn band(&self) -> Vec<Vec<Point>> {
-        outlines(&self.lower.lows(), &self.upper.highs())
+        let (lower, upper) = (self.lower.lows(), self.upper.highs());
+        let pieces = lower.iter().zip(&upper).filter(|(low, _)| low.len() > 1);
+        pieces
+            .map(|(low, high)| low.iter().chain(high.iter().rev()).copied().collect())
+            .collect()
     }
-}
-
-/// Closed outlines between two lines of the same abscissae: along the lower one, and back along the upper one.
-pub fn outlines(lower: &[Vec<Point>], upper: &[Vec<Point>]) -> Vec<Vec<Point>> {
-    let pieces = lower.iter().zip(upper).filter(|(low, _)| low.len() > 1);
-    pieces
-        .map(|(low, high)| low.iter().chain(high.iter().rev()).copied().collect())
-        .collect()
 }
 
 #[cfg(test)]
