@@ -3,12 +3,14 @@
 use crate::comparison::comparison_cells;
 use crate::error::{RecordError, io_error};
 use crate::figures::CAPTIONS;
-use crate::log_page::means_page;
+use crate::grid::Grid;
+use crate::log_lines::{MEANS, means};
 use crate::report::remarks;
 use crate::summary::{EstimatorSummary, Summary};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
+use robhaz_score::contact::FlagScore;
 use std::io;
 use std::path::Path;
 
@@ -42,7 +44,11 @@ pub fn page(folder: &Path) -> Result<String, RecordError> {
         h1 { (title) }
         p class="by" { (made_by(&summary)) }
         @for remark in remarks(title, &summary) { p { (remark) } }
-        @if let Some(means) = means_page(&summary.estimators) { (means) }
+        @if summary.estimators.iter().any(|e| e.means.is_some()) {
+            h2 { "Means of the estimates" }
+            p { (MEANS) }
+            (means(&runs, false).html())
+        }
         @if summary.estimators.iter().any(|e| e.normal_force.is_some()) {
             h2 { "Errors of the estimators" }
             p { "Estimate minus truth. " code { "rmse" } ", " code { "bias" } " and " code { "largest_error" } " are of the normal force N; "
@@ -51,7 +57,11 @@ pub fn page(folder: &Path) -> Result<String, RecordError> {
                 code { "nees" } " is 3 for a right covariance." }
             (errors(&runs))
         }
-        @if let Some(contacts) = contacts(&summary.estimators) { (contacts) }
+        @if summary.estimators.iter().any(|e| e.contacts.is_some()) {
+            h2 { "Contact states" }
+            p { "Events found within 20 ms, and shares of the samples with a false and with a missed flag." }
+            (contacts(&runs))
+        }
         @if !summary.friction_tests.is_empty() {
             h2 { "Friction tests" }
             @for test in &summary.friction_tests { p { (test.in_words()) } }
@@ -137,29 +147,39 @@ fn errors(runs: &[(&str, &Summary)]) -> Markup {
     }
 }
 
-/// How well contact states were found; `None` if no estimator states any.
-fn contacts(estimators: &[EstimatorSummary]) -> Option<Markup> {
-    let stated = |e: &'_ EstimatorSummary| e.contacts.map(|scores| (e.name.clone(), scores));
-    let scores: Vec<_> = estimators.iter().filter_map(stated).collect();
-    let percent = |share: Option<f64>| share.map_or(String::new(), |s| format!("{:.2}", 100.0 * s));
-    let delay = |delay: Option<f64>| delay.map_or(String::new(), |d| format!("{:.1}", 1e3 * d));
-    (!scores.is_empty()).then(|| {
-        html! {
-            h2 { "Contact states" }
-            p { "Events found within 20 ms, and shares of the samples with a false and with a missed flag." }
-            table {
-                tr { @for title in ["estimator", "state", "events", "found", "delay, ms", "false, %", "missed, %"] { th { (title) } } }
-                @for (name, scores) in &scores {
-                    @for (state, score) in [("in the air", scores.air), ("two contacts", scores.two_contacts), ("sliding", scores.sliding)] {
-                        tr {
-                            td { (name) } td { (state) } td { (score.events) } td { (score.found) }
-                            td { (delay(score.delay_s)) } td { (percent(score.false_share)) } td { (percent(score.missed_share)) }
-                        }
-                    }
-                }
-            }
-        }
-    })
+/// How well contact states were found.
+fn contacts(runs: &[(&str, &Summary)]) -> Markup {
+    let names = [
+        "state",
+        "events",
+        "found",
+        "delay, ms",
+        "false, %",
+        "missed, %",
+    ];
+    let number = |value: Option<f64>, factor: f64, digits: usize| {
+        value.map_or(String::new(), |v| format!("{:.digits$}", factor * v))
+    };
+    let row = |state: &str, score: FlagScore| {
+        vec![
+            state.to_owned(),
+            score.events.to_string(),
+            score.found.to_string(),
+            number(score.delay_s, 1e3, 1),
+            number(score.false_share, 100.0, 2),
+            number(score.missed_share, 100.0, 2),
+        ]
+    };
+    let cells = |e: &EstimatorSummary| {
+        e.contacts.map_or(Vec::new(), |scores| {
+            vec![
+                row("in the air", scores.air),
+                row("two contacts", scores.two_contacts),
+                row("sliding", scores.sliding),
+            ]
+        })
+    };
+    Grid::new(runs, false, &names, cells).html()
 }
 
 /// Name, caption and picture of each SVG in a folder, in the order of the page; none where there is no folder.

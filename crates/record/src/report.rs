@@ -1,12 +1,10 @@
 //! The table that is printed at the end of a run, and that compares runs.
 
-use crate::estimator_rows::{first_cells, heading, right};
-use crate::log_lines::{log_lines, means_table};
+use crate::grid::Grid;
+use crate::log_lines::{MEANS, log_lines, means};
 use crate::summary::{
     BrokenOff, ClearanceSummary, EstimatorSummary, FrictionSummary, Summary, Suspicion,
 };
-use comfy_table::presets::UTF8_FULL_CONDENSED;
-use comfy_table::{ContentArrangement, Row, Table};
 use robhaz_score::Progress;
 
 /// Width of the table, columns of text.
@@ -31,7 +29,10 @@ pub fn comparison_table(runs: &[(&str, &Summary)]) -> String {
         tables.push(errors_table(&compared, several));
     }
     if !of_logs.is_empty() {
-        tables.push(means_table(&of_logs, several));
+        tables.push(format!(
+            "{MEANS}\n{}",
+            means(&of_logs, several).text(u16::MAX)
+        ));
     }
     let mut text = tables.join("\n");
     for (label, summary) in runs {
@@ -82,27 +83,6 @@ fn is_compared(summary: &Summary) -> bool {
 }
 
 fn errors_table(runs: &[(&str, &Summary)], several: bool) -> String {
-    let mut table = Table::new();
-    table
-        .load_preset(UTF8_FULL_CONDENSED)
-        .set_content_arrangement(ContentArrangement::Dynamic)
-        .set_width(if several { WIDTH + 40 } else { WIDTH })
-        .set_header(header(several));
-    for (label, summary) in runs {
-        for (i, estimator) in summary.estimators.iter().enumerate() {
-            table.add_row(row(
-                several.then_some(if i == 0 { *label } else { "" }),
-                estimator,
-            ));
-        }
-    }
-    format!(
-        "RMSE of the normal force in N and in % of its mean over the wheels; last column: traction in N\n{}",
-        table.trim_fmt()
-    )
-}
-
-fn header(several: bool) -> Row {
     let names = [
         "wheel 1\nfront\nN     %",
         "wheel 2\nmiddle\nN     %",
@@ -111,26 +91,22 @@ fn header(several: bool) -> Row {
         "largest\nerror\nN",
         "traction,\nall wheels\nN",
     ];
-    heading(&names, several)
-}
-
-fn row(label: Option<&str>, estimator: &EstimatorSummary) -> Row {
-    let mut row = first_cells(label, &estimator.name);
-    let Some((normal, traction)) = estimator.normal_force.zip(estimator.traction) else {
-        for _ in 0..6 {
-            row.add_cell(right("-"));
-        }
-        return row;
+    let cells = |estimator: &EstimatorSummary| {
+        let Some((normal, traction)) = estimator.normal_force.zip(estimator.traction) else {
+            return vec![vec!["-".to_owned(); names.len()]];
+        };
+        // All shares refer to the same load, so that wheels can be compared in % as well.
+        let share = normal.nrmse.map(|n| n / normal.rmse_all);
+        let wheels = normal.rmse.map(|r| force(r, share.map(|s| s * r)));
+        let all = force(normal.rmse_all, normal.nrmse);
+        let others = [normal.max_abs, traction.rmse_all].map(|newtons| force(newtons, None));
+        vec![wheels.into_iter().chain([all]).chain(others).collect()]
     };
-    // All shares refer to the same load, so that wheels can be compared in % as well.
-    let share = normal.nrmse.map(|n| n / normal.rmse_all);
-    for rmse in normal.rmse {
-        row.add_cell(right(force(rmse, share.map(|s| s * rmse))));
-    }
-    row.add_cell(right(force(normal.rmse_all, normal.nrmse)));
-    row.add_cell(right(force(normal.max_abs, None)));
-    row.add_cell(right(force(traction.rmse_all, None)));
-    row
+    let width = if several { WIDTH + 40 } else { WIDTH };
+    format!(
+        "RMSE of the normal force in N and in % of its mean over the wheels; last column: traction in N\n{}",
+        Grid::new(runs, several, &names, cells).text(width)
+    )
 }
 
 /// Newtons and, under the header's `%`, the share.
