@@ -2,12 +2,11 @@
 
 use crate::report::{PathReport, Place};
 use crate::setup::PathSetup;
-use robhaz_model::Vec2;
 use robhaz_record::RecordError;
 use robhaz_record::figures::style::{LINKAGE, SURFACE, TRUTH, WHEELS, line};
 use robhaz_record::figures::{
-    Axis, Column, Entry, Header, Layer, Mark, PLOT_WIDTH, Page, Panel, SPACING, Scale, Shape,
-    Strip, Trace, extremes, write_figure,
+    Axis, Column, Entry, Header, Layer, Mark, Page, Panel, SPACING, Scale, Strip, Trace, extremes,
+    write_figure,
 };
 use robhaz_terrain::Terrain;
 use std::ops::Range;
@@ -44,8 +43,7 @@ pub fn write_needed_friction(
         for (i, color) in WHEELS.into_iter().enumerate() {
             let (x, y) = (place.wheel_x[i], place.wheel_y[i]);
             if strip.x.start <= x - radius && x + radius < strip.x.end {
-                let circle = Shape::circle(Vec2::new(x, y), radius, color, 1.6);
-                strip.shapes.push(circle);
+                strip.layers.push(Layer::circle((x, y), radius, color, 1.6));
             }
         }
     }
@@ -68,11 +66,11 @@ pub fn write_needed_friction(
     let page = Page {
         header: header(report, std::ptr::eq(first, decisive)),
         axis: Axis::of_places("x of the middle wheel (m)", strip.x.clone()),
-        strip: Some(strip),
         // A single place decides: its peak is not cut.
         columns: vec![Column::new(
             Scale::Whole,
             [
+                strip.panel(),
                 panel("Needed and available friction", "mu_n, mu (1)", friction),
                 panel(
                     "Margin: how far all friction coefficients can fall",
@@ -102,7 +100,7 @@ fn header(report: &PathReport, at_start: bool) -> Header {
     let available = Mark::Dashed(line(SURFACE, 1.2));
     Header {
         title: format!("Needed friction along the path, drive {}", report.drive),
-        subtitle: format!("{verdict}; equal scales of x and y"),
+        subtitle: verdict,
         key: vec![
             Entry::new(needed, "needed friction mu_n, margin"),
             Entry::new(available, "available friction mu"),
@@ -134,7 +132,7 @@ fn shown(first: &Place, last: &Place, decisive: &Place) -> Range<f64> {
     from..from + LONGEST
 }
 
-/// The ground that is shown, m, and more of it on both sides where its height limits the scale.
+/// The ground that is shown, m.
 fn strip(ground: &Terrain, places: &[Place], shown: &Range<f64>, radius: f64) -> Strip {
     let surface = ground.outline(shown.start, shown.end, SPACING);
     let wheels = places.iter();
@@ -144,7 +142,5 @@ fn strip(ground: &Terrain, places: &[Place], shown: &Range<f64>, radius: f64) ->
     let heights = surface.iter().map(|p| p.y).chain(tops);
     let (low, high) = extremes(heights);
     let y = low - 0.3 * BESIDE..high + 0.3 * BESIDE;
-    let scale = (PLOT_WIDTH / (shown.end - shown.start)).min(TALLEST / (y.end - y.start));
-    let more = 0.5 * (PLOT_WIDTH / scale - (shown.end - shown.start));
-    Strip::new(ground, shown.start - more..shown.end + more, y, scale, 4)
+    Strip::new(ground, shown, y, TALLEST)
 }

@@ -44,7 +44,6 @@ mod layout;
 mod live;
 mod picture;
 mod plot;
-mod print;
 mod program;
 mod rates;
 mod reading;

@@ -89,20 +89,10 @@ impl LiveSink {
     /// [`ViewerError::NotInstalled`], [`ViewerError::OtherVersion`], [`ViewerError::Start`],
     /// [`ViewerError::NobodyListens`]
     pub fn spawn() -> Result<Self, ViewerError> {
-        Self::spawn_at(DEFAULT_PORT, &[])
-    }
-
-    /// As [`LiveSink::spawn`], with a port and further arguments for the viewer.
-    ///
-    /// # Errors
-    /// As [`LiveSink::spawn`].
-    pub fn spawn_at(port: u16, arguments: &[&str]) -> Result<Self, ViewerError> {
-        if !listens(port) {
-            let mut all = vec![OsStr::new("--expect-data-soon")];
-            all.extend(arguments.iter().map(OsStr::new));
-            Started::at(port, &all)?;
+        if !listens(DEFAULT_PORT) {
+            Started::at(DEFAULT_PORT, &[OsStr::new("--expect-data-soon")])?;
         }
-        Self::connect(&format!("127.0.0.1:{port}"))
+        Self::connect(&format!("127.0.0.1:{DEFAULT_PORT}"))
     }
 
     /// A sink to which viewers can connect at a port of this machine. Viewers that connect later get all messages from

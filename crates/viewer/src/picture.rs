@@ -4,7 +4,6 @@ use crate::ViewerError;
 use crate::colours::{Colour, WHEELS, hues};
 use crate::control::Control;
 use crate::error::Cause;
-use crate::print::{beside, print_copy};
 use crate::program::{Started, free_port, start_error};
 use crate::reading::recording_content;
 use robhaz_run::Stop;
@@ -13,6 +12,7 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 use std::time::{Duration, Instant};
+use tempfile::{NamedTempFile, TempPath};
 
 /// Longest time until a picture shows the data.
 const TIMEOUT: Duration = Duration::from_secs(90);
@@ -43,8 +43,7 @@ impl Default for PictureOptions {
     }
 }
 
-/// Starts the installed viewer without a window, shows a recording in it, and saves its picture to `out` (PNG). The
-/// picture has the views below the window's bar, without the panels around them.
+/// Starts the installed viewer without a window, shows a recording in it, and saves its picture to `out` (PNG).
 ///
 /// The picture is saved when the whole recording is loaded, two pictures in a row are equal, and
 /// the data are in them: the colours of all three wheels, or, where the recording has no robot,
@@ -72,8 +71,6 @@ pub fn picture(
     if !(0.0..=end + 1e-9).contains(&time) {
         return Err(ViewerError::Time { at: time, end });
     }
-    let copy = beside(out, ".rrd")?;
-    print_copy(recording, &copy, end)?;
     let port = free_port()?;
     let size = format!("{}x{}", options.size[0], options.size[1]);
     let mut viewer = Started::at(
@@ -82,7 +79,7 @@ pub fn picture(
             OsStr::new("--headless"),
             OsStr::new("--window-size"),
             OsStr::new(&size),
-            copy.as_os_str(),
+            recording.as_os_str(),
         ],
     )?;
     let deadline = Deadline {
@@ -145,16 +142,15 @@ fn take(
     while deadline.start.elapsed() < MESSAGE_TIME {
         deadline.pause(PERIOD)?;
     }
-    let draft = beside(out, ".png")?;
+    let draft = beside(out)?;
     let mut before = None;
     loop {
         let image = take_draft(&draft, &mut control, deadline)?;
         let missing = image.missing(has_wheels);
         if missing.is_none() && before.as_ref() == Some(&image) {
-            return draft.persist(out).map_err(|error| ViewerError::Create {
-                path: out.to_owned(),
-                source: error.error,
-            });
+            return draft
+                .persist(out)
+                .map_err(|error| ViewerError::create(out)(error.error));
         }
         if deadline.is_over() {
             let reason = missing.unwrap_or_else(|| "it still changes after 90 s".to_owned());
@@ -163,6 +159,18 @@ fn take(
         before = Some(image);
         deadline.pause(PERIOD)?;
     }
+}
+
+/// A temporary file beside a picture, of an absolute path: the viewer may have another working directory.
+fn beside(picture: &Path) -> Result<TempPath, ViewerError> {
+    let path = std::path::absolute(picture);
+    let file = path.and_then(|path| {
+        let folder = path.parent().unwrap_or(Path::new("/"));
+        let mut name = tempfile::Builder::new();
+        name.suffix(".png").tempfile_in(folder)
+    });
+    file.map(NamedTempFile::into_temp_path)
+        .map_err(ViewerError::create(picture))
 }
 
 /// Takes a picture. The viewer answers before the file is complete, so that reading is repeated until it succeeds.

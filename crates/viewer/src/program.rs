@@ -74,10 +74,7 @@ impl Started {
         command.args(["--bind", "127.0.0.1", "--port", port]);
         command.args(arguments);
         // A viewer that inherits this process's output would keep a pipe open after this process has ended.
-        let log = NamedTempFile::new().map_err(|source| ViewerError::Create {
-            path: std::env::temp_dir(),
-            source,
-        })?;
+        let log = NamedTempFile::new().map_err(ViewerError::create(&std::env::temp_dir()))?;
         let output = log.reopen().map_err(|e| start_error(&e.to_string()))?;
         command.stderr(output);
         in_own_group(&mut command);

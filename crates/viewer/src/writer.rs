@@ -44,10 +44,7 @@ pub(crate) struct RrdFile(Encoder<File>);
 impl RrdFile {
     /// Creates an empty file. An older file of that name is replaced immediately.
     pub(crate) fn create(path: &Path) -> Result<File, ViewerError> {
-        File::create(path).map_err(|source| ViewerError::Create {
-            path: path.to_owned(),
-            source,
-        })
+        File::create(path).map_err(ViewerError::create(path))
     }
 
     /// Writes the header into an empty file.

@@ -108,7 +108,6 @@ impl GroundTraces {
         let panels = [profile].into_iter().chain(errors);
         Page {
             header: self.header(run),
-            strip: None,
             axis: Axis::of_places("place along the path, x (m)", self.range.clone()),
             columns: vec![Column::new(Scale::Own, panels)],
         }

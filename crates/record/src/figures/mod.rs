@@ -20,7 +20,7 @@ pub use files::write_figure;
 pub use header::{Entry, Header, Mark};
 pub use page::{Column, Page, Scale};
 pub use panel::{Axis, Layer, Panel};
-pub use strip::{PLOT_WIDTH, SPACING, Shape, Strip};
+pub use strip::{SPACING, Strip};
 pub use trace::{Estimated, Trace};
 
 use crate::error::{RecordError, check_name, create_folder};

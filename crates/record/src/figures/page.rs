@@ -1,10 +1,9 @@
-//! A figure: a header, and below it parts of the ground and columns of panels over a common axis.
+//! A figure: a header, and below it columns of panels over a common axis.
 
 use super::area::{Area, Drawn};
 use super::clip::TAIL;
 use super::header::{Header, MARGIN, WIDTH};
 use super::panel::{Axis, PANEL_TITLE, Panel, X_LABELS};
-use super::strip::Strip;
 use super::style::units;
 use std::ops::Range;
 
@@ -63,8 +62,6 @@ impl Column {
 pub struct Page {
     /// Title and key.
     pub header: Header,
-    /// A part of the ground.
-    pub strip: Option<Strip>,
     /// The horizontal axis of all panels.
     pub axis: Axis,
     /// The columns below, from left to right.
@@ -75,8 +72,7 @@ impl Page {
     /// Width and height, px.
     pub fn size(&self) -> (u32, u32) {
         let panels = self.columns.iter().map(Column::height).fold(0.0, f64::max);
-        let strip = self.strip.as_ref().map_or(0.0, Strip::height);
-        let height = self.header.bottom() + strip + panels + 0.5 * MARGIN;
+        let height = self.header.bottom() + panels + 0.5 * MARGIN;
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -97,11 +93,7 @@ impl Page {
             page.clone().shrink(corner, (units(width), units(height)))
         };
         let full = f64::from(WIDTH) - 2.0 * MARGIN;
-        let mut first = self.header.bottom();
-        if let Some(strip) = &self.strip {
-            strip.draw(&part(MARGIN, first, full, strip.height()))?;
-            first += strip.height();
-        }
+        let first = self.header.bottom();
         #[expect(clippy::cast_precision_loss, reason = "a few columns")]
         let count = self.columns.len() as f64;
         let width = (full - (count - 1.0) * GAP) / count;

@@ -31,18 +31,22 @@ pub struct Layer {
     /// Closed outlines of the areas, and their colour.
     areas: Vec<Vec<Point>>,
     area_color: RGBColor,
+    /// Words above a place.
+    label: Option<(String, Point)>,
     /// Whether its values before the comparison set the range of the vertical axis.
     counts_early: bool,
 }
 
 impl Layer {
-    fn line(lines: Vec<Vec<Point>>, style: ShapeStyle) -> Self {
+    /// Pieces of a line.
+    pub fn line(lines: Vec<Vec<Point>>, style: ShapeStyle) -> Self {
         Self {
             lines,
             style,
             is_dashed: false,
             areas: Vec::new(),
             area_color: START,
+            label: None,
             counts_early: false,
         }
     }
@@ -86,6 +90,32 @@ impl Layer {
         Self::line(vec![ends], truth_line())
     }
 
+    /// An area within its corners.
+    pub fn area(corners: Vec<Point>, color: RGBColor) -> Self {
+        Self {
+            areas: vec![corners],
+            area_color: color,
+            ..Self::line(Vec::new(), frame_line())
+        }
+    }
+
+    /// A circle around a centre, as a line of a width in px.
+    pub fn circle((x, y): Point, radius: f64, color: RGBColor, px: f64) -> Self {
+        let at = |k: u32| {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / 64.0).sin_cos();
+            (x + radius * cos, y + radius * sin)
+        };
+        Self::line(vec![(0..=64).map(at).collect()], line(color, px))
+    }
+
+    /// Words above a place.
+    pub fn label(words: String, place: Point) -> Self {
+        Self {
+            label: Some((words, place)),
+            ..Self::line(Vec::new(), frame_line())
+        }
+    }
+
     /// The values that set the range of the vertical axis: all true values, and estimates from a time on.
     fn values(&self, from: f64) -> impl Iterator<Item = f64> {
         let points = self.lines.iter().chain(&self.areas).flatten();
@@ -104,6 +134,8 @@ pub struct Panel {
     pub y_label: &'static str,
     /// Least height of the range, in the unit of the data.
     pub least_span: f64,
+    /// The range of the vertical axis, if the values do not set it.
+    pub range: Option<Range<f64>>,
     /// Whether the vertical axis is logarithmic.
     pub logarithmic: bool,
     /// Height of the plot, px.
@@ -138,8 +170,8 @@ impl Axis {
 /// A chart over the horizontal axis.
 type Chart<'a, Y> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, Y>>;
 
-/// Grid, axes and their labels, about `y_labels` of them at the vertical axis.
-pub fn mesh<Y>(chart: &mut Chart<'_, Y>, y_labels: usize) -> Drawn
+/// Grid, axes and their labels.
+fn mesh<Y>(chart: &mut Chart<'_, Y>) -> Drawn
 where
     Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
 {
@@ -149,7 +181,7 @@ where
         .bold_line_style(grid_line())
         .axis_style(frame_line())
         .x_labels(11)
-        .y_labels(y_labels)
+        .y_labels(6)
         .x_label_formatter(&tick)
         .y_label_formatter(&tick)
         .label_style(text(11.5, FontStyle::Normal, HPos::Center, VPos::Center))
@@ -171,6 +203,7 @@ impl Panel {
             note: String::new(),
             y_label,
             least_span,
+            range: None,
             logarithmic: false,
             height,
             layers,
@@ -243,7 +276,7 @@ impl Panel {
         let start = axis.compare_from.clamp(left, right);
         let not_compared = [(left, y.start), (start, y.end)];
         chart.draw_series([Rectangle::new(not_compared, START.filled())])?;
-        mesh(&mut chart, 6)?;
+        mesh(&mut chart)?;
         for layer in &self.layers {
             let filled = layer.area_color.filled();
             let area = |area: &Vec<Point>| Polygon::new(clamp(area, y), filled);
@@ -256,6 +289,10 @@ impl Panel {
             } else {
                 chart.draw_series(lines.map(|line| PathElement::new(line, layer.style)))?;
             }
+        }
+        for (words, place) in self.layers.iter().filter_map(|layer| layer.label.clone()) {
+            let style = text(11.0, FontStyle::Normal, HPos::Center, VPos::Bottom);
+            chart.draw_series([Text::new(words, place, style)])?;
         }
         let corners = [
             (left, y.start),
@@ -275,7 +312,7 @@ impl Panel {
         write(area, &self.title, (Y_LABELS, middle), bold)?;
         let values = self.layers.iter().flat_map(|l| l.values(axis.compare_from));
         let mut notes = vec![self.note.clone()];
-        if !self.logarithmic {
+        if !self.logarithmic && self.range.is_none() {
             notes.extend(cut(values, y));
         }
         notes.retain(|note| !note.is_empty());

@@ -29,7 +29,6 @@ pub fn page(
             subtitle,
             key,
         },
-        strip: None,
         axis: Axis {
             label: "time (s)",
             range: 0.0..run.end,

@@ -4,11 +4,10 @@ use super::header::{Entry, Header, Mark};
 use super::page::{Column, Page, Scale};
 use super::panel::{Axis, Layer, Panel};
 use super::run::RunTraces;
-use super::strip::{PLOT_WIDTH, SPACING, Shape, Strip, pair};
+use super::strip::{SPACING, Strip, pair};
 use super::style::{ROBOT, WHEELS, line};
 use super::trace::Point;
 use crate::quantile::extremes;
-use plotters::style::WHITE;
 use robhaz_model::{Bar, Pin, Vec2};
 use robhaz_sim::{ContactTruth, Truth};
 use robhaz_terrain::Terrain;
@@ -32,12 +31,12 @@ pub fn path(run: &RunTraces, ground: &Terrain) -> Page {
     let wheels = run.poses.iter().flat_map(|pose| &pose.wheels);
     let (first, last) = extremes(wheels.map(|w| w.position.x));
     let reach = first - BESIDE..last + BESIDE;
-    let (strip, scale) = strip(run, ground, &reach);
+    let strip = strip(run, ground, &reach);
     let wheels = ["front wheel", "middle wheel", "rear wheel"];
     let mut key: Vec<Entry> = (wheels.into_iter().zip(WHEELS))
         .map(|(name, color)| Entry::new(Mark::Line(line(color, 1.8)), name))
         .collect();
-    let arrow = Mark::Arrow(line(ROBOT, 1.6), MEAN_LOAD_LENGTH * scale);
+    let arrow = Mark::Arrow(line(ROBOT, 1.6), MEAN_LOAD_LENGTH * strip.scale);
     let label = format!("N at the contact, {:.0} N", run.mean_load);
     key.push(Entry::new(arrow, label));
     let lines = run.normal_force_at.iter().zip(WHEELS);
@@ -48,39 +47,33 @@ pub fn path(run: &RunTraces, ground: &Terrain) -> Page {
         (2.0, 190.0),
         lines.collect(),
     );
+    let subtitle = "lines through the robots: paths of the wheels' centres";
     Page {
         header: Header {
             title: "The robot on the ground, and its true normal forces".to_owned(),
-            subtitle:
-                "lines through the robots: paths of the wheels' centres; equal scales of x and y"
-                    .to_owned(),
+            subtitle: subtitle.to_owned(),
             key,
         },
-        strip: Some(strip),
-        axis: Axis::of_places("place of the wheel's centre, x (m)", reach),
-        columns: vec![Column::new(Scale::Own, [panel])],
+        axis: Axis::of_places("place, x (m)", strip.x.clone()),
+        columns: vec![Column::new(Scale::Own, [strip.panel(), panel])],
     }
 }
 
-/// The ground that is shown, m, with robots and paths, and its scale, px per m.
-fn strip(run: &RunTraces, ground: &Terrain, reach: &Range<f64>) -> (Strip, f64) {
-    let length = reach.end - reach.start;
+/// The ground that is shown, m, with robots and paths.
+fn strip(run: &RunTraces, ground: &Terrain, reach: &Range<f64>) -> Strip {
     let y = heights(&run.poses, ground, reach);
-    let scale = (PLOT_WIDTH / length).min(TALLEST / (y.end - y.start));
-    // Where the height limits the scale, more ground is shown on both sides.
-    let more = 0.5 * (PLOT_WIDTH / scale - length);
-    let x = reach.start - more..reach.end + more;
-    let mut strip = Strip::new(ground, x, y, scale, 5);
+    let mut strip = Strip::new(ground, reach, y, TALLEST);
     // The paths of the three centres nearly coincide: the later ones are thinner.
     for (i, width) in [3.0, 1.8, 0.8].into_iter().enumerate() {
         let centres = run.poses.iter().map(|pose| pair(&pose.wheels[i].position));
-        let path = Shape::Line(centres.collect(), line(WHEELS[i], width));
-        strip.shapes.push(path);
+        let path = Layer::line(vec![centres.collect()], line(WHEELS[i], width));
+        strip.layers.push(path);
     }
-    for robot in robots(&run.poses, length) {
-        add_robot(&mut strip.shapes, run, robot, 7.0 / scale);
+    let head = 7.0 / strip.scale;
+    for robot in robots(&run.poses, reach.end - reach.start) {
+        add_robot(&mut strip.layers, run, robot, head);
     }
-    (strip, scale)
+    strip
 }
 
 /// The heights that are shown, m: arrows below the ground, robots above it.
@@ -110,28 +103,24 @@ fn robots(poses: &[Truth], length: f64) -> Vec<&Truth> {
 }
 
 /// A robot with the arrows of its N, whose heads have a length in m, and the time above it.
-fn add_robot(shapes: &mut Vec<Shape>, run: &RunTraces, robot: &Truth, head: f64) {
-    let body = body(robot);
-    shapes.push(Shape::Area(body.clone(), WHITE));
-    shapes.push(Shape::Line(body, line(ROBOT, 1.0)));
-    let radius = run.geometry.wheel_radius;
-    let wheels = || robot.wheels.iter().zip(WHEELS);
-    shapes.extend(wheels().map(|(w, color)| Shape::circle(w.position, radius, color, 1.6)));
-    for bar in [Bar::Link1, Bar::Link2, Bar::Link3] {
-        shapes.push(Shape::Line(link(run, robot, bar), line(ROBOT, 2.0)));
-    }
-    for (wheel, color) in wheels() {
+fn add_robot(layers: &mut Vec<Layer>, run: &RunTraces, robot: &Truth, head: f64) {
+    layers.push(Layer::line(vec![body(robot)], line(ROBOT, 1.0)));
+    let links = [Bar::Link1, Bar::Link2, Bar::Link3].map(|bar| link(run, robot, bar));
+    for (wheel, color) in robot.wheels.iter().zip(WHEELS) {
+        let (centre, radius) = (pair(&wheel.position), run.geometry.wheel_radius);
+        layers.push(Layer::circle(centre, radius, color, 1.6));
         for contact in wheel.contact_list.iter() {
             let length = contact.normal_force / run.mean_load * MEAN_LOAD_LENGTH;
             let (shaft, head) = arrow(contact, length.min(LONGEST), head);
-            shapes.push(Shape::Line(shaft.to_vec(), line(color, 1.6)));
-            shapes.push(Shape::Area(head, color));
+            layers.push(Layer::line(vec![shaft.to_vec()], line(color, 1.6)));
+            layers.push(Layer::area(head, color));
         }
     }
+    layers.push(Layer::line(links.to_vec(), line(ROBOT, 2.0)));
     let parts = robot.pins.iter().map(|p| p.position.y);
     let top = parts.fold(robot.body.position.y, f64::max);
     let place = (robot.body.position.x, top + 0.05);
-    shapes.push(Shape::Label(format!("{:.1} s", robot.time), place));
+    layers.push(Layer::label(format!("{:.1} s", robot.time), place));
 }
 
 /// The closed outline of the body: its pins and its centre of mass.
