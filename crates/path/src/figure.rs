@@ -96,17 +96,17 @@ fn header(report: &PathReport, at_start: bool) -> Header {
     } else {
         "wheels (front, middle, rear) at the start, and at the decisive place"
     };
-    let needed = Mark::Line(line(LINKAGE, 1.4));
-    let available = Mark::Dashed(line(SURFACE, 1.2));
+    let needed = Mark::line(line(LINKAGE, 1.4));
+    let available = Mark::dashed(line(SURFACE, 1.2));
     Header {
         title: format!("Needed friction along the path, drive {}", report.drive),
         subtitle: verdict,
         key: vec![
             Entry::new(needed, "needed friction mu_n, margin"),
             Entry::new(available, "available friction mu"),
-            Entry::new(Mark::Line(line(TRUTH, 3.2)), "margin zero"),
+            Entry::new(Mark::line(line(TRUTH, 3.2)), "margin zero"),
             Entry {
-                marks: WHEELS.map(|c| Mark::Line(line(c, 1.6))).to_vec(),
+                marks: WHEELS.map(|c| Mark::line(line(c, 1.6))).to_vec(),
                 label: circles.to_owned(),
             },
         ],

@@ -2,7 +2,7 @@
 
 use crate::comparison::comparison_cells;
 use crate::error::{RecordError, io_error};
-use crate::figures::CAPTIONS;
+use crate::figures::NAMES;
 use crate::grid::Grid;
 use crate::log_lines::{MEANS, means};
 use crate::report::remarks;
@@ -68,10 +68,10 @@ pub fn page(folder: &Path) -> Result<String, RecordError> {
         }
         @if !figures.is_empty() {
             h2 { "Figures" }
-            @for (name, caption, image) in &figures {
+            @for (name, image) in &figures {
                 figure {
                     img alt=(name) src=(image);
-                    figcaption { code { (name) } " " (caption) }
+                    figcaption { code { (name) } }
                 }
             }
         }
@@ -182,8 +182,8 @@ fn contacts(runs: &[(&str, &Summary)]) -> Markup {
     Grid::new(runs, false, &names, cells).html()
 }
 
-/// Name, caption and picture of each SVG in a folder, in the order of the page; none where there is no folder.
-fn figures(folder: &Path) -> Result<Vec<(String, &'static str, String)>, RecordError> {
+/// Name and picture of each SVG in a folder, in the order of the page; none where there is no folder.
+fn figures(folder: &Path) -> Result<Vec<(String, String)>, RecordError> {
     let entries = match std::fs::read_dir(folder) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
         entries => entries.map_err(io_error("read", folder))?,
@@ -191,25 +191,16 @@ fn figures(folder: &Path) -> Result<Vec<(String, &'static str, String)>, RecordE
     let mut found = Vec::new();
     for entry in entries {
         let path = entry.map_err(io_error("read", folder))?.path();
-        let stem = path
-            .file_stem()
-            .map(|stem| stem.to_string_lossy().into_owned());
-        let is_svg = path.extension().is_some_and(|e| e == "svg");
-        let Some(stem) = stem.filter(|_| is_svg) else {
-            continue;
-        };
-        let mut captions = CAPTIONS.iter();
-        let place = captions.position(|(start, _)| stem.starts_with(start));
-        let place = place.unwrap_or(CAPTIONS.len());
-        let bytes = std::fs::read(&path).map_err(io_error("read", &path))?;
-        let image = image(&bytes);
-        found.push((place, stem, image));
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if let Some(stem) = name.strip_suffix(".svg") {
+            let place = NAMES.iter().position(|start| stem.starts_with(start));
+            let bytes = std::fs::read(&path).map_err(io_error("read", &path))?;
+            found.push((place.unwrap_or(NAMES.len()), stem.to_owned(), image(&bytes)));
+        }
     }
     found.sort();
-    let captioned = |(place, stem, image): (usize, String, String)| {
-        (stem, CAPTIONS.get(place).map_or("", |c| c.1), image)
-    };
-    Ok(found.into_iter().map(captioned).collect())
+    let figures = found.into_iter().map(|(_, stem, image)| (stem, image));
+    Ok(figures.collect())
 }
 
 /// The text of a file, `None` where it does not exist.

@@ -1,7 +1,6 @@
 //! Several recorded runs in one recording.
 //!
-//! The entities of the runs are below `run1/`, `run2/` and so on. `compared/` has the true N of all runs, and the
-//! difference of each later run from the first.
+//! The entities of the runs are below `run1/`, `run2/` and so on. `compared/` has the true N of all runs.
 
 use crate::ViewerError;
 use crate::colours::{WHEELS, by_index};
@@ -13,7 +12,6 @@ use crate::reading::{for_each_chunk, nanoseconds_to_seconds, scalars};
 use crate::writer::{RrdFile, Writer};
 use rerun::EntityPath;
 use robhaz_run::Stop;
-use std::collections::HashMap;
 use std::path::Path;
 use std::time::Duration;
 
@@ -57,19 +55,15 @@ pub fn save_comparison(
 
     // Largest RMS error of N of any estimator in any run, N: all runs use the same scale.
     let mut largest_error = 0.0_f64;
-    let mut first: [HashMap<i64, f64>; 3] = Default::default();
     for (k, run) in runs.iter().enumerate() {
         let line = |i: usize| match k {
             0 => Line::truth(format!("{} [N]", run.label), WHEELS[i]),
             _ => Line::estimate(format!("{} [N]", run.label), by_index(colour_index(k))),
         };
-        let plots = |quantity: &str| {
-            [0, 1, 2].map(|i| {
-                let entity = format!("compared/{quantity}/wheel{}/run{}", i + 1, k + 1);
-                Plot::new(entity, vec![line(i)])
-            })
-        };
-        let (mut truth, mut difference) = (plots("normal_force"), plots("difference"));
+        let mut truth = [0, 1, 2].map(|i| {
+            let entity = format!("compared/normal_force/wheel{}/run{}", i + 1, k + 1);
+            Plot::new(entity, vec![line(i)])
+        });
         for_each_chunk(run.recording, |chunk| {
             if let Some(cause) = stop() {
                 return Err(ViewerError::Stopped { cause });
@@ -86,22 +80,16 @@ pub fn save_comparison(
             }
             if let Some(i) = (0..3).find(|i| entity == true_normal_force(*i)) {
                 for (time, values) in scalars(chunk) {
-                    let (seconds, value) = (nanoseconds_to_seconds(time), values[0]);
-                    truth[i].push(seconds, [value]);
-                    if k == 0 {
-                        first[i].insert(time, value);
-                    } else if let Some(reference) = first[i].get(&time) {
-                        difference[i].push(seconds, [value - reference]);
-                    }
+                    truth[i].push(nanoseconds_to_seconds(time), values);
                 }
             }
             let entity = format!("{}{}", root(k), entity.trim_start_matches('/'));
             writer.copy(chunk, entity)?;
             writer.send_all()
         })?;
-        for plot in truth.iter_mut().chain(&mut difference) {
-            plot.flush(&mut writer)?;
-        }
+        truth
+            .iter_mut()
+            .try_for_each(|plot| plot.flush(&mut writer))?;
     }
     layout::comparison::log(&mut writer, runs, largest_error)?;
     writer.finish(0)

@@ -1,15 +1,11 @@
 //! A picture of a recording in the viewer, as a PNG, without a screen.
 
 use crate::ViewerError;
-use crate::colours::{Colour, WHEELS, hues};
 use crate::control::Control;
-use crate::error::Cause;
 use crate::program::{Started, free_port, start_error};
-use crate::reading::recording_content;
+use crate::reading::recording_end;
 use robhaz_run::Stop;
 use std::ffi::OsStr;
-use std::fs::File;
-use std::io::BufReader;
 use std::path::Path;
 use std::time::{Duration, Instant};
 use tempfile::{NamedTempFile, TempPath};
@@ -20,9 +16,8 @@ const TIMEOUT: Duration = Duration::from_secs(90);
 const MESSAGE_TIME: Duration = Duration::from_secs(7);
 /// Time between two pictures.
 const PERIOD: Duration = Duration::from_millis(500);
-/// Least share of a picture that a colour of the data covers. A rim alone covers 0.001, on a path
-/// of 5 m 0.0004.
-const LEAST_SHARE: f64 = 1e-4;
+/// The last chunk of a PNG: its type and checksum.
+const PNG_END: &[u8] = b"IEND\xaeB`\x82";
 
 /// Size and time of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,14 +40,12 @@ impl Default for PictureOptions {
 
 /// Starts the installed viewer without a window, shows a recording in it, and saves its picture to `out` (PNG).
 ///
-/// The picture is saved when the whole recording is loaded, two pictures in a row are equal, and
-/// the data are in them: the colours of all three wheels, or, where the recording has no robot,
-/// that of some line.
+/// The picture is saved when the whole recording is loaded and two pictures in a row are equal.
 ///
 /// # Errors
 /// - [`ViewerError::NotInstalled`], [`ViewerError::OtherVersion`], [`ViewerError::Start`]: no viewer that can draw.
 /// - [`ViewerError::Read`]: the recording cannot be read. [`ViewerError::Time`]: it does not contain the time.
-/// - [`ViewerError::Picture`]: no picture shows the data within 90 s. [`ViewerError::Control`]: the viewer does not
+/// - [`ViewerError::Picture`]: no picture stays the same within 90 s. [`ViewerError::Control`]: the viewer does not
 ///   answer.
 /// - [`ViewerError::Create`], [`ViewerError::Write`]: the picture, or a file beside it, cannot be written.
 /// - [`ViewerError::Stopped`]: `stop` named a cause.
@@ -62,8 +55,7 @@ pub fn picture(
     options: PictureOptions,
     stop: Stop<'_>,
 ) -> Result<(), ViewerError> {
-    let (end, has_wheels) = recording_content(recording)?;
-    let end = end.ok_or_else(|| ViewerError::Picture {
+    let end = recording_end(recording)?.ok_or_else(|| ViewerError::Picture {
         reason: format!("{} has no data", recording.display()),
     })?;
     let time = options.at.unwrap_or(0.5 * end);
@@ -86,7 +78,7 @@ pub fn picture(
         start: Instant::now(),
         stop,
     };
-    let taken = take(port, out, [time, end], has_wheels, &deadline);
+    let taken = take(port, out, [time, end], &deadline);
     // A viewer that cannot draw listens for a moment and exits: its output is the reason.
     let message = viewer.exit_message();
     viewer.end();
@@ -120,12 +112,11 @@ impl Deadline<'_> {
     }
 }
 
-/// Saves a picture at a `time` of a recording with an `end` (both s). It must show all three wheels, or lines alone.
+/// Saves a picture at a `time` of a recording with an `end` (both s).
 fn take(
     port: u16,
     out: &Path,
     [time, end]: [f64; 2],
-    has_wheels: bool,
     deadline: &Deadline<'_>,
 ) -> Result<(), ViewerError> {
     let mut control = Control::call(port)?;
@@ -146,15 +137,15 @@ fn take(
     let mut before = None;
     loop {
         let image = take_draft(&draft, &mut control, deadline)?;
-        let missing = image.missing(has_wheels);
-        if missing.is_none() && before.as_ref() == Some(&image) {
+        if before.as_ref() == Some(&image) {
             return draft
                 .persist(out)
                 .map_err(|error| ViewerError::create(out)(error.error));
         }
         if deadline.is_over() {
-            let reason = missing.unwrap_or_else(|| "it still changes after 90 s".to_owned());
-            return Err(ViewerError::Picture { reason });
+            return Err(ViewerError::Picture {
+                reason: "it still changes after 90 s".to_owned(),
+            });
         }
         before = Some(image);
         deadline.pause(PERIOD)?;
@@ -178,97 +169,14 @@ fn take_draft(
     draft: &Path,
     control: &mut Control,
     deadline: &Deadline<'_>,
-) -> Result<Image, ViewerError> {
+) -> Result<Vec<u8>, ViewerError> {
     let _ = std::fs::remove_file(draft);
     control.save_picture(draft)?;
     loop {
-        match Image::decode(draft) {
-            Ok(image) => return Ok(image),
+        match std::fs::read(draft) {
+            Ok(image) if image.ends_with(PNG_END) => return Ok(image),
             Err(cause) if deadline.is_over() => return Err(ViewerError::read(draft)(cause)),
-            Err(_) => deadline.pause(PERIOD / 10)?,
+            _ => deadline.pause(PERIOD / 10)?,
         }
-    }
-}
-
-/// Red, green and blue of each pixel of a picture.
-#[derive(PartialEq)]
-struct Image {
-    pixels: Vec<[u8; 3]>,
-}
-
-impl Image {
-    fn decode(path: &Path) -> Result<Self, Cause> {
-        let mut decoder = png::Decoder::new(BufReader::new(File::open(path)?));
-        decoder.set_transformations(png::Transformations::normalize_to_color8());
-        let mut reader = decoder.read_info()?;
-        let size = reader
-            .output_buffer_size()
-            .ok_or("the picture is too large")?;
-        let mut bytes = vec![0; size];
-        let info = reader.next_frame(&mut bytes)?;
-        bytes.truncate(info.buffer_size());
-        let pixels = bytes.chunks_exact(info.color_type.samples());
-        let pixels = pixels.filter_map(|p| p.get(..3)?.try_into().ok()).collect();
-        Ok(Self { pixels })
-    }
-
-    /// Names what is missing. `None` for a picture that shows the data.
-    fn missing(&self, has_wheels: bool) -> Option<String> {
-        #[expect(clippy::cast_precision_loss, reason = "a few million pixels")]
-        let share = |colour: Colour| {
-            let near = self.pixels.iter().filter(|p| is_near(p, colour)).count();
-            near as f64 / self.pixels.len().max(1) as f64
-        };
-        if !has_wheels {
-            let is_empty = hues().all(|colour| share(colour) < LEAST_SHARE);
-            return is_empty.then(|| "no line has a colour of the data".to_owned());
-        }
-        let wheels = ["front", "middle", "rear"].into_iter().zip(WHEELS);
-        let absent = wheels.filter(|(_, colour)| share(*colour) < LEAST_SHARE);
-        let names: Vec<&str> = absent.map(|(name, _)| name).collect();
-        (!names.is_empty())
-            .then(|| format!("the colour of the {} wheel is missing", names.join(", ")))
-    }
-}
-
-/// The pixel has a colour, except for the smoothing of edges.
-fn is_near(pixel: &[u8; 3], Colour(colour): Colour) -> bool {
-    pixel.iter().zip(colour).all(|(a, b)| a.abs_diff(b) < 12)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A picture of the welcome page or of an empty layout does not show the data; nor does one without the front
-    /// wheel.
-    #[test]
-    fn a_picture_without_the_wheels_is_not_enough() {
-        let mut image = Image {
-            pixels: vec![[13, 16, 17]; 10_000],
-        };
-        let missing = image.missing(true).expect("nothing is shown");
-        assert!(missing.contains("front, middle, rear"), "{missing}");
-        for (i, Colour(colour)) in WHEELS.into_iter().enumerate() {
-            image.pixels[20 * i..20 * i + 20].fill(colour);
-        }
-        assert_eq!(image.missing(true), None);
-        image.pixels[..20].fill([0; 3]);
-        let missing = image.missing(true);
-        let missing = missing.expect("the front wheel is not there");
-        assert!(missing.contains("the front wheel"), "{missing}");
-    }
-
-    /// A recording without a robot needs no wheels in its picture: the line of one estimator is
-    /// enough, and an empty layout is not.
-    #[test]
-    fn a_picture_of_lines_needs_one_of_them() {
-        let mut image = Image {
-            pixels: vec![[13, 16, 17]; 10_000],
-        };
-        assert!(image.missing(false).is_some());
-        image.pixels[..20].fill(crate::colours::by_index(0).0);
-        assert_eq!(image.missing(false), None);
-        assert!(image.missing(true).is_some());
     }
 }

@@ -34,9 +34,10 @@ impl Target for Remote {
     }
 
     fn finish(&mut self) -> Result<(), Cause> {
-        Ok(match self {
+        match self {
             Self::Viewer(viewer) => viewer.flush_blocking(TIMEOUT)?,
             Self::Server(server) => server.flush_blocking(TIMEOUT)?,
-        })
+        }
+        Ok(())
     }
 }

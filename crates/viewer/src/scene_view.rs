@@ -16,7 +16,6 @@ use rerun::archetypes::{Ellipses2D, LineStrips2D, Points2D, Transform3D};
 use rerun::components::Radius;
 use robhaz_model::{Bar, Pin, Robot, Vec2};
 use robhaz_run::{Frame, RunDescription, World};
-use robhaz_score::events::EndStop;
 use robhaz_sim::Truth;
 
 /// Number of frames for one piece of a trail: 20 pieces per second at 60 Hz.
@@ -33,8 +32,6 @@ pub(crate) struct SceneView {
     chosen: Option<usize>,
     frames: u32,
     trail_ends: Option<[Vec2; 4]>,
-    /// The end stop that is highlighted.
-    shown_stop: Option<EndStop>,
     /// Times of the frames, s.
     times: Vec<f64>,
     /// Positions (m) and angles (rad) of the bars, then of the wheels.
@@ -44,7 +41,6 @@ pub(crate) struct SceneView {
     contacts: Vec<(Vec2, Colour)>,
     contact_counts: Vec<usize>,
     trails: Strips,
-    stops: Strips,
 }
 
 impl SceneView {
@@ -59,14 +55,12 @@ impl SceneView {
             chosen,
             frames: 0,
             trail_ends: None,
-            shown_stop: None,
             times: Vec::new(),
             poses: Default::default(),
             pins: Vec::new(),
             contacts: Vec::new(),
             contact_counts: Vec::new(),
             trails: Strips::default(),
-            stops: Strips::default(),
         }
     }
 
@@ -127,27 +121,9 @@ impl SceneView {
             self.trails.push(truth.time, pieces);
         }
         self.frames = self.frames.wrapping_add(1);
-        self.push_stop(truth);
         let estimate = self.chosen.and_then(|k| frame.estimates[k].as_ref().ok());
         self.forces
             .push(truth, &frame.sensors.contact_angle, estimate);
-    }
-
-    /// Highlights an end stop while it has a torque.
-    fn push_stop(&mut self, truth: &Truth) {
-        let geometry = &self.robot.geometry;
-        let angle = truth.links[0].angle - truth.links[1].angle;
-        let reached = truth.stop_torque.abs() > 0.0;
-        let now = reached.then(|| EndStop::nearest(&geometry.stop, angle));
-        if now != self.shown_stop {
-            self.shown_stop = now;
-            let [_, lower, upper] = shapes::stops(geometry);
-            let strip = now.map(|stop| match stop {
-                EndStop::Lower => lower,
-                EndStop::Upper => upper,
-            });
-            self.stops.push(truth.time, strip);
-        }
     }
 
     /// Logs the frames that were added since the last call.
@@ -179,7 +155,6 @@ impl SceneView {
         let counts = std::mem::take(&mut self.contact_counts);
         out.columns("world/robot/contacts", &times, points.columns(counts))?;
         self.trails.flush(out, "world/trails")?;
-        self.stops.flush(out, &format!("{STOPS}/reached"))?;
         self.forces.flush(out, &times)
     }
 
@@ -218,22 +193,13 @@ impl SceneView {
     fn declare_stops(&self, out: &mut Writer) -> Result<(), ViewerError> {
         let strips = shapes::stops(&self.robot.geometry);
         out.constant(
-            STOPS,
+            "world/robot/link2/stops",
             &LineStrips2D::new(strips.map(|strip| strip.into_iter().map(flat).collect::<Vec<_>>()))
                 .with_colors([colours::NEUTRAL])
                 .with_radii([Radius::new_ui_points(0.75)]),
-        )?;
-        out.constant(
-            format!("{STOPS}/reached"),
-            &LineStrips2D::update_fields()
-                .with_colors([colours::PIN])
-                .with_radii([Radius::new_ui_points(3.0)]),
         )
     }
 }
-
-/// Entity of the end stops.
-const STOPS: &str = "world/robot/link2/stops";
 
 fn draw_strip(
     out: &mut Writer,

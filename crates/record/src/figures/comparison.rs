@@ -28,7 +28,7 @@ pub fn comparison(run: &RunTraces) -> Page {
     let estimators = run.estimators.iter().enumerate();
     let key = estimators.map(|(place, estimator)| {
         let (color, is_dashed) = look_of(place);
-        let mark = if is_dashed { Mark::Dashed } else { Mark::Line };
+        let mark = if is_dashed { Mark::dashed } else { Mark::line };
         let rmse = match estimator.score.normal_force() {
             Some(errors) => format!("RMSE {:.2} N", errors.rmse_all),
             None => "nothing to compare".to_owned(),

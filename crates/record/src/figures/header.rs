@@ -1,7 +1,7 @@
 //! Title, subtitle and key over the panels of a figure.
 
 use super::area::{Area, Drawn, write};
-use super::style::{grid_line, text, units};
+use super::style::{line, text, units};
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -17,54 +17,46 @@ const KEY: f64 = 20.0;
 const LETTERS: f64 = 12.5;
 /// Width of a letter of a sans-serif font, in sizes of the font: a little more than the mean of English text.
 const LETTER: f64 = 0.56;
-/// Length of a line's sample and of an area's, px.
-const LINE_SAMPLE: f64 = 26.0;
-const AREA_SAMPLE: f64 = 20.0;
+/// Length of a sample, px.
+const SAMPLE: f64 = 26.0;
 const SAMPLE_GAP: f64 = 6.0;
 const ENTRY_GAP: f64 = 20.0;
 
 /// A sample in the key.
 #[derive(Clone, Copy)]
-pub enum Mark {
-    /// A line.
-    Line(ShapeStyle),
-    /// A dashed line.
-    Dashed(ShapeStyle),
-    /// An area.
-    Area(RGBColor),
-    /// An arrow that points right, of a length in px.
-    Arrow(ShapeStyle, f64),
+pub struct Mark {
+    style: ShapeStyle,
+    is_dashed: bool,
 }
 
 impl Mark {
-    fn width(self) -> f64 {
-        match self {
-            Self::Line(_) | Self::Dashed(_) => LINE_SAMPLE,
-            Self::Area(_) => AREA_SAMPLE,
-            Self::Arrow(_, length) => length,
+    /// A line.
+    pub fn line(style: ShapeStyle) -> Self {
+        Self {
+            style,
+            is_dashed: false,
         }
     }
 
+    /// A dashed line.
+    pub fn dashed(style: ShapeStyle) -> Self {
+        Self {
+            style,
+            is_dashed: true,
+        }
+    }
+
+    /// An area.
+    pub fn area(color: RGBColor) -> Self {
+        Self::line(line(color, 12.0))
+    }
+
     fn draw(self, page: &Area<'_>, (x, y): (f64, f64)) -> Drawn {
-        let ends = [(units(x), units(y)), (units(x + self.width()), units(y))];
-        match self {
-            Self::Line(style) => page.draw(&PathElement::new(ends, style))?,
-            Self::Dashed(style) => page.draw(&dashed(ends.to_vec(), style))?,
-            Self::Area(color) => {
-                let corners = [
-                    (units(x), units(y - 6.0)),
-                    (units(x + AREA_SAMPLE), units(y + 6.0)),
-                ];
-                page.draw(&Rectangle::new(corners, color.filled()))?;
-                page.draw(&Rectangle::new(corners, grid_line()))?;
-            }
-            Self::Arrow(style, length) => {
-                page.draw(&PathElement::new(ends, style))?;
-                let tip = x + length;
-                let head = [(tip, y), (tip - 7.0, y - 3.5), (tip - 7.0, y + 3.5)];
-                let head = head.map(|(x, y)| (units(x), units(y))).to_vec();
-                page.draw(&Polygon::new(head, style.color.filled()))?;
-            }
+        let ends = [(units(x), units(y)), (units(x + SAMPLE), units(y))];
+        if self.is_dashed {
+            page.draw(&dashed(ends.to_vec(), self.style))?;
+        } else {
+            page.draw(&PathElement::new(ends, self.style))?;
         }
         Ok(())
     }
@@ -96,10 +88,9 @@ impl Entry {
     }
 
     fn width(&self) -> f64 {
-        let marks: f64 = self.marks.iter().map(|m| m.width() + SAMPLE_GAP).sum();
-        #[expect(clippy::cast_precision_loss, reason = "some ten letters")]
-        let letters = self.label.chars().count() as f64;
-        marks + LETTER * LETTERS * letters
+        #[expect(clippy::cast_precision_loss, reason = "some marks and letters")]
+        let [marks, letters] = [self.marks.len(), self.label.chars().count()].map(|n| n as f64);
+        marks * (SAMPLE + SAMPLE_GAP) + letters * LETTER * LETTERS
     }
 }
 
@@ -167,7 +158,7 @@ impl Header {
                 let end = x + entry.width() + ENTRY_GAP;
                 for mark in &entry.marks {
                     mark.draw(page, (x, y))?;
-                    x += mark.width() + SAMPLE_GAP;
+                    x += SAMPLE + SAMPLE_GAP;
                 }
                 write(page, &entry.label, (x, y), plain())?;
                 x = end;

@@ -24,10 +24,9 @@ pub use strip::{SPACING, Strip};
 pub use trace::{Estimated, Trace};
 
 use crate::error::{RecordError, check_name, create_folder};
-use ground::GroundTraces;
 use rayon::prelude::*;
 use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
-use run::{EstimatorTraces, RunTraces};
+use run::RunTraces;
 use std::path::{Path, PathBuf};
 
 /// Draws a run. Each figure is an SVG file.
@@ -51,45 +50,18 @@ pub struct FigureSink {
     run: Option<RunTraces>,
 }
 
-/// What each figure shows, by its file name in the order of a page; the label of an estimator follows after `_`.
-pub(crate) const CAPTIONS: [(&str, &str); 10] = [
-    (
-        "comparison",
-        "Errors of the normal forces of all estimators.",
-    ),
-    (
-        "path",
-        "Ground, paths of the wheels' centres, and N of each wheel over its place.",
-    ),
-    (
-        "needed_friction_",
-        "Needed friction T/N by an estimator, with two standard deviations.",
-    ),
-    (
-        "needed_friction",
-        "Friction that the path needs, before it is driven.",
-    ),
-    ("fig5_linkage", "Pins relative to Q (the paper's Fig. 5)."),
-    (
-        "fig6_forces",
-        "N and T of every wheel (the paper's Fig. 6).",
-    ),
-    (
-        "fig7_",
-        "N, linkage mass lumped to the body (the paper's Fig. 7).",
-    ),
-    (
-        "fig8_",
-        "N, linkage mass lumped to the wheels (the paper's Fig. 8).",
-    ),
-    (
-        "normal_force_",
-        "N by an estimator, with two standard deviations where it states them.",
-    ),
-    (
-        "ground_",
-        "The ground that an estimator has found, with two standard deviations.",
-    ),
+/// File names in the order of a page; the label of an estimator follows after `_`.
+pub(crate) const NAMES: [&str; 10] = [
+    "comparison",
+    "path",
+    "needed_friction_",
+    "needed_friction",
+    "fig5_linkage",
+    "fig6_forces",
+    "fig7_",
+    "fig8_",
+    "normal_force_",
+    "ground_",
 ];
 
 impl FigureSink {
@@ -107,7 +79,7 @@ impl FigureSink {
         let Some((stem, "svg" | "pdf")) = file.rsplit_once('.') else {
             return false;
         };
-        CAPTIONS.iter().any(|(name, _)| match name.ends_with('_') {
+        NAMES.iter().any(|name| match name.ends_with('_') {
             true => (stem.strip_prefix(name)).is_some_and(|e| estimators.contains(&e)),
             // That of a judged path is of no run.
             false => stem == *name && stem != "needed_friction",
@@ -120,11 +92,6 @@ impl FigureSink {
         };
         run.finish(end);
         let run = &run;
-        let of_ground = |(k, e): (usize, &EstimatorTraces)| {
-            GroundTraces::new(&e.name, &run.felt.compared(k, run.ground.as_ref()))
-        };
-        let estimators = run.estimators.par_iter().enumerate();
-        let grounds: Vec<GroundTraces> = estimators.filter_map(of_ground).collect();
         let mut figures: Vec<(String, Page)> = Vec::new();
         if run.has_truth() || run.shown.is_some() {
             figures.push(("fig5_linkage".to_owned(), paper::linkage(run)));
@@ -140,11 +107,11 @@ impl FigureSink {
         if run.has_truth() && !run.estimators.is_empty() {
             figures.push(("comparison".to_owned(), comparison::comparison(run)));
         }
-        figures.extend(
-            grounds
-                .iter()
-                .map(|ground| (ground.stem(), ground.page(run))),
-        );
+        for (k, e) in run.estimators.iter().enumerate() {
+            let points = run.felt.compared(k, run.ground.as_ref());
+            let page = ground::ground(run, &e.name, &points);
+            figures.extend(page.map(|page| (format!("ground_{}", e.name), page)));
+        }
         if let Some(ground) = run.ground.as_ref().filter(|_| !run.poses.is_empty()) {
             figures.push(("path".to_owned(), path::path(run, ground)));
         }

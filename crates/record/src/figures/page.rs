@@ -43,13 +43,15 @@ impl Column {
         } else {
             TAIL
         };
-        if self.scale == Scale::Common {
-            return vec![Panel::shared_range(&self.panels, axis, tail); self.panels.len()];
-        }
-        let panels = self.panels.iter().map(std::slice::from_ref);
-        panels
-            .map(|panel| Panel::shared_range(panel, axis, tail))
-            .collect()
+        let range = |panel: &Panel| {
+            let with = match self.scale {
+                Scale::Common => &self.panels[..],
+                Scale::Own | Scale::Whole => std::slice::from_ref(panel),
+            };
+            let own = || Panel::shared_range(with, axis, tail);
+            panel.range.clone().unwrap_or_else(own)
+        };
+        self.panels.iter().map(range).collect()
     }
 
     fn height(&self) -> f64 {

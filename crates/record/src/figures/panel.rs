@@ -69,10 +69,15 @@ impl Layer {
 
     /// An estimate, with every peak, and its two standard deviations.
     pub fn estimate(estimate: &Estimated, color: RGBColor) -> Self {
+        Self::banded(estimate.line.extremes(), estimate.band(), color)
+    }
+
+    /// Pieces of the line of an estimate, and outlines of its two standard deviations.
+    pub fn banded(lines: Vec<Vec<Point>>, areas: Vec<Vec<Point>>, color: RGBColor) -> Self {
         Self {
-            areas: estimate.band(),
+            areas,
             area_color: band_color(color),
-            ..Self::line(estimate.line.extremes(), estimate_line(color))
+            ..Self::line(lines, estimate_line(color))
         }
     }
 

@@ -42,7 +42,7 @@ pub fn page(
 pub fn start_entry(run: &RunTraces) -> Option<Entry> {
     let from = run.rule.compare_from;
     let label = format!("start, not compared (before {from} s)");
-    (from > 0.0).then(|| Entry::new(Mark::Area(START), label))
+    (from > 0.0).then(|| Entry::new(Mark::area(START), label))
 }
 
 /// Fig. 5: the pins' positions.
@@ -184,7 +184,7 @@ fn key(
     colors: &[RGBColor],
     banded: bool,
 ) -> Vec<Entry> {
-    let truth = || Entry::new(Mark::Line(truth_line()), "true");
+    let truth = || Entry::new(Mark::line(truth_line()), "true");
     let mut key: Vec<Entry> = run.has_truth().then(truth).into_iter().collect();
     let entry = |mark: fn(RGBColor) -> Mark, label: String| Entry {
         marks: colors.iter().map(|color| mark(*color)).collect(),
@@ -192,11 +192,11 @@ fn key(
     };
     if let Some(estimator) = estimator {
         let label = format!("estimated ({})", estimator.name);
-        key.push(entry(|color| Mark::Line(estimate_line(color)), label));
+        key.push(entry(|color| Mark::line(estimate_line(color)), label));
     }
     if banded {
         let label = "two standard deviations".to_owned();
-        key.push(entry(|color| Mark::Area(band_color(color)), label));
+        key.push(entry(|color| Mark::area(band_color(color)), label));
     }
     key.extend(start_entry(run));
     key

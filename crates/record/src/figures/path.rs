@@ -34,11 +34,13 @@ pub fn path(run: &RunTraces, ground: &Terrain) -> Page {
     let strip = strip(run, ground, &reach);
     let wheels = ["front wheel", "middle wheel", "rear wheel"];
     let mut key: Vec<Entry> = (wheels.into_iter().zip(WHEELS))
-        .map(|(name, color)| Entry::new(Mark::Line(line(color, 1.8)), name))
+        .map(|(name, color)| Entry::new(Mark::line(line(color, 1.8)), name))
         .collect();
-    let arrow = Mark::Arrow(line(ROBOT, 1.6), MEAN_LOAD_LENGTH * strip.scale);
-    let label = format!("N at the contact, {:.0} N", run.mean_load);
-    key.push(Entry::new(arrow, label));
+    let label = format!("arrows: N, {MEAN_LOAD_LENGTH} m are {:.0} N", run.mean_load);
+    key.push(Entry {
+        marks: Vec::new(),
+        label,
+    });
     let lines = run.normal_force_at.iter().zip(WHEELS);
     let lines = lines.map(|(trace, color)| Layer::colored(trace, color));
     let panel = Panel::new(

@@ -319,7 +319,7 @@ fn the_way_shows_ground_robots_and_paths() {
         "y (m)",
         "normal force N (N)",
         "0.0 s",
-        "N at the contact",
+        "arrows: N, 0.12 m are",
     ] {
         assert!(svg.contains(text), "{text}");
     }

@@ -56,10 +56,8 @@ pub struct Trace {
     /// Records of the current interval so far.
     seen: u64,
     current: Option<Interval>,
-    /// Pieces of the line. Between two pieces there is no value.
-    pieces: Vec<Vec<Interval>>,
-    /// Whether the next interval belongs to the last piece.
-    joined: bool,
+    /// `None` where no record has a value: the line has a gap.
+    intervals: Vec<Option<Interval>>,
 }
 
 impl Trace {
@@ -69,8 +67,7 @@ impl Trace {
             stride: records.div_ceil(INTERVALS).max(1),
             seen: 0,
             current: None,
-            pieces: Vec::new(),
-            joined: false,
+            intervals: Vec::new(),
         }
     }
 
@@ -90,69 +87,51 @@ impl Trace {
         }
         self.seen += 1;
         if self.seen == self.stride {
-            self.close_interval();
+            self.seen = 0;
+            self.intervals.push(self.current.take());
         }
-    }
-
-    /// Ends the current piece: between the records before and after there is no value.
-    pub fn interrupt(&mut self) {
-        self.close_interval();
-        self.joined = false;
     }
 
     /// Pieces of the line through the extremes of every interval.
     pub fn extremes(&self) -> Vec<Vec<Point>> {
-        self.map_pieces(|piece| {
-            let ends = piece.iter().flat_map(|s| {
-                let (first, second) = if s.high_first {
-                    (s.high, s.low)
-                } else {
-                    (s.low, s.high)
-                };
-                let single = s.low == s.high;
-                std::iter::once(first).chain((!single).then_some(second))
-            });
-            ends.collect()
+        self.pieces(|s| {
+            let (first, second) = if s.high_first {
+                (s.high, s.low)
+            } else {
+                (s.low, s.high)
+            };
+            let single = s.low == s.high;
+            [Some(first), (!single).then_some(second)]
         })
     }
 
     /// Pieces of the line through the means of every interval.
     pub fn means(&self) -> Vec<Vec<Point>> {
-        self.map_pieces(|piece| piece.iter().map(Interval::mean).collect())
+        self.pieces(|s| [Some(s.mean())])
     }
 
     /// Pieces of the line along the lowest values of every interval, over the interval's mean abscissa.
     pub fn lows(&self) -> Vec<Vec<Point>> {
-        self.map_pieces(|piece| piece.iter().map(|s| (s.mean().0, s.low.1)).collect())
+        self.pieces(|s| [Some((s.mean().0, s.low.1))])
     }
 
     /// Pieces of the line along the highest values of every interval, over the interval's mean abscissa.
     pub fn highs(&self) -> Vec<Vec<Point>> {
-        self.map_pieces(|piece| piece.iter().map(|s| (s.mean().0, s.high.1)).collect())
+        self.pieces(|s| [Some((s.mean().0, s.high.1))])
     }
 
-    /// The pieces, with the last interval as far as it came.
-    fn map_pieces(&self, line: impl Fn(&[Interval]) -> Vec<Point>) -> Vec<Vec<Point>> {
-        let mut whole = self.clone();
-        if whole.seen > 0 {
-            whole.close_interval();
-        }
-        whole.pieces.iter().map(|piece| line(piece)).collect()
-    }
-
-    fn close_interval(&mut self) {
-        self.seen = 0;
-        let Some(interval) = self.current.take() else {
-            self.joined = false;
-            return;
+    /// The points of all intervals between gaps, with the last interval as far as it came.
+    fn pieces<const N: usize>(
+        &self,
+        points: impl Fn(&Interval) -> [Option<Point>; N],
+    ) -> Vec<Vec<Point>> {
+        let mut all = self.intervals.clone();
+        all.push(self.current);
+        let pieces = all.split(Option::is_none).filter(|piece| !piece.is_empty());
+        let line = |piece: &[Option<Interval>]| {
+            piece.iter().flatten().flat_map(&points).flatten().collect()
         };
-        if !self.joined {
-            self.pieces.push(Vec::new());
-            self.joined = true;
-        }
-        if let Some(piece) = self.pieces.last_mut() {
-            piece.push(interval);
-        }
+        pieces.map(line).collect()
     }
 }
 
@@ -193,13 +172,6 @@ impl Estimated {
             .add(at, band.map(|(centre, sigma)| centre - 2.0 * sigma));
         self.upper
             .add(at, band.map(|(centre, sigma)| centre + 2.0 * sigma));
-    }
-
-    /// Ends the current piece, as [`Trace::interrupt`].
-    pub fn interrupt(&mut self) {
-        for trace in [&mut self.line, &mut self.lower, &mut self.upper] {
-            trace.interrupt();
-        }
     }
 
     /// Whether it has standard deviations.

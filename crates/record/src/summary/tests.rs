@@ -256,14 +256,12 @@ fn numbers_that_are_not_finite_are_refused() {
     let good = summary_of(&records());
     let mut bad = good.clone();
     bad.real_time_factor = f64::INFINITY;
-    let error = bad.to_json().expect_err("refused").to_string();
-    assert!(error.contains("real_time_factor"), "{error}");
+    assert!(matches!(bad.to_json(), Err(RecordError::NotFinite)));
     let mut bad = good;
     if let Some(errors) = bad.estimators[1].traction.as_mut() {
         errors.rmse[2] = f64::NAN;
     }
-    let error = bad.to_json().expect_err("refused").to_string();
-    assert!(error.contains("estimators.true-mass"), "{error}");
+    assert!(matches!(bad.to_json(), Err(RecordError::NotFinite)));
 }
 
 /// A run that broke off has a summary of what was recorded, which says when and why. Without a record there is none.

@@ -53,13 +53,13 @@ pub(crate) fn log(
     };
     let errors = range(0.0, 1.0).unwrap_or(Range1D::new(0.0, 1.05 * largest_error));
     let errors = (largest_error > 0.0).then_some(errors);
-    let truth = overlaid(&mut layout, "True N", "normal_force", range(-0.5, 3.0))?;
-    let difference = overlaid(
-        &mut layout,
-        "Difference of N from the first run",
-        "difference",
-        range(-1.0, 1.0),
-    )?;
+    let mut truth = Vec::new();
+    for (i, wheel) in WHEEL_NAMES.iter().enumerate() {
+        let contents = [format!("+ /compared/normal_force/wheel{}/**", i + 1)];
+        let name = format!("True N, {wheel} wheel [N]");
+        truth.push((layout.plot(&name, &contents, range(-0.5, 3.0))?, 1.0));
+    }
+    let truth = layout.container(ContainerKind::Horizontal, "True N", &truth)?;
     let forces = side_by_side(
         &mut layout,
         "True and estimated N",
@@ -71,7 +71,7 @@ pub(crate) fn log(
     let events = side_by_side(&mut layout, "Events", runs, |layout, run, root| {
         layout.text_log(&format!("{}: events", run.label), &format!("{root}events"))
     })?;
-    let forces = layout.tabs("Forces", &[truth, difference, forces, events])?;
+    let forces = layout.tabs("Forces", &[truth, forces, events])?;
     let error_plots = side_by_side(&mut layout, "Errors", runs, |layout, run, root| {
         let key = parts::key(
             layout,
@@ -105,22 +105,6 @@ fn side_by_side(
     let mut parts = Vec::new();
     for (k, run) in runs.iter().enumerate() {
         parts.push((part(layout, run, &root(k))?, 1.0));
-    }
-    layout.container(ContainerKind::Horizontal, name, &parts)
-}
-
-/// A plot for each wheel with the lines of all runs.
-fn overlaid(
-    layout: &mut Layout<'_>,
-    name: &str,
-    quantity: &str,
-    range: Option<Range1D>,
-) -> Result<Part, ViewerError> {
-    let mut parts = Vec::new();
-    for (i, wheel) in WHEEL_NAMES.iter().enumerate() {
-        let contents = [format!("+ /compared/{quantity}/wheel{}/**", i + 1)];
-        let view = layout.plot(&format!("{name}, {wheel} wheel [N]"), &contents, range)?;
-        parts.push((view, 1.0));
     }
     layout.container(ContainerKind::Horizontal, name, &parts)
 }
