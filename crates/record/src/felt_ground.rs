@@ -11,8 +11,6 @@ use std::sync::Arc;
 /// Largest distance of places at which the true ground is computed, m. Between them it is taken as straight: at a curvature of
 /// 10/m that errs by 1.3 um.
 const SPACING: f64 = 1e-3;
-/// Largest number of such places.
-const MOST: f64 = 2e6;
 /// Points whose ground is computed together: some 10 m. That of an hour's path would take 30 MB.
 const SURVEYED_AT_ONCE: usize = 1024;
 
@@ -55,41 +53,29 @@ impl FeltGrounds {
     /// The points of an estimator with the true ground, which a simulation has. Only the origin of the first section is known:
     /// later sections have no truth.
     pub fn compared(&self, estimator: usize, terrain: Option<&Terrain>) -> Vec<ComparedPoint> {
-        let points = self
-            .points
-            .get(estimator)
-            .map_or(&[][..], |points| &points[..]);
-        let mut compared = Vec::with_capacity(points.len());
-        for some in points.chunks(SURVEYED_AT_ONCE) {
-            compared.extend(self.with_truth(terrain, some));
-        }
-        compared
-    }
-
-    fn with_truth(&self, terrain: Option<&Terrain>, points: &[GroundPoint]) -> Vec<ComparedPoint> {
-        let truth = terrain.and_then(|terrain| self.survey(terrain, points));
-        let of = |point: &GroundPoint| {
-            let (origin, surveyed) = truth.as_ref()?;
-            let known = point.section == 0;
-            known.then(|| true_at(surveyed, *origin, point.x)).flatten()
-        };
-        points.iter().map(|point| (*point, of(point))).collect()
+        let points = self.points.get(estimator).map_or(&[][..], |p| &p[..]);
+        let chunks = points.chunks(SURVEYED_AT_ONCE);
+        let with_truth = chunks.flat_map(|points| {
+            let places = points.iter().filter(|p| p.section == 0).map(|p| p.x);
+            let (low, high) = extremes(places);
+            let truth = terrain.zip(self.origin).filter(|_| low <= high);
+            let truth = truth.map(|(terrain, origin)| {
+                let (from, to) = (origin.x + low - SPACING, origin.x + high + SPACING);
+                (origin, terrain.survey(from, to, SPACING))
+            });
+            points.iter().map(move |point| {
+                let known = truth.as_ref().filter(|_| point.section == 0);
+                let truth = known.and_then(|(origin, s)| true_at(s, *origin, point.x));
+                (*point, truth)
+            })
+        });
+        with_truth.collect()
     }
 
     /// Errors of the ground of an estimator; `None` where nothing can be compared. Points behind the origin count, too.
     pub fn errors(&self, estimator: usize, terrain: Option<&Terrain>) -> Option<GroundErrors> {
         let compared = self.compared(estimator, terrain).into_iter();
         GroundErrors::of(compared.filter_map(|(point, truth)| Some((point, truth?))))
-    }
-
-    /// The origin, and the true ground under the points.
-    fn survey(&self, terrain: &Terrain, points: &[GroundPoint]) -> Option<(Vec2, Vec<Surveyed>)> {
-        let origin = self.origin?;
-        let places = points.iter().filter(|p| p.section == 0).map(|p| p.x);
-        let (low, high) = extremes(places);
-        let (from, to) = (origin.x + low - SPACING, origin.x + high + SPACING);
-        let spacing = SPACING.max((to - from) / MOST);
-        (low <= high).then(|| (origin, terrain.survey(from, to, spacing)))
     }
 }
 

@@ -5,7 +5,6 @@ mod file;
 mod log;
 mod parts;
 mod sink;
-mod suspects;
 #[cfg(test)]
 mod tests;
 
@@ -14,6 +13,6 @@ pub use file::Summary;
 pub use log::MeanForces;
 pub use parts::{
     BrokenOff, EstimatorSummary, FrictionSummary, FrictionTestSummary, NominalRobot, SensorErrors,
+    Suspicion,
 };
 pub use sink::SummarySink;
-pub use suspects::Suspicion;

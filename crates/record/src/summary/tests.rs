@@ -145,8 +145,8 @@ fn sensor_errors_and_the_nominal_robot_are_kept() {
     assert_eq!(drawn.grade, "poor");
     let sensors = scene.sensors();
     for i in 0..2 {
-        close(drawn.torque_gain[i], sensors.drawn().torque_gain[i]);
-        close(drawn.rate_bias[i], sensors.drawn().rate_bias[i]);
+        close(drawn.drawn.torque_gain[i], sensors.drawn().torque_gain[i]);
+        close(drawn.drawn.rate_bias[i], sensors.drawn().rate_bias[i]);
     }
     let s = scene.nominal_robot().expect("a robot").geometry.pins.s;
     close(summary.nominal.pins[3][0], s.x);
