@@ -5,8 +5,8 @@
 use crate::ViewerError;
 use crate::colours::{WHEELS, by_index};
 use crate::key::{self, Entry};
-use crate::layout;
 use crate::layout::comparison::{ComparedRun, root};
+use crate::layout::{self, Playing};
 use crate::plot::{Line, Plot};
 use crate::reading::{for_each_chunk, nanoseconds_to_seconds, scalars};
 use crate::writer::{RrdFile, Writer};
@@ -91,7 +91,8 @@ pub fn save_comparison(
             .iter_mut()
             .try_for_each(|plot| plot.flush(&mut writer))?;
     }
-    layout::comparison::log(&mut writer, runs, largest_error)?;
+    let views = layout::comparison::layout(runs, largest_error);
+    layout::log(&mut writer, &views, Playing::FromStart)?;
     writer.finish(0)
 }
 

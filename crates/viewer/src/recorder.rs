@@ -68,7 +68,7 @@ impl Recorder {
         // The viewer would mix two runs with the same identifier.
         let fingerprint = run.fingerprint ^ to.salt;
         let mut out = Writer::start(&to.name, to.target, to.patience, &run.name, fingerprint)?;
-        layout::run::log(&mut out, run, to.playing)?;
+        layout::log(&mut out, &layout::run::layout(run), to.playing)?;
         let page = TextDocument::new(about::page(run, chosen, thinning));
         out.constant("about", &page.with_media_type(MediaType::markdown()))?;
         key::log(&mut out, "key", &key::of_run(run))?;
