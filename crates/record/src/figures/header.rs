@@ -14,6 +14,7 @@ pub const WIDTH: u32 = 880;
 const TITLE: f64 = 24.0;
 const SUBTITLE: f64 = 19.0;
 const KEY: f64 = 20.0;
+const KEY_TOP: f64 = MARGIN + TITLE + SUBTITLE;
 const LETTERS: f64 = 12.5;
 /// Width of a letter of a sans-serif font, in sizes of the font: a little more than the mean of English text.
 const LETTER: f64 = 0.56;
@@ -98,7 +99,7 @@ impl Entry {
 pub struct Header {
     /// Title.
     pub title: String,
-    /// Subtitle; can be empty.
+    /// Subtitle.
     pub subtitle: String,
     /// The key to the lines.
     pub key: Vec<Entry>,
@@ -109,16 +110,7 @@ impl Header {
     pub fn bottom(&self) -> f64 {
         #[expect(clippy::cast_precision_loss, reason = "a few rows")]
         let rows = self.rows().len() as f64;
-        self.key_top() + rows * KEY + 6.0
-    }
-
-    fn key_top(&self) -> f64 {
-        let subtitle = if self.subtitle.is_empty() {
-            0.0
-        } else {
-            SUBTITLE
-        };
-        MARGIN + TITLE + subtitle
+        KEY_TOP + rows * KEY + 6.0
     }
 
     /// The entries of each row of the key.
@@ -147,11 +139,9 @@ impl Header {
         let title = text(16.0, FontStyle::Bold, HPos::Left, VPos::Top);
         write(page, &self.title, (MARGIN, MARGIN), title)?;
         let plain = || text(LETTERS, FontStyle::Normal, HPos::Left, VPos::Center);
-        if !self.subtitle.is_empty() {
-            let at = (MARGIN, MARGIN + TITLE + 0.4 * SUBTITLE);
-            write(page, &self.subtitle, at, plain())?;
-        }
-        let mut y = self.key_top() + 0.5 * KEY;
+        let at = (MARGIN, MARGIN + TITLE + 0.4 * SUBTITLE);
+        write(page, &self.subtitle, at, plain())?;
+        let mut y = KEY_TOP + 0.5 * KEY;
         for row in self.rows() {
             let mut x = MARGIN;
             for entry in row {

@@ -54,7 +54,7 @@ pub fn linkage(run: &RunTraces) -> Page {
             let layers = layers(&run.pins[k][axis], estimate, LINKAGE);
             let error = shown.and_then(|s| s.pin_errors[k][axis].value());
             Panel {
-                note: error.map_or(String::new(), pin_note),
+                note: error.map_or(String::new(), |rms| format!("RMSE {rms:.2} mm")),
                 ..Panel::new(title, y_label, (2.0, HEIGHT), layers)
             }
         });
@@ -86,7 +86,7 @@ pub fn forces(run: &RunTraces) -> Page {
     page(
         run,
         "Force distribution over the wheels (the paper's Fig. 6)",
-        String::new(),
+        "normal forces and tractions".to_owned(),
         key(run, shown, &WHEELS, shown.is_some_and(has_band)),
         vec![
             Column::new(Scale::Common, normal),
@@ -133,7 +133,7 @@ pub fn needed_friction(run: &RunTraces, estimator: &EstimatorTraces) -> Page {
     page(
         run,
         &format!("Needed friction by {}", estimator.name),
-        String::new(),
+        "friction coefficient that each wheel needs not to slip".to_owned(),
         key(run, Some(estimator), &WHEELS, true),
         vec![Column::new(Scale::Common, panels)],
     )
@@ -200,15 +200,6 @@ fn key(
     }
     key.extend(start_entry(run));
     key
-}
-
-/// The error of a pin's position as text; `rms` in mm.
-fn pin_note(rms: f64) -> String {
-    if rms < 0.01 {
-        "RMSE below 0.01 mm".to_owned()
-    } else {
-        format!("RMSE {rms:.2} mm")
-    }
 }
 
 /// The error over all wheels as text.

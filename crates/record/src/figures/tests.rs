@@ -165,7 +165,7 @@ fn figures_say_what_they_show() {
                 "x from Q (mm)",
                 "y from Q (mm)",
                 "Pin S",
-                "RMSE below 0.01 mm",
+                "RMSE 0.00 mm",
                 "estimated (true-mass)",
             ],
         ),
