@@ -103,13 +103,8 @@ impl Series {
         self.add(&traction, lines, move |f| {
             let truth = f.truth.map_or(f64::NAN, |t| t.wheels[i].traction);
             let estimates = of_estimates(f, |e| Some(e.traction[i]));
-            Some(
-                has_truth
-                    .then_some(truth)
-                    .into_iter()
-                    .chain(estimates)
-                    .collect(),
-            )
+            let truth = has_truth.then_some(truth).into_iter();
+            Some(truth.chain(estimates).collect())
         });
         let error = format!("error_of_normal_force/{wheel}");
         if has_truth {
@@ -120,19 +115,18 @@ impl Series {
         }
         for (k, estimator) in run.estimators.iter().enumerate() {
             let (name, lines) = (&estimator.label, edges(&estimator.label, k));
-            let estimate = move |f: &Frame<'_>| f.estimates.get(k)?.as_ref().ok().copied();
             if has_truth {
                 self.add(format!("{error}/band/{name}"), lines, move |f| {
                     f.truth?;
-                    Some(around(0.0, estimate(f)?.sigma_normal(i)?))
+                    Some(around(0.0, estimate(f, k)?.sigma_normal(i)?))
                 });
             } else {
                 self.add(format!("{normal}/band/{name}"), lines.clone(), move |f| {
-                    let e = estimate(f)?;
+                    let e = estimate(f, k)?;
                     Some(around(e.normal_force[i], e.sigma_normal(i)?))
                 });
                 self.add(format!("{traction}/band/{name}"), lines, move |f| {
-                    let e = estimate(f)?;
+                    let e = estimate(f, k)?;
                     Some(around(e.traction[i], e.sigma_traction(i)?))
                 });
             }
@@ -164,8 +158,7 @@ impl Series {
         let name = &run.estimators[k].label;
         let lines = of_all_wheels(None, Some(name), "deg");
         self.add("contact_angle/estimated", lines, move |f| {
-            let estimate = f.estimates[k].as_ref();
-            let angles = estimate.map_or([f64::NAN; 3], |e| e.contact_angle);
+            let angles = estimate(f, k).map_or([f64::NAN; 3], |e| e.contact_angle);
             Some(angles.map(f64::to_degrees).into())
         });
         let edges = ["+", "-"].map(|sign| {
@@ -173,7 +166,7 @@ impl Series {
             of_each_wheel(&name, |name, colour| Line::edge(name, colour.light()))
         });
         self.add("contact_angle/estimated/band", edges.concat(), move |f| {
-            let estimate = f.estimates[k].as_ref().ok()?;
+            let estimate = estimate(f, k)?;
             let sigmas = estimate.contact_angle_sigma?;
             let edge = |sign: f64| {
                 let edges = estimate.contact_angle.iter().zip(sigmas);
@@ -190,7 +183,7 @@ impl Series {
             let ratio = |c: EquivalentContact| needed_friction(c.traction, c.normal_force);
             let of = |e: &Estimate, i| estimated_needed_friction(e, i).map(|needed| needed.0);
             let estimated = chosen.map(|k| {
-                let estimate = f.estimates[k].as_ref().ok();
+                let estimate = estimate(f, k);
                 [0, 1, 2].map(|i| estimate.and_then(|e| of(e, i)).unwrap_or(f64::NAN))
             });
             let truth = true_lines(truth, f, ratio).into_iter();
@@ -231,7 +224,7 @@ impl Series {
                 [line(0), line(1)]
             });
             self.add(format!("residual/{entity}"), lines.collect(), move |f| {
-                let estimate = f.estimates[chosen?].as_ref();
+                let estimate = estimate(f, chosen?);
                 let residual = |row: usize| estimate.map_or(f64::NAN, |e| e.residual[row]);
                 Some(vec![residual(first), residual(first + 1)])
             });
@@ -242,12 +235,16 @@ impl Series {
             let lines = [vec![value], edges(name, k)].concat();
             self.add(format!("parity/{name}"), lines, move |f| {
                 // Without a covariance the residual has no standard deviation. The residual of eq. (8) shows its value.
-                let estimate = f.estimates.get(k)?.as_ref().ok();
-                let parity = estimate.filter(|e| e.covariance.is_some())?.parity?;
+                let parity = estimate(f, k).filter(|e| e.covariance.is_some())?.parity?;
                 Some([vec![parity.value], around(0.0, parity.sigma)].concat())
             });
         }
     }
+}
+
+/// The estimate of the estimator with an index, if it has one.
+fn estimate<'a>(frame: &Frame<'a>, index: usize) -> Option<&'a Estimate> {
+    frame.estimates.get(index)?.as_ref().ok()
 }
 
 /// Lines of N or T of all estimators.
