@@ -1,7 +1,7 @@
 //! What is printed of recorded logs: means of the estimates, and what became of the rows.
 
 use crate::grid::Grid;
-use crate::summary::{EstimatorSummary, MeanForces, Summary};
+use crate::summary::{EstimatorSummary, MeanForces, Summary, Suspicion};
 use robhaz_run::{ChannelReport, LogReport};
 
 /// Share of the records with a flag from which on it is printed.
@@ -44,6 +44,38 @@ pub fn means(runs: &[(&str, &Summary)], several: bool) -> Grid {
         let sigma = means.and_then(|m| m.traction_sigma);
         let traction = row("T", means.map(|m| m.traction), sigma);
         vec![normal, traction]
+    })
+}
+
+/// Needed friction (mean, and largest size), shares of the records with a flag, and channels whose readings contradict others.
+pub fn health(runs: &[(&str, &Summary)]) -> Grid {
+    let names = [
+        "T/N front",
+        "T/N middle",
+        "T/N rear",
+        "wheel without load, %",
+        "linkage at a stop, %",
+        "reading missing, %",
+        "reading stale, %",
+        "reading absurd, %",
+        "parity beyond 5 sigma, %",
+        "contradictions",
+    ];
+    let or_dash = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.3}"));
+    Grid::new(runs, false, &names, |e| {
+        let Some(m) = &e.means else {
+            return Vec::new();
+        };
+        let needed = m.needed_friction.into_iter().zip(m.largest_needed_friction);
+        let needed = needed.map(|(mean, most)| format!("{} ({})", or_dash(mean), or_dash(most)));
+        let missing = [m.reading_missing, m.reading_stale, m.reading_absurd];
+        let flags = [m.unloaded, m.at_stop].into_iter().chain(missing);
+        let share = |count| format!("{:.2}", 100.0 * number(count) / number(e.samples));
+        let flags = flags.chain([m.out_of_range]).map(share);
+        let first =
+            |(name, found): (&String, &Suspicion)| format!("{name} from {:.1} s", found.first_s);
+        let channels: Vec<String> = e.suspects.iter().map(first).collect();
+        vec![needed.chain(flags).chain([channels.join(", ")]).collect()]
     })
 }
 

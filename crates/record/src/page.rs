@@ -4,7 +4,7 @@ use crate::comparison::comparison_cells;
 use crate::error::{RecordError, io_error};
 use crate::figures::NAMES;
 use crate::grid::Grid;
-use crate::log_lines::{MEANS, means};
+use crate::log_lines::{MEANS, health, means};
 use crate::report::remarks;
 use crate::summary::{EstimatorSummary, Summary};
 use base64::Engine as _;
@@ -48,6 +48,10 @@ pub fn page(folder: &Path) -> Result<String, RecordError> {
             h2 { "Means of the estimates" }
             p { (MEANS) }
             (means(&runs, false).html())
+            h2 { "Needed friction, flags and health" }
+            p { "T/N: mean, and largest size. Flags: shares of the records. Contradictions: channels whose readings contradict others, \
+                 with the time of the first record." }
+            (health(&runs).html())
         }
         @if summary.estimators.iter().any(|e| e.normal_force.is_some()) {
             h2 { "Errors of the estimators" }
