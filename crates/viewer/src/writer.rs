@@ -67,8 +67,8 @@ impl Target for RrdFile {
     }
 }
 
-/// Batches of messages that wait for the thread of a target: two seconds of a live run.
-const MOST_BATCHES: usize = 40;
+/// Batches of messages that wait for the thread of a target: a second of a live run.
+const MOST_BATCHES: usize = 20;
 
 /// A batch of messages, and the number of records that they are of.
 type Batch = (Vec<LogMsg>, u64);
