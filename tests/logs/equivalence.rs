@@ -174,19 +174,15 @@ fn the_results_of_a_log_show_needed_friction_flags_and_health() {
     assert!(!page.contains("Errors of the estimators"));
     let found = summary(&folder.path().join("log"));
     let means = &found["estimators"]["best"]["means"];
-    let cell = |key: &str, digits: usize| {
-        let value = means[key][1].as_f64().unwrap();
-        format!("<td>{value:.digits$}</td>")
-    };
+    let number = |key: &str| means[key][1].as_f64().unwrap();
+    let [normal, sigma] = ["normal_force", "normal_force_sigma"].map(number);
+    let [needed, most] = ["needed_friction", "largest_needed_friction"].map(number);
     for part in [
         "Means of the estimates",
-        "Flags and health",
-        "<th>reading missing</th>",
-        "<td>none</td>",
-        &cell("normal_force", 2),
-        &cell("normal_force_sigma", 2),
-        &cell("needed_friction", 3),
-        &cell("largest_needed_friction", 3),
+        "flags and health",
+        "<th>reading missing, %</th>",
+        &format!("<td>{normal:.2} {:>6}</td>", format!("{sigma:.2}")),
+        &format!("<td>{needed:.3} ({most:.3})</td>"),
     ] {
         assert!(page.contains(part), "{part}");
     }

@@ -1,11 +1,7 @@
 //! `robhaz path`: a path judged from its geometry before it is driven.
 
-#[cfg(feature = "viewer")]
-use crate::output_file::OutputFile;
 use crate::results::Format;
 use crate::terminal::{tell, warn};
-#[cfg(feature = "viewer")]
-use crate::view::RECORDING;
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
 use robhaz_path::{DriveKind, Options, PathSetup, judge, path_files, write_path};
 use robhaz_record::TableFormat;
@@ -44,8 +40,8 @@ pub struct Args {
     /// Format of the table.
     #[arg(long, value_enum, default_value_t = Format::Parquet)]
     format: Format,
-    /// Also saves the path as a recording for the viewer: wheels on the ground, needed and available friction, margin.
-    #[arg(long, value_name = "FILE.rrd")]
+    /// Of earlier versions.
+    #[arg(long, hide = true, value_name = "FILE.rrd", value_parser = no_save)]
     save: Option<PathBuf>,
     /// Replaces the files of an earlier judgement.
     #[arg(long)]
@@ -81,15 +77,6 @@ pub fn run(args: &Args) -> Result<()> {
     if let Some(folder) = &args.out {
         check_folder(folder, format, args.force)?;
     }
-    #[cfg(feature = "viewer")]
-    let recording = recording(args)?;
-    #[cfg(not(feature = "viewer"))]
-    if args.save.is_some() {
-        bail!(
-            "this robhaz has no path --save: {}",
-            crate::live::WITHOUT_VIEWER
-        );
-    }
     let cannot = || format!("cannot judge the path of {}", args.scene.display());
     let setup = PathSetup::new(&scene, options)
         .into_diagnostic()
@@ -97,11 +84,6 @@ pub fn run(args: &Args) -> Result<()> {
     let report = judge(&setup).into_diagnostic().wrap_err_with(cannot)?;
     if let Some(folder) = &args.out {
         write_path(folder, format, &setup, &report).into_diagnostic()?;
-    }
-    #[cfg(feature = "viewer")]
-    if let Some(file) = recording {
-        save(&setup, &report, file.path())?;
-        file.finish()?;
     }
     tell(
         &report.text(),
@@ -114,32 +96,12 @@ pub fn run(args: &Args) -> Result<()> {
     }
 }
 
-/// The file of `--save`. Checked before the work, so that a bad file name costs no time.
-#[cfg(feature = "viewer")]
-fn recording(args: &Args) -> Result<Option<OutputFile>> {
-    let inputs = std::slice::from_ref(&args.scene);
-    let create = |file: &PathBuf| OutputFile::create(file, RECORDING, inputs, args.force);
-    args.save.as_ref().map(create).transpose()
-}
-
-#[cfg(feature = "viewer")]
-fn save(setup: &PathSetup, report: &robhaz_path::PathReport, out: &Path) -> Result<()> {
-    let place = |p: &robhaz_path::Place| robhaz_viewer::PathPlace {
-        wheels: [0, 1, 2].map(|i| [p.wheel_x[i], p.wheel_y[i]].into()),
-        needed_mu: p.needed_mu,
-        available_mu: p.available_mu(),
-        margin: p.margin,
-    };
-    let failure = report.first_failure.as_ref();
-    let path = robhaz_viewer::JudgedPath {
-        name: &format!("path of {}, drive {}", report.scene, report.drive),
-        terrain: &setup.terrain,
-        wheel_radius: setup.robot.geometry.wheel_radius,
-        places: &report.places.iter().map(place).collect::<Vec<_>>(),
-        failure: failure.map(|failure| (failure.x, failure.reason.words())),
-        text: &report.text(),
-    };
-    robhaz_viewer::save_path(&path, out).into_diagnostic()
+/// Says what has replaced recordings of paths.
+fn no_save(_: &str) -> Result<PathBuf, String> {
+    Err(
+        "paths are no longer recorded for the viewer: --out DIR draws needed_friction.svg"
+            .to_owned(),
+    )
 }
 
 /// Refuses a folder that holds other files of the same names.

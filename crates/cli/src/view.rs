@@ -52,7 +52,7 @@ const PICTURE: Format = Format {
     extension: "png",
 };
 /// Recordings for the viewer.
-pub const RECORDING: Format = Format {
+const RECORDING: Format = Format {
     what: "recordings",
     extension: "rrd",
 };

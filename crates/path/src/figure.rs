@@ -2,12 +2,11 @@
 
 use crate::report::{PathReport, Place};
 use crate::setup::PathSetup;
-use robhaz_model::Vec2;
 use robhaz_record::RecordError;
 use robhaz_record::figures::style::{LINKAGE, SURFACE, TRUTH, WHEELS, line};
 use robhaz_record::figures::{
-    Axis, Column, Entry, Header, Layer, Mark, PLOT_WIDTH, Page, Panel, SPACING, Scale, Shape,
-    Strip, Trace, extremes, write_figure,
+    Axis, Column, Entry, Header, Layer, Mark, Page, Panel, SPACING, Scale, Strip, Trace, extremes,
+    write_figure,
 };
 use robhaz_terrain::Terrain;
 use std::ops::Range;
@@ -44,8 +43,7 @@ pub fn write_needed_friction(
         for (i, color) in WHEELS.into_iter().enumerate() {
             let (x, y) = (place.wheel_x[i], place.wheel_y[i]);
             if strip.x.start <= x - radius && x + radius < strip.x.end {
-                let circle = Shape::circle(Vec2::new(x, y), radius, color, 1.6);
-                strip.shapes.push(circle);
+                strip.layers.push(Layer::circle((x, y), radius, color, 1.6));
             }
         }
     }
@@ -60,19 +58,19 @@ pub fn write_needed_friction(
     let (needed, available) = (trace(|p| p.needed_mu), trace(Place::available_mu));
     let margin = trace(|p| p.margin);
     let friction = vec![
-        Layer::Mean(&available, SURFACE, true),
-        Layer::Colored(&needed, LINKAGE),
+        Layer::mean(&available, SURFACE, true),
+        Layer::colored(&needed, LINKAGE),
     ];
-    let margin = vec![Layer::Level(0.0), Layer::Colored(&margin, LINKAGE)];
+    let margin = vec![Layer::level(0.0, &range), Layer::colored(&margin, LINKAGE)];
     let panel = |title: &str, y_label, layers| Panel::new(title, y_label, (0.1, PANEL), layers);
     let page = Page {
         header: header(report, std::ptr::eq(first, decisive)),
         axis: Axis::of_places("x of the middle wheel (m)", strip.x.clone()),
-        strips: vec![strip],
         // A single place decides: its peak is not cut.
         columns: vec![Column::new(
             Scale::Whole,
             [
+                strip.panel(),
                 panel("Needed and available friction", "mu_n, mu (1)", friction),
                 panel(
                     "Margin: how far all friction coefficients can fall",
@@ -98,17 +96,17 @@ fn header(report: &PathReport, at_start: bool) -> Header {
     } else {
         "wheels (front, middle, rear) at the start, and at the decisive place"
     };
-    let needed = Mark::Line(line(LINKAGE, 1.4));
-    let available = Mark::Dashed(line(SURFACE, 1.2));
+    let needed = Mark::line(line(LINKAGE, 1.4));
+    let available = Mark::dashed(line(SURFACE, 1.2));
     Header {
         title: format!("Needed friction along the path, drive {}", report.drive),
-        subtitle: format!("{verdict}; equal scales of x and y"),
+        subtitle: verdict,
         key: vec![
             Entry::new(needed, "needed friction mu_n, margin"),
             Entry::new(available, "available friction mu"),
-            Entry::new(Mark::Line(line(TRUTH, 3.2)), "margin zero"),
+            Entry::new(Mark::line(line(TRUTH, 3.2)), "margin zero"),
             Entry {
-                marks: WHEELS.map(|c| Mark::Line(line(c, 1.6))).to_vec(),
+                marks: WHEELS.map(|c| Mark::line(line(c, 1.6))).to_vec(),
                 label: circles.to_owned(),
             },
         ],
@@ -134,7 +132,7 @@ fn shown(first: &Place, last: &Place, decisive: &Place) -> Range<f64> {
     from..from + LONGEST
 }
 
-/// The ground that is shown, m, and more of it on both sides where its height limits the scale.
+/// The ground that is shown, m.
 fn strip(ground: &Terrain, places: &[Place], shown: &Range<f64>, radius: f64) -> Strip {
     let surface = ground.outline(shown.start, shown.end, SPACING);
     let wheels = places.iter();
@@ -144,7 +142,5 @@ fn strip(ground: &Terrain, places: &[Place], shown: &Range<f64>, radius: f64) ->
     let heights = surface.iter().map(|p| p.y).chain(tops);
     let (low, high) = extremes(heights);
     let y = low - 0.3 * BESIDE..high + 0.3 * BESIDE;
-    let scale = (PLOT_WIDTH / (shown.end - shown.start)).min(TALLEST / (y.end - y.start));
-    let more = 0.5 * (PLOT_WIDTH / scale - (shown.end - shown.start));
-    Strip::new(ground, shown.start - more..shown.end + more, y, scale, 4)
+    Strip::new(ground, shown, y, TALLEST)
 }

@@ -81,11 +81,8 @@ pub enum RecordError {
     #[error("the run has no summary: it goes on, or it has no record")]
     Unfinished,
     /// A number of the summary cannot be written as JSON.
-    #[error("{key} in the summary has a number that is not finite")]
-    NotFinite {
-        /// The key below which it is.
-        key: String,
-    },
+    #[error("a number of the summary is not finite")]
+    NotFinite,
     /// The summary cannot be turned into JSON.
     #[error("cannot write the summary as JSON: {0}")]
     Json(serde_json::Error),

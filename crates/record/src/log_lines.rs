@@ -1,9 +1,7 @@
 //! What is printed of recorded logs: means of the estimates, and what became of the rows.
 
-use crate::estimator_rows::{first_cells, heading, right};
-use crate::summary::{EstimatorSummary, MeanForces, Summary};
-use comfy_table::presets::UTF8_FULL_CONDENSED;
-use comfy_table::{Row, Table};
+use crate::grid::Grid;
+use crate::summary::{EstimatorSummary, MeanForces, Summary, Suspicion};
 use robhaz_run::{ChannelReport, LogReport};
 
 /// Share of the records with a flag from which on it is printed.
@@ -11,24 +9,12 @@ const OFTEN: f64 = 0.001;
 /// Largest number of readings that are named.
 const FEW: usize = 4;
 
-/// The table of the means of runs that have nothing to compare with. Each run has a label.
-pub fn means_table(runs: &[(&str, &Summary)], several: bool) -> String {
-    let mut table = Table::new();
-    table
-        .load_preset(UTF8_FULL_CONDENSED)
-        .set_header(header(several));
-    for (label, summary) in runs {
-        for (i, estimator) in summary.estimators.iter().enumerate() {
-            let label = several.then_some(if i == 0 { *label } else { "" });
-            table.add_rows(rows(label, estimator));
-        }
-    }
-    let title = "Means of the estimates, N: normal force N and traction T of each wheel, with the stated standard deviation.\n\
-                 Parity: RMS of the parity residual over its expected deviation, 1 for a right noise budget.\n";
-    format!("{title}{}", table.trim_fmt())
-}
+/// What the table of means holds.
+pub const MEANS: &str = "Means of the estimates, N: normal force N and traction T of each wheel, with the stated standard \
+                         deviation.\nParity: RMS of the parity residual over its expected deviation, 1 for a right noise budget.";
 
-fn header(several: bool) -> Row {
+/// The means of runs that have nothing to compare with: a row of N, and below it that of T. Each run has a label.
+pub fn means(runs: &[(&str, &Summary)], several: bool) -> Grid {
     let names = [
         "force",
         "wheel 1\nfront\nmean  sigma",
@@ -37,47 +23,60 @@ fn header(several: bool) -> Row {
         "sum",
         "parity",
     ];
-    heading(&names, several)
+    let or_dash = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.2}"));
+    let row = |force: &str, means: Option<[f64; 3]>, sigma: Option<[f64; 3]>| {
+        let cell = |i: usize| {
+            let [mean, sigma] = [means, sigma].map(|of| or_dash(of.map(|of| of[i])));
+            format!("{mean} {sigma:>6}")
+        };
+        let sum = or_dash(means.map(|means| means.iter().sum()));
+        let cells = (0..3).map(cell).chain([sum]);
+        [force.to_owned()]
+            .into_iter()
+            .chain(cells)
+            .collect::<Vec<_>>()
+    };
+    Grid::new(runs, several, &names, |estimator| {
+        let means = estimator.means.as_ref();
+        let sigma = means.and_then(|m| m.normal_force_sigma);
+        let mut normal = row("N", means.map(|m| m.normal_force), sigma);
+        normal.extend(means.map(|m| or_dash(m.parity)));
+        let sigma = means.and_then(|m| m.traction_sigma);
+        let traction = row("T", means.map(|m| m.traction), sigma);
+        vec![normal, traction]
+    })
 }
 
-/// The row of N, and below it that of T.
-fn rows(label: Option<&str>, estimator: &EstimatorSummary) -> [Row; 2] {
-    let mut normal = first_cells(label, &estimator.name);
-    let mut traction = first_cells(label.map(|_| ""), "");
-    let means = estimator.means.as_ref();
-    let force = |of: fn(&MeanForces) -> [f64; 3]| means.map(of);
-    let sigma = |of: fn(&MeanForces) -> Option<[f64; 3]>| means.and_then(of);
-    fill(
-        &mut normal,
-        "N",
-        force(|m| m.normal_force),
-        sigma(|m| m.normal_force_sigma),
-    );
-    fill(
-        &mut traction,
-        "T",
-        force(|m| m.traction),
-        sigma(|m| m.traction_sigma),
-    );
-    if let Some(means) = means {
-        normal.add_cell(right(or_dash(means.parity)));
-    }
-    [normal, traction]
-}
-
-fn or_dash(value: Option<f64>) -> String {
-    value.map_or("-".to_owned(), |v| format!("{v:.2}"))
-}
-
-/// Adds the cells of one force: its name, its mean with deviation of each wheel, its sum.
-fn fill(row: &mut Row, force: &str, means: Option<[f64; 3]>, sigma: Option<[f64; 3]>) {
-    row.add_cell(right(force));
-    for i in 0..3 {
-        let [mean, sigma] = [means, sigma].map(|of| or_dash(of.map(|of| of[i])));
-        row.add_cell(right(format!("{mean} {sigma:>6}")));
-    }
-    let sum = means.map(|means| means.iter().sum());
-    row.add_cell(right(or_dash(sum)));
+/// Needed friction (mean, and largest size), shares of the records with a flag, and channels whose readings contradict others.
+pub fn health(runs: &[(&str, &Summary)]) -> Grid {
+    let names = [
+        "T/N front",
+        "T/N middle",
+        "T/N rear",
+        "wheel without load, %",
+        "linkage at a stop, %",
+        "reading missing, %",
+        "reading stale, %",
+        "reading absurd, %",
+        "parity beyond 5 sigma, %",
+        "contradictions",
+    ];
+    let or_dash = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.3}"));
+    Grid::new(runs, false, &names, |e| {
+        let Some(m) = &e.means else {
+            return Vec::new();
+        };
+        let needed = m.needed_friction.into_iter().zip(m.largest_needed_friction);
+        let needed = needed.map(|(mean, most)| format!("{} ({})", or_dash(mean), or_dash(most)));
+        let missing = [m.reading_missing, m.reading_stale, m.reading_absurd];
+        let flags = [m.unloaded, m.at_stop].into_iter().chain(missing);
+        let share = |count| format!("{:.2}", 100.0 * number(count) / number(e.samples));
+        let flags = flags.chain([m.out_of_range]).map(share);
+        let first =
+            |(name, found): (&String, &Suspicion)| format!("{name} from {:.1} s", found.first_s);
+        let channels: Vec<String> = e.suspects.iter().map(first).collect();
+        vec![needed.chain(flags).chain([channels.join(", ")]).collect()]
+    })
 }
 
 /// Lines about a log: its channels, what was left out, readings that are missing, flags of the estimators.

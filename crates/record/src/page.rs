@@ -2,13 +2,15 @@
 
 use crate::comparison::comparison_cells;
 use crate::error::{RecordError, io_error};
-use crate::figures::CAPTIONS;
-use crate::log_page::means_page;
+use crate::figures::NAMES;
+use crate::grid::Grid;
+use crate::log_lines::{MEANS, health, means};
 use crate::report::remarks;
 use crate::summary::{EstimatorSummary, Summary};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
+use robhaz_score::contact::FlagScore;
 use std::io;
 use std::path::Path;
 
@@ -42,7 +44,15 @@ pub fn page(folder: &Path) -> Result<String, RecordError> {
         h1 { (title) }
         p class="by" { (made_by(&summary)) }
         @for remark in remarks(title, &summary) { p { (remark) } }
-        @if let Some(means) = means_page(&summary.estimators) { (means) }
+        @if summary.estimators.iter().any(|e| e.means.is_some()) {
+            h2 { "Means of the estimates" }
+            p { (MEANS) }
+            (means(&runs, false).html())
+            h2 { "Needed friction, flags and health" }
+            p { "T/N: mean, and largest size. Flags: shares of the records. Contradictions: channels whose readings contradict others, \
+                 with the time of the first record." }
+            (health(&runs).html())
+        }
         @if summary.estimators.iter().any(|e| e.normal_force.is_some()) {
             h2 { "Errors of the estimators" }
             p { "Estimate minus truth. " code { "rmse" } ", " code { "bias" } " and " code { "largest_error" } " are of the normal force N; "
@@ -51,17 +61,21 @@ pub fn page(folder: &Path) -> Result<String, RecordError> {
                 code { "nees" } " is 3 for a right covariance." }
             (errors(&runs))
         }
-        @if let Some(contacts) = contacts(&summary.estimators) { (contacts) }
+        @if summary.estimators.iter().any(|e| e.contacts.is_some()) {
+            h2 { "Contact states" }
+            p { "Events found within 20 ms, and shares of the samples with a false and with a missed flag." }
+            (contacts(&runs))
+        }
         @if !summary.friction_tests.is_empty() {
             h2 { "Friction tests" }
             @for test in &summary.friction_tests { p { (test.in_words()) } }
         }
         @if !figures.is_empty() {
             h2 { "Figures" }
-            @for (name, caption, image) in &figures {
+            @for (name, image) in &figures {
                 figure {
                     img alt=(name) src=(image);
-                    figcaption { code { (name) } " " (caption) }
+                    figcaption { code { (name) } }
                 }
             }
         }
@@ -137,33 +151,43 @@ fn errors(runs: &[(&str, &Summary)]) -> Markup {
     }
 }
 
-/// How well contact states were found; `None` if no estimator states any.
-fn contacts(estimators: &[EstimatorSummary]) -> Option<Markup> {
-    let stated = |e: &'_ EstimatorSummary| e.contacts.map(|scores| (e.name.clone(), scores));
-    let scores: Vec<_> = estimators.iter().filter_map(stated).collect();
-    let percent = |share: Option<f64>| share.map_or(String::new(), |s| format!("{:.2}", 100.0 * s));
-    let delay = |delay: Option<f64>| delay.map_or(String::new(), |d| format!("{:.1}", 1e3 * d));
-    (!scores.is_empty()).then(|| {
-        html! {
-            h2 { "Contact states" }
-            p { "Events found within 20 ms, and shares of the samples with a false and with a missed flag." }
-            table {
-                tr { @for title in ["estimator", "state", "events", "found", "delay, ms", "false, %", "missed, %"] { th { (title) } } }
-                @for (name, scores) in &scores {
-                    @for (state, score) in [("in the air", scores.air), ("two contacts", scores.two_contacts), ("sliding", scores.sliding)] {
-                        tr {
-                            td { (name) } td { (state) } td { (score.events) } td { (score.found) }
-                            td { (delay(score.delay_s)) } td { (percent(score.false_share)) } td { (percent(score.missed_share)) }
-                        }
-                    }
-                }
-            }
-        }
-    })
+/// How well contact states were found.
+fn contacts(runs: &[(&str, &Summary)]) -> Markup {
+    let names = [
+        "state",
+        "events",
+        "found",
+        "delay, ms",
+        "false, %",
+        "missed, %",
+    ];
+    let number = |value: Option<f64>, factor: f64, digits: usize| {
+        value.map_or(String::new(), |v| format!("{:.digits$}", factor * v))
+    };
+    let row = |state: &str, score: FlagScore| {
+        vec![
+            state.to_owned(),
+            score.events.to_string(),
+            score.found.to_string(),
+            number(score.delay_s, 1e3, 1),
+            number(score.false_share, 100.0, 2),
+            number(score.missed_share, 100.0, 2),
+        ]
+    };
+    let cells = |e: &EstimatorSummary| {
+        e.contacts.map_or(Vec::new(), |scores| {
+            vec![
+                row("in the air", scores.air),
+                row("two contacts", scores.two_contacts),
+                row("sliding", scores.sliding),
+            ]
+        })
+    };
+    Grid::new(runs, false, &names, cells).html()
 }
 
-/// Name, caption and picture of each SVG in a folder, in the order of the page; none where there is no folder.
-fn figures(folder: &Path) -> Result<Vec<(String, &'static str, String)>, RecordError> {
+/// Name and picture of each SVG in a folder, in the order of the page; none where there is no folder.
+fn figures(folder: &Path) -> Result<Vec<(String, String)>, RecordError> {
     let entries = match std::fs::read_dir(folder) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
         entries => entries.map_err(io_error("read", folder))?,
@@ -171,25 +195,16 @@ fn figures(folder: &Path) -> Result<Vec<(String, &'static str, String)>, RecordE
     let mut found = Vec::new();
     for entry in entries {
         let path = entry.map_err(io_error("read", folder))?.path();
-        let stem = path
-            .file_stem()
-            .map(|stem| stem.to_string_lossy().into_owned());
-        let is_svg = path.extension().is_some_and(|e| e == "svg");
-        let Some(stem) = stem.filter(|_| is_svg) else {
-            continue;
-        };
-        let mut captions = CAPTIONS.iter();
-        let place = captions.position(|(start, _)| stem.starts_with(start));
-        let place = place.unwrap_or(CAPTIONS.len());
-        let bytes = std::fs::read(&path).map_err(io_error("read", &path))?;
-        let image = image(&bytes);
-        found.push((place, stem, image));
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if let Some(stem) = name.strip_suffix(".svg") {
+            let place = NAMES.iter().position(|start| stem.starts_with(start));
+            let bytes = std::fs::read(&path).map_err(io_error("read", &path))?;
+            found.push((place.unwrap_or(NAMES.len()), stem.to_owned(), image(&bytes)));
+        }
     }
     found.sort();
-    let captioned = |(place, stem, image): (usize, String, String)| {
-        (stem, CAPTIONS.get(place).map_or("", |c| c.1), image)
-    };
-    Ok(found.into_iter().map(captioned).collect())
+    let figures = found.into_iter().map(|(_, stem, image)| (stem, image));
+    Ok(figures.collect())
 }
 
 /// The text of a file, `None` where it does not exist.
@@ -197,5 +212,62 @@ fn text_if_any(path: &Path) -> Result<Option<String>, RecordError> {
     match std::fs::read_to_string(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
         text => text.map(Some).map_err(io_error("read", path)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figures::FigureSink;
+    use crate::summary::SummarySink;
+    use crate::testing::scene;
+    use robhaz_run::RunError;
+
+    /// A page has the numbers of the summary and every figure, and refers to nothing outside of it. Names are escaped.
+    #[test]
+    fn a_page_needs_no_other_file() -> Result<(), RunError> {
+        let mut scene = scene();
+        scene.name = "<b>steep</b>".to_owned();
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut figures = FigureSink::new(&folder.path().join("figures"));
+        let mut summary = SummarySink::new();
+        robhaz_run::run(&scene, &mut [&mut figures, &mut summary])?;
+        let summary = summary.summary().expect("a finished run");
+        summary.write(folder.path()).expect("a summary");
+        std::fs::write(folder.path().join("scene.toml"), "speed = \"<&>\"").expect("a scene");
+
+        let page = page(folder.path()).expect("a page");
+        let drawn = std::fs::read_dir(folder.path().join("figures")).expect("figures");
+        let is_svg = |e: &std::fs::DirEntry| e.path().extension().is_some_and(|e| e == "svg");
+        let drawn = drawn.filter(|e| e.as_ref().is_ok_and(is_svg)).count();
+        assert!(drawn > 3);
+        assert_eq!(page.matches("<img ").count(), drawn);
+        assert_eq!(
+            page.matches("src=\"data:image/svg+xml;base64,").count(),
+            drawn
+        );
+        assert!(!page.contains("http") && !page.contains("href") && !page.contains("<script"));
+        assert!(!page.contains("<b>") && page.contains("&lt;b&gt;steep"));
+        assert!(page.contains("&lt;&amp;&gt;"));
+        for estimator in &summary.estimators {
+            assert!(page.contains(&format!("<th>{}</th>", estimator.name)));
+        }
+        let (titles, rows) = comparison_cells(&[("run", &summary)]);
+        let rmse = titles.iter().position(|t| t == "rmse, N").expect("a row");
+        assert!(
+            rows.iter()
+                .all(|row| page.contains(&format!("<td>{}</td>", row[rmse])))
+        );
+        Ok(())
+    }
+
+    /// A folder without a summary has no page.
+    #[test]
+    fn a_folder_without_a_run_is_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        assert!(matches!(
+            page(folder.path()),
+            Err(RecordError::NoSummary { .. })
+        ));
     }
 }

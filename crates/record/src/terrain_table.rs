@@ -54,3 +54,71 @@ fn survey(run: &RunDescription, world: &World) -> Vec<Surveyed> {
     let (from, to) = (from - MARGIN, to + MARGIN);
     terrain.survey(from, to, SPACING.max((to - from) / MOST))
 }
+
+/// The lines of `columns.csv` on this table.
+#[cfg(test)]
+pub fn rows_of_columns() -> impl Iterator<Item = Vec<String>> {
+    COLUMNS.iter().map(|c| {
+        [NAME, c.name, c.unit, c.description]
+            .map(str::to_owned)
+            .to_vec()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::format::TableFormat;
+    use crate::table_file::{start_columns, write_table};
+    use arrow_array::Array;
+    use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+    use robhaz_terrain::Terrain;
+    use std::fs::File;
+
+    /// Both formats hold the same ground, a riser without slope, and reach as far as the run.
+    #[test]
+    fn the_ground_is_in_the_table() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut scene = crate::testing::scene();
+        scene.terrain.profile = Profile::step();
+        scene.record.duration = 20.0;
+        let run = crate::testing::described(&scene);
+        for format in [TableFormat::Csv, TableFormat::Parquet] {
+            start_columns(folder.path(), format).expect("begun");
+            let (name, batch) = terrain_batch(&run, &[])
+                .expect("a batch")
+                .expect("a ground");
+            write_table(folder.path(), format, &name, &batch).expect("written");
+        }
+        let expected = survey(&run, run.world.as_ref().expect("a simulation"));
+        let far = scene.robot.robot.geometry.axles[0].x + 20.0 * scene.drive.speed + MARGIN;
+        assert!(expected.last().is_some_and(|p| (p.x - far).abs() < 1e-12));
+        let terrain = Terrain::new(Profile::step());
+        assert_eq!(expected, terrain.survey(expected[0].x, far, SPACING));
+
+        let csv = csv::Reader::from_path(folder.path().join("terrain.csv"));
+        let rows: Vec<Vec<Option<f64>>> = csv
+            .expect("the table")
+            .records()
+            .map(|r| r.expect("a row").iter().map(|c| c.parse().ok()).collect())
+            .collect();
+        let row = |p: &Surveyed| COLUMNS.iter().map(|c| (c.get)(p)).collect();
+        let expected_rows: Vec<Vec<_>> = expected.iter().map(row).collect();
+        assert_eq!(rows, expected_rows);
+
+        let file = File::open(folder.path().join("terrain.parquet")).expect("the table");
+        let builder = ParquetRecordBatchReaderBuilder::try_new(file).expect("a footer");
+        for column in COLUMNS {
+            let field = builder
+                .schema()
+                .field_with_name(column.name)
+                .expect("a field");
+            let unit = field.metadata().get("unit").map(String::as_str);
+            assert_eq!(unit, Some(column.unit));
+        }
+        let batches: Vec<_> = builder.build().expect("a reader").collect();
+        let batch = batches[0].as_ref().expect("rows");
+        assert_eq!(batch.num_rows(), expected.len());
+        assert_eq!(batch.column(2).null_count(), 2);
+    }
+}

@@ -40,7 +40,7 @@ pub(crate) fn page(run: &RunDescription, chosen: Option<usize>, thinning: f64) -
     }
     text.push_str(
         "- Grey lines are the paths of the pins P, Q, R, S. The arc at Q is the range of link 1 between its \
-         end stops; a stop is thick while it is reached.\n\
+         end stops.\n\
          - Ground of another colour is a friction stretch: light blue for less friction than elsewhere, red \
          for more.\n\
          - Time series: wide lines are true, narrow lines estimated, the narrowest are two standard \

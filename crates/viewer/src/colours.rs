@@ -36,10 +36,10 @@ pub(crate) const LINKS: [Colour; 3] =
 pub(crate) const GROUND: Colour = Colour([0x8A, 0x7F, 0x70]);
 /// Scales, end stops and events of no wheel.
 pub(crate) const NEUTRAL: Colour = Colour([0xA0, 0xA0, 0xA0]);
-/// A friction stretch without friction.
-const SLIPPERY: Colour = Colour([0xC8, 0xEC, 0xFF]);
-/// A friction stretch whose static coefficient is larger by one than elsewhere.
-const ROUGH: Colour = Colour([0xA0, 0x30, 0x60]);
+/// A friction stretch with less friction than elsewhere.
+pub(crate) const SLIPPERY: Colour = Colour([0xC8, 0xEC, 0xFF]);
+/// A friction stretch with more friction than elsewhere.
+pub(crate) const ROUGH: Colour = Colour([0xA0, 0x30, 0x60]);
 
 impl Colour {
     /// A mixture with a `share` (0 to 1) of another colour.
@@ -73,27 +73,6 @@ impl Colour {
 /// The colour of an estimator by its index in the scene, or of a run by its index in a comparison.
 pub(crate) fn by_index(index: usize) -> Colour {
     OTHERS[index % OTHERS.len()]
-}
-
-/// All colours of wheels, estimators and runs except greys.
-pub(crate) fn hues() -> impl Iterator<Item = Colour> {
-    let all = WHEELS.into_iter().chain(OTHERS);
-    all.filter(|Colour([r, g, b])| !(r == g && g == b))
-}
-
-/// The colour of a friction stretch with the static coefficient `mu_s` (-), on ground with `elsewhere` (-). It is
-/// closer to light blue for less friction than elsewhere, and closer to red for more.
-pub(crate) fn stretch(mu_s: f64, elsewhere: f64) -> Colour {
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "the share lies between zero and one"
-    )]
-    let share = |difference: f64, whole: f64| (difference / whole).clamp(0.0, 1.0) as f32;
-    if mu_s < elsewhere {
-        GROUND.mixed(SLIPPERY, 0.4 + 0.6 * share(elsewhere - mu_s, elsewhere))
-    } else {
-        GROUND.mixed(ROUGH, 0.4 + 0.6 * share(mu_s - elsewhere, 1.0))
-    }
 }
 
 impl From<Colour> for Color {

@@ -1,22 +1,19 @@
 //! Several recorded runs in one recording.
 //!
-//! The entities of the runs are below `run1/`, `run2/` and so on. `compared/` has the true N of all runs, and the
-//! difference of each later run from the first.
+//! The entities of the runs are below `run1/`, `run2/` and so on. `compared/` has the true N of all runs.
 
 use crate::ViewerError;
 use crate::colours::{WHEELS, by_index};
-use crate::compared::{ComparedRun, root};
 use crate::key::{self, Entry};
-use crate::layout;
+use crate::layout::comparison::{ComparedRun, root};
+use crate::layout::{self, Playing};
 use crate::plot::{Line, Plot};
 use crate::reading::{for_each_chunk, nanoseconds_to_seconds, scalars};
 use crate::writer::{RrdFile, Writer};
 use rerun::EntityPath;
-use rerun::archetypes::{RecordingInfo, Scalars};
-use rerun::components::Scalar;
 use robhaz_run::Stop;
-use std::collections::HashMap;
 use std::path::Path;
+use std::time::Duration;
 
 /// Entity of the RMS error of N in the recording of a run.
 const RMS_ERROR: &str = "/series/error_of_normal_force/rms";
@@ -46,12 +43,7 @@ pub fn save_comparison(
     let destination = out.display().to_string();
     let file = RrdFile::begin(RrdFile::create(out)?).map_err(ViewerError::write(&destination))?;
     let name = runs.iter().map(|r| r.label).collect::<Vec<_>>().join(" - ");
-    let mut writer = Writer::start(&destination, Box::new(file), &name, fingerprint(runs))?;
-    layout::comparison::log(&mut writer, runs, largest_error(runs)?)?;
-    writer.constant(
-        EntityPath::properties(),
-        &RecordingInfo::update_fields().with_name(name.as_str()),
-    )?;
+    let mut writer = Writer::start(&destination, file, Duration::MAX, &name, fingerprint(runs))?;
     let entries = runs.iter().enumerate().map(|(k, run)| {
         let label = format!("true N: {}", run.label);
         match k {
@@ -61,19 +53,17 @@ pub fn save_comparison(
     });
     key::log(&mut writer, "compared/key", &entries.collect::<Vec<_>>())?;
 
-    let mut first: [HashMap<i64, f64>; 3] = Default::default();
+    // Largest RMS error of N of any estimator in any run, N: all runs use the same scale.
+    let mut largest_error = 0.0_f64;
     for (k, run) in runs.iter().enumerate() {
         let line = |i: usize| match k {
             0 => Line::truth(format!("{} [N]", run.label), WHEELS[i]),
             _ => Line::estimate(format!("{} [N]", run.label), by_index(colour_index(k))),
         };
-        let plots = |quantity: &str| {
-            [0, 1, 2].map(|i| {
-                let entity = format!("compared/{quantity}/wheel{}/run{}", i + 1, k + 1);
-                Plot::new(entity, vec![line(i)])
-            })
-        };
-        let (mut truth, mut difference) = (plots("normal_force"), plots("difference"));
+        let mut truth = [0, 1, 2].map(|i| {
+            let entity = format!("compared/normal_force/wheel{}/run{}", i + 1, k + 1);
+            Plot::new(entity, vec![line(i)])
+        });
         for_each_chunk(run.recording, |chunk| {
             if let Some(cause) = stop() {
                 return Err(ViewerError::Stopped { cause });
@@ -82,27 +72,28 @@ pub fn save_comparison(
             if chunk.entity_path().starts_with(&EntityPath::properties()) {
                 return Ok(());
             }
+            if entity == RMS_ERROR {
+                let errors = scalars(chunk).into_iter().flat_map(|(_, errors)| errors);
+                largest_error = errors
+                    .filter(|e| e.is_finite())
+                    .fold(largest_error, f64::max);
+            }
             if let Some(i) = (0..3).find(|i| entity == true_normal_force(*i)) {
-                for (time, value) in scalars(chunk) {
-                    let seconds = nanoseconds_to_seconds(time);
-                    truth[i].push(seconds, [value]);
-                    if k == 0 {
-                        first[i].insert(time, value);
-                    } else if let Some(reference) = first[i].get(&time) {
-                        difference[i].push(seconds, [value - reference]);
-                    }
+                for (time, values) in scalars(chunk) {
+                    truth[i].push(nanoseconds_to_seconds(time), values);
                 }
             }
-            writer.copy(
-                chunk,
-                format!("{}{}", root(k), entity.trim_start_matches('/')),
-            )
+            let entity = format!("{}{}", root(k), entity.trim_start_matches('/'));
+            writer.copy(chunk, entity)?;
+            writer.send_all()
         })?;
-        for plot in truth.iter_mut().chain(&mut difference) {
-            plot.flush(&mut writer)?;
-        }
+        truth
+            .iter_mut()
+            .try_for_each(|plot| plot.flush(&mut writer))?;
     }
-    writer.finish()
+    let views = layout::comparison::layout(runs, largest_error);
+    layout::log(&mut writer, &views, Playing::FromStart)?;
+    writer.finish(0)
 }
 
 /// Distinguishes comparisons of runs with the same labels.
@@ -110,24 +101,6 @@ fn fingerprint(runs: &[ComparedRun<'_>]) -> u64 {
     runs.iter().fold(0, |all, run| {
         all.rotate_left(1) ^ run.description.fingerprint
     })
-}
-
-/// Largest RMS error of N of any estimator in any run, N. All runs use the same scale.
-fn largest_error(runs: &[ComparedRun<'_>]) -> Result<f64, ViewerError> {
-    let mut largest = 0.0_f64;
-    for run in runs {
-        for_each_chunk(run.recording, |chunk| {
-            if chunk.entity_path().to_string() == RMS_ERROR {
-                let component = Scalars::descriptor_scalars().component;
-                for row in chunk.iter_component::<Scalar>(component) {
-                    let finite = row.as_slice().iter().map(|v| v.0.0);
-                    largest = finite.filter(|v| v.is_finite()).fold(largest, f64::max);
-                }
-            }
-            Ok(())
-        })?;
-    }
-    Ok(largest)
 }
 
 fn true_normal_force(wheel: usize) -> String {

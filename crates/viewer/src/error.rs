@@ -137,6 +137,12 @@ pub enum ViewerError {
 }
 
 impl ViewerError {
+    /// Turns a cause into [`ViewerError::Create`] for a file.
+    pub(crate) fn create(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.to_owned();
+        move |source| Self::Create { path, source }
+    }
+
     /// Turns a cause into [`ViewerError::Write`] for a file or address.
     pub(crate) fn write<E: Into<Cause>>(destination: &str) -> impl FnOnce(E) -> Self {
         move |cause| Self::Write {

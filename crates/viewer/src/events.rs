@@ -1,197 +1,166 @@
-//! Events and state changes of a run, in the form in which the viewer shows them.
+//! Events as messages, and lanes with the state of each wheel and estimator over time. They are detected at every record.
 
+use crate::ViewerError;
 use crate::colours::{Colour, NEUTRAL, WHEELS, by_index};
-use crate::felt::FeltFrame;
-use crate::friction_tests::{self, TestMark};
+use crate::friction_tests;
 use crate::series::WHEEL_NAMES;
+use crate::writer::Writer;
+use rerun::archetypes::{StateChange, StateConfiguration, TextLog};
 use rerun::components::TextLogLevel;
-use robhaz_estimator::{ContactEstimate, ContactState, Estimate, EstimateError, Flags};
-use robhaz_model::Bar;
+use robhaz_estimator::{ContactState, Estimate, Flags};
 use robhaz_run::{Frame, RunDescription, RunEnd};
 use robhaz_score::events::{self, EventDetector, EventKind, WheelState};
 use robhaz_sim::Truth;
 use robhaz_sim::clearance::Clearances;
 
+/// A normal state, drawn inconspicuously.
+const CALM: Colour = Colour([0x30, 0x30, 0x30]);
+/// A state with flags.
+const WARNING: Colour = Colour([0xE6, 0x9F, 0x00]);
+/// Two contacts.
+const TWO_CONTACTS: Colour = Colour([0x80, 0x80, 0x80]);
+/// No contact, or no estimate.
+const ABSENT: Colour = Colour([0xF0, 0xF0, 0xF0]);
+/// State of an estimator without flags, and of one without an estimate.
+const TRUSTED: &str = "trusted";
+const NO_ESTIMATE: &str = "no estimate";
+
 /// A message with its time.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Event {
+struct Event {
     /// Time, s.
-    pub(crate) time: f64,
-    /// Text of the message.
-    pub(crate) text: String,
+    time: f64,
+    text: String,
     /// Severity, one of the viewer's levels.
-    pub(crate) level: &'static str,
+    level: &'static str,
     /// Colour of the wheel or estimator.
-    pub(crate) colour: Colour,
+    colour: Colour,
 }
 
-/// State of an estimator at one record: its flags, or no estimate.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Confidence {
-    /// An estimate with its flags.
-    Estimates(Flags),
-    /// No estimate.
-    Refuses,
+/// The state of a wheel, true or estimated, or of an estimator: its changes that are not logged yet.
+#[derive(Default)]
+struct Lane {
+    entity: String,
+    last: String,
+    times: Vec<f64>,
+    states: Vec<String>,
 }
 
-impl Confidence {
-    /// Name of the state in the recording.
-    pub(crate) fn name(self) -> String {
-        match self {
-            Self::Estimates(flags) if flags.is_empty() => "trusted".to_owned(),
-            Self::Estimates(flags) => flags.names().collect::<Vec<_>>().join(", "),
-            Self::Refuses => "no estimate".to_owned(),
+impl Lane {
+    fn new(entity: String) -> Self {
+        Self {
+            entity,
+            ..Self::default()
         }
     }
 
-    fn of(estimate: &Result<Estimate, EstimateError>) -> Self {
-        estimate
-            .as_ref()
-            .map_or(Self::Refuses, |e| Self::Estimates(e.flags))
-    }
-}
-
-/// State of a wheel in its lane, true or estimated.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum WheelLane {
-    /// One contact.
-    Grips,
-    /// One contact, and slip.
-    Slips,
-    /// Two contacts.
-    TwoContacts,
-    /// Two contacts, and slip.
-    TwoContactsSlips,
-    /// No contact.
-    InTheAir,
-}
-
-impl WheelLane {
-    /// All states.
-    pub(crate) const ALL: [Self; 5] = [
-        Self::Grips,
-        Self::Slips,
-        Self::TwoContacts,
-        Self::TwoContactsSlips,
-        Self::InTheAir,
-    ];
-
-    /// Its name in the recording.
-    pub(crate) const fn name(self) -> &'static str {
-        match self {
-            Self::Grips => WheelState::Grips.name(),
-            Self::Slips => WheelState::Slips.name(),
-            Self::TwoContacts => "two contacts",
-            Self::TwoContactsSlips => "two contacts, slips",
-            Self::InTheAir => WheelState::InTheAir.name(),
+    /// Adds a state at a time (s) if it differs from the last one.
+    fn note(&mut self, time: f64, state: &str) {
+        if self.last != state {
+            state.clone_into(&mut self.last);
+            self.times.push(time);
+            self.states.push(state.to_owned());
         }
     }
 
-    /// The true state of a wheel with a number of contacts.
-    fn of_truth(state: WheelState, contacts: u32) -> Self {
-        match (state, contacts > 1) {
-            (WheelState::InTheAir, _) => Self::InTheAir,
-            (WheelState::Grips, false) => Self::Grips,
-            (WheelState::Slips, false) => Self::Slips,
-            (WheelState::Grips, true) => Self::TwoContacts,
-            (WheelState::Slips, true) => Self::TwoContactsSlips,
-        }
-    }
-
-    /// An estimated state.
-    fn of_estimate(contact: &ContactEstimate) -> Self {
-        match (contact.state, contact.sliding) {
-            (ContactState::InAir, _) => Self::InTheAir,
-            (ContactState::OneContact, false) => Self::Grips,
-            (ContactState::OneContact, true) => Self::Slips,
-            (ContactState::TwoContacts, false) => Self::TwoContacts,
-            (ContactState::TwoContacts, true) => Self::TwoContactsSlips,
-        }
+    fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
+        let (times, states) = (std::mem::take(&mut self.times), self.states.drain(..));
+        let columns = StateChange::update_fields().with_state(states);
+        out.columns(
+            self.entity.as_str(),
+            &times,
+            columns.columns_of_unit_batches(),
+        )
     }
 }
 
-/// A change of the state of a wheel or estimator.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Change<S> {
-    /// Time, s.
-    pub(crate) time: f64,
-    /// Index of the wheel or estimator. Of an estimated wheel: three times the index of the estimator, plus that of the
-    /// wheel.
-    pub(crate) index: usize,
-    /// The new state.
-    pub(crate) state: S,
-}
-
-/// Detected events and state changes that are not logged yet.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Found {
-    /// Messages.
-    pub(crate) events: Vec<Event>,
-    /// Changes of the states of wheels.
-    pub(crate) wheels: Vec<Change<WheelLane>>,
-    /// Changes of the estimated states of wheels.
-    pub(crate) contacts: Vec<Change<WheelLane>>,
-    /// Changes of the states of estimators.
-    pub(crate) estimators: Vec<Change<Confidence>>,
-    /// The ground that the estimator of the animation has found.
-    pub(crate) felt: Vec<FeltFrame>,
-    /// Results of friction tests.
-    pub(crate) tests: Vec<TestMark>,
-}
-
-impl Found {
-    /// Appends later events and changes.
-    pub(crate) fn append(&mut self, mut later: Self) {
-        self.events.append(&mut later.events);
-        self.wheels.append(&mut later.wheels);
-        self.contacts.append(&mut later.contacts);
-        self.estimators.append(&mut later.estimators);
-        self.felt.append(&mut later.felt);
-        self.tests.append(&mut later.tests);
-    }
-
-    /// Whether there are no events and no changes.
-    pub(crate) fn is_empty(&self) -> bool {
-        self.events.is_empty()
-            && self.wheels.is_empty()
-            && self.contacts.is_empty()
-            && self.estimators.is_empty()
-            && self.felt.is_empty()
-            && self.tests.is_empty()
+/// The state of a wheel in the air, or with one or two contacts, in words.
+fn wheel_state(state: WheelState, two_contacts: bool) -> &'static str {
+    match (state, two_contacts) {
+        (WheelState::Grips, true) => "two contacts",
+        (WheelState::Slips, true) => "two contacts, slips",
+        _ => state.name(),
     }
 }
 
-/// Detects events and state changes.
-pub(crate) struct Watch {
-    names: Vec<String>,
+/// Detects and logs events and changes of states.
+pub(crate) struct Events {
     /// `None` for recorded readings: they have no truth, from which events are detected.
     detector: Option<EventDetector>,
-    /// True states of the wheels at the last record.
-    wheels: [Option<WheelLane>; 3],
-    /// Estimated states at the last record, by estimator.
-    contacts: Vec<[Option<WheelLane>; 3]>,
-    confidence: Vec<Option<Confidence>>,
+    /// True states of the wheels.
+    wheels: [Lane; 3],
+    estimators: Vec<EstimatorLanes>,
+    /// Names of the states of estimators so far. The viewer needs a colour for each.
+    seen: Vec<String>,
     last_time: f64,
-    found: Found,
+    events: Vec<Event>,
 }
 
-impl Watch {
-    /// A watch before the first record of a scene. Its first event names the scene.
+struct EstimatorLanes {
+    name: String,
+    /// Of an estimator that states contact states.
+    wheels: Option<[Lane; 3]>,
+    trust: Lane,
+    /// Its flags at the last record, if it had an estimate.
+    flags: Option<Option<Flags>>,
+}
+
+impl Events {
+    /// Before the first record of a run. The first event names it.
     pub(crate) fn new(run: &RunDescription) -> Self {
+        let lanes = |end: &str| WHEEL_NAMES.map(|name| Lane::new(format!("wheels/{name}{end}")));
+        let estimators = run.estimators.iter().map(|e| EstimatorLanes {
+            name: e.label.clone(),
+            wheels: (e.settings.states_contacts()).then(|| lanes(&format!("/{}", e.label))),
+            trust: Lane::new(format!("trust/{}", e.label)),
+            flags: None,
+        });
         let stop = run.robot.robot.geometry.stop;
-        let mut watch = Self {
-            names: run.estimators.iter().map(|e| e.label.clone()).collect(),
+        let mut events = Self {
             detector: run.world.as_ref().map(|_| EventDetector::new(stop)),
-            wheels: [None; 3],
-            contacts: vec![[None; 3]; run.estimators.len()],
-            confidence: vec![None; run.estimators.len()],
+            wheels: lanes(""),
+            estimators: estimators.collect(),
+            seen: [TRUSTED, NO_ESTIMATE].map(str::to_owned).into(),
             last_time: 0.0,
-            found: Found::default(),
+            events: Vec::new(),
         };
         let kind = if run.world.is_some() { "scene" } else { "log" };
         let text = format!("{kind} {}: {} s", run.name, run.record.duration);
-        watch.add(0.0, text, TextLogLevel::INFO, NEUTRAL);
-        watch
+        events.add(0.0, text, TextLogLevel::INFO, NEUTRAL);
+        events
+    }
+
+    /// Logs the colours of the lanes.
+    pub(crate) fn declare(&self, out: &mut Writer) -> Result<(), ViewerError> {
+        let truth = self.detector.as_ref().map(|_| &self.wheels);
+        let estimated = self.estimators.iter().filter_map(|e| e.wheels.as_ref());
+        for lanes in truth.into_iter().chain(estimated) {
+            for (lane, colour) in lanes.iter().zip(WHEELS) {
+                let states = [
+                    (wheel_state(WheelState::Grips, false), CALM),
+                    (wheel_state(WheelState::Slips, false), colour),
+                    (wheel_state(WheelState::Grips, true), TWO_CONTACTS),
+                    (wheel_state(WheelState::Slips, true), colour.light()),
+                    (wheel_state(WheelState::InTheAir, false), ABSENT),
+                ];
+                let configuration = StateConfiguration::new()
+                    .with_values(states.map(|(name, _)| name))
+                    .with_colors(states.map(|(_, colour)| colour));
+                out.constant(lane.entity.as_str(), &configuration)?;
+            }
+        }
+        self.declare_trust(out)
+    }
+
+    /// Logs the colours of the lanes of estimators.
+    fn declare_trust(&self, out: &mut Writer) -> Result<(), ViewerError> {
+        let colours = [CALM, ABSENT].into_iter().chain(std::iter::repeat(WARNING));
+        let configuration = StateConfiguration::new()
+            .with_values(self.seen.iter().map(String::as_str))
+            .with_colors(colours.take(self.seen.len()));
+        for estimator in &self.estimators {
+            out.constant(estimator.trust.entity.as_str(), &configuration)?;
+        }
+        Ok(())
     }
 
     /// Detects the events of one record.
@@ -200,7 +169,35 @@ impl Watch {
         if let Some(truth) = frame.truth {
             self.sample_robot(truth, frame.clearances.as_ref());
         }
-        self.sample_estimates(frame);
+        for (k, estimate) in frame.estimates.iter().enumerate() {
+            if let Ok(estimate) = estimate {
+                self.sample_contacts(k, frame.time, estimate);
+            }
+            let flags = estimate.as_ref().ok().map(|e| e.flags);
+            let before = self.estimators[k].flags.replace(flags);
+            if before == Some(flags) {
+                continue;
+            }
+            let names = |flags: Flags| flags.names().collect::<Vec<_>>().join(", ");
+            let state = match flags {
+                None => NO_ESTIMATE.to_owned(),
+                Some(flags) if flags.is_empty() => TRUSTED.to_owned(),
+                Some(flags) => names(flags),
+            };
+            self.estimators[k].trust.note(frame.time, &state);
+            let (text, level) = match (before, estimate) {
+                (_, Err(error)) => (format!("no estimate, {error}"), TextLogLevel::WARN),
+                (_, Ok(e)) if !e.flags.is_empty() => {
+                    let suspects = suspects(e).unwrap_or_default();
+                    (format!("flags: {state}{suspects}"), TextLogLevel::WARN)
+                }
+                (None, Ok(_)) => continue,
+                (Some(None), Ok(_)) => ("estimates again".to_owned(), TextLogLevel::INFO),
+                (Some(Some(_)), Ok(_)) => ("no flag any more".to_owned(), TextLogLevel::INFO),
+            };
+            let text = format!("{}: {text}", self.estimators[k].name);
+            self.add(frame.time, text, level, by_index(k));
+        }
     }
 
     /// Adds the results of the friction tests at their times, and the event of the end of the run.
@@ -213,29 +210,58 @@ impl Watch {
         let (text, level) = if end.is_some_and(RunEnd::is_complete) {
             ("end of the run", TextLogLevel::INFO)
         } else {
-            (
-                "the run broke off: this is its last record",
-                TextLogLevel::ERROR,
-            )
+            let text = "the run broke off: this is its last record";
+            (text, TextLogLevel::ERROR)
         };
         self.add(self.last_time, text.to_owned(), level, NEUTRAL);
         // The results are known at the end alone.
-        let events = &mut self.found.events;
-        events.sort_by(|a, b| a.time.total_cmp(&b.time));
+        self.events.sort_by(|a, b| a.time.total_cmp(&b.time));
     }
 
-    /// Takes the events and changes since the last call.
-    pub(crate) fn take(&mut self) -> Found {
-        std::mem::take(&mut self.found)
+    /// Logs the events and changes since the last call.
+    pub(crate) fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
+        let events = std::mem::take(&mut self.events);
+        let times: Vec<f64> = events.iter().map(|e| e.time).collect();
+        let columns = TextLog::update_fields()
+            .with_many_text(events.iter().map(|e| e.text.as_str()))
+            .with_many_level(events.iter().map(|e| e.level))
+            .with_many_color(events.iter().map(|e| e.colour));
+        out.columns("events", &times, columns.columns_of_unit_batches())?;
+
+        let before = self.seen.len();
+        for state in self.estimators.iter().flat_map(|e| &e.trust.states) {
+            if !self.seen.contains(state) {
+                self.seen.push(state.clone());
+            }
+        }
+        if self.seen.len() > before {
+            self.declare_trust(out)?;
+        }
+        let lanes = self.estimators.iter_mut();
+        let lanes = lanes.flat_map(|e| e.wheels.iter_mut().flatten().chain([&mut e.trust]));
+        (self.wheels.iter_mut().chain(lanes)).try_for_each(|lane| lane.flush(out))
     }
 
     fn add(&mut self, time: f64, text: String, level: &'static str, colour: Colour) {
-        self.found.events.push(Event {
+        self.events.push(Event {
             time,
             text,
             level,
             colour,
         });
+    }
+
+    fn sample_contacts(&mut self, estimator: usize, time: f64, estimate: &Estimate) {
+        let lanes = self.estimators[estimator].wheels.iter_mut().flatten();
+        for (lane, contact) in lanes.zip(estimate.contact.iter().flatten()) {
+            let state = match (contact.state, contact.sliding) {
+                (ContactState::InAir, _) => WheelState::InTheAir,
+                (_, false) => WheelState::Grips,
+                (_, true) => WheelState::Slips,
+            };
+            let two_contacts = contact.state == ContactState::TwoContacts;
+            lane.note(time, wheel_state(state, two_contacts));
+        }
     }
 
     fn sample_robot(&mut self, truth: &Truth, clearances: Option<&Clearances>) {
@@ -244,115 +270,53 @@ impl Watch {
         };
         let mut events = Vec::new();
         detector.sample(truth, clearances, &mut |event| events.push(event));
-        for (index, last) in self.wheels.iter_mut().enumerate() {
-            let contacts = truth.wheels[index].contacts;
-            let now = detector.wheel(index);
-            let now = now.map(|state| WheelLane::of_truth(state, contacts));
-            note_change(&mut self.found.wheels, truth.time, index, last, now);
+        for (i, lane) in self.wheels.iter_mut().enumerate() {
+            if let Some(state) = detector.wheel(i) {
+                let two_contacts = truth.wheels[i].contacts > 1;
+                lane.note(truth.time, wheel_state(state, two_contacts));
+            }
         }
         for event in events {
-            self.add_event(&event, truth);
+            let (text, level, colour) = message(&event, truth);
+            self.add(event.time, text, level, colour);
         }
     }
+}
 
-    /// Adds a message about a detected event, with the position of the wheel.
-    fn add_event(&mut self, event: &events::Event, truth: &Truth) {
-        let (wheel, what, level) = match event.kind {
-            EventKind::ContactLost(i) => (i, "leaves the ground", TextLogLevel::WARN),
-            EventKind::ContactRegained(i) => (i, "touches the ground again", TextLogLevel::INFO),
-            EventKind::TwoContacts(i) => (i, "touches at two places", TextLogLevel::INFO),
-            EventKind::OneContact(i) => (i, "touches at one place again", TextLogLevel::INFO),
-            EventKind::Spins(i) => (i, "starts to spin", TextLogLevel::WARN),
-            EventKind::Slides(i) => (i, "starts to slide", TextLogLevel::WARN),
-            EventKind::Grips(i) => (i, "grips again", TextLogLevel::INFO),
-            EventKind::StopReached(stop, angle) => {
-                return self.add_stop(event.time, "reaches", stop, angle, TextLogLevel::WARN);
-            }
-            EventKind::StopLeft(stop, angle) => {
-                return self.add_stop(event.time, "leaves", stop, angle, TextLogLevel::INFO);
-            }
-            EventKind::BarTouches(bar) => {
-                let what = "touches the ground, whose force on it is not modelled";
-                return self.add_bar(event.time, bar, what, truth, TextLogLevel::ERROR);
-            }
-            EventKind::BarClear(bar) => {
-                let what = "is clear of the ground again";
-                return self.add_bar(event.time, bar, what, truth, TextLogLevel::INFO);
-            }
-        };
-        let x = rounded(truth.wheels[wheel].position.x, 1e3);
-        let text = format!("{} wheel {what} at x = {x:.3} m", WHEEL_NAMES[wheel]);
-        self.add(event.time, text, level, WHEELS[wheel]);
-    }
-
-    /// Adds a message about body or a link, with the position of its centre of mass.
-    fn add_bar(&mut self, time: f64, bar: Bar, what: &str, truth: &Truth, level: &'static str) {
+/// The message about a detected event, its severity and colour.
+fn message(event: &events::Event, truth: &Truth) -> (String, &'static str, Colour) {
+    let (info, warn) = (TextLogLevel::INFO, TextLogLevel::WARN);
+    let wheel = |i: usize, what: &str, level| {
+        let x = rounded(truth.wheels[i].position.x, 1e3);
+        let text = format!("{} wheel {what} at x = {x:.3} m", WHEEL_NAMES[i]);
+        (text, level, WHEELS[i])
+    };
+    let stop = |what: &str, stop: events::EndStop, angle: f64, level| {
+        let (stop, angle) = (stop.name(), rounded(angle.to_degrees(), 10.0));
+        let text = format!("pin Q {what} its {stop} stop: theta1 - theta2 = {angle:.1} deg");
+        (text, level, NEUTRAL)
+    };
+    let bar = |bar: robhaz_model::Bar, what: &str, level| {
         let x = rounded(truth.bar(bar).position.x, 1e3);
-        let text = format!(
-            "{} {what}, with its centre of mass at x = {x:.3} m",
-            bar.name()
-        );
-        self.add(time, text, level, NEUTRAL);
-    }
-
-    /// Adds a message about an end stop at theta1 - theta2 (rad).
-    fn add_stop(
-        &mut self,
-        time: f64,
-        what: &str,
-        stop: events::EndStop,
-        angle: f64,
-        level: &'static str,
-    ) {
-        let text = format!(
-            "pin Q {what} its {} stop: theta1 - theta2 = {:.1} deg",
-            stop.name(),
-            rounded(angle.to_degrees(), 10.0)
-        );
-        self.add(time, text, level, NEUTRAL);
-    }
-
-    fn sample_estimates(&mut self, frame: &Frame<'_>) {
-        for (k, estimate) in frame.estimates.iter().enumerate() {
-            if let Ok(contact) = estimate.as_ref().map(|e| e.contact) {
-                for (i, last) in self.contacts[k].iter_mut().enumerate() {
-                    let now = contact.map(|c| WheelLane::of_estimate(&c[i]));
-                    let changes = &mut self.found.contacts;
-                    note_change(changes, frame.time, 3 * k + i, last, now);
-                }
-            }
-            let now = Confidence::of(estimate);
-            let before = self.confidence[k].replace(now);
-            if before == Some(now) {
-                continue;
-            }
-            self.found.estimators.push(Change {
-                time: frame.time,
-                index: k,
-                state: now,
-            });
-            let what = match (before, estimate) {
-                (_, Err(error)) => Some((format!("no estimate, {error}"), TextLogLevel::WARN)),
-                (Some(Confidence::Refuses), Ok(e)) if e.flags.is_empty() => {
-                    Some(("estimates again".to_owned(), TextLogLevel::INFO))
-                }
-                (None, Ok(e)) if e.flags.is_empty() => None,
-                (_, Ok(e)) if e.flags.is_empty() => {
-                    Some(("no flag any more".to_owned(), TextLogLevel::INFO))
-                }
-                (_, Ok(e)) => {
-                    let suspects = suspects(e).unwrap_or_default();
-                    Some((
-                        format!("flags: {}{suspects}", now.name()),
-                        TextLogLevel::WARN,
-                    ))
-                }
-            };
-            if let Some((what, level)) = what {
-                let text = format!("{}: {what}", self.names[k]);
-                self.add(frame.time, text, level, by_index(k));
-            }
+        let name = bar.name();
+        let text = format!("{name} {what}, with its centre of mass at x = {x:.3} m");
+        (text, level, NEUTRAL)
+    };
+    match event.kind {
+        EventKind::ContactLost(i) => wheel(i, "leaves the ground", warn),
+        EventKind::ContactRegained(i) => wheel(i, "touches the ground again", info),
+        EventKind::TwoContacts(i) => wheel(i, "touches at two places", info),
+        EventKind::OneContact(i) => wheel(i, "touches at one place again", info),
+        EventKind::Spins(i) => wheel(i, "starts to spin", warn),
+        EventKind::Slides(i) => wheel(i, "starts to slide", warn),
+        EventKind::Grips(i) => wheel(i, "grips again", info),
+        EventKind::StopReached(which, angle) => stop("reaches", which, angle, warn),
+        EventKind::StopLeft(which, angle) => stop("leaves", which, angle, info),
+        EventKind::BarTouches(which) => {
+            let what = "touches the ground, whose force on it is not modelled";
+            bar(which, what, TextLogLevel::ERROR)
         }
+        EventKind::BarClear(which) => bar(which, "is clear of the ground again", info),
     }
 }
 
@@ -360,20 +324,6 @@ impl Watch {
 fn suspects(estimate: &Estimate) -> Option<String> {
     let names: Vec<&str> = estimate.health?.suspect.names().collect();
     (!names.is_empty()).then(|| format!(" ({})", names.join(", ")))
-}
-
-/// Adds a change if the state of a wheel is known and differs from the last one.
-fn note_change(
-    changes: &mut Vec<Change<WheelLane>>,
-    time: f64,
-    index: usize,
-    last: &mut Option<WheelLane>,
-    now: Option<WheelLane>,
-) {
-    if let Some(state) = now.filter(|now| *last != Some(*now)) {
-        *last = now;
-        changes.push(Change { time, index, state });
-    }
 }
 
 /// Rounds a value to a multiple of 1/`fractions`. Adding 0 turns -0 into 0.

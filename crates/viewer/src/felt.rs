@@ -1,8 +1,8 @@
 //! The ground as an estimator has found it: a line that grows while the robot drives, with two standard deviations.
 
 use crate::ViewerError;
-use crate::colours::{Colour, by_index};
-use crate::convert::flat;
+use crate::colours::by_index;
+use crate::rows::Strips;
 use crate::writer::Writer;
 use rerun::archetypes::LineStrips2D;
 use rerun::components::Radius;
@@ -18,49 +18,57 @@ pub(crate) const LEFT: &str = "world/felt/left";
 /// Points that a wheel can still correct: only the newest row is shown.
 const MEMORY: &str = "world/felt/memory";
 
-/// The ground at one time, in world coordinates, m.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct FeltFrame {
-    /// Time, s.
-    time: f64,
-    /// Points that the wheels have left since the last frame, with the last one before.
-    left: Lines,
-    /// Points in memory, with the last one that was left.
-    memory: Lines,
-}
-
-/// Pieces of the line, and of the lines two standard deviations below and above.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// Pieces of the line at several times, and of the lines two standard deviations below and above.
+#[derive(Default)]
 struct Lines {
-    middle: Vec<Vec<Vec2>>,
-    bounds: Vec<Vec<Vec2>>,
+    middle: Strips,
+    bounds: Strips,
 }
 
-/// Collects the ground of one estimator.
-pub(crate) struct FeltCollector {
+/// Draws the ground of one estimator.
+pub(crate) struct Felt {
     /// Index of the estimator; `None`: nothing is drawn.
     estimator: Option<usize>,
     wheel_radius: f64,
     /// True place of the estimator's origin, m.
     origin: Option<Vec2>,
-    /// Points left since the last frame, the last one before first.
-    left: Vec<GroundPoint>,
-    /// Whether a frame is due.
+    /// Points left since the last drawing, the last one before first.
+    points: Vec<GroundPoint>,
+    /// Whether a drawing is due.
     is_due: bool,
-    frames: Vec<FeltFrame>,
+    left: Lines,
+    memory: Lines,
 }
 
-impl FeltCollector {
-    /// A collector before the first record, for an estimator by its index. Recorded readings have no world to draw in.
+impl Felt {
+    /// Before the first record, for an estimator by its index. Recorded readings have no world to draw in.
     pub(crate) fn new(run: &RunDescription, estimator: Option<usize>) -> Self {
+        let finds_ground = |k: &usize| run.estimators[*k].settings.states_covariance();
         Self {
-            estimator: estimator.filter(|_| run.world.is_some()),
+            estimator: estimator.filter(|k| run.world.is_some() && finds_ground(k)),
             wheel_radius: run.robot.robot.geometry.wheel_radius,
             origin: None,
-            left: Vec::new(),
+            points: Vec::new(),
             is_due: false,
-            frames: Vec::new(),
+            left: Lines::default(),
+            memory: Lines::default(),
         }
+    }
+
+    /// Logs the look of the lines.
+    pub(crate) fn declare(&self, out: &mut Writer) -> Result<(), ViewerError> {
+        let Some(estimator) = self.estimator else {
+            return Ok(());
+        };
+        for entity in [LEFT, MEMORY] {
+            for (entity, width) in [(entity.to_owned(), 1.25), (bounds_of(entity), 0.4)] {
+                let look = LineStrips2D::update_fields()
+                    .with_colors([by_index(estimator)])
+                    .with_radii([Radius::new_ui_points(width)]);
+                out.constant(entity, &look)?;
+            }
+        }
+        Ok(())
     }
 
     /// Takes a record; `due` for one that is drawn, or the next that has the ground in memory.
@@ -68,109 +76,56 @@ impl FeltCollector {
         let (Some(k), Some(truth)) = (self.estimator, frame.truth) else {
             return;
         };
-        let origin = *self
-            .origin
-            .get_or_insert(ground_origin(truth, self.wheel_radius));
+        let radius = self.wheel_radius;
+        let origin = *(self.origin).get_or_insert_with(|| ground_origin(truth, radius));
         // The origin of a later section is not known.
         let drawn = |p: &GroundPoint| p.section == 0;
         let left = frame.ground.completed(k).iter().filter(|p| drawn(p));
-        self.left.extend(left);
+        self.points.extend(left);
         self.is_due |= due;
         if !self.is_due || !frame.ground.has_memory() {
             return;
         }
         self.is_due = false;
-        let last = self.left.last().copied();
+        let last = self.points.last().copied();
         let memory = frame.ground.in_memory(k).filter(drawn);
         let memory: Vec<GroundPoint> = last.into_iter().chain(memory).collect();
-        if memory.len() > 1 || self.left.len() > 1 {
-            self.frames.push(FeltFrame {
-                time: frame.time,
-                left: Lines::of(&self.left, origin),
-                memory: Lines::of(&memory, origin),
-            });
+        if self.points.len() > 1 {
+            self.left.push(frame.time, &self.points, origin);
         }
-        self.left = last.into_iter().collect();
+        if memory.len() > 1 || self.points.len() > 1 {
+            self.memory.push(frame.time, &memory, origin);
+        }
+        self.points = last.into_iter().collect();
     }
 
-    /// Takes the frames since the last call.
-    pub(crate) fn take(&mut self) -> Vec<FeltFrame> {
-        std::mem::take(&mut self.frames)
+    /// Logs what was drawn since the last call.
+    pub(crate) fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
+        for (lines, entity) in [(&mut self.left, LEFT), (&mut self.memory, MEMORY)] {
+            lines.middle.flush(out, entity)?;
+            lines.bounds.flush(out, &bounds_of(entity))?;
+        }
+        Ok(())
     }
 }
 
 impl Lines {
-    fn of(points: &[GroundPoint], origin: Vec2) -> Self {
-        let mut lines = Self::default();
+    fn push(&mut self, time: f64, points: &[GroundPoint], origin: Vec2) {
         let pieces = points.chunk_by(|a, b| (a.x - b.x).abs() < GAP);
-        for piece in pieces.filter(|piece| piece.len() > 1) {
-            let line = |sigmas: f64| {
-                let at =
-                    |p: &GroundPoint| origin + Vec2::new(p.x, p.height + sigmas * p.sigma_height);
-                piece.iter().map(at).collect::<Vec<_>>()
-            };
-            lines.middle.push(line(0.0));
-            lines.bounds.extend([line(-2.0), line(2.0)]);
-        }
-        lines
+        let pieces: Vec<_> = pieces.filter(|piece| piece.len() > 1).collect();
+        let line = |piece: &[GroundPoint], sigmas: f64| -> Vec<Vec2> {
+            let at = |p: &GroundPoint| origin + Vec2::new(p.x, p.height + sigmas * p.sigma_height);
+            piece.iter().map(at).collect()
+        };
+        let bounds = |piece: &&[GroundPoint]| [line(piece, -2.0), line(piece, 2.0)];
+        self.middle.push(time, pieces.iter().map(|p| line(p, 0.0)));
+        self.bounds.push(time, pieces.iter().flat_map(bounds));
     }
-}
-
-/// Logs the look of the lines, for an estimator by its index.
-pub(crate) fn declare(out: &mut Writer, estimator: usize) -> Result<(), ViewerError> {
-    let colour = by_index(estimator);
-    for entity in [LEFT, MEMORY] {
-        look(out, entity, colour, 1.25)?;
-        look(out, &bounds_of(entity), colour, 0.4)?;
-    }
-    Ok(())
-}
-
-fn look(out: &mut Writer, entity: &str, colour: Colour, width: f32) -> Result<(), ViewerError> {
-    out.constant(
-        entity,
-        &LineStrips2D::update_fields()
-            .with_colors([colour])
-            .with_radii([Radius::new_ui_points(width)]),
-    )
 }
 
 /// Entity of the two standard deviations.
 pub(crate) fn bounds_of(entity: &str) -> String {
     format!("{entity}/two_sigma")
-}
-
-/// Logs frames.
-pub(crate) fn log(out: &mut Writer, frames: &[FeltFrame]) -> Result<(), ViewerError> {
-    let left: Vec<_> = frames.iter().map(|f| (f.time, &f.left)).collect();
-    let left: Vec<_> = left
-        .into_iter()
-        .filter(|(_, l)| !l.middle.is_empty())
-        .collect();
-    let memory: Vec<_> = frames.iter().map(|f| (f.time, &f.memory)).collect();
-    for (entity, rows) in [(LEFT, left), (MEMORY, memory)] {
-        strips(out, entity, rows.iter().map(|(t, l)| (*t, &l.middle)))?;
-        let bounds = rows.iter().map(|(t, l)| (*t, &l.bounds));
-        strips(out, &bounds_of(entity), bounds)?;
-    }
-    Ok(())
-}
-
-fn strips<'a>(
-    out: &mut Writer,
-    entity: &str,
-    rows: impl Iterator<Item = (f64, &'a Vec<Vec<Vec2>>)>,
-) -> Result<(), ViewerError> {
-    let rows: Vec<_> = rows.collect();
-    let times: Vec<f64> = rows.iter().map(|(time, _)| *time).collect();
-    let strip = |strip: &Vec<Vec2>| strip.iter().copied().map(flat).collect::<Vec<_>>();
-    out.columns(
-        entity,
-        &times,
-        LineStrips2D::update_fields()
-            .with_strips(rows.iter().flat_map(|(_, strips)| strips.iter().map(strip)))
-            .columns(rows.iter().map(|(_, strips)| strips.len())),
-    )
 }
 
 #[cfg(test)]
@@ -192,9 +147,12 @@ mod tests {
             section: 0,
         };
         let points = [0.0, 0.01, 0.06, 0.07, 0.2].map(point);
-        let lines = Lines::of(&points, Vec2::new(1.0, 2.0));
-        assert_eq!((lines.middle.len(), lines.bounds.len()), (2, 4));
-        assert_eq!(lines.middle[0], [Vec2::new(1.0, 2.1), Vec2::new(1.01, 2.1)]);
-        assert!((lines.bounds[3][0] - Vec2::new(1.06, 2.12)).norm() < 1e-12);
+        let mut lines = Lines::default();
+        lines.push(0.0, &points, Vec2::new(1.0, 2.0));
+        let (middle, bounds) = (lines.middle.strips(), lines.bounds.strips());
+        assert_eq!((middle.len(), bounds.len()), (2, 4));
+        assert_eq!(middle[0], [[1.0, 2.1], [1.01, 2.1]]);
+        // Single precision.
+        assert!((bounds[3][0][0] - 1.06).abs() < 1e-6 && (bounds[3][0][1] - 2.12).abs() < 1e-6);
     }
 }

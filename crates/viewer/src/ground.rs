@@ -49,11 +49,11 @@ impl Ground {
     pub(crate) fn box_of(&self) -> [f64; 4] {
         let (from, to) = self.drawn;
         let points = self.terrain.outline(from, to, SPACING);
-        let (low, high) = points
-            .into_iter()
-            .fold((f64::MAX, f64::MIN), |(low, high), p| {
-                (low.min(p.y), high.max(p.y))
-            });
+        let heights = || points.iter().map(|p| p.y);
+        let (low, high) = (
+            heights().fold(f64::MAX, f64::min),
+            heights().fold(f64::MIN, f64::max),
+        );
         [from, to, low, high]
     }
 
@@ -105,10 +105,14 @@ impl Ground {
         if seen().next().is_none() {
             return Ok(());
         }
+        let colour = |s: &Stretch| match s.mu_s < self.mu_s {
+            true => colours::SLIPPERY,
+            false => colours::ROUGH,
+        };
         out.constant(
             "world/ground/stretches",
             &LineStrips2D::new(seen().map(|s| strip(s.from.max(from), s.to.min(to))))
-                .with_colors(seen().map(|s| colours::stretch(s.mu_s, self.mu_s)))
+                .with_colors(seen().map(colour))
                 .with_labels(seen().map(|s| format!("mu_s {}, mu_d {}", s.mu_s, s.mu_d)))
                 .with_show_labels(true)
                 .with_radii([Radius::new_ui_points(4.0)]),

@@ -51,7 +51,7 @@ impl Entry {
 pub(crate) fn of_run(run: &RunDescription) -> Vec<Entry> {
     let names = run.estimators.iter().enumerate();
     let estimators = names.map(|(k, e)| Entry::of_index(&e.label, k));
-    let truth = || Entry::of_wheels("true: front, middle, rear");
+    let truth = || Entry::of_wheels("true");
     let truth = run.has_truth.then(truth).into_iter();
     truth.chain(estimators).collect()
 }

@@ -2,7 +2,6 @@
 //!
 //! [`RecordingSink`] writes one `.rrd` file, with the layout of its views: `rerun run.rrd` shows everything.
 //! [`LiveSink`] shows a run while it is simulated. [`save_comparison`] copies several recorded runs into one recording.
-//! [`save_path`] writes a judged path.
 //! [`open`] shows recordings on the screen. [`picture()`] saves a picture of one as a PNG.
 //!
 //! | entity | what it holds |
@@ -14,9 +13,9 @@
 //! | `world/forces/true/...` | true N and T, as arrows at each contact |
 //! | `world/forces/estimated/...` | N and T of one estimator, as arrows; `two_sigma`: bars |
 //! | `world/trails` | paths of the pins (Fig. 5) |
-//! | `world/follow` | a frame that moves with the body, with scales of force and length |
+//! | `world/follow` | a frame that moves with the body, with the legend of the arrows |
 //! | `world/friction_tests/...` | results of friction tests at their places |
-//! | `world/scale` | an axis below the ground, and the scale of the arrows |
+//! | `world/scale` | an axis below the ground |
 //! | `series/...` | forces, errors, contact angles, friction and residuals over time |
 //! | `wheels/...`, `trust/...` | lanes: state of each wheel, true and as estimators state it; flags of each estimator |
 //! | `events` | contact lost or regained, slip, end stops reached, bars on the ground, friction tests, flags, missing estimates |
@@ -30,13 +29,11 @@
 
 mod about;
 mod colours;
-mod compared;
 mod comparison;
 mod contact;
 mod control;
 mod convert;
 mod error;
-mod event_log;
 mod events;
 mod felt;
 mod forces;
@@ -45,15 +42,14 @@ mod ground;
 mod key;
 mod layout;
 mod live;
-mod path;
 mod picture;
 mod plot;
-mod print;
 mod program;
 mod rates;
 mod reading;
 mod recorder;
 mod remote;
+mod rows;
 mod scale;
 mod scene_view;
 mod series;
@@ -61,11 +57,10 @@ mod shapes;
 mod sink;
 mod writer;
 
-pub use compared::ComparedRun;
 pub use comparison::save_comparison;
 pub use error::{VIEWER_VERSION, ViewerError};
+pub use layout::comparison::ComparedRun;
 pub use live::{LiveReport, LiveSink};
-pub use path::{JudgedPath, PathPlace, save_path};
 pub use picture::{PictureOptions, picture};
 pub use program::open;
 pub use reading::{recording_end, recording_is_closed};

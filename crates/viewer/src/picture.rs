@@ -1,18 +1,14 @@
 //! A picture of a recording in the viewer, as a PNG, without a screen.
 
 use crate::ViewerError;
-use crate::colours::{Colour, WHEELS, hues};
 use crate::control::Control;
-use crate::error::Cause;
-use crate::print::PrintCopy;
 use crate::program::{Started, free_port, start_error};
-use crate::reading::recording_content;
+use crate::reading::recording_end;
 use robhaz_run::Stop;
 use std::ffi::OsStr;
-use std::fs::File;
-use std::io::BufReader;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
+use tempfile::{NamedTempFile, TempPath};
 
 /// Longest time until a picture shows the data.
 const TIMEOUT: Duration = Duration::from_secs(90);
@@ -20,9 +16,8 @@ const TIMEOUT: Duration = Duration::from_secs(90);
 const MESSAGE_TIME: Duration = Duration::from_secs(7);
 /// Time between two pictures.
 const PERIOD: Duration = Duration::from_millis(500);
-/// Least share of a picture that a colour of the data covers. A rim alone covers 0.001, on a path
-/// of 5 m 0.0004.
-const LEAST_SHARE: f64 = 1e-4;
+/// The last chunk of a PNG: its type and checksum.
+const PNG_END: &[u8] = b"IEND\xaeB`\x82";
 
 /// Size and time of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,17 +38,14 @@ impl Default for PictureOptions {
     }
 }
 
-/// Starts the installed viewer without a window, shows a recording in it, and saves its picture to `out` (PNG). The
-/// picture has the views below the window's bar, without the panels around them.
+/// Starts the installed viewer without a window, shows a recording in it, and saves its picture to `out` (PNG).
 ///
-/// The picture is saved when the whole recording is loaded, two pictures in a row are equal, and
-/// the data are in them: the colours of all three wheels, or, where the recording has no robot,
-/// that of some line.
+/// The picture is saved when the whole recording is loaded and two pictures in a row are equal.
 ///
 /// # Errors
 /// - [`ViewerError::NotInstalled`], [`ViewerError::OtherVersion`], [`ViewerError::Start`]: no viewer that can draw.
 /// - [`ViewerError::Read`]: the recording cannot be read. [`ViewerError::Time`]: it does not contain the time.
-/// - [`ViewerError::Picture`]: no picture shows the data within 90 s. [`ViewerError::Control`]: the viewer does not
+/// - [`ViewerError::Picture`]: no picture stays the same within 90 s. [`ViewerError::Control`]: the viewer does not
 ///   answer.
 /// - [`ViewerError::Create`], [`ViewerError::Write`]: the picture, or a file beside it, cannot be written.
 /// - [`ViewerError::Stopped`]: `stop` named a cause.
@@ -63,21 +55,14 @@ pub fn picture(
     options: PictureOptions,
     stop: Stop<'_>,
 ) -> Result<(), ViewerError> {
-    let (end, has_wheels) = recording_content(recording)?;
-    let end = end.ok_or_else(|| ViewerError::Picture {
+    let end = recording_end(recording)?.ok_or_else(|| ViewerError::Picture {
         reason: format!("{} has no data", recording.display()),
     })?;
-    let content = if has_wheels {
-        Content::Wheels
-    } else {
-        Content::Lines
-    };
     let time = options.at.unwrap_or(0.5 * end);
     // The recording's end is rounded to a nanosecond. NaN is in no range.
     if !(0.0..=end + 1e-9).contains(&time) {
         return Err(ViewerError::Time { at: time, end });
     }
-    let copy = PrintCopy::of(recording, out, end)?;
     let port = free_port()?;
     let size = format!("{}x{}", options.size[0], options.size[1]);
     let mut viewer = Started::at(
@@ -86,14 +71,14 @@ pub fn picture(
             OsStr::new("--headless"),
             OsStr::new("--window-size"),
             OsStr::new(&size),
-            copy.0.as_os_str(),
+            recording.as_os_str(),
         ],
     )?;
     let deadline = Deadline {
         start: Instant::now(),
         stop,
     };
-    let taken = take(port, out, [time, end], content, &deadline);
+    let taken = take(port, out, [time, end], &deadline);
     // A viewer that cannot draw listens for a moment and exits: its output is the reason.
     let message = viewer.exit_message();
     viewer.end();
@@ -102,15 +87,6 @@ pub fn picture(
         (Err(_), Some(message)) => Err(start_error(&message)),
         (taken, _) => taken,
     }
-}
-
-/// What a picture must show.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Content {
-    /// The robot, with all three wheels.
-    Wheels,
-    /// Lines over time alone.
-    Lines,
 }
 
 /// The limit of waiting for the viewer.
@@ -141,7 +117,6 @@ fn take(
     port: u16,
     out: &Path,
     [time, end]: [f64; 2],
-    content: Content,
     deadline: &Deadline<'_>,
 ) -> Result<(), ViewerError> {
     let mut control = Control::call(port)?;
@@ -158,140 +133,50 @@ fn take(
     while deadline.start.elapsed() < MESSAGE_TIME {
         deadline.pause(PERIOD)?;
     }
-    let draft = Draft::beside(out)?;
+    let draft = beside(out)?;
     let mut before = None;
     loop {
-        let image = draft.take(&mut control, deadline)?;
-        let missing = image.missing(content);
-        if missing.is_none() && before.as_ref() == Some(&image) {
-            return std::fs::rename(&draft.0, out).map_err(|source| ViewerError::Create {
-                path: out.to_owned(),
-                source,
-            });
+        let image = take_draft(&draft, &mut control, deadline)?;
+        if before.as_ref() == Some(&image) {
+            return draft
+                .persist(out)
+                .map_err(|error| ViewerError::create(out)(error.error));
         }
         if deadline.is_over() {
-            let reason = missing.unwrap_or_else(|| "it still changes after 90 s".to_owned());
-            return Err(ViewerError::Picture { reason });
+            return Err(ViewerError::Picture {
+                reason: "it still changes after 90 s".to_owned(),
+            });
         }
         before = Some(image);
         deadline.pause(PERIOD)?;
     }
 }
 
-/// A file for pictures that may be incomplete. It is removed when the draft is dropped.
-struct Draft(PathBuf);
+/// A temporary file beside a picture, of an absolute path: the viewer may have another working directory.
+fn beside(picture: &Path) -> Result<TempPath, ViewerError> {
+    let path = std::path::absolute(picture);
+    let file = path.and_then(|path| {
+        let folder = path.parent().unwrap_or(Path::new("/"));
+        let mut name = tempfile::Builder::new();
+        name.suffix(".png").tempfile_in(folder)
+    });
+    file.map(NamedTempFile::into_temp_path)
+        .map_err(ViewerError::create(picture))
+}
 
-impl Draft {
-    /// A draft beside the picture. Its path is absolute, because the viewer may have another working directory.
-    fn beside(out: &Path) -> Result<Self, ViewerError> {
-        let path = std::path::absolute(out).map_err(|source| ViewerError::Create {
-            path: out.to_owned(),
-            source,
-        })?;
-        Ok(Self(path.with_extension("partial.png")))
-    }
-
-    /// Takes a picture. The viewer answers before the file is complete, so that reading is repeated until it succeeds.
-    fn take(&self, control: &mut Control, deadline: &Deadline<'_>) -> Result<Image, ViewerError> {
-        let _ = std::fs::remove_file(&self.0);
-        control.save_picture(&self.0)?;
-        loop {
-            match Image::decode(&self.0) {
-                Ok(image) => return Ok(image),
-                Err(cause) if deadline.is_over() => {
-                    return Err(ViewerError::read(&self.0)(cause));
-                }
-                Err(_) => deadline.pause(PERIOD / 10)?,
-            }
+/// Takes a picture. The viewer answers before the file is complete, so that reading is repeated until it succeeds.
+fn take_draft(
+    draft: &Path,
+    control: &mut Control,
+    deadline: &Deadline<'_>,
+) -> Result<Vec<u8>, ViewerError> {
+    let _ = std::fs::remove_file(draft);
+    control.save_picture(draft)?;
+    loop {
+        match std::fs::read(draft) {
+            Ok(image) if image.ends_with(PNG_END) => return Ok(image),
+            Err(cause) if deadline.is_over() => return Err(ViewerError::read(draft)(cause)),
+            _ => deadline.pause(PERIOD / 10)?,
         }
-    }
-}
-
-impl Drop for Draft {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_file(&self.0);
-    }
-}
-
-/// Red, green and blue of each pixel of a picture.
-#[derive(PartialEq)]
-struct Image {
-    pixels: Vec<[u8; 3]>,
-}
-
-impl Image {
-    fn decode(path: &Path) -> Result<Self, Cause> {
-        let mut decoder = png::Decoder::new(BufReader::new(File::open(path)?));
-        decoder.set_transformations(png::Transformations::normalize_to_color8());
-        let mut reader = decoder.read_info()?;
-        let size = reader
-            .output_buffer_size()
-            .ok_or("the picture is too large")?;
-        let mut bytes = vec![0; size];
-        let info = reader.next_frame(&mut bytes)?;
-        bytes.truncate(info.buffer_size());
-        let pixels = bytes.chunks_exact(info.color_type.samples());
-        let pixels = pixels.filter_map(|p| p.get(..3)?.try_into().ok()).collect();
-        Ok(Self { pixels })
-    }
-
-    /// Names what is missing. `None` for a picture that shows the data.
-    fn missing(&self, content: Content) -> Option<String> {
-        #[expect(clippy::cast_precision_loss, reason = "a few million pixels")]
-        let share = |colour: Colour| {
-            let near = self.pixels.iter().filter(|p| is_near(p, colour)).count();
-            near as f64 / self.pixels.len().max(1) as f64
-        };
-        if content == Content::Lines {
-            let is_empty = hues().all(|colour| share(colour) < LEAST_SHARE);
-            return is_empty.then(|| "no line has a colour of the data".to_owned());
-        }
-        let wheels = ["front", "middle", "rear"].into_iter().zip(WHEELS);
-        let absent = wheels.filter(|(_, colour)| share(*colour) < LEAST_SHARE);
-        let names: Vec<&str> = absent.map(|(name, _)| name).collect();
-        (!names.is_empty())
-            .then(|| format!("the colour of the {} wheel is missing", names.join(", ")))
-    }
-}
-
-/// The pixel has a colour, except for the smoothing of edges.
-fn is_near(pixel: &[u8; 3], Colour(colour): Colour) -> bool {
-    pixel.iter().zip(colour).all(|(a, b)| a.abs_diff(b) < 12)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A picture of the welcome page or of an empty layout does not show the data; nor does one without the front
-    /// wheel.
-    #[test]
-    fn a_picture_without_the_wheels_is_not_enough() {
-        let mut image = Image {
-            pixels: vec![[13, 16, 17]; 10_000],
-        };
-        let missing = image.missing(Content::Wheels).expect("nothing is shown");
-        assert!(missing.contains("front, middle, rear"), "{missing}");
-        for (i, Colour(colour)) in WHEELS.into_iter().enumerate() {
-            image.pixels[20 * i..20 * i + 20].fill(colour);
-        }
-        assert_eq!(image.missing(Content::Wheels), None);
-        image.pixels[..20].fill([0; 3]);
-        let missing = image.missing(Content::Wheels);
-        let missing = missing.expect("the front wheel is not there");
-        assert!(missing.contains("the front wheel"), "{missing}");
-    }
-
-    /// A recording without a robot needs no wheels in its picture: the line of one estimator is
-    /// enough, and an empty layout is not.
-    #[test]
-    fn a_picture_of_lines_needs_one_of_them() {
-        let mut image = Image {
-            pixels: vec![[13, 16, 17]; 10_000],
-        };
-        assert!(image.missing(Content::Lines).is_some());
-        image.pixels[..20].fill(crate::colours::by_index(0).0);
-        assert_eq!(image.missing(Content::Lines), None);
-        assert!(image.missing(Content::Wheels).is_some());
     }
 }

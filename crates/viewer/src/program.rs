@@ -2,12 +2,16 @@
 
 use crate::{VIEWER_VERSION, ViewerError};
 use robhaz_run::Stop;
-use std::fs::File;
+use std::ffi::OsStr;
+use std::io::ErrorKind;
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
+use tempfile::NamedTempFile;
 
+/// The viewer, on the PATH.
+const PROGRAM: &str = "rerun";
 /// Port at which viewers listen by default.
 pub(crate) const DEFAULT_PORT: u16 = 9876;
 /// Longest time until a viewer listens.
@@ -25,19 +29,12 @@ const MOST_LINES: usize = 5;
 /// - [`ViewerError::Create`]: the file for the viewer's output cannot be created.
 /// - [`ViewerError::Stopped`]: `stop` named a cause. The viewer is closed.
 pub fn open(recordings: &[PathBuf], stop: Stop<'_>) -> Result<(), ViewerError> {
-    let mut command = installed()?;
-    command.args(["--bind", "127.0.0.1", "--port", "auto"]);
-    command.args(recordings);
-    let log = Log::new()?;
-    command.stderr(log.stdio()?);
-    in_own_group(&mut command);
-    let child = command.spawn().map_err(|e| start_error(&e.to_string()))?;
-    let mut viewer = Started { child, log };
+    let mut viewer = Started::with("auto", recordings)?;
     loop {
         let ended = viewer.child.try_wait();
         match ended.map_err(|e| start_error(&e.to_string()))? {
             Some(status) if status.success() => return Ok(()),
-            Some(_) => return Err(start_error(&viewer.log.exit_message())),
+            Some(_) => return Err(start_error(&exit_message(viewer.log.path()))),
             None => {}
         }
         if let Some(cause) = stop() {
@@ -67,22 +64,28 @@ pub(crate) fn free_port() -> Result<u16, ViewerError> {
 /// A viewer that this process started.
 pub(crate) struct Started {
     child: Child,
-    log: Log,
+    /// Its output.
+    log: NamedTempFile,
 }
 
 impl Started {
-    /// Starts the installed viewer with further arguments and waits until it listens at `port`. The viewer outlives
-    /// this process, unless [`Started::end`] is called.
-    pub(crate) fn at(port: u16, arguments: &[&std::ffi::OsStr]) -> Result<Self, ViewerError> {
+    fn with(port: &str, arguments: &[impl AsRef<OsStr>]) -> Result<Self, ViewerError> {
         let mut command = installed()?;
-        command.args(["--bind", "127.0.0.1", "--port", &port.to_string()]);
+        command.args(["--bind", "127.0.0.1", "--port", port]);
         command.args(arguments);
         // A viewer that inherits this process's output would keep a pipe open after this process has ended.
-        let log = Log::new()?;
-        command.stderr(log.stdio()?);
+        let log = NamedTempFile::new().map_err(ViewerError::create(&std::env::temp_dir()))?;
+        let output = log.reopen().map_err(|e| start_error(&e.to_string()))?;
+        command.stderr(output);
         in_own_group(&mut command);
         let child = command.spawn().map_err(|e| start_error(&e.to_string()))?;
-        let mut started = Self { child, log };
+        Ok(Self { child, log })
+    }
+
+    /// Starts the installed viewer with further arguments and waits until it listens at `port`. The viewer outlives
+    /// this process, unless [`Started::end`] is called.
+    pub(crate) fn at(port: u16, arguments: &[&OsStr]) -> Result<Self, ViewerError> {
+        let mut started = Self::with(&port.to_string(), arguments)?;
         let deadline = Instant::now() + START_TIME;
         while !listens(port) {
             if let Some(message) = started.exit_message() {
@@ -101,7 +104,7 @@ impl Started {
     /// The output of a viewer that has exited. `None` while it runs.
     pub(crate) fn exit_message(&mut self) -> Option<String> {
         let ended = matches!(self.child.try_wait(), Ok(Some(_)));
-        ended.then(|| self.log.exit_message())
+        ended.then(|| exit_message(self.log.path()))
     }
 
     /// Kills the viewer.
@@ -120,12 +123,12 @@ impl Started {
 
 /// A command for the viewer on the PATH, whose version is checked. It prints warnings and errors alone.
 fn installed() -> Result<Command, ViewerError> {
-    let path = find().ok_or(ViewerError::NotInstalled)?;
-    let output = Command::new(&path)
-        .arg("--version")
-        .stdin(Stdio::null())
-        .output()
-        .map_err(|e| start_error(&e.to_string()))?;
+    let mut version = Command::new(PROGRAM);
+    let output = version.arg("--version").stdin(Stdio::null()).output();
+    let output = output.map_err(|error| match error.kind() {
+        ErrorKind::NotFound => ViewerError::NotInstalled,
+        _ => start_error(&error.to_string()),
+    })?;
     let output = String::from_utf8_lossy(&output.stdout);
     // For example "rerun-cli 0.36.3 [rustc ...".
     let found = output
@@ -137,7 +140,7 @@ fn installed() -> Result<Command, ViewerError> {
             found: found.to_owned(),
         });
     }
-    let mut command = Command::new(path);
+    let mut command = Command::new(PROGRAM);
     command.stdin(Stdio::null()).stdout(Stdio::null());
     command.env("NO_COLOR", "1");
     if std::env::var_os("RUST_LOG").is_none() {
@@ -150,27 +153,6 @@ fn installed() -> Result<Command, ViewerError> {
 fn minor(version: &str) -> Option<(&str, &str)> {
     let mut parts = version.split('.');
     Some((parts.next()?, parts.next()?))
-}
-
-/// Path of the viewer on the PATH.
-fn find() -> Option<PathBuf> {
-    let name = format!("rerun{}", std::env::consts::EXE_SUFFIX);
-    let paths = std::env::var_os("PATH")?;
-    std::env::split_paths(&paths)
-        .map(|folder| folder.join(&name))
-        .find(|path| is_executable(path))
-}
-
-#[cfg(unix)]
-fn is_executable(path: &Path) -> bool {
-    use std::os::unix::fs::PermissionsExt as _;
-    path.metadata()
-        .is_ok_and(|m| m.is_file() && m.permissions().mode() & 0o111 != 0)
-}
-
-#[cfg(not(unix))]
-fn is_executable(path: &Path) -> bool {
-    path.is_file()
 }
 
 /// Gives the viewer a process group of its own. Ctrl-C in the terminal then reaches the simulation alone, and
@@ -192,51 +174,20 @@ pub(crate) fn start_error(reason: &str) -> ViewerError {
     }
 }
 
-/// A file for the output of a viewer. It is removed when the log is dropped.
-struct Log {
-    path: PathBuf,
-    file: File,
-}
-
-impl Log {
-    fn new() -> Result<Self, ViewerError> {
-        let port = free_port()?;
-        let name = format!("robhaz-viewer-{}-{port}.log", std::process::id());
-        let path = std::env::temp_dir().join(name);
-        let file = File::create(&path).map_err(|source| ViewerError::Create {
-            path: path.clone(),
-            source,
-        })?;
-        Ok(Self { path, file })
-    }
-
-    fn stdio(&self) -> Result<Stdio, ViewerError> {
-        let copy = self.file.try_clone();
-        copy.map(Stdio::from)
-            .map_err(|e| start_error(&e.to_string()))
-    }
-
-    /// The first lines of the output, without warnings and stack trace: they state why the viewer exited.
-    fn exit_message(&self) -> String {
-        let output = std::fs::read(&self.path).unwrap_or_default();
-        let output = String::from_utf8_lossy(&output);
-        let lines = output.lines().map(str::trim);
-        let first: Vec<&str> = lines
-            .take_while(|line| !line.starts_with("stack backtrace"))
-            .filter(|line| !line.is_empty() && !line.contains(" WARN "))
-            .take(MOST_LINES)
-            .collect();
-        if first.is_empty() {
-            "it exited without a message".to_owned()
-        } else {
-            first.join(" ")
-        }
-    }
-}
-
-impl Drop for Log {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_file(&self.path);
+/// The first lines of the output, without warnings and stack trace: they state why the viewer exited.
+fn exit_message(log: &Path) -> String {
+    let output = std::fs::read(log).unwrap_or_default();
+    let output = String::from_utf8_lossy(&output);
+    let lines = output.lines().map(str::trim);
+    let first: Vec<&str> = lines
+        .take_while(|line| !line.starts_with("stack backtrace"))
+        .filter(|line| !line.is_empty() && !line.contains(" WARN "))
+        .take(MOST_LINES)
+        .collect();
+    if first.is_empty() {
+        "it exited without a message".to_owned()
+    } else {
+        first.join(" ")
     }
 }
 

@@ -15,28 +15,14 @@ use std::path::Path;
 /// # Errors
 /// [`ViewerError::Read`]
 pub fn recording_end(path: &Path) -> Result<Option<f64>, ViewerError> {
-    Ok(recording_content(path)?.0)
-}
-
-/// Time of the newest row of a recording, s, as [`recording_end`], and whether it shows a robot on
-/// the ground: that of recorded readings does not.
-///
-/// # Errors
-/// [`ViewerError::Read`]
-pub(crate) fn recording_content(path: &Path) -> Result<(Option<f64>, bool), ViewerError> {
-    let (mut end, mut has_world): (Option<i64>, _) = (None, false);
+    let mut end: Option<i64> = None;
     for_each_chunk(path, |chunk| {
         let newest = chunk.timelines().values().flat_map(|t| t.times_raw()).max();
         end = end.max(newest.copied());
-        let mut parts = chunk.entity_path().iter();
-        has_world |= parts.any(|part| part.unescaped_str() == WORLD);
         Ok(())
     })?;
-    Ok((end.map(nanoseconds_to_seconds), has_world))
+    Ok(end.map(nanoseconds_to_seconds))
 }
-
-/// The entity of the robot on the ground, in a comparison one of each run.
-const WORLD: &str = "world";
 
 /// Whether a recording ends with its index. Otherwise the file was truncated, or its run was killed or has not ended.
 ///
@@ -78,16 +64,15 @@ pub(crate) fn for_each_chunk(
     Ok(())
 }
 
-/// Times (ns) and first values of the rows of a chunk of scalars.
-pub(crate) fn scalars(chunk: &Chunk) -> Vec<(i64, f64)> {
+/// Times (ns) and values of the rows of a chunk of scalars.
+pub(crate) fn scalars(chunk: &Chunk) -> Vec<(i64, Vec<f64>)> {
     let Some(times) = chunk.timelines().values().next() else {
         return Vec::new();
     };
     let component = Scalars::descriptor_scalars().component;
     let values = chunk.iter_component::<Scalar>(component);
-    let rows = times.times_raw().iter().zip(values);
-    rows.filter_map(|(time, row)| row.as_slice().first().map(|value| (*time, value.0.0)))
-        .collect()
+    let values = values.map(|row| row.as_slice().iter().map(|v| v.0.0).collect());
+    times.times_raw().iter().copied().zip(values).collect()
 }
 
 /// A time in s, from ns.

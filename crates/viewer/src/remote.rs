@@ -11,33 +11,33 @@ use std::time::Duration;
 /// A viewer that reads nothing for this time is abandoned.
 pub(crate) const TIMEOUT: Duration = Duration::from_secs(3);
 
-/// A viewer that listens at an address. Sending blocks while the viewer does not read.
-pub(crate) struct ToViewer(pub(crate) GrpcSink);
-
-impl Target for ToViewer {
-    fn send(&mut self, message: LogMsg) -> Result<(), Cause> {
-        if let GrpcSinkConnectionState::Disconnected(_) = self.0.status() {
-            return Err("the viewer has closed the connection".into());
-        }
-        self.0.send(message);
-        Ok(())
-    }
-
-    fn finish(&mut self) -> Result<(), Cause> {
-        Ok(self.0.flush_blocking(TIMEOUT)?)
-    }
+/// Viewers of a live run.
+pub(crate) enum Remote {
+    /// One that listens at an address. Sending blocks while it does not read.
+    Viewer(GrpcSink),
+    /// Those that connect to this process.
+    Server(Arc<GrpcServerSink>),
 }
 
-/// Viewers that connect to this process.
-pub(crate) struct ToServer(pub(crate) Arc<GrpcServerSink>);
-
-impl Target for ToServer {
+impl Target for Remote {
     fn send(&mut self, message: LogMsg) -> Result<(), Cause> {
-        self.0.send(message);
+        match self {
+            Self::Viewer(viewer) => match viewer.status() {
+                GrpcSinkConnectionState::Disconnected(_) => {
+                    return Err("the viewer has closed the connection".into());
+                }
+                _ => viewer.send(message),
+            },
+            Self::Server(server) => server.send(message),
+        }
         Ok(())
     }
 
     fn finish(&mut self) -> Result<(), Cause> {
-        Ok(self.0.flush_blocking(TIMEOUT)?)
+        match self {
+            Self::Viewer(viewer) => viewer.flush_blocking(TIMEOUT)?,
+            Self::Server(server) => server.flush_blocking(TIMEOUT)?,
+        }
+        Ok(())
     }
 }

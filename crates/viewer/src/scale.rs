@@ -1,12 +1,11 @@
-//! Scales of the 2-D views, which have no axes of their own: an axis below the whole ground, and a bar that moves with
-//! the robot.
+//! An axis below the whole ground: the 2-D views have none of their own. The arrows of the legend are the scale beside the
+//! robot.
 
 use crate::ViewerError;
-use crate::colours::{Colour, NEUTRAL};
-use crate::convert::{flat, narrow};
-use crate::forces::ForceScale;
+use crate::colours::NEUTRAL;
+use crate::convert::flat;
 use crate::writer::Writer;
-use rerun::archetypes::{Arrows2D, LineStrips2D, Points2D};
+use rerun::archetypes::{LineStrips2D, Points2D};
 use rerun::components::Radius;
 use robhaz_model::Vec2;
 
@@ -16,18 +15,11 @@ const BELOW: f64 = 0.30;
 const TICK: f64 = 0.03;
 /// Least number of ticks of an axis.
 const LEAST_TICKS: f64 = 4.0;
-/// Length of the bar, m.
-const BAR: f64 = 0.1;
 /// Height that the axis needs below the lowest ground, m.
 pub(crate) const ROOM: f64 = 0.55;
 
-/// Logs the axis below a piece of ground (start, end, lowest, highest; m), and above it an arrow of the mean static
-/// wheel load.
-pub(crate) fn log_axis(
-    out: &mut Writer,
-    [from, to, low, high]: [f64; 4],
-    forces: ForceScale,
-) -> Result<(), ViewerError> {
+/// Logs the axis below a piece of ground (start, end, lowest point; m).
+pub(crate) fn log_axis(out: &mut Writer, [from, to, low]: [f64; 3]) -> Result<(), ViewerError> {
     let y = low - BELOW;
     let ticks = ticks(from, to);
     let (Some(first), Some(last)) = (ticks.first(), ticks.last()) else {
@@ -38,7 +30,10 @@ pub(crate) fn log_axis(
     let marks = ticks
         .iter()
         .map(|x| strip(Vec2::new(*x, y), Vec2::new(*x, y + TICK)));
-    out.constant("world/scale/axis", &thin(marks.chain([axis])))?;
+    let lines = LineStrips2D::new(marks.chain([axis]))
+        .with_colors([NEUTRAL])
+        .with_radii([Radius::new_ui_points(0.75)]);
+    out.constant("world/scale/axis", &lines)?;
     let labels = ticks.iter().map(|x| format!("{} m", rounded(*x)));
     out.constant(
         "world/scale/labels",
@@ -47,45 +42,7 @@ pub(crate) fn log_axis(
             .with_show_labels(true)
             .with_colors([NEUTRAL])
             .with_radii([Radius::new_ui_points(1.0)]),
-    )?;
-    let origin = flat(Vec2::new(from + 0.1, high + 0.35));
-    out.constant(
-        "world/scale/force",
-        &Arrows2D::from_vectors([[narrow(forces.mean_load_length()), 0.0]])
-            .with_origins([origin])
-            .with_labels([format!("{:.0} N", forces.mean_load())])
-            .with_show_labels(true)
-            .with_colors([NEUTRAL])
-            .with_radii([Radius::new_ui_points(2.5)]),
     )
-}
-
-/// Logs the bar in the frame that moves with the robot. Its left end is at a point of that frame (m, y down).
-pub(crate) fn log_bar(out: &mut Writer, [x, y]: [f64; 2]) -> Result<(), ViewerError> {
-    let point = |x: f64, y: f64| [narrow(x), narrow(y)];
-    let end = x + BAR;
-    let bar = [
-        point(x, y - 0.5 * TICK),
-        point(x, y),
-        point(end, y),
-        point(end, y - 0.5 * TICK),
-    ];
-    out.constant(
-        "world/follow/scale",
-        &LineStrips2D::new([bar])
-            .with_labels([format!("{BAR} m")])
-            .with_show_labels(true)
-            .with_colors([NEUTRAL])
-            .with_radii([Radius::new_ui_points(1.0)]),
-    )
-}
-
-/// Thin lines of the axis.
-fn thin(strips: impl Iterator<Item = [[f32; 2]; 2]>) -> LineStrips2D {
-    let colour: Colour = NEUTRAL;
-    LineStrips2D::new(strips)
-        .with_colors([colour])
-        .with_radii([Radius::new_ui_points(0.75)])
 }
 
 /// Ticks from one place to another, m: multiples of 1, 2 or 5 times a power of ten.

@@ -6,17 +6,16 @@
 use crate::ViewerError;
 use crate::colours::{self, Colour};
 use crate::convert::{deep, flat, narrow, turn};
-use crate::forces::{ForceScale, Forces, Shown};
+use crate::forces::Forces;
 use crate::ground::Ground;
+use crate::rows::Strips;
 use crate::scale;
 use crate::shapes;
 use crate::writer::Writer;
 use rerun::archetypes::{Ellipses2D, LineStrips2D, Points2D, Transform3D};
 use rerun::components::Radius;
-use robhaz_estimator::Estimate;
 use robhaz_model::{Bar, Pin, Robot, Vec2};
 use robhaz_run::{Frame, RunDescription, World};
-use robhaz_score::events::EndStop;
 use robhaz_sim::Truth;
 
 /// Number of frames for one piece of a trail: 20 pieces per second at 60 Hz.
@@ -24,18 +23,7 @@ const FRAMES_PER_TRAIL: u32 = 3;
 /// Visible range around the body in the view that moves with it, m: half the width, above, below.
 pub(crate) const FOLLOWED: [f64; 3] = [0.62, 0.32, 0.58];
 
-/// One frame of the animation.
-struct Snapshot {
-    truth: Truth,
-    given_angle: [Option<f64>; 3],
-    estimate: Option<Estimate>,
-    /// Contact points, m, with the colours of the wheels.
-    contacts: Vec<(Vec2, Colour)>,
-    /// Pieces of the trails that end at this frame, m: start and end.
-    trails: Vec<[Vec2; 2]>,
-}
-
-/// The animation of a run.
+/// The animation of a run, with what is not logged yet.
 pub(crate) struct SceneView {
     robot: Robot,
     ground: Ground,
@@ -44,9 +32,15 @@ pub(crate) struct SceneView {
     chosen: Option<usize>,
     frames: u32,
     trail_ends: Option<[Vec2; 4]>,
-    /// The end stop that is highlighted.
-    shown_stop: Option<&'static str>,
-    snapshots: Vec<Snapshot>,
+    /// Times of the frames, s.
+    times: Vec<f64>,
+    /// Positions (m) and angles (rad) of the bars, then of the wheels.
+    poses: [Vec<(Vec2, f64)>; 7],
+    pins: Vec<[f32; 2]>,
+    /// Contact points, m, with the colours of the wheels, and their number in each frame.
+    contacts: Vec<(Vec2, Colour)>,
+    contact_counts: Vec<usize>,
+    trails: Strips,
 }
 
 impl SceneView {
@@ -61,8 +55,12 @@ impl SceneView {
             chosen,
             frames: 0,
             trail_ends: None,
-            shown_stop: None,
-            snapshots: Vec::new(),
+            times: Vec::new(),
+            poses: Default::default(),
+            pins: Vec::new(),
+            contacts: Vec::new(),
+            contact_counts: Vec::new(),
+            trails: Strips::default(),
         }
     }
 
@@ -91,54 +89,73 @@ impl SceneView {
             "world/robot/contacts",
             &Points2D::update_fields().with_radii([Radius::new_ui_points(4.0)]),
         )?;
-        scale::log_axis(out, self.ground.box_of(), ForceScale::new(&self.robot))?;
-        let [half_width, above, below] = FOLLOWED;
-        scale::log_bar(out, [half_width - 0.16, below - 0.14])?;
+        let [from, to, low, _] = self.ground.box_of();
+        scale::log_axis(out, [from, to, low])?;
+        let [half_width, above, _] = FOLLOWED;
         self.forces.declare(out, [0.12 - half_width, 0.05 - above])
     }
 
     /// Adds one frame of the animation with its truth.
     pub(crate) fn push(&mut self, frame: &Frame<'_>, truth: &Truth) {
-        let truth = *truth;
-        self.ground.cover(&truth);
-        let trails = self.next_trails(&truth);
-        self.snapshots.push(Snapshot {
-            truth,
-            given_angle: frame.sensors.contact_angle,
-            estimate: self.chosen.and_then(|k| frame.estimates[k].ok()),
-            contacts: contact_points(&truth),
-            trails,
+        self.ground.cover(truth);
+        self.times.push(truth.time);
+        let bars = Bar::ALL.map(|bar| (truth.bar(bar).position, truth.bar(bar).angle));
+        let wheels = (truth.wheels.iter().zip(self.robot.geometry.carriers)).map(|(wheel, c)| {
+            // The spin is relative to the link and positive when it rolls forward, clockwise.
+            (wheel.position, truth.bar(c.bar()).angle - wheel.angle)
         });
+        for (poses, pose) in self.poses.iter_mut().zip(bars.into_iter().chain(wheels)) {
+            poses.push(pose);
+        }
+        let pins = truth.pins.map(|pin| pin.position);
+        self.pins.extend(pins.map(flat));
+        let before = self.contacts.len();
+        for (wheel, colour) in truth.wheels.iter().zip(colours::WHEELS) {
+            let points = wheel.contact_list.iter().map(|c| (c.point, colour));
+            self.contacts.extend(points);
+        }
+        self.contact_counts.push(self.contacts.len() - before);
+        if self.frames.is_multiple_of(FRAMES_PER_TRAIL) {
+            let before = self.trail_ends.replace(pins).unwrap_or(pins);
+            let pieces = before.into_iter().zip(pins).map(|(a, b)| [a, b]);
+            self.trails.push(truth.time, pieces);
+        }
+        self.frames = self.frames.wrapping_add(1);
+        let estimate = self.chosen.and_then(|k| frame.estimates[k].as_ref().ok());
+        self.forces
+            .push(truth, &frame.sensors.contact_angle, estimate);
     }
 
     /// Logs the frames that were added since the last call.
     pub(crate) fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
         self.ground.extend(out)?;
-        let frames = std::mem::take(&mut self.snapshots);
-        let times: Vec<f64> = frames.iter().map(|f| f.truth.time).collect();
-        for bar in Bar::ALL {
-            let pose = |f: &Snapshot| (f.truth.bar(bar).position, f.truth.bar(bar).angle);
-            log_poses(out, &bar_entity(bar), &times, frames.iter().map(pose))?;
+        let times = std::mem::take(&mut self.times);
+        // The frame that moves with the body: at its centre of mass, not rotated, y down as a view needs it.
+        let body = self.poses[Bar::Body as usize].iter();
+        let columns = Transform3D::update_fields()
+            .with_many_translation(body.map(|(position, _)| deep(*position)))
+            .with_many_scale(std::iter::repeat_n([1.0_f32, -1.0, 1.0], times.len()));
+        out.columns("world/follow", &times, columns.columns_of_unit_batches())?;
+        let entities = Bar::ALL.map(bar_entity).into_iter();
+        let entities = entities.chain([0, 1, 2].map(wheel_entity));
+        for (entity, poses) in entities.zip(&mut self.poses) {
+            let poses = std::mem::take(poses);
+            let columns = Transform3D::update_fields()
+                .with_many_translation(poses.iter().map(|(position, _)| deep(*position)))
+                .with_many_quaternion(poses.iter().map(|(_, angle)| turn(*angle)));
+            out.columns(entity, &times, columns.columns_of_unit_batches())?;
         }
-        for i in 0..3 {
-            let carrier = self.robot.geometry.carriers[i].bar();
-            let pose = |f: &Snapshot| {
-                let wheel = &f.truth.wheels[i];
-                // The spin is relative to the link and positive when it rolls forward, clockwise.
-                (wheel.position, f.truth.bar(carrier).angle - wheel.angle)
-            };
-            log_poses(out, &wheel_entity(i), &times, frames.iter().map(pose))?;
-        }
-        log_follower(out, &times, &frames)?;
-        log_points(out, &times, &frames)?;
-        log_trails(out, &frames)?;
-        self.log_stop(out, &frames)?;
-        let shown = frames.iter().map(|f| Shown {
-            truth: &f.truth,
-            given_angle: &f.given_angle,
-            estimate: f.estimate.as_ref(),
-        });
-        self.forces.log(out, &times, shown)
+        let pins = Points2D::update_fields().with_positions(self.pins.drain(..));
+        let counts = std::iter::repeat_n(Pin::ALL.len(), times.len());
+        out.columns("world/robot/pins", &times, pins.columns(counts))?;
+        let contacts = std::mem::take(&mut self.contacts);
+        let points = Points2D::update_fields()
+            .with_positions(contacts.iter().map(|(point, _)| flat(*point)))
+            .with_colors(contacts.iter().map(|(_, colour)| *colour));
+        let counts = std::mem::take(&mut self.contact_counts);
+        out.columns("world/robot/contacts", &times, points.columns(counts))?;
+        self.trails.flush(out, "world/trails")?;
+        self.forces.flush(out, &times)
     }
 
     fn declare_bars(&self, out: &mut Writer) -> Result<(), ViewerError> {
@@ -176,107 +193,12 @@ impl SceneView {
     fn declare_stops(&self, out: &mut Writer) -> Result<(), ViewerError> {
         let strips = shapes::stops(&self.robot.geometry);
         out.constant(
-            STOPS,
+            "world/robot/link2/stops",
             &LineStrips2D::new(strips.map(|strip| strip.into_iter().map(flat).collect::<Vec<_>>()))
                 .with_colors([colours::NEUTRAL])
                 .with_radii([Radius::new_ui_points(0.75)]),
-        )?;
-        out.constant(
-            format!("{STOPS}/reached"),
-            &LineStrips2D::update_fields()
-                .with_colors([colours::PIN])
-                .with_radii([Radius::new_ui_points(3.0)])
-                .with_show_labels(true),
         )
     }
-
-    /// Logs an end stop as reached while it has a torque.
-    fn log_stop(&mut self, out: &mut Writer, frames: &[Snapshot]) -> Result<(), ViewerError> {
-        let geometry = &self.robot.geometry;
-        let [_, lower, upper] = shapes::stops(geometry);
-        let reached = |f: &Snapshot| {
-            let angle = f.truth.links[0].angle - f.truth.links[1].angle;
-            (f.truth.stop_torque.abs() > 0.0)
-                .then(|| EndStop::nearest(&geometry.stop, angle).name())
-        };
-        let (mut changes, mut times) = (Vec::new(), Vec::new());
-        for frame in frames {
-            let now = reached(frame);
-            if now != self.shown_stop {
-                self.shown_stop = now;
-                changes.push(now);
-                times.push(frame.truth.time);
-            }
-        }
-        let names = || changes.iter().flatten();
-        let strips = names().map(|name| if *name == "upper" { &upper } else { &lower });
-        let strips = strips.map(|strip| strip.iter().copied().map(flat).collect::<Vec<_>>());
-        out.columns(
-            format!("{STOPS}/reached"),
-            &times,
-            LineStrips2D::update_fields()
-                .with_strips(strips)
-                .with_labels(names().map(|name| format!("{name} stop")))
-                .columns(changes.iter().map(|stop| usize::from(stop.is_some()))),
-        )
-    }
-
-    fn next_trails(&mut self, truth: &Truth) -> Vec<[Vec2; 2]> {
-        let due = self.frames.is_multiple_of(FRAMES_PER_TRAIL);
-        self.frames = self.frames.wrapping_add(1);
-        if !due {
-            return Vec::new();
-        }
-        let now = truth.pins.map(|pin| pin.position);
-        let before = self.trail_ends.replace(now).unwrap_or(now);
-        before.into_iter().zip(now).map(|(a, b)| [a, b]).collect()
-    }
-}
-
-/// The points of all contacts, each with the colour of its wheel.
-fn contact_points(truth: &Truth) -> Vec<(Vec2, Colour)> {
-    let mut points = Vec::new();
-    for (wheel, colour) in truth.wheels.iter().zip(colours::WHEELS) {
-        points.extend(wheel.contact_list.iter().map(|c| (c.point, colour)));
-    }
-    points
-}
-
-/// Entity of the end stops.
-const STOPS: &str = "world/robot/link2/stops";
-
-fn log_points(out: &mut Writer, times: &[f64], frames: &[Snapshot]) -> Result<(), ViewerError> {
-    let pins = frames.iter().flat_map(|f| f.truth.pins);
-    out.columns(
-        "world/robot/pins",
-        times,
-        Points2D::update_fields()
-            .with_positions(pins.map(|p| flat(p.position)))
-            .columns(std::iter::repeat_n(Pin::ALL.len(), times.len())),
-    )?;
-    // A wheel in the air has no contact point, so that each point has its own colour.
-    let contacts = || frames.iter().flat_map(|f| &f.contacts);
-    out.columns(
-        "world/robot/contacts",
-        times,
-        Points2D::update_fields()
-            .with_positions(contacts().map(|(point, _)| flat(*point)))
-            .with_colors(contacts().map(|(_, colour)| *colour))
-            .columns(frames.iter().map(|f| f.contacts.len())),
-    )
-}
-
-fn log_trails(out: &mut Writer, frames: &[Snapshot]) -> Result<(), ViewerError> {
-    let with_trails = || frames.iter().filter(|f| !f.trails.is_empty());
-    let times: Vec<f64> = with_trails().map(|f| f.truth.time).collect();
-    let pieces = with_trails().flat_map(|f| &f.trails);
-    out.columns(
-        "world/trails",
-        &times,
-        LineStrips2D::update_fields()
-            .with_strips(pieces.map(|piece| piece.map(flat)))
-            .columns(std::iter::repeat_n(Pin::ALL.len(), times.len())),
-    )
 }
 
 fn draw_strip(
@@ -292,26 +214,6 @@ fn draw_strip(
             .with_colors([colour])
             .with_radii([Radius::new_ui_points(radius)]),
     )
-}
-
-fn log_poses(
-    out: &mut Writer,
-    entity: &str,
-    times: &[f64],
-    poses: impl Iterator<Item = (Vec2, f64)> + Clone,
-) -> Result<(), ViewerError> {
-    let columns = Transform3D::update_fields()
-        .with_many_translation(poses.clone().map(|(position, _)| deep(position)))
-        .with_many_quaternion(poses.map(|(_, angle)| turn(angle)));
-    out.columns(entity, times, columns.columns_of_unit_batches())
-}
-
-/// Logs the frame that moves with the body: at its centre of mass, not rotated, y down as a view needs it.
-fn log_follower(out: &mut Writer, times: &[f64], frames: &[Snapshot]) -> Result<(), ViewerError> {
-    let columns = Transform3D::update_fields()
-        .with_many_translation(frames.iter().map(|f| deep(f.truth.body.position)))
-        .with_many_scale(std::iter::repeat_n([1.0_f32, -1.0, 1.0], frames.len()));
-    out.columns("world/follow", times, columns.columns_of_unit_batches())
 }
 
 fn bar_entity(bar: Bar) -> String {

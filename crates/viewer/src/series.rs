@@ -5,339 +5,284 @@ use crate::colours::{Colour, WHEELS, by_index};
 use crate::contact::contact_point;
 use crate::plot::{Line, Plot};
 use crate::writer::Writer;
-use robhaz_estimator::{Estimate, EstimateError};
+use robhaz_estimator::Estimate;
 use robhaz_model::WheelCommand;
-use robhaz_run::{Frame, RunDescription};
+use robhaz_run::{EstimatorDescription, Frame, RunDescription};
 use robhaz_score::{Compared, estimated_needed_friction, needed_friction, rms_over_wheels};
-use robhaz_sim::friction::{FrictionLaw, Stretch};
-use robhaz_sim::{EquivalentContact, Truth, WheelTruth};
+use robhaz_sim::{EquivalentContact, Truth};
 
 /// Names of the wheels, front to rear.
 pub(crate) const WHEEL_NAMES: [&str; 3] = ["front", "middle", "rear"];
 
+/// The values of the lines of a plot in a record, NaN for a gap; `None` where the record has no row.
+type Values = Box<dyn Fn(&Frame<'_>) -> Option<Vec<f64>> + Send>;
+
 /// All time series of a run.
-pub(crate) struct Series {
-    /// Index of the estimator whose friction and residual are shown.
-    chosen: Option<usize>,
-    /// Wheel radius, m.
-    radius: f64,
-    /// Whether the plots have true lines.
-    has_truth: bool,
-    /// Friction of the ground. `None` for recorded readings.
-    friction_law: Option<(FrictionLaw, Vec<Stretch>)>,
-    true_normal: [Plot; 3],
-    normal: [Plot; 3],
-    traction: [Plot; 3],
-    error: [Plot; 3],
-    /// Two standard deviations of N around zero error: by estimator, then by wheel.
-    bands: Vec<[Plot; 3]>,
-    /// Of runs without truth: N and T with two standard deviations added and subtracted, by
-    /// estimator, then by wheel.
-    force_bands: Vec<[[Plot; 3]; 2]>,
-    rms_error: Plot,
-    /// True and given.
-    contact_angle: Plot,
-    /// By the chosen estimator, and with two standard deviations added and subtracted.
-    estimated_angle: Plot,
-    angle_band: Plot,
-    friction: Plot,
-    margin: Plot,
-    /// Commanded torques. `None` without a control that takes readings.
-    commanded: Option<Plot>,
-    residual_force: Plot,
-    residual_moment: Plot,
-    /// By estimator.
-    parity: Vec<Plot>,
-}
+pub(crate) struct Series(Vec<(Plot, Values)>);
 
 impl Series {
-    /// The series of a run. Recorded readings without a table of the truth have no true lines. `chosen` is the index of the estimator whose friction
-    /// and residual are shown.
+    /// The series of a run. Without truth there are no true lines. `chosen` is the index of the estimator whose friction and
+    /// residual are shown.
     pub(crate) fn new(run: &RunDescription, chosen: Option<usize>) -> Self {
-        let names: Vec<&str> = run.estimators.iter().map(|e| e.label.as_str()).collect();
-        let has_truth = run.has_truth;
-        let truth_name = has_truth.then_some("true");
-        let estimates = |unit: &str| -> Vec<Line> {
-            let lines = names.iter().enumerate();
-            lines
-                .map(|(k, name)| Line::estimate(format!("{name} [{unit}]"), by_index(k)))
-                .collect()
-        };
-        let per_wheel = |quantity: &str, source: &str, lines: &dyn Fn(usize) -> Vec<Line>| {
-            [0, 1, 2].map(|i| {
-                Plot::new(
-                    format!("series/{quantity}/wheel{}{source}", i + 1),
-                    lines(i),
-                )
-            })
-        };
-        let truth = |i: usize| Line::truth("true [N]", WHEELS[i]);
-        let bands = |(k, name): (usize, &&str)| {
-            per_wheel("error_of_normal_force", &format!("/band/{name}"), &|_| {
-                let edge = |sign| Line::edge(format!("{name} {sign} 2 sigma [N]"), by_index(k));
-                vec![edge("+"), edge("-")]
-            })
-        };
-        let force_bands = |(k, name): (usize, &&str)| {
-            ["normal_force", "traction"].map(|force| {
-                per_wheel(force, &format!("/band/{name}"), &|_| {
-                    let edge = |sign| Line::edge(format!("{name} {sign} 2 sigma [N]"), by_index(k));
-                    vec![edge("+"), edge("-")]
-                })
-            })
-        };
-        let parity = |(k, name): (usize, &&str)| {
-            let edge = |sign| Line::edge(format!("{name} {sign} 2 sigma [N]"), by_index(k));
-            let value = Line::estimate(format!("{name} [N]"), by_index(k));
-            Plot::new(
-                format!("series/parity/{name}"),
-                vec![value, edge("+"), edge("-")],
-            )
-        };
-        let of_chosen = |entity: &str, rows: [&str; 2], unit: &str| {
-            let lines = chosen.into_iter().flat_map(|k| {
-                let (first, second) = (by_index(k), by_index(k + 1));
-                [
-                    Line::estimate(format!("{} [{unit}]", rows[0]), first),
-                    Line::estimate(format!("{} [{unit}]", rows[1]), second),
-                ]
-            });
-            Plot::new(entity, lines.collect())
-        };
-        let chosen_name = chosen.map(|k| names[k]);
-        Self {
-            chosen,
-            radius: run.robot.robot.geometry.wheel_radius,
-            has_truth,
-            friction_law: run
-                .world
-                .as_ref()
-                .map(|world| (world.friction, world.terrain.stretches.clone())),
-            // The viewer draws entities in the order of their names: "estimated" comes after "actual", on top of it.
-            true_normal: per_wheel("normal_force", "/actual", &|i| vec![truth(i)]),
-            normal: per_wheel("normal_force", "/estimated", &|_| estimates("N")),
-            traction: per_wheel("traction", "", &|i| {
-                let truth = has_truth.then(|| truth(i));
-                truth.into_iter().chain(estimates("N")).collect()
-            }),
-            error: per_wheel("error_of_normal_force", "/error", &|_| estimates("N")),
-            bands: names.iter().enumerate().map(bands).collect(),
-            // With truth the plots of errors have the bands.
-            force_bands: match has_truth {
-                true => Vec::new(),
-                false => names.iter().enumerate().map(force_bands).collect(),
-            },
-            rms_error: Plot::new("series/error_of_normal_force/rms", estimates("N")),
-            contact_angle: Plot::new("series/contact_angle", {
-                let given = of_each_wheel("given [deg]", |name, colour| {
-                    Line::estimate(name, colour.dark())
-                });
-                let truth = of_all_wheels(truth_name, None, "deg").into_iter();
-                truth.chain(given).collect()
-            }),
-            estimated_angle: Plot::new(
-                "series/contact_angle/estimated",
-                of_all_wheels(None, chosen_name, "deg"),
-            ),
-            angle_band: Plot::new("series/contact_angle/estimated/band", {
-                let edges = chosen_name.into_iter().flat_map(|name| {
-                    ["+", "-"].map(|sign| {
-                        of_each_wheel(&format!("{name} {sign} 2 sigma [deg]"), |name, colour| {
-                            Line::edge(name, colour.light())
-                        })
-                    })
-                });
-                edges.flatten().collect()
-            }),
-            friction: Plot::new(
-                "series/friction",
-                of_all_wheels(truth_name, chosen_name, "-"),
-            ),
-            margin: Plot::new(
-                "series/slip_margin",
-                of_all_wheels(truth_name, chosen_name, "-"),
-            ),
-            commanded: run.takes_commands().then(|| {
-                let lines = of_all_wheels(Some("commanded"), None, "N m");
-                Plot::new("series/commanded_torque", lines)
-            }),
-            residual_force: of_chosen(
-                "series/residual/force",
-                ["horizontal force", "vertical force"],
-                "N",
-            ),
-            residual_moment: of_chosen(
-                "series/residual/moment",
-                ["moment of link 1 about Q", "moment of link 2 about Q"],
-                "N m",
-            ),
-            parity: names.iter().enumerate().map(parity).collect(),
+        let mut series = Self(Vec::new());
+        for i in 0..3 {
+            series.add_forces(run, i);
         }
+        if run.has_truth {
+            let rms = |f: &Frame<'_>| {
+                let compared = Compared::of(f.truth?);
+                let error = move |e: &Estimate| compared.map(|c| rms_over_wheels(e, &c));
+                Some(of_estimates(f, error))
+            };
+            series.add("error_of_normal_force/rms", estimates(run), rms);
+        }
+        series.add_angles(run, chosen);
+        series.add_friction(run, chosen);
+        if run.takes_commands() {
+            let lines = of_all_wheels(Some("commanded"), None, "N m");
+            series.add("commanded_torque", lines, |f| {
+                let torque = |command| match command {
+                    WheelCommand::Torque(torque) => torque,
+                    // A gap: the drive sets the torque.
+                    WheelCommand::Planned | WheelCommand::Speed(_) => f64::NAN,
+                };
+                Some(f.commands.unwrap_or_default().map(torque).into())
+            });
+        }
+        series.add_residuals(run, chosen);
+        series
     }
 
     /// Adds one record.
     pub(crate) fn push(&mut self, frame: &Frame<'_>) {
-        let truth = frame.truth.filter(|_| self.has_truth);
-        let time = frame.time;
-        for i in 0..3 {
-            self.push_forces(frame, truth, i);
+        for (plot, values) in &mut self.0 {
+            if let Some(values) = values(frame) {
+                plot.push(frame.time, values);
+            }
         }
-        if let Some(truth) = truth {
-            let compared = Compared::of(truth);
-            let error = |e: &Estimate| compared.map_or(f64::NAN, |c| rms_over_wheels(e, &c));
-            let errors = frame.estimates.iter().map(|e| or_gap(e, error));
-            self.rms_error.push(time, errors);
-        }
-        let angles = self.true_lines(truth, |w| or_gap_of(w, |c| c.angle));
-        let given = frame.sensors.contact_angle;
-        let given = given.map(|g| g.unwrap_or(f64::NAN));
-        let angles = angles.into_iter().flatten().chain(given);
-        self.contact_angle.push(time, angles.map(f64::to_degrees));
-        self.push_estimated_angles(frame);
-        self.push_friction(frame, truth);
-        if let Some(commanded) = &mut self.commanded {
-            let torque = |command| match command {
-                WheelCommand::Torque(torque) => torque,
-                // A gap: the drive sets the torque.
-                WheelCommand::Planned | WheelCommand::Speed(_) => f64::NAN,
-            };
-            commanded.push(time, frame.commands.unwrap_or_default().map(torque));
-        }
-        self.push_residuals(frame);
     }
 
     /// Logs the records that were added since the last call.
     pub(crate) fn flush(&mut self, out: &mut Writer) -> Result<(), ViewerError> {
-        let whole = [
-            &mut self.rms_error,
-            &mut self.contact_angle,
-            &mut self.estimated_angle,
-            &mut self.angle_band,
-            &mut self.friction,
-            &mut self.margin,
-            &mut self.residual_force,
-            &mut self.residual_moment,
-        ];
-        self.true_normal
-            .iter_mut()
-            .chain(&mut self.normal)
-            .chain(&mut self.traction)
-            .chain(&mut self.error)
-            .chain(self.bands.iter_mut().flatten())
-            .chain(self.force_bands.iter_mut().flatten().flatten())
-            .chain(whole)
-            .chain(&mut self.commanded)
-            .chain(&mut self.parity)
-            .try_for_each(|plot| plot.flush(out))
+        self.0.iter_mut().try_for_each(|(plot, _)| plot.flush(out))
     }
 
-    fn push_forces(&mut self, frame: &Frame<'_>, truth: Option<&Truth>, i: usize) {
-        let (time, wheel) = (frame.time, truth.map(|t| &t.wheels[i]));
-        let normal = |e: &_| or_gap(e, |e: &Estimate| e.normal_force[i]);
-        let traction = |e: &_| or_gap(e, |e: &Estimate| e.traction[i]);
-        let estimates = frame.estimates;
-        self.normal[i].push(time, estimates.iter().map(normal));
-        let true_traction = wheel.map_or(f64::NAN, |w| w.traction);
-        let tractions = self.has_truth.then_some(true_traction).into_iter();
-        self.traction[i].push(time, tractions.chain(estimates.iter().map(traction)));
-        for ([normal, traction], estimate) in self.force_bands.iter_mut().zip(estimates) {
-            let Ok(estimate) = estimate else {
-                continue;
-            };
-            let forces = [
-                (normal, estimate.normal_force[i], estimate.sigma_normal(i)),
-                (traction, estimate.traction[i], estimate.sigma_traction(i)),
-            ];
-            for (plots, force, sigma) in forces {
-                if let Some(half) = sigma.map(|sigma| 2.0 * sigma) {
-                    plots[i].push(time, [force + half, force - half]);
-                }
-            }
-        }
-        let Some(wheel) = wheel else {
-            return;
-        };
-        let true_normal = or_gap_of(wheel, |c| c.normal_force);
-        self.true_normal[i].push(time, [true_normal]);
-        let errors = estimates.iter().map(|e| normal(e) - true_normal);
-        self.error[i].push(time, errors);
-        for (band, estimate) in self.bands.iter_mut().zip(estimates) {
-            let sigma = estimate.as_ref().ok().and_then(|e| e.sigma_normal(i));
-            if let Some(sigma) = sigma {
-                band[i].push(time, [2.0 * sigma, -2.0 * sigma]);
-            }
+    fn add(
+        &mut self,
+        entity: impl std::fmt::Display,
+        lines: Vec<Line>,
+        values: impl Fn(&Frame<'_>) -> Option<Vec<f64>> + Send + 'static,
+    ) {
+        if !lines.is_empty() {
+            let plot = Plot::new(format!("series/{entity}"), lines);
+            self.0.push((plot, Box::new(values)));
         }
     }
 
-    /// Values of the true lines of all wheels: gaps in a record without truth. `None`: the plots have no such lines.
-    fn true_lines(
-        &self,
-        truth: Option<&Truth>,
-        value: impl Fn(&WheelTruth) -> f64,
-    ) -> Option<[f64; 3]> {
-        let values = truth.map_or([f64::NAN; 3], |t| t.wheels.each_ref().map(value));
-        self.has_truth.then_some(values)
+    /// N, T and the error of N of a wheel, and two standard deviations: around no error, without truth around N and T.
+    fn add_forces(&mut self, run: &RunDescription, i: usize) {
+        let wheel = format!("wheel{}", i + 1);
+        let truth = run.has_truth.then(|| Line::truth("true [N]", WHEELS[i]));
+        let true_normal = move |t: &Truth| {
+            let contact = t.wheels[i].equivalent_contact();
+            contact.map_or(f64::NAN, |c| c.normal_force)
+        };
+        // The viewer draws entities in the order of their names: "estimated" comes after "actual", on top of it.
+        let normal = format!("normal_force/{wheel}");
+        self.add(
+            format!("{normal}/actual"),
+            truth.clone().into_iter().collect(),
+            move |f| Some(vec![true_normal(f.truth?)]),
+        );
+        self.add(format!("{normal}/estimated"), estimates(run), move |f| {
+            Some(of_estimates(f, |e| Some(e.normal_force[i])))
+        });
+        let has_truth = run.has_truth;
+        let traction = format!("traction/{wheel}");
+        let lines = truth.into_iter().chain(estimates(run)).collect();
+        self.add(&traction, lines, move |f| {
+            let truth = f.truth.map_or(f64::NAN, |t| t.wheels[i].traction);
+            let estimates = of_estimates(f, |e| Some(e.traction[i]));
+            let truth = has_truth.then_some(truth).into_iter();
+            Some(truth.chain(estimates).collect())
+        });
+        let error = format!("error_of_normal_force/{wheel}");
+        if has_truth {
+            self.add(format!("{error}/error"), estimates(run), move |f| {
+                let truth = true_normal(f.truth?);
+                Some(of_estimates(f, |e| Some(e.normal_force[i] - truth)))
+            });
+        }
+        for (k, estimator) in run.estimators.iter().enumerate() {
+            let (name, lines) = (&estimator.label, edges(&estimator.label, k));
+            if has_truth {
+                self.add(format!("{error}/band/{name}"), lines, move |f| {
+                    f.truth?;
+                    Some(around(0.0, estimate(f, k)?.sigma_normal(i)?))
+                });
+            } else {
+                self.add(format!("{normal}/band/{name}"), lines.clone(), move |f| {
+                    let e = estimate(f, k)?;
+                    Some(around(e.normal_force[i], e.sigma_normal(i)?))
+                });
+                self.add(format!("{traction}/band/{name}"), lines, move |f| {
+                    let e = estimate(f, k)?;
+                    Some(around(e.traction[i], e.sigma_traction(i)?))
+                });
+            }
+        }
     }
 
-    fn push_estimated_angles(&mut self, frame: &Frame<'_>) {
-        let Some(k) = self.chosen else {
+    /// Contact angles: true, as the estimators get them, and as the chosen one finds them, with two standard deviations.
+    fn add_angles(&mut self, run: &RunDescription, chosen: Option<usize>) {
+        let truth = run.has_truth;
+        let given = of_each_wheel("given [deg]", |n, colour| Line::estimate(n, colour.dark()));
+        let lines = of_all_wheels(truth.then_some("true"), None, "deg");
+        self.add(
+            "contact_angle",
+            lines.into_iter().chain(given).collect(),
+            move |f| {
+                let given = f
+                    .sensors
+                    .contact_angle
+                    .map(|angle| angle.unwrap_or(f64::NAN));
+                let all = true_lines(truth, f, |c| Some(c.angle))
+                    .into_iter()
+                    .chain(given);
+                Some(all.map(f64::to_degrees).collect())
+            },
+        );
+        let Some(k) = chosen else {
             return;
         };
-        let estimate = frame.estimates.get(k).and_then(|e| e.as_ref().ok());
-        let angles = estimate.map_or([f64::NAN; 3], |e| e.contact_angle);
-        let in_degrees = angles.map(f64::to_degrees);
-        self.estimated_angle.push(frame.time, in_degrees);
-        if let Some(sigmas) = estimate.and_then(|e| e.contact_angle_sigma) {
+        let name = &run.estimators[k].label;
+        let lines = of_all_wheels(None, Some(name), "deg");
+        self.add("contact_angle/estimated", lines, move |f| {
+            let angles = estimate(f, k).map_or([f64::NAN; 3], |e| e.contact_angle);
+            Some(angles.map(f64::to_degrees).into())
+        });
+        let edges = ["+", "-"].map(|sign| {
+            let name = format!("{name} {sign} 2 sigma [deg]");
+            of_each_wheel(&name, |name, colour| Line::edge(name, colour.light()))
+        });
+        self.add("contact_angle/estimated/band", edges.concat(), move |f| {
+            let estimate = estimate(f, k)?;
+            let sigmas = estimate.contact_angle_sigma?;
             let edge = |sign: f64| {
-                let edges = angles.iter().zip(sigmas);
+                let edges = estimate.contact_angle.iter().zip(sigmas);
                 edges.map(move |(angle, sigma)| (angle + sign * 2.0 * sigma).to_degrees())
             };
-            self.angle_band
-                .push(frame.time, edge(1.0).chain(edge(-1.0)));
-        }
+            Some(edge(1.0).chain(edge(-1.0)).collect())
+        });
     }
 
-    fn push_friction(&mut self, frame: &Frame<'_>, truth: Option<&Truth>) {
-        let ratio =
-            |c: EquivalentContact| needed_friction(c.traction, c.normal_force).unwrap_or(f64::NAN);
-        let needed = self.true_lines(truth, |w| or_gap_of(w, ratio));
-        let estimated = self.chosen.map(|k| {
-            [0, 1, 2].map(|i| {
-                or_gap(&frame.estimates[k], |e| {
-                    estimated_needed_friction(e, i).map_or(f64::NAN, |(needed, _)| needed)
-                })
-            })
-        });
-        let all = || needed.into_iter().chain(estimated).flatten();
-        self.friction.push(frame.time, all());
-        let (Some(truth), Some((law, stretches))) = (truth, &self.friction_law) else {
+    /// Needed friction and slip margin: true, and by the chosen estimator.
+    fn add_friction(&mut self, run: &RunDescription, chosen: Option<usize>) {
+        let truth = run.has_truth;
+        let needed = move |f: &Frame<'_>| -> Vec<f64> {
+            let ratio = |c: EquivalentContact| needed_friction(c.traction, c.normal_force);
+            let of = |e: &Estimate, i| estimated_needed_friction(e, i).map(|needed| needed.0);
+            let estimated = chosen.map(|k| {
+                let estimate = estimate(f, k);
+                [0, 1, 2].map(|i| estimate.and_then(|e| of(e, i)).unwrap_or(f64::NAN))
+            });
+            let truth = true_lines(truth, f, ratio).into_iter();
+            truth.chain(estimated.into_iter().flatten()).collect()
+        };
+        let name = chosen.map(|k| run.estimators[k].label.as_str());
+        let lines = of_all_wheels(truth.then_some("true"), name, "-");
+        self.add("friction", lines.clone(), move |f| Some(needed(f)));
+        let Some(world) = &run.world else {
             return;
         };
-        let largest = truth.wheels.map(|w| {
-            let x = contact_point(&w, self.radius).x;
-            law.at(stretches, x).mu_s
+        let (law, stretches) = (world.friction, world.terrain.stretches.clone());
+        let radius = run.robot.robot.geometry.wheel_radius;
+        self.add("slip_margin", lines, move |f| {
+            let largest = f.truth?.wheels.each_ref().map(|wheel| {
+                let x = contact_point(wheel, radius).x;
+                law.at(&stretches, x).mu_s
+            });
+            let needed = needed(f).into_iter().enumerate();
+            Some(needed.map(|(i, n)| largest[i % 3] - n.abs()).collect())
         });
-        let margin = |i: usize, needed: f64| largest[i % 3] - needed.abs();
-        self.margin
-            .push(frame.time, all().enumerate().map(|(i, n)| margin(i, n)));
     }
 
-    fn push_residuals(&mut self, frame: &Frame<'_>) {
-        let time = frame.time;
-        if let Some(k) = self.chosen {
-            let residual = |row: usize| or_gap(&frame.estimates[k], |e| e.residual[row]);
-            self.residual_force.push(time, [residual(0), residual(1)]);
-            self.residual_moment.push(time, [residual(2), residual(3)]);
+    /// Residual of eq. (8) of the chosen estimator, and the parity residual of every estimator with a covariance.
+    fn add_residuals(&mut self, run: &RunDescription, chosen: Option<usize>) {
+        for (entity, first, unit, rows) in [
+            ("force", 0, "N", ["horizontal force", "vertical force"]),
+            (
+                "moment",
+                2,
+                "N m",
+                ["moment of link 1 about Q", "moment of link 2 about Q"],
+            ),
+        ] {
+            let lines = chosen.into_iter().flat_map(|k| {
+                let line =
+                    |j: usize| Line::estimate(format!("{} [{unit}]", rows[j]), by_index(k + j));
+                [line(0), line(1)]
+            });
+            self.add(format!("residual/{entity}"), lines.collect(), move |f| {
+                let estimate = estimate(f, chosen?);
+                let residual = |row: usize| estimate.map_or(f64::NAN, |e| e.residual[row]);
+                Some(vec![residual(first), residual(first + 1)])
+            });
         }
-        for (plot, estimate) in self.parity.iter_mut().zip(frame.estimates) {
-            // Without a covariance the residual has no standard deviation. The residual of eq. (8) shows its value.
-            let known = estimate.as_ref().ok().filter(|e| e.covariance.is_some());
-            if let Some(parity) = known.and_then(|e| e.parity) {
-                let band = 2.0 * parity.sigma;
-                plot.push(time, [parity.value, band, -band]);
-            }
+        for (k, estimator) in run.estimators.iter().enumerate() {
+            let name = &estimator.label;
+            let value = Line::estimate(format!("{name} [N]"), by_index(k));
+            let lines = [vec![value], edges(name, k)].concat();
+            self.add(format!("parity/{name}"), lines, move |f| {
+                // Without a covariance the residual has no standard deviation. The residual of eq. (8) shows its value.
+                let parity = estimate(f, k).filter(|e| e.covariance.is_some())?.parity?;
+                Some([vec![parity.value], around(0.0, parity.sigma)].concat())
+            });
         }
     }
+}
+
+/// The estimate of the estimator with an index, if it has one.
+fn estimate<'a>(frame: &Frame<'a>, index: usize) -> Option<&'a Estimate> {
+    frame.estimates.get(index)?.as_ref().ok()
+}
+
+/// Lines of N or T of all estimators.
+fn estimates(run: &RunDescription) -> Vec<Line> {
+    let lines = run.estimators.iter().enumerate();
+    let line = |(k, e): (usize, &EstimatorDescription)| {
+        Line::estimate(format!("{} [N]", e.label), by_index(k))
+    };
+    lines.map(line).collect()
+}
+
+/// A value of every estimate. NaN, a gap in the line, without an estimate.
+fn of_estimates(frame: &Frame<'_>, value: impl Fn(&Estimate) -> Option<f64>) -> Vec<f64> {
+    let of = |e: &Result<Estimate, _>| e.as_ref().ok().and_then(&value).unwrap_or(f64::NAN);
+    frame.estimates.iter().map(of).collect()
+}
+
+/// The lines of two standard deviations of the estimator with an index.
+fn edges(name: &str, index: usize) -> Vec<Line> {
+    let edge = |sign| Line::edge(format!("{name} {sign} 2 sigma [N]"), by_index(index));
+    ["+", "-"].map(edge).into()
+}
+
+/// Two standard deviations above and below a value.
+fn around(value: f64, sigma: f64) -> Vec<f64> {
+    vec![value + 2.0 * sigma, value - 2.0 * sigma]
+}
+
+/// Values of the true lines of all wheels, of their equivalent contacts: gaps where there is none. No values where the plots
+/// have no such lines.
+fn true_lines(
+    has_truth: bool,
+    frame: &Frame<'_>,
+    value: impl Fn(EquivalentContact) -> Option<f64>,
+) -> Vec<f64> {
+    let of = |i: usize| value(frame.truth?.wheels[i].equivalent_contact()?);
+    let all = (0..3).map(|i| of(i).unwrap_or(f64::NAN));
+    all.filter(|_| has_truth).collect()
 }
 
 /// A line of each wheel, whose name follows that of the wheel.
@@ -355,14 +300,4 @@ fn of_all_wheels(first: Option<&str>, second: Option<&str>, unit: &str) -> Vec<L
         .into_iter()
         .flat_map(|source| (0..3).map(move |i| Line::estimate(name(i, source), WHEELS[i].light())));
     wide.chain(narrow).collect()
-}
-
-/// A value of an estimate. NaN, a gap in the line, without an estimate.
-fn or_gap(estimate: &Result<Estimate, EstimateError>, value: impl Fn(&Estimate) -> f64) -> f64 {
-    estimate.as_ref().map_or(f64::NAN, value)
-}
-
-/// A value of the equivalent contact of a wheel. NaN, a gap in the line, where there is none.
-fn or_gap_of(wheel: &WheelTruth, value: impl Fn(EquivalentContact) -> f64) -> f64 {
-    wheel.equivalent_contact().map_or(f64::NAN, value)
 }

@@ -3,11 +3,12 @@
 use crate::ViewerError;
 use crate::layout::Playing;
 use crate::rates::{rates, thinning};
-use crate::recorder::{Recorder, Sampler, Ticker};
-use crate::writer::{Background, RrdFile};
+use crate::recorder::{Destination, Recorder, Ticker};
+use crate::writer::RrdFile;
 use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
 use std::fs::File;
 use std::path::Path;
+use std::time::Duration;
 
 /// Simulated time between two writes without thinning, s. A killed run loses at most that time, and what still waits to be
 /// encoded.
@@ -24,7 +25,8 @@ pub struct RecordingSink {
     file: Option<File>,
     /// Factor by which the run is thinned in time.
     thinning: f64,
-    run: Option<Run>,
+    /// The run that is being written, and the time of its next write.
+    run: Option<(Recorder, Ticker)>,
 }
 
 impl RecordingSink {
@@ -53,75 +55,42 @@ impl Sink for RecordingSink {
     }
 
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
-        let destination = &self.destination;
+        let name = self.destination.clone();
         let file = self.file.take().ok_or_else(|| ViewerError::Used {
-            destination: destination.clone(),
+            destination: name.clone(),
         })?;
-        let file = RrdFile::begin(file).map_err(ViewerError::write(destination))?;
+        let to = Destination {
+            target: RrdFile::begin(file).map_err(ViewerError::write(&name))?,
+            name,
+            patience: Duration::MAX,
+            playing: Playing::FromStart,
+            salt: 0,
+        };
         self.thinning = thinning(run);
-        self.run = Some(Run::begin(destination, file, run, self.thinning)?);
+        let mut next_write = Ticker::new(self.thinning * CHUNK_TIME);
+        next_write.is_due(0.0);
+        self.run = Some((Recorder::begin(to, run, self.thinning)?, next_write));
         Ok(())
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
-        let run = self.run.as_mut().ok_or_else(|| ViewerError::NotBegun {
+        let (recorder, next_write) = self.run.as_mut().ok_or_else(|| ViewerError::NotBegun {
             destination: self.destination.clone(),
         })?;
-        Ok(run.frame(frame)?)
-    }
-
-    fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
-        // A run that has not begun needs no end.
-        match self.run.take() {
-            Some(run) => Ok(run.end(end)?),
-            None => Ok(()),
-        }
-    }
-}
-
-/// The run that is being written.
-struct Run {
-    recorder: Recorder,
-    sampler: Sampler,
-    next_chunk: Ticker,
-}
-
-impl Run {
-    fn begin(
-        destination: &str,
-        file: RrdFile,
-        run: &RunDescription,
-        thinning: f64,
-    ) -> Result<Self, ViewerError> {
-        let mut next_chunk = Ticker::new(thinning * CHUNK_TIME);
-        next_chunk.is_due(0.0);
-        let target = Background::start(file)?;
-        Ok(Self {
-            recorder: Recorder::begin(
-                destination,
-                Box::new(target),
-                run,
-                0,
-                Playing::FromStart,
-                thinning,
-            )?,
-            sampler: Sampler::new(run, thinning),
-            next_chunk,
-        })
-    }
-
-    fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ViewerError> {
-        if let Some(due) = self.sampler.select(frame) {
-            self.recorder.push(frame, due);
-        }
-        if self.next_chunk.is_due(frame.time) {
-            self.recorder.flush(self.sampler.take())?;
+        recorder.push(frame, true);
+        if next_write.is_due(frame.time) {
+            recorder.flush()?;
+            recorder.out.send_all()?;
         }
         Ok(())
     }
 
-    fn end(mut self, end: Option<&RunEnd>) -> Result<(), ViewerError> {
-        self.recorder.flush(self.sampler.end(end))?;
-        self.recorder.finish()
+    fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
+        // A run that has not begun needs no end.
+        if let Some((mut recorder, _)) = self.run.take() {
+            recorder.end(end)?;
+            recorder.out.finish(0)?;
+        }
+        Ok(())
     }
 }

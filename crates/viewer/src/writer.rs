@@ -7,6 +7,7 @@
 
 use crate::ViewerError;
 use crate::error::Cause;
+use rerun::archetypes::RecordingInfo;
 use rerun::external::re_log_encoding::{Encoder, EncodingOptions};
 use rerun::external::re_log_types::external::re_tuid::Tuid;
 use rerun::external::re_log_types::{
@@ -19,8 +20,9 @@ use rerun::{
 };
 use std::fs::File;
 use std::path::Path;
-use std::sync::mpsc::{SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 /// Name by which the viewer groups recordings and their layouts.
 pub(crate) const APPLICATION: &str = "robhaz";
@@ -42,10 +44,7 @@ pub(crate) struct RrdFile(Encoder<File>);
 impl RrdFile {
     /// Creates an empty file. An older file of that name is replaced immediately.
     pub(crate) fn create(path: &Path) -> Result<File, ViewerError> {
-        File::create(path).map_err(|source| ViewerError::Create {
-            path: path.to_owned(),
-            source,
-        })
+        File::create(path).map_err(ViewerError::create(path))
     }
 
     /// Writes the header into an empty file.
@@ -68,48 +67,97 @@ impl Target for RrdFile {
     }
 }
 
+/// Batches of messages that wait for the thread of a target: a second of a live run.
+const MOST_BATCHES: usize = 20;
+
+/// A batch of messages, and the number of records that they are of.
+type Batch = (Vec<LogMsg>, u64);
+
 /// A target with a thread of its own: messages are encoded and written while the next are collected.
-pub(crate) struct Background {
-    /// `None` when the thread has ended.
-    messages: Option<SyncSender<LogMsg>>,
+struct Background {
+    /// `None` when there are no more messages.
+    batches: Option<Sender<Batch>>,
+    /// The number of records of each batch that the target has taken.
+    taken: Receiver<u64>,
     thread: Option<JoinHandle<Result<(), Cause>>>,
+    /// Batches that the target has not taken.
+    waiting: usize,
+    /// Records that the target has taken.
+    delivered: u64,
+    /// A target that takes nothing for this time is given up.
+    patience: Duration,
 }
 
-/// Messages that wait for the thread: those of a few seconds of a run.
-const WAITING: usize = 512;
-
 impl Background {
-    /// Starts the thread.
-    pub(crate) fn start(mut target: impl Target + Send + 'static) -> Result<Self, ViewerError> {
-        let (messages, received) = sync_channel::<LogMsg>(WAITING);
+    fn start(
+        mut target: impl Target + Send + 'static,
+        patience: Duration,
+    ) -> Result<Self, ViewerError> {
+        let (batches, received) = channel::<Batch>();
+        let (done, taken) = channel();
         let work = move || {
-            for message in received {
-                target.send(message)?;
+            for (messages, records) in received {
+                for message in messages {
+                    target.send(message)?;
+                }
+                // Nobody waits for it once the recording has been given up.
+                let _ = done.send(records);
             }
             target.finish()
         };
         let builder = std::thread::Builder::new().name("recording".to_owned());
         let thread = builder.spawn(work).map_err(ViewerError::Thread)?;
         Ok(Self {
-            messages: Some(messages),
+            batches: Some(batches),
+            taken,
             thread: Some(thread),
+            waiting: 0,
+            delivered: 0,
+            patience,
         })
     }
-}
 
-impl Target for Background {
-    /// Fails with the error of this message or of an earlier one, or leaves its error to the next or the end.
-    fn send(&mut self, message: LogMsg) -> Result<(), Cause> {
-        let messages = self.messages.as_ref();
-        if messages.is_some_and(|messages| messages.send(message).is_ok()) {
+    fn take(&mut self, records: u64) {
+        self.waiting -= 1;
+        self.delivered += records;
+    }
+
+    /// Whether few batches wait. After a failure, too: the next batch reports it.
+    fn has_room(&mut self) -> bool {
+        loop {
+            match self.taken.try_recv() {
+                Ok(records) => self.take(records),
+                Err(TryRecvError::Empty) => return self.waiting < MOST_BATCHES,
+                Err(TryRecvError::Disconnected) => return true,
+            }
+        }
+    }
+
+    /// Fails with the error of this batch or of an earlier one, or leaves its error to the next or the end.
+    fn send(&mut self, batch: Batch) -> Result<(), Cause> {
+        let batches = self.batches.as_ref();
+        if batches.is_some_and(|batches| batches.send(batch).is_ok()) {
+            self.waiting += 1;
             return Ok(());
         }
         // The thread receives until it fails.
         self.finish()
     }
 
+    /// Waits until the target has taken everything. One that takes nothing is abandoned with its thread, which cannot be
+    /// interrupted.
     fn finish(&mut self) -> Result<(), Cause> {
-        self.messages = None;
+        self.batches = None;
+        loop {
+            match self.taken.recv_timeout(self.patience) {
+                Ok(records) => self.take(records),
+                Err(RecvTimeoutError::Disconnected) => break,
+                Err(RecvTimeoutError::Timeout) => {
+                    self.thread = None;
+                    return Err(Box::new(Stalled));
+                }
+            }
+        }
         match self.thread.take().map(JoinHandle::join) {
             Some(Ok(done)) => done,
             Some(Err(panic)) => std::panic::resume_unwind(panic),
@@ -128,11 +176,18 @@ impl Drop for Background {
     }
 }
 
+/// The target has taken nothing for some time.
+#[derive(Debug, thiserror::Error)]
+#[error("it takes no more data")]
+pub(crate) struct Stalled;
+
 /// Builds and sends the messages of one recording and its layout.
 pub(crate) struct Writer {
     /// File or address, for errors.
     destination: String,
-    target: Box<dyn Target>,
+    /// Messages that are not sent yet.
+    messages: Vec<LogMsg>,
+    background: Background,
     recording: StoreId,
     layout: StoreId,
     fingerprint: u64,
@@ -141,17 +196,20 @@ pub(crate) struct Writer {
 }
 
 impl Writer {
-    /// Starts a recording. Errors name `destination`; `fingerprint` distinguishes recordings of the same name.
+    /// Starts a recording. Errors name `destination`; `fingerprint` distinguishes recordings of the same name. A target that
+    /// takes nothing for the time `patience` is given up.
     pub(crate) fn start(
         destination: &str,
-        target: Box<dyn Target>,
+        target: impl Target + Send + 'static,
+        patience: Duration,
         name: &str,
         fingerprint: u64,
     ) -> Result<Self, ViewerError> {
         let id = format!("{name}-{fingerprint:016x}");
         let mut writer = Self {
             destination: destination.to_owned(),
-            target,
+            messages: Vec::new(),
+            background: Background::start(target, patience)?,
             recording: StoreId::new(StoreKind::Recording, APPLICATION, id.clone()),
             layout: StoreId::new(StoreKind::Blueprint, APPLICATION, id),
             fingerprint,
@@ -160,8 +218,12 @@ impl Writer {
         for store in [writer.recording.clone(), writer.layout.clone()] {
             let row_id = *writer.next_id();
             let info = StoreInfo::new(store, StoreSource::Other(APPLICATION.to_owned()));
-            writer.send(SetStoreInfo { row_id, info }.into())?;
+            writer.messages.push(SetStoreInfo { row_id, info }.into());
         }
+        writer.constant(
+            EntityPath::properties(),
+            &RecordingInfo::update_fields().with_name(name),
+        )?;
         Ok(writer)
     }
 
@@ -222,20 +284,45 @@ impl Writer {
     }
 
     /// Makes the layout the active one. All its parts must be logged before.
-    pub(crate) fn activate_layout(&mut self) -> Result<(), ViewerError> {
+    pub(crate) fn activate_layout(&mut self) {
         let command = BlueprintActivationCommand {
             blueprint_id: self.layout.clone(),
             make_active: true,
             make_default: true,
         };
-        self.send(command.into())
+        self.messages.push(command.into());
     }
 
-    /// Closes the recording after the last message.
-    pub(crate) fn finish(&mut self) -> Result<(), ViewerError> {
-        self.target
-            .finish()
-            .map_err(ViewerError::write(&self.destination))
+    /// Whether the target keeps up: few messages wait for it.
+    pub(crate) fn has_room(&mut self) -> bool {
+        self.background.has_room()
+    }
+
+    /// Sends the messages of a number of records. It does not wait for a target that does not keep up.
+    pub(crate) fn send(&mut self, records: u64) -> Result<(), ViewerError> {
+        let messages = std::mem::take(&mut self.messages);
+        let sent = self.background.send((messages, records));
+        sent.map_err(ViewerError::write(&self.destination))
+    }
+
+    /// As [`Writer::send`], but waits until the target keeps up.
+    pub(crate) fn send_all(&mut self) -> Result<(), ViewerError> {
+        while !self.has_room() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        self.send(0)
+    }
+
+    /// Sends the rest, of a number of records, and closes the recording.
+    pub(crate) fn finish(&mut self, records: u64) -> Result<(), ViewerError> {
+        self.send(records)?;
+        let finished = self.background.finish();
+        finished.map_err(ViewerError::write(&self.destination))
+    }
+
+    /// Number of records that the target has taken.
+    pub(crate) fn delivered(&self) -> u64 {
+        self.background.delivered
     }
 
     fn row(
@@ -258,13 +345,8 @@ impl Writer {
         let message = chunk
             .to_arrow_msg()
             .map_err(ViewerError::write(&self.destination))?;
-        self.send(LogMsg::ArrowMsg(store, message))
-    }
-
-    fn send(&mut self, message: LogMsg) -> Result<(), ViewerError> {
-        self.target
-            .send(message)
-            .map_err(ViewerError::write(&self.destination))
+        self.messages.push(LogMsg::ArrowMsg(store, message));
+        Ok(())
     }
 
     /// The number of the next chunk. Its rows are numbered from it. The SDK puts the time into the upper half; here

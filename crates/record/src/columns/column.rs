@@ -1,6 +1,6 @@
 //! A column and a table: name, unit, description, and the source of the values.
 
-use robhaz_estimator::{Estimate, SensorFrame};
+use robhaz_estimator::Estimate;
 use robhaz_model::{Bar, Pin};
 use robhaz_run::Frame;
 use robhaz_sim::Truth;
@@ -45,20 +45,8 @@ impl Source {
         Self::new(Kind::Optional, move |f| get(f).unwrap_or(f64::NAN))
     }
 
-    pub(super) fn reading(
-        get: impl Fn(&SensorFrame) -> Option<f64> + Send + Sync + 'static,
-    ) -> Self {
-        Self::record_or_none(move |f| get(f.sensors))
-    }
-
     pub(super) fn truth(get: impl Fn(&Truth) -> f64 + Send + Sync + 'static) -> Self {
         Self::new(Kind::Float, move |f| f.truth.map_or(f64::NAN, &get))
-    }
-
-    pub(super) fn truth_or_none(
-        get: impl Fn(&Truth) -> Option<f64> + Send + Sync + 'static,
-    ) -> Self {
-        Self::record_or_none(move |f| get(f.truth?))
     }
 
     pub(super) fn truth_count(get: impl Fn(&Truth) -> u32 + Send + Sync + 'static) -> Self {
@@ -110,6 +98,15 @@ impl Column {
     /// The kind of its values.
     pub fn kind(&self) -> Kind {
         self.source.0
+    }
+
+    /// The value in a record; `None` where it is missing.
+    #[cfg(test)]
+    pub fn value(&self, frame: &Frame<'_>) -> Option<f64> {
+        let mut values = Vec::new();
+        self.add(std::slice::from_ref(frame), &mut values);
+        let is_there = |v: &f64| v.is_finite() || self.kind() != Kind::Optional;
+        values.pop().filter(is_there)
     }
 }
 

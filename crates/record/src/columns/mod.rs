@@ -3,6 +3,8 @@
 mod column;
 mod estimate;
 mod sensors;
+#[cfg(test)]
+mod tests;
 mod truth;
 
 pub use column::{Column, Kind, Table};

@@ -12,18 +12,18 @@ impl Table {
             ..Self::new("sensors")
         };
         for (i, of) in WHEEL.into_iter().enumerate() {
-            table.columns.extend(columns! { Source::reading; format!("wheel{}_", i + 1), of;
-                "angle", "rad", "encoder, turn against its link, forward positive" => move |s| s.wheel_angle[i];
+            table.columns.extend(columns! { Source::record_or_none; format!("wheel{}_", i + 1), of;
+                "angle", "rad", "encoder, turn against its link, forward positive" => move |f| f.sensors.wheel_angle[i];
                 "motor_torque", "N m", "motor torque from its current, after the gear, forward positive" =>
-                    move |s| s.motor_torque[i];
-                "contact_angle", "rad", "contact angle gamma as given to the estimators" => move |s| s.contact_angle[i];
+                    move |f| f.sensors.motor_torque[i];
+                "contact_angle", "rad", "contact angle gamma as given to the estimators" => move |f| f.sensors.contact_angle[i];
             });
         }
-        table.columns.extend(columns! { Source::reading; "", "";
-            "link1_inclination", "rad", "inclinometer on link1, turn from the nominal pose" => |s| s.link1.inclination;
-            "link1_rate", "rad/s", "rate gyroscope on link1" => |s| s.link1.rate;
-            "link2_inclination", "rad", "inclinometer on link2, turn from the nominal pose" => |s| s.link2.inclination;
-            "link2_rate", "rad/s", "rate gyroscope on link2" => |s| s.link2.rate;
+        table.columns.extend(columns! { Source::record_or_none; "", "";
+            "link1_inclination", "rad", "inclinometer on link1, turn from the nominal pose" => |f| f.sensors.link1.inclination;
+            "link1_rate", "rad/s", "rate gyroscope on link1" => |f| f.sensors.link1.rate;
+            "link2_inclination", "rad", "inclinometer on link2, turn from the nominal pose" => |f| f.sensors.link2.inclination;
+            "link2_rate", "rad/s", "rate gyroscope on link2" => |f| f.sensors.link2.rate;
         });
         table
     }

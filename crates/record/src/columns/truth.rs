@@ -90,12 +90,12 @@ impl Table {
     /// The equivalent contact, whether the wheel slides, and its contacts one by one.
     fn add_contacts(&mut self, i: usize) {
         let start = format!("wheel{}_", i + 1);
-        self.columns.extend(columns! { Source::truth_or_none; start, WHEEL[i];
+        self.columns.extend(columns! { Source::record_or_none; start, WHEEL[i];
             "equivalent_normal_force", "N", "N of the equivalent contact, which has the same force on the axle and the same T \
              as all contacts together; errors of the estimates refer to it; empty where there is none" =>
-                move |t| t.wheels[i].equivalent_contact().map(|c| c.normal_force);
+                move |f| f.truth?.wheels[i].equivalent_contact().map(|c| c.normal_force);
             "equivalent_contact_angle", "rad", "contact angle of the equivalent contact; empty where there is none" =>
-                move |t| t.wheels[i].equivalent_contact().map(|c| c.angle);
+                move |f| f.truth?.wheels[i].equivalent_contact().map(|c| c.angle);
         });
         self.columns.extend(columns! { Source::truth_count; start, WHEEL[i];
             "sliding", "1", "1 if it slides: the slip of each of its contacts is beyond the peak of the friction law; \
@@ -110,7 +110,7 @@ impl Table {
                 format!("{}{which}: ", WHEEL[i]),
             );
             let contact = move |get: fn(&ContactTruth) -> f64| {
-                Source::truth_or_none(move |t| t.wheels[i].contact_list.get(k).map(get))
+                Source::record_or_none(move |f| f.truth?.wheels[i].contact_list.get(k).map(get))
             };
             self.columns.extend(columns! { contact; start, of;
                 "x", "m", "point of the ground, forward; empty without it" => |c| c.point.x;

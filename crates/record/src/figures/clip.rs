@@ -1,21 +1,19 @@
-//! The range that a panel shows, and the parts of a line inside it.
+//! The range that a panel shows, and values outside of it.
 
 use super::trace::Point;
 use crate::quantile::extremes;
 use std::ops::Range;
 
 /// Share of the values on each side that may lie outside of the bulk.
-const TAIL: f64 = 0.005;
+pub const TAIL: f64 = 0.005;
 /// Largest distance of the range from the bulk, in heights of the bulk.
 const REACH: f64 = 0.5;
 /// Margin above and below, as a share of the range.
 const MARGIN: f64 = 0.06;
 
-/// Range of a panel with these lines: all values, unless single peaks are far beyond the bulk of the values.
-///
-/// At least `least_span` high, so that noise does not fill a panel.
-pub fn range<'a>(lines: impl Iterator<Item = &'a Point>, least_span: f64) -> Range<f64> {
-    let mut values: Vec<f64> = lines.map(|p| p.1).collect();
+/// Range of a panel with these values, least first or not: all of them, unless a share `tail` on each side is far beyond
+/// the bulk. At least `least_span` high, so that noise does not fill a panel.
+pub fn range(mut values: Vec<f64>, least_span: f64, tail: f64) -> Range<f64> {
     values.sort_by(f64::total_cmp);
     let (Some(first), Some(last)) = (values.first().copied(), values.last().copied()) else {
         return 0.0..least_span;
@@ -26,32 +24,19 @@ pub fn range<'a>(lines: impl Iterator<Item = &'a Point>, least_span: f64) -> Ran
         clippy::cast_precision_loss,
         reason = "an index into some thousand values"
     )]
-    let tail = (values.len() as f64 * TAIL) as usize;
+    let tail = (values.len() as f64 * tail) as usize;
     let (low, high) = (values[tail], values[values.len() - 1 - tail]);
     let bulk = (high - low).max(least_span);
     let low = first.max(low - REACH * bulk);
     let high = last.min(high + REACH * bulk);
-    with_margin(low, high, least_span)
-}
-
-/// Range of a panel with all values of these lines, at least `least_span` high.
-pub fn whole<'a>(lines: impl Iterator<Item = &'a Point>, least_span: f64) -> Range<f64> {
-    let (low, high) = extremes(lines.map(|p| p.1));
-    if low > high {
-        return 0.0..least_span;
-    }
-    with_margin(low, high, least_span)
-}
-
-fn with_margin(low: f64, high: f64, least_span: f64) -> Range<f64> {
     let middle = 0.5 * (low + high);
     let half = (0.5 + MARGIN) * (high - low).max(least_span);
     middle - half..middle + half
 }
 
 /// A note where a panel does not show all values.
-pub fn cut(points: impl Iterator<Item = Point>, range: &Range<f64>) -> Option<String> {
-    let (low, high) = extremes(points.map(|p| p.1));
+pub fn cut(values: impl Iterator<Item = f64>, range: &Range<f64>) -> Option<String> {
+    let (low, high) = extremes(values);
     let below = low < range.start;
     let above = high > range.end;
     let height = range.end - range.start;
@@ -76,50 +61,54 @@ pub fn tidy(value: f64) -> f64 {
     (value * 1e6).round() / 1e6 + 0.0
 }
 
-/// The parts of a line that lie in the range.
-pub fn clip(line: &[Point], range: &Range<f64>) -> Vec<Vec<Point>> {
-    let inside = |p: &Point| range.contains(&p.1);
-    let mut parts = vec![Vec::new()];
-    for (i, point) in line.iter().enumerate() {
-        if i > 0 {
-            for crossing in crossings(line[i - 1], *point, range) {
-                // A crossing ends a part or begins one.
-                let ends = parts.last().is_some_and(|part| !part.is_empty());
-                push(&mut parts, crossing);
-                if ends {
-                    parts.push(Vec::new());
-                }
-            }
-        }
-        if inside(point) {
-            push(&mut parts, *point);
-        }
-    }
-    parts.retain(|part| part.len() > 1);
-    parts
-}
-
-/// The corners of an area, with those outside of the range moved to its edge.
+/// The points of a line or corners of an area, with those outside of the range moved to its edge.
 pub fn clamp(corners: &[Point], range: &Range<f64>) -> Vec<Point> {
     let inside = |p: &Point| (p.0, p.1.clamp(range.start, range.end));
     corners.iter().map(inside).collect()
 }
 
-fn push(parts: &mut [Vec<Point>], point: Point) {
-    if let Some(part) = parts.last_mut() {
-        part.push(point);
-    }
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// Where the straight line from `a` to `b` crosses the bounds, in order.
-fn crossings(a: Point, b: Point, range: &Range<f64>) -> impl Iterator<Item = Point> {
-    let (low, high) = (range.start, range.end);
-    let bounds = if a.1 < b.1 { [low, high] } else { [high, low] };
-    bounds.into_iter().filter_map(move |bound| {
-        let crosses = (a.1 < bound) != (b.1 < bound);
-        crosses.then(|| {
-            let share = (bound - a.1) / (b.1 - a.1);
-            (a.0 + share * (b.0 - a.0), bound)
-        })
-    })
+    fn ramp(n: u32) -> Vec<f64> {
+        (0..n).map(f64::from).collect()
+    }
+
+    /// Ordinary data are shown whole, with a margin.
+    #[test]
+    fn the_range_holds_all_ordinary_values() {
+        let range = range(ramp(1000), 1.0, TAIL);
+        assert!(range.start < 0.0 && range.end > 999.0);
+        assert!(range.start > -100.0 && range.end < 1100.0);
+    }
+
+    /// An impact of a wheel on an edge does not flatten the rest, except where no value may be cut.
+    #[test]
+    fn a_single_peak_does_not_rule_the_range() {
+        let values = [ramp(1000), vec![1e6]].concat();
+        let cut = range(values.clone(), 1.0, TAIL);
+        assert!(cut.end > 999.0 && cut.end < 2500.0, "{cut:?}");
+        let whole = range(values, 1.0, 0.0);
+        assert!(whole.start < 0.0 && whole.end > 1e6, "{whole:?}");
+    }
+
+    /// Constant data, or none, still give a range with a height.
+    #[test]
+    fn the_range_has_a_least_height() {
+        let range_of_constant = range(vec![5.0, 5.0], 2.0, TAIL);
+        assert!(range_of_constant.start < 4.0 && range_of_constant.end > 6.0);
+        assert_eq!(range(Vec::new(), 2.0, TAIL), 0.0..2.0);
+    }
+
+    /// A line that leaves the range runs along its edge, and the note says how far it goes.
+    #[test]
+    fn lines_are_cut_at_the_edge() {
+        let line = [(0.0, 0.0), (1.0, 2.0), (2.0, -3.0)];
+        let shown = [(0.0, 0.0), (1.0, 1.0), (2.0, -1.0)];
+        assert_eq!(clamp(&line, &(-1.0..1.0)), shown);
+        let note = cut(line.iter().map(|p| p.1), &(-1.0..1.0));
+        assert_eq!(note.as_deref(), Some("cut: -3 to 2"));
+        assert_eq!(cut([0.5].into_iter(), &(-1.0..1.0)), None);
+    }
 }

@@ -12,7 +12,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// [`RecordError`] of the file system and of the drawing library.
-pub fn write_figure(folder: &Path, stem: &str, page: &Page<'_>) -> Result<(), RecordError> {
+pub fn write_figure(folder: &Path, stem: &str, page: &Page) -> Result<(), RecordError> {
     let path = folder.join(format!("{stem}.svg"));
     let text = svg(page).map_err(|error| RecordError::Figure {
         path: path.clone(),
@@ -21,7 +21,7 @@ pub fn write_figure(folder: &Path, stem: &str, page: &Page<'_>) -> Result<(), Re
     std::fs::write(&path, text).map_err(io_error("write", &path))
 }
 
-fn svg(figure: &Page<'_>) -> Result<String, Box<dyn Error>> {
+fn svg(figure: &Page) -> Result<String, Box<dyn Error>> {
     let (width, height) = figure.size();
     let drawn = (SCALE * width, SCALE * height);
     let mut inner = String::new();

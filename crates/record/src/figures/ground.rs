@@ -5,7 +5,7 @@ use super::page::{Column, Page, Scale};
 use super::panel::{Axis, Layer, Panel};
 use super::run::RunTraces;
 use super::style::{FELT, band_color, estimate_line, truth_line};
-use super::trace::{Estimated, Trace};
+use super::trace::Point;
 use crate::felt_ground::ComparedPoint;
 use crate::quantile::extremes;
 use robhaz_score::GroundErrors;
@@ -14,134 +14,93 @@ const MM: f64 = 1e3;
 /// Distance between points beyond which the line is not drawn, m: the spacing is 10 mm for a robot of 0.8 m.
 const GAP: f64 = 0.035;
 
-/// The lines of the figure.
-pub struct GroundTraces {
-    name: String,
-    truth: Trace,
-    height: Estimated,
-    error: Estimated,
-    slope_error: Estimated,
-    errors: Option<GroundErrors>,
-    /// First and last place, m.
-    range: std::ops::Range<f64>,
-    /// Number of the section that is drawn, and how many there are.
-    sections: (u32, usize),
+/// The figure of the longest section of an estimator; `None` with fewer than two points. Without truth it has the profile alone.
+pub fn ground(run: &RunTraces, name: &str, points: &[ComparedPoint]) -> Option<Page> {
+    let sections = || points.chunk_by(|(a, _), (b, _)| a.section == b.section);
+    let longest = sections().max_by_key(|section| section.len())?;
+    let (from, to) = extremes(longest.iter().map(|(p, _)| p.x));
+    let range = from..to;
+    let compared = longest.iter().filter_map(|(p, t)| Some((*p, (*t)?)));
+    let errors = GroundErrors::of(compared).filter(|_| run.has_truth());
+    let mut profile = vec![estimate(longest, |(p, _)| {
+        Some((p.height, p.height, p.sigma_height))
+    })];
+    if errors.is_some() {
+        let truth = lines(longest, |(_, t)| t.map(|t| t.height));
+        profile.insert(0, Layer::line(truth, truth_line()));
+    }
+    let height = estimate(longest, |(p, t)| {
+        Some((MM * (p.height - (*t)?.height), 0.0, MM * p.sigma_height))
+    });
+    let slope = estimate(longest, |(p, t)| {
+        let error = (p.slope - (*t)?.slope?).to_degrees();
+        Some((error, 0.0, p.sigma_slope.to_degrees()))
+    });
+    let errors_of = [
+        ("Error of the height", "error (mm)", height),
+        ("Error of the slope", "error (deg)", slope),
+    ];
+    let errors_of = errors_of.into_iter().filter(|_| errors.is_some());
+    let errors_of = errors_of.map(|(title, y_label, error)| {
+        let layers = vec![Layer::level(0.0, &range), error];
+        Panel::new(title, y_label, (0.2, 150.0), layers)
+    });
+    let profile = Panel::new("Profile", "height y (m)", (0.01, 210.0), profile);
+    let panels = [profile].into_iter().chain(errors_of);
+    let (section, count) = (longest.first()?.0.section, sections().count());
+    (to > from).then(|| Page {
+        header: header(name, errors, (section, count)),
+        axis: Axis::of_places("place along the path, x (m)", range.clone()),
+        columns: vec![Column::new(Scale::Own, panels)],
+    })
 }
 
-impl GroundTraces {
-    /// The lines of an estimator: those of its longest section. `None` with fewer than two points.
-    pub fn new(name: &str, points: &[ComparedPoint]) -> Option<Self> {
-        let sections: Vec<&[ComparedPoint]> = points
-            .chunk_by(|(a, _), (b, _)| a.section == b.section)
-            .collect();
-        let longest = *sections.iter().max_by_key(|section| section.len())?;
-        let (first, _) = longest.first()?;
-        let (from, to) = extremes(longest.iter().map(|(p, _)| p.x));
-        let count = longest.len() as u64;
-        let compared = longest.iter().filter_map(|(p, t)| Some((*p, (*t)?)));
-        let mut traces = Self {
-            name: name.to_owned(),
-            truth: Trace::new(count),
-            height: Estimated::new(count),
-            error: Estimated::new(count),
-            slope_error: Estimated::new(count),
-            errors: GroundErrors::of(compared),
-            range: from..to,
-            sections: (first.section, sections.len()),
-        };
-        let mut last = first.x;
-        for point in longest {
-            if (point.0.x - last).abs() > GAP {
-                traces.interrupt();
-            }
-            traces.add(point);
-            last = point.0.x;
-        }
-        (to > from).then_some(traces)
-    }
+/// Pieces of the line of a quantity, without those where points are missing.
+fn lines(
+    points: &[ComparedPoint],
+    value: impl Fn(&ComparedPoint) -> Option<f64>,
+) -> Vec<Vec<Point>> {
+    let pieces = points.chunk_by(|(a, _), (b, _)| (a.x - b.x).abs() <= GAP);
+    let point = |p: &ComparedPoint| Some((p.0.x, value(p)?));
+    pieces
+        .map(|piece| piece.iter().filter_map(point).collect())
+        .collect()
+}
 
-    fn add(&mut self, (point, truth): &ComparedPoint) {
-        let (x, height) = (point.x, point.height);
-        let (sigma, slope_sigma) = (point.sigma_height, point.sigma_slope.to_degrees());
-        let error = truth.map(|t| MM * (height - t.height));
-        let slope_error = truth
-            .and_then(|t| t.slope)
-            .map(|s| (point.slope - s).to_degrees());
-        self.truth.add(x, truth.map(|t| t.height));
-        self.height.add(x, Some(height), Some(sigma));
-        self.error.add_error(x, error, Some(MM * sigma));
-        self.slope_error
-            .add_error(x, slope_error, Some(slope_sigma));
-    }
+/// A quantity, with two standard deviations around a centre.
+fn estimate(
+    points: &[ComparedPoint],
+    get: impl Fn(&ComparedPoint) -> Option<(f64, f64, f64)>,
+) -> Layer {
+    let bound = |side: f64| {
+        lines(points, |p| {
+            get(p).map(|(_, centre, sigma)| centre + side * sigma)
+        })
+    };
+    let bounds = bound(-2.0).into_iter().zip(bound(2.0));
+    let area = |(low, high): (Vec<Point>, Vec<Point>)| {
+        low.into_iter().chain(high.into_iter().rev()).collect()
+    };
+    let lines = lines(points, |p| get(p).map(|(value, ..)| value));
+    Layer::banded(lines, bounds.map(area).collect(), FELT)
+}
 
-    /// Breaks the lines: there is no point.
-    fn interrupt(&mut self) {
-        self.truth.interrupt();
-        for estimated in [&mut self.height, &mut self.error, &mut self.slope_error] {
-            estimated.interrupt();
-        }
+fn header(name: &str, errors: Option<GroundErrors>, (section, count): (u32, usize)) -> Header {
+    let mut subtitle =
+        "origin: the middle wheel's contact at the start; x and y have different scales".to_owned();
+    if count > 1 {
+        subtitle.push_str(&format!("; section {section} of {count}"));
     }
-
-    /// Stem of the file.
-    pub fn stem(&self) -> String {
-        format!("ground_{}", self.name)
-    }
-
-    /// The figure. Without truth it has the profile alone.
-    pub fn page(&self, run: &RunTraces) -> Page<'_> {
-        let mut profile = vec![Layer::Estimate(&self.height, FELT)];
-        let mut errors = Vec::new();
-        if run.has_truth() && self.errors.is_some() {
-            profile.push(Layer::Truth(&self.truth));
-            let panel = |title: &str, y_label, error| {
-                let layers = vec![Layer::Estimate(error, FELT), Layer::Level(0.0)];
-                Panel::new(title, y_label, (0.2, 150.0), layers)
-            };
-            errors.push(panel("Error of the height", "error (mm)", &self.error));
-            errors.push(panel(
-                "Error of the slope",
-                "error (deg)",
-                &self.slope_error,
-            ));
-        }
-        let profile = Panel::new("Profile", "height y (m)", (0.01, 210.0), profile);
-        let panels = [profile].into_iter().chain(errors);
-        Page {
-            header: self.header(run),
-            strips: Vec::new(),
-            axis: Axis::of_places("place along the path, x (m)", self.range.clone()),
-            columns: vec![Column::new(Scale::Own, panels)],
-        }
-    }
-
-    fn header(&self, run: &RunTraces) -> Header {
-        let mut subtitle =
-            "origin: the middle wheel's contact at the start; x and y have different scales"
-                .to_owned();
-        if self.sections.1 > 1 {
-            let (section, count) = self.sections;
-            subtitle.push_str(&format!("; section {section} of {count}"));
-        }
-        let mut key = Vec::new();
-        if run.has_truth() {
-            key.push(Entry::new(Mark::Line(truth_line()), "true"));
-        }
-        let rmse = match self.errors {
-            Some(errors) => format!("estimated: RMSE {:.2} mm", MM * errors.height_rmse_m),
-            None => "estimated".to_owned(),
-        };
-        key.push(Entry::new(Mark::Line(estimate_line(FELT)), rmse));
-        key.push(Entry::new(
-            Mark::Area(band_color(FELT)),
-            "two standard deviations",
-        ));
-        Header {
-            title: format!(
-                "The ground that the wheels have passed, estimator {}",
-                self.name
-            ),
-            subtitle,
-            key,
-        }
+    let truth = errors.map(|_| Entry::new(Mark::line(truth_line()), "true"));
+    let estimated = match errors {
+        Some(errors) => format!("estimated: RMSE {:.2} mm", MM * errors.height_rmse_m),
+        None => "estimated".to_owned(),
+    };
+    let estimated = Entry::new(Mark::line(estimate_line(FELT)), estimated);
+    let band = Entry::new(Mark::area(band_color(FELT)), "two standard deviations");
+    Header {
+        title: format!("The ground that the wheels have passed, estimator {name}"),
+        subtitle,
+        key: truth.into_iter().chain([estimated, band]).collect(),
     }
 }

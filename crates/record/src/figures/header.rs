@@ -1,8 +1,7 @@
 //! Title, subtitle and key over the panels of a figure.
 
 use super::area::{Area, Drawn, write};
-use super::helvetica;
-use super::style::{grid_line, text, units};
+use super::style::{line, text, units};
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -15,55 +14,50 @@ pub const WIDTH: u32 = 880;
 const TITLE: f64 = 24.0;
 const SUBTITLE: f64 = 19.0;
 const KEY: f64 = 20.0;
+const KEY_TOP: f64 = MARGIN + TITLE + SUBTITLE;
 const LETTERS: f64 = 12.5;
-/// Length of a line's sample and of an area's, px.
-const LINE_SAMPLE: f64 = 26.0;
-const AREA_SAMPLE: f64 = 20.0;
+/// Width of a letter of a sans-serif font, in sizes of the font: a little more than the mean of English text.
+const LETTER: f64 = 0.56;
+/// Length of a sample, px.
+const SAMPLE: f64 = 26.0;
 const SAMPLE_GAP: f64 = 6.0;
 const ENTRY_GAP: f64 = 20.0;
 
 /// A sample in the key.
 #[derive(Clone, Copy)]
-pub enum Mark {
-    /// A line.
-    Line(ShapeStyle),
-    /// A dashed line.
-    Dashed(ShapeStyle),
-    /// An area.
-    Area(RGBColor),
-    /// An arrow that points right, of a length in px.
-    Arrow(ShapeStyle, f64),
+pub struct Mark {
+    style: ShapeStyle,
+    is_dashed: bool,
 }
 
 impl Mark {
-    fn width(self) -> f64 {
-        match self {
-            Self::Line(_) | Self::Dashed(_) => LINE_SAMPLE,
-            Self::Area(_) => AREA_SAMPLE,
-            Self::Arrow(_, length) => length,
+    /// A line.
+    pub fn line(style: ShapeStyle) -> Self {
+        Self {
+            style,
+            is_dashed: false,
         }
     }
 
+    /// A dashed line.
+    pub fn dashed(style: ShapeStyle) -> Self {
+        Self {
+            style,
+            is_dashed: true,
+        }
+    }
+
+    /// An area.
+    pub fn area(color: RGBColor) -> Self {
+        Self::line(line(color, 12.0))
+    }
+
     fn draw(self, page: &Area<'_>, (x, y): (f64, f64)) -> Drawn {
-        let ends = [(units(x), units(y)), (units(x + self.width()), units(y))];
-        match self {
-            Self::Line(style) => page.draw(&PathElement::new(ends, style))?,
-            Self::Dashed(style) => page.draw(&dashed(ends.to_vec(), style))?,
-            Self::Area(color) => {
-                let corners = [
-                    (units(x), units(y - 6.0)),
-                    (units(x + AREA_SAMPLE), units(y + 6.0)),
-                ];
-                page.draw(&Rectangle::new(corners, color.filled()))?;
-                page.draw(&Rectangle::new(corners, grid_line()))?;
-            }
-            Self::Arrow(style, length) => {
-                page.draw(&PathElement::new(ends, style))?;
-                let tip = x + length;
-                let head = [(tip, y), (tip - 7.0, y - 3.5), (tip - 7.0, y + 3.5)];
-                let head = head.map(|(x, y)| (units(x), units(y))).to_vec();
-                page.draw(&Polygon::new(head, style.color.filled()))?;
-            }
+        let ends = [(units(x), units(y)), (units(x + SAMPLE), units(y))];
+        if self.is_dashed {
+            page.draw(&dashed(ends.to_vec(), self.style))?;
+        } else {
+            page.draw(&PathElement::new(ends, self.style))?;
         }
         Ok(())
     }
@@ -95,9 +89,9 @@ impl Entry {
     }
 
     fn width(&self) -> f64 {
-        let marks: f64 = self.marks.iter().map(|m| m.width() + SAMPLE_GAP).sum();
-        // Other fonts than Helvetica that a reader may have for it are wider.
-        marks + 1.1 * LETTERS * helvetica::width(&self.label)
+        #[expect(clippy::cast_precision_loss, reason = "some marks and letters")]
+        let [marks, letters] = [self.marks.len(), self.label.chars().count()].map(|n| n as f64);
+        marks * (SAMPLE + SAMPLE_GAP) + letters * LETTER * LETTERS
     }
 }
 
@@ -105,7 +99,7 @@ impl Entry {
 pub struct Header {
     /// Title.
     pub title: String,
-    /// Subtitle; can be empty.
+    /// Subtitle.
     pub subtitle: String,
     /// The key to the lines.
     pub key: Vec<Entry>,
@@ -116,16 +110,7 @@ impl Header {
     pub fn bottom(&self) -> f64 {
         #[expect(clippy::cast_precision_loss, reason = "a few rows")]
         let rows = self.rows().len() as f64;
-        self.key_top() + rows * KEY + 6.0
-    }
-
-    fn key_top(&self) -> f64 {
-        let subtitle = if self.subtitle.is_empty() {
-            0.0
-        } else {
-            SUBTITLE
-        };
-        MARGIN + TITLE + subtitle
+        KEY_TOP + rows * KEY + 6.0
     }
 
     /// The entries of each row of the key.
@@ -154,18 +139,16 @@ impl Header {
         let title = text(16.0, FontStyle::Bold, HPos::Left, VPos::Top);
         write(page, &self.title, (MARGIN, MARGIN), title)?;
         let plain = || text(LETTERS, FontStyle::Normal, HPos::Left, VPos::Center);
-        if !self.subtitle.is_empty() {
-            let at = (MARGIN, MARGIN + TITLE + 0.4 * SUBTITLE);
-            write(page, &self.subtitle, at, plain())?;
-        }
-        let mut y = self.key_top() + 0.5 * KEY;
+        let at = (MARGIN, MARGIN + TITLE + 0.4 * SUBTITLE);
+        write(page, &self.subtitle, at, plain())?;
+        let mut y = KEY_TOP + 0.5 * KEY;
         for row in self.rows() {
             let mut x = MARGIN;
             for entry in row {
                 let end = x + entry.width() + ENTRY_GAP;
                 for mark in &entry.marks {
                     mark.draw(page, (x, y))?;
-                    x += mark.width() + SAMPLE_GAP;
+                    x += SAMPLE + SAMPLE_GAP;
                 }
                 write(page, &entry.label, (x, y), plain())?;
                 x = end;

@@ -6,8 +6,6 @@ mod comparison;
 mod files;
 mod ground;
 mod header;
-mod helvetica;
-mod kind;
 mod page;
 mod panel;
 mod paper;
@@ -17,22 +15,18 @@ mod strip;
 pub mod style;
 mod trace;
 
-pub use crate::quantile::{extremes, quantiles};
-pub use clip::{clip, cut};
+pub use crate::quantile::extremes;
 pub use files::write_figure;
 pub use header::{Entry, Header, Mark};
-pub use helvetica::width as text_width;
 pub use page::{Column, Page, Scale};
 pub use panel::{Axis, Layer, Panel};
-pub use path::{arrow, robots};
-pub use strip::{PLOT_WIDTH, SPACING, Shape, Strip, reduced};
-pub use trace::{Estimated, Point, Trace};
+pub use strip::{SPACING, Strip};
+pub use trace::{Estimated, Trace};
 
 use crate::error::{RecordError, check_name, create_folder};
-use ground::GroundTraces;
 use rayon::prelude::*;
 use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
-use run::{EstimatorTraces, RunTraces};
+use run::RunTraces;
 use std::path::{Path, PathBuf};
 
 /// Draws a run. Each figure is an SVG file.
@@ -56,49 +50,19 @@ pub struct FigureSink {
     run: Option<RunTraces>,
 }
 
-/// What each figure shows, by its file name in the order of a page; the label of an estimator follows after `_`.
-pub(crate) const CAPTIONS: [(&str, &str); 10] = [
-    (
-        "comparison",
-        "Errors of the normal forces of all estimators.",
-    ),
-    (
-        "path",
-        "Ground, paths of the wheels' centres, and N of each wheel over its place.",
-    ),
-    (
-        "needed_friction_",
-        "Needed friction T/N by an estimator, with two standard deviations.",
-    ),
-    (
-        "needed_friction",
-        "Friction that the path needs, before it is driven.",
-    ),
-    ("fig5_linkage", "Pins relative to Q (the paper's Fig. 5)."),
-    (
-        "fig6_forces",
-        "N and T of every wheel (the paper's Fig. 6).",
-    ),
-    (
-        "fig7_",
-        "N, linkage mass lumped to the body (the paper's Fig. 7).",
-    ),
-    (
-        "fig8_",
-        "N, linkage mass lumped to the wheels (the paper's Fig. 8).",
-    ),
-    (
-        "normal_force_",
-        "N by an estimator, with two standard deviations where it states them.",
-    ),
-    (
-        "ground_",
-        "The ground that an estimator has found, with two standard deviations.",
-    ),
+/// File names in the order of a page; the label of an estimator follows after `_`.
+pub(crate) const NAMES: [&str; 10] = [
+    "comparison",
+    "path",
+    "needed_friction_",
+    "needed_friction",
+    "fig5_linkage",
+    "fig6_forces",
+    "fig7_",
+    "fig8_",
+    "normal_force_",
+    "ground_",
 ];
-
-/// Name and content of a figure. They do not depend on each other, and are drawn on all cores.
-type Figure<'a> = (String, Box<dyn Fn() -> Page<'a> + Send + Sync + 'a>);
 
 impl FigureSink {
     /// A sink for a folder, which is created where it does not exist.
@@ -115,7 +79,7 @@ impl FigureSink {
         let Some((stem, "svg" | "pdf")) = file.rsplit_once('.') else {
             return false;
         };
-        CAPTIONS.iter().any(|(name, _)| match name.ends_with('_') {
+        NAMES.iter().any(|name| match name.ends_with('_') {
             true => (stem.strip_prefix(name)).is_some_and(|e| estimators.contains(&e)),
             // That of a judged path is of no run.
             false => stem == *name && stem != "needed_friction",
@@ -128,37 +92,31 @@ impl FigureSink {
         };
         run.finish(end);
         let run = &run;
-        let of_ground = |(k, e): (usize, &EstimatorTraces)| {
-            GroundTraces::new(&e.name, &run.felt.compared(k, run.ground.as_ref()))
-        };
-        let estimators = run.estimators.par_iter().enumerate();
-        let grounds: Vec<GroundTraces> = estimators.filter_map(of_ground).collect();
-        let mut figures: Vec<Figure<'_>> = Vec::new();
+        let mut figures: Vec<(String, Page)> = Vec::new();
         if run.has_truth() || run.shown.is_some() {
-            figures.push(("fig5_linkage".to_owned(), Box::new(|| paper::linkage(run))));
-            figures.push(("fig6_forces".to_owned(), Box::new(|| paper::forces(run))));
+            figures.push(("fig5_linkage".to_owned(), paper::linkage(run)));
+            figures.push(("fig6_forces".to_owned(), paper::forces(run)));
         }
         for e in &run.estimators {
-            let (stem, _) = e.kind.names(&e.name);
-            figures.push((stem, Box::new(|| paper::normal_forces(run, e))));
+            figures.push((e.figure.0.clone(), paper::normal_forces(run, e)));
             if e.needed.iter().any(Estimated::has_band) {
                 let stem = format!("needed_friction_{}", e.name);
-                figures.push((stem, Box::new(|| paper::needed_friction(run, e))));
+                figures.push((stem, paper::needed_friction(run, e)));
             }
         }
         if run.has_truth() && !run.estimators.is_empty() {
-            let page = || comparison::comparison(run);
-            figures.push(("comparison".to_owned(), Box::new(page)));
+            figures.push(("comparison".to_owned(), comparison::comparison(run)));
         }
-        for ground in &grounds {
-            figures.push((ground.stem(), Box::new(|| ground.page(run))));
+        for (k, e) in run.estimators.iter().enumerate() {
+            let points = run.felt.compared(k, run.ground.as_ref());
+            let page = ground::ground(run, &e.name, &points);
+            figures.extend(page.map(|page| (format!("ground_{}", e.name), page)));
         }
         if let Some(ground) = run.ground.as_ref().filter(|_| !run.poses.is_empty()) {
-            let page = || path::path(run, ground);
-            figures.push(("path".to_owned(), Box::new(page)));
+            figures.push(("path".to_owned(), path::path(run, ground)));
         }
-        // All of them, and the first failure.
-        let write = |(stem, page): &Figure<'_>| write_figure(&self.folder, stem, &page());
+        // On all cores: all of them, and the first failure.
+        let write = |(stem, page): &(String, Page)| write_figure(&self.folder, stem, page);
         let written: Vec<_> = figures.par_iter().map(write).collect();
         written.into_iter().collect()
     }
@@ -189,3 +147,6 @@ impl Sink for FigureSink {
         Ok(self.draw(end)?)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,9 +1,9 @@
-//! A figure: a header, and below it parts of the ground and columns of panels over a common axis.
+//! A figure: a header, and below it columns of panels over a common axis.
 
 use super::area::{Area, Drawn};
+use super::clip::TAIL;
 use super::header::{Header, MARGIN, WIDTH};
 use super::panel::{Axis, PANEL_TITLE, Panel, X_LABELS};
-use super::strip::Strip;
 use super::style::units;
 use std::ops::Range;
 
@@ -22,29 +22,36 @@ pub enum Scale {
 }
 
 /// Panels from top to bottom.
-pub struct Column<'a> {
+pub struct Column {
     /// The panels.
-    pub panels: Vec<Panel<'a>>,
+    pub panels: Vec<Panel>,
     /// Their ranges.
     pub scale: Scale,
 }
 
-impl<'a> Column<'a> {
+impl Column {
     /// A column of panels.
-    pub fn new(scale: Scale, panels: impl IntoIterator<Item = Panel<'a>>) -> Self {
+    pub fn new(scale: Scale, panels: impl IntoIterator<Item = Panel>) -> Self {
         let panels = panels.into_iter().collect();
         Self { panels, scale }
     }
 
     /// The range of each panel, in the unit of the data.
     fn ranges(&self, axis: &Axis) -> Vec<Range<f64>> {
-        let panels = self.panels.iter();
-        let own = |panel| Panel::shared_range(std::slice::from_ref(panel), axis);
-        match self.scale {
-            Scale::Common => vec![Panel::shared_range(&self.panels, axis); self.panels.len()],
-            Scale::Own => panels.map(own).collect(),
-            Scale::Whole => panels.map(Panel::whole_range).collect(),
-        }
+        let tail = if self.scale == Scale::Whole {
+            0.0
+        } else {
+            TAIL
+        };
+        let range = |panel: &Panel| {
+            let with = match self.scale {
+                Scale::Common => &self.panels[..],
+                Scale::Own | Scale::Whole => std::slice::from_ref(panel),
+            };
+            let own = || Panel::shared_range(with, axis, tail);
+            panel.range.clone().unwrap_or_else(own)
+        };
+        self.panels.iter().map(range).collect()
     }
 
     fn height(&self) -> f64 {
@@ -54,23 +61,20 @@ impl<'a> Column<'a> {
 }
 
 /// A figure.
-pub struct Page<'a> {
+pub struct Page {
     /// Title and key.
     pub header: Header,
-    /// Parts of the ground, from top to bottom.
-    pub strips: Vec<Strip>,
     /// The horizontal axis of all panels.
     pub axis: Axis,
     /// The columns below, from left to right.
-    pub columns: Vec<Column<'a>>,
+    pub columns: Vec<Column>,
 }
 
-impl Page<'_> {
+impl Page {
     /// Width and height, px.
     pub fn size(&self) -> (u32, u32) {
         let panels = self.columns.iter().map(Column::height).fold(0.0, f64::max);
-        let strips: f64 = self.strips.iter().map(Strip::height).sum();
-        let height = self.header.bottom() + strips + panels + 0.5 * MARGIN;
+        let height = self.header.bottom() + panels + 0.5 * MARGIN;
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -91,11 +95,7 @@ impl Page<'_> {
             page.clone().shrink(corner, (units(width), units(height)))
         };
         let full = f64::from(WIDTH) - 2.0 * MARGIN;
-        let mut first = self.header.bottom();
-        for strip in &self.strips {
-            strip.draw(&part(MARGIN, first, full, strip.height()))?;
-            first += strip.height();
-        }
+        let first = self.header.bottom();
         #[expect(clippy::cast_precision_loss, reason = "a few columns")]
         let count = self.columns.len() as f64;
         let width = (full - (count - 1.0) * GAP) / count;

@@ -1,13 +1,13 @@
 //! One panel: lines and areas over time, or over the position on the ground.
 
 use super::area::{Area, Drawn, write};
-use super::clip::{clamp, clip, cut, range, tidy, whole};
+use super::clip::{clamp, cut, range, tidy};
 use super::header::dashed;
 use super::style::{
-    SCALE, START, band_color, estimate_line, frame_line, grid_line, line, spread_color, text,
-    truth_line, units, upward_text,
+    SCALE, START, band_color, estimate_line, frame_line, grid_line, line, text, truth_line, units,
+    upward_text,
 };
-use super::trace::{Estimated, Point, Trace, outlines};
+use super::trace::{Estimated, Point, Trace};
 use crate::quantile::extremes;
 use plotters::coord::ranged1d::{Ranged, ValueFormatter};
 use plotters::coord::types::RangedCoordf64;
@@ -22,42 +22,115 @@ pub const Y_LABELS: f64 = 58.0;
 /// Height of the labels below it, px.
 pub const X_LABELS: f64 = 40.0;
 
-/// A layer of a panel. Layers are drawn in the order of the variants: areas below lines.
-pub enum Layer<'a> {
-    /// An estimate: its two standard deviations, the area of its values in each interval of time, and the line of their means.
-    Estimate(&'a Estimated, RGBColor),
-    /// True values, with every peak.
-    Truth(&'a Trace),
-    /// True values in a colour, with every peak.
-    Colored(&'a Trace, RGBColor),
-    /// Means alone, dashed or not: many estimates in one panel.
-    Mean(&'a Trace, RGBColor, bool),
-    /// A horizontal line, such as zero error.
-    Level(f64),
+/// A layer of a panel: a line, and areas below the lines of all layers. Lines are drawn in the order of the layers.
+pub struct Layer {
+    /// Pieces of the line.
+    lines: Vec<Vec<Point>>,
+    style: ShapeStyle,
+    is_dashed: bool,
+    /// Closed outlines of the areas, and their colour.
+    areas: Vec<Vec<Point>>,
+    area_color: RGBColor,
+    /// Words above a place.
+    label: Option<(String, Point)>,
+    /// Whether its values before the comparison set the range of the vertical axis.
+    counts_early: bool,
 }
 
-impl Layer<'_> {
-    /// The values that set the range of the vertical axis: all true values, and estimates from a time on.
-    fn points(&self, from: f64) -> Vec<Point> {
-        let late = |pieces: Vec<Vec<Point>>| {
-            let points = pieces.into_iter().flatten();
-            points.filter(|p| p.0 >= from).collect()
-        };
-        match self {
-            Self::Estimate(estimate, _) => {
-                late([estimate.band(), estimate.line.extremes()].concat())
-            }
-            Self::Mean(trace, _, _) => late(trace.means()),
-            Self::Truth(trace) | Self::Colored(trace, _) => {
-                trace.extremes().into_iter().flatten().collect()
-            }
-            Self::Level(value) => vec![(from, *value)],
+impl Layer {
+    /// Pieces of a line.
+    pub fn line(lines: Vec<Vec<Point>>, style: ShapeStyle) -> Self {
+        Self {
+            lines,
+            style,
+            is_dashed: false,
+            areas: Vec::new(),
+            area_color: START,
+            label: None,
+            counts_early: false,
         }
+    }
+
+    /// True values, with every peak.
+    pub fn truth(trace: &Trace) -> Self {
+        Self {
+            counts_early: true,
+            ..Self::line(trace.extremes(), truth_line())
+        }
+    }
+
+    /// True values in a colour, with every peak.
+    pub fn colored(trace: &Trace, color: RGBColor) -> Self {
+        Self {
+            counts_early: true,
+            ..Self::line(trace.extremes(), line(color, 1.4))
+        }
+    }
+
+    /// An estimate, with every peak, and its two standard deviations.
+    pub fn estimate(estimate: &Estimated, color: RGBColor) -> Self {
+        Self::banded(estimate.line.extremes(), estimate.band(), color)
+    }
+
+    /// Pieces of the line of an estimate, and outlines of its two standard deviations.
+    pub fn banded(lines: Vec<Vec<Point>>, areas: Vec<Vec<Point>>, color: RGBColor) -> Self {
+        Self {
+            areas,
+            area_color: band_color(color),
+            ..Self::line(lines, estimate_line(color))
+        }
+    }
+
+    /// Means alone, dashed or not: many estimates in one panel.
+    pub fn mean(trace: &Trace, color: RGBColor, is_dashed: bool) -> Self {
+        Self {
+            is_dashed,
+            ..Self::line(trace.means(), line(color, 1.2))
+        }
+    }
+
+    /// A horizontal line over a range of the axis, such as zero error.
+    pub fn level(value: f64, range: &Range<f64>) -> Self {
+        let ends = vec![(range.start, value), (range.end, value)];
+        Self::line(vec![ends], truth_line())
+    }
+
+    /// An area within its corners.
+    pub fn area(corners: Vec<Point>, color: RGBColor) -> Self {
+        Self {
+            areas: vec![corners],
+            area_color: color,
+            ..Self::line(Vec::new(), frame_line())
+        }
+    }
+
+    /// A circle around a centre, as a line of a width in px.
+    pub fn circle((x, y): Point, radius: f64, color: RGBColor, px: f64) -> Self {
+        let at = |k: u32| {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / 64.0).sin_cos();
+            (x + radius * cos, y + radius * sin)
+        };
+        Self::line(vec![(0..=64).map(at).collect()], line(color, px))
+    }
+
+    /// Words above a place.
+    pub fn label(words: String, place: Point) -> Self {
+        Self {
+            label: Some((words, place)),
+            ..Self::line(Vec::new(), frame_line())
+        }
+    }
+
+    /// The values that set the range of the vertical axis: all true values, and estimates from a time on.
+    fn values(&self, from: f64) -> impl Iterator<Item = f64> {
+        let points = self.lines.iter().chain(&self.areas).flatten();
+        let counts = move |p: &&Point| self.counts_early || p.0 >= from;
+        points.filter(counts).map(|p| p.1)
     }
 }
 
 /// One quantity, true and estimated.
-pub struct Panel<'a> {
+pub struct Panel {
     /// Title, over its left corner.
     pub title: String,
     /// Error of the estimate, over its right corner.
@@ -66,12 +139,14 @@ pub struct Panel<'a> {
     pub y_label: &'static str,
     /// Least height of the range, in the unit of the data.
     pub least_span: f64,
+    /// The range of the vertical axis, if the values do not set it.
+    pub range: Option<Range<f64>>,
     /// Whether the vertical axis is logarithmic.
     pub logarithmic: bool,
     /// Height of the plot, px.
     pub height: f64,
     /// Lines and areas.
-    pub layers: Vec<Layer<'a>>,
+    pub layers: Vec<Layer>,
 }
 
 /// The horizontal axis that panels share.
@@ -100,8 +175,8 @@ impl Axis {
 /// A chart over the horizontal axis.
 type Chart<'a, Y> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, Y>>;
 
-/// Grid, axes and their labels, about `y_labels` of them at the vertical axis.
-pub fn mesh<Y>(chart: &mut Chart<'_, Y>, y_labels: usize) -> Drawn
+/// Grid, axes and their labels.
+fn mesh<Y>(chart: &mut Chart<'_, Y>) -> Drawn
 where
     Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
 {
@@ -111,7 +186,7 @@ where
         .bold_line_style(grid_line())
         .axis_style(frame_line())
         .x_labels(11)
-        .y_labels(y_labels)
+        .y_labels(6)
         .x_label_formatter(&tick)
         .y_label_formatter(&tick)
         .label_style(text(11.5, FontStyle::Normal, HPos::Center, VPos::Center))
@@ -120,53 +195,45 @@ where
     Ok(())
 }
 
-impl<'a> Panel<'a> {
+impl Panel {
     /// A panel with a linear axis and without a note. `least_span` in the unit of the data, `height` in px.
     pub fn new(
         title: &str,
         y_label: &'static str,
         (least_span, height): (f64, f64),
-        layers: Vec<Layer<'a>>,
+        layers: Vec<Layer>,
     ) -> Self {
         Self {
             title: title.to_owned(),
             note: String::new(),
             y_label,
             least_span,
+            range: None,
             logarithmic: false,
             height,
             layers,
         }
     }
 
-    /// The range of the vertical axis that several panels share.
+    /// The range of the vertical axis that several panels share. A share `tail` of the values on each side can be cut.
     ///
     /// It holds the truth of the whole run and the estimates from `compare_from` on: an estimator's first samples, before
     /// its filters have settled, do not set it. Where nothing is compared, all estimates count.
-    pub fn shared_range(panels: &[Self], axis: &Axis) -> Range<f64> {
-        let of = |from: f64| -> Vec<Point> {
-            let layers = panels.iter().flat_map(|panel| &panel.layers);
-            layers.flat_map(|layer| layer.points(from)).collect()
-        };
+    pub fn shared_range(panels: &[Self], axis: &Axis, tail: f64) -> Range<f64> {
         let compared = axis.compare_from < axis.range.end;
-        let points = of(if compared {
+        let from = if compared {
             axis.compare_from
         } else {
             f64::NEG_INFINITY
-        });
+        };
+        let layers = panels.iter().flat_map(|panel| &panel.layers);
+        let values: Vec<f64> = layers.flat_map(|layer| layer.values(from)).collect();
         let least_span = panels.iter().map(|p| p.least_span).fold(0.0, f64::max);
         if panels.iter().all(|p| p.logarithmic) {
-            decades(&points)
+            decades(&values)
         } else {
-            range(points.iter(), least_span)
+            range(values, least_span, tail)
         }
-    }
-
-    /// The range of the vertical axis that holds every value, single peaks included: for a panel whose extremes decide.
-    pub fn whole_range(&self) -> Range<f64> {
-        let layers = self.layers.iter();
-        let points: Vec<Point> = layers.flat_map(|l| l.points(f64::NEG_INFINITY)).collect();
-        whole(points.iter(), self.least_span)
     }
 
     /// Draws the panel; `labelled` when it is the last of its column.
@@ -214,18 +281,23 @@ impl<'a> Panel<'a> {
         let start = axis.compare_from.clamp(left, right);
         let not_compared = [(left, y.start), (start, y.end)];
         chart.draw_series([Rectangle::new(not_compared, START.filled())])?;
-        mesh(&mut chart, 6)?;
-        for (area, color) in self.areas() {
-            chart.draw_series([Polygon::new(clamp(&area, y), color.filled())])?;
+        mesh(&mut chart)?;
+        for layer in &self.layers {
+            let filled = layer.area_color.filled();
+            let area = |area: &Vec<Point>| Polygon::new(clamp(area, y), filled);
+            chart.draw_series(layer.areas.iter().map(area))?;
         }
-        for (piece, style, dashes) in self.lines(axis) {
-            for part in clip(&piece, y) {
-                if dashes {
-                    chart.draw_series([dashed(part, style)])?;
-                } else {
-                    chart.draw_series([PathElement::new(part, style)])?;
-                }
+        for layer in &self.layers {
+            let lines = layer.lines.iter().map(|line| clamp(line, y));
+            if layer.is_dashed {
+                chart.draw_series(lines.map(|line| dashed(line, layer.style)))?;
+            } else {
+                chart.draw_series(lines.map(|line| PathElement::new(line, layer.style)))?;
             }
+        }
+        for (words, place) in self.layers.iter().filter_map(|layer| layer.label.clone()) {
+            let style = text(11.0, FontStyle::Normal, HPos::Center, VPos::Bottom);
+            chart.draw_series([Text::new(words, place, style)])?;
         }
         let corners = [
             (left, y.start),
@@ -238,61 +310,15 @@ impl<'a> Panel<'a> {
         Ok(())
     }
 
-    /// Outlines of the areas, with their colours.
-    fn areas(&self) -> Vec<(Vec<Point>, RGBColor)> {
-        let mut areas = Vec::new();
-        for layer in &self.layers {
-            if let Layer::Estimate(estimate, color) = layer {
-                let with = |color: RGBColor| move |area| (area, color);
-                areas.extend(estimate.band().into_iter().map(with(band_color(*color))));
-                if estimate.line.stride() > 1 {
-                    let spread = outlines(&estimate.line.lows(), &estimate.line.highs());
-                    areas.extend(spread.into_iter().map(with(spread_color(*color))));
-                }
-            }
-        }
-        areas
-    }
-
-    /// Pieces of the lines, with their looks and whether they are dashed: wide ones first, below narrow ones.
-    fn lines(&self, axis: &Axis) -> Vec<(Vec<Point>, ShapeStyle, bool)> {
-        let (mut wide, mut narrow) = (Vec::new(), Vec::new());
-        for layer in &self.layers {
-            let (to, pieces, style, dashes) = match layer {
-                Layer::Truth(trace) => (&mut wide, trace.extremes(), truth_line(), false),
-                Layer::Level(value) => {
-                    let ends = vec![(axis.range.start, *value), (axis.range.end, *value)];
-                    (&mut wide, vec![ends], truth_line(), false)
-                }
-                Layer::Colored(trace, color) => {
-                    (&mut narrow, trace.extremes(), line(*color, 1.4), false)
-                }
-                Layer::Estimate(estimate, color) => (
-                    &mut narrow,
-                    estimate.line.means(),
-                    estimate_line(*color),
-                    false,
-                ),
-
-                Layer::Mean(trace, color, dashes) => {
-                    (&mut narrow, trace.means(), line(*color, 1.2), *dashes)
-                }
-            };
-            to.extend(pieces.into_iter().map(|piece| (piece, style, dashes)));
-        }
-        wide.append(&mut narrow);
-        wide
-    }
-
     /// Title, note and name of the vertical axis.
     fn texts(&self, area: &Area<'_>, axis: &Axis, width: f64, y: &Range<f64>) -> Drawn {
         let middle = 0.55 * PANEL_TITLE;
         let bold = text(12.5, FontStyle::Bold, HPos::Left, VPos::Center);
         write(area, &self.title, (Y_LABELS, middle), bold)?;
-        let points = self.layers.iter().flat_map(|l| l.points(axis.compare_from));
+        let values = self.layers.iter().flat_map(|l| l.values(axis.compare_from));
         let mut notes = vec![self.note.clone()];
-        if !self.logarithmic {
-            notes.extend(cut(points, y));
+        if !self.logarithmic && self.range.is_none() {
+            notes.extend(cut(values, y));
         }
         notes.retain(|note| !note.is_empty());
         let right = text(12.0, FontStyle::Normal, HPos::Right, VPos::Center);
@@ -303,8 +329,8 @@ impl<'a> Panel<'a> {
 }
 
 /// Decades that hold all values, at most six.
-fn decades(points: &[Point]) -> Range<f64> {
-    let values = points.iter().map(|p| p.1).filter(|v| *v > 0.0);
+fn decades(values: &[f64]) -> Range<f64> {
+    let values = values.iter().copied().filter(|v| *v > 0.0);
     let (low, high) = extremes(values.map(f64::log10));
     let (low, high) = if low > high { (-1.0, 1.0) } else { (low, high) };
     let high = high.ceil().max(low.floor() + 1.0);
@@ -315,4 +341,90 @@ fn decades(points: &[Point]) -> Range<f64> {
 /// The label of a tick, without the rounding error of binary fractions.
 fn tick(value: &f64) -> String {
     tidy(*value).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figures::clip::TAIL;
+
+    fn trace(values: impl Fn(f64) -> f64) -> Trace {
+        let mut trace = Trace::new(201);
+        for k in 0..=200 {
+            let time = f64::from(k) / 100.0;
+            trace.add(time, Some(values(time)));
+        }
+        trace
+    }
+
+    fn panel(layers: Vec<Layer>) -> Panel {
+        Panel::new("", "N (N)", (2.0, 100.0), layers)
+    }
+
+    /// Closed form: truth 10 N at all times, estimate 12 N that starts at 900 N. From 0.5 s on 10 to 12 N are shown; with
+    /// the margin of 6 % of 2 N, the range is 9.88 to 12.12 N. If the start counts it reaches further.
+    #[test]
+    fn samples_before_the_filter_has_settled_do_not_set_the_range() {
+        let truth = trace(|_| 10.0);
+        let mut estimate = Estimated::new(201);
+        estimate.line = trace(|t| if t < 0.4 { 900.0 } else { 12.0 });
+        let panels = [panel(vec![
+            Layer::truth(&truth),
+            Layer::estimate(&estimate, BLACK),
+        ])];
+        let axis = |compare_from: f64| Axis {
+            label: "time (s)",
+            range: 0.0..2.0,
+            compare_from,
+        };
+        let range = Panel::shared_range(&panels, &axis(0.5), TAIL);
+        assert!((range.start - 9.88).abs() < 1e-9 && (range.end - 12.12).abs() < 1e-9);
+        assert!(Panel::shared_range(&panels, &axis(0.0), TAIL).end > 100.0);
+        // Nothing is compared in a run of 2 s: all counts.
+        assert!(Panel::shared_range(&panels, &axis(3.0), TAIL).end > 100.0);
+    }
+
+    /// Closed form: 1 at 400 places, and -0.26 at one. The common range cuts the peak and says to where, with the digits of
+    /// its axis; the whole range holds it, with the margin of 6 % of 1.26.
+    #[test]
+    fn a_cut_peak_is_named_with_the_digits_of_its_axis() {
+        let values = |k: u32| if k == 7 { -0.26 } else { 1.0 };
+        let mut trace = Trace::new(400);
+        for k in 0..400 {
+            trace.add(f64::from(k), Some(values(k)));
+        }
+        let panel = Panel {
+            least_span: 0.1,
+            ..panel(vec![Layer::colored(&trace, BLACK)])
+        };
+        let axis = Axis {
+            label: "x (m)",
+            range: 0.0..400.0,
+            compare_from: 0.0,
+        };
+        let note = |range| cut(panel.layers[0].values(0.0), &range);
+        let panels = std::slice::from_ref(&panel);
+        let common = Panel::shared_range(panels, &axis, TAIL);
+        assert_eq!(note(common).as_deref(), Some("cut: down to -0.26"));
+        let whole = Panel::shared_range(panels, &axis, 0.0);
+        assert!((whole.start + 0.26 + 0.06 * 1.26).abs() < 1e-9);
+        assert_eq!(note(whole), None);
+        let one = |value| cut([value].into_iter(), &(10.0..90.0));
+        assert_eq!(one(-0.3).as_deref(), Some("cut: down to 0"));
+        assert_eq!(one(304.7).as_deref(), Some("cut: up to 305"));
+    }
+
+    /// Closed form: whole decades around the values, six at most.
+    #[test]
+    fn a_logarithmic_range_has_whole_decades() {
+        let of = decades;
+        let near = |found: Range<f64>, low: f64, high: f64| {
+            assert!((found.start / low - 0.999).abs() < 1e-12, "{found:?}");
+            assert!((found.end / high - 1.0).abs() < 1e-12, "{found:?}");
+        };
+        near(of(&[0.02, 5.0]), 0.01, 10.0);
+        near(of(&[1e-12, 5.0]), 1e-5, 10.0);
+        near(of(&[0.0]), 0.1, 10.0);
+        near(of(&[10.0]), 10.0, 100.0);
+    }
 }

@@ -4,10 +4,10 @@ use super::header::{Entry, Header, Mark};
 use super::page::{Column, Page, Scale};
 use super::panel::{Axis, Layer, Panel};
 use super::run::{EstimatorTraces, PINS, RunTraces};
-use super::style::{LINKAGE, START, WHEELS, band_color, estimate_line, spread_color, truth_line};
+use super::style::{LINKAGE, START, WHEELS, band_color, estimate_line, truth_line};
 use super::trace::{Estimated, Trace};
-use crate::summary::EstimatorSummary;
 use plotters::style::RGBColor;
+use robhaz_score::ForceErrors;
 
 /// Titles of the panels of the wheels.
 const WHEEL_TITLES: [&str; 3] = ["Wheel 1 (front)", "Wheel 2 (middle)", "Wheel 3 (rear)"];
@@ -16,20 +16,19 @@ const HEIGHT: f64 = 138.0;
 const NORMAL_FORCE: &str = "normal force N (N)";
 
 /// A figure over time.
-pub fn page<'a>(
+pub fn page(
     run: &RunTraces,
     title: &str,
     subtitle: String,
     key: Vec<Entry>,
-    columns: Vec<Column<'a>>,
-) -> Page<'a> {
+    columns: Vec<Column>,
+) -> Page {
     Page {
         header: Header {
             title: title.to_owned(),
             subtitle,
             key,
         },
-        strips: Vec::new(),
         axis: Axis {
             label: "time (s)",
             range: 0.0..run.end,
@@ -43,11 +42,11 @@ pub fn page<'a>(
 pub fn start_entry(run: &RunTraces) -> Option<Entry> {
     let from = run.rule.compare_from;
     let label = format!("start, not compared (before {from} s)");
-    (from > 0.0).then(|| Entry::new(Mark::Area(START), label))
+    (from > 0.0).then(|| Entry::new(Mark::area(START), label))
 }
 
 /// Fig. 5: the pins' positions.
-pub fn linkage(run: &RunTraces) -> Page<'_> {
+pub fn linkage(run: &RunTraces) -> Page {
     let shown = run.shown.as_ref();
     let column = |axis: usize, y_label: &'static str| {
         let panels = PINS.iter().enumerate().map(|(k, (_, title))| {
@@ -55,7 +54,7 @@ pub fn linkage(run: &RunTraces) -> Page<'_> {
             let layers = layers(&run.pins[k][axis], estimate, LINKAGE);
             let error = shown.and_then(|s| s.pin_errors[k][axis].value());
             Panel {
-                note: error.map_or(String::new(), pin_note),
+                note: error.map_or(String::new(), |rms| format!("RMSE {rms:.2} mm")),
                 ..Panel::new(title, y_label, (2.0, HEIGHT), layers)
             }
         });
@@ -71,10 +70,9 @@ pub fn linkage(run: &RunTraces) -> Page<'_> {
 }
 
 /// Fig. 6: N and T of every wheel.
-pub fn forces(run: &RunTraces) -> Page<'_> {
+pub fn forces(run: &RunTraces) -> Page {
     let shown = shown(run);
-    let summary = shown.map(|e| e.summary());
-    let errors = summary.and_then(|s| s.normal_force.zip(s.traction));
+    let errors = shown.and_then(|e| e.score.normal_force().zip(e.score.traction()));
     let normal = (0..3).map(|i| {
         let estimate = shown.map(|e| &e.normal_force[i]);
         let layers = layers(&run.normal_force[i], estimate, WHEELS[i]);
@@ -88,7 +86,7 @@ pub fn forces(run: &RunTraces) -> Page<'_> {
     page(
         run,
         "Force distribution over the wheels (the paper's Fig. 6)",
-        String::new(),
+        "normal forces and tractions".to_owned(),
         key(run, shown, &WHEELS, shown.is_some_and(has_band)),
         vec![
             Column::new(Scale::Common, normal),
@@ -99,41 +97,34 @@ pub fn forces(run: &RunTraces) -> Page<'_> {
 
 /// Figs. 7 and 8, and figures of the same form: N of every wheel; with a covariance also its error, each with two
 /// standard deviations.
-pub fn normal_forces<'a>(run: &'a RunTraces, estimator: &'a EstimatorTraces) -> Page<'a> {
-    let summary = estimator.summary();
+pub fn normal_forces(run: &RunTraces, estimator: &EstimatorTraces) -> Page {
+    let errors = estimator.score.normal_force();
     let normal = (0..3).map(|i| {
         let estimate = Some(&estimator.normal_force[i]);
         let layers = layers(&run.normal_force[i], estimate, WHEELS[i]);
-        force_panel(
-            i,
-            NORMAL_FORCE,
-            summary.normal_force.map(|e| e.rmse[i]),
-            layers,
-        )
+        force_panel(i, NORMAL_FORCE, errors.map(|e| e.rmse[i]), layers)
     });
     let mut columns = vec![Column::new(Scale::Common, normal)];
     let banded = has_band(estimator);
     if banded && run.has_truth() {
         let error = (0..3).map(|i| {
-            let layers = vec![
-                Layer::Estimate(&estimator.error[i], WHEELS[i]),
-                Layer::Level(0.0),
-            ];
-            wheel_panel(i, "error of N (N)", 0.2, layers)
+            let error = Layer::estimate(&estimator.error[i], WHEELS[i]);
+            let zero = Layer::level(0.0, &(0.0..run.end));
+            wheel_panel(i, "error of N (N)", 0.2, vec![zero, error])
         });
         columns.push(Column::new(Scale::Common, error));
     }
     page(
         run,
-        &estimator.kind.names(&estimator.name).1,
-        overall(&summary),
+        &estimator.figure.1,
+        overall(errors),
         key(run, Some(estimator), &WHEELS, banded),
         columns,
     )
 }
 
 /// Needed friction of every wheel with two standard deviations, of an estimator that states them.
-pub fn needed_friction<'a>(run: &'a RunTraces, estimator: &'a EstimatorTraces) -> Page<'a> {
+pub fn needed_friction(run: &RunTraces, estimator: &EstimatorTraces) -> Page {
     let panels = (0..3).map(|i| {
         let estimate = Some(&estimator.needed[i]);
         let layers = layers(&run.needed[i], estimate, WHEELS[i]);
@@ -142,7 +133,7 @@ pub fn needed_friction<'a>(run: &'a RunTraces, estimator: &'a EstimatorTraces) -
     page(
         run,
         &format!("Needed friction by {}", estimator.name),
-        String::new(),
+        "friction coefficient that each wheel needs not to slip".to_owned(),
         key(run, Some(estimator), &WHEELS, true),
         vec![Column::new(Scale::Common, panels)],
     )
@@ -158,22 +149,22 @@ fn has_band(estimator: &EstimatorTraces) -> bool {
 }
 
 /// A panel of a wheel.
-pub fn wheel_panel<'a>(
+pub fn wheel_panel(
     wheel: usize,
     y_label: &'static str,
     least_span: f64,
-    layers: Vec<Layer<'a>>,
-) -> Panel<'a> {
+    layers: Vec<Layer>,
+) -> Panel {
     Panel::new(WHEEL_TITLES[wheel], y_label, (least_span, HEIGHT), layers)
 }
 
 /// A panel of a force on a wheel, with its RMSE (N) as note.
-fn force_panel<'a>(
+fn force_panel(
     wheel: usize,
     y_label: &'static str,
     rmse: Option<f64>,
-    layers: Vec<Layer<'a>>,
-) -> Panel<'a> {
+    layers: Vec<Layer>,
+) -> Panel {
     Panel {
         note: rmse.map_or(String::new(), |r| format!("RMSE {r:.2} N")),
         ..wheel_panel(wheel, y_label, 2.0, layers)
@@ -181,13 +172,9 @@ fn force_panel<'a>(
 }
 
 /// Truth and estimate.
-fn layers<'a>(
-    truth: &'a Trace,
-    estimate: Option<&'a Estimated>,
-    color: RGBColor,
-) -> Vec<Layer<'a>> {
-    let estimate = estimate.map(|estimate| Layer::Estimate(estimate, color));
-    [Layer::Truth(truth)].into_iter().chain(estimate).collect()
+fn layers(truth: &Trace, estimate: Option<&Estimated>, color: RGBColor) -> Vec<Layer> {
+    let estimate = estimate.map(|estimate| Layer::estimate(estimate, color));
+    [Layer::truth(truth)].into_iter().chain(estimate).collect()
 }
 
 /// The key to panels of truth and one estimator.
@@ -197,45 +184,27 @@ fn key(
     colors: &[RGBColor],
     banded: bool,
 ) -> Vec<Entry> {
-    let truth = || Entry::new(Mark::Line(truth_line()), "true");
+    let truth = || Entry::new(Mark::line(truth_line()), "true");
     let mut key: Vec<Entry> = run.has_truth().then(truth).into_iter().collect();
-    let marks = |mark: &dyn Fn(RGBColor) -> Mark| colors.iter().map(|c| mark(*c)).collect();
+    let entry = |mark: fn(RGBColor) -> Mark, label: String| Entry {
+        marks: colors.iter().map(|color| mark(*color)).collect(),
+        label,
+    };
     if let Some(estimator) = estimator {
-        let thinned = estimator.rms_error.stride() > 1;
-        let mean = if thinned { ", mean" } else { "" };
-        key.push(Entry {
-            marks: marks(&|c| Mark::Line(estimate_line(c))),
-            label: format!("estimated ({}){mean}", estimator.name),
-        });
-        if thinned {
-            key.push(Entry {
-                marks: marks(&|c| Mark::Area(spread_color(c))),
-                label: format!("its range within {:.0} ms", 1e3 * run.interval),
-            });
-        }
-        if banded {
-            key.push(Entry {
-                marks: marks(&|c| Mark::Area(band_color(c))),
-                label: "two standard deviations".to_owned(),
-            });
-        }
+        let label = format!("estimated ({})", estimator.name);
+        key.push(entry(|color| Mark::line(estimate_line(color)), label));
+    }
+    if banded {
+        let label = "two standard deviations".to_owned();
+        key.push(entry(|color| Mark::area(band_color(color)), label));
     }
     key.extend(start_entry(run));
     key
 }
 
-/// The error of a pin's position as text; `rms` in mm.
-fn pin_note(rms: f64) -> String {
-    if rms < 0.01 {
-        "RMSE below 0.01 mm".to_owned()
-    } else {
-        format!("RMSE {rms:.2} mm")
-    }
-}
-
 /// The error over all wheels as text.
-fn overall(summary: &EstimatorSummary) -> String {
-    let Some(errors) = summary.normal_force else {
+fn overall(errors: Option<ForceErrors>) -> String {
+    let Some(errors) = errors else {
         return "nothing to compare".to_owned();
     };
     let rmse = format!("RMSE over the three wheels {:.2} N", errors.rmse_all);

@@ -4,11 +4,10 @@ use super::header::{Entry, Header, Mark};
 use super::page::{Column, Page, Scale};
 use super::panel::{Axis, Layer, Panel};
 use super::run::RunTraces;
-use super::strip::{PLOT_WIDTH, SPACING, Shape, Strip, pair};
+use super::strip::{SPACING, Strip, pair};
 use super::style::{ROBOT, WHEELS, line};
 use super::trace::Point;
 use crate::quantile::extremes;
-use plotters::style::WHITE;
 use robhaz_model::{Bar, Pin, Vec2};
 use robhaz_sim::{ContactTruth, Truth};
 use robhaz_terrain::Terrain;
@@ -18,10 +17,7 @@ use std::ops::Range;
 const DISTANCE: f64 = 0.85;
 /// Largest number of robots drawn; on a long path they stand farther apart.
 const MOST: f64 = 12.0;
-/// Length of one strip, m, and largest number of strips: a longer path is drawn at a smaller scale.
-const STRIP: f64 = 6.0;
-const MOST_STRIPS: f64 = 4.0;
-/// Greatest height of a strip's plot, px.
+/// Greatest height of the ground's plot, px.
 const TALLEST: f64 = 520.0;
 /// Length of the arrow of a mean static wheel load, m.
 const MEAN_LOAD_LENGTH: f64 = 0.12;
@@ -31,72 +27,58 @@ const LONGEST: f64 = 3.0 * MEAN_LOAD_LENGTH;
 const BESIDE: f64 = 0.15;
 
 /// The figure of the path of a run, which has a pose.
-pub fn path<'a>(run: &'a RunTraces, ground: &Terrain) -> Page<'a> {
+pub fn path(run: &RunTraces, ground: &Terrain) -> Page {
     let wheels = run.poses.iter().flat_map(|pose| &pose.wheels);
     let (first, last) = extremes(wheels.map(|w| w.position.x));
     let reach = first - BESIDE..last + BESIDE;
-    let (strips, scale) = strips(run, ground, &reach);
+    let strip = strip(run, ground, &reach);
     let wheels = ["front wheel", "middle wheel", "rear wheel"];
     let mut key: Vec<Entry> = (wheels.into_iter().zip(WHEELS))
-        .map(|(name, color)| Entry::new(Mark::Line(line(color, 1.8)), name))
+        .map(|(name, color)| Entry::new(Mark::line(line(color, 1.8)), name))
         .collect();
-    let arrow = Mark::Arrow(line(ROBOT, 1.6), MEAN_LOAD_LENGTH * scale);
-    let label = format!("N at the contact, {:.0} N", run.mean_load);
-    key.push(Entry::new(arrow, label));
+    let label = format!("arrows: N, {MEAN_LOAD_LENGTH} m are {:.0} N", run.mean_load);
+    key.push(Entry {
+        marks: Vec::new(),
+        label,
+    });
     let lines = run.normal_force_at.iter().zip(WHEELS);
-    let lines = lines.map(|(trace, color)| Layer::Colored(trace, color));
+    let lines = lines.map(|(trace, color)| Layer::colored(trace, color));
     let panel = Panel::new(
         "Normal force over the place of each wheel",
         "normal force N (N)",
         (2.0, 190.0),
         lines.collect(),
     );
+    let subtitle = "lines through the robots: paths of the wheels' centres";
     Page {
         header: Header {
             title: "The robot on the ground, and its true normal forces".to_owned(),
-            subtitle:
-                "lines through the robots: paths of the wheels' centres; equal scales of x and y"
-                    .to_owned(),
+            subtitle: subtitle.to_owned(),
             key,
         },
-        strips,
-        axis: Axis::of_places("place of the wheel's centre, x (m)", reach),
-        columns: vec![Column::new(Scale::Own, [panel])],
+        axis: Axis::of_places("place, x (m)", strip.x.clone()),
+        columns: vec![Column::new(Scale::Own, [strip.panel(), panel])],
     }
 }
 
-/// Divides the ground that is shown, m, into strips with robots and paths. Returns them and their common scale, px per m.
-fn strips(run: &RunTraces, ground: &Terrain, reach: &Range<f64>) -> (Vec<Strip>, f64) {
-    let length = reach.end - reach.start;
-    let count = (length / STRIP).ceil().clamp(1.0, MOST_STRIPS);
-    let each = length / count;
-    let mut ranges = Vec::new();
-    let mut k = 0.0;
-    while k < count {
-        let from = reach.start + k * each;
-        let x = from..from + each;
-        ranges.push((heights(&run.poses, ground, &x), x));
-        k += 1.0;
+/// The ground that is shown, m, with robots and paths.
+fn strip(run: &RunTraces, ground: &Terrain, reach: &Range<f64>) -> Strip {
+    let y = heights(&run.poses, ground, reach);
+    let mut strip = Strip::new(ground, reach, y, TALLEST);
+    // The paths of the three centres nearly coincide: the later ones are thinner.
+    for (i, width) in [3.0, 1.8, 0.8].into_iter().enumerate() {
+        let centres = run.poses.iter().map(|pose| pair(&pose.wheels[i].position));
+        let path = Layer::line(vec![centres.collect()], line(WHEELS[i], width));
+        strip.layers.push(path);
     }
-    let tallest = ranges.iter().map(|(y, _)| y.end - y.start);
-    let scale = (PLOT_WIDTH / each).min(TALLEST / tallest.fold(0.0, f64::max));
-    // Where the height limits the scale, more ground is shown on both sides.
-    let more = 0.5 * (PLOT_WIDTH / scale - each);
-    let robots = robots(&run.poses, length);
-    let strip = |(y, x): (Range<f64>, Range<f64>)| {
-        let mut strip = Strip::new(ground, x.start - more..x.end + more, y, scale, 5);
-        add_paths(&mut strip, run);
-        for robot in &robots {
-            if strip.x.contains(&robot.body.position.x) {
-                add_robot(&mut strip.shapes, run, robot, 7.0 / scale);
-            }
-        }
-        strip
-    };
-    (ranges.into_iter().map(strip).collect(), scale)
+    let head = 7.0 / strip.scale;
+    for robot in robots(&run.poses, reach.end - reach.start) {
+        add_robot(&mut strip.layers, run, robot, head);
+    }
+    strip
 }
 
-/// The heights that a strip shows, m: arrows below the ground, robots above it.
+/// The heights that are shown, m: arrows below the ground, robots above it.
 fn heights(poses: &[Truth], ground: &Terrain, x: &Range<f64>) -> Range<f64> {
     let ground = ground.outline(x.start, x.end, SPACING);
     let (low, high) = extremes(ground.iter().map(|p| p.y));
@@ -105,13 +87,12 @@ fn heights(poses: &[Truth], ground: &Terrain, x: &Range<f64>) -> Range<f64> {
         let pins = pose.pins.iter().map(|p| p.position);
         wheels.chain(pins).chain([pose.body.position])
     });
-    let inside = parts.filter(|p| x.contains(&p.x));
-    let top = inside.map(|p| p.y).fold(high, f64::max);
+    let top = parts.map(|p| p.y).fold(high, f64::max);
     low - 1.6 * MEAN_LOAD_LENGTH..top + 0.13
 }
 
 /// The poses to draw on a path of a length (m): the first, and each that is far enough from the last one drawn.
-pub fn robots(poses: &[Truth], length: f64) -> Vec<&Truth> {
+fn robots(poses: &[Truth], length: f64) -> Vec<&Truth> {
     let distance = DISTANCE.max(length / MOST);
     let mut chosen: Vec<&Truth> = Vec::new();
     for pose in poses {
@@ -123,44 +104,25 @@ pub fn robots(poses: &[Truth], length: f64) -> Vec<&Truth> {
     chosen
 }
 
-/// The paths of the three centres nearly coincide: the later ones are thinner.
-fn add_paths(strip: &mut Strip, run: &RunTraces) {
-    for (i, width) in [3.0, 1.8, 0.8].into_iter().enumerate() {
-        let centres = run.poses.iter().map(|pose| pose.wheels[i].position);
-        let path: Vec<_> = centres.collect();
-        let is_inside = |p: &Vec2| strip.x.contains(&p.x);
-        for part in path.chunk_by(|a, b| is_inside(a) == is_inside(b)) {
-            if part.iter().all(is_inside) {
-                let part = part.iter().map(pair).collect();
-                strip.shapes.push(Shape::Line(part, line(WHEELS[i], width)));
-            }
-        }
-    }
-}
-
 /// A robot with the arrows of its N, whose heads have a length in m, and the time above it.
-fn add_robot(shapes: &mut Vec<Shape>, run: &RunTraces, robot: &Truth, head: f64) {
-    let body = body(robot);
-    shapes.push(Shape::Area(body.clone(), WHITE));
-    shapes.push(Shape::Line(body, line(ROBOT, 1.0)));
-    let radius = run.geometry.wheel_radius;
-    let wheels = || robot.wheels.iter().zip(WHEELS);
-    shapes.extend(wheels().map(|(w, color)| Shape::circle(w.position, radius, color, 1.6)));
-    for bar in [Bar::Link1, Bar::Link2, Bar::Link3] {
-        shapes.push(Shape::Line(link(run, robot, bar), line(ROBOT, 2.0)));
-    }
-    for (wheel, color) in wheels() {
+fn add_robot(layers: &mut Vec<Layer>, run: &RunTraces, robot: &Truth, head: f64) {
+    layers.push(Layer::line(vec![body(robot)], line(ROBOT, 1.0)));
+    let links = [Bar::Link1, Bar::Link2, Bar::Link3].map(|bar| link(run, robot, bar));
+    for (wheel, color) in robot.wheels.iter().zip(WHEELS) {
+        let (centre, radius) = (pair(&wheel.position), run.geometry.wheel_radius);
+        layers.push(Layer::circle(centre, radius, color, 1.6));
         for contact in wheel.contact_list.iter() {
             let length = contact.normal_force / run.mean_load * MEAN_LOAD_LENGTH;
             let (shaft, head) = arrow(contact, length.min(LONGEST), head);
-            shapes.push(Shape::Line(shaft.to_vec(), line(color, 1.6)));
-            shapes.push(Shape::Area(head, color));
+            layers.push(Layer::line(vec![shaft.to_vec()], line(color, 1.6)));
+            layers.push(Layer::area(head, color));
         }
     }
+    layers.push(Layer::line(links.to_vec(), line(ROBOT, 2.0)));
     let parts = robot.pins.iter().map(|p| p.position.y);
     let top = parts.fold(robot.body.position.y, f64::max);
     let place = (robot.body.position.x, top + 0.05);
-    shapes.push(Shape::Label(format!("{:.1} s", robot.time), place));
+    layers.push(Layer::label(format!("{:.1} s", robot.time), place));
 }
 
 /// The closed outline of the body: its pins and its centre of mass.
@@ -189,7 +151,7 @@ fn pins_of(bar: Bar) -> impl Iterator<Item = Pin> {
 }
 
 /// Shaft and head of an arrow along a contact's normal whose tip is at the contact, m.
-pub fn arrow(contact: &ContactTruth, length: f64, head: f64) -> ([Point; 2], Vec<Point>) {
+fn arrow(contact: &ContactTruth, length: f64, head: f64) -> ([Point; 2], Vec<Point>) {
     let (tip, normal) = (contact.point, contact.normal);
     let tangent = Vec2::new(normal.y, -normal.x);
     let foot = tip - normal * length;
@@ -203,4 +165,40 @@ pub fn arrow(contact: &ContactTruth, length: f64, head: f64) -> ([Point; 2], Vec
         [pair(&foot), pair(&neck)],
         corners.iter().map(pair).collect(),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Closed form: on level ground the arrow of N points up, and its tip is where the wheel touches.
+    #[test]
+    fn the_arrow_of_a_normal_force_ends_at_the_contact() {
+        let contact = ContactTruth {
+            point: Vec2::new(2.0, 0.0),
+            normal: Vec2::y(),
+            ..ContactTruth::default()
+        };
+        let ([foot, _], head) = arrow(&contact, 0.3, 0.02);
+        assert!((foot.0 - 2.0).abs() < 1e-12 && (foot.1 + 0.3).abs() < 1e-12);
+        assert!((head[0].0 - 2.0).abs() < 1e-12 && head[0].1.abs() < 1e-12);
+    }
+
+    /// Robots do not overlap, and a robot that does not move is drawn once.
+    #[test]
+    fn robots_stand_apart() {
+        let pose = |x: f64| {
+            let mut truth = Truth::default();
+            truth.body.position.x = x;
+            truth
+        };
+        let poses: Vec<Truth> = (0..=40).map(|k| pose(0.1 * f64::from(k))).collect();
+        let drawn: Vec<f64> = robots(&poses, 4.0)
+            .iter()
+            .map(|p| p.body.position.x)
+            .collect();
+        assert_eq!(drawn.len(), 5);
+        assert!(drawn.windows(2).all(|w| w[1] - w[0] > DISTANCE - 1e-9));
+        assert_eq!(robots(&[pose(1.0), pose(1.0)], 1.0).len(), 1);
+    }
 }

@@ -1,10 +1,8 @@
 //! The traces of a run for its figures.
 
-use super::kind::Kind;
 use super::trace::{Estimated, Trace};
 use crate::felt_ground::FeltGrounds;
-use crate::summary::EstimatorSummary;
-use robhaz_estimator::Estimate;
+use robhaz_estimator::{Estimate, EstimatorSettings};
 use robhaz_model::{Geometry, Pin, Vec2};
 use robhaz_run::{EstimatorDescription, Frame, RunDescription, RunEnd};
 use robhaz_score::{
@@ -56,7 +54,8 @@ pub struct RunTraces {
 /// The traces of an estimator.
 pub struct EstimatorTraces {
     pub name: String,
-    pub kind: Kind,
+    /// Stem of the file and title of its figure of N.
+    pub figure: (String, String),
     /// Estimate and error of N, N.
     pub normal_force: [Estimated; 3],
     pub error: [Estimated; 3],
@@ -81,11 +80,9 @@ impl RunTraces {
     pub fn new(run: &RunDescription) -> Self {
         let records = run.record.count();
         let estimators = &run.estimators;
-        let true_mass = |e: &EstimatorDescription| Kind::of(&e.listed) == Kind::TrueMass;
-        let shown = estimators
-            .iter()
-            .position(true_mass)
-            .or_else(|| estimators.len().checked_sub(1));
+        let true_mass = |e: &_| is_preset(e, EstimatorSettings::true_mass());
+        let shown = estimators.iter().position(true_mass);
+        let shown = shown.or_else(|| estimators.len().checked_sub(1));
         let robot = &run.robot.robot;
         let rule = Rule {
             compare_from: run.record.compare_from,
@@ -153,8 +150,8 @@ impl RunTraces {
 
     fn add_truth(&mut self, time: f64, truth: &Truth) {
         for (i, wheel) in truth.wheels.iter().enumerate() {
-            let normal_force = wheel.equivalent_contact().map(|c| c.normal_force);
             let contact = wheel.equivalent_contact();
+            let normal_force = contact.map(|c| c.normal_force);
             let needed = contact.and_then(|c| needed_friction(c.traction, c.normal_force));
             self.normal_force[i].add(time, normal_force);
             self.traction[i].add(time, Some(wheel.traction));
@@ -180,15 +177,10 @@ impl RunTraces {
 }
 
 impl EstimatorTraces {
-    /// The errors so far.
-    pub fn summary(&self) -> EstimatorSummary {
-        EstimatorSummary::new(&self.name, &self.score, None)
-    }
-
     fn new(estimator: &EstimatorDescription, records: u64, rule: Rule) -> Self {
         Self {
             name: estimator.label.clone(),
-            kind: Kind::of(&estimator.listed),
+            figure: figure_of(estimator),
             normal_force: estimated(records),
             error: estimated(records),
             needed: estimated(records),
@@ -238,6 +230,31 @@ impl Shown {
                 }
             }
         }
+    }
+}
+
+/// Whether an estimator has the settings of a preset. Its label shows nothing. The noise budget does not count: it belongs to
+/// the scene, and the paper's method does not use it.
+fn is_preset(estimator: &EstimatorDescription, preset: EstimatorSettings) -> bool {
+    let budget = estimator.listed.budget;
+    estimator.listed == EstimatorSettings { budget, ..preset }
+}
+
+/// Stem of the file and title of the figure of N.
+fn figure_of(estimator: &EstimatorDescription) -> (String, String) {
+    let label = &estimator.label;
+    let lumped = |figure: u32, to: &str| {
+        let title = "Normal forces, linkage mass lumped to the";
+        let title = format!("{title} {to} (the paper's Fig. {figure})");
+        (format!("fig{figure}_{label}"), title)
+    };
+    if is_preset(estimator, EstimatorSettings::paper_body()) {
+        lumped(7, "body")
+    } else if is_preset(estimator, EstimatorSettings::paper_wheels()) {
+        lumped(8, "wheels")
+    } else {
+        let title = format!("Normal forces, estimator {label}");
+        (format!("normal_force_{label}"), title)
     }
 }
 

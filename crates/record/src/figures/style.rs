@@ -85,20 +85,11 @@ pub fn estimator(place: usize) -> (RGBColor, bool) {
     (ESTIMATORS[place % ESTIMATORS.len()], repeats % 2 == 1)
 }
 
-/// The area of an estimate's values within an interval of time.
-pub fn spread_color(color: RGBColor) -> RGBColor {
-    lighter(color, 0.55)
-}
-
-/// The area of two standard deviations around an estimate.
-pub fn band_color(color: RGBColor) -> RGBColor {
-    lighter(color, 0.78)
-}
-
-/// A mixture with a `share` (0 to 1) of white. Opaque, since not every printer mixes colours alike.
-fn lighter(RGBColor(r, g, b): RGBColor, share: f64) -> RGBColor {
+/// The area of two standard deviations around an estimate: opaque, since not every printer mixes colours alike.
+pub fn band_color(RGBColor(r, g, b): RGBColor) -> RGBColor {
+    const WHITE: f64 = 0.78;
     let mixed = |channel: u8| {
-        let value = f64::from(channel) * (1.0 - share) + 255.0 * share;
+        let value = f64::from(channel) * (1.0 - WHITE) + 255.0 * WHITE;
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,

@@ -56,10 +56,8 @@ pub struct Trace {
     /// Records of the current interval so far.
     seen: u64,
     current: Option<Interval>,
-    /// Pieces of the line. Between two pieces there is no value.
-    pieces: Vec<Vec<Interval>>,
-    /// Whether the next interval belongs to the last piece.
-    joined: bool,
+    /// `None` where no record has a value: the line has a gap.
+    intervals: Vec<Option<Interval>>,
 }
 
 impl Trace {
@@ -69,8 +67,7 @@ impl Trace {
             stride: records.div_ceil(INTERVALS).max(1),
             seen: 0,
             current: None,
-            pieces: Vec::new(),
-            joined: false,
+            intervals: Vec::new(),
         }
     }
 
@@ -90,69 +87,51 @@ impl Trace {
         }
         self.seen += 1;
         if self.seen == self.stride {
-            self.close_interval();
+            self.seen = 0;
+            self.intervals.push(self.current.take());
         }
-    }
-
-    /// Ends the current piece: between the records before and after there is no value.
-    pub fn interrupt(&mut self) {
-        self.close_interval();
-        self.joined = false;
     }
 
     /// Pieces of the line through the extremes of every interval.
     pub fn extremes(&self) -> Vec<Vec<Point>> {
-        self.map_pieces(|piece| {
-            let ends = piece.iter().flat_map(|s| {
-                let (first, second) = if s.high_first {
-                    (s.high, s.low)
-                } else {
-                    (s.low, s.high)
-                };
-                let single = s.low == s.high;
-                std::iter::once(first).chain((!single).then_some(second))
-            });
-            ends.collect()
+        self.pieces(|s| {
+            let (first, second) = if s.high_first {
+                (s.high, s.low)
+            } else {
+                (s.low, s.high)
+            };
+            let single = s.low == s.high;
+            [Some(first), (!single).then_some(second)]
         })
     }
 
     /// Pieces of the line through the means of every interval.
     pub fn means(&self) -> Vec<Vec<Point>> {
-        self.map_pieces(|piece| piece.iter().map(Interval::mean).collect())
+        self.pieces(|s| [Some(s.mean())])
     }
 
     /// Pieces of the line along the lowest values of every interval, over the interval's mean abscissa.
     pub fn lows(&self) -> Vec<Vec<Point>> {
-        self.map_pieces(|piece| piece.iter().map(|s| (s.mean().0, s.low.1)).collect())
+        self.pieces(|s| [Some((s.mean().0, s.low.1))])
     }
 
     /// Pieces of the line along the highest values of every interval, over the interval's mean abscissa.
     pub fn highs(&self) -> Vec<Vec<Point>> {
-        self.map_pieces(|piece| piece.iter().map(|s| (s.mean().0, s.high.1)).collect())
+        self.pieces(|s| [Some((s.mean().0, s.high.1))])
     }
 
-    /// The pieces, with the last interval as far as it came.
-    fn map_pieces(&self, line: impl Fn(&[Interval]) -> Vec<Point>) -> Vec<Vec<Point>> {
-        let mut whole = self.clone();
-        if whole.seen > 0 {
-            whole.close_interval();
-        }
-        whole.pieces.iter().map(|piece| line(piece)).collect()
-    }
-
-    fn close_interval(&mut self) {
-        self.seen = 0;
-        let Some(interval) = self.current.take() else {
-            self.joined = false;
-            return;
+    /// The points of all intervals between gaps, with the last interval as far as it came.
+    fn pieces<const N: usize>(
+        &self,
+        points: impl Fn(&Interval) -> [Option<Point>; N],
+    ) -> Vec<Vec<Point>> {
+        let mut all = self.intervals.clone();
+        all.push(self.current);
+        let pieces = all.split(Option::is_none).filter(|piece| !piece.is_empty());
+        let line = |piece: &[Option<Interval>]| {
+            piece.iter().flatten().flat_map(&points).flatten().collect()
         };
-        if !self.joined {
-            self.pieces.push(Vec::new());
-            self.joined = true;
-        }
-        if let Some(piece) = self.pieces.last_mut() {
-            piece.push(interval);
-        }
+        pieces.map(line).collect()
     }
 }
 
@@ -195,13 +174,6 @@ impl Estimated {
             .add(at, band.map(|(centre, sigma)| centre + 2.0 * sigma));
     }
 
-    /// Ends the current piece, as [`Trace::interrupt`].
-    pub fn interrupt(&mut self) {
-        for trace in [&mut self.line, &mut self.lower, &mut self.upper] {
-            trace.interrupt();
-        }
-    }
-
     /// Whether it has standard deviations.
     pub fn has_band(&self) -> bool {
         !self.band().is_empty()
@@ -209,14 +181,93 @@ impl Estimated {
 
     /// Closed outlines of the pieces of its band. In an interval it spans from the lowest lower to the highest upper bound.
     pub fn band(&self) -> Vec<Vec<Point>> {
-        outlines(&self.lower.lows(), &self.upper.highs())
+        let (lower, upper) = (self.lower.lows(), self.upper.highs());
+        let pieces = lower.iter().zip(&upper).filter(|(low, _)| low.len() > 1);
+        pieces
+            .map(|(low, high)| low.iter().chain(high.iter().rev()).copied().collect())
+            .collect()
     }
 }
 
-/// Closed outlines between two lines of the same abscissae: along the lower one, and back along the upper one.
-pub fn outlines(lower: &[Vec<Point>], upper: &[Vec<Point>]) -> Vec<Vec<Point>> {
-    let pieces = lower.iter().zip(upper).filter(|(low, _)| low.len() > 1);
-    pieces
-        .map(|(low, high)| low.iter().chain(high.iter().rev()).copied().collect())
-        .collect()
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Property: a peak of a single record among a hundred thousand is not lost.
+    #[test]
+    fn peaks_survive() {
+        let mut trace = Trace::new(100_000);
+        for k in 0..100_000 {
+            let value = if k == 54_321 { 99.0 } else { f64::from(k % 7) };
+            trace.add(f64::from(k), Some(value));
+        }
+        let pieces = trace.extremes();
+        assert_eq!(pieces.len(), 1);
+        assert!(pieces[0].len() <= 1200);
+        assert!(pieces[0].contains(&(54_321.0, 99.0)));
+        assert!(pieces[0].is_sorted_by(|a, b| a.0 < b.0));
+        assert!(trace.highs()[0].iter().any(|p| p.1 > 98.0));
+    }
+
+    /// Closed form: means and extremes of a saw-tooth of ten records an interval.
+    #[test]
+    fn a_interval_keeps_its_mean_and_its_extremes() {
+        let mut trace = Trace::new(6000);
+        for k in 0..6000_u32 {
+            trace.add(f64::from(k), Some(f64::from(k % 10)));
+        }
+        assert_eq!(trace.means()[0][0], (4.5, 4.5));
+        assert_eq!(trace.lows()[0][1], (14.5, 0.0));
+        assert_eq!(trace.highs()[0][1], (14.5, 9.0));
+        assert_eq!(trace.means()[0].len(), 600);
+    }
+
+    /// Property: a short run is kept whole, its last record too.
+    #[test]
+    fn few_records_are_all_kept() {
+        let mut trace = Trace::new(3);
+        for k in 0..3 {
+            trace.add(f64::from(k), Some(f64::from(k)));
+        }
+        let whole = [[(0.0, 0.0), (1.0, 1.0), (2.0, 2.0)]];
+        assert_eq!(trace.extremes(), whole);
+        assert_eq!(trace.means(), whole);
+    }
+
+    /// Property: a line is not drawn across records without a value.
+    #[test]
+    fn missing_values_break_the_line() {
+        let mut trace = Trace::new(6);
+        for (k, value) in [None, Some(1.0), Some(2.0), None, Some(f64::NAN), Some(3.0)]
+            .into_iter()
+            .enumerate()
+        {
+            trace.add([0.0, 1.0, 2.0, 3.0, 4.0, 5.0][k], value);
+        }
+        assert_eq!(
+            trace.extremes(),
+            [vec![(1.0, 1.0), (2.0, 2.0)], vec![(5.0, 3.0)]]
+        );
+    }
+
+    /// Closed form: the outline of a band goes along its lower bound and back along the upper one.
+    #[test]
+    fn a_band_is_closed_around_its_centre() {
+        let mut estimated = Estimated::new(3);
+        assert!(!estimated.has_band());
+        for k in 0..3 {
+            estimated.add(f64::from(k), Some(10.0), Some(1.0));
+        }
+        assert_eq!(
+            estimated.band(),
+            [[
+                (0.0, 8.0),
+                (1.0, 8.0),
+                (2.0, 8.0),
+                (2.0, 12.0),
+                (1.0, 12.0),
+                (0.0, 12.0)
+            ]]
+        );
+    }
 }

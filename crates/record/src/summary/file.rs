@@ -9,7 +9,6 @@ use crate::error::{RecordError, io_error};
 use robhaz_run::LogReport;
 use robhaz_score::Progress;
 use robhaz_score::events::EventCounts;
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::Path;
@@ -74,10 +73,11 @@ impl Summary {
     /// # Errors
     /// [`RecordError::NotFinite`]: JSON has no such numbers, and none is put in their place.
     pub fn to_json(&self) -> Result<String, RecordError> {
-        if let Some(key) = self.not_finite() {
-            return Err(RecordError::NotFinite { key });
-        }
         let mut text = serde_json::to_string_pretty(self).map_err(RecordError::Json)?;
+        // A number that is not finite becomes null, and NaN does not equal itself.
+        if !serde_json::from_str(&text).is_ok_and(|read: Self| read == *self) {
+            return Err(RecordError::NotFinite);
+        }
         text.push('\n');
         Ok(text)
     }
@@ -115,32 +115,6 @@ impl Summary {
         };
         serde_json::from_str(&text).map_err(|source| RecordError::NotASummary { path, source })
     }
-
-    /// The key below which a number is not finite.
-    fn not_finite(&self) -> Option<String> {
-        let run = [
-            ("duration_s", self.duration_s),
-            ("wall_s", self.wall_s),
-            ("real_time_factor", self.real_time_factor),
-        ];
-        let of_run = run.iter().find(|(_, value)| !value.is_finite());
-        let nameless = |e: &EstimatorSummary| EstimatorSummary {
-            name: String::new(),
-            ..e.clone()
-        };
-        let mut estimators = self.estimators.iter();
-        let of_estimators = estimators.find(|e| !comes_back(&nameless(e)));
-        let key = of_run.map(|(key, _)| (*key).to_owned());
-        key.or_else(|| of_estimators.map(|e| format!("estimators.{}", e.name)))
-            .or_else(|| (!comes_back(self)).then(|| "a key".to_owned()))
-    }
-}
-
-/// Whether a value is what is read of its JSON: a number that is not finite becomes null, and NaN does not equal itself.
-fn comes_back<T: Serialize + DeserializeOwned + PartialEq>(value: &T) -> bool {
-    let text = serde_json::to_string(value);
-    let read = text.and_then(|text| serde_json::from_str(&text));
-    read.is_ok_and(|read: T| read == *value)
 }
 
 /// A list of estimators as a JSON object, in order.

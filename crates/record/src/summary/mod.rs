@@ -5,13 +5,14 @@ mod file;
 mod log;
 mod parts;
 mod sink;
-mod suspects;
+#[cfg(test)]
+mod tests;
 
 pub use clearance::ClearanceSummary;
 pub use file::Summary;
 pub use log::MeanForces;
 pub use parts::{
     BrokenOff, EstimatorSummary, FrictionSummary, FrictionTestSummary, NominalRobot, SensorErrors,
+    Suspicion,
 };
 pub use sink::SummarySink;
-pub use suspects::Suspicion;

@@ -1,12 +1,12 @@
 //! The parts of a summary, with their units.
 
-use super::log::{ForceSums, MeanForces};
-use super::suspects::Suspects;
+use super::log::MeanForces;
+use indexmap::IndexMap;
 use robhaz_estimator::{FrictionTestResult, TorqueScale};
 use robhaz_model::{Pin, Robot};
 use robhaz_run::{RunDescription, World};
 use robhaz_score::contact::FlagScores;
-use robhaz_score::{ForceErrors, GroundErrors, Score};
+use robhaz_score::{ForceErrors, GroundErrors};
 use robhaz_sim::friction::FrictionKind;
 use robhaz_sim::sensors::DrawnErrors;
 use serde::{Deserialize, Serialize};
@@ -154,16 +154,9 @@ impl FrictionSummary {
 pub struct SensorErrors {
     /// Name of the grade; single errors may have been changed.
     pub grade: String,
-    /// Relative error of each torque's scale.
-    pub torque_gain: [f64; 3],
-    /// Offset of each torque, N m.
-    pub torque_offset: [f64; 3],
-    /// Bias of the inclinometers on links 1 and 2, rad.
-    pub inclination_bias: [f64; 2],
-    /// Bias of the gyros on links 1 and 2 at the start, rad/s.
-    pub rate_bias: [f64; 2],
-    /// Relative error of the gyros' scale.
-    pub rate_scale: [f64; 2],
+    /// The errors.
+    #[serde(flatten)]
+    pub drawn: DrawnErrors,
 }
 
 /// The nominal robot, which the estimators are given, as far as it can differ from the simulated one.
@@ -209,6 +202,18 @@ impl TorqueScaleSummary {
         }
     }
 }
+
+/// When a channel was suspect.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Suspicion {
+    /// Time of the first record at which it was, s.
+    pub first_s: f64,
+    /// Number of such records.
+    pub records: u64,
+}
+
+/// Suspect channels by name, in the order of their first record: [`robhaz_estimator::Health::suspect`].
+pub type Suspects = IndexMap<String, Suspicion>;
 
 /// Errors of one estimator.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -267,20 +272,9 @@ pub struct EstimatorSummary {
 
 impl SensorErrors {
     pub(crate) fn of(world: &World) -> Self {
-        let DrawnErrors {
-            torque_gain,
-            torque_offset,
-            inclination_bias,
-            rate_bias,
-            rate_scale,
-        } = world.drawn;
         Self {
             grade: world.grade.name().to_owned(),
-            torque_gain,
-            torque_offset,
-            inclination_bias,
-            rate_bias,
-            rate_scale,
+            drawn: world.drawn,
         }
     }
 }
@@ -296,40 +290,6 @@ impl NominalRobot {
             wheel_inertia: mass.wheel_inertia,
             rotor_inertia: mass.rotor_inertia,
             wheel_radius: geometry.wheel_radius,
-        }
-    }
-}
-
-impl EstimatorSummary {
-    pub(crate) fn new(name: &str, score: &Score, contacts: Option<FlagScores>) -> Self {
-        Self {
-            name: name.to_owned(),
-            normal_force: score.normal_force(),
-            traction: score.traction(),
-            mean_normal_force: score.mean_normal_force(),
-            stated: score.stated(),
-            coverage: score.coverage(),
-            nees: score.nees(),
-            error_over_stated: score.normalised(),
-            nis: score.nis(),
-            lag_s: score.lag(),
-            samples: score.samples(),
-            missing: score.missing(),
-            two_contacts: score.two_contacts(),
-            no_equivalent: score.no_equivalent(),
-            normal_force_at_one_contact: score.at_one_contact().normal_force(),
-            contacts,
-            ..Self::default()
-        }
-    }
-
-    /// With the means of a recorded log; `compared` where it had a truth.
-    pub(super) fn with_means(self, sums: &ForceSums, compared: bool) -> Self {
-        Self {
-            means: sums.means(),
-            samples: if compared { self.samples } else { sums.samples },
-            missing: if compared { self.missing } else { sums.missing },
-            ..self
         }
     }
 }

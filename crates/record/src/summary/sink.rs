@@ -5,9 +5,8 @@ use super::file::Summary;
 use super::log::ForceSums;
 use super::parts::{
     BrokenOff, ControlSummary, EstimatorSummary, FrictionSummary, FrictionTestSummary,
-    NominalRobot, SensorErrors, TorqueScaleSummary,
+    NominalRobot, SensorErrors, Suspects, Suspicion, TorqueScaleSummary,
 };
-use super::suspects::{Suspects, add_suspects};
 use crate::error::RecordError;
 use crate::felt_ground::FeltGrounds;
 use robhaz_estimator::TorqueScale;
@@ -62,19 +61,36 @@ impl EstimatorSums {
 
     /// The summary of the estimator of a run, whose records had a truth if `compared`.
     fn summary(&self, name: &str, run: &RunDescription, compared: bool) -> EstimatorSummary {
-        let contacts = self.contacts.as_ref().and_then(ContactScore::scores);
-        let summary = EstimatorSummary {
-            suspects: self.suspects.clone(),
-            ..EstimatorSummary::new(name, &self.score, contacts)
-        };
-        let Some(forces) = &self.forces else {
-            return summary;
-        };
+        let score = &self.score;
+        let forces = self.forces.as_ref();
         let described = run.nominal_robot.mass.total();
-        let scale = self.scale.as_ref();
+        let scale = self.scale.as_ref().filter(|_| forces.is_some());
+        let of_forces = forces.filter(|_| !compared);
+        let (samples, missing) = of_forces.map_or_else(
+            || (score.samples(), score.missing()),
+            |forces| (forces.samples, forces.missing),
+        );
         EstimatorSummary {
+            name: name.to_owned(),
+            normal_force: score.normal_force(),
+            traction: score.traction(),
+            mean_normal_force: score.mean_normal_force(),
+            stated: score.stated(),
+            coverage: score.coverage(),
+            nees: score.nees(),
+            error_over_stated: score.normalised(),
+            nis: score.nis(),
+            lag_s: score.lag(),
+            ground: None,
+            samples,
+            missing,
+            two_contacts: score.two_contacts(),
+            no_equivalent: score.no_equivalent(),
+            normal_force_at_one_contact: score.at_one_contact().normal_force(),
+            contacts: self.contacts.as_ref().and_then(ContactScore::scores),
+            suspects: self.suspects.clone(),
             torque_scale: scale.map(|scale| TorqueScaleSummary::of(scale, described)),
-            ..summary.with_means(forces, compared)
+            means: forces.and_then(ForceSums::means),
         }
     }
 }
@@ -204,7 +220,14 @@ impl Sink for SummarySink {
         for (sums, estimate) in self.estimators.iter_mut().zip(frame.estimates) {
             let estimate = estimate.as_ref().ok();
             if let Some(estimate) = estimate {
-                add_suspects(&mut sums.suspects, frame.time, estimate);
+                for name in estimate.health.iter().flat_map(|h| h.suspect.names()) {
+                    let none = Suspicion {
+                        first_s: frame.time,
+                        records: 0,
+                    };
+                    let suspicion = sums.suspects.entry(name.to_owned());
+                    suspicion.or_insert(none).records += 1;
+                }
                 sums.scale = estimate.torque_scale.or(sums.scale);
             }
             if let Some(forces) = sums.forces.as_mut().filter(|_| counts) {

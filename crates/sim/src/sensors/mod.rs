@@ -45,7 +45,7 @@ pub struct Readings {
 }
 
 /// Errors that are drawn once per run and sensor.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct DrawnErrors {
     /// Relative gain error of each torque reading, -.
     pub torque_gain: [f64; 3],

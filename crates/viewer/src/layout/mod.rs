@@ -1,11 +1,9 @@
 //! The layout of a recording in the viewer.
 //!
-//! It is written part by part. The SDK's builders give every part a random name, and cannot set ranges, legends and
-//! bounds.
+//! The SDK's builders give every part a random name, and cannot set ranges, legends and bounds.
 
 pub(crate) mod comparison;
 pub(crate) mod parts;
-pub(crate) mod path;
 pub(crate) mod run;
 
 use crate::ViewerError;
@@ -36,216 +34,230 @@ pub(crate) enum Playing {
     AtTheEnd,
 }
 
-/// A view or container that has been logged.
-#[derive(Clone, Copy)]
-pub(crate) struct Part {
-    kind: &'static str,
+/// A view, or a container of parts with their shares of its width or height.
+pub(crate) enum Part {
+    View(View),
+    Container(ContainerKind, String, Vec<(Part, f32)>),
+}
+
+/// A view of a class of the viewer.
+pub(crate) struct View {
+    class: &'static str,
+    name: String,
+    origin: String,
+    contents: Vec<String>,
+    /// Names in the layout's store, and values.
+    properties: Vec<(&'static str, Box<dyn AsComponents>)>,
+    /// Entities of which it shows all rows up to the cursor, instead of the newest row alone.
+    past: Vec<String>,
+}
+
+/// Logs a layout and makes it the active one.
+pub(crate) fn log(out: &mut Writer, root: &Part, playing: Playing) -> Result<(), ViewerError> {
+    let root = root.log(out, &mut 0)?;
+    let viewport = ViewportBlueprint::new()
+        .with_root_container(root.id)
+        .with_auto_layout(false)
+        .with_auto_views(false);
+    out.layout("viewport", &viewport)?;
+    panels(out, playing)?;
+    out.activate_layout();
+    Ok(())
+}
+
+/// A part that has been logged.
+struct Logged {
     id: Uuid,
+    /// Its entity in the layout's store.
+    path: String,
+}
+
+impl Logged {
+    /// The next of `parts`. Its name follows from its number.
+    fn next(kind: &str, parts: &mut u128) -> Self {
+        *parts += 1;
+        let id = Uuid::from_u128(*parts);
+        let path = format!("{kind}/{id}");
+        Self { id, path }
+    }
 }
 
 impl Part {
-    /// Its entity in the layout's store.
-    fn path(self) -> String {
-        format!("{}/{}", self.kind, self.id)
-    }
-}
-
-/// A property of a view: its name in the layout's store, and its value.
-type Property<'a> = (&'static str, &'a dyn AsComponents);
-
-/// Writes a layout part by part.
-pub(crate) struct Layout<'a> {
-    out: &'a mut Writer,
-    /// Number of parts so far.
-    parts: u128,
-}
-
-impl<'a> Layout<'a> {
-    /// An empty layout.
-    pub(crate) fn new(out: &'a mut Writer) -> Self {
-        Self { out, parts: 0 }
-    }
-
-    /// Makes a part the root of the layout, and the layout the active one.
-    pub(crate) fn finish(mut self, root: Part, playing: Playing) -> Result<(), ViewerError> {
-        let viewport = ViewportBlueprint::new()
-            .with_root_container(root.id)
-            .with_auto_layout(false)
-            .with_auto_views(false);
-        self.out.layout("viewport", &viewport)?;
-        self.panels(playing)?;
-        self.out.activate_layout()
+    fn log(&self, out: &mut Writer, parts: &mut u128) -> Result<Logged, ViewerError> {
+        match self {
+            Self::View(view) => view.log(out, parts),
+            Self::Container(kind, name, children) => {
+                let mut inner = Vec::new();
+                for (part, _) in children {
+                    inner.push(part.log(out, parts)?.path);
+                }
+                let container = Logged::next("container", parts);
+                let shares = children.iter().map(|(_, share)| *share);
+                let mut blueprint = ContainerBlueprint::new(*kind)
+                    .with_display_name(name.as_str())
+                    .with_contents(inner.iter().map(String::as_str));
+                blueprint = match (kind, inner.first()) {
+                    (ContainerKind::Horizontal, _) => blueprint.with_col_shares(shares),
+                    (ContainerKind::Vertical, _) => blueprint.with_row_shares(shares),
+                    // The first tab is visible when the recording opens.
+                    (_, Some(first)) => blueprint.with_active_tab(first.as_str()),
+                    (_, None) => blueprint,
+                };
+                out.layout(container.path.as_str(), &blueprint)?;
+                Ok(container)
+            }
+        }
     }
 
-    /// A 2-D view. `bounds` are the visible ranges in the frame of `origin`: left to right and top to bottom (y down).
+    fn view(class: &'static str, name: &str, origin: &str, contents: Vec<String>) -> View {
+        View {
+            class,
+            name: name.to_owned(),
+            origin: origin.to_owned(),
+            contents,
+            properties: Vec::new(),
+            past: Vec::new(),
+        }
+    }
+
+    /// A 2-D view. `bounds` are the visible ranges in the frame of `origin`: left to right and top to bottom (y down). Of the
+    /// entities `past` all rows up to the cursor are shown.
     pub(crate) fn spatial(
-        &mut self,
         name: &str,
         origin: &str,
-        contents: &[String],
+        contents: Vec<String>,
         bounds: [[f64; 2]; 2],
-    ) -> Result<Part, ViewerError> {
+        past: Vec<String>,
+    ) -> Self {
         let bounds = VisualBounds2D::new(Range2D {
             x_range: Range(bounds[0]),
             y_range: Range(bounds[1]),
         });
-        self.view("2D", name, origin, contents, &[("VisualBounds2D", &bounds)])
+        Self::View(View {
+            properties: vec![("VisualBounds2D", Box::new(bounds))],
+            past,
+            ..Self::view("2D", name, origin, contents)
+        })
     }
 
-    /// Makes a view show all rows of an entity up to the cursor, instead of the newest row alone.
-    pub(crate) fn show_past(&mut self, view: Part, entity: &str) -> Result<(), ViewerError> {
-        let until_now = VisibleTimeRange {
-            timeline: TIMELINE.into(),
-            range: TimeRange {
-                start: TimeRangeBoundary::Infinite,
-                end: TimeRangeBoundary::CursorRelative(0.into()),
-            },
-        };
-        let entity = ViewContents::blueprint_base_visualizer_path_for_entity(
-            view.id,
-            &EntityPath::from(entity),
-        );
-        self.out
-            .layout(entity, &VisibleTimeRanges::new([until_now]))
-    }
-
-    /// A plot over time of the entities that `contents` name. `range` is that of the vertical axis; `None` means the
-    /// range of the data.
-    pub(crate) fn plot(
-        &mut self,
-        name: &str,
-        contents: &[String],
-        range: Option<Range1D>,
-    ) -> Result<Part, ViewerError> {
-        // All plots show the same range of time. The key is a view of its own, so that it does not cover lines.
-        let time = TimeAxis::new().with_link(LinkAxis::LinkToGlobal);
-        let legend = PlotLegend::new().with_visible(false);
-        let mut axis = ScalarAxis::new();
-        if let Some(range) = range {
-            axis = axis.with_range(range);
-        }
-        self.view(
-            "TimeSeries",
-            name,
-            "/",
-            contents,
-            &[
-                ("TimeAxis", &time),
-                ("PlotLegend", &legend),
-                ("ScalarAxis", &axis),
+    /// A plot over time of the entities below `entity`. `range` is that of the vertical axis; `None` means the range of the
+    /// data.
+    pub(crate) fn plot(name: &str, entity: &str, range: Option<Range1D>) -> Self {
+        let axis = range.map_or(ScalarAxis::new(), |range| {
+            ScalarAxis::new().with_range(range)
+        });
+        Self::View(View {
+            // All plots show the same range of time. The key is a view of its own, so that it does not cover lines.
+            properties: vec![
+                (
+                    "TimeAxis",
+                    Box::new(TimeAxis::new().with_link(LinkAxis::LinkToGlobal)),
+                ),
+                (
+                    "PlotLegend",
+                    Box::new(PlotLegend::new().with_visible(false)),
+                ),
+                ("ScalarAxis", Box::new(axis)),
             ],
-        )
+            ..Self::view("TimeSeries", name, "/", vec![format!("+ {entity}/**")])
+        })
     }
 
     /// A list of text messages with their times.
-    pub(crate) fn text_log(&mut self, name: &str, entity: &str) -> Result<Part, ViewerError> {
-        let columns =
-            [TextLogColumnKind::LogLevel, TextLogColumnKind::Body].map(|kind| TextLogColumn {
-                visible: Bool(true),
-                kind,
-            });
+    pub(crate) fn text_log(name: &str, entity: &str) -> Self {
+        let columns = [TextLogColumnKind::LogLevel, TextLogColumnKind::Body];
+        let columns = columns.map(|kind| TextLogColumn {
+            visible: Bool(true),
+            kind,
+        });
         let columns = TextLogColumns::new().with_text_log_columns(columns);
-        let contents = [format!("+ {entity}")];
-        self.view(
-            "TextLog",
-            name,
-            entity,
-            &contents,
-            &[("TextLogColumns", &columns)],
-        )
+        Self::View(View {
+            properties: vec![("TextLogColumns", Box::new(columns))],
+            ..Self::view("TextLog", name, entity, vec![format!("+ {entity}")])
+        })
     }
 
     /// A page of text.
-    pub(crate) fn page(&mut self, name: &str, entity: &str) -> Result<Part, ViewerError> {
-        self.view("TextDocument", name, entity, &[format!("+ {entity}")], &[])
+    pub(crate) fn page(name: &str, entity: &str) -> Self {
+        Self::View(Self::view(
+            "TextDocument",
+            name,
+            entity,
+            vec![format!("+ {entity}")],
+        ))
     }
 
     /// Lanes of states over time.
-    pub(crate) fn lanes(&mut self, name: &str, entity: &str) -> Result<Part, ViewerError> {
-        let contents = [format!("+ {entity}/**")];
-        self.view("StateTimeline", name, entity, &contents, &[])
+    pub(crate) fn lanes(name: &str, entity: &str) -> Self {
+        let contents = vec![format!("+ {entity}/**")];
+        Self::View(Self::view("StateTimeline", name, entity, contents))
     }
 
-    /// A view of a class of the viewer.
-    fn view(
-        &mut self,
-        class: &str,
+    /// Tabs, of which one is visible at a time.
+    pub(crate) fn tabs(name: &str, parts: Vec<Self>) -> Self {
+        Self::equal(ContainerKind::Tabs, name, parts)
+    }
+
+    /// Parts with equal shares.
+    pub(crate) fn equal(
+        kind: ContainerKind,
         name: &str,
-        origin: &str,
-        contents: &[String],
-        properties: &[Property<'_>],
-    ) -> Result<Part, ViewerError> {
-        let view = self.next("view");
-        let path = view.path();
-        let blueprint = ViewBlueprint::new(class)
-            .with_display_name(name)
-            .with_space_origin(origin);
-        self.out.layout(path.as_str(), &blueprint)?;
-        self.out.layout(
-            format!("{path}/ViewContents"),
-            &ViewContents::new(contents.iter().map(String::as_str)),
-        )?;
-        for (name, property) in properties {
-            self.out.layout(format!("{path}/{name}"), *property)?;
+        parts: impl IntoIterator<Item = Self>,
+    ) -> Self {
+        let parts = parts.into_iter().map(|part| (part, 1.0)).collect();
+        Self::Container(kind, name.to_owned(), parts)
+    }
+
+    /// Parts one below the other, with their shares of the height.
+    pub(crate) fn column(name: &str, parts: Vec<(Self, f32)>) -> Self {
+        Self::Container(ContainerKind::Vertical, name.to_owned(), parts)
+    }
+}
+
+impl View {
+    fn log(&self, out: &mut Writer, parts: &mut u128) -> Result<Logged, ViewerError> {
+        let view = Logged::next("view", parts);
+        let blueprint = ViewBlueprint::new(self.class)
+            .with_display_name(self.name.as_str())
+            .with_space_origin(self.origin.as_str());
+        let path = &view.path;
+        out.layout(path.as_str(), &blueprint)?;
+        let contents = ViewContents::new(self.contents.iter().map(String::as_str));
+        out.layout(format!("{path}/ViewContents"), &contents)?;
+        for (name, property) in &self.properties {
+            out.layout(format!("{path}/{name}"), property.as_ref())?;
+        }
+        for entity in &self.past {
+            let entity = EntityPath::from(entity.as_str());
+            let entity = ViewContents::blueprint_base_visualizer_path_for_entity(view.id, &entity);
+            let until_now = VisibleTimeRange {
+                timeline: TIMELINE.into(),
+                range: TimeRange {
+                    start: TimeRangeBoundary::Infinite,
+                    end: TimeRangeBoundary::CursorRelative(0.into()),
+                },
+            };
+            out.layout(entity, &VisibleTimeRanges::new([until_now]))?;
         }
         Ok(view)
     }
+}
 
-    /// Tabs, of which one is visible at a time. The first is visible when the recording opens.
-    pub(crate) fn tabs(&mut self, name: &str, parts: &[Part]) -> Result<Part, ViewerError> {
-        let children: Vec<_> = parts.iter().map(|part| (*part, 1.0)).collect();
-        self.container(ContainerKind::Tabs, name, &children)
+/// Collapses the panels around the views, and sets the movement of the cursor.
+fn panels(out: &mut Writer, playing: Playing) -> Result<(), ViewerError> {
+    for panel in ["blueprint_panel", "selection_panel"] {
+        let collapsed = PanelBlueprint::new().with_state(PanelState::Collapsed);
+        out.layout(panel, &collapsed)?;
     }
-
-    /// A container of parts with their shares of its width or height. The first tab is the visible one.
-    pub(crate) fn container(
-        &mut self,
-        kind: ContainerKind,
-        name: &str,
-        children: &[(Part, f32)],
-    ) -> Result<Part, ViewerError> {
-        let container = self.next("container");
-        let shares = children.iter().map(|(_, share)| *share);
-        let mut blueprint = ContainerBlueprint::new(kind)
-            .with_display_name(name)
-            .with_contents(children.iter().map(|(part, _)| part.path()));
-        blueprint = match kind {
-            ContainerKind::Horizontal => blueprint.with_col_shares(shares),
-            ContainerKind::Vertical => blueprint.with_row_shares(shares),
-            ContainerKind::Tabs | ContainerKind::Grid => match children.first() {
-                Some((first, _)) => blueprint.with_active_tab(first.path().as_str()),
-                None => blueprint,
-            },
-        };
-        self.out.layout(container.path(), &blueprint)?;
-        Ok(container)
-    }
-
-    /// Collapses the panels around the views, and sets the movement of the cursor.
-    fn panels(&mut self, playing: Playing) -> Result<(), ViewerError> {
-        for panel in ["blueprint_panel", "selection_panel"] {
-            let collapsed = PanelBlueprint::new().with_state(PanelState::Collapsed);
-            self.out.layout(panel, &collapsed)?;
-        }
-        // The collapsed panel still has the cursor and the buttons.
-        let (play, repeat) = match playing {
-            Playing::FromStart => (PlayState::Playing, LoopMode::All),
-            Playing::AtTheEnd => (PlayState::Following, LoopMode::Off),
-        };
-        let time = TimePanelBlueprint::new()
-            .with_state(PanelState::Collapsed)
-            .with_timeline(TIMELINE)
-            .with_play_state(play)
-            .with_loop_mode(repeat);
-        self.out.layout("time_panel", &time)
-    }
-
-    /// A new part. Its name follows from its number.
-    fn next(&mut self, kind: &'static str) -> Part {
-        self.parts += 1;
-        Part {
-            kind,
-            id: Uuid::from_u128(self.parts),
-        }
-    }
+    // The collapsed panel still has the cursor and the buttons.
+    let (play, repeat) = match playing {
+        Playing::FromStart => (PlayState::Playing, LoopMode::All),
+        Playing::AtTheEnd => (PlayState::Following, LoopMode::Off),
+    };
+    let time = TimePanelBlueprint::new()
+        .with_state(PanelState::Collapsed)
+        .with_timeline(TIMELINE)
+        .with_play_state(play)
+        .with_loop_mode(repeat);
+    out.layout("time_panel", &time)
 }

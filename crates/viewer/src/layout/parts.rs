@@ -1,8 +1,7 @@
 //! Views of one run, for the layouts of a run and of a comparison. `root` is the entity above those of the run, such as
 //! `/` or `/run1/`.
 
-use super::{ContainerKind, Layout, Part};
-use crate::ViewerError;
+use super::{ContainerKind, Part};
 use crate::felt::{LEFT, bounds_of};
 use crate::ground::Ground;
 use crate::key::PLACE;
@@ -13,121 +12,74 @@ use rerun::components::Range1D;
 use robhaz_run::RunDescription;
 
 /// The whole ground of a simulation, with the robot and the paths of its pins.
-pub(crate) fn overview(
-    layout: &mut Layout<'_>,
-    name: &str,
-    root: &str,
-    ground: &Ground,
-) -> Result<Part, ViewerError> {
+pub(crate) fn overview(name: &str, root: &str, ground: &Ground) -> Part {
     let [from, to, low, high] = ground.box_of();
-    let contents = [
+    let contents = vec![
         format!("+ {root}world/**"),
         format!("- {root}world/follow/**"),
         // The robot is too small here for labels, end stops and a second set of arrows.
         format!("- {root}world/robot/pins"),
-        format!("- {root}world/robot/link2/stops/**"),
+        format!("- {root}world/robot/link2/stops"),
         format!("- {root}world/forces/estimated/**"),
     ];
     // The view has y down. The robot is above the ground; the arrows of N and the axis are below it.
     let bounds = [[from, to], [-(high + 0.45), ROOM - low]];
-    let view = layout.spatial(name, root, &contents, bounds)?;
-    show_paths(layout, view, root)?;
-    Ok(view)
+    Part::spatial(name, root, contents, bounds, paths(root))
 }
 
-/// Makes a view show the paths of the pins and the ground that was found, up to the cursor.
-fn show_paths(layout: &mut Layout<'_>, view: Part, root: &str) -> Result<(), ViewerError> {
-    layout.show_past(view, &format!("{root}world/trails"))?;
-    layout.show_past(view, &format!("{root}{LEFT}"))?;
-    layout.show_past(view, &format!("{root}{}", bounds_of(LEFT)))
+/// The paths of the pins and the ground that was found, shown up to the cursor.
+fn paths(root: &str) -> Vec<String> {
+    let entities = ["world/trails".to_owned(), LEFT.to_owned(), bounds_of(LEFT)];
+    entities.map(|entity| format!("{root}{entity}")).into()
 }
 
-/// The robot in a view that moves with its body. A `legend` of the arrows needs a large view.
-pub(crate) fn following(
-    layout: &mut Layout<'_>,
-    name: &str,
-    root: &str,
-    legend: bool,
-) -> Result<Part, ViewerError> {
+/// The robot in a view that moves with its body. A small view has no legend of the estimated arrows.
+pub(crate) fn following(name: &str, root: &str, is_small: bool) -> Part {
     let [half_width, above, below] = FOLLOWED;
+    // The axis of the whole ground is left out.
     let mut contents = vec![
         format!("+ {root}world/**"),
-        // The axis of the whole ground.
         format!("- {root}world/scale/**"),
     ];
-    if !legend {
-        contents.push(format!("- {root}world/follow/legend/**"));
+    if is_small {
+        contents.push(format!("- {root}world/follow/legend/estimated"));
     }
-    let view = layout.spatial(
-        name,
-        &format!("{root}world/follow"),
-        &contents,
-        [[-half_width, half_width], [-above, below]],
-    )?;
-    show_paths(layout, view, root)?;
-    Ok(view)
+    let bounds = [[-half_width, half_width], [-above, below]];
+    let origin = format!("{root}world/follow");
+    Part::spatial(name, &origin, contents, bounds, paths(root))
 }
 
 /// The key to the plots, with a number of entries, from an entity.
-pub(crate) fn key(
-    layout: &mut Layout<'_>,
-    entity: &str,
-    entries: usize,
-) -> Result<Part, ViewerError> {
+pub(crate) fn key(entity: &str, entries: usize) -> Part {
     #[expect(clippy::cast_precision_loss, reason = "a few entries")]
     let width = PLACE[0] * entries as f64;
     let bounds = [[0.0, width], [0.0, PLACE[1]]];
-    layout.spatial("Lines", entity, &[format!("+ {entity}/**")], bounds)
+    let contents = vec![format!("+ {entity}/**")];
+    Part::spatial("Lines", entity, contents, bounds, Vec::new())
 }
 
-/// A plot for each wheel, one below the other. `range` is that of the vertical axis, N.
+/// A plot for each wheel of entities below `above` and the wheel's name. `range` is that of the vertical axis, N.
 pub(crate) fn per_wheel(
-    layout: &mut Layout<'_>,
+    kind: ContainerKind,
     title: &str,
-    root: &str,
-    quantity: &str,
+    above: &str,
     range: Option<Range1D>,
-) -> Result<Part, ViewerError> {
-    let mut views = Vec::new();
-    for (i, wheel) in WHEEL_NAMES.iter().enumerate() {
-        let entity = format!("+ {root}series/{quantity}/wheel{}/**", i + 1);
-        let view = layout.plot(&format!("{title}, {wheel} wheel [N]"), &[entity], range)?;
-        views.push((view, 1.0));
-    }
-    layout.container(ContainerKind::Vertical, title, &views)
+) -> Part {
+    let plots = WHEEL_NAMES.iter().enumerate().map(|(i, wheel)| {
+        let title = format!("{title}, {wheel} wheel [N]");
+        Part::plot(&title, &format!("{above}/wheel{}", i + 1), range)
+    });
+    Part::equal(kind, title, plots)
 }
 
 /// True and estimated N of each wheel.
-pub(crate) fn normal_force(
-    layout: &mut Layout<'_>,
-    title: &str,
-    root: &str,
-    run: &RunDescription,
-) -> Result<Part, ViewerError> {
+pub(crate) fn normal_force(title: &str, root: &str, run: &RunDescription) -> Part {
     let range = range_of_loads(run, -0.5, 3.0).unwrap_or_else(|| {
-        // The axis is the same for every wheel, and has two labels at least.
         let load = run.robot.robot.mean_wheel_load();
-        let [from, to] = with_labels(-0.1 * load, 2.5 * load);
-        Range1D::new(from, to)
+        Range1D::new(-0.1 * load, 3.0 * load)
     });
-    per_wheel(layout, title, root, "normal_force", Some(range))
-}
-
-/// Largest number of steps of an axis that the viewer labels, in a plot with a fifth of the height of a picture of 1000
-/// px. Steps are powers of ten: an axis with more steps has labels at the next power.
-const MOST_STEPS: f64 = 6.5;
-
-/// The range of an axis with at least two labels. It is extended upwards if it would have fewer.
-fn with_labels(from: f64, to: f64) -> [f64; 2] {
-    let span = to - from;
-    let decade = 10f64.powf(span.log10().floor());
-    let step = if span / decade <= MOST_STEPS {
-        decade
-    } else {
-        10.0 * decade
-    };
-    let second = ((from / step).ceil() + 1.0) * step;
-    [from, to.max(second + 0.02 * span)]
+    let above = format!("{root}series/normal_force");
+    per_wheel(ContainerKind::Vertical, title, &above, Some(range))
 }
 
 /// The range of an axis on ground with corners, from two multiples of the mean static wheel load, N. Peaks at corners
@@ -138,32 +90,4 @@ pub(crate) fn range_of_loads(run: &RunDescription, from: f64, to: f64) -> Option
     Ground::new(run, world)
         .has_corners()
         .then(|| Range1D::new(from * load, to * load))
-}
-
-/// A plot of one quantity. `range` is that of the vertical axis; `None`: the range of the data.
-pub(crate) fn plot(
-    layout: &mut Layout<'_>,
-    title: &str,
-    root: &str,
-    quantity: &str,
-    range: Option<Range1D>,
-) -> Result<Part, ViewerError> {
-    layout.plot(title, &[format!("+ {root}series/{quantity}/**")], range)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Closed form: 0 to 88 N shows 0 alone and is extended to 100 N; 0 to 60 N has 0, 10, 20 ...
-    #[test]
-    fn a_range_has_two_labels() {
-        let near = |a: f64, b: f64| (a - b).abs() < 1e-9;
-        let [from, to] = with_labels(-4.0, 88.0);
-        assert!(near(from, -4.0) && near(to, 101.84));
-        let [from, to] = with_labels(0.0, 60.0);
-        assert!(near(from, 0.0) && near(to, 60.0));
-        let [_, to] = with_labels(-5.0, 115.0);
-        assert!(near(to, 115.0));
-    }
 }

@@ -1,117 +1,92 @@
 //! The layout of one run: animation, events and flags on the left, time series on the right.
 
-use super::{ContainerKind, Layout, Part, Playing, parts};
-use crate::ViewerError;
+use super::{ContainerKind, Part, parts};
 use crate::ground::Ground;
 use crate::key;
-use crate::writer::Writer;
 use rerun::components::Range1D;
 use robhaz_run::{EstimatorDescription, RunDescription, World};
 
-/// Logs the layout and makes it the active one.
-pub(crate) fn log(
-    out: &mut Writer,
-    run: &RunDescription,
-    playing: Playing,
-) -> Result<(), ViewerError> {
-    let mut layout = Layout::new(out);
-    let left = left(&mut layout, run)?;
-    let right = right(&mut layout, run)?;
-    let root = layout.container(
-        ContainerKind::Horizontal,
-        "robhaz",
-        &[(left, 1.0), (right, 1.0)],
-    )?;
-    layout.finish(root, playing)
+/// The layout.
+pub(crate) fn layout(run: &RunDescription) -> Part {
+    Part::equal(ContainerKind::Horizontal, "robhaz", [left(run), right(run)])
 }
 
-fn left(layout: &mut Layout<'_>, run: &RunDescription) -> Result<Part, ViewerError> {
+fn left(run: &RunDescription) -> Part {
     let mut rows = Vec::new();
     if let Some(world) = &run.world {
         let ground = Ground::new(run, world);
-        rows.push((parts::overview(layout, "Whole run [m]", "/", &ground)?, 1.0));
+        rows.push((parts::overview("Whole run [m]", "/", &ground), 1.0));
         let name = "Along with the body [m]: N and T at the contacts";
-        rows.push((parts::following(layout, name, "/", true)?, 2.5));
+        rows.push((parts::following(name, "/", false), 2.5));
     }
-    let mut tabs = vec![layout.text_log("Events", "/events")?];
+    let mut tabs = vec![Part::text_log("Events", "/events")];
     let states = |e: &EstimatorDescription| e.settings.states_contacts();
     if run.world.is_some() || run.estimators.iter().any(states) {
-        tabs.push(layout.lanes("Wheels", "/wheels")?);
+        tabs.push(Part::lanes("Wheels", "/wheels"));
     }
-    tabs.push(layout.page("About", "/about")?);
-    let tabs = layout.tabs("Events, wheels, about", &tabs)?;
-    let trust = layout.lanes("Flags of the estimators", "/trust")?;
-    let below = layout.container(
-        ContainerKind::Horizontal,
-        "What happens",
-        &[(tabs, 1.4), (trust, 1.0)],
-    )?;
-    rows.push((below, 1.0));
-    layout.container(ContainerKind::Vertical, "Scene", &rows)
+    tabs.push(Part::page("About", "/about"));
+    let tabs = Part::tabs("Events, wheels, about", tabs);
+    let trust = Part::lanes("Flags of the estimators", "/trust");
+    let below = vec![(tabs, 1.4), (trust, 1.0)];
+    let name = "What happens".to_owned();
+    rows.push((Part::Container(ContainerKind::Horizontal, name, below), 1.0));
+    Part::column("Scene", rows)
 }
 
-fn right(layout: &mut Layout<'_>, run: &RunDescription) -> Result<Part, ViewerError> {
-    let key = parts::key(layout, "/key", key::of_run(run).len())?;
-    let forces = forces(layout, run)?;
-    let others = others(layout, run)?;
-    layout.container(
-        ContainerKind::Vertical,
-        "Time series",
-        &[(key, 0.4), (forces, 3.2), (others, 1.1)],
-    )
+fn right(run: &RunDescription) -> Part {
+    let key = parts::key("/key", key::of_run(run).len());
+    let rows = vec![(key, 0.4), (forces(run), 3.2), (others(run), 1.1)];
+    Part::column("Time series", rows)
 }
 
 /// N, its error and T of each wheel.
-fn forces(layout: &mut Layout<'_>, run: &RunDescription) -> Result<Part, ViewerError> {
-    let mut tabs = vec![parts::normal_force(layout, "Normal force N", "/", run)?];
+fn forces(run: &RunDescription) -> Part {
+    let per_wheel = |title: &str, entity: &str, range| {
+        parts::per_wheel(ContainerKind::Vertical, title, entity, range)
+    };
+    let mut tabs = vec![parts::normal_force("Normal force N", "/", run)];
     if run.has_truth {
         let range = parts::range_of_loads(run, -1.0, 1.0);
-        tabs.push(parts::per_wheel(
-            layout,
+        tabs.push(per_wheel(
             "Error of N",
-            "/",
-            "error_of_normal_force",
+            "/series/error_of_normal_force",
             range,
-        )?);
+        ));
     }
     let range = parts::range_of_loads(run, -2.0, 2.0);
-    tabs.push(parts::per_wheel(
-        layout,
-        "Traction T",
-        "/",
-        "traction",
-        range,
-    )?);
-    layout.tabs("Forces", &tabs)
+    tabs.push(per_wheel("Traction T", "/series/traction", range));
+    Part::tabs("Forces", tabs)
 }
 
 /// What follows from the forces, and residuals.
-fn others(layout: &mut Layout<'_>, run: &RunDescription) -> Result<Part, ViewerError> {
+fn others(run: &RunDescription) -> Part {
     let most = run.world.as_ref().map(|w| 1.25 * largest_friction(w));
     let mut tabs = Vec::new();
     let mut plot = |title: &str, quantity: &str, range: Option<Range1D>| {
-        tabs.push(parts::plot(layout, title, "/", quantity, range)?);
-        Ok::<(), ViewerError>(())
+        tabs.push(Part::plot(title, &format!("/series/{quantity}"), range));
     };
     if run.has_truth {
         let range = parts::range_of_loads(run, 0.0, 1.0);
-        let quantity = "error_of_normal_force/rms";
-        plot("Error of N, RMS of the wheels [N]", quantity, range)?;
+        plot(
+            "Error of N, RMS of the wheels [N]",
+            "error_of_normal_force/rms",
+            range,
+        );
     }
-    plot("Contact angle [deg]", "contact_angle", None)?;
+    plot("Contact angle [deg]", "contact_angle", None);
     let needed = most.map(|most| Range1D::new(-most, most));
-    plot("Needed friction T/N [-]", "friction", needed)?;
+    plot("Needed friction T/N [-]", "friction", needed);
     if let Some(most) = most {
         let left_over = Range1D::new(-0.25 * most, most);
-        plot("Slip margin [-]", "slip_margin", Some(left_over))?;
+        plot("Slip margin [-]", "slip_margin", Some(left_over));
     }
     if run.takes_commands() {
-        plot("Commanded torque [N m]", "commanded_torque", None)?;
+        plot("Commanded torque [N m]", "commanded_torque", None);
     }
-    plot("Residual [N]", "residual/force", None)?;
-    plot("Residual [N m]", "residual/moment", None)?;
-    plot("Parity [N]", "parity", None)?;
-    layout.tabs("Derived", &tabs)
+    plot("Residual [N]", "residual/force", None);
+    plot("Residual [N m]", "residual/moment", None);
+    plot("Parity [N]", "parity", None);
+    Part::tabs("Derived", tabs)
 }
 
 /// The largest static coefficient of the ground, -.

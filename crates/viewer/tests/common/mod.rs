@@ -1,4 +1,4 @@
-//! Scenes of the tests and of the example.
+//! Scenes of the tests.
 
 use robhaz_scene::{RecordChoice, Scene};
 

@@ -151,9 +151,9 @@ fn events_and_gaps_are_shown_where_they_happen() {
     }
 }
 
-/// Equivalence of lanes and events. An end stop is highlighted while it is reached.
+/// Equivalence of lanes and events.
 #[test]
-fn lanes_and_stops_follow_the_events() {
+fn lanes_follow_the_events() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("run.rrd");
     let mut sink = Eventful(RecordingSink::save(&path).expect("a file"));
@@ -189,11 +189,6 @@ fn lanes_and_stops_follow_the_events() {
     assert_eq!(lane("/trust/paper-wheels"), states(&flagged));
     let refusing = [(0, "trusted"), (400, "no estimate"), (500, "trusted")];
     assert_eq!(lane("/trust/true-mass"), states(&refusing));
-
-    let component = LineStrips2D::descriptor_strips().component;
-    let stop = rows::<LineStrip2D>(&chunks, "/world/robot/link2/stops/reached", component);
-    let drawn: Vec<(bool, usize)> = stop.iter().map(|(t, row)| (*t > 0.35, row.len())).collect();
-    assert_eq!(drawn, [(false, 1), (true, 0)]);
 }
 
 /// An estimator that states contact states has a lane for each wheel, below the true one.

@@ -7,7 +7,6 @@
 mod common;
 mod comparison;
 mod events;
-mod path;
 mod reading;
 
 use reading::{chunks, messages, record, rows, scalars};

@@ -1,11 +1,10 @@
-//! Made-up records and a small scene.
+//! Made-up records and a small scene for the tests of this crate.
 
 use robhaz_estimator::{
     Estimate, EstimateError, EstimatorSettings, Flags, LinkReading, SensorFrame,
 };
 use robhaz_model::{Pin, Posture, Vec2};
-use robhaz_record::{Column, Kind};
-use robhaz_run::{FeltGround, Frame, RunDescription, RunEnd};
+use robhaz_run::{FeltGround, Frame, RunDescription};
 use robhaz_scene::{EstimatorChoice, RecordChoice, Scene, TerrainChoice};
 use robhaz_sim::{BarTruth, ContactList, ContactTruth, PinTruth, Truth, WheelTruth};
 use robhaz_terrain::Profile;
@@ -220,22 +219,3 @@ pub fn records() -> Vec<Record> {
         })
         .collect()
 }
-
-/// The value of a column in a record; `None` where it is missing.
-pub fn value(column: &Column, frame: &Frame<'_>) -> Option<f64> {
-    let mut values = Vec::new();
-    column.add(std::slice::from_ref(frame), &mut values);
-    let is_there = |v: &f64| v.is_finite() || column.kind() != Kind::Optional;
-    values.pop().filter(is_there)
-}
-
-/// The end of a run of 2 s.
-pub const END: RunEnd = RunEnd {
-    ground: Vec::new(),
-    duration: 2.0,
-    wall: 0.1,
-    step: Some(1e-4),
-    broken_off: None,
-    friction_tests: Vec::new(),
-    log: None,
-};

@@ -1,9 +1,9 @@
 //! Names, order, units and sources of the columns, which scripts rely on.
 
-use crate::testing::{described, failed_frame, frame_of, good_estimate, scene, value as value_of};
+use super::*;
+use crate::testing::{described, failed_frame, frame_of, good_estimate, scene};
 use robhaz_estimator::{ContactEstimate, ContactState, NeededFriction, WheelFriction};
 use robhaz_model::{Vec2, WheelCommand};
-use robhaz_record::Table;
 use robhaz_run::Frame;
 use robhaz_scene::{ControlChoice, ControlKind, Scene};
 use robhaz_sim::ContactTruth;
@@ -116,7 +116,7 @@ fn commands_have_one_form() {
     let values: Vec<Option<f64>> = Table::commands()
         .columns
         .iter()
-        .map(|c| value_of(c, &frame))
+        .map(|c| c.value(&frame))
         .collect();
     let mut expected = vec![Some(0.5)];
     let wheels = [Some(1.5), None, None, Some(2.5), None, None];
@@ -185,7 +185,7 @@ fn value(table: &Table, name: &str, frame: &Frame<'_>) -> Option<f64> {
         .iter()
         .find(|c| c.name == name)
         .expect("a column of that name");
-    value_of(column, frame)
+    column.value(frame)
 }
 
 /// Wheels, pins and axes are not swapped on their way into the table.
@@ -294,9 +294,9 @@ fn a_failed_estimate_is_nothing_not_a_number() {
     let record = failed_frame(1.0);
     let frame = record.frame();
     let table = Table::estimate(0, "a");
-    assert_eq!(value_of(&table.columns[0], &frame), Some(1.0));
+    assert_eq!(table.columns[0].value(&frame), Some(1.0));
     for column in &table.columns[1..] {
-        assert_eq!(value_of(column, &frame), None, "{}", column.name);
+        assert_eq!(column.value(&frame), None, "{}", column.name);
     }
 }
 
@@ -309,7 +309,7 @@ fn a_lost_reading_is_nothing_not_a_number() {
     let table = Table::sensors();
     assert_eq!(value(&table, "time", &frame), Some(1.0));
     for column in &table.columns[1..] {
-        let lost = value_of(column, &frame).is_none();
+        let lost = column.value(&frame).is_none();
         assert_eq!(
             lost,
             column.name == "wheel2_motor_torque",
