@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Half and double of every constant of the estimator: what each does to the errors of `best`.
 
-    python3 benches/sensitivity.py [--cases smooth,course] [--seeds 2] [--only contact/] > docs/measurements/sensitivity.md
+    python3 benches/sensitivity.py [--cases smooth,course] [--seeds 2] [--only contact/]
 
 The product has no switch for its constants. This script copies the sources to target/sensitivity/, makes a function of every constant
 there, whose value is multiplied by the environment variable ROBHAZ_CONSTANT ("file::NAME=2"), and runs the study `no_angles` of that
-copy. With all constants and the default cases it takes about an hour on two cores.
+copy. `just measure sensitivity` writes the page.
 """
 
 import argparse
@@ -137,7 +137,6 @@ def main():
     parser.add_argument("--seeds", type=int, default=2)
     parser.add_argument("--only", default="", help="constants whose name contains this")
     arguments = parser.parse_args()
-    version = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True).stdout.strip()
     for folder in ("crates", "scenes", "robots", "terrains", "tests", "benches"):
         shutil.rmtree(COPY / folder, ignore_errors=True)
         shutil.copytree(ROOT / folder, COPY / folder)
@@ -148,10 +147,8 @@ def main():
     built = subprocess.run(build, cwd=COPY, stdout=subprocess.PIPE, text=True, check=True, env=os.environ | {"CARGO_TARGET_DIR": str(COPY / "target")})
     binary = re.findall(r'"executable":"([^"]+)"', built.stdout)[-1]
     before = study(binary, "", arguments)
-    print("# Half and double of the estimator's constants\n")
-    print(f"`{' '.join(['python3', 'benches/sensitivity.py'] + sys.argv[1:])}` at {version}; {len(before)} cases with two drives, without contact")
-    print(f"angles, seeds 0 to {arguments.seeds - 1}. Mean change of the error of N over the cases, %, and the case that changes most, %. A dash: no case")
-    print("changes by more than 2 %. Constants of health, friction and the torques' scale do not act on N: their tests hold them.\n")
+    print(f"Mean change of the error of N over {len(before)} cases without contact angles, both drives, %, and the case that changes most, %.")
+    print("A dash: no case changes by more than 2 %. Constants of health, friction and the torques' scale do not act on N: their tests hold them.\n")
     print("| constant | half: mean | worst | double: mean | worst |\n|---|---|---|---|---|")
     for name in names:
         if arguments.only not in name or name.startswith(("health/", "friction", "torque_scale")):

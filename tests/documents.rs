@@ -124,8 +124,8 @@ fn measured_pages_are_written_by_their_recipe() {
     let mut written = BTreeSet::new();
     for page in pages(&folder) {
         let name = page.file_stem().unwrap().to_str().unwrap().to_owned();
-        // The list of the pages.
-        if name == "README" {
+        // The list of the pages; and rules that are gone, which no command can measure again.
+        if name == "README" || name == "rules" {
             continue;
         }
         let text = std::fs::read_to_string(&page).unwrap();

@@ -282,6 +282,8 @@ PAGES = {
     "truth": ("Validation of the truth", FIXED, 1,
               [Tests(TRUTH, *("reference:: conservation:: closed_form:: friction_laws:: convergence:: invariance:: properties::").split()),
                Tests(TRUTH, "engines_agree_on_every_shipped_scene", ignored=True)]),
+    "sensitivity": ("Half and double of the estimator's constants", "0 to {last}", 1,
+                    [Command([sys.executable, "benches/sensitivity.py", "--seeds", "1"], "python3 benches/sensitivity.py --seeds 1")]),
     "cost": ("Speed of engines and estimators: times, which depend on the load of the machine, and instructions, which do not", "0", 1,
              [Command(["cargo", "bench", "-p", "robhaz-benches", "--locked"], "cargo bench -p robhaz-benches"),
               Command([".ci/instructions"], ".ci/instructions"),
@@ -323,7 +325,8 @@ def main():
         (asked.out / f"{name}.md").write_text(f"# {title}\n\n{head}\n\n" + "\n\n".join(blocks) + "\n")
     index = [f"| [{name}]({name}.md) | {page[0]} |" for name, page in PAGES.items()]
     index = ["# Measurements", "", "Written by `just measure`; the head of each page has the version and the seeds.", "",
-             "| page | content |", "|---|---|", *index]
+             "| page | content |", "|---|---|", *index,
+             "| [rules](rules.md) | What each rule of the estimator does when it is off; measured once, before most were deleted |"]
     (asked.out / "README.md").write_text("\n".join(index) + "\n")
     if BEYOND_LIMITS:
         raise SystemExit("beyond the limits of their tests:\n" + "\n".join(BEYOND_LIMITS))

@@ -259,9 +259,11 @@ pub fn findings(
     // The first that fits as well as the best: the fewest changes.
     let fits = |(_, nis): &&(Case, f64)| *nis <= AS_WELL * least;
     let best = judged.iter().find(fits).map_or(OWN, |(case, _)| *case);
+    // The log's own wiring excludes another one as far as the other one would have to exclude it.
+    let margin = if best == OWN { 1.0 / BETTER } else { AS_WELL };
     let as_well: Vec<Case> = judged
         .iter()
-        .filter(fits)
+        .filter(|(_, nis)| *nis <= margin * least)
         .map(|(case, _)| *case)
         .filter(|case| *case != best && *case != OWN)
         .collect();
