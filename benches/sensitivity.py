@@ -47,7 +47,7 @@ pub fn pair(name: &str, value: [f64; 2]) -> [f64; 2] {
 """
 # Constants of geometry and mathematics, of time stamps and of rounding.
 LEFT_OUT = {"UNIFORM", "DIFFERENCES", "HALF_ROOT_3", "ROUNDING", "LONGEST_GAP", "SHORTEST_STEP", "RADIUS", "MASS", "UNKNOWN_TIME", "STRAIGHT",
-            "TURN", "ANGLE", "CELLS_BETWEEN", "OVERLAP", "REACH", "LARGEST"}
+            "TORQUE", "TURN", "ANGLE", "RATE", "SPIN", "CELLS_BETWEEN", "DEGREE", "OVERLAP", "REACH", "LARGEST"}
 
 
 def outside_comments(text, change):
@@ -96,11 +96,11 @@ def transform(source):
 
     def field(match):
         name, value = match.group(1), match.group(2).rstrip(",")
-        process = re.match(r"LastingError::new\(([^,]+), ([^)]+)\)", value)
+        process = re.match(r"GaussMarkov::new\(([^,]+), ([^)]+)\)", value)
         if process:
             names.extend([f"tuning::{name}.sigma", f"tuning::{name}.time"])
             parts = ", ".join(f'crate::factor::one("{n}", {v})' for n, v in zip(names[-2:], process.groups()))
-            return f"{name}: LastingError::new({parts}),"
+            return f"{name}: GaussMarkov::new({parts}),"
         names.append(f"tuning::{name}")
         return f'{name}: crate::factor::one("{names[-1]}", {value}),'
 

@@ -129,19 +129,28 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         // P -= s s' is symmetric to the bit.
         let s = ph.map(|value| value * root);
         let step = root * difference;
-        let before = self.p;
-        for (row, si) in self.p.iter_mut().zip(s) {
+        for (x, si) in self.x.iter_mut().zip(s).take(estimated) {
+            *x += si * step;
+        }
+        // Whole rows are fastest; what the considered states have among themselves comes back.
+        let (all, mut kept) = (N - CONSIDERED, [[0.0; CONSIDERED]; CONSIDERED]);
+        for (kept, row) in kept.iter_mut().zip(&self.p[all..]) {
+            kept.copy_from_slice(&row[all..]);
+        }
+        let whole = if estimated == all { N } else { estimated };
+        let (rows, others) = self.p.split_at_mut(whole);
+        for (row, si) in rows.iter_mut().zip(s) {
             for (entry, sj) in row.iter_mut().zip(s) {
                 *entry -= si * sj;
             }
         }
-        for (x, si) in self.x.iter_mut().zip(s).take(estimated) {
-            *x += si * step;
-        }
-        for (row, before) in self.p.iter_mut().zip(&before).skip(estimated) {
-            for (entry, before) in row.iter_mut().zip(before).skip(estimated) {
-                *entry = *before;
+        for (row, si) in others.iter_mut().zip(&s[whole..]) {
+            for (entry, sj) in row.iter_mut().zip(s).take(estimated) {
+                *entry -= si * sj;
             }
+        }
+        for (kept, row) in kept.iter().zip(&mut self.p[all..]) {
+            row[all..].copy_from_slice(kept);
         }
     }
 }
