@@ -29,6 +29,8 @@ const BIAS_WALK: f64 = 2e-4;
 const RECENT: f64 = 40.0;
 /// Greatest contribution of one measurement to the misfit.
 const LARGEST_MISFIT: f64 = 4.0;
+/// Misfit below which the wheels have passed the same ground. At the start of a section it is 1.
+const AGREES: f64 = 0.7;
 /// Least standard deviation of the direction that passes show, as dy/dx.
 const LEAST_DIRECTION: f64 = 1e-3;
 /// Heights that differ by more standard deviations than this are not of one place.
@@ -220,6 +222,11 @@ impl Drift {
             .update(&h, difference - expected, variance, GATE);
         let misfit = innovation.nis().min(LARGEST_MISFIT);
         self.misfit += (misfit - self.misfit) / RECENT;
+    }
+
+    /// Whether the heights that the wheels found at the same places agree.
+    pub fn agrees(&self) -> bool {
+        self.misfit < AGREES
     }
 
     /// Whether a number has left the range of sensible ones.

@@ -7,6 +7,8 @@ use super::point::GroundPoint;
 
 /// Length along the ground over which the error of a stored slope lasts, m: that of the penetration speed, 50 ms at 0.2 m/s.
 const SLOPE_LENGTH: f64 = 0.01;
+/// Part of that error which lasts for the distance of two wheels, rad: 0.5 deg. It is an error of the wheel that comes there, too.
+const REPEATED: f64 = 8.7e-3;
 
 impl GroundMemory {
     /// All points in memory, in order of x.
@@ -51,9 +53,9 @@ impl GroundMemory {
     /// measurement a point. `None` on unmapped ground.
     pub fn mapped_slope(&self, i: usize) -> Option<(f64, f64)> {
         let place = self.wheel_places()?.get(i).copied()?;
-        let (slope, sigma) = self.slope_at(place)?;
+        let (slope, sigma) = self.slope_at(place).filter(|_| self.drift.agrees())?;
         let white = (2.0 * SLOPE_LENGTH / self.cells.spacing()).max(1.0);
-        Some((slope, white * sigma * sigma))
+        Some((slope, white * (sigma * sigma + REPEATED * REPEATED)))
     }
 
     /// A stored point as it is known now.
