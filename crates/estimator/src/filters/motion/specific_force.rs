@@ -25,6 +25,9 @@ impl MotionFilter {
     ///
     /// An inclinometer measures the direction of the specific force, and the gyroscope the angle of the link: what is left is the
     /// acceleration along the link, within seconds. It is the only measurement of the robot's motion that does not need a wheel that grips.
+    ///
+    /// Both links measure the same acceleration of Q. Half of the excess of their difference over [`TUNING`]`.apart` deviations is added to
+    /// the correlated noise: otherwise a gyroscope with a wrong sign would pass for an acceleration, and no inclination would contradict it.
     pub fn correct_acceleration(&mut self, readings: &[Option<SensedAcceleration>; 2], dt: f64) {
         self.since_acceleration += dt;
         let share = match readings {
@@ -48,8 +51,17 @@ impl MotionFilter {
         // Not less than once the variance, where readings are rarer than errors last.
         let white_of =
             |sigma: f64, lasts: f64| GaussMarkov::new(sigma, lasts.max(0.5 * time)).white(time);
+        let apart = match readings {
+            [Some(first), Some(second)] => (first.innovation - second.innovation).abs(),
+            _ => 0.0,
+        };
+        let square = |sigma: f64| sigma * sigma;
+        // Of the difference of two independent links; `white` is that of their mean.
+        let agreeing = 4.0 * white + 2.0 * (square(of_angle) + square(of_turning));
+        let excess = 0.5 * (apart - TUNING.apart * robhaz_model::sqrt(agreeing)).max(0.0);
         let r = white
             + white_of(of_angle, TUNING.angle_time)
+            + white_of(excess, TUNING.angle_time)
             + white_of(of_turning, TUNING.turning_time);
         let h = [(ACCELERATION, 1.0)];
         let ph = self.filter.covariance_times(&h);
@@ -150,6 +162,28 @@ mod tests {
             two < one && two > one * core::f64::consts::FRAC_1_SQRT_2,
             "{one} {two}"
         );
+    }
+
+    /// Property: what only one of two links shows counts by less, the more it is.
+    #[test]
+    fn links_that_differ_count_by_less() {
+        let budget = NoiseBudget::typical();
+        let found = |difference: f64| {
+            let mut motion = MotionFilter::new(&budget, ContactAngles::Unknown);
+            let sensed = |innovation| SensedAcceleration {
+                innovation,
+                white: 1e-4,
+                of_angle: 0.005,
+                of_turning: 0.0,
+            };
+            let measured = MeasuredAccelerations::default();
+            for _ in 0..3 {
+                motion.predict(&budget, DT, [false; 3], &[0.0; 3], measured);
+                motion.correct_acceleration(&[Some(sensed(difference)), Some(sensed(0.0))], DT);
+            }
+            motion.acceleration().x / difference
+        };
+        assert!(found(1.0) < 0.1 * found(0.01) && found(0.01) > 0.0);
     }
 
     /// Property: after an impact what the inclinometers measure changes nothing.

@@ -33,6 +33,8 @@ pub struct Tuning {
     /// Correlation time of the error of a link's angle, s. The angle follows its inclinometer within seconds, so that what both have in
     /// common shows no acceleration.
     pub angle_time: f64,
+    /// Difference between the accelerations that the two links show that is no contradiction, in standard deviations.
+    pub apart: f64,
     /// Correlation time of what an inclinometer's place and the error of its lag add while its link turns, s.
     pub turning_time: f64,
     /// Slip speed that creep does not explain: standard deviation, m/s, and correlation time, s, at the reference speed. It
@@ -120,6 +122,7 @@ pub const TUNING: Tuning = Tuning {
     unknown_velocity: 0.5,
     penetration_speed: GaussMarkov::new(5e-4, 0.05),
     angle_time: 10.0,
+    apart: 2.0,
     turning_time: 0.05,
     slip: GaussMarkov::new(2e-4, 0.5),
     creep: -3.5,      // 30 mm/s
