@@ -286,6 +286,7 @@ impl MotionFilter {
         }
         let r = unmodelled.white(dt) * factor
             + GaussMarkov::new(correlated, TUNING.slip.time).white(dt)
+            + GaussMarkov::new(of_torque, TUNING.observer_time).white(dt)
             + shared;
         let variance = of_states + r;
         let estimated = self.estimated_states();

@@ -41,6 +41,8 @@ pub struct Tuning {
     /// is a rolling-radius error of 0.1 %. The time, not scaled by the speed, also holds for the gyroscope's bias, for the
     /// error of creep times T/N, and for the slip of a wheel at rest.
     pub slip: GaussMarkov,
+    /// Correlation time of the torque observer's error in the slip, s.
+    pub observer_time: f64,
     /// Prior of the logarithm of the creep speed in m/s: 1 to 4 mm/s for a hard wheel on rock, 100 mm/s on soft ground at 0.2 m/s (slip
     /// ratio over T/N of 0.005 to 0.5: Pacejka, Tyre and Vehicle Dynamics, ch. 3).
     pub creep: f64,
@@ -86,7 +88,7 @@ pub struct Tuning {
     /// is zero.
     pub least_angle: f64,
     /// Innovations beyond this many standard deviations count by less: see [`crate::filters::Kalman::apply_within`]. White innovations are
-    /// beyond it once in 150 000 samples.
+    /// beyond it once in 1.7 million samples.
     pub gate: f64,
     /// The same where no contact angle is given: the estimated angle then follows what leaves it, so that the deviation of a wheel that
     /// meets an edge is small.
@@ -125,6 +127,7 @@ pub const TUNING: Tuning = Tuning {
     apart: 2.0,
     turning_time: 0.05,
     slip: GaussMarkov::new(2e-4, 0.5),
+    observer_time: 0.05,
     creep: -3.5,      // 30 mm/s
     creep_sigma: 0.8, // a factor of 2.2: 39 mm/s
     common_creep: 0.9,
@@ -145,7 +148,7 @@ pub const TUNING: Tuning = Tuning {
     sticking_ratio: 0.25,
     sliding_time: 0.1,
     least_angle: 1e-3,
-    gate: 4.5,
+    gate: 5.0,
     edge_gate: 3.0,
     impact_time: 0.2,
     impact_noise: GaussMarkov::new(0.1, 0.1),
