@@ -79,30 +79,28 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
     /// Corrects the state by a measurement with the innovation `difference`, the row `h` of the measurement matrix and the
     /// noise variance `r`; an innovation beyond `gate` standard deviations as in [`Self::apply_within`].
     ///
-    /// Returns the innovation, and whether it was within the gate.
+    /// Returns the innovation.
     pub fn update<const K: usize>(
         &mut self,
         h: &[(usize, f64); K],
         difference: f64,
         r: f64,
         gate: f64,
-    ) -> (Innovation, bool) {
+    ) -> Innovation {
         let ph = self.covariance_times(h);
         let variance = r + Self::along(&ph, h);
         let innovation = Innovation {
             value: difference,
             variance,
         };
-        (
-            innovation,
-            self.apply_within(N, &ph, difference, variance, gate),
-        )
+        self.apply_within(N, &ph, difference, variance, gate);
+        innovation
     }
 
     /// [`Self::apply`], robust against outliers: the variance of an innovation beyond `gate` standard deviations is inflated until it lies
     /// at the gate, so that the correction falls with one over the innovation, but no wrong state shuts out all later readings (Chang,
-    /// Robust Kalman filtering based on Mahalanobis distance, J. Geodesy 88, 2014). Returns whether it was within the gate; a number that
-    /// is not finite changes nothing.
+    /// Robust Kalman filtering based on Mahalanobis distance, J. Geodesy 88, 2014). A number that is not
+    /// finite changes nothing.
     pub fn apply_within(
         &mut self,
         estimated: usize,
@@ -110,15 +108,13 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         difference: f64,
         variance: f64,
         gate: f64,
-    ) -> bool {
+    ) {
         let nis = difference * difference / variance;
         // Written so that a NaN is rejected too.
-        if !(variance > 0.0 && nis < f64::INFINITY) {
-            return false;
+        if variance > 0.0 && nis < f64::INFINITY {
+            let beyond = nis / (gate * gate);
+            self.apply(estimated, ph, difference, variance * beyond.max(1.0));
         }
-        let beyond = nis / (gate * gate);
-        self.apply(estimated, ph, difference, variance * beyond.max(1.0));
-        beyond <= 1.0
     }
 
     /// Corrects the first `estimated` states, at most all but the consider states, by an innovation, for known `P h` and variance of the
@@ -179,8 +175,7 @@ mod tests {
             let row = [(0, h[0]), (2, h[1])];
             let full = Vector3::new(h[0], 0.0, h[1]);
             let x = Vector3::from(x);
-            let (innovation, used) = filter.update(&row, z - full.dot(&x), r, f64::INFINITY);
-            prop_assert!(used);
+            let innovation = filter.update(&row, z - full.dot(&x), r, f64::INFINITY);
             prop_assert!((innovation.variance - (full.dot(&(p * full)) + r)).abs() < 1e-12 * (1.0 + innovation.variance));
 
             let information = p.try_inverse().expect("positive") + full * full.transpose() / r;
@@ -230,9 +225,8 @@ mod tests {
             let before: Kalman<3> = Kalman { x: [1.0, 2.0, 3.0], p: [0, 1, 2].map(|i| [0, 1, 2].map(|j| p[(i, j)])) };
             let far = if sign { far } else { -far };
             let (mut outlier, mut noisy) = (before, before);
-            let (innovation, within) = outlier.update(&[(1, 1.0)], far, 0.1, 5.0);
+            let innovation = outlier.update(&[(1, 1.0)], far, 0.1, 5.0);
             prop_assume!(innovation.nis() > 25.0);
-            prop_assert!(!within);
             noisy.update(&[(1, 1.0)], far, far * far / 25.0 - p[(1, 1)], f64::INFINITY);
             for i in 0..3 {
                 prop_assert!((outlier.x[i] - noisy.x[i]).abs() < 1e-9);

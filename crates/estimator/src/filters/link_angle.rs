@@ -213,7 +213,7 @@ impl LinkAngleKalman {
         let r = noise * noise + uncertain * uncertain + late * late;
         let before = self.filter.x[ANGLE];
         let difference = inclination - self.expected;
-        let (innovation, _) = self
+        let innovation = self
             .filter
             .update(&[(ANGLE, 1.0)], difference, r, f64::INFINITY);
         // The angle's error is older than the lag.

@@ -173,7 +173,7 @@ impl TorqueObserver {
             self.filter.p[TORQUE][TORQUE] += Self::IMPACT_TORQUE * Self::IMPACT_TORQUE;
             self.filter.p[RATE][RATE] += Self::IMPACT_RATE * Self::IMPACT_RATE;
         }
-        let (innovation, _) = self
+        let innovation = self
             .filter
             .update(&[(ANGLE, 1.0)], difference, r, f64::INFINITY);
         Some(innovation)

@@ -217,7 +217,7 @@ impl Drift {
             (ahead, -share_ahead),
         ];
         let expected = Kalman::<COUNT>::along(&self.filter.x, &h);
-        let (innovation, _) = self
+        let innovation = self
             .filter
             .update(&h, difference - expected, variance, GATE);
         let misfit = innovation.nis().min(LARGEST_MISFIT);

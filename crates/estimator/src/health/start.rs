@@ -145,7 +145,7 @@ impl Start {
         let [d, j, b, k, c] = self.fit.x;
         let expected = j * acceleration + b * speed + k * angle + c - d * rate;
         let noise = Self::REFERENCE * Self::REFERENCE;
-        let (innovation, _) = self
+        let innovation = self
             .fit
             .update(&row, torque - expected, noise, f64::INFINITY);
         let [residual, number, squared] = self.sums;

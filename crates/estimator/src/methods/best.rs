@@ -88,7 +88,7 @@ impl BestFilters {
         for wheel in &mut self.wheels {
             wheel.reset_speed();
         }
-        self.motion.inflate_velocity_variance();
+        self.motion.reset_velocity_variance();
     }
 
     /// Time since the last frame by the wheels, s, if all of them have turned further than they can in the `dt` (s) of the time
@@ -337,7 +337,7 @@ impl BestFilters {
     fn discard_wrong_states(&mut self, budget: &NoiseBudget) {
         if self.time_beyond_gate > Self::LONGEST_BEYOND_GATE {
             self.motion = MotionFilter::new(budget, self.method.contact_angles);
-            self.motion.inflate_velocity_variance();
+            self.motion.reset_velocity_variance();
             self.ground.end_section();
             self.time_beyond_gate = 0.0;
         }

@@ -93,7 +93,7 @@ impl WorkBalance {
         let height = Self::HEIGHT * weight;
         // Passages that share a part of the way count as one.
         let noise = height * height * Passage::OVERLAP;
-        let (innovation, _) = self.fit.update(
+        let innovation = self.fit.update(
             &row,
             w1 + w2 + w3 - passed.kinetic - expected,
             noise,

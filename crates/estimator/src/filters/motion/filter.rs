@@ -76,7 +76,7 @@ impl MotionFilter {
 
     /// Marks the velocity as unknown, because the robot may be moving: raises its two variances, keeps its value and
     /// correlations.
-    pub fn inflate_velocity_variance(&mut self) {
+    pub fn reset_velocity_variance(&mut self) {
         for v in [VELOCITY, VELOCITY + 1] {
             self.filter.p[v][v] = TUNING.unknown_velocity * TUNING.unknown_velocity;
         }

@@ -155,7 +155,7 @@ impl MotionFilter {
             of_states + penetration.sigma * penetration.sigma + bias * bias + noise * noise;
         let gate = TUNING.edge_gate;
         let leaves = velocity.away * velocity.away > gate * gate * sample_variance;
-        if leaves && correct && !given {
+        if correct && !given && leaves {
             self.meet_edge(i, &velocity);
             ph = self.filter.covariance_times(&h);
             of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);

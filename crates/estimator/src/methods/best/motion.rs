@@ -45,7 +45,7 @@ impl BestFilters {
             self.motion.discard_motion(spin);
             self.ground.end_section();
         } else if before && !stands {
-            self.motion.inflate_velocity_variance();
+            self.motion.reset_velocity_variance();
         }
     }
 
