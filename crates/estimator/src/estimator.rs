@@ -133,15 +133,15 @@ impl Estimator {
     /// [`EstimateError`]. After [`EstimateError::Time`] the estimator is unchanged. After the other errors it has taken the
     /// readings, and continues with the next frame.
     pub fn update(&mut self, frame: &SensorFrame) -> Result<Estimate, EstimateError> {
-        let estimate = self.update_in_units(&self.units.frame_in(frame));
-        match estimate {
-            Ok(estimate) => Ok(self.units.estimate_out(&estimate, frame.time)),
-            Err(EstimateError::Time { last, .. }) => Err(EstimateError::Time {
-                last: self.units.time_out(last),
-                now: frame.time,
-            }),
-            Err(error) => Err(error),
+        let mut found = self.update_in_units(&self.units.frame_in(frame));
+        match &mut found {
+            Ok(estimate) => self.units.estimate_out(estimate, frame.time),
+            Err(EstimateError::Time { last, now }) => {
+                (*last, *now) = (self.units.time_out(*last), frame.time);
+            }
+            Err(_) => {}
         }
+        found
     }
 
     fn update_in_units(&mut self, frame: &SensorFrame) -> Result<Estimate, EstimateError> {

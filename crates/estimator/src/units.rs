@@ -179,43 +179,30 @@ impl Units {
         }
     }
 
-    /// An estimate in SI, of the readings at `time`, s.
-    pub fn estimate_out(&self, estimate: &Estimate, time: f64) -> Estimate {
-        let (force, torque) = (self.force(), self.torque());
-        let [horizontal, vertical, link1, link2] = estimate.residual;
-        Estimate {
-            time,
-            normal_force: estimate.normal_force.map(|n| n * force),
-            traction: estimate.traction.map(|t| t * force),
-            covariance: estimate
-                .covariance
-                .map(|rows| rows.map(|row| row.map(|entry| entry * (force * force)))),
-            pin_from_q: estimate.pin_from_q.map(|pin| pin * self.length),
-            pin_force: estimate.pin_force.map(|pin| pin * force),
-            residual: [
-                horizontal * force,
-                vertical * force,
-                link1 * torque,
-                link2 * torque,
-            ],
-            parity: estimate.parity.map(|parity| Parity {
-                value: parity.value * force,
-                sigma: parity.sigma * force,
-            }),
-            reading_errors: estimate
-                .reading_errors
-                .map(|errors| self.errors_out(errors)),
-            contact: estimate.contact.map(|wheels| {
-                wheels.map(|mut wheel| {
-                    wheel.slip *= self.speed();
-                    wheel
-                })
-            }),
-            friction: estimate
-                .friction
-                .map(|wheels| wheels.map(|wheel| self.friction_out(wheel))),
-            ..*estimate
+    /// Puts an estimate into SI, of the readings at `time`, s.
+    pub fn estimate_out(&self, estimate: &mut Estimate, time: f64) {
+        estimate.time = time;
+        estimate.scale_forces(self.force());
+        // Moments, where the first two are forces.
+        for moment in &mut estimate.residual[2..] {
+            *moment *= self.length;
         }
+        for pin in &mut estimate.pin_from_q {
+            *pin *= self.length;
+        }
+        if let Some(Parity { value, sigma }) = &mut estimate.parity {
+            *value *= self.force();
+            *sigma *= self.force();
+        }
+        for wheel in estimate.contact.iter_mut().flatten() {
+            wheel.slip *= self.speed();
+        }
+        for wheel in estimate.friction.iter_mut().flatten() {
+            self.friction_out(wheel);
+        }
+        estimate.reading_errors = estimate
+            .reading_errors
+            .map(|errors| self.errors_out(errors));
     }
 
     fn errors_out(&self, errors: ReadingErrors) -> ReadingErrors {
@@ -229,14 +216,13 @@ impl Units {
         }
     }
 
-    fn friction_out(&self, mut wheel: WheelFriction) -> WheelFriction {
+    fn friction_out(&self, wheel: &mut WheelFriction) {
         wheel.slid = wheel.slid.map(|slid| slid * self.length);
         if let Some(event) = &mut wheel.slip_event {
             event.load *= self.force();
             event.age *= self.time;
             event.place = event.place.map(|place| place * self.length);
         }
-        wheel
     }
 
     /// A point of the ground in SI.
