@@ -248,7 +248,7 @@ fn at_corners_errors_are_larger_but_mostly_covered() {
             let what = format!("{name} {drive} typical");
             let (nrmse, consistency) = print_row(&what, &measure(&scene, &truth, 5), most);
             assert!(nrmse <= most, "{what}: {nrmse} %");
-            // Measured: 93 to 98 %; without unexplained loads and suspect wheels 41 to 90 %.
+            // Measured: 93 to 98 %; without unmodelled loads and down-weighting 41 to 90 %.
             let coverage = consistency.coverage.mean;
             assert!(coverage >= 0.9, "{what}: {coverage}");
         }
@@ -358,7 +358,7 @@ fn whitening_reaches_the_bound_of_one_sample_and_best_beats_it() {
 
 /// Ablation: with typical sensors, every step of the ladder reduces the error or increases it by at most 2 % (the
 /// benefit of a step can depend on a later one), and `best` errs by less than a tenth of `paper-wheels`. Without contact
-/// angles the parity residual reduces the error, too, below that of every rung that is given them but corrects nothing over time.
+/// angles the parity residual reduces the error, too, below that of every ablation step that is given them but corrects nothing over time.
 #[test]
 fn every_rung_of_the_ladder_carries() {
     let mut scene = with_best("smooth", &[&["sensors.grade=typical"]]);

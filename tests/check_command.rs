@@ -231,8 +231,8 @@ fn an_estimate_tells_a_contradiction() {
     assert!(said.contains("gyroscope 2 from"), "{said}");
     let summary = fs::read_to_string(folder.join("runs/drive-estimate/summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
-    let suspect = &summary["estimators"]["best"]["suspects"]["gyroscope 2"];
-    assert!(suspect["records"].as_u64().unwrap() > 1000, "{suspect}");
+    let faulty = &summary["estimators"]["best"]["faulty_channels"]["gyroscope 2"];
+    assert!(faulty["records"].as_u64().unwrap() > 1000, "{faulty}");
 }
 
 /// A log that does not say how exact the robot is counts as people build them, and both commands say so; a budget of its

@@ -16,7 +16,7 @@ fn robhaz_on_step(arguments: &[&str]) -> Output {
     robhaz(dir.path()).args(arguments).output().unwrap()
 }
 
-/// Boundary: the kerb is go for the outline of the drawings and no-go for a body that hangs lower than it, by its clearance.
+/// Boundary: the kerb is go for the nominal outline and no-go for a body that hangs lower than it, by its clearance.
 #[test]
 fn a_path_is_no_go_where_the_body_touches() {
     let report = |overrides: &[&str]| {
@@ -91,7 +91,7 @@ fn a_run_says_where_a_bar_touched() {
     assert!((least - clearance["least_m"].as_f64().unwrap()).abs() < 1e-9);
 }
 
-/// `verify` fails for such a robot by this verdict, and passes it for the drawings' outline.
+/// `verify` fails for such a robot by this verdict, and passes it for the nominal outline.
 #[test]
 fn verify_fails_where_a_bar_touches() {
     let short = ["verify", "--set", "record.duration=6"];

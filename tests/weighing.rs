@@ -1,4 +1,4 @@
-//! `robhaz weigh` from drawings to a weighed robot, and the truth of a robot on blocks.
+//! `robhaz weigh` from nominal values to a weighed robot, and the truth of a robot on blocks.
 
 use crate::seeds::study;
 use crate::support::{keep, robhaz, root, scene, text};
@@ -39,12 +39,12 @@ fn run_in(folder: &Path, arguments: &[&str]) -> (bool, String) {
 }
 
 /// The shipped example, end to end: the plan's table filled by `--simulate` is the shipped one; weighing writes a robot
-/// with the forces of the real one, far closer than the drawings; `estimate` takes robot and budget from it.
+/// with the forces of the real one, far closer than the nominal values; `estimate` takes robot and budget from it.
 #[test]
-fn the_example_leads_from_drawings_to_a_weighed_robot() {
+fn the_example_leads_from_a_nominal_to_a_weighed_robot() {
     let dir = tempfile::tempdir().unwrap();
     let example = root().join("examples/weigh");
-    for name in ["drawings.toml", "real.toml", "measurements.csv"] {
+    for name in ["nominal.toml", "real.toml", "measurements.csv"] {
         fs::copy(example.join(name), dir.path().join(name)).unwrap();
     }
     let planned = [
@@ -52,7 +52,7 @@ fn the_example_leads_from_drawings_to_a_weighed_robot() {
         "--plan",
         "6",
         "--robot",
-        "drawings.toml",
+        "nominal.toml",
         "--simulate",
         "real.toml",
         "--out",
@@ -68,7 +68,7 @@ fn the_example_leads_from_drawings_to_a_weighed_robot() {
         "weigh",
         "measurements.csv",
         "--robot",
-        "drawings.toml",
+        "nominal.toml",
         "--out",
         "weighed.toml",
     ];
@@ -86,7 +86,7 @@ fn the_example_leads_from_drawings_to_a_weighed_robot() {
     // Postures that were not on the scales.
     let postures = [[0.1, -0.1], [-0.1, 0.1], [0.0, 0.15], [0.2, 0.1]];
     let robot = |name: &str| RobotChoice::load(&dir.path().join(name)).unwrap().robot;
-    let [drawn, real, weighed] = ["drawings.toml", "real.toml", "weighed.toml"].map(robot);
+    let [drawn, real, weighed] = ["nominal.toml", "real.toml", "weighed.toml"].map(robot);
     let error = |found: &Robot| {
         let mut sum = 0.0;
         for angles in postures {
@@ -112,13 +112,13 @@ fn the_example_leads_from_drawings_to_a_weighed_robot() {
     assert_eq!(again.unwrap().budget, choice.budget);
 }
 
-/// Acceptance: six robots that differ from their drawings by 10 mm (centre of mass), 10 % (link masses) and 2 mm (pins),
+/// Acceptance: six robots that differ from their nominal values by 10 mm (centre of mass), 10 % (link masses) and 2 mm (pins),
 /// typical sensors, friction that the estimator does not know. Weighed on scales good to 0.2 N in six postures, `best` errs
-/// by at most 1.0 % of N, in place of more than 2 % with the drawings, and its covariance is not overconfident.
+/// by at most 1.0 % of N, in place of more than 2 % with the nominal values, and its covariance is not overconfident.
 #[test]
-fn weighing_brings_the_error_of_the_drawings_back() {
+fn weighing_reduces_the_error_of_the_nominal_masses() {
     let seeds: Vec<u64> = (0..6).collect();
-    let drawings = [
+    let nominal = [
         "engine.kind=direct",
         "estimator=[{name='best'}]",
         "sensors.grade=typical",
@@ -129,7 +129,7 @@ fn weighing_brings_the_error_of_the_drawings_back() {
     ];
     for drive in [&[][..], &["drive.kp=2", "drive.ki=0"]] {
         let scores = |scales: &str| {
-            let scene = scene("smooth", &[&drawings, drive, &[scales][..]].concat());
+            let scene = scene("smooth", &[&nominal, drive, &[scales][..]].concat());
             let truth = TruthRun::of(&scene).unwrap();
             let scores = study(&scene, &truth, &seeds).unwrap();
             scores.into_iter().next().unwrap()
@@ -139,7 +139,7 @@ fn weighing_brings_the_error_of_the_drawings_back() {
         let [before, after] = [&drawn, &weighed].map(|s| 100.0 * s.nrmse().unwrap().mean);
         let consistency = weighed.consistency().unwrap();
         println!(
-            "{drive:?}: drawings {before:.2} %, weighed {after:.2} %, NEES {:.2}, within two sigma {:.1} %",
+            "{drive:?}: nominal values {before:.2} %, weighed {after:.2} %, NEES {:.2}, within two sigma {:.1} %",
             consistency.nees.mean,
             100.0 * consistency.coverage.mean
         );

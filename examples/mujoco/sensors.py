@@ -42,13 +42,13 @@ class Sensors:
             row[f"{name}_motor_torque"] = torque + TYPICAL["torque_noise"] * white[i]
         for i in range(2):
             name = f"link{i + 1}"
-            direction = self._felt_direction(name, truth) + self.bias[i]
+            direction = self._specific_force_direction(name, truth) + self.bias[i]
             row[f"{name}_inclination"] = direction + TYPICAL["inclination_noise"] * white[3 + i]
             row[f"{name}_rate"] = truth[f"{name}_rate"] + TYPICAL["rate_noise"] * white[5 + i]
         self.last = truth
         return row
 
-    def _felt_direction(self, link: str, truth: dict[str, float]) -> float:
+    def _specific_force_direction(self, link: str, truth: dict[str, float]) -> float:
         """Direction of the specific force in the link, rad: its angle plus atan(a_x/(g + a_y)).
 
         The acceleration is the mean one since the last sample, as of a sensor with a filter against aliasing.

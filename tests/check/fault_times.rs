@@ -16,7 +16,7 @@ const ROLLING: [&str; 7] = [
     "smooth", "sine", "rough", "heights", "cosbump", "ramp", "course",
 ];
 
-/// Faults and a channel that must be suspect.
+/// Faults and a channel that must be faulty.
 const TABLE: [(&str, Channels); 7] = [
     ("gyro 1 sign", Channels::GYROSCOPE[0]),
     ("gyro 2 sign", Channels::GYROSCOPE[1]),
@@ -32,7 +32,7 @@ fn begin(name: &str) -> f64 {
     if name.ends_with("stuck") { 3.0 } else { START }
 }
 
-/// Time until a channel is suspect, or the readings are refused, s.
+/// Time until a channel is faulty, or the readings are refused, s.
 fn reported(
     scene: &Scene,
     estimator: usize,
@@ -44,8 +44,8 @@ fn reported(
     for frame in frames {
         let is_reported = match estimator.update(frame) {
             Ok(estimate) => {
-                let suspect = estimate.health.ok_or("best states its health")?.suspect;
-                suspect.contains(channels) || estimate.flags.contains(Flags::SENSOR_ABSURD)
+                let faulty = estimate.health.ok_or("best states its health")?.faulty;
+                faulty.contains(channels) || estimate.flags.contains(Flags::SENSOR_ABSURD)
             }
             Err(EstimateError::Linkage(_)) => true,
             Err(_) => false,

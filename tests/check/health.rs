@@ -10,7 +10,7 @@ use robhaz_estimator::{Channels, EstimateError, Estimator, Flags, SensorFrame};
 use robhaz_scene::Scene;
 use robhaz_study::TruthRun;
 
-/// When a channel was suspect for the first time (s), and which channels ever were.
+/// When a channel was faulty for the first time (s), and which channels ever were.
 #[derive(Clone, Copy, Default)]
 struct Raised {
     first: Option<f64>,
@@ -44,9 +44,9 @@ fn run(scene: &Scene, estimator: usize, frames: &[SensorFrame]) -> Result<Raised
         let tests = tests.chain(&health.direction).chain(&health.inclination);
         let largest = tests.chain([&health.parity]);
         raised.largest = largest.fold(raised.largest, |a, b| a.max(*b));
-        if !health.suspect.is_empty() {
+        if !health.faulty.is_empty() {
             raised.first.get_or_insert(frame.time);
-            raised.channels |= health.suspect;
+            raised.channels |= health.faulty;
         }
     }
     Ok(raised)

@@ -38,7 +38,7 @@ fn estimate(
         scale = estimate.torque_scale;
         alarm |= estimate
             .health
-            .is_some_and(|h| h.suspect.contains(Channels::TORQUE_SCALE));
+            .is_some_and(|h| h.faulty.contains(Channels::TORQUE_SCALE));
         if frame.time < 2.0 {
             continue;
         }
@@ -207,10 +207,10 @@ fn count(
     let (mut sigmas, mut forces) = (0.0, 0.0);
     for (frame, true_sample) in frames.iter().zip(truth.samples()) {
         let estimate = estimator.update(frame)?;
-        let suspect = estimate.health.is_some_and(|h| !h.suspect.is_empty());
+        let faulty = estimate.health.is_some_and(|h| !h.faulty.is_empty());
         let alarm = estimate
             .health
-            .is_some_and(|h| h.suspect.contains(Channels::TORQUE_SCALE));
+            .is_some_and(|h| h.faulty.contains(Channels::TORQUE_SCALE));
         if alarm && count.alarm.is_none() {
             count.alarm = Some(frame.time);
         }
@@ -224,7 +224,7 @@ fn count(
             Flags::OUT_OF_RANGE,
             Flags::CONTRADICTION,
         ];
-        let trusted = !suspect && !warned.iter().any(|f| estimate.flags.contains(*f));
+        let trusted = !faulty && !warned.iter().any(|f| estimate.flags.contains(*f));
         let mut off = 0.0_f64;
         for (i, wheel) in true_sample.wheels.iter().enumerate() {
             let Some(contact) = wheel.equivalent_contact() else {

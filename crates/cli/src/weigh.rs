@@ -24,7 +24,7 @@ pub struct Args {
         conflicts_with = "plan"
     )]
     measurements: Option<PathBuf>,
-    /// The drawings: a file with the section robot of a scene.
+    /// The nominal robot: a file with the section robot of a scene.
     #[arg(long, value_name = "ROBOT.toml")]
     robot: PathBuf,
     /// Writes the weighed robot with its budget (.toml), or with --plan the table to fill in (.csv).
@@ -49,17 +49,17 @@ pub struct Args {
     errors: Errors,
 }
 
-/// Standard deviations of drawings and readings.
+/// Standard deviations of nominal values and readings.
 #[derive(clap::Args)]
 struct Errors {
-    /// Relative error of each mass in the drawings.
-    #[arg(long, value_name = "SHARE", default_value_t = Tolerances::DRAWINGS.mass)]
+    /// Relative error of each nominal mass.
+    #[arg(long, value_name = "SHARE", default_value_t = Tolerances::NOMINAL.mass)]
     mass_error: f64,
-    /// Distance of each centre of mass from the drawings, mm.
-    #[arg(long, value_name = "MM", default_value_t = 1e3 * Tolerances::DRAWINGS.centre)]
+    /// Distance of each centre of mass from its nominal place, mm.
+    #[arg(long, value_name = "MM", default_value_t = 1e3 * Tolerances::NOMINAL.centre)]
     cg_error: f64,
-    /// Distance of each pin from the drawings, mm.
-    #[arg(long, value_name = "MM", default_value_t = 1e3 * Tolerances::DRAWINGS.pin)]
+    /// Distance of each pin from its nominal place, mm.
+    #[arg(long, value_name = "MM", default_value_t = 1e3 * Tolerances::NOMINAL.pin)]
     pin_error: f64,
     /// Error of a scale's reading, N.
     #[arg(long, value_name = "N", default_value_t = Accuracy::TYPICAL.scale)]
@@ -105,25 +105,25 @@ const ROBOTS: Format = Format {
 
 /// Weighs, or plans a weighing.
 pub fn run(args: &Args) -> Result<()> {
-    let drawings = RobotChoice::load(&args.robot)?;
+    let nominal = RobotChoice::load(&args.robot)?;
     match (&args.measurements, args.plan) {
-        (Some(measurements), _) => weigh_robot(args, &drawings, measurements),
-        (None, count) => plan_postures(args, &drawings, count.unwrap_or(1).into()),
+        (Some(measurements), _) => weigh_robot(args, &nominal, measurements),
+        (None, count) => plan_postures(args, &nominal, count.unwrap_or(1).into()),
     }
 }
 
-fn weigh_robot(args: &Args, drawings: &RobotChoice, path: &Path) -> Result<()> {
+fn weigh_robot(args: &Args, nominal: &RobotChoice, path: &Path) -> Result<()> {
     let inputs = [args.robot.clone(), path.to_path_buf()];
     let file = create(args, ROBOTS, &inputs)?;
     let measurements = read_table(path)?;
     let (tolerances, accuracy) = (args.errors.tolerances(), args.errors.accuracy());
-    let weighed = weigh(&drawings.robot, &measurements, &tolerances, &accuracy)
+    let weighed = weigh(&nominal.robot, &measurements, &tolerances, &accuracy)
         .into_diagnostic()
         .wrap_err_with(|| format!("cannot weigh with {}", path.display()))?;
     say(&text::weighed(&weighed))?;
     let robot = RobotChoice {
-        geometry_name: format!("{}, weighed", drawings.geometry_name),
-        mass_name: format!("{}, weighed", drawings.mass_name),
+        geometry_name: format!("{}, weighed", nominal.geometry_name),
+        mass_name: format!("{}, weighed", nominal.mass_name),
         robot: weighed.robot,
     };
     let version = format!("robhaz {}", env!("CARGO_PKG_VERSION"));
@@ -131,7 +131,7 @@ fn weigh_robot(args: &Args, drawings: &RobotChoice, path: &Path) -> Result<()> {
     write(file, &text, "the weighed robot and its budget")
 }
 
-fn plan_postures(args: &Args, drawings: &RobotChoice, count: usize) -> Result<()> {
+fn plan_postures(args: &Args, nominal: &RobotChoice, count: usize) -> Result<()> {
     let inputs: Vec<_> = [&args.robot]
         .into_iter()
         .chain(&args.simulate)
@@ -140,7 +140,7 @@ fn plan_postures(args: &Args, drawings: &RobotChoice, count: usize) -> Result<()
     let file = create(args, TABLES, &inputs)?;
     let heights: Vec<f64> = args.blocks.iter().map(|mm| 1e-3 * mm).collect();
     let (tolerances, accuracy) = (args.errors.tolerances(), args.errors.accuracy());
-    let plan = plan(&drawings.robot, &tolerances, &accuracy, &heights, count).into_diagnostic()?;
+    let plan = plan(&nominal.robot, &tolerances, &accuracy, &heights, count).into_diagnostic()?;
     say(&text::plan(&plan))?;
     let blocks: Vec<Blocks> = plan.postures.iter().map(|p| p.blocks).collect();
     let text = match &args.simulate {

@@ -9,7 +9,7 @@
 //! | `shared`: one speed control, its torque shared so that every wheel needs the same T/N | [`shared`] |
 //! | `friction-test`: torque ramps on one wheel after the other | [`friction_test`] |
 //!
-//! The crate is `no_std`, allocates nothing, and depends on the estimator and on the robot's drawings alone: it runs on a
+//! The crate is `no_std`, allocates nothing, and depends on the estimator and on the robot's nominal parameters alone: it runs on a
 //! robot and cannot reach the simulator.
 #![no_std]
 #![allow(

@@ -21,7 +21,7 @@ struct Raw {
     counts: [Option<i64>; 3],
     amperes: [Option<f64>; 3],
     /// Links 1 and 2: inclination in degrees, nose up positive; rate in degrees a second.
-    tilt: [Option<f64>; 2],
+    inclination: [Option<f64>; 2],
     rate: [Option<f64>; 2],
 }
 
@@ -49,8 +49,8 @@ fn read_sensors(k: u32) -> Raw {
     // A current is never quite constant: one that is shows a broken sensor.
     let ripple = 0.02 * f64::from(k).sin();
     let current = torque / TORQUE_OF_CURRENT + ripple;
-    // An inclinometer feels the acceleration, too.
-    let felt = if starts { 0.2_f64.atan2(9.81) } else { 0.0 };
+    // An inclinometer shows the acceleration, too.
+    let direction = if starts { 0.2_f64.atan2(9.81) } else { 0.0 };
     let lost = (1500..1700).contains(&k);
     Raw {
         seconds,
@@ -60,7 +60,7 @@ fn read_sensors(k: u32) -> Raw {
         )]
         counts: [Some((turns * COUNTS).floor() as i64); 3],
         amperes: [Some(current), (!lost).then_some(current), Some(current)],
-        tilt: [Some(felt.to_degrees()); 2],
+        inclination: [Some(direction.to_degrees()); 2],
         rate: [Some(0.0); 2],
     }
 }
@@ -68,7 +68,7 @@ fn read_sensors(k: u32) -> Raw {
 /// SI units, and the signs of the estimator.
 fn frame(raw: &Raw) -> SensorFrame {
     let link = |i: usize| LinkReading {
-        inclination: raw.tilt[i].map(f64::to_radians),
+        inclination: raw.inclination[i].map(f64::to_radians),
         rate: raw.rate[i].map(f64::to_radians),
     };
     #[expect(clippy::cast_precision_loss, reason = "2^53 counts are 5 million km")]

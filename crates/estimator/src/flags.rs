@@ -26,11 +26,11 @@ impl Flags {
     pub const OUT_OF_RANGE: Self = Self(128);
     /// The drives turn the wheels or push, but the robot stands. Where its wheels touch the ground is then hardly known.
     pub const SPINS_IN_PLACE: Self = Self(256);
-    /// Readings contradict each other: see [`crate::Health::suspect`].
+    /// Readings contradict each other: see [`crate::Health::faulty`].
     pub const CONTRADICTION: Self = Self(512);
 
     /// Warnings with which forces and motion say nothing of the friction: an unknown torque, old readings, an impact.
-    pub(crate) const DOUBTFUL: Self =
+    pub(crate) const UNRELIABLE: Self =
         Self(Self::AT_STOP.0 | Self::SENSOR_STALE.0 | Self::OUT_OF_RANGE.0);
 
     /// All flags and their names.

@@ -190,7 +190,7 @@ fn use_contact_angles(
     if options.contact_angles.unwrap_or(absent.is_empty()) {
         return Ok(None);
     }
-    plan.forget_contact_angles();
+    plan.drop_contact_angles();
     let left_out = choice
         .without_contact_angles(options.named_estimators)
         .map_err(|error| LogError::whole(&plan.source, error.to_string()))?;

@@ -208,7 +208,7 @@ impl Plan {
     }
 
     /// Leaves out the contact angles.
-    pub fn forget_contact_angles(&mut self) {
+    pub fn drop_contact_angles(&mut self) {
         for channel in &mut self.channels {
             channel.readings.retain(|(r, _)| !r.is_contact_angle());
         }

@@ -27,7 +27,7 @@ pub enum WeighError {
         source: PlateError,
     },
     /// The statics of the robot itself, without a reading.
-    #[error("{0}, for the drawings in a posture of a drive; check the robot's pins")]
+    #[error("{0}, for the nominal values in a posture of a drive; check the robot's pins")]
     Statics(PlateError),
     /// A posture beyond the end stops of pin Q.
     #[error(
@@ -55,7 +55,7 @@ pub enum WeighError {
         /// In words.
         reason: String,
     },
-    /// The readings contradict each other or the drawings.
+    /// The readings contradict each other or the nominal values.
     #[error(
         "the readings do not fit a robot within the stated errors: the weighted sum of squares is {sum:.1}, allowed: at most \
          {most:.1} for {readings} readings{worst}"

@@ -1,6 +1,6 @@
-//! Least squares for the unknowns, with the drawings as prior: Gauss and Newton.
+//! Least squares for the unknowns, with the nominal values as prior: Gauss and Newton.
 //!
-//! Unknowns x are errors of the drawings and of the two inclination offsets, each over its prior standard deviation. With
+//! Unknowns x are errors of the nominal values and of the two inclination offsets, each over its prior standard deviation. With
 //! residuals r of the readings of covariance R and J = dh/dx the sum r' R^-1 r + x' x is minimised; the covariance of x is
 //! (I + sum J' R^-1 J)^-1. A reading's covariance R holds the scale's error, and the errors of inclinations and
 //! horizontal forces carried through the statics.
@@ -14,7 +14,7 @@ use nalgebra::{SMatrix, Vector3};
 use robhaz_estimator::statics::LoadCovariance;
 use robhaz_model::{GRAVITY, Robot};
 
-/// Most steps of Gauss and Newton; a few are enough for errors of drawings.
+/// Most steps of Gauss and Newton; a few are enough for errors of nominal values.
 const MOST_STEPS: usize = 30;
 /// A step below this, in prior standard deviations, ends the iteration.
 const CONVERGED: f64 = 1e-6;
@@ -26,13 +26,13 @@ pub(crate) type Information = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
 /// A robot that was weighed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weighed {
-    /// Its masses, centres of mass and pins: the most probable ones for drawings and scales together.
+    /// Its masses, centres of mass and pins: the most probable ones for nominal values and scales together.
     pub robot: Robot,
-    /// What they are in the drawings, kg and m, in the order of [`crate::parameter_names`].
+    /// Their nominal values, kg and m, in the order of [`crate::parameter_names`].
     pub drawn: [f64; PARAMETERS],
     /// What they are now, kg and m.
     pub found: [f64; PARAMETERS],
-    /// Their standard deviations by the drawings alone, kg and m.
+    /// Their standard deviations by the tolerances alone, kg and m.
     pub prior: [f64; PARAMETERS],
     /// Their standard deviations now, kg and m.
     pub deviation: [f64; PARAMETERS],
@@ -48,7 +48,7 @@ pub struct Weighed {
     pub misfit: Misfit,
 }
 
-/// Weighted squares of what the readings and the drawings were changed by.
+/// Weighted squares of what the readings and the nominal values were changed by.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Misfit {
     /// The sum; distributed as chi-squared with `readings` degrees of freedom if the stated errors hold.
@@ -112,12 +112,12 @@ impl Normal {
     }
 }
 
-/// Masses, centres of mass and pins from readings of scales, with the drawings as prior.
+/// Masses, centres of mass and pins from readings of scales, with the nominal values as prior.
 ///
 /// # Errors
 /// [`WeighError`]: impossible postures, readings that do not fit, impossible results.
 pub fn weigh(
-    drawings: &Robot,
+    nominal: &Robot,
     measurements: &Measurements,
     tolerances: &Tolerances,
     accuracy: &Accuracy,
@@ -125,8 +125,8 @@ pub fn weigh(
     if measurements.count() == 0 {
         return Err(WeighError::Nothing);
     }
-    check_stops(drawings, &measurements.readings)?;
-    let prior = Prior::new(drawings, tolerances, accuracy)?;
+    check_stops(nominal, &measurements.readings)?;
+    let prior = Prior::new(nominal, tolerances, accuracy)?;
     let mut unknowns = Unknowns::zeros();
     for _ in 0..MOST_STEPS {
         let (normal, _) = normal_equations(&prior, measurements, &unknowns)?;
@@ -147,10 +147,10 @@ pub fn weigh(
     Err(WeighError::NotConverged)
 }
 
-fn check_stops(drawings: &Robot, readings: &[Reading]) -> Result<(), WeighError> {
+fn check_stops(nominal: &Robot, readings: &[Reading]) -> Result<(), WeighError> {
     /// The stops are elastic, and inclinations have errors, rad.
     const SLACK: f64 = 0.01;
-    let stop = &drawings.geometry.stop;
+    let stop = &nominal.geometry.stop;
     for reading in readings {
         let opening = reading.inclinations[0] - reading.inclinations[1];
         if !(opening > stop.lower - SLACK && opening < stop.upper + SLACK) {
@@ -227,7 +227,7 @@ fn finish(
         deviation: deviation.into(),
         inclination_offsets: [PARAMETERS, PARAMETERS + 1]
             .map(|i| (offset * unknowns[i], offset * covariance[(i, i)].sqrt())),
-        loads: loads::compare(prior.drawings, &robot, &before, &after),
+        loads: loads::compare(prior.nominal, &robot, &before, &after),
         covariance: after.covariance,
         forces: ForceDeviation {
             before: before.force,

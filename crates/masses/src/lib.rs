@@ -1,12 +1,12 @@
 //! Masses and centres of mass of a robot from its wheels on scales.
 //!
 //! The robot stands with its wheels on horizontal plates at different heights: blocks, and scales under some or all
-//! wheels. The inclinations of links 1 and 2 and the scales' readings in a few postures, with the drawings as the prior,
+//! wheels. The inclinations of links 1 and 2 and the scales' readings in a few postures, with the nominal values as the prior,
 //! give masses, centres of mass and pins with their covariance by least squares.
 //!
 //! | step | file |
 //! |---|---|
-//! | the unknowns and what the drawings know of them | `parameters.rs` |
+//! | the unknowns and what the nominal values know of them | `parameters.rs` |
 //! | forces on the plates: eq. (8) with contact angles of 0 | `statics.rs` |
 //! | readings and their errors | `measurements.rs` |
 //! | least squares with a prior (Gauss and Newton) | `prior.rs`, `fit.rs` |
@@ -18,7 +18,7 @@
 //! On scales the wheels are free or on plates that give way, so that no traction acts: T = 0 but for a small rest
 //! ([`Accuracy::horizontal_force`]). With one wheel each on links 1 and 2, eq. (8) then determines the three normal
 //! forces of a posture from the seven load parameters of [`robhaz_estimator::statics`]; scales see these, and single
-//! masses only as far as the drawings separate them.
+//! masses only as far as the nominal values separate them.
 #![allow(
     clippy::needless_range_loop,
     reason = "indices name wheels and parameters, and go through several arrays at once"

@@ -23,11 +23,11 @@ pub struct LoadDeviation {
     pub name: &'static str,
     /// `kg` or `kg m`.
     pub unit: &'static str,
-    /// By the drawings, in its unit.
+    /// Nominal, in its unit.
     pub drawn: f64,
     /// Now.
     pub found: f64,
-    /// Standard deviation by the drawings alone.
+    /// Standard deviation by the tolerances alone.
     pub prior: f64,
     /// Standard deviation now.
     pub deviation: f64,
@@ -37,7 +37,7 @@ pub struct LoadDeviation {
 /// postures of a drive, N.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForceDeviation {
-    /// By the drawings alone.
+    /// By the tolerances alone.
     pub before: f64,
     /// After weighing.
     pub after: f64,
@@ -92,18 +92,18 @@ impl Deviations {
 }
 
 impl Tolerances {
-    /// Covariance of the loads of a robot that errs from its drawings by these tolerances and was not weighed. Masses err
+    /// Covariance of the loads of a robot that errs from its nominal values by these tolerances and was not weighed. Masses err
     /// each by itself, and by as much all to the same side: cables, screws and payload make a robot heavier.
     ///
     /// # Errors
     /// [`WeighError`] where a tolerance is not above 0, or the robot cannot stand in the postures of a drive.
-    pub fn loads(&self, drawings: &Robot) -> Result<LoadCovariance, WeighError> {
-        let prior = Prior::new(drawings, self, &Accuracy::TYPICAL)?;
+    pub fn loads(&self, nominal: &Robot) -> Result<LoadCovariance, WeighError> {
+        let prior = Prior::new(nominal, self, &Accuracy::TYPICAL)?;
         let mut covariance = SMatrix::<f64, PARAMETERS, PARAMETERS>::identity();
         covariance
             .fixed_view_mut::<CENTRES, CENTRES>(0, 0)
             .add_scalar_mut(1.0);
-        Ok(Deviations::new(&prior, drawings, &covariance)?.covariance)
+        Ok(Deviations::new(&prior, nominal, &covariance)?.covariance)
     }
 }
 
@@ -202,12 +202,12 @@ pub(crate) fn mean_variance(
 
 /// The load parameters before and after.
 pub(crate) fn compare(
-    drawings: &Robot,
+    nominal: &Robot,
     robot: &Robot,
     before: &Deviations,
     after: &Deviations,
 ) -> Vec<LoadDeviation> {
-    let (drawn, found) = (load_parameters(drawings), load_parameters(robot));
+    let (drawn, found) = (load_parameters(nominal), load_parameters(robot));
     let (prior, deviation) = (before.covariance.rows(), after.covariance.rows());
     let names = LOAD_PARAMETER_NAMES.iter().enumerate();
     names

@@ -31,7 +31,7 @@ pub struct ModelError {
     /// Relative error of the wheels' radius.
     pub wheel_radius: f64,
     /// Standard deviation of scales on which the simulated robot is weighed in six postures, N; 0 if it is not weighed.
-    /// The nominal robot is then that of the weighing, with the drawn one as its drawings.
+    /// The nominal robot is then that of the weighing, with the drawn one as its prior.
     pub scales: f64,
 }
 
@@ -40,7 +40,7 @@ pub struct ModelError {
 pub struct NominalRobot {
     /// Geometry and masses.
     pub robot: Robot,
-    /// Covariance of its loads if it was weighed; it replaces the tolerances of the drawings.
+    /// Covariance of its loads if it was weighed; it replaces the tolerances of the nominal values.
     pub loads: Option<LoadCovariance>,
 }
 
@@ -102,7 +102,7 @@ impl ModelError {
         })
     }
 
-    /// The drawn robot, corrected by a weighing of the simulated one. Its tolerances are those of drawings, or larger ones
+    /// The drawn robot, corrected by a weighing of the simulated one. Its tolerances are [`Tolerances::NOMINAL`], or larger ones
     /// that `[model_error]` states.
     fn weighed(
         &self,
@@ -110,11 +110,11 @@ impl ModelError {
         drawn: &Robot,
         seed: u64,
     ) -> Result<NominalRobot, ModelErrorTooLarge> {
-        let drawings = Tolerances::DRAWINGS;
+        let nominal = Tolerances::NOMINAL;
         let tolerances = Tolerances {
-            mass: drawings.mass.max(self.link_masses),
-            centre: drawings.centre.max(self.body_cg),
-            pin: drawings.pin.max(self.pins),
+            mass: nominal.mass.max(self.link_masses),
+            centre: nominal.centre.max(self.body_cg),
+            pin: nominal.pin.max(self.pins),
         };
         let accuracy = Accuracy {
             scale: self.scales,
@@ -293,7 +293,7 @@ mod tests {
         assert_eq!(other.geometry.pins, robot.geometry.pins);
     }
 
-    /// A weighed robot has the loads of the simulated one: with drawings off by 10 mm, 10 % and 2 mm, the forces on level
+    /// A weighed robot has the loads of the simulated one: with nominal values off by 10 mm, 10 % and 2 mm, the forces on level
     /// ground err by at most 1 % of the mean after weighing on scales good to 0.2 N; the drawn ones err by more than
     /// twice as much (RMS over 20 seeds).
     #[test]

@@ -1,4 +1,4 @@
-//! The unknowns: masses, centres of mass and pins, with the tolerances of drawings as their prior.
+//! The unknowns: masses, centres of mass and pins, with the tolerances of nominal values as their prior.
 
 use nalgebra::SVector;
 use robhaz_model::{Bar, Robot, Vec2};
@@ -55,15 +55,15 @@ pub fn parameter_names() -> [ParameterName; PARAMETERS] {
     })
 }
 
-/// How far a robot may be from its drawings: standard deviations of the prior. Axles and wheel radius count as exact; a
+/// How far a robot may be from its nominal values: standard deviations of the prior. Axles and wheel radius count as exact; a
 /// ruler measures them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerances {
     /// Relative error of each mass.
     pub mass: f64,
-    /// Distance of each centre of mass from its place in the drawings (RMS), m.
+    /// Distance of each centre of mass from its nominal place (RMS), m.
     pub centre: f64,
-    /// Distance of each pin from its place in the drawings (RMS), m.
+    /// Distance of each pin from its nominal place (RMS), m.
     pub pin: f64,
 }
 
@@ -71,7 +71,7 @@ impl Tolerances {
     /// Drawings of a robot of this size: masses to 10 %, centres of mass to 10 mm, pins to 2 mm. Cables, connectors and
     /// screws are not in a drawing's masses; plates that are bent or welded keep positions to 1 to 2 mm (ISO 2768-1, class
     /// v: 1.5 mm up to 120 mm, 2.5 mm up to 400 mm).
-    pub const DRAWINGS: Self = Self {
+    pub const NOMINAL: Self = Self {
         mass: 0.10,
         centre: 0.010,
         pin: 0.002,
@@ -89,10 +89,10 @@ impl Tolerances {
     pub const PAYLOAD: f64 = 0.075;
 
     /// Standard deviations of the unknowns, kg and m.
-    pub(crate) fn deviations(&self, drawings: &Robot) -> Values {
+    pub(crate) fn deviations(&self, nominal: &Robot) -> Values {
         // A distance has two coordinates.
         let axis = std::f64::consts::FRAC_1_SQRT_2;
-        let mass = values(drawings) * self.mass;
+        let mass = values(nominal) * self.mass;
         Values::from_fn(|i, _| match i {
             i if i < CENTRES => mass[i],
             i if i < PINS => self.centre * axis,
@@ -113,10 +113,10 @@ pub(crate) fn values(robot: &Robot) -> Values {
     Values::from_iterator(masses.into_iter().chain(coordinates))
 }
 
-/// The robot of the drawings with other values of the unknowns. A part's inertia changes with its mass: its radius of
+/// The robot of the nominal values with other values of the unknowns. A part's inertia changes with its mass: its radius of
 /// gyration stays.
-pub(crate) fn with_values(drawings: &Robot, values: &Values) -> Robot {
-    let mut robot = drawings.clone();
+pub(crate) fn with_values(nominal: &Robot, values: &Values) -> Robot {
+    let mut robot = nominal.clone();
     let (geometry, mass) = (&mut robot.geometry, &mut robot.mass);
     let point =
         |first: usize, i: usize| Vec2::new(values[first + 2 * i], values[first + 2 * i + 1]);

@@ -30,9 +30,9 @@ pub struct Plan {
 pub struct PlannedPosture {
     /// Heights under the wheels, m.
     pub blocks: Blocks,
-    /// Inclinations of links 1 and 2 by the drawings, rad.
+    /// Inclinations of links 1 and 2 nominal, rad.
     pub angles: [f64; 2],
-    /// Forces of the wheels by the drawings, N.
+    /// Forces of the wheels nominal, N.
     pub forces: [f64; 3],
     /// Standard deviation of a normal force after weighing in this and all earlier postures, N.
     pub after: f64,
@@ -70,7 +70,7 @@ struct Candidate {
 /// # Errors
 /// [`PlanError`]
 pub fn plan(
-    drawings: &Robot,
+    nominal: &Robot,
     tolerances: &Tolerances,
     accuracy: &Accuracy,
     heights: &[f64],
@@ -79,13 +79,13 @@ pub fn plan(
     if let Some(height) = heights.iter().find(|h| !(**h > 0.0 && **h <= 1.0)) {
         return Err(PlanError::Height(*height));
     }
-    let prior = Prior::new(drawings, tolerances, accuracy)?;
+    let prior = Prior::new(nominal, tolerances, accuracy)?;
     let candidates = candidates(&prior, heights)?;
     if candidates.len() < count {
         let (found, asked) = (candidates.len(), count);
         return Err(PlanError::TooFew { found, asked });
     }
-    let forces = forces_by_unknowns(&prior, drawings).map_err(WeighError::Statics)?;
+    let forces = forces_by_unknowns(&prior, nominal).map_err(WeighError::Statics)?;
     let variance = |chosen: &[usize]| {
         let mut information = Information::identity();
         for i in chosen {
@@ -127,7 +127,7 @@ fn candidates(prior: &Prior<'_>, heights: &[f64]) -> Result<Vec<Candidate>, Plan
                 if blocks.iter().all(|h| *h > 0.0) {
                     continue;
                 }
-                let Ok(angles) = posture_on(prior.drawings, &blocks) else {
+                let Ok(angles) = posture_on(prior.nominal, &blocks) else {
                     continue;
                 };
                 let Ok(predicted) = prior.predict(&Unknowns::zeros(), angles) else {

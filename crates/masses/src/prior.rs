@@ -12,7 +12,7 @@ pub(crate) const UNKNOWNS: usize = PARAMETERS + 2;
 /// Step of the differences, in prior standard deviations: at most 0.1 mm.
 const DIFFERENCE: f64 = 1e-2;
 
-/// Errors of drawings and inclination offsets, over their prior standard deviations.
+/// Errors of nominal values and inclination offsets, over their prior standard deviations.
 pub(crate) type Unknowns = SVector<f64, UNKNOWNS>;
 
 /// Forces of one posture and their derivatives by the unknowns, over the wheels.
@@ -27,7 +27,7 @@ pub(crate) struct Predicted {
 
 /// Drawings, tolerances and accuracy: what is known before the readings.
 pub(crate) struct Prior<'a> {
-    pub drawings: &'a Robot,
+    pub nominal: &'a Robot,
     pub values: Values,
     pub deviations: Values,
     pub accuracy: Accuracy,
@@ -35,7 +35,7 @@ pub(crate) struct Prior<'a> {
 
 impl<'a> Prior<'a> {
     pub fn new(
-        drawings: &'a Robot,
+        nominal: &'a Robot,
         tolerances: &Tolerances,
         accuracy: &Accuracy,
     ) -> Result<Self, WeighError> {
@@ -75,9 +75,9 @@ impl<'a> Prior<'a> {
             }
         }
         Ok(Self {
-            drawings,
-            values: values(drawings),
-            deviations: tolerances.deviations(drawings),
+            nominal,
+            values: values(nominal),
+            deviations: tolerances.deviations(nominal),
             accuracy: *accuracy,
         })
     }
@@ -86,7 +86,7 @@ impl<'a> Prior<'a> {
     pub fn robot(&self, unknowns: &Unknowns) -> Robot {
         let errors = unknowns.fixed_rows::<PARAMETERS>(0);
         let values = self.values + errors.component_mul(&self.deviations);
-        with_values(self.drawings, &values)
+        with_values(self.nominal, &values)
     }
 
     fn forces(

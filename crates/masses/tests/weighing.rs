@@ -1,4 +1,4 @@
-//! What a weighing brings: robots that differ from their drawings, weighed with scales of a stated error.
+//! What a weighing brings: robots that differ from their nominal values, weighed with scales of a stated error.
 
 use robhaz_estimator::statics::load_parameters;
 use robhaz_masses::{
@@ -26,10 +26,10 @@ impl Random {
     }
 }
 
-/// A robot that differs from its drawings as `[model_error]` draws it: centre of mass by 10 mm, link masses by 10 %, pins by
+/// A robot that differs from its nominal values as `[model_error]` draws it: centre of mass by 10 mm, link masses by 10 %, pins by
 /// 2 mm; also the masses of body and wheels by `others` and the links' centres of mass by `centres`, m.
-fn real_robot(drawings: &Robot, random: &mut Random, others: f64, centres: f64) -> Robot {
-    let mut robot = drawings.clone();
+fn real_robot(nominal: &Robot, random: &mut Random, others: f64, centres: f64) -> Robot {
+    let mut robot = nominal.clone();
     let mut moved = |at: Vec2, by: f64| {
         let (sin, cos) = (std::f64::consts::TAU * random.uniform()).sin_cos();
         at + Vec2::new(cos, sin) * by
@@ -54,18 +54,14 @@ fn real_robot(drawings: &Robot, random: &mut Random, others: f64, centres: f64) 
 /// Heights of blocks as everybody has them, m.
 const HEIGHTS: [f64; 3] = [0.05, 0.10, 0.15];
 
-/// Weighs a robot in the six postures that tell most by its drawings.
-fn weighed(
-    drawings: &Robot,
-    robot: &Robot,
-    random: &mut Random,
-) -> Result<Weighed, Box<dyn Error>> {
-    let (tolerances, accuracy) = (Tolerances::DRAWINGS, Accuracy::TYPICAL);
-    let plan = plan(drawings, &tolerances, &accuracy, &HEIGHTS, 6)?;
+/// Weighs a robot in the six postures that tell most by its nominal values.
+fn weighed(nominal: &Robot, robot: &Robot, random: &mut Random) -> Result<Weighed, Box<dyn Error>> {
+    let (tolerances, accuracy) = (Tolerances::NOMINAL, Accuracy::TYPICAL);
+    let plan = plan(nominal, &tolerances, &accuracy, &HEIGHTS, 6)?;
     let blocks: Vec<_> = plan.postures.iter().map(|p| p.blocks).collect();
     let found = simulate(robot, &blocks, &accuracy, || random.normal());
     let measurements = found.map_err(|(k, error)| format!("posture {k}: {error}"))?;
-    Ok(weigh(drawings, &measurements, &tolerances, &accuracy)?)
+    Ok(weigh(nominal, &measurements, &tolerances, &accuracy)?)
 }
 
 /// Postures that are none of those on the scales, rad.
@@ -77,16 +73,16 @@ const POSTURES: [[f64; 2]; 5] = [
     [-0.1, -0.18],
 ];
 
-/// Squared error of the forces in these postures, N^2, mean over wheels and postures, and that of the drawings.
+/// Squared error of the forces in these postures, N^2, mean over wheels and postures, and that of the nominal values.
 fn squared_errors(
     real: &Robot,
-    drawings: &Robot,
+    nominal: &Robot,
     weighed: &Robot,
 ) -> Result<[f64; 2], Box<dyn Error>> {
     let mut sums = [0.0; 2];
     for angles in POSTURES {
         let truth = plate_forces(real, angles, [0.0; 3])?;
-        for (sum, robot) in sums.iter_mut().zip([drawings, weighed]) {
+        for (sum, robot) in sums.iter_mut().zip([nominal, weighed]) {
             let found = plate_forces(robot, angles, [0.0; 3])?;
             for (a, b) in found.iter().zip(truth) {
                 *sum += (a - b) * (a - b) / 15.0;
@@ -96,7 +92,7 @@ fn squared_errors(
     Ok(sums)
 }
 
-/// Acceptance: forty robots, both geometries, differ from their drawings by 10 mm, 10 % and 2 mm (half of them also in the
+/// Acceptance: forty robots, both geometries, differ from their nominal values by 10 mm, 10 % and 2 mm (half of them also in the
 /// masses of body and wheels and the links' centres of mass). After six postures on scales good to 0.2 N, forces at rest err
 /// by at most 0.5 % (RMS), and the stated deviation is right: NEES of the seven load parameters within the 99.9 % bounds of
 /// chi-squared or below.
@@ -111,14 +107,14 @@ fn weighed_robots_have_the_forces_of_the_real_ones() {
         } else {
             Geometry::b()
         };
-        let drawings = Robot {
+        let nominal = Robot {
             geometry,
             mass: MassSet::caption(),
         };
         let (others, centres) = if k % 4 < 2 { (0.0, 0.0) } else { (0.1, 0.01) };
-        let real = real_robot(&drawings, &mut random, others, centres);
-        let found = weighed(&drawings, &real, &mut random).unwrap();
-        let [drawn, now] = squared_errors(&real, &drawings, &found.robot).unwrap();
+        let real = real_robot(&nominal, &mut random, others, centres);
+        let found = weighed(&nominal, &real, &mut random).unwrap();
+        let [drawn, now] = squared_errors(&real, &nominal, &found.robot).unwrap();
         before += drawn / f64::from(ROBOTS);
         after += now / f64::from(ROBOTS);
         worst = worst.max(now);
@@ -127,7 +123,7 @@ fn weighed_robots_have_the_forces_of_the_real_ones() {
     }
     let percent = |square: f64| 100.0 * square.sqrt() / (14.0 * 9.81 / 3.0);
     println!(
-        "N: drawings {:.2} %, weighed {:.3} % (stated {:.3} %, worst robot {:.3} %); NEES {nees:.2} of 7",
+        "N: nominal values {:.2} %, weighed {:.3} % (stated {:.3} %, worst robot {:.3} %); NEES {nees:.2} of 7",
         percent(before),
         percent(after),
         percent(stated),
@@ -176,11 +172,11 @@ fn nees_of(real: &Robot, weighed: &Weighed) -> f64 {
     }
 }
 
-/// Closed form: exact scales in many postures give the load parameters of a robot whose pins are those of the drawings.
+/// Closed form: exact scales in many postures give the load parameters of a robot whose pins are those of the nominal values.
 #[test]
 fn exact_scales_give_the_load_parameters() {
-    let drawings = Robot::default_a();
-    let mut real = drawings.clone();
+    let nominal = Robot::default_a();
+    let mut real = nominal.clone();
     real.mass.body *= 1.07;
     real.mass.links = [1.6, 2.4, 0.55];
     real.geometry.body_cg += Vec2::new(0.008, -0.006);
@@ -206,9 +202,9 @@ fn exact_scales_give_the_load_parameters() {
     };
     let tolerances = Tolerances {
         pin: 1e-9,
-        ..Tolerances::DRAWINGS
+        ..Tolerances::NOMINAL
     };
-    let found = weigh(&drawings, &measurements, &tolerances, &accuracy).unwrap();
+    let found = weigh(&nominal, &measurements, &tolerances, &accuracy).unwrap();
     let (is, should) = (load_parameters(&found.robot), load_parameters(&real));
     for (is, should) in is.iter().zip(should) {
         // The prior pulls by (1e-5 N over its deviation)^2: below 1e-7.
@@ -220,12 +216,12 @@ fn exact_scales_give_the_load_parameters() {
 /// error as well.
 #[test]
 fn readings_that_do_not_fit_are_refused() {
-    let drawings = Robot::default_a();
+    let nominal = Robot::default_a();
     let accuracy = Accuracy::TYPICAL;
-    let plan = plan(&drawings, &Tolerances::DRAWINGS, &accuracy, &HEIGHTS, 6).unwrap();
+    let plan = plan(&nominal, &Tolerances::NOMINAL, &accuracy, &HEIGHTS, 6).unwrap();
     let blocks: Vec<_> = plan.postures.iter().map(|p| p.blocks).collect();
-    let sound = simulate(&drawings, &blocks, &accuracy, || 0.0).unwrap();
-    let fit = |m: &Measurements| weigh(&drawings, m, &Tolerances::DRAWINGS, &accuracy);
+    let sound = simulate(&nominal, &blocks, &accuracy, || 0.0).unwrap();
+    let fit = |m: &Measurements| weigh(&nominal, m, &Tolerances::NOMINAL, &accuracy);
     assert!(fit(&sound).is_ok());
     let mut faulty = sound.clone();
     faulty.readings[3].forces[1] = faulty.readings[3].forces[1].map(|n| n + 3.0);
@@ -244,14 +240,14 @@ fn readings_that_do_not_fit_are_refused() {
     assert_eq!(fit(&Measurements::default()), Err(WeighError::Nothing));
 }
 
-/// What scales do not see stays at the drawings: with the total weight alone the total mass is known, all else keeps its
+/// What scales do not see stays at the nominal values: with the total weight alone the total mass is known, all else keeps its
 /// deviation to a few percent; two scales of three tell less than three.
 #[test]
 fn what_is_not_seen_keeps_its_prior() {
-    let drawings = Robot::default_a();
+    let nominal = Robot::default_a();
     let fit =
-        |m: &Measurements| weigh(&drawings, m, &Tolerances::DRAWINGS, &Accuracy::TYPICAL).unwrap();
-    let weight = drawings.mass.total() * 9.81;
+        |m: &Measurements| weigh(&nominal, m, &Tolerances::NOMINAL, &Accuracy::TYPICAL).unwrap();
+    let weight = nominal.mass.total() * 9.81;
     let alone = fit(&Measurements {
         readings: Vec::new(),
         weight: Some(weight),
@@ -264,15 +260,15 @@ fn what_is_not_seen_keeps_its_prior() {
         );
     }
     let plan = plan(
-        &drawings,
-        &Tolerances::DRAWINGS,
+        &nominal,
+        &Tolerances::NOMINAL,
         &Accuracy::TYPICAL,
         &HEIGHTS,
         6,
     )
     .unwrap();
     let blocks: Vec<_> = plan.postures.iter().map(|p| p.blocks).collect();
-    let three = simulate(&drawings, &blocks, &Accuracy::TYPICAL, || 0.0).unwrap();
+    let three = simulate(&nominal, &blocks, &Accuracy::TYPICAL, || 0.0).unwrap();
     let mut two = three.clone();
     two.readings.iter_mut().for_each(|r| r.forces[2] = None);
     let (three, two) = (fit(&three), fit(&two));
@@ -282,10 +278,10 @@ fn what_is_not_seen_keeps_its_prior() {
 /// The plan: each posture helps, and six chosen ones tell more than six in the order of the list of all.
 #[test]
 fn planned_postures_tell_most() {
-    let drawings = Robot::default_a();
+    let nominal = Robot::default_a();
     let plan = plan(
-        &drawings,
-        &Tolerances::DRAWINGS,
+        &nominal,
+        &Tolerances::NOMINAL,
         &Accuracy::TYPICAL,
         &HEIGHTS,
         6,
@@ -310,8 +306,8 @@ fn planned_postures_tell_most() {
 fn the_budget_states_what_the_weighing_left() {
     use nalgebra::Matrix4;
     use robhaz_estimator::statics::{Arms, Equilibrium, Loads};
-    let drawings = Robot::default_a();
-    let found = weighed(&drawings, &drawings, &mut Random(3)).unwrap();
+    let nominal = Robot::default_a();
+    let found = weighed(&nominal, &nominal, &mut Random(3)).unwrap();
     let geometry = &found.robot.geometry;
     let mut sums = [0.0; 2];
     for (sum, slope) in sums.iter_mut().zip([0.0, 0.3]) {

@@ -1,4 +1,4 @@
-//! The robot ROBHAZ-6WHEEL as its drawings describe it: geometry, masses, and the kinematics of the closed four-bar.
+//! The robot ROBHAZ-6WHEEL: nominal geometry, masses, and the kinematics of the closed four-bar.
 //!
 //! One side of the robot in the plane: x forward, y up, angles counter-clockwise, SI units throughout.
 //!

@@ -241,7 +241,7 @@ mod tests {
     /// Closed form: the loads are those of the statics by hand for both geometries, to the stated digits. Their sum is
     /// the weight, and their moment that of the centre of mass.
     #[test]
-    fn static_loads_are_those_of_the_drawings() {
+    fn static_loads_are_those_of_the_closed_form() {
         for (geometry, expected) in [
             (Geometry::a(), [43.58, 48.05, 45.71]),
             (Geometry::b(), [46.21, 45.65, 45.48]),

@@ -177,14 +177,14 @@ impl PathReport {
         let needed = places.iter().filter_map(|p| p.needed_mu);
         let first_failure = failures().next();
         // Friction alone depends on mu.
-        let lasting = failures().any(|f| f.reason != Reason::Friction);
+        let other_reason = failures().any(|f| f.reason != Reason::Friction);
         let margin = driven.map_or(least.map(|l| l.0), |d| d.margin);
         let spread = driven.zip(least).map_or(0.0, |(_, (margin, x))| {
             MODEL_SPREAD * (setup.mu_at(x) - margin).max(0.0)
         });
         let sigma = options.mu_sigma.hypot(spread);
         let probability = match margin {
-            _ if lasting => 0.0,
+            _ if other_reason => 0.0,
             Some(margin) if sigma > 0.0 => normal_distribution(margin / sigma),
             _ if first_failure.is_none() => 1.0,
             _ => 0.0,

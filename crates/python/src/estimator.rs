@@ -8,7 +8,7 @@ use pyo3::exceptions::{PyRuntimeError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use robhaz_estimator::{LinkReading, SensorFrame};
 use robhaz_record::{BatchBuilder, Table as Columns};
-use robhaz_run::{FeltGround, Frame};
+use robhaz_run::{EstimatedTerrain, Frame};
 use robhaz_scene::LogChoice;
 use std::ffi::CString;
 use std::path::PathBuf;
@@ -161,6 +161,6 @@ fn frame<'a>(
         commands: None,
         sensors,
         estimates,
-        ground: FeltGround::default(),
+        ground: EstimatedTerrain::default(),
     }
 }

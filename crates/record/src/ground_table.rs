@@ -1,7 +1,7 @@
 //! The table `ground-NAME`: the ground as an estimator has found it.
 
 use crate::error::RecordError;
-use crate::felt_ground::{ComparedPoint, FeltGrounds};
+use crate::estimated_terrain::{ComparedPoint, EstimatedTerrains};
 use crate::point_table::{PointColumn, batch_of_points};
 use arrow_array::RecordBatch;
 use robhaz_run::RunDescription;
@@ -28,7 +28,7 @@ const COLUMNS: &[PointColumn<ComparedPoint>] = crate::point_columns! {
 /// Name and content of the table of each estimator that has found ground, as Arrow batches.
 pub fn ground_batches(
     run: &RunDescription,
-    grounds: &FeltGrounds,
+    grounds: &EstimatedTerrains,
     metadata: &[(&str, String)],
 ) -> Result<Vec<(String, RecordBatch)>, RecordError> {
     let robot = &run.robot.robot;

@@ -1,7 +1,7 @@
 //! What is printed of recorded logs: means of the estimates, and what became of the rows.
 
 use crate::grid::Grid;
-use crate::summary::{EstimatorSummary, MeanForces, Summary, Suspicion};
+use crate::summary::{EstimatorSummary, Faulty, MeanForces, Summary};
 use robhaz_run::{ChannelReport, LogReport};
 
 /// Share of the records with a flag from which on it is printed.
@@ -73,8 +73,8 @@ pub fn health(runs: &[(&str, &Summary)]) -> Grid {
         let share = |count| format!("{:.2}", 100.0 * number(count) / number(e.samples));
         let flags = flags.chain([m.out_of_range]).map(share);
         let first =
-            |(name, found): (&String, &Suspicion)| format!("{name} from {:.1} s", found.first_s);
-        let channels: Vec<String> = e.suspects.iter().map(first).collect();
+            |(name, found): (&String, &Faulty)| format!("{name} from {:.1} s", found.first_s);
+        let channels: Vec<String> = e.faulty_channels.iter().map(first).collect();
         vec![needed.chain(flags).chain([channels.join(", ")]).collect()]
     })
 }

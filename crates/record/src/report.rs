@@ -3,7 +3,7 @@
 use crate::grid::Grid;
 use crate::log_lines::{MEANS, log_lines, means};
 use crate::summary::{
-    BrokenOff, ClearanceSummary, EstimatorSummary, FrictionSummary, Summary, Suspicion,
+    BrokenOff, ClearanceSummary, EstimatorSummary, Faulty, FrictionSummary, Summary,
 };
 use robhaz_score::Progress;
 
@@ -68,7 +68,7 @@ pub(crate) fn remarks(label: &str, summary: &Summary) -> Vec<String> {
                 "  {name}: no estimate in {missing} of {all} records; these do not count."
             ));
         }
-        lines.extend(suspects(estimator));
+        lines.extend(faulty_channels(estimator));
         let scale = estimator.torque_scale.as_ref();
         lines.extend(scale.map(|scale| format!("  {name}: {}.", scale.words)));
     }
@@ -146,11 +146,11 @@ fn speed(label: &str, summary: &Summary) -> String {
 }
 
 /// Channels whose readings contradicted others.
-fn suspects(estimator: &EstimatorSummary) -> Option<String> {
-    let channel = |(name, Suspicion { first_s, records }): (&String, &Suspicion)| {
+fn faulty_channels(estimator: &EstimatorSummary) -> Option<String> {
+    let channel = |(name, Faulty { first_s, records }): (&String, &Faulty)| {
         format!("{name} from {first_s:.1} s on ({records} records)")
     };
-    let channels: Vec<String> = estimator.suspects.iter().map(channel).collect();
+    let channels: Vec<String> = estimator.faulty_channels.iter().map(channel).collect();
     let (name, list) = (&estimator.name, channels.join(", "));
     (!channels.is_empty()).then(|| {
         format!(

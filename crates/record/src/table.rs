@@ -3,7 +3,7 @@
 use crate::batch::BatchBuilder;
 use crate::columns::Table;
 use crate::error::{RecordError, check_name, create_folder};
-use crate::felt_ground::FeltGrounds;
+use crate::estimated_terrain::EstimatedTerrains;
 use crate::format::TableFormat;
 use crate::ground_table::ground_batches;
 use crate::table_file::{GROUP_ROWS, TableFile, start_columns, write_table};
@@ -26,7 +26,7 @@ pub struct TableSink {
     folder: Option<(PathBuf, TableFormat)>,
     tables: Vec<RowTable>,
     /// The ground that the estimators find.
-    grounds: Option<(RunDescription, FeltGrounds)>,
+    grounds: Option<(RunDescription, EstimatedTerrains)>,
     /// A row could not be written.
     failed: bool,
     in_memory: Vec<(String, RecordBatch)>,
@@ -87,7 +87,7 @@ impl TableSink {
             create_folder(folder)?;
             start_columns(folder, *format)?;
         }
-        self.grounds = Some((run.clone(), FeltGrounds::new(run)));
+        self.grounds = Some((run.clone(), EstimatedTerrains::new(run)));
         let metadata = metadata(run);
         for table in Table::all(run) {
             let rows = BatchBuilder::new(table, &metadata);

@@ -4,7 +4,7 @@ use robhaz_estimator::{
     Estimate, EstimateError, EstimatorSettings, Flags, LinkReading, SensorFrame,
 };
 use robhaz_model::{Pin, Posture, Vec2};
-use robhaz_run::{FeltGround, Frame, RunDescription};
+use robhaz_run::{EstimatedTerrain, Frame, RunDescription};
 use robhaz_scene::{EstimatorChoice, RecordChoice, Scene, TerrainChoice};
 use robhaz_sim::{BarTruth, ContactList, ContactTruth, PinTruth, Truth, WheelTruth};
 use robhaz_terrain::Profile;
@@ -25,7 +25,7 @@ impl Record {
             sensors: &self.sensors,
             estimates: &self.estimates,
             commands: None,
-            ground: FeltGround::default(),
+            ground: EstimatedTerrain::default(),
         }
     }
 

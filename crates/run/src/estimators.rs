@@ -1,6 +1,6 @@
 //! The estimators of a run, side by side on the same readings.
 
-use crate::ground::FeltGround;
+use crate::ground::EstimatedTerrain;
 use crate::source::{Sample, sensor_frame};
 use rayon::prelude::*;
 use robhaz_estimator::{
@@ -76,8 +76,8 @@ impl Estimators {
     }
 
     /// The ground as the estimators know it now.
-    pub fn ground(&self) -> FeltGround<'_> {
-        FeltGround::new(&self.estimators, &self.completed)
+    pub fn ground(&self) -> EstimatedTerrain<'_> {
+        EstimatedTerrain::new(&self.estimators, &self.completed)
     }
 
     /// Number of the estimators.
@@ -102,8 +102,8 @@ impl Estimators {
         self.completed = points;
     }
 
-    /// Forgets the completed points of the ground, which a record has given.
-    pub(crate) fn forget_completed(&mut self) {
+    /// Removes the completed points of the ground, which a record has given.
+    pub(crate) fn clear_completed(&mut self) {
         for completed in &mut self.completed {
             completed.clear();
         }
@@ -153,7 +153,7 @@ impl Observers {
     }
 
     /// The ground as the estimators know it now. Completed points are those since the start.
-    pub fn ground(&self) -> FeltGround<'_> {
+    pub fn ground(&self) -> EstimatedTerrain<'_> {
         self.estimators.ground()
     }
 }

@@ -4,7 +4,7 @@ use robhaz_estimator::{Estimator, GroundPoint};
 
 /// The ground as the estimators of a run know it.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct FeltGround<'a> {
+pub struct EstimatedTerrain<'a> {
     memory: Memory<'a>,
     completed: &'a [Vec<GroundPoint>],
 }
@@ -24,7 +24,7 @@ impl Default for Memory<'_> {
     }
 }
 
-impl<'a> FeltGround<'a> {
+impl<'a> EstimatedTerrain<'a> {
     /// The ground of estimators, and the points that each has completed.
     pub(crate) const fn new(
         estimators: &'a [Estimator],

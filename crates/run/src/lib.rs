@@ -35,7 +35,7 @@ pub use driven_plant::{DrivenPlant, StartError};
 pub use driver::Driver;
 pub use error::RunError;
 pub use estimators::{Estimators, Observers};
-pub use ground::FeltGround;
+pub use ground::EstimatedTerrain;
 pub use log_report::{ChannelReport, LogReport};
 pub use sink::{ClearanceNeed, Frame, RunEnd, Sink, SinkError};
 pub use source::{Sample, Simulation, Source, sensor_frame};
@@ -123,7 +123,7 @@ impl Run {
 
     /// Source, estimators and sinks work on several threads, where no control needs the estimates: the run of one scene is
     /// faster, that of many scenes at once is not. The records are those of one loop, to the bit, but completed points of the
-    /// ground may come with a later record, and few records have the ground in memory: see [`FeltGround`].
+    /// ground may come with a later record, and few records have the ground in memory: see [`EstimatedTerrain`].
     #[must_use]
     pub fn on_threads(mut self) -> Self {
         self.on_threads = true;
@@ -257,7 +257,7 @@ impl Run {
                 sink.frame(&frame).map_err(RunError::Sink)?;
             }
             add_completed(&mut self.ground, &frame.ground);
-            self.estimators.forget_completed();
+            self.estimators.clear_completed();
             self.time = Some(sample.time);
         }
     }
@@ -292,7 +292,7 @@ impl Run {
 }
 
 /// Adds the points that the estimators have completed for a record.
-fn add_completed(to: &mut [Vec<GroundPoint>], ground: &FeltGround<'_>) {
+fn add_completed(to: &mut [Vec<GroundPoint>], ground: &EstimatedTerrain<'_>) {
     for (k, points) in to.iter_mut().enumerate() {
         points.extend_from_slice(ground.completed(k));
     }

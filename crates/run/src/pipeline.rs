@@ -11,7 +11,7 @@
 use crate::clearance::TruthClearance;
 use crate::error::RunError;
 use crate::estimators::Estimators;
-use crate::ground::FeltGround;
+use crate::ground::EstimatedTerrain;
 use crate::sink::{ClearanceNeed, Frame};
 use crate::source::{Sample, Source};
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -209,7 +209,7 @@ fn records(
     let last = samples.iter().rposition(|sample| sample.is_record);
     keep(left, &mut batch.completed);
     let mut clearances = batch.clearances.iter();
-    let ground = FeltGround::copied(&batch.memory, left);
+    let ground = EstimatedTerrain::copied(&batch.memory, left);
     let recorded = samples.iter().enumerate().filter(|(_, s)| s.is_record);
     let frames: Vec<Frame<'_>> = recorded
         .map(|(k, sample)| Frame {
@@ -225,7 +225,7 @@ fn records(
             ground: if last == Some(k) {
                 ground
             } else {
-                FeltGround::default()
+                EstimatedTerrain::default()
             },
         })
         .collect();

@@ -1,7 +1,7 @@
 //! Receivers of a run's records.
 
 use crate::description::RunDescription;
-use crate::ground::FeltGround;
+use crate::ground::EstimatedTerrain;
 use crate::log_report::LogReport;
 use robhaz_estimator::{Estimate, EstimateError, FrictionTestResult, GroundPoint, SensorFrame};
 use robhaz_model::WheelCommand;
@@ -27,7 +27,7 @@ pub struct Frame<'a> {
     /// without a control that takes readings.
     pub commands: Option<[WheelCommand; 3]>,
     /// The ground as each estimator knows it, in the same order.
-    pub ground: FeltGround<'a>,
+    pub ground: EstimatedTerrain<'a>,
 }
 
 /// How a run ended.

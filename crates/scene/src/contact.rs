@@ -60,10 +60,10 @@ pub(crate) fn chosen_law(root: &Node) -> FrictionLaw {
 }
 
 /// Removes the file's values of keys that belong to its own law, where an override chooses the law.
-pub(crate) fn forget_old_law(root: &mut Node) {
+pub(crate) fn drop_keys_of_other_laws(root: &mut Node) {
     let law = root.find("contact.friction");
     if law.is_some_and(|l| l.origin.is_override()) {
-        root.forget("contact", |key| ["v_s", "slip_stiffness"].contains(&key));
+        root.drop_keys("contact", |key| ["v_s", "slip_stiffness"].contains(&key));
     }
 }
 

@@ -123,8 +123,8 @@ impl Scene {
             for text in overrides {
                 overrides::apply(reader, &mut root, text);
             }
-            sensors::forget_old_grade(&mut root);
-            contact::forget_old_law(&mut root);
+            sensors::drop_keys_of_other_grades(&mut root);
+            contact::drop_keys_of_other_laws(&mut root);
             Some(read(reader, &root, source_name))
         })
     }

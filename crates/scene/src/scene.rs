@@ -313,8 +313,8 @@ impl Scene {
         })
     }
 
-    /// The noise budget from the sensors' data sheets and the drawings' tolerances. No data sheet states the gear
-    /// friction: it keeps the prior of [`NoiseBudget::typical`]. A weighing replaces the drawings' tolerances.
+    /// The noise budget from the sensors' data sheets and the tolerances of the nominal values. No data sheet states the gear
+    /// friction: it keeps the prior of [`NoiseBudget::typical`]. A weighing replaces the tolerances of the nominal values.
     ///
     /// # Errors
     /// As [`Scene::nominal_robot`].

@@ -136,11 +136,11 @@ pub(crate) fn chosen_grade(root: &Node) -> Grade {
 }
 
 /// Removes the file's values of keys that a grade sets, where an override chooses the grade.
-pub(crate) fn forget_old_grade(root: &mut Node) {
+pub(crate) fn drop_keys_of_other_grades(root: &mut Node) {
     let grade = root.find("sensors.grade");
     if grade.is_some_and(|g| g.origin.is_override()) {
         let is_set = |key: &str| !["grade", "rate"].contains(&key) && names(KEYS).contains(&key);
-        root.forget("sensors", is_set);
-        root.forget("model_error", |key| key == "viscous_damping");
+        root.drop_keys("sensors", is_set);
+        root.drop_keys("model_error", |key| key == "viscous_damping");
     }
 }

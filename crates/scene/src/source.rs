@@ -313,7 +313,7 @@ impl Node {
     }
 
     /// Removes keys of a section that come from the file, not from overrides.
-    pub fn forget(&mut self, section: &str, which: impl Fn(&str) -> bool) {
+    pub fn drop_keys(&mut self, section: &str, which: impl Fn(&str) -> bool) {
         let Value::Table(sections) = &mut self.value else {
             return;
         };

@@ -162,7 +162,7 @@ impl WheelTruth {
 
     /// The equivalent single contact: what an estimator with one contact a wheel can know.
     ///
-    /// The axle feels of the ground a force F, the sum of `N_i n_i + T_i t_i`, and a moment r T with T = sum of T_i
+    /// The ground acts on the axle with a force F, the sum of `N_i n_i + T_i t_i`, and a moment r T with T = sum of T_i
     /// (the arms r - g_i differ by a few tenths of a percent). One contact has the same F and T: `N = sqrt(|F|^2 -
     /// T^2)` at the angle gamma with `F = N n(gamma) + T t(gamma)`. With one contact it is that contact. In the air N =
     /// T = 0 at the slope of the nearest ground.

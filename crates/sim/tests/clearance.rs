@@ -21,7 +21,7 @@ fn places(geometry: &Geometry, angles: [f64; 2], q: Vec2) -> Option<[BarPlace; 4
 /// pins for the body. Raised, it grows by as much; turned
 /// with the robot, the lowest point goes down by its arm times the sine.
 #[test]
-fn level_ground_has_the_heights_of_the_drawings() {
+fn level_ground_has_the_nominal_heights() {
     let geometry = Geometry::a();
     let half = geometry.outline.half_width;
     let lowest = geometry.pins.p.y.min(geometry.outline.body_lower.y);

@@ -34,10 +34,10 @@ mod tests {
     use super::*;
     use robhaz_estimator::{ContactAngles, EstimatorSettings, KalmanMethod, Method};
 
-    /// Every rung has one method more than the one before, from the paper's estimators to `best`, with and without contact
+    /// Every step has one method more than the one before, from the paper's estimators to `best`, with and without contact
     /// angles.
     #[test]
-    fn every_rung_adds_one_method() -> Result<(), SceneError> {
+    fn every_step_adds_one_method() -> Result<(), SceneError> {
         let true_mass = EstimatorSettings::true_mass();
         let lever = EstimatorSettings {
             moment_lever: 0.2,
@@ -70,7 +70,7 @@ mod tests {
             nonnegative: true,
             ..kalman(method)
         };
-        let rungs = [
+        let steps = [
             ("paper-body", EstimatorSettings::paper_body()),
             ("paper-wheels", EstimatorSettings::paper_wheels()),
             ("true-mass", true_mass),
@@ -84,7 +84,7 @@ mod tests {
             ("unknown-angles", bounded(unknown)),
             ("no-angles", EstimatorSettings::best_without_angles()),
         ];
-        let expected = rungs.map(|(name, settings)| EstimatorChoice {
+        let expected = steps.map(|(name, settings)| EstimatorChoice {
             name: name.to_owned(),
             settings,
         });

@@ -188,8 +188,11 @@ impl Events {
             let (text, level) = match (before, estimate) {
                 (_, Err(error)) => (format!("no estimate, {error}"), TextLogLevel::WARN),
                 (_, Ok(e)) if !e.flags.is_empty() => {
-                    let suspects = suspects(e).unwrap_or_default();
-                    (format!("flags: {state}{suspects}"), TextLogLevel::WARN)
+                    let faulty_channels = faulty_channels(e).unwrap_or_default();
+                    (
+                        format!("flags: {state}{faulty_channels}"),
+                        TextLogLevel::WARN,
+                    )
                 }
                 (None, Ok(_)) => continue,
                 (Some(None), Ok(_)) => ("estimates again".to_owned(), TextLogLevel::INFO),
@@ -321,8 +324,8 @@ fn message(event: &events::Event, truth: &Truth) -> (String, &'static str, Colou
 }
 
 /// The channels whose readings contradict others, in words.
-fn suspects(estimate: &Estimate) -> Option<String> {
-    let names: Vec<&str> = estimate.health?.suspect.names().collect();
+fn faulty_channels(estimate: &Estimate) -> Option<String> {
+    let names: Vec<&str> = estimate.health?.faulty.names().collect();
     (!names.is_empty()).then(|| format!(" ({})", names.join(", ")))
 }
 

@@ -93,17 +93,17 @@ impl TestPlaces {
 
 /// The result in words, for the list of events.
 pub(crate) fn in_words(result: &FrictionTestResult) -> String {
-    let (wheel, doubt) = (WHEEL_NAMES[result.wheel], 2.0 * result.sigma);
+    let (wheel, margin) = (WHEEL_NAMES[result.wheel], 2.0 * result.sigma);
     if result.ramps > 0 {
         format!(
-            "friction test of the {wheel} wheel: mu_max = {:.3} +- {doubt:.3} (2 sigma)",
+            "friction test of the {wheel} wheel: mu_max = {:.3} +- {margin:.3} (2 sigma)",
             result.mu
         )
     } else {
         format!(
             "friction test of the {wheel} wheel without slip ({}): mu_max is at least {:.3}",
             result.end.name(),
-            (result.mu - doubt).max(0.0)
+            (result.mu - margin).max(0.0)
         )
     }
 }
@@ -144,7 +144,7 @@ mod tests {
             place,
             mu: 0.712,
             sigma: 0.01,
-            lasting: 0.0,
+            systematic: 0.0,
             ramps,
             limits: [None, None],
             slipped_distance: 0.01,

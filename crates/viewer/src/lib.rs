@@ -8,7 +8,7 @@
 //! |---|---|
 //! | `world` | the 2-D scene in metres, x forward, y up |
 //! | `world/ground` | the terrain; `stretches`: friction stretches |
-//! | `world/felt/...` | the ground that one estimator has found; `two_sigma`: two standard deviations |
+//! | `world/estimated_terrain/...` | the ground that one estimator has found; `two_sigma`: two standard deviations |
 //! | `world/robot/...` | bars, wheels with spokes, pins P, Q, R, S, the end stops, contact points |
 //! | `world/forces/true/...` | true N and T, as arrows at each contact |
 //! | `world/forces/estimated/...` | N and T of one estimator, as arrows; `two_sigma`: bars |
@@ -34,8 +34,8 @@ mod contact;
 mod control;
 mod convert;
 mod error;
+mod estimated_terrain;
 mod events;
-mod felt;
 mod forces;
 mod friction_tests;
 mod ground;

@@ -2,8 +2,8 @@
 
 use crate::ViewerError;
 use crate::about;
+use crate::estimated_terrain::Terrain;
 use crate::events::Events;
-use crate::felt::Felt;
 use crate::friction_tests::{self, TestPlaces};
 use crate::key;
 use crate::layout::{self, Playing};
@@ -49,7 +49,7 @@ pub(crate) struct Recorder {
     view: Option<SceneView>,
     series: Series,
     events: Events,
-    felt: Felt,
+    estimated_terrain: Terrain,
     tests: TestPlaces,
     next_frame: Ticker,
     next_row: Ticker,
@@ -78,7 +78,7 @@ impl Recorder {
             view: world.map(|world| SceneView::new(run, world, chosen)),
             series: Series::new(run, chosen),
             events: Events::new(run),
-            felt: Felt::new(run, chosen),
+            estimated_terrain: Terrain::new(run, chosen),
             tests: TestPlaces::new(run),
             next_frame: Ticker::new(1.0 / frames),
             next_row: Ticker::new(1.0 / series),
@@ -92,7 +92,7 @@ impl Recorder {
         if let Some(view) = &self.view {
             view.declare(&mut self.out)?;
         }
-        self.felt.declare(&mut self.out)?;
+        self.estimated_terrain.declare(&mut self.out)?;
         self.events.declare(&mut self.out)?;
         Ok(self)
     }
@@ -102,7 +102,8 @@ impl Recorder {
     pub(crate) fn push(&mut self, frame: &Frame<'_>, has_room: bool) -> bool {
         let time = frame.time;
         self.events.sample(frame);
-        self.felt.sample(frame, self.next_ground.is_due(time));
+        self.estimated_terrain
+            .sample(frame, self.next_ground.is_due(time));
         let (is_frame, is_row) = (self.next_frame.is_due(time), self.next_row.is_due(time));
         if let Some(truth) = frame.truth {
             self.tests.sample(truth);
@@ -123,7 +124,7 @@ impl Recorder {
             view.flush(out)?;
         }
         self.series.flush(out)?;
-        self.felt.flush(out)?;
+        self.estimated_terrain.flush(out)?;
         self.events.flush(out)
     }
 

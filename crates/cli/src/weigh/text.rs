@@ -16,19 +16,19 @@ pub fn weighed(of: &Weighed) -> String {
         .map(|(offset, sigma)| format!("{:+.2} ±{:.2}", offset.to_degrees(), sigma.to_degrees()));
     let unseen: Vec<_> = unseen(of).map(|i| parameter_names()[i].name).collect();
     let unseen = match unseen.as_slice() {
-        [] => "All single values were seen better than the drawings know them.".to_owned(),
+        [] => "The readings determine every value better than the tolerances do.".to_owned(),
         names => format!(
-            "Not seen by these readings, kept as in the drawings: {}.",
+            "Not observable from these readings, kept at their nominal values: {}.",
             names.join(", ")
         ),
     };
     format!(
         "What the wheel forces depend on, with one standard deviation\n{}\n\
-             Single values; they are known as far as the drawings separate them\n{}\n\
+             Single values; they are known as far as the nominal values separate them\n{}\n\
              {unseen}\n\
              Offsets of the inclinations, deg: link1 {first}, link2 {second}\n\
              Fit: weighted sum of squares {:.1} for {} readings.\n\
-             Error of N by masses, centres of mass and pins, on a driven ground: {:.2} N ({:.1} %) by the drawings, {:.2} N ({:.2} %) \
+             Error of N by masses, centres of mass and pins, on a driven ground: {:.2} N ({:.1} %) with the nominal robot, {:.2} N ({:.2} %) \
              after weighing.",
         load_table(of),
         value_table(of),
@@ -47,7 +47,7 @@ fn unseen(of: &Weighed) -> impl Iterator<Item = usize> + '_ {
 }
 
 fn load_table(of: &Weighed) -> Table {
-    let mut table = table(&["", "drawings", "weighed", "unit"]);
+    let mut table = table(&["", "nominal", "weighed", "unit"]);
     for LoadDeviation {
         name,
         unit,
@@ -68,7 +68,7 @@ fn load_table(of: &Weighed) -> Table {
 }
 
 fn value_table(of: &Weighed) -> Table {
-    let mut table = table(&["", "drawings", "weighed", "unit"]);
+    let mut table = table(&["", "nominal", "weighed", "unit"]);
     for (i, name) in parameter_names().iter().enumerate() {
         // Lengths in mm.
         let (factor, unit, digits) = match name.unit {
@@ -113,8 +113,8 @@ pub fn plan(of: &Plan) -> String {
         table.add_row(cells(&row));
     }
     format!(
-        "The postures that tell most, of {} on these blocks; angles and forces by the drawings\n{table}\n\
-             Without weighing, the drawings' tolerances are an error of N of {:.2} N.",
+        "The postures that tell most, of {} on these blocks; angles and forces of the nominal robot\n{table}\n\
+             Without weighing, the tolerances of the nominal values are an error of N of {:.2} N.",
         of.candidates, of.before
     )
 }

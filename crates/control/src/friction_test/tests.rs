@@ -81,7 +81,7 @@ impl World {
             wheel.slip_event = begins.then_some(SlipEvent {
                 mu_max: 0.5,
                 sigma: 0.01,
-                lasting: 0.0,
+                systematic: 0.0,
                 load: 46.0,
                 age: 0.0,
                 place: None,

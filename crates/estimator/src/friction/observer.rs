@@ -50,7 +50,7 @@ pub(crate) struct FrictionSample<'a> {
     /// What the estimated differences of the torque offsets have taken from the tractions, N; their sum is zero.
     pub removed: [f64; 3],
     /// Standard deviation of such a difference by the data sheet, N.
-    pub lasting: f64,
+    pub systematic: f64,
     /// Mean wheel load, N.
     pub mean_load: f64,
     /// Time since the last sample, s.
@@ -97,7 +97,7 @@ impl FrictionObserver {
             if loaded {
                 found[i].offset = OffsetShare {
                     removed: sample.removed[i] / forces.normal(i),
-                    sigma: sample.lasting / forces.normal(i),
+                    sigma: sample.systematic / forces.normal(i),
                 };
             }
             let Some(needed) = needed.filter(|_| one && sample.clear) else {
@@ -107,7 +107,7 @@ impl FrictionObserver {
             let wheel = WheelSample {
                 needed,
                 load: forces.normal(i),
-                lasting: found[i].offset.sigma,
+                systematic: found[i].offset.sigma,
                 slip: contact.slip,
                 median_slip,
                 place: places.map(|places| places[i]),
@@ -126,8 +126,8 @@ impl FrictionObserver {
             if let Some(event) = event {
                 self.learn_slip(&event, ground);
             } else if !(contact.sliding || found[i].slid.is_some()) {
-                let doubt = root_sum_square(needed.sigma, wheel.lasting);
-                let bound = needed.value.abs() - Self::BOUND * doubt;
+                let margin = root_sum_square(needed.sigma, wheel.systematic);
+                let bound = needed.value.abs() - Self::BOUND * margin;
                 ground.friction_held(i, bound);
             }
         }
@@ -141,10 +141,10 @@ impl FrictionObserver {
     }
 
     fn learn_slip(&mut self, event: &SlipEvent, ground: &mut GroundMemory) {
-        let doubt = Self::BOUND * event.sigma;
-        (self.last_bound, self.has_slipped) = (event.mu_max + doubt, true);
+        let margin = Self::BOUND * event.sigma;
+        (self.last_bound, self.has_slipped) = (event.mu_max + margin, true);
         if let Some(x) = event.place {
-            ground.friction_measured(x, event.mu_max - doubt, event.mu_max + doubt);
+            ground.friction_measured(x, event.mu_max - margin, event.mu_max + margin);
         }
     }
 }

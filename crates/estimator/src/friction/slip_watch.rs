@@ -11,9 +11,9 @@ pub struct SlipEvent {
     pub mu_max: f64,
     /// Its standard deviation, -.
     pub sigma: f64,
-    /// Part of that deviation that comes from a lasting error of the torque reading, -. A slip in the other direction has it with the
+    /// Part of that deviation that comes from a systematic error of the torque reading, -. A slip in the other direction has it with the
     /// other sign.
-    pub lasting: f64,
+    pub systematic: f64,
     /// N at that T/N, N.
     pub load: f64,
     /// Time since that T/N, s.
@@ -30,8 +30,8 @@ pub(crate) struct WheelSample {
     pub needed: NeededFriction,
     /// N, N.
     pub load: f64,
-    /// Standard deviation of T/N from lasting errors of the torque reading that no reading has shown, -.
-    pub lasting: f64,
+    /// Standard deviation of T/N from systematic errors of the torque reading that no reading has shown, -.
+    pub systematic: f64,
     /// Slip speed, m/s.
     pub slip: f64,
     /// Median of the slip speeds of the three wheels, m/s.
@@ -88,7 +88,7 @@ pub(crate) struct SlipWatch {
 struct Peak {
     value: f64,
     sigma: f64,
-    lasting: f64,
+    systematic: f64,
     load: f64,
     /// Low-pass filtered slip speed in the direction of the traction, m/s.
     slip: f64,
@@ -171,7 +171,7 @@ impl SlipWatch {
         Some(SlipEvent {
             mu_max: self.peak.value,
             sigma: self.peak.sigma,
-            lasting: self.peak.lasting,
+            systematic: self.peak.systematic,
             load: self.peak.load,
             age: self.peak.age,
             place: self.peak.has_place.then_some(self.peak.place),
@@ -184,8 +184,8 @@ impl SlipWatch {
         if value >= self.peak.value || self.peak.age > Self::WINDOW {
             self.peak = Peak {
                 value,
-                sigma: root_sum_square(sample.needed.sigma, sample.lasting),
-                lasting: sample.lasting,
+                sigma: root_sum_square(sample.needed.sigma, sample.systematic),
+                systematic: sample.systematic,
                 load: sample.load,
                 slip: self.slip * libm::copysign(1.0, self.ratio),
                 age: 0.0,
@@ -201,7 +201,7 @@ impl SlipWatch {
         self.slips.then_some(self.slid)
     }
 
-    /// Forgets everything: the wheel's forces or its speed are not known.
+    /// Reset: the wheel's forces or its speed are not known.
     pub fn reset(&mut self) {
         *self = Self::default();
     }
@@ -220,7 +220,7 @@ mod tests {
                 sigma: 0.01,
             },
             load: 45.0,
-            lasting: 0.0,
+            systematic: 0.0,
             slip,
             median_slip: 0.0,
             place: Some(1.0),
@@ -351,7 +351,7 @@ mod tests {
         assert!(slips[700] && slips[950] && !slips[499] && !slips[1100]);
     }
 
-    /// Property: a wheel that slips has one onset; after it has gripped again it can have another. A NaN forgets all.
+    /// Property: a wheel that slips has one onset; after it has gripped again it can have another. A NaN resets it.
     #[test]
     fn one_onset_until_the_wheel_grips() {
         let mut watch = SlipWatch::default();

@@ -63,7 +63,7 @@ impl FrictionTest {
                 place: None,
                 mu: 0.0,
                 sigma: 0.0,
-                lasting: 0.0,
+                systematic: 0.0,
                 ramps: 0,
                 limits: [None; 2],
                 slipped_distance: 0.0,
@@ -120,7 +120,7 @@ impl FrictionTest {
                 place: event.place,
                 mu: event.mu_max,
                 sigma: event.sigma,
-                lasting: event.lasting,
+                systematic: event.systematic,
                 ramps: 1,
                 limits: [Some(limit.of_tested()), None],
                 ..self.result
@@ -137,7 +137,7 @@ impl FrictionTest {
                 .iter()
                 .flatten()
                 .all(|wheel| wheel.needed.is_some());
-            loaded && !estimate.flags.intersects(Flags::DOUBTFUL)
+            loaded && !estimate.flags.intersects(Flags::UNRELIABLE)
         });
         match wheel.and_then(|wheel| wheel.needed).filter(|_| clear) {
             Some(needed) => {

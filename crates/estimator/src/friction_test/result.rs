@@ -56,7 +56,7 @@ pub struct FrictionTestResult {
     /// Its standard deviation, -.
     pub sigma: f64,
     /// Part of that deviation that comes from the torque offsets, -.
-    pub lasting: f64,
+    pub systematic: f64,
     /// Number of ramps that ended in slip of the tested wheel ([`FrictionTestEnd::Slipped`], [`FrictionTestEnd::EitherWheel`]).
     pub ramps: u32,
     /// The ramps that ended because a wheel slipped, the tested one or another.

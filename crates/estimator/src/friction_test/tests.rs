@@ -61,7 +61,7 @@ fn a_slip_gives_the_result() {
             wheels[1].slip_event = Some(SlipEvent {
                 mu_max: 0.29,
                 sigma: 0.01,
-                lasting: 0.0,
+                systematic: 0.0,
                 load: 40.0,
                 age: 0.2,
                 place: Some(0.7),
@@ -173,7 +173,7 @@ fn two_ramps_show_the_offset() {
         [Some(limit(0, [0.5, -0.3, -0.2], [40.0; 3], 1.0)), None],
     ));
     assert!((one.mu - 0.5).abs() < 1e-3, "{one:?}");
-    assert!((one.lasting - 0.025).abs() < 5e-4, "{one:?}");
+    assert!((one.systematic - 0.025).abs() < 5e-4, "{one:?}");
     // 2 % of mu and 0.01 for the rest.
     let rest: f64 = 0.01_f64.hypot(0.01);
     assert!((one.sigma - 0.025_f64.hypot(rest)).abs() < 5e-4, "{one:?}");
@@ -190,7 +190,7 @@ fn two_ramps_show_the_offset() {
     assert_eq!(both.ramps, 2);
     let both = alone(both);
     assert!((both.mu - 0.5).abs() < 0.003, "{both:?}");
-    assert!(both.lasting < 0.1 * 2.0 / 30.0, "{both:?}");
+    assert!(both.systematic < 0.1 * 2.0 / 30.0, "{both:?}");
 }
 
 /// Closed form: three offsets of equal deviation whose sum is known correlate with -1/2. If both ramps of one wheel show that its offset is
@@ -210,7 +210,7 @@ fn tests_of_other_wheels_show_offsets_too() {
     assert!((one.mu - 0.5 - 0.93 * 0.0125).abs() < 1e-3, "{one:?}");
     assert!((other.mu - 0.5).abs() < 3e-3, "{other:?}");
     // sqrt(1 - 0.93/4) of the deviation remains.
-    assert!((one.lasting - 0.876 * 0.025).abs() < 5e-4, "{one:?}");
+    assert!((one.systematic - 0.876 * 0.025).abs() < 5e-4, "{one:?}");
 }
 
 /// Property: where both other wheels bear the reaction at the limit of friction, their tractions show the tested wheel's offset: mu = 0.3,

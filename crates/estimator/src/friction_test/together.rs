@@ -12,10 +12,10 @@ const FREEDOM: f64 = 4.0;
 
 /// The results of up to three tests, each with what the ramps of all of them show of the torque offsets.
 ///
-/// A lasting error of a torque, its offset or friction in the gear, adds to one traction and subtracts from another. The sum of the
+/// A systematic error of a torque, its offset or friction in the gear, adds to one traction and subtracts from another. The sum of the
 /// three is known from the balance of the robot. Their differences have the data sheet's deviation, and make up a plane: on a grid over
 /// it, the probability of a point is that of the data sheet times, for each wheel with two ramps, that of the difference between their
-/// mu_max at that point ([`RampLimit::friction`](super::RampLimit)). Mean and deviation over the grid are mu_max and its lasting error.
+/// mu_max at that point ([`RampLimit::friction`](super::RampLimit)). Mean and deviation over the grid are mu_max and its systematic error.
 ///
 /// Results without slip of the tested wheel stay as they are. The work is that of 2401 points: some 0.1 ms.
 pub fn together(tests: &[Option<FrictionTestResult>; 3]) -> [Option<FrictionTestResult>; 3] {
@@ -131,9 +131,9 @@ impl Sum {
         }
         let mean = |sum: f64| sum / self.weight;
         let (mu, rest) = (mean(self.mu), mean(self.rest));
-        let lasting = (mean(self.square) - mu * mu).max(0.0);
+        let systematic = (mean(self.square) - mu * mu).max(0.0);
         test.mu = mu;
-        test.lasting = robhaz_model::sqrt(lasting);
-        test.sigma = robhaz_model::sqrt(lasting + mean(self.variance) + rest * rest);
+        test.systematic = robhaz_model::sqrt(systematic);
+        test.sigma = robhaz_model::sqrt(systematic + mean(self.variance) + rest * rest);
     }
 }

@@ -65,7 +65,7 @@ impl Cells {
         }
     }
 
-    /// Forgets all points.
+    /// Removes all points.
     pub fn clear(&mut self) {
         *self = Self::empty(self.spacing);
     }
@@ -137,7 +137,7 @@ impl Cells {
         }
     }
 
-    /// Forgets the points that the last sample left.
+    /// Removes the points that the last sample left.
     pub fn drop_left(&mut self) {
         for number in self.left() {
             if let Some(known) = self.known.get_mut(Self::slot(number)) {

@@ -118,7 +118,7 @@ impl GroundMemory {
         self.ended = self.started;
     }
 
-    /// Forgets the points that left the memory with the last sample. To be called before each sample.
+    /// Removes the points that left the memory with the last sample. To be called before each sample.
     pub fn drop_left(&mut self) {
         if self.ended {
             self.start_anew();

@@ -1,10 +1,10 @@
 //! Whether the readings agree with each other, from the innovations of the filters of `best`.
 //!
 //! A filter whose model and noise budget are right has normalised innovations squared (NIS) with a mean of at most 1. A
-//! wrong sign, a wrong unit or exchanged channels make some of them lastingly larger. [`HealthMonitor`] averages the NIS
+//! wrong sign, a wrong unit or exchanged channels make the mean of some of them larger. [`HealthMonitor`] averages the NIS
 //! of each test over the last seconds of driving.
 //!
-//! | test | compares | suspect channels |
+//! | test | compares | faulty channels |
 //! |---|---|---|
 //! | encoder of wheel i | its angle with that which the torque observer predicts | encoder i |
 //! | slip of wheel i | its rim speed, less the creep of its T/N, with those of the other wheels | encoder i, torque i |
@@ -17,7 +17,7 @@
 //! | start | sum of the torques with the motion of the robot that starts | late torques |
 //! | torque scale | work of all torques with the robot's energy, [`crate::TorqueScale`] | all torques, the masses |
 //!
-//! A wrong gyroscope disturbs the slip of the wheels on its link, too: then the link alone is suspect.
+//! A wrong gyroscope disturbs the slip of the wheels on its link, too: then the link alone is faulty.
 
 mod answer;
 mod channels;

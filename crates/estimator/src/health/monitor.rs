@@ -19,7 +19,7 @@ pub const DRIVING_SPEED: f64 = 0.02;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Health {
     /// Channels whose readings contradict others. None: healthy.
-    pub suspect: Channels,
+    pub faulty: Channels,
     /// Encoder of each wheel against its torque observer.
     pub encoder: [f64; 3],
     /// Rim speed of each wheel, less the creep of its T/N, against those of the others.
@@ -51,7 +51,7 @@ pub(crate) struct TorqueReading {
     pub varies: bool,
 }
 
-/// Averages the innovations, and says which channels are suspect.
+/// Averages the innovations, and says which channels are faulty.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct HealthMonitor {
     encoder: [Mean; 3],
@@ -70,7 +70,7 @@ pub(crate) struct HealthMonitor {
 
 impl HealthMonitor {
     /// Time after a wheel was at an edge or slid from which on inclinations count, s. A wheel that lands or grips again
-    /// accelerates the robot, and no inclinometer is believed while a wheel is suspect: the link angles are off for a moment. [`Turning`]
+    /// accelerates the robot, and inclinometers do not count after an impact: the link angles are off for a moment. [`Turning`]
     /// holds meanwhile.
     const SETTLES: f64 = 0.5;
     /// The same after the robot has stood, s.
@@ -101,7 +101,7 @@ impl HealthMonitor {
             return;
         }
         self.unsettled = (self.unsettled - dt).max(0.0);
-        // One sample after a gap is no lasting fault, either.
+        // One sample after a gap is no fault, either.
         let counted = dt.min(Inputs::STALE_AFTER);
         let weight = counted / (Mean::WINDOW + counted);
         let Innovations {
@@ -156,12 +156,12 @@ impl HealthMonitor {
 
     /// The present state. `carriers` names the link of each wheel.
     pub fn health(&self, carriers: &[Carrier; 3]) -> Health {
-        let mut suspect = Channels::NONE;
+        let mut faulty = Channels::NONE;
         let mut link = [false; 2];
         for k in 0..2 {
             link[k] = self.inclination[k].beyond || self.turning[k].apart();
             if link[k] {
-                suspect |= Channels::GYROSCOPE[k] | Channels::INCLINOMETER[k];
+                faulty |= Channels::GYROSCOPE[k] | Channels::INCLINOMETER[k];
             }
         }
         for i in 0..3 {
@@ -170,33 +170,31 @@ impl HealthMonitor {
                 .and_then(|carrier| link.get(carrier.index()))
                 .is_some_and(|link| *link);
             if self.slip[i].beyond && !explained {
-                suspect |= Channels::ENCODER[i] | Channels::TORQUE[i];
+                faulty |= Channels::ENCODER[i] | Channels::TORQUE[i];
             }
             if self.encoder[i].beyond {
-                suspect |= Channels::ENCODER[i];
+                faulty |= Channels::ENCODER[i];
             }
             if self.direction[i].beyond && !explained {
-                suspect |= Channels::CONTACT_ANGLE[i];
+                faulty |= Channels::CONTACT_ANGLE[i];
             }
             if self.torque[i].time > Constancy::LONGEST {
-                suspect |= Channels::TORQUE[i];
+                faulty |= Channels::TORQUE[i];
             }
         }
         for (exchanged, torque) in self.wiring.exchanged().iter().zip(Channels::TORQUE) {
             if *exchanged {
-                suspect |= torque;
+                faulty |= torque;
             }
         }
         if self.wiring.late() {
-            Channels::TORQUE
-                .iter()
-                .for_each(|torque| suspect |= *torque);
+            Channels::TORQUE.iter().for_each(|torque| faulty |= *torque);
         }
         if self.parity.beyond {
-            suspect |= Channels::PARITY;
+            faulty |= Channels::PARITY;
         }
         Health {
-            suspect,
+            faulty,
             encoder: self.encoder.map(|mean| mean.value),
             slip: self.slip.map(|mean| mean.value),
             direction: self.direction.map(|mean| mean.value),
@@ -222,7 +220,7 @@ impl Mean {
     const FAILS: f64 = 4.0;
     /// Mean below which it passes again.
     const PASSES: f64 = 2.0;
-    /// Largest value of one sample, five standard deviations: a short outlier is no lasting fault.
+    /// Largest value of one sample, five standard deviations: a short outlier is no fault.
     const LARGEST: f64 = 25.0;
 
     fn update(&mut self, nis: Option<f64>, weight: f64) {
@@ -302,24 +300,24 @@ mod tests {
     /// Closed form: the mean follows 1 - exp(-t/2 s). Innovations of three standard deviations (9) reach the threshold of 4
     /// after 2 s ln(9/5) = 1.18 s; from there, innovations of 1 fall below 2 after 2 s ln(3) = 2.2 s.
     #[test]
-    fn a_lasting_contradiction_is_found_and_forgotten() {
+    fn a_contradiction_is_found_and_its_end_too() {
         let mut monitor = HealthMonitor::default();
         let mut fault = all(1.0);
         fault.slip[1] = Some(9.0);
         feed(&mut monitor, &fault, true, 1.1);
-        assert!(monitor.health(&CARRIERS).suspect.is_empty());
+        assert!(monitor.health(&CARRIERS).faulty.is_empty());
         feed(&mut monitor, &fault, true, 0.2);
         let health = monitor.health(&CARRIERS);
-        assert_eq!(health.suspect, Channels::ENCODER[1] | Channels::TORQUE[1]);
+        assert_eq!(health.faulty, Channels::ENCODER[1] | Channels::TORQUE[1]);
         // The sampling of 1 ms over the window of 2 s.
         assert!((health.slip[1] - 9.0 * (1.0 - libm::exp(-0.65))).abs() < 5e-3);
         feed(&mut monitor, &all(1.0), true, 2.0);
-        assert!(!monitor.health(&CARRIERS).suspect.is_empty());
+        assert!(!monitor.health(&CARRIERS).faulty.is_empty());
         feed(&mut monitor, &all(1.0), true, 0.4);
-        assert!(monitor.health(&CARRIERS).suspect.is_empty());
+        assert!(monitor.health(&CARRIERS).faulty.is_empty());
     }
 
-    /// Neither an outlier, however large, nor samples that do not count make a channel suspect.
+    /// Neither an outlier, however large, nor samples that do not count make a channel faulty.
     #[test]
     fn short_outliers_and_other_ground_do_not_count() {
         let mut monitor = HealthMonitor::default();
@@ -327,9 +325,9 @@ mod tests {
         feed(&mut monitor, &all(1e9), true, 0.1);
         feed(&mut monitor, &all(f64::NAN), true, 0.1);
         feed(&mut monitor, &all(25.0), false, 10.0);
-        assert!(monitor.health(&CARRIERS).suspect.is_empty());
+        assert!(monitor.health(&CARRIERS).faulty.is_empty());
         feed(&mut monitor, &Innovations::default(), true, 10.0);
-        assert!(monitor.health(&CARRIERS).suspect.is_empty());
+        assert!(monitor.health(&CARRIERS).faulty.is_empty());
     }
 
     /// A link whose inclination contradicts its gyroscope explains the slip of its wheels; not that of others.
@@ -340,14 +338,14 @@ mod tests {
         let link = |k: usize| Channels::GYROSCOPE[k] | Channels::INCLINOMETER[k];
         let encoders = Channels::ENCODER[0] | Channels::ENCODER[1] | Channels::ENCODER[2];
         let expected = link(0) | link(1) | encoders | Channels::PARITY;
-        assert_eq!(monitor.health(&CARRIERS).suspect, expected);
+        assert_eq!(monitor.health(&CARRIERS).faulty, expected);
         let mut second = all(0.5);
         second.inclination[1] = Some(25.0);
         (second.slip, second.direction) = ([Some(25.0); 3], [Some(25.0); 3]);
         let mut monitor = HealthMonitor::default();
         feed(&mut monitor, &second, true, 10.0);
         let first = Channels::ENCODER[0] | Channels::TORQUE[0] | Channels::CONTACT_ANGLE[0];
-        assert_eq!(monitor.health(&CARRIERS).suspect, link(1) | first);
+        assert_eq!(monitor.health(&CARRIERS).faulty, link(1) | first);
     }
 
     /// A torque that repeats its bits for a second is stuck, unless its wheel stands; missing readings do not count.
@@ -358,7 +356,7 @@ mod tests {
             for _ in 0..samples {
                 monitor.update(&Innovations::default(), &readings, false, true, DT);
             }
-            monitor.health(&CARRIERS).suspect
+            monitor.health(&CARRIERS).faulty
         };
         let mut readings = torques(2.5);
         readings[0].varies = false;

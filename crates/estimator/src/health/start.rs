@@ -90,7 +90,7 @@ impl Start {
         self.late
     }
 
-    /// Forgets a start, for readings that have a gap.
+    /// Reset, for readings that have a gap.
     pub fn interrupt(&mut self) {
         (self.stood, self.moving) = (0.0, 0.0);
     }

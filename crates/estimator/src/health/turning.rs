@@ -14,7 +14,7 @@ pub(crate) struct TurnReadings {
 /// Compares the inclinometer of one link with its gyroscope over times in which accelerations average out.
 ///
 /// The angle of a complementary filter follows the gyroscope, and the inclinometer within [`Self::FOLLOWS`]. What remains
-/// between it and the inclinometer is averaged over [`Self::MEAN`]. An inclinometer feels the acceleration of its link, and a
+/// between it and the inclinometer is averaged over [`Self::MEAN`]. An inclinometer shows the acceleration of its link, and a
 /// mean over the time t of an acceleration is the change of the speed over t: it is limited by the robot's speed v, however
 /// hard it hits a kerb. With g the gravity, the mean is within
 ///
@@ -131,7 +131,7 @@ mod tests {
         assert!(!turning.apart());
     }
 
-    /// Closed form: a robot of 0.2 m/s that stops within a sample is felt as 0.2 m/s / (1 ms * 9.81 m/s^2) = 20 rad for one
+    /// Closed form: a robot of 0.2 m/s that stops within a sample is shown as 0.2 m/s / (1 ms * 9.81 m/s^2) = 20 rad for one
     /// sample, whose mean is 0.041 rad: within the limit, however hard the impact.
     #[test]
     fn an_impact_is_no_contradiction() {

@@ -11,7 +11,7 @@ use super::start::{LATE_TORQUE, RollingRobot, Start};
 /// on flat ground, or do not answer the wheels' speeds.
 ///
 /// Torques are late if that answer is late, or the robot's own answer to the torques when it starts ([`Start`]). Each of the
-/// two forgets what it found when it finds the opposite.
+/// two is reset when it finds the opposite.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Wiring {
     smoothing: Smoothing,
@@ -24,7 +24,7 @@ pub(crate) struct Wiring {
     /// All torques are later than the encoders in the answer of the control.
     late: bool,
     /// Time for which that answer has said the opposite, s.
-    doubted: f64,
+    opposed: f64,
     /// Time for which another pairing has fitted better than [`Self::RIGHT`], s.
     fits_better: f64,
 }
@@ -139,14 +139,14 @@ impl Wiring {
             return;
         };
         let beyond = found.delay - LATE_TORQUE;
-        let doubts = if self.late {
+        let opposes = if self.late {
             beyond < -found.sigma
         } else {
             beyond > Start::LATE * found.sigma
         };
-        self.doubted = if doubts { self.doubted + dt } else { 0.0 };
-        if self.doubted > Self::LASTS {
-            (self.late, self.doubted) = (!self.late, 0.0);
+        self.opposed = if opposes { self.opposed + dt } else { 0.0 };
+        if self.opposed > Self::LASTS {
+            (self.late, self.opposed) = (!self.late, 0.0);
         }
     }
 }

@@ -183,7 +183,7 @@ impl BestFilters {
             flags |= Flags::SPINS_IN_PLACE;
         }
         flags |= nominal.at_stop(link_angles) | parity.map_or(Flags::NONE, |(_, flags)| flags);
-        if !health.suspect.is_empty() {
+        if !health.faulty.is_empty() {
             flags |= Flags::CONTRADICTION;
         }
         if settings.nonnegative {
@@ -315,7 +315,7 @@ impl BestFilters {
         /// of the robot. Their differences show in the slip of gripping wheels, but not where a hard wheel does not creep.
         const DIFFERENCES: f64 = 0.816_496_580_927_726;
         let budget = &nominal.settings.budget;
-        let uncertain = flags.intersects(Flags::DOUBTFUL);
+        let uncertain = flags.intersects(Flags::UNRELIABLE);
         let radius = nominal.robot.geometry.wheel_radius;
         let offsets = [0, 1, 2].map(|i| self.motion.torque_offset(i).0);
         let mean = offsets.iter().sum::<f64>() / 3.0;
@@ -325,7 +325,7 @@ impl BestFilters {
             contact,
             clear: !uncertain,
             removed: offsets.map(|offset| (offset - mean) / radius),
-            lasting: DIFFERENCES * budget.torque_offset / radius,
+            systematic: DIFFERENCES * budget.torque_offset / radius,
             mean_load: nominal.mean_load,
             dt,
         };

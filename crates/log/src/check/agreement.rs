@@ -130,7 +130,7 @@ impl Case {
 
 /// What `best` says of a log.
 struct Judgement {
-    suspect: Channels,
+    faulty: Channels,
     /// Time of the first contradiction, s.
     first: Option<f64>,
     /// What `best` has found of the torques' scale.
@@ -152,7 +152,7 @@ impl Judgement {
         case: &Case,
     ) -> Self {
         let mut estimator = Estimator::new(robot, *settings);
-        let (mut suspect, mut first, mut scale) = (Channels::NONE, None, None);
+        let (mut faulty, mut first, mut scale) = (Channels::NONE, None, None);
         let (mut absurd, mut refused) = (0.0, 0.0);
         let (mut largest, mut sum) = (0.0_f64, 0.0);
         for frame in frames {
@@ -176,17 +176,17 @@ impl Judgement {
                 sum += nis;
             }
             // The torques' scale has a finding of its own.
-            let bits = health.suspect.bits() & !Channels::TORQUE_SCALE.bits();
+            let bits = health.faulty.bits() & !Channels::TORQUE_SCALE.bits();
             if bits != 0 {
                 first.get_or_insert(frame.time);
-                suspect |= Channels::from_bits(bits);
+                faulty |= Channels::from_bits(bits);
             }
         }
         #[expect(clippy::cast_precision_loss, reason = "numbers of frames")]
         let count = frames.len().max(1) as f64;
         let share = |n: f64| if n > FEW { n / count } else { 0.0 };
         Self {
-            suspect,
+            faulty,
             first,
             scale,
             largest,
@@ -328,7 +328,7 @@ fn contradiction(own: &Judgement, resolved: bool) -> Finding {
     }
     let largest = own.largest;
     if let Some(first) = own.first {
-        let names: Vec<&str> = own.suspect.names().collect();
+        let names: Vec<&str> = own.faulty.names().collect();
         let figure = format!(
             "readings contradict each other from {first:.1} s on (largest mean NIS {largest:.1}; from 4 on it is a contradiction, below it a sign, a pairing or a delay does not fit)"
         );
@@ -336,7 +336,7 @@ fn contradiction(own: &Judgement, resolved: bool) -> Finding {
             let remedy = "record at a higher rate, best at 1 kHz: the filters need wheels that turn by less than 0.02 rad, and less than 20 ms, between readings";
             return Finding::cannot_tell(TEST, CHANNEL, figure, remedy);
         }
-        let remedy = "see the faults above and correct them first; without any, check drawings, masses and noise budget";
+        let remedy = "see the faults above and correct them first; without any, check dimensions, masses and noise budget";
         let finding = Finding::fault(TEST, names.join(", "), figure, remedy);
         return finding
             .with("from", first, "s")

@@ -46,13 +46,16 @@ pub struct Coefficients {
 }
 
 impl Changes {
-    /// The changes of a recording, `felt` (rad) by the inclinometers in addition to the angles: left out.
-    pub fn of(recording: &Recording, felt: Option<&[f64]>, forward: &[f64]) -> Self {
+    /// The changes of a recording, without the part of the inclinations that is `acceleration` (rad).
+    pub fn of(recording: &Recording, acceleration: Option<&[f64]>, forward: &[f64]) -> Self {
         let half = recording.steps(0.5 * SPAN);
         let change = |x: &[f64]| difference(&smooth(x, recording.steps(0.5 * SMOOTHING)), half);
         let inclination = |k: usize| {
             let read = &recording.inclination[k];
-            felt.map_or_else(|| read.clone(), |felt| zip(read, felt, |x, felt| x - felt))
+            acceleration.map_or_else(
+                || read.clone(),
+                |acceleration| zip(read, acceleration, |x, acceleration| x - acceleration),
+            )
         };
         #[expect(
             clippy::cast_precision_loss,
@@ -67,7 +70,7 @@ impl Changes {
         }
     }
 
-    /// The changes with what the inclinations are fitted to: the rates, and the acceleration where inclinometers feel it.
+    /// The changes with what the inclinations are fitted to: the rates, and the acceleration where inclinometers show it.
     pub fn of_links(log: &Readings<'_>) -> Self {
         let forward = match log.budget.specific_force {
             true => forward(&log.recording, &log.motion, log.robot),

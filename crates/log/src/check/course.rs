@@ -32,12 +32,12 @@ pub type Links = [(usize, f64); 2];
 pub struct Course<'a> {
     robot: &'a Robot,
     /// Inclination of links 1 and 2 at each step, rad.
-    tilt: [Vec<f64>; 2],
+    inclination: [Vec<f64>; 2],
 }
 
 impl<'a> Course<'a> {
     /// The course of a robot whose axles have equal distances, for angles of links 1 and 2 (rad); `None` for others.
-    pub fn new(motion: &Motion, robot: &'a Robot, tilt: &[Vec<f64>; 2]) -> Option<Self> {
+    pub fn new(motion: &Motion, robot: &'a Robot, inclination: &[Vec<f64>; 2]) -> Option<Self> {
         let axles = &robot.geometry.axles;
         let (front, rear) = (axles[0].x - axles[1].x, axles[1].x - axles[2].x);
         if (front - rear).abs() > EQUAL_SPACING * front {
@@ -45,13 +45,13 @@ impl<'a> Course<'a> {
         }
         let samples = samples(motion, robot);
         let along = |x: &[f64]| mean_along(&samples, x);
-        let tilt = tilt.each_ref().map(|x| along(x));
-        Some(Self { robot, tilt })
+        let inclination = inclination.each_ref().map(|x| along(x));
+        Some(Self { robot, inclination })
     }
 
     /// Number of steps.
     pub fn len(&self) -> usize {
-        self.tilt[0].len()
+        self.inclination[0].len()
     }
 
     /// Distance between two axles, m.
@@ -66,7 +66,7 @@ impl<'a> Course<'a> {
         let height = |i: usize, k: usize| {
             let (link, sign) = links[geometry.carriers[i].index()];
             let arm: Vec2 = geometry.axles[i] - geometry.pins.q;
-            let (sin, cos) = (sign * self.tilt[link][k]).sin_cos();
+            let (sin, cos) = (sign * self.inclination[link][k]).sin_cos();
             arm.x * sin + arm.y * cos
         };
         let steps = 0..self.len();

@@ -28,7 +28,7 @@ const SPAN: f64 = 2.0;
 const GATE: f64 = 2.0;
 /// Share of the differences that a speed control explains.
 const EXPLAINED: f64 = 0.5;
-/// Unexplained share over that of the log's wiring below which another wiring is a fault.
+/// Residual share over that of the log's wiring below which another wiring is a fault.
 const BETTER: f64 = 0.5;
 /// Difference of two shares that counts as none.
 const EQUAL: f64 = 1e-3;

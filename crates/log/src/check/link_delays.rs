@@ -25,26 +25,27 @@ pub fn findings(log: &Readings<'_>) -> Vec<Finding> {
     let Readings {
         recording, motion, ..
     } = log;
-    let felt = (log.budget.specific_force).then(|| felt(recording, motion, log.robot));
-    let changes = Changes::of(recording, felt.as_deref(), &[]);
+    let acceleration =
+        (log.budget.specific_force).then(|| acceleration(recording, motion, log.robot));
+    let changes = Changes::of(recording, acceleration.as_deref(), &[]);
     let of_link = |k| delay_of(recording, &changes, k);
     (0..2).map(of_link).collect()
 }
 
-/// What inclinometers that measure the specific force feel of the robot's acceleration, rad: that of Q. 0 near the ends of
+/// Part of the inclinations that is the acceleration of the robot, rad, for inclinometers that measure the specific force: that of Q. 0 near the ends of
 /// the log, where it is not known.
-fn felt(recording: &Recording, motion: &Motion, robot: &Robot) -> Vec<f64> {
+fn acceleration(recording: &Recording, motion: &Motion, robot: &Robot) -> Vec<f64> {
     let width = recording.steps(0.5 * FORWARD);
     let speed = speed_of_q(recording, motion, robot, width);
-    let mut felt = derivative(&speed, width, recording.dt);
-    for value in &mut felt {
+    let mut acceleration = derivative(&speed, width, recording.dt);
+    for value in &mut acceleration {
         *value = if value.is_finite() {
             *value / GRAVITY
         } else {
             0.0
         };
     }
-    felt
+    acceleration
 }
 
 /// Horizontal speed of Q, m/s, averaged over `2 width` samples: the link with two wheels rolls along its own direction, with
@@ -53,7 +54,7 @@ fn speed_of_q(recording: &Recording, motion: &Motion, robot: &Robot, width: usiz
     let geometry = &robot.geometry;
     let carriers = geometry.carriers.map(Carrier::index);
     let link = usize::from(carriers.iter().sum::<usize>() > 1);
-    let (tilt, rate) = (
+    let (inclination, rate) = (
         smooth(&recording.inclination[link], width),
         smooth(&recording.rate[link], width),
     );
@@ -62,8 +63,10 @@ fn speed_of_q(recording: &Recording, motion: &Motion, robot: &Robot, width: usiz
     let (radius, arm) = (geometry.wheel_radius, geometry.pins.q.y - height);
     let spins = motion.middle_spin.iter();
     spins
-        .zip(tilt.iter().zip(&rate))
-        .map(|(spin, (tilt, rate))| (radius * (spin - rate) - arm * rate) * tilt.cos())
+        .zip(inclination.iter().zip(&rate))
+        .map(|(spin, (inclination, rate))| {
+            (radius * (spin - rate) - arm * rate) * inclination.cos()
+        })
         .collect()
 }
 

@@ -189,22 +189,22 @@ fn sign(
     on_ground: Signs,
 ) -> (Finding, Option<Change>) {
     let channel = of_link(k);
-    let (tilt, turn) = (rms(&changes.inclination[k]), rms(&changes.rate[k]));
+    let (inclination, turn) = (rms(&changes.inclination[k]), rms(&changes.rate[k]));
     let degrees = |angle: f64| angle / DEGREE;
     let sizes = format!(
         "changes within {SPAN} s: inclinometer {:.2} deg, gyro {:.2} deg RMS",
-        degrees(tilt),
+        degrees(inclination),
         degrees(turn)
     );
     let of_sizes = |finding: Finding| {
-        let finding = finding.with("inclinometer", degrees(tilt), "deg");
+        let finding = finding.with("inclinometer", degrees(inclination), "deg");
         (finding.with("gyro", degrees(turn), "deg"), None)
     };
     let Some(found) = fits[k].filter(|f| f.explained > EXPLAINED && turn > LEAST_CHANGE) else {
         // Two inclinometers that agree on the ground leave the gyroscope.
         let follows = fits[k].is_some_and(|f| f.explained > EXPLAINED);
         let by_robot = rms(&changes.forward);
-        if on_ground == Signs::Equal && !follows && tilt > 2.0 * LEAST_CHANGE.max(by_robot) {
+        if on_ground == Signs::Equal && !follows && inclination > 2.0 * LEAST_CHANGE.max(by_robot) {
             let remedy = format!(
                 "{} is wrong: dead, or a column of something else; {} agrees with the other link on the ground",
                 Channel::Gyro(k),

@@ -29,12 +29,15 @@ impl Motion {
             .each_ref()
             .map(|angle| derivative(angle, half, recording.dt));
         let middle = |k: usize| median(spin.each_ref().map(|s| s[k])).unwrap_or(f64::NAN);
-        let tilt = recording.inclination.each_ref().map(|x| smooth(x, half));
+        let inclination = recording.inclination.each_ref().map(|x| smooth(x, half));
         let geometry = &robot.geometry;
         let axle = |i: usize| -> Vec<Vec2> {
             let arm = geometry.axles[i] - geometry.pins.q;
-            let tilt = &tilt[geometry.carriers[i].index()];
-            tilt.iter().map(|angle| rotate(arm, *angle)).collect()
+            let inclination = &inclination[geometry.carriers[i].index()];
+            inclination
+                .iter()
+                .map(|angle| rotate(arm, *angle))
+                .collect()
         };
         let (front, rear) = (axle(0), axle(2));
         let line = |(f, r): (&Vec2, &Vec2)| (f.y - r.y).atan2(f.x - r.x);

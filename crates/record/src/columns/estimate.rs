@@ -72,9 +72,9 @@ impl Table {
             "flags", "1", "warnings, a bit each: wheels 1 to 3 unloaded 1, 2, 4; linkage at a stop 8; reading missing 16, stale \
              32, absurd 64; out of the model's range 128; spins in place 256; readings contradict each other 512" =>
                 |e| Some(f64::from(e.flags.bits()));
-            "suspect_channels", "1", "channels whose readings contradict others, a bit each: encoders 1, 2, 4; torques 8, 16, \
+            "faulty_channels", "1", "channels whose readings contradict others, a bit each: encoders 1, 2, 4; torques 8, 16, \
              32; contact angles 64, 128, 256; gyroscopes 512, 1024; inclinometers 2048, 4096; parity 8192; torque scale or \
-             mass 16384; empty without Kalman filters" => |e| e.health.map(|health| f64::from(health.suspect.bits()));
+             mass 16384; empty without Kalman filters" => |e| e.health.map(|health| f64::from(health.faulty.bits()));
         });
         for (i, of) in WHEEL.into_iter().enumerate() {
             self.columns.extend(columns! { estimate index; wheel(i), of;

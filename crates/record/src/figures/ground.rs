@@ -4,9 +4,9 @@ use super::header::{Entry, Header, Mark};
 use super::page::{Column, Page, Scale};
 use super::panel::{Axis, Layer, Panel};
 use super::run::RunTraces;
-use super::style::{FELT, band_color, estimate_line, truth_line};
+use super::style::{TERRAIN, band_color, estimate_line, truth_line};
 use super::trace::Point;
-use crate::felt_ground::ComparedPoint;
+use crate::estimated_terrain::ComparedPoint;
 use crate::quantile::extremes;
 use robhaz_score::GroundErrors;
 
@@ -82,7 +82,7 @@ fn estimate(
         low.into_iter().chain(high.into_iter().rev()).collect()
     };
     let lines = lines(points, |p| get(p).map(|(value, ..)| value));
-    Layer::banded(lines, bounds.map(area).collect(), FELT)
+    Layer::banded(lines, bounds.map(area).collect(), TERRAIN)
 }
 
 fn header(name: &str, errors: Option<GroundErrors>, (section, count): (u32, usize)) -> Header {
@@ -96,8 +96,8 @@ fn header(name: &str, errors: Option<GroundErrors>, (section, count): (u32, usiz
         Some(errors) => format!("estimated: RMSE {:.2} mm", MM * errors.height_rmse_m),
         None => "estimated".to_owned(),
     };
-    let estimated = Entry::new(Mark::line(estimate_line(FELT)), estimated);
-    let band = Entry::new(Mark::area(band_color(FELT)), "two standard deviations");
+    let estimated = Entry::new(Mark::line(estimate_line(TERRAIN)), estimated);
+    let band = Entry::new(Mark::area(band_color(TERRAIN)), "two standard deviations");
     Header {
         title: format!("The ground that the wheels have passed, estimator {name}"),
         subtitle,

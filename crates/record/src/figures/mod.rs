@@ -108,7 +108,7 @@ impl FigureSink {
             figures.push(("comparison".to_owned(), comparison::comparison(run)));
         }
         for (k, e) in run.estimators.iter().enumerate() {
-            let points = run.felt.compared(k, run.ground.as_ref());
+            let points = run.terrains.compared(k, run.ground.as_ref());
             let page = ground::ground(run, &e.name, &points);
             figures.extend(page.map(|page| (format!("ground_{}", e.name), page)));
         }

@@ -1,7 +1,7 @@
 //! The traces of a run for its figures.
 
 use super::trace::{Estimated, Trace};
-use crate::felt_ground::FeltGrounds;
+use crate::estimated_terrain::EstimatedTerrains;
 use robhaz_estimator::{Estimate, EstimatorSettings};
 use robhaz_model::{Geometry, Pin, Vec2};
 use robhaz_run::{EstimatorDescription, Frame, RunDescription, RunEnd};
@@ -45,7 +45,7 @@ pub struct RunTraces {
     /// The ground; `None` for recorded readings.
     pub ground: Option<Terrain>,
     /// The ground that the estimators have found.
-    pub felt: FeltGrounds,
+    pub terrains: EstimatedTerrains,
     pub geometry: Geometry,
     /// Mean static load of a wheel, N.
     pub mean_load: f64,
@@ -113,7 +113,7 @@ impl RunTraces {
             records: 0,
             last: None,
             ground: run.world.as_ref().map(|w| w.terrain.build(robot)),
-            felt: FeltGrounds::new(run),
+            terrains: EstimatedTerrains::new(run),
             geometry: robot.geometry.clone(),
             mean_load: robot.mean_wheel_load(),
         }
@@ -144,7 +144,7 @@ impl RunTraces {
         if let Some(shown) = &mut self.shown {
             shown.add(frame, self.rule.compares(frame.time));
         }
-        self.felt.add(frame);
+        self.terrains.add(frame);
         self.records += 1;
     }
 
@@ -171,7 +171,7 @@ impl RunTraces {
 
     /// The run has ended: the last pose and the rest of the ground are kept too.
     pub fn finish(&mut self, end: Option<&RunEnd>) {
-        self.felt.finish(end);
+        self.terrains.finish(end);
         self.poses.extend(self.last.take());
     }
 }

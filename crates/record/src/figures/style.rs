@@ -31,7 +31,7 @@ const ESTIMATORS: [RGBColor; 6] = [
 /// Estimates of the linkage.
 pub const LINKAGE: RGBColor = RGBColor(0x1A, 0x1A, 0x1A);
 /// The ground as an estimator has found it.
-pub const FELT: RGBColor = RGBColor(0x4B, 0x3F, 0x8F);
+pub const TERRAIN: RGBColor = RGBColor(0x4B, 0x3F, 0x8F);
 /// Time that does not count in the errors.
 pub const START: RGBColor = RGBColor(0xF2, 0xF2, 0xEE);
 /// The ground, and its surface.

@@ -12,7 +12,7 @@ pub use clearance::ClearanceSummary;
 pub use file::Summary;
 pub use log::MeanForces;
 pub use parts::{
-    BrokenOff, EstimatorSummary, FrictionSummary, FrictionTestSummary, NominalRobot, SensorErrors,
-    Suspicion,
+    BrokenOff, EstimatorSummary, Faulty, FrictionSummary, FrictionTestSummary, NominalRobot,
+    SensorErrors,
 };
 pub use sink::SummarySink;

@@ -61,7 +61,7 @@ impl FrictionTestSummary {
     /// The result in one line.
     pub fn in_words(&self) -> String {
         let wheel = self.wheel;
-        let (mu, doubt) = (self.mu_max, 2.0 * self.sigma);
+        let (mu, margin) = (self.mu_max, 2.0 * self.sigma);
         let took = format!(
             "slid {:.0} mm, took {:.1} s",
             1e3 * self.slipped_distance,
@@ -69,10 +69,10 @@ impl FrictionTestSummary {
         );
         if self.ramps > 0 {
             format!(
-                "Friction test, wheel {wheel}: mu_max = {mu:.3} +- {doubt:.3} (2 sigma), {took}"
+                "Friction test, wheel {wheel}: mu_max = {mu:.3} +- {margin:.3} (2 sigma), {took}"
             )
         } else {
-            let least = (mu - doubt).max(0.0);
+            let least = (mu - margin).max(0.0);
             format!(
                 "Friction test, wheel {wheel}: ended without slip ({}), mu_max is at least {least:.3}, {took}",
                 self.end
@@ -203,17 +203,17 @@ impl TorqueScaleSummary {
     }
 }
 
-/// When a channel was suspect.
+/// When a channel was faulty.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Suspicion {
+pub struct Faulty {
     /// Time of the first record at which it was, s.
     pub first_s: f64,
     /// Number of such records.
     pub records: u64,
 }
 
-/// Suspect channels by name, in the order of their first record: [`robhaz_estimator::Health::suspect`].
-pub type Suspects = IndexMap<String, Suspicion>;
+/// Faulty channels by name, in the order of their first record: [`robhaz_estimator::Health::faulty`].
+pub type FaultyChannels = IndexMap<String, Faulty>;
 
 /// Errors of one estimator.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -260,8 +260,12 @@ pub struct EstimatorSummary {
     /// How well contact states were found: in the air, two contacts, sliding. `None` if the estimator states none.
     pub contacts: Option<FlagScores>,
     /// Channels whose readings contradicted others, over all records.
-    #[serde(default, skip_serializing_if = "Suspects::is_empty")]
-    pub suspects: Suspects,
+    #[serde(
+        alias = "suspects",
+        default,
+        skip_serializing_if = "FaultyChannels::is_empty"
+    )]
+    pub faulty_channels: FaultyChannels,
     /// The torques against the weight at the end; of a recorded log alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub torque_scale: Option<TorqueScaleSummary>,

@@ -4,11 +4,11 @@ use super::clearance::ClearanceSummary;
 use super::file::Summary;
 use super::log::ForceSums;
 use super::parts::{
-    BrokenOff, ControlSummary, EstimatorSummary, FrictionSummary, FrictionTestSummary,
-    NominalRobot, SensorErrors, Suspects, Suspicion, TorqueScaleSummary,
+    BrokenOff, ControlSummary, EstimatorSummary, Faulty, FaultyChannels, FrictionSummary,
+    FrictionTestSummary, NominalRobot, SensorErrors, TorqueScaleSummary,
 };
 use crate::error::RecordError;
-use crate::felt_ground::FeltGrounds;
+use crate::estimated_terrain::EstimatedTerrains;
 use robhaz_estimator::TorqueScale;
 use robhaz_run::{
     ClearanceNeed, EstimatorDescription, Frame, RunDescription, RunEnd, Sink, SinkError,
@@ -28,7 +28,7 @@ pub struct SummarySink {
     events: Option<(EventDetector, EventCounts)>,
     /// Clearance so far.
     clearance: Option<ClearanceSummary>,
-    grounds: FeltGrounds,
+    grounds: EstimatedTerrains,
     rule: Option<Rule>,
     /// Whether a record had a truth.
     compared: bool,
@@ -45,7 +45,7 @@ struct EstimatorSums {
     forces: Option<ForceSums>,
     /// The torques' scale at the last estimate that has one.
     scale: Option<TorqueScale>,
-    suspects: Suspects,
+    faulty_channels: FaultyChannels,
 }
 
 impl EstimatorSums {
@@ -55,7 +55,7 @@ impl EstimatorSums {
             contacts: states_contacts.then(|| ContactScore::new(rule)),
             forces: of_log.then(ForceSums::default),
             scale: None,
-            suspects: Suspects::new(),
+            faulty_channels: FaultyChannels::new(),
         }
     }
 
@@ -88,7 +88,7 @@ impl EstimatorSums {
             no_equivalent: score.no_equivalent(),
             normal_force_at_one_contact: score.at_one_contact().normal_force(),
             contacts: self.contacts.as_ref().and_then(ContactScore::scores),
-            suspects: self.suspects.clone(),
+            faulty_channels: self.faulty_channels.clone(),
             torque_scale: scale.map(|scale| TorqueScaleSummary::of(scale, described)),
             means: forces.and_then(ForceSums::means),
         }
@@ -202,7 +202,7 @@ impl Sink for SummarySink {
             progress: world.map(|w| ProgressMeter::new(&w.drive, geometry.wheel_radius)),
             events: world.map(|_| (EventDetector::new(geometry.stop), EventCounts::default())),
             clearance: None,
-            grounds: FeltGrounds::new(run),
+            grounds: EstimatedTerrains::new(run),
             rule: Some(rule),
             compared: false,
             end: None,
@@ -220,13 +220,13 @@ impl Sink for SummarySink {
         for (sums, estimate) in self.estimators.iter_mut().zip(frame.estimates) {
             let estimate = estimate.as_ref().ok();
             if let Some(estimate) = estimate {
-                for name in estimate.health.iter().flat_map(|h| h.suspect.names()) {
-                    let none = Suspicion {
+                for name in estimate.health.iter().flat_map(|h| h.faulty.names()) {
+                    let none = Faulty {
                         first_s: frame.time,
                         records: 0,
                     };
-                    let suspicion = sums.suspects.entry(name.to_owned());
-                    suspicion.or_insert(none).records += 1;
+                    let faulty = sums.faulty_channels.entry(name.to_owned());
+                    faulty.or_insert(none).records += 1;
                 }
                 sums.scale = estimate.torque_scale.or(sums.scale);
             }

@@ -100,7 +100,7 @@ fn coverage(errors: &[Error]) -> [f64; 2] {
 }
 
 /// The level of the height over 3 m is 3 mm RMS over the seeds. The common bias of the two inclinometers, 0.1 deg each, which is not
-/// observable, explains 2.1 mm of it, RMS over the path. Without the tilt by the drawn biases 1 mm remains at most: 0.7 mm was found.
+/// observable, explains 2.1 mm of it, RMS over the path. Without the tipping by the drawn biases 1 mm remains at most: 0.7 mm was found.
 ///
 /// The NEES of the last point is that of an error that lasts for the whole run: with ten seeds its mean is between 0.32 and 2.05 in
 /// 95 % of the cases if the stated deviation is right.
@@ -131,7 +131,7 @@ fn the_profile_is_known_to_three_millimetres() {
         let nees = nees.iter().sum::<f64>() / nees.len() as f64;
         let [inside, slope_inside] = coverage(&all);
         println!(
-            "{name}: height {:.2} mm, without tilt {:.2} mm, slope {slope:.3} deg, within 2 sigma {:.1} / {:.1} %, NEES at 3 m {nees:.2}",
+            "{name}: height {:.2} mm, without tipping {:.2} mm, slope {slope:.3} deg, within 2 sigma {:.1} / {:.1} %, NEES at 3 m {nees:.2}",
             1e3 * height,
             1e3 * rest,
             100.0 * inside,

@@ -109,7 +109,7 @@ fn robots_are_changed_in_whole_and_in_part() {
 /// With another kind on the command line the file's keys of its own kind are ignored; keys of the command line must
 /// fit.
 #[test]
-fn another_kind_of_terrain_forgets_the_keys_of_the_old_one() {
+fn another_kind_of_terrain_drops_the_keys_of_the_old_one() {
     let text = "[terrain]\nkind = 'cosbump'\nheight = 0.03\nhalf_width = 0.2";
     assert_eq!(
         good(text, &["terrain.kind=flat"]).terrain.profile,
@@ -265,7 +265,7 @@ fn grades_are_changed_key_by_key() {
 /// With a grade on the command line the file's errors are ignored, so that a resolved scene can be run with other
 /// sensors; keys outside the grade stay.
 #[test]
-fn another_grade_forgets_the_errors_of_the_old_one() {
+fn another_grade_drops_the_errors_of_the_old_one() {
     let text = "[sensors]\ngrade = 'typical'\ntorque_noise = 0.5\nrate = 2000\n[model_error]\npins = 0.002\nviscous_damping = 0.3";
     let scene = good(text, &["sensors.rate_noise=1", "sensors.grade=poor"]);
     let expected = SensorSpec {
@@ -287,7 +287,7 @@ fn another_grade_forgets_the_errors_of_the_old_one() {
 /// With a friction law on the command line the file's keys of its own law are ignored, so that a resolved scene can be run
 /// with another law; coefficients and v_d stay.
 #[test]
-fn another_law_forgets_the_keys_of_the_old_one() {
+fn another_law_drops_the_keys_of_the_old_one() {
     let text = "engine.kind = 'direct'\n[contact]\nfriction = 'brush'\nslip_stiffness = 5\nmu_s = 0.6\nmu_d = 0.5";
     let file = good(text, &[]).friction;
     assert_eq!(file.kind, FrictionKind::Brush);

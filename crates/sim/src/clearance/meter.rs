@@ -121,7 +121,7 @@ impl ClearanceMeter {
         let points: Vec<_> = points.into_iter().map(vector).collect();
         self.ground = (points.len() > 1).then(|| (x, Polyline::new(points, None)));
         for (_, part) in &mut self.parts {
-            part.forget();
+            part.reset();
         }
     }
 }

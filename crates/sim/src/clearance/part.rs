@@ -49,8 +49,8 @@ impl Part {
         }
     }
 
-    /// Forgets what is known: the ground is a new one.
-    pub fn forget(&mut self) {
+    /// Reset: the ground is a new one.
+    pub fn reset(&mut self) {
         self.last = None;
     }
 

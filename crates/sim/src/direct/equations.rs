@@ -88,7 +88,7 @@ impl Equations {
         self.refusal
     }
 
-    /// Forgets the failures of earlier trials, after a step has succeeded.
+    /// Clears the failures of earlier trials, after a step has succeeded.
     pub fn clear_refusal(&mut self) {
         self.refusal = None;
     }

@@ -1,4 +1,4 @@
-//! What the kinematics need of the drawings, computed once.
+//! What the kinematics need of the robot's geometry, computed once.
 
 use robhaz_model::{Carrier, Dyad, Geometry, Vec2, cross};
 
@@ -42,8 +42,8 @@ impl Linkage {
         }
     }
 
-    /// Unit vector along the turned x axis of the body from the vector PS, m, which has the length that it has in the
-    /// drawings.
+    /// Unit vector along the turned x axis of the body from the vector PS, m, whose length is the
+    /// nominal one.
     pub(super) fn body_axis(&self, ps: Vec2) -> Vec2 {
         Vec2::new(self.body.dot(&ps), cross(self.body, ps))
     }

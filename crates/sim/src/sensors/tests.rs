@@ -225,37 +225,37 @@ fn inclinometers_measure_the_specific_force() {
         ..IDEAL
     };
     for (k, readings) in (0..100).zip(read(&spec, 1, 100, accelerating)) {
-        let tilt = if k == 0 {
+        let angle = if k == 0 {
             0.0
         } else {
             2.0_f64.atan2(GRAVITY - 1.0)
         };
-        let expected = accelerating(k).links[0].angle + tilt;
+        let expected = accelerating(k).links[0].angle + angle;
         // Rounding of a difference of velocities over 1 ms.
         let found = readings.inclination[0].expect("no losses");
         assert!((found - expected).abs() < 1e-12, "{found} {expected}");
     }
 }
 
-/// Closed form: the response to a step of a small tilt after the first sample is 1 - exp(-t/lag). The first reading has
+/// Closed form: the response to a step of a small angle after the first sample is 1 - exp(-t/lag). The first reading has
 /// no lag.
 #[test]
 fn inclinometers_have_a_low_pass() {
-    const TILT: f64 = 1e-4;
-    fn tilted(k: u32) -> Truth {
+    const ANGLE: f64 = 1e-4;
+    fn inclined(k: u32) -> Truth {
         let mut truth = at_rest(k);
-        truth.links[1].angle = if k == 0 { 0.0 } else { TILT };
+        truth.links[1].angle = if k == 0 { 0.0 } else { ANGLE };
         truth
     }
     let spec = SensorSpec {
         inclination_lag: 0.02,
         ..IDEAL
     };
-    let found = values(&read(&spec, 1, 100, tilted), |r| r.inclination[1]);
+    let found = values(&read(&spec, 1, 100, inclined), |r| r.inclination[1]);
     for (k, found) in (0..100).zip(found) {
-        let expected = TILT * (1.0 - (-time(k) / 0.02).exp());
-        // sin(tilt) differs from the tilt by 1e-8/6 of it, cos(tilt) from 1 by 1e-8/2.
-        assert!((found - expected).abs() < 1e-8 * TILT, "{k}");
+        let expected = ANGLE * (1.0 - (-time(k) / 0.02).exp());
+        // sin(angle) differs from the angle by 1e-8/6 of it, cos(angle) from 1 by 1e-8/2.
+        assert!((found - expected).abs() < 1e-8 * ANGLE, "{k}");
     }
 }
 

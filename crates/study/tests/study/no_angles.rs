@@ -1,4 +1,4 @@
-//! Acceptance of `best` without any contact angle: other grounds, friction laws, speeds, lasting slip.
+//! Acceptance of `best` without any contact angle: other grounds, friction laws, speeds, continuous slip.
 //!
 //! The study behind `docs/measurements/no-angles.md`:
 //! `cargo test --release -p robhaz-study --test study no_angles::study_of_all -- --ignored --nocapture`. It runs ten seeds of every case with

@@ -2,7 +2,7 @@
 //! `/` or `/run1/`.
 
 use super::{ContainerKind, Part};
-use crate::felt::{LEFT, bounds_of};
+use crate::estimated_terrain::{LEFT, bounds_of};
 use crate::ground::Ground;
 use crate::key::PLACE;
 use crate::scale::ROOM;

@@ -129,10 +129,13 @@ fn the_ground_that_was_found_is_drawn() {
     let chunks = chunks(&path);
     let component = LineStrips2D::descriptor_strips().component;
     let strips = |entity: &str| rows::<LineStrip2D>(&chunks, entity, component);
-    let memory = strips("/world/felt/memory");
+    let memory = strips("/world/estimated_terrain/memory");
     // Five a second, after the robot has started at 0.8 s.
     assert!((10..=17).contains(&memory.len()), "{}", memory.len());
-    assert_eq!(strips("/world/felt/memory/two_sigma").len(), memory.len());
+    assert_eq!(
+        strips("/world/estimated_terrain/memory/two_sigma").len(),
+        memory.len()
+    );
     let (time, last) = &memory[memory.len() - 1];
     let points: Vec<_> = last.iter().flat_map(|strip| strip.0.clone()).collect();
     assert!(
@@ -145,7 +148,7 @@ fn the_ground_that_was_found_is_drawn() {
         (f64::from(front) - (0.3 + travel)).abs() < 0.03,
         "{front} {travel}"
     );
-    let left = strips("/world/felt/left");
+    let left = strips("/world/estimated_terrain/left");
     assert!(left.len() > 3, "{}", left.len());
 }
 

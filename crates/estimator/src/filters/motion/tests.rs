@@ -394,7 +394,7 @@ fn the_direction_is_corrected() {
 /// Closed form: mapped ground moves the contact angle, known to 0.01 rad, to the mean weighted by the inverse variances. It turns the velocity
 /// that the direction constraint has tied to that angle, too. A robot that stands takes nothing.
 #[test]
-fn known_ground_corrects_a_contact_angle() {
+fn mapped_terrain_corrects_a_contact_angle() {
     let (mut motion, _) = rolling_without_angles();
     let mut stands = motion;
     motion.correct_contact_angle(1, 0.0, 0.03, 3e-4);

@@ -272,7 +272,7 @@ fn the_slope_at_a_place_is_known_before_the_next_wheel() {
 
 /// mapped ground shows the slope to the wheels behind the first, within its stated deviation.
 #[test]
-fn known_ground_shows_the_slope_of_the_wheels_behind() {
+fn mapped_terrain_shows_the_slope_of_the_wheels_behind() {
     let geometry = Geometry::a();
     let mut memory = GroundMemory::new(&geometry);
     let (mut passed, mut shown) = ([0; 3], 0);

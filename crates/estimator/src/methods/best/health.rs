@@ -48,7 +48,7 @@ impl BestFilters {
             .update_wiring(readings.as_ref(), robot, gain, instant.dt);
         let mut health = self.health.health(&nominal.robot.geometry.carriers);
         if self.scale.contradicts() {
-            health.suspect |= Channels::TORQUE_SCALE;
+            health.faulty |= Channels::TORQUE_SCALE;
         }
         health
     }

@@ -315,7 +315,7 @@ fn a_test_without_slip_gives_a_lower_bound() -> Outcome<()> {
     for result in found.results {
         assert_eq!(result.end, FrictionTestEnd::TorqueLimit, "{result:?}");
         // 1.5 N m less 0.3 N m of damping over 0.1 m and at most 55 N: 0.2.
-        let bound = result.mu - 2.0 * (result.sigma.hypot(result.lasting));
+        let bound = result.mu - 2.0 * (result.sigma.hypot(result.systematic));
         assert!(
             result.mu > 0.2 && bound < 0.8 && result.place.is_none(),
             "{result:?}"

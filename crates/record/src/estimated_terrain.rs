@@ -16,7 +16,7 @@ const SURVEYED_AT_ONCE: usize = 1024;
 
 /// Collects the ground of every estimator.
 #[derive(Clone, Debug, Default)]
-pub struct FeltGrounds {
+pub struct EstimatedTerrains {
     /// The points of each estimator, in the order in which it completed them; none before the end of the run.
     points: Vec<Arc<[GroundPoint]>>,
     wheel_radius: f64,
@@ -27,7 +27,7 @@ pub struct FeltGrounds {
 /// A point and the true ground there; `None` where it is not known.
 pub type ComparedPoint = (GroundPoint, Option<TrueGround>);
 
-impl FeltGrounds {
+impl EstimatedTerrains {
     /// Before the first record of a run.
     pub fn new(run: &RunDescription) -> Self {
         Self {
@@ -115,7 +115,7 @@ mod tests {
             section,
         };
         let terrain = Terrain::new(Profile::step());
-        let mut grounds = FeltGrounds {
+        let mut grounds = EstimatedTerrains {
             points: vec![Arc::new([point(0.4, 0), point(0.6, 0), point(0.0, 1)])],
             wheel_radius: 0.1,
             origin: Some(Vec2::new(0.2, 0.0)),

@@ -14,9 +14,9 @@ use robhaz_score::ground_origin;
 /// Distance between points beyond which the line is not drawn, m.
 const GAP: f64 = 0.035;
 /// Points that the wheels have left: all rows up to the cursor are shown.
-pub(crate) const LEFT: &str = "world/felt/left";
+pub(crate) const LEFT: &str = "world/estimated_terrain/left";
 /// Points that a wheel can still correct: only the newest row is shown.
-const MEMORY: &str = "world/felt/memory";
+const MEMORY: &str = "world/estimated_terrain/memory";
 
 /// Pieces of the line at several times, and of the lines two standard deviations below and above.
 #[derive(Default)]
@@ -26,7 +26,7 @@ struct Lines {
 }
 
 /// Draws the ground of one estimator.
-pub(crate) struct Felt {
+pub(crate) struct Terrain {
     /// Index of the estimator; `None`: nothing is drawn.
     estimator: Option<usize>,
     wheel_radius: f64,
@@ -40,7 +40,7 @@ pub(crate) struct Felt {
     memory: Lines,
 }
 
-impl Felt {
+impl Terrain {
     /// Before the first record, for an estimator by its index. Recorded readings have no world to draw in.
     pub(crate) fn new(run: &RunDescription, estimator: Option<usize>) -> Self {
         let finds_ground = |k: &usize| run.estimators[*k].settings.states_covariance();
