@@ -1,10 +1,9 @@
 //! The control of any kind.
 
-use crate::friction_test::FrictionTests;
+use crate::friction_test::{FrictionTestResult, FrictionTests};
 use crate::input::{ControlInput, ControlSettings};
 use crate::kind::ControlKind;
 use crate::shared::Shared;
-use robhaz_estimator::FrictionTestResult;
 use robhaz_model::WheelCommand;
 
 /// A control with its state from sample to sample.

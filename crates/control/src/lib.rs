@@ -28,11 +28,11 @@ mod controller;
 pub mod friction_test;
 mod input;
 mod kind;
-mod ramp;
 pub mod shared;
 mod wheel_speed;
 
 pub use controller::Controller;
+pub use friction_test::{FrictionTestEnd, FrictionTestResult};
 pub use input::{ControlInput, ControlSettings, FrictionTestPlan};
 pub use kind::ControlKind;
 pub use robhaz_model::WheelCommand;

@@ -30,7 +30,7 @@ impl Flags {
     pub const CONTRADICTION: Self = Self(512);
 
     /// Warnings with which forces and motion say nothing of the friction: an unknown torque, old readings, an impact.
-    pub(crate) const UNRELIABLE: Self =
+    pub const UNRELIABLE: Self =
         Self(Self::AT_STOP.0 | Self::SENSOR_STALE.0 | Self::OUT_OF_RANGE.0);
 
     /// All flags and their names.

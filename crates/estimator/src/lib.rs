@@ -26,7 +26,6 @@
 //! | motion, errors of contact angles and torques, creep: one filter | `filters/motion/` |
 //! | sensitivity of eq. (8) to the filter's states | `statics/sensitivity.rs` |
 //! | mu_n and mu_max, section 5 | `friction/` |
-//! | the torque ramp of section 5 | [`FrictionTest`] |
 //! | normal forces with their covariance, N >= 0 | `statics/solve.rs`, `statics/forces.rs` |
 //!
 //! | folder | content |
@@ -82,7 +81,6 @@ pub mod filters;
 mod flags;
 mod frame;
 mod friction;
-mod friction_test;
 mod ground;
 mod health;
 mod methods;
@@ -100,10 +98,7 @@ pub use estimate::{Estimate, EstimateError, Parity, ReadingErrors};
 pub use estimator::Estimator;
 pub use flags::Flags;
 pub use frame::{LinkReading, SensorFrame};
-pub use friction::{NeededFriction, OffsetShare, SlipEvent, WheelFriction};
-pub use friction_test::{
-    FrictionTest, FrictionTestEnd, FrictionTestPhase, FrictionTestResult, RampLimit, together,
-};
+pub use friction::{NeededFriction, OffsetShare, PeakFriction, SlipEvent, WheelFriction};
 pub use ground::{FrictionBounds, GroundPoint};
 pub use health::{Channels, DRIVING_SPEED, Health, LATE_TORQUE, PAIRINGS};
 pub use settings::{

@@ -1,7 +1,7 @@
 //! The control of a scene: from readings and estimates to the commands of the wheels.
 
-use robhaz_control::{ControlInput, Controller};
-use robhaz_estimator::{Estimate, EstimateError, FrictionTestResult, SensorFrame};
+use robhaz_control::{ControlInput, Controller, FrictionTestResult};
+use robhaz_estimator::{Estimate, EstimateError, SensorFrame};
 use robhaz_model::WheelCommand;
 use robhaz_scene::{ModelErrorTooLarge, Scene};
 use robhaz_sim::drive::Drive;

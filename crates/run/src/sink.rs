@@ -3,7 +3,8 @@
 use crate::description::RunDescription;
 use crate::ground::EstimatedTerrain;
 use crate::log_report::LogReport;
-use robhaz_estimator::{Estimate, EstimateError, FrictionTestResult, GroundPoint, SensorFrame};
+use robhaz_control::FrictionTestResult;
+use robhaz_estimator::{Estimate, EstimateError, GroundPoint, SensorFrame};
 use robhaz_model::WheelCommand;
 use robhaz_sim::Truth;
 use robhaz_sim::clearance::Clearances;

@@ -7,7 +7,7 @@ use crate::series::WHEEL_NAMES;
 use crate::writer::Writer;
 use rerun::archetypes::Points2D;
 use rerun::components::Radius;
-use robhaz_estimator::FrictionTestResult;
+use robhaz_control::FrictionTestResult;
 use robhaz_model::Vec2;
 use robhaz_run::RunDescription;
 use robhaz_score::ground_origin;
@@ -129,7 +129,7 @@ pub(crate) fn log(out: &mut Writer, marks: &[TestMark]) -> Result<(), ViewerErro
 #[cfg(test)]
 mod tests {
     use super::*;
-    use robhaz_estimator::FrictionTestEnd;
+    use robhaz_control::FrictionTestEnd;
     use robhaz_terrain::Profile;
 
     fn result(wheel: usize, place: Option<f64>, ramps: u32) -> FrictionTestResult {

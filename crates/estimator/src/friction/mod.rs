@@ -11,7 +11,7 @@ mod needed;
 mod observer;
 mod slip_watch;
 
-pub use needed::NeededFriction;
+pub use needed::{NeededFriction, OffsetShare};
+pub use observer::WheelFriction;
 pub(crate) use observer::{FrictionObserver, FrictionSample};
-pub use observer::{OffsetShare, WheelFriction};
-pub use slip_watch::SlipEvent;
+pub use slip_watch::{PeakFriction, SlipEvent};

@@ -12,6 +12,18 @@ pub struct NeededFriction {
     pub sigma: f64,
 }
 
+/// Part of T/N of a wheel that comes from its own torque offset: from the difference to the mean of the three offsets.
+///
+/// The balance of the robot shows the sum of the offsets; nothing shows their differences where wheels do not creep.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OffsetShare {
+    /// What the estimated difference has taken from T/N, -. The sum of [`crate::WheelFriction::needed`] and this errs by a force that stays the
+    /// same while the offsets do.
+    pub removed: f64,
+    /// Standard deviation of the true difference's part by the data sheet, -.
+    pub sigma: f64,
+}
+
 /// Forces of the three wheels at one instant, each wheel's with their covariance.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct JointForces {

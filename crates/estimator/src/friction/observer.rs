@@ -1,7 +1,7 @@
 //! Needed friction and slip of the three wheels, and what they teach about the ground.
 
-use super::needed::{JointForces, NeededFriction};
-use super::slip_watch::{SlipEvent, SlipWatch, WheelSample};
+use super::needed::{JointForces, NeededFriction, OffsetShare};
+use super::slip_watch::{PeakFriction, SlipEvent, SlipWatch, WheelSample};
 use crate::contact::{ContactEstimate, ContactState};
 use crate::ground::GroundMemory;
 use crate::quadrature::root_sum_square;
@@ -15,6 +15,8 @@ pub struct WheelFriction {
     pub needed: Option<NeededFriction>,
     /// What the offset of the torque reading has to do with it; zero for a wheel without load.
     pub offset: OffsetShare,
+    /// The largest |T/N| of the last 0.6 s; while the wheel slips, that before. Zero while the wheel is not watched.
+    pub peak: PeakFriction,
     /// Margin to the known friction, -: upper bound of mu_max less |T/N|. The bound is that of the wheel's place, else that of the last
     /// slip event. `None` before any wheel has slipped.
     pub margin: Option<f64>,
@@ -24,18 +26,6 @@ pub struct WheelFriction {
     /// The onset of slip, at the sample at which it is found. `None` if another wheel needs about as much friction: it is unknown
     /// which of them slips.
     pub slip_event: Option<SlipEvent>,
-}
-
-/// Part of T/N of a wheel that comes from its own torque offset: from the difference to the mean of the three offsets.
-///
-/// The balance of the robot shows the sum of the offsets; nothing shows their differences where wheels do not creep.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct OffsetShare {
-    /// What the estimated difference has taken from T/N, -. The sum of [`WheelFriction::needed`] and this errs by a force that stays the
-    /// same while the offsets do.
-    pub removed: f64,
-    /// Standard deviation of the true difference's part by the data sheet, -.
-    pub sigma: f64,
 }
 
 /// The robot at one sample, as the other filters see it.
@@ -107,7 +97,7 @@ impl FrictionObserver {
             let wheel = WheelSample {
                 needed,
                 load: forces.normal(i),
-                systematic: found[i].offset.sigma,
+                offset: found[i].offset,
                 slip: contact.slip,
                 median_slip,
                 place: places.map(|places| places[i]),
@@ -123,10 +113,11 @@ impl FrictionObserver {
             });
             found[i].slip_event = event;
             found[i].slid = self.watches[i].slid();
+            found[i].peak = self.watches[i].peak();
             if let Some(event) = event {
                 self.learn_slip(&event, ground);
             } else if !(contact.sliding || found[i].slid.is_some()) {
-                let margin = root_sum_square(needed.sigma, wheel.systematic);
+                let margin = root_sum_square(needed.sigma, wheel.offset.sigma);
                 let bound = needed.value.abs() - Self::BOUND * margin;
                 ground.friction_held(i, bound);
             }

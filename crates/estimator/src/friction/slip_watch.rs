@@ -1,6 +1,6 @@
 //! Onset of slip of one wheel, and the largest T/N just before.
 
-use super::needed::NeededFriction;
+use super::needed::{NeededFriction, OffsetShare};
 use crate::contact::ContactDetector;
 use crate::quadrature::root_sum_square;
 
@@ -30,8 +30,8 @@ pub(crate) struct WheelSample {
     pub needed: NeededFriction,
     /// N, N.
     pub load: f64,
-    /// Standard deviation of T/N from systematic errors of the torque reading that no reading has shown, -.
-    pub systematic: f64,
+    /// What the torque offset has to do with it.
+    pub offset: OffsetShare,
     /// Slip speed, m/s.
     pub slip: f64,
     /// Median of the slip speeds of the three wheels, m/s.
@@ -83,19 +83,31 @@ pub(crate) struct SlipWatch {
     peak: Peak,
 }
 
-/// The largest low-pass filtered |T/N| of the last [`SlipWatch::WINDOW`].
+/// The largest low-pass filtered |T/N| of a wheel of the last 0.6 s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PeakFriction {
+    /// T/N with its sign, and its standard deviation without that of the torque offset, -.
+    pub needed: NeededFriction,
+    /// What the torque offset has to do with it.
+    pub offset: OffsetShare,
+}
+
+/// That peak, and what else is of its time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Peak {
-    value: f64,
-    sigma: f64,
-    systematic: f64,
+    friction: PeakFriction,
     load: f64,
     /// Low-pass filtered slip speed in the direction of the traction, m/s.
     slip: f64,
     age: f64,
-    /// Place, m, and whether it is known.
-    place: f64,
-    has_place: bool,
+    place: Option<f64>,
+}
+
+impl Peak {
+    /// |T/N|, -.
+    fn value(&self) -> f64 {
+        self.friction.needed.value.abs()
+    }
 }
 
 impl SlipWatch {
@@ -148,13 +160,15 @@ impl SlipWatch {
         self.slid += slip.abs() * dt;
         if self.slips {
             self.slips = slip * forward > self.gripping;
-            self.peak = Peak::default();
+            if !self.slips {
+                self.peak = Peak::default();
+            }
             return None;
         }
         self.follow_peak(sample, dt);
         let begins = acceleration * forward > Self::ACCELERATION
             && slip * forward > Self::LEAST_SLIP
-            && self.fast_ratio.abs() > Self::STILL_BORNE * self.peak.value;
+            && self.fast_ratio.abs() > Self::STILL_BORNE * self.peak.value();
         self.time = if begins { self.time + dt } else { 0.0 };
         if self.time <= dt {
             self.first_ratio = self.fast_ratio;
@@ -168,32 +182,40 @@ impl SlipWatch {
         }
         (self.slips, self.time) = (true, 0.0);
         self.gripping = self.peak.slip.max(Self::LEAST_SLIP);
+        let PeakFriction { needed, offset } = self.peak.friction;
         Some(SlipEvent {
-            mu_max: self.peak.value,
-            sigma: self.peak.sigma,
-            systematic: self.peak.systematic,
+            mu_max: self.peak.value(),
+            sigma: root_sum_square(needed.sigma, offset.sigma),
+            systematic: offset.sigma,
             load: self.peak.load,
             age: self.peak.age,
-            place: self.peak.has_place.then_some(self.peak.place),
+            place: self.peak.place,
         })
     }
 
     fn follow_peak(&mut self, sample: &WheelSample, dt: f64) {
         self.peak.age += dt;
-        let value = self.ratio.abs();
-        if value >= self.peak.value || self.peak.age > Self::WINDOW {
+        if self.ratio.abs() >= self.peak.value() || self.peak.age > Self::WINDOW {
             self.peak = Peak {
-                value,
-                sigma: root_sum_square(sample.needed.sigma, sample.systematic),
-                systematic: sample.systematic,
+                friction: PeakFriction {
+                    needed: NeededFriction {
+                        value: self.ratio,
+                        sigma: sample.needed.sigma,
+                    },
+                    offset: sample.offset,
+                },
                 load: sample.load,
                 slip: self.slip * libm::copysign(1.0, self.ratio),
                 age: 0.0,
-                place: sample.place.unwrap_or(0.0),
-                has_place: sample.place.is_some(),
+                place: sample.place,
             };
             self.slid = 0.0;
         }
+    }
+
+    /// The largest |T/N|; while the wheel slips, that before.
+    pub fn peak(&self) -> PeakFriction {
+        self.peak.friction
     }
 
     /// Distance that the rim has slid over the ground since the largest T/N, m, if the wheel slips.
@@ -220,7 +242,7 @@ mod tests {
                 sigma: 0.01,
             },
             load: 45.0,
-            systematic: 0.0,
+            offset: OffsetShare::default(),
             slip,
             median_slip: 0.0,
             place: Some(1.0),

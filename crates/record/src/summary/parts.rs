@@ -2,7 +2,8 @@
 
 use super::log::MeanForces;
 use indexmap::IndexMap;
-use robhaz_estimator::{FrictionTestResult, TorqueScale};
+use robhaz_control::FrictionTestResult;
+use robhaz_estimator::TorqueScale;
 use robhaz_model::{Pin, Robot};
 use robhaz_run::{RunDescription, World};
 use robhaz_score::contact::FlagScores;

@@ -9,7 +9,7 @@ mod level;
 mod parts;
 
 use rayon::prelude::*;
-use robhaz_estimator::{FrictionTestEnd, FrictionTestResult};
+use robhaz_control::{FrictionTestEnd, FrictionTestResult};
 use robhaz_model::WheelCommand;
 use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use robhaz_scene::Scene;

@@ -1,7 +1,8 @@
 //! A torque ramp on one wheel: approach, linear rise, back-off.
 
+use super::result::{FrictionTestEnd, FrictionTestResult};
+use super::test::{FrictionTest, FrictionTestPhase};
 use crate::input::ControlInput;
-use robhaz_estimator::{FrictionTest, FrictionTestEnd, FrictionTestPhase, FrictionTestResult};
 
 /// Time over which the torque is taken back, s.
 const BACK_OFF: f64 = 0.3;

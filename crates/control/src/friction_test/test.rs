@@ -1,23 +1,9 @@
-//! The test of section 5 of the paper: the torque of one wheel rises linearly until the wheel slips.
-//!
-//! A [`FrictionTest`] takes the estimates of such a ramp, tells when to take the torque back, and gives the result. Who raises
-//! the torque is not its business: on the simulated robot it is the control `friction-test`.
+//! One ramp: when to take the torque back, and what it has shown.
 
-mod limit;
-mod result;
-#[cfg(test)]
-mod tests;
-mod together;
-
-pub use limit::RampLimit;
-pub use result::{FrictionTestEnd, FrictionTestResult};
-pub use together::together;
-
-use crate::estimate::Estimate;
-use crate::flags::Flags;
-use crate::friction::WheelFriction;
-use crate::quadrature::root_sum_square;
-use limit::LimitWatch;
+use super::limit::RampLimit;
+use super::result::{FrictionTestEnd, FrictionTestResult};
+use libm::hypot;
+use robhaz_estimator::{Estimate, Flags, PeakFriction, WheelFriction};
 
 /// What a test asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,9 +24,6 @@ pub struct FrictionTest {
     /// Start of the ramp, and the last estimate, s.
     start: f64,
     last: f64,
-    /// Low-pass filtered T/N, -.
-    ratio: Option<f64>,
-    limits: LimitWatch,
     /// Whether each wheel has gripped since the start: what slipped before says nothing of the ramp.
     gripped: [bool; 3],
     /// Time for which nothing was clear, s.
@@ -50,8 +33,6 @@ pub struct FrictionTest {
 impl FrictionTest {
     /// Longest time without a clear estimate, s.
     pub const PATIENCE: f64 = 0.5;
-    /// Time constant of the low pass on T/N for the lower bound, s.
-    const SMOOTHING: f64 = 0.1;
 
     /// A test of wheel `wheel` (0 to 2) whose ramp starts at `time` (s).
     pub fn new(wheel: usize, time: f64) -> Self {
@@ -72,8 +53,6 @@ impl FrictionTest {
             phase: FrictionTestPhase::Rising,
             start: time,
             last: time,
-            ratio: None,
-            limits: LimitWatch::default(),
             gripped: [false; 3],
             unclear: 0.0,
         }
@@ -106,13 +85,12 @@ impl FrictionTest {
             }
             return self.phase;
         }
-        if let Some(wheels) = wheels {
-            self.limits.update(wheels, dt);
-            for (gripped, wheel) in self.gripped.iter_mut().zip(wheels) {
-                *gripped |= wheel.slid.is_none();
-            }
+        let none = [WheelFriction::default(); 3];
+        let known = wheels.unwrap_or(&none);
+        for (gripped, wheel) in self.gripped.iter_mut().zip(known) {
+            *gripped |= wheels.is_some() && wheel.slid.is_none();
         }
-        let limit = self.limits.limit(self.result.wheel);
+        let limit = RampLimit::new(self.result.wheel, known);
         if let Some(event) = wheel.and_then(|wheel| wheel.slip_event) {
             self.result = FrictionTestResult {
                 end: FrictionTestEnd::Slipped,
@@ -139,12 +117,10 @@ impl FrictionTest {
                 .all(|wheel| wheel.needed.is_some());
             loaded && !estimate.flags.intersects(Flags::UNRELIABLE)
         });
-        match wheel.and_then(|wheel| wheel.needed).filter(|_| clear) {
-            Some(needed) => {
+        match wheel.filter(|_| clear) {
+            Some(wheel) => {
                 self.unclear = 0.0;
-                let offset = wheel.map_or(0.0, |wheel| wheel.offset.sigma);
-                let sigma = root_sum_square(needed.sigma, offset);
-                self.hold(time, needed.value, sigma, dt);
+                self.hold(time, &wheel.peak);
             }
             None => self.unclear += dt,
         }
@@ -203,17 +179,20 @@ impl FrictionTest {
         found.map(|(i, _)| (i, first.is_some()))
     }
 
-    /// The wheel bears a T/N.
-    fn hold(&mut self, time: f64, ratio: f64, sigma: f64, dt: f64) {
-        let smooth = self.ratio.get_or_insert(ratio);
-        *smooth += dt / (Self::SMOOTHING + dt) * (ratio - *smooth);
-        if smooth.abs() > self.result.mu {
+    /// The wheel bears a T/N: mu_max is at least this.
+    fn hold(&mut self, time: f64, peak: &PeakFriction) {
+        let mu = peak.needed.value.abs();
+        if mu > self.result.mu {
             self.result = FrictionTestResult {
-                mu: smooth.abs(),
-                sigma,
+                mu,
+                sigma: hypot(peak.needed.sigma, peak.offset.sigma),
                 time,
                 ..self.result
             };
         }
     }
 }
+
+#[cfg(test)]
+#[path = "test_tests.rs"]
+mod tests;

@@ -1,14 +1,15 @@
-//! The friction test of section 5 of the paper: torque ramps on one wheel after the other.
+//! Torque ramps on one wheel after the other.
 //!
 //! The torque of the tested wheel grows linearly from its present value, while the drives of the other wheels hold their set
-//! speeds. They bear the reaction. When the wheel slips ([`robhaz_estimator::FrictionTest`]), its torque goes back
+//! speeds. They bear the reaction. When the wheel slips ([`FrictionTest`](super::FrictionTest)), its torque goes back
 //! smoothly to what turns it without traction. Then the same the other way, from three quarters of the torque found on: the offset of
 //! the torque's reading and the friction in the gear add to one and subtract from the other
 //! ([`FrictionTestResult::combined`]). The next wheel follows after a pause. A robot at rest is tested in the same way.
 
+use super::ramp::Ramp;
+use super::result::{FrictionTestEnd, FrictionTestResult};
+use super::together::together;
 use crate::input::{ControlInput, ControlSettings, FrictionTestPlan};
-use crate::ramp::Ramp;
-use robhaz_estimator::{FrictionTestEnd, FrictionTestResult, together};
 use robhaz_model::WheelCommand;
 
 /// Pause between two wheels, s: the drives share the load again.
@@ -198,4 +199,5 @@ fn direction(wheel: usize) -> f64 {
 }
 
 #[cfg(test)]
+#[path = "sequence_tests.rs"]
 mod tests;

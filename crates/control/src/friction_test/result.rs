@@ -18,7 +18,7 @@ pub enum FrictionTestEnd {
     /// Another wheel, 0 to 2, slipped first: the reaction was more than it can bear.
     OtherWheel(usize),
     /// A wheel carries no load, the linkage is at a stop, readings are stale, or there is no estimate, for more than
-    /// [`PATIENCE`](crate::FrictionTest::PATIENCE).
+    /// [`PATIENCE`](super::FrictionTest::PATIENCE).
     NotClear,
     /// The run ended first.
     Unfinished,
@@ -48,7 +48,7 @@ pub struct FrictionTestResult {
     pub end: FrictionTestEnd,
     /// Time of the largest T/N, s.
     pub time: f64,
-    /// Place of the wheel's contact at that time along the path, m, in the frame of [`crate::Estimator::ground`]. `None` before the robot
+    /// Place of the wheel's contact at that time along the path, m, in the frame of [`robhaz_estimator::Estimator::ground`]. `None` before the robot
     /// has moved, and without slip.
     pub place: Option<f64>,
     /// mu_max, -, if a ramp ended in slip. Else the largest |T/N|: mu_max is at least this.

@@ -1,7 +1,7 @@
 //! The forces at which a ramp of a friction test ended in slip.
 
-use crate::friction::WheelFriction;
-use crate::quadrature::root_sum_square;
+use libm::hypot;
+use robhaz_estimator::{PeakFriction, WheelFriction};
 
 /// One wheel at the end of a ramp.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -37,6 +37,22 @@ pub(super) struct RampFriction {
 }
 
 impl RampLimit {
+    /// The limit, if a wheel slips now under the ramp of wheel `tested`.
+    pub(super) fn new(tested: usize, wheels: &[WheelFriction; 3]) -> Self {
+        let limit = |wheel: &WheelFriction| {
+            let PeakFriction { needed, offset } = wheel.peak;
+            WheelLimit {
+                ratio: needed.value + offset.removed,
+                offset_sigma: offset.sigma,
+                sigma: needed.sigma,
+            }
+        };
+        Self {
+            tested,
+            wheels: wheels.each_ref().map(limit),
+        }
+    }
+
     /// Part of mu_max by which two ramps of a wheel differ without errors of offsets: lag of the filters, errors of N and of the slope
     /// of about 1 % each at the two ends.
     const RAMP: f64 = 0.02;
@@ -63,7 +79,7 @@ impl RampLimit {
     pub(super) fn may_slip(&self, i: usize) -> bool {
         let most = self.friction(&[0.0; 3]).mu;
         self.wheels.get(i).is_some_and(|wheel| {
-            let sigma = root_sum_square(wheel.offset_sigma, wheel.sigma);
+            let sigma = hypot(wheel.offset_sigma, wheel.sigma);
             wheel.ratio.abs() + Self::GATE * sigma > most
         })
     }
@@ -86,66 +102,6 @@ impl RampLimit {
             mu: most,
             own: part,
             rest,
-        }
-    }
-}
-
-/// Follows the T/N of all wheels under a ramp.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct LimitWatch {
-    wheels: [RatioWatch; 3],
-}
-
-impl LimitWatch {
-    /// Takes a sample, `dt` (s) after the last. A wheel without load starts anew.
-    pub fn update(&mut self, wheels: &[WheelFriction; 3], dt: f64) {
-        for (watch, wheel) in self.wheels.iter_mut().zip(wheels) {
-            watch.update(wheel, dt);
-        }
-    }
-
-    /// The limit, if a wheel slips now under the ramp of wheel `tested`.
-    pub fn limit(&self, tested: usize) -> RampLimit {
-        RampLimit {
-            tested,
-            wheels: self.wheels.map(|watch| watch.peak),
-        }
-    }
-}
-
-/// Follows the largest T/N by size of one wheel.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct RatioWatch {
-    /// Low-pass filtered T/N, -.
-    ratio: Option<f64>,
-    peak: WheelLimit,
-    /// Time since the peak, s.
-    age: f64,
-}
-
-impl RatioWatch {
-    /// Time constant of the low pass, s: as in the watch for slip, T/N is level for longer before a slip is found.
-    const SMOOTHING: f64 = 0.05;
-    /// Age beyond which a peak is forgotten, s.
-    const WINDOW: f64 = 0.6;
-
-    fn update(&mut self, wheel: &WheelFriction, dt: f64) {
-        let Some(needed) = wheel.needed else {
-            *self = Self::default();
-            return;
-        };
-        let now = needed.value + wheel.offset.removed;
-        let ratio = self.ratio.get_or_insert(now);
-        *ratio += dt / (Self::SMOOTHING + dt) * (now - *ratio);
-        let ratio = *ratio;
-        self.age += dt;
-        if ratio.abs() >= self.peak.ratio.abs() || self.age > Self::WINDOW {
-            self.peak = WheelLimit {
-                ratio,
-                offset_sigma: wheel.offset.sigma,
-                sigma: needed.sigma,
-            };
-            self.age = 0.0;
         }
     }
 }
