@@ -13,7 +13,7 @@
 //! | turning of link k | mean of the inclinometer with the gyroscope, without the filters | gyroscope k, inclinometer k |
 //! | parity | all torques, angles and loads, eq. (8) | parity |
 //! | change of torque i | is it exactly constant while its wheel turns | torque i |
-//! | answer of the control | differences of the torques with those of the encoders, in each pairing | the exchanged torques, late torques |
+//! | answer of the control | differences of the torques with those of the encoders, in each pairing | the exchanged torques |
 //! | start | sum of the torques with the motion of the robot that starts | late torques |
 //! | torque scale | work of all torques with the robot's energy, [`crate::TorqueScale`] | all torques, the masses |
 //!

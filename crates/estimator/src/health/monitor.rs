@@ -143,15 +143,14 @@ impl HealthMonitor {
     }
 
     /// Takes the torques and encoders of one sample, `dt` seconds after the last; `None` if one has been missing for long or
-    /// counts from a new zero. `gain` is the standard deviation of the relative error of a torque's scale.
+    /// counts from a new zero.
     pub fn update_wiring(
         &mut self,
         readings: Option<&WheelReadings>,
         robot: impl FnOnce() -> RollingRobot,
-        gain: f64,
         dt: f64,
     ) {
-        self.wiring.update(readings, robot, gain, dt);
+        self.wiring.update(readings, robot, dt);
     }
 
     /// The present state. `carriers` names the link of each wheel.

@@ -83,7 +83,7 @@ impl Start {
     /// Part of the squared torque of the acceleration that the fit leaves at most.
     const LEFT: f64 = 0.02;
     /// Standard deviations beyond [`LATE_TORQUE`] which tell that torques are late. Those that tell that they are not: one.
-    pub const LATE: f64 = 3.0;
+    const LATE: f64 = 3.0;
 
     /// Whether the last start that showed it found the torques late.
     pub fn late(&self) -> bool {

@@ -2,7 +2,7 @@
 
 use super::answer::Answer;
 use super::smoothing::{Smoothing, WheelReadings};
-use super::start::{LATE_TORQUE, RollingRobot, Start};
+use super::start::{RollingRobot, Start};
 
 /// Finds out whether torques are exchanged or late.
 ///
@@ -10,8 +10,7 @@ use super::start::{LATE_TORQUE, RollingRobot, Start};
 /// the answer of a speed control to each wheel's own speed ([`Answer`]). Nothing is said while the torques hardly differ, as
 /// on flat ground, or do not answer the wheels' speeds.
 ///
-/// Torques are late if that answer is late, or the robot's own answer to the torques when it starts ([`Start`]). Each of the
-/// two is reset when it finds the opposite.
+/// Torques are late if the robot's motion is ahead of them when it starts ([`Start`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Wiring {
     smoothing: Smoothing,
@@ -21,10 +20,6 @@ pub(crate) struct Wiring {
     driven: f64,
     /// Torques that belong to another encoder.
     exchanged: [bool; 3],
-    /// All torques are later than the encoders in the answer of the control.
-    late: bool,
-    /// Time for which that answer has said the opposite, s.
-    opposed: f64,
     /// Time for which another pairing has fitted better than [`Self::RIGHT`], s.
     fits_better: f64,
 }
@@ -42,10 +37,7 @@ impl Wiring {
     const EXPLAINED: f64 = 0.8;
     /// Share that the stated pairing leaves at least: below it the ratio of the residuals is that of their noise.
     const LEAST_RESIDUAL: f64 = 0.005;
-    /// Share that the fit of a delay leaves at most: a control beyond its limits is not linear.
-    const LEFT: f64 = 0.02;
-    /// Time for which a fit must find torques late, or not late, or another pairing better, s: an impact disturbs it for some
-    /// hundredths.
+    /// Time for which another pairing must fit better, s: an impact disturbs the fit for some hundredths.
     const LASTS: f64 = 0.2;
     /// The torques that belong to another encoder, for each of [`PAIRINGS`](super::answer::PAIRINGS).
     const MOVED: [[bool; 3]; 6] = [
@@ -62,19 +54,16 @@ impl Wiring {
         self.exchanged
     }
 
-    /// Whether all torques are later than a speed control can make them, or than the robot's motion.
+    /// Whether all torques are later than the robot's motion.
     pub fn late(&self) -> bool {
-        self.late || self.start.late()
+        self.start.late()
     }
 
     /// Takes the readings of one sample, `dt` (s) after the last. Starts anew without readings.
-    ///
-    /// `gain` is the standard deviation of the relative error of a torque's scale.
     pub fn update(
         &mut self,
         readings: Option<&WheelReadings>,
         robot: impl FnOnce() -> RollingRobot,
-        gain: f64,
         dt: f64,
     ) {
         let Some(readings) = readings else {
@@ -82,7 +71,6 @@ impl Wiring {
             *self = Self {
                 start: self.start,
                 exchanged: self.exchanged,
-                late: self.late,
                 ..Self::default()
             };
             return;
@@ -96,16 +84,15 @@ impl Wiring {
         self.answer.update(&step);
         self.start.update(&step, robot);
         if readings.drives && self.driven >= Self::LEAST_TIME {
-            self.judge(gain, step.dt);
+            self.judge(step.dt);
         }
     }
 
-    /// Compares the pairings and finds the delay, where the torques differ enough.
-    fn judge(&mut self, gain: f64, dt: f64) {
+    /// Compares the pairings, where the torques differ enough.
+    fn judge(&mut self, dt: f64) {
         if self.answer.squared() < 3.0 * Self::LEAST_DIFFERENCE * Self::LEAST_DIFFERENCE {
             return;
         }
-        self.judge_lateness(gain, dt);
         let [stated, others @ ..] = self.answer.shares();
         let [right, wrong @ ..] = Self::MOVED;
         let (mut most, mut moved) = (0.0, right);
@@ -126,27 +113,6 @@ impl Wiring {
             && most > Self::EXPLAINED
         {
             self.exchanged = moved;
-        }
-    }
-
-    /// Finds out whether the torques are late, where the fit tells.
-    fn judge_lateness(&mut self, gain: f64, dt: f64) {
-        let Some(found) = self
-            .answer
-            .lateness(gain)
-            .filter(|found| found.left < Self::LEFT)
-        else {
-            return;
-        };
-        let beyond = found.delay - LATE_TORQUE;
-        let opposes = if self.late {
-            beyond < -found.sigma
-        } else {
-            beyond > Start::LATE * found.sigma
-        };
-        self.opposed = if opposes { self.opposed + dt } else { 0.0 };
-        if self.opposed > Self::LASTS {
-            (self.late, self.opposed) = (!self.late, 0.0);
         }
     }
 }

@@ -42,10 +42,9 @@ impl BestFilters {
         self.health
             .update_turning(&links, fastest, bias, instant.dt);
         let readings = wheel_readings(instant.inputs, drives);
-        let gain = nominal.settings.budget.torque_gain;
         let robot = || rolling_robot(nominal);
         self.health
-            .update_wiring(readings.as_ref(), robot, gain, instant.dt);
+            .update_wiring(readings.as_ref(), robot, instant.dt);
         let mut health = self.health.health(&nominal.robot.geometry.carriers);
         if self.scale.contradicts() {
             health.faulty |= Channels::TORQUE_SCALE;
