@@ -3,7 +3,6 @@
 use super::channels::Channels;
 use super::smoothing::WheelReadings;
 use super::start::RollingRobot;
-use super::turning::{Pace, TurnReadings, Turning};
 use super::wiring::Wiring;
 use crate::frame::Inputs;
 use robhaz_model::Carrier;
@@ -42,13 +41,21 @@ pub(crate) struct Innovations {
     pub parity: Option<f64>,
 }
 
-/// A motor torque of one sample.
+/// What the monitor takes of one sample.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct TorqueReading {
-    /// N m; `None` if it is not of this sample.
-    pub value: Option<f64>,
-    /// Whether it should change from sample to sample: its wheel turns, and it has noise.
-    pub varies: bool,
+pub(crate) struct HealthSample<'a> {
+    /// They count while the robot drives and the model holds.
+    pub innovations: &'a Innovations,
+    /// Motor torques that must change from sample to sample, N m: those that are read now, have noise, and turn their wheel.
+    pub varying_torque: [Option<f64>; 3],
+    /// Torques and encoders; `None` if one has been missing for long or counts from a new zero.
+    pub wheels: Option<WheelReadings>,
+    /// Whether the robot drives.
+    pub drives: bool,
+    /// Whether every wheel rolls on one contact, without an impact.
+    pub model_holds: bool,
+    /// Time since the last sample, s.
+    pub dt: f64,
 }
 
 /// Averages the innovations, and says which channels are faulty.
@@ -60,44 +67,26 @@ pub(crate) struct HealthMonitor {
     inclination: [Mean; 2],
     parity: Mean,
     torque: [Constancy; 3],
-    turning: [Turning; 2],
-    /// Largest speed of a rim, which decays, m/s.
-    fastest: f64,
     wiring: Wiring,
     /// Time from which on inclinations count again, s from now.
     unsettled: f64,
 }
 
 impl HealthMonitor {
-    /// Time after a wheel was at an edge or slid from which on inclinations count, s. A wheel that lands or grips again
-    /// accelerates the robot, and inclinometers do not count after an impact: the link angles are off for a moment. [`Turning`]
-    /// holds meanwhile.
+    /// Time after a wheel was at an edge, slid or stood from which on inclinations count, s. A wheel that lands or grips again
+    /// accelerates the robot, and inclinometers do not count after an impact: the link angles are off for a moment.
     const SETTLES: f64 = 0.5;
-    /// The same after the robot has stood, s.
-    const STARTS: f64 = 0.3;
 
-    /// Time in which the memory of a speed decays, s: that of the mean of [`Turning`] and longer.
-    const REMEMBERS: f64 = 2.0;
-
-    /// Takes the innovations and torques of one sample, `dt` seconds after the last. Innovations count while the robot
-    /// `drives` and their `model_holds`.
-    pub fn update(
-        &mut self,
-        innovations: &Innovations,
-        torques: &[TorqueReading; 3],
-        drives: bool,
-        model_holds: bool,
-        dt: f64,
-    ) {
-        for (constancy, torque) in self.torque.iter_mut().zip(torques) {
+    /// Takes one sample of a `robot`.
+    pub fn update(&mut self, sample: &HealthSample<'_>, robot: &RollingRobot) {
+        let dt = sample.dt;
+        for (constancy, torque) in self.torque.iter_mut().zip(sample.varying_torque) {
             constancy.update(torque, dt);
         }
-        if !model_holds {
+        self.wiring
+            .update(sample.wheels.as_ref(), sample.drives, robot, dt);
+        if !(sample.drives && sample.model_holds) {
             self.unsettled = Self::SETTLES;
-        } else if !drives {
-            self.unsettled = self.unsettled.max(Self::STARTS);
-        }
-        if !(drives && model_holds) {
             return;
         }
         self.unsettled = (self.unsettled - dt).max(0.0);
@@ -110,7 +99,7 @@ impl HealthMonitor {
             direction,
             inclination,
             parity,
-        } = innovations;
+        } = sample.innovations;
         let wheels = self.encoder.iter_mut().zip(encoder);
         let wheels = wheels.chain(self.slip.iter_mut().zip(slip));
         let wheels = wheels.chain(self.direction.iter_mut().zip(direction));
@@ -125,40 +114,11 @@ impl HealthMonitor {
         self.parity.update(*parity, weight);
     }
 
-    /// Takes gyroscopes and inclinometers of links 1 and 2 at one sample, `dt` seconds after the last; `None` if one has been
-    /// missing for long. `rim` is the largest speed of a wheel's rim, m/s; `bias` the standard deviation of a gyroscope's, rad/s.
-    pub fn update_turning(
-        &mut self,
-        links: &[Option<TurnReadings>; 2],
-        rim: f64,
-        bias: f64,
-        dt: f64,
-    ) {
-        self.fastest -= dt / (Self::REMEMBERS + dt) * self.fastest;
-        self.fastest = self.fastest.max(rim);
-        let pace = Pace::new(self.fastest, bias, dt);
-        for (turning, readings) in self.turning.iter_mut().zip(links) {
-            turning.update(readings.as_ref(), &pace);
-        }
-    }
-
-    /// Takes the torques and encoders of one sample, `dt` seconds after the last; `None` if one has been missing for long or
-    /// counts from a new zero.
-    pub fn update_wiring(
-        &mut self,
-        readings: Option<&WheelReadings>,
-        robot: impl FnOnce() -> RollingRobot,
-        dt: f64,
-    ) {
-        self.wiring.update(readings, robot, dt);
-    }
-
     /// The present state. `carriers` names the link of each wheel.
     pub fn health(&self, carriers: &[Carrier; 3]) -> Health {
         let mut faulty = Channels::NONE;
-        let mut link = [false; 2];
+        let link = self.inclination.map(|mean| mean.beyond);
         for k in 0..2 {
-            link[k] = self.inclination[k].beyond || self.turning[k].apart();
             if link[k] {
                 faulty |= Channels::GYROSCOPE[k] | Channels::INCLINOMETER[k];
             }
@@ -251,14 +211,14 @@ impl Constancy {
     /// wheel that rolls on real ground changes.
     const LONGEST: f64 = 1.0;
 
-    fn update(&mut self, torque: &TorqueReading, dt: f64) {
-        let Some(value) = torque.value else {
+    fn update(&mut self, torque: Option<f64>, dt: f64) {
+        let Some(value) = torque else {
             return;
         };
-        if value.to_bits() != self.last.to_bits() || !torque.varies {
-            self.time = 0.0;
-        } else {
+        if value.to_bits() == self.last.to_bits() {
             self.time = (self.time + dt).min(2.0 * Self::LONGEST);
+        } else {
+            self.time = 0.0;
         }
         self.last = value;
     }
@@ -282,17 +242,30 @@ mod tests {
         }
     }
 
-    fn torques(value: f64) -> [TorqueReading; 3] {
-        [TorqueReading {
-            value: Some(value),
-            varies: true,
-        }; 3]
+    const ROBOT: RollingRobot = RollingRobot {
+        inertia: 0.42,
+        damping: 0.45,
+    };
+
+    fn sample(innovations: &Innovations) -> HealthSample<'_> {
+        HealthSample {
+            innovations,
+            varying_torque: [None; 3],
+            wheels: None,
+            drives: true,
+            model_holds: true,
+            dt: DT,
+        }
     }
 
-    /// Feeds the same innovations for a time (s), with torques that change.
+    /// Feeds the same innovations for a time (s).
     fn feed(monitor: &mut HealthMonitor, innovations: &Innovations, count: bool, time: f64) {
-        for k in 0..(time / DT) as u32 {
-            monitor.update(innovations, &torques(f64::from(k)), true, count, DT);
+        for _ in 0..(time / DT) as u32 {
+            let sample = HealthSample {
+                model_holds: count,
+                ..sample(innovations)
+            };
+            monitor.update(&sample, &ROBOT);
         }
     }
 
@@ -347,21 +320,25 @@ mod tests {
         assert_eq!(monitor.health(&CARRIERS).faulty, link(1) | first);
     }
 
-    /// A torque that repeats its bits for a second is stuck, unless its wheel stands; missing readings do not count.
+    /// A torque that repeats its bits for a second is stuck; missing readings and those of a wheel that stands do not count.
     #[test]
     fn a_constant_torque_is_stuck() {
         let mut monitor = HealthMonitor::default();
-        let mut run = |samples: u32, readings: [TorqueReading; 3]| {
+        let mut run = |samples: u32, varying_torque: [Option<f64>; 3]| {
+            let none = Innovations::default();
             for _ in 0..samples {
-                monitor.update(&Innovations::default(), &readings, false, true, DT);
+                let sample = HealthSample {
+                    varying_torque,
+                    drives: false,
+                    ..sample(&none)
+                };
+                monitor.update(&sample, &ROBOT);
             }
             monitor.health(&CARRIERS).faulty
         };
-        let mut readings = torques(2.5);
-        readings[0].varies = false;
-        readings[2].value = None;
+        let readings = [None, Some(2.5), None];
         assert!(run(1000, readings).is_empty());
         assert_eq!(run(10, readings), Channels::TORQUE[1]);
-        assert!(run(1, torques(2.6)).is_empty());
+        assert!(run(1, [Some(2.6); 3]).is_empty());
     }
 }

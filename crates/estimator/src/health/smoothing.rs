@@ -7,8 +7,6 @@ pub(crate) struct WheelReadings {
     pub torque: [f64; 3],
     /// Spin angles, rad.
     pub angle: [f64; 3],
-    /// Whether the robot drives.
-    pub drives: bool,
 }
 
 /// Smoothed torques and angles with their rates, all of the same instant.

@@ -95,8 +95,8 @@ impl Start {
         (self.stood, self.moving) = (0.0, 0.0);
     }
 
-    /// Takes a step. `robot` is asked for while a start is followed.
-    pub fn update(&mut self, step: &Step, robot: impl FnOnce() -> RollingRobot) {
+    /// Takes a step.
+    pub fn update(&mut self, step: &Step, robot: &RollingRobot) {
         let mean = |values: &[f64; 3]| values.iter().sum::<f64>() / 3.0;
         let [acceleration, speed, angle] = self.before;
         self.before = [&step.acceleration, &step.speed, &step.angle].map(mean);
@@ -108,16 +108,16 @@ impl Start {
         if self.moving == 0.0 && self.stood < Self::STANDS {
             return;
         }
-        let (robot, torque) = (robot(), 3.0 * mean(&step.torque));
+        let torque = 3.0 * mean(&step.torque);
         if self.moving == 0.0 {
-            self.begin(&robot, angle, torque);
+            self.begin(robot, angle, torque);
         }
         self.stood = 0.0;
         self.moving += step.dt;
         let motion = [acceleration, speed, angle - self.origin];
         self.add(motion, torque, 3.0 * mean(&step.torque_rate));
         if self.moving > Self::LASTS {
-            self.judge(step.dt, &robot);
+            self.judge(step.dt, robot);
             self.moving = 0.0;
         }
     }

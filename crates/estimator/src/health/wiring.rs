@@ -63,7 +63,8 @@ impl Wiring {
     pub fn update(
         &mut self,
         readings: Option<&WheelReadings>,
-        robot: impl FnOnce() -> RollingRobot,
+        drives: bool,
+        robot: &RollingRobot,
         dt: f64,
     ) {
         let Some(readings) = readings else {
@@ -75,7 +76,7 @@ impl Wiring {
             };
             return;
         };
-        if readings.drives {
+        if drives {
             self.driven = (self.driven + dt).min(Self::LEAST_TIME);
         }
         let Some(step) = self.smoothing.update(readings, dt) else {
@@ -83,7 +84,7 @@ impl Wiring {
         };
         self.answer.update(&step);
         self.start.update(&step, robot);
-        if readings.drives && self.driven >= Self::LEAST_TIME {
+        if drives && self.driven >= Self::LEAST_TIME {
             self.judge(step.dt);
         }
     }

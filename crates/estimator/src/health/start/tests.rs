@@ -52,10 +52,9 @@ fn feed(start: &mut Start, from: f64, until: f64, given: &Given) {
         let readings = WheelReadings {
             torque: [0.2, 0.3, 0.5].map(|share| share * torque + 0.1),
             angle: [motion(time)[0]; 3],
-            drives: true,
         };
         if let Some(step) = smoothing.update(&readings, DT) {
-            start.update(&step, || ROBOT);
+            start.update(&step, &ROBOT);
         }
     }
 }

@@ -21,9 +21,8 @@ fn run(wiring: &mut Wiring, order: [usize; 3], size: f64, time: f64) {
         let readings = WheelReadings {
             torque,
             angle: speeds.map(|w| 2.0 * t + size * sin(w * t)),
-            drives: true,
         };
-        wiring.update(Some(&readings), || ROBOT, DT);
+        wiring.update(Some(&readings), true, &ROBOT, DT);
     }
 }
 
@@ -43,7 +42,7 @@ fn exchanged_torques_are_found_and_forgotten() {
         run(&mut wiring, order, 0.02, 5.0);
         let moved = [0, 1, 2].map(|i| order[i] != i);
         assert_eq!(wiring.exchanged(), moved, "{order:?}");
-        wiring.update(None, || ROBOT, DT);
+        wiring.update(None, true, &ROBOT, DT);
         assert_eq!(wiring.exchanged(), moved, "a gap repairs nothing");
         run(&mut wiring, [0, 1, 2], 0.02, 5.0);
         assert_eq!(wiring.exchanged(), [false; 3], "{order:?}");
@@ -74,9 +73,8 @@ fn small_differences_say_nothing() {
         let readings = WheelReadings {
             torque: [a, c, b],
             angle: ahead,
-            drives: true,
         };
-        wiring.update(Some(&readings), || ROBOT, DT);
+        wiring.update(Some(&readings), true, &ROBOT, DT);
     }
     assert_eq!(wiring.exchanged(), [false; 3]);
 }

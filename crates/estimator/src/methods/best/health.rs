@@ -4,8 +4,7 @@ use super::BestFilters;
 use crate::contact::{ContactEstimate, ContactState};
 use crate::frame::{Held, Inputs, Instant};
 use crate::health::{
-    Channels, DRIVING_SPEED, Health, Innovations, RollingRobot, TorqueReading, TurnReadings,
-    WheelReadings,
+    Channels, DRIVING_SPEED, Health, HealthSample, Innovations, RollingRobot, WheelReadings,
 };
 use crate::nominal::Nominal;
 
@@ -26,41 +25,27 @@ impl BestFilters {
         let speed = self.motion.velocity().norm_squared();
         let drives = speed > DRIVING_SPEED * DRIVING_SPEED;
         let has_noise = nominal.settings.budget.torque_noise > 0.0;
-        let rim = [0, 1, 2].map(|i| {
+        let varying = |i: usize| {
             let spin = self.wheels[i].settled_speed().unwrap_or(0.0);
-            (nominal.robot.geometry.wheel_radius * spin).abs()
-        });
-        let torques = [0, 1, 2].map(|i| TorqueReading {
-            value: instant.inputs.motor_torque[i].now(),
-            varies: has_noise && rim[i] > DRIVING_SPEED,
-        });
-        self.health
-            .update(innovations, &torques, drives, model_holds, instant.dt);
-        let links = [0, 1].map(|k| turn_readings(instant.inputs, k));
-        let bias = nominal.settings.budget.rate_bias;
-        let fastest = rim.iter().fold(0.0, |a: f64, b| a.max(*b));
-        self.health
-            .update_turning(&links, fastest, bias, instant.dt);
-        let readings = wheel_readings(instant.inputs, drives);
-        let robot = || rolling_robot(nominal);
-        self.health
-            .update_wiring(readings.as_ref(), robot, instant.dt);
+            let rim = (nominal.robot.geometry.wheel_radius * spin).abs();
+            let torque = instant.inputs.motor_torque[i].now();
+            torque.filter(|_| has_noise && rim > DRIVING_SPEED)
+        };
+        let sample = HealthSample {
+            innovations,
+            varying_torque: [varying(0), varying(1), varying(2)],
+            wheels: wheel_readings(instant.inputs),
+            drives,
+            model_holds,
+            dt: instant.dt,
+        };
+        self.health.update(&sample, &rolling_robot(nominal));
         let mut health = self.health.health(&nominal.robot.geometry.carriers);
         if self.scale.contradicts() {
             health.faulty |= Channels::TORQUE_SCALE;
         }
         health
     }
-}
-
-/// Gyroscope and inclinometer of link `k`, held; `None` if one is stale or has not been read.
-fn turn_readings(inputs: &Inputs, k: usize) -> Option<TurnReadings> {
-    let (rate, inclination) = (&inputs.rate[k], &inputs.inclination[k]);
-    let serves = |held: &Held| held.known && held.age <= Inputs::STALE_AFTER;
-    (serves(rate) && serves(inclination)).then_some(TurnReadings {
-        rate: rate.value,
-        inclination: inclination.value,
-    })
 }
 
 /// Inertia and damping of the nominal robot whose wheels all roll.
@@ -73,7 +58,7 @@ fn rolling_robot(nominal: &Nominal) -> RollingRobot {
 }
 
 /// Torques and encoders, with held readings; `None` if one is stale or counts from a new zero.
-fn wheel_readings(inputs: &Inputs, drives: bool) -> Option<WheelReadings> {
+fn wheel_readings(inputs: &Inputs) -> Option<WheelReadings> {
     let (torque, angle) = (&inputs.motor_torque, &inputs.wheel_angle);
     let stale = |held: &Held| held.age > Inputs::STALE_AFTER;
     if inputs.new_zero.contains(&true) || torque.iter().chain(angle).any(stale) {
@@ -82,6 +67,5 @@ fn wheel_readings(inputs: &Inputs, drives: bool) -> Option<WheelReadings> {
     Some(WheelReadings {
         torque: torque.map(|held| held.value),
         angle: angle.map(|held| held.value),
-        drives,
     })
 }
