@@ -22,6 +22,24 @@ pub struct Innovation {
     pub variance: f64,
 }
 
+/// A combination `h' x` of the states.
+#[derive(Clone, Copy, Debug)]
+pub struct Projection<const N: usize> {
+    /// `h' x`.
+    pub value: f64,
+    /// Its variance `h' P h`.
+    pub variance: f64,
+    /// `P h`.
+    ph: [f64; N],
+}
+
+impl<const N: usize> Projection<N> {
+    /// Covariances `P h` of all states with it.
+    pub fn covariances(&self) -> &[f64; N] {
+        &self.ph
+    }
+}
+
 impl Innovation {
     /// Normalised innovation squared, `value^2/variance`: chi-square with one degree of freedom if the filter is consistent.
     pub fn nis(&self) -> f64 {
@@ -53,9 +71,9 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         }
     }
 
-    /// `P h` for a row `h` of a measurement matrix, given by its nonzero entries: pairs of state and value. A state of `N`
-    /// or more counts for nothing.
-    pub fn covariance_times<const K: usize>(&self, h: &[(usize, f64); K]) -> [f64; N] {
+    /// `h' x` and its variance `h' P h`, for the entries of h that are not zero: pairs of state and value. A state of `N` or more
+    /// counts for nothing.
+    pub fn project<const K: usize>(&self, h: &[(usize, f64); K]) -> Projection<N> {
         let mut ph = [0.0; N];
         for &(j, value) in h {
             if let Some(row) = self.p.get(j) {
@@ -64,69 +82,71 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
                 }
             }
         }
-        ph
-    }
-
-    /// `h' P h` for `P h` and a row `h` given by its entries.
-    pub fn along<const K: usize>(ph: &[f64; N], h: &[(usize, f64); K]) -> f64 {
-        let mut sum = 0.0;
-        for &(j, value) in h {
-            sum += ph.get(j).map_or(0.0, |entry| entry * value);
+        let combine = |of: &[f64; N]| {
+            let mut sum = 0.0;
+            for &(j, value) in h {
+                sum += of.get(j).map_or(0.0, |entry| entry * value);
+            }
+            sum
+        };
+        Projection {
+            value: combine(&self.x),
+            variance: combine(&ph),
+            ph,
         }
-        sum
     }
 
-    /// Corrects the state by a measurement with the innovation `difference`, the row `h` of the measurement matrix and the
-    /// noise variance `r`; an innovation beyond `gate` standard deviations as in [`Self::apply_within`].
-    ///
-    /// Returns the innovation.
+    /// Measurement update by an `innovation` with the row `h` of the measurement matrix and the noise variance `r`; robust beyond
+    /// `gate` standard deviations: see [`Self::correct`]. Returns the innovation.
     pub fn update<const K: usize>(
         &mut self,
         h: &[(usize, f64); K],
-        difference: f64,
+        innovation: f64,
         r: f64,
         gate: f64,
     ) -> Innovation {
-        let ph = self.covariance_times(h);
-        let variance = r + Self::along(&ph, h);
-        let innovation = Innovation {
-            value: difference,
-            variance,
-        };
-        self.apply_within(N, &ph, difference, variance, gate);
-        innovation
+        let projection = self.project(h);
+        self.correct(N, &projection, innovation, r, gate)
     }
 
-    /// [`Self::apply`], robust against outliers: the variance of an innovation beyond `gate` standard deviations is inflated until it lies
-    /// at the gate, so that the correction falls with one over the innovation, but no wrong state shuts out all later readings (Chang,
-    /// Robust Kalman filtering based on Mahalanobis distance, J. Geodesy 88, 2014). A number that is not
-    /// finite changes nothing.
-    pub fn apply_within(
+    /// Measurement update of the first `estimated` states, at most all but the consider states; the others are considered.
+    ///
+    /// It is robust against outliers: the variance S of an innovation beyond `gate` standard deviations is inflated until it lies at
+    /// the gate, so that the correction falls with one over the innovation, but no wrong state shuts out all later readings (Chang,
+    /// Robust Kalman filtering based on Mahalanobis distance, J. Geodesy 88, 2014). A number that is not finite changes nothing.
+    ///
+    /// Returns the innovation with its predicted variance S.
+    pub fn correct(
         &mut self,
         estimated: usize,
-        ph: &[f64; N],
-        difference: f64,
-        variance: f64,
+        projection: &Projection<N>,
+        innovation: f64,
+        r: f64,
         gate: f64,
-    ) {
-        let nis = difference * difference / variance;
+    ) -> Innovation {
+        let found = Innovation {
+            value: innovation,
+            variance: projection.variance + r,
+        };
+        let nis = found.nis();
         // Written so that a NaN is rejected too.
-        if variance > 0.0 && nis < f64::INFINITY {
+        if found.variance > 0.0 && nis < f64::INFINITY {
             let beyond = nis / (gate * gate);
-            self.apply(estimated, ph, difference, variance * beyond.max(1.0));
+            let s = found.variance * beyond.max(1.0);
+            self.apply(estimated, &projection.ph, innovation, s);
         }
+        found
     }
 
-    /// Corrects the first `estimated` states, at most all but the consider states, by an innovation, for known `P h` and variance of the
-    /// innovation; the others are considered.
-    pub fn apply(&mut self, estimated: usize, ph: &[f64; N], difference: f64, variance: f64) {
+    /// `x += K innovation` and `P -= K S K'` with the gain `K = P h/S`, zero for all but the first `estimated` states.
+    fn apply(&mut self, estimated: usize, ph: &[f64; N], innovation: f64, s: f64) {
         let estimated = estimated.min(N - CONSIDERED);
-        let root = 1.0 / robhaz_model::sqrt(variance);
-        // P -= s s' is symmetric to the bit.
-        let s = ph.map(|value| value * root);
-        let step = root * difference;
-        for (x, si) in self.x.iter_mut().zip(s).take(estimated) {
-            *x += si * step;
+        let root = 1.0 / robhaz_model::sqrt(s);
+        // K S K' as k k' is symmetric to the bit.
+        let k = ph.map(|value| value * root);
+        let step = root * innovation;
+        for (x, ki) in self.x.iter_mut().zip(k).take(estimated) {
+            *x += ki * step;
         }
         // Whole rows are fastest; what the considered states have among themselves comes back.
         let (all, mut kept) = (N - CONSIDERED, [[0.0; CONSIDERED]; CONSIDERED]);
@@ -135,14 +155,14 @@ impl<const N: usize, const CONSIDERED: usize> Kalman<N, CONSIDERED> {
         }
         let whole = if estimated == all { N } else { estimated };
         let (rows, others) = self.p.split_at_mut(whole);
-        for (row, si) in rows.iter_mut().zip(s) {
-            for (entry, sj) in row.iter_mut().zip(s) {
-                *entry -= si * sj;
+        for (row, ki) in rows.iter_mut().zip(k) {
+            for (entry, kj) in row.iter_mut().zip(k) {
+                *entry -= ki * kj;
             }
         }
-        for (row, si) in others.iter_mut().zip(&s[whole..]) {
-            for (entry, sj) in row.iter_mut().zip(s).take(estimated) {
-                *entry -= si * sj;
+        for (row, ki) in others.iter_mut().zip(&k[whole..]) {
+            for (entry, kj) in row.iter_mut().zip(k).take(estimated) {
+                *entry -= ki * kj;
             }
         }
         for (kept, row) in kept.iter().zip(&mut self.p[all..]) {

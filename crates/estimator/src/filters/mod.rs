@@ -17,7 +17,7 @@ mod traction;
 mod wheel_torque;
 
 pub use complementary::ComplementaryFilter;
-pub use kalman::{Innovation, Kalman};
+pub use kalman::{Innovation, Kalman, Projection};
 pub use link_angle::{LinkAngleKalman, LinkReadings};
 pub use traction::{ObserverParameters, TractionObserver};
 pub(crate) use wheel_torque::COUNT_SIGMA;

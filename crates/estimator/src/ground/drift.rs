@@ -120,16 +120,14 @@ impl Drift {
             (SLOPE, ahead),
             (SLOW_SLOPE, ahead),
         ];
-        let ph = self.filter.covariance_times(&h);
-        let variance = Kalman::<COUNT>::along(&ph, &h);
-        let value = Kalman::<COUNT>::along(&self.filter.x, &h);
+        let seen = self.filter.project(&h);
         let n = state_of(node);
         let Kalman { x, p } = &mut self.filter;
         if let Some(state) = x.get_mut(n) {
-            *state = value;
+            *state = seen.value;
         }
-        for (k, covariance) in ph.iter().enumerate() {
-            let covariance = if k == n { variance } else { *covariance };
+        for (k, covariance) in seen.covariances().iter().enumerate() {
+            let covariance = if k == n { seen.variance } else { *covariance };
             for (i, j) in [(n, k), (k, n)] {
                 if let Some(entry) = p.get_mut(i).and_then(|row| row.get_mut(j)) {
                     *entry = covariance;
@@ -141,13 +139,13 @@ impl Drift {
     /// Estimated error of the height of a contact, m.
     pub fn of_contact(&self, lever: Lever) -> f64 {
         let h = [(DRIFT, 1.0), (LINK_BIAS + lever.link.min(1), lever.arm)];
-        Kalman::<COUNT>::along(&self.filter.x, &h)
+        self.filter.project(&h).value
     }
 
     /// Estimated error of the direction of the velocity, as dy/dx.
     pub fn of_direction(&self) -> f64 {
         let h = [(SLOPE, 1.0), (SLOW_SLOPE, 1.0)];
-        Kalman::<COUNT>::along(&self.filter.x, &h)
+        self.filter.project(&h).value
     }
 
     /// That error and its variance, as the filter states it: the prior of its slow part, and what the passes show.
@@ -198,11 +196,8 @@ impl Drift {
     }
 
     fn combination(&self, h: &[(usize, f64); 2]) -> (f64, f64) {
-        let ph = self.filter.covariance_times(h);
-        (
-            Kalman::<COUNT>::along(&self.filter.x, h),
-            Kalman::<COUNT>::along(&ph, h).max(0.0),
-        )
+        let found = self.filter.project(h);
+        (found.value, found.variance.max(0.0))
     }
 
     /// Corrects all errors by a contact on mapped ground: `difference` (m) is its height minus the stored one, `variance` (m^2)
@@ -216,10 +211,14 @@ impl Drift {
             (behind, -share_behind),
             (ahead, -share_ahead),
         ];
-        let expected = Kalman::<COUNT>::along(&self.filter.x, &h);
-        let innovation = self
-            .filter
-            .update(&h, difference - expected, variance, GATE);
+        let expected = self.filter.project(&h);
+        let innovation = self.filter.correct(
+            COUNT,
+            &expected,
+            difference - expected.value,
+            variance,
+            GATE,
+        );
         let misfit = innovation.nis().min(LARGEST_MISFIT);
         self.misfit += (misfit - self.misfit) / RECENT;
     }

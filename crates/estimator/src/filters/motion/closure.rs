@@ -1,10 +1,9 @@
 //! What wheels on mapped ground show: the direction of the velocity, and their contact angles.
 
 use super::filter::MotionFilter;
-use super::states::{CONSIDERED, CONTACT_ANGLE, COUNT, VELOCITY};
+use super::states::{CONTACT_ANGLE, VELOCITY};
 use super::tuning::TUNING;
 use crate::contact::ContactVelocity;
-use crate::filters::Kalman;
 
 impl MotionFilter {
     /// Corrects the states by an error of the direction of the velocity of Q, as dy/dx, with its variance: see
@@ -24,12 +23,8 @@ impl MotionFilter {
         // The angle changes with dy/dx by cos^2.
         let level = cos * cos;
         let h = [(VELOCITY, -sin / speed), (VELOCITY + 1, cos / speed)];
-        let ph = self.filter.covariance_times(&h);
-        let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
-        let variance = of_states + level * level * variance;
-        let estimated = self.estimated_states();
-        self.filter
-            .apply_within(estimated, &ph, -level * error, variance, TUNING.gate);
+        let r = level * level * variance;
+        self.update(&h, -level * error, r, TUNING.gate);
         let after = self.velocity();
         after.y / after.x - velocity.y / velocity.x
     }
@@ -45,12 +40,7 @@ impl MotionFilter {
             return;
         }
         let state = CONTACT_ANGLE + i;
-        let h = [(state, 1.0)];
-        let ph = self.filter.covariance_times(&h);
-        let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
         let error = given - slope - self.filter.x[state];
-        let estimated = self.estimated_states();
-        self.filter
-            .apply_within(estimated, &ph, error, of_states + variance, TUNING.gate);
+        self.update(&[(state, 1.0)], error, variance, TUNING.gate);
     }
 }

@@ -5,7 +5,7 @@ use super::states::{
     TORQUE_OFFSET, VELOCITY,
 };
 use super::tuning::TUNING;
-use crate::filters::Kalman;
+use crate::filters::{Kalman, Projection};
 use crate::settings::{ContactAngles, NoiseBudget};
 use crate::statics::input;
 use robhaz_model::Vec2;
@@ -164,9 +164,34 @@ impl MotionFilter {
         self.unmodelled_load
     }
 
+    /// Measurement update: see [`Kalman::correct`].
+    pub(super) fn update<const K: usize>(
+        &mut self,
+        h: &[(usize, f64); K],
+        innovation: f64,
+        r: f64,
+        gate: f64,
+    ) {
+        let projection = self.filter.project(h);
+        self.correct(&projection, innovation, r, gate);
+    }
+
+    /// The same for a known projection.
+    pub(super) fn correct(
+        &mut self,
+        projection: &Projection<COUNT>,
+        innovation: f64,
+        r: f64,
+        gate: f64,
+    ) {
+        let estimated = self.estimated_states();
+        self.filter
+            .correct(estimated, projection, innovation, r, gate);
+    }
+
     /// How many of the first states measurements correct. After an impact errors of the readings are only considered: what an impact, an
     /// edge or a false reading does to the innovations would pass for a torque offset, and last.
-    pub(super) fn estimated_states(&self) -> usize {
+    fn estimated_states(&self) -> usize {
         if self.is_after_impact() {
             TORQUE_OFFSET
         } else {

@@ -1,9 +1,9 @@
 //! The parity residual as a pseudo-measurement of zero.
 
 use super::filter::MotionFilter;
-use super::states::{CONSIDERED, COUNT, INPUTS};
+use super::states::INPUTS;
 use super::tuning::TUNING;
-use crate::filters::{Innovation, Kalman};
+use crate::filters::Innovation;
 use crate::statics::input;
 
 /// The parity residual of eq. (8) at one instant.
@@ -46,11 +46,10 @@ impl MotionFilter {
         for (k, entry) in h.iter_mut().enumerate() {
             *entry = (INPUTS + k, residual.gradient[k]);
         }
-        let ph = self.filter.covariance_times(&h);
-        let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
+        let projection = self.filter.project(&h);
         let innovation = Innovation {
             value: -residual.value,
-            variance: of_states + sample_variance,
+            variance: projection.variance + sample_variance,
         };
 
         let explained = TUNING.modelled * TUNING.modelled * innovation.variance;
@@ -67,9 +66,7 @@ impl MotionFilter {
             // Correlated errors enter as the equivalent white noise, with at least the variance of this sample.
             let correlated =
                 (sample_variance + self.unmodelled_load) * (2.0 * TUNING.parity_time / dt).max(1.0);
-            let estimated = self.estimated_states();
-            self.filter
-                .apply(estimated, &ph, -residual.value, of_states + correlated);
+            self.correct(&projection, -residual.value, correlated, f64::INFINITY);
         }
         ParityCheck {
             innovation,

@@ -2,12 +2,9 @@
 
 use super::filter::MotionFilter;
 use super::noise::GaussMarkov;
-use super::states::{
-    CONSIDERED, CONTACT_ANGLE, COUNT, CREEP, GEAR_FRICTION, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY,
-};
+use super::states::{CONTACT_ANGLE, CREEP, GEAR_FRICTION, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY};
 use super::tuning::TUNING;
 use crate::contact::{ContactVelocity, Creep, RollingResiduals, SlipResidual};
-use crate::filters::Kalman;
 use crate::quadrature::root_sum_square;
 use crate::settings::{ContactAngles, NoiseBudget};
 use robhaz_model::{Vec2, perp};
@@ -144,21 +141,21 @@ impl MotionFilter {
         let x = (VELOCITY, -velocity.direction.y);
         let y = (VELOCITY + 1, velocity.direction.x);
         let h = [x, y, (CONTACT_ANGLE + i, velocity.speed)];
-        let mut ph = self.filter.covariance_times(&h);
-        let mut of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
+        let mut projection = self.filter.project(&h);
 
         let given = self.angles == ContactAngles::Given;
         // Below the speed at which a velocity has a direction, noise would pass for slopes.
         let correct = sample.correct && (given || velocity.rolls());
         let penetration = TUNING.penetration_speed.at_speed(sample.speed_ratio);
-        let sample_variance =
-            of_states + penetration.sigma * penetration.sigma + bias * bias + noise * noise;
+        let sample_variance = projection.variance
+            + penetration.sigma * penetration.sigma
+            + bias * bias
+            + noise * noise;
         let gate = TUNING.edge_gate;
         let leaves = velocity.away * velocity.away > gate * gate * sample_variance;
         if correct && !given && leaves {
             self.meet_edge(i, &velocity);
-            ph = self.filter.covariance_times(&h);
-            of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
+            projection = self.filter.project(&h);
         }
 
         let mut shared = GaussMarkov::new(bias, TUNING.slip.time).white(dt) + noise * noise;
@@ -172,10 +169,7 @@ impl MotionFilter {
         }
         let r = penetration.white(dt) + shared;
         if correct {
-            let variance = of_states + r;
-            let estimated = self.estimated_states();
-            self.filter
-                .apply_within(estimated, &ph, -velocity.away, variance, TUNING.gate);
+            self.correct(&projection, -velocity.away, r, TUNING.gate);
         } else {
             let (_, sigma) = self.contact_angle_error(i);
             let of_angle = GaussMarkov::new(velocity.speed * sigma, budget.contact_angle_time);
@@ -247,8 +241,7 @@ impl MotionFilter {
             (GEAR_FRICTION, on * by_offset * wheel.friction_share),
             (TORQUE_GAIN + i, on * by_offset * wheel.torque),
         ];
-        let ph = self.filter.covariance_times(&h);
-        let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
+        let projection = self.filter.project(&h);
         let innovation = rim_speed - velocity.speed - slip;
 
         let unmodelled = TUNING.slip.at_speed(sample.speed_ratio);
@@ -260,7 +253,7 @@ impl MotionFilter {
         }
         let of_torque = by_offset * wheel.torque_sigma;
         let square = |sigma: f64| sigma * sigma;
-        let sample_variance = of_states
+        let sample_variance = projection.variance
             + square(unmodelled.sigma) * factor
             + square(correlated)
             + square(of_torque)
@@ -288,10 +281,7 @@ impl MotionFilter {
             + GaussMarkov::new(correlated, TUNING.slip.time).white(dt)
             + GaussMarkov::new(of_torque, TUNING.observer_time).white(dt)
             + shared;
-        let variance = of_states + r;
-        let estimated = self.estimated_states();
-        self.filter
-            .apply_within(estimated, &ph, innovation, variance, TUNING.gate);
+        self.correct(&projection, innovation, r, TUNING.gate);
         for creep in &mut self.filter.x[CREEP..CREEP + 3] {
             *creep = creep.clamp(TUNING.least_creep, TUNING.greatest_creep);
         }

@@ -2,9 +2,8 @@
 
 use super::filter::MotionFilter;
 use super::noise::GaussMarkov;
-use super::states::{ACCELERATION, CONSIDERED, COUNT};
+use super::states::ACCELERATION;
 use super::tuning::TUNING;
-use crate::filters::Kalman;
 
 /// What one inclinometer shows of the horizontal acceleration of Q at one sample.
 #[derive(Clone, Copy, Debug)]
@@ -63,13 +62,8 @@ impl MotionFilter {
             + white_of(of_angle, TUNING.angle_time)
             + white_of(excess, TUNING.angle_time)
             + white_of(of_turning, TUNING.turning_time);
-        let h = [(ACCELERATION, 1.0)];
-        let ph = self.filter.covariance_times(&h);
-        let of_states = Kalman::<COUNT, CONSIDERED>::along(&ph, &h);
         // No gate: an impact is an acceleration, too.
-        let estimated = self.estimated_states();
-        self.filter
-            .apply_within(estimated, &ph, innovation, of_states + r, f64::INFINITY);
+        self.update(&[(ACCELERATION, 1.0)], innovation, r, f64::INFINITY);
     }
 }
 

@@ -87,7 +87,7 @@ pub struct Tuning {
     pub sliding_time: f64,
     /// Lower limit of the contact-angle error, rad, where the budget is zero.
     pub least_angle: f64,
-    /// Innovations beyond this many standard deviations count by less: see [`crate::filters::Kalman::apply_within`]. White innovations are
+    /// Innovations beyond this many standard deviations count by less: see [`crate::filters::Kalman::correct`]. White innovations are
     /// beyond it once in 1.7 million samples.
     pub gate: f64,
     /// Speed away from the ground, in standard deviations of a single sample, beyond which a wheel has met an edge where no contact angle
