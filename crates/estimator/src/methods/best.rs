@@ -10,7 +10,7 @@ mod torque_scale;
 mod unmodelled_turning;
 
 use super::wheel::Wheel;
-use crate::assembly::{Solution, Uncertainty, assemble};
+use crate::assembly::assemble;
 use crate::contact::{
     ContactDetector, ContactEstimate, ContactEvidence, RollingResiduals, StandingDetector,
 };
@@ -21,7 +21,7 @@ use crate::flags::Flags;
 use crate::frame::{Inputs, Instant, SensorFrame};
 use crate::friction::{FrictionObserver, FrictionSample, WheelFriction};
 use crate::ground::{GroundMemory, GroundMotion};
-use crate::health::{Health, HealthMonitor, Innovations};
+use crate::health::{HealthMonitor, Innovations};
 use crate::nominal::Nominal;
 use crate::settings::{ContactAngles, EstimatorSettings, KalmanMethod, NoiseBudget};
 use crate::statics::{Arms, Forces, solve};
@@ -196,18 +196,22 @@ impl BestFilters {
         let tangents = &equations.equilibrium.tangents;
         let friction =
             self.observe_friction(nominal, &forces, tangents, &contact, flags, instant.dt);
-        let solution = Solution {
-            forces: &forces,
-            right_side: &right.value,
+        let mut estimate = assemble(
+            nominal,
+            instant.time,
+            &equations,
+            &forces,
+            &right.value,
             contact_angle,
-            parity: parity.map(|(parity, _)| parity),
-            contact: Some(contact),
-            friction: Some(friction),
-            uncertainty: Some(self.uncertainty(&settings.budget, health)),
-            torque_scale: Some(self.scale.found(3.0 * nominal.mean_load)),
             flags,
-        };
-        let mut estimate = assemble(nominal, instant.time, &equations, &solution);
+        );
+        estimate.covariance = Some(forces.covariance);
+        estimate.parity = parity.map(|(parity, _)| parity);
+        estimate.contact = Some(contact);
+        estimate.friction = Some(friction);
+        estimate.health = Some(health);
+        estimate.torque_scale = Some(self.scale.found(3.0 * nominal.mean_load));
+        self.state_errors(&settings.budget, &mut estimate);
         estimate.scale_forces(stated);
         Ok(estimate)
     }
@@ -343,21 +347,18 @@ impl BestFilters {
         }
     }
 
-    /// Standard deviations and the estimated errors of the readings.
-    fn uncertainty(&self, budget: &NoiseBudget, health: Health) -> Uncertainty {
+    /// Standard deviations of the angles, and the estimated errors of the readings.
+    fn state_errors(&self, budget: &NoiseBudget, estimate: &mut Estimate) {
         let motion = &self.motion;
         let contact_angle_error = [0, 1, 2].map(|i| motion.contact_angle_error(i));
         let given = self.method.contact_angles == ContactAngles::Given;
-        Uncertainty {
-            angle_sigma: self.links.each_ref().map(|link| link.angle_sigma(budget)),
-            contact_angle_sigma: contact_angle_error.map(|(_, sigma)| sigma),
-            reading_errors: ReadingErrors {
-                torque_offset: [0, 1, 2].map(|i| motion.torque_offset(i)),
-                gear_friction: motion.gear_friction(),
-                contact_angle: given.then_some(contact_angle_error),
-                rate_bias: self.links.each_ref().map(LinkAngleKalman::rate_bias),
-            },
-            health,
-        }
+        estimate.angle_sigma = Some(self.links.each_ref().map(|link| link.angle_sigma(budget)));
+        estimate.contact_angle_sigma = Some(contact_angle_error.map(|(_, sigma)| sigma));
+        estimate.reading_errors = Some(ReadingErrors {
+            torque_offset: [0, 1, 2].map(|i| motion.torque_offset(i)),
+            gear_friction: motion.gear_friction(),
+            contact_angle: given.then_some(contact_angle_error),
+            rate_bias: self.links.each_ref().map(LinkAngleKalman::rate_bias),
+        });
     }
 }

@@ -1,6 +1,6 @@
 //! The paper's filters: a complementary filter for the link angles (Fig. 5), eq. (3) for the tractions.
 
-use crate::assembly::{Solution, assemble};
+use crate::assembly::assemble;
 use crate::estimate::{Estimate, EstimateError, Parity};
 use crate::filters::{ComplementaryFilter, ObserverParameters, TractionObserver};
 use crate::frame::{Inputs, Instant};
@@ -96,21 +96,20 @@ impl PaperFilters {
             forces.covariance = unit_covariance(&equations);
             forces.bound();
         }
-        let solution = Solution {
-            forces: &forces,
-            right_side: &right_side,
+        let mut estimate = assemble(
+            nominal,
+            instant.time,
+            &equations,
+            &forces,
+            &right_side,
             contact_angle,
-            parity: equations.parity_direction.map(|w| Parity {
-                value: w.dot(&right_side),
-                sigma: 0.0,
-            }),
-            contact: None,
-            friction: None,
-            uncertainty: None,
-            torque_scale: None,
             flags,
-        };
-        Ok(assemble(nominal, instant.time, &equations, &solution))
+        );
+        estimate.parity = equations.parity_direction.map(|w| Parity {
+            value: w.dot(&right_side),
+            sigma: 0.0,
+        });
+        Ok(estimate)
     }
 }
 
