@@ -13,6 +13,9 @@ pub struct Kalman<const N: usize, const CONSIDERED: usize = 0> {
     pub p: [[f64; N]; N],
 }
 
+/// Standard deviations beyond which an innovation is an outlier: white ones are once in 1.7 million samples.
+pub(crate) const GATE: f64 = 5.0;
+
 /// A measurement minus its prediction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Innovation {

@@ -1,6 +1,6 @@
 //! Link angle by a Kalman filter of gyroscope and inclinometer.
 
-use super::kalman::{Innovation, Kalman};
+use super::kalman::{GATE, Innovation, Kalman};
 use crate::quadrature::root_sum_square;
 use crate::settings::NoiseBudget;
 
@@ -64,8 +64,6 @@ impl LinkAngleKalman {
     /// Angular acceleration from which a change of the rate is an impact, rad/s^2: 15 times `v^2/(R l)`, that of a link with l = 0.3 m
     /// whose wheel follows ground with a radius of R = 0.1 m at 0.2 m/s.
     const IMPACT: f64 = 20.0;
-    /// The change must also be this many standard deviations of the gyroscope's noise in a difference of two readings.
-    const IMPACT_GATE: f64 = 6.0;
     /// Distance of the rate from its low pass, in standard deviations of the gyroscope's noise, that shows no acceleration yet.
     const MODELLED: f64 = 4.0;
     /// Least variance of an unmodelled acceleration, rad^2/s^4: of 0.01 rad/s^2, which is some hundredths of a newton of N.
@@ -175,7 +173,7 @@ impl LinkAngleKalman {
 
     /// The low-pass filtered rate takes over a `change` of the rate (rad/s within `dt` seconds) that only an impact can cause.
     fn follow_impact(&mut self, budget: &NoiseBudget, dt: f64, change: f64) {
-        let noise = Self::IMPACT_GATE * core::f64::consts::SQRT_2 * budget.rate_noise;
+        let noise = GATE * core::f64::consts::SQRT_2 * budget.rate_noise;
         if change.abs() > noise.max(Self::IMPACT * dt) {
             self.smooth_rate += change;
         }

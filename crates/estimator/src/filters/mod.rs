@@ -17,6 +17,7 @@ mod traction;
 mod wheel_torque;
 
 pub use complementary::ComplementaryFilter;
+pub(crate) use kalman::GATE;
 pub use kalman::{Innovation, Kalman, Projection};
 pub use link_angle::{LinkAngleKalman, LinkReadings};
 pub use traction::{ObserverParameters, TractionObserver};

@@ -1,6 +1,6 @@
 //! Torque of the ground on a wheel by a Kalman filter on the encoder's angle: the task of eq. (3), without its lag.
 
-use super::kalman::{Innovation, Kalman};
+use super::kalman::{GATE, Innovation, Kalman};
 
 /// Parameters of wheel, drive and sensors at one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,8 +64,6 @@ impl TorqueObserver {
     const COARSE_TORQUE: f64 = 0.1;
     /// See [`Self::TORQUE_JERK`].
     const FINEST: f64 = 0.04;
-    /// Standard deviations of an innovation beyond which an impact is assumed.
-    const IMPACT_GATE: f64 = 5.0;
     /// Standard deviation of the change of the ground's torque in an impact, N m.
     ///
     /// This and the next two were chosen from 0.5 to 5 N m, 30 to 300 N m/s and 0.01 to 0.5 rad/s for the least error
@@ -168,7 +166,7 @@ impl TorqueObserver {
         }
         let difference = angle - self.filter.x[ANGLE];
         let expected = self.filter.p[ANGLE][ANGLE] + r;
-        if difference * difference > Self::IMPACT_GATE * Self::IMPACT_GATE * expected {
+        if difference * difference > GATE * GATE * expected {
             self.filter.p[SPEED][SPEED] += Self::IMPACT_SPEED * Self::IMPACT_SPEED;
             self.filter.p[TORQUE][TORQUE] += Self::IMPACT_TORQUE * Self::IMPACT_TORQUE;
             self.filter.p[RATE][RATE] += Self::IMPACT_RATE * Self::IMPACT_RATE;

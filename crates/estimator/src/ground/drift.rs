@@ -1,6 +1,6 @@
 //! The errors of dead reckoning and of the stored heights: one Kalman filter.
 
-use crate::filters::Kalman;
+use crate::filters::{GATE, Kalman};
 
 /// Error of the height of Q, m.
 const DRIFT: usize = 0;
@@ -33,8 +33,6 @@ const LARGEST_MISFIT: f64 = 4.0;
 const AGREES: f64 = 0.7;
 /// Least standard deviation of the direction that passes show, as dy/dx.
 const LEAST_DIRECTION: f64 = 1e-3;
-/// Heights that differ by more standard deviations than this are not of one place.
-const GATE: f64 = 4.0;
 
 /// The height of a contact relative to Q, and how it errs.
 #[derive(Clone, Copy, Debug)]

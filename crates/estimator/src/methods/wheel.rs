@@ -1,6 +1,6 @@
 //! Spin and ground torque of one wheel, and its gear friction.
 
-use crate::filters::{COUNT_SIGMA, Innovation, TorqueObserver, TorqueObserverParameters};
+use crate::filters::{COUNT_SIGMA, GATE, Innovation, TorqueObserver, TorqueObserverParameters};
 use crate::frame::{LONGEST_GAP, WheelInputs};
 use crate::quadrature::root_sum_square;
 use crate::settings::{EstimatorSettings, NoiseBudget};
@@ -29,12 +29,6 @@ impl Wheel {
     const SHORTEST_SMOOTHING: f64 = 0.001;
     /// Speed over which gear friction rises once the direction is certain, rad/s: 1 mm/s at the rim.
     const FRICTION_SPEED: f64 = 0.01;
-    /// Standard deviations of an observed speed below which its direction is unknown. At about twice as many, all of the
-    /// friction acts. The observed speed of a wheel at rest changes its sign at random; that must not look like a wheel
-    /// that turns without friction.
-    const DIRECTION_GATE: f64 = 5.0;
-    /// Standard deviations of an angle beyond which it contradicts the clock.
-    const CLOCK_GATE: f64 = 5.0;
     /// Errors of time stamps that are no fault of the clock, s: readings that wait for a driver.
     const JITTER: f64 = 0.01;
     /// Random walk of a motor torque while it is not read, N m/sqrt(s).
@@ -56,9 +50,10 @@ impl Wheel {
         self.observer = TorqueObserver::spinning();
     }
 
-    /// Share of the gear friction that acts at `speed` with the standard deviation `sigma`, rad/s: -1 to 1.
+    /// Share of the gear friction that acts at `speed` with the standard deviation `sigma`, rad/s: -1 to 1. None of it within the gate:
+    /// the observed speed of a wheel at rest changes its sign at random, which must not look like a wheel that turns without friction.
     fn share_of_friction(speed: f64, sigma: f64) -> f64 {
-        let uncertain = Self::DIRECTION_GATE * sigma;
+        let uncertain = GATE * sigma;
         let certain = (speed.abs() - uncertain).max(0.0);
         let full = Self::FRICTION_SPEED * Self::FRICTION_SPEED + uncertain * uncertain;
         libm::copysign((certain / robhaz_model::sqrt(full)).min(1.0), speed)
@@ -124,7 +119,7 @@ impl Wheel {
         let acceleration =
             0.5 * GRAVITY / robot.geometry.wheel_radius + self.torque.abs() / inertia;
         let explained = self.speed.abs() * (dt + Self::JITTER) + 0.5 * acceleration * dt * dt;
-        (turn > explained + Self::CLOCK_GATE * sigma).then_some(turn)
+        (turn > explained + GATE * sigma).then_some(turn)
     }
 
     fn parameters(

@@ -4,6 +4,7 @@ use super::filter::MotionFilter;
 use super::states::{CONTACT_ANGLE, VELOCITY};
 use super::tuning::TUNING;
 use crate::contact::ContactVelocity;
+use crate::filters::GATE;
 
 impl MotionFilter {
     /// Corrects the states by an error of the direction of the velocity of Q, as dy/dx, with its variance: see
@@ -24,7 +25,7 @@ impl MotionFilter {
         let level = cos * cos;
         let h = [(VELOCITY, -sin / speed), (VELOCITY + 1, cos / speed)];
         let r = level * level * variance;
-        self.update(&h, -level * error, r, TUNING.gate);
+        self.update(&h, -level * error, r, GATE);
         let after = self.velocity();
         after.y / after.x - velocity.y / velocity.x
     }
@@ -41,6 +42,6 @@ impl MotionFilter {
         }
         let state = CONTACT_ANGLE + i;
         let error = given - slope - self.filter.x[state];
-        self.update(&[(state, 1.0)], error, variance, TUNING.gate);
+        self.update(&[(state, 1.0)], error, variance, GATE);
     }
 }

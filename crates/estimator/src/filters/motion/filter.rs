@@ -5,7 +5,7 @@ use super::states::{
     TORQUE_OFFSET, VELOCITY,
 };
 use super::tuning::TUNING;
-use crate::filters::{Kalman, Projection};
+use crate::filters::{GATE, Kalman, Projection};
 use crate::settings::{ContactAngles, NoiseBudget};
 use crate::statics::input;
 use robhaz_model::Vec2;
@@ -84,7 +84,7 @@ impl MotionFilter {
 
     /// Takes `velocity` (m/s) for that of Q, as uncertain as before, unless no reading could correct it any more.
     pub fn assume_velocity(&mut self, velocity: Vec2) {
-        let largest = TUNING.gate * TUNING.unknown_velocity;
+        let largest = GATE * TUNING.unknown_velocity;
         // Written so that a NaN is not taken.
         if velocity.norm_squared() < largest * largest {
             (self.filter.x[VELOCITY], self.filter.x[VELOCITY + 1]) = (velocity.x, velocity.y);

@@ -3,7 +3,7 @@
 use super::filter::MotionFilter;
 use super::states::INPUTS;
 use super::tuning::TUNING;
-use crate::filters::Innovation;
+use crate::filters::{GATE, Innovation};
 use crate::statics::input;
 
 /// The parity residual of eq. (8) at one instant.
@@ -53,7 +53,7 @@ impl MotionFilter {
         };
 
         let explained = TUNING.modelled * TUNING.modelled * innovation.variance;
-        let gate = TUNING.gate * TUNING.gate * innovation.variance;
+        let gate = GATE * GATE * innovation.variance;
         let excess = (square - explained).min(TUNING.unmodelled_cap);
         self.unmodelled_load = self.unmodelled_load.max(excess);
         // True at a residual beyond the gate, and afterwards until the variance has decayed below this bound.

@@ -5,6 +5,7 @@ use super::noise::GaussMarkov;
 use super::states::{CONTACT_ANGLE, CREEP, GEAR_FRICTION, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY};
 use super::tuning::TUNING;
 use crate::contact::{ContactVelocity, Creep, RollingResiduals, SlipResidual};
+use crate::filters::GATE;
 use crate::quadrature::root_sum_square;
 use crate::settings::{ContactAngles, NoiseBudget};
 use robhaz_model::{Vec2, perp};
@@ -169,12 +170,12 @@ impl MotionFilter {
         }
         let r = penetration.white(dt) + shared;
         if correct {
-            self.correct(&projection, -velocity.away, r, TUNING.gate);
+            self.correct(&projection, -velocity.away, r, GATE);
         } else {
             let (_, sigma) = self.contact_angle_error(i);
             let of_angle = GaussMarkov::new(velocity.speed * sigma, budget.contact_angle_time);
             let r = r + of_angle.white(dt);
-            self.filter.update(&[x, y], -velocity.away, r, TUNING.gate);
+            self.filter.update(&[x, y], -velocity.away, r, GATE);
         }
         if !given {
             let angle = &mut self.filter.x[CONTACT_ANGLE + i];
@@ -208,7 +209,7 @@ impl MotionFilter {
         }
     }
 
-    /// The speed along the ground is the rim's speed (m/s) minus the slip. A wheel that pulls and is beyond `TUNING.sliding_gate` counts
+    /// The speed along the ground is the rim's speed (m/s) minus the slip. A wheel that pulls and is beyond the gate counts
     /// as sliding. Returns the slip that the rim shows.
     fn constrain_speed(
         &mut self,
@@ -265,7 +266,7 @@ impl MotionFilter {
             variance: sample_variance,
             noise: root_sum_square(wheel.bias_sigma, wheel.noise_sigma),
         };
-        if square(innovation) > square(TUNING.sliding_gate) * sample_variance {
+        if square(innovation) > square(GATE) * sample_variance {
             if wheel.ratio.abs() > TUNING.sticking_ratio {
                 self.sliding[i] = TUNING.sliding_time;
             } else if rolls && self.angles == ContactAngles::Unknown {
@@ -281,7 +282,7 @@ impl MotionFilter {
             + GaussMarkov::new(correlated, TUNING.slip.time).white(dt)
             + GaussMarkov::new(of_torque, TUNING.observer_time).white(dt)
             + shared;
-        self.correct(&projection, innovation, r, TUNING.gate);
+        self.correct(&projection, innovation, r, GATE);
         for creep in &mut self.filter.x[CREEP..CREEP + 3] {
             *creep = creep.clamp(TUNING.least_creep, TUNING.greatest_creep);
         }

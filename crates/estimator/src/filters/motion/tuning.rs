@@ -78,8 +78,6 @@ pub struct Tuning {
     /// Contact angle of a wheel of a robot that is held by an edge, and its standard deviation, rad: anything between level ground and
     /// a wall.
     pub held_angle: f64,
-    /// Innovations of the rim speed beyond this many standard deviations of a single sample show sliding.
-    pub sliding_gate: f64,
     /// T/N below which a wheel is taken to grip, -: an outlier of its slip then shows a wrong velocity. Chosen: with 0.15 the error of N
     /// in `ditch` under the PI drive is 2.6 in place of 1.8 %, other cases hardly change.
     pub sticking_ratio: f64,
@@ -87,9 +85,6 @@ pub struct Tuning {
     pub sliding_time: f64,
     /// Lower limit of the contact-angle error, rad, where the budget is zero.
     pub least_angle: f64,
-    /// Innovations beyond this many standard deviations count by less: see [`crate::filters::Kalman::correct`]. White innovations are
-    /// beyond it once in 1.7 million samples.
-    pub gate: f64,
     /// Speed away from the ground, in standard deviations of a single sample, beyond which a wheel has met an edge where no contact angle
     /// is given. The estimated angle follows what leaves it, so that this deviation is small.
     pub edge_gate: f64,
@@ -144,11 +139,9 @@ pub const TUNING: Tuning = Tuning {
     unread_angle_walk: 0.5,
     steepest: 1.4,
     held_angle: 0.6,
-    sliding_gate: 6.0,
     sticking_ratio: 0.25,
     sliding_time: 0.1,
     least_angle: 1e-3,
-    gate: 5.0,
     edge_gate: 3.0,
     impact_time: 0.2,
     impact_noise: GaussMarkov::new(0.1, 0.1),
