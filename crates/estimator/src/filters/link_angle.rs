@@ -1,6 +1,7 @@
 //! Link angle by a Kalman filter of gyroscope and inclinometer.
 
 use super::kalman::{GATE, Innovation, Kalman};
+use crate::frame::Inputs;
 use crate::quadrature::root_sum_square;
 use crate::settings::NoiseBudget;
 
@@ -53,10 +54,6 @@ impl LinkAngleKalman {
     const GYRO_NOISE: f64 = 0.1 * core::f64::consts::PI / 180.0;
     /// Random walk of the rate while the gyroscope is not read, rad/s/sqrt(s).
     const UNREAD_WALK: f64 = 0.5;
-    /// Time for which the last rate is held without a reading, s. The walk is then as large as common rates.
-    const RATE_HELD: f64 = 0.1;
-    /// Longest time over which an unread rate keeps one error, s.
-    const LONGEST_UNREAD: f64 = 1.0;
     /// Relative error of the acceleration that is subtracted from the inclinometer.
     const ACCELERATION_ERROR: f64 = 0.5;
     /// Least noise of an inclinometer, rad. With a budget of zero the gyroscope would count for nothing.
@@ -100,7 +97,7 @@ impl LinkAngleKalman {
         self.expected = inclination;
         self.rate = rate;
         self.smooth_rate = rate;
-        let turned = Self::UNREAD_WALK * age.min(Self::LONGEST_UNREAD);
+        let turned = Self::UNREAD_WALK * age;
         self.filter.p[ANGLE][ANGLE] += turned * turned;
     }
 
@@ -156,9 +153,9 @@ impl LinkAngleKalman {
             }
             None => {
                 // The integral of a walk: its variance grows with the third power of the time.
-                self.unread = (self.unread + dt).min(Self::LONGEST_UNREAD);
+                self.unread += dt;
                 walk += Self::UNREAD_WALK * self.unread * robhaz_model::sqrt(dt);
-                if self.unread > Self::RATE_HELD {
+                if self.unread > Inputs::STALE_AFTER {
                     self.rate = 0.0;
                 }
             }

@@ -56,8 +56,6 @@ impl TorqueObserver {
     /// the speed v its second derivative is v^2 times that along the ground, whose white noise over the length is by 1/v less dense over
     /// the time.
     const REFERENCE_SPEED: f64 = 0.2;
-    /// Largest speed of the rim over that speed, -.
-    const FASTEST: f64 = 10.0;
     /// Standard deviation of a coarse encoder angle, rad: counts of 40 urad.
     const COARSE_ANGLE: f64 = COUNT_SIGMA;
     /// Standard deviation of a coarse torque reading, N m.
@@ -131,7 +129,7 @@ impl TorqueObserver {
         let coarse = (parameters.encoder_sigma / Self::COARSE_ANGLE)
             .max(parameters.torque_sigma / Self::COARSE_TORQUE);
         let faster = parameters.rim_speed.abs() / Self::REFERENCE_SPEED;
-        let faster = faster.clamp(1.0, Self::FASTEST);
+        let faster = faster.max(1.0);
         let faster = faster * robhaz_model::sqrt(faster);
         let jerk = Self::TORQUE_JERK * faster / coarse.clamp(Self::FINEST, 1.0);
         let q = jerk * jerk * dt;

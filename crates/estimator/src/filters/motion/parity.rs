@@ -65,7 +65,7 @@ impl MotionFilter {
         if corrected {
             // Correlated errors enter as the equivalent white noise, with at least the variance of this sample.
             let correlated =
-                (sample_variance + self.unmodelled_load) * (2.0 * TUNING.parity_time / dt).max(1.0);
+                (sample_variance + self.unmodelled_load) * (2.0 * TUNING.filter_time / dt).max(1.0);
             self.correct(&projection, -residual.value, correlated, f64::INFINITY);
         }
         ParityCheck {

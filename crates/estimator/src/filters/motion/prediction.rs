@@ -71,7 +71,7 @@ impl MotionFilter {
         GaussMarkov {
             sigma: sigma.min(TUNING.largest_acceleration),
             time: if self.is_after_impact() {
-                TUNING.acceleration_time_after_impact
+                TUNING.filter_time
             } else {
                 TUNING.acceleration.time / speed_ratio
             },
@@ -158,9 +158,9 @@ impl MotionFilter {
         let square = |walk: f64| walk * walk * dt;
         let travelled = dt * robhaz_model::sqrt(self.velocity().norm_squared());
         for i in 0..3 {
-            self.add_noise(TORQUE_OFFSET + i, square(TUNING.offset_walk));
+            self.add_noise(TORQUE_OFFSET + i, square(TUNING.torque_walk));
         }
-        self.add_noise(GEAR_FRICTION, square(TUNING.friction_walk));
+        self.add_noise(GEAR_FRICTION, square(TUNING.torque_walk));
         let change = TUNING.creep_walk * TUNING.creep_walk * travelled;
         for row in &mut self.filter.p[CREEP..CREEP + 3] {
             for entry in &mut row[CREEP..CREEP + 3] {
@@ -175,7 +175,7 @@ impl MotionFilter {
         for time in &mut self.sliding {
             *time = (*time - dt).max(0.0);
         }
-        self.unmodelled_load *= libm::exp(-dt / TUNING.unmodelled_decay);
+        self.unmodelled_load *= libm::exp(-dt / TUNING.filter_time);
         if self.unmodelled_load < TUNING.unmodelled_floor {
             self.unmodelled_load = 0.0;
         }

@@ -268,7 +268,7 @@ impl MotionFilter {
         };
         if square(innovation) > square(GATE) * sample_variance {
             if wheel.ratio.abs() > TUNING.sticking_ratio {
-                self.sliding[i] = TUNING.sliding_time;
+                self.sliding[i] = TUNING.impact_time;
             } else if rolls && self.angles == ContactAngles::Unknown {
                 // A wheel that hardly pulls does not slide: the velocity is wrong.
                 self.inflate_velocity(velocity.direction * innovation);
@@ -280,7 +280,7 @@ impl MotionFilter {
         }
         let r = unmodelled.white(dt) * factor
             + GaussMarkov::new(correlated, TUNING.slip.time).white(dt)
-            + GaussMarkov::new(of_torque, TUNING.observer_time).white(dt)
+            + GaussMarkov::new(of_torque, TUNING.filter_time).white(dt)
             + shared;
         self.correct(&projection, innovation, r, GATE);
         for creep in &mut self.filter.x[CREEP..CREEP + 3] {

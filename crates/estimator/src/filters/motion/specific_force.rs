@@ -61,7 +61,7 @@ impl MotionFilter {
         let r = white
             + white_of(of_angle, TUNING.angle_time)
             + white_of(excess, TUNING.angle_time)
-            + white_of(of_turning, TUNING.turning_time);
+            + white_of(of_turning, TUNING.filter_time);
         // No gate: an impact is an acceleration, too.
         self.update(&[(ACCELERATION, 1.0)], innovation, r, f64::INFINITY);
     }

@@ -14,9 +14,6 @@ pub struct Tuning {
     /// Unmeasured part of the acceleration of Q, a first-order Gauss-Markov process: standard deviation, m/s^2, and correlation time, s. The
     /// measured parts add in quadrature.
     pub acceleration: GaussMarkov,
-    /// Correlation time of the acceleration after an impact or at an edge, s: accelerations
-    /// estimated before it no longer hold.
-    pub acceleration_time_after_impact: f64,
     /// Upper limit of the acceleration's standard deviation, m/s^2. Larger values come from faulty readings, and rounding
     /// errors would dominate the covariance.
     pub largest_acceleration: f64,
@@ -35,14 +32,10 @@ pub struct Tuning {
     pub angle_time: f64,
     /// Difference between the accelerations that the two links show that is no contradiction, in standard deviations.
     pub apart: f64,
-    /// Correlation time of what an inclinometer's place and the error of its lag add while its link turns, s.
-    pub turning_time: f64,
     /// Slip speed that creep does not explain: standard deviation, m/s, and correlation time, s, at the reference speed. It
     /// is a rolling-radius error of 0.1 %. The time, not scaled by the speed, also holds for the gyroscope's bias and for
     /// the error of creep times T/N.
     pub slip: GaussMarkov,
-    /// Correlation time of the torque observer's error in the slip, s.
-    pub observer_time: f64,
     /// Prior of the logarithm of the creep speed in m/s: 1 to 4 mm/s for a hard wheel on rock, 100 mm/s on soft ground at 0.2 m/s (slip
     /// ratio over T/N of 0.005 to 0.5: Pacejka, Tyre and Vehicle Dynamics, ch. 3).
     pub creep: f64,
@@ -59,14 +52,13 @@ pub struct Tuning {
     pub pulling: f64,
     /// T/N up to which slip corrects the creep speed. Beyond, a wheel may slide, which a greater creep speed would explain.
     pub linear_ratio: f64,
-    /// Random walk of a torque offset, N m/sqrt(s).
-    pub offset_walk: f64,
-    /// Random walk of the gear friction, N m/sqrt(s).
-    pub friction_walk: f64,
+    /// Random walk of a torque offset and of the gear friction, N m/sqrt(s): they follow the temperature of the motors.
+    pub torque_walk: f64,
     /// Change of the logarithm of the creep speed along the ground: random walk, 1/sqrt(m).
     pub creep_walk: f64,
-    /// Correlation time of all errors of the parity residual, s, those of the torque observer included.
-    pub parity_time: f64,
+    /// Correlation time of errors that observers and low passes leave, s: in the torques, in the parity residual, in what an inclinometer shows
+    /// of a link that turns, and in the acceleration after an impact.
+    pub filter_time: f64,
     /// Prior of the ground where no contact angle is given: RMS deviation of its slope from the line between the wheels, rad.
     pub slope: f64,
     /// Correlation length of that deviation along the ground, m: the wheel's radius smooths shorter waves.
@@ -81,8 +73,6 @@ pub struct Tuning {
     /// T/N below which a wheel is taken to grip, -: an outlier of its slip then shows a wrong velocity. Chosen: with 0.15 the error of N
     /// in `ditch` under the PI drive is 2.6 in place of 1.8 %, other cases hardly change.
     pub sticking_ratio: f64,
-    /// Time for which a wheel then counts as sliding, s.
-    pub sliding_time: f64,
     /// Lower limit of the contact-angle error, rad, where the budget is zero.
     pub least_angle: f64,
     /// Speed away from the ground, in standard deviations of a single sample, beyond which a wheel has met an edge where no contact angle
@@ -91,16 +81,14 @@ pub struct Tuning {
     /// Time after an impact or at an edge for which measurements are down-weighted or skipped, s; after a parity outlier until this time
     /// after the unmodelled load has decayed.
     pub impact_time: f64,
-    /// Additional measurement noise of both rolling constraints after an impact: standard deviation, m/s, and correlation
-    /// time, s.
+    /// Additional measurement noise of both rolling constraints after an impact, with given contact angles: standard deviation, m/s, and
+    /// correlation time, s. They hardly count then.
     pub impact_noise: GaussMarkov,
     /// The same where no contact angle is given: mean slip of a wheel that meets an edge. The direction of the velocity is then the
     /// only source of the angle.
     pub edge_noise: GaussMarkov,
     /// Size of a parity residual that is not yet unmodelled load, in standard deviations.
     pub modelled: f64,
-    /// Decay time of the variance of the unmodelled load, s.
-    pub unmodelled_decay: f64,
     /// Variance of the unmodelled load below which it becomes zero, N^2.
     pub unmodelled_floor: f64,
     /// Upper limit of that variance, N^2: a load of 10 kN.
@@ -111,7 +99,6 @@ pub struct Tuning {
 pub const TUNING: Tuning = Tuning {
     reference_speed: 0.2,
     acceleration: GaussMarkov::new(0.015, 1.0),
-    acceleration_time_after_impact: 0.03,
     largest_acceleration: 1e3,
     rim_factor: 2.0,
     link_factor: 1.0,
@@ -120,9 +107,7 @@ pub const TUNING: Tuning = Tuning {
     penetration_speed: GaussMarkov::new(5e-4, 0.05),
     angle_time: 10.0,
     apart: 2.0,
-    turning_time: 0.05,
     slip: GaussMarkov::new(2e-4, 0.5),
-    observer_time: 0.05,
     creep: -3.5,      // 30 mm/s
     creep_sigma: 0.8, // a factor of 2.2: 39 mm/s
     common_creep: 0.9,
@@ -130,24 +115,21 @@ pub const TUNING: Tuning = Tuning {
     least_creep: -7.6,    // 0.5 mm/s
     pulling: 6.0,
     linear_ratio: 0.35,
-    offset_walk: 1e-3,
-    friction_walk: 2e-3,
+    torque_walk: 1e-3,
     creep_walk: 0.2,
-    parity_time: 0.03,
+    filter_time: 0.03,
     slope: 0.2,
     slope_length: 0.08,
     unread_angle_walk: 0.5,
     steepest: 1.4,
     held_angle: 0.6,
     sticking_ratio: 0.25,
-    sliding_time: 0.1,
     least_angle: 1e-3,
     edge_gate: 3.0,
-    impact_time: 0.2,
+    impact_time: 0.1,
     impact_noise: GaussMarkov::new(0.1, 0.1),
     edge_noise: GaussMarkov::new(0.0045, 0.1),
     modelled: 2.0,
-    unmodelled_decay: 0.02,
     unmodelled_floor: 1e-6,
     unmodelled_cap: 1e8,
 };
