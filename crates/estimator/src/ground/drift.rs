@@ -21,18 +21,10 @@ const SLOPE_LENGTH: f64 = 0.1;
 /// Standard deviation of the slow part, as dy/dx: 1.1 deg. Offsets of torques leave such an error in the motion filter for as long as
 /// they are not found: 1 N at each wheel of a robot of 14 kg is 1.2 deg.
 const SLOW: f64 = 0.02;
-/// Random walk of the slow part, 1/sqrt(m).
-const SLOW_WALK: f64 = 2e-3;
-/// Random walk of a link angle's error, rad/sqrt(m).
-const BIAS_WALK: f64 = 2e-4;
 /// Measurements over which the misfit is averaged: two wheels over about 0.2 m.
 const RECENT: f64 = 40.0;
-/// Greatest contribution of one measurement to the misfit.
-const LARGEST_MISFIT: f64 = 4.0;
 /// Misfit below which the wheels have passed the same ground. At the start of a section it is 1.
 const AGREES: f64 = 0.7;
-/// Least standard deviation of the direction that passes show, as dy/dx.
-const LEAST_DIRECTION: f64 = 1e-3;
 
 /// The height of a contact relative to Q, and how it errs.
 #[derive(Clone, Copy, Debug)]
@@ -104,10 +96,6 @@ impl Drift {
             p[k][SLOPE] *= keep;
         }
         p[SLOPE][SLOPE] += sigma * sigma * (1.0 - keep * keep);
-        p[SLOW_SLOPE][SLOW_SLOPE] += SLOW_WALK * SLOW_WALK * length;
-        for state in [LINK_BIAS, LINK_BIAS + 1] {
-            p[state][state] += BIAS_WALK * BIAS_WALK * length;
-        }
     }
 
     /// Sets a node as seen by a wheel at a distance of `ahead` (m) behind it: `c = d + arm b + ahead s`.
@@ -162,7 +150,7 @@ impl Drift {
     ///
     /// On even ground the passes agree far better than the stated errors of the velocity let expect. The variance is therefore that of
     /// the filter times the mean of the normalised squared innovations (the variance factor of adjustment theory, at most 1), plus
-    /// what no pass shows: the common error of the link angles, and a floor.
+    /// what no pass shows: the common error of the link angles.
     pub fn direction(&self) -> (f64, f64) {
         let (error, variance) = self.stated_direction();
         let p = &self.filter.p;
@@ -171,8 +159,7 @@ impl Drift {
                 + 2.0 * p[LINK_BIAS][LINK_BIAS + 1]
                 + p[LINK_BIAS + 1][LINK_BIAS + 1])
                 .max(0.0);
-        let least = LEAST_DIRECTION * LEAST_DIRECTION;
-        (error, self.misfit.min(1.0) * variance + bias + least)
+        (error, self.misfit.min(1.0) * variance + bias)
     }
 
     fn weights(place: Between) -> [(usize, f64); 2] {
@@ -217,7 +204,7 @@ impl Drift {
             variance,
             GATE,
         );
-        let misfit = innovation.nis().min(LARGEST_MISFIT);
+        let misfit = innovation.nis().min(GATE);
         self.misfit += (misfit - self.misfit) / RECENT;
     }
 

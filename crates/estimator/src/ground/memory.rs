@@ -17,8 +17,6 @@ const SPEED_TIME: f64 = 1.0;
 /// compression changes with the load.
 const SCALE_ERROR: f64 = 5e-4;
 const SCALE_LENGTH: f64 = 0.5;
-/// Least error of the direction of the velocity, as dy/dx.
-const LEAST_SLOPE_ERROR: f64 = 5e-4;
 /// Speed at which a section starts, m/s. Before, the robot rests: the filters settle, and there is nothing to store.
 const MOVING: f64 = 0.005;
 /// Length after which passes show an error of the direction anew, m: about the distance of two wheels.
@@ -181,7 +179,7 @@ impl GroundMemory {
             self.place_variance += of_speed + of_scale;
         }
         self.velocity = velocity;
-        slope_sigma.max(LEAST_SLOPE_ERROR)
+        slope_sigma
     }
 
     /// Puts the origin under the middle axle, at the height of that wheel's contact. The axle's place is known exactly; that of
