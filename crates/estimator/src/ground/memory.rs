@@ -9,14 +9,8 @@ use robhaz_model::{Geometry, Vec2};
 /// Deviation between the heights that two wheels find at one place, m, beyond the errors of dead reckoning: the penetration
 /// depends on the load; the link angles lag.
 pub(super) const UNEVEN: f64 = 3e-4;
-/// Length along the ground over which that deviation lasts, m.
-const UNEVEN_LENGTH: f64 = 0.03;
 /// Correlation time of the error of the speed, s.
 const SPEED_TIME: f64 = 1.0;
-/// Relative error of the travelled length that the motion filter does not state, and the length over which it lasts, m: the
-/// compression changes with the load.
-const SCALE_ERROR: f64 = 5e-4;
-const SCALE_LENGTH: f64 = 0.5;
 /// Speed at which a section starts, m/s. Before, the robot rests: the filters settle, and there is nothing to store.
 const MOVING: f64 = 0.005;
 /// Length after which passes show an error of the direction anew, m: about the distance of two wheels.
@@ -173,10 +167,8 @@ impl GroundMemory {
             self.place = [self.place[0] + way[0], self.place[1] + way[1]];
             self.way = [self.way[0] + way[0], self.way[1] + length];
             self.length_since_direction += length;
-            // White noise of the same effect as errors that last: `sigma^2 2 T dt`.
-            let of_speed = 2.0 * SPEED_TIME * speed_sigma * speed_sigma * motion.dt;
-            let of_scale = 2.0 * SCALE_LENGTH * SCALE_ERROR * SCALE_ERROR * length;
-            self.place_variance += of_speed + of_scale;
+            // White noise of the same effect: `sigma^2 2 T dt`.
+            self.place_variance += 2.0 * SPEED_TIME * speed_sigma * speed_sigma * motion.dt;
         }
         self.velocity = velocity;
         slope_sigma
@@ -306,8 +298,8 @@ impl GroundMemory {
         let between_passes = (self.place_variance - cell.place_variance).max(0.0);
         let slope = tangent(cell.slope);
         let single = UNEVEN * UNEVEN + slope * slope * between_passes;
-        // White noise of the same effect: `sigma^2 2 L/spacing`.
-        let variance = single * (2.0 * UNEVEN_LENGTH / self.cells.spacing()).max(1.0);
+        // White noise of the same effect: `sigma^2 2 L/spacing`, L half of the distance between nodes.
+        let variance = single * (self.cells.node_spacing() / self.cells.spacing());
         let difference = contact.y - cell.height;
         let place = Cells::between(number);
         self.drift

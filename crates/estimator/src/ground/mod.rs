@@ -18,7 +18,7 @@
 //! |---|---|---|
 //! | `d` | error of the height of Q, m | `d(x + dx) = d(x) + s dx` |
 //! | `s` | error of the direction of the velocity | Gauss-Markov process; its deviation is that of the motion filter |
-//! | `b_1`, `b_2` | errors of the angles of links 1 and 2, rad | constant, prior: bias of the inclinometers; slow random walk |
+//! | `b_1`, `b_2` | errors of the angles of links 1 and 2, rad | constant, prior: bias of the inclinometers |
 //! | `c_j` | error of the stored heights at node `j`, m | constant |
 //!
 //! The height of `p_i` errs by `d + a_ix b_k`, k the link of wheel `i`. A wheel on new ground at `x` sets the error of what it
