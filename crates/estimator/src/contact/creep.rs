@@ -10,26 +10,18 @@ pub(crate) struct Creep {
 }
 
 impl Creep {
-    /// T/N from which slip is no longer linear in it.
-    const LINEAR_RATIO: f64 = 0.2;
-    /// T/N from which wheels may slide on poor ground.
-    const SLIDING_RATIO: f64 = 0.31;
+    /// T/N from which slip is no longer linear in it, -: on poor ground.
+    const LINEAR_RATIO: f64 = 0.12;
 
     /// Slip speed by the linear law, m/s.
     pub fn slip(&self) -> f64 {
         self.speed * self.ratio
     }
 
-    /// Factor on the variance of the slip speed for what the linear law leaves out: it grows with the fourth power of T/N
-    /// over 0.2 and with the eighth over 0.31.
+    /// Factor on the variance of the slip speed for what the linear law leaves out: it grows with the fourth power of T/N.
     pub fn variance_factor(&self) -> f64 {
-        let fourth_power = |limit: f64| {
-            let square = self.ratio * self.ratio / (limit * limit);
-            square * square
-        };
-        let nonlinear = fourth_power(Self::LINEAR_RATIO);
-        let sliding = fourth_power(Self::SLIDING_RATIO);
-        1.0 + (nonlinear + sliding * sliding)
+        let square = self.ratio * self.ratio / (Self::LINEAR_RATIO * Self::LINEAR_RATIO);
+        1.0 + square * square
     }
 }
 
@@ -37,14 +29,13 @@ impl Creep {
 mod tests {
     use super::*;
 
-    /// Closed form: at the limit ratios the factor has grown by the terms stated.
+    /// Closed form: twice at the limit, 16 times more at twice the ratio.
     #[test]
     fn the_variance_grows_beyond_the_linear_range() {
         let factor = |ratio| Creep { speed: 0.01, ratio }.variance_factor();
-        let powers = |ratio: f64| 1.0 + (ratio / 0.2).powi(4) + (ratio / 0.31).powi(8);
-        for ratio in [0.0, -0.1, 0.2, 0.31, 1.0] {
+        for (ratio, expected) in [(0.0, 1.0), (-0.12, 2.0), (0.24, 17.0)] {
             // Rounding of a dozen operations.
-            assert!((factor(ratio) - powers(ratio)).abs() < 1e-12 * powers(ratio));
+            assert!((factor(ratio) - expected).abs() < 1e-12 * expected);
         }
     }
 }
