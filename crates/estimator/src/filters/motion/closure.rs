@@ -2,7 +2,6 @@
 
 use super::filter::MotionFilter;
 use super::states::{CONTACT_ANGLE, VELOCITY};
-use super::tuning::TUNING;
 use crate::contact::ContactVelocity;
 use crate::filters::GATE;
 

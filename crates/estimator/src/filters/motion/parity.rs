@@ -54,7 +54,7 @@ impl MotionFilter {
 
         let explained = TUNING.modelled * TUNING.modelled * innovation.variance;
         let gate = GATE * GATE * innovation.variance;
-        let excess = (square - explained).min(TUNING.unmodelled_cap);
+        let excess = square - explained;
         self.unmodelled_load = self.unmodelled_load.max(excess);
         // True at a residual beyond the gate, and afterwards until the variance has decayed below this bound.
         if self.unmodelled_load > gate - explained {

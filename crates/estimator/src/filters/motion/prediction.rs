@@ -69,7 +69,7 @@ impl MotionFilter {
         let links = TUNING.link_factor * measured.links;
         let sigma = robhaz_model::sqrt(unmeasured * unmeasured + rims * rims + links * links);
         GaussMarkov {
-            sigma: sigma.min(TUNING.largest_acceleration),
+            sigma,
             time: if self.is_after_impact() {
                 TUNING.filter_time
             } else {

@@ -14,9 +14,6 @@ pub struct Tuning {
     /// Unmeasured part of the acceleration of Q, a first-order Gauss-Markov process: standard deviation, m/s^2, and correlation time, s. The
     /// measured parts add in quadrature.
     pub acceleration: GaussMarkov,
-    /// Upper limit of the acceleration's standard deviation, m/s^2. Larger values come from faulty readings, and rounding
-    /// errors would dominate the covariance.
-    pub largest_acceleration: f64,
     /// Standard deviation of Q's acceleration over the measured acceleration of the rims, -.
     pub rim_factor: f64,
     /// Standard deviation of Q's acceleration over the acceleration that the links' rotation causes, -.
@@ -50,8 +47,6 @@ pub struct Tuning {
     /// T/N beyond this many of its standard deviations corrects the creep speed. Below, slip that is missing shows a torque offset, not a
     /// hard wheel: a creep of zero would explain any offset.
     pub pulling: f64,
-    /// T/N up to which slip corrects the creep speed. Beyond, a wheel may slide, which a greater creep speed would explain.
-    pub linear_ratio: f64,
     /// Random walk of a torque offset and of the gear friction, N m/sqrt(s): they follow the temperature of the motors.
     pub torque_walk: f64,
     /// Change of the logarithm of the creep speed along the ground: random walk, 1/sqrt(m).
@@ -70,9 +65,8 @@ pub struct Tuning {
     /// Contact angle of a wheel of a robot that is held by an edge, and its standard deviation, rad: anything between level ground and
     /// a wall.
     pub held_angle: f64,
-    /// T/N below which a wheel is taken to grip, -: an outlier of its slip then shows a wrong velocity. Chosen: with 0.15 the error of N
-    /// in `ditch` under the PI drive is 2.6 in place of 1.8 %, other cases hardly change.
-    pub sticking_ratio: f64,
+    /// T/N below which a wheel is taken to grip, -: its slip corrects its creep speed, and an outlier of it shows a wrong velocity.
+    pub gripping_ratio: f64,
     /// Lower limit of the contact-angle error, rad, where the budget is zero.
     pub least_angle: f64,
     /// Speed away from the ground, in standard deviations of a single sample, beyond which a wheel has met an edge where no contact angle
@@ -91,15 +85,12 @@ pub struct Tuning {
     pub modelled: f64,
     /// Variance of the unmodelled load below which it becomes zero, N^2.
     pub unmodelled_floor: f64,
-    /// Upper limit of that variance, N^2: a load of 10 kN.
-    pub unmodelled_cap: f64,
 }
 
 /// The values for all sensors, grounds and robots.
 pub const TUNING: Tuning = Tuning {
     reference_speed: 0.2,
     acceleration: GaussMarkov::new(0.015, 1.0),
-    largest_acceleration: 1e3,
     rim_factor: 2.0,
     link_factor: 1.0,
     velocity_at_rest: 0.01,
@@ -114,7 +105,6 @@ pub const TUNING: Tuning = Tuning {
     greatest_creep: -1.2, // 0.3 m/s
     least_creep: -7.6,    // 0.5 mm/s
     pulling: 6.0,
-    linear_ratio: 0.35,
     torque_walk: 1e-3,
     creep_walk: 0.2,
     filter_time: 0.03,
@@ -123,7 +113,7 @@ pub const TUNING: Tuning = Tuning {
     unread_angle_walk: 0.5,
     steepest: 1.4,
     held_angle: 0.6,
-    sticking_ratio: 0.25,
+    gripping_ratio: 0.25,
     least_angle: 1e-3,
     edge_gate: 3.0,
     impact_time: 0.1,
@@ -131,5 +121,4 @@ pub const TUNING: Tuning = Tuning {
     edge_noise: GaussMarkov::new(0.0045, 0.1),
     modelled: 2.0,
     unmodelled_floor: 1e-6,
-    unmodelled_cap: 1e8,
 };
