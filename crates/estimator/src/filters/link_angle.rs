@@ -1,6 +1,7 @@
 //! Link angle by a Kalman filter of gyroscope and inclinometer.
 
 use super::kalman::{GATE, Innovation, Kalman};
+use super::smoothing::{TYPICAL, smoothing_time};
 use crate::frame::Inputs;
 use crate::quadrature::root_sum_square;
 use crate::settings::NoiseBudget;
@@ -45,13 +46,6 @@ pub struct LinkReadings {
 }
 
 impl LinkAngleKalman {
-    /// Time constant of the rate's low pass, s, for a gyroscope noise of [`Self::GYRO_NOISE`] a sample. In proportion to
-    /// the noise it falls to [`Self::SHORTEST_SMOOTHING`].
-    const SMOOTHING: f64 = 0.02;
-    /// Least time constant of that low pass, s.
-    const SHORTEST_SMOOTHING: f64 = 0.001;
-    /// Noise of a gyroscope, rad/s: 0.1 deg/s.
-    const GYRO_NOISE: f64 = 0.1 * core::f64::consts::PI / 180.0;
     /// Random walk of the rate while the gyroscope is not read, rad/s/sqrt(s).
     const UNREAD_WALK: f64 = 0.5;
     /// Relative error of the acceleration that is subtracted from the inclinometer.
@@ -61,14 +55,10 @@ impl LinkAngleKalman {
     /// Angular acceleration from which a change of the rate is an impact, rad/s^2: 15 times `v^2/(R l)`, that of a link with l = 0.3 m
     /// whose wheel follows ground with a radius of R = 0.1 m at 0.2 m/s.
     const IMPACT: f64 = 20.0;
-    /// Distance of the rate from its low pass, in standard deviations of the gyroscope's noise, that shows no acceleration yet.
-    const MODELLED: f64 = 4.0;
     /// Least variance of an unmodelled acceleration, rad^2/s^4: of 0.01 rad/s^2, which is some hundredths of a newton of N.
     const LEAST_UNMODELLED: f64 = 1e-4;
-    /// Error of an inclinometer's lag, s.
-    const LAG_ERROR: f64 = 0.002;
-    /// The same relative to the lag: tolerance of a low pass.
-    const RELATIVE_LAG_ERROR: f64 = 0.2;
+    /// Relative error of an inclinometer's lag: tolerance of a low pass.
+    const LAG_ERROR: f64 = 0.2;
 
     /// A filter that waits for its first reading.
     pub fn new(budget: &NoiseBudget) -> Self {
@@ -179,10 +169,9 @@ impl LinkAngleKalman {
     /// Low-pass filtered rate and its derivative, and what they miss.
     fn smooth(&mut self, budget: &NoiseBudget, dt: f64) {
         if dt > 0.0 {
-            let smoothing = Self::SMOOTHING * (budget.rate_noise / Self::GYRO_NOISE);
-            let smoothing = smoothing.clamp(Self::SHORTEST_SMOOTHING, Self::SMOOTHING);
+            let smoothing = smoothing_time(budget.rate_noise / TYPICAL.rate_noise);
             let ahead = self.rate - self.smooth_rate - smoothing * self.acceleration;
-            let of_jump = if ahead.abs() > Self::MODELLED * budget.rate_noise {
+            let of_jump = if ahead.abs() > GATE * budget.rate_noise {
                 ahead * ahead / (smoothing * smoothing)
             } else {
                 0.0
@@ -223,11 +212,7 @@ impl LinkAngleKalman {
 
     /// Standard deviation of the inclinometer's reading from the error of its lag while the link turns, rad.
     pub(crate) fn late(&self, budget: &NoiseBudget) -> f64 {
-        let lag = root_sum_square(
-            Self::LAG_ERROR,
-            Self::RELATIVE_LAG_ERROR * budget.inclination_lag,
-        );
-        lag * self.smooth_rate.abs()
+        Self::LAG_ERROR * budget.inclination_lag * self.smooth_rate.abs()
     }
 
     /// Angle, rad.

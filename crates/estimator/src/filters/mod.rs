@@ -7,12 +7,14 @@
 //! | Kalman filter of fixed size, with consider states | `kalman.rs` |
 //! | link angle and the gyroscope's bias | `link_angle.rs` |
 //! | torque of the ground on a wheel | `wheel_torque.rs` |
+//! | low passes on rates | `smoothing.rs` |
 //! | motion of the robot, errors of contact angles and torques, creep | `motion/` |
 
 mod complementary;
 mod kalman;
 mod link_angle;
 pub(crate) mod motion;
+mod smoothing;
 mod traction;
 mod wheel_torque;
 
@@ -20,6 +22,7 @@ pub use complementary::ComplementaryFilter;
 pub(crate) use kalman::GATE;
 pub use kalman::{Innovation, Kalman, Projection};
 pub use link_angle::{LinkAngleKalman, LinkReadings};
+pub(crate) use smoothing::smoothing_time;
 pub use traction::{ObserverParameters, TractionObserver};
-pub(crate) use wheel_torque::COUNT_SIGMA;
+pub(crate) use wheel_torque::{COUNT_SIGMA, UNIFORM};
 pub use wheel_torque::{TorqueObserver, TorqueObserverParameters};

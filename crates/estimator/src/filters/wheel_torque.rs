@@ -1,6 +1,7 @@
 //! Torque of the ground on a wheel by a Kalman filter on the encoder's angle: the task of eq. (3), without its lag.
 
 use super::kalman::{GATE, Innovation, Kalman};
+use super::smoothing::{SMOOTHING, TYPICAL};
 
 /// Parameters of wheel, drive and sensors at one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,8 +32,10 @@ pub struct TorqueObserver {
     started: bool,
 }
 
-/// Standard deviation of an angle that is counted in steps of 40 urad, rad: a step over sqrt(12).
-pub(crate) const COUNT_SIGMA: f64 = 1.13e-5;
+/// Standard deviation of the angle of a typical encoder, rad: a count over sqrt(12).
+pub(crate) const COUNT_SIGMA: f64 = 2.0 * core::f64::consts::PI / TYPICAL.encoder_counts * UNIFORM;
+/// Standard deviation of a uniform error over its width, 1/sqrt(12).
+pub(crate) const UNIFORM: f64 = 0.288_675_134_594_812_9;
 
 const ANGLE: usize = 0;
 const SPEED: usize = 1;
@@ -46,8 +49,8 @@ impl Default for TorqueObserver {
 }
 
 impl TorqueObserver {
-    /// Density of the white second derivative of the ground's torque, N m/s^2/sqrt(Hz), for readings as coarse as
-    /// [`Self::COARSE_ANGLE`] and [`Self::COARSE_TORQUE`], up to [`Self::REFERENCE_SPEED`]. At this value the lag on
+    /// Density of the white second derivative of the ground's torque, N m/s^2/sqrt(Hz), for readings of
+    /// typical sensors, up to [`Self::REFERENCE_SPEED`]. At this value the lag on
     /// the PI drive's fast torques and the noise of the encoder cost the same error. For finer readings the density is
     /// larger, so the observer is faster: in inverse proportion to the coarser of the two readings, down to
     /// [`Self::FINEST`] of these.
@@ -56,19 +59,13 @@ impl TorqueObserver {
     /// the speed v its second derivative is v^2 times that along the ground, whose white noise over the length is by 1/v less dense over
     /// the time.
     const REFERENCE_SPEED: f64 = 0.2;
-    /// Standard deviation of a coarse encoder angle, rad: counts of 40 urad.
-    const COARSE_ANGLE: f64 = COUNT_SIGMA;
-    /// Standard deviation of a coarse torque reading, N m.
-    const COARSE_TORQUE: f64 = 0.1;
     /// See [`Self::TORQUE_JERK`].
     const FINEST: f64 = 0.04;
-    /// Standard deviation of the change of the ground's torque in an impact, N m.
+    /// Standard deviation of the change of the ground's torque in an impact, N m; its rate changes by that over [`SMOOTHING`].
     ///
-    /// This and the next two were chosen from 0.5 to 5 N m, 30 to 300 N m/s and 0.01 to 0.5 rad/s for the least error
+    /// This and the next one were chosen from 0.5 to 5 N m and 0.01 to 0.5 rad/s for the least error
     /// behind a ramp's corner and a ditch's edges. On rolling ground no innovation exceeds the gate.
     const IMPACT_TORQUE: f64 = 1.0;
-    /// Standard deviation of the change of that torque's rate, N m/s.
-    const IMPACT_RATE: f64 = 30.0;
     /// Standard deviation of the change of the spin speed, rad/s. Without it the filter would explain the speed change of
     /// the impact by a constant torque.
     const IMPACT_SPEED: f64 = 0.02;
@@ -126,8 +123,8 @@ impl TorqueObserver {
         let p = &mut self.filter.p;
         let kick = parameters.torque_sigma * dt * j;
         p[SPEED][SPEED] += kick * kick;
-        let coarse = (parameters.encoder_sigma / Self::COARSE_ANGLE)
-            .max(parameters.torque_sigma / Self::COARSE_TORQUE);
+        let coarse = (parameters.encoder_sigma / COUNT_SIGMA)
+            .max(parameters.torque_sigma / TYPICAL.torque_noise);
         let faster = parameters.rim_speed.abs() / Self::REFERENCE_SPEED;
         let faster = faster.max(1.0);
         let faster = faster * robhaz_model::sqrt(faster);
@@ -167,7 +164,8 @@ impl TorqueObserver {
         if difference * difference > GATE * GATE * expected {
             self.filter.p[SPEED][SPEED] += Self::IMPACT_SPEED * Self::IMPACT_SPEED;
             self.filter.p[TORQUE][TORQUE] += Self::IMPACT_TORQUE * Self::IMPACT_TORQUE;
-            self.filter.p[RATE][RATE] += Self::IMPACT_RATE * Self::IMPACT_RATE;
+            let rate = Self::IMPACT_TORQUE / SMOOTHING;
+            self.filter.p[RATE][RATE] += rate * rate;
         }
         let innovation = self
             .filter
@@ -411,7 +409,7 @@ mod tests {
             let before = observer.filter.p[RATE][RATE];
             let parameters = TorqueObserverParameters {
                 rim_speed,
-                encoder_sigma: TorqueObserver::COARSE_ANGLE,
+                encoder_sigma: COUNT_SIGMA,
                 ..PARAMETERS
             };
             observer.predict(&parameters, 1e-3, 0.0, 0.0);
@@ -421,7 +419,6 @@ mod tests {
         // Rounding of a variance of 25 (N m/s)^2, to which 25e-3 are added.
         assert!((step(-0.8) / slow - 64.0).abs() < 1e-9);
         assert!((step(0.01) / slow - 1.0).abs() < 1e-9);
-        assert!((step(100.0) / slow - 1000.0).abs() < 1e-7);
     }
 
     /// Without readings of the motor torque the standard deviation of the ground's torque grows; with readings it falls back.

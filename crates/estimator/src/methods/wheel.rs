@@ -1,6 +1,9 @@
 //! Spin and ground torque of one wheel, and its gear friction.
 
-use crate::filters::{COUNT_SIGMA, GATE, Innovation, TorqueObserver, TorqueObserverParameters};
+use crate::filters::{
+    COUNT_SIGMA, GATE, Innovation, TorqueObserver, TorqueObserverParameters, UNIFORM,
+    smoothing_time,
+};
 use crate::frame::{LONGEST_GAP, WheelInputs};
 use crate::quadrature::root_sum_square;
 use crate::settings::{EstimatorSettings, NoiseBudget};
@@ -22,11 +25,6 @@ pub(crate) struct Wheel {
 }
 
 impl Wheel {
-    /// Time constant of the spin acceleration's low pass, s, with an encoder of 40 urad a count. In proportion to the
-    /// encoder's error it falls to [`Self::SHORTEST_SMOOTHING`]. The inertia of the wheel discs is small.
-    const SMOOTHING: f64 = 0.02;
-    /// Least time constant of that low pass, s.
-    const SHORTEST_SMOOTHING: f64 = 0.001;
     /// Speed over which gear friction rises once the direction is certain, rad/s: 1 mm/s at the rim.
     const FRICTION_SPEED: f64 = 0.01;
     /// Errors of time stamps that are no fault of the clock, s: readings that wait for a driver.
@@ -88,8 +86,7 @@ impl Wheel {
         };
         let speed = self.observer.speed();
         if dt > 0.0 && self.observer.settled() {
-            let smoothing = Self::SMOOTHING * (parameters.encoder_sigma / COUNT_SIGMA);
-            let smoothing = smoothing.clamp(Self::SHORTEST_SMOOTHING, Self::SMOOTHING);
+            let smoothing = smoothing_time(parameters.encoder_sigma / COUNT_SIGMA);
             let weight = dt / (smoothing + dt);
             let rate = (speed - self.speed) / dt;
             self.acceleration += weight * (rate - self.acceleration);
@@ -211,8 +208,6 @@ impl Wheel {
 /// Standard deviation of a wheel angle, rad: the count, uniform over its width, and the time stamp's error at this speed
 /// (rad/s).
 fn encoder_sigma(budget: &NoiseBudget, speed: f64) -> f64 {
-    /// 1/sqrt(12) of a count.
-    const UNIFORM: f64 = 0.288_675_134_594_812_9;
     /// A twentieth of a micrometre at the rim. With an exact angle the observer would not correct its other states.
     const LEAST: f64 = 5e-7;
     let count = if budget.encoder_counts > 0.0 {

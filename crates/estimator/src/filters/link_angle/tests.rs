@@ -148,7 +148,7 @@ fn an_inclinometer_that_lags_is_expected_to() {
 #[test]
 fn a_step_of_the_rate_is_an_unmodelled_acceleration() {
     let budget = NoiseBudget::typical();
-    let s = LinkAngleKalman::SMOOTHING;
+    let s = super::super::smoothing::SMOOTHING;
     let mut link = LinkAngleKalman::new(&budget);
     link.start(0.0, 0.0, 0.0);
     let (dt, acceleration) = (1e-3, 2.0);
@@ -166,7 +166,7 @@ fn a_step_of_the_rate_is_an_unmodelled_acceleration() {
     let step = 0.01;
     rate += step;
     update(&mut link, rate);
-    assert!(step > LinkAngleKalman::MODELLED * budget.rate_noise);
+    assert!(step > GATE * budget.rate_noise);
     let expected = step / s;
     let found = link.unmodelled_acceleration();
     // The rate is up to two samples of the acceleration ahead of its discrete low pass: 4e-3 of 1e-2 rad/s.
