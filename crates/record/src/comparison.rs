@@ -137,28 +137,3 @@ fn significant(value: f64) -> String {
         value.to_string()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_score_is_in_the_list() {
-        assert_eq!(scores().count(), SCORES.len());
-    }
-
-    #[test]
-    fn numbers_have_four_digits() {
-        let cases = [
-            (0.0123456, "0.01235"),
-            (-1.23456, "-1.235"),
-            (98.765432, "98.77"),
-            (12345.6, "12346"),
-            (18001.0, "18001"),
-            (0.0, "0"),
-        ];
-        for (value, expected) in cases {
-            assert_eq!(significant(value), expected);
-        }
-    }
-}

@@ -99,15 +99,6 @@ impl Column {
     pub fn kind(&self) -> Kind {
         self.source.0
     }
-
-    /// The value in a record; `None` where it is missing.
-    #[cfg(test)]
-    pub fn value(&self, frame: &Frame<'_>) -> Option<f64> {
-        let mut values = Vec::new();
-        self.add(std::slice::from_ref(frame), &mut values);
-        let is_there = |v: &f64| v.is_finite() || self.kind() != Kind::Optional;
-        values.pop().filter(is_there)
-    }
 }
 
 /// Columns, a line each: name, unit, meaning, value. They share what makes a [`Source`] of the value, the start of

@@ -3,8 +3,6 @@
 mod column;
 mod estimate;
 mod sensors;
-#[cfg(test)]
-mod tests;
 mod truth;
 
 pub use column::{Column, Kind, Table};

@@ -147,6 +147,3 @@ impl Sink for FigureSink {
         Ok(self.draw(end)?)
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -5,8 +5,6 @@ mod file;
 mod log;
 mod parts;
 mod sink;
-#[cfg(test)]
-mod tests;
 
 pub use clearance::ClearanceSummary;
 pub use file::Summary;

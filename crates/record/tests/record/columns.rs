@@ -1,9 +1,9 @@
 //! Names, order, units and sources of the columns, which scripts rely on.
 
-use super::*;
-use crate::testing::{described, failed_frame, frame_of, good_estimate, scene};
+use crate::testing::{Record, described, failed_frame, frame_of, good_estimate, scene, value_of};
 use robhaz_estimator::{ContactEstimate, ContactState, NeededFriction, WheelFriction};
 use robhaz_model::{Vec2, WheelCommand};
+use robhaz_record::Table;
 use robhaz_run::Frame;
 use robhaz_scene::{ControlChoice, ControlKind, Scene};
 use robhaz_sim::ContactTruth;
@@ -116,7 +116,7 @@ fn commands_have_one_form() {
     let values: Vec<Option<f64>> = Table::commands()
         .columns
         .iter()
-        .map(|c| c.value(&frame))
+        .map(|c| value_of(c, &frame))
         .collect();
     let mut expected = vec![Some(0.5)];
     let wheels = [Some(1.5), None, None, Some(2.5), None, None];
@@ -185,7 +185,7 @@ fn value(table: &Table, name: &str, frame: &Frame<'_>) -> Option<f64> {
         .iter()
         .find(|c| c.name == name)
         .expect("a column of that name");
-    column.value(frame)
+    value_of(column, frame)
 }
 
 /// Wheels, pins and axes are not swapped on their way into the table.
@@ -216,7 +216,7 @@ fn values_come_from_the_field_that_the_name_says() {
 fn both_contacts_of_a_wheel_have_columns() {
     let table = Table::truth();
     let mut record = frame_of(1.0);
-    let get = |record: &crate::testing::Record, name: &str| value(&table, name, &record.frame());
+    let get = |record: &Record, name: &str| value(&table, name, &record.frame());
     let one = record.truth.wheels[1].contact_list[0];
     assert_eq!(get(&record, "wheel2_contact1_x"), Some(one.point.x));
     assert_eq!(get(&record, "wheel2_contact2_x"), None);
@@ -263,7 +263,7 @@ fn both_contacts_of_a_wheel_have_columns() {
 fn contact_states_are_small_integers() {
     let table = Table::estimate(0, "a");
     let mut record = frame_of(1.0);
-    let of = |record: &crate::testing::Record| {
+    let of = |record: &Record| {
         [
             "wheel1_contacts",
             "wheel2_contacts",
@@ -294,9 +294,9 @@ fn a_failed_estimate_is_nothing_not_a_number() {
     let record = failed_frame(1.0);
     let frame = record.frame();
     let table = Table::estimate(0, "a");
-    assert_eq!(table.columns[0].value(&frame), Some(1.0));
+    assert_eq!(value_of(&table.columns[0], &frame), Some(1.0));
     for column in &table.columns[1..] {
-        assert_eq!(column.value(&frame), None, "{}", column.name);
+        assert_eq!(value_of(column, &frame), None, "{}", column.name);
     }
 }
 
@@ -309,7 +309,7 @@ fn a_lost_reading_is_nothing_not_a_number() {
     let table = Table::sensors();
     assert_eq!(value(&table, "time", &frame), Some(1.0));
     for column in &table.columns[1..] {
-        let lost = column.value(&frame).is_none();
+        let lost = value_of(column, &frame).is_none();
         assert_eq!(
             lost,
             column.name == "wheel2_motor_torque",

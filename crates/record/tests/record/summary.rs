@@ -1,27 +1,15 @@
 //! Errors, gaps and events computed by hand; the keys of the file, and what is refused.
 
-use super::file::FILE;
-use super::*;
-use crate::error::RecordError;
 use crate::testing::{
-    described, failed_frame, frame_of, good_estimate, log, record_of, records, scene,
+    END, Record, described, failed_frame, frame_of, good_estimate, log, record_of, records, scene,
 };
+use robhaz_record::{RecordError, Summary, SummarySink, comparison_table};
 use robhaz_run::{RunEnd, Sink};
 use robhaz_scene::{Grade, ModelError, SensorChoice};
 use robhaz_score::events::EventCounts;
 use robhaz_sim::{Truth, WheelTruth};
 
-const END: RunEnd = RunEnd {
-    ground: Vec::new(),
-    duration: 2.0,
-    wall: 0.1,
-    step: Some(1e-4),
-    broken_off: None,
-    friction_tests: Vec::new(),
-    log: None,
-};
-
-fn summary_of(records: &[crate::testing::Record]) -> Summary {
+fn summary_of(records: &[Record]) -> Summary {
     let mut sink = SummarySink::new();
     sink.begin(&described(&scene())).expect("begins");
     for record in records {
@@ -32,7 +20,7 @@ fn summary_of(records: &[crate::testing::Record]) -> Summary {
 }
 
 /// A truth with given loads, and an estimate with given errors of N and T.
-fn record(time: f64, loads: [f64; 3], n: [f64; 3], t: [f64; 3]) -> crate::testing::Record {
+fn record(time: f64, loads: [f64; 3], n: [f64; 3], t: [f64; 3]) -> Record {
     let mut truth = Truth {
         time,
         ..Truth::default()
@@ -220,9 +208,7 @@ fn without_truth_there_are_no_errors() {
     );
     let read: Summary = serde_json::from_str(&json).expect("a summary");
     assert_eq!(Some(read), sink.summary().ok());
-    assert!(
-        !crate::comparison_table(&[("log", &sink.summary().expect("ended"))]).contains("engine")
-    );
+    assert!(!comparison_table(&[("log", &sink.summary().expect("ended"))]).contains("engine"));
 }
 
 /// The keys that scripts read.
@@ -306,9 +292,9 @@ fn wrong_folders_have_errors_of_their_own() {
         Err(RecordError::NoSummary { path }) if path == folder.path()
     ));
     for text in ["{\"scene\": 3}", "not JSON"] {
-        std::fs::write(folder.path().join(FILE), text).expect("written");
+        std::fs::write(folder.path().join("summary.json"), text).expect("written");
         let error = Summary::read(folder.path()).expect_err("no summary");
         assert!(matches!(error, RecordError::NotASummary { .. }));
-        assert!(error.to_string().contains(FILE), "{error}");
+        assert!(error.to_string().contains("summary.json"), "{error}");
     }
 }

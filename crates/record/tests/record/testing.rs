@@ -4,10 +4,22 @@ use robhaz_estimator::{
     Estimate, EstimateError, EstimatorSettings, Flags, LinkReading, SensorFrame,
 };
 use robhaz_model::{Pin, Posture, Vec2};
-use robhaz_run::{EstimatedTerrain, Frame, RunDescription};
+use robhaz_record::{Column, Kind, Summary, SummarySink};
+use robhaz_run::{EstimatedTerrain, Frame, RunDescription, RunEnd, Sink};
 use robhaz_scene::{EstimatorChoice, RecordChoice, Scene, TerrainChoice};
 use robhaz_sim::{BarTruth, ContactList, ContactTruth, PinTruth, Truth, WheelTruth};
 use robhaz_terrain::Profile;
+
+/// The end of a complete run of [`scene`].
+pub const END: RunEnd = RunEnd {
+    ground: Vec::new(),
+    duration: 2.0,
+    wall: 0.1,
+    step: Some(1e-4),
+    broken_off: None,
+    friction_tests: Vec::new(),
+    log: None,
+};
 
 /// A record that owns what a [`Frame`] borrows.
 pub struct Record {
@@ -218,4 +230,20 @@ pub fn records() -> Vec<Record> {
             record
         })
         .collect()
+}
+
+/// The value of a column in a record; `None` where it is missing.
+pub fn value_of(column: &Column, frame: &Frame<'_>) -> Option<f64> {
+    let mut values = Vec::new();
+    column.add(std::slice::from_ref(frame), &mut values);
+    let is_there = |v: &f64| v.is_finite() || column.kind() != Kind::Optional;
+    values.pop().filter(is_there)
+}
+
+/// The summary of a complete run of [`scene`] without records.
+pub fn finished() -> Summary {
+    let mut sink = SummarySink::new();
+    sink.begin(&described(&scene())).expect("begins");
+    sink.end(Some(&END)).expect("ends");
+    sink.summary().expect("a finished run")
 }

@@ -1,8 +1,10 @@
 //! Structure of the files: their names, texts, numbers of lines and areas.
 
-use super::*;
-use crate::testing::{Record, described, log, records, scene};
+use crate::testing::{Record, described, frame_of, log, records, scene};
 use plotters::style::RGBColor;
+use robhaz_record::FigureSink;
+use robhaz_record::figures::style;
+use robhaz_run::{Frame, RunDescription, Sink};
 use robhaz_scene::Scene;
 use std::collections::BTreeMap;
 
@@ -262,9 +264,7 @@ fn a_covariance_is_a_band() {
 fn a_peak_of_a_long_run_is_drawn() {
     let mut scene = scene();
     scene.record.duration = 20.0;
-    let mut records: Vec<Record> = (0..=2000)
-        .map(|k| crate::testing::frame_of(f64::from(k) / 100.0))
-        .collect();
+    let mut records: Vec<Record> = (0..=2000).map(|k| frame_of(f64::from(k) / 100.0)).collect();
     let draw = |records: &[Record]| draw_scene(&scene, records)["fig7_paper-body.svg"].clone();
     let calm = draw(&records);
     if let Ok(estimate) = &mut records[1001].estimates[0] {
