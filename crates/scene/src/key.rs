@@ -31,18 +31,19 @@ pub(crate) enum Absent {
 }
 
 /// Declares the keys of a table: the meaning as a doc comment, the name, `(required)` or the default in words where the
-/// field does not hold it, the form of the value, and the field.
+/// field does not hold it, the form of the value, and the field: its path in the table's type, `self` for a section of
+/// it, or a closure in brackets.
 macro_rules! keys {
     ($(#[doc = $about:literal])* $vis:vis $table:ident: $t:ty; $(
         $(#[doc = $meaning:literal])+
-        $name:ident $(($($absent:tt)+))?: $form:expr => $at:expr;
+        $name:ident $(($($absent:tt)+))?: $form:expr => $($at:tt).+;
     )+) => {
         $(#[doc = $about])*
         $vis const $table: &[crate::key::Key<$t>] = &[$(crate::key::Key {
             name: stringify!($name),
             meaning: concat!($($meaning),+).trim_ascii(),
             absent: crate::key::absent!($($($absent)+)?),
-            field: &crate::key::At::<$t, _> { at: $at, form: $form },
+            field: &crate::key::At::<$t, _> { at: crate::key::at!($($at).+), form: $form },
         }),+];
     };
 }
@@ -57,7 +58,19 @@ macro_rules! absent {
         crate::key::Absent::Words($words)
     };
 }
-pub(crate) use {absent, keys};
+macro_rules! at {
+    (self) => {
+        |it| it
+    };
+    (($at:expr)) => {
+        $at
+    };
+    ($($field:tt).+) => {
+        |it| &mut it.$($field).+
+    };
+}
+
+pub(crate) use {absent, at, keys};
 
 /// A form of values at a field of `T`.
 pub(crate) struct At<T: 'static, F: Form> {

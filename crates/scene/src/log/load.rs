@@ -176,7 +176,7 @@ keys! {
     WEIGHED: RobotChoice;
 
     /// geometry and masses
-    robot: ROBOT => |robot| robot;
+    robot: ROBOT => self;
 }
 
 impl RobotChoice {
