@@ -5,7 +5,7 @@ use crate::key::{List, Table, keys, section};
 use crate::quantity::{
     LONGEST_RUN, NONE, ROTARY_DAMPING, SPEED, TIME, TORQUE, TORQUE_RATE, above, at_least, number,
 };
-use crate::reader::{Reader, join};
+use crate::reader::Reader;
 use crate::scene::Scene;
 use crate::source::Node;
 use crate::values::{NAME, SWITCH, WHEEL_LIST, WHEEL_SET};
@@ -117,9 +117,7 @@ fn check_scaling(
     scaling: &mut SpeedScaling,
     others: &[SpeedScaling],
 ) {
-    let mut refuse = |key: &str, rule: &str| {
-        reader.refuse(node.get(key).unwrap_or(node), &join(path, key), rule);
-    };
+    let mut refuse = |key: &str, rule: &str| reader.refuse_key(node, path, key, rule);
     if scaling.to <= scaling.from {
         return refuse("to", &format!("above from, {} s", scaling.from));
     }

@@ -265,37 +265,27 @@ fn read_one(reader: &mut Reader, node: &Node, path: &str) -> EstimatorChoice {
 fn refuse_other_method(reader: &mut Reader, node: &Node, path: &str, keys: &Keys) {
     let (paper, kalman, default) = (&keys.paper, &keys.kalman, PaperMethod::DEFAULT);
     let is_paper = keys.filters == Filters::Paper;
-    let steps = [
+    for (key, on) in [
         ("inertia", kalman.inertia),
         ("whitening", kalman.whitening),
         ("parity", kalman.parity),
         ("rolling", kalman.rolling),
-    ];
-    for (key, _) in steps.iter().filter(|(_, on)| is_paper && *on) {
-        let found = node.get(key).unwrap_or(node);
-        let allowed = "\"off\" unless filters = \"kalman\"";
-        reader.refuse(found, &join(path, key), allowed);
+    ] {
+        if is_paper && on {
+            let allowed = "\"off\" unless filters = \"kalman\"";
+            reader.refuse_key(node, path, key, allowed);
+        }
     }
     if kalman.contact_angles == ContactAngles::Unknown && (is_paper || !kalman.rolling) {
-        let found = node.get("contact_angles").unwrap_or(node);
         let allowed = "\"given\" unless filters = \"kalman\" and rolling = \"on\"";
-        reader.refuse(found, &join(path, "contact_angles"), allowed);
+        reader.refuse_key(node, path, "contact_angles", allowed);
     }
-    let times = [
-        ("observer_pole", paper.observer_pole, default.observer_pole),
-        (
-            "crossover_time",
-            paper.crossover_time,
-            default.crossover_time,
-        ),
-    ];
-    // The default is allowed: a resolved scene names every key.
-    for (key, _, default) in times
-        .iter()
-        .filter(|(_, found, default)| !is_paper && found.to_bits() != default.to_bits())
-    {
-        let found = node.get(key).unwrap_or(node);
-        let allowed = format!("{default} unless filters = \"paper\"");
-        reader.refuse(found, &join(path, key), &allowed);
+    let [found, default] = [paper, &default].map(|p| [p.observer_pole, p.crossover_time]);
+    for (k, key) in ["observer_pole", "crossover_time"].into_iter().enumerate() {
+        // The default is allowed: a resolved scene names every key.
+        if !is_paper && found[k].to_bits() != default[k].to_bits() {
+            let allowed = format!("{} unless filters = \"paper\"", default[k]);
+            reader.refuse_key(node, path, key, &allowed);
+        }
     }
 }

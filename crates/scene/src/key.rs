@@ -6,6 +6,7 @@
 use crate::error::Problem;
 use crate::form::{Form, KeyReference};
 use crate::json::{items, object};
+use crate::quantity::short;
 use crate::reader::{Reader, join};
 use crate::source::{Entry, Node};
 use crate::write::{Out, quote};
@@ -103,10 +104,6 @@ impl<T, F: Form> Form for At<T, F> {
 
     fn text(&self, of: &mut T) -> Option<String> {
         self.form.text((self.at)(of))
-    }
-
-    fn shown(&self, of: &mut T) -> String {
-        self.form.shown((self.at)(of))
     }
 
     fn is_section(&self) -> bool {
@@ -250,11 +247,17 @@ pub(crate) fn row<T>(key: &Key<T>, path: &str, of: &mut T) -> KeyReference {
         default: match key.absent {
             Absent::Required => "required".to_owned(),
             Absent::Words(words) => words.to_owned(),
-            Absent::Default => key.field.shown(of),
+            Absent::Default => shown(&key.field.text(of).unwrap_or_default()),
         },
         allowed: key.field.allowed_values(),
         meaning: key.meaning,
     }
+}
+
+/// A value in TOML as a default in tables of keys.
+fn shown(text: &str) -> String {
+    let number = text.parse().map(short);
+    number.unwrap_or_else(|_| text.trim_matches('"').to_owned())
 }
 
 /// JSON Schema of a table with these keys and no others; with the defaults that the keys have in `of`.

@@ -98,10 +98,11 @@ impl Scene {
     /// # Errors
     /// [`SceneError`] with all problems of the file, of files that it names, and of the overrides.
     pub fn load(path: &Path, overrides: &[String]) -> Result<Self, SceneError> {
-        let shown = path.display().to_string();
-        let text = Reader::text(path, "a scene file in TOML, UTF-8")?;
-        let base_dir = path.parent().unwrap_or(Path::new(""));
-        Self::parse(&text, &shown, base_dir, overrides)
+        Reader::load(
+            path,
+            "a scene file in TOML, UTF-8",
+            |text, shown, folder| Self::parse(text, shown, folder, overrides),
+        )
     }
 
     /// Reads the text of a scene file.
@@ -160,7 +161,7 @@ fn read(reader: &mut Reader, root: &Node, source_name: &str) -> Scene {
 }
 
 /// Every key that a scene file can have, section by section.
-pub(crate) fn scene_keys() -> Vec<KeyReference> {
+pub fn reference() -> Vec<KeyReference> {
     let mut rows = Vec::new();
     key::rows(&mut rows, SCENE, "", &mut Scene::default());
     rows
@@ -169,7 +170,7 @@ pub(crate) fn scene_keys() -> Vec<KeyReference> {
 /// The table that has a key of this name, as written in a file.
 pub(crate) fn home_of(name: &str) -> Option<String> {
     // Made once: it takes milliseconds.
-    static KEYS: LazyLock<Vec<KeyReference>> = LazyLock::new(scene_keys);
+    static KEYS: LazyLock<Vec<KeyReference>> = LazyLock::new(reference);
     let suffix = format!(".{name}");
     let keys = KEYS.iter().filter(|k| k.key.ends_with(&suffix));
     // A section rather than an item of a list.

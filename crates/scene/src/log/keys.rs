@@ -4,8 +4,8 @@ use super::choice::{LogChoice, LogEstimators};
 use super::imu::IMUS;
 use super::mapping::{CHANNELS, Missing};
 use super::reading::READING;
-use crate::form::Maybe;
-use crate::key::{keys, section};
+use crate::form::{KeyReference, Maybe};
+use crate::key::{self, keys, section};
 use crate::quantity::{
     ANGLE, ANGULAR_RATE, LENGTH, NONE, RATE_WALK, ROTARY_DAMPING, TIME, TORQUE, at_least, number,
 };
@@ -143,4 +143,14 @@ keys! {
     /// payload that the robot may carry and [robot] does not have, over the robot's mass: it widens what is stated until the
     /// torques show the weight
     payload: number(NONE, at_least(0.0).at_most(1.0)) => budget.payload;
+}
+
+/// The rows of the tables of keys in `docs/logs.md`. The text explains the keys above all tables; those of `[robot]` and
+/// `[[estimator]]` are as in a scene.
+pub fn log_reference() -> Vec<KeyReference> {
+    let mut rows = Vec::new();
+    key::rows(&mut rows, LOG, "", &mut LogChoice::default());
+    let as_in_a_scene = |key: &str| key.starts_with("robot.") || key.starts_with("estimator");
+    rows.retain(|row| row.key.contains('.') && !as_in_a_scene(&row.key));
+    rows
 }

@@ -87,8 +87,7 @@ pub(super) const CHANNELS: List<ChannelChoice> = List {
     start: ChannelChoice::default,
     check: |reader, node, path, channel, others| {
         if others.iter().any(|other| other.name == channel.name) {
-            let (name, path) = (node.get("name").unwrap_or(node), join(path, "name"));
-            reader.refuse(name, &path, "a name that no other channel has");
+            reader.refuse_key(node, path, "name", "a name that no other channel has");
         }
         if let (Some(table), false) = (node.get("table"), channel.topic.is_empty()) {
             reader.refuse(table, &join(path, "table"), "a table or a topic, not both");

@@ -101,9 +101,9 @@ impl StudyChoice {
     /// # Errors
     /// [`SceneError`] with all problems of the file. The base scene is not read: see [`super::BaseScene`].
     pub fn load(path: &Path) -> Result<Self, SceneError> {
-        let shown = path.display().to_string();
-        let text = Reader::text(path, "a study file in TOML, UTF-8")?;
-        Self::parse(&text, &shown)
+        Reader::load(path, "a study file in TOML, UTF-8", |text, shown, _| {
+            Self::parse(text, shown)
+        })
     }
 
     /// Reads the text of a study file. `source_name` is the file's name in messages.
