@@ -73,7 +73,7 @@ fn of_channel(channel: &ChannelReport) -> impl Iterator<Item = Finding> {
     let lines = time_lines(channel);
     lines.into_iter().map(move |line| {
         let finding = match line.remedy {
-            Some(remedy) => Finding::fault(line.what, &name, line.text, remedy),
+            Some(remedy) => Finding::ok(line.what, &name, line.text).fault(remedy),
             None => Finding::ok(line.what, &name, line.text),
         };
         let numbers = line.numbers.into_iter();

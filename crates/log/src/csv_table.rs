@@ -1,12 +1,12 @@
 //! Logs as text: tables with the names of the columns in the first row.
 
 use crate::error::{LogError, open_file};
-use crate::rows::{ColumnInfo, Place, Row, Rows, TimeColumn, repeated};
+use crate::rows::{AddRow, ColumnInfo, Place, Row, TimeColumn, repeated};
 use crate::stamp::{Stamp, TimeUnit};
 use robhaz_terrain::text_table::{TextRow, TextTable, decimal, name_and_unit};
 use std::fs::File;
 use std::io::{self, Read as _, Seek as _, SeekFrom};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The columns of a CSV file, from its first row.
 pub fn columns(path: &Path) -> Result<Vec<ColumnInfo>, LogError> {
@@ -19,13 +19,8 @@ pub fn columns(path: &Path) -> Result<Vec<ColumnInfo>, LogError> {
 }
 
 fn not_a_table(path: &Path, reason: &str) -> LogError {
-    LogError::Format {
-        path: path.to_path_buf(),
-        what: "CSV",
-        reason: format!(
-            "{reason}; allowed: the names of the columns in the first line, after comments with #, UTF-8"
-        ),
-    }
+    let allowed = "the names of the columns in the first line, after comments with #, UTF-8";
+    LogError::format(path, "CSV", format!("{reason}; allowed: {allowed}"))
 }
 
 /// A file after its first row, and the names in it.
@@ -57,123 +52,75 @@ fn open(path: &Path) -> Result<(TextTable<'static>, Vec<String>), LogError> {
     Ok((table, names))
 }
 
-/// The rows of a CSV file.
-pub struct CsvRows {
-    path: PathBuf,
-    table: TextTable<'static>,
-    names: Vec<String>,
-    /// Index and unit of the time.
-    time: (usize, TimeUnit),
-    /// Indices of the chosen columns.
-    chosen: Vec<usize>,
-    /// Whether the file ends with a line end.
-    ends_with_line: bool,
-    /// The next row, read ahead so that the last one is known.
-    ahead: TextRow,
-    has_ahead: bool,
-    current: TextRow,
-    cut_off: Option<String>,
-}
-
-impl CsvRows {
-    /// Opens a file. Every name is the name of a column.
-    pub fn open(path: &Path, time: &TimeColumn, chosen: &[String]) -> Result<Self, LogError> {
-        let (table, names) = open(path)?;
-        let index = |name: &String| {
-            let found = names.iter().position(|n| n == name);
-            found.ok_or_else(|| LogError::whole(path, format!("has no column {name}")))
-        };
-        let mut rows = Self {
-            path: path.to_path_buf(),
-            table,
-            time: (index(&time.name)?, time.unit),
-            chosen: chosen.iter().map(index).collect::<Result<_, _>>()?,
-            names,
-            ends_with_line: ends_with_line(open_file(path)?).map_err(LogError::io(path))?,
-            ahead: TextRow::default(),
-            has_ahead: false,
-            current: TextRow::default(),
-            cut_off: None,
-        };
-        rows.advance()?;
-        Ok(rows)
-    }
-
-    fn advance(&mut self) -> Result<(), LogError> {
-        std::mem::swap(&mut self.current, &mut self.ahead);
-        let read = self.table.read(&mut self.ahead);
-        self.has_ahead = read.map_err(LogError::io(&self.path))?;
-        Ok(())
-    }
-
-    /// A cell of the current row that is not what is allowed.
-    fn refused(&self, column: usize, allowed: &str) -> LogError {
-        let place = format!(
-            "line {}, column {}",
-            self.current.line(),
-            self.names[column]
-        );
-        let found = shortened(&self.current.text(column));
-        LogError::place(
-            &self.path,
-            place,
-            format!("found {found:?}, allowed: {allowed}"),
-        )
-    }
-
-    fn cell(&self, column: usize) -> Result<Option<f64>, LogError> {
-        let text = self.current.text(column);
-        match decimal(&text) {
-            Some(value) => Ok(Some(value).filter(|v| v.is_finite())),
-            None if text.is_empty() => Ok(None),
-            None => Err(self.refused(column, "a number; nothing or nan for a lost reading")),
-        }
-    }
-
-    fn stamp(&self) -> Result<Stamp, LogError> {
-        let (column, unit) = self.time;
-        let text = self.current.text(column);
-        let stamp = match text.parse::<i64>() {
-            Ok(whole) if unit != TimeUnit::SECOND => unit.of_whole(whole),
-            _ => decimal(&text).and_then(|number| unit.of_float(number)),
-        };
-        stamp.ok_or_else(|| self.refused(column, "a finite number: every row has a time"))
-    }
-}
-
-impl Rows for CsvRows {
-    fn next_row(&mut self) -> Result<Option<Row>, LogError> {
-        if !self.has_ahead {
-            return Ok(None);
-        }
-        self.advance()?;
-        let (found, expected) = (self.current.count(), self.names.len());
-        let line = self.current.line();
-        let is_last = !self.has_ahead;
-        if is_last && (found < expected || !self.ends_with_line) {
+/// Hands the rows of a CSV file to `add`, with the cells of chosen columns. Every name is the name of a column. Returns why the
+/// file ends before its end: it was cut off.
+pub fn read(
+    path: &Path,
+    time: &TimeColumn,
+    chosen: &[String],
+    add: &mut AddRow<'_>,
+) -> Result<Option<String>, LogError> {
+    let (mut table, names) = open(path)?;
+    let index = |name: &String| {
+        let found = names.iter().position(|n| n == name);
+        found.ok_or_else(|| LogError::whole(path, format!("has no column {name}")))
+    };
+    let time = (index(&time.name)?, time.unit);
+    let chosen: Vec<usize> = chosen.iter().map(index).collect::<Result<_, _>>()?;
+    let ends_with_line = ends_with_line(open_file(path)?).map_err(LogError::io(path))?;
+    let mut read = |row: &mut TextRow| table.read(row).map_err(LogError::io(path));
+    // One row is read ahead, so that the last one is known.
+    let (mut row, mut ahead) = (TextRow::default(), TextRow::default());
+    let mut has_row = read(&mut row)?;
+    while has_row {
+        has_row = read(&mut ahead)?;
+        let (found, expected, line) = (row.count(), names.len(), row.line());
+        if !has_row && (found < expected || !ends_with_line) {
             let why = match found < expected {
                 true => format!("it has {found} of {expected} cells"),
                 false => "it has no line end, so its last number may be cut".to_owned(),
             };
-            self.cut_off = Some(format!("line {line}: {why}"));
-            return Ok(None);
+            return Ok(Some(format!("line {line}: {why}")));
         }
         if found != expected {
             let message = format!(
                 "found {found} cells, allowed: {expected}, as many as names in the first line; correct or remove this line"
             );
-            return Err(LogError::place(&self.path, format!("line {line}"), message));
+            return Err(LogError::place(path, format!("line {line}"), message));
         }
-        let cells = self.chosen.iter().map(|c| self.cell(*c));
-        Ok(Some(Row {
-            place: Place::Line(line),
-            stamp: self.stamp()?,
+        let refused = |column: usize, allowed: &str| {
+            let place = format!("line {line}, column {}", names[column]);
+            let found = shortened(&row.text(column));
+            LogError::place(path, place, format!("found {found:?}, allowed: {allowed}"))
+        };
+        let stamp = stamp(&row.text(time.0), time.1)
+            .ok_or_else(|| refused(time.0, "a finite number: every row has a time"))?;
+        let cells = chosen.iter().map(|column| {
+            let allowed = "a number; nothing or nan for a lost reading";
+            cell(&row.text(*column)).ok_or_else(|| refused(*column, allowed))
+        });
+        add(Row {
+            place: Place("line", line),
+            stamp,
             cells: cells.collect::<Result<_, _>>()?,
-        }))
+        })?;
+        std::mem::swap(&mut row, &mut ahead);
     }
+    Ok(None)
+}
 
-    fn cut_off(&self) -> Option<&str> {
-        self.cut_off.as_deref()
+/// A number, or nothing for a lost reading; `None` for another text.
+fn cell(text: &str) -> Option<Option<f64>> {
+    match decimal(text) {
+        Some(value) => Some(Some(value).filter(|v| v.is_finite())),
+        None => text.is_empty().then_some(None),
+    }
+}
+
+fn stamp(text: &str, unit: TimeUnit) -> Option<Stamp> {
+    match text.parse::<i64>() {
+        Ok(whole) if unit != TimeUnit::SECOND => unit.of_whole(whole),
+        _ => unit.of_float(decimal(text)?),
     }
 }
 

@@ -1,5 +1,6 @@
 //! Why a log cannot be used: file, place, what was found, what is allowed.
 
+use std::fmt;
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -15,34 +16,9 @@ pub enum LogError {
         /// The cause.
         source: io::Error,
     },
-    /// The file is not what its name says, or is damaged.
-    #[error("{path} cannot be read as {what}: {reason}", path = .path.display())]
-    Format {
-        /// The file.
-        path: PathBuf,
-        /// The format, in words.
-        what: &'static str,
-        /// The cause, and what helps.
-        reason: String,
-    },
-    /// A place in a file has a problem.
-    #[error("{path}, {place}: {message}", path = .path.display())]
-    Place {
-        /// The file.
-        path: PathBuf,
-        /// Row, column, topic.
-        place: String,
-        /// What was found, what is allowed, what helps.
-        message: String,
-    },
-    /// Problems of the file as a whole, one a line.
-    #[error("{path}: {message}", path = .path.display())]
-    Whole {
-        /// The file or folder.
-        path: PathBuf,
-        /// What was found, what is allowed, what helps.
-        message: String,
-    },
+    /// A problem of a file: where, what was found, what is allowed, what helps.
+    #[error("{0}")]
+    Problem(String),
 }
 
 impl LogError {
@@ -52,21 +28,20 @@ impl LogError {
         move |source| Self::Io { path, source }
     }
 
-    /// A problem of a file as a whole.
-    pub(crate) fn whole(path: &Path, message: impl Into<String>) -> Self {
-        Self::Whole {
-            path: path.to_path_buf(),
-            message: message.into(),
-        }
+    /// A file that is not what its name says, or is damaged; `what` is the format, in words.
+    pub(crate) fn format(path: &Path, what: &str, reason: impl fmt::Display) -> Self {
+        let path = path.display();
+        Self::Problem(format!("{path} cannot be read as {what}: {reason}"))
     }
 
-    /// A problem at a place of a file.
-    pub(crate) fn place(path: &Path, place: impl Into<String>, message: impl Into<String>) -> Self {
-        Self::Place {
-            path: path.to_path_buf(),
-            place: place.into(),
-            message: message.into(),
-        }
+    /// A problem of a file as a whole.
+    pub(crate) fn whole(path: &Path, message: impl fmt::Display) -> Self {
+        Self::Problem(format!("{}: {message}", path.display()))
+    }
+
+    /// A problem at a place of a file: row, column, topic.
+    pub(crate) fn place(path: &Path, place: impl fmt::Display, message: impl fmt::Display) -> Self {
+        Self::Problem(format!("{}, {place}: {message}", path.display()))
     }
 }
 

@@ -8,9 +8,9 @@ use crate::messages::{
 };
 use crate::own_names;
 use crate::place::{no_table, table_in};
-use crate::plan::{ChannelPlace, ChannelPlan, Content, TableFormat, TablePlace};
+use crate::plan::{Content, Plan, TableFormat, TablePlace};
 use crate::readings::{Reading, Values, frame};
-use crate::rows::{Row, Rows};
+use crate::rows::Row;
 use mcap::records::MessageHeader;
 use mcap::{McapError, WriteOptions, Writer};
 use std::collections::BTreeMap;
@@ -65,71 +65,61 @@ struct Forces {
     next: usize,
 }
 
-/// The tables of a folder while they are read.
-struct Tables {
-    readings: ChannelPlan,
-    rows: Box<dyn Rows>,
-    forces: Vec<Forces>,
-    /// Tables of forces that cannot be read, or that are cut off.
-    warnings: Vec<String>,
-}
-
 /// Writes the folder of a run or of an estimate into a file.
 ///
 /// # Errors
+///
 /// [`LogError`]: a folder without readings, tables that cannot be read, a file that cannot be written.
 pub fn export(folder: &Path, format: ExportFormat, out: &Path) -> Result<Exported, LogError> {
-    let mut tables = Tables::open(folder)?;
-    let mut exported = match format {
-        ExportFormat::Mcap => write_mcap(&mut tables, out)?,
-        ExportFormat::Csv => write_csv(&mut tables, out)?,
+    let table = table_in(folder).ok_or_else(|| no_table(folder))?;
+    let readings = Plan {
+        source: folder.to_path_buf(),
+        channels: vec![own_names::readings(&table)?],
+        files: Vec::new(),
     };
-    exported.warnings = tables.warnings;
-    if let Some(why) = tables.rows.cut_off() {
-        let warning = cut_off(tables.readings.place.path(), why);
-        exported.warnings.push(warning);
+    let (mut forces, mut warnings) = (Vec::new(), Vec::new());
+    for (name, path) in forces_in(folder)? {
+        match Forces::read(name, &path, &mut warnings) {
+            Ok(table) => forces.push(table),
+            Err(error) => warnings.push(format!("left out: {error}")),
+        }
     }
-    Ok(exported)
+    let mut exported = match format {
+        ExportFormat::Mcap => write_mcap(&readings, &mut forces, out)?,
+        ExportFormat::Csv => write_csv(&readings, &mut forces, out)?,
+    };
+    warnings.append(&mut exported.warnings);
+    Ok(Exported {
+        warnings,
+        ..exported
+    })
+}
+
+/// Hands all rows of readings to `add`: time (s) and values. Returns what was written, under the names of its `parts`.
+fn read(
+    readings: &Plan,
+    parts: Vec<String>,
+    mut add: impl FnMut(f64, Values) -> Result<(), LogError>,
+) -> Result<Exported, LogError> {
+    let mut rows = 0;
+    let why = readings.read(|channel, row| {
+        rows += 1;
+        let values = match readings.channels[channel].content(&row.cells) {
+            Content::Readings(values) => values,
+            Content::Truth(_) => Values::default(),
+        };
+        add(row.stamp.seconds(), values)
+    })?;
+    let path = readings.channels[0].place.path();
+    Ok(Exported {
+        rows,
+        parts,
+        warnings: why.iter().flatten().map(|why| cut_off(path, why)).collect(),
+    })
 }
 
 fn cut_off(path: &Path, why: &str) -> String {
     format!("{} is cut off at {why}", path.display())
-}
-
-impl Tables {
-    fn open(folder: &Path) -> Result<Self, LogError> {
-        let table = table_in(folder).ok_or_else(|| no_table(folder))?;
-        let readings = own_names::readings(&table)?;
-        let rows = match &readings.place {
-            ChannelPlace::Table(place) => place.open(&readings.columns)?,
-            ChannelPlace::Topic(_) => return Err(no_table(folder)),
-        };
-        let (mut forces, mut warnings) = (Vec::new(), Vec::new());
-        for (name, path) in forces_in(folder)? {
-            match Forces::read(name, &path, &mut warnings) {
-                Ok(table) => forces.push(table),
-                Err(error) => warnings.push(format!("left out: {error}")),
-            }
-        }
-        Ok(Self {
-            readings,
-            rows,
-            forces,
-            warnings,
-        })
-    }
-
-    /// The next row of readings: time (s) and values.
-    fn next(&mut self) -> Result<Option<(f64, Values)>, LogError> {
-        let Some(row) = self.rows.next_row()? else {
-            return Ok(None);
-        };
-        let values = match self.readings.content(&row.cells) {
-            Content::Readings(values) => values,
-            Content::Truth(_) => Values::default(),
-        };
-        Ok(Some((row.stamp.seconds(), values)))
-    }
 }
 
 /// The tables of forces in a folder, in order of their names: the truth and the estimates.
@@ -155,30 +145,25 @@ fn forces_in(folder: &Path) -> Result<Vec<(String, PathBuf)>, LogError> {
 impl Forces {
     /// Reads a table, so that a fault in its middle is found before anything is written.
     fn read(name: String, path: &Path, warnings: &mut Vec<String>) -> Result<Self, LogError> {
-        let format = TableFormat::of(path).ok_or_else(|| TableFormat::refusal(path))?;
-        let found = format.columns(path)?;
+        let place = TablePlace::new(path, mapped::time(None))?;
+        let found = place.format.columns(path)?;
         let (mut columns, mut places) = (Vec::new(), Vec::new());
-        for place in 0..NUMBERS {
-            let (part, wheel) = (place / 3, place % 3 + 1);
+        for number in 0..NUMBERS {
+            let (part, wheel) = (number / 3, number % 3 + 1);
             let column = format!("wheel{wheel}_{}", FORCE_COLUMNS[part]);
             if found.iter().any(|c| c.name == column) {
                 columns.push(column);
-                places.push(place);
+                places.push(number);
             } else if part < 2 {
                 return Err(LogError::whole(path, format!("has no column {column}")));
             }
         }
-        let place = TablePlace {
-            path: path.to_path_buf(),
-            format,
-            time: mapped::time(None),
-        };
-        let mut table = place.open(&columns)?;
         let mut rows = Vec::new();
-        while let Some(row) = table.next_row()? {
+        let why = place.read(&columns, &mut |row| {
             rows.push(row);
-        }
-        warnings.extend(table.cut_off().map(|why| cut_off(path, why)));
+            Ok(())
+        })?;
+        warnings.extend(why.map(|why| cut_off(path, &why)));
         Ok(Self {
             name,
             columns,
@@ -221,48 +206,43 @@ impl Forces {
 struct Topics<'a> {
     path: &'a Path,
     writer: Writer<BufWriter<File>>,
-    names: Vec<String>,
-    /// Number of messages of each topic.
-    counts: Vec<u32>,
+    /// Number of each topic in the file, and of its messages.
+    topics: Vec<(u16, u32)>,
 }
 
 impl Topics<'_> {
     fn failed(path: &Path) -> impl FnOnce(McapError) -> LogError + '_ {
-        |error| LogError::Format {
-            path: path.to_path_buf(),
-            what: "MCAP (to be written)",
-            reason: error.to_string(),
-        }
+        |error| LogError::format(path, "MCAP (to be written)", error)
     }
 
-    /// Adds a topic; returns its number.
-    fn add(&mut self, topic: &str, schema: &str, definition: &str) -> Result<u16, LogError> {
+    /// Adds a topic.
+    fn add(&mut self, topic: &str, schema: &str, definition: &str) -> Result<(), LogError> {
         let failed = || Self::failed(self.path);
         let writer = &mut self.writer;
         let schema = writer.add_schema(schema, "ros2msg", definition.as_bytes());
         let schema = schema.map_err(failed())?;
         let channel = writer.add_channel(schema, topic, "cdr", &BTreeMap::new());
-        self.names.push(topic.to_owned());
-        self.counts.push(0);
-        channel.map_err(failed())
+        self.topics.push((channel.map_err(failed())?, 0));
+        Ok(())
     }
 
-    /// Writes a message of a topic at a time, s.
-    fn write(&mut self, topic: usize, id: u16, time: f64, data: &[u8]) -> Result<(), LogError> {
+    /// Writes a message of a topic, by its place among those added, at a time, s.
+    fn write(&mut self, topic: usize, time: f64, data: &[u8]) -> Result<(), LogError> {
         let at = nanoseconds(time);
+        let (channel_id, count) = &mut self.topics[topic];
         let header = MessageHeader {
-            channel_id: id,
-            sequence: self.counts[topic],
+            channel_id: *channel_id,
+            sequence: *count,
             log_time: at,
             publish_time: at,
         };
-        self.counts[topic] += 1;
+        *count += 1;
         let written = self.writer.write_to_known_channel(&header, data);
         written.map_err(Self::failed(self.path))
     }
 }
 
-fn write_mcap(tables: &mut Tables, out: &Path) -> Result<Exported, LogError> {
+fn write_mcap(readings: &Plan, forces: &mut [Forces], out: &Path) -> Result<Exported, LogError> {
     let file = File::create(out).map_err(LogError::io(out))?;
     let options = WriteOptions::new()
         .profile("ros2")
@@ -272,45 +252,38 @@ fn write_mcap(tables: &mut Tables, out: &Path) -> Result<Exported, LogError> {
         writer: options
             .create(BufWriter::new(file))
             .map_err(Topics::failed(out))?,
-        names: Vec::new(),
-        counts: Vec::new(),
+        topics: Vec::new(),
     };
-    let of_kind = [
+    let mut parts = Vec::new();
+    for (topic, kind) in [
         (own_names::TOPIC, MessageKind::Readings),
         ("/joint_states", MessageKind::JointState),
         ("/imu/link1", MessageKind::Imu),
         ("/imu/link2", MessageKind::Imu),
-    ];
-    let mut ids = Vec::new();
-    for (topic, kind) in of_kind {
-        ids.push(topics.add(topic, kind.schema(), kind.definition())?);
+    ] {
+        topics.add(topic, kind.schema(), kind.definition())?;
+        parts.push(topic.to_owned());
     }
-    for forces in &tables.forces {
-        ids.push(topics.add(&forces.topic(), FORCES, FORCES_DEFINITION)?);
+    for forces in &*forces {
+        topics.add(&forces.topic(), FORCES, FORCES_DEFINITION)?;
+        parts.push(forces.topic());
     }
-    let (mut rows, mut last) = (0, None);
-    while let Some((time, values)) = tables.next()? {
-        let messages = sensor_messages(time, &values, last);
-        last = Some((time, values));
-        for (i, message) in messages.iter().enumerate() {
-            topics.write(i, ids[i], time, message)?;
-        }
-        for (i, forces) in tables.forces.iter_mut().enumerate() {
-            if let Some(message) = forces.message(time) {
-                let i = i + messages.len();
-                topics.write(i, ids[i], time, &message)?;
+    let mut last = None;
+    let exported = read(readings, parts, |time, values| {
+        let messages = sensor_messages(time, &values, last.replace((time, values)));
+        let of_forces = forces.iter_mut().map(|forces| forces.message(time));
+        let all = messages.map(Some).into_iter().chain(of_forces);
+        for (topic, message) in all.enumerate() {
+            if let Some(message) = message {
+                topics.write(topic, time, &message)?;
             }
         }
-        rows += 1;
-    }
+        Ok(())
+    })?;
     topics.writer.finish().map_err(Topics::failed(out))?;
     let mut writer = topics.writer.into_inner();
     writer.flush().map_err(LogError::io(out))?;
-    Ok(Exported {
-        rows,
-        parts: topics.names,
-        warnings: Vec::new(),
-    })
+    Ok(exported)
 }
 
 /// The messages of one frame: readings, joints, both IMUs. `last` is the frame before.
@@ -338,35 +311,29 @@ fn sensor_messages(time: f64, values: &Values, last: Option<(f64, Values)>) -> [
     ]
 }
 
-fn write_csv(tables: &mut Tables, out: &Path) -> Result<Exported, LogError> {
+fn write_csv(readings: &Plan, forces: &mut [Forces], out: &Path) -> Result<Exported, LogError> {
     let file = File::create(out).map_err(LogError::io(out))?;
     let mut text = BufWriter::new(file);
     let mut names = vec!["time".to_owned()];
     names.extend(Reading::all().map(|r| r.name().to_owned()));
-    for forces in &tables.forces {
+    let mut parts = vec!["readings".to_owned()];
+    for forces in &*forces {
         let columns = forces.columns.iter();
         names.extend(columns.map(|column| format!("{}.{column}", forces.name)));
+        parts.push(forces.name.clone());
     }
     writeln!(text, "{}", names.join(",")).map_err(LogError::io(out))?;
-    let mut rows = 0;
-    while let Some((time, values)) = tables.next()? {
+    let exported = read(readings, parts, |time, values| {
         let mut cells: Vec<Option<f64>> = std::iter::once(Some(time)).chain(values).collect();
-        for forces in &mut tables.forces {
+        for forces in &mut *forces {
             let none = vec![None; forces.columns.len()];
             cells.extend_from_slice(forces.at(time).unwrap_or(&none));
         }
         // The shortest text that reads back as the same number; nothing where there is none.
         let text_of = |cell: &Option<f64>| cell.map_or(String::new(), |v| format!("{v:?}"));
         let cells: Vec<String> = cells.iter().map(text_of).collect();
-        writeln!(text, "{}", cells.join(",")).map_err(LogError::io(out))?;
-        rows += 1;
-    }
+        writeln!(text, "{}", cells.join(",")).map_err(LogError::io(out))
+    })?;
     text.flush().map_err(LogError::io(out))?;
-    let mut parts = vec!["readings".to_owned()];
-    parts.extend(tables.forces.iter().map(|f| f.name.clone()));
-    Ok(Exported {
-        rows,
-        parts,
-        warnings: Vec::new(),
-    })
+    Ok(exported)
 }

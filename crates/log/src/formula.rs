@@ -1,5 +1,7 @@
 //! How a reading follows from the cells of a row.
 
+use nalgebra::Vector3;
+
 /// How a reading follows from the cells of a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Formula {
@@ -103,16 +105,11 @@ impl Upward {
 
 /// The axis across the robot about which nose up is positive: from forward to up.
 pub fn across(forward: [f64; 3], up: [f64; 3]) -> [f64; 3] {
-    let [a, b] = [forward, up];
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    Vector3::from(forward).cross(&Vector3::from(up)).into()
 }
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    Vector3::from(a).dot(&Vector3::from(b))
 }
 
 /// The values of cells; `None` where one is missing.

@@ -193,7 +193,7 @@ fn use_contact_angles(
     plan.drop_contact_angles();
     let left_out = choice
         .without_contact_angles(options.named_estimators)
-        .map_err(|error| LogError::whole(&plan.source, error.to_string()))?;
+        .map_err(|error| LogError::whole(&plan.source, error))?;
     Ok((!left_out.is_empty()).then(|| {
         format!(
             "without contact angles {} cannot estimate and are left out",

@@ -3,7 +3,7 @@
 use crate::error::LogError;
 use crate::formula::{Formula, Upward, across};
 use crate::mcap_events::{self, Clock, TopicPlace};
-use crate::plan::{ChannelPlace, ChannelPlan, TableFormat, TablePlace};
+use crate::plan::{ChannelPlace, ChannelPlan, TablePlace};
 use crate::readings::Reading;
 use crate::rows::{ColumnInfo, TimeColumn};
 use crate::stamp::TimeUnit;
@@ -92,19 +92,11 @@ fn empty(
                 "state the `topic` of each channel of an MCAP file, [[channel]] in the description";
             return Err(LogError::place(path, format!("channel {name}"), message));
         }
-        None => ChannelPlace::Table(TablePlace {
-            path: path.to_path_buf(),
-            format: TableFormat::of(path).ok_or_else(|| TableFormat::refusal(path))?,
-            time: time(choice),
-        }),
+        None => ChannelPlace::Table(TablePlace::new(path, time(choice))?),
     };
     Ok(ChannelPlan {
-        name,
-        place,
         offset: choice.map_or(0.0, |c| c.offset),
-        columns: Vec::new(),
-        readings: Vec::new(),
-        is_truth: false,
+        ..ChannelPlan::new(name, place)
     })
 }
 
@@ -113,11 +105,8 @@ pub fn time(choice: Option<&ChannelChoice>) -> TimeColumn {
     let name = choice.map_or("", |c| c.time.as_str());
     TimeColumn {
         name: if name.is_empty() { "time" } else { name }.to_owned(),
-        unit: match choice.map(ChannelChoice::time_units_per_second) {
-            Some(1_000) => TimeUnit::MILLISECOND,
-            Some(1_000_000) => TimeUnit::MICROSECOND,
-            Some(1_000_000_000) => TimeUnit::NANOSECOND,
-            _ => TimeUnit::SECOND,
+        unit: TimeUnit {
+            per_second: choice.map_or(1, ChannelChoice::time_units_per_second),
         },
     }
 }

@@ -145,11 +145,8 @@ impl Messages {
     }
 
     fn damaged(&self, error: &McapError) -> LogError {
-        LogError::Format {
-            path: self.path.clone(),
-            what: "MCAP",
-            reason: format!("{error}, after message {}", self.count),
-        }
+        let reason = format!("{error}, after message {}", self.count);
+        LogError::format(&self.path, "MCAP", reason)
     }
 }
 
@@ -318,7 +315,7 @@ impl<'a> Wanted<'a> {
         }
         let log_time = i64::try_from(message.log_time).unwrap_or(i64::MAX);
         let row = Row {
-            place: Place::Message(self.count),
+            place: Place("message", self.count),
             stamp: match self.place.clock {
                 Clock::Header => decoded.stamp,
                 Clock::Log => TimeUnit::NANOSECOND

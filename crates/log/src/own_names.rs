@@ -4,10 +4,9 @@ use crate::error::LogError;
 use crate::formula::Formula;
 use crate::mapped;
 use crate::mcap_events::{self, Clock, TopicPlace};
-use crate::plan::{ChannelPlace, ChannelPlan, TableFormat, TablePlace};
+use crate::plan::{ChannelPlace, ChannelPlan, TablePlace};
 use crate::readings::Reading;
-use crate::rows::{ColumnInfo, TimeColumn};
-use crate::stamp::TimeUnit;
+use crate::rows::ColumnInfo;
 use crate::truth;
 use robhaz_scene::ChannelChoice;
 use std::path::Path;
@@ -25,56 +24,46 @@ pub const TOPIC: &str = "/robhaz/readings";
 /// The channel of an exported run: its readings to the bit.
 ///
 /// # Errors
+///
 /// [`LogError`] where the file has no such topic.
 pub fn topic(path: &Path) -> Result<ChannelPlan, LogError> {
     mcap_events::columns(path, &[(TOPIC, &[])])?;
     let readings = Reading::all().enumerate();
+    let place = ChannelPlace::Topic(TopicPlace {
+        path: path.to_path_buf(),
+        topic: TOPIC.to_owned(),
+        clock: Clock::Header,
+    });
     Ok(ChannelPlan {
-        name: TOPIC.to_owned(),
-        place: ChannelPlace::Topic(TopicPlace {
-            path: path.to_path_buf(),
-            topic: TOPIC.to_owned(),
-            clock: Clock::Header,
-        }),
-        offset: 0.0,
         columns: Reading::all().map(|r| r.name().to_owned()).collect(),
         readings: readings.map(|(i, r)| (r, Formula::of_cell(i))).collect(),
-        is_truth: false,
+        ..ChannelPlan::new(TOPIC.to_owned(), place)
     })
 }
 
 /// The channel of a table of readings with the names of a run's table `sensors`. Contact angles may be absent.
 ///
 /// # Errors
+///
 /// [`LogError`] with all missing columns and wrong units.
 pub fn readings(path: &Path) -> Result<ChannelPlan, LogError> {
-    let (format, found) = open(path)?;
-    let (mut problems, mut missing) = (Vec::new(), Vec::new());
-    let (mut columns, mut formulas) = (Vec::new(), Vec::new());
+    let mut table = Table::open(path)?;
+    let (mut columns, mut readings) = (Vec::new(), Vec::new());
     for reading in Reading::all() {
-        match find(&found, reading.name()) {
-            Some(column) => {
-                problems.extend(wrong_unit(column, reading.unit()));
-                formulas.push((reading, Formula::of_cell(columns.len())));
-                columns.push(column.name.clone());
-            }
-            None if reading.is_contact_angle() => {}
-            None => missing.push(reading.name().to_owned()),
+        let found = match reading.is_contact_angle() {
+            true => table.column(reading.name(), reading.unit()),
+            false => table.required(reading.name(), reading.unit()),
+        };
+        if let Some(name) = found {
+            readings.push((reading, Formula::of_cell(columns.len())));
+            columns.push(name);
         }
     }
-    let time = time(&found, &mut problems, &mut missing);
-    check(path, &found, problems, &missing, REMEDY)?;
+    table.find_time();
     Ok(ChannelPlan {
-        name: TablePlace::stem(path),
-        place: ChannelPlace::Table(TablePlace {
-            path: path.to_path_buf(),
-            format,
-            time,
-        }),
-        offset: 0.0,
         columns,
-        readings: formulas,
-        is_truth: false,
+        readings,
+        ..table.channel(REMEDY)?
     })
 }
 
@@ -82,97 +71,95 @@ pub fn readings(path: &Path) -> Result<ChannelPlan, LogError> {
 /// states its time.
 ///
 /// # Errors
+///
 /// As [`readings`].
 pub fn truth(path: &Path, clock: Option<&ChannelChoice>) -> Result<ChannelPlan, LogError> {
-    let (format, found) = open(path)?;
-    let (mut problems, mut missing) = (Vec::new(), Vec::new());
+    let mut table = Table::open(path)?;
     for name in truth::required() {
-        match find(&found, &name) {
-            Some(column) => problems.extend(wrong_unit(column, "N")),
-            None => missing.push(name),
-        }
+        table.required(&name, "N");
     }
-    let time = match clock {
-        Some(_) => {
-            let time = mapped::time(clock);
-            if !found.iter().any(|c| c.name == time.name) {
-                missing.push(time.name.clone());
-            }
-            time
+    if clock.is_some() {
+        let time = mapped::time(clock);
+        if !table.columns.iter().any(|c| c.name == time.name) {
+            table.missing.push(time.name.clone());
         }
-        None => time(&found, &mut problems, &mut missing),
-    };
-    check(path, &found, problems, &missing, TRUTH_REMEDY)?;
-    let columns = found.into_iter().map(|c| c.name);
+        table.place.time = time;
+    } else {
+        table.find_time();
+    }
+    let columns = table.columns.iter().map(|c| c.name.clone());
     Ok(ChannelPlan {
-        name: TablePlace::stem(path),
-        place: ChannelPlace::Table(TablePlace {
-            path: path.to_path_buf(),
-            format,
-            time,
-        }),
         offset: clock.map_or(0.0, |c| c.offset),
         columns: columns.filter(|name| truth::is_column(name)).collect(),
-        readings: Vec::new(),
         is_truth: true,
+        ..table.channel(TRUTH_REMEDY)?
     })
 }
 
-fn open(path: &Path) -> Result<(TableFormat, Vec<ColumnInfo>), LogError> {
-    let format = TableFormat::of(path).ok_or_else(|| TableFormat::refusal(path))?;
-    Ok((format, format.columns(path)?))
+/// A table in which columns are looked for by their names.
+struct Table {
+    place: TablePlace,
+    columns: Vec<ColumnInfo>,
+    problems: Vec<String>,
+    missing: Vec<String>,
 }
 
-/// A column by its name, with or without a unit in brackets.
-fn find<'a>(columns: &'a [ColumnInfo], name: &str) -> Option<&'a ColumnInfo> {
-    let bare = |column: &ColumnInfo| {
-        let text = column.name.split(['[', '(']).next().unwrap_or_default();
-        text.trim() == name
-    };
-    columns.iter().find(|column| bare(column))
-}
+impl Table {
+    fn open(path: &Path) -> Result<Self, LogError> {
+        let place = TablePlace::new(path, mapped::time(None))?;
+        Ok(Self {
+            columns: place.format.columns(path)?,
+            place,
+            problems: Vec::new(),
+            missing: Vec::new(),
+        })
+    }
 
-fn wrong_unit(column: &ColumnInfo, allowed: &str) -> Option<String> {
-    let found = column.unit.as_deref().filter(|unit| *unit != allowed)?;
-    let name = &column.name;
-    Some(format!(
-        "column {name} has the unit {found}, allowed: {allowed}"
-    ))
-}
+    /// The full name of a column, which may have its unit in brackets. Another unit is a problem.
+    fn column(&mut self, name: &str, allowed: &str) -> Option<String> {
+        let bare = |column: &&ColumnInfo| {
+            let text = column.name.split(['[', '(']).next().unwrap_or_default();
+            text.trim() == name
+        };
+        let ColumnInfo { name, unit } = self.columns.iter().find(bare)?;
+        if let Some(found) = unit.as_deref().filter(|unit| *unit != allowed) {
+            let problem = format!("column {name} has the unit {found}, allowed: {allowed}");
+            self.problems.push(problem);
+        }
+        Some(name.clone())
+    }
 
-fn time(
-    columns: &[ColumnInfo],
-    problems: &mut Vec<String>,
-    missing: &mut Vec<String>,
-) -> TimeColumn {
-    let found = find(columns, TIME);
-    match found {
-        Some(column) => problems.extend(wrong_unit(column, "s")),
-        None => missing.push(TIME.to_owned()),
+    /// The same of a column that must be there.
+    fn required(&mut self, name: &str, unit: &str) -> Option<String> {
+        let found = self.column(name, unit);
+        if found.is_none() {
+            self.missing.push(name.to_owned());
+        }
+        found
     }
-    TimeColumn {
-        name: found.map_or(TIME, |column| &column.name).to_owned(),
-        unit: TimeUnit::SECOND,
-    }
-}
 
-fn check(
-    path: &Path,
-    found: &[ColumnInfo],
-    mut problems: Vec<String>,
-    missing: &[String],
-    remedy: &str,
-) -> Result<(), LogError> {
-    if !missing.is_empty() {
-        problems.insert(0, format!("has no column {}", missing.join(", ")));
+    fn find_time(&mut self) {
+        if let Some(name) = self.required(TIME, "s") {
+            self.place.time.name = name;
+        }
     }
-    if problems.is_empty() {
-        return Ok(());
+
+    /// The channel, which reads nothing yet.
+    fn channel(mut self, remedy: &str) -> Result<ChannelPlan, LogError> {
+        let path = &self.place.path;
+        if !self.missing.is_empty() {
+            let missing = format!("has no column {}", self.missing.join(", "));
+            self.problems.insert(0, missing);
+        }
+        if !self.problems.is_empty() {
+            let message = format!(
+                "{}; found {}; {remedy}",
+                self.problems.join("; "),
+                ColumnInfo::list(&self.columns)
+            );
+            return Err(LogError::whole(path, message));
+        }
+        let name = TablePlace::stem(path);
+        Ok(ChannelPlan::new(name, ChannelPlace::Table(self.place)))
     }
-    let message = format!(
-        "{}; found {}; {remedy}",
-        problems.join("; "),
-        ColumnInfo::list(found)
-    );
-    Err(LogError::whole(path, message))
 }

@@ -1,12 +1,10 @@
 //! What is read from which channel, and how a reading follows from the cells of a row.
 
-use crate::csv_table::CsvRows;
 use crate::error::LogError;
 use crate::formula::Formula;
 use crate::mcap_events::{self, TopicPlace, Wanted};
-use crate::parquet_rows::ParquetRows;
 use crate::readings::{Reading, Values};
-use crate::rows::{ColumnInfo, Row, Rows, TimeColumn};
+use crate::rows::{AddRow, ColumnInfo, Row, TimeColumn};
 use crate::truth;
 use crate::{csv_table, parquet_rows};
 use robhaz_sim::Truth;
@@ -38,7 +36,7 @@ impl TableFormat {
     }
 
     /// The error of a file without such an extension.
-    pub fn refusal(path: &Path) -> LogError {
+    fn refusal(path: &Path) -> LogError {
         let endings = Self::ALL.map(|(extension, _)| format!(".{extension}"));
         let killed = if path.extension().is_some_and(|e| e == "arrows") {
             "; a stream of an earlier version's killed run: pyarrow.ipc.open_stream reads it, \
@@ -74,18 +72,34 @@ pub struct TablePlace {
 }
 
 impl TablePlace {
+    /// A table in a file with an extension of its format.
+    pub fn new(path: &Path, time: TimeColumn) -> Result<Self, LogError> {
+        Ok(Self {
+            path: path.to_path_buf(),
+            format: TableFormat::of(path).ok_or_else(|| TableFormat::refusal(path))?,
+            time,
+        })
+    }
+
     /// The name of a table: that of its file without extension.
     pub fn stem(path: &Path) -> String {
         let stem = path.file_stem().unwrap_or_default();
         stem.to_string_lossy().into_owned()
     }
 
-    /// Opens the table at its start, with chosen columns.
-    pub fn open(&self, columns: &[String]) -> Result<Box<dyn Rows>, LogError> {
-        Ok(match self.format {
-            TableFormat::Csv => Box::new(CsvRows::open(&self.path, &self.time, columns)?),
-            TableFormat::Parquet => Box::new(ParquetRows::open(&self.path, &self.time, columns)?),
-        })
+    /// Hands all rows to `add`, with the cells of chosen columns. Returns why the table ends before its end: it was cut off.
+    pub fn read(
+        &self,
+        columns: &[String],
+        add: &mut AddRow<'_>,
+    ) -> Result<Option<String>, LogError> {
+        match self.format {
+            TableFormat::Csv => csv_table::read(&self.path, &self.time, columns, add),
+            // Without its end a Parquet file cannot be read at all.
+            TableFormat::Parquet => {
+                parquet_rows::read(&self.path, &self.time, columns, add).map(|()| None)
+            }
+        }
     }
 }
 
@@ -135,6 +149,18 @@ pub enum Content {
 }
 
 impl ChannelPlan {
+    /// A channel that reads nothing yet.
+    pub fn new(name: String, place: ChannelPlace) -> Self {
+        Self {
+            name,
+            place,
+            offset: 0.0,
+            columns: Vec::new(),
+            readings: Vec::new(),
+            is_truth: false,
+        }
+    }
+
     /// What a row's cells give.
     pub fn content(&self, cells: &[Option<f64>]) -> Content {
         if self.is_truth {
@@ -182,11 +208,7 @@ impl Plan {
         for (i, channel) in self.channels.iter().enumerate() {
             match &channel.place {
                 ChannelPlace::Table(table) => {
-                    let mut rows = table.open(&channel.columns)?;
-                    while let Some(row) = rows.next_row()? {
-                        add(i, row)?;
-                    }
-                    cut_off[i] = rows.cut_off().map(str::to_owned);
+                    cut_off[i] = table.read(&channel.columns, &mut |row| add(i, row))?;
                 }
                 // Topics are of one file, that of the log, and are read together.
                 ChannelPlace::Topic(topic) => {

@@ -14,38 +14,18 @@ pub struct Row {
     pub cells: Vec<Option<f64>>,
 }
 
-/// The place of a row in its file, from 1.
+/// The place of a row in its file, from 1: of a line, row or message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
-    /// Line of a text.
-    Line(u64),
-    /// Row of a table without lines.
-    Row(u64),
-    /// Message of a topic.
-    Message(u64),
-}
+pub struct Place(pub &'static str, pub u64);
 
 impl std::fmt::Display for Place {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Line(n) => write!(f, "line {n}"),
-            Self::Row(n) => write!(f, "row {n}"),
-            Self::Message(n) => write!(f, "message {n}"),
-        }
+        write!(f, "{} {}", self.0, self.1)
     }
 }
 
-/// The rows of one table, in the order of the file.
-pub trait Rows: Send {
-    /// The next row; `None` at the end.
-    ///
-    /// # Errors
-    /// [`LogError`] with file, row and column.
-    fn next_row(&mut self) -> Result<Option<Row>, LogError>;
-
-    /// Why the table ends before its end: it was cut off. Known at the end. `None` for a complete table.
-    fn cut_off(&self) -> Option<&str>;
-}
+/// What takes the rows of a table, in the order of the file.
+pub type AddRow<'a> = dyn FnMut(Row) -> Result<(), LogError> + 'a;
 
 /// A column of a table.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -12,8 +12,8 @@ pub enum Stamp {
 /// Unit of the numbers in a time column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TimeUnit {
-    /// Units in a second.
-    per_second: i64,
+    /// Units in a second: 1, or a power of ten up to 1e9.
+    pub per_second: i64,
 }
 
 impl TimeUnit {

@@ -123,11 +123,7 @@ impl Course {
                 let message = format!(
                     "the time jumps back by {by:.3} s{before}: a clock that was set, or two recordings in one; split the log there"
                 );
-                return Err(LogError::place(
-                    plan.place.path(),
-                    row.place.to_string(),
-                    message,
-                ));
+                return Err(LogError::place(plan.place.path(), row.place, message));
             }
         }
         Ok(())
@@ -186,13 +182,9 @@ fn empty(plan: &Plan, channel: usize, report: &ChannelReport) -> LogError {
     problem(plan, channel, message)
 }
 
-fn problem(plan: &Plan, channel: usize, message: impl Into<String>) -> LogError {
-    let channel = &plan.channels[channel];
-    LogError::place(
-        channel.place.path(),
-        format!("channel {}", channel.name),
-        message,
-    )
+fn problem(plan: &Plan, channel: usize, message: impl std::fmt::Display) -> LogError {
+    let ChannelPlan { name, place, .. } = &plan.channels[channel];
+    LogError::place(place.path(), format!("channel {name}"), message)
 }
 
 impl Plan {

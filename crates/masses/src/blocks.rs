@@ -1,33 +1,11 @@
 //! The posture of a robot with its wheels on blocks.
 
-use crate::statics::{PlateError, plate_forces};
+use crate::error::WeighError;
+use crate::statics::plate_forces;
 use robhaz_model::{Posture, PostureError, Robot, Vec2};
 
 /// Heights of the horizontal plates under the front, middle and rear wheel, m.
 pub type Blocks = [f64; 3];
-
-/// Why a robot does not stand on blocks.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum BlocksError {
-    /// The linkage reaches no posture with these heights.
-    #[error("the linkage cannot reach these heights")]
-    Unreachable,
-    /// Beyond the end stops of pin Q, where a stop would carry load.
-    #[error("theta_1 - theta_2 would be beyond or close to an end stop of pin Q")]
-    AtStop,
-    /// A wheel would bear too little.
-    #[error("wheel{wheel} would bear {force:.1} N only", wheel = .0 + 1, force = .1)]
-    Unloaded(usize, f64),
-    /// The statics.
-    #[error(transparent)]
-    Statics(#[from] PlateError),
-}
-
-impl From<PostureError> for BlocksError {
-    fn from(error: PostureError) -> Self {
-        Self::Statics(error.into())
-    }
-}
 
 /// Distance that a posture keeps from the stops, rad: 2 deg.
 const STOP_MARGIN: f64 = 0.035;
@@ -39,14 +17,15 @@ const MOST_STEPS: usize = 50;
 /// Angles of links 1 and 2 with the wheels on blocks, rad: Newton's method from the nominal pose.
 ///
 /// # Errors
-/// [`BlocksError`]
-pub fn posture_on(robot: &Robot, blocks: &Blocks) -> Result<[f64; 2], BlocksError> {
+/// [`WeighError`]: heights that the linkage does not reach, a wheel that bears too little.
+pub fn posture_on(robot: &Robot, blocks: &Blocks) -> Result<[f64; 2], WeighError> {
     let geometry = &robot.geometry;
     let error = |angles: [f64; 2]| -> Result<Vec2, PostureError> {
         let posture = Posture::close(geometry, angles[0], angles[1])?;
         let height = |i: usize| posture.axle_from_q(geometry, i).y - blocks[i];
         Ok(Vec2::new(height(0) - height(1), height(1) - height(2)))
     };
+    let unreachable = || WeighError::new("the linkage cannot reach these heights");
     let mut angles = [0.0; 2];
     for _ in 0..MOST_STEPS {
         let now = error(angles)?;
@@ -58,7 +37,7 @@ pub fn posture_on(robot: &Robot, blocks: &Blocks) -> Result<[f64; 2], BlocksErro
         let by2 = (error([angles[0], angles[1] + step])? - now) / step;
         let determinant = robhaz_model::cross(by1, by2);
         if determinant.abs() < 1e-9 {
-            return Err(BlocksError::Unreachable);
+            return Err(unreachable());
         }
         let change = [
             robhaz_model::cross(now, by2) / determinant,
@@ -69,18 +48,22 @@ pub fn posture_on(robot: &Robot, blocks: &Blocks) -> Result<[f64; 2], BlocksErro
             angles[i] -= change[i].clamp(-0.3, 0.3);
         }
     }
-    Err(BlocksError::Unreachable)
+    Err(unreachable())
 }
 
-fn check(robot: &Robot, angles: [f64; 2]) -> Result<[f64; 2], BlocksError> {
+fn check(robot: &Robot, angles: [f64; 2]) -> Result<[f64; 2], WeighError> {
     let (stop, opening) = (&robot.geometry.stop, angles[0] - angles[1]);
     if !(opening > stop.lower + STOP_MARGIN && opening < stop.upper - STOP_MARGIN) {
-        return Err(BlocksError::AtStop);
+        let message = "theta_1 - theta_2 would be beyond or close to an end stop of pin Q";
+        return Err(WeighError::new(message));
     }
     let forces = plate_forces(robot, angles, [0.0; 3])?;
     let least = LEAST_LOAD * robot.mean_wheel_load();
     match forces.iter().enumerate().find(|(_, n)| **n < least) {
-        Some((wheel, force)) => Err(BlocksError::Unloaded(wheel, *force)),
+        Some((i, force)) => Err(WeighError::new(format!(
+            "wheel{} would bear {force:.1} N only",
+            i + 1
+        ))),
         None => Ok(angles),
     }
 }
@@ -110,9 +93,7 @@ mod tests {
     fn blocks_that_are_too_high_are_refused() {
         let robot = Robot::default_a();
         assert!(posture_on(&robot, &[0.0, 2.0, 0.0]).is_err());
-        assert_eq!(
-            posture_on(&robot, &[0.28, 0.0, 0.0]),
-            Err(BlocksError::AtStop)
-        );
+        let found = posture_on(&robot, &[0.28, 0.0, 0.0]);
+        assert!(found.is_err_and(|e| e.to_string().contains("an end stop of pin Q")));
     }
 }

@@ -6,9 +6,9 @@
 //! horizontal forces carried through the statics.
 
 use crate::error::WeighError;
-use crate::loads::{self, ForceDeviation, LoadDeviation};
+use crate::loads::{self, ForceDeviation, WeighedValue};
 use crate::measurements::{Accuracy, Measurements, Reading};
-use crate::parameters::{PARAMETERS, Tolerances, Values, values};
+use crate::parameters::{CENTRES, NAMES, PARAMETERS, Tolerances, values};
 use crate::prior::{Predicted, Prior, UNKNOWNS, Unknowns};
 use nalgebra::{SMatrix, Vector3};
 use robhaz_estimator::statics::LoadCovariance;
@@ -28,18 +28,12 @@ pub(crate) type Information = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
 pub struct Weighed {
     /// Its masses, centres of mass and pins: the most probable ones for nominal values and scales together.
     pub robot: Robot,
-    /// Their nominal values, kg and m, in the order of [`crate::parameter_names`].
-    pub drawn: [f64; PARAMETERS],
-    /// What they are now, kg and m.
-    pub found: [f64; PARAMETERS],
-    /// Their standard deviations by the tolerances alone, kg and m.
-    pub prior: [f64; PARAMETERS],
-    /// Their standard deviations now, kg and m.
-    pub deviation: [f64; PARAMETERS],
+    /// These one by one: five masses, four centres of mass, four pins.
+    pub values: Vec<WeighedValue>,
     /// Offsets of the inclinations of links 1 and 2 and their standard deviation, rad.
     pub inclination_offsets: [(f64, f64); 2],
     /// The seven parameters that forces depend on.
-    pub loads: Vec<LoadDeviation>,
+    pub loads: Vec<WeighedValue>,
     /// Covariance of their errors, for the estimators' budget.
     pub covariance: LoadCovariance,
     /// Error of the normal forces that masses, centres of mass and pins cause on a driven ground.
@@ -123,7 +117,8 @@ pub fn weigh(
     accuracy: &Accuracy,
 ) -> Result<Weighed, WeighError> {
     if measurements.count() == 0 {
-        return Err(WeighError::Nothing);
+        let message = "there is no reading of a scale; allowed: at least one";
+        return Err(WeighError::new(message));
     }
     check_stops(nominal, &measurements.readings)?;
     let prior = Prior::new(nominal, tolerances, accuracy)?;
@@ -133,18 +128,18 @@ pub fn weigh(
         let inverse = normal
             .information
             .cholesky()
-            .ok_or(WeighError::NotConverged)?;
+            .ok_or_else(WeighError::not_converged)?;
         let step = inverse.solve(&normal.right);
         unknowns += step;
         if !unknowns.iter().all(|x| x.is_finite()) {
-            return Err(WeighError::NotConverged);
+            return Err(WeighError::not_converged());
         }
         if step.amax() < CONVERGED {
             let (normal, residuals) = normal_equations(&prior, measurements, &unknowns)?;
             return finish(&prior, measurements, &unknowns, &normal, &residuals);
         }
     }
-    Err(WeighError::NotConverged)
+    Err(WeighError::not_converged())
 }
 
 fn check_stops(nominal: &Robot, readings: &[Reading]) -> Result<(), WeighError> {
@@ -154,12 +149,12 @@ fn check_stops(nominal: &Robot, readings: &[Reading]) -> Result<(), WeighError> 
     for reading in readings {
         let opening = reading.inclinations[0] - reading.inclinations[1];
         if !(opening > stop.lower - SLACK && opening < stop.upper + SLACK) {
-            return Err(WeighError::Stop {
-                line: reading.line,
-                found: opening.to_degrees(),
-                lower: stop.lower.to_degrees(),
-                upper: stop.upper.to_degrees(),
-            });
+            let [found, lower, upper] = [opening, stop.lower, stop.upper].map(f64::to_degrees);
+            return Err(WeighError::new(format!(
+                "line {}: theta_1 - theta_2 is {found:.1} deg, beyond the end stops of pin Q; allowed: {lower:.1} to {upper:.1} deg; \
+                 check signs and units",
+                reading.line
+            )));
         }
     }
     Ok(())
@@ -178,13 +173,15 @@ fn normal_equations(
     let mut residuals = Vec::with_capacity(measurements.readings.len());
     for reading in &measurements.readings {
         let predicted = prior.predict(unknowns, reading.inclinations);
-        let predicted = predicted.map_err(|source| WeighError::Posture {
-            line: reading.line,
-            source,
+        let predicted = predicted.map_err(|error| {
+            let line = reading.line;
+            WeighError::new(format!(
+                "line {line}: {error}; check the inclinations and the robot's pins"
+            ))
         })?;
         let residual = normal
             .add(&predicted, &reading.forces)
-            .ok_or(WeighError::NotConverged)?;
+            .ok_or_else(WeighError::not_converged)?;
         residuals.push([0, 1, 2].map(|i| (residual[i], predicted.covariance[(i, i)])));
     }
     if let Some(weight) = measurements.weight {
@@ -207,24 +204,33 @@ fn finish(
 ) -> Result<Weighed, WeighError> {
     let misfit = misfit(measurements, normal.sum, residuals)?;
     let robot = prior.robot(unknowns);
-    check_robot(&robot).map_err(|reason| WeighError::Impossible { reason })?;
+    check_robot(&robot).map_err(|reason| {
+        WeighError::new(format!(
+            "the readings lead to an impossible robot: {reason}"
+        ))
+    })?;
     let covariance = normal
         .information
         .cholesky()
-        .ok_or(WeighError::NotConverged)?
+        .ok_or_else(WeighError::not_converged)?
         .inverse();
     let part = covariance
         .fixed_view::<PARAMETERS, PARAMETERS>(0, 0)
         .into_owned();
     let after = loads::Deviations::new(prior, &robot, &part)?;
     let before = loads::Deviations::new(prior, &robot, &SMatrix::identity())?;
-    let deviation = Values::from_fn(|i, _| prior.deviations[i] * part[(i, i)].sqrt());
+    let found = values(&robot);
+    let value = |(i, name)| WeighedValue {
+        name,
+        unit: if i < CENTRES { "kg" } else { "m" },
+        drawn: prior.values[i],
+        found: found[i],
+        prior: prior.deviations[i],
+        deviation: prior.deviations[i] * part[(i, i)].sqrt(),
+    };
     let offset = prior.accuracy.inclination_offset;
     Ok(Weighed {
-        drawn: prior.values.into(),
-        found: values(&robot).into(),
-        prior: prior.deviations.into(),
-        deviation: deviation.into(),
+        values: NAMES.into_iter().enumerate().map(value).collect(),
         inclination_offsets: [PARAMETERS, PARAMETERS + 1]
             .map(|i| (offset * unknowns[i], offset * covariance[(i, i)].sqrt())),
         loads: loads::compare(prior.nominal, &robot, &before, &after),
@@ -276,12 +282,10 @@ fn misfit(
                 i + 1
             )
         });
-        return Err(WeighError::Misfit {
-            sum,
-            most,
-            readings,
-            worst,
-        });
+        return Err(WeighError::new(format!(
+            "the readings do not fit a robot within the stated errors: the weighted sum of squares is {sum:.1}, allowed: at most \
+             {most:.1} for {readings} readings{worst}"
+        )));
     }
     Ok(Misfit {
         sum,

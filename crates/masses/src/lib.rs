@@ -36,13 +36,13 @@ mod prior;
 mod simulate;
 mod statics;
 
-pub use blocks::{Blocks, BlocksError};
+pub use blocks::Blocks;
 pub use error::WeighError;
 pub use fit::{Misfit, Weighed, weigh};
-pub use loads::{ForceDeviation, LoadDeviation};
+pub use loads::{ForceDeviation, WeighedValue};
 pub use measurements::{Accuracy, Measurements, Reading};
 pub use model_error::{ModelError, ModelErrorTooLarge, NominalRobot, simulated_weighing};
-pub use parameters::{PARAMETERS, ParameterName, Tolerances, parameter_names};
-pub use plan::{Plan, PlanError, PlannedPosture, plan};
+pub use parameters::Tolerances;
+pub use plan::{Plan, PlannedPosture, plan};
 pub use simulate::simulate;
-pub use statics::{PlateError, plate_forces};
+pub use statics::plate_forces;

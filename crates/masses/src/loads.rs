@@ -8,7 +8,7 @@ use crate::error::WeighError;
 use crate::measurements::Accuracy;
 use crate::parameters::{CENTRES, PARAMETERS, Tolerances};
 use crate::prior::Prior;
-use crate::statics::{PlateError, plate_forces};
+use crate::statics::plate_forces;
 use nalgebra::{SMatrix, Vector4};
 use robhaz_estimator::statics::{
     Arms, Equilibrium, LOAD_PARAMETER_NAMES, LOAD_PARAMETERS, LoadCovariance, Loads,
@@ -16,16 +16,16 @@ use robhaz_estimator::statics::{
 };
 use robhaz_model::Robot;
 
-/// One of the seven load parameters.
+/// A value before and after weighing.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LoadDeviation {
+pub struct WeighedValue {
     /// In words.
     pub name: &'static str,
-    /// `kg` or `kg m`.
+    /// `kg`, `m` or `kg m`.
     pub unit: &'static str,
     /// Nominal, in its unit.
     pub drawn: f64,
-    /// Now.
+    /// Now: the most probable one for nominal values and scales together.
     pub found: f64,
     /// Standard deviation by the tolerances alone.
     pub prior: f64,
@@ -77,15 +77,15 @@ impl Deviations {
         robot: &Robot,
         covariance: &SMatrix<f64, PARAMETERS, PARAMETERS>,
     ) -> Result<Self, WeighError> {
-        let projection = projection(prior, robot).map_err(WeighError::Statics)?;
+        let projection = projection(prior, robot).map_err(WeighError::of_nominal)?;
         let of_loads = projection * covariance * projection.transpose();
         let of_loads = (of_loads + of_loads.transpose()) * 0.5;
         let rows = std::array::from_fn(|i| std::array::from_fn(|j| of_loads[(i, j)]));
         Ok(Self {
             // A product A P A' is a covariance.
-            covariance: LoadCovariance::new(&rows).map_err(|_| WeighError::NotConverged)?,
+            covariance: LoadCovariance::new(&rows).map_err(|_| WeighError::not_converged())?,
             force: force_variance(prior, robot, covariance)
-                .map_err(WeighError::Statics)?
+                .map_err(WeighError::of_nominal)?
                 .sqrt(),
         })
     }
@@ -111,8 +111,8 @@ impl Tolerances {
 fn derivatives<const ROWS: usize>(
     prior: &Prior<'_>,
     robot: &Robot,
-    of: impl Fn(&Robot) -> Result<SMatrix<f64, ROWS, 1>, PlateError>,
-) -> Result<ByParameters<ROWS>, PlateError> {
+    of: impl Fn(&Robot) -> Result<SMatrix<f64, ROWS, 1>, WeighError>,
+) -> Result<ByParameters<ROWS>, WeighError> {
     let values = crate::parameters::values(robot);
     let mut found = ByParameters::zeros();
     for i in 0..PARAMETERS {
@@ -132,7 +132,7 @@ fn derivatives<const ROWS: usize>(
 fn projection(
     prior: &Prior<'_>,
     robot: &Robot,
-) -> Result<SMatrix<f64, LOAD_PARAMETERS, PARAMETERS>, PlateError> {
+) -> Result<SMatrix<f64, LOAD_PARAMETERS, PARAMETERS>, WeighError> {
     let mut normal = SMatrix::<f64, LOAD_PARAMETERS, LOAD_PARAMETERS>::zeros();
     let mut right = SMatrix::<f64, LOAD_PARAMETERS, PARAMETERS>::zeros();
     for angles in drive_postures(robot) {
@@ -144,7 +144,7 @@ fn projection(
         normal += by_loads.transpose() * by_loads;
         right += by_loads.transpose() * by_unknowns;
     }
-    let inverse = normal.cholesky().ok_or(PlateError::Undetermined)?;
+    let inverse = normal.cholesky().ok_or_else(WeighError::undetermined)?;
     Ok(inverse.solve(&right))
 }
 
@@ -153,13 +153,13 @@ fn imbalance(
     robot: &Robot,
     angles: [f64; 2],
     forces: &[f64; 3],
-) -> Result<Vector4<f64>, PlateError> {
+) -> Result<Vector4<f64>, WeighError> {
     let geometry = &robot.geometry;
     let arms = Arms::new(geometry, angles[0], angles[1])?;
     let loads = Loads::at_rest(&robot.mass.true_points());
     let (carriers, radius) = (&geometry.carriers, geometry.wheel_radius);
     let e = Equilibrium::new(&arms, carriers, radius, &loads, &[0.0; 3], LEVER)
-        .ok_or(PlateError::Undetermined)?;
+        .ok_or_else(WeighError::undetermined)?;
     let carried = e.h_n.iter().zip(forces);
     Ok(e.f - carried.map(|(column, n)| column * *n).sum::<Vector4<f64>>())
 }
@@ -168,7 +168,7 @@ fn imbalance(
 pub(crate) fn forces_by_unknowns(
     prior: &Prior<'_>,
     robot: &Robot,
-) -> Result<Vec<ByParameters<3>>, PlateError> {
+) -> Result<Vec<ByParameters<3>>, WeighError> {
     let of = |angles| move |robot: &Robot| plate_forces(robot, angles, [0.0; 3]).map(Into::into);
     let postures = drive_postures(robot);
     let each = postures.iter();
@@ -181,7 +181,7 @@ fn force_variance(
     prior: &Prior<'_>,
     robot: &Robot,
     covariance: &SMatrix<f64, PARAMETERS, PARAMETERS>,
-) -> Result<f64, PlateError> {
+) -> Result<f64, WeighError> {
     let each = forces_by_unknowns(prior, robot)?;
     Ok(mean_variance(&each, covariance))
 }
@@ -206,12 +206,12 @@ pub(crate) fn compare(
     robot: &Robot,
     before: &Deviations,
     after: &Deviations,
-) -> Vec<LoadDeviation> {
+) -> Vec<WeighedValue> {
     let (drawn, found) = (load_parameters(nominal), load_parameters(robot));
     let (prior, deviation) = (before.covariance.rows(), after.covariance.rows());
     let names = LOAD_PARAMETER_NAMES.iter().enumerate();
     names
-        .map(|(i, (name, unit))| LoadDeviation {
+        .map(|(i, (name, unit))| WeighedValue {
             name,
             unit,
             drawn: drawn[i],

@@ -4,56 +4,39 @@ use nalgebra::SVector;
 use robhaz_model::{Bar, Robot, Vec2};
 
 /// Number of unknowns of the robot.
-pub const PARAMETERS: usize = 21;
+pub(crate) const PARAMETERS: usize = 21;
 
-/// Values of the unknowns, or their errors, in the order of [`parameter_names`].
+/// Values of the unknowns, or their errors, in the order of [`NAMES`].
 pub(crate) type Values = SVector<f64, PARAMETERS>;
 
 /// Index of the first coordinate of a centre of mass, and of a pin.
 pub(crate) const CENTRES: usize = 5;
 const PINS: usize = 13;
 
-/// Name and SI unit of an unknown.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ParameterName {
-    /// In words.
-    pub name: &'static str,
-    /// `kg` or `m`.
-    pub unit: &'static str,
-}
-
-/// Names of the unknowns in their order: five masses, then x and y of four centres of mass and of four pins.
-pub fn parameter_names() -> [ParameterName; PARAMETERS] {
-    const NAMES: [&str; PARAMETERS] = [
-        "mass of body",
-        "mass of link1",
-        "mass of link2",
-        "mass of link3",
-        "mass of a wheel",
-        "centre of body, x",
-        "centre of body, y",
-        "centre of link1, x",
-        "centre of link1, y",
-        "centre of link2, x",
-        "centre of link2, y",
-        "centre of link3, x",
-        "centre of link3, y",
-        "pin P, x",
-        "pin P, y",
-        "pin Q, x",
-        "pin Q, y",
-        "pin R, x",
-        "pin R, y",
-        "pin S, x",
-        "pin S, y",
-    ];
-    let mut index = 0;
-    NAMES.map(|name| {
-        let unit = if index < CENTRES { "kg" } else { "m" };
-        index += 1;
-        ParameterName { name, unit }
-    })
-}
+/// The unknowns in words, in their order: five masses, then x and y of four centres of mass and of four pins.
+pub(crate) const NAMES: [&str; PARAMETERS] = [
+    "mass of body",
+    "mass of link1",
+    "mass of link2",
+    "mass of link3",
+    "mass of a wheel",
+    "centre of body, x",
+    "centre of body, y",
+    "centre of link1, x",
+    "centre of link1, y",
+    "centre of link2, x",
+    "centre of link2, y",
+    "centre of link3, x",
+    "centre of link3, y",
+    "pin P, x",
+    "pin P, y",
+    "pin Q, x",
+    "pin Q, y",
+    "pin R, x",
+    "pin R, y",
+    "pin S, x",
+    "pin S, y",
+];
 
 /// How far a robot may be from its nominal values: standard deviations of the prior. Axles and wheel radius count as exact; a
 /// ruler measures them.

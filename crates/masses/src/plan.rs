@@ -38,27 +38,6 @@ pub struct PlannedPosture {
     pub after: f64,
 }
 
-/// Why there is no plan.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum PlanError {
-    /// Too few postures.
-    #[error(
-        "{found} postures are possible with these blocks, fewer than {asked}; allowed: more or other heights"
-    )]
-    TooFew {
-        /// Possible postures.
-        found: usize,
-        /// Postures asked for.
-        asked: usize,
-    },
-    /// A height is not possible.
-    #[error("a block's height is {0} m; allowed: above 0 and at most 1 m")]
-    Height(f64),
-    /// The rest.
-    #[error(transparent)]
-    Weigh(#[from] WeighError),
-}
-
 struct Candidate {
     planned: PlannedPosture,
     information: Information,
@@ -68,24 +47,28 @@ struct Candidate {
 /// each wheel.
 ///
 /// # Errors
-/// [`PlanError`]
+/// [`WeighError`]
 pub fn plan(
     nominal: &Robot,
     tolerances: &Tolerances,
     accuracy: &Accuracy,
     heights: &[f64],
     count: usize,
-) -> Result<Plan, PlanError> {
+) -> Result<Plan, WeighError> {
     if let Some(height) = heights.iter().find(|h| !(**h > 0.0 && **h <= 1.0)) {
-        return Err(PlanError::Height(*height));
+        return Err(WeighError::new(format!(
+            "a block's height is {height} m; allowed: above 0 and at most 1 m"
+        )));
     }
     let prior = Prior::new(nominal, tolerances, accuracy)?;
     let candidates = candidates(&prior, heights)?;
     if candidates.len() < count {
-        let (found, asked) = (candidates.len(), count);
-        return Err(PlanError::TooFew { found, asked });
+        return Err(WeighError::new(format!(
+            "{} postures are possible with these blocks, fewer than {count}; allowed: more or other heights",
+            candidates.len()
+        )));
     }
-    let forces = forces_by_unknowns(&prior, nominal).map_err(WeighError::Statics)?;
+    let forces = forces_by_unknowns(&prior, nominal).map_err(WeighError::of_nominal)?;
     let variance = |chosen: &[usize]| {
         let mut information = Information::identity();
         for i in chosen {
@@ -115,7 +98,7 @@ pub fn plan(
 }
 
 /// Every posture on blocks that the robot can take.
-fn candidates(prior: &Prior<'_>, heights: &[f64]) -> Result<Vec<Candidate>, PlanError> {
+fn candidates(prior: &Prior<'_>, heights: &[f64]) -> Result<Vec<Candidate>, WeighError> {
     let mut all = vec![0.0];
     all.extend_from_slice(heights);
     let mut found: Vec<Candidate> = Vec::new();
@@ -144,12 +127,12 @@ fn candidate(
     blocks: Blocks,
     angles: [f64; 2],
     predicted: &Predicted,
-) -> Result<Candidate, PlanError> {
+) -> Result<Candidate, WeighError> {
     let mut normal = Normal::prior(&Unknowns::zeros());
     let forces: [f64; 3] = predicted.forces.into();
     normal
         .add(predicted, &forces.map(Some))
-        .ok_or(WeighError::NotConverged)?;
+        .ok_or_else(WeighError::not_converged)?;
     Ok(Candidate {
         planned: PlannedPosture {
             blocks,
@@ -161,41 +144,22 @@ fn candidate(
     })
 }
 
-/// Indices of `count` of `all` with the least value of `of`, nearly: greedy, then exchanges; each at most once.
+/// Indices of `count` of `all` with the least value of `of`, nearly, the most telling first: greedy, then exchanges; each
+/// at most once.
 fn choose(all: usize, count: usize, of: &impl Fn(&[usize]) -> f64) -> Vec<usize> {
-    let mut chosen: Vec<usize> = Vec::with_capacity(count);
-    let best_at = |chosen: &[usize], place: usize| {
-        let mut best: Option<(usize, f64)> = None;
-        for i in 0..all {
-            let is_other = chosen
-                .iter()
-                .enumerate()
-                .any(|(k, c)| k != place && *c == i);
-            if is_other {
-                continue;
-            }
-            let mut tried = chosen.to_vec();
-            match tried.get_mut(place) {
-                Some(there) => *there = i,
-                None => tried.push(i),
-            }
-            let value = of(&tried);
-            if best.is_none_or(|(_, least)| value < least) {
-                best = Some((i, value));
-            }
-        }
-        best
-    };
-    for place in 0..count {
-        if let Some((i, _)) = best_at(&chosen, place) {
-            chosen.push(i);
-        }
-    }
+    let mut chosen = in_order(0..all, count, of);
     loop {
         let before = of(&chosen);
         for place in 0..chosen.len() {
-            if let Some((i, _)) = best_at(&chosen, place) {
-                chosen[place] = i;
+            let with = |i: usize| {
+                let mut tried = chosen.clone();
+                tried[place] = i;
+                of(&tried)
+            };
+            let own = chosen[place];
+            let is_free = |i: &usize| *i == own || !chosen.contains(i);
+            if let Some(best) = least((0..all).filter(is_free), with) {
+                chosen[place] = best;
             }
         }
         // Only a real gain goes on, so that it ends.
@@ -203,24 +167,27 @@ fn choose(all: usize, count: usize, of: &impl Fn(&[usize]) -> f64) -> Vec<usize>
             break;
         }
     }
-    in_order(&chosen, of)
+    in_order(chosen.iter().copied(), count, of)
 }
 
-/// The same postures, the most telling first.
-fn in_order(chosen: &[usize], of: &impl Fn(&[usize]) -> f64) -> Vec<usize> {
-    let mut ordered: Vec<usize> = Vec::with_capacity(chosen.len());
-    while ordered.len() < chosen.len() {
-        let mut best: Option<(usize, f64)> = None;
-        for i in chosen.iter().filter(|i| !ordered.contains(i)) {
-            let value = of(&[ordered.as_slice(), &[*i]].concat());
-            if best.is_none_or(|(_, least)| value < least) {
-                best = Some((*i, value));
-            }
-        }
-        match best {
-            Some((i, _)) => ordered.push(i),
-            None => break,
-        }
+/// `count` of these, one after the other: each tells most beside those before it.
+fn in_order(
+    from: impl Iterator<Item = usize> + Clone,
+    count: usize,
+    of: &impl Fn(&[usize]) -> f64,
+) -> Vec<usize> {
+    let mut ordered = Vec::with_capacity(count);
+    for _ in 0..count {
+        let left = from.clone().filter(|i| !ordered.contains(i));
+        let next = least(left, |i| of(&[ordered.as_slice(), &[i]].concat()));
+        ordered.extend(next);
     }
     ordered
+}
+
+/// The one with the least value, the first of equal ones.
+fn least(of: impl Iterator<Item = usize>, value: impl Fn(usize) -> f64) -> Option<usize> {
+    let valued = of.map(|i| (i, value(i)));
+    let (i, _) = valued.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some(i)
 }

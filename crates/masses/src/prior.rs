@@ -3,7 +3,7 @@
 use crate::error::WeighError;
 use crate::measurements::Accuracy;
 use crate::parameters::{PARAMETERS, Tolerances, Values, values, with_values};
-use crate::statics::{PlateError, plate_forces};
+use crate::statics::plate_forces;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use robhaz_model::Robot;
 
@@ -39,40 +39,33 @@ impl<'a> Prior<'a> {
         tolerances: &Tolerances,
         accuracy: &Accuracy,
     ) -> Result<Self, WeighError> {
-        let positive = [
-            ("the tolerance of masses", tolerances.mass, 1.0),
-            ("the tolerance of centres of mass", tolerances.centre, 1.0),
-            ("the tolerance of pins", tolerances.pin, 1.0),
-            ("the error of scales", accuracy.scale, 1e3),
-        ];
-        for (name, found, most) in positive {
-            if !(found > 0.0 && found <= most) {
-                let allowed = if most > 1.0 {
-                    "above 0 and at most 1000 N"
-                } else {
-                    "above 0 and at most 1"
-                };
-                return Err(WeighError::Deviation {
-                    name,
-                    found,
-                    allowed,
-                });
-            }
+        let check = |name: &str, found: f64, allowed: &str, is_allowed: bool| match is_allowed {
+            true => Ok(()),
+            false => Err(WeighError::new(format!(
+                "{name} is {found}; allowed: {allowed}"
+            ))),
+        };
+        for (name, found, most, allowed) in [
+            ("the tolerance of masses", tolerances.mass, 1.0, "1"),
+            (
+                "the tolerance of centres of mass",
+                tolerances.centre,
+                1.0,
+                "1",
+            ),
+            ("the tolerance of pins", tolerances.pin, 1.0, "1"),
+            ("the error of scales", accuracy.scale, 1e3, "1000 N"),
+        ] {
+            let allowed = format!("above 0 and at most {allowed}");
+            check(name, found, &allowed, found > 0.0 && found <= most)?;
         }
-        let others = [
+        for (name, found) in [
             ("the offset of inclinations", accuracy.inclination_offset),
             ("the error of inclinations", accuracy.inclination),
             ("the horizontal force", accuracy.horizontal_force),
-        ];
-        for (name, found) in others {
-            if !(0.0..=1e3).contains(&found) {
-                let allowed = "at least 0 and at most 1000";
-                return Err(WeighError::Deviation {
-                    name,
-                    found,
-                    allowed,
-                });
-            }
+        ] {
+            let allowed = "at least 0 and at most 1000";
+            check(name, found, allowed, (0.0..=1e3).contains(&found))?;
         }
         Ok(Self {
             nominal,
@@ -93,7 +86,7 @@ impl<'a> Prior<'a> {
         &self,
         unknowns: &Unknowns,
         inclinations: [f64; 2],
-    ) -> Result<Vector3<f64>, PlateError> {
+    ) -> Result<Vector3<f64>, WeighError> {
         let offset = self.accuracy.inclination_offset;
         let angles = [0, 1].map(|i| inclinations[i] - offset * unknowns[PARAMETERS + i]);
         plate_forces(&self.robot(unknowns), angles, [0.0; 3]).map(Vector3::from)
@@ -104,7 +97,7 @@ impl<'a> Prior<'a> {
         &self,
         unknowns: &Unknowns,
         inclinations: [f64; 2],
-    ) -> Result<Predicted, PlateError> {
+    ) -> Result<Predicted, WeighError> {
         let mut by_unknowns = SMatrix::<f64, 3, UNKNOWNS>::zeros();
         for i in 0..UNKNOWNS {
             let at = |change: f64| {

@@ -1,18 +1,8 @@
 //! Forces of a robot at rest on horizontal plates: eq. (8) with contact angles of 0.
 
+use crate::error::WeighError;
 use robhaz_estimator::statics::{Arms, Equilibrium, Loads};
-use robhaz_model::{PostureError, Robot};
-
-/// Why there are no forces on plates.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum PlateError {
-    /// The four-bar cannot close.
-    #[error(transparent)]
-    Posture(#[from] PostureError),
-    /// The only axle of a link is above or below pin Q, or P, R and S lie on one line.
-    #[error("the static forces of the wheels are not determined in this posture")]
-    Undetermined,
-}
+use robhaz_model::Robot;
 
 /// Normal forces of the wheels at rest on horizontal plates, N, with links 1 and 2 turned by `angles` (rad, nose up
 /// positive) from the nominal pose, and horizontal forces of the plates on the wheels `horizontal` (N, forward positive).
@@ -20,12 +10,12 @@ pub enum PlateError {
 /// At rest the horizontal forces sum to 0; that row of eq. (8) is then fulfilled, and three rows determine three forces.
 ///
 /// # Errors
-/// [`PlateError`]
+/// [`WeighError`]: a four-bar that cannot close, forces that are not determined.
 pub fn plate_forces(
     robot: &Robot,
     angles: [f64; 2],
     horizontal: [f64; 3],
-) -> Result<[f64; 3], PlateError> {
+) -> Result<[f64; 3], WeighError> {
     let geometry = &robot.geometry;
     let arms = Arms::new(geometry, angles[0], angles[1])?;
     let loads = Loads::at_rest(&robot.mass.true_points());
@@ -34,10 +24,10 @@ pub fn plate_forces(
     let found = Equilibrium::new(&arms, carriers, radius, &loads, &[0.0; 3], 1.0)
         .and_then(|e| Some((e.least_squares()?, e.right_side(&horizontal))))
         .map(|(inverse, right)| inverse.solve(&right))
-        .ok_or(PlateError::Undetermined)?;
+        .ok_or_else(WeighError::undetermined)?;
     match found.iter().all(|n| n.is_finite()) {
         true => Ok(found),
-        false => Err(PlateError::Undetermined),
+        false => Err(WeighError::undetermined()),
     }
 }
 

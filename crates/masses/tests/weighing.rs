@@ -2,8 +2,7 @@
 
 use robhaz_estimator::statics::load_parameters;
 use robhaz_masses::{
-    Accuracy, Measurements, Reading, Tolerances, WeighError, Weighed, plan, plate_forces, simulate,
-    weigh,
+    Accuracy, Measurements, Reading, Tolerances, Weighed, plan, plate_forces, simulate, weigh,
 };
 use robhaz_model::{Geometry, MassSet, Robot, Vec2};
 use std::error::Error;
@@ -227,7 +226,7 @@ fn readings_that_do_not_fit_are_refused() {
     faulty.readings[3].forces[1] = faulty.readings[3].forces[1].map(|n| n + 3.0);
     let error = fit(&faulty).unwrap_err();
     let text = error.to_string();
-    assert!(matches!(error, WeighError::Misfit { .. }), "{text}");
+    assert!(text.contains("do not fit a robot"), "{text}");
     assert!(text.contains("wheel2 in line 5"), "{text}");
     let mut swapped = sound.clone();
     for reading in &mut swapped.readings {
@@ -236,8 +235,10 @@ fn readings_that_do_not_fit_are_refused() {
     assert!(fit(&swapped).is_err());
     let mut steep = sound.clone();
     steep.readings[0].inclinations = [0.9, -0.5];
-    assert!(matches!(fit(&steep), Err(WeighError::Stop { line: 2, .. })));
-    assert_eq!(fit(&Measurements::default()), Err(WeighError::Nothing));
+    let error = fit(&steep).unwrap_err().to_string();
+    assert!(error.contains("line 2: theta_1 - theta_2 is"), "{error}");
+    let error = fit(&Measurements::default()).unwrap_err().to_string();
+    assert!(error.contains("there is no reading"), "{error}");
 }
 
 /// What scales do not see stays at the nominal values: with the total weight alone the total mass is known, all else keeps its
@@ -253,11 +254,9 @@ fn what_is_not_seen_keeps_its_prior() {
         weight: Some(weight),
     });
     assert!((alone.loads[0].deviation * 9.81 - 0.2).abs() < 0.001);
-    for i in 5..21 {
-        assert!(
-            (alone.deviation[i] / alone.prior[i] - 1.0).abs() < 1e-9,
-            "{i}"
-        );
+    for value in &alone.values[5..] {
+        let share = value.deviation / value.prior;
+        assert!((share - 1.0).abs() < 1e-9, "{value:?}");
     }
     let plan = plan(
         &nominal,

@@ -15,38 +15,38 @@ keys! {
     pub(crate) KEYS: Scene;
 
     /// stiffness k of the ground
-    stiffness: number(CONTACT_STIFFNESS, above(0.0).at_most(1e15)) => |s| &mut s.contact.stiffness;
+    stiffness: number(CONTACT_STIFFNESS, above(0.0).at_most(1e15)) => contact.stiffness;
 
     /// exponent n of the penetration; the unit of the stiffness depends on it
-    exponent: number(NONE, at_least(1.0).at_most(5.0)) => |s| &mut s.contact.exponent;
+    exponent: number(NONE, at_least(1.0).at_most(5.0)) => contact.exponent;
 
     /// damping c of the ground
-    damping: number(DAMPING, at_least(0.0).at_most(1e7)) => |s| &mut s.contact.damping;
+    damping: number(DAMPING, at_least(0.0).at_most(1e7)) => contact.damping;
 
     /// penetration over which the damping rises from 0 to c; 0 for a constant c
-    damping_ramp: number(LENGTH, at_least(0.0).at_most(0.1)) => |s| &mut s.contact.damping_ramp;
+    damping_ramp: number(LENGTH, at_least(0.0).at_most(0.1)) => contact.damping_ramp;
 
     /// friction law: T/N over the slip speed, T/N over the slip ratio, or nearly Coulomb's law, which only direct takes
     /// at the default step
-    friction: word(&FrictionKind::ALL, FrictionKind::name) => |s| &mut s.friction.kind;
+    friction: word(&FrictionKind::ALL, FrictionKind::name) => friction.kind;
 
     /// static friction coefficient
-    mu_s: number(NONE, at_least(0.0).at_most(10.0)) => |s| &mut s.friction.mu_s;
+    mu_s: number(NONE, at_least(0.0).at_most(10.0)) => friction.mu_s;
 
     /// dynamic friction coefficient, not above mu_s
-    mu_d: number(NONE, at_least(0.0).at_most(10.0)) => |s| &mut s.friction.mu_d;
+    mu_d: number(NONE, at_least(0.0).at_most(10.0)) => friction.mu_d;
 
     /// slip speed up to which the static coefficient holds; 0.001 with friction = "rigid", which takes 2e-4 to 0.002
-    v_s: number(SPEED, above(0.0).at_most(10.0)) => |s| &mut s.friction.v_s;
+    v_s: number(SPEED, above(0.0).at_most(10.0)) => friction.v_s;
 
     /// slip speed from which the dynamic coefficient holds, above v_s
-    v_d: number(SPEED, above(0.0).at_most(10.0)) => |s| &mut s.friction.v_d;
+    v_d: number(SPEED, above(0.0).at_most(10.0)) => friction.v_d;
 
     /// slope C of T/N over the slip ratio at zero slip; needs friction = "brush"
-    slip_stiffness: number(NONE, above(0.0).at_most(1000.0)) => |s| &mut s.friction.slip_stiffness;
+    slip_stiffness: number(NONE, above(0.0).at_most(1000.0)) => friction.slip_stiffness;
 
     /// coefficient f_r of the rolling resistance: a moment f_r r N against the rolling
-    rolling_resistance: number(NONE, at_least(0.0).at_most(1.0)) => |s| &mut s.rolling.coefficient;
+    rolling_resistance: number(NONE, at_least(0.0).at_most(1.0)) => rolling.coefficient;
 }
 
 /// The chosen friction law with its defaults. It is needed before all other keys. An unknown word is refused when the

@@ -5,7 +5,7 @@ use crate::key::{List, Table, keys, section};
 use crate::quantity::{
     LONGEST_RUN, NONE, ROTARY_DAMPING, SPEED, TIME, TORQUE, TORQUE_RATE, above, at_least, number,
 };
-use crate::reader::{Reader, join};
+use crate::reader::Reader;
 use crate::scene::Scene;
 use crate::source::Node;
 use crate::values::{NAME, SWITCH, WHEEL_LIST, WHEEL_SET};
@@ -18,48 +18,45 @@ keys! {
     pub(crate) KEYS: Scene;
 
     /// set speed of travel, forward positive
-    speed: number(SPEED, at_least(-10.0).at_most(10.0)) => |s| &mut s.drive.speed;
+    speed: number(SPEED, at_least(-10.0).at_most(10.0)) => drive.speed;
 
     /// proportional gain on the wheel speed
-    kp: number(ROTARY_DAMPING, at_least(0.0).at_most(1e6)) => |s| &mut s.drive.kp;
+    kp: number(ROTARY_DAMPING, at_least(0.0).at_most(1e6)) => drive.kp;
 
     /// integral gain on the wheel speed; 0 for a proportional control alone
-    ki: number(TORQUE, at_least(0.0).at_most(1e6)) => |s| &mut s.drive.ki;
+    ki: number(TORQUE, at_least(0.0).at_most(1e6)) => drive.ki;
 
     /// largest motor torque at the wheel
-    torque_limit: number(TORQUE, above(0.0).at_most(1e6)) => |s| &mut s.drive.torque_limit;
+    torque_limit: number(TORQUE, above(0.0).at_most(1e6)) => drive.torque_limit;
 
     /// tracking time constant T_t of the anti-windup; Kp/Ki is usual
-    tracking_time: number(TIME, at_least(1e-3).at_most(LONGEST_RUN))
-        => |s| &mut s.drive.tracking_time;
+    tracking_time: number(TIME, at_least(1e-3).at_most(LONGEST_RUN)) => drive.tracking_time;
 
     /// damping B in the wheel module
-    viscous_damping: number(ROTARY_DAMPING, at_least(0.0).at_most(1e3))
-        => |s| &mut s.drive.viscous_damping;
+    viscous_damping: number(ROTARY_DAMPING, at_least(0.0).at_most(1e3)) => drive.viscous_damping;
 
     /// Coulomb friction F in the gear, at the wheel
-    gear_friction: number(TORQUE, at_least(0.0).at_most(1e3)) => |s| &mut s.drive.gear_friction;
+    gear_friction: number(TORQUE, at_least(0.0).at_most(1e3)) => drive.gear_friction;
 
     /// time at rest before the start
-    start_time: number(TIME, at_least(0.0).at_most(LONGEST_RUN)) => |s| &mut s.drive.start_time;
+    start_time: number(TIME, at_least(0.0).at_most(LONGEST_RUN)) => drive.start_time;
 
     /// duration of the smooth start and of each change of a scaling; 0 for a jump
-    ramp_time: number(TIME, at_least(0.0).at_most(LONGEST_RUN)) => |s| &mut s.drive.ramp_time;
+    ramp_time: number(TIME, at_least(0.0).at_most(LONGEST_RUN)) => drive.ramp_time;
 
     /// every drive keeps its own set speed; one speed control shares its torque by the estimated normal forces; or
     /// torque ramps on one wheel after the other find mu_max
-    kind: word(&ControlKind::ALL, ControlKind::name) => |s| &mut s.control.kind;
+    kind: word(&ControlKind::ALL, ControlKind::name) => control.kind;
 
     /// the estimator that a control with readings gets
-    estimator ("no-angles if the scene has it, else best"): LABEL
-        => |s| &mut s.control.estimator;
+    estimator ("no-angles if the scene has it, else best"): LABEL => control.estimator;
 
     /// what kind friction-test does
     friction_test ("each wheel in turn"): Table {
         words: "a table {wheels, start, rate, both_ways}",
         is_hidden: |plan| *plan == FrictionTestPlan::default(),
         ..section(FRICTION_TEST)
-    } => |s| &mut s.control.friction_test;
+    } => control.friction_test;
 
     /// times in which single wheels have another set speed; those of one wheel must not overlap
     scaling ("none"): List {
@@ -70,7 +67,7 @@ keys! {
         most: 100,
         start: || SpeedScaling { wheels: [false; 3], from: 0.0, to: 0.0, factor: 1.0 },
         check: check_scaling,
-    } => |s| &mut s.drive.scalings;
+    } => drive.scalings;
 }
 
 /// Which one it is, or the default, is known when the estimators are: see [`crate::control`].
@@ -85,32 +82,32 @@ keys! {
     FRICTION_TEST: FrictionTestPlan;
 
     /// the tested wheels, in this order
-    wheels: WHEEL_LIST => |plan| &mut plan.wheels;
+    wheels: WHEEL_LIST => wheels;
 
     /// time at which the first torque begins to rise, before the end of the run
-    start: number(TIME, at_least(0.0).at_most(LONGEST_RUN)) => |plan| &mut plan.start;
+    start: number(TIME, at_least(0.0).at_most(LONGEST_RUN)) => start;
 
     /// rate of the torque; at higher rates the wheel runs away before its slip is found
-    rate: number(TORQUE_RATE, above(0.0).at_most(1.0)) => |plan| &mut plan.rate;
+    rate: number(TORQUE_RATE, above(0.0).at_most(1.0)) => rate;
 
     /// whether each wheel is tested in both directions, by which errors of the torque cancel
-    both_ways: SWITCH => |plan| &mut plan.both_ways;
+    both_ways: SWITCH => both_ways;
 }
 
 keys! {
     SCALING: SpeedScaling;
 
     /// the wheels that it acts on
-    wheels (required): WHEEL_SET => |s| &mut s.wheels;
+    wheels (required): WHEEL_SET => wheels;
 
     /// time at which the set speed begins to change
-    from (required): number(TIME, at_least(0.0).at_most(LONGEST_RUN)) => |s| &mut s.from;
+    from (required): number(TIME, at_least(0.0).at_most(LONGEST_RUN)) => from;
 
     /// time at which it begins to change back, above from
-    to (required): number(TIME, at_least(0.0).at_most(LONGEST_RUN)) => |s| &mut s.to;
+    to (required): number(TIME, at_least(0.0).at_most(LONGEST_RUN)) => to;
 
     /// factor of the set speed; 0 stops the wheels, a negative one reverses them
-    factor (required): number(NONE, at_least(-100.0).at_most(100.0)) => |s| &mut s.factor;
+    factor (required): number(NONE, at_least(-100.0).at_most(100.0)) => factor;
 }
 
 fn check_scaling(
@@ -120,9 +117,7 @@ fn check_scaling(
     scaling: &mut SpeedScaling,
     others: &[SpeedScaling],
 ) {
-    let mut refuse = |key: &str, rule: &str| {
-        reader.refuse(node.get(key).unwrap_or(node), &join(path, key), rule);
-    };
+    let mut refuse = |key: &str, rule: &str| reader.refuse_key(node, path, key, rule);
     if scaling.to <= scaling.from {
         return refuse("to", &format!("above from, {} s", scaling.from));
     }

@@ -37,13 +37,11 @@ pub(crate) struct Keys {
     /// Index of its preset.
     preset: usize,
     label: String,
-    masses: Masses,
     filters: Filters,
     paper: PaperMethod,
     kalman: KalmanMethod,
-    viscous_damping: f64,
-    moment_lever: f64,
-    nonnegative: bool,
+    /// All but the method.
+    settings: EstimatorSettings,
 }
 
 impl Keys {
@@ -56,29 +54,20 @@ impl Keys {
         Self {
             preset: preset_of(settings),
             label: label.to_owned(),
-            masses: settings.masses,
             filters: settings.method.filters(),
             paper,
             kalman,
-            viscous_damping: settings.viscous_damping,
-            moment_lever: settings.moment_lever,
-            nonnegative: settings.nonnegative,
+            settings: *settings,
         }
     }
 
-    fn settings(&self, preset: &EstimatorSettings) -> EstimatorSettings {
+    fn settings(&self) -> EstimatorSettings {
         EstimatorSettings {
-            masses: self.masses,
             method: match self.filters {
                 Filters::Paper => Method::Paper(self.paper),
                 Filters::Kalman => Method::Kalman(self.kalman),
             },
-            viscous_damping: self.viscous_damping,
-            moment_lever: self.moment_lever,
-            nonnegative: self.nonnegative,
-            gravity: preset.gravity,
-            compression: preset.compression,
-            budget: preset.budget,
+            ..self.settings
         }
     }
 }
@@ -89,52 +78,50 @@ keys! {
 
     /// the preset: the linkage's mass lumped to the body (Fig. 7), lumped to the wheels (Fig. 8) or at its true place;
     /// or Kalman filters with all methods
-    name (required): word(&[0, 1, 2, 3], |preset| PRESETS[preset]) => |e| &mut e.preset;
+    name (required): word(&[0, 1, 2, 3], |preset| PRESETS[preset]) => preset;
 
     /// unique name in tables, figures and file names
-    label ("its name"): NAME => |e| &mut e.label;
+    label ("its name"): NAME => label;
 
     /// pole omega_c of the traction observer, eq. (3); needs filters = "paper"
-    observer_pole: number(ANGULAR_FREQUENCY, above(0.0).at_most(1e6))
-        => |e| &mut e.paper.observer_pole;
+    observer_pole: number(ANGULAR_FREQUENCY, above(0.0).at_most(1e6)) => paper.observer_pole;
 
     /// crossover between gyroscope (shorter times) and inclinometer (longer times); needs filters = "paper"
-    crossover_time: number(TIME, above(0.0).at_most(1e6)) => |e| &mut e.paper.crossover_time;
+    crossover_time: number(TIME, above(0.0).at_most(1e6)) => paper.crossover_time;
 
     /// nominal damping B; [model_error] adds its error
-    viscous_damping: number(ROTARY_DAMPING, at_least(0.0).at_most(1e3))
-        => |e| &mut e.viscous_damping;
+    viscous_damping: number(ROTARY_DAMPING, at_least(0.0).at_most(1e3)) => settings.viscous_damping;
 
     /// place of the linkage's mass
     masses: word(&[Masses::LumpedToBody, Masses::LumpedToWheels, Masses::True], masses_name)
-        => |e| &mut e.masses;
+        => settings.masses;
 
     /// traction by eq. (3) and link angles by a complementary filter, or both by Kalman filters
     filters: word(&[Filters::Paper, Filters::Kalman], |f| ["paper", "kalman"][f as usize])
-        => |e| &mut e.filters;
+        => filters;
 
     /// row scaling of eq. (8): moments count as forces at this lever; 1 m in the paper
-    moment_lever: number(LENGTH, above(0.0).at_most(1e3)) => |e| &mut e.moment_lever;
+    moment_lever: number(LENGTH, above(0.0).at_most(1e3)) => settings.moment_lever;
 
     /// whether the estimator reads the contact angles, as the paper does, or finds them itself; none needs rolling =
     /// "on"
     contact_angles: word(&[ContactAngles::Given, ContactAngles::Unknown], angles_name)
-        => |e| &mut e.kalman.contact_angles;
+        => kalman.contact_angles;
 
     /// inertial loads in addition to gravity; needs filters = "kalman"
-    inertia: SWITCH => |e| &mut e.kalman.inertia;
+    inertia: SWITCH => kalman.inertia;
 
     /// eq. (8) weighted by the inverse covariance of its right-hand side; needs filters = "kalman"
-    whitening: SWITCH => |e| &mut e.kalman.whitening;
+    whitening: SWITCH => kalman.whitening;
 
     /// no negative normal forces
-    nonnegative: SWITCH => |e| &mut e.nonnegative;
+    nonnegative: SWITCH => settings.nonnegative;
 
     /// the parity residual corrects torques and contact angles; needs filters = "kalman"
-    parity: SWITCH => |e| &mut e.kalman.parity;
+    parity: SWITCH => kalman.parity;
 
     /// the rolling constraints correct torques and contact angles; needs filters = "kalman"
-    rolling: SWITCH => |e| &mut e.kalman.rolling;
+    rolling: SWITCH => kalman.rolling;
 }
 
 fn masses_name(masses: Masses) -> &'static str {
@@ -263,15 +250,14 @@ fn read_one(reader: &mut Reader, node: &Node, path: &str) -> EstimatorChoice {
     // Needed before the other keys, which change its values. An unknown word is refused when the table is read.
     let named = node.get("name").and_then(Node::as_text);
     let preset = PRESETS.iter().position(|p| Some(*p) == named);
-    let preset_settings = settings(preset.unwrap_or(0));
     let name = preset.map_or("", |p| PRESETS[p]);
-    let mut keys = Keys::of(name, &preset_settings);
+    let mut keys = Keys::of(name, &settings(preset.unwrap_or(0)));
     reader.table(KEYS, node, path, &mut keys);
     refuse_other_method(reader, node, path, &keys);
     EstimatorChoice {
         // Empty after a problem only.
         name: keys.label.clone(),
-        settings: keys.settings(&preset_settings),
+        settings: keys.settings(),
     }
 }
 
@@ -279,37 +265,27 @@ fn read_one(reader: &mut Reader, node: &Node, path: &str) -> EstimatorChoice {
 fn refuse_other_method(reader: &mut Reader, node: &Node, path: &str, keys: &Keys) {
     let (paper, kalman, default) = (&keys.paper, &keys.kalman, PaperMethod::DEFAULT);
     let is_paper = keys.filters == Filters::Paper;
-    let steps = [
+    for (key, on) in [
         ("inertia", kalman.inertia),
         ("whitening", kalman.whitening),
         ("parity", kalman.parity),
         ("rolling", kalman.rolling),
-    ];
-    for (key, _) in steps.iter().filter(|(_, on)| is_paper && *on) {
-        let found = node.get(key).unwrap_or(node);
-        let allowed = "\"off\" unless filters = \"kalman\"";
-        reader.refuse(found, &join(path, key), allowed);
+    ] {
+        if is_paper && on {
+            let allowed = "\"off\" unless filters = \"kalman\"";
+            reader.refuse_key(node, path, key, allowed);
+        }
     }
     if kalman.contact_angles == ContactAngles::Unknown && (is_paper || !kalman.rolling) {
-        let found = node.get("contact_angles").unwrap_or(node);
         let allowed = "\"given\" unless filters = \"kalman\" and rolling = \"on\"";
-        reader.refuse(found, &join(path, "contact_angles"), allowed);
+        reader.refuse_key(node, path, "contact_angles", allowed);
     }
-    let times = [
-        ("observer_pole", paper.observer_pole, default.observer_pole),
-        (
-            "crossover_time",
-            paper.crossover_time,
-            default.crossover_time,
-        ),
-    ];
-    // The default is allowed: a resolved scene names every key.
-    for (key, _, default) in times
-        .iter()
-        .filter(|(_, found, default)| !is_paper && found.to_bits() != default.to_bits())
-    {
-        let found = node.get(key).unwrap_or(node);
-        let allowed = format!("{default} unless filters = \"paper\"");
-        reader.refuse(found, &join(path, key), &allowed);
+    let [found, default] = [paper, &default].map(|p| [p.observer_pole, p.crossover_time]);
+    for (k, key) in ["observer_pole", "crossover_time"].into_iter().enumerate() {
+        // The default is allowed: a resolved scene names every key.
+        if !is_paper && found[k].to_bits() != default[k].to_bits() {
+            let allowed = format!("{} unless filters = \"paper\"", default[k]);
+            reader.refuse_key(node, path, key, &allowed);
+        }
     }
 }

@@ -57,12 +57,6 @@ pub(crate) trait Form: Sync {
         None
     }
 
-    /// The value as a default in tables of keys.
-    fn shown(&self, value: &mut Self::Value) -> String {
-        let text = self.text(value).unwrap_or_default();
-        text.trim_matches('"').to_owned()
-    }
-
     /// Whether tables of keys list the keys below alone.
     fn is_section(&self) -> bool {
         false

@@ -6,6 +6,7 @@
 use crate::error::Problem;
 use crate::form::{Form, KeyReference};
 use crate::json::{items, object};
+use crate::quantity::short;
 use crate::reader::{Reader, join};
 use crate::source::{Entry, Node};
 use crate::write::{Out, quote};
@@ -31,18 +32,19 @@ pub(crate) enum Absent {
 }
 
 /// Declares the keys of a table: the meaning as a doc comment, the name, `(required)` or the default in words where the
-/// field does not hold it, the form of the value, and the field.
+/// field does not hold it, the form of the value, and the field: its path in the table's type, `self` for a section of
+/// it, or a closure in brackets.
 macro_rules! keys {
     ($(#[doc = $about:literal])* $vis:vis $table:ident: $t:ty; $(
         $(#[doc = $meaning:literal])+
-        $name:ident $(($($absent:tt)+))?: $form:expr => $at:expr;
+        $name:ident $(($($absent:tt)+))?: $form:expr => $($at:tt).+;
     )+) => {
         $(#[doc = $about])*
         $vis const $table: &[crate::key::Key<$t>] = &[$(crate::key::Key {
             name: stringify!($name),
             meaning: concat!($($meaning),+).trim_ascii(),
             absent: crate::key::absent!($($($absent)+)?),
-            field: &crate::key::At::<$t, _> { at: $at, form: $form },
+            field: &crate::key::At::<$t, _> { at: crate::key::at!($($at).+), form: $form },
         }),+];
     };
 }
@@ -57,7 +59,19 @@ macro_rules! absent {
         crate::key::Absent::Words($words)
     };
 }
-pub(crate) use {absent, keys};
+macro_rules! at {
+    (self) => {
+        |it| it
+    };
+    (($at:expr)) => {
+        $at
+    };
+    ($($field:tt).+) => {
+        |it| &mut it.$($field).+
+    };
+}
+
+pub(crate) use {absent, at, keys};
 
 /// A form of values at a field of `T`.
 pub(crate) struct At<T: 'static, F: Form> {
@@ -90,10 +104,6 @@ impl<T, F: Form> Form for At<T, F> {
 
     fn text(&self, of: &mut T) -> Option<String> {
         self.form.text((self.at)(of))
-    }
-
-    fn shown(&self, of: &mut T) -> String {
-        self.form.shown((self.at)(of))
     }
 
     fn is_section(&self) -> bool {
@@ -237,11 +247,17 @@ pub(crate) fn row<T>(key: &Key<T>, path: &str, of: &mut T) -> KeyReference {
         default: match key.absent {
             Absent::Required => "required".to_owned(),
             Absent::Words(words) => words.to_owned(),
-            Absent::Default => key.field.shown(of),
+            Absent::Default => shown(&key.field.text(of).unwrap_or_default()),
         },
         allowed: key.field.allowed_values(),
         meaning: key.meaning,
     }
+}
+
+/// A value in TOML as a default in tables of keys.
+fn shown(text: &str) -> String {
+    let number = text.parse().map(short);
+    number.unwrap_or_else(|_| text.trim_matches('"').to_owned())
 }
 
 /// JSON Schema of a table with these keys and no others; with the defaults that the keys have in `of`.

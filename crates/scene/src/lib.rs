@@ -15,7 +15,7 @@
 //! | `overrides`, `checks`, `conflict`, `explicit_step`, `control` | overrides of the command line; rules over several keys |
 //! | `log` | descriptions of recorded logs |
 //! | `study` | study files: what is varied in which scene |
-//! | `write`, `reference`, `schema`, `json` | files, tables of keys and JSON Schema from the declarations |
+//! | `write`, `schema`, `json` | files, tables of keys and JSON Schema from the declarations |
 //! | `reader`, `error`, `suggest` | problems and their messages |
 
 mod checks;
@@ -35,7 +35,6 @@ mod overrides;
 mod plant_failure;
 mod quantity;
 mod reader;
-mod reference;
 mod robot;
 mod scene;
 mod schema;
@@ -50,12 +49,12 @@ mod write;
 pub use error::{Problem, SceneError, harmless};
 pub use estimators::EstimatorChoice;
 pub use form::KeyReference;
+pub use load::reference;
 pub use log::{
     ChannelChoice, ImuChoice, InclinationSource, LogChoice, LogEstimator, Mapping,
-    NeedsContactAngles, READINGS, ReadingChoice, UnknownEstimator,
+    NeedsContactAngles, READINGS, ReadingChoice, UnknownEstimator, log_reference,
 };
 pub use plant_failure::PlantFailure;
-pub use reference::{log_reference, reference};
 pub use robhaz_control::ControlKind;
 pub use robhaz_masses::{ModelError, ModelErrorTooLarge, NominalRobot};
 pub use robhaz_sim::EngineKind;

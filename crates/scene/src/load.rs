@@ -27,69 +27,68 @@ keys! {
     pub(crate) SCENE: Scene;
 
     /// name of the scene: names the default output folder
-    name ("the file's name without `.toml`"): NAME => |s| &mut s.name;
+    name ("the file's name without `.toml`"): NAME => name;
 
     /// seed of everything random in the run
-    seed: SEED => |s| &mut s.seed;
+    seed: SEED => seed;
 
     /// geometry and masses
-    robot: robot::ROBOT => |s| &mut s.robot;
+    robot: robot::ROBOT => robot;
 
     /// the ground
-    terrain: Terrain { is_part: false } => |s| &mut s.terrain;
+    terrain: Terrain { is_part: false } => terrain;
 
     /// eqs. (10) and (11): wheel and ground
-    contact: section(contact::KEYS) => |s| s;
+    contact: section(contact::KEYS) => self;
 
     /// eq. (2): motors and their speed control
-    drive: section(drive::KEYS) => |s| s;
+    drive: section(drive::KEYS) => self;
 
     /// errors of the readings
-    sensors: section(sensors::KEYS) => |s| s;
+    sensors: section(sensors::KEYS) => self;
 
     /// differences between the nominal robot and the simulated one
-    model_error: section(sensors::MODEL_ERROR) => |s| s;
+    model_error: section(sensors::MODEL_ERROR) => self;
 
     /// the engine that computes the truth
-    engine: section(ENGINE) => |s| s;
+    engine: section(ENGINE) => self;
 
     /// duration and rate of the records
-    record: section(RECORD) => |s| s;
+    record: section(RECORD) => self;
 
     /// the estimators
-    estimator: Estimators => |s| &mut s.estimators;
+    estimator: Estimators => estimators;
 }
 
 keys! {
     ENGINE: Scene;
 
     /// which engine: rigid bodies in rapier2d, or the equations of motion with a stiff solver
-    kind: word(&EngineKind::ALL, EngineKind::name) => |s| &mut s.engine.kind;
+    kind: word(&EngineKind::ALL, EngineKind::name) => engine.kind;
 
     /// pose at time zero: static equilibrium on the ground, or the nominal pose with all wheels at equal penetration,
     /// from which the robot settles
-    start: word(&StartKind::ALL, StartKind::name) => |s| &mut s.engine.start;
+    start: word(&StartKind::ALL, StartKind::name) => engine.start;
 
     /// largest integration step of rapier, cut into 13 parts while an edge hits a wheel, and into as many as stiff laws
     /// need
-    step: number(TIME, above(0.0).at_most(LONGEST_STEP)) => |s| &mut s.engine.step;
+    step: number(TIME, above(0.0).at_most(LONGEST_STEP)) => engine.step;
 
     /// error allowed in a step of direct, in units of 1 mm, 10 mrad, 0.1 m/s and 0.1 rad/s
-    tolerance: number(NONE, at_least(1e-9).at_most(1e-2)) => |s| &mut s.engine.tolerance;
+    tolerance: number(NONE, at_least(1e-9).at_most(1e-2)) => engine.tolerance;
 }
 
 keys! {
     RECORD: Scene;
 
     /// simulated time; a whole number of records
-    duration: number(TIME, above(0.0).at_most(LONGEST_RUN)) => |s| &mut s.record.duration;
+    duration: number(TIME, above(0.0).at_most(LONGEST_RUN)) => record.duration;
 
     /// records a second
-    rate: number(FREQUENCY, above(0.0).at_most(FASTEST)) => |s| &mut s.record.rate;
+    rate: number(FREQUENCY, above(0.0).at_most(FASTEST)) => record.rate;
 
     /// errors are computed from this time on, after rest and start; below duration
-    compare_from: number(TIME, at_least(0.0).at_most(LONGEST_RUN))
-        => |s| &mut s.record.compare_from;
+    compare_from: number(TIME, at_least(0.0).at_most(LONGEST_RUN)) => record.compare_from;
 }
 
 impl Scene {
@@ -99,10 +98,11 @@ impl Scene {
     /// # Errors
     /// [`SceneError`] with all problems of the file, of files that it names, and of the overrides.
     pub fn load(path: &Path, overrides: &[String]) -> Result<Self, SceneError> {
-        let shown = path.display().to_string();
-        let text = Reader::text(path, "a scene file in TOML, UTF-8")?;
-        let base_dir = path.parent().unwrap_or(Path::new(""));
-        Self::parse(&text, &shown, base_dir, overrides)
+        Reader::load(
+            path,
+            "a scene file in TOML, UTF-8",
+            |text, shown, folder| Self::parse(text, shown, folder, overrides),
+        )
     }
 
     /// Reads the text of a scene file.
@@ -161,7 +161,7 @@ fn read(reader: &mut Reader, root: &Node, source_name: &str) -> Scene {
 }
 
 /// Every key that a scene file can have, section by section.
-pub(crate) fn scene_keys() -> Vec<KeyReference> {
+pub fn reference() -> Vec<KeyReference> {
     let mut rows = Vec::new();
     key::rows(&mut rows, SCENE, "", &mut Scene::default());
     rows
@@ -170,7 +170,7 @@ pub(crate) fn scene_keys() -> Vec<KeyReference> {
 /// The table that has a key of this name, as written in a file.
 pub(crate) fn home_of(name: &str) -> Option<String> {
     // Made once: it takes milliseconds.
-    static KEYS: LazyLock<Vec<KeyReference>> = LazyLock::new(scene_keys);
+    static KEYS: LazyLock<Vec<KeyReference>> = LazyLock::new(reference);
     let suffix = format!(".{name}");
     let keys = KEYS.iter().filter(|k| k.key.ends_with(&suffix));
     // A section rather than an item of a list.

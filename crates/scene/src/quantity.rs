@@ -292,10 +292,6 @@ impl Form for Number {
     fn units(&self) -> &'static [&'static str] {
         self.unit.names
     }
-
-    fn shown(&self, value: &mut f64) -> String {
-        short(*value)
-    }
 }
 
 impl Reader {

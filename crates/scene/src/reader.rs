@@ -37,12 +37,16 @@ impl Reader {
         }
     }
 
-    /// The text of a file; `allowed` says what it must be.
-    pub fn text(path: &Path, allowed: &str) -> Result<String, SceneError> {
-        source::read_toml(path).map_err(|error| {
-            let message = format!("{error}; allowed: {allowed}");
-            SceneError::unread(&path.display().to_string(), message)
-        })
+    /// Reads a file with `parse`, which gets its text, its name and its folder; `allowed` says what it must be.
+    pub fn load<T>(
+        path: &Path,
+        allowed: &str,
+        parse: impl FnOnce(&str, &str, &Path) -> Result<T, SceneError>,
+    ) -> Result<T, SceneError> {
+        let shown = path.display().to_string();
+        let text = source::read_toml(path)
+            .map_err(|error| SceneError::unread(&shown, format!("{error}; allowed: {allowed}")))?;
+        parse(&text, &shown, path.parent().unwrap_or(Path::new("")))
     }
 
     /// Parses a text as TOML and reads it with `read`; the error has all problems.
@@ -107,6 +111,11 @@ impl Reader {
     /// Adds a problem: the value at a node is not allowed.
     pub fn refuse(&mut self, node: &Node, path: &str, allowed: &str) {
         self.complain(&node.origin, path, || refusal(node, allowed));
+    }
+
+    /// Adds a problem: the value of a key of a table is not allowed. It is at the key, or at the table that lacks it.
+    pub fn refuse_key(&mut self, table: &Node, path: &str, key: &str, allowed: &str) {
+        self.refuse(table.get(key).unwrap_or(table), &join(path, key), allowed);
     }
 
     /// Parses a text as TOML; `None` after syntax errors, which become problems.

@@ -88,10 +88,10 @@ keys! {
     KEYS: RobotChoice;
 
     /// dimensions of the robot; a path is relative to the scene file
-    geometry ("A"): GEOMETRY_PART => |robot| robot;
+    geometry ("A"): GEOMETRY_PART => self;
 
     /// masses and inertias; a path is relative to the scene file
-    mass ("caption"): MASS_PART => |robot| robot;
+    mass ("caption"): MASS_PART => self;
 }
 
 /// The robot, and the names under which its parts were chosen.
@@ -357,80 +357,78 @@ keys! {
     pub(crate) GEOMETRY: RobotChoice;
 
     /// name in summaries
-    name ("the name or path by which it was chosen"): TEXT => |r| &mut r.geometry_name;
+    name ("the name or path by which it was chosen"): TEXT => geometry_name;
 
     /// radius of every wheel
     wheel_radius (required): number(LENGTH, above(0.0).at_most(FARTHEST))
-        => |r| &mut r.robot.geometry.wheel_radius;
+        => robot.geometry.wheel_radius;
 
     /// axles of the front, middle and rear wheel; their height is the wheel radius
-    axles (required): THREE_POINTS => |r| &mut r.robot.geometry.axles;
+    axles (required): THREE_POINTS => robot.geometry.axles;
 
     /// the link that carries each wheel; both links must carry one
     carriers (required): array("three of {}", word(LINKS, |link| link.bar().name()))
-        => |r| &mut r.robot.geometry.carriers;
+        => robot.geometry.carriers;
 
     /// centre of mass of the body
-    body_cg (required): POINT => |r| &mut r.robot.geometry.body_cg;
+    body_cg (required): POINT => robot.geometry.body_cg;
 
     /// centres of mass of links 1 to 3 without wheels; by default the mean of the link's own pins and axles
-    link_cg ("mean of own pins and axles"): THREE_POINTS => |r| &mut r.robot.geometry.link_cg;
+    link_cg ("mean of own pins and axles"): THREE_POINTS => robot.geometry.link_cg;
 
     /// positions of the four pins
-    pins (required): section(PINS) => |x| x;
+    pins (required): section(PINS) => self;
 
     /// end stops of pin Q, on theta_1 - theta_2
-    stop: section(STOP) => |x| x;
+    stop: section(STOP) => self;
 
     /// outline of body and links, for their clearance to the ground; it carries no force
-    outline: section(OUTLINE) => |x| x;
+    outline: section(OUTLINE) => self;
 }
 
 keys! {
     PINS: RobotChoice;
 
     /// between body and link 1
-    p (required): POINT => |r| &mut r.robot.geometry.pins.p;
+    p (required): POINT => robot.geometry.pins.p;
 
     /// between link 1 and link 2
-    q (required): POINT => |r| &mut r.robot.geometry.pins.q;
+    q (required): POINT => robot.geometry.pins.q;
 
     /// between link 2 and link 3
-    r (required): POINT => |r| &mut r.robot.geometry.pins.r;
+    r (required): POINT => robot.geometry.pins.r;
 
     /// between link 3 and body
-    s (required): POINT => |r| &mut r.robot.geometry.pins.s;
+    s (required): POINT => robot.geometry.pins.s;
 }
 
 keys! {
     OUTLINE: RobotChoice;
 
     /// lower rear corner of the body's box; by default 1/3 of the wheelbase behind body_cg and 0.117 of it below
-    body_lower ("from body_cg and wheelbase"): POINT
-        => |r| &mut r.robot.geometry.outline.body_lower;
+    body_lower ("from body_cg and wheelbase"): POINT => robot.geometry.outline.body_lower;
 
     /// upper front corner of the body's box; by default as far ahead of body_cg and above it
-    body_upper ("from body_cg and wheelbase"): POINT
-        => |r| &mut r.robot.geometry.outline.body_upper;
+    body_upper ("from body_cg and wheelbase"): POINT => robot.geometry.outline.body_upper;
 
     /// half of the width of links, and wall about the body's box and pins; by default 0.025 of the wheelbase
-    half_width: number(LENGTH, at_least(0.0).at_most(FARTHEST)) => |r| &mut r.robot.geometry.outline.half_width;
+    half_width: number(LENGTH, at_least(0.0).at_most(FARTHEST)) => robot.geometry.outline.half_width;
 }
 
 keys! {
     STOP: RobotChoice;
 
     /// lower limit
-    lower: number(ANGLE, at_least(-PI).below(0.0)) => |r| &mut r.robot.geometry.stop.lower;
+    lower: number(ANGLE, at_least(-PI).below(0.0)) => robot.geometry.stop.lower;
 
     /// upper limit
-    upper: number(ANGLE, above(0.0).at_most(PI)) => |r| &mut r.robot.geometry.stop.upper;
+    upper: number(ANGLE, above(0.0).at_most(PI)) => robot.geometry.stop.upper;
 
     /// stiffness beyond a limit
-    stiffness: number(STOP_STIFFNESS, at_least(0.0).at_most(1e9)) => |r| &mut r.robot.geometry.stop.stiffness;
+    stiffness: number(STOP_STIFFNESS, at_least(0.0).at_most(1e9)) => robot.geometry.stop.stiffness;
 
     /// damping beyond a limit
-    damping: number(STOP_DAMPING, at_least(0.0).at_most(1e9)) => |r| &mut r.robot.geometry.stop.damping;
+    damping: number(STOP_DAMPING, at_least(0.0).at_most(1e9)) => robot.geometry.stop.damping;
 }
 
 keys! {
@@ -438,27 +436,26 @@ keys! {
     pub(crate) MASSES: RobotChoice;
 
     /// name in summaries
-    name ("the name or path by which it was chosen"): TEXT => |r| &mut r.mass_name;
+    name ("the name or path by which it was chosen"): TEXT => mass_name;
 
     /// the body: half of the real one
-    body (required): MASS_OF => |r| &mut r.robot.mass.body;
+    body (required): MASS_OF => robot.mass.body;
 
     /// links 1 to 3 without wheels
-    links (required): array("[a, b, c], each {}", MASS_OF) => |r| &mut r.robot.mass.links;
+    links (required): array("[a, b, c], each {}", MASS_OF) => robot.mass.links;
 
     /// each wheel module
-    wheel (required): MASS_OF => |r| &mut r.robot.mass.wheel;
+    wheel (required): MASS_OF => robot.mass.wheel;
 
     /// of the body about its centre of mass
-    body_inertia (required): INERTIA_OF => |r| &mut r.robot.mass.body_inertia;
+    body_inertia (required): INERTIA_OF => robot.mass.body_inertia;
 
     /// of links 1 to 3 about their centres of mass
-    link_inertias (required): array("[a, b, c], each {}", INERTIA_OF)
-        => |r| &mut r.robot.mass.link_inertias;
+    link_inertias (required): array("[a, b, c], each {}", INERTIA_OF) => robot.mass.link_inertias;
 
     /// J_wheel: the disc, which resists the absolute spin
-    wheel_inertia (required): INERTIA_OF => |r| &mut r.robot.mass.wheel_inertia;
+    wheel_inertia (required): INERTIA_OF => robot.mass.wheel_inertia;
 
     /// J_rotor: the rotor through the gear, which resists the relative spin
-    rotor_inertia (required): INERTIA_OF => |r| &mut r.robot.mass.rotor_inertia;
+    rotor_inertia (required): INERTIA_OF => robot.mass.rotor_inertia;
 }

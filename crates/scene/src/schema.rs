@@ -58,7 +58,7 @@ fn file<T>(keys: &[Key<T>], defaults: &mut T) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference::reference;
+    use crate::load::reference;
     use std::collections::BTreeSet;
 
     /// The keys of a schema, as the reference writes them.

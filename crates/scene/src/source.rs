@@ -131,19 +131,14 @@ impl SourceCode for Source {
         before: usize,
         after: usize,
     ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
-        let line = self.line_of(span.offset());
-        let first = line.saturating_sub(before).max(1);
-        let last = (line..=line + after).rev().find_map(|n| self.line_span(n));
-        let start = self.line_starts()[first - 1];
-        let text = self.text.get(start..last.map_or(start, |last| last.end));
-        let text = text.ok_or(MietteError::OutOfBounds)?;
+        let found = self.text.read_span(span, before, after)?;
         Ok(Box::new(MietteSpanContents::new_named(
             self.name.clone(),
-            text.as_bytes(),
-            (start, text.len()).into(),
-            first - 1,
-            0,
-            text.lines().count(),
+            found.data().trim_ascii_end(),
+            *found.span(),
+            found.line(),
+            found.column(),
+            found.line_count(),
         )))
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::rule::Rule;
 use robhaz_estimator::{ContactEstimate, ContactState as Estimated, Estimate};
-use robhaz_sim::{ContactState, Truth, WheelTruth};
+use robhaz_sim::{Truth, WheelTruth};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
@@ -26,8 +26,8 @@ impl ContactFlag {
 
     fn of_truth(self, wheel: &WheelTruth) -> bool {
         match self {
-            Self::Air => wheel.contact_state() == ContactState::Air,
-            Self::TwoContacts => wheel.contact_state() == ContactState::Two,
+            Self::Air => wheel.contacts == 0,
+            Self::TwoContacts => wheel.contacts > 1,
             Self::Sliding => wheel.slides,
         }
     }

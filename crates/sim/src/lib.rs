@@ -51,6 +51,5 @@ pub use error::{NoRest, PlantError};
 pub use plant::Plant;
 pub use setup::{EngineKind, PlantSetup, StartKind};
 pub use truth::{
-    BarTruth, ContactList, ContactState, ContactTruth, EquivalentContact, PinTruth, Truth,
-    WheelTruth,
+    BarTruth, ContactList, ContactTruth, EquivalentContact, PinTruth, Truth, WheelTruth,
 };

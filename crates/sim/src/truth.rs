@@ -88,18 +88,6 @@ impl Deref for ContactList {
     }
 }
 
-/// How many contacts a wheel has.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ContactState {
-    /// None: the wheel is in the air.
-    #[default]
-    Air,
-    /// One.
-    One,
-    /// Two or more: riser and tread, or both sides of a concave corner.
-    Two,
-}
-
 /// The single contact whose force on the axle and whose traction are those of all contacts of a wheel together.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EquivalentContact {
@@ -151,15 +139,6 @@ pub struct WheelTruth {
 }
 
 impl WheelTruth {
-    /// How many contacts the wheel has.
-    pub fn contact_state(&self) -> ContactState {
-        match self.contacts {
-            0 => ContactState::Air,
-            1 => ContactState::One,
-            _ => ContactState::Two,
-        }
-    }
-
     /// The equivalent single contact: what an estimator with one contact a wheel can know.
     ///
     /// The ground acts on the axle with a force F, the sum of `N_i n_i + T_i t_i`, and a moment r T with T = sum of T_i
@@ -233,9 +212,7 @@ impl Truth {
     pub fn bar(&self, bar: Bar) -> &BarTruth {
         match bar {
             Bar::Body => &self.body,
-            Bar::Link1 => &self.links[0],
-            Bar::Link2 => &self.links[1],
-            Bar::Link3 => &self.links[2],
+            link => &self.links[link as usize - 1],
         }
     }
 
@@ -248,12 +225,7 @@ impl Truth {
 
     /// One pin.
     pub fn pin(&self, pin: Pin) -> &PinTruth {
-        match pin {
-            Pin::P => &self.pins[0],
-            Pin::Q => &self.pins[1],
-            Pin::R => &self.pins[2],
-            Pin::S => &self.pins[3],
-        }
+        &self.pins[pin as usize]
     }
 }
 

@@ -6,7 +6,7 @@
 //! less: the second force would appear at nearly its full size, with energy from nothing in its spring. A parabola
 //! tangent to both sides leaves one contact, which moves from one side to the other.
 
-use crate::edge::{Edge, Knot};
+use crate::edge::{Edge, Knot, append};
 
 /// Angle below which a concave corner is blunt, rad (9 deg): `r (1 - cos a)` is then 1.2 mm for r = 0.1 m, a penetration
 /// of five times the mean wheel load.
@@ -25,7 +25,7 @@ pub(crate) fn round(edges: Vec<Edge>, wheel_radius: f64) -> Vec<Edge> {
     if cuts.is_empty() {
         return edges;
     }
-    let mut rounded = Rounded { edges: Vec::new() };
+    let mut rounded = Vec::new();
     let mut cuts = cuts.into_iter().peekable();
     // Start of what is left of the current edge, m.
     let mut from = f64::NEG_INFINITY;
@@ -33,15 +33,15 @@ pub(crate) fn round(edges: Vec<Edge>, wheel_radius: f64) -> Vec<Edge> {
     for edge in &edges {
         loop {
             let Some(&[start, end]) = cuts.peek() else {
-                rounded.part(edge, from, f64::INFINITY);
+                part(&mut rounded, edge, from, f64::INFINITY);
                 break;
             };
             if entry.is_none() {
                 if start >= edge.to.x {
-                    rounded.part(edge, from, f64::INFINITY);
+                    part(&mut rounded, edge, from, f64::INFINITY);
                     break;
                 }
-                rounded.part(edge, from, start);
+                part(&mut rounded, edge, from, start);
                 entry = Some(knot(edge, start));
             }
             if end > edge.to.x {
@@ -49,13 +49,13 @@ pub(crate) fn round(edges: Vec<Edge>, wheel_radius: f64) -> Vec<Edge> {
                 break;
             }
             if let Some(entry) = entry.take() {
-                rounded.parabola(entry, knot(edge, end));
+                append(&mut rounded, parabola(entry, knot(edge, end)));
             }
             from = end;
             cuts.next();
         }
     }
-    rounded.edges
+    rounded
 }
 
 /// The intervals to be replaced, from rear to front. Neighbours do not overlap: each takes at most half the way to the
@@ -98,44 +98,27 @@ fn knot(edge: &Edge, x: f64) -> Knot {
     }
 }
 
-/// The new chain.
-struct Rounded {
-    edges: Vec<Edge>,
+/// Appends the part of an edge between two x (m); outside of the edge they stand for its ends.
+fn part(rounded: &mut Vec<Edge>, edge: &Edge, from: f64, to: f64) {
+    if from <= edge.from.x && to >= edge.to.x {
+        return append(rounded, edge.clone());
+    }
+    let [start, end] = [from.max(edge.from.x), to.min(edge.to.x)].map(|x| knot(edge, x));
+    if start.x < end.x {
+        let left = match edge.is_line() {
+            true => Edge::line(start.point(), end.point()),
+            false => Edge::curve(start, end),
+        };
+        append(rounded, left);
+    }
 }
 
-impl Rounded {
-    /// Appends the part of an edge between two x (m); outside of the edge they stand for its ends.
-    fn part(&mut self, edge: &Edge, from: f64, to: f64) {
-        if from <= edge.from.x && to >= edge.to.x {
-            self.push(edge.clone());
-            return;
-        }
-        let [start, end] = [from.max(edge.from.x), to.min(edge.to.x)].map(|x| knot(edge, x));
-        if start.x >= end.x {
-            return;
-        }
-        self.push(if edge.is_line() {
-            Edge::line(start.point(), end.point())
-        } else {
-            Edge::curve(start, end)
-        });
-    }
-
-    /// Appends the parabola between two knots: its second derivative is constant.
-    fn parabola(&mut self, mut from: Knot, mut to: Knot) {
-        let second = (to.at[1] - from.at[1]) / (to.x - from.x);
-        from.at[2] = second;
-        to.at[2] = second;
-        self.push(Edge::curve(from, to));
-    }
-
-    fn push(&mut self, mut edge: Edge) {
-        edge.run = self
-            .edges
-            .last()
-            .map_or(0, |last| last.run + u32::from(!last.joins_smoothly(&edge)));
-        self.edges.push(edge);
-    }
+/// The parabola between two knots: its second derivative is constant.
+fn parabola(mut from: Knot, mut to: Knot) -> Edge {
+    let second = (to.at[1] - from.at[1]) / (to.x - from.x);
+    from.at[2] = second;
+    to.at[2] = second;
+    Edge::curve(from, to)
 }
 
 #[cfg(test)]

@@ -1,8 +1,6 @@
 //! Sums of Gaussian bumps.
 
 use crate::Vec2;
-use crate::check::{above_zero, finite};
-use crate::error::ProfileError;
 use crate::shape::{Piece, SPACING, Shape};
 
 /// Value of `((x - centre)/width)^2` beyond which a bump counts as zero: exp(-40) is 4e-18 of its height.
@@ -21,19 +19,7 @@ pub struct Bump {
     pub width: f64,
 }
 
-impl Bump {
-    fn check(&self) -> Result<(), ProfileError> {
-        finite("height", self.height)?;
-        finite("centre", self.centre)?;
-        above_zero("width", self.width)
-    }
-}
-
 impl Shape for Vec<Bump> {
-    fn check(&self) -> Result<(), ProfileError> {
-        self.iter().try_for_each(Bump::check)
-    }
-
     fn eval(&self, x: f64) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for b in self {
@@ -61,27 +47,5 @@ impl Shape for Vec<Bump> {
         }
         let start = Vec2::new(from, self.eval(from)[0]);
         (start, vec![Piece::Curve(to, spacing)])
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn impossible_bumps_are_refused() {
-        let bad = |height, width| {
-            let bump = Bump {
-                height,
-                centre: 0.0,
-                width,
-            };
-            vec![bump].check().map_err(|e| e.to_string())
-        };
-        assert_eq!(bad(0.1, 1.0), Ok(()));
-        let expected = "width is 0; it must be a number above 0";
-        assert_eq!(bad(0.1, 0.0), Err(expected.to_owned()));
-        let expected = "height is NaN; it must be a finite number";
-        assert_eq!(bad(f64::NAN, 1.0), Err(expected.to_owned()));
     }
 }

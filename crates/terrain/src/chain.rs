@@ -1,7 +1,7 @@
 //! Converts a profile into a chain of edges.
 
 use crate::blunt;
-use crate::edge::{Edge, Knot};
+use crate::edge::{Edge, Knot, append};
 use crate::profile::Part;
 use crate::shape::Piece;
 use crate::{Profile, Vec2};
@@ -47,13 +47,9 @@ impl Chain {
         chain
     }
 
-    /// Appends an edge; where it meets the last one at a corner, a new run starts.
-    fn push(&mut self, mut edge: Edge) {
-        if let Some(last) = self.edges.last() {
-            edge.run = last.run + u32::from(!last.joins_smoothly(&edge));
-        }
+    fn push(&mut self, edge: Edge) {
         self.at = edge.to;
-        self.edges.push(edge);
+        append(&mut self.edges, edge);
     }
 
     /// Appends a straight edge to a point (m), unless it would have no length.

@@ -1,8 +1,6 @@
 //! One cosine bump.
 
 use crate::Vec2;
-use crate::check::{above_zero, finite};
-use crate::error::ProfileError;
 use crate::shape::{Piece, SPACING, Shape};
 use std::f64::consts::PI;
 
@@ -20,12 +18,6 @@ pub struct CosBump {
 }
 
 impl Shape for CosBump {
-    fn check(&self) -> Result<(), ProfileError> {
-        finite("height", self.height)?;
-        finite("centre", self.centre)?;
-        above_zero("half_width", self.half_width)
-    }
-
     fn eval(&self, x: f64) -> [f64; 3] {
         let u = (x - self.centre) / self.half_width;
         if u.abs() > 1.0 {

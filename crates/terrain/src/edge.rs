@@ -23,6 +23,13 @@ impl Knot {
     }
 }
 
+/// Appends an edge to a chain; where it meets the last one at a corner, a new run starts.
+pub(crate) fn append(chain: &mut Vec<Edge>, mut edge: Edge) {
+    let run = |last: &Edge| last.run + u32::from(!last.joins_smoothly(&edge));
+    edge.run = chain.last().map_or(0, run);
+    chain.push(edge);
+}
+
 /// An edge, directed forward with the ground on its right: a vertical riser, or the polynomial of fifth degree that has
 /// the height, slope and second derivative of the curve f at both ends (Hermite interpolation). Over a length h in x
 /// its height differs from f by at most `max|f^(6)| h^6/46080`.

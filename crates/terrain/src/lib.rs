@@ -9,7 +9,6 @@
 mod blunt;
 mod bumps;
 mod chain;
-mod check;
 mod contact;
 mod cosbump;
 mod ditch;

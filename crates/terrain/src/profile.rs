@@ -38,10 +38,6 @@ pub enum Profile {
 struct Level;
 
 impl Shape for Level {
-    fn check(&self) -> Result<(), ProfileError> {
-        Ok(())
-    }
-
     fn pieces(&self) -> (Vec2, Vec<Piece>) {
         (Vec2::zeros(), Vec::new())
     }
@@ -63,7 +59,7 @@ impl Profile {
         }
     }
 
-    /// Checks the parameters.
+    /// Checks the rules between the parameters. The range of each alone is that of its key in a scene.
     ///
     /// # Errors
     /// The first [`ProfileError`] found.
@@ -130,7 +126,7 @@ impl Part {
 }
 
 impl Course {
-    /// A course of profiles, given from rear to front.
+    /// A course of profiles, given from rear to front: none of level ground, none a course itself.
     pub fn new(profiles: Vec<Profile>) -> Self {
         let mut parts: Vec<Part> = Vec::with_capacity(profiles.len());
         for profile in profiles {
@@ -152,12 +148,7 @@ impl Course {
 
 impl Shape for Course {
     fn check(&self) -> Result<(), ProfileError> {
-        for (part, one) in self.parts.iter().enumerate() {
-            if matches!(one.profile, Profile::Flat | Profile::Course(_)) {
-                return Err(ProfileError::Part { part });
-            }
-            one.profile.check()?;
-        }
+        self.parts.iter().try_for_each(|p| p.profile.check())?;
         for (i, pair) in self.parts.windows(2).enumerate() {
             if pair[1].start < pair[0].end - TOLERANCE {
                 return Err(ProfileError::Overlap {
@@ -220,7 +211,5 @@ mod tests {
         let error = Course::new(vec![waves(1.0), waves(1.5)]).check();
         let expected = "part 1 starts at 1.5 m, before the end of the part before, 2 m";
         assert_eq!(error.map_err(|e| e.to_string()), Err(expected.to_owned()));
-        let error = Course::new(vec![waves(1.0), Profile::Flat]).check();
-        assert_eq!(error, Err(ProfileError::Part { part: 1 }));
     }
 }

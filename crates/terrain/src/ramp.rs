@@ -1,8 +1,6 @@
 //! An incline between level ground.
 
 use crate::Vec2;
-use crate::check::{above_zero, finite, in_range};
-use crate::error::ProfileError;
 use crate::shape::{Piece, Shape};
 
 /// Level ground, an incline, level ground; two corners.
@@ -17,15 +15,6 @@ pub struct Ramp {
 }
 
 impl Shape for Ramp {
-    fn check(&self) -> Result<(), ProfileError> {
-        let steepest = 80.0_f64.to_radians();
-        in_range("angle", self.angle, "within +-80 deg", |a| {
-            a.abs() <= steepest
-        })?;
-        finite("start", self.start)?;
-        above_zero("length", self.length)
-    }
-
     fn pieces(&self) -> (Vec2, Vec<Piece>) {
         let start = Vec2::new(self.start, 0.0);
         let top = start + Vec2::new(self.angle.cos(), self.angle.sin()) * self.length;

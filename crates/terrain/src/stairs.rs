@@ -1,7 +1,6 @@
 //! Kerbs and stairs.
 
 use crate::Vec2;
-use crate::check::{above_zero, finite, in_range};
 use crate::error::ProfileError;
 use crate::shape::{Piece, Shape};
 
@@ -20,11 +19,8 @@ pub struct Stairs {
 
 impl Shape for Stairs {
     fn check(&self) -> Result<(), ProfileError> {
-        in_range("rise", self.rise, "a finite number other than 0", |r| {
-            r != 0.0 && r.is_finite()
-        })?;
-        finite("start", self.start)?;
-        above_zero("run", self.run)
+        let allowed = "a finite number other than 0";
+        ProfileError::unless(self.rise != 0.0, "rise", self.rise, allowed)
     }
 
     fn pieces(&self) -> (Vec2, Vec<Piece>) {

@@ -2,7 +2,7 @@
 
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{Cell, CellAlignment, Table};
-use robhaz_masses::{LoadDeviation, PARAMETERS, Plan, Weighed, parameter_names};
+use robhaz_masses::{Plan, Weighed, WeighedValue};
 
 /// A deviation above this share of its prior counts as not seen.
 const NOT_SEEN: f64 = 0.95;
@@ -14,7 +14,8 @@ pub fn weighed(of: &Weighed) -> String {
     let [first, second] = of
         .inclination_offsets
         .map(|(offset, sigma)| format!("{:+.2} ±{:.2}", offset.to_degrees(), sigma.to_degrees()));
-    let unseen: Vec<_> = unseen(of).map(|i| parameter_names()[i].name).collect();
+    let is_unseen = |value: &&WeighedValue| value.deviation > NOT_SEEN * value.prior;
+    let unseen: Vec<_> = of.values.iter().filter(is_unseen).map(|v| v.name).collect();
     let unseen = match unseen.as_slice() {
         [] => "The readings determine every value better than the tolerances do.".to_owned(),
         names => format!(
@@ -30,8 +31,8 @@ pub fn weighed(of: &Weighed) -> String {
              Fit: weighted sum of squares {:.1} for {} readings.\n\
              Error of N by masses, centres of mass and pins, on a driven ground: {:.2} N ({:.1} %) with the nominal robot, {:.2} N ({:.2} %) \
              after weighing.",
-        load_table(of),
-        value_table(of),
+        table_of(&of.loads, 4),
+        table_of(&of.values, 3),
         of.misfit.sum,
         of.misfit.readings,
         of.forces.before,
@@ -41,48 +42,22 @@ pub fn weighed(of: &Weighed) -> String {
     )
 }
 
-/// Indices of the single values that the scales did not see.
-fn unseen(of: &Weighed) -> impl Iterator<Item = usize> + '_ {
-    (0..PARAMETERS).filter(|i| of.deviation[*i] > NOT_SEEN * of.prior[*i])
-}
-
-fn load_table(of: &Weighed) -> Table {
+/// Values with so many digits, lengths in mm with one less.
+fn table_of(values: &[WeighedValue], digits: usize) -> Table {
     let mut table = table(&["", "nominal", "weighed", "unit"]);
-    for LoadDeviation {
-        name,
-        unit,
-        drawn,
-        found,
-        prior,
-        deviation,
-    } in &of.loads
-    {
-        table.add_row(cells(&[
-            (*name).to_owned(),
-            format!("{drawn:.4} ±{prior:.4}"),
-            format!("{found:.4} ±{deviation:.4}"),
-            (*unit).to_owned(),
-        ]));
-    }
-    table
-}
-
-fn value_table(of: &Weighed) -> Table {
-    let mut table = table(&["", "nominal", "weighed", "unit"]);
-    for (i, name) in parameter_names().iter().enumerate() {
-        // Lengths in mm.
-        let (factor, unit, digits) = match name.unit {
-            "m" => (1e3, "mm", 2),
-            unit => (1.0, unit, 3),
+    for value in values {
+        let (factor, unit, digits) = match value.unit {
+            "m" => (1e3, "mm", digits - 1),
+            unit => (1.0, unit, digits),
         };
         let shown = |value: f64, sigma: f64| {
             let (value, sigma) = (factor * value, factor * sigma);
             format!("{value:.digits$} ±{sigma:.digits$}")
         };
         table.add_row(cells(&[
-            name.name.to_owned(),
-            shown(of.drawn[i], of.prior[i]),
-            shown(of.found[i], of.deviation[i]),
+            value.name.to_owned(),
+            shown(value.drawn, value.prior),
+            shown(value.found, value.deviation),
             unit.to_owned(),
         ]));
     }

@@ -274,16 +274,16 @@ pub fn findings(
     let is_better = resolved && best != OWN && nis_of_own > AGREE && least < BETTER * nis_of_own;
     let finding = if quiet {
         let remedy = "correct the unit of the torques, or state their noise, first";
-        Finding::cannot_tell(WIRING, CHANNEL, figure, remedy)
+        Finding::ok(WIRING, CHANNEL, figure).cannot_tell(remedy)
     } else if is_better || best != OWN && is_other {
         let remedy = format!("{}{}", best.words(), also(&as_well));
-        Finding::fault(WIRING, best.channels(), figure, remedy)
+        Finding::ok(WIRING, best.channels(), figure).fault(remedy)
     } else if let [other, ..] = as_well[..] {
         let remedy = format!(
             "turn one wheel after the other by hand, and see that its encoder and torque change: not seen{}",
             also(&as_well)
         );
-        Finding::cannot_tell(WIRING, other.channels(), figure, remedy)
+        Finding::ok(WIRING, other.channels(), figure).cannot_tell(remedy)
     } else {
         Finding::ok(WIRING, CHANNEL, figure)
     };
@@ -314,17 +314,13 @@ fn also(cases: &[Case]) -> String {
 
 /// What is left with all changes that other tests ask for.
 fn contradiction(own: &Judgement, resolved: bool) -> Finding {
+    let of_frames = |share: f64, channel: &str, what: &str| {
+        let figure = format!("{:.1} % of the frames have {what}", 100.0 * share);
+        Finding::ok(TEST, channel, figure).with("share", 100.0 * share, "%")
+    };
     if own.absurd > OFTEN {
-        let figure = format!(
-            "{:.1} % of the frames have a reading beyond what the robot can do",
-            100.0 * own.absurd
-        );
-        let remedy = "check units and gear ratios";
-        return Finding::fault(TEST, CHANNEL, figure, remedy).with(
-            "share",
-            100.0 * own.absurd,
-            "%",
-        );
+        let what = "a reading beyond what the robot can do";
+        return of_frames(own.absurd, CHANNEL, what).fault("check units and gear ratios");
     }
     let largest = own.largest;
     if let Some(first) = own.first {
@@ -334,26 +330,19 @@ fn contradiction(own: &Judgement, resolved: bool) -> Finding {
         );
         if !resolved {
             let remedy = "record at a higher rate, best at 1 kHz: the filters need wheels that turn by less than 0.02 rad, and less than 20 ms, between readings";
-            return Finding::cannot_tell(TEST, CHANNEL, figure, remedy);
+            return Finding::ok(TEST, CHANNEL, figure).cannot_tell(remedy);
         }
         let remedy = "see the faults above and correct them first; without any, check dimensions, masses and noise budget";
-        let finding = Finding::fault(TEST, names.join(", "), figure, remedy);
+        let finding = Finding::ok(TEST, names.join(", "), figure);
         return finding
+            .fault(remedy)
             .with("from", first, "s")
             .with("largest", largest, "-");
     }
     if own.refused > OFTEN {
-        let figure = format!(
-            "{:.1} % of the frames have no estimate",
-            100.0 * own.refused
-        );
-        let remedy = "check the inclinometers: the four-bar cannot close at such angles";
         let channel = "inclinometer 1, inclinometer 2";
-        return Finding::fault(TEST, channel, figure, remedy).with(
-            "share",
-            100.0 * own.refused,
-            "%",
-        );
+        let remedy = "check the inclinometers: the four-bar cannot close at such angles";
+        return of_frames(own.refused, channel, "no estimate").fault(remedy);
     }
     let figure = format!("largest mean NIS {largest:.1} (a contradiction from 4 on)");
     Finding::ok(TEST, CHANNEL, figure).with("largest", largest, "-")

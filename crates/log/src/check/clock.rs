@@ -103,8 +103,8 @@ impl<'a> Clock<'a> {
                 let figure = "the wheels turn as the time stamps say";
                 return Finding::ok(TEST, CHANNEL, figure);
             }
-            let remedy = "record a drive at a steady speed";
-            return Finding::cannot_tell(TEST, CHANNEL, "the wheels do not turn steadily", remedy);
+            let finding = Finding::ok(TEST, CHANNEL, "the wheels do not turn steadily");
+            return finding.cannot_tell("record a drive at a steady speed");
         };
         let at = self.frames.get(*frame).map_or(0.0, |f| f.time);
         let figure = format!(
@@ -118,7 +118,8 @@ impl<'a> Clock<'a> {
         );
         let remedy =
             "split the log there; stamp readings with a monotonic clock, when they are taken";
-        Finding::fault(TEST, CHANNEL, figure, remedy).with("set back", *back, "s")
+        let finding = Finding::ok(TEST, CHANNEL, figure).fault(remedy);
+        finding.with("set back", *back, "s")
     }
 }
 

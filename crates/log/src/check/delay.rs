@@ -79,7 +79,7 @@ pub fn finding(
 ) -> Finding {
     const TEST: &str = "delay";
     let Some(delay) = delay else {
-        return Finding::cannot_tell(TEST, channel, none, remedy);
+        return Finding::ok(TEST, channel, none).cannot_tell(remedy);
     };
     let figure = format!(
         "{:.1} +- {:.1} ms, {:.1} % explained",
@@ -87,10 +87,11 @@ pub fn finding(
         1e3 * delay.sigma.max(1e-4),
         100.0 * delay.explained,
     );
+    let finding = Finding::ok(TEST, channel, figure);
     let finding = match allowed.judge(&delay) {
-        Verdict::Ok => Finding::ok(TEST, channel, figure),
-        Verdict::CannotTell => return Finding::cannot_tell(TEST, channel, figure, remedy),
-        Verdict::Fault => Finding::fault(TEST, channel, figure, fault(&delay)),
+        Verdict::Ok => finding,
+        Verdict::CannotTell => return finding.cannot_tell(remedy),
+        Verdict::Fault => finding.fault(fault(&delay)),
     };
     let finding = finding.with("delay", delay.seconds, "s");
     finding.with("deviation", delay.sigma, "s")

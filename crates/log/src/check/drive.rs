@@ -188,11 +188,11 @@ pub fn findings(log: &Readings<'_>) -> Answer {
             format!("the torques differ by {size:.2} N m RMS only, {least:.2} are needed")
         };
         let remedy = "drive over an obstacle, so that the wheels' torques differ";
-        let mut pairing = Finding::cannot_tell(PAIRING, CHANNEL, &figure, remedy);
+        let mut pairing = Finding::ok(PAIRING, CHANNEL, &figure).cannot_tell(remedy);
         if size.is_finite() {
             pairing = pairing.with("difference", size, "N m");
         }
-        let delay = Finding::cannot_tell(DELAY, LATE, figure, remedy);
+        let delay = Finding::ok(DELAY, LATE, figure).cannot_tell(remedy);
         return Answer {
             findings: vec![pairing, delay],
             wiring: None,
@@ -225,18 +225,18 @@ pub fn findings(log: &Readings<'_>) -> Answer {
             remedy = format!("{remedy}; these fit as well: {}", as_well.join("; "));
         }
         let figure = format!("{figure}, otherwise wired {:.0} %", 100.0 * most);
-        Finding::fault(PAIRING, channels(&best), figure, remedy)
+        Finding::ok(PAIRING, channels(&best), figure).fault(remedy)
     } else if own > EXPLAINED {
         best = OWN;
         Finding::ok(PAIRING, CHANNEL, figure)
     } else {
-        let remedy =
-            "drive under speed control over an obstacle, so that the wheels' torques differ";
-        Finding::cannot_tell(PAIRING, CHANNEL, figure, remedy)
+        Finding::ok(PAIRING, CHANNEL, figure).cannot_tell(
+            "drive under speed control over an obstacle, so that the wheels' torques differ",
+        )
     };
     let known = pairing.verdict != Verdict::CannotTell;
-    let pairing = pairing.with("difference", size, "N m");
     let pairing = pairing
+        .with("difference", size, "N m")
         .with("explained", own, "-")
         .with("explained otherwise", most, "-");
     let joined = signals.joined(recording.steps(LONGEST_DELAY) + 2, &best);

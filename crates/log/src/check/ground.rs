@@ -88,11 +88,11 @@ pub fn findings(
         let (front, rear) = (front - middle, middle - rear);
         let remedy = "none: this test needs equal distances between the axles";
         let figure = format!("axles are {front:.3} and {rear:.3} m apart");
-        let finding = Finding::cannot_tell(SIGNS, CHANNEL, figure, remedy);
-        let tested = Tested {
-            findings: vec![finding],
-            changes: Vec::new(),
-        };
+        let mut tested = Tested::default();
+        tested.add(
+            Finding::ok(SIGNS, CHANNEL, figure).cannot_tell(remedy),
+            None,
+        );
         return (tested, Signs::Unknown);
     };
     let passings = WIRINGS.map(|(links, _)| passing(course, &links));
@@ -120,28 +120,28 @@ fn signs(passings: &[Option<Passing>; 4]) -> (Finding, Option<Change>) {
     let best = (0..4).max_by(|a, b| share(&passings[*a]).total_cmp(&share(&passings[*b])));
     let best = best.unwrap_or(0);
     let most = share(&passings[best]);
-    let figure = format!(
+    let mut figure = format!(
         "the curve of the front wheels explains {:.0} % of that of the rear ones",
         100.0 * own
     );
-    let (finding, change) = if most > CERTAIN && most > own + BETTER {
-        let figure = format!("{figure}, otherwise wired {:.0} %", 100.0 * most);
-        let change = WIRINGS[best].1;
-        let remedy = match change {
-            Some(Change::Factor(..)) => {
-                "one of the two has the wrong sign: nose up is positive".to_owned()
-            }
-            _ => change.map_or_else(String::new, |change| change.to_string()),
-        };
-        (Finding::fault(SIGNS, CHANNEL, figure, remedy), change)
-    } else if own > EXPLAINED {
-        (Finding::ok(SIGNS, CHANNEL, figure), None)
-    } else {
-        let remedy = "drive with all wheels over an obstacle of some centimetres";
-        (Finding::cannot_tell(SIGNS, CHANNEL, figure, remedy), None)
+    let change = WIRINGS[best]
+        .1
+        .filter(|_| most > CERTAIN && most > own + BETTER);
+    if change.is_some() {
+        figure += &format!(", otherwise wired {:.0} %", 100.0 * most);
+    }
+    let finding = Finding::ok(SIGNS, CHANNEL, figure)
+        .with("explained", own, "-")
+        .with("explained otherwise", most, "-");
+    let finding = match change {
+        Some(Change::Factor(..)) => {
+            finding.fault("one of the two has the wrong sign: nose up is positive")
+        }
+        Some(exchange) => finding.fault(exchange.to_string()),
+        None if own > EXPLAINED => finding,
+        None => finding.cannot_tell("drive with all wheels over an obstacle of some centimetres"),
     };
-    let finding = finding.with("explained", own, "-");
-    (finding.with("explained otherwise", most, "-"), change)
+    (finding, change)
 }
 
 /// Difference of the means of the two curves, over what the inclinometers' biases make of it.
@@ -174,14 +174,13 @@ fn offset(
     let (angle, limit) = (angle.to_degrees(), limit.to_degrees());
     let figure =
         format!("wheels that pass the same ground differ by {angle:.2} deg, at most {limit:.2}");
-    let finding = if angle.abs() <= limit {
-        Finding::ok(OFFSET, CHANNEL, figure)
-    } else {
-        let remedy =
-            "one of the inclinometers has an offset: zero both in the nominal pose on level ground";
-        Finding::fault(OFFSET, CHANNEL, figure, remedy)
-    };
-    Some(finding.with("difference", angle, "deg"))
+    let finding = Finding::ok(OFFSET, CHANNEL, figure).with("difference", angle, "deg");
+    let remedy =
+        "one of the inclinometers has an offset: zero both in the nominal pose on level ground";
+    Some(match angle.abs() <= limit {
+        true => finding,
+        false => finding.fault(remedy),
+    })
 }
 
 /// Scale of the encoders, from angles that gyroscopes and inclinometers give together: accelerations do not disturb them.
@@ -190,7 +189,7 @@ pub fn distance(fused: &Course<'_>) -> Finding {
     let channel = "encoders 1 to 3";
     let Some(own) = own.filter(|p| p.explained > EXPLAINED) else {
         let remedy = "drive with all wheels over an obstacle of some centimetres";
-        return Finding::cannot_tell(SCALE, channel, "the ground shows no distance", remedy);
+        return Finding::ok(SCALE, channel, "the ground shows no distance").cannot_tell(remedy);
     };
     let figure = format!(
         "distance by the encoders over that by the ground {:.3} ({:.2} to {:.2} is right), {:.0} % explained",
@@ -199,17 +198,18 @@ pub fn distance(fused: &Course<'_>) -> Finding {
         1.0 + SCALE_ERROR,
         100.0 * own.explained
     );
+    let finding = Finding::ok(SCALE, channel, figure);
     if (own.scale - 1.0).abs() < SCALE_ERROR {
-        return Finding::ok(SCALE, channel, figure).with("scale", own.scale, "-");
+        return finding.with("scale", own.scale, "-");
+    }
+    if own.explained < CERTAIN {
+        return finding.cannot_tell("drive without spinning wheels");
     }
     let remedy = format!(
         "counts a turn are too few or the wheel radius is too large by the factor {:.3}; or the wheels slip that much",
         own.scale
     );
-    if own.explained < CERTAIN {
-        return Finding::cannot_tell(SCALE, channel, figure, "drive without spinning wheels");
-    }
-    Finding::fault(SCALE, channel, figure, remedy).with("scale", own.scale, "-")
+    finding.fault(remedy).with("scale", own.scale, "-")
 }
 
 /// Steps of the path in the distance of two axles, for encoders of a scale.

@@ -9,7 +9,7 @@ use crate::check::changes::{Changes, Coefficients, DEGREE, GATE, LEAST_CHANGE, S
 use crate::check::fit::robust_fit;
 use crate::check::ground::Signs;
 use crate::check::readings::Readings;
-use crate::check::report::{Finding, Verdict};
+use crate::check::report::Finding;
 use crate::check::rewire::{Change, Channel, Tested};
 use crate::check::signal::rms;
 use std::f64::consts::TAU;
@@ -45,10 +45,8 @@ pub fn units(log: &Readings<'_>) -> Tested {
         } else {
             continue;
         };
-        let finding = Finding::fault(SIGN, channel, figure, remedy);
-        all.findings
-            .push(finding.with("coefficient", found.rate, "-"));
-        all.changes.push(change);
+        let finding = Finding::ok(SIGN, channel, figure).fault(remedy);
+        all.add(finding.with("coefficient", found.rate, "-"), [change]);
     }
     all
 }
@@ -76,8 +74,8 @@ pub fn acceleration(log: &Readings<'_>) -> (Tested, Sign) {
     if !found.is_finite() || found < GATE * sigma {
         let remedy = "start and stop on even ground within the log";
         let figure = "the inclinometers do not show the acceleration of the wheels";
-        all.findings
-            .push(Finding::cannot_tell(ACCELERATION, channel, figure, remedy));
+        let finding = Finding::ok(ACCELERATION, channel, figure).cannot_tell(remedy);
+        all.add(finding, None);
         return (all, Sign::Unknown);
     }
     let scale = 1.0 / found;
@@ -87,18 +85,15 @@ pub fn acceleration(log: &Readings<'_>) -> (Tested, Sign) {
     );
     let is_right = |x: f64| (1.0 / ACCELERATION_ERROR..ACCELERATION_ERROR).contains(&x);
     let margin = GATE * sigma;
-    let finding = if is_right(scale)
-        || is_right(1.0 / (found + margin))
-        || is_right(1.0 / (found - margin))
-    {
-        Finding::ok(ACCELERATION, channel, figure)
+    let finding = Finding::ok(ACCELERATION, channel, figure).with("scale", scale, "-");
+    let within = [found, found + margin, found - margin];
+    if within.iter().any(|found| is_right(1.0 / found)) {
+        all.add(finding, None);
     } else {
         let (remedy, factor) = encoder_unit(scale);
-        all.changes
-            .extend((0..3).map(|i| Change::Factor(Channel::Encoder(i), factor)));
-        Finding::fault(ACCELERATION, channel, figure, remedy)
-    };
-    all.findings.push(finding.with("scale", scale, "-"));
+        let changes = (0..3).map(|i| Change::Factor(Channel::Encoder(i), factor));
+        all.add(finding.fault(remedy), changes);
+    }
     // A link whose gyroscope and inclinometer disagree has a wrong sign of its own.
     let own = fits
         .iter()
@@ -143,8 +138,7 @@ pub fn findings(log: &Readings<'_>, on_ground: Signs) -> Tested {
     let mut all = Tested::default();
     for k in 0..2 {
         let (finding, change) = sign(&before, &fits, k, on_ground);
-        all.findings.push(finding);
-        all.changes.extend(change);
+        all.add(finding, change);
     }
     all
 }
@@ -176,7 +170,8 @@ fn exchanged(changes: &Changes, on_ground: Signs) -> Option<Finding> {
             "exchange gyro 1 and gyro 2, or the inclinometers"
         };
         let channel = format!("{}, {}", of_link(0), of_link(1));
-        Finding::fault("links exchanged", channel, figure, remedy)
+        Finding::ok("links exchanged", channel, figure)
+            .fault(remedy)
             .with("own", own[0].min(own[1]), "-")
             .with("other", other[0].min(other[1]), "-")
     })
@@ -188,19 +183,15 @@ fn sign(
     k: usize,
     on_ground: Signs,
 ) -> (Finding, Option<Change>) {
-    let channel = of_link(k);
     let (inclination, turn) = (rms(&changes.inclination[k]), rms(&changes.rate[k]));
-    let degrees = |angle: f64| angle / DEGREE;
-    let sizes = format!(
-        "changes within {SPAN} s: inclinometer {:.2} deg, gyro {:.2} deg RMS",
-        degrees(inclination),
-        degrees(turn)
-    );
-    let of_sizes = |finding: Finding| {
-        let finding = finding.with("inclinometer", degrees(inclination), "deg");
-        (finding.with("gyro", degrees(turn), "deg"), None)
-    };
     let Some(found) = fits[k].filter(|f| f.explained > EXPLAINED && turn > LEAST_CHANGE) else {
+        let [inclined, turned] = [inclination, turn].map(|angle| angle / DEGREE);
+        let figure = format!(
+            "changes within {SPAN} s: inclinometer {inclined:.2} deg, gyro {turned:.2} deg RMS"
+        );
+        let finding = Finding::ok(SIGN, of_link(k), figure)
+            .with("inclinometer", inclined, "deg")
+            .with("gyro", turned, "deg");
         // Two inclinometers that agree on the ground leave the gyroscope.
         let follows = fits[k].is_some_and(|f| f.explained > EXPLAINED);
         let by_robot = rms(&changes.forward);
@@ -210,7 +201,7 @@ fn sign(
                 Channel::Gyro(k),
                 Channel::Inclinometer(k)
             );
-            return of_sizes(Finding::fault(SIGN, channel, sizes, remedy));
+            return (finding.fault(remedy), None);
         }
         // On level ground a start remains.
         if let [Some(own), Some(other)] =
@@ -222,51 +213,39 @@ fn sign(
             let remedy = format!(
                 "{wrong} has the wrong sign: it shows the robot's acceleration the other way round than that of the other link"
             );
-            let (finding, _) = of_sizes(Finding::fault(SIGN, channel, sizes, remedy));
-            return (finding, Some(Change::Factor(wrong, -1.0)));
+            return (finding.fault(remedy), Some(Change::Factor(wrong, -1.0)));
         }
         let remedy = if turn < LEAST_CHANGE {
             "drive over an obstacle that turns the links by a few degrees; if the gyro still does not turn, it is dead"
         } else {
             "one of the two may be dead, of another link, or exposed to shocks: look at both while you turn the link by hand"
         };
-        return of_sizes(Finding::cannot_tell(SIGN, channel, sizes, remedy));
+        return (finding.cannot_tell(remedy), None);
     };
-    let finding = |remedy: Option<String>| {
-        let finding = match remedy {
-            None => Finding::ok(SIGN, channel.clone(), found.figure()),
-            // An inclinometer measures the accelerations of impacts.
-            Some(_) if !found.is_known() => {
-                let remedy = "record a drive over smooth ground";
-                Finding::cannot_tell(SIGN, channel.clone(), found.figure(), remedy)
-            }
-            Some(remedy) => Finding::fault(SIGN, channel.clone(), found.figure(), remedy),
-        };
-        let finding = finding.with("coefficient", found.rate, "-");
-        finding.with("explained", found.explained, "-")
-    };
+    let coefficient =
+        Finding::ok(SIGN, of_link(k), found.figure()).with("coefficient", found.rate, "-");
+    let finding = coefficient.clone().with("explained", found.explained, "-");
     let is = |value: f64| (found.rate / value - 1.0).abs() < SCALE_ERROR;
+    // Up to here accelerations change an inclinometer as much: at edges, and of the robot.
+    let by_robot = rms(&changes.forward) / turn;
+    let may_accelerate = (1.0 / ACCELERATION_ERROR..ACCELERATION_ERROR).contains(&found.rate)
+        || (found.rate - 1.0).abs() < SCALE_ERROR + by_robot;
     if is(1.0) {
-        return (finding(None), None);
-    }
-    if !is(-1.0) {
-        // Up to here accelerations change an inclinometer as much: at edges, and of the robot.
-        let by_robot = rms(&changes.forward) / turn;
-        if (1.0 / ACCELERATION_ERROR..ACCELERATION_ERROR).contains(&found.rate)
-            || (found.rate - 1.0).abs() < SCALE_ERROR + by_robot
-        {
-            let remedy =
-                "accelerations change the inclinometer as much as the ground: drive slower";
-            let finding = Finding::cannot_tell(SIGN, channel.clone(), found.figure(), remedy);
-            return (finding.with("coefficient", found.rate, "-"), None);
-        }
+        (finding, None)
+    } else if may_accelerate && !is(-1.0) {
+        let remedy = "accelerations change the inclinometer as much as the ground: drive slower";
+        (coefficient.cannot_tell(remedy), None)
+    } else if !found.is_known() {
+        // An inclinometer measures the accelerations of impacts.
+        let remedy = "record a drive over smooth ground";
+        (finding.cannot_tell(remedy), None)
+    } else if is(-1.0) {
+        let (wrong, remedy) = wrong_sign(fits, k, on_ground);
+        (finding.fault(remedy), Some(Change::Factor(wrong, -1.0)))
+    } else {
         let remedy = "one of them has a wrong scale: check units and ranges";
-        return (finding(Some(remedy.to_owned())), None);
+        (finding.fault(remedy), None)
     }
-    let (wrong, remedy) = wrong_sign(fits, k, on_ground);
-    let finding = finding(Some(remedy));
-    let is_fault = finding.verdict == Verdict::Fault;
-    (finding, is_fault.then_some(Change::Factor(wrong, -1.0)))
 }
 
 /// Which one of the gyroscope and the inclinometer of link `k` has the wrong sign, and what to do.

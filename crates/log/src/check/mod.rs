@@ -86,9 +86,8 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
     let (robot, budget) = (stated.robot, &stated.budget);
     let clock = Clock::of(frames);
     let Some(recording) = Recording::new(&clock) else {
-        let remedy = "record some seconds";
-        let finding = Finding::cannot_tell("log", "all", "less than three frames", remedy);
-        return Report::new(vec![finding]);
+        let finding = Finding::ok("log", "all", "less than three frames");
+        return Report::new(vec![finding.cannot_tell("record some seconds")]);
     };
     let mut log = Readings {
         robot,
@@ -109,8 +108,8 @@ pub fn check(frames: &[SensorFrame], stated: &Stated<'_>) -> Report {
         let figure = format!("the wheels turn by {turn:.2} rad between readings");
         let remedy =
             "drive slower, or record at a higher rate: such readings do not show the ground";
-        log.findings
-            .push(Finding::cannot_tell("motion", "all", figure, remedy));
+        let finding = Finding::ok("motion", "all", figure).cannot_tell(remedy);
+        log.findings.push(finding);
         return Report::new(log.findings);
     }
     log.take(start::findings(&log, forward));

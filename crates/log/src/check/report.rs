@@ -55,11 +55,11 @@ pub struct Finding {
 }
 
 impl Finding {
-    /// The readings are right.
-    pub fn ok(test: &'static str, channel: impl Into<String>, figure: impl Into<String>) -> Self {
+    /// The readings are right, unless [`Self::cannot_tell`] or [`Self::fault`] follows.
+    pub fn ok(test: &'static str, channel: impl ToString, figure: impl Into<String>) -> Self {
         Self {
             test,
-            channel: channel.into(),
+            channel: channel.to_string(),
             verdict: Verdict::Ok,
             figure: figure.into(),
             numbers: Vec::new(),
@@ -75,29 +75,21 @@ impl Finding {
     }
 
     /// The log does not show it. `remedy` says which log would.
-    pub fn cannot_tell(
-        test: &'static str,
-        channel: impl Into<String>,
-        figure: impl Into<String>,
-        remedy: impl Into<String>,
-    ) -> Self {
+    #[must_use]
+    pub fn cannot_tell(self, remedy: impl Into<String>) -> Self {
         Self {
             verdict: Verdict::CannotTell,
             remedy: Some(remedy.into()),
-            ..Self::ok(test, channel, figure)
+            ..self
         }
     }
 
-    /// The readings are wrong.
-    pub fn fault(
-        test: &'static str,
-        channel: impl Into<String>,
-        figure: impl Into<String>,
-        remedy: impl Into<String>,
-    ) -> Self {
+    /// The readings are wrong. `remedy` says what to do.
+    #[must_use]
+    pub fn fault(self, remedy: impl Into<String>) -> Self {
         Self {
             verdict: Verdict::Fault,
-            ..Self::cannot_tell(test, channel, figure, remedy)
+            ..self.cannot_tell(remedy)
         }
     }
 }
@@ -173,10 +165,10 @@ mod tests {
     fn a_fault_decides() {
         let mut findings = vec![
             Finding::ok("stuck", "gyro 1", "0 s"),
-            Finding::cannot_tell("delay", "gyro 1", "no motion", "drive"),
+            Finding::ok("delay", "gyro 1", "no motion").cannot_tell("drive"),
         ];
         assert_eq!(Report::new(findings.clone()).verdict, Verdict::Ok);
-        findings.push(Finding::fault("sign", "torque 1", "-1", "turn it"));
+        findings.push(Finding::ok("sign", "torque 1", "-1").fault("turn it"));
         let report = Report::new(findings);
         assert_eq!(
             (report.verdict, report.faults().count()),

@@ -64,6 +64,13 @@ impl AtRest<'_> {
         rms(&steps) / std::f64::consts::SQRT_2
     }
 
+    /// Whether the mean is within a limit (SI), which chance widens.
+    fn zero(&self, limit: f64) -> (Finding, bool) {
+        let (mean, limit) = (self.mean(), limit + self.mean_by_chance());
+        let figure = format!("mean {}, at most {}", self.shown(mean), self.shown(limit));
+        (Finding::ok(ZERO, &self.name, figure), mean.abs() <= limit)
+    }
+
     fn with_mean(&self, finding: Finding) -> Finding {
         finding.with("mean", self.factor * self.mean(), self.unit)
     }
@@ -78,11 +85,8 @@ pub fn findings(recording: &Recording, budget: &NoiseBudget) -> Vec<Finding> {
     let end = rest(recording);
     if end < recording.steps(SHORTEST) {
         let remedy = "record a second at rest on level ground before the drive";
-        let figure = "the log begins in motion";
-        return vec![
-            Finding::cannot_tell(ZERO, "all", figure, remedy),
-            Finding::cannot_tell(NOISE, "all", figure, remedy),
-        ];
+        let of = |test| Finding::ok(test, "all", "the log begins in motion").cannot_tell(remedy);
+        return [ZERO, NOISE].map(of).to_vec();
     }
     let torques = [0, 1, 2].map(|i| AtRest {
         name: format!("torque {}", i + 1),
@@ -108,8 +112,9 @@ pub fn findings(recording: &Recording, budget: &NoiseBudget) -> Vec<Finding> {
     let level = inclinometers.iter().all(|x| x.mean().abs() < LEVEL);
     let torque_zero = SMALL_TORQUE + OFFSET_GATE * budget.torque_offset + budget.gear_friction;
     let rate_zero = SMALL_RATE + OFFSET_GATE * budget.rate_bias;
+    let level_zero = 3.0 * budget.inclination_bias + 1e-4;
     let mut findings: Vec<Finding> = gyros.iter().map(|x| gyro(x, rate_zero)).collect();
-    findings.extend(inclinometers.iter().map(|x| inclination(x, budget)));
+    findings.extend(inclinometers.iter().map(|x| inclination(x, level_zero)));
     findings.extend(torques.iter().map(|x| torque(x, torque_zero, level)));
     let all = gyros.iter().chain(&inclinometers).chain(&torques);
     findings.extend(all.map(noise));
@@ -127,48 +132,42 @@ pub fn rest(recording: &Recording) -> usize {
     (0..last).find(|i| moves(*i)).unwrap_or(last)
 }
 
-fn mean_within(x: &AtRest<'_>, limit: f64) -> String {
-    format!("mean {}, at most {}", x.shown(x.mean()), x.shown(limit))
-}
-
 fn gyro(x: &AtRest<'_>, limit: f64) -> Finding {
-    let (mean, limit) = (x.mean(), limit + x.mean_by_chance());
-    let figure = mean_within(x, limit);
-    if mean.abs() <= limit {
-        return x.with_mean(Finding::ok(ZERO, &x.name, figure));
-    }
-    let remedy = format!("zero it at rest: state offset = {mean:.5} (rad/s)");
-    x.with_mean(Finding::fault(ZERO, &x.name, figure, remedy))
+    let (finding, is_zero) = x.zero(limit);
+    x.with_mean(match is_zero {
+        true => finding,
+        false => finding.fault(format!(
+            "zero it at rest: state offset = {:.5} (rad/s)",
+            x.mean()
+        )),
+    })
 }
 
-fn inclination(x: &AtRest<'_>, budget: &NoiseBudget) -> Finding {
-    let mean = x.mean();
-    let limit = 3.0 * budget.inclination_bias + 1e-4 + x.mean_by_chance();
-    let figure = mean_within(x, limit);
-    // At rest the robot may stand on a slope.
-    if mean.abs() <= limit {
-        return x.with_mean(Finding::ok(ZERO, &x.name, figure));
-    }
-    let remedy = format!(
-        "if the robot stood on level ground in its nominal pose, state offset = {mean:.5} (rad)"
-    );
-    x.with_mean(Finding::cannot_tell(ZERO, &x.name, figure, remedy))
+fn inclination(x: &AtRest<'_>, limit: f64) -> Finding {
+    let (finding, is_zero) = x.zero(limit);
+    x.with_mean(match is_zero {
+        true => finding,
+        // At rest the robot may stand on a slope.
+        false => finding.cannot_tell(format!(
+            "if the robot stood on level ground in its nominal pose, state offset = {:.5} (rad)",
+            x.mean()
+        )),
+    })
 }
 
 fn torque(x: &AtRest<'_>, limit: f64, level: bool) -> Finding {
-    let (mean, limit) = (x.mean(), limit + x.mean_by_chance());
-    let figure = mean_within(x, limit);
-    if mean.abs() <= limit {
-        return x.with_mean(Finding::ok(ZERO, &x.name, figure));
-    }
-    if !level {
+    let (finding, is_zero) = x.zero(limit);
+    if !is_zero && !level {
         let remedy = "the robot stands on a slope: record a rest on level ground";
-        return Finding::cannot_tell(ZERO, &x.name, figure, remedy);
+        return finding.cannot_tell(remedy);
     }
-    let remedy = format!(
-        "zero it with the motors off: state offset = {mean:.4} (N m), unless the drive held that torque"
-    );
-    x.with_mean(Finding::fault(ZERO, &x.name, figure, remedy))
+    x.with_mean(match is_zero {
+        true => finding,
+        false => finding.fault(format!(
+            "zero it with the motors off: state offset = {:.4} (N m), unless the drive held that torque",
+            x.mean()
+        )),
+    })
 }
 
 /// Whether a torque was found suspiciously quiet: it may be in another unit.
@@ -182,13 +181,13 @@ pub fn has_quiet_torque(findings: &[Finding]) -> bool {
 fn noise(x: &AtRest<'_>) -> Finding {
     let deviation = x.deviation();
     let figure = format!("{}, budget {}", x.shown(deviation), x.shown(x.noise));
-    let with = |finding: Finding| finding.with("noise", x.factor * deviation, x.unit);
+    let finding = Finding::ok(NOISE, &x.name, figure).with("noise", x.factor * deviation, x.unit);
     // The standard error of a deviation from n readings is 1/sqrt(2 n) of it.
     let limit = NOISE_RATIO * x.noise * (1.0 + CHANCE / (2.0 * x.count()).sqrt());
     // No noise at all is that of an exact sensor.
     let is_quiet = deviation > 1e-9 && deviation * UNIT_RATIO < x.noise;
     if !is_quiet && deviation <= limit.max(SHOWN / x.factor) {
-        return with(Finding::ok(NOISE, &x.name, figure));
+        return finding;
     }
     let unit = match x.unit {
         "N m" => "a torque of the motor's side (gear_ratio), a current in A or mA",
@@ -196,14 +195,12 @@ fn noise(x: &AtRest<'_>) -> Finding {
         _ => "rad for deg or the other way round",
     };
     if is_quiet {
-        let remedy =
-            format!("suspiciously quiet: check the unit ({unit}), or state the measured noise");
-        return with(Finding::cannot_tell(NOISE, &x.name, figure, remedy));
-    }
-    let remedy = if deviation > UNIT_RATIO * x.noise {
-        format!("check the unit ({unit})")
+        finding.cannot_tell(format!(
+            "suspiciously quiet: check the unit ({unit}), or state the measured noise"
+        ))
+    } else if deviation > UNIT_RATIO * x.noise {
+        finding.fault(format!("check the unit ({unit})"))
     } else {
-        "state the measured noise in the budget, or find its cause".to_owned()
-    };
-    with(Finding::fault(NOISE, &x.name, figure, remedy))
+        finding.fault("state the measured noise in the budget, or find its cause")
+    }
 }

@@ -115,3 +115,11 @@ pub struct Tested {
     pub findings: Vec<Finding>,
     pub changes: Vec<Change>,
 }
+
+impl Tested {
+    /// Adds a finding, with the changes that it asks for.
+    pub fn add(&mut self, finding: Finding, changes: impl IntoIterator<Item = Change>) {
+        self.findings.push(finding);
+        self.changes.extend(changes);
+    }
+}

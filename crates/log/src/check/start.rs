@@ -50,67 +50,56 @@ pub fn findings(log: &Readings<'_>, forward: Sign) -> Tested {
     let is_backwards = coefficients.iter().all(|c| c.is_some_and(|c| c < 0.0));
     if forward == Sign::Negative || is_backwards && forward == Sign::Positive {
         let (finding, changes) = common(is_backwards, forward);
-        all.findings.push(finding);
-        all.changes.extend(changes);
+        all.add(finding, changes);
         return all;
     }
     for (i, coefficient) in coefficients.into_iter().enumerate() {
         let torque = Channel::Torque(i);
         let Some(coefficient) = coefficient else {
             let figure = "the torque does not follow the acceleration of a start";
-            let remedy = "start on even ground, after a rest";
-            all.findings.push(Finding::cannot_tell(
-                TEST,
-                torque.to_string(),
-                figure,
-                remedy,
-            ));
+            let finding = Finding::ok(TEST, torque, figure);
+            all.add(
+                finding.cannot_tell("start on even ground, after a rest"),
+                None,
+            );
             continue;
         };
         let figure =
             format!("{coefficient:.2} N m for each rad/s^2 of the wheels, positive is right");
-        let finding = if coefficient > 0.0 {
-            Finding::ok(TEST, torque.to_string(), figure)
+        let finding = Finding::ok(TEST, torque, figure).with("coefficient", coefficient, "N m s^2");
+        if coefficient > 0.0 {
+            all.add(finding, None);
         } else {
-            all.changes.push(Change::Factor(torque, -1.0));
             let remedy = format!("change the sign of {torque}: driving forward is positive");
-            Finding::fault(TEST, torque.to_string(), figure, remedy)
-        };
-        all.findings
-            .push(finding.with("coefficient", coefficient, "N m s^2"));
+            all.add(finding.fault(remedy), [Change::Factor(torque, -1.0)]);
+        }
     }
     all
 }
 
 /// Signs of a whole group: torques, encoders or the sensors of both links.
 fn common(torques_are_backwards: bool, forward: Sign) -> (Finding, Vec<Change>) {
-    let factor = |channel: Channel| Change::Factor(channel, -1.0);
-    let (channel, figure, remedy, channels) = match (torques_are_backwards, forward) {
+    let factor = |channel: &Channel| Change::Factor(*channel, -1.0);
+    let (names, figure, remedy, channels) = match (torques_are_backwards, forward) {
         (true, Sign::Negative) => (
             "encoders 1 to 3",
             "the wheels turn against their torques and against the acceleration that the inclinometers show",
             "the signs of all encoders are wrong: forward is positive",
-            [0, 1, 2].map(Channel::Encoder).to_vec(),
+            &Channel::ALL[..3],
         ),
         (true, _) => (
             "torques 1 to 3",
             "the wheels turn against their torques and with the acceleration that the inclinometers show",
             "the signs of all torques are wrong: driving forward is positive",
-            [0, 1, 2].map(Channel::Torque).to_vec(),
+            &Channel::ALL[3..6],
         ),
         (false, _) => (
             "gyros 1 and 2, inclinometers 1 and 2",
             "the inclinometers show the acceleration of the wheels the other way round",
             "the signs of all gyros and inclinometers are wrong, nose up is positive; or those of all encoders and torques",
-            [
-                Channel::Gyro(0),
-                Channel::Gyro(1),
-                Channel::Inclinometer(0),
-                Channel::Inclinometer(1),
-            ]
-            .to_vec(),
+            &Channel::ALL[6..],
         ),
     };
-    let changes = channels.into_iter().map(factor).collect();
-    (Finding::fault(TEST, channel, figure, remedy), changes)
+    let changes = channels.iter().map(factor).collect();
+    (Finding::ok(TEST, names, figure).fault(remedy), changes)
 }

@@ -60,10 +60,11 @@ fn repeated(frames: &[SensorFrame]) -> Vec<Finding> {
             let first = pairs().next().map_or(0.0, |(x, _)| x);
             let equal = |(x, y): (f64, f64)| x.to_bits() == y.to_bits();
             if pairs().any(|(x, _)| x.to_bits() != first.to_bits()) && pairs().all(equal) {
-                let figure = "the same value in each frame";
+                let finding =
+                    Finding::ok(COLUMNS, format!("{a}, {b}"), "the same value in each frame");
                 let remedy =
                     format!("the same column twice: map {a} and {b} to columns of their own");
-                findings.push(Finding::fault(COLUMNS, format!("{a}, {b}"), figure, remedy));
+                findings.push(finding.fault(remedy));
             }
         }
     }
@@ -91,7 +92,7 @@ fn wrapped(frames: &[SensorFrame], channel: Channel) -> Option<Finding> {
     let figure = format!("jumps by {largest:.4} rad in a frame, else by {usual:.4} at most");
     let remedy =
         "the angle starts anew after a turn or an overflow: continue it before it is logged";
-    let finding = Finding::fault(COLUMNS, channel.to_string(), figure, remedy);
+    let finding = Finding::ok(COLUMNS, channel, figure).fault(remedy);
     Some(finding.with("jump", largest, "rad"))
 }
 
@@ -139,20 +140,20 @@ fn stuck(frames: &[SensorFrame], driving: &[[bool; 3]], channel: Channel, noise:
             (longest, at) = (frame.time - since, since);
         }
     }
-    let name = channel.to_string();
     if !any {
-        let remedy = "record a drive";
-        return Finding::cannot_tell(STUCK, name, "two wheels never turn together", remedy);
+        let finding = Finding::ok(STUCK, channel, "two wheels never turn together");
+        return finding.cannot_tell("record a drive");
     }
     let figure = format!("longest without a change {longest:.3} s while other wheels turn");
+    let finding = Finding::ok(STUCK, channel, figure);
     if longest < LONGEST_CONSTANT {
-        Finding::ok(STUCK, name, figure).with("longest", longest, "s")
+        finding.with("longest", longest, "s")
     } else if noise > 0.0 || wheel.is_some() {
         let remedy = format!("dead from {at:.2} s on: check cable and driver");
-        Finding::fault(STUCK, name, figure, remedy).with("longest", longest, "s")
+        finding.fault(remedy).with("longest", longest, "s")
     } else {
         let remedy = "the budget states no noise, so the reading may be constant: state its noise";
-        Finding::cannot_tell(STUCK, name, figure, remedy)
+        finding.cannot_tell(remedy)
     }
 }
 
@@ -187,21 +188,21 @@ fn at_limit(frames: &[SensorFrame], channel: Channel, noise: f64) -> Option<Find
         }
         start = i;
     }
-    let (name, test) = (channel.to_string(), RANGE);
     #[expect(clippy::cast_precision_loss, reason = "numbers of samples")]
     let share = 100.0 * share as f64 / values.len() as f64;
     let figure = format!(
         "{least:.4} to {most:.4}; longest at an end {at_end} readings ({share:.1} % of all), elsewhere {elsewhere}"
     );
+    let finding = Finding::ok(RANGE, channel, figure);
     if at_end < AT_LIMIT || at_end < 5 * elsewhere {
-        return Some(Finding::ok(test, name, figure).with("at an end", share, "%"));
+        return Some(finding.with("at an end", share, "%"));
     }
     if let Channel::Torque(_) = channel {
         let remedy = format!(
             "at its limit of {limit:.3}: fine if it is the drive's, else raise the sensor's range"
         );
-        return Some(Finding::cannot_tell(test, name, figure, remedy));
+        return Some(finding.cannot_tell(remedy));
     }
     let remedy = format!("saturated at {limit:.4}: choose a greater range of the sensor");
-    Some(Finding::fault(test, name, figure, remedy).with("at an end", share, "%"))
+    Some(finding.fault(remedy).with("at an end", share, "%"))
 }

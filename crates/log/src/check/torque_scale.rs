@@ -10,24 +10,21 @@ const CHANNEL: &str = "torques 1 to 3";
 /// The finding; `scale` is `None` where there was no estimate.
 pub fn finding(scale: Option<TorqueScale>, robot: &Robot) -> Finding {
     let Some(scale) = scale else {
-        return Finding::cannot_tell(TEST, CHANNEL, "no estimate", "see the faults above");
+        return Finding::ok(TEST, CHANNEL, "no estimate").cannot_tell("see the faults above");
     };
     let figure = scale.in_words(robot.mass.total()).to_string();
-    let with_numbers = |finding: Finding| {
-        finding
-            .with("ratio", scale.ratio, "-")
-            .with("sigma", scale.sigma, "-")
-    };
+    let finding = Finding::ok(TEST, CHANNEL, figure)
+        .with("ratio", scale.ratio, "-")
+        .with("sigma", scale.sigma, "-");
     if scale.contradicts {
-        let remedy = format!(
+        finding.fault(format!(
             "weigh the robot as it drives; if its mass is right, multiply `scale` of the three torques by {:.2}",
             1.0 / scale.ratio
-        );
-        return with_numbers(Finding::fault(TEST, CHANNEL, figure, remedy));
+        ))
+    } else if scale.is_known() {
+        finding
+    } else {
+        finding
+            .cannot_tell("drive gently over a slope of some degrees that is longer than the robot")
     }
-    if !scale.is_known() {
-        let remedy = "drive gently over a slope of some degrees that is longer than the robot";
-        return with_numbers(Finding::cannot_tell(TEST, CHANNEL, figure, remedy));
-    }
-    with_numbers(Finding::ok(TEST, CHANNEL, figure))
 }

@@ -30,8 +30,7 @@ pub fn findings(log: &Readings<'_>) -> Tested {
             ratio.is_some_and(|ratio| (ratio - 1.0).abs() < RATIO_ERROR)
         };
         let (finding, change) = encoder(i, &ratios(&motion.spin[i]), || (0..3).find(torque_turns));
-        all.findings.push(finding);
-        all.changes.extend(change);
+        all.add(finding, change);
     }
     all
 }
@@ -52,22 +51,19 @@ fn encoder(
     let channel = Channel::Encoder(i);
     let Some(ratio) = median(parts.iter().copied()) else {
         let remedy = "record a drive of some metres";
-        let figure = "the robot does not drive";
-        return (
-            Finding::cannot_tell(TEST, channel.to_string(), figure, remedy),
-            None,
-        );
+        let finding = Finding::ok(TEST, channel, "the robot does not drive");
+        return (finding.cannot_tell(remedy), None);
     };
     let figure = format!(
         "turns {ratio:.3} times as fast as the middle one of the three wheels ({:.2} to {:.2} is right)",
         1.0 - RATIO_ERROR,
         1.0 + RATIO_ERROR
     );
+    let finding = Finding::ok(TEST, channel, figure).with("ratio", ratio, "-");
     let is_near = |value: f64| (ratio - value).abs() < RATIO_ERROR;
     let torque = if is_near(1.0) { None } else { torque() };
     if torque.is_none() && is_right(parts) {
-        let finding = Finding::ok(TEST, channel.to_string(), figure);
-        return (finding.with("ratio", ratio, "-"), None);
+        return (finding, None);
     }
     let is_steady = parts.iter().all(|p| (p / ratio - 1.0).abs() < RATIO_ERROR);
     let (remedy, change) = if let Some(j) = torque {
@@ -84,13 +80,10 @@ fn encoder(
             "check unit, counts a turn, gear ratio and radius of wheel {}: counts of the others times {ratio:.3}",
             i + 1
         );
-        (
-            remedy,
-            is_steady.then_some(Change::Factor(channel, 1.0 / ratio)),
-        )
+        let factor = Change::Factor(channel, 1.0 / ratio);
+        (remedy, is_steady.then_some(factor))
     };
-    let finding = Finding::fault(TEST, channel.to_string(), figure, remedy);
-    (finding.with("ratio", ratio, "-"), change)
+    (finding.fault(remedy), change)
 }
 
 /// Medians over the parts of the drive; none of a robot that does not drive.

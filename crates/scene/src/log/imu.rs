@@ -69,37 +69,37 @@ keys! {
     KEYS: ImuChoice;
 
     /// name of its channel; the first by default
-    channel: text("a text") => |i| &mut i.channel;
+    channel: text("a text") => channel;
 
     /// its axis that points forward in the nominal pose
-    forward: word(&AXES, axis_name) => |i| &mut i.forward;
+    forward: word(&AXES, axis_name) => forward;
 
     /// its axis that points up in the nominal pose
-    up: word(&AXES, axis_name) => |i| &mut i.up;
+    up: word(&AXES, axis_name) => up;
 
     /// what the inclination follows from: the direction of the specific force, or the orientation
     inclination: word(&[InclinationSource::Acceleration, InclinationSource::Orientation], |source| {
         ["acceleration", "orientation"][source as usize]
-    }) => |i| &mut i.inclination;
+    }) => inclination;
 
     /// columns of the specific force: at rest the axis that points up reads +g; any unit
-    acceleration ("linear_acceleration.x .y .z"): XYZ => |i| &mut i.acceleration;
+    acceleration ("linear_acceleration.x .y .z"): XYZ => acceleration;
 
     /// columns of the orientation: quaternion from the sensor to a world whose z axis points up
-    orientation ("orientation.x .y .z .w"): array("four columns", COLUMN) => |i| &mut i.orientation;
+    orientation ("orientation.x .y .z .w"): array("four columns", COLUMN) => orientation;
 
     /// columns of the angular velocity
-    angular_velocity ("angular_velocity.x .y .z"): XYZ => |i| &mut i.angular_velocity;
+    angular_velocity ("angular_velocity.x .y .z"): XYZ => angular_velocity;
 
     /// unit of the angular velocity
     rate_unit: word(&[1.0, DEGREE], |unit| if unit < 1.0 { "deg/s" } else { "rad/s" })
-        => |i| &mut i.rate_factor;
+        => rate_factor;
 
     /// inclination that the sensor shows in the nominal pose: subtracted
-    inclination_offset: number(ANGLE, at_least(-3.2).at_most(3.2)) => |i| &mut i.inclination_offset;
+    inclination_offset: number(ANGLE, at_least(-3.2).at_most(3.2)) => inclination_offset;
 
     /// rate that the sensor shows at rest: subtracted
-    rate_offset: number(ANGULAR_RATE, at_least(-1e2).at_most(1e2)) => |i| &mut i.rate_offset;
+    rate_offset: number(ANGULAR_RATE, at_least(-1e2).at_most(1e2)) => rate_offset;
 }
 
 /// `[imu.LINK]`

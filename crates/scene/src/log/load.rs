@@ -12,7 +12,7 @@ use crate::source::{Node, Value};
 use crate::write::Out;
 use robhaz_estimator::statics::LoadCovariance;
 use robhaz_masses::{Tolerances, WeighError};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 impl LogChoice {
     /// Reads a log description. What it does not state is as in `base`.
@@ -20,10 +20,10 @@ impl LogChoice {
     /// # Errors
     /// [`SceneError`] with all problems of the file and of robot files that it names.
     pub fn load(path: &Path, base: Self) -> Result<Self, SceneError> {
-        let shown = path.display().to_string();
-        let text = Reader::text(path, "a log description in TOML, UTF-8")?;
-        let base_dir = path.parent().unwrap_or(Path::new(""));
-        Self::parse(&text, &shown, base_dir, base)
+        let allowed = "a log description in TOML, UTF-8";
+        Reader::load(path, allowed, |text, shown, folder| {
+            Self::parse(text, shown, folder, base)
+        })
     }
 
     /// Reads the text of a log description. `source_name` is the file's name in messages; paths of robot files are
@@ -96,17 +96,18 @@ impl LogChoice {
     pub fn take_robot(&mut self, path: &Path) -> Result<(), SceneError> {
         self.robot = RobotChoice::load(path)?;
         self.states_robot = true;
-        let text = Reader::text(path, ROBOT_FILE)?;
-        let reader = Reader::new(PathBuf::new(), |_| None);
-        reader.read(&path.display().to_string(), &text, |reader, root| {
-            let budget = root.get("budget").and_then(Node::entries);
-            for entry in budget.unwrap_or_default() {
-                if ROBOTS_BUDGET.contains(&entry.key.as_str()) {
-                    self.states_loads = true;
-                    reader.entry(BUDGET, entry, "budget", self);
+        Reader::load(path, ROBOT_FILE, |text, shown, folder| {
+            let reader = Reader::new(folder.to_owned(), |_| None);
+            reader.read(shown, text, |reader, root| {
+                let budget = root.get("budget").and_then(Node::entries);
+                for entry in budget.unwrap_or_default() {
+                    if ROBOTS_BUDGET.contains(&entry.key.as_str()) {
+                        self.states_loads = true;
+                        reader.entry(BUDGET, entry, "budget", self);
+                    }
                 }
-            }
-            Some(())
+                Some(())
+            })
         })
     }
 }
@@ -122,19 +123,18 @@ impl RobotChoice {
     /// # Errors
     /// [`SceneError`] with all problems of `[robot]`, or a file without that section.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
-        let shown = path.display().to_string();
-        let text = Reader::text(path, ROBOT_FILE)?;
-        let base_dir = path.parent().unwrap_or(Path::new(""));
-        let reader = Reader::new(base_dir.to_owned(), |_| None);
-        reader.read(&shown, &text, |reader, root| {
-            let Some(section) = root.get("robot") else {
-                let message = format!("has no section [robot]; allowed: {ROBOT_FILE}");
-                reader.push(Problem::unread(&shown, message));
-                return None;
-            };
-            let mut robot = Self::default();
-            ROBOT.read(reader, section, "robot", &mut robot);
-            Some(robot)
+        Reader::load(path, ROBOT_FILE, |text, shown, folder| {
+            let reader = Reader::new(folder.to_owned(), |_| None);
+            reader.read(shown, text, |reader, root| {
+                let Some(section) = root.get("robot") else {
+                    let message = format!("has no section [robot]; allowed: {ROBOT_FILE}");
+                    reader.push(Problem::unread(shown, message));
+                    return None;
+                };
+                let mut robot = Self::default();
+                ROBOT.read(reader, section, "robot", &mut robot);
+                Some(robot)
+            })
         })
     }
 }
@@ -176,7 +176,7 @@ keys! {
     WEIGHED: RobotChoice;
 
     /// geometry and masses
-    robot: ROBOT => |robot| robot;
+    robot: ROBOT => self;
 }
 
 impl RobotChoice {

@@ -50,7 +50,7 @@ const TIME_UNITS: [&str; 4] = ["s", "ms", "us", "ns"];
 
 impl ChannelChoice {
     /// Units of the time column in a second.
-    pub fn time_units_per_second(&self) -> u32 {
+    pub fn time_units_per_second(&self) -> i64 {
         [1, 1_000, 1_000_000, 1_000_000_000][self.time_unit]
     }
 }
@@ -60,22 +60,22 @@ keys! {
     pub(super) CHANNEL_KEYS: ChannelChoice;
 
     /// its name in this file
-    name (required): text("a text") => |c| &mut c.name;
+    name (required): text("a text") => name;
 
     /// file beside the log or in its folder; without it the log itself
-    table: text("a text") => |c| &mut c.table;
+    table: text("a text") => table;
 
     /// topic of an MCAP file
-    topic: text("a text") => |c| &mut c.topic;
+    topic: text("a text") => topic;
 
     /// column of the time, `time` by default; of a topic the clock: `header` by default, or `log`
-    time: text("a text") => |c| &mut c.time;
+    time: text("a text") => time;
 
     /// unit of a time column of plain numbers
-    time_unit: word(&[0, 1, 2, 3], |unit| TIME_UNITS[unit]) => |c| &mut c.time_unit;
+    time_unit: word(&[0, 1, 2, 3], |unit| TIME_UNITS[unit]) => time_unit;
 
     /// added to the time stamps: of a clock that is slow, or minus the delay of the sensor
-    offset: number(TIME, ANY) => |c| &mut c.offset;
+    offset: number(TIME, ANY) => offset;
 }
 
 /// `[[channel]]`
@@ -87,8 +87,7 @@ pub(super) const CHANNELS: List<ChannelChoice> = List {
     start: ChannelChoice::default,
     check: |reader, node, path, channel, others| {
         if others.iter().any(|other| other.name == channel.name) {
-            let (name, path) = (node.get("name").unwrap_or(node), join(path, "name"));
-            reader.refuse(name, &path, "a name that no other channel has");
+            reader.refuse_key(node, path, "name", "a name that no other channel has");
         }
         if let (Some(table), false) = (node.get("table"), channel.topic.is_empty()) {
             reader.refuse(table, &join(path, "table"), "a table or a topic, not both");

@@ -18,5 +18,6 @@ mod reading;
 pub use choice::{LogChoice, LogEstimator, NeedsContactAngles, UnknownEstimator};
 pub use imu::{ImuChoice, InclinationSource};
 pub(crate) use keys::LOG;
+pub use keys::log_reference;
 pub use mapping::{ChannelChoice, Mapping};
 pub use reading::{READINGS, ReadingChoice};

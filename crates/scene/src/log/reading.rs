@@ -76,10 +76,10 @@ keys! {
     READING_KEYS: ReadingKeys;
 
     /// name of its channel; the first by default
-    channel: text("a text") => |r| &mut r.channel;
+    channel: text("a text") => channel;
 
     /// its column; of a topic NAME.position, NAME.effort of a joint
-    column (required): text("a text") => |r| &mut r.column;
+    column (required): text("a text") => column;
 
     /// unit of the column
     unit ("SI"): dependent(
@@ -87,29 +87,29 @@ keys! {
         || json!({"enum": [
             "rad", "deg", "turns", "counts", "N m", "mN m", "A", "mA", "rad/s", "deg/s",
         ]}),
-    ) => |r| &mut r.of_reading;
+    ) => of_reading;
 
     /// minus where the column counts backwards
-    sign: word(&[1.0, -1.0], |sign| if sign < 0.0 { "-" } else { "+" }) => |r| &mut r.sign;
+    sign: word(&[1.0, -1.0], |sign| if sign < 0.0 { "-" } else { "+" }) => sign;
 
     /// further factor
-    scale: number(NONE, above(0.0).at_most(1e12)) => |r| &mut r.scale;
+    scale: number(NONE, above(0.0).at_most(1e12)) => scale;
 
     /// of a wheel's angle and motor torque only, where the column is of the motor: turns of the motor in a turn of the
     /// wheel; divides an angle, multiplies a torque
-    gear_ratio: number(NONE, above(0.0).at_most(1e6)) => |r| &mut r.gear_ratio;
+    gear_ratio: number(NONE, above(0.0).at_most(1e6)) => gear_ratio;
 
     /// counts in a turn; needed with unit = "counts"
-    counts: number(NONE, at_least(0.0).at_most(1e12)) => |r| &mut r.counts;
+    counts: number(NONE, at_least(0.0).at_most(1e12)) => counts;
 
     /// torque of the motor for a current, N m/A; needed with unit = "A" or "mA"
-    torque_constant: number(NONE, at_least(0.0).at_most(1e6)) => |r| &mut r.torque_constant;
+    torque_constant: number(NONE, at_least(0.0).at_most(1e6)) => torque_constant;
 
     /// value of the reading where it should be 0, in its SI unit: subtracted last
     offset ("0"): dependent("a number, or a text with a unit", || {
         let units = [ANGLE, TORQUE, ANGULAR_RATE].map(with_unit);
         json!({"anyOf": [{"type": "number"}, {"anyOf": units}]})
-    }) => |r| &mut r.of_reading;
+    }) => of_reading;
 }
 
 /// `[reading.NAME]`

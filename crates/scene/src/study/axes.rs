@@ -5,8 +5,8 @@ use crate::error::Problem;
 use crate::form::{Form, Plain, read_only};
 use crate::json::items;
 use crate::key::{self, keys};
+use crate::load::reference;
 use crate::reader::{Reader, join};
-use crate::reference::reference;
 use crate::source::{Node, Value};
 use crate::values::text;
 use serde_json::{Value as Json, json};
@@ -54,41 +54,41 @@ keys! {
     AXIS: Raw;
 
     /// a key of the scene
-    key: KEY => |a| &mut a.keys;
+    key: KEY => keys;
 
     /// keys of the scene that vary together
-    keys: KEY_LIST => |a| &mut a.keys;
+    keys: KEY_LIST => keys;
 
     /// names of the values, which the dataset shows in place of the values of the first key
-    names: NAMES => |a| &mut a.names;
+    names: NAMES => names;
 
     /// the first of count whole numbers
-    first ("0"): FIRST => |a| &mut a.first;
+    first ("0"): FIRST => first;
 
     /// a list; with keys a list of lists with one value a key
-    values: VALUES => |a| &mut a.values;
+    values: VALUES => values;
 
     /// as many whole numbers
-    count: RUNS => |a| &mut a.count;
+    count: RUNS => count;
 
     /// drawn uniformly from [low, high]
     uniform: drawn("[low, high], low below high", |node| {
         let [low, high] = pair(node, number)?;
         let valid = low < high && (high - low).is_finite();
         valid.then_some(Some(Distribution::Uniform(low, high)))
-    }) => |a| &mut a.drawn;
+    }) => drawn;
 
     /// drawn from [low, high], the logarithm uniformly
     log_uniform: drawn("[low, high], 0 below low below high", |node| {
         let [low, high] = pair(node, number)?;
         (0.0 < low && low < high).then_some(Some(Distribution::LogUniform(low, high)))
-    }) => |a| &mut a.drawn;
+    }) => drawn;
 
     /// drawn from a normal distribution, [mean, standard deviation]
     normal: drawn("[mean, standard deviation], the second above 0", |node| {
         let [mean, deviation] = pair(node, number)?;
         (deviation > 0.0).then_some(Some(Distribution::Normal(mean, deviation)))
-    }) => |a| &mut a.drawn;
+    }) => drawn;
 
     /// whole numbers drawn uniformly from [first, last]
     whole: Plain {
@@ -97,7 +97,7 @@ keys! {
             let [first, last] = pair(node, index)?;
             (first <= last).then_some(Some(Distribution::Whole(first, last)))
         })
-    } => |a| &mut a.drawn;
+    } => drawn;
 }
 
 const KEY: Plain<Vec<String>> = read_only(

@@ -1,8 +1,8 @@
 //! One axis of a study.
 
+use crate::load::reference;
 use crate::overrides::{Step, steps};
 use crate::quantity::short;
-use crate::reference::reference;
 use crate::source::{Node, Origin, Value};
 use std::fmt;
 

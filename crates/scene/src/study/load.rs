@@ -17,39 +17,39 @@ keys! {
     STUDY: StudyChoice;
 
     /// name of the study and of the default folder
-    name ("the file's name"): NAME => |s| &mut s.name;
+    name ("the file's name"): NAME => name;
 
     /// the base scene; a path relative to the study file
-    scene (required): SCENE => |s| &mut s.base;
+    scene (required): SCENE => base;
 
     /// overrides key=value of the base scene in every run
-    set: SET => |s| &mut s.overrides;
+    set: SET => overrides;
 
     /// runs that keep their full tables
-    tables ("\"none\""): TABLES => |s| &mut s.tables;
+    tables ("\"none\""): TABLES => tables;
 
     /// what varies
-    axis (required): Axes => |s| &mut s.axes;
+    axis (required): Axes => axes;
 
     /// how axes with a distribution are drawn
-    draw: section(DRAW) => |s| s.draws.get_or_insert(Draws {
+    draw: section(DRAW) => (|s| s.draws.get_or_insert(Draws {
         count: 1,
         seed: 0,
         method: DrawMethod::LatinHypercube,
-    });
+    }));
 }
 
 keys! {
     DRAW: Draws;
 
     /// number of samples
-    count (required): RUNS => |d| &mut d.count;
+    count (required): RUNS => count;
 
     /// seed of the draws
-    seed ("0"): SEED => |d| &mut d.seed;
+    seed ("0"): SEED => seed;
 
     /// each axis has one sample in each of count equally likely intervals (the default); or independent draws
-    method: word(&DrawMethod::ALL, DrawMethod::name) => |d| &mut d.method;
+    method: word(&DrawMethod::ALL, DrawMethod::name) => method;
 }
 
 /// JSON Schema of a study file.
@@ -101,9 +101,9 @@ impl StudyChoice {
     /// # Errors
     /// [`SceneError`] with all problems of the file. The base scene is not read: see [`super::BaseScene`].
     pub fn load(path: &Path) -> Result<Self, SceneError> {
-        let shown = path.display().to_string();
-        let text = Reader::text(path, "a study file in TOML, UTF-8")?;
-        Self::parse(&text, &shown)
+        Reader::load(path, "a study file in TOML, UTF-8", |text, shown, _| {
+            Self::parse(text, shown)
+        })
     }
 
     /// Reads the text of a study file. `source_name` is the file's name in messages.

@@ -39,7 +39,7 @@ keys! {
 
     /// level ground; the main course of five bumps; Gaussian bumps; one cosine bump; an incline; one kerb; stairs;
     /// waves; a trench; random ground; ground through points; a sequence of other kinds
-    kind ("smooth"): word(&KINDS, |kind| kind) => |g| &mut g.kind;
+    kind ("smooth"): word(&KINDS, |kind| kind) => kind;
 }
 
 keys! {
@@ -55,23 +55,23 @@ keys! {
         most: 1000,
         start: || Stretch { from: 0.0, to: 0.0, mu_s: 0.0, mu_d: 0.0 },
         check: check_stretch,
-    } => |g| &mut g.stretches;
+    } => stretches;
 }
 
 keys! {
     STRETCH: Stretch;
 
     /// x of its start; compared with the contact's x
-    from (required): number(LENGTH, at_least(-1000.0).at_most(10_000.0)) => |s| &mut s.from;
+    from (required): number(LENGTH, at_least(-1000.0).at_most(10_000.0)) => from;
 
     /// x of its end, above from
-    to (required): number(LENGTH, at_least(-1000.0).at_most(10_000.0)) => |s| &mut s.to;
+    to (required): number(LENGTH, at_least(-1000.0).at_most(10_000.0)) => to;
 
     /// static friction coefficient there
-    mu_s (required): number(NONE, at_least(0.0).at_most(10.0)) => |s| &mut s.mu_s;
+    mu_s (required): number(NONE, at_least(0.0).at_most(10.0)) => mu_s;
 
     /// dynamic friction coefficient there, not above mu_s
-    mu_d (required): number(NONE, at_least(0.0).at_most(10.0)) => |s| &mut s.mu_d;
+    mu_d (required): number(NONE, at_least(0.0).at_most(10.0)) => mu_d;
 }
 
 /// A coordinate along the ground.
@@ -90,41 +90,41 @@ keys! {
         most: 1000,
         start: || Bump { height: 0.0, centre: 0.0, width: 1.0 },
         check: |_, _, _, _, _| {},
-    } => |g| &mut g.bumps;
+    } => bumps;
 }
 
 keys! {
     BUMP: Bump;
 
     /// height of the summit; negative for a hollow
-    height (required): HEIGHT => |b| &mut b.height;
+    height (required): HEIGHT => height;
 
     /// where the summit is; the middle wheel starts at 0
-    centre (required): PLACE => |b| &mut b.centre;
+    centre (required): PLACE => centre;
 
     /// half width at 1/e of the height
     // Knots of the ground are a tenth of the narrowest width apart.
-    width (required): number(LENGTH, at_least(0.005).at_most(10.0)) => |b| &mut b.width;
+    width (required): number(LENGTH, at_least(0.005).at_most(10.0)) => width;
 }
 
 keys! {
     COSBUMP: Ground;
 
     /// kind cosbump only: height of the summit; negative for a hollow
-    height: HEIGHT => |g| &mut g.cosbump.height;
+    height: HEIGHT => cosbump.height;
 
     /// kind cosbump only: where the summit is
-    centre: PLACE => |g| &mut g.cosbump.centre;
+    centre: PLACE => cosbump.centre;
 
     /// kind cosbump only: half of the bump's length
-    half_width: number(LENGTH, at_least(0.005).at_most(100.0)) => |g| &mut g.cosbump.half_width;
+    half_width: number(LENGTH, at_least(0.005).at_most(100.0)) => cosbump.half_width;
 }
 
 keys! {
     START: Ground;
 
     /// kinds ramp, step, stairs, sine, ditch and rough: where the level ground ends; the middle wheel starts at 0
-    start: PLACE => |g| &mut g.start;
+    start: PLACE => start;
 }
 
 keys! {
@@ -132,10 +132,10 @@ keys! {
 
     /// kind ramp only: slope of the incline; negative downhill
     // 80 deg: steeper ground is a riser.
-    angle: number(ANGLE, at_least(-1.396).at_most(1.396)) => |g| &mut g.ramp.angle;
+    angle: number(ANGLE, at_least(-1.396).at_most(1.396)) => ramp.angle;
 
     /// kind ramp only: length along the incline
-    length: number(LENGTH, above(0.0).at_most(1000.0)) => |g| &mut g.ramp.length;
+    length: number(LENGTH, above(0.0).at_most(1000.0)) => ramp.length;
 }
 
 keys! {
@@ -143,66 +143,66 @@ keys! {
     STEP: Ground;
 
     /// kind step only: height of the kerb, other than 0; negative for a kerb down
-    kerb: HEIGHT => |g| &mut g.step.rise;
+    kerb: HEIGHT => step.rise;
 }
 
 keys! {
     STAIRS: Ground;
 
     /// kind stairs only: height of each riser, other than 0; negative for stairs down
-    rise: HEIGHT => |g| &mut g.stairs.rise;
+    rise: HEIGHT => stairs.rise;
 
     /// kind stairs only: length of each tread
-    run: number(LENGTH, above(0.0).at_most(100.0)) => |g| &mut g.stairs.run;
+    run: number(LENGTH, above(0.0).at_most(100.0)) => stairs.run;
 
     /// kind stairs only: number of risers, a whole number
-    count: COUNT => |g| &mut g.stairs.count;
+    count: COUNT => stairs.count;
 }
 
 keys! {
     SINE: Ground;
 
     /// kind sine only: half of the height from trough to crest; negative for waves below the level ground
-    amplitude: HEIGHT => |g| &mut g.sine.amplitude;
+    amplitude: HEIGHT => sine.amplitude;
 
     /// kind sine only: from crest to crest
-    wavelength: number(LENGTH, at_least(0.02).at_most(100.0)) => |g| &mut g.sine.wavelength;
+    wavelength: number(LENGTH, at_least(0.02).at_most(100.0)) => sine.wavelength;
 
     /// kind sine only: number of waves, a whole number; at most 1000 m of them
-    periods: COUNT => |g| &mut g.sine.periods;
+    periods: COUNT => sine.periods;
 }
 
 keys! {
     DITCH: Ground;
 
     /// kind ditch only: depth of the bottom
-    depth: number(LENGTH, above(0.0).at_most(10.0)) => |g| &mut g.ditch.depth;
+    depth: number(LENGTH, above(0.0).at_most(10.0)) => ditch.depth;
 
     /// kind ditch only: from wall to wall
-    width: number(LENGTH, above(0.0).at_most(100.0)) => |g| &mut g.ditch.width;
+    width: number(LENGTH, above(0.0).at_most(100.0)) => ditch.width;
 }
 
 keys! {
     ROUGH: Ground;
 
     /// kind rough only: seed of the random ground; the same seed makes the same ground
-    seed ("the scene's `seed`"): Maybe(SEED) => |g| &mut g.seed;
+    seed ("the scene's `seed`"): Maybe(SEED) => seed;
 
     /// kind rough only: class of ISO 8608, from very good roads (A) to the roughest ground (H)
-    class: word(&RoughClass::ALL, class_name) => |g| &mut g.rough.class;
+    class: word(&RoughClass::ALL, class_name) => rough.class;
 
     /// kind rough only: shortest wavelength
-    shortest: number(LENGTH, at_least(0.05).at_most(100.0)) => |g| &mut g.rough.shortest;
+    shortest: number(LENGTH, at_least(0.05).at_most(100.0)) => rough.shortest;
 
     /// kind rough only: longest wavelength, above shortest
-    longest: number(LENGTH, above(0.05).at_most(1000.0)) => |g| &mut g.rough.longest;
+    longest: number(LENGTH, above(0.05).at_most(1000.0)) => rough.longest;
 
     /// kind rough only: length along x, both fades included
-    extent: number(LENGTH, above(0.0).at_most(1000.0)) => |g| &mut g.rough.extent;
+    extent: number(LENGTH, above(0.0).at_most(1000.0)) => rough.extent;
 
     /// kind rough only: length over which the height rises from zero at the start and falls to zero at the end, at most
     /// half of extent
-    fade: number(LENGTH, above(0.0).at_most(500.0)) => |g| &mut g.rough.fade;
+    fade: number(LENGTH, above(0.0).at_most(500.0)) => rough.fade;
 }
 
 fn class_name(class: RoughClass) -> &'static str {
@@ -213,30 +213,29 @@ keys! {
     HEIGHTS: Ground;
 
     /// kind heights only: points that the ground goes through, m; heights count from the first
-    points ("none"): Points => |g| &mut g.heights.points;
+    points ("none"): Points => heights.points;
 
     /// kind heights only: points from a file, instead of points
-    file ("none"): FILE => |g| &mut g.heights.file;
+    file ("none"): FILE => heights.file;
 
     /// kind heights with file only: the column of x
-    x_column ("by the first line, else the first"): COLUMN => |g| &mut g.heights.columns.x;
+    x_column ("by the first line, else the first"): COLUMN => heights.columns.x;
 
     /// kind heights with file only: the column of the height
-    height_column ("by the first line, else the second"): COLUMN
-        => |g| &mut g.heights.columns.height;
+    height_column ("by the first line, else the second"): COLUMN => heights.columns.height;
 
     /// kind heights with file only: lines may be in any order; lines of equal x become one point at their mean height
-    sort ("off"): Maybe(SWITCH) => |g| &mut g.heights.sort;
+    sort ("off"): Maybe(SWITCH) => heights.sort;
 
     /// kind heights with file only: hash that the file must have; a resolved scene has it
-    file_hash ("none"): HASH => |g| &mut g.heights.file_hash;
+    file_hash ("none"): HASH => heights.file_hash;
 
     /// kind heights only: a smooth curve that stays between its points, a natural cubic spline, or straight pieces with
     /// corners
-    interpolation: word(&Interpolation::ALL, interpolation_name) => |g| &mut g.interpolation;
+    interpolation: word(&Interpolation::ALL, interpolation_name) => interpolation;
 
     /// kind heights only: wavelength whose amplitude is halved; shorter waves are removed; 0 for no smoothing
-    smoothing: number(LENGTH, at_least(0.0).at_most(100.0)) => |g| &mut g.smoothing;
+    smoothing: number(LENGTH, at_least(0.0).at_most(100.0)) => smoothing;
 }
 
 fn interpolation_name(interpolation: Interpolation) -> &'static str {
@@ -247,7 +246,7 @@ keys! {
     PARTS: Ground;
 
     /// kind parts only: the parts, each with the keys of [terrain] except stretch, from rear to front
-    part (required): Parts => |g| &mut g.parts;
+    part (required): Parts => parts;
 }
 
 fn check_stretch(

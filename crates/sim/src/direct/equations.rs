@@ -95,9 +95,7 @@ impl Equations {
 
     /// Motor torques at the wheels, N m.
     pub fn motor_torques(&self, t: f64, y: &Y) -> [f64; 3] {
-        let start = self.start_speed(t);
-        let torque = |wheel: usize| self.drive(wheel, start, t, y).torque;
-        [torque(0), torque(1), torque(2)]
+        self.drives(t, y).map(|drive| drive.torque)
     }
 
     /// Set speed of all wheels without scalings, rad/s.

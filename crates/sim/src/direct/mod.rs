@@ -161,7 +161,9 @@ impl DirectEngine {
                 torque: torques[i],
             };
             let wheel = &mut truth.wheels[i];
-            mechanics.write_wheel_truth(i, &forces.ground[i], &motion, axle, wheel)?;
+            let written =
+                (mechanics.ground).write_truth(i, &forces.ground[i], &motion, axle, wheel);
+            written.map_err(|source| NoForces::BelowGround { wheel: i, source })?;
         }
         let positions = kinematics.pins(&state);
         let pin_forces = forces.pin_forces(&mechanics.robot, kinematics);

@@ -17,7 +17,7 @@ fn run(setup: &PlantSetup, records: u64) -> Result<(Vec<[f64; 3]>, Work, u64), P
         forces.push(instant.truth.wheels.map(|wheel| wheel.normal_force));
     }
     let work = engine.solver.as_ref().map(Radau::work).unwrap_or_default();
-    Ok((forces, work, engine.equations.mechanics.terrain_queries()))
+    Ok((forces, work, engine.equations.mechanics.ground.queries()))
 }
 
 /// Golden: the work for 10 s with records at 1 kHz. It does not depend on the machine. A record takes three queries of the

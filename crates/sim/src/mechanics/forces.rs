@@ -9,7 +9,7 @@ use super::kinematics::{Kinematics, State};
 use super::mass_matrix::{Factorised, MassMatrix};
 use crate::drive::wheel_acceleration;
 use crate::error::BelowGround;
-use crate::ground::{GroundForces, WheelMotion};
+use crate::ground::{Ground, GroundForces};
 use crate::stop::stop_torque;
 use nalgebra::{SMatrix, Vector3, Vector4};
 use robhaz_model::{Bar, GRAVITY, PostureError, Robot, Vec2, cross};
@@ -49,8 +49,7 @@ pub(crate) struct Forces {
 }
 
 impl Forces {
-    /// Solves the equations of motion. `drive_torque` is that of [`wheel_acceleration`], N m; `act` writes the forces of
-    /// the ground on the wheel with the given index.
+    /// Solves the equations of motion. `drive_torque` is that of [`wheel_acceleration`], N m.
     ///
     /// # Errors
     /// [`NoForces`]
@@ -58,10 +57,10 @@ impl Forces {
     pub(super) fn solve(
         &mut self,
         (robot, carriers): (&Robot, &Carriers),
+        ground: &mut Ground,
         kinematics: &Kinematics,
         state: &State,
         drive_torque: [f64; 3],
-        mut act: impl FnMut(usize, &WheelMotion, &mut GroundForces) -> Result<(), BelowGround>,
     ) -> Result<(), NoForces> {
         let mass = &robot.mass;
         let (mut m, mut right) = (MassMatrix::default(), Vector4::zeros());
@@ -81,13 +80,14 @@ impl Forces {
         let share = jw / (jw + jr);
         for (i, drive) in drive_torque.into_iter().enumerate() {
             let motion = kinematics.wheel(i, state);
-            let ground = &mut self.ground[i];
-            act(i, &motion, ground).map_err(|source| NoForces::BelowGround { wheel: i, source })?;
+            let by_ground = &mut self.ground[i];
+            let found = ground.act(i, &motion, by_ground);
+            found.map_err(|source| NoForces::BelowGround { wheel: i, source })?;
             let axle = &kinematics.axles[i];
-            axle.add_force(ground.force, &mut right);
+            axle.add_force(by_ground.force, &mut right);
             // Eq. (2), solved for the spin's acceleration and substituted in the link's equation, adds an inertia (see
             // `Carriers`), and the share J_w/(J_w + J_r) of the torques.
-            right[axle.row()] += ground.torque + share * (drive - ground.torque);
+            right[axle.row()] += by_ground.torque + share * (drive - by_ground.torque);
         }
         self.stop_torque = stop_torque_at(robot, state);
         right[2] += self.stop_torque;

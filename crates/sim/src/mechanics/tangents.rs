@@ -9,7 +9,7 @@ use super::forces::{Forces, NoForces, stop_torque_at};
 use super::kinematics::{Kinematics, State};
 use super::model::Mechanics;
 use crate::error::BelowGround;
-use crate::ground::WheelMotion;
+use crate::ground::{GroundForces, WheelMotion};
 use nalgebra::{SMatrix, Vector4};
 use robhaz_model::{Bar, GRAVITY, Vec2};
 use robhaz_terrain::Contact;
@@ -85,7 +85,7 @@ impl Tangents {
         let motion = kinematics.wheel(wheel, state);
         let slopes = slopes(
             mechanics,
-            mechanics.contacts(wheel),
+            mechanics.ground.contacts(wheel),
             &mut self.displaced,
             &motion,
         )?;
@@ -193,7 +193,8 @@ fn slopes(
     motion: &WheelMotion,
 ) -> Result<SMatrix<f64, 3, 5>, BelowGround> {
     let at = |contacts: &[Contact], motion: &WheelMotion| {
-        let forces = mechanics.act_at(contacts, motion)?;
+        let mut forces = GroundForces::default();
+        mechanics.ground.act_at(contacts, motion, &mut forces)?;
         Ok(nalgebra::Vector3::new(
             forces.force.x,
             forces.force.y,

@@ -7,7 +7,7 @@ pub const ENCODER_COUNTS: f64 = 500.0 * 4.0 * 80.0;
 ///
 /// A "drawn" error is constant: it is drawn once per run and sensor from a normal distribution with mean 0, and the
 /// parameter is its standard deviation. For white noise the parameter is the standard deviation of one sample.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SensorSpec {
     /// Counts of the encoder per turn of the wheel; 0 for an exact angle.
     pub encoder_counts: f64,
@@ -49,26 +49,10 @@ pub struct SensorSpec {
 
 impl SensorSpec {
     /// Ideal sensors: readings equal the truth.
-    pub const fn ideal() -> Self {
+    pub fn ideal() -> Self {
         Self {
-            encoder_counts: 0.0,
-            torque_gain: 0.0,
-            torque_offset: 0.0,
-            torque_noise: 0.0,
-            torque_step: 0.0,
-            torque_friction: 0.0,
-            inclination_noise: 0.0,
-            inclination_bias: 0.0,
-            inclination_lag: 0.0,
-            specific_force: false,
-            rate_noise: 0.0,
-            rate_bias: 0.0,
-            rate_walk: 0.0,
-            rate_scale: 0.0,
-            contact_angle_error: 0.0,
             contact_angle_time: 0.3,
-            jitter: 0.0,
-            dropped: 0.0,
+            ..Self::default()
         }
     }
 
@@ -84,7 +68,7 @@ impl SensorSpec {
     ///   sheet of the MPU-6050) over 500 Hz.
     /// - contact angles: 2 deg RMS with a correlation time of 0.3 s. Assumed: at 0.2 m/s that is 60 mm of ground and an
     ///   error of 2 mm in height over that length.
-    pub const fn typical() -> Self {
+    pub fn typical() -> Self {
         Self {
             encoder_counts: ENCODER_COUNTS,
             torque_gain: 0.02,
@@ -113,7 +97,7 @@ impl SensorSpec {
     /// - contact angles: 6 deg RMS.
     /// - sampling: jitter 20 us, assumed for a heavily loaded real-time computer. It affects differences of angles
     ///   most: at 2 rad/s and 1 kHz it is 3 % of the speed. 1 % of the readings are lost.
-    pub const fn poor() -> Self {
+    pub fn poor() -> Self {
         Self {
             encoder_counts: ENCODER_COUNTS / 4.0,
             torque_gain: 0.06,
@@ -160,7 +144,7 @@ impl Grade {
     }
 
     /// The sensors of this grade.
-    pub const fn sensors(self) -> SensorSpec {
+    pub fn sensors(self) -> SensorSpec {
         match self {
             Self::Ideal => SensorSpec::ideal(),
             Self::Typical => SensorSpec::typical(),

@@ -7,7 +7,6 @@ use robhaz_model::GRAVITY;
 use std::f64::consts::TAU;
 
 const DT: f64 = 1e-3;
-const IDEAL: SensorSpec = SensorSpec::ideal();
 
 /// Time of a sample, s.
 fn time(k: u32) -> f64 {
@@ -92,7 +91,7 @@ fn assert_drawn(sigma: f64, spec: &SensorSpec, pick: fn(&DrawnErrors) -> f64) {
 /// Equivalence: ideal sensors read the truth, bit for bit.
 #[test]
 fn ideal_readings_are_the_truth() {
-    for (k, readings) in (0..100).zip(read(&IDEAL, 3, 100, moving)) {
+    for (k, readings) in (0..100).zip(read(&SensorSpec::ideal(), 3, 100, moving)) {
         let truth = moving(k);
         let link = |i: usize| &truth.links[i];
         let expected = Readings {
@@ -121,7 +120,7 @@ fn the_same_seed_gives_the_same_readings() {
 fn encoders_read_whole_counts() {
     let spec = SensorSpec {
         encoder_counts: ENCODER_COUNTS,
-        ..IDEAL
+        ..SensorSpec::ideal()
     };
     let count = TAU / ENCODER_COUNTS;
     for (k, readings) in (0..2000).zip(read(&spec, 0, 2000, moving)) {
@@ -146,12 +145,12 @@ fn encoders_read_whole_counts() {
 fn torque_has_gain_offset_and_white_noise() {
     let gain = SensorSpec {
         torque_gain: 0.02,
-        ..IDEAL
+        ..SensorSpec::ideal()
     };
     assert_drawn(0.02, &gain, |d| d.torque_gain[1]);
     let offset = SensorSpec {
         torque_offset: 0.1,
-        ..IDEAL
+        ..SensorSpec::ideal()
     };
     assert_drawn(0.1, &offset, |d| d.torque_offset[2]);
 
@@ -169,7 +168,7 @@ fn torque_has_gain_offset_and_white_noise() {
     }
     let noise = SensorSpec {
         torque_noise: 0.1,
-        ..IDEAL
+        ..SensorSpec::ideal()
     };
     let readings = read(&noise, 1, 50_000, at_rest);
     assert_white(&values(&readings, |r| r.motor_torque[0]), 0.1);
@@ -181,7 +180,7 @@ fn torque_has_gain_offset_and_white_noise() {
 fn torque_is_quantised_and_contains_friction() {
     let spec = SensorSpec {
         torque_step: 0.04,
-        ..IDEAL
+        ..SensorSpec::ideal()
     };
     for (k, readings) in (0..500).zip(read(&spec, 1, 500, moving)) {
         let found = readings.motor_torque[0].expect("no losses");
@@ -191,7 +190,7 @@ fn torque_is_quantised_and_contains_friction() {
     }
     let spec = SensorSpec {
         torque_friction: 0.5,
-        ..IDEAL
+        ..SensorSpec::ideal()
     };
     for (omega, friction) in [(2.0, 0.5), (-2.0, -0.5), (0.0, 0.0)] {
         let mut truth = at_rest(0);
@@ -222,7 +221,7 @@ fn accelerating(k: u32) -> Truth {
 fn inclinometers_measure_the_specific_force() {
     let spec = SensorSpec {
         specific_force: true,
-        ..IDEAL
+        ..SensorSpec::ideal()
     };
     for (k, readings) in (0..100).zip(read(&spec, 1, 100, accelerating)) {
         let angle = if k == 0 {
@@ -249,7 +248,7 @@ fn inclinometers_have_a_low_pass() {
     }
     let spec = SensorSpec {
         inclination_lag: 0.02,
-        ..IDEAL
+        ..SensorSpec::ideal()
     };
     let found = values(&read(&spec, 1, 100, inclined), |r| r.inclination[1]);
     for (k, found) in (0..100).zip(found) {
@@ -264,7 +263,7 @@ fn inclinometers_have_a_low_pass() {
 fn inclinometers_have_bias_and_white_noise() {
     let bias = SensorSpec {
         inclination_bias: 0.002,
-        ..IDEAL
+        ..SensorSpec::ideal()
     };
     assert_drawn(0.002, &bias, |d| d.inclination_bias[0]);
     let spec = SensorSpec {
@@ -284,7 +283,7 @@ fn gyros_have_scale_bias_walk_and_white_noise() {
     let spec = SensorSpec {
         rate_scale: 0.01,
         rate_bias: 0.005,
-        ..IDEAL
+        ..SensorSpec::ideal()
     };
     assert_drawn(0.01, &spec, |d| d.rate_scale[0]);
     assert_drawn(0.005, &spec, |d| d.rate_bias[1]);
@@ -296,14 +295,14 @@ fn gyros_have_scale_bias_walk_and_white_noise() {
     }
     let noise = SensorSpec {
         rate_noise: 0.002,
-        ..IDEAL
+        ..SensorSpec::ideal()
     };
     let readings = read(&noise, 1, 50_000, at_rest);
     assert_white(&values(&readings, |r| r.rate[0]), 0.002);
 
     let walk = SensorSpec {
         rate_walk: 0.01,
-        ..IDEAL
+        ..SensorSpec::ideal()
     };
     let bias = values(&read(&walk, 1, 50_000, at_rest), |r| r.rate[1]);
     let steps: Vec<f64> = bias.windows(2).map(|b| b[1] - b[0]).collect();
@@ -321,7 +320,7 @@ fn the_error_of_contact_angles_is_an_ornstein_uhlenbeck_process() {
     let spec = SensorSpec {
         contact_angle_error: sigma,
         contact_angle_time: correlated,
-        ..IDEAL
+        ..SensorSpec::ideal()
     };
     let errors = values(&read(&spec, 1, SAMPLES, at_rest), |r| r.contact_angle[2]);
     let bound = 4.0 * (2.0 * correlated / time(SAMPLES)).sqrt();
@@ -346,7 +345,7 @@ fn the_error_of_contact_angles_is_an_ornstein_uhlenbeck_process() {
 fn jitter_moves_the_instant_of_sampling() {
     let spec = SensorSpec {
         jitter: 1e-4,
-        ..IDEAL
+        ..SensorSpec::ideal()
     };
     let readings = read(&spec, 1, 20_000, moving);
     let mut delays = Vec::new();
@@ -382,7 +381,7 @@ fn readings_are_lost_independently() {
     const SAMPLES: u32 = 20_000;
     let spec = SensorSpec {
         dropped: 0.1,
-        ..IDEAL
+        ..SensorSpec::ideal()
     };
     let channels = |r: &Readings| {
         let mut all = Vec::new();
@@ -470,7 +469,7 @@ fn channels_are_uncorrelated() {
         rate_noise: 1.0,
         contact_angle_error: 1.0,
         contact_angle_time: 0.0,
-        ..IDEAL
+        ..SensorSpec::ideal()
     };
     let readings = read(&spec, 1, SAMPLES, at_rest);
     let channels: [fn(&Readings) -> Option<f64>; 10] = [

@@ -5,7 +5,6 @@ mod smoothing;
 
 use crate::Vec2;
 use crate::edge::{Edge, Knot};
-use crate::error::ProfileError;
 use crate::shape::{Piece, SPACING, Shape};
 use std::sync::Arc;
 
@@ -162,26 +161,6 @@ fn turning_points(a: Vec2, b: Vec2, bend_a: f64, bend_b: f64) -> impl Iterator<I
 }
 
 impl Shape for Heights {
-    fn check(&self) -> Result<(), ProfileError> {
-        let points = self.points();
-        if points.len() < 2 {
-            return Err(ProfileError::FewPoints {
-                found: points.len(),
-            });
-        }
-        if let Some(point) = points.iter().position(|p| !(p.x + p.y).is_finite()) {
-            return Err(ProfileError::Point { point });
-        }
-        match points.windows(2).position(|p| p[1].x <= p[0].x) {
-            Some(i) => Err(ProfileError::Order {
-                point: i + 1,
-                found: points[i + 1].x,
-                before: points[i].x,
-            }),
-            None => Ok(()),
-        }
-    }
-
     /// Level outside of the points.
     fn eval(&self, x: f64) -> [f64; 3] {
         let points = self.through();
