@@ -108,12 +108,6 @@ pub enum ViewerError {
         /// What the picture lacks.
         reason: String,
     },
-    /// The file of a comparison is one of the recordings to be compared.
-    #[error("{} is a recording to be compared: the comparison needs a file of its own", path.display())]
-    Input {
-        /// The file.
-        path: PathBuf,
-    },
     /// A time outside the recording.
     #[error("{at} s is not in the run: its recording goes from 0 s to {end:.3} s")]
     Time {
@@ -127,12 +121,6 @@ pub enum ViewerError {
     Stopped {
         /// The cause that [`robhaz_run::Stop`] returned.
         cause: &'static str,
-    },
-    /// A comparison needs at least two runs.
-    #[error("a comparison needs at least two runs, not {found}")]
-    TooFew {
-        /// Number of runs.
-        found: usize,
     },
 }
 

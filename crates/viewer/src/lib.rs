@@ -1,8 +1,7 @@
 //! A run as a Rerun recording: an animation of robot, ground and forces, and the time series of every estimator.
 //!
 //! [`RecordingSink`] writes one `.rrd` file, with the layout of its views: `rerun run.rrd` shows everything.
-//! [`LiveSink`] shows a run while it is simulated. [`save_comparison`] copies several recorded runs into one recording.
-//! [`open`] shows recordings on the screen. [`picture()`] saves a picture of one as a PNG.
+//! [`LiveSink`] shows a run while it is simulated. [`open`] shows recordings on the screen. [`picture()`] saves a picture of one as a PNG.
 //!
 //! | entity | what it holds |
 //! |---|---|
@@ -29,7 +28,6 @@
 
 mod about;
 mod colours;
-mod comparison;
 mod contact;
 mod control;
 mod convert;
@@ -57,9 +55,7 @@ mod shapes;
 mod sink;
 mod writer;
 
-pub use comparison::save_comparison;
 pub use error::{VIEWER_VERSION, ViewerError};
-pub use layout::comparison::ComparedRun;
 pub use live::{LiveReport, LiveSink};
 pub use picture::{PictureOptions, picture};
 pub use program::open;

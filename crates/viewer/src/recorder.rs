@@ -71,7 +71,7 @@ impl Recorder {
         layout::log(&mut out, &layout::run::layout(run), to.playing)?;
         let page = TextDocument::new(about::page(run, chosen, thinning));
         out.constant("about", &page.with_media_type(MediaType::markdown()))?;
-        key::log(&mut out, "key", &key::of_run(run))?;
+        key::log(&mut out, run)?;
         let [series, frames] = rates(thinning);
         let world = run.world.as_ref();
         let recorder = Self {

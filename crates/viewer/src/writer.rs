@@ -259,19 +259,6 @@ impl Writer {
         self.send_chunk(self.recording.clone(), &chunk)
     }
 
-    /// Copies a chunk of another recording to an entity of this one.
-    pub(crate) fn copy(
-        &mut self,
-        chunk: &Chunk,
-        entity: impl Into<EntityPath>,
-    ) -> Result<(), ViewerError> {
-        let id = self.next_id();
-        let chunk = chunk
-            .clone_as(id, RowId::from_tuid((*id).next()))
-            .clone_with_new_entity_path(entity.into());
-        self.send_chunk(self.recording.clone(), &chunk)
-    }
-
     /// Logs a part of the layout.
     pub(crate) fn layout(
         &mut self,

@@ -2,8 +2,6 @@
 //!
 //! The SDK's builders give every part a random name, and cannot set ranges, legends and bounds.
 
-pub(crate) mod comparison;
-pub(crate) mod parts;
 pub(crate) mod run;
 
 use crate::ViewerError;
@@ -125,7 +123,7 @@ impl Part {
     pub(crate) fn spatial(
         name: &str,
         origin: &str,
-        contents: Vec<String>,
+        contents: &[&str],
         bounds: [[f64; 2]; 2],
         past: Vec<String>,
     ) -> Self {
@@ -136,7 +134,12 @@ impl Part {
         Self::View(View {
             properties: vec![("VisualBounds2D", Box::new(bounds))],
             past,
-            ..Self::view("2D", name, origin, contents)
+            ..Self::view(
+                "2D",
+                name,
+                origin,
+                contents.iter().map(|c| (*c).to_owned()).collect(),
+            )
         })
     }
 

@@ -5,7 +5,6 @@
 
 #[path = "../common/mod.rs"]
 mod common;
-mod comparison;
 mod events;
 mod reading;
 
