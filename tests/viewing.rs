@@ -105,6 +105,10 @@ fn what_cannot_be_shown_is_refused() {
             &["run", "flat.toml", "--rerun", "connect=nowhere"],
             "not the address",
         ),
+        (
+            &["run", "flat.toml", "--rerun", "serve"],
+            "rerun --serve-grpc",
+        ),
     ] {
         let output = robhaz(dir.path(), arguments).output().unwrap();
         assert!(!output.status.success(), "{arguments:?}");

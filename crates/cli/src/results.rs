@@ -138,7 +138,7 @@ pub fn write(run: Run, job: &Job<'_>, args: &Args, interrupt: &Interrupt) -> Res
         job.work,
         summary.wall_s,
     ))?;
-    viewing.finish(interrupt)?;
+    viewing.finish()?;
     Ok(json!({
         "name": job.name,
         "folder": shown(&path),

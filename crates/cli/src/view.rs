@@ -119,7 +119,7 @@ fn live(scene: &Scene, pace: Pace, interrupt: &Interrupt) -> Result<()> {
     robhaz_run::run_until(scene, &mut sinks, &|| interrupt.cause())
         .into_diagnostic()
         .wrap_err_with(|| format!("cannot finish {}", scene.name))?;
-    viewing.finish(interrupt)
+    viewing.finish()
 }
 
 fn is_scene(path: &Path) -> bool {

@@ -35,12 +35,6 @@ pub enum ViewerError {
         /// The decoder's or the system's error.
         source: Cause,
     },
-    /// [`robhaz_run::Sink::frame`] was called before [`robhaz_run::Sink::begin`].
-    #[error("the recording {destination} got a record before its run began")]
-    NotBegun {
-        /// File or address.
-        destination: String,
-    },
     /// A sink was used for a second run.
     #[error("the recording {destination} already holds a run")]
     Used {
@@ -65,14 +59,6 @@ pub enum ViewerError {
     NobodyListens {
         /// The address.
         address: String,
-    },
-    /// The port is in use.
-    #[error("cannot serve at {address}")]
-    Serve {
-        /// The address.
-        address: String,
-        /// The system's error.
-        source: std::io::Error,
     },
     /// No viewer is on the PATH.
     #[error(
