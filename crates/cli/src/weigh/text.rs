@@ -1,8 +1,7 @@
 //! Results as text for the terminal.
 
-use comfy_table::presets::UTF8_FULL_CONDENSED;
-use comfy_table::{Cell, CellAlignment, Table};
-use robhaz_masses::{LoadDeviation, PARAMETERS, Plan, Weighed, parameter_names};
+use robhaz_masses::{PARAMETERS, Plan, Weighed, parameter_names};
+use robhaz_record::Grid;
 
 /// A deviation above this share of its prior counts as not seen.
 const NOT_SEEN: f64 = 0.95;
@@ -46,29 +45,21 @@ fn unseen(of: &Weighed) -> impl Iterator<Item = usize> + '_ {
     (0..PARAMETERS).filter(|i| of.deviation[*i] > NOT_SEEN * of.prior[*i])
 }
 
-fn load_table(of: &Weighed) -> Table {
-    let mut table = table(&["", "nominal", "weighed", "unit"]);
-    for LoadDeviation {
-        name,
-        unit,
-        drawn,
-        found,
-        prior,
-        deviation,
-    } in &of.loads
-    {
-        table.add_row(cells(&[
-            (*name).to_owned(),
-            format!("{drawn:.4} ±{prior:.4}"),
-            format!("{found:.4} ±{deviation:.4}"),
-            (*unit).to_owned(),
-        ]));
+fn load_table(of: &Weighed) -> String {
+    let mut table = Grid::new(&[0], &["", "nominal", "weighed", "unit"]);
+    for load in &of.loads {
+        table.row([
+            load.name.to_owned(),
+            format!("{:.4} ±{:.4}", load.drawn, load.prior),
+            format!("{:.4} ±{:.4}", load.found, load.deviation),
+            load.unit.to_owned(),
+        ]);
     }
-    table
+    table.text(None)
 }
 
-fn value_table(of: &Weighed) -> Table {
-    let mut table = table(&["", "nominal", "weighed", "unit"]);
+fn value_table(of: &Weighed) -> String {
+    let mut table = Grid::new(&[0], &["", "nominal", "weighed", "unit"]);
     for (i, name) in parameter_names().iter().enumerate() {
         // Lengths in mm.
         let (factor, unit, digits) = match name.unit {
@@ -79,14 +70,14 @@ fn value_table(of: &Weighed) -> Table {
             let (value, sigma) = (factor * value, factor * sigma);
             format!("{value:.digits$} ±{sigma:.digits$}")
         };
-        table.add_row(cells(&[
+        table.row([
             name.name.to_owned(),
             shown(of.drawn[i], of.prior[i]),
             shown(of.found[i], of.deviation[i]),
             unit.to_owned(),
-        ]));
+        ]);
     }
-    table
+    table.text(None)
 }
 
 /// The postures, and how exact the forces are after each.
@@ -103,35 +94,20 @@ pub fn plan(of: &Plan) -> String {
         "N3, N",
         "error of N after it, N",
     ];
-    let mut table = table(&header);
+    let mut table = Grid::new(&[0], &header);
     for (k, posture) in of.postures.iter().enumerate() {
         let mut row = vec![(k + 1).to_string()];
         row.extend(posture.blocks.map(|h| format!("{:.0}", 1e3 * h)));
         row.extend(posture.angles.map(|a| format!("{:.1}", a.to_degrees())));
         row.extend(posture.forces.map(|n| format!("{n:.1}")));
         row.push(format!("{:.3}", posture.after));
-        table.add_row(cells(&row));
+        table.row(row);
     }
     format!(
-        "The postures that tell most, of {} on these blocks; angles and forces of the nominal robot\n{table}\n\
+        "The postures that tell most, of {} on these blocks; angles and forces of the nominal robot\n{}\n\
              Without weighing, the tolerances of the nominal values are an error of N of {:.2} N.",
-        of.candidates, of.before
+        of.candidates,
+        table.text(None),
+        of.before
     )
-}
-
-fn table(header: &[&str]) -> Table {
-    let mut table = Table::new();
-    table.load_preset(UTF8_FULL_CONDENSED);
-    let header: Vec<_> = header.iter().map(|h| (*h).to_owned()).collect();
-    table.set_header(cells(&header));
-    table
-}
-
-/// The first cell to the left, numbers to the right.
-fn cells(row: &[String]) -> Vec<Cell> {
-    let cell = |(i, text): (usize, &String)| match i {
-        0 => Cell::new(text),
-        _ => Cell::new(text).set_alignment(CellAlignment::Right),
-    };
-    row.iter().enumerate().map(cell).collect()
 }
