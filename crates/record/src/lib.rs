@@ -43,7 +43,7 @@ pub use batch::{BatchBuilder, field, schema};
 pub use columns::{Column, Kind, Table};
 pub use comparison::{comparison_csv, comparison_json, comparison_markdown};
 pub use dataset::{Dataset, DatasetColumn, DatasetValues};
-pub use error::{RecordError, create_folder};
+pub use error::{RecordError, create_folder, io_error};
 pub use figures::FigureSink;
 pub use format::TableFormat;
 pub use grid::Grid;
