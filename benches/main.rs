@@ -180,11 +180,11 @@ fn estimate(c: &mut Criterion) {
 }
 
 /// Cost of the viewer to the simulating thread in the third and fourth second of `smooth`: the simulation alone; with a
-/// live viewer (here a server that keeps the data); with a recording. The times exclude layout and start.
+/// recording. The times exclude layout and start.
 #[cfg(feature = "viewer")]
 fn viewing(c: &mut Criterion) {
     use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
-    use robhaz_viewer::{LiveSink, RecordingSink};
+    use robhaz_viewer::RecordingSink;
     use speed::thread_time;
 
     /// Times the third and fourth second of a run through another sink, if any.
@@ -239,18 +239,6 @@ fn viewing(c: &mut Criterion) {
         group.sample_size(10);
         group.bench_function("simulation alone", |b| {
             b.iter_custom(|n| (0..n).map(|_| two_seconds(&scene, None)).sum());
-        });
-        group.bench_function("live", |b| {
-            let mut port = 40_000;
-            b.iter_custom(|n| {
-                let live = |_| loop {
-                    port += 1;
-                    if let Ok(mut sink) = LiveSink::serve(port) {
-                        break two_seconds(&scene, Some(&mut sink));
-                    }
-                };
-                (0..n).map(live).sum()
-            });
         });
         group.bench_function("saved", |b| {
             b.iter_custom(|n| {

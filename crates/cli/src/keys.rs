@@ -1,9 +1,8 @@
 //! `robhaz keys`: the keys of scene files.
 
 use crate::terminal::{Output, print, print_json};
-use comfy_table::presets::UTF8_FULL_CONDENSED;
-use comfy_table::{ContentArrangement, Table};
 use miette::{Result, miette};
+use robhaz_record::Grid;
 use robhaz_scene::{KeyReference, reference};
 use serde_json::{Value, json};
 
@@ -46,17 +45,15 @@ fn object(key: &KeyReference) -> Value {
 }
 
 fn table(keys: &[KeyReference]) -> String {
-    let mut table = Table::new();
-    table
-        .load_preset(UTF8_FULL_CONDENSED)
-        .set_content_arrangement(ContentArrangement::Dynamic)
-        .set_header(["key", "unit", "default", "allowed", "meaning"]);
+    let header = ["key", "unit", "default", "allowed", "meaning"];
+    let mut table = Grid::new(&[0, 1, 2, 3, 4], &header);
     for key in keys {
         let unit = match (key.unit, key.other_units.as_str()) {
-            (unit, "") => unit.to_owned(),
-            (unit, others) => format!("{unit} ({others})"),
+            (unit, "") => unit,
+            (unit, others) => &format!("{unit} ({others})"),
         };
-        table.add_row([&key.key, &unit, &key.default, &key.allowed, key.meaning]);
+        let cells = [&key.key, unit, &key.default, &key.allowed, key.meaning];
+        table.row(cells.map(str::to_owned));
     }
-    table.trim_fmt()
+    table.text(None)
 }

@@ -1,6 +1,5 @@
 //! `--rerun`: how a run is recorded for the viewer and shown live.
 
-use crate::interrupt::Interrupt;
 #[cfg(feature = "viewer")]
 use crate::terminal::{note, remark};
 #[cfg(feature = "viewer")]
@@ -8,10 +7,6 @@ use miette::IntoDiagnostic;
 use miette::Result;
 use robhaz_run::Sink;
 use std::path::Path;
-
-/// Port of `serve`.
-#[cfg(feature = "viewer")]
-const PORT: u16 = 9876;
 
 /// Why there is no viewer, and what helps.
 #[cfg(not(feature = "viewer"))]
@@ -29,8 +24,6 @@ pub enum Rerun {
     Spawn,
     /// As `Save`, and live in a viewer that listens at an address.
     Connect(String),
-    /// As `Save`, and live for viewers that connect to this command.
-    Serve,
 }
 
 impl Rerun {
@@ -49,7 +42,10 @@ impl Rerun {
                 "save" => Ok(Self::Save),
                 "spawn" => Ok(Self::Spawn),
                 "connect" => Ok(Self::Connect("127.0.0.1:9876".to_owned())),
-                "serve" => Ok(Self::Serve),
+                "serve" => Err(
+                    "`rerun --serve-grpc` serves viewers, and --rerun connect sends it the run"
+                        .to_owned(),
+                ),
                 _ => Err(Self::allowed()),
             },
             Some(("connect", address)) if !address.is_empty() => {
@@ -60,7 +56,7 @@ impl Rerun {
     }
 
     fn allowed() -> String {
-        "allowed are off, save, spawn, connect, connect=HOST:PORT, connect=rerun+http://HOST:PORT/proxy and serve".to_owned()
+        "allowed are off, save, spawn, connect, connect=HOST:PORT, and connect=rerun+http://HOST:PORT/proxy".to_owned()
     }
 }
 
@@ -69,29 +65,23 @@ impl Rerun {
 pub struct Viewing {
     choice: Rerun,
     recording: Option<robhaz_viewer::RecordingSink>,
-    live: Option<robhaz_viewer::LiveSink>,
+    live: Option<robhaz_viewer::RecordingSink>,
 }
 
 #[cfg(feature = "viewer")]
 impl Viewing {
     /// Opens the connection to a viewer where the choice needs one.
     pub fn open(choice: &Rerun) -> Result<Self> {
-        use robhaz_viewer::LiveSink;
+        use robhaz_viewer::RecordingSink;
         let live = match choice {
             Rerun::Off | Rerun::Save => None,
-            Rerun::Spawn => Some(LiveSink::spawn()),
-            Rerun::Connect(address) => Some(LiveSink::connect(address)),
-            Rerun::Serve => Some(LiveSink::serve(PORT)),
+            Rerun::Spawn => Some(RecordingSink::spawn()),
+            Rerun::Connect(address) => Some(RecordingSink::connect(address)),
         };
-        let live = live.transpose().into_diagnostic()?;
-        if let Some(live) = live.as_ref().filter(|live| live.is_serving()) {
-            let address = live.address();
-            note(&format!("Watch with: rerun --connect {address}"))?;
-        }
         Ok(Self {
             choice: choice.clone(),
             recording: None,
-            live,
+            live: live.transpose().into_diagnostic()?,
         })
     }
 
@@ -106,14 +96,12 @@ impl Viewing {
 
     /// The sinks that receive every record.
     pub fn sinks(&mut self) -> impl Iterator<Item = &mut dyn Sink> {
-        let recording = self.recording.as_mut().map(|s| s as &mut dyn Sink);
-        let live = self.live.as_mut().map(|s| s as &mut dyn Sink);
-        recording.into_iter().chain(live)
+        let both = self.recording.iter_mut().chain(&mut self.live);
+        both.map(|sink| sink as &mut dyn Sink)
     }
 
-    /// After the run: reports records that the viewer did not receive; continues to serve until a signal ends the
-    /// command.
-    pub fn finish(self, interrupt: &Interrupt) -> Result<()> {
+    /// After the run: reports reduced rates, and a viewer that did not get all of it.
+    pub fn finish(self) -> Result<()> {
         let rates = self.recording.and_then(|r| r.reduced_rates());
         if let Some([series, frames]) = rates {
             note(&format!(
@@ -121,28 +109,10 @@ impl Viewing {
                  the tables have all records."
             ))?;
         }
-        let Some(live) = self.live else {
-            return Ok(());
-        };
-        let report = live.report();
-        if report.dropped > 0 {
-            let why = if report.lost {
-                "it accepts no more data"
-            } else {
-                "it was closed, or slower than the run"
-            };
+        if let Some((address, why)) = self.live.as_ref().and_then(|live| live.lost()) {
             remark(&format!(
-                "The viewer at {} did not get {} of {} records: {why}.",
-                live.address(),
-                report.dropped,
-                report.offered,
+                "The viewer at {address} did not get all of the run: {why}."
             ));
-        }
-        if live.is_serving() {
-            note("The run is over and can still be watched; Ctrl-C ends.")?;
-            while interrupt.cause().is_none() {
-                std::thread::sleep(crate::interrupt::POLL_TIME);
-            }
         }
         Ok(())
     }
@@ -173,7 +143,7 @@ impl Viewing {
     }
 
     /// Does nothing.
-    pub fn finish(self, _interrupt: &Interrupt) -> Result<()> {
+    pub fn finish(self) -> Result<()> {
         Ok(())
     }
 }
@@ -188,7 +158,6 @@ mod tests {
         assert_eq!(Rerun::parse("off"), Ok(Rerun::Off));
         assert_eq!(Rerun::parse("save"), Ok(Rerun::Save));
         assert_eq!(Rerun::parse("spawn"), Ok(Rerun::Spawn));
-        assert_eq!(Rerun::parse("serve"), Ok(Rerun::Serve));
         assert_eq!(Rerun::parse("connect"), connect("127.0.0.1:9876"));
         assert_eq!(Rerun::parse("connect=host:1"), connect("host:1"));
         for bad in ["", "on", "connect=", "save=x", "SAVE"] {

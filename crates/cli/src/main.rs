@@ -93,7 +93,7 @@ enum Command {
     Report(report::Args),
     /// Check the simulated truth of a scene: both engines, conservation, half the step; one verdict a line.
     Verify(verify::Args),
-    /// Show runs in the Rerun viewer, one or several side by side, or a scene while it is simulated.
+    /// Show runs in the Rerun viewer, or a scene while it is simulated.
     #[cfg(feature = "viewer")]
     View(view::Args),
     /// Judge the path of a scene from its geometry before it is driven: needed friction, go or no-go. Exit code 0 for go,

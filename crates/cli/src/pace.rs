@@ -1,7 +1,7 @@
 //! Speed of a run.
 
 use crate::interrupt::{Interrupt, POLL_TIME};
-use robhaz_run::{ClearanceNeed, Frame, RunDescription, Sink, SinkError};
+use robhaz_run::{Frame, RunDescription, Sink, SinkError};
 use std::time::{Duration, Instant};
 
 /// Speed of a run.
@@ -32,10 +32,6 @@ impl PaceSink {
 }
 
 impl Sink for PaceSink {
-    fn clearance_need(&self) -> ClearanceNeed {
-        ClearanceNeed::Never
-    }
-
     fn begin(&mut self, _run: &RunDescription) -> Result<(), SinkError> {
         self.start = Instant::now();
         Ok(())

@@ -2,7 +2,7 @@
 
 use crate::terminal::Output;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
+use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 
 /// The bar, hidden with `--quiet`.
 pub fn bar(bar: ProgressBar) -> ProgressBar {
@@ -32,10 +32,6 @@ impl Progress {
 }
 
 impl Sink for Progress {
-    fn clearance_need(&self) -> ClearanceNeed {
-        ClearanceNeed::Never
-    }
-
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
         let total = run.record.count();
         self.every = (total / 500).max(1);

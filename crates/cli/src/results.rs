@@ -25,8 +25,7 @@ pub struct Args {
     #[arg(long, value_enum, default_value_t = Format::Parquet)]
     format: Format,
     /// Output for the Rerun viewer: `off` none; `save` the file run.rrd. With that file and live: `spawn` starts the
-    /// viewer on this machine, `connect=HOST:PORT` sends the run to a viewer that listens there, `serve` lets viewers
-    /// connect to this command.
+    /// viewer on this machine, `connect=HOST:PORT` sends the run to a viewer that listens there.
     #[arg(long, value_name = "HOW", value_parser = Rerun::parse, default_value = Rerun::DEFAULT)]
     rerun: Rerun,
     /// Speed of the run.
@@ -138,7 +137,7 @@ pub fn write(run: Run, job: &Job<'_>, args: &Args, interrupt: &Interrupt) -> Res
         job.work,
         summary.wall_s,
     ))?;
-    viewing.finish(interrupt)?;
+    viewing.finish()?;
     Ok(json!({
         "name": job.name,
         "folder": shown(&path),

@@ -7,18 +7,16 @@ use crate::pace::{Pace, PaceSink};
 use crate::progress::Progress;
 use crate::terminal::{remark, say, warn};
 use miette::{IntoDiagnostic, Result, WrapErr, bail};
-use robhaz_log::LogPlace;
-use robhaz_record::Summary;
-use robhaz_run::{RunDescription, Sink};
-use robhaz_scene::{LogChoice, RecordChoice, Scene};
-use robhaz_viewer::{ComparedRun, PictureOptions};
+use robhaz_run::Sink;
+use robhaz_scene::Scene;
+use robhaz_viewer::PictureOptions;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `robhaz view`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Folders of runs or their recordings (.rrd); several are shown side by side. Or one scene file (.toml): it is
-    /// simulated and shown live.
+    /// Folders of runs or their recordings (.rrd), shown in one viewer. Or one scene file (.toml): it is simulated and shown
+    /// live.
     #[arg(required = true, value_name = "RUN|SCENE")]
     what: Vec<PathBuf>,
     /// Saves a picture of the viewer (PNG) instead of opening it; needs no screen.
@@ -30,10 +28,10 @@ pub struct Args {
     /// Size of the picture in pixels.
     #[arg(long, value_name = "WIDTHxHEIGHT", requires = "screenshot", value_parser = size, default_value = "1400x900")]
     size: [u32; 2],
-    /// Saves the comparison of several runs as one recording instead of opening it.
-    #[arg(long, value_name = "FILE", conflicts_with = "screenshot")]
+    /// Of earlier versions.
+    #[arg(long, hide = true, value_name = "FILE", value_parser = no_save)]
     save: Option<PathBuf>,
-    /// Replaces an existing file of --save or --screenshot.
+    /// Replaces an existing picture.
     #[arg(long)]
     force: bool,
     /// Speed of the simulation of a scene; `real-time` by default.
@@ -51,13 +49,7 @@ const PICTURE: Format = Format {
     what: "pictures",
     extension: "png",
 };
-/// Recordings for the viewer.
-const RECORDING: Format = Format {
-    what: "recordings",
-    extension: "rrd",
-};
-
-/// Opens the viewer with the runs or the scene, or saves a picture or a comparison.
+/// Opens the viewer with the runs or the scene, or saves a picture.
 pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
     check(args)?;
     if let [scene] = args.what.as_slice()
@@ -67,48 +59,42 @@ pub fn run(args: &Args, interrupt: &Interrupt) -> Result<()> {
         warn(&scene);
         return live(&scene, args.pace.unwrap_or(Pace::RealTime), interrupt);
     }
-    let inputs = inputs(&args.what)?;
-    // Checked before the work, so that a bad file name costs no time.
-    let output = |file: &Option<PathBuf>, format| {
-        let create = |file: &PathBuf| OutputFile::create(file, format, &inputs, args.force);
-        file.as_ref().map(create).transpose()
+    let Some(picture) = &args.screenshot else {
+        interrupt.listen()?;
+        let recordings = args.what.iter().map(|run| recording(run));
+        let recordings: Vec<PathBuf> = recordings.collect::<Result<_>>()?;
+        return robhaz_viewer::open(&recordings, &|| interrupt.cause()).into_diagnostic();
     };
-    let (picture, comparison) = (
-        output(&args.screenshot, PICTURE)?,
-        output(&args.save, RECORDING)?,
-    );
+    let [run] = args.what.as_slice() else {
+        bail!("--screenshot takes one run");
+    };
+    // Checked before the work, so that a bad file name costs no time.
+    let file = OutputFile::create(picture, PICTURE, &[recording_file(run)?], args.force)?;
     interrupt.listen()?;
-    if let [run] = args.what.as_slice() {
-        return show(&recording(run)?, args, picture, interrupt);
-    }
-    if let Some(file) = comparison {
-        compare(&args.what, file.path(), interrupt)?;
-        return say(&format!("Comparison in {}", file.finish()?.display()));
-    }
-    let file = tempfile::Builder::new()
-        .prefix("robhaz-comparison-")
-        .suffix(".rrd")
-        .tempfile()
-        .into_diagnostic()?
-        .into_temp_path();
-    compare(&args.what, &file, interrupt)?;
-    show(&file, args, picture, interrupt)
+    let (size, at) = (args.size, args.at);
+    let options = PictureOptions { size, at };
+    robhaz_viewer::picture(&recording(run)?, file.path(), options, &|| {
+        interrupt.cause()
+    })
+    .into_diagnostic()?;
+    say(&format!("Picture in {}", file.finish()?.display()))
+}
+
+/// Says what has replaced recordings of several runs.
+fn no_save(_: &str) -> Result<PathBuf, String> {
+    Err("`robhaz view RUN RUN` opens the recordings of several runs in one viewer".to_owned())
 }
 
 /// Refuses arguments that cannot be combined.
 fn check(args: &Args) -> Result<()> {
-    let scene = args.what.iter().find(|path| is_scene(path));
-    match (args.what.as_slice(), scene) {
-        ([_], Some(scene)) if args.screenshot.is_some() || args.save.is_some() => bail!(
-            "{} is a scene: run it first, then `robhaz view` its folder",
-            scene.display()
-        ),
-        ([_], Some(_)) => return Ok(()),
-        (_, Some(scene)) => bail!(
-            "{} is a scene: several can only be compared after `robhaz run`",
-            scene.display()
-        ),
-        (_, None) => {}
+    if let Some(scene) = args.what.iter().find(|path| is_scene(path)) {
+        if args.what.len() > 1 || args.screenshot.is_some() {
+            bail!(
+                "{} is a scene: run it first, then `robhaz view` its folder",
+                scene.display()
+            );
+        }
+        return Ok(());
     }
     if let Some(set) = args.set.first() {
         bail!("--set {set} is for scenes; a run has been simulated already");
@@ -116,34 +102,10 @@ fn check(args: &Args) -> Result<()> {
     if args.pace.is_some() {
         bail!("--pace is for scenes; a run has been simulated already");
     }
-    if args.force && args.save.is_none() && args.screenshot.is_none() {
-        bail!("--force is for --save and --screenshot: nothing else is written");
-    }
-    if let ([_], Some(file)) = (args.what.as_slice(), &args.save) {
-        bail!(
-            "--save {} is for several runs; one run has its recording already",
-            file.display()
-        );
+    if args.force && args.screenshot.is_none() {
+        bail!("--force is for --screenshot: nothing else is written");
     }
     Ok(())
-}
-
-fn show(
-    recording: &Path,
-    args: &Args,
-    picture: Option<OutputFile>,
-    interrupt: &Interrupt,
-) -> Result<()> {
-    let stop = || interrupt.cause();
-    let Some(file) = picture else {
-        return robhaz_viewer::open(&[recording.to_path_buf()], &stop).into_diagnostic();
-    };
-    let options = PictureOptions {
-        size: args.size,
-        at: args.at,
-    };
-    robhaz_viewer::picture(recording, file.path(), options, &stop).into_diagnostic()?;
-    say(&format!("Picture in {}", file.finish()?.display()))
 }
 
 /// Simulates a scene and shows it live; writes no files.
@@ -157,68 +119,7 @@ fn live(scene: &Scene, pace: Pace, interrupt: &Interrupt) -> Result<()> {
     robhaz_run::run_until(scene, &mut sinks, &|| interrupt.cause())
         .into_diagnostic()
         .wrap_err_with(|| format!("cannot finish {}", scene.name))?;
-    viewing.finish(interrupt)
-}
-
-/// Writes the comparison of runs.
-fn compare(runs: &[PathBuf], file: &Path, interrupt: &Interrupt) -> Result<()> {
-    let mut found = Vec::new();
-    for run in runs {
-        let label = run.display().to_string();
-        found.push((label, described(run)?, recording(run)?));
-    }
-    let runs: Vec<ComparedRun<'_>> = found
-        .iter()
-        .map(|(label, description, recording)| ComparedRun {
-            label: label.trim_end_matches('/'),
-            description,
-            recording,
-        })
-        .collect();
-    robhaz_viewer::save_comparison(&runs, file, &|| interrupt.cause()).into_diagnostic()
-}
-
-/// The files that are read: recordings, and in a comparison the scenes.
-fn inputs(runs: &[PathBuf]) -> Result<Vec<PathBuf>> {
-    let mut inputs = Vec::new();
-    for run in runs {
-        if runs.len() > 1 {
-            inputs.push(description_file(run)?);
-        }
-        inputs.push(recording_file(run)?);
-    }
-    Ok(inputs)
-}
-
-/// The resolved scene of a run to be compared, or the description of an estimated log.
-fn description_file(run: &Path) -> Result<PathBuf> {
-    let names = [SCENE, LogPlace::DESCRIPTION];
-    let mut paths = names.iter().map(|name| run.join(name));
-    let Some(path) = paths.find(|path| path.is_file()) else {
-        bail!(
-            "{} has no {SCENE} or {}: a comparison takes the folders of runs",
-            run.display(),
-            LogPlace::DESCRIPTION
-        );
-    };
-    Ok(path)
-}
-
-/// What was known of a run before its first record.
-fn described(run: &Path) -> Result<RunDescription> {
-    let file = description_file(run)?;
-    if file.ends_with(SCENE) {
-        return RunDescription::of(&Scene::load(&file, &[])?).into_diagnostic();
-    }
-    let choice = LogChoice::load(&file, LogChoice::default())?;
-    let summary = Summary::read(run).into_diagnostic()?;
-    let record = RecordChoice {
-        duration: summary.duration_s,
-        rate: summary.record_rate_hz,
-        compare_from: summary.compare_from_s,
-    };
-    // A comparison has one recording of its own: no fingerprint tells runs apart.
-    Ok(RunDescription::of_log(&summary.scene, 0, record, &choice))
+    viewing.finish()
 }
 
 fn is_scene(path: &Path) -> bool {

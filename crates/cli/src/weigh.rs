@@ -3,13 +3,11 @@
 mod table;
 mod text;
 
-use self::table::{blank_table, read_table, write_table};
+use self::table::{read_table, table};
 use crate::output_file::{Format, OutputFile};
 use crate::terminal::say;
 use miette::{IntoDiagnostic, Result, WrapErr};
-use robhaz_masses::{
-    Accuracy, Blocks, Measurements, Plan, Tolerances, plan, simulated_weighing, weigh,
-};
+use robhaz_masses::{Accuracy, Blocks, Measurements, Tolerances, plan, simulated_weighing, weigh};
 use robhaz_scene::RobotChoice;
 use std::path::{Path, PathBuf};
 
@@ -143,17 +141,12 @@ fn plan_postures(args: &Args, nominal: &RobotChoice, count: usize) -> Result<()>
     let plan = plan(&nominal.robot, &tolerances, &accuracy, &heights, count).into_diagnostic()?;
     say(&text::plan(&plan))?;
     let blocks: Vec<Blocks> = plan.postures.iter().map(|p| p.blocks).collect();
-    let text = match &args.simulate {
-        Some(path) => write_table(&simulated(args, path, &plan)?, &blocks),
-        None => blank_table(&blocks),
-    };
+    let simulated = args.simulate.as_ref().map(|path| -> Result<Measurements> {
+        let real = RobotChoice::load(path)?;
+        simulated_weighing(&real.robot, &blocks, &accuracy, args.seed).into_diagnostic()
+    });
+    let text = table(&blocks, simulated.transpose()?.as_ref());
     write(file, &text, "the table")
-}
-
-fn simulated(args: &Args, path: &Path, plan: &Plan) -> Result<Measurements> {
-    let real = RobotChoice::load(path)?;
-    let blocks: Vec<Blocks> = plan.postures.iter().map(|p| p.blocks).collect();
-    simulated_weighing(&real.robot, &blocks, &args.errors.accuracy(), args.seed).into_diagnostic()
 }
 
 fn create(args: &Args, format: Format, inputs: &[PathBuf]) -> Result<Option<OutputFile>> {

@@ -31,8 +31,6 @@ mod route;
 mod setup;
 mod text;
 mod tractions;
-#[cfg(test)]
-mod vertex;
 
 pub use files::{path_files, write_path};
 pub use judge::judge;

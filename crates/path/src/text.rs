@@ -2,8 +2,7 @@
 
 use crate::report::{Failure, PathReport, Place, Reason};
 use crate::setup::Stretch;
-use comfy_table::presets::UTF8_FULL_CONDENSED;
-use comfy_table::{Cell, CellAlignment, Table};
+use robhaz_record::Grid;
 
 /// Number of stretches of the path in the table.
 const ROWS: usize = 10;
@@ -13,14 +12,12 @@ const SHOWN: usize = 5;
 impl PathReport {
     /// The verdict, and a table with the place of the least margin in each tenth of the path.
     pub fn text(&self) -> String {
-        let mut table = Table::new();
-        table.load_preset(UTF8_FULL_CONDENSED);
         let header = [
             "x, m", "mu_n", "mu", "margin", "N1, N", "N2, N", "N3, N", "T1, N", "T2, N", "T3, N",
         ];
-        table.set_header(header.map(right));
+        let mut table = Grid::new(&[], &header);
         for place in self.shown() {
-            table.add_row(cells(place).map(right));
+            table.row(cells(place));
         }
         let tractions = match self.drive {
             "ideal" => "the best tractions",
@@ -37,7 +34,7 @@ impl PathReport {
         format!(
             "Place of the least margin in each tenth of the path, with {tractions}; x is that of the middle wheel\n\
              {}\n{}{clearance}{}",
-            table.trim_fmt(),
+            table.text(None),
             self.verdict(),
             self.stretches()
         )
@@ -150,10 +147,6 @@ fn number(value: Option<f64>, digits: usize) -> String {
         Some(rest) if rest.chars().all(|c| matches!(c, '0' | '.')) => rest.to_owned(),
         _ => text,
     }
-}
-
-fn right(text: impl ToString) -> Cell {
-    Cell::new(text).set_alignment(CellAlignment::Right)
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use pyo3::PyErr;
 use pyo3::create_exception;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use robhaz_run::in_one_line;
 use std::error::Error;
 
 create_exception!(
@@ -33,17 +34,5 @@ pub fn of_scene(error: robhaz_scene::SceneError) -> PyErr {
 
 /// The exception of a run or study, `title` first.
 pub fn of_run(title: &str, error: &dyn Error) -> PyErr {
-    RunError::new_err(format!("{title}: {}", line(error)))
-}
-
-/// An error with all its causes, in one line.
-pub fn line(error: &dyn Error) -> String {
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        text.push_str(": ");
-        text.push_str(&error.to_string());
-        cause = error.source();
-    }
-    text
+    RunError::new_err(format!("{title}: {}", in_one_line(error)))
 }

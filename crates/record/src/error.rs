@@ -1,40 +1,27 @@
 //! Errors of files, with the path of the file.
 
-use std::io;
+use std::error::Error;
 use std::path::{Path, PathBuf};
+
+/// An error of the file system or of a library.
+type Cause = Box<dyn Error + Send + Sync>;
 
 /// Why a run cannot be recorded or read back.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
-    /// An error of the file system.
+    /// A file or folder cannot be read or written.
     #[error("cannot {action} {path}", path = path.display())]
     Io {
-        /// The action that failed: `create`, `write`, `read`.
+        /// The action that failed: `create`, `write`, `draw`.
         action: &'static str,
         /// The file or folder.
         path: PathBuf,
         /// The cause.
-        source: io::Error,
-    },
-    /// A Parquet file cannot be written.
-    #[error("cannot write {path}", path = path.display())]
-    Parquet {
-        /// The file.
-        path: PathBuf,
-        /// The cause.
-        source: parquet::errors::ParquetError,
+        source: Cause,
     },
     /// Columns of a table do not go together: a mistake of the program.
     #[error("cannot make a table")]
     Batch(#[from] arrow_schema::ArrowError),
-    /// A figure cannot be drawn.
-    #[error("cannot draw {path}: {reason}", path = path.display())]
-    Figure {
-        /// The file.
-        path: PathBuf,
-        /// The error of the drawing library.
-        reason: String,
-    },
     /// An estimator's name cannot be part of a file name.
     #[error(
         "the estimator {name:?} cannot have files in {folder}: use letters, digits, `-`, `_` and `.` in its name",
@@ -88,25 +75,17 @@ pub enum RecordError {
     Json(serde_json::Error),
 }
 
-/// Adds the path to a failure of the file system.
-pub(crate) fn io_error(
+/// Adds the path to a failure of the file system, or of a library that makes the file.
+pub fn io_error<E: Into<Cause>>(
     action: &'static str,
     path: &Path,
-) -> impl FnOnce(io::Error) -> RecordError + use<> {
+) -> impl FnOnce(E) -> RecordError + use<E> {
     let path = path.to_path_buf();
     move |source| RecordError::Io {
         action,
         path,
-        source,
+        source: source.into(),
     }
-}
-
-/// Adds the path to a failure of the Parquet library.
-pub(crate) fn parquet_error(
-    path: &Path,
-) -> impl FnOnce(parquet::errors::ParquetError) -> RecordError + use<> {
-    let path = path.to_path_buf();
-    move |source| RecordError::Parquet { path, source }
 }
 
 /// Creates a folder and those above it, where they do not exist.

@@ -1,75 +1,87 @@
-//! A table of texts, for the terminal and for a page.
+//! Tables of texts, for the terminal and for a page.
 
-use crate::estimator_rows::{first_cells, heading, right};
 use crate::summary::{EstimatorSummary, Summary};
 use comfy_table::presets::UTF8_FULL_CONDENSED;
-use comfy_table::{ContentArrangement, Table};
+use comfy_table::{Cell, CellAlignment, ContentArrangement, Table};
 use maud::{Markup, html};
 
-/// A table with rows for estimators, of one run or several.
+/// A table of texts: words to the left of their cells, numbers to the right.
+#[derive(Clone, Debug, Default)]
 pub struct Grid {
-    /// Titles of the figures.
-    names: Vec<String>,
-    /// The label of the run, if there are several, the name of the estimator, and its figures.
-    rows: Vec<(Option<String>, String, Vec<String>)>,
-    several: bool,
+    header: Vec<String>,
+    rows: Vec<Vec<String>>,
+    /// Places of the columns of words.
+    words: &'static [usize],
 }
 
 impl Grid {
-    /// The rows that `cells` makes of each estimator, under the titles `names`. Label and name are in the first one.
-    pub fn new(
+    /// A table without rows. `words` are the places of the columns that hold words.
+    pub fn new(words: &'static [usize], header: &[&str]) -> Self {
+        Self {
+            header: header.iter().map(|name| (*name).to_owned()).collect(),
+            rows: Vec::new(),
+            words,
+        }
+    }
+
+    /// Adds a row.
+    pub fn row(&mut self, cells: impl IntoIterator<Item = String>) {
+        self.rows.push(cells.into_iter().collect());
+    }
+
+    /// The rows that `cells` makes of each estimator, under the titles `names`. If there are several runs their labels come
+    /// first. Label and name are in the first row of each.
+    pub(crate) fn of_estimators(
         runs: &[(&str, &Summary)],
         several: bool,
         names: &[&str],
         cells: impl Fn(&EstimatorSummary) -> Vec<Vec<String>>,
     ) -> Self {
-        let mut rows = Vec::new();
+        let mut grid = match several {
+            true => Self::new(&[0, 1], &[&["run", "estimator"], names].concat()),
+            false => Self::new(&[0], &[&["estimator"], names].concat()),
+        };
         for (label, summary) in runs {
             let mut label = *label;
             for estimator in &summary.estimators {
                 let mut name = estimator.name.as_str();
                 for cells in cells(estimator) {
-                    let label = several.then(|| std::mem::take(&mut label).to_owned());
-                    rows.push((label, std::mem::take(&mut name).to_owned(), cells));
+                    let label = several.then(|| std::mem::take(&mut label));
+                    let words = label.into_iter().chain([std::mem::take(&mut name)]);
+                    grid.row(words.map(str::to_owned).chain(cells));
                 }
             }
         }
-        let names = names.iter().map(|name| (*name).to_owned()).collect();
-        Self {
-            names,
-            rows,
-            several,
-        }
+        grid
     }
 
-    /// As text, of a largest width.
-    pub fn text(&self, width: u16) -> String {
-        let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
+    /// As text, with lines broken at a largest width; `None` breaks none.
+    pub fn text(&self, width: Option<u16>) -> String {
+        let cells = |cells: &[String]| {
+            let cell = |(i, text): (usize, &String)| match self.words.contains(&i) {
+                true => Cell::new(text),
+                false => Cell::new(text).set_alignment(CellAlignment::Right),
+            };
+            cells.iter().enumerate().map(cell).collect::<Vec<_>>()
+        };
         let mut table = Table::new();
-        table
-            .load_preset(UTF8_FULL_CONDENSED)
-            .set_content_arrangement(ContentArrangement::Dynamic)
-            .set_width(width)
-            .set_header(heading(&names, self.several));
-        for (label, name, cells) in &self.rows {
-            let mut row = first_cells(label.as_deref(), name);
-            for cell in cells {
-                row.add_cell(right(cell));
-            }
-            table.add_row(row);
+        table.load_preset(UTF8_FULL_CONDENSED);
+        table.set_header(cells(&self.header));
+        table.add_rows(self.rows.iter().map(|row| cells(row)));
+        if let Some(width) = width {
+            table.set_content_arrangement(ContentArrangement::Dynamic);
+            table.set_width(width);
         }
         table.trim_fmt()
     }
 
-    /// As a table of a page of one run.
-    pub fn html(&self) -> Markup {
+    /// As a table of a page.
+    pub(crate) fn html(&self) -> Markup {
         html! {
             div class="wide" {
                 table {
-                    tr { th { "estimator" } @for name in &self.names { th { (name) } } }
-                    @for (_, name, cells) in &self.rows {
-                        tr { td { (name) } @for cell in cells { td { (cell) } } }
-                    }
+                    tr { @for name in &self.header { th { (name) } } }
+                    @for row in &self.rows { tr { @for cell in row { td { (cell) } } } }
                 }
             }
         }

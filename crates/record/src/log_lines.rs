@@ -36,7 +36,7 @@ pub fn means(runs: &[(&str, &Summary)], several: bool) -> Grid {
             .chain(cells)
             .collect::<Vec<_>>()
     };
-    Grid::new(runs, several, &names, |estimator| {
+    Grid::of_estimators(runs, several, &names, |estimator| {
         let means = estimator.means.as_ref();
         let sigma = means.and_then(|m| m.normal_force_sigma);
         let mut normal = row("N", means.map(|m| m.normal_force), sigma);
@@ -62,7 +62,7 @@ pub fn health(runs: &[(&str, &Summary)]) -> Grid {
         "contradictions",
     ];
     let or_dash = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.3}"));
-    Grid::new(runs, false, &names, |e| {
+    Grid::of_estimators(runs, false, &names, |e| {
         let Some(m) = &e.means else {
             return Vec::new();
         };

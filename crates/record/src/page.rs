@@ -183,7 +183,7 @@ fn contacts(runs: &[(&str, &Summary)]) -> Markup {
             ]
         })
     };
-    Grid::new(runs, false, &names, cells).html()
+    Grid::of_estimators(runs, false, &names, cells).html()
 }
 
 /// Name and picture of each SVG in a folder, in the order of the page; none where there is no folder.

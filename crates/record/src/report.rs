@@ -29,10 +29,7 @@ pub fn comparison_table(runs: &[(&str, &Summary)]) -> String {
         tables.push(errors_table(&compared, several));
     }
     if !of_logs.is_empty() {
-        tables.push(format!(
-            "{MEANS}\n{}",
-            means(&of_logs, several).text(u16::MAX)
-        ));
+        tables.push(format!("{MEANS}\n{}", means(&of_logs, several).text(None)));
     }
     let mut text = tables.join("\n");
     for (label, summary) in runs {
@@ -105,7 +102,7 @@ fn errors_table(runs: &[(&str, &Summary)], several: bool) -> String {
     let width = if several { WIDTH + 40 } else { WIDTH };
     format!(
         "RMSE of the normal force in N and in % of its mean over the wheels; last column: traction in N\n{}",
-        Grid::new(runs, several, &names, cells).text(width)
+        Grid::of_estimators(runs, several, &names, cells).text(Some(width))
     )
 }
 

@@ -10,7 +10,7 @@ use crate::table_file::{GROUP_ROWS, TableFile, start_columns, write_table};
 use crate::terrain_table::terrain_batch;
 use arrow_array::RecordBatch;
 use rayon::prelude::*;
-use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
+use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
 use std::path::{Path, PathBuf};
 use std::slice;
 
@@ -150,6 +150,10 @@ fn metadata(run: &RunDescription) -> [(&'static str, String); 2] {
 }
 
 impl Sink for TableSink {
+    fn clearance_need(&self) -> ClearanceNeed {
+        ClearanceNeed::Always
+    }
+
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
         Ok(self.open(run)?)
     }

@@ -1,6 +1,6 @@
 //! Files of tables: the one way from Arrow batches to Parquet or comma-separated text.
 
-use crate::error::{RecordError, io_error, parquet_error};
+use crate::error::{RecordError, io_error};
 use crate::format::TableFormat;
 use arrow_array::cast::AsArray as _;
 use arrow_array::types::{Float64Type, Int64Type, UInt32Type, UInt64Type};
@@ -55,7 +55,8 @@ impl TableFile {
         let mut file = BufWriter::with_capacity(WRITTEN_AT_ONCE, file);
         let out = match format {
             TableFormat::Parquet => {
-                let writer = writer(file, schema, values_repeat).map_err(parquet_error(&path))?;
+                let writer =
+                    writer(file, schema, values_repeat).map_err(io_error("write", &path))?;
                 Out::Parquet(Box::new(writer))
             }
             TableFormat::Csv => {
@@ -75,7 +76,9 @@ impl TableFile {
     pub fn write(&mut self, batch: &RecordBatch) -> Result<(), RecordError> {
         match &mut self.out {
             _ if batch.num_rows() == 0 => Ok(()),
-            Out::Parquet(writer) => write_group(writer, batch).map_err(parquet_error(&self.path)),
+            Out::Parquet(writer) => {
+                write_group(writer, batch).map_err(io_error("write", &self.path))
+            }
             Out::Csv(out) => write_lines(out, batch).map_err(io_error("write", &self.path)),
         }
     }
@@ -86,7 +89,7 @@ impl TableFile {
     /// [`RecordError`] of the file system.
     pub fn finish(self, on_disk: bool) -> Result<(), RecordError> {
         let out = match self.out {
-            Out::Parquet(writer) => writer.into_inner().map_err(parquet_error(&self.path))?,
+            Out::Parquet(writer) => writer.into_inner().map_err(io_error("write", &self.path))?,
             Out::Csv(out) => out,
         };
         let file = out.into_inner().map_err(IntoInnerError::into_error);

@@ -2,7 +2,7 @@
 
 use crate::sink::SinkError;
 use robhaz_scene::{ModelErrorTooLarge, PlantFailure};
-use std::error::Error as _;
+use std::error::Error;
 
 /// Why a run broke off.
 #[derive(Debug, thiserror::Error)]
@@ -18,7 +18,7 @@ pub enum RunError {
     ModelError(#[from] ModelErrorTooLarge),
     /// The readings cannot be read on.
     #[error(transparent)]
-    Readings(Box<dyn std::error::Error + Send + Sync>),
+    Readings(Box<dyn Error + Send + Sync>),
     /// The system has no more threads.
     #[error("cannot start the threads of the estimators")]
     Threads(#[from] rayon::ThreadPoolBuildError),
@@ -36,16 +36,13 @@ pub enum RunError {
     },
 }
 
-impl RunError {
-    /// The error with all its causes, in one line.
-    pub(crate) fn line(&self) -> String {
-        let mut text = self.to_string();
-        let mut cause = self.source();
-        while let Some(error) = cause {
-            text.push_str(": ");
-            text.push_str(&error.to_string());
-            cause = error.source();
-        }
-        text
+/// An error with all its causes, in one line.
+pub fn in_one_line(error: &dyn Error) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        text = format!("{text}: {error}");
+        cause = error.source();
     }
+    text
 }

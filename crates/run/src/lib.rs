@@ -33,7 +33,7 @@ pub use clearance::TruthClearance;
 pub use description::{ControlDescription, EstimatorDescription, RunDescription, World};
 pub use driven_plant::{DrivenPlant, StartError};
 pub use driver::Driver;
-pub use error::RunError;
+pub use error::{RunError, in_one_line};
 pub use estimators::{Estimators, Observers};
 pub use ground::EstimatedTerrain;
 pub use log_report::{ChannelReport, LogReport};
@@ -43,7 +43,6 @@ pub use source::{Sample, Simulation, Source, sensor_frame};
 use robhaz_estimator::GroundPoint;
 use robhaz_scene::Scene;
 use robhaz_sim::Truth;
-use source::Observation;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tracing::debug;
@@ -112,7 +111,7 @@ impl Run {
     /// # Errors
     /// [`RunError::ModelError`].
     pub fn observing(scene: &Scene, truth: Arc<[Truth]>) -> Result<Self, RunError> {
-        let source = Box::new(Observation::new(scene, truth));
+        let source = Box::new(Simulation::observing(scene, truth));
         Ok(Self::ready(RunDescription::of(scene)?, source))
     }
 
@@ -280,7 +279,7 @@ impl Run {
             },
             wall: self.wall.as_secs_f64(),
             step: self.source.mean_step(),
-            broken_off: error.map(RunError::line),
+            broken_off: error.map(|error| in_one_line(error)),
             friction_tests: self
                 .driver
                 .iter()

@@ -81,7 +81,7 @@ pub type SinkError = Box<dyn std::error::Error + Send + Sync>;
 pub trait Sink {
     /// At which records [`Frame::clearances`] must be there. Asked before the first record.
     fn clearance_need(&self) -> ClearanceNeed {
-        ClearanceNeed::Always
+        ClearanceNeed::Never
     }
 
     /// Called before the first record.

@@ -44,7 +44,7 @@ pub trait Source {
 
 /// The simulation of a scene with its sensors.
 pub struct Simulation {
-    plant: Plant,
+    truth: Origin,
     sensors: Sensors,
     /// Samples taken so far.
     taken: u64,
@@ -53,22 +53,40 @@ pub struct Simulation {
     samples_per_record: u64,
 }
 
+/// Where its truth comes from.
+enum Origin {
+    /// It is simulated now.
+    Plant(Box<Plant>),
+    /// It was simulated before.
+    Kept(Arc<[Truth]>),
+}
+
 impl Simulation {
     /// The simulation at time zero, with the sensor errors that the scene's seed draws.
     ///
     /// # Errors
     /// [`RunError::Start`] where the robot cannot stand on its ground.
     pub fn new(scene: &Scene) -> Result<Self, RunError> {
-        let samples_per_record = scene.samples_per_record();
         let plant = Plant::new(&scene.plant_setup())
             .map_err(|cause| RunError::Start(PlantFailure::from(cause)))?;
-        Ok(Self {
-            plant,
+        let samples = (scene.record_count() - 1) * scene.samples_per_record() + 1;
+        Ok(Self::of(scene, Origin::Plant(Box::new(plant)), samples))
+    }
+
+    /// A truth that was simulated before, read by the sensors of a scene.
+    pub(crate) fn observing(scene: &Scene, truth: Arc<[Truth]>) -> Self {
+        let samples = truth.len() as u64;
+        Self::of(scene, Origin::Kept(truth), samples)
+    }
+
+    fn of(scene: &Scene, truth: Origin, samples: u64) -> Self {
+        Self {
+            truth,
             sensors: scene.sensors(),
             taken: 0,
-            samples: (scene.record_count() - 1) * samples_per_record + 1,
-            samples_per_record,
-        })
+            samples,
+            samples_per_record: scene.samples_per_record(),
+        }
     }
 }
 
@@ -77,64 +95,31 @@ impl Source for Simulation {
         if self.taken == self.samples {
             return Ok(None);
         }
-        let truth = *self.plant.next_truth().map_err(PlantFailure::from)?;
+        let truth = match &mut self.truth {
+            Origin::Plant(plant) => *plant.next_truth().map_err(PlantFailure::from)?,
+            Origin::Kept(truth) => truth[self.taken as usize],
+        };
         let is_record = self.taken.is_multiple_of(self.samples_per_record);
         self.taken += 1;
-        Ok(Some(read(&mut self.sensors, &truth, is_record)))
+        Ok(Some(Sample {
+            time: truth.time,
+            truth: Some(truth),
+            sensors: sensor_frame(&self.sensors.read(&truth)),
+            is_record,
+        }))
     }
 
     fn command(&mut self, commands: [WheelCommand; 3]) {
-        self.plant.command(commands);
-    }
-
-    fn mean_step(&self) -> Option<f64> {
-        Some(self.plant.mean_step())
-    }
-}
-
-/// A truth that was simulated before, read by the sensors of a scene.
-pub(crate) struct Observation {
-    truth: Arc<[Truth]>,
-    sensors: Sensors,
-    /// Samples taken so far.
-    taken: usize,
-    samples_per_record: u64,
-}
-
-impl Observation {
-    /// The first sample is next.
-    pub(crate) fn new(scene: &Scene, truth: Arc<[Truth]>) -> Self {
-        Self {
-            truth,
-            sensors: scene.sensors(),
-            taken: 0,
-            samples_per_record: scene.samples_per_record(),
+        if let Origin::Plant(plant) = &mut self.truth {
+            plant.command(commands);
         }
     }
-}
-
-impl Source for Observation {
-    fn next_sample(&mut self) -> Result<Option<Sample>, RunError> {
-        let Some(truth) = self.truth.get(self.taken) else {
-            return Ok(None);
-        };
-        let is_record = (self.taken as u64).is_multiple_of(self.samples_per_record);
-        self.taken += 1;
-        Ok(Some(read(&mut self.sensors, truth, is_record)))
-    }
 
     fn mean_step(&self) -> Option<f64> {
-        None
-    }
-}
-
-/// The sample of a truth, with its readings.
-fn read(sensors: &mut Sensors, truth: &Truth, is_record: bool) -> Sample {
-    Sample {
-        time: truth.time,
-        truth: Some(*truth),
-        sensors: sensor_frame(&sensors.read(truth)),
-        is_record,
+        match &self.truth {
+            Origin::Plant(plant) => Some(plant.mean_step()),
+            Origin::Kept(_) => None,
+        }
     }
 }
 

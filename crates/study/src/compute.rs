@@ -1,6 +1,6 @@
 //! The runs of a shard, on several threads.
 
-use crate::dataset::{self, Finished};
+use crate::dataset;
 use crate::error::StudyError;
 use crate::folder::Folder;
 use crate::journal::{Journal, RunRecord, scan};
@@ -10,6 +10,7 @@ use crate::study::Study;
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 use robhaz_record::Dataset;
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -77,40 +78,39 @@ pub fn compute(study: &Study, job: &Job<'_>, watch: &Watch<'_>) -> Result<Done, 
         return Ok(done(0, 0, Some(dataset)));
     }
     let own = folder.journal(shard);
-    let (journal, scanned) = Journal::open(&own, hash)?;
-    let mut finished = Finished::new(study.runs());
-    finished.add(&own, &scanned);
+    let mut finished = HashSet::new();
+    let mut add = |record: RunRecord| {
+        finished.insert(record.run);
+    };
+    let (journal, scanned) = Journal::open(&own, hash, &mut add)?;
+    let mut damaged = scanned.damaged;
     // Where the dataset is made of other shards' journals, no process may have one open.
     let mut others = Vec::new();
     for path in folder.journals()?.iter().filter(|path| **path != own) {
         if shard == Shard::ALL {
-            let (journal, scanned) = Journal::open(path, hash)?;
-            finished.add(path, &scanned);
+            let (journal, scanned) = Journal::open(path, hash, &mut add)?;
+            damaged += scanned.damaged;
             others.push(journal);
         } else {
-            finished.add(path, &scan(path, hash)?);
+            damaged += scan(path, hash, &mut add)?.damaged;
         }
     }
     let journal = Mutex::new(journal);
     let work = Work {
         study,
         folder: Some(&folder),
-        is_pending: &|run| shard.has(run) && !finished.has(run),
+        is_pending: &|run| shard.has(run) && !finished.contains(&run),
         keep: &|record| lock(&journal).append(&record),
         watch,
         failure: Mutex::new(None),
     };
     let computed = work.run(job.jobs, runs);
     lock(&journal).sync()?;
-    let (computed, damaged) = (computed?, finished.damaged());
+    let computed = computed?;
     if shard != Shard::ALL {
         return Ok(done(computed, damaged, None));
     }
-    let mut finished = Finished::new(study.runs());
-    for path in folder.journals()? {
-        finished.add(&path, &scan(&path, hash)?);
-    }
-    dataset::write(study, &finished, &folder)?;
+    dataset::write(study, &folder)?;
     folder.tidy()?;
     Ok(done(computed, damaged, Some(dataset)))
 }

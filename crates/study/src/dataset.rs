@@ -4,74 +4,36 @@ use crate::columns::RowBuilder;
 use crate::error::StudyError;
 use crate::files;
 use crate::folder::{Folder, TABLE};
-use crate::journal::{JournalReader, RunRecord, Scanned};
+use crate::journal::{RunRecord, scan};
 use crate::study::{Identity, Study};
 use robhaz_record::{Dataset, GROUP_ROWS, TableFile, TableFormat};
-use std::path::{Path, PathBuf};
+use std::collections::BTreeMap;
+use std::path::Path;
 
-/// Where the line of each run is: 24 bytes a run.
-pub struct Finished {
-    journals: Vec<PathBuf>,
-    /// Number of the journal and place in it, by the index of the run.
-    places: Vec<Option<(u32, u64)>>,
-    damaged: u64,
-}
+/// Most runs that are in memory at once: some 200 MB. A larger study reads its journals several times.
+const RUNS_AT_ONCE: usize = 50_000;
 
-impl Finished {
-    /// None of `runs` runs.
-    pub fn new(runs: u64) -> Self {
-        Self {
-            journals: Vec::new(),
-            places: vec![None; usize::try_from(runs).unwrap_or(usize::MAX)],
-            damaged: 0,
-        }
-    }
-
-    /// Adds the runs of a journal. A run that is there twice is the same twice: the first counts.
-    pub fn add(&mut self, journal: &Path, scanned: &Scanned) {
-        let number = u32::try_from(self.journals.len()).unwrap_or(u32::MAX);
-        self.journals.push(journal.to_path_buf());
-        self.damaged += scanned.damaged;
-        for (run, place) in &scanned.places {
-            let run = usize::try_from(*run).ok();
-            if let Some(slot) = run.and_then(|run| self.places.get_mut(run)) {
-                slot.get_or_insert((number, *place));
-            }
-        }
-    }
-
-    /// Whether a run is done.
-    pub fn has(&self, run: u64) -> bool {
-        let run = usize::try_from(run).ok();
-        run.and_then(|run| self.places.get(run))
-            .is_some_and(Option::is_some)
-    }
-
-    /// Damaged lines of all journals.
-    pub fn damaged(&self) -> u64 {
-        self.damaged
-    }
-}
-
-/// Writes the dataset of finished runs, which must be all runs.
-pub fn write(study: &Study, finished: &Finished, folder: &Folder) -> Result<(), StudyError> {
-    let hash = &study.identity().sha256;
-    let open = |path: &PathBuf| JournalReader::open(path, hash);
-    let mut readers: Vec<JournalReader> = finished
-        .journals
-        .iter()
-        .map(open)
-        .collect::<Result<_, _>>()?;
+/// Writes the dataset of the runs in the journals of a folder, which must be all runs. A run that is there twice is the same
+/// twice: the first counts.
+pub fn write(study: &Study, folder: &Folder) -> Result<(), StudyError> {
+    let (hash, journals) = (&study.identity().sha256, folder.journals()?);
     let mut rows = RowBuilder::new(study.plan(), &notes(study.identity()));
     let mut file = TableFile::create(&folder.0, TableFormat::Parquet, TABLE, rows.schema(), true)?;
-    for (run, place) in (0_u64..).zip(&finished.places) {
-        if let Some((journal, place)) = place
-            && let Some(reader) = readers.get_mut(*journal as usize)
-        {
-            rows.push(&reader.read(*place)?, &study.settings(run));
+    for first in (0..study.runs()).step_by(RUNS_AT_ONCE) {
+        let range = first..first + RUNS_AT_ONCE as u64;
+        let mut records = BTreeMap::new();
+        for journal in &journals {
+            scan(journal, hash, &mut |record| {
+                if range.contains(&record.run) {
+                    records.entry(record.run).or_insert(record);
+                }
+            })?;
         }
-        if rows.rows() >= GROUP_ROWS {
-            file.write(&rows.take()?)?;
+        for (run, record) in records {
+            rows.push(&record, &study.settings(run));
+            if rows.rows() >= GROUP_ROWS {
+                file.write(&rows.take()?)?;
+            }
         }
     }
     file.write(&rows.take()?)?;

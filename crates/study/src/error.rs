@@ -101,12 +101,6 @@ const fn after_a_stop(kept: bool) -> &'static str {
 
 /// An error of the file system at a path.
 pub fn io_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> StudyError {
-    let path = path.to_path_buf();
-    move |source| {
-        StudyError::Record(RecordError::Io {
-            action,
-            path,
-            source,
-        })
-    }
+    let of_file = robhaz_record::io_error(action, path);
+    move |source| of_file(source).into()
 }

@@ -50,19 +50,21 @@ pub struct Row {
     pub scores: Vec<Option<f64>>,
 }
 
-/// What a journal holds.
+/// What was found in a journal beside its runs.
 #[derive(Debug, Default)]
 pub struct Scanned {
-    /// The finished runs: index, and place of the line in bytes.
-    pub places: Vec<(u64, u64)>,
     /// Length up to the last complete line, bytes.
     pub length: u64,
     /// Number of damaged lines.
     pub damaged: u64,
 }
 
-/// Reads through the journal of the study with the hash `study`. It is empty if there is no such file.
-pub fn scan(path: &Path, study: &str) -> Result<Scanned, StudyError> {
+/// Hands the finished runs in the journal of the study with the hash `study` to `each`. There are none if there is no such file.
+pub fn scan(
+    path: &Path,
+    study: &str,
+    each: &mut dyn FnMut(RunRecord),
+) -> Result<Scanned, StudyError> {
     let mut scanned = Scanned::default();
     let file = match File::open(path) {
         Ok(file) => file,
@@ -78,7 +80,7 @@ pub fn scan(path: &Path, study: &str) -> Result<Scanned, StudyError> {
             return Ok(scanned);
         }
         match decode(&line, study) {
-            Ok(record) => scanned.places.push((record.run, scanned.length)),
+            Ok(record) => each(record),
             Err(_) => scanned.damaged += 1,
         }
         scanned.length += length as u64;
@@ -133,11 +135,15 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Opens a journal, and reads through it. A torn last line is cut off.
+    /// Opens a journal, and hands its runs to `each`. A torn last line is cut off.
     ///
     /// # Errors
     /// [`StudyError::InUse`]: another process has it open.
-    pub fn open(path: &Path, study: &str) -> Result<(Self, Scanned), StudyError> {
+    pub fn open(
+        path: &Path,
+        study: &str,
+        each: &mut dyn FnMut(RunRecord),
+    ) -> Result<(Self, Scanned), StudyError> {
         let mut options = OpenOptions::new();
         let options = options.create(true).write(true).truncate(false);
         let mut file = options.open(path).map_err(io_error("open", path))?;
@@ -145,7 +151,7 @@ impl Journal {
         if matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
             return Err(StudyError::InUse(path.to_path_buf()));
         }
-        let scanned = scan(path, study)?;
+        let scanned = scan(path, study, each)?;
         file.set_len(scanned.length)
             .and_then(|()| file.seek(SeekFrom::End(0)))
             .map_err(io_error("write", path))?;
@@ -186,38 +192,6 @@ impl Journal {
     }
 }
 
-/// Reads single lines of a journal.
-#[derive(Debug)]
-pub struct JournalReader {
-    reader: BufReader<File>,
-    path: PathBuf,
-    study: String,
-}
-
-impl JournalReader {
-    /// Opens a journal.
-    pub fn open(path: &Path, study: &str) -> Result<Self, StudyError> {
-        Ok(Self {
-            reader: BufReader::new(File::open(path).map_err(io_error("read", path))?),
-            path: path.to_path_buf(),
-            study: study.to_owned(),
-        })
-    }
-
-    /// The run whose line begins at a place.
-    pub fn read(&mut self, place: u64) -> Result<RunRecord, StudyError> {
-        let mut line = Vec::new();
-        let read = self.reader.stream_position().and_then(|position| {
-            // Runs are nearly in order: most seeks stay in the buffer.
-            let distance = place.wrapping_sub(position).cast_signed();
-            self.reader.seek_relative(distance)?;
-            self.reader.read_until(b'\n', &mut line)?;
-            decode(&line, &self.study)
-        });
-        read.map_err(io_error("read", &self.path))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -233,12 +207,19 @@ mod tests {
         }
     }
 
+    /// The runs of a journal, and its number of damaged lines.
+    fn read(path: &Path, study: &str) -> Result<(Vec<RunRecord>, u64), StudyError> {
+        let mut found = Vec::new();
+        let scanned = scan(path, study, &mut |record| found.push(record))?;
+        Ok((found, scanned.damaged))
+    }
+
     /// Cut at any byte, the complete lines stay, and what is appended then can be read. Numbers keep their bits.
     #[test]
     fn a_journal_that_is_cut_keeps_its_complete_lines() -> Result<(), StudyError> {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("runs.jsonl");
-        let (mut journal, _) = Journal::open(&path, "mine")?;
+        let (mut journal, _) = Journal::open(&path, "mine", &mut |_| {})?;
         for run in [4, 2, 9] {
             journal.append(&record(run))?;
         }
@@ -247,17 +228,14 @@ mod tests {
         let line = whole.len() / 3;
         for cut in 0..whole.len() {
             std::fs::write(&path, &whole[..cut]).expect("written");
-            let scanned = scan(&path, "mine")?;
-            assert_eq!((scanned.places.len(), scanned.damaged), (cut / line, 0));
-            assert_eq!(scan(&path, "other")?.damaged, cut as u64 / line as u64);
-            let (mut journal, _) = Journal::open(&path, "mine")?;
+            let (found, damaged) = read(&path, "mine")?;
+            assert_eq!((found.len(), damaged), (cut / line, 0));
+            assert_eq!(read(&path, "other")?.1, cut as u64 / line as u64);
+            let (mut journal, _) = Journal::open(&path, "mine", &mut |_| {})?;
             journal.append(&record(7))?;
-            let places = scan(&path, "mine")?.places;
-            let mut reader = JournalReader::open(&path, "mine")?;
-            let last = places.last().expect("a run");
-            assert_eq!(reader.read(last.1)?, record(7));
-            // Backwards, too.
-            assert_eq!(reader.read(places[0].1)?.rows, record(4).rows);
+            let (found, _) = read(&path, "mine")?;
+            let whole = [4, 2, 9].into_iter().take(cut / line).chain([7]);
+            assert_eq!(found, whole.map(record).collect::<Vec<_>>());
         }
         Ok(())
     }
@@ -268,7 +246,7 @@ mod tests {
     fn a_changed_byte_is_found() -> Result<(), StudyError> {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("runs.jsonl");
-        let (mut journal, _) = Journal::open(&path, "mine")?;
+        let (mut journal, _) = Journal::open(&path, "mine", &mut |_| {})?;
         journal.append(&record(1))?;
         journal.append(&record(2))?;
         let whole = std::fs::read(&path).expect("the journal");
@@ -278,8 +256,8 @@ mod tests {
                 let mut bytes = whole.clone();
                 bytes[place] = byte;
                 std::fs::write(&path, &bytes).expect("written");
-                let scanned = scan(&path, "mine")?;
-                let runs: Vec<u64> = scanned.places.iter().map(|place| place.0).collect();
+                let mut runs = Vec::new();
+                let scanned = scan(&path, "mine", &mut |record| runs.push(record.run))?;
                 let expected = if bytes == whole {
                     (vec![1, 2], 0)
                 } else {

@@ -4,15 +4,24 @@ use crate::consistency::{Consistency, CovarianceVerdict};
 use crate::error::StudyError;
 use crate::statistics::{LEAST_RUNS, Mean};
 use crate::study::Study;
-use comfy_table::presets::UTF8_FULL_CONDENSED;
-use comfy_table::{Cell, ContentArrangement, Row, Table};
-use robhaz_record::Dataset;
-use robhaz_record::estimator_rows::{first_cells, heading, right};
+use robhaz_record::{Dataset, Grid};
 use robhaz_scene::Scene;
 use serde::Serialize;
 
 /// Width of the table, columns of text.
 const WIDTH: u16 = 110;
+const HEADER: [&str; 10] = [
+    "estimator",
+    "error of N\n% ± s.e.",
+    "error/\nbound",
+    "T\nN",
+    "stated\n%",
+    "error/\nstated",
+    "within\n2 sigma %",
+    "NEES\n(3)",
+    "NIS\n(1)",
+    "stated\nsigma is",
+];
 
 /// The result of a study: means over all its complete runs. Errors of N and standard deviations are fractions of the mean true N.
 /// What is not the same in all runs is `None`.
@@ -170,14 +179,9 @@ impl Report {
 
     /// The table, and below it what was run.
     pub fn text(&self) -> String {
-        let mut table = Table::new();
-        table
-            .load_preset(UTF8_FULL_CONDENSED)
-            .set_content_arrangement(ContentArrangement::Dynamic)
-            .set_width(WIDTH)
-            .set_header(header());
+        let mut table = Grid::new(&[0, 9], &HEADER);
         for line in &self.estimators {
-            table.add_row(line.row());
+            table.row(line.row());
         }
         let each = self.each(true);
         let bound = match self.floor {
@@ -192,7 +196,7 @@ impl Report {
             format!(
                 "Errors of the normal forces N in % of their mean, of the tractions T in N; means over the {each}"
             ),
-            table.trim_fmt(),
+            table.text(Some(WIDTH)),
             bound,
             self.what_was_run(),
         ];
@@ -322,33 +326,30 @@ impl Line {
         ))
     }
 
-    fn row(&self) -> Row {
-        let mut row = first_cells(None, &self.name);
+    fn row(&self) -> [String; 10] {
         let c = self.consistency;
         let number = |value: Option<f64>, digits: usize| match value {
             Some(value) => format!("{value:.digits$}"),
             None => "-".to_owned(),
         };
-        let cells = [
+        let stated = self.stated;
+        [
+            self.name.clone(),
             self.nrmse.map_or_else(|| "-".to_owned(), percent),
             number(self.error_over_floor, 2),
             number(self.traction_rmse_n.map(|m| m.mean), 2),
             number(
-                self.stated.map(|m| 100.0 * m.mean),
-                self.stated.map_or(0, |m| digits(&m)),
+                stated.map(|m| 100.0 * m.mean),
+                stated.as_ref().map_or(0, digits),
             ),
             number(self.error_over_stated.map(|m| m.mean), 2),
             number(c.map(|c| 100.0 * c.coverage.mean), 1),
             number(c.map(|c| c.nees.mean), 2),
             number(c.and_then(|c| c.nis).map(|m| m.mean), 2),
-        ];
-        for cell in cells {
-            row.add_cell(right(cell));
-        }
-        row.add_cell(Cell::new(
-            self.verdict.map_or("-", CovarianceVerdict::words),
-        ));
-        row
+            self.verdict
+                .map_or("-", CovarianceVerdict::words)
+                .to_owned(),
+        ]
     }
 }
 
@@ -387,20 +388,4 @@ fn digits(share: &Mean) -> usize {
         x if x < 10.0 => 2,
         _ => 1,
     }
-}
-
-fn header() -> Row {
-    let names = [
-        "error of N\n% ± s.e.",
-        "error/\nbound",
-        "T\nN",
-        "stated\n%",
-        "error/\nstated",
-        "within\n2 sigma %",
-        "NEES\n(3)",
-        "NIS\n(1)",
-    ];
-    let mut row = heading(&names, false);
-    row.add_cell(Cell::new("stated\nsigma is"));
-    row
 }

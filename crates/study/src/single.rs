@@ -6,10 +6,9 @@ use crate::journal::{Row, RunRecord};
 use crate::study::{Study, seen_by_plant};
 use crate::truth_run::{TruthRun, bound, rule};
 use robhaz_record::{EstimatorSummary, ScoreColumn, Summary, SummarySink, TableFormat, TableSink};
-use robhaz_run::{ClearanceNeed, Frame, Run, RunError, Sink, SinkError, Stop};
+use robhaz_run::{Frame, Run, RunError, Sink, SinkError, Stop, in_one_line};
 use robhaz_scene::{Scene, SceneError};
 use robhaz_score::{Bound, Inclusion, Rule};
-use std::error::Error;
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -146,10 +145,6 @@ impl BoundSink {
 }
 
 impl Sink for BoundSink {
-    fn clearance_need(&self) -> ClearanceNeed {
-        ClearanceNeed::Never
-    }
-
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
         if let Some(truth) = frame.truth
             && let Inclusion::Included(compared) = self.1.judge(truth)
@@ -202,15 +197,4 @@ fn of_scene(error: &SceneError) -> String {
         key => format!("{key}: {}", p.message()),
     });
     problems.collect::<Vec<_>>().join("; ")
-}
-
-/// An error with its causes.
-fn in_one_line(error: &dyn Error) -> String {
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        text = format!("{text}: {error}");
-        cause = error.source();
-    }
-    text
 }

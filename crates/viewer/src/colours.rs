@@ -13,8 +13,7 @@ pub(crate) const WHEELS: [Colour; 3] = [
     Colour([0xD5, 0x5E, 0x00]),
     Colour([0x00, 0x9E, 0x73]),
 ];
-/// Estimators by their index in the scene, and runs by their index in a comparison. The order is that of the figures:
-/// purple, amber, grey, white (black in a light picture). None is blue, which is the front wheel's colour.
+/// Estimators by their index in the scene. The order is that of the figures: purple, amber, grey, white (black in a light picture). None is blue, which is the front wheel's colour.
 const OTHERS: [Colour; 6] = [
     Colour([0xCC, 0x79, 0xA7]),
     Colour([0xE6, 0x9F, 0x00]),
@@ -70,7 +69,7 @@ impl Colour {
     }
 }
 
-/// The colour of an estimator by its index in the scene, or of a run by its index in a comparison.
+/// The colour of an estimator by its index in the scene.
 pub(crate) fn by_index(index: usize) -> Colour {
     OTHERS[index % OTHERS.len()]
 }

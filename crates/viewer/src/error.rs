@@ -35,12 +35,6 @@ pub enum ViewerError {
         /// The decoder's or the system's error.
         source: Cause,
     },
-    /// [`robhaz_run::Sink::frame`] was called before [`robhaz_run::Sink::begin`].
-    #[error("the recording {destination} got a record before its run began")]
-    NotBegun {
-        /// File or address.
-        destination: String,
-    },
     /// A sink was used for a second run.
     #[error("the recording {destination} already holds a run")]
     Used {
@@ -65,14 +59,6 @@ pub enum ViewerError {
     NobodyListens {
         /// The address.
         address: String,
-    },
-    /// The port is in use.
-    #[error("cannot serve at {address}")]
-    Serve {
-        /// The address.
-        address: String,
-        /// The system's error.
-        source: std::io::Error,
     },
     /// No viewer is on the PATH.
     #[error(
@@ -108,12 +94,6 @@ pub enum ViewerError {
         /// What the picture lacks.
         reason: String,
     },
-    /// The file of a comparison is one of the recordings to be compared.
-    #[error("{} is a recording to be compared: the comparison needs a file of its own", path.display())]
-    Input {
-        /// The file.
-        path: PathBuf,
-    },
     /// A time outside the recording.
     #[error("{at} s is not in the run: its recording goes from 0 s to {end:.3} s")]
     Time {
@@ -127,12 +107,6 @@ pub enum ViewerError {
     Stopped {
         /// The cause that [`robhaz_run::Stop`] returned.
         cause: &'static str,
-    },
-    /// A comparison needs at least two runs.
-    #[error("a comparison needs at least two runs, not {found}")]
-    TooFew {
-        /// Number of runs.
-        found: usize,
     },
 }
 

@@ -1,8 +1,7 @@
 //! A run as a Rerun recording: an animation of robot, ground and forces, and the time series of every estimator.
 //!
-//! [`RecordingSink`] writes one `.rrd` file, with the layout of its views: `rerun run.rrd` shows everything.
-//! [`LiveSink`] shows a run while it is simulated. [`save_comparison`] copies several recorded runs into one recording.
-//! [`open`] shows recordings on the screen. [`picture()`] saves a picture of one as a PNG.
+//! [`RecordingSink`] writes one `.rrd` file, with the layout of its views: `rerun run.rrd` shows everything. Or it sends the
+//! recording to a viewer, which shows the run while it is simulated. [`open`] shows recordings on the screen. [`picture()`] saves a picture of one as a PNG.
 //!
 //! | entity | what it holds |
 //! |---|---|
@@ -29,7 +28,6 @@
 
 mod about;
 mod colours;
-mod comparison;
 mod contact;
 mod control;
 mod convert;
@@ -41,14 +39,12 @@ mod friction_tests;
 mod ground;
 mod key;
 mod layout;
-mod live;
 mod picture;
 mod plot;
 mod program;
 mod rates;
 mod reading;
 mod recorder;
-mod remote;
 mod rows;
 mod scale;
 mod scene_view;
@@ -57,10 +53,7 @@ mod shapes;
 mod sink;
 mod writer;
 
-pub use comparison::save_comparison;
 pub use error::{VIEWER_VERSION, ViewerError};
-pub use layout::comparison::ComparedRun;
-pub use live::{LiveReport, LiveSink};
 pub use picture::{PictureOptions, picture};
 pub use program::open;
 pub use reading::{recording_end, recording_is_closed};

@@ -55,10 +55,8 @@ pub(crate) fn listens(port: u16) -> bool {
 pub(crate) fn free_port() -> Result<u16, ViewerError> {
     let address = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 0);
     let port = TcpListener::bind(address).and_then(|l| l.local_addr());
-    port.map(|a| a.port()).map_err(|source| ViewerError::Serve {
-        address: address.to_string(),
-        source,
-    })
+    let cannot = |error| start_error(&format!("no port of {address} is free: {error}"));
+    port.map(|a| a.port()).map_err(cannot)
 }
 
 /// A viewer that this process started.

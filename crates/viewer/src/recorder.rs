@@ -6,7 +6,7 @@ use crate::estimated_terrain::Terrain;
 use crate::events::Events;
 use crate::friction_tests::{self, TestPlaces};
 use crate::key;
-use crate::layout::{self, Playing};
+use crate::layout;
 use crate::rates::rates;
 use crate::scene_view::SceneView;
 use crate::series::Series;
@@ -14,7 +14,7 @@ use crate::writer::{Target, Writer};
 use rerun::archetypes::TextDocument;
 use rerun::components::MediaType;
 use robhaz_run::{EstimatorDescription, Frame, RunDescription, RunEnd};
-use std::time::Duration;
+use std::time::SystemTime;
 
 /// Rate at which the ground that was found is drawn, Hz of simulated time.
 const GROUND_RATE: f64 = 5.0;
@@ -28,23 +28,9 @@ fn chosen(run: &RunDescription) -> Option<usize> {
     preferred.or(estimators.len().checked_sub(1))
 }
 
-/// A recording and its viewer.
-pub(crate) struct Destination<T> {
-    /// File or address, for errors.
-    pub(crate) name: String,
-    /// What takes the messages.
-    pub(crate) target: T,
-    /// A target that takes nothing for this time is given up.
-    pub(crate) patience: Duration,
-    /// Movement of the time cursor.
-    pub(crate) playing: Playing,
-    /// Distinguishes recordings of the same run.
-    pub(crate) salt: u64,
-}
-
 /// Writes the recording of one run.
 pub(crate) struct Recorder {
-    pub(crate) out: Writer,
+    out: Writer,
     /// `None` for recorded readings, which do not contain the robot's position.
     view: Option<SceneView>,
     series: Series,
@@ -57,21 +43,23 @@ pub(crate) struct Recorder {
 }
 
 impl Recorder {
-    /// Starts a recording with its layout, explanations, and everything that does not move. All rates are divided by
-    /// `thinning`.
+    /// Starts a recording at a file or address, with its layout, explanations, and everything that does not move. All rates are
+    /// divided by `thinning`.
     pub(crate) fn begin(
-        to: Destination<impl Target + Send + 'static>,
+        destination: &str,
+        target: Target,
         run: &RunDescription,
         thinning: f64,
     ) -> Result<Self, ViewerError> {
         let chosen = chosen(run);
+        let is_live = matches!(target, Target::Viewer(_));
         // The viewer would mix two runs with the same identifier.
-        let fingerprint = run.fingerprint ^ to.salt;
-        let mut out = Writer::start(&to.name, to.target, to.patience, &run.name, fingerprint)?;
-        layout::log(&mut out, &layout::run::layout(run), to.playing)?;
+        let fingerprint = run.fingerprint ^ if is_live { now() } else { 0 };
+        let mut out = Writer::start(destination, target, &run.name, fingerprint)?;
+        layout::log(&mut out, &layout::run::layout(run), is_live)?;
         let page = TextDocument::new(about::page(run, chosen, thinning));
         out.constant("about", &page.with_media_type(MediaType::markdown()))?;
-        key::log(&mut out, "key", &key::of_run(run))?;
+        key::log(&mut out, run)?;
         let [series, frames] = rates(thinning);
         let world = run.world.as_ref();
         let recorder = Self {
@@ -97,28 +85,31 @@ impl Recorder {
         Ok(self)
     }
 
-    /// Takes a record. Returns whether it is one to be kept, as a frame of the animation or a row of the time series, and
-    /// keeps it if there is room.
-    pub(crate) fn push(&mut self, frame: &Frame<'_>, has_room: bool) -> bool {
+    /// Takes a record, and keeps it if it is a frame of the animation or a row of the time series.
+    pub(crate) fn push(&mut self, frame: &Frame<'_>) {
         let time = frame.time;
         self.events.sample(frame);
         self.estimated_terrain
             .sample(frame, self.next_ground.is_due(time));
-        let (is_frame, is_row) = (self.next_frame.is_due(time), self.next_row.is_due(time));
+        let is_frame = self.next_frame.is_due(time);
         if let Some(truth) = frame.truth {
             self.tests.sample(truth);
-            if let Some(view) = self.view.as_mut().filter(|_| is_frame && has_room) {
+            if let Some(view) = self.view.as_mut().filter(|_| is_frame) {
                 view.push(frame, truth);
             }
         }
-        if is_row && has_room {
+        if self.next_row.is_due(time) {
             self.series.push(frame);
         }
-        is_frame || is_row
     }
 
-    /// Logs what was kept since the last call, and events.
-    pub(crate) fn flush(&mut self) -> Result<(), ViewerError> {
+    /// Sends what was kept since the last call, and events.
+    pub(crate) fn send(&mut self) -> Result<(), ViewerError> {
+        self.flush()?;
+        self.out.send()
+    }
+
+    fn flush(&mut self) -> Result<(), ViewerError> {
         let out = &mut self.out;
         if let Some(view) = &mut self.view {
             view.flush(out)?;
@@ -133,8 +124,19 @@ impl Recorder {
         self.events.end(end);
         self.flush()?;
         let results = end.map_or(&[][..], |end| &end.friction_tests);
-        friction_tests::log(&mut self.out, &self.tests.marks(results))
+        friction_tests::log(&mut self.out, &self.tests.marks(results))?;
+        self.out.finish()
     }
+}
+
+/// Wall-clock time, ns. It distinguishes two runs of the same scene in one viewer.
+fn now() -> u64 {
+    let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "the lower digits distinguish two runs"
+    )]
+    since.map_or(0, |time| time.as_nanos() as u64)
 }
 
 /// Selects the first record of each period.

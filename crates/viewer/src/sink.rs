@@ -1,51 +1,128 @@
-//! A sink that writes a run as a Rerun recording.
+//! A sink that makes a Rerun recording of a run, in a file or in a viewer.
 
 use crate::ViewerError;
-use crate::layout::Playing;
+use crate::program::{DEFAULT_PORT, Started, listens};
 use crate::rates::{rates, thinning};
-use crate::recorder::{Destination, Recorder, Ticker};
-use crate::writer::RrdFile;
+use crate::recorder::{Recorder, Ticker};
+use crate::writer::Target;
+use rerun::external::re_uri::ProxyUri;
+use rerun::sink::GrpcSink;
 use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
-use std::fs::File;
+use std::error::Error as _;
+use std::ffi::OsStr;
+use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
 use std::path::Path;
-use std::time::Duration;
+use std::str::FromStr as _;
+use std::time::{Duration, Instant};
 
-/// Simulated time between two writes without thinning, s. A killed run loses at most that time, and what still waits to be
-/// encoded.
+/// Simulated time between two writes of a file without thinning, s. A killed run loses at most that time, and what still waits
+/// to be encoded.
 const CHUNK_TIME: f64 = 2.0;
+/// Wall-clock time between two batches of a live run.
+const BATCH_TIME: Duration = Duration::from_millis(50);
 
-/// Writes a run as a Rerun recording, with the layout of its views.
+/// Makes a Rerun recording of a run, with the layout of its views: in a file, or in a viewer while the run goes on.
 ///
-/// New records are written every two simulated seconds, so that a run that breaks off or is killed leaves a readable
-/// file. The animation has 60 Hz, the time series have 125 Hz. A run of more than 120 s is thinned in time: its recording has
-/// as many frames and rows as one of 120 s. Events are detected at every record.
+/// New records are written to a file every two simulated seconds, so that a run that breaks off or is killed leaves a readable
+/// file, and sent to a viewer every 50 ms. The animation has 60 Hz, the time series have 125 Hz. A run of more than 120 s is
+/// thinned in time: its recording has as many frames and rows as one of 120 s. Events are detected at every record. A viewer
+/// that is slow, reads nothing or closes the connection neither delays nor stops the run.
 pub struct RecordingSink {
+    /// File or address.
     destination: String,
-    /// The empty file, until the run begins.
-    file: Option<File>,
+    /// Until the run begins.
+    target: Option<Target>,
     /// Factor by which the run is thinned in time.
     thinning: f64,
-    /// The run that is being written, and the time of its next write.
+    /// The run that is being written, and the simulated time of its next write.
     run: Option<(Recorder, Ticker)>,
+    /// When the next batch is sent to a viewer; `None` of a file.
+    next_batch: Option<Instant>,
+    lost: Option<String>,
 }
 
 impl RecordingSink {
     /// A sink for a new file at `path`. An older file of that name is replaced immediately.
     ///
     /// # Errors
-    /// [`ViewerError::Create`]
+    /// [`ViewerError::Create`], [`ViewerError::Write`]
     pub fn save(path: &Path) -> Result<Self, ViewerError> {
         Ok(Self {
             destination: path.display().to_string(),
-            file: Some(RrdFile::create(path)?),
+            target: Some(Target::create(path)?),
             thinning: 1.0,
             run: None,
+            next_batch: None,
+            lost: None,
         })
+    }
+
+    /// A sink for the viewer that listens at an address: `HOST:PORT` or `rerun+http://HOST:PORT/proxy`.
+    ///
+    /// # Errors
+    /// [`ViewerError::Address`], [`ViewerError::NobodyListens`]
+    pub fn connect(address: &str) -> Result<Self, ViewerError> {
+        let bad = || ViewerError::Address {
+            address: address.to_owned(),
+        };
+        let full = if address.contains("://") {
+            address.to_owned()
+        } else {
+            format!("rerun+http://{address}/proxy")
+        };
+        let uri = ProxyUri::from_str(&full).map_err(|_| bad())?;
+        // The client of the SDK waits for a viewer without limit: test first whether one listens.
+        let host = uri.origin.host.to_string();
+        let mut found = (host.as_str(), uri.origin.port)
+            .to_socket_addrs()
+            .map_err(|_| bad())?;
+        let second = Duration::from_secs(1);
+        let answers = |a: SocketAddr| TcpStream::connect_timeout(&a, second).is_ok();
+        if !found.any(answers) {
+            return Err(ViewerError::NobodyListens { address: full });
+        }
+        Ok(Self {
+            destination: full,
+            target: Some(Target::Viewer(GrpcSink::new(uri))),
+            thinning: 1.0,
+            run: None,
+            next_batch: Some(Instant::now()),
+            lost: None,
+        })
+    }
+
+    /// A sink for the viewer that listens at the default port of this machine, or else for a new one. The viewer stays
+    /// open after the run.
+    ///
+    /// # Errors
+    /// [`ViewerError::NotInstalled`], [`ViewerError::OtherVersion`], [`ViewerError::Start`],
+    /// [`ViewerError::NobodyListens`]
+    pub fn spawn() -> Result<Self, ViewerError> {
+        if !listens(DEFAULT_PORT) {
+            Started::at(DEFAULT_PORT, &[OsStr::new("--expect-data-soon")])?;
+        }
+        Self::connect(&format!("127.0.0.1:{DEFAULT_PORT}"))
     }
 
     /// Rates of the time series and of the animation (Hz of simulated time), if the run is so long that they are reduced.
     pub fn reduced_rates(&self) -> Option<[f64; 2]> {
         (self.thinning > 1.0).then(|| rates(self.thinning))
+    }
+
+    /// After a live run whose viewer did not get all of it: the viewer's address, and the reason.
+    pub fn lost(&self) -> Option<(&str, &str)> {
+        self.lost.as_deref().map(|why| (&*self.destination, why))
+    }
+
+    /// Keeps the failure of a viewer, and returns that of a file. Nothing more is recorded.
+    fn fail(&mut self, error: ViewerError) -> Result<(), SinkError> {
+        self.run = None;
+        if self.next_batch.is_none() {
+            return Err(error.into());
+        }
+        let cause = error.source().map(ToString::to_string);
+        self.lost = Some(cause.unwrap_or_else(|| error.to_string()));
+        Ok(())
     }
 }
 
@@ -55,42 +132,42 @@ impl Sink for RecordingSink {
     }
 
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
-        let name = self.destination.clone();
-        let file = self.file.take().ok_or_else(|| ViewerError::Used {
-            destination: name.clone(),
+        let destination = &self.destination;
+        let target = self.target.take().ok_or_else(|| ViewerError::Used {
+            destination: destination.clone(),
         })?;
-        let to = Destination {
-            target: RrdFile::begin(file).map_err(ViewerError::write(&name))?,
-            name,
-            patience: Duration::MAX,
-            playing: Playing::FromStart,
-            salt: 0,
-        };
         self.thinning = thinning(run);
         let mut next_write = Ticker::new(self.thinning * CHUNK_TIME);
         next_write.is_due(0.0);
-        self.run = Some((Recorder::begin(to, run, self.thinning)?, next_write));
+        let recorder = Recorder::begin(destination, target, run, self.thinning)?;
+        self.run = Some((recorder, next_write));
         Ok(())
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), SinkError> {
-        let (recorder, next_write) = self.run.as_mut().ok_or_else(|| ViewerError::NotBegun {
-            destination: self.destination.clone(),
-        })?;
-        recorder.push(frame, true);
-        if next_write.is_due(frame.time) {
-            recorder.flush()?;
-            recorder.out.send_all()?;
+        let Some((recorder, next_write)) = &mut self.run else {
+            return Ok(());
+        };
+        recorder.push(frame);
+        let is_due = match &mut self.next_batch {
+            Some(next) if Instant::now() < *next => false,
+            Some(next) => {
+                *next = Instant::now() + BATCH_TIME;
+                true
+            }
+            None => next_write.is_due(frame.time),
+        };
+        match is_due.then(|| recorder.send()) {
+            Some(Err(error)) => self.fail(error),
+            _ => Ok(()),
         }
-        Ok(())
     }
 
     fn end(&mut self, end: Option<&RunEnd>) -> Result<(), SinkError> {
         // A run that has not begun needs no end.
-        if let Some((mut recorder, _)) = self.run.take() {
-            recorder.end(end)?;
-            recorder.out.finish(0)?;
+        match self.run.take().map(|(mut recorder, _)| recorder.end(end)) {
+            Some(Err(error)) => self.fail(error),
+            _ => Ok(()),
         }
-        Ok(())
     }
 }

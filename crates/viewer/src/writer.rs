@@ -14,13 +14,14 @@ use rerun::external::re_log_types::{
     BlueprintActivationCommand, SetStoreInfo, StoreInfo, StoreSource,
 };
 use rerun::log::{Chunk, ChunkId, LogMsg, RowId, TimeColumn};
+use rerun::sink::{GrpcSink, GrpcSinkConnectionState, LogSink as _};
 use rerun::{
     AsComponents, EntityPath, SerializationResult, SerializedComponentColumn, StoreId, StoreKind,
     TimePoint, Timeline,
 };
 use std::fs::File;
 use std::path::Path;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -29,79 +30,75 @@ pub(crate) const APPLICATION: &str = "robhaz";
 /// Name of the timeline. It is simulated time.
 pub(crate) const TIMELINE: &str = "sim_time";
 
+/// Time after which a viewer that reads nothing is given up.
+const PATIENCE: Duration = Duration::from_secs(3);
+
 /// Destination of the messages.
-pub(crate) trait Target {
-    /// Sends one message.
-    fn send(&mut self, message: LogMsg) -> Result<(), Cause>;
-
-    /// Closes the destination after the last message.
-    fn finish(&mut self) -> Result<(), Cause>;
+pub(crate) enum Target {
+    /// An `.rrd` file. A message is in it when [`Target::send`] returns.
+    File(Box<Encoder<File>>),
+    /// A viewer that listens at an address. Sending blocks while it does not read.
+    Viewer(GrpcSink),
 }
 
-/// An `.rrd` file. A message is in the file when [`Target::send`] returns.
-pub(crate) struct RrdFile(Encoder<File>);
-
-impl RrdFile {
-    /// Creates an empty file. An older file of that name is replaced immediately.
-    pub(crate) fn create(path: &Path) -> Result<File, ViewerError> {
-        File::create(path).map_err(ViewerError::create(path))
-    }
-
-    /// Writes the header into an empty file.
-    pub(crate) fn begin(file: File) -> Result<Self, Cause> {
+impl Target {
+    /// A new file. An older file of that name is replaced immediately.
+    pub(crate) fn create(path: &Path) -> Result<Self, ViewerError> {
+        let file = File::create(path).map_err(ViewerError::create(path))?;
         let version = rerun::build_info().version;
-        let encoder = Encoder::new_eager(version, EncodingOptions::PROTOBUF_COMPRESSED, file)?;
-        Ok(Self(encoder))
+        let encoder = Encoder::new_eager(version, EncodingOptions::PROTOBUF_COMPRESSED, file);
+        let encoder = encoder.map_err(ViewerError::write(&path.display().to_string()))?;
+        Ok(Self::File(Box::new(encoder)))
     }
-}
 
-impl Target for RrdFile {
     fn send(&mut self, message: LogMsg) -> Result<(), Cause> {
-        self.0.append(&message)?;
+        match self {
+            Self::File(encoder) => {
+                encoder.append(&message)?;
+            }
+            Self::Viewer(viewer) => match viewer.status() {
+                GrpcSinkConnectionState::Disconnected(_) => {
+                    return Err("it has closed the connection".into());
+                }
+                _ => viewer.send(message),
+            },
+        }
         Ok(())
     }
 
-    /// Writes the index at the end of the file.
+    /// Closes it after the last message. A file gets its index.
     fn finish(&mut self) -> Result<(), Cause> {
-        Ok(self.0.finish()?)
+        match self {
+            Self::File(encoder) => Ok(encoder.finish()?),
+            Self::Viewer(viewer) => Ok(viewer.flush_blocking(PATIENCE)?),
+        }
     }
 }
 
-/// Batches of messages that wait for the thread of a target: a second of a live run.
-const MOST_BATCHES: usize = 20;
-
-/// A batch of messages, and the number of records that they are of.
-type Batch = (Vec<LogMsg>, u64);
-
-/// A target with a thread of its own: messages are encoded and written while the next are collected.
+/// A target with a thread of its own: messages are encoded and written while the next are collected. The run does not wait for
+/// it. What waits is at most the recording, whose size does not grow with the length of the run.
 struct Background {
     /// `None` when there are no more messages.
-    batches: Option<Sender<Batch>>,
-    /// The number of records of each batch that the target has taken.
-    taken: Receiver<u64>,
+    batches: Option<Sender<Vec<LogMsg>>>,
+    /// A message for each batch that the target has taken.
+    taken: Receiver<()>,
     thread: Option<JoinHandle<Result<(), Cause>>>,
-    /// Batches that the target has not taken.
-    waiting: usize,
-    /// Records that the target has taken.
-    delivered: u64,
-    /// A target that takes nothing for this time is given up.
-    patience: Duration,
+    /// A target that takes nothing for this time is given up; `None` of a file.
+    patience: Option<Duration>,
 }
 
 impl Background {
-    fn start(
-        mut target: impl Target + Send + 'static,
-        patience: Duration,
-    ) -> Result<Self, ViewerError> {
-        let (batches, received) = channel::<Batch>();
+    fn start(mut target: Target) -> Result<Self, ViewerError> {
+        let patience = matches!(target, Target::Viewer(_)).then_some(PATIENCE);
+        let (batches, received) = channel::<Vec<LogMsg>>();
         let (done, taken) = channel();
         let work = move || {
-            for (messages, records) in received {
+            for messages in received {
                 for message in messages {
                     target.send(message)?;
                 }
                 // Nobody waits for it once the recording has been given up.
-                let _ = done.send(records);
+                let _ = done.send(());
             }
             target.finish()
         };
@@ -111,51 +108,34 @@ impl Background {
             batches: Some(batches),
             taken,
             thread: Some(thread),
-            waiting: 0,
-            delivered: 0,
             patience,
         })
     }
 
-    fn take(&mut self, records: u64) {
-        self.waiting -= 1;
-        self.delivered += records;
-    }
-
-    /// Whether few batches wait. After a failure, too: the next batch reports it.
-    fn has_room(&mut self) -> bool {
-        loop {
-            match self.taken.try_recv() {
-                Ok(records) => self.take(records),
-                Err(TryRecvError::Empty) => return self.waiting < MOST_BATCHES,
-                Err(TryRecvError::Disconnected) => return true,
-            }
-        }
-    }
-
     /// Fails with the error of this batch or of an earlier one, or leaves its error to the next or the end.
-    fn send(&mut self, batch: Batch) -> Result<(), Cause> {
+    fn send(&mut self, batch: Vec<LogMsg>) -> Result<(), Cause> {
         let batches = self.batches.as_ref();
         if batches.is_some_and(|batches| batches.send(batch).is_ok()) {
-            self.waiting += 1;
             return Ok(());
         }
         // The thread receives until it fails.
         self.finish()
     }
 
-    /// Waits until the target has taken everything. One that takes nothing is abandoned with its thread, which cannot be
+    /// Waits until the target has taken everything. A viewer that reads nothing is abandoned with its thread, which cannot be
     /// interrupted.
     fn finish(&mut self) -> Result<(), Cause> {
         self.batches = None;
-        loop {
-            match self.taken.recv_timeout(self.patience) {
-                Ok(records) => self.take(records),
-                Err(RecvTimeoutError::Disconnected) => break,
-                Err(RecvTimeoutError::Timeout) => {
-                    self.thread = None;
-                    return Err(Box::new(Stalled));
+        if let Some(patience) = self.patience {
+            let stalled = loop {
+                match self.taken.recv_timeout(patience) {
+                    Ok(()) => {}
+                    Err(error) => break error == RecvTimeoutError::Timeout,
                 }
+            };
+            if stalled {
+                self.thread = None;
+                return Err("it takes no more data".into());
             }
         }
         match self.thread.take().map(JoinHandle::join) {
@@ -176,11 +156,6 @@ impl Drop for Background {
     }
 }
 
-/// The target has taken nothing for some time.
-#[derive(Debug, thiserror::Error)]
-#[error("it takes no more data")]
-pub(crate) struct Stalled;
-
 /// Builds and sends the messages of one recording and its layout.
 pub(crate) struct Writer {
     /// File or address, for errors.
@@ -196,12 +171,10 @@ pub(crate) struct Writer {
 }
 
 impl Writer {
-    /// Starts a recording. Errors name `destination`; `fingerprint` distinguishes recordings of the same name. A target that
-    /// takes nothing for the time `patience` is given up.
+    /// Starts a recording. Errors name `destination`; `fingerprint` distinguishes recordings of the same name.
     pub(crate) fn start(
         destination: &str,
-        target: impl Target + Send + 'static,
-        patience: Duration,
+        target: Target,
         name: &str,
         fingerprint: u64,
     ) -> Result<Self, ViewerError> {
@@ -209,7 +182,7 @@ impl Writer {
         let mut writer = Self {
             destination: destination.to_owned(),
             messages: Vec::new(),
-            background: Background::start(target, patience)?,
+            background: Background::start(target)?,
             recording: StoreId::new(StoreKind::Recording, APPLICATION, id.clone()),
             layout: StoreId::new(StoreKind::Blueprint, APPLICATION, id),
             fingerprint,
@@ -259,19 +232,6 @@ impl Writer {
         self.send_chunk(self.recording.clone(), &chunk)
     }
 
-    /// Copies a chunk of another recording to an entity of this one.
-    pub(crate) fn copy(
-        &mut self,
-        chunk: &Chunk,
-        entity: impl Into<EntityPath>,
-    ) -> Result<(), ViewerError> {
-        let id = self.next_id();
-        let chunk = chunk
-            .clone_as(id, RowId::from_tuid((*id).next()))
-            .clone_with_new_entity_path(entity.into());
-        self.send_chunk(self.recording.clone(), &chunk)
-    }
-
     /// Logs a part of the layout.
     pub(crate) fn layout(
         &mut self,
@@ -293,36 +253,18 @@ impl Writer {
         self.messages.push(command.into());
     }
 
-    /// Whether the target keeps up: few messages wait for it.
-    pub(crate) fn has_room(&mut self) -> bool {
-        self.background.has_room()
-    }
-
-    /// Sends the messages of a number of records. It does not wait for a target that does not keep up.
-    pub(crate) fn send(&mut self, records: u64) -> Result<(), ViewerError> {
+    /// Sends the messages so far. It does not wait for the target.
+    pub(crate) fn send(&mut self) -> Result<(), ViewerError> {
         let messages = std::mem::take(&mut self.messages);
-        let sent = self.background.send((messages, records));
+        let sent = self.background.send(messages);
         sent.map_err(ViewerError::write(&self.destination))
     }
 
-    /// As [`Writer::send`], but waits until the target keeps up.
-    pub(crate) fn send_all(&mut self) -> Result<(), ViewerError> {
-        while !self.has_room() {
-            std::thread::sleep(Duration::from_millis(1));
-        }
-        self.send(0)
-    }
-
-    /// Sends the rest, of a number of records, and closes the recording.
-    pub(crate) fn finish(&mut self, records: u64) -> Result<(), ViewerError> {
-        self.send(records)?;
+    /// Sends the rest, and closes the recording.
+    pub(crate) fn finish(&mut self) -> Result<(), ViewerError> {
+        self.send()?;
         let finished = self.background.finish();
         finished.map_err(ViewerError::write(&self.destination))
-    }
-
-    /// Number of records that the target has taken.
-    pub(crate) fn delivered(&self) -> u64 {
-        self.background.delivered
     }
 
     fn row(

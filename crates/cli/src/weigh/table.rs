@@ -176,46 +176,21 @@ fn row(columns: &[Column], row: &TextRow, into: &mut Measurements) -> Result<(),
     }
 }
 
-/// The first line of a table with blocks.
-const WITH_BLOCKS: &str = "block1 [mm],block2 [mm],block3 [mm],";
 /// The first line of a table.
-const FIRST_LINE: &str = "link1 [deg],link2 [deg],wheel1 [N],wheel2 [N],wheel3 [N],weight [N]\n";
+const FIRST_LINE: &str = "block1 [mm],block2 [mm],block3 [mm],link1 [deg],link2 [deg],wheel1 [N],wheel2 [N],wheel3 [N],weight [N]\n";
 
-/// The text of a table to fill in, for postures on blocks, m.
-pub fn blank_table(blocks: &[Blocks]) -> String {
-    let mut text = format!("{WITH_BLOCKS}{FIRST_LINE}");
-    for heights in blocks {
-        // Writing into a text cannot fail.
-        let _ = writeln!(text, "{},,,,,,", block_cells(heights).join(","));
-    }
-    text
-}
-
-fn block_cells(heights: &Blocks) -> [String; 3] {
-    heights.map(|h| format!("{:.0}", 1e3 * h))
-}
-
-/// The text of a table. `blocks` are the heights under the wheels, m, one for each posture, or none at all.
-pub fn write_table(measurements: &Measurements, blocks: &[Blocks]) -> String {
-    let mut text = String::new();
-    let is_on_blocks = blocks.len() == measurements.readings.len() && !blocks.is_empty();
-    if is_on_blocks {
-        text += WITH_BLOCKS;
-    }
-    text += FIRST_LINE;
-    for (k, reading) in measurements.readings.iter().enumerate() {
-        let mut cells: Vec<String> = Vec::new();
-        if is_on_blocks {
-            cells.extend(block_cells(&blocks[k]));
-        }
-        cells.extend(
-            reading
-                .inclinations
-                .map(|a| format!("{:.3}", a.to_degrees())),
-        );
+/// The text of a table for postures on blocks (heights, m): to fill in, or with measurements, one reading for each posture.
+pub fn table(blocks: &[Blocks], measurements: Option<&Measurements>) -> String {
+    let mut text = FIRST_LINE.to_owned();
+    for (k, heights) in blocks.iter().enumerate() {
+        let reading = measurements.and_then(|m| m.readings.get(k));
+        let weight = measurements.and_then(|m| m.weight).filter(|_| k == 0);
+        let mut cells: Vec<String> = heights.map(|h| format!("{:.0}", 1e3 * h)).into();
+        let angle = |i: usize| Some(format!("{:.3}", reading?.inclinations[i].to_degrees()));
+        cells.extend([0, 1].map(|i| angle(i).unwrap_or_default()));
         let force = |force: Option<f64>| force.map_or(String::new(), |n| format!("{n:.2}"));
-        cells.extend(reading.forces.map(force));
-        cells.push(force(measurements.weight.filter(|_| k == 0)));
+        cells.extend([0, 1, 2].map(|i| force(reading.and_then(|r| r.forces[i]))));
+        cells.push(force(weight));
         // Writing into a text cannot fail.
         let _ = writeln!(text, "{}", cells.join(","));
     }

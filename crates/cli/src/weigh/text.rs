@@ -1,8 +1,7 @@
 //! Results as text for the terminal.
 
-use comfy_table::presets::UTF8_FULL_CONDENSED;
-use comfy_table::{Cell, CellAlignment, Table};
 use robhaz_masses::{Plan, Weighed, WeighedValue};
+use robhaz_record::Grid;
 
 /// A deviation above this share of its prior counts as not seen.
 const NOT_SEEN: f64 = 0.95;
@@ -43,8 +42,8 @@ pub fn weighed(of: &Weighed) -> String {
 }
 
 /// Values with so many digits, lengths in mm with one less.
-fn table_of(values: &[WeighedValue], digits: usize) -> Table {
-    let mut table = table(&["", "nominal", "weighed", "unit"]);
+fn table_of(values: &[WeighedValue], digits: usize) -> String {
+    let mut table = Grid::new(&[0], &["", "nominal", "weighed", "unit"]);
     for value in values {
         let (factor, unit, digits) = match value.unit {
             "m" => (1e3, "mm", digits - 1),
@@ -54,14 +53,14 @@ fn table_of(values: &[WeighedValue], digits: usize) -> Table {
             let (value, sigma) = (factor * value, factor * sigma);
             format!("{value:.digits$} ±{sigma:.digits$}")
         };
-        table.add_row(cells(&[
+        table.row([
             value.name.to_owned(),
             shown(value.drawn, value.prior),
             shown(value.found, value.deviation),
             unit.to_owned(),
-        ]));
+        ]);
     }
-    table
+    table.text(None)
 }
 
 /// The postures, and how exact the forces are after each.
@@ -78,35 +77,20 @@ pub fn plan(of: &Plan) -> String {
         "N3, N",
         "error of N after it, N",
     ];
-    let mut table = table(&header);
+    let mut table = Grid::new(&[0], &header);
     for (k, posture) in of.postures.iter().enumerate() {
         let mut row = vec![(k + 1).to_string()];
         row.extend(posture.blocks.map(|h| format!("{:.0}", 1e3 * h)));
         row.extend(posture.angles.map(|a| format!("{:.1}", a.to_degrees())));
         row.extend(posture.forces.map(|n| format!("{n:.1}")));
         row.push(format!("{:.3}", posture.after));
-        table.add_row(cells(&row));
+        table.row(row);
     }
     format!(
-        "The postures that tell most, of {} on these blocks; angles and forces of the nominal robot\n{table}\n\
+        "The postures that tell most, of {} on these blocks; angles and forces of the nominal robot\n{}\n\
              Without weighing, the tolerances of the nominal values are an error of N of {:.2} N.",
-        of.candidates, of.before
+        of.candidates,
+        table.text(None),
+        of.before
     )
-}
-
-fn table(header: &[&str]) -> Table {
-    let mut table = Table::new();
-    table.load_preset(UTF8_FULL_CONDENSED);
-    let header: Vec<_> = header.iter().map(|h| (*h).to_owned()).collect();
-    table.set_header(cells(&header));
-    table
-}
-
-/// The first cell to the left, numbers to the right.
-fn cells(row: &[String]) -> Vec<Cell> {
-    let cell = |(i, text): (usize, &String)| match i {
-        0 => Cell::new(text),
-        _ => Cell::new(text).set_alignment(CellAlignment::Right),
-    };
-    row.iter().enumerate().map(cell).collect()
 }

@@ -14,10 +14,7 @@ use std::path::Path;
 /// [`RecordError`] of the file system and of the drawing library.
 pub fn write_figure(folder: &Path, stem: &str, page: &Page) -> Result<(), RecordError> {
     let path = folder.join(format!("{stem}.svg"));
-    let text = svg(page).map_err(|error| RecordError::Figure {
-        path: path.clone(),
-        reason: error.to_string(),
-    })?;
+    let text = svg(page).map_err(|error| io_error("draw", &path)(error.to_string()))?;
     std::fs::write(&path, text).map_err(io_error("write", &path))
 }
 

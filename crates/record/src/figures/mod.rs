@@ -25,7 +25,7 @@ pub use trace::{Estimated, Trace};
 
 use crate::error::{RecordError, check_name, create_folder};
 use rayon::prelude::*;
-use robhaz_run::{ClearanceNeed, Frame, RunDescription, RunEnd, Sink, SinkError};
+use robhaz_run::{Frame, RunDescription, RunEnd, Sink, SinkError};
 use run::RunTraces;
 use std::path::{Path, PathBuf};
 
@@ -123,10 +123,6 @@ impl FigureSink {
 }
 
 impl Sink for FigureSink {
-    fn clearance_need(&self) -> ClearanceNeed {
-        ClearanceNeed::Never
-    }
-
     fn begin(&mut self, run: &RunDescription) -> Result<(), SinkError> {
         for estimator in &run.estimators {
             check_name(&estimator.label, &self.folder)?;

@@ -3,7 +3,8 @@
 
 use robhaz_estimator::{Estimate, EstimateError, GroundPoint, SensorFrame};
 use robhaz_run::{
-    Frame, Run, RunDescription, RunEnd, RunError, Sample, Sink, SinkError, Source, run,
+    ClearanceNeed, Frame, Run, RunDescription, RunEnd, RunError, Sample, Sink, SinkError, Source,
+    run,
 };
 use robhaz_scene::{Grade, Scene, SensorChoice};
 use std::cell::Cell;
@@ -44,6 +45,10 @@ struct Kept {
 }
 
 impl Sink for Kept {
+    fn clearance_need(&self) -> ClearanceNeed {
+        ClearanceNeed::Always
+    }
+
     fn begin(&mut self, _: &RunDescription) -> Result<(), SinkError> {
         Ok(())
     }

@@ -2,8 +2,6 @@
 //!
 //! The SDK's builders give every part a random name, and cannot set ranges, legends and bounds.
 
-pub(crate) mod comparison;
-pub(crate) mod parts;
 pub(crate) mod run;
 
 use crate::ViewerError;
@@ -25,15 +23,6 @@ use rerun::external::re_sdk_types::blueprint::datatypes::{TextLogColumn, TextLog
 use rerun::external::uuid::Uuid;
 use rerun::{AsComponents, EntityPath};
 
-/// Movement of the time cursor when the viewer opens a recording.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Playing {
-    /// The cursor plays from the start, repeatedly: for a finished run.
-    FromStart,
-    /// The cursor stays at the newest record: for a live run.
-    AtTheEnd,
-}
-
 /// A view, or a container of parts with their shares of its width or height.
 pub(crate) enum Part {
     View(View),
@@ -52,15 +41,16 @@ pub(crate) struct View {
     past: Vec<String>,
 }
 
-/// Logs a layout and makes it the active one.
-pub(crate) fn log(out: &mut Writer, root: &Part, playing: Playing) -> Result<(), ViewerError> {
+/// Logs a layout and makes it the active one. The cursor of a live run stays at the newest record; that of a finished run plays
+/// from the start, repeatedly.
+pub(crate) fn log(out: &mut Writer, root: &Part, is_live: bool) -> Result<(), ViewerError> {
     let root = root.log(out, &mut 0)?;
     let viewport = ViewportBlueprint::new()
         .with_root_container(root.id)
         .with_auto_layout(false)
         .with_auto_views(false);
     out.layout("viewport", &viewport)?;
-    panels(out, playing)?;
+    panels(out, is_live)?;
     out.activate_layout();
     Ok(())
 }
@@ -125,7 +115,7 @@ impl Part {
     pub(crate) fn spatial(
         name: &str,
         origin: &str,
-        contents: Vec<String>,
+        contents: &[&str],
         bounds: [[f64; 2]; 2],
         past: Vec<String>,
     ) -> Self {
@@ -136,7 +126,12 @@ impl Part {
         Self::View(View {
             properties: vec![("VisualBounds2D", Box::new(bounds))],
             past,
-            ..Self::view("2D", name, origin, contents)
+            ..Self::view(
+                "2D",
+                name,
+                origin,
+                contents.iter().map(|c| (*c).to_owned()).collect(),
+            )
         })
     }
 
@@ -244,15 +239,15 @@ impl View {
 }
 
 /// Collapses the panels around the views, and sets the movement of the cursor.
-fn panels(out: &mut Writer, playing: Playing) -> Result<(), ViewerError> {
+fn panels(out: &mut Writer, is_live: bool) -> Result<(), ViewerError> {
     for panel in ["blueprint_panel", "selection_panel"] {
         let collapsed = PanelBlueprint::new().with_state(PanelState::Collapsed);
         out.layout(panel, &collapsed)?;
     }
     // The collapsed panel still has the cursor and the buttons.
-    let (play, repeat) = match playing {
-        Playing::FromStart => (PlayState::Playing, LoopMode::All),
-        Playing::AtTheEnd => (PlayState::Following, LoopMode::Off),
+    let (play, repeat) = match is_live {
+        false => (PlayState::Playing, LoopMode::All),
+        true => (PlayState::Following, LoopMode::Off),
     };
     let time = TimePanelBlueprint::new()
         .with_state(PanelState::Collapsed)
