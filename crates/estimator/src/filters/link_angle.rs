@@ -2,7 +2,7 @@
 
 use super::kalman::{GATE, Innovation, Kalman};
 use super::smoothing::{TYPICAL, smoothing_time};
-use crate::frame::Inputs;
+use crate::frame::{Inputs, LONGEST_GAP};
 use crate::quadrature::root_sum_square;
 use crate::settings::NoiseBudget;
 
@@ -87,7 +87,7 @@ impl LinkAngleKalman {
         self.expected = inclination;
         self.rate = rate;
         self.smooth_rate = rate;
-        let turned = Self::UNREAD_WALK * age;
+        let turned = Self::UNREAD_WALK * age.min(LONGEST_GAP);
         self.filter.p[ANGLE][ANGLE] += turned * turned;
     }
 
@@ -143,7 +143,7 @@ impl LinkAngleKalman {
             }
             None => {
                 // The integral of a walk: its variance grows with the third power of the time.
-                self.unread += dt;
+                self.unread = (self.unread + dt).min(LONGEST_GAP);
                 walk += Self::UNREAD_WALK * self.unread * robhaz_model::sqrt(dt);
                 if self.unread > Inputs::STALE_AFTER {
                     self.rate = 0.0;
