@@ -1,6 +1,7 @@
 //! Detection of the contact state of one wheel from its normal force and the residuals of its rolling constraints.
 
 use super::state::{ContactEstimate, ContactState};
+use crate::filters::{EDGE_GATE, GATE};
 use crate::settings::{ContactAngles, EstimatorSettings};
 
 /// Residuals of the rolling constraints of one wheel at one sample, before they correct any state.
@@ -88,17 +89,13 @@ pub(crate) struct ContactDetector {
 impl ContactDetector {
     /// Load over the mean wheel load below which a wheel is in the air, and above which it has landed, -.
     const UNLOADED: [f64; 2] = [EstimatorSettings::UNLOADED, 0.10];
-    /// Size of the speed away from the ground, in standard deviations, beyond which a wheel has two contacts, and below
-    /// which it has one again, with a given contact angle.
-    const AWAY: [f64; 2] = [6.0, 3.0];
-    /// The same where none is given. The estimated angle follows what leaves it, so that less is left; and an angle that only the motion
-    /// shows leaves it on edges alone.
-    const AWAY_FROM_ESTIMATED: [f64; 2] = [3.0, 2.0];
+    /// Speed away from the ground, in standard deviations, below which a wheel has one contact again.
+    const ONE_CONTACT: f64 = 2.0;
     /// Time for which it has to be below, s.
     const ONE_CONTACT_TIME: f64 = 0.02;
-    /// Slip over creep above which a wheel slides, -. Where T/N is at its peak, the slip is between
+    /// Slip over creep above which a wheel slides, and below which it grips again, -. Where T/N is at its peak, the slip is between
     /// once (Coulomb friction) and three times (brush model) the creep at that T/N. The friction law is unknown.
-    const SLIDING: f64 = 2.0;
+    const SLIDING: [f64; 2] = [2.0, 1.5];
     /// Least slip beyond creep of a wheel that slides, m/s: errors of the estimated speed while two wheels slide, and of the creep near the
     /// peak of friction.
     const LEAST_SLIP: f64 = 0.008;
@@ -145,15 +142,19 @@ impl ContactDetector {
 
     fn update_two(&mut self, rolling: &RollingResiduals, angles: ContactAngles, dt: f64) {
         let away = rolling.away.abs();
-        let gates = match angles {
-            ContactAngles::Given => Self::AWAY,
-            ContactAngles::Unknown => Self::AWAY_FROM_ESTIMATED,
+        // The estimated angle follows what leaves it, so that less is left.
+        let begins = match angles {
+            ContactAngles::Given => GATE,
+            ContactAngles::Unknown => EDGE_GATE,
         };
-        let [begins, ends] = gates.map(|gate| gate * rolling.away_sigma);
         if self.two.on {
-            self.two.update(away < ends, Self::ONE_CONTACT_TIME, dt);
+            self.two.update(
+                away < Self::ONE_CONTACT * rolling.away_sigma,
+                Self::ONE_CONTACT_TIME,
+                dt,
+            );
         } else {
-            self.two.update(away > begins, 0.0, dt);
+            self.two.update(away > begins * rolling.away_sigma, 0.0, dt);
         }
     }
 
@@ -168,7 +169,8 @@ impl ContactDetector {
         let (beyond, creep) = (self.beyond_creep, slip.creep);
         let least = Self::LEAST_SLIP.max(Self::LEAST_SIGMAS * slip.noise);
         // In these forms a NaN does not slide.
-        let slides = (beyond + creep).abs() > Self::SLIDING * creep.abs()
+        let slides = (beyond + creep).abs()
+            > Self::SLIDING[usize::from(self.sliding.on)] * creep.abs()
             && beyond.abs() > least
             && beyond * creep > 0.0
             && ratio.abs() > Self::LEAST_RATIO;

@@ -5,7 +5,7 @@ use super::noise::GaussMarkov;
 use super::states::{CONTACT_ANGLE, CREEP, GEAR_FRICTION, TORQUE_GAIN, TORQUE_OFFSET, VELOCITY};
 use super::tuning::TUNING;
 use crate::contact::{ContactVelocity, Creep, RollingResiduals, SlipResidual};
-use crate::filters::GATE;
+use crate::filters::{EDGE_GATE, GATE};
 use crate::quadrature::root_sum_square;
 use crate::settings::{ContactAngles, NoiseBudget};
 use robhaz_model::{Vec2, perp};
@@ -121,7 +121,7 @@ impl MotionFilter {
     }
 
     /// The direction of the velocity is the contact angle: the speed away from the ground is zero. Without given contact angles a wheel
-    /// beyond `TUNING.edge_gate` has met an edge.
+    /// beyond [`EDGE_GATE`] has met an edge.
     ///
     /// Returns the measurement-noise variance common to both constraints, m^2/s^2: gyroscope bias and noise, and the slip after an
     /// impact. And the standard deviation of the speed away from the ground at a single sample, m/s.
@@ -152,7 +152,7 @@ impl MotionFilter {
             + penetration.sigma * penetration.sigma
             + bias * bias
             + noise * noise;
-        let gate = TUNING.edge_gate;
+        let gate = EDGE_GATE;
         let leaves = velocity.away * velocity.away > gate * gate * sample_variance;
         if correct && !given && leaves {
             self.meet_edge(i, &velocity);

@@ -69,9 +69,6 @@ pub struct Tuning {
     pub gripping_ratio: f64,
     /// Lower limit of the contact-angle error, rad, where the budget is zero.
     pub least_angle: f64,
-    /// Speed away from the ground, in standard deviations of a single sample, beyond which a wheel has met an edge where no contact angle
-    /// is given. The estimated angle follows what leaves it, so that this deviation is small.
-    pub edge_gate: f64,
     /// Time after an impact or at an edge for which measurements are down-weighted or skipped, s; after a parity outlier until this time
     /// after the unmodelled load has decayed.
     pub impact_time: f64,
@@ -115,7 +112,6 @@ pub const TUNING: Tuning = Tuning {
     held_angle: 0.6,
     gripping_ratio: 0.25,
     least_angle: 1e-3,
-    edge_gate: 3.0,
     impact_time: 0.1,
     impact_noise: GaussMarkov::new(0.1, 0.1),
     edge_noise: GaussMarkov::new(0.0045, 0.1),
