@@ -29,7 +29,7 @@ fn kerb(folder: &Path) {
     }
     fs::write(folder.join("kerb.csv"), csv).unwrap();
     let scene = "[terrain]\nkind = 'heights'\nfile = 'kerb.csv'\nheight_column = 'Höhe'\nsort = 'on'\nsmoothing = '2 cm'\n\
-                 [record]\nduration = 6\ncompare_from = 0.5\n";
+                 [record]\nduration = 6\nrate = 200\ncompare_from = 0.5\n[sensors]\nrate = 200\n";
     fs::write(folder.join("kerb.toml"), scene).unwrap();
 }
 
