@@ -4,8 +4,18 @@ use crate::support::{keep, scene};
 use robhaz_run::verify::{
     Outcome, Run, agreement, energy, impulse_difference, momentum_error, truth_of, verify,
 };
+use std::sync::OnceLock;
 
 const ENGINES: [&str; 2] = ["engine.kind=rapier", "engine.kind=direct"];
+/// Scenes on smooth ground and at corners.
+const GROUNDS: [&str; 2] = ["smooth", "ditch"];
+
+/// The whole runs of a scene of [`GROUNDS`] on both engines: several tests judge them.
+fn whole_runs(ground: usize) -> &'static [Run; 2] {
+    static RUNS: [OnceLock<[Run; 2]>; 2] = [const { OnceLock::new() }; 2];
+    let run = |engine| Run::of(&scene(GROUNDS[ground], &[engine])).unwrap();
+    RUNS[ground].get_or_init(|| ENGINES.map(run))
+}
 
 /// Closed form: static loads on level ground (the four-bar's statics by hand), and the penetration of eq. (10) under
 /// them.
@@ -106,13 +116,11 @@ fn a_settled_start_on_a_slope_is_in_equilibrium_but_for_creep() {
 /// themselves.
 #[test]
 fn momentum_balances() {
-    for engine in ENGINES {
-        for name in ["smooth", "ditch"] {
-            let scene = scene(name, &[engine, "record.duration=12"]);
-            let run = Run::of(&scene).unwrap();
+    for (ground, name) in GROUNDS.into_iter().enumerate() {
+        let robot = scene(name, &[]).robot.robot;
+        for (engine, run) in ENGINES.into_iter().zip(whole_runs(ground)) {
             for (from, to) in [(0, 12_000), (500, 5000), (5000, 12_000)] {
-                let robot = &scene.robot.robot;
-                let error = momentum_error(robot, &run.truth[from..=to], &run.balance[from..=to]);
+                let error = momentum_error(&robot, &run.truth[from..=to], &run.balance[from..=to]);
                 println!("{name}, {engine}, {from} to {to} ms: momentum {error:.1e}");
                 // Ten times the measured error of direct; rapier has rounding errors only.
                 assert!(error < 1e-7, "{name}, {engine}: {error}");
@@ -125,8 +133,7 @@ fn momentum_balances() {
 /// engines integrate. So the recorded forces are those that act.
 #[test]
 fn recorded_forces_add_up_to_the_impulses() {
-    for engine in ENGINES {
-        let run = Run::of(&scene("smooth", &[engine])).unwrap();
+    for (engine, run) in ENGINES.into_iter().zip(whole_runs(0)) {
         let force = |w: &robhaz_sim::WheelTruth| {
             let (sin, cos) = w.contact_angle.sin_cos();
             robhaz_model::Vec2::new(cos, sin) * w.traction
@@ -177,18 +184,19 @@ fn runs_repeat_to_the_bit() {
 /// Property: N is never negative, T never exceeds mu_s N and all values are finite, on smooth ground and on stairs.
 #[test]
 fn forces_stay_within_their_laws() {
-    for engine in ENGINES {
-        for name in ["smooth", "stairs"] {
-            let scene = scene(name, &[engine]);
-            for t in &truth_of(&scene).unwrap() {
-                for w in &t.wheels {
-                    for c in w.contact_list.iter() {
-                        assert!(c.normal_force >= 0.0);
-                        assert!(c.traction.abs() <= scene.friction.mu_s * c.normal_force + 1e-12);
-                    }
-                    assert!(w.penetration.is_finite() && w.contact_angle.is_finite());
-                }
+    let stairs = ENGINES.map(|engine| truth_of(&scene("stairs", &[engine])).unwrap());
+    let smooth = whole_runs(0).iter().map(|run| &run.truth);
+    for (name, truth) in smooth
+        .map(|t| ("smooth", t))
+        .chain(stairs.iter().map(|t| ("stairs", t)))
+    {
+        let mu_s = scene(name, &[]).friction.mu_s;
+        for w in truth.iter().flat_map(|t| &t.wheels) {
+            for c in w.contact_list.iter() {
+                assert!(c.normal_force >= 0.0);
+                assert!(c.traction.abs() <= mu_s * c.normal_force + 1e-12);
             }
+            assert!(w.penetration.is_finite() && w.contact_angle.is_finite());
         }
     }
 }
@@ -196,20 +204,17 @@ fn forces_stay_within_their_laws() {
 /// Conservation: the work of the motors equals the losses in gears, friction and contacts plus the change of energy.
 #[test]
 fn energy_balances() {
-    for (name, engine, bound) in [
-        // Ten times the measured errors; rapier's step of 0.2 ms is of first order.
-        ("smooth", "engine.kind=rapier", 4e-5),
-        ("ditch", "engine.kind=rapier", 4e-3),
-        ("smooth", "engine.kind=direct", 2e-7),
-        ("ditch", "engine.kind=direct", 2e-6),
-    ] {
-        let scene = scene(name, &[engine]);
-        let run = Run::of(&scene).unwrap();
-        let energy = energy(&scene.robot.robot, &run.truth, &run.balance);
-        let error = energy.relative_error();
-        println!("{name}, {engine}: {energy:.4?}, left {error:.1e}");
-        assert!(energy.motors > 10.0);
-        assert!(error < bound, "{name}, {engine}: {error}");
+    // Ten times the measured errors of rapier, whose step of 0.2 ms is of first order, and of direct.
+    let bounds = [[4e-5, 2e-7], [4e-3, 2e-6]];
+    for (ground, (name, bounds)) in GROUNDS.into_iter().zip(bounds).enumerate() {
+        let robot = scene(name, &[]).robot.robot;
+        for ((engine, bound), run) in ENGINES.into_iter().zip(bounds).zip(whole_runs(ground)) {
+            let energy = energy(&robot, &run.truth, &run.balance);
+            let error = energy.relative_error();
+            println!("{name}, {engine}: {energy:.4?}, left {error:.1e}");
+            assert!(energy.motors > 10.0);
+            assert!(error < bound, "{name}, {engine}: {error}");
+        }
     }
 }
 

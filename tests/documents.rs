@@ -150,3 +150,42 @@ fn the_engines_versions_are_the_locked_ones() {
         assert!(found, "{name} {version}");
     }
 }
+
+/// Files of Rust in a folder and those below it.
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let paths = entries.map(|entry| entry.unwrap().path());
+    let of = |path: PathBuf| match path.is_dir() {
+        true => sources(&path),
+        false => vec![path],
+    };
+    let is_rust = |path: &PathBuf| path.extension().is_some_and(|e| e == "rs");
+    paths.flat_map(of).filter(is_rust).collect()
+}
+
+/// Crates whose manifest has `doctest = false` have no code in their documentation that `cargo test` would have to run.
+#[test]
+fn examples_in_documentation_are_run() {
+    let mut crates = 0;
+    for entry in std::fs::read_dir(root().join("crates")).unwrap() {
+        let folder = entry.unwrap().path();
+        let manifest = std::fs::read_to_string(folder.join("Cargo.toml")).unwrap();
+        if !manifest.lines().any(|line| line == "doctest = false") {
+            continue;
+        }
+        crates += 1;
+        for path in sources(&folder.join("src")) {
+            let text = std::fs::read_to_string(&path).unwrap();
+            let comments = text.lines().filter_map(|line| {
+                let line = line.trim_start();
+                line.strip_prefix("///").or(line.strip_prefix("//!"))
+            });
+            let fences = comments.filter_map(|line| line.trim().strip_prefix("```"));
+            for language in fences.step_by(2) {
+                let runs = language.is_empty() || language.starts_with("rust");
+                assert!(!runs, "{}: code in a comment", path.display());
+            }
+        }
+    }
+    assert!(crates > 5, "{crates}");
+}
