@@ -49,7 +49,7 @@ pub fn channels(
         wanted.add_imu(imu);
     }
     let mut channels = wanted.channels;
-    check(&channels)?;
+    channels.iter().try_for_each(check)?;
     if let Some(base) = &mapping.time_base
         && let Some(i) = channels.iter().position(|c| c.name == *base)
     {
@@ -197,41 +197,18 @@ impl Wanted {
     }
 }
 
-/// Checks that the files of all channels have their columns.
-fn check(channels: &[ChannelPlan]) -> Result<(), LogError> {
-    let topics: Vec<(&ChannelPlan, &TopicPlace)> = channels
-        .iter()
-        .filter_map(|channel| match &channel.place {
-            ChannelPlace::Topic(topic) => Some((channel, topic)),
-            ChannelPlace::Table(_) => None,
-        })
-        .collect();
-    if let Some((_, first)) = topics.first() {
-        let wanted = topics
-            .iter()
-            .map(|(channel, t)| (t.topic.as_str(), channel.columns.as_slice()));
-        let wanted: Vec<_> = wanted.collect();
-        let found = mcap_events::columns(&first.path, &wanted)?;
-        for ((channel, _), found) in topics.iter().zip(&found) {
-            check_one(channel, found, &[])?;
+/// Checks that the file of a channel has its columns.
+fn check(channel: &ChannelPlan) -> Result<(), LogError> {
+    let (found, time) = match &channel.place {
+        ChannelPlace::Topic(topic) => {
+            let found = mcap_events::columns(&topic.path, &topic.topic, &channel.columns)?;
+            (found, None)
         }
-    }
-    for channel in channels {
-        if let ChannelPlace::Table(table) = &channel.place {
-            let found = table.format.columns(&table.path)?;
-            check_one(channel, &found, std::slice::from_ref(&table.time.name))?;
-        }
-    }
-    Ok(())
-}
-
-fn check_one(channel: &ChannelPlan, found: &[ColumnInfo], more: &[String]) -> Result<(), LogError> {
-    let has = |name: &String| found.iter().any(|c| c.name == *name);
-    let wanted = more.iter().chain(&channel.columns);
-    let missing: Vec<&str> = wanted
-        .filter(|name| !has(name))
-        .map(String::as_str)
-        .collect();
+        ChannelPlace::Table(table) => (table.format.columns(&table.path)?, Some(&table.time.name)),
+    };
+    let is_missing = |name: &&String| !found.iter().any(|c| c.name == **name);
+    let wanted = time.into_iter().chain(&channel.columns);
+    let missing: Vec<&str> = wanted.filter(is_missing).map(String::as_str).collect();
     if missing.is_empty() {
         return Ok(());
     }
@@ -239,7 +216,7 @@ fn check_one(channel: &ChannelPlan, found: &[ColumnInfo], more: &[String]) -> Re
         "has no column {}, which the description names for channel {}; found {}",
         missing.join(", "),
         channel.name,
-        ColumnInfo::list(found),
+        ColumnInfo::list(&found),
     );
     Err(LogError::whole(channel.place.path(), message))
 }

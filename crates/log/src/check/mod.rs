@@ -39,6 +39,7 @@ mod torque_scale;
 mod wheels;
 
 pub use report::{Finding, Report, Verdict};
+pub(crate) use signal::median;
 
 use self::clock::Clock;
 use self::course::Course;
