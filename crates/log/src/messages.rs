@@ -162,13 +162,8 @@ fn readings<'a>(reader: &mut CdrReader<'a>) -> Option<Decoded<'a>> {
 
 /// Time in whole nanoseconds, of times since the start.
 pub fn nanoseconds(time: f64) -> u64 {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "the cast saturates; times start at 0"
-    )]
-    let whole = (time * 1e9).round() as u64;
-    whole
+    // The cast saturates; times start at 0.
+    (time * 1e9).round() as u64
 }
 
 /// A message that starts with the header of a time (s).

@@ -157,11 +157,7 @@ impl Course {
 /// Counts a gap of a channel that starts at `start` (s).
 fn note_gap(report: &mut ChannelReport, step: f64, start: f64) {
     report.gaps += 1;
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "the cast saturates; the number is positive"
-    )]
+    // The cast saturates; the number is positive.
     let lost = (step / report.period).round() as u64;
     report.lost += lost.saturating_sub(1);
     if report.longest_gap.is_none_or(|longest| step > longest) {

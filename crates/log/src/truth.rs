@@ -98,11 +98,7 @@ pub fn of_row(columns: &[String], cells: &[Option<f64>]) -> Option<Truth> {
         let (normal, tangent) = (Vec2::new(-sin, cos), Vec2::new(cos, sin));
         wheel.force = normal * normal_force + tangent * wheel.traction;
         wheel.slides = sliding > 0.0;
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "the cast saturates; a count is small and not negative"
-        )]
+        // The cast saturates; a count is small and not negative.
         let count = contacts as u32;
         wheel.contacts = count;
     }

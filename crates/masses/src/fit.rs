@@ -269,7 +269,6 @@ fn misfit(
         }
     }
     // Wilson and Hilferty: the cube root of chi-squared over its degrees of freedom is nearly Gaussian.
-    #[expect(clippy::cast_precision_loss, reason = "a small count")]
     let n = readings as f64;
     let variance = 2.0 / (9.0 * n);
     let most = n * (1.0 - variance + MISFIT_LIMIT * variance.sqrt()).powi(3);

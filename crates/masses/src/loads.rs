@@ -195,7 +195,6 @@ pub(crate) fn mean_variance(
         .iter()
         .map(|by| (by * covariance * by.transpose()).trace())
         .sum();
-    #[expect(clippy::cast_precision_loss, reason = "a small count")]
     let count = (3 * forces.len()) as f64;
     sum / count
 }

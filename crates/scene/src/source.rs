@@ -401,7 +401,6 @@ impl Place<'_> {
 
 fn whole(integer: &DeInteger<'_>) -> Value {
     let value = i128::from_str_radix(integer.as_str(), integer.radix()).ok();
-    #[expect(clippy::cast_precision_loss, reason = "a whole number as a float")]
     let float = value.map_or(f64::INFINITY, |v| v as f64);
     Value::Integer(value, float)
 }

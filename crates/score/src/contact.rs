@@ -164,9 +164,7 @@ impl Counts {
     }
 
     fn score(&self) -> FlagScore {
-        #[expect(clippy::cast_precision_loss, reason = "counts of samples")]
         let share = |part: u64, of: u64| (of > 0).then(|| part as f64 / of as f64);
-        #[expect(clippy::cast_precision_loss, reason = "a count of events")]
         let delay = (self.found > 0).then(|| self.delays / self.found as f64);
         FlagScore {
             events: self.events,

@@ -56,9 +56,7 @@ impl Sums {
     }
 
     fn coverage(&self) -> Option<f64> {
-        #[expect(clippy::cast_precision_loss, reason = "counts of points")]
-        let share = (self.count > 0).then(|| self.inside as f64 / self.count as f64);
-        share
+        (self.count > 0).then(|| self.inside as f64 / self.count as f64)
     }
 }
 

@@ -111,7 +111,6 @@ impl Statistics {
 
     /// Share of errors of N within two stated standard deviations, -; `None` if none was stated.
     pub fn coverage(&self) -> Option<f64> {
-        #[expect(clippy::cast_precision_loss, reason = "counts of samples")]
         let share = |inside: u64, of: u64| (of > 0).then(|| inside as f64 / of as f64);
         share(self.stated.inside, 3 * self.stated.samples)
     }

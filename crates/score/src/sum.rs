@@ -24,9 +24,7 @@ impl Sum {
 
     /// The sum over a count; `None` for a count of zero.
     pub fn mean(&self, count: u64) -> Option<f64> {
-        #[expect(clippy::cast_precision_loss, reason = "a count of samples")]
-        let mean = (count > 0).then(|| self.value() / count as f64);
-        mean
+        (count > 0).then(|| self.value() / count as f64)
     }
 }
 

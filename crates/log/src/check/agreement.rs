@@ -182,7 +182,6 @@ impl Judgement {
                 faulty |= Channels::from_bits(bits);
             }
         }
-        #[expect(clippy::cast_precision_loss, reason = "numbers of frames")]
         let count = frames.len().max(1) as f64;
         let share = |n: f64| if n > FEW { n / count } else { 0.0 };
         Self {

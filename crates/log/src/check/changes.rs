@@ -57,10 +57,6 @@ impl Changes {
                 |acceleration| zip(read, acceleration, |x, acceleration| x - acceleration),
             )
         };
-        #[expect(
-            clippy::cast_precision_loss,
-            reason = "the number of steps of half a second"
-        )]
         let correlated = (recording.steps(SPAN) as f64).sqrt();
         Self {
             correlated,

@@ -177,7 +177,6 @@ pub fn findings(log: &Readings<'_>) -> Answer {
     let signals = Signals::of(recording, motion);
     let moments = Moments::of(&signals);
     let (size, common) = (moments.size(), moments.common());
-    #[expect(clippy::cast_precision_loss, reason = "the number of steps of 50 ms")]
     let noise = budget.torque_noise / (recording.steps(SMOOTHING) as f64).sqrt();
     // Noise and different gains make differences, too.
     let least = GATE * noise.hypot(budget.torque_gain * common);

@@ -168,7 +168,6 @@ fn offset(
     let mean = median(difference)?;
     let angle = mean / course.spacing();
     // A start within one of the two adds its acceleration over g: v^2/(2 g) over the way.
-    #[expect(clippy::cast_precision_loss, reason = "steps of a path")]
     let way = n as f64 * STEP;
     let limit = OFFSET_GATE * 2.0 * budget.inclination_bias + speed * speed / (2.0 * GRAVITY * way);
     let (angle, limit) = (angle.to_degrees(), limit.to_degrees());
@@ -213,17 +212,11 @@ pub fn distance(fused: &Course<'_>) -> Finding {
 }
 
 /// Steps of the path in the distance of two axles, for encoders of a scale.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "steps of a path"
-)]
 fn steps_of(course: &Course<'_>, scale: f64) -> usize {
     (scale * course.spacing() / STEP) as usize
 }
 
 /// The best passing with the angles of `links`. `None` where the ground shows nothing.
-#[expect(clippy::cast_precision_loss, reason = "steps of a path")]
 fn passing(course: &Course<'_>, links: &Links) -> Option<Passing> {
     let [front, rear] = course.heights(links);
     let (count, spacing) = (course.len(), course.spacing());

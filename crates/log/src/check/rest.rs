@@ -44,7 +44,6 @@ struct AtRest<'a> {
 
 impl AtRest<'_> {
     /// Number of readings, at least one.
-    #[expect(clippy::cast_precision_loss, reason = "numbers of samples")]
     fn count(&self) -> f64 {
         self.values.iter().filter(|v| v.is_finite()).count().max(1) as f64
     }

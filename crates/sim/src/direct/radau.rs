@@ -244,7 +244,6 @@ impl<const N: usize, const Q: usize, S: System<N>> Radau<N, Q, S> {
 
     /// RMS over the components of an error relative to the allowed errors.
     fn norm(&self, error: &SVector<f64, N>) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "a small number of equations")]
         let count = N as f64;
         (error.component_div(&self.scale).norm_squared() / count).sqrt()
     }
