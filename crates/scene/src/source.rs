@@ -132,9 +132,10 @@ impl SourceCode for Source {
         after: usize,
     ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
         let found = self.text.read_span(span, before, after)?;
+        let lines = found.data().strip_suffix(b"\n").unwrap_or(found.data());
         Ok(Box::new(MietteSpanContents::new_named(
             self.name.clone(),
-            found.data().trim_ascii_end(),
+            lines.strip_suffix(b"\r").unwrap_or(lines),
             *found.span(),
             found.line(),
             found.column(),
