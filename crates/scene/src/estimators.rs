@@ -150,14 +150,11 @@ pub(crate) fn settings(preset: usize) -> EstimatorSettings {
     }
 }
 
-/// The preset that settings come from: presets differ in masses and method.
+/// The preset that settings come from: presets differ in masses and filters.
 fn preset_of(found: &EstimatorSettings) -> usize {
-    match (found.method, found.masses) {
-        (Method::Kalman(_), _) => BEST,
-        (Method::Paper(_), Masses::LumpedToBody) => 0,
-        (Method::Paper(_), Masses::LumpedToWheels) => 1,
-        (Method::Paper(_), Masses::True) => 2,
-    }
+    let key = |s: &EstimatorSettings| (s.method.filters() == Filters::Paper).then_some(s.masses);
+    let is_it = |preset: &usize| key(&settings(*preset)) == key(found);
+    (0..PRESETS.len()).find(is_it).unwrap_or(BEST)
 }
 
 /// Label of the default estimator that is given no contact angles.

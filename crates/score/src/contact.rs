@@ -1,6 +1,7 @@
 //! Contact states of an estimator against the truth.
 
 use crate::rule::Rule;
+use crate::sum::share;
 use robhaz_estimator::{ContactEstimate, ContactState as Estimated, Estimate};
 use robhaz_sim::{Truth, WheelTruth};
 use serde::{Deserialize, Serialize};
@@ -164,7 +165,6 @@ impl Counts {
     }
 
     fn score(&self) -> FlagScore {
-        let share = |part: u64, of: u64| (of > 0).then(|| part as f64 / of as f64);
         let delay = (self.found > 0).then(|| self.delays / self.found as f64);
         FlagScore {
             events: self.events,

@@ -3,7 +3,7 @@
 use crate::errors::{ErrorSums, ForceErrors};
 use crate::lag::LagSums;
 use crate::rule::Compared;
-use crate::sum::Sum;
+use crate::sum::{Sum, share};
 use nalgebra::{Matrix3, Vector3};
 use robhaz_estimator::Estimate;
 
@@ -111,7 +111,6 @@ impl Statistics {
 
     /// Share of errors of N within two stated standard deviations, -; `None` if none was stated.
     pub fn coverage(&self) -> Option<f64> {
-        let share = |inside: u64, of: u64| (of > 0).then(|| inside as f64 / of as f64);
         share(self.stated.inside, 3 * self.stated.samples)
     }
 

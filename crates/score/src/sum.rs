@@ -28,6 +28,11 @@ impl Sum {
     }
 }
 
+/// The share of a count; `None` of nothing.
+pub(crate) fn share(part: u64, of: u64) -> Option<f64> {
+    (of > 0).then(|| part as f64 / of as f64)
+}
+
 /// A root mean square.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rms {

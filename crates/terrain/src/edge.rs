@@ -115,6 +115,17 @@ impl Edge {
         [s * a1, a1 + s * b2, b2 + s * d3, d3 + s * (d4 + last)]
     }
 
+    /// x of points of the edge between two x (m): the two ends, and on a curve points between, at most `spacing` (m) apart.
+    pub fn places(&self, from: f64, to: f64, spacing: f64) -> impl Iterator<Item = f64> {
+        let (start, end) = (from.max(self.from.x), to.min(self.to.x));
+        let count = match self.straight {
+            true => 1.0,
+            false => ((end - start) / spacing).ceil().max(1.0),
+        };
+        let between = (1..count as u64).map(move |i| start + (end - start) * i as f64 / count);
+        std::iter::once(start).chain(between).chain([end])
+    }
+
     /// Height (m), slope (-) and second derivative (1/m) at x, on any edge but a riser.
     pub fn eval(&self, x: f64) -> [f64; 3] {
         if x >= self.to.x {

@@ -126,38 +126,37 @@ impl Sensors {
         let rates = Rates::since(self.last.as_ref(), truth);
         self.last = Some(*truth);
         let delay = self.jitter.sample();
-        let mut readings = Readings {
+        let (wheels, links) = (&mut self.wheels, &mut self.links);
+        Readings {
             time: truth.time,
-            wheel_angle: [None; 3],
-            motor_torque: [None; 3],
-            inclination: [None; 2],
-            rate: [None; 2],
-            contact_angle: [None; 3],
-        };
-        for (i, sensors) in self.wheels.iter_mut().enumerate() {
-            let wheel = &truth.wheels[i];
-            let (encoder, loss) = &mut sensors.encoder;
-            readings.wheel_angle[i] = loss.pass(encoder.read(wheel.angle + delay * wheel.omega));
-            let (torque, loss) = &mut sensors.torque;
-            let sampled = wheel.torque + delay * rates.torque[i];
-            readings.motor_torque[i] = loss.pass(torque.read(sampled, wheel.omega));
-            let (angle, loss) = &mut sensors.contact_angle;
-            let known = wheel
-                .equivalent_contact()
-                .map_or(wheel.contact_angle, |contact| contact.angle);
-            readings.contact_angle[i] = loss.pass(angle.read(known, rates.dt));
+            wheel_angle: [0, 1, 2].map(|i| {
+                let (encoder, loss) = &mut wheels[i].encoder;
+                let wheel = &truth.wheels[i];
+                loss.pass(encoder.read(wheel.angle + delay * wheel.omega))
+            }),
+            motor_torque: [0, 1, 2].map(|i| {
+                let (sensor, loss) = &mut wheels[i].torque;
+                let wheel = &truth.wheels[i];
+                let torque = wheel.torque + delay * rates.torque[i];
+                loss.pass(sensor.read(torque, wheel.omega))
+            }),
+            inclination: [0, 1].map(|i| {
+                let (inclinometer, loss) = &mut links[i].inclinometer;
+                let angle = truth.links[i].angle + delay * truth.links[i].rate;
+                loss.pass(inclinometer.read(angle, rates.velocity[i], rates.dt))
+            }),
+            rate: [0, 1].map(|i| {
+                let (gyro, loss) = &mut links[i].gyro;
+                let rate = truth.links[i].rate + delay * rates.rate[i];
+                loss.pass(gyro.read(rate, rates.dt))
+            }),
+            contact_angle: [0, 1, 2].map(|i| {
+                let (angle, loss) = &mut wheels[i].contact_angle;
+                let wheel = &truth.wheels[i];
+                let known = wheel.equivalent_contact();
+                loss.pass(angle.read(known.map_or(wheel.contact_angle, |c| c.angle), rates.dt))
+            }),
         }
-        for (i, sensors) in self.links.iter_mut().enumerate() {
-            let link = &truth.links[i];
-            let (inclinometer, loss) = &mut sensors.inclinometer;
-            let angle = link.angle + delay * link.rate;
-            readings.inclination[i] =
-                loss.pass(inclinometer.read(angle, rates.velocity[i], rates.dt));
-            let (gyro, loss) = &mut sensors.gyro;
-            let rate = link.rate + delay * rates.rate[i];
-            readings.rate[i] = loss.pass(gyro.read(rate, rates.dt));
-        }
-        readings
     }
 }
 
