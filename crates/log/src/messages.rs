@@ -52,17 +52,11 @@ impl Number<'_> {
     }
 }
 
-const IMU_COLUMNS: [&str; 10] = [
-    "orientation.x",
-    "orientation.y",
-    "orientation.z",
-    "orientation.w",
-    "angular_velocity.x",
-    "angular_velocity.y",
-    "angular_velocity.z",
-    "linear_acceleration.x",
-    "linear_acceleration.y",
-    "linear_acceleration.z",
+/// Parts of an `Imu` and their numbers; each has a covariance.
+const IMU: [(&str, &[&str]); 3] = [
+    ("orientation", &["x", "y", "z", "w"]),
+    ("angular_velocity", &["x", "y", "z"]),
+    ("linear_acceleration", &["x", "y", "z"]),
 ];
 
 impl MessageKind {
@@ -126,16 +120,11 @@ fn joint_state<'a>(reader: &mut CdrReader<'a>, stamp: Stamp) -> Option<Decoded<'
 }
 
 fn imu<'a>(reader: &mut CdrReader<'a>, stamp: Stamp) -> Option<Decoded<'a>> {
-    let mut numbers = Vec::with_capacity(IMU_COLUMNS.len());
-    let mut names = IMU_COLUMNS.into_iter();
-    for length in [4, 3, 3] {
-        for name in names.by_ref().take(length) {
+    let mut numbers = Vec::with_capacity(10);
+    for (name, parts) in IMU {
+        for part in parts {
             let value = reader.f64()?;
-            numbers.push(Number {
-                name,
-                part: "",
-                value,
-            });
+            numbers.push(Number { name, part, value });
         }
         // Its covariance.
         for _ in 0..9 {

@@ -17,10 +17,10 @@ use robhaz_estimator::statics::{
 use robhaz_model::Robot;
 
 /// A value before and after weighing.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct WeighedValue {
     /// In words.
-    pub name: &'static str,
+    pub name: String,
     /// `kg`, `m` or `kg m`.
     pub unit: &'static str,
     /// Nominal, in its unit.
@@ -211,7 +211,7 @@ pub(crate) fn compare(
     let names = LOAD_PARAMETER_NAMES.iter().enumerate();
     names
         .map(|(i, (name, unit))| WeighedValue {
-            name,
+            name: (*name).to_owned(),
             unit,
             drawn: drawn[i],
             found: found[i],

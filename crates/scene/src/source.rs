@@ -321,23 +321,23 @@ impl Node {
     }
 }
 
-/// Reads a TOML document; the errors are places with messages.
-pub(crate) fn document(source: &Arc<Source>) -> Result<Node, Vec<(Origin, String)>> {
+/// Reads a TOML document; hands each error with its place to `refuse`.
+pub(crate) fn document(
+    source: &Arc<Source>,
+    mut refuse: impl FnMut(&Origin, &str),
+) -> Option<Node> {
     let (table, errors) = DeTable::parse_recoverable(&source.text);
     let place = Place { source, offset: 0 };
-    if errors.is_empty() {
-        let origin = place.origin(table.span());
-        return Ok(Node::table(&origin, place.entries(table.get_ref())));
-    }
     let mut lines = HashSet::new();
-    let errors = errors.into_iter().map(|error| {
+    for error in &errors {
         let origin = place.origin(error.span().unwrap_or(0..0));
-        (origin, error.message().to_owned())
-    });
-    // One mistake can cause many errors; the first of a line is enough.
-    Err(errors
-        .filter(|(origin, _)| lines.insert(origin.line()))
-        .collect())
+        // One mistake can cause many errors; the first of a line is enough.
+        if lines.insert(origin.line()) {
+            refuse(&origin, error.message());
+        }
+    }
+    let node = || Node::table(&place.origin(table.span()), place.entries(table.get_ref()));
+    errors.is_empty().then(node)
 }
 
 /// The part of a source from `offset` on as a TOML value; as a text if it is none.

@@ -34,24 +34,10 @@ pub struct LogChoice {
     pub mapping: Option<Mapping>,
 }
 
-/// The name of an estimator that neither the description lists nor a preset has.
+/// Why estimators cannot run on a log.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("estimator: found {found:?}, allowed: {allowed}{hint}")]
-pub struct UnknownEstimator {
-    /// The name.
-    pub found: String,
-    /// All names that are allowed.
-    pub allowed: String,
-    hint: String,
-}
-
-/// Estimators that need contact angles, where there are none.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "{0} cannot estimate without contact angles; allowed: estimators with filters = \"kalman\" and rolling = \"on\", such as \
-     --estimator best"
-)]
-pub struct NeedsContactAngles(pub String);
+#[error("{0}")]
+pub struct EstimatorError(String);
 
 impl Default for LogChoice {
     /// Robot A, sensors of the budget [`NoiseBudget::typical`], all presets.
@@ -129,8 +115,8 @@ impl LogChoice {
     /// Keeps the estimators of these names, in this order: those of the description, else presets.
     ///
     /// # Errors
-    /// [`UnknownEstimator`]
-    pub fn select(&mut self, names: &[String]) -> Result<(), UnknownEstimator> {
+    /// [`EstimatorError`]: a name that neither the description lists nor a preset has.
+    pub fn select(&mut self, names: &[String]) -> Result<(), EstimatorError> {
         let mut selected: Vec<EstimatorChoice> = Vec::new();
         for name in names {
             let found = self.named(name)?;
@@ -147,11 +133,8 @@ impl LogChoice {
     /// `contact_angles = "none"`. Returns the names of those that were left out.
     ///
     /// # Errors
-    /// [`NeedsContactAngles`] where an estimator cannot be converted, or none is left.
-    pub fn without_contact_angles(
-        &mut self,
-        convert: bool,
-    ) -> Result<Vec<String>, NeedsContactAngles> {
+    /// [`EstimatorError`] where an estimator cannot be converted, or none is left.
+    pub fn without_contact_angles(&mut self, convert: bool) -> Result<Vec<String>, EstimatorError> {
         let mut left_out = Vec::new();
         for mut estimator in std::mem::take(&mut self.estimators) {
             let settings = &mut estimator.settings;
@@ -163,13 +146,13 @@ impl LogChoice {
             if !settings.needs_contact_angles() {
                 self.estimators.push(estimator);
             } else if convert {
-                return Err(NeedsContactAngles(estimator.name));
+                return Err(needs_contact_angles(&estimator.name));
             } else {
                 left_out.push(estimator.name);
             }
         }
         match (self.estimators.as_slice(), left_out.as_slice()) {
-            ([], [_, ..]) => Err(NeedsContactAngles(left_out.join(", "))),
+            ([], [_, ..]) => Err(needs_contact_angles(&left_out.join(", "))),
             _ => Ok(left_out),
         }
     }
@@ -186,7 +169,7 @@ impl LogChoice {
         self.mapping.get_or_insert_default()
     }
 
-    fn named(&self, name: &str) -> Result<EstimatorChoice, UnknownEstimator> {
+    fn named(&self, name: &str) -> Result<EstimatorChoice, EstimatorError> {
         if let Some(listed) = self.estimators.iter().find(|e| e.name == name) {
             return Ok(listed.clone());
         }
@@ -202,10 +185,17 @@ impl LogChoice {
             }
         }
         let near = nearest(name, &allowed);
-        Err(UnknownEstimator {
-            found: name.to_owned(),
-            hint: near.map_or(String::new(), |near| format!("; did you mean {near}?")),
-            allowed: allowed.join(", "),
-        })
+        let hint = near.map_or(String::new(), |near| format!("; did you mean {near}?"));
+        Err(EstimatorError(format!(
+            "estimator: found {name:?}, allowed: {}{hint}",
+            allowed.join(", ")
+        )))
     }
+}
+
+fn needs_contact_angles(names: &str) -> EstimatorError {
+    EstimatorError(format!(
+        "{names} cannot estimate without contact angles; allowed: estimators with filters = \"kalman\" and rolling = \"on\", such as \
+         --estimator best"
+    ))
 }

@@ -187,7 +187,7 @@ impl RapierEngine {
             let below = |error: BelowGround| error.at(time, i);
             let mut ground = GroundForces::default();
             let contacts = self.damping.present(i);
-            let rolling = self.ground.rolling_moment(wheel.spin);
+            let rolling = self.ground.rolling_moment(1.0, wheel.spin);
             let each = |contact: &Contact, forces: &OneContact| {
                 contacts.push(DampedContact::new(contact, forces, rolling));
             };
