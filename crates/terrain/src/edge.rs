@@ -40,7 +40,7 @@ pub(crate) struct Edge {
     /// Slopes at both ends, -; infinite on a riser.
     slopes: [f64; 2],
     /// Second derivatives at both ends, 1/m.
-    second_derivatives: [f64; 2],
+    pub second_derivatives: [f64; 2],
     /// Coefficients of (x - from.x)^3 to ^5.
     higher: [f64; 3],
     straight: bool,
@@ -166,16 +166,6 @@ impl Edge {
         let low = b0.min(first).min(second).min(b1);
         let high = b0.max(first).max(second).max(b1);
         (low, high)
-    }
-
-    /// Second derivative at `from`, 1/m.
-    pub fn second_derivative_at_from(&self) -> f64 {
-        self.second_derivatives[0]
-    }
-
-    /// Second derivative at `to`, 1/m.
-    pub fn second_derivative_at_to(&self) -> f64 {
-        self.second_derivatives[1]
     }
 
     /// Tangents at both ends, directed along the edge; not unit vectors.

@@ -296,7 +296,7 @@ impl Place {
         let at = after.from;
         let arm = centre - at;
         if before.run == after.run {
-            let second = after.second_derivative_at_from();
+            let second = after.second_derivatives[0];
             Self {
                 contact: Contact::on_edge(at, after.tangents()[0], second, arm),
                 run: Some(after.run),
