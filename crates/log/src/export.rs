@@ -258,7 +258,7 @@ fn write_mcap(readings: &Plan, forces: &mut [Forces], out: &Path) -> Result<Expo
         ("/imu/link1", MessageKind::Imu),
         ("/imu/link2", MessageKind::Imu),
     ] {
-        topics.add(topic, kind.schema(), kind.definition())?;
+        topics.add(topic, kind.name(), kind.definition())?;
         parts.push(topic.to_owned());
     }
     for forces in &*forces {

@@ -215,7 +215,7 @@ fn decode<'a>(
 ) -> Result<Decoded<'a>, LogError> {
     let refused = |message: String| LogError::place(path, format!("topic {topic}"), message);
     let kind = MessageKind::of_schema(schema).ok_or_else(|| {
-        let allowed: Vec<_> = MessageKind::ALL.iter().map(|kind| kind.schema()).collect();
+        let allowed: Vec<_> = MessageKind::ALL.iter().map(|kind| kind.name()).collect();
         refused(format!(
             "found messages of the type {schema:?}, allowed: {}",
             allowed.join(", ")
@@ -224,7 +224,7 @@ fn decode<'a>(
     kind.decode(data).ok_or_else(|| {
         refused(format!(
             "found bytes that are no {} in CDR encoding",
-            kind.schema()
+            kind.name()
         ))
     })
 }

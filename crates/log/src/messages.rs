@@ -3,16 +3,19 @@
 use crate::cdr::{CdrReader, CdrWriter};
 use crate::readings::{COUNT, Reading, Values};
 use crate::stamp::{Stamp, TimeUnit};
+use robhaz_model::named;
 
-/// A kind of message that holds readings.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MessageKind {
-    /// `sensor_msgs/msg/JointState`
-    JointState,
-    /// `sensor_msgs/msg/Imu`
-    Imu,
-    /// `robhaz_msgs/msg/Readings`
-    Readings,
+named! {
+    /// A kind of message that holds readings, by the name of its schema.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum MessageKind {
+        /// Joints.
+        JointState = "sensor_msgs/msg/JointState",
+        /// An inertial measurement unit.
+        Imu = "sensor_msgs/msg/Imu",
+        /// The readings of a run.
+        Readings = "robhaz_msgs/msg/Readings",
+    }
 }
 
 /// A message, decoded.
@@ -60,21 +63,9 @@ const IMU: [(&str, &[&str]); 3] = [
 ];
 
 impl MessageKind {
-    /// All kinds.
-    pub const ALL: [Self; 3] = [Self::JointState, Self::Imu, Self::Readings];
-
     /// The kind of a schema.
     pub fn of_schema(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|kind| kind.schema() == name)
-    }
-
-    /// Name of its schema.
-    pub const fn schema(self) -> &'static str {
-        match self {
-            Self::JointState => "sensor_msgs/msg/JointState",
-            Self::Imu => "sensor_msgs/msg/Imu",
-            Self::Readings => "robhaz_msgs/msg/Readings",
-        }
+        Self::ALL.into_iter().find(|kind| kind.name() == name)
     }
 
     /// Its definition in the language of ROS 2 (`ros2msg`).

@@ -78,15 +78,14 @@ impl Deviations {
         covariance: &SMatrix<f64, PARAMETERS, PARAMETERS>,
     ) -> Result<Self, WeighError> {
         let projection = projection(prior, robot).map_err(WeighError::of_nominal)?;
+        let by_unknowns = forces_by_unknowns(prior, robot).map_err(WeighError::of_nominal)?;
         let of_loads = projection * covariance * projection.transpose();
         let of_loads = (of_loads + of_loads.transpose()) * 0.5;
         let rows = std::array::from_fn(|i| std::array::from_fn(|j| of_loads[(i, j)]));
         Ok(Self {
             // A product A P A' is a covariance.
             covariance: LoadCovariance::new(&rows).map_err(|_| WeighError::not_converged())?,
-            force: force_variance(prior, robot, covariance)
-                .map_err(WeighError::of_nominal)?
-                .sqrt(),
+            force: mean_variance(&by_unknowns, covariance).sqrt(),
         })
     }
 }
@@ -174,16 +173,6 @@ pub(crate) fn forces_by_unknowns(
     let each = postures.iter();
     each.map(|angles| derivatives(prior, robot, of(*angles)))
         .collect()
-}
-
-/// Variance of a normal force, N^2: mean over wheels and the drive's postures.
-fn force_variance(
-    prior: &Prior<'_>,
-    robot: &Robot,
-    covariance: &SMatrix<f64, PARAMETERS, PARAMETERS>,
-) -> Result<f64, WeighError> {
-    let each = forces_by_unknowns(prior, robot)?;
-    Ok(mean_variance(&each, covariance))
 }
 
 /// The mean over wheels and postures of the variances that a covariance of the unknowns causes.

@@ -162,10 +162,7 @@ pub(crate) const WITHOUT_ANGLES: &str = "no-angles";
 
 /// The estimators of a scene that lists none: all presets under their own names, and `best` without contact angles.
 pub(crate) fn defaults() -> Vec<EstimatorChoice> {
-    let origin = Origin {
-        source: Source::set(""),
-        span: 0..0,
-    };
+    let origin = Origin::new(&Source::set(""), 0..0);
     let (mut reader, mut choices) = (Reader::new(PathBuf::new(), |_| None), Vec::new());
     Estimators { of_log: false }.read(&mut reader, &default_node(&origin), PATH, &mut choices);
     choices

@@ -153,6 +153,13 @@ pub(crate) struct Origin {
 }
 
 impl Origin {
+    pub fn new(source: &Arc<Source>, span: Range<usize>) -> Self {
+        Self {
+            source: Arc::clone(source),
+            span,
+        }
+    }
+
     /// The line, from 1.
     pub fn line(&self) -> usize {
         self.source.line_of(self.span.start)
@@ -359,10 +366,8 @@ struct Place<'a> {
 
 impl Place<'_> {
     fn origin(&self, span: Range<usize>) -> Origin {
-        Origin {
-            source: Arc::clone(self.source),
-            span: self.offset + span.start..self.offset + span.end,
-        }
+        let span = self.offset + span.start..self.offset + span.end;
+        Origin::new(self.source, span)
     }
 
     fn node(&self, value: &DeValue<'_>, span: Range<usize>) -> Node {

@@ -28,6 +28,12 @@ impl Sum {
     }
 }
 
+/// The means over a count; `None` for a count of zero.
+pub(crate) fn means(sums: &[Sum; 3], count: u64) -> Option<[f64; 3]> {
+    let [front, middle, rear] = sums.map(|sum| sum.mean(count));
+    Some([front?, middle?, rear?])
+}
+
 /// The share of a count; `None` of nothing.
 pub(crate) fn share(part: u64, of: u64) -> Option<f64> {
     (of > 0).then(|| part as f64 / of as f64)

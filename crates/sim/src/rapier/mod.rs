@@ -28,7 +28,7 @@ use bodies::Bodies;
 use damping::{DampedContact, Damping};
 use robhaz_model::{Bar, Robot, Vec2, WheelCommand, cross};
 use robhaz_terrain::Contact;
-use step_control::{Division, StepControl, WheelState};
+use step_control::{StepControl, WheelState};
 
 pub use step_control::MOST_PARTS;
 
@@ -141,9 +141,9 @@ impl RapierEngine {
         let contact_energy = loads.contact_energy;
         let knows = self.damping.begin(self.step)
             && !(0..3).any(|i| self.ground.meets(i, &loads.motions[i], self.step));
-        let Division { parts, impact } =
-            self.step_control
-                .divide(&loads.wheel_state, self.step, knows);
+        let (parts, impact) = self
+            .step_control
+            .divide(&loads.wheel_state, self.step, knows);
         let length = self.step / f64::from(parts);
         // The pin forces of the first integration belong to the instant of the truth.
         let mut pins = truth.map(|truth| (truth, self.bodies.pin_arms(&self.robot.geometry)));

@@ -160,32 +160,34 @@ impl Sensors {
     }
 }
 
+/// A sensor of this name, and the loss of its readings.
+fn lossy<S>(
+    spec: &SensorSpec,
+    seed: u64,
+    name: &str,
+    sensor: fn(&SensorSpec, Source<'_>) -> S,
+) -> (S, Loss) {
+    let source = Source { seed, sensor: name };
+    (sensor(spec, source), Loss::new(source, spec.dropped))
+}
+
 impl WheelSensors {
     fn new(spec: &SensorSpec, seed: u64, wheel: &str) -> Self {
-        let [encoder, torque, angle] =
-            ["encoder", "torque", "contact_angle"].map(|sensor| format!("{wheel}/{sensor}"));
-        let source = |sensor| Source { seed, sensor };
-        let loss = |sensor| Loss::new(source(sensor), spec.dropped);
+        let name = |sensor: &str| format!("{wheel}/{sensor}");
         Self {
-            encoder: (Encoder::new(spec), loss(&encoder)),
-            torque: (TorqueSensor::new(spec, source(&torque)), loss(&torque)),
-            contact_angle: (GivenAngle::new(spec, source(&angle)), loss(&angle)),
+            encoder: lossy(spec, seed, &name("encoder"), |spec, _| Encoder::new(spec)),
+            torque: lossy(spec, seed, &name("torque"), TorqueSensor::new),
+            contact_angle: lossy(spec, seed, &name("contact_angle"), GivenAngle::new),
         }
     }
 }
 
 impl LinkSensors {
     fn new(spec: &SensorSpec, seed: u64, link: &str) -> Self {
-        let [inclinometer, gyro] =
-            ["inclinometer", "gyro"].map(|sensor| format!("{link}/{sensor}"));
-        let source = |sensor| Source { seed, sensor };
-        let loss = |sensor| Loss::new(source(sensor), spec.dropped);
+        let name = |sensor: &str| format!("{link}/{sensor}");
         Self {
-            inclinometer: (
-                Inclinometer::new(spec, source(&inclinometer)),
-                loss(&inclinometer),
-            ),
-            gyro: (Gyro::new(spec, source(&gyro)), loss(&gyro)),
+            inclinometer: lossy(spec, seed, &name("inclinometer"), Inclinometer::new),
+            gyro: lossy(spec, seed, &name("gyro"), Gyro::new),
         }
     }
 }
